@@ -1,0 +1,100 @@
+"""Everything that usdsdg raises or warns about.
+
+UsdsdgError                     the one to catch; the command line prints it without a traceback
+├── StageError                  a stage or prim that cannot be used as asked (BadPrim, DegenerateFrame)
+├── AssetError                  a file that is missing or unreadable (AssetNotFound, AssetUnreadable)
+├── ConfigError                 a configuration file with wrong keys, types or values
+├── GraphError                  a node, trigger, distribution or event that cannot work as written
+├── PhysicsError                a body or collider that cannot be simulated (NoCollider)
+├── RenderError                 a camera or scene that cannot be rendered
+├── WriterError                 output that cannot be written (OutputNotWritable)
+└── Unsupported                 a known feature of Replicator or USD that usdsdg does not have
+"""
+
+from __future__ import annotations
+
+import threading
+import warnings
+
+
+class UsdsdgError(Exception):
+    """Base of all errors of usdsdg: says what, where, why, and what to do."""
+
+
+class StageError(UsdsdgError):
+    """A stage or prim cannot be used as asked."""
+
+
+class BadPrim(StageError, ValueError):
+    """A prim path is missing, invalid or of the wrong type."""
+
+
+class DegenerateFrame(StageError, ValueError):
+    """A look-at frame does not exist: eye and target coincide or the view is parallel to up."""
+
+
+class AssetError(UsdsdgError):
+    """A file that a scene needs is missing or unreadable."""
+
+
+class AssetNotFound(AssetError, FileNotFoundError):
+    """An asset URL has no file under the assets root."""
+
+
+class AssetUnreadable(AssetError, ValueError):
+    """A file exists but its contents cannot be read."""
+
+
+class ConfigError(UsdsdgError, ValueError):
+    """A configuration has unknown keys, wrong types or impossible values."""
+
+
+class GraphError(UsdsdgError, ValueError):
+    """A node of the randomization graph cannot work as written."""
+
+
+class PhysicsError(UsdsdgError):
+    """A stage cannot be simulated as authored."""
+
+
+class NoCollider(PhysicsError):
+    """A rigid body has no collider below it."""
+
+
+class RenderError(UsdsdgError):
+    """A camera, light or mesh cannot be rendered as authored."""
+
+
+class WriterError(UsdsdgError):
+    """A writer or its backend failed."""
+
+
+class OutputNotWritable(WriterError, OSError):
+    """The output folder or file cannot be written."""
+
+
+class Unsupported(UsdsdgError, NotImplementedError):
+    """A known feature that usdsdg does not have."""
+
+
+class UsdsdgWarning(UserWarning):
+    """Something was ignored, approximated or replaced; the message names the prim and the remedy."""
+
+
+_warned: set[str] = set()
+_warned_lock = threading.Lock()
+
+
+def warn_once(message: str, *, key: str | None = None) -> None:
+    """Issue a `UsdsdgWarning` the first time that `key` (default: the message itself) is met in this process."""
+    with _warned_lock:
+        if (key or message) in _warned:
+            return
+        _warned.add(key or message)
+    warnings.warn(message, UsdsdgWarning, stacklevel=3)
+
+
+def forget_warnings() -> None:
+    """Let every `warn_once` speak again: a new stage is a new scene."""
+    with _warned_lock:
+        _warned.clear()

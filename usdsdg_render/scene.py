@@ -1,0 +1,156 @@
+"""What the renderer knows of a stage: plain tables on the host, derived from USD and never edited by hand.
+
+`extract` fills and refreshes a `Scene`; `device` uploads what changed; kernels read the device copy. Units are stage
+units, angles radians, colours linear Rec.709, light in nits (cd/m²). Matrices are USD's row-vector 4x4 in float64:
+`p_world = [x y z 1] @ local_to_world`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+# Value of the instance AOV where the ray meets nothing.
+NO_INSTANCE = -1
+NO_TEXTURE = -1
+
+LIGHT_SPHERE, LIGHT_DISTANT, LIGHT_RECT, LIGHT_DISK, LIGHT_CYLINDER = range(5)
+
+WRAP_REPEAT, WRAP_CLAMP, WRAP_MIRROR, WRAP_BLACK = range(4)
+
+MATERIAL = np.dtype(
+    [
+        # A texture, where there is one, is multiplied by the constant beside it. *_texture is an index or NO_TEXTURE;
+        # *_channel picks r g b a (0-3).
+        ("base_color", "f4", 3),
+        ("base_texture", "i4"),
+        ("metallic", "f4"),
+        ("metallic_texture", "i4"),
+        ("metallic_channel", "i4"),
+        ("roughness", "f4"),
+        ("roughness_texture", "i4"),
+        ("roughness_channel", "i4"),
+        ("specular", "f4", 3),  # reflectance at normal incidence of the dielectric part
+        ("opacity", "f4"),
+        ("opacity_texture", "i4"),
+        ("opacity_channel", "i4"),
+        ("opacity_threshold", "f4"),  # > 0: cut-out; 0: stochastic transparency
+        ("emission", "f4", 3),  # nits
+        ("emission_texture", "i4"),
+        ("normal_texture", "i4"),  # tangent space; texel * 2 - 1
+        ("normal_scale", "f4"),
+        ("clearcoat", "f4"),
+        ("clearcoat_roughness", "f4"),
+        # uv' = rotate(uv * uv_scale, uv_rotation) + uv_translation, as UsdTransform2d
+        ("uv_scale", "f4", 2),
+        ("uv_rotation", "f4"),
+        ("uv_translation", "f4", 2),
+    ],
+    align=True,
+)
+
+LIGHT = np.dtype(
+    [
+        ("kind", "i4"),
+        # Rows of the light's frame in the world, unit length: x, y, z. A light emits along its -z (rect, disk, distant);
+        # a cylinder's axis is x.
+        ("x_axis", "f4", 3),
+        ("y_axis", "f4", 3),
+        ("z_axis", "f4", 3),
+        ("position", "f4", 3),
+        ("radiance", "f4", 3),  # nits of the surface; for distant: nits over its cone
+        ("radius", "f4"),  # sphere, disk, cylinder [stage units, world scale applied]
+        ("width", "f4"),  # rect: x extent
+        ("height", "f4"),  # rect: y extent; cylinder: x extent (its length)
+        ("cos_angle", "f4"),  # distant: cosine of half its angle; 1 = a delta light, then radiance holds lux
+        ("power", "f4"),  # relative weight for choosing a light, > 0
+        ("shaping_cos", "f4"),  # cosine of shaping:cone:angle; -1 = no cone
+        ("shaping_softness", "f4"),
+        ("shaping_focus", "f4"),
+        ("diffuse", "f4"),
+        ("specular", "f4"),
+        ("visible", "i4"),  # 1 = seen by camera rays
+    ],
+    align=True,
+)
+
+
+class Texture(NamedTuple):
+    """One image: (H, W, 4) uint8, row 0 at v = 1 (the top), straight alpha."""
+
+    path: str
+    texels: np.ndarray
+    srgb: bool
+    wrap_s: int
+    wrap_t: int
+
+
+@dataclass(frozen=True)
+class Prototype:
+    """One mesh, triangulated; shared by every instance that references it.
+
+    Degenerate triangles and non-finite points are gone; winding is counter-clockwise seen from outside
+    (`orientation` already applied). Corners carry their own normals and UVs, so that seams and hard edges need no
+    split vertices.
+    """
+
+    name: str  # prim path it was first met at, for messages
+    points: np.ndarray  # (V, 3) float32, object space
+    triangles: np.ndarray  # (T, 3) int32 into points
+    corner_normals: np.ndarray  # (T, 3, 3) float32, unit
+    corner_uvs: np.ndarray  # (T, 3, 2) float32; zeros when the mesh has none
+    triangle_slots: np.ndarray  # (T,) int32: which of the instance's material slots
+    triangle_faces: np.ndarray  # (T,) int32: face of the source mesh
+
+
+@dataclass
+class Instances:
+    """One row per visible gprim (or instance proxy, or point instance), in stage order."""
+
+    paths: tuple[str, ...] = ()
+    prototype: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
+    local_to_world: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 4), np.float64))
+    slot_offset: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))  # into Scene.material_slots
+    casts_shadow: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
+
+    def __len__(self) -> int:
+        return len(self.paths)
+
+
+@dataclass
+class Dome:
+    """All dome lights of the stage as one lat-long picture in the first dome's frame.
+
+    Row 0 is the pole +z' of the dome's own frame and column u in [0, 1) turns as in UsdLux (see extract.lights);
+    `dome_from_world` is the 3x3 that takes a world direction (column vector) into the frame the kernel looks up:
+    theta = acos(d.z), u = atan2(d.y, d.x) / 2pi.
+    """
+
+    radiance: np.ndarray  # (H, W, 3) float32, nits
+    dome_from_world: np.ndarray  # (3, 3) float32
+    visible: bool = True
+
+
+@dataclass
+class Scene:
+    """The whole scene. `versions[k]` grows whenever table k changed, so that a reader refreshes only that."""
+
+    prototypes: list[Prototype] = field(default_factory=list)
+    instances: Instances = field(default_factory=Instances)
+    materials: np.ndarray = field(default_factory=lambda: np.zeros(0, MATERIAL))
+    material_slots: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
+    textures: list[Texture] = field(default_factory=list)
+    lights: np.ndarray = field(default_factory=lambda: np.zeros(0, LIGHT))
+    dome: Dome | None = None
+    versions: dict[str, int] = field(
+        default_factory=lambda: dict.fromkeys(
+            ("prototypes", "instances", "transforms", "materials", "textures", "lights", "dome"), 0
+        )
+    )
+
+    def touch(self, *tables: str) -> None:
+        """Mark tables as changed."""
+        for table in tables:
+            self.versions[table] += 1
