@@ -7,7 +7,8 @@ UsdsdgError                     the one to catch; the command line prints it wit
 ├── GraphError                  a node, trigger, distribution or event that cannot work as written
 ├── PhysicsError                a body or collider that cannot be simulated (NoCollider)
 ├── RenderError                 a camera or scene that cannot be rendered
-├── WriterError                 output that cannot be written (OutputNotWritable)
+├── AnnotatorError              an annotator that cannot give its data (AnnotatorRegistryError, AugmentationError)
+├── WriterError                 output that cannot be written (OutputNotWritable, WriterRegistryError)
 └── Unsupported                 a known feature of Replicator or USD that usdsdg does not have
 """
 
@@ -65,8 +66,24 @@ class RenderError(UsdsdgError):
     """A camera, light or mesh cannot be rendered as authored."""
 
 
+class AnnotatorError(UsdsdgError):
+    """An annotator cannot give its data."""
+
+
+class AnnotatorRegistryError(AnnotatorError, LookupError):
+    """No annotator has that name, or the name is taken."""
+
+
+class AugmentationError(AnnotatorError):
+    """An augmentation failed or returned something that is not an array."""
+
+
 class WriterError(UsdsdgError):
     """A writer or its backend failed."""
+
+
+class WriterRegistryError(WriterError, LookupError):
+    """No writer or backend has that name, or the name is taken."""
 
 
 class OutputNotWritable(WriterError, OSError):

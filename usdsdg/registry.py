@@ -1,0 +1,76 @@
+"""Names → members, with near-miss suggestions; used by every family (annotators, writers, backends, ...)."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Iterator
+from typing import Generic, TypeVar
+
+from usdsdg.errors import UsdsdgError
+
+Member = TypeVar("Member")
+
+
+class Registry(Generic[Member]):
+    """The members of one family by name, in the order they were added."""
+
+    def __init__(self, family: str, error: type[UsdsdgError]) -> None:
+        """Args:
+        family: what a member is called in messages, in the singular ("writer").
+        error: raised for names that are unknown or taken.
+        """
+        self.family = family
+        self._error = error
+        self._members: dict[str, Member] = {}
+
+    def add(self, name: str, member: Member, *, override: bool = True) -> None:
+        """Enter `member` under `name`.
+
+        Raises:
+            the registry's error: `name` is taken and `override` is False.
+        """
+        if not override and name in self._members:
+            raise self._error(f"A {self.family} named {name!r} exists already. Choose another name or unregister it.")
+        self._members[name] = member
+
+    def get(self, name: str) -> Member:
+        """The member called `name`.
+
+        Raises:
+            the registry's error: there is none; the message lists near misses, or all names.
+        """
+        try:
+            return self._members[name]
+        except KeyError:
+            raise self._error(self._unknown(name)) from None
+
+    def remove(self, name: str) -> Member:
+        """Take `name` out and return its member; raises as `get` does."""
+        member = self.get(name)
+        del self._members[name]
+        return member
+
+    def names(self) -> list[str]:
+        return list(self._members)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._members
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._members)
+
+    def __len__(self) -> int:
+        return len(self._members)
+
+    def _unknown(self, name: str) -> str:
+        close = near_misses(name, self._members)
+        if close:
+            return f"No {self.family} is named {name!r}. Did you mean {' or '.join(map(repr, close))}?"
+        known = ", ".join(sorted(self._members)) or "none"
+        return f"No {self.family} is named {name!r}. Known: {known}."
+
+
+def near_misses(name: str, known: Iterable[str], *, count: int = 3) -> list[str]:
+    """Up to `count` of the `known` names that a reader may have meant by `name`, best first; case is ignored."""
+    by_folded = {str(k).casefold(): str(k) for k in known}
+    return [by_folded[k] for k in difflib.get_close_matches(str(name).casefold(), by_folded, count, 0.6)]
