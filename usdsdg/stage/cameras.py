@@ -1,0 +1,207 @@
+"""Cameras: everything of a UsdGeom.Camera that a picture depends on, as one record."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom
+
+from usdsdg import errors
+from usdsdg.stage.paths import prim_at
+from usdsdg.stage.transforms import as_array, local_to_world, meters_per_unit
+
+# Projections whose pixels a 4x4 matrix can give.
+LINEAR_PROJECTIONS = ("pinhole", "orthographic")
+
+# Apertures are in tenths of a stage unit.
+_APERTURE_UNIT = 0.1
+
+_FIELDS = {
+    "focalLength": "focal_length",
+    "horizontalAperture": "horizontal_aperture",
+    "verticalAperture": "vertical_aperture",
+    "horizontalApertureOffset": "horizontal_aperture_offset",
+    "verticalApertureOffset": "vertical_aperture_offset",
+    "fStop": "f_stop",
+    "focusDistance": "focus_distance",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class CameraView:
+    """A camera as seen through one render product. The camera looks along its -Z with +Y up.
+
+    Focal length and apertures are in tenths of stage units; clipping range and focus distance in stage units.
+    Pixels are
+    square: the horizontal aperture spans the width, and the vertical one is reported but not used.
+    """
+
+    prim_path: str
+    width: int
+    height: int
+    local_to_world: np.ndarray  # (4, 4) float64, row vectors
+    focal_length: float = 50.0
+    horizontal_aperture: float = 20.955
+    vertical_aperture: float = 15.2908
+    horizontal_aperture_offset: float = 0.0
+    vertical_aperture_offset: float = 0.0
+    clipping_range: tuple[float, float] = (1.0, 1000000.0)
+    f_stop: float = 0.0
+    focus_distance: float = 0.0
+    projection_type: str = "pinhole"
+    meters_per_unit: float = 1.0
+    attributes: dict[str, Any] = field(default_factory=dict)  # all other camera attributes, by USD name
+
+    @cached_property
+    def world_to_camera(self) -> np.ndarray:
+        """(4, 4) float64: p_camera = p_world @ world_to_camera."""
+        return np.linalg.inv(self.local_to_world)
+
+    @property
+    def fx(self) -> float:
+        """Focal length [pixels]; for an orthographic camera pixels per stage unit."""
+        if self.projection_type == "orthographic":
+            return self.width / (self.horizontal_aperture * _APERTURE_UNIT)
+        return self.width * self.focal_length / self.horizontal_aperture
+
+    @property
+    def fy(self) -> float:
+        """Equal to `fx`: pixels are square."""
+        return self.fx
+
+    @property
+    def cx(self) -> float:
+        """Column of the optical axis [pixels from the left edge]; pixel u has its centre at u + 0.5."""
+        return self.width * (0.5 - self.horizontal_aperture_offset / self.horizontal_aperture)
+
+    @property
+    def cy(self) -> float:
+        """Row of the optical axis [pixels from the top edge]."""
+        return self.height * 0.5 + self.width * self.vertical_aperture_offset / self.horizontal_aperture
+
+    @property
+    def projection_matrix(self) -> np.ndarray:
+        """(4, 4) camera to clip space, row vectors, reversed Z: depth 1 on the near plane and 0 on the far
+        one.
+
+        Raises:
+            Unsupported: the projection is not linear.
+        """
+        self._require_linear("a projection matrix")
+        near, far = self.clipping_range
+        m = np.zeros((4, 4))
+        m[0, 0] = 2.0 * self.fx / self.width
+        m[1, 1] = 2.0 * self.fy / self.height
+        shift = np.array([1.0 - 2.0 * self.cx / self.width, 2.0 * self.cy / self.height - 1.0])
+        if self.projection_type == "orthographic":
+            m[2, 2], m[3, 2], m[3, 3] = 1.0 / (far - near), far / (far - near), 1.0
+            m[3, :2] = -shift
+        else:
+            m[2, 2], m[2, 3], m[3, 2] = near / (far - near), -1.0, near * far / (far - near)
+            m[2, :2] = shift
+        return m
+
+    def project(self, points_world: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Pixels (N, 2) as (column, row) from the top left corner, and depths (N,) along the axis [stage
+        units].
+
+        A point in or behind a pinhole camera's plane (depth <= 0) has no pixel: NaN.
+
+        Raises:
+            Unsupported: the projection is not linear.
+        """
+        self._require_linear("pixels of points")
+        points = np.asarray(points_world, np.float64).reshape(-1, 3)
+        in_camera = points @ self.world_to_camera[:3, :3] + self.world_to_camera[3, :3]
+        depth = -in_camera[:, 2]
+        divisor = np.ones_like(depth)
+        if self.projection_type == "pinhole":
+            divisor = np.where(depth > 0, depth, np.nan)
+        columns = self.cx + self.fx * in_camera[:, 0] / divisor
+        rows = self.cy - self.fy * in_camera[:, 1] / divisor
+        return np.stack([columns, rows], -1), depth
+
+    def _require_linear(self, what: str) -> None:
+        if self.projection_type not in LINEAR_PROJECTIONS:
+            raise errors.Unsupported(
+                f"{what} cannot be given for {self.prim_path}: its projection is {self.projection_type!r}, "
+                f"and only {' and '.join(LINEAR_PROJECTIONS)} are linear"
+            )
+
+
+def read_camera(stage: Usd.Stage, path: str | Sdf.Path, resolution: tuple[int, int]) -> CameraView:
+    """The camera at `path`, or the only camera below it, for pictures of (width, height).
+
+    Raises:
+        BadPrim: there is no camera at or below `path`, or more than one below it.
+        RenderError: the resolution, aperture, focal length or clipping range give no picture.
+    """
+    prim = _camera_at(stage, path)
+    width, height = (int(size) for size in resolution)
+    values = {attribute.GetName(): attribute.Get() for attribute in prim.GetAttributes()}
+    near, far = values["clippingRange"]
+    view = CameraView(
+        prim_path=str(prim.GetPath()),
+        width=width,
+        height=height,
+        local_to_world=_without_scale(as_array(local_to_world(prim))),
+        clipping_range=(float(near), float(far)),
+        projection_type=_projection_type(values),
+        meters_per_unit=meters_per_unit(stage),
+        attributes={name: value for name, value in values.items() if _is_other(name)},
+        **{ours: float(values[name]) for name, ours in _FIELDS.items()},
+    )
+    _check(view)
+    return view
+
+
+def _camera_at(stage: Usd.Stage, path: str | Sdf.Path) -> Usd.Prim:
+    prim = prim_at(stage, path)
+    if prim.IsA(UsdGeom.Camera):
+        return prim
+    below = [each for each in Usd.PrimRange(prim, Usd.TraverseInstanceProxies()) if each.IsA(UsdGeom.Camera)]
+    if len(below) == 1:
+        return below[0]
+    found = below or [each for each in stage.Traverse() if each.IsA(UsdGeom.Camera)]
+    names = ", ".join(str(each.GetPath()) for each in found[:8]) or "none"
+    where = "below it" if below else "on the stage"
+    raise errors.BadPrim(
+        f"{prim.GetPath()} is a {prim.GetTypeName() or 'typeless prim'}, not a camera; "
+        f"cameras {where}: {names}"
+    )
+
+
+def _projection_type(values: dict[str, Any]) -> str:
+    if values.get("projection") == UsdGeom.Tokens.orthographic:
+        return "orthographic"
+    return str(values.get("cameraProjectionType") or "pinhole")
+
+
+def _is_other(name: str) -> bool:
+    return name not in _FIELDS and name != "clippingRange" and not name.startswith("xformOp")
+
+
+def _without_scale(matrix: np.ndarray) -> np.ndarray:
+    """A camera's rays do not depend on its scale, and depths must stay in stage units."""
+    lengths = np.linalg.norm(matrix[:3, :3], axis=1, keepdims=True)
+    matrix[:3, :3] /= np.where(lengths > 0, lengths, 1.0)
+    return matrix
+
+
+def _check(view: CameraView) -> None:
+    problem = None
+    if view.width < 1 or view.height < 1:
+        problem = f"a resolution of {view.width} x {view.height}"
+    elif not view.horizontal_aperture > 0:
+        problem = f"horizontalAperture {view.horizontal_aperture}"
+    elif not view.focal_length > 0 and view.projection_type == "pinhole":
+        problem = f"focalLength {view.focal_length}"
+    elif not 0 < view.clipping_range[0] < view.clipping_range[1] and view.projection_type == "pinhole":
+        problem = f"clippingRange {view.clipping_range} (near must be positive and below far)"
+    elif abs(np.linalg.det(view.local_to_world[:3, :3])) < 1e-9:
+        problem = "a scale of zero in its transform"
+    if problem:
+        raise errors.RenderError(f"the camera {view.prim_path} gives no picture: {problem}")

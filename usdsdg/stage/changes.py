@@ -1,0 +1,105 @@
+"""What changed on a stage since a reader last asked."""
+
+from __future__ import annotations
+
+import weakref
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from pxr import Sdf, Tf, Usd
+
+
+@dataclass(frozen=True)
+class Changes:
+    """Paths as a reader needs them: read `resynced` subtrees anew, and of the rest only the named properties.
+
+    resynced: roots of subtrees whose prims, types, references or applied schemas changed; "/" means
+        everything. A path may be gone from the stage by now.
+    changed: prim path -> names of attributes and relationships that were set, added or removed. An empty set
+        means metadata only; "/" stands for the stage's own (metersPerUnit, upAxis). Nothing below `resynced`
+        is listed.
+    """
+
+    resynced: set[Sdf.Path] = field(default_factory=set)
+    changed: dict[Sdf.Path, set[str]] = field(default_factory=dict)
+
+    def __bool__(self) -> bool:
+        return bool(self.resynced or self.changed)
+
+
+class ChangeTracker:
+    """Listens to one stage for one reader. Each reader has its own, and muting it leaves the others alone."""
+
+    def __init__(self, stage: Usd.Stage) -> None:
+        # Sets of raw paths: a notice costs one union here, and paths are sorted out only when somebody asks.
+        self._resynced: set[Sdf.Path] = set()
+        self._changed: set[Sdf.Path] = set()
+        self._muted = 0
+        ourselves = weakref.ref(self)
+
+        def hear(notice: Usd.Notice.ObjectsChanged, sender: Usd.Stage) -> None:
+            tracker = ourselves()
+            if tracker is not None and not tracker._muted:
+                tracker._record(notice)
+
+        self._listener: Tf.Notice.Listener | None = Tf.Notice.Register(Usd.Notice.ObjectsChanged, hear, stage)
+
+    def take(self) -> Changes:
+        """Everything since the last call; the next call starts from here."""
+        resynced, changed = self._resynced, self._changed
+        self._resynced, self._changed = set(), set()
+        prims = {path for path in resynced if path.IsAbsoluteRootOrPrimPath()}
+        roots = set(Sdf.Path.RemoveDescendentPaths(sorted(prims)))
+        by_prim: defaultdict[Sdf.Path, set[str]] = defaultdict(set)
+        for path in changed | (resynced - prims):
+            prim = path.GetPrimPath()
+            if not roots or not _has_prefix(prim, roots):
+                names = by_prim[prim]
+                if path != prim:
+                    names.add(_property_name(path))
+        return Changes(roots, dict(by_prim))
+
+    @contextmanager
+    def muted(self) -> Iterator[None]:
+        """Do not record what happens inside: a reader's own writes are no news to it.
+
+        Wrap the whole `Sdf.ChangeBlock`, because its notices are sent when it ends.
+        """
+        self._muted += 1
+        try:
+            yield
+        finally:
+            self._muted -= 1
+
+    def close(self) -> None:
+        """Stop listening; what was recorded can still be taken."""
+        if self._listener is not None:
+            self._listener.Revoke()
+            self._listener = None
+
+    def __del__(self) -> None:
+        self.close()
+
+    def _record(self, notice: Usd.Notice.ObjectsChanged) -> None:
+        self._changed.update(notice.GetChangedInfoOnlyPaths())
+        if resynced := notice.GetResyncedPaths():
+            self._resynced.update(resynced)
+        if resolved := notice.GetResolvedAssetPathsResyncedPaths():
+            self._resynced.update(resolved)
+
+
+def _has_prefix(path: Sdf.Path, roots: set[Sdf.Path]) -> bool:
+    while path not in roots:
+        if path == Sdf.Path.absoluteRootPath or path.isEmpty:
+            return False
+        path = path.GetParentPath()
+    return True
+
+
+def _property_name(path: Sdf.Path) -> str:
+    """The property of a path that may go deeper, as a relationship's target does."""
+    while not path.IsPrimPropertyPath() and path.GetParentPath().ContainsPropertyElements():
+        path = path.GetParentPath()
+    return path.name

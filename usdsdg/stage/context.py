@@ -1,0 +1,118 @@
+"""The current stage: new, open, save, and the ids by which other code finds it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdUtils
+
+from usdsdg import errors
+from usdsdg.stage import assets, flatten, schemas
+
+schemas.register()
+
+_current: Usd.Stage | None = None
+_listeners: list[Callable[[Usd.Stage], None]] = []
+
+
+def current_stage() -> Usd.Stage:
+    """The stage that scripts and engines share; a new one when there is none yet."""
+    return _current if _current is not None else new_stage()
+
+
+def new_stage() -> Usd.Stage:
+    """Make an empty stage in memory and the current one: Z up, metres, 60 time codes per second, /World."""
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    stage.SetTimeCodesPerSecond(60.0)
+    stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/World").GetPrim())
+    return set_stage(stage)
+
+
+def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
+    """Open a file and make it the current stage; `path` may be a URL under the assets root.
+
+    Edits of an earlier visit that were never saved are dropped: the stage is what the file says.
+
+    Raises:
+        AssetNotFound: no such file.
+        AssetUnreadable: the file is not USD, or it is damaged.
+    """
+    file = assets.resolve(os.fspath(path))
+    try:
+        layer = Sdf.Layer.FindOrOpen(file)
+        if layer is None:
+            raise errors.AssetUnreadable(
+                f"{file} is not a file that USD can read (expected .usd, .usda, .usdc or .usdz)"
+            )
+        if layer.dirty:
+            layer.Reload(force=True)
+        return set_stage(Usd.Stage.Open(layer))
+    except Tf.ErrorException as failure:
+        raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: {reason(failure)}") from failure
+
+
+def set_stage(stage: Usd.Stage) -> Usd.Stage:
+    """Make `stage` the current one and tell everybody who subscribed with `on_new_stage`."""
+    global _current
+    cache = UsdUtils.StageCache.Get()
+    if _current is not None and _current != stage:
+        cache.Erase(_current)
+    cache.Insert(stage)
+    _current = stage
+    errors.forget_warnings()
+    for callback in tuple(_listeners):
+        callback(stage)
+    return stage
+
+
+def on_new_stage(callback: Callable[[Usd.Stage], None]) -> Callable[[], None]:
+    """Call `callback(stage)` whenever another stage becomes the current one; returns what ends that."""
+    _listeners.append(callback)
+
+    def unsubscribe() -> None:
+        if callback in _listeners:
+            _listeners.remove(callback)
+
+    return unsubscribe
+
+
+def stage_id() -> int:
+    """Id of the current stage in USD's own stage cache, as `omni.usd` gives it."""
+    return UsdUtils.StageCache.Get().GetId(current_stage()).ToLongInt()
+
+
+def stage_by_id(identifier: int) -> Usd.Stage:
+    """The stage with an id that `stage_id` gave.
+
+    Raises:
+        StageError: no open stage has this id; another stage may have replaced it.
+    """
+    stage = UsdUtils.StageCache.Get().Find(Usd.StageCache.Id.FromLongInt(int(identifier)))
+    if not stage:
+        raise errors.StageError(
+            f"no open stage has id {identifier}; the current one has {stage_id()}. "
+            "Ask for the id again after new_stage or open_stage."
+        )
+    return stage
+
+
+def save_stage(path: str | os.PathLike[str]) -> Path:
+    """Write the current stage as one file that usdview and Isaac Sim open; returns its absolute path.
+
+    Root layer, sublayers and session layer become one layer. References stay references and still resolve
+    from the new place. The file appears whole or not at all.
+
+    Raises:
+        Unsupported: the extension is not .usd, .usda or .usdc.
+        OutputNotWritable: the folder or file cannot be written.
+    """
+    return flatten.write(current_stage(), Path(path).absolute())
+
+
+def reason(failure: Tf.ErrorException) -> str:
+    """What pxr said, without its source positions."""
+    return "; ".join(error.commentary for error in failure.args) or str(failure)

@@ -1,0 +1,81 @@
+"""One self-contained layer out of a stage: sublayers and session layer merged, references kept."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+from pxr import Ar, Sdf, Tf, Usd, UsdUtils
+
+from usdsdg import errors
+
+EXTENSIONS = (".usd", ".usda", ".usdc")
+
+_UDIM = re.compile(r"<UDIM>|<UVTILE\d>", re.IGNORECASE)
+
+
+def write(stage: Usd.Stage, path: Path) -> Path:
+    """Write `stage` to `path` under a temporary name first, so that nobody ever sees half a file.
+
+    Raises:
+        Unsupported: the extension is not .usd, .usda or .usdc.
+        OutputNotWritable: the folder or file cannot be written.
+    """
+    if path.suffix.lower() not in EXTENSIONS:
+        raise errors.Unsupported(
+            f"cannot save a stage as {path.name!r}: the name must end in {', '.join(EXTENSIONS)}"
+            + (" (usdzip packs a saved stage as .usdz)" if path.suffix.lower() == ".usdz" else "")
+        )
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not flattened(stage, path.parent).Export(str(temporary)):
+            raise OSError(f"USD could not write {temporary.name}")
+        temporary.replace(path)
+    except (OSError, Tf.ErrorException) as failure:
+        raise errors.OutputNotWritable(
+            f"the stage cannot be saved to {path}: {failure}. Check that the folder exists and is writable."
+        ) from failure
+    finally:
+        temporary.unlink(missing_ok=True) if temporary.parent.is_dir() else None
+    return path
+
+
+def flattened(stage: Usd.Stage, folder: Path) -> Sdf.Layer:
+    """The stage's own layers (session strongest) as one anonymous layer whose asset paths resolve from
+    `folder`.
+    """
+    return UsdUtils.FlattenLayerStack(
+        stage, lambda layer, path: portable_path(layer, path, folder), "usdsdg.usda"
+    )
+
+
+def portable_path(layer: Sdf.Layer, asset_path: str, folder: Path) -> str:
+    """`asset_path`, authored in `layer`, as it must be written in a file in `folder`.
+
+    What lies in `folder` or below becomes relative, so that the folder can be moved as a whole; what lies
+    elsewhere becomes absolute. Absolute paths, URLs and names that no file stands behind (`OmniPBR.mdl`) stay
+    as they are.
+    """
+    if not asset_path or os.path.isabs(asset_path) or "://" in asset_path:
+        return asset_path
+    if Sdf.Layer.IsAnonymousLayerIdentifier(asset_path):
+        errors.warn_once(
+            f"the saved stage refers to the layer {asset_path}, which exists in memory only and stays behind"
+        )
+        return asset_path
+    absolute = layer.ComputeAbsolutePath(asset_path)
+    if layer.anonymous or not (asset_path.startswith(".") or _exists(absolute)):
+        absolute = os.path.abspath(asset_path) if _exists(os.path.abspath(asset_path)) else ""
+    if not absolute:
+        return asset_path
+    inside = os.path.relpath(absolute, folder)
+    return absolute if inside.startswith("..") else f"./{Path(inside).as_posix()}"
+
+
+def _exists(path: str) -> bool:
+    file, _ = Ar.SplitPackageRelativePathOuter(path) if Ar.IsPackageRelativePath(path) else (path, "")
+    if _UDIM.search(file):
+        return Path(file).parent.is_dir()
+    return os.path.exists(file)

@@ -1,0 +1,71 @@
+"""Prim paths: the next free one, and names that USD accepts."""
+
+from __future__ import annotations
+
+import re
+
+from pxr import Sdf, Tf, Usd
+
+from usdsdg.errors import BadPrim
+
+_NUMBER = re.compile(r"_(\d+)$")
+
+
+def next_free_path(stage: Usd.Stage, path: str | Sdf.Path, prepend_default_prim: bool = False) -> str:
+    """`path` if no prim has it, else the first free of path_01, path_02, ... (a trailing number is counted
+    up).
+
+    Raises:
+        BadPrim: `path` is not an absolute prim path.
+    """
+    text = str(prim_path(path))
+    root = stage.GetDefaultPrim()
+    if prepend_default_prim and root and not Sdf.Path(text).HasPrefix(root.GetPath()):
+        text = str(root.GetPath()) + text
+    if not stage.GetPrimAtPath(text):
+        return text
+    number = _NUMBER.search(text)
+    stem, count = (text[: number.start()], int(number.group(1))) if number else (text, 0)
+    while stage.GetPrimAtPath(text):
+        count += 1
+        text = f"{stem}_{count:02d}"
+    return text
+
+
+def prim_path(path: str | Sdf.Path) -> Sdf.Path:
+    """`path` as an absolute Sdf.Path of a prim.
+
+    Raises:
+        BadPrim: it is relative, names a property, or has characters that USD does not allow in a name.
+    """
+    text = str(path)
+    valid, why = Sdf.Path.IsValidPathString(text)
+    if not valid or not text:
+        suggestion = "/" + "/".join(valid_name(part) for part in text.split("/") if part)
+        raise BadPrim(f"{text!r} is not a prim path ({why or 'it is empty'}). Try {suggestion!r}.")
+    result = Sdf.Path(text)
+    if not result.IsAbsoluteRootOrPrimPath() or not result.IsAbsolutePath():
+        raise BadPrim(f"{text!r} is not the absolute path of a prim; it should look like '/World/name'.")
+    return result
+
+
+def valid_name(text: str) -> str:
+    """`text` with every character that a prim name cannot have replaced by an underscore."""
+    return Tf.MakeValidIdentifier(text)
+
+
+def prim_at(stage: Usd.Stage, path: str | Sdf.Path) -> Usd.Prim:
+    """The prim at `path`.
+
+    Raises:
+        BadPrim: there is none; the message says how far the path exists and what lies there.
+    """
+    wanted = prim_path(path)
+    if prim := stage.GetPrimAtPath(wanted):
+        return prim
+    ancestor = wanted.GetParentPath()
+    while not stage.GetPrimAtPath(ancestor):
+        ancestor = ancestor.GetParentPath()
+    names = stage.GetPrimAtPath(ancestor).GetAllChildrenNames()
+    listing = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "") if names else "nothing"
+    raise BadPrim(f"there is no prim {wanted} on the stage; {ancestor} has {listing} below it")

@@ -1,0 +1,155 @@
+"""Rotations and transforms as numpy arrays, whole batches at a time.
+
+Matrices are USD's: row vectors, so that p_out = p @ matrix and translation is the last row. Quaternions are
+(x, y, z, w), as Warp and Newton order them; angles are degrees, as in USD's rotate ops.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+# Below this a scale is called zero: its axis has no direction left.
+_TINY = 1e-12
+
+
+class Pose(NamedTuple):
+    """Scale first, then rotate, then translate; leading dimensions are those of the matrices."""
+
+    translate: Array  # (..., 3) stage units
+    rotation: Array  # (..., 4) unit quaternion x, y, z, w
+    scale: Array  # (..., 3); all three negative where the matrix mirrors
+
+
+def quat_from_matrix(matrix: ArrayLike) -> Array:
+    """Unit quaternions (..., 4) with w >= 0 of rotation matrices (..., 3, 3) or the upper part of (..., 4,
+    4).
+    """
+    m = np.asarray(matrix, np.float64)[..., :3, :3]
+    xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
+    # Four times the outer product of the quaternion with itself. Its longest row is the accurate one.
+    yz, zx, xy = m[..., 1, 2] + m[..., 2, 1], m[..., 2, 0] + m[..., 0, 2], m[..., 0, 1] + m[..., 1, 0]
+    xw, yw, zw = m[..., 1, 2] - m[..., 2, 1], m[..., 2, 0] - m[..., 0, 2], m[..., 0, 1] - m[..., 1, 0]
+    outer = np.stack(
+        [
+            np.stack([1 + xx - yy - zz, xy, zx, xw], -1),
+            np.stack([xy, 1 - xx + yy - zz, yz, yw], -1),
+            np.stack([zx, yz, 1 - xx - yy + zz, zw], -1),
+            np.stack([xw, yw, zw, 1 + xx + yy + zz], -1),
+        ],
+        -2,
+    )
+    longest = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), -1)
+    quat = np.take_along_axis(outer, longest[..., None, None], -2)[..., 0, :]
+    quat = np.where(quat[..., 3:] < 0, -quat, quat)
+    return quat / np.linalg.norm(quat, axis=-1, keepdims=True)
+
+
+def matrix_from_quat(quat_xyzw: ArrayLike) -> Array:
+    """Rotation matrices (..., 3, 3) of quaternions, which need not be unit length."""
+    q = np.asarray(quat_xyzw, np.float64)
+    x, y, z, w = np.moveaxis(q / np.linalg.norm(q, axis=-1, keepdims=True), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)],
+        [2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)],
+        [2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, -1) for row in rows], -2)
+
+
+def matrix_from_euler(degrees: ArrayLike, order: str = "XYZ") -> Array:
+    """Rotation matrices (..., 3, 3) of a USD rotate op: "XYZ" turns about x first. Angles (..., 3) are x, y,
+    z.
+    """
+    angles = np.radians(np.asarray(degrees, np.float64))
+    first, second, third = (_axis_rotation("XYZ".index(axis), angles) for axis in order.upper())
+    return first @ second @ third
+
+
+def euler_from_matrix(matrix: ArrayLike, order: str = "XYZ") -> Array:
+    """Angles about x, y, z [degrees], (..., 3), that a USD rotate op of `order` needs to give these
+    rotations.
+
+    The middle angle is within ±90°; where it is ±90° the last one is 0, because only their combination
+    matters.
+    """
+    m = np.asarray(matrix, np.float64)[..., :3, :3]
+    i, j, k = ("XYZ".index(axis) for axis in order.upper())
+    sign = 1.0 if (j - i) % 3 == 1 else -1.0
+    cosine = np.hypot(m[..., i, i], m[..., i, j])
+    locked = cosine < 1e-9
+    angles = np.empty((*m.shape[:-2], 3))
+    angles[..., i] = np.where(
+        locked,
+        np.arctan2(-sign * m[..., k, j], m[..., j, j]),
+        np.arctan2(sign * m[..., j, k], m[..., k, k]),
+    )
+    angles[..., j] = np.arctan2(-sign * m[..., i, k], cosine)
+    angles[..., k] = np.where(locked, 0.0, np.arctan2(sign * m[..., i, j], m[..., i, i]))
+    return np.degrees(angles)
+
+
+def euler_xyz_from_quat(quat_xyzw: ArrayLike) -> Array:
+    """Angles [degrees] (..., 3) of a rotateXYZ op for quaternions (..., 4)."""
+    return euler_from_matrix(matrix_from_quat(quat_xyzw), "XYZ")
+
+
+def compose(
+    translate: ArrayLike = (0.0, 0.0, 0.0),
+    rotation: ArrayLike = (0.0, 0.0, 0.0, 1.0),
+    scale: ArrayLike = (1.0, 1.0, 1.0),
+) -> Array:
+    """Matrices (..., 4, 4) that scale, then rotate by a quaternion, then translate; arguments broadcast."""
+    return _assemble(translate, matrix_from_quat(rotation), scale)
+
+
+def compose_euler(
+    translate: ArrayLike = (0.0, 0.0, 0.0),
+    degrees: ArrayLike = (0.0, 0.0, 0.0),
+    scale: ArrayLike = (1.0, 1.0, 1.0),
+    order: str = "XYZ",
+) -> Array:
+    """Matrices (..., 4, 4) of the ops translate, rotate<order>, scale; arguments broadcast."""
+    return _assemble(translate, matrix_from_euler(degrees, order), scale)
+
+
+def decompose(matrix: ArrayLike) -> Pose:
+    """Translation, rotation and scale of matrices (..., 4, 4).
+
+    Exact for any scale-rotate-translate. Shear cannot be kept: the rotation is then the one nearest to the
+    directions of the axes. Axes scaled to zero get any direction that completes the frame.
+    """
+    m = np.asarray(matrix, np.float64)
+    axes = m[..., :3, :3]
+    scale = np.linalg.norm(axes, axis=-1)
+    scale = np.where(np.linalg.det(axes)[..., None] < 0, -scale, scale)
+    vanished = np.abs(scale) < _TINY
+    directions = np.where(vanished[..., None], 0.0, axes / np.where(vanished, 1.0, scale)[..., None])
+    left, _, right = np.linalg.svd(directions)
+    # With a zero axis the completed frame may be left-handed; the flip only touches that free direction.
+    left[..., :, 2] *= np.sign(np.linalg.det(left @ right))[..., None]
+    return Pose(m[..., 3, :3].copy(), quat_from_matrix(left @ right), np.where(vanished, 0.0, scale))
+
+
+def _axis_rotation(axis: int, angles: Array) -> Array:
+    a, b = (axis + 1) % 3, (axis + 2) % 3
+    cos, sin = np.cos(angles[..., axis]), np.sin(angles[..., axis])
+    m = np.zeros((*cos.shape, 3, 3))
+    m[..., axis, axis] = 1.0
+    m[..., a, a], m[..., b, b] = cos, cos
+    m[..., a, b], m[..., b, a] = sin, -sin
+    return m
+
+
+def _assemble(translate: ArrayLike, rotation: Array, scale: ArrayLike) -> Array:
+    axes = np.asarray(scale, np.float64)[..., :, None] * rotation
+    offset = np.asarray(translate, np.float64)
+    m = np.zeros((*np.broadcast_shapes(axes.shape[:-2], offset.shape[:-1]), 4, 4))
+    m[..., :3, :3] = axes
+    m[..., 3, :3] = offset
+    m[..., 3, 3] = 1.0
+    return m

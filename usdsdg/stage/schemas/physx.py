@@ -1,0 +1,13 @@
+"""The classes of NVIDIA's PhysxSchema, importable as a stand-in for `pxr.PhysxSchema`."""
+
+from __future__ import annotations
+
+from usdsdg.stage.schemas import RESOURCES, register
+from usdsdg.stage.schemas.codeless import make_classes
+
+register()
+
+_classes = make_classes(RESOURCES / "physx", __name__)
+globals().update(_classes)
+
+__all__ = sorted(_classes)
