@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -37,14 +36,8 @@ class ChangeTracker:
         self._resynced: set[Sdf.Path] = set()
         self._changed: set[Sdf.Path] = set()
         self._muted = 0
-        ourselves = weakref.ref(self)
-
-        def hear(notice: Usd.Notice.ObjectsChanged, sender: Usd.Stage) -> None:
-            tracker = ourselves()
-            if tracker is not None and not tracker._muted:
-                tracker._record(notice)
-
-        self._listener: Tf.Notice.Listener | None = Tf.Notice.Register(Usd.Notice.ObjectsChanged, hear, stage)
+        # pxr holds the method weakly, so that a forgotten tracker dies and its listener with it.
+        self._listener: Tf.Notice.Listener | None = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._hear, stage)
 
     def take(self) -> Changes:
         """Everything since the last call; the next call starts from here."""
@@ -54,7 +47,7 @@ class ChangeTracker:
         roots = set(Sdf.Path.RemoveDescendentPaths(sorted(prims)))
         by_prim: defaultdict[Sdf.Path, set[str]] = defaultdict(set)
         for path in changed | (resynced - prims):
-            prim = path.GetPrimPath()
+            prim = path if path.IsAbsoluteRootPath() else path.GetPrimPath()
             if not roots or not _has_prefix(prim, roots):
                 names = by_prim[prim]
                 if path != prim:
@@ -79,10 +72,9 @@ class ChangeTracker:
             self._listener.Revoke()
             self._listener = None
 
-    def __del__(self) -> None:
-        self.close()
-
-    def _record(self, notice: Usd.Notice.ObjectsChanged) -> None:
+    def _hear(self, notice: Usd.Notice.ObjectsChanged, sender: Usd.Stage) -> None:
+        if self._muted:
+            return
         self._changed.update(notice.GetChangedInfoOnlyPaths())
         if resynced := notice.GetResyncedPaths():
             self._resynced.update(resynced)
