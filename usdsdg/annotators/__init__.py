@@ -1,0 +1,58 @@
+"""Annotators: what is seen in one frame, as labelled arrays (`rep.annotators`)."""
+
+# Members of the family register themselves when imported.
+from usdsdg.annotators import boxes, camera, image, pointcloud, segmentation, skeleton
+from usdsdg.annotators.annotator import Annotator, Requirements, attached_annotators, detach_all, requirements
+from usdsdg.annotators.augmentation import Augmentation
+from usdsdg.annotators.base import Annotation, define
+from usdsdg.annotators.catalogue import (
+    AnnotatorRegistry,
+    augment,
+    augment_compose,
+    get,
+    get_augmentation,
+    get_registered_annotators,
+    register,
+    register_augmentation,
+    unregister_annotator,
+    unregister_augmentation,
+)
+from usdsdg.annotators.entities import Entities, EntityReader
+from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.payload import Capture, build_payload
+from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, AugmentationError
+
+__all__ = [
+    "Annotation",
+    "Annotator",
+    "AnnotatorError",
+    "AnnotatorRegistry",
+    "AnnotatorRegistryError",
+    "Augmentation",
+    "AugmentationError",
+    "Capture",
+    "Entities",
+    "EntityReader",
+    "Frame",
+    "Requirements",
+    "attached_annotators",
+    "augment",
+    "augment_compose",
+    "boxes",
+    "build_payload",
+    "camera",
+    "define",
+    "detach_all",
+    "get",
+    "get_augmentation",
+    "get_registered_annotators",
+    "image",
+    "pointcloud",
+    "register",
+    "register_augmentation",
+    "requirements",
+    "segmentation",
+    "skeleton",
+    "unregister_annotator",
+    "unregister_augmentation",
+]

@@ -1,0 +1,230 @@
+"""The object users hold: one use of an annotator, with its parameters, augmentations and render product."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from usdsdg.annotators.base import Annotation, Kind, predicate_of
+from usdsdg.annotators.frame import Frame
+from usdsdg.errors import AnnotatorError, Unsupported
+from usdsdg.registry import near_misses
+
+if TYPE_CHECKING:
+    from usdsdg.annotators.augmentation import Augmentation
+
+
+class Annotator:
+    """One use of an annotator: its parameters, its augmentations, the render product it watches."""
+
+    def __init__(self, kind: Kind, *, name: str | None = None, init_params: Mapping[str, Any] | None = None) -> None:
+        self._kind = kind
+        self._name = name or kind.name
+        self._params: dict[str, Any] = dict(kind.params)
+        self._augmentations: list[Augmentation] = []
+        self._render_product: str | None = None
+        self._latest: Annotation | None = None
+        if init_params:
+            self.initialize(**init_params)
+
+    # What the orchestrator asks
+
+    @property
+    def aovs(self) -> frozenset[str]:
+        """AOVs that the renderer must make for it."""
+        return self._kind.aovs
+
+    @property
+    def needs_coverage(self) -> bool:
+        """Whether it reads `Frame.coverage`."""
+        return self._kind.needs_coverage
+
+    @property
+    def needs_picture(self) -> bool:
+        """Whether it reads path-traced colour ("LdrColor", "HdrColor")."""
+        return self._kind.needs_picture
+
+    @property
+    def label_filter(self) -> str | None:
+        """The label filter to announce to `EntityReader.read`."""
+        return predicate_of(self._params)
+
+    @property
+    def render_product(self) -> str | None:
+        """Path of the render product it is attached to."""
+        return self._render_product
+
+    def compute(self, frame: Frame) -> Annotation:
+        """What it says of `frame`, augmentations applied; also what `get_data` returns from now on."""
+        key = ("annotation", self._kind.name, json.dumps(self._params, sort_keys=True, default=str))
+        annotation = frame.derive(key, lambda: self._kind.compute(frame, self._params))
+        for augmentation in self._augmentations:
+            annotation = augmentation.run(annotation, frame)
+        self._latest = annotation
+        return annotation
+
+    # What users call
+
+    def initialize(self, **init_params: Any) -> Annotator:
+        """Set init parameters; only before attaching."""
+        if self._render_product is not None:
+            raise AnnotatorError(f"{self._name} is attached to {self._render_product}: detach it before initialize().")
+        for key in init_params:
+            if key not in self._kind.params:
+                close = near_misses(key, self._kind.params)
+                known = ", ".join(self._kind.params) or "none"
+                hint = f"Did you mean {close[0]!r}?" if close else f"It has: {known}."
+                raise AnnotatorError(f"Annotator {self._name!r} has no init parameter {key!r}. {hint}")
+        self._params.update(init_params)
+        predicate_of(self._params)
+        return self
+
+    def attach(self, render_products: Any, render_product_idxs: Any = None) -> Annotator:
+        """Watch one render product (an object with `.path`, a path, or a list of one)."""
+        paths = render_product_paths(render_products)
+        if len(paths) != 1:
+            raise Unsupported(
+                f"Annotator {self._name!r} was given {len(paths)} render products: attach one annotator to each."
+            )
+        self._render_product = paths[0]
+        if self not in _attached:
+            _attached.append(self)
+        return self
+
+    def detach(self, render_products: Any = None) -> Annotator:
+        """Stop watching."""
+        if render_products is None or self._render_product in render_product_paths(render_products):
+            self._render_product = None
+            self._latest = None
+            if self in _attached:
+                _attached.remove(self)
+        return self
+
+    def get_data(
+        self, device: str | None = None, do_array_copy: bool = False, use_legacy_structure: bool = True
+    ) -> Any:
+        """What it said of the latest frame; arrays of size 0 before the first.
+
+        device: "cpu" or None gives NumPy arrays, "cuda[:n]" gives the array as a Warp array.
+
+        Raises:
+            AnnotatorError: it is not attached.
+        """
+        if self._render_product is None:
+            raise AnnotatorError(f"Annotator {self._name!r} is not attached. Call attach(render_product) first.")
+        latest = self._latest or Annotation(self._kind.empty)
+        data = latest.data
+        if data is not None and device not in (None, "cpu"):
+            import warp
+
+            # Warp has no unsigned 32-bit textures of ids in Replicator either; ids stay below 2**31.
+            data = warp.array(data.view(np.int32) if data.dtype == np.uint32 else data, device=device)
+        elif data is not None and do_array_copy:
+            data = data.copy()
+        latest = Annotation(data, latest.info)
+        return latest.legacy() if use_legacy_structure else latest.flat()
+
+    def augment(
+        self, augmentation: Any, data_out_shape: Any = None, name: str | None = None, device: Any = None, **kwargs: Any
+    ) -> Annotator:
+        """Pass the array through `augmentation` (an Augmentation, its registered name, or a function), in place."""
+        from usdsdg.annotators.augmentation import as_augmentation
+
+        self._augmentations.append(as_augmentation(augmentation, data_out_shape, kwargs))
+        self._name = name or self._name
+        return self
+
+    def augment_compose(self, augmentations: Sequence[Any], name: str | None = None) -> Annotator:
+        """Apply several augmentations one after the other."""
+        for augmentation in augmentations:
+            self.augment(augmentation, name=name)
+        return self
+
+    def copy(self, name: str | None = None) -> Annotator:
+        """An unattached annotator with the same parameters and augmentations."""
+        twin = copy.copy(self)
+        twin._name = name or self._name
+        twin._params, twin._augmentations = dict(self._params), list(self._augmentations)
+        twin._render_product = twin._latest = None
+        return twin
+
+    def get_name(self) -> str:
+        return self._name
+
+    def get_node(self) -> Annotator:
+        """An opaque handle: there is no OmniGraph node behind an annotator."""
+        return self
+
+    @property
+    def name(self) -> str:
+        return self._name
+
+    @property
+    def template_name(self) -> str:
+        return self._kind.name
+
+    @property
+    def is_attached(self) -> bool:
+        return self._render_product is not None
+
+    @property
+    def documentation(self) -> str:
+        return self._kind.documentation
+
+
+_attached: list[Annotator] = []
+
+
+def attached_annotators() -> tuple[Annotator, ...]:
+    """Annotators that users attached to render products themselves; those of writers are the writers'."""
+    return tuple(_attached)
+
+
+def detach_all() -> None:
+    """Detach every annotator, as for a new stage."""
+    for annotator in attached_annotators():
+        annotator.detach()
+
+
+def render_product_paths(render_products: Any) -> list[str]:
+    """Prim paths of a render product, of its path, or of a list of either.
+
+    Raises:
+        AnnotatorError: something in it is neither.
+    """
+    items = render_products if isinstance(render_products, (list, tuple, set)) else [render_products]
+    paths = []
+    for item in items:
+        path = str(getattr(item, "path", item) or "")
+        if not path.startswith("/"):
+            raise AnnotatorError(
+                f"{item!r} is not a render product: give what create.render_product returned, or its path."
+            )
+        paths.append(path)
+    return paths
+
+
+@dataclass(frozen=True)
+class Requirements:
+    """What a set of annotators needs of one frame."""
+
+    aovs: frozenset[str] = frozenset()
+    coverage: bool = False
+    picture: bool = False
+    filters: tuple[str | None, ...] = ()
+
+
+def requirements(annotators: Iterable[Annotator]) -> Requirements:
+    """The union of what `annotators` need."""
+    annotators = list(annotators)
+    return Requirements(
+        frozenset().union(*(a.aovs for a in annotators)),
+        any(a.needs_coverage for a in annotators),
+        any(a.needs_picture for a in annotators),
+        tuple(dict.fromkeys(a.label_filter for a in annotators)),
+    )

@@ -1,0 +1,134 @@
+"""Exact bounds of a gprim in the frame of one of its ancestors.
+
+Authored extents are not trusted: they may be stale, and an axis-aligned box that is rotated grows. Meshes give the
+points that their faces use; the quadrics give the surface itself, which contains any tessellation of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+_AXES = {"X": 0, "Y": 1, "Z": 2}
+
+# A hull is what a gprim needs to bound itself under any affine map: (matrix) → (2, 3) min and max.
+Hull = Callable[[np.ndarray], np.ndarray]
+
+
+def read_hull(prim: Usd.Prim, time: Usd.TimeCode) -> Hull | None:
+    """The hull of a gprim in its own frame [stage units], or None when it has no finite extent."""
+    kind = prim.GetTypeName()
+    if kind in _QUADRICS:
+        return _QUADRICS[kind](prim, time)
+    points = _corner_points(prim, kind, time)
+    points = points[np.isfinite(points).all(axis=1)]
+    return _points_hull(points) if len(points) else None
+
+
+def _corner_points(prim: Usd.Prim, kind: str, time: Usd.TimeCode) -> np.ndarray:
+    if kind == "Mesh":
+        return _mesh_points(UsdGeom.Mesh(prim), time)
+    if kind == "Cube":
+        half = _number(prim, "size", 2.0, time) / 2
+        return _box_corners((-half,) * 3, (half,) * 3)
+    if kind == "Plane":
+        return _plane_corners(prim, time)
+    extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), time)
+    if not extent or len(extent) != 2:
+        return np.zeros((0, 3))
+    return _box_corners(extent[0], extent[1])
+
+
+def _mesh_points(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> np.ndarray:
+    points = np.asarray(mesh.GetPointsAttr().Get(time) or (), np.float64).reshape(-1, 3)
+    used = np.asarray(mesh.GetFaceVertexIndicesAttr().Get(time) or (), np.int64)
+    if not len(used):
+        return points
+    # A point that no face uses is not part of the surface; an index out of range is the renderer's to report.
+    is_used = np.zeros(len(points), bool)
+    is_used[used[(used >= 0) & (used < len(points))]] = True
+    return points[is_used]
+
+
+def _plane_corners(prim: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:
+    axis = _axis(prim, time)
+    width, length = _number(prim, "width", 2.0, time) / 2, _number(prim, "length", 2.0, time) / 2
+    # UsdGeomPlane: X runs length along Y and width along Z, Y runs width along X and length along Z.
+    half = {0: (0.0, length, width), 1: (width, 0.0, length), 2: (width, length, 0.0)}[axis]
+    return _box_corners(tuple(-h for h in half), half)
+
+
+def _box_corners(low, high) -> np.ndarray:
+    return np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)], np.float64)
+
+
+def _points_hull(points: np.ndarray) -> Hull:
+    def bound(matrix: np.ndarray) -> np.ndarray:
+        moved = points @ matrix[:3, :3] + matrix[3, :3]
+        return np.stack([moved.min(axis=0), moved.max(axis=0)])
+
+    return bound
+
+
+def _discs_hull(discs: list[tuple[np.ndarray, np.ndarray | None, float]]) -> Hull:
+    """Hull of several discs (centre, unit axis, radius), or balls where the axis is None.
+
+    Under the linear map L a ball of radius r reaches r |L column j| along axis j, a disc the same with the part of
+    the column along its normal taken out.
+    """
+
+    def bound(matrix: np.ndarray) -> np.ndarray:
+        linear, low, high = matrix[:3, :3], [], []
+        for centre, normal, radius in discs:
+            columns = linear if normal is None else linear - np.outer(normal, normal @ linear)
+            middle, reach = centre @ linear + matrix[3, :3], radius * np.linalg.norm(columns, axis=0)
+            low.append(middle - reach)
+            high.append(middle + reach)
+        return np.stack([np.min(low, axis=0), np.max(high, axis=0)])
+
+    return bound
+
+
+def _sphere(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
+    return _discs_hull([(np.zeros(3), None, _number(prim, "radius", 1.0, time))])
+
+
+def _capsule(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
+    along, half = _spine(prim, 1.0, time)
+    radius = _number(prim, "radius", 0.5, time)
+    return _discs_hull([(-along * half, None, radius), (along * half, None, radius)])
+
+
+def _cylinder(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
+    along, half = _spine(prim, 2.0, time)
+    radius = _number(prim, "radius", 1.0, time)
+    return _discs_hull([(-along * half, along, radius), (along * half, along, radius)])
+
+
+def _cone(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
+    along, half = _spine(prim, 2.0, time)
+    return _discs_hull([(-along * half, along, _number(prim, "radius", 1.0, time)), (along * half, along, 0.0)])
+
+
+_QUADRICS: dict[str, Callable[[Usd.Prim, Usd.TimeCode], Hull]] = {
+    "Sphere": _sphere,
+    "Capsule": _capsule,
+    "Cylinder": _cylinder,
+    "Cone": _cone,
+}
+
+
+def _spine(prim: Usd.Prim, default_height: float, time: Usd.TimeCode) -> tuple[np.ndarray, float]:
+    """Unit axis and half height."""
+    return np.eye(3)[_axis(prim, time)], _number(prim, "height", default_height, time) / 2
+
+
+def _axis(prim: Usd.Prim, time: Usd.TimeCode) -> int:
+    return _AXES.get(str(prim.GetAttribute("axis").Get(time) or "Z"), 2)
+
+
+def _number(prim: Usd.Prim, name: str, default: float, time: Usd.TimeCode) -> float:
+    value = prim.GetAttribute(name).Get(time)
+    return float(default if value is None else value)

@@ -1,0 +1,173 @@
+"""Annotators and augmentations by name: what `rep.annotators` and `rep.AnnotatorRegistry` offer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from usdsdg.annotators.annotator import Annotator
+from usdsdg.annotators.augmentation import Augmentation, as_augmentation, augmentations
+from usdsdg.annotators.base import Annotation, Kind, define, kinds
+from usdsdg.annotators.frame import Frame
+from usdsdg.errors import AnnotatorRegistryError, Unsupported
+from usdsdg.registry import Registry
+
+# Known names without an implementation, and why; asking for one says so instead of "unknown".
+UNSUPPORTED: dict[str, str] = {}
+
+
+def _unsupported(reason: str, names: str) -> None:
+    UNSUPPORTED.update(dict.fromkeys(names.split(), reason))
+
+
+_unsupported(
+    "the depth-sensor model is not implemented; distance_to_image_plane gives exact depth",
+    "DepthSensorDistance DepthSensorPointCloudPosition DepthSensorPointCloudColor DepthSensorImager",
+)
+_unsupported(
+    "lidar and radar are out of scope",
+    "RtxSensorCpu RtxSensorGpu GenericModelOutput RtxSensorMetadata StableIdMap",
+)
+_unsupported(
+    "the renderer does not separate this part of the light",
+    "Roughness SpecularAlbedo AmbientOcclusion DirectDiffuse DirectSpecular IndirectDiffuse BumpNormal Motion2d "
+    "Reflections EmissionAndForegroundMask PtDirectIllumation PtGlobalIllumination PtReflections PtRefractions "
+    "PtSelfIllumination PtBackground PtVolumes PtDiffuseFilter PtReflectionFilter PtRefractionFilter",
+)
+_unsupported(
+    "it is not implemented yet",
+    "shaded_semantic_segmentation shaded_instance_segmentation shaded_instance_id_segmentation "
+    "cross_correspondence CrossCorrespondence Attribute primPaths fabricTime rpFabricTime",
+)
+
+_composed: Registry[Annotator] = Registry("annotator", AnnotatorRegistryError)
+
+
+def get(
+    name: str,
+    init_params: Mapping[str, Any] | None = None,
+    render_product_idxs: Sequence[int] | None = None,
+    device: str | None = None,
+    do_array_copy: bool = True,
+) -> Annotator:
+    """A new, unattached annotator.
+
+    Raises:
+        AnnotatorRegistryError: there is no such annotator; the message lists near misses.
+        Unsupported: Replicator has it and usdsdg does not.
+    """
+    if name in _composed:
+        found = _composed.get(name).copy()
+        return found.initialize(**init_params) if init_params else found
+    if name in UNSUPPORTED and name not in kinds:
+        raise Unsupported(f"Annotator {name!r}: {UNSUPPORTED[name]}.")
+    return Annotator(kinds.get(name), init_params=init_params)
+
+
+def get_registered_annotators() -> list[str]:
+    return [*kinds.names(), *_composed.names()]
+
+
+def register(name: str, annotator: Annotator) -> None:
+    """Make an (augmented) annotator available under `name`."""
+    if not isinstance(annotator, Annotator):
+        raise AnnotatorRegistryError(f"register({name!r}, ...): {annotator!r} is not an Annotator.")
+    _composed.add(name, annotator.copy(name))
+
+
+def unregister_annotator(name: str) -> None:
+    (_composed if name in _composed else kinds).remove(name)
+
+
+def get_augmentation(name: str) -> Augmentation:
+    return augmentations.get(name)
+
+
+def register_augmentation(name: str, augmentation: Any) -> None:
+    augmentations.add(name, as_augmentation(augmentation, None, {}))
+
+
+def unregister_augmentation(name: str) -> None:
+    augmentations.remove(name)
+
+
+def augment(
+    source_annotator: Annotator | str,
+    augmentation: Any,
+    data_out_shape: Any = None,
+    name: str | None = None,
+    device: Any = None,
+    **kwargs: Any,
+) -> Annotator:
+    """A copy of `source_annotator` (object or name) whose array passes through `augmentation`."""
+    source = get(source_annotator) if isinstance(source_annotator, str) else source_annotator.copy()
+    return source.augment(augmentation, data_out_shape, name, device, **kwargs)
+
+
+def augment_compose(
+    source_annotator: Annotator | str, augmentations: Sequence[Any], name: str | None = None
+) -> Annotator:
+    """A copy of `source_annotator` whose array passes through several augmentations in turn."""
+    source = get(source_annotator) if isinstance(source_annotator, str) else source_annotator.copy()
+    return source.augment_compose(augmentations, name)
+
+
+class AnnotatorRegistry:
+    """The same functions under Replicator's older names."""
+
+    _default_annotators: list[str] = []
+
+    get_annotator = staticmethod(get)
+    get_registered_annotators = staticmethod(get_registered_annotators)
+    register_augmentation = staticmethod(register_augmentation)
+    unregister_annotator = staticmethod(unregister_annotator)
+
+    @staticmethod
+    def register_annotator_from_aov(
+        aov: str,
+        output_data_type: Any = None,
+        output_channels: int = 1,
+        on_attach_callback: Any = None,
+        name: str | None = None,
+        is_gpu_enabled: bool = True,
+        documentation: str | None = None,
+    ) -> None:
+        """An annotator that gives a renderer's AOV as it is."""
+
+        def whole(frame: Frame, params: Mapping[str, Any]) -> Annotation:
+            return Annotation(frame.aov(aov))
+
+        picture = aov in ("LdrColor", "HdrColor")
+        define(name or aov, aovs=() if picture else [aov], needs_picture=picture, dtype=output_data_type or np.float32)(
+            whole
+        )
+
+    @staticmethod
+    def register_annotator_from_node(name: str, input_rendervars: Any, node_type_id: str, **kwargs: Any) -> None:
+        """Unsupported: there are no OmniGraph nodes."""
+        raise Unsupported(
+            f"Annotator {name!r} from node {node_type_id!r}: there is no OmniGraph here. Write a function of a "
+            "Frame and register it with usdsdg.annotators.define."
+        )
+
+    @staticmethod
+    def detach(annotator: Annotator, render_products: Any = None) -> None:
+        annotator.detach(render_products)
+
+
+__all__ = [
+    "UNSUPPORTED",
+    "AnnotatorRegistry",
+    "Kind",
+    "augment",
+    "augment_compose",
+    "get",
+    "get_augmentation",
+    "get_registered_annotators",
+    "register",
+    "register_augmentation",
+    "unregister_annotator",
+    "unregister_augmentation",
+]

@@ -1,0 +1,52 @@
+"""Colours of segmentation ids: a function of the id alone, so that a thing keeps its colour over frames and runs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+BACKGROUND, UNLABELLED, FIRST_LABELLED = 0, 1, 2
+
+_GOLDEN_RATIO = 1.618033988749895
+
+
+def colors_of_ids(ids: np.ndarray) -> np.ndarray:
+    """(N, 4) uint8 RGBA of N ids, as Replicator colours them since 1.12.26.
+
+    Ids of labelled things start at 2; 0 is transparent black and 1 opaque black.
+    """
+    ids = np.asarray(ids, np.uint64)
+    hashed = _hash(ids)
+    turn = (ids.astype(np.float64) / _GOLDEN_RATIO) % 1.0
+    hue = (turn + 0.1 * (hashed & 0xFFFF) / 65536) % 1.0
+    saturation = 0.7 + 0.3 * ((hashed >> 16) & 255) / 255
+    value = 0.8 + 0.2 * ((hashed >> 8) & 255) / 255
+    colors = np.empty((len(ids), 4), np.uint8)
+    colors[:, :3] = hsv_to_rgb(hue, saturation, value) * 255
+    colors[:, 3] = 255
+    colors[ids == UNLABELLED] = (0, 0, 0, 255)
+    colors[ids == BACKGROUND] = 0
+    return colors
+
+
+def _hash(ids: np.ndarray) -> np.ndarray:
+    """The low 24 bits of a murmur-like finaliser in unbounded integers.
+
+    They depend on no more than the low 40 bits of the second product, hence on the low 53 of the first, which fits: the
+    wrap of uint64 is never seen for ids below 2**32.
+    """
+    h = ids.copy()
+    h ^= h >> np.uint64(16)
+    h *= np.uint64(0x85EBCA6B)
+    h ^= h >> np.uint64(13)
+    h *= np.uint64(0xC2B2AE35)
+    h ^= h >> np.uint64(16)
+    return (h & np.uint64(0xFFFFFF)).astype(np.int64)
+
+
+def hsv_to_rgb(hue: np.ndarray, saturation: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """(N, 3) in [0, 1]; hue in turns."""
+    sector = hue * 6.0
+    # The distance of each channel's hue from `hue`, in sectors, as a saw between 0 and 1.
+    offsets = np.array([5.0, 3.0, 1.0])
+    k = (offsets + sector[:, None]) % 6.0
+    return value[:, None] * (1 - saturation[:, None] * np.clip(np.minimum(k, 4 - k), 0, 1))

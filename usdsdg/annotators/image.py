@@ -1,0 +1,69 @@
+"""Annotators that are one AOV: colour, depth, normals, motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from usdsdg.annotators.base import Annotation, define
+from usdsdg.annotators.frame import Frame
+
+Params = Mapping[str, Any]
+
+
+@define("rgb", "LdrColor", needs_picture=True, dtype=np.uint8)
+def rgb(frame: Frame, params: Params) -> Annotation:
+    """Tone-mapped colour, uint8 (H, W, 4), alpha 255."""
+    return Annotation(frame.aov("LdrColor"))
+
+
+@define("HdrColor", needs_picture=True, dtype=np.float16)
+def hdr_color(frame: Frame, params: Params) -> Annotation:
+    """Linear colour, float16 (H, W, 4)."""
+    return Annotation(frame.aov("HdrColor"))
+
+
+@define("distance_to_camera", aovs=["distance_to_camera"], dtype=np.float32)
+def distance_to_camera(frame: Frame, params: Params) -> Annotation:
+    """Distance from the camera's centre [m], float32 (H, W); +inf where nothing is hit."""
+    return Annotation(frame.aov("distance_to_camera"))
+
+
+@define("distance_to_image_plane", "DepthLinearized", "PtZDepth", aovs=["distance_to_image_plane"], dtype=np.float32)
+def distance_to_image_plane(frame: Frame, params: Params) -> Annotation:
+    """Distance along the optical axis [m], float32 (H, W); +inf where nothing is hit."""
+    return Annotation(frame.aov("distance_to_image_plane"))
+
+
+@define("normals", "SmoothNormal", "PtWorldNormal", aovs=["normals"], dtype=np.float32)
+def normals(frame: Frame, params: Params) -> Annotation:
+    """Unit normals in the world, float32 (H, W, 4); 0 0 0 where nothing is hit. The fourth channel is 1."""
+    return Annotation(_four_channels(frame.aov("normals"), 1.0))
+
+
+@define("motion_vectors", "MotionVectors", aovs=["motion_vectors"], dtype=np.float32)
+def motion_vectors(frame: Frame, params: Params) -> Annotation:
+    """Motion since the last frame [pixels], float32 (H, W, 4): +x moved left, +y moved up, the rest 0."""
+    return Annotation(_four_channels(frame.aov("motion_vectors"), 0.0))
+
+
+@define("PtWorldPos", aovs=["position"], dtype=np.float32)
+def world_position(frame: Frame, params: Params) -> Annotation:
+    """The point seen, in the world [stage units], float32 (H, W, 4); the fourth channel is 1."""
+    return Annotation(_four_channels(frame.aov("position"), 1.0))
+
+
+@define("DiffuseAlbedo", aovs=["albedo"], dtype=np.uint8)
+def diffuse_albedo(frame: Frame, params: Params) -> Annotation:
+    """Base colour, linear, uint8 (H, W, 4)."""
+    albedo = np.clip(frame.aov("albedo"), 0, 1) * 255 + 0.5
+    return Annotation(_four_channels(albedo.astype(np.uint8), 255))
+
+
+def _four_channels(image: np.ndarray, fill: float) -> np.ndarray:
+    out = np.zeros((*image.shape[:2], 4), image.dtype)
+    out[..., : image.shape[2]] = image
+    out[..., 3] = fill
+    return out

@@ -1,0 +1,90 @@
+"""What a writer's `write` receives: the annotations of all its render products, in one of three layouts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from usdsdg.annotators.base import Annotation
+from usdsdg.errors import WriterError
+
+LAYOUTS = ("legacy", "annotator", "renderProduct")
+
+
+@dataclass(frozen=True)
+class Capture:
+    """What one render product gives to a payload."""
+
+    camera: str  # prim path
+    resolution: tuple[int, int]  # width, height
+    annotations: Mapping[str, Annotation]  # by annotator name
+
+
+def build_payload(
+    layout: str,
+    captures: Mapping[str, Capture],
+    *,
+    frame_number: int,
+    reference_time: tuple[int, int] = (0, 1),
+    distribution_outputs: Mapping[str, Any] | None = None,
+    trigger_outputs: Mapping[str, Any] | None = None,
+    named_outputs: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """The payload of `captures`, by render product name.
+
+    layout: a writer's `data_structure`. "legacy" names arrays after annotators, with "-<render product>" appended when
+        there are several; "annotator" and "renderProduct" nest, in the order that the word says.
+
+    Raises:
+        WriterError: there is no such layout.
+    """
+    if layout not in LAYOUTS:
+        raise WriterError(f"data_structure {layout!r} does not exist; a writer may use {', '.join(LAYOUTS)}.")
+    payload: dict[str, Any] = {
+        "swhFrameNumber": frame_number,
+        "reference_time": tuple(reference_time),
+        "distribution_outputs": dict(distribution_outputs or {}),
+        "trigger_outputs": dict(trigger_outputs or {}),
+        "named_outputs": dict(named_outputs or {}),
+    }
+    payload.update(_LAYOUTS[layout](captures))
+    return payload
+
+
+def _legacy(captures: Mapping[str, Capture]) -> dict[str, Any]:
+    laid_out: dict[str, Any] = {}
+    for product, capture in captures.items():
+        suffix = f"-{product}" if len(captures) > 1 else ""
+        for name, annotation in capture.annotations.items():
+            laid_out[name + suffix] = annotation.legacy()
+        laid_out[f"rp_{product}"] = _product(capture)
+    return laid_out
+
+
+def _by_annotator(captures: Mapping[str, Capture]) -> dict[str, Any]:
+    laid_out: dict[str, dict[str, Any]] = {}
+    for product, capture in captures.items():
+        for name, annotation in capture.annotations.items():
+            laid_out.setdefault(name, {})[product] = annotation.flat()
+        for fact, value in _product(capture).items():
+            laid_out.setdefault(fact, {})[product] = value
+    return {"annotators": laid_out}
+
+
+def _by_render_product(captures: Mapping[str, Capture]) -> dict[str, Any]:
+    return {
+        "renderProducts": {
+            product: {**{name: a.flat() for name, a in capture.annotations.items()}, **_product(capture)}
+            for product, capture in captures.items()
+        }
+    }
+
+
+_LAYOUTS = {"legacy": _legacy, "annotator": _by_annotator, "renderProduct": _by_render_product}
+
+
+def _product(capture: Capture) -> dict[str, Any]:
+    return {"camera": capture.camera, "resolution": np.array(capture.resolution)}

@@ -1,0 +1,168 @@
+"""Segmentation: every pixel's id, and the tables from ids to labels and prims.
+
+Ids: 0 is background, 1 is a gprim without (selected) labels, labelled things count from 2 in stage order. They
+depend on the stage only, not on what is in view or on earlier frames; the tables list the ids present in the
+picture.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
+from usdsdg.annotators.colors import BACKGROUND, FIRST_LABELLED, UNLABELLED, colors_of_ids
+from usdsdg.annotators.frame import Frame
+from usdsdg.errors import AnnotatorError, warn_once
+
+Params = Mapping[str, Any]
+_COLORIZE: Params = {"colorize": False}
+_BACKGROUND_LABEL, _UNLABELLED_LABEL = {"class": "BACKGROUND"}, {"class": "UNLABELLED"}
+
+
+@define(
+    "semantic_segmentation", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE, "mapping": None}, dtype=np.uint32
+)
+def semantic_segmentation(frame: Frame, params: Params) -> Annotation:
+    """Id of the label of each pixel, uint32 (H, W), or its colour, uint8 (H, W, 4).
+
+    Entities with equal labels share an id. `mapping` {"type:label": RGBA or id}, or a JSON file of it, overrules
+    ids and colours.
+    """
+    selection = frame.selection(predicate_of(params))
+    labels, id_of_member = unique_labels(selection.labels)
+    ids = _entity_ids(frame, predicate_of(params), id_of_member + FIRST_LABELLED)
+    described = [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *labels]
+    color_of = colors_of_ids
+    if params["mapping"]:
+        ids, described, color_of = _mapped(ids, described, _read_mapping(params["mapping"]))
+    return _annotation(ids, params, {"idToLabels": lambda i: described[i]}, str, color_of)
+
+
+@define("instance_segmentation", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
+def instance_segmentation(frame: Frame, params: Params) -> Annotation:
+    """Id of the entity (nearest labelled ancestor) of each pixel; keys of the tables are strings."""
+    return _instances(frame, params, str)
+
+
+@define("instance_segmentation_fast", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
+def instance_segmentation_fast(frame: Frame, params: Params) -> Annotation:
+    """As instance_segmentation; keys of the tables are integers, or RGBA tuples."""
+    return _instances(frame, params, _as_is)
+
+
+@define("instance_id_segmentation", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
+def instance_id_segmentation(frame: Frame, params: Params) -> Annotation:
+    """Id of the gprim of each pixel, labelled or not; keys of the table are strings."""
+    return _gprims(frame, params, str)
+
+
+@define("instance_id_segmentation_fast", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
+def instance_id_segmentation_fast(frame: Frame, params: Params) -> Annotation:
+    """As instance_id_segmentation; keys of the table are integers, or RGBA tuples."""
+    return _gprims(frame, params, _as_is)
+
+
+def unique_labels(labels: Sequence[dict[str, str]]) -> tuple[list[dict[str, str]], np.ndarray]:
+    """The different label sets in order of first use, and the index of each member's."""
+    index_of: dict[tuple, int] = {}
+    indices = [index_of.setdefault(tuple(sorted(own.items())), len(index_of)) for own in labels]
+    return [dict(key) for key in index_of], np.array(indices, np.int64)
+
+
+def _instances(frame: Frame, params: Params, key: Callable) -> Annotation:
+    predicate = predicate_of(params)
+    selection = frame.selection(predicate)
+    paths = ["BACKGROUND", "UNLABELLED", *(frame.entities.prim_paths[row] for row in selection.rows)]
+    labels = [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *selection.labels]
+    ids = _entity_ids(frame, predicate, np.arange(len(selection)) + FIRST_LABELLED)
+    tables = {"idToLabels": lambda i: paths[i], "idToSemantics": lambda i: labels[i]}
+    return _annotation(ids, params, tables, key, colors_of_ids)
+
+
+def _gprims(frame: Frame, params: Params, key: Callable) -> Annotation:
+    instance = frame.aov("instance")
+    ids = np.where(instance >= 0, instance + FIRST_LABELLED, BACKGROUND).astype(np.uint32)
+    names = {BACKGROUND: "BACKGROUND", UNLABELLED: "UNLABELLED"}
+    tables = {"idToLabels": lambda i: names[i] if i in names else frame.gprims[i - FIRST_LABELLED]}
+    return _annotation(ids, params, tables, key, colors_of_ids)
+
+
+def _entity_ids(frame: Frame, predicate: str | None, id_of_member: np.ndarray) -> np.ndarray:
+    """(H, W) uint32 ids from the gprim of each pixel, in one look-up."""
+    members = frame.selection(predicate).member_of_gprim
+    id_of_gprim = np.append(id_of_member, UNLABELLED)[members]  # member -1: the appended one
+    table = np.append(id_of_gprim, BACKGROUND).astype(np.uint32)  # gprim -1: no hit
+    return table[frame.aov("instance")]
+
+
+def _annotation(
+    ids: np.ndarray,
+    params: Params,
+    tables: Mapping[str, Callable[[int], Any]],
+    key: Callable,
+    color_of: Callable[[np.ndarray], np.ndarray],
+) -> Annotation:
+    """The picture of `ids` with its tables, keyed by id or, colorized, by colour."""
+    present = np.flatnonzero(np.bincount(ids.ravel()))
+    if not params["colorize"]:
+        info = {name: {key(int(i)): entry(int(i)) for i in present} for name, entry in tables.items()}
+        return Annotation(ids, info)
+    colors = color_of(present)
+    palette = np.zeros((int(present[-1]) + 1 if len(present) else 1, 4), np.uint8)
+    palette[present] = colors
+    # One 32-bit look-up per pixel instead of four bytes.
+    image = palette.view(np.uint32)[:, 0][ids].view(np.uint8).reshape(*ids.shape, 4)
+    keys = [tuple(int(channel) for channel in color) for color in colors]
+    if len(set(keys)) < len(keys):
+        warn_once("Two segmentation ids got the same colour; use colorize=False to tell them apart.")
+    # Ordered by colour, as Replicator's files are.
+    order = sorted(range(len(keys)), key=keys.__getitem__)
+    info = {name: {key(keys[k]): entry(int(present[k])) for k in order} for name, entry in tables.items()}
+    return Annotation(image, info)
+
+
+def _as_is(value: Any) -> Any:
+    return value
+
+
+# Mapping: ids and colours chosen by the user.
+
+
+def _read_mapping(mapping: Any) -> Mapping[str, Any]:
+    if isinstance(mapping, str):
+        text = mapping if mapping.lstrip().startswith("{") else Path(mapping).read_text(encoding="utf-8")
+        mapping = json.loads(text)
+    if not isinstance(mapping, Mapping):
+        raise AnnotatorError(
+            f"mapping must be {{'type:label': RGBA or id}}, a JSON text or file of it, not {mapping!r}."
+        )
+    return mapping
+
+
+def _mapped(
+    ids: np.ndarray, described: list[dict[str, str]], mapping: Mapping[str, Any]
+) -> tuple[np.ndarray, Any, Callable]:
+    """Ids, descriptions and colours with the entries of `mapping` in place of our own."""
+    new_id = np.arange(len(described), dtype=np.uint32)
+    chosen: dict[int, tuple[int, ...]] = {}
+    for index, labels in enumerate(described):
+        for kind, label in labels.items():
+            value = mapping.get(f"{kind}:{label}")
+            if isinstance(value, int):
+                new_id[index] = value
+            elif value is not None:
+                chosen[index] = tuple(int(channel) for channel in value)
+    by_new_id = {int(new): described[old] for old, new in enumerate(new_id)}
+
+    def color_of(present: np.ndarray) -> np.ndarray:
+        colors = colors_of_ids(present)
+        for index, color in chosen.items():
+            colors[present == new_id[index]] = (*color[:3], color[3] if len(color) > 3 else 255)
+        return colors
+
+    return new_id[ids], by_new_id, color_of
