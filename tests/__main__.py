@@ -1,0 +1,29 @@
+"""`python -m tests`: the one command that checks everything: style, types, behaviour."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+
+CHECKS = [
+    ("style", [sys.executable, "-m", "ruff", "check", "."]),
+    ("format", [sys.executable, "-m", "ruff", "format", "--check", "."]),
+    ("types", [sys.executable, "-m", "pyright"]),
+    ("tests", [sys.executable, "-m", "pytest", *sys.argv[1:]]),
+]
+
+
+def main() -> int:
+    """Run every check, also after one failed; the number of failures is the exit code."""
+    failed = []
+    for name, command in CHECKS:
+        print(f"== {name}: {' '.join(command[1:])}", flush=True)
+        if subprocess.run(command, cwd=ROOT).returncode != 0:
+            failed.append(name)
+    print("all checks passed" if not failed else f"failed: {', '.join(failed)}")
+    return len(failed)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,177 @@
+"""What fires when, in which order, and that randomizers do not disturb each other."""
+
+import numpy as np
+import pytest
+from pxr import UsdGeom, UsdLux
+
+from usdsdg import create, distribution, modify, randomizer, trigger, utils
+from usdsdg.errors import GraphError, UsdsdgWarning
+from usdsdg.graph import evaluate
+from usdsdg.graph.sampling import set_global_seed
+from usdsdg.stage.context import new_stage
+
+
+@pytest.fixture
+def stage():
+    set_global_seed(4)
+    evaluate.reset()
+    return new_stage()
+
+
+def cubes(stage, count=3):
+    return [str(stage.DefinePrim(f"/World/cube_{i}", "Cube").GetPath()) for i in range(count)]
+
+
+def sizes(stage, count=3):
+    return [stage.GetPrimAtPath(f"/World/cube_{i}").GetAttribute("size").Get() for i in range(count)]
+
+
+def randomize_sizes(stage, event="go"):
+    with trigger.on_custom_event(event), create.group(cubes(stage)):
+        modify.attribute("size", distribution.uniform(1.0, 2.0))
+
+
+def test_an_event_fires_its_trigger_at_the_next_evaluation_only(stage):
+    randomize_sizes(stage)
+    evaluate.graph().evaluate()
+    assert sizes(stage) == [2.0, 2.0, 2.0]
+    utils.send_og_event("go")
+    assert sizes(stage) == [2.0, 2.0, 2.0]
+    evaluate.graph().evaluate()
+    drawn = sizes(stage)
+    assert len(set(drawn)) == 3
+    evaluate.graph().evaluate()
+    assert sizes(stage) == drawn
+
+
+def test_an_event_sent_twice_fires_twice(stage):
+    randomize_sizes(stage)
+    utils.send_og_event("go")
+    utils.send_og_event("go")
+    assert len(evaluate.graph().evaluate()) == 2
+
+
+def test_every_execution_draws_anew_and_a_restart_repeats(stage):
+    randomize_sizes(stage)
+    runs = []
+    for _ in range(2):
+        for _ in range(2):
+            utils.send_og_event("go")
+            evaluate.graph().evaluate()
+            runs.append(sizes(stage))
+        evaluate.graph().restart()
+    assert runs[0] != runs[1]
+    assert runs[:2] == runs[2:]
+
+
+def test_a_randomizer_added_before_does_not_move_the_others(stage):
+    def draw(with_extra):
+        stage = new_stage()
+        evaluate.reset()
+        with trigger.on_custom_event("go"), create.group(cubes(stage)):
+            if with_extra:
+                randomizer.rotation()
+            modify.attribute("size", distribution.uniform(1.0, 2.0))
+        utils.send_og_event("go")
+        evaluate.graph().evaluate()
+        return sizes(stage)
+
+    assert draw(False) == draw(True)
+
+
+def test_on_frame_shows_the_preview_first_and_then_every_interval(stage):
+    with trigger.on_frame(interval=2, max_execs=3), create.group(cubes(stage)):
+        modify.attribute("size", distribution.uniform(1.0, 2.0))
+    graph = evaluate.graph()
+    graph.evaluate(preview=True)
+    fired = [bool(graph.evaluate(capture=capture)) for capture in range(8)]
+    assert fired == [False, False, True, False, True, False, False, False]
+
+
+def test_a_light_in_a_trigger_is_made_once_and_redrawn(stage):
+    with trigger.on_custom_event("lights"):
+        create.light(
+            light_type="Sphere",
+            intensity=distribution.normal(35000, 5000),
+            position=distribution.uniform((-1, -1, -1), (1, 1, 1)),
+            scale=distribution.uniform(0.1, 1.0),
+            count=3,
+        )
+    lights = [prim for prim in stage.Traverse() if prim.IsA(UsdLux.SphereLight)]
+    assert [str(prim.GetPath()) for prim in lights] == [
+        "/Replicator/SphereLight_Xform/SphereLight",
+        "/Replicator/SphereLight_Xform_01/SphereLight",
+        "/Replicator/SphereLight_Xform_02/SphereLight",
+    ]
+    seen = []
+    for _ in range(2):
+        utils.send_og_event("lights")
+        evaluate.graph().evaluate()
+        seen.append([prim.GetAttribute("inputs:intensity").Get() for prim in lights])
+        scale = lights[0].GetParent().GetAttribute("xformOp:scale").Get()
+        assert scale[0] == scale[1] == scale[2]
+    assert len({*seen[0], *seen[1]}) == 6
+    assert sum(prim.IsA(UsdLux.SphereLight) for prim in stage.Traverse()) == 3
+
+
+def test_dome_textures_and_rotation_are_written_where_they_belong(stage):
+    with trigger.on_custom_event("dome"):
+        dome = create.light(light_type="Dome")
+        with dome:
+            modify.attribute("inputs:texture:file", distribution.choice(["/a.hdr", "/b.hdr"]))
+            randomizer.rotation()
+    utils.send_og_event("dome")
+    evaluate.graph().evaluate()
+    light = stage.GetPrimAtPath("/Replicator/DomeLight_Xform/DomeLight")
+    assert light.GetAttribute("inputs:texture:file").Get().path in ("/a.hdr", "/b.hdr")
+    assert light.GetParent().GetAttribute("xformOp:rotateXYZ").Get() is not None
+
+
+def test_colours_bind_one_material_per_prim_and_reuse_it(stage):
+    with trigger.on_custom_event("paint"), create.group(cubes(stage)):
+        randomizer.color(colors=distribution.uniform((0, 0, 0), (1, 1, 1)))
+    counts = []
+    for _ in range(2):
+        utils.send_og_event("paint")
+        evaluate.graph().evaluate()
+        counts.append(sum(prim.GetTypeName() == "Material" for prim in stage.Traverse()))
+    assert counts == [3, 3]
+    colour = stage.GetPrimAtPath("/Replicator/Looks/OmniPBR/Shader").GetAttribute("inputs:diffuse_color_constant").Get()
+    twin = stage.GetPrimAtPath("/Replicator/Looks/OmniPBR/PreviewSurface").GetAttribute("inputs:diffuseColor").Get()
+    assert colour == twin
+
+
+def test_random_rotations_are_uniform_on_so3(stage):
+    quaternions = randomizer._uniform_quaternions(np.random.default_rng(0).random((20000, 3)))
+    assert np.allclose(np.linalg.norm(quaternions, axis=1), 1)
+    # The squared components of a uniform quaternion are Dirichlet(1/2, ...): mean 1/4, E[w^4] = 1/8.
+    assert np.allclose((quaternions**2).mean(0), 0.25, atol=0.01)
+    assert np.allclose((quaternions**4).mean(0), 0.125, atol=0.01)
+
+
+def test_a_camera_object_looks_where_it_is_told(stage):
+    create.camera(position=(3, 0, 1), look_at=(0, 0, 0))
+    camera = UsdGeom.Camera(stage.GetPrimAtPath("/Replicator/Camera_Xform/Camera")).GetCamera(0)
+    ray = camera.frustum.ComputeViewDirection()
+    assert np.allclose(ray, np.array([-3, 0, -1]) / np.sqrt(10), atol=1e-6)
+    up = camera.frustum.ComputeUpVector()
+    assert up[2] > 0.9
+
+
+def test_failures_name_the_script_line(stage):
+    with trigger.on_custom_event("go"), create.group(cubes(stage)):
+        modify.attribute("sise", 1.0)
+    utils.send_og_event("go")
+    with pytest.raises(GraphError, match=r"test_graph\.py:\d+.*no attribute 'sise'"):
+        evaluate.graph().evaluate()
+
+
+def test_acting_on_nothing_is_an_error(stage):
+    with pytest.raises(GraphError, match="no prims to act on"):
+        modify.attribute("size", 1.0)
+
+
+def test_an_unknown_event_is_named_with_its_near_miss(stage):
+    randomize_sizes(stage, "randomize_lights")
+    with pytest.warns(UsdsdgWarning, match="did you mean 'randomize_lights'"):
+        utils.send_og_event("randomise_lights")

@@ -1,0 +1,141 @@
+"""One captured frame: which products are drawn, with what, and who is told.
+
+Films are exposed once per sub-frame; labels come from one centre-ray pass over the state at the last exposure.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from usdsdg import engines
+from usdsdg.annotators.annotator import Annotator, Requirements, attached_annotators, requirements
+from usdsdg.annotators.entities import EntityReader
+from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.payload import build_payload
+from usdsdg.graph.sampling import get_global_seed
+from usdsdg.progress import report
+from usdsdg.render_product import HydraTexture, products
+from usdsdg.render_settings import RenderMode
+from usdsdg.settings import get_settings
+from usdsdg.stage.cameras import CameraView, read_camera
+from usdsdg.stage.context import current_stage
+from usdsdg.writers.backends import io_queue
+from usdsdg.writers.base import Writer, attached_writers
+
+# Ticks per second of reference times.
+TICKS = 1_000_000
+
+
+class Capture:
+    """Draws the enabled render products of one frame and hands them to annotators and writers."""
+
+    def __init__(self) -> None:
+        self._entities: EntityReader | None = None
+        self._wanted: dict[str, list[Annotator]] = {}
+        self._films: dict[str, Any] = {}
+        self._mode: RenderMode | None = None
+
+    def begin(self) -> None:
+        """Find out who wants what of which product."""
+        self._wanted = {}
+        self._films = {}
+        for annotator in attached_annotators():
+            self._want(annotator.render_product, [annotator])
+        for writer in attached_writers():
+            if writer.is_due():
+                for path in writer.render_products:
+                    self._want(path, writer.annotators_of(path))
+
+    def _want(self, path: str | None, annotators: list[Annotator]) -> None:
+        if any(product.path == path and product.updates_enabled for product in products()):
+            self._wanted.setdefault(str(path), []).extend(annotators)
+
+    def expose(self, mode: RenderMode, frame: int) -> None:
+        """Add this moment's samples to the film of every product whose picture is wanted."""
+        if not self._wanted:
+            return
+        self._mode = mode
+        renderer = engines.renderer()
+        renderer.sync()
+        for product in self._active():
+            if not requirements(self._wanted[product.path]).picture:
+                continue
+            view = _view(product)
+            if product.path not in self._films:
+                self._films[product.path] = renderer.new_film(product.width, product.height)
+            settings = _path_settings(mode, frame)
+            renderer.accumulate(self._films[product.path], view, samples=mode.samples, settings=settings)
+
+    def finish(self, index: int, time: float) -> None:
+        """Make the labels, then let annotators compute and writers write."""
+        if not self._wanted:
+            return
+        frames = {product.path: self._frame(product, index, time) for product in self._active()}
+        for annotator in attached_annotators():
+            if annotator.render_product in frames:
+                annotator.compute(frames[annotator.render_product])
+        for writer in attached_writers():
+            self._write(writer, frames)
+        report("frames captured", index + 1, None)
+
+    def _active(self) -> list[HydraTexture]:
+        return [product for product in products() if product.path in self._wanted]
+
+    def _frame(self, product: HydraTexture, index: int, time: float) -> Frame:
+        renderer = engines.renderer()
+        needs = requirements(self._wanted[product.path])
+        view = _view(product)
+        entities = self._read_entities(renderer.gprims, needs)
+        aovs = renderer.labels(view, needs.aovs)
+        if product.path in self._films:
+            assert self._mode is not None
+            aovs |= renderer.develop(self._films.pop(product.path), _tone_settings(self._mode))
+        coverage = renderer.coverage(view, entities.groups if needs.coverage else [])
+        return Frame(
+            index=index, camera=view, render_product=product.path, aovs=aovs, gprims=renderer.gprims,
+            entities=entities, coverage=coverage, reference_time=(round(time * TICKS), TICKS),
+        )  # fmt: skip
+
+    def _read_entities(self, gprims: tuple[str, ...], needs: Requirements) -> Any:
+        if self._entities is None:
+            self._entities = EntityReader(current_stage())
+        return self._entities.read(gprims, needs.filters)
+
+    def _write(self, writer: Writer, frames: dict[str, Frame]) -> None:
+        seen = {path: frames[path] for path in writer.render_products if path in frames}
+        if seen and writer.is_due():
+            writer.receive(build_payload(writer, seen))
+
+    def drain(self) -> None:
+        """Wait until every file is on disk."""
+        io_queue.wait_until_done()
+
+    def close_writers(self) -> None:
+        """Tell every writer that the last frame has been written."""
+        for writer in attached_writers():
+            writer.on_final_frame()
+        io_queue.wait_until_done()
+
+
+def _view(product: HydraTexture) -> CameraView:
+    return read_camera(current_stage(), product.camera_path, product.resolution)
+
+
+def _path_settings(mode: RenderMode, frame: int) -> Any:
+    from usdsdg_render.settings import PathSettings
+
+    settings = get_settings()
+    bounces = settings.get_as_int("/rtx/pathtracing/maxBounces") if mode.path_tracing else 2
+    return PathSettings(bounces=bounces, seed=get_global_seed(), frame=frame, first_sample=mode.first_sample)
+
+
+def _tone_settings(mode: RenderMode) -> Any:
+    from usdsdg_render.settings import ToneSettings
+
+    settings = get_settings()
+    return ToneSettings(
+        film_iso=settings.get_as_float("/rtx/post/tonemap/filmIso"),
+        shutter=settings.get_as_float("/rtx/post/tonemap/cameraShutter"),
+        f_number=settings.get_as_float("/rtx/post/tonemap/fNumber"),
+        denoise=mode.denoise,
+    )

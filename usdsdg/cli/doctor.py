@@ -1,0 +1,87 @@
+"""`usdsdg doctor`: what is installed, which devices there are, where caches and assets lie."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import platform
+import shutil
+from pathlib import Path
+
+REQUIRED = [
+    "usd-core",
+    "warp-lang",
+    "newton",
+    "numpy",
+    "scipy",
+    "trimesh",
+    "pillow",
+    "isal",
+    "pyyaml",
+    "pydantic",
+    "typer",
+    "rich",
+]
+OPTIONAL = {"OpenEXR": "reads .exr skies and textures"}
+
+
+def doctor() -> None:
+    """Say what is installed, which devices there are, where caches and assets lie, and what is missing."""
+    missing = [*_packages(), *_devices(), *_folders()]
+    print()
+    print("Nothing is missing." if not missing else "Missing:\n" + "\n".join(f"  {line}" for line in missing))
+
+
+def _packages() -> list[str]:
+    import usdsdg
+
+    missing = []
+    print(f"usdsdg {usdsdg.__version__}, Python {platform.python_version()}, {platform.platform()}")
+    for name in REQUIRED:
+        try:
+            print(f"  {name:12} {importlib.metadata.version(name)}")
+        except importlib.metadata.PackageNotFoundError:
+            missing.append(f"{name}: pip install {name}")
+    for name, use in OPTIONAL.items():
+        try:
+            print(f"  {name:12} {importlib.metadata.version(name)} (optional)")
+        except importlib.metadata.PackageNotFoundError:
+            print(f"  {name:12} not installed (optional: {use}; pip install {name})")
+    return missing
+
+
+def _devices() -> list[str]:
+    import warp as wp
+
+    wp.config.quiet = True
+    wp.init()
+    print("\ndevices")
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    print(f"  cpu          {cores} cores, {platform.machine()}")
+    for device in wp.get_cuda_devices():
+        print(f"  {device.alias:12} {device.name}, {device.total_memory / 2**30:.1f} GiB, sm_{device.arch}")
+    if not wp.get_cuda_devices():
+        print("  cuda         no device or no driver: everything runs on the CPU")
+    return []
+
+
+def _folders() -> list[str]:
+    import warp as wp
+
+    from usdsdg import demo
+    from usdsdg.errors import AssetError
+    from usdsdg.stage import assets
+
+    assets.set_fallback_root(demo.root)
+    print("\nfolders")
+    _folder("kernel cache", Path(wp.config.kernel_cache_dir))
+    try:
+        _folder("assets root", Path(assets.assets_root()))
+    except AssetError as error:
+        return [str(error)]
+    return []
+
+
+def _folder(name: str, path: Path) -> None:
+    free = shutil.disk_usage(path if path.exists() else path.parent).free / 2**30
+    print(f"  {name:12} {path} ({free:.0f} GiB free)")

@@ -1,0 +1,33 @@
+"""`usdsdg generate CONFIG`: the object-based job from a YAML or JSON file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from usdsdg.cli.session import AssetsRoot, Device, Quiet, SaveStage, seed_everything, session
+
+
+def generate(
+    config: Annotated[Path, typer.Argument(help="Job file, for example configs/object_based.yaml.")],
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", help="Override a key: num_frames=3, resolution=[320,240].")
+    ] = None,
+    assets_root: AssetsRoot = None,
+    device: Device = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the run. [default: the config's]")] = None,
+    save_stage: SaveStage = None,
+    quiet: Quiet = False,
+) -> None:
+    """Generate a dataset of labelled objects among distractors, from a config file."""
+    with session(assets_root=assets_root, device=device, quiet=quiet, save_stage=save_stage):
+        from usdsdg import progress
+        from usdsdg.jobs import object_based
+        from usdsdg.jobs.config import load_config
+
+        overrides = [*(set_ or []), *([f"seed={seed}"] if seed is not None else [])]
+        job = load_config(config, overrides)
+        seed_everything(job.seed)
+        object_based.run(job, progress=progress.report)

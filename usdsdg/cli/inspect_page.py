@@ -1,0 +1,21 @@
+"""`usdsdg inspect DIR`: one HTML page over a dataset."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from usdsdg.cli.session import session
+
+
+def inspect(
+    folder: Annotated[Path, typer.Argument(help="A dataset of PoseWriter or BasicWriter.")],
+    output: Annotated[Path | None, typer.Option(help="The page. [default: FOLDER/inspect.html]")] = None,
+) -> None:
+    """Make one self-contained HTML page: pictures with their labels drawn over them, counts and histograms."""
+    with session(quiet=True):
+        from usdsdg.inspect import inspect as make_page
+
+        print(make_page(folder, output))

@@ -1,0 +1,55 @@
+"""`usdsdg render STAGE`: one still of a stage, with its labels."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from usdsdg.cli.session import AssetsRoot, Device, Quiet, Seed, seed_everything, session
+
+
+def render(
+    stage: Annotated[Path, typer.Argument(help="A USD file.")],
+    output: Annotated[Path, typer.Argument(help="Folder for the pictures and label arrays.")],
+    camera: Annotated[str | None, typer.Option(help="Path of the camera. [default: the stage's first]")] = None,
+    width: Annotated[int, typer.Option(min=1)] = 640,
+    height: Annotated[int, typer.Option(min=1)] = 480,
+    spp: Annotated[int, typer.Option(min=1, help="Samples per pixel.")] = 64,
+    assets_root: AssetsRoot = None,
+    device: Device = None,
+    seed: Seed = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Render one camera of a stage: picture, depth, normals, masks and boxes, as BasicWriter lays them out."""
+    with session(assets_root=assets_root, device=device, quiet=quiet):
+        import usdsdg as rep
+        from usdsdg.stage import context
+
+        seed_everything(seed)
+        opened = context.open_stage(stage)
+        path = camera or _first_camera(opened)
+        if path is None:
+            print(f"error: {stage} has no camera; add one, or name one of its prims with --camera", file=sys.stderr)
+            raise typer.Exit(1)
+        rep.settings.set_render_pathtraced(spp)
+        writer = rep.writers.get("BasicWriter")
+        writer.initialize(
+            output_dir=str(output.absolute()), rgb=True, distance_to_camera=True, distance_to_image_plane=True,
+            normals=True, semantic_segmentation=True, instance_id_segmentation=True, bounding_box_2d_tight=True,
+            bounding_box_3d=True, camera_params=True,
+        )  # fmt: skip
+        writer.attach(rep.create.render_product(path, (width, height)))
+        rep.orchestrator.step(delta_time=0.0)
+    print(output.absolute())
+
+
+def _first_camera(stage: object) -> str | None:
+    from pxr import UsdGeom
+
+    for prim in stage.Traverse():
+        if prim.IsA(UsdGeom.Camera):
+            return str(prim.GetPath())
+    return None

@@ -1,0 +1,116 @@
+"""What all commands share: options, set-up, progress, and how an error ends the program."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from usdsdg import progress
+from usdsdg.errors import UsdsdgError, UsdsdgWarning
+
+INTERRUPTED = 130
+
+AssetsRoot = Annotated[
+    Path | None,
+    typer.Option(
+        help="Folder with the assets, laid out like Isaac Sim's. [default: USDSDG_ASSETS_ROOT, else demo assets]"
+    ),
+]
+Device = Annotated[str | None, typer.Option(help="cpu or cuda:0. [default: CUDA where there is one]")]
+Seed = Annotated[int, typer.Option(min=0, help="The one seed of the run; the same seed leaves the same bytes.")]
+SaveStage = Annotated[
+    Path | None, typer.Option(help="Write the stage of the last captured frame as .usd, .usda or .usdc.")
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")]
+
+
+@contextmanager
+def session(
+    *, assets_root: Path | None = None, device: str | None = None, quiet: bool = False, save_stage: Path | None = None
+) -> Iterator[None]:
+    """Set up, run the body, finish its files; errors of ours end the program with one plain message."""
+    from usdsdg import demo, engines
+    from usdsdg.app import get_app
+    from usdsdg.stage import assets
+
+    warnings.showwarning = _plain_warning
+    progress.use_default(quiet)
+    assets.set_fallback_root(demo.root)
+    if assets_root is not None:
+        assets.set_assets_root(assets_root)
+    engines.use_device(device)
+    get_app()
+    keeper = _StageKeeper(save_stage) if save_stage is not None else None
+    try:
+        yield
+        _finish_files()
+        if keeper is not None:
+            keeper.write()
+    except UsdsdgError as error:
+        progress.use(progress.Silent())
+        print(f"error: {error}", file=sys.stderr)
+        raise typer.Exit(1) from None
+    except KeyboardInterrupt:
+        progress.use(progress.Silent())
+        _finish_files()
+        print("interrupted: files written so far are whole", file=sys.stderr)
+        raise typer.Exit(INTERRUPTED) from None
+    finally:
+        progress.use(progress.Silent())
+
+
+def seed_everything(seed: int) -> None:
+    """One seed for usdsdg's draws and for what scripts use: Python's `random` and NumPy's legacy generator."""
+    import random
+
+    import numpy as np
+
+    from usdsdg.graph.sampling import set_global_seed
+
+    set_global_seed(seed)
+    random.seed(seed)
+    np.random.seed(seed & 0xFFFFFFFF)
+
+
+def _finish_files() -> None:
+    from usdsdg import orchestrator
+
+    orchestrator.wait_until_complete()
+
+
+def _plain_warning(message: Any, category: type, filename: str, lineno: int, *_: Any) -> None:
+    if issubclass(category, UsdsdgWarning):
+        print(f"warning: {message}", file=sys.stderr)
+    else:
+        print(f"{filename}:{lineno}: {category.__name__}: {message}", file=sys.stderr)
+
+
+class _StageKeeper:
+    """Remembers the stage as it was at the last capture, since scripts stop the timeline, which moves all back."""
+
+    def __init__(self, path: Path) -> None:
+        from usdsdg.orchestrator import get_orchestrator
+
+        self._path = path.absolute()
+        self._layer: Any = None
+        get_orchestrator().on_captured(self._remember)
+
+    def _remember(self) -> None:
+        from usdsdg.stage import flatten
+        from usdsdg.stage.context import current_stage
+
+        self._layer = flatten.flattened(current_stage(), self._path.parent)
+
+    def write(self) -> None:
+        from usdsdg.stage import flatten
+
+        if self._layer is None:
+            self._remember()
+        flatten.write_layer(self._layer, self._path)
+        print(f"stage of the last frame: {self._path}")

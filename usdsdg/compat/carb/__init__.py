@@ -1,0 +1,73 @@
+"""`carb`: vectors, logging and settings."""
+
+import logging
+from collections.abc import Sequence
+
+from usdsdg.compat.carb import settings
+
+__all__ = [
+    "Double3", "Float2", "Float3", "Float4", "log_error", "log_info", "log_verbose", "log_warn", "settings",
+]  # fmt: skip
+
+_log = logging.getLogger("usdsdg.script")
+
+
+class _Vector(tuple):
+    """A fixed number of floats, from single numbers or from one sequence, with x y z w."""
+
+    size = 0
+
+    def __new__(cls, *values: float | Sequence[float]):
+        flat = values[0] if len(values) == 1 and not isinstance(values[0], (int, float)) else values
+        numbers = tuple(float(v) for v in flat) or (0.0,) * cls.size
+        if len(numbers) != cls.size:
+            raise TypeError(f"{cls.__name__} takes {cls.size} numbers, got {len(numbers)}")
+        return super().__new__(cls, numbers)
+
+    @property
+    def x(self) -> float:
+        return self[0]
+
+    @property
+    def y(self) -> float:
+        return self[1]
+
+    @property
+    def z(self) -> float:
+        return self[2]
+
+    @property
+    def w(self) -> float:
+        return self[3]
+
+
+class Float2(_Vector):
+    size = 2
+
+
+class Float3(_Vector):
+    size = 3
+
+
+class Float4(_Vector):
+    size = 4
+
+
+class Double3(_Vector):
+    size = 3
+
+
+def log_verbose(message: str) -> None:
+    _log.debug(message)
+
+
+def log_info(message: str) -> None:
+    _log.info(message)
+
+
+def log_warn(message: str) -> None:
+    _log.warning(message)
+
+
+def log_error(message: str) -> None:
+    _log.error(message)

@@ -1,0 +1,46 @@
+"""`isaacsim.simulation_app`: what a standalone script starts and closes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from usdsdg import orchestrator
+from usdsdg.app import App, get_app
+from usdsdg.settings import get_settings
+from usdsdg.stage import context
+
+
+class SimulationApp:
+    """The running application. `launch_config["renderer"]` sets the render mode; the rest concerns a window."""
+
+    def __init__(self, launch_config: dict[str, Any] | None = None, experience: str = "") -> None:
+        self.config = dict(launch_config or {})
+        if "renderer" in self.config:
+            get_settings().set("/rtx/rendermode", self.config["renderer"])
+        context.new_stage()
+
+    @property
+    def app(self) -> App:
+        return get_app()
+
+    @property
+    def context(self) -> Any:
+        from usdsdg.compat.omni.usd import get_context
+
+        return get_context()
+
+    def update(self) -> None:
+        get_app().update()
+
+    def is_running(self) -> bool:
+        return True
+
+    def is_exiting(self) -> bool:
+        return False
+
+    def set_setting(self, setting: str, value: Any) -> None:
+        get_settings().set(setting, value)
+
+    def close(self, wait_for_replicator: bool = True, skip_cleanup: bool = False) -> None:
+        """Finish all files."""
+        orchestrator.wait_until_complete()

@@ -1,0 +1,24 @@
+"""`omni.kit.viewport.utility`: there is no window, so the viewport is only switched."""
+
+
+class Viewport:
+    """What scripts switch: updates, camera and resolution of the window that is not there."""
+
+    updates_enabled = True
+    camera_path = "/OmniverseKit_Persp"
+    resolution = (1280, 720)
+
+    def set_active_camera(self, path: str) -> None:
+        self.camera_path = str(path)
+
+
+_viewport = Viewport()
+
+
+def get_active_viewport(usd_context_name: str = "") -> Viewport:
+    return _viewport
+
+
+def get_active_viewport_window(*_: object, **__: object) -> None:
+    """No window exists."""
+    return None

@@ -1,0 +1,79 @@
+"""`omni.physx`: step events and scene queries."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+from usdsdg import engines
+
+
+class Subscription:
+    """Ends when asked to, or when the script lets go of it."""
+
+    def __init__(self, end: Callable[[], None]) -> None:
+        self._end = end
+
+    def unsubscribe(self) -> None:
+        self._end()
+
+    def __del__(self) -> None:
+        self._end()
+
+
+class PhysxInterface:
+    def subscribe_physics_step_events(self, fn: Callable[[float], None]) -> Subscription:
+        """Call `fn(dt)` once per physics step, after poses and velocities are on the stage."""
+        return Subscription(engines.subscribe_step(fn))
+
+
+class SceneQueryInterface:
+    """Queries of what collides. Positions are stage units along world axes, rotations xyzw."""
+
+    def overlap_box(
+        self, half_extent: Any, pos: Any, rot: Any, report_fn: Callable[[Any], bool] | None = None, anyHit: bool = False
+    ) -> int:
+        """Report every shape that overlaps the box until `report_fn` returns False; returns their number."""
+        return self._reported(engines.physics().overlap_box(half_extent, pos, rot), report_fn, anyHit)
+
+    def overlap_sphere(
+        self, radius: float, pos: Any, report_fn: Callable[[Any], bool] | None = None, anyHit: bool = False
+    ) -> int:
+        """Report every shape that overlaps the sphere until `report_fn` returns False; returns their number."""
+        return self._reported(engines.physics().overlap_sphere(radius, pos), report_fn, anyHit)
+
+    def _reported(self, hits: list[Any], report_fn: Callable[[Any], bool] | None, any_hit: bool) -> int:
+        count = 0
+        for hit in hits:
+            count += 1
+            told = report_fn is None or report_fn(
+                SimpleNamespace(rigid_body=hit.rigid_body, collision=hit.collision, protoIndex=-1)
+            )
+            if any_hit or not told:
+                break
+        return count
+
+    def raycast_closest(self, origin: Any, dir: Any, distance: float, bothSides: bool = False) -> dict[str, Any]:
+        """{"hit": False}, or the closest hit: rigidBody, collision, position, normal, distance."""
+        hit = engines.physics().raycast(origin, dir, distance)
+        if hit is None:
+            return {"hit": False}
+        return {
+            "hit": True, "rigidBody": hit.rigid_body, "collision": hit.collision, "position": hit.position,
+            "normal": hit.normal, "distance": hit.distance,
+        }  # fmt: skip
+
+
+_interface, _queries = PhysxInterface(), SceneQueryInterface()
+
+
+def get_physx_interface() -> PhysxInterface:
+    return _interface
+
+
+acquire_physx_interface = get_physx_interface
+
+
+def get_physx_scene_query_interface() -> SceneQueryInterface:
+    return _queries

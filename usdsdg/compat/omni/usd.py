@@ -1,0 +1,71 @@
+"""`omni.usd`: the one context and its stage."""
+
+import asyncio
+from typing import Any
+
+from pxr import Usd
+
+from usdsdg.stage import context
+from usdsdg.stage.paths import next_free_path
+
+__all__ = ["UsdContext", "get_context", "get_prim_at_path", "get_stage_next_free_path", "get_world_transform_matrix"]
+
+
+class UsdContext:
+    """The stage that everything acts on."""
+
+    def new_stage(self) -> bool:
+        context.new_stage()
+        return True
+
+    async def new_stage_async(self) -> tuple[bool, str]:
+        context.new_stage()
+        await asyncio.sleep(0)
+        return True, ""
+
+    def open_stage(self, url: str, *_: Any) -> bool:
+        context.open_stage(url)
+        return True
+
+    async def open_stage_async(self, url: str, *_: Any) -> tuple[bool, str]:
+        context.open_stage(url)
+        await asyncio.sleep(0)
+        return True, ""
+
+    def save_as_stage(self, url: str, *_: Any) -> bool:
+        context.save_stage(url)
+        return True
+
+    def get_stage(self) -> Usd.Stage:
+        return context.current_stage()
+
+    def get_stage_id(self) -> int:
+        return context.stage_id()
+
+    def get_stage_url(self) -> str:
+        return context.current_stage().GetRootLayer().identifier
+
+    def get_stage_loading_status(self) -> tuple[str, int, int]:
+        """(message, files loaded, files to load): loading is synchronous, so nothing is ever pending."""
+        return "", 0, 0
+
+
+_context = UsdContext()
+
+
+def get_context(name: str = "") -> UsdContext:
+    return _context
+
+
+def get_stage_next_free_path(stage: Usd.Stage, path: str, prepend_default_prim: bool = True) -> str:
+    return next_free_path(stage, path, prepend_default_prim)
+
+
+def get_prim_at_path(path: Any) -> Usd.Prim:
+    return context.current_stage().GetPrimAtPath(path)
+
+
+def get_world_transform_matrix(prim: Usd.Prim, time_code: Usd.TimeCode | None = None) -> Any:
+    from usdsdg.stage.transforms import local_to_world
+
+    return local_to_world(prim, Usd.TimeCode.Default() if time_code is None else time_code)

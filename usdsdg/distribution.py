@@ -1,0 +1,211 @@
+"""Distributions: what a randomizer draws. One independent draw per prim and per component.
+
+Mirrors `rep.distribution`. A distribution is a node that others hold as an input; it draws when its consumer runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+
+from usdsdg.errors import GraphError
+from usdsdg.graph.node import Node, ReplicatorItem, script_line
+from usdsdg.graph.sampling import generator, get_global_seed, uniforms
+
+_GAUSS = NormalDist()
+
+
+class Distribution(ReplicatorItem):
+    """A distribution's handle. `sample` returns one row per prim."""
+
+    def __init__(self, kind: str, seed: int | None, name: str | None, **inputs: Any) -> None:
+        super().__init__(Node(kind=kind, inputs=inputs, name=name, line=script_line()))
+        self._seed = seed
+
+    def seed(self) -> int:
+        return get_global_seed() if self._seed is None or self._seed < 0 else int(self._seed)
+
+    def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray | list[Any]:
+        """Draw one value per prim for execution number `execution` of the node with key `consumer`."""
+        raise NotImplementedError
+
+
+class _Numeric(Distribution):
+    """Draws numbers: a scalar per prim, or a tuple where a bound is a tuple."""
+
+    def _shape(self, first: Any, second: Any, names: tuple[str, str]) -> tuple[np.ndarray, np.ndarray, bool]:
+        a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
+        if a.ndim > 1 or b.ndim > 1 or (a.ndim and b.ndim and a.shape != b.shape):
+            raise GraphError(f"{self.node.describe()}: {names[0]}={first!r} and {names[1]}={second!r} differ in length")
+        scalar = a.ndim == 0 and b.ndim == 0
+        a, b = np.broadcast_arrays(np.atleast_1d(a), np.atleast_1d(b))
+        return a, b, scalar
+
+    def _uniforms(self, consumer: str, execution: int, prims: Sequence[str], components: int) -> np.ndarray:
+        return uniforms(self.seed(), consumer, execution, prims, components)
+
+
+class Uniform(_Numeric):
+    def __init__(self, lower: Any, upper: Any, seed: int | None, name: str | None) -> None:
+        super().__init__("OgnSampleUniform", seed, name, lower=lower, upper=upper)
+        self._lower, self._upper, self._scalar = self._shape(lower, upper, ("lower", "upper"))
+        if np.any(self._lower > self._upper):
+            raise GraphError(f"{self.node.describe()}: lower={lower!r} is above upper={upper!r}")
+        self._integer = all(isinstance(v, (int, np.integer)) for v in np.ravel([lower, upper]).tolist())
+
+    def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray:
+        u = self._uniforms(consumer, execution, prims, len(self._lower))
+        if self._integer:
+            # As numpy.random.Generator.integers: the upper bound is not drawn, unless there is nothing else.
+            span = np.maximum(self._upper - self._lower, 1)
+            values = (self._lower + np.floor(u * span)).astype(np.int64)
+        else:
+            values = self._lower + u * (self._upper - self._lower)
+        return values[:, 0] if self._scalar else values
+
+
+class Normal(_Numeric):
+    def __init__(self, mean: Any, std: Any, seed: int | None, name: str | None) -> None:
+        super().__init__("OgnSampleNormal", seed, name, mean=mean, std=std)
+        self._mean, self._std, self._scalar = self._shape(mean, std, ("mean", "std"))
+        if np.any(self._std < 0):
+            raise GraphError(f"{self.node.describe()}: std={std!r} is negative")
+
+    def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray:
+        u = self._uniforms(consumer, execution, prims, len(self._mean))
+        gauss = np.vectorize(_GAUSS.inv_cdf, otypes=[np.float64])(np.maximum(u, 2.0**-54))
+        values = self._mean + self._std * gauss
+        return values[:, 0] if self._scalar else values
+
+
+class LogUniform(Uniform):
+    def __init__(self, lower: Any, upper: Any, seed: int | None, name: str | None) -> None:
+        if np.any(np.asarray(lower) <= 0):
+            raise GraphError(f"log_uniform (made at {script_line()}): lower={lower!r} must be above 0")
+        super().__init__(lower, upper, seed, name)
+        self.node.kind, self._integer = "OgnSampleLogUniform", False
+        self._lower, self._upper = np.log(self._lower), np.log(self._upper)
+
+    def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray:
+        return np.exp(super().sample(consumer, execution, prims))
+
+
+class Choice(Distribution):
+    def __init__(self, choices: Any, weights: Any, with_replacements: bool, seed: int | None, name: str | None) -> None:
+        items = list(choices.prims) if isinstance(choices, ReplicatorItem) else list(choices)
+        super().__init__("OgnSampleChoice", seed, name, choices=items, weights=weights)
+        if not items:
+            raise GraphError(f"{self.node.describe()}: choices is empty")
+        self._items, self._with_replacements = items, with_replacements
+        p = np.ones(len(items)) if weights is None else np.asarray(weights, dtype=np.float64)
+        if p.shape != (len(items),) or np.any(p < 0) or p.sum() <= 0:
+            raise GraphError(
+                f"{self.node.describe()}: weights={weights!r} must be {len(items)} numbers >= 0, not all 0"
+            )
+        self._weights = p / p.sum()
+
+    def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> list[Any]:
+        if self._with_replacements:
+            u = uniforms(self.seed(), consumer, execution, prims, 1)[:, 0]
+            picks = np.minimum(np.searchsorted(np.cumsum(self._weights), u, side="right"), len(self._items) - 1)
+        else:
+            if len(prims) > np.count_nonzero(self._weights):
+                raise GraphError(f"{self.node.describe()}: {len(prims)} prims but only {len(self._items)} choices")
+            rng = generator(self.seed(), consumer, execution)
+            picks = rng.choice(len(self._items), size=len(prims), replace=False, p=self._weights)
+        return [self._resolved(self._items[pick], consumer, execution, prim) for pick, prim in zip(picks, prims)]
+
+    def _resolved(self, item: Any, consumer: str, execution: int, prim: str) -> Any:
+        return item.sample(f"{consumer}/choice", execution, [prim])[0] if isinstance(item, Distribution) else item
+
+
+class Sequence_(Distribution):
+    def __init__(self, items: Any, ordered: bool, stride: int | None, seed: int | None, name: str | None) -> None:
+        items = list(items.prims) if isinstance(items, ReplicatorItem) else list(items)
+        super().__init__("OgnSampleSequence", seed, name, items=items, ordered=ordered)
+        if not items:
+            raise GraphError(f"{self.node.describe()}: items is empty")
+        self._items, self._ordered, self._stride = items, ordered, stride
+
+    def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> list[Any]:
+        first = execution * (len(prims) if self._stride is None else self._stride)
+        positions = [first + i for i in range(len(prims))]
+        return [self._items[self._index(consumer, position)] for position in positions]
+
+    def _index(self, consumer: str, position: int) -> int:
+        lap, place = divmod(position, len(self._items))
+        if self._ordered:
+            return place
+        return int(generator(self.seed(), consumer, lap).permutation(len(self._items))[place])
+
+
+class Combine(Distribution):
+    def __init__(self, distributions: Sequence[Any], name: str | None) -> None:
+        super().__init__("OgnCombine", None, name, distributions=list(distributions))
+        self._parts = list(distributions)
+
+    def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray:
+        columns = [
+            np.asarray(part.sample(f"{consumer}/{axis}", execution, prims), dtype=np.float64)
+            if isinstance(part, Distribution)
+            else np.full(len(prims), float(part))
+            for axis, part in enumerate(self._parts)
+        ]
+        return np.stack(columns, axis=1)
+
+
+def uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
+    """Uniform between `lower` and `upper`, scalars or tuples; ints draw ints below `upper`."""
+    return Uniform(lower, upper, seed, name)
+
+
+def normal(mean: Any, std: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
+    """Gaussian with `mean` and standard deviation `std`, scalars or tuples."""
+    return Normal(mean, std, seed, name)
+
+
+def log_uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
+    """Uniform in the logarithm, between `lower` > 0 and `upper`."""
+    return LogUniform(lower, upper, seed, name)
+
+
+def choice(
+    choices: Any,
+    weights: Any = None,
+    num_samples: int = 1,
+    seed: int | None = -1,
+    with_replacements: bool = True,
+    name: str | None = None,
+):
+    """One of `choices` per prim: values, paths, prims, a group, or other distributions."""
+    return Choice(choices, weights, with_replacements, seed, name)
+
+
+def sequence(
+    items: Any, ordered: bool = True, seed: int | None = -1, name: str | None = None, stride: int | None = None
+):
+    """Step through `items`, `stride` (default: the number of prims) further at each execution."""
+    return Sequence_(items, ordered, stride, seed, name)
+
+
+def combine(distributions: Sequence[Any], name: str | None = None):
+    """One vector from one distribution (or number) per axis."""
+    return Combine(distributions, name)
+
+
+def draw(value: Any, node: Node, execution: int, role: str) -> list[Any]:
+    """One value per prim of `node` for its input `role`: a constant, a list of one per prim, or a distribution."""
+    count = len(node.prims)
+    if isinstance(value, Distribution):
+        consumer = f"{node.key}/{value.node.name or role}"
+        return list(value.sample(consumer, execution, node.prims))
+    if isinstance(value, list) and len(value) == count and not _is_vector(value):
+        return value
+    return [value] * count
+
+
+def _is_vector(value: list[Any]) -> bool:
+    return bool(value) and all(isinstance(v, (int, float)) for v in value)

@@ -1,0 +1,1 @@
+"""Triggers, distributions and actions as nodes: what fires, what it draws, what it writes."""

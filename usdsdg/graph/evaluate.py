@@ -1,0 +1,153 @@
+"""One graph per stage: nodes under triggers, and what runs at a firing.
+
+The order is one order everywhere: triggers in the order that scripts made them; under a trigger, its nodes in source
+order; nodes outside any trigger run once, before all triggers, at the next evaluation.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from usdsdg.errors import GraphError, UsdsdgError
+from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, prim_paths
+
+
+@dataclass(eq=False)
+class Trigger:
+    """When its nodes run. `due(frame, time, events)` is asked once per evaluation."""
+
+    kind: str
+    name: str
+    due: Callable[[Moment], bool]
+    max_execs: int = 0
+    rt_subframes: int = 1
+    nodes: list[Node] = field(default_factory=list)
+    executions: int = 0
+
+    @property
+    def exhausted(self) -> bool:
+        return 0 < self.max_execs <= self.executions
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What a trigger may look at when asked whether it is due."""
+
+    capture: int  # captures before this one; -1 outside a capture
+    time: float  # timeline [s]
+    events: frozenset[str]
+    preview: bool = False
+
+
+class Graph:
+    """All nodes of the current stage."""
+
+    def __init__(self) -> None:
+        self.triggers: list[Trigger] = []
+        self.impulses: list[Node] = []
+        self._events: list[str] = []
+        self._keys: Counter[str] = Counter()
+
+    def add(self, node: Node) -> Node:
+        """Place a node under the current trigger, or to run once when there is none."""
+        trigger = current_trigger()
+        self._give_key(node, trigger.name if trigger else "once")
+        (trigger.nodes if trigger else self.impulses).append(node)
+        return node
+
+    def add_trigger(self, trigger: Trigger) -> ReplicatorItem:
+        self.triggers.append(trigger)
+        return ReplicatorItem(Node(kind=trigger.kind, name=trigger.name), trigger=trigger)
+
+    def _give_key(self, node: Node, trigger: str) -> None:
+        # The key says what the node does, not when it was made, so that other nodes may come and go. Twins (same
+        # trigger, kind, attribute and targets) are told apart by a running number. A given name replaces all that.
+        about = node.name or "|".join([node.kind, str(node.inputs.get("attribute", "")), *node.prims])
+        base = f"{trigger}/{about}"
+        node.key = f"{base}#{self._keys[base]}"
+        self._keys[base] += 1
+
+    def send(self, event: str) -> None:
+        """Queue a custom event for the next evaluation."""
+        self._events.append(event)
+
+    @property
+    def has_pending(self) -> bool:
+        return bool(self._events or self.impulses)
+
+    def evaluate(self, *, capture: int = -1, time: float = 0.0, preview: bool = False) -> list[Trigger]:
+        """Run everything that is due and return the triggers that fired.
+
+        A custom event sent twice fires twice. `preview` runs every per-frame trigger once, as the orchestrator's
+        initialisation does.
+        """
+        impulses, self.impulses = self.impulses, []
+        events, self._events = self._events, []
+        for node in impulses:
+            run(node)
+        fired = self._fire(Moment(capture, time, frozenset(events[:1]), preview))
+        for event in events[1:]:
+            fired += self._fire(Moment(-1, time, frozenset([event])))
+        return fired
+
+    def _fire(self, moment: Moment) -> list[Trigger]:
+        due = [trigger for trigger in self.triggers if not trigger.exhausted and trigger.due(moment)]
+        for trigger in due:
+            for node in trigger.nodes:
+                run(node)
+            trigger.executions += 1
+        return due
+
+    def restart(self) -> None:
+        """Draws and counters begin again, as when a stopped orchestrator starts."""
+        for trigger in self.triggers:
+            trigger.executions = 0
+            for node in trigger.nodes:
+                node.executions = 0
+
+
+def run(node: Node) -> None:
+    """Execute one node; a failure says which script line made it."""
+    if node.execute is None:
+        return
+    try:
+        node.execute(node, node.executions)
+    except UsdsdgError as error:
+        raise GraphError(f"{node.describe()}: {error}") from error
+    except (TypeError, ValueError, RuntimeError, KeyError) as error:
+        raise GraphError(f"{node.describe()} failed: {type(error).__name__}: {error}") from error
+    node.executions += 1
+
+
+_graph = Graph()
+
+
+def graph() -> Graph:
+    """The graph of the current stage."""
+    return _graph
+
+
+def reset() -> None:
+    """A new stage has an empty graph."""
+    global _graph
+    _graph = Graph()
+
+
+def act(
+    kind: str, execute: Callable[[Node, int], None], input_prims: Any = None, name: str | None = None, **inputs: Any
+) -> ReplicatorItem:
+    """Add an action on `input_prims` (default: the enclosing `with group:`).
+
+    Raises:
+        GraphError: there are no prims to act on.
+    """
+    prims = prim_paths(input_prims) or current_prims()
+    node = Node(kind=kind, inputs=inputs, prims=prims, execute=execute, name=name)
+    if not prims:
+        raise GraphError(
+            f"{node.describe()} has no prims to act on: call it inside `with <group or prims>:` or pass input_prims."
+        )
+    return ReplicatorItem(graph().add(node))

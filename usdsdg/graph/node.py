@@ -1,0 +1,127 @@
+"""A node of the randomization graph, and the handle to it that scripts hold."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+_PACKAGE = str(Path(__file__).resolve().parents[1])
+
+
+def script_line() -> str:
+    """`my_script.py:41`: the nearest caller outside usdsdg."""
+    frame = sys._getframe(1)
+    # "<string>" is the __init__ that dataclasses generate.
+    while frame is not None and frame.f_code.co_filename.startswith((_PACKAGE, "<string>")):
+        frame = frame.f_back
+    return f"{Path(frame.f_code.co_filename).name}:{frame.f_lineno}" if frame else "<unknown>"
+
+
+@dataclass(eq=False)
+class Node:
+    """One step of the graph.
+
+    `kind` is the type's name as in the saved graph (`OgnSampleUniform`). `inputs` holds plain values or other nodes,
+    whose samples are drawn when this node runs. `prims` are the targets, in order. `execute` is what it does:
+    it is called with the node and the execution number.
+    """
+
+    kind: str
+    inputs: dict[str, Any] = field(default_factory=dict)
+    prims: tuple[str, ...] = ()
+    execute: Callable[[Node, int], None] | None = None
+    name: str | None = None
+    key: str = ""
+    line: str = field(default_factory=script_line)
+    executions: int = 0
+
+    def get_attribute(self, name: str) -> Any:
+        """The input `name` (with or without the `inputs:` prefix)."""
+        return self.inputs.get(name.removeprefix("inputs:"))
+
+    def describe(self) -> str:
+        return f"{self.kind} (made at {self.line})"
+
+
+# What the enclosing `with` blocks say: the trigger that fires new nodes, and the prims that they act on.
+_triggers: list[Any] = []
+_targets: list[tuple[str, ...]] = []
+
+
+def current_trigger() -> Any | None:
+    """The innermost `with trigger:`, or None."""
+    return _triggers[-1] if _triggers else None
+
+
+def current_prims() -> tuple[str, ...]:
+    """The prims of the innermost `with group:`, or ()."""
+    return _targets[-1] if _targets else ()
+
+
+class ReplicatorItem:
+    """What every `rep` function returns: a node plus the prims it made or selected. Works as a context manager.
+
+    Mirrors `rep.utils.ReplicatorItem`.
+    """
+
+    def __init__(self, node: Node, *, trigger: Any | None = None) -> None:
+        self.node = node
+        self._trigger = trigger
+
+    @property
+    def prims(self) -> tuple[str, ...]:
+        return self.node.prims
+
+    def get_output_prims(self) -> dict[str, list[str]]:
+        return {"prims": list(self.prims)}
+
+    get_input_prims = get_output_prims
+
+    def get_inputs(self) -> dict[str, Any]:
+        return dict(self.node.inputs)
+
+    def get_input(self, name: str) -> Any:
+        return self.node.inputs[name]
+
+    def set_input(self, name: str, value: Any) -> None:
+        self.node.inputs[name] = value
+
+    def __enter__(self) -> ReplicatorItem:
+        if self._trigger is not None:
+            _triggers.append(self._trigger)
+        else:
+            _targets.append(self.prims)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        (_triggers if self._trigger is not None else _targets).pop()
+
+    def __repr__(self) -> str:
+        return f"ReplicatorItem({self.node.kind}, {len(self.prims)} prims)"
+
+
+def prim_paths(items: Any) -> tuple[str, ...]:
+    """Prim paths of an item, a path, a prim, or a (nested) sequence of these; in order.
+
+    Raises:
+        TypeError: something else was given; the message names it.
+    """
+    if items is None:
+        return ()
+    if isinstance(items, ReplicatorItem):
+        return items.prims
+    if isinstance(items, str):
+        return (items,)
+    if hasattr(items, "GetPath"):
+        return (str(items.GetPath()),)
+    if type(items).__name__ == "Path" and hasattr(items, "pathString"):
+        return (items.pathString,)
+    if isinstance(items, Sequence):
+        return tuple(path for item in items for path in prim_paths(item))
+    raise TypeError(f"expected a ReplicatorItem, prim, path or a list of these, got {type(items).__name__}: {items!r}")

@@ -1,0 +1,90 @@
+"""All random numbers of usdsdg's own nodes.
+
+A draw is a pure function of (seed, node key, execution, prim path, component), so no generator is shared and adding,
+removing or reordering randomizers leaves every other draw as it was. The mixing function is SplitMix64's finalizer
+(Steele, Lea and Flood, OOPSLA 2014), applied once per key part.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+_MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
+_MIX_2 = np.uint64(0x94D049BB133111EB)
+
+
+@lru_cache(maxsize=1 << 17)
+def hash_text(text: str) -> int:
+    """A 64-bit hash of a string that is the same in every process."""
+    return int.from_bytes(hashlib.blake2b(text.encode(), digest_size=8).digest(), "little")
+
+
+def _mixed(state: np.ndarray, part: np.ndarray | int) -> np.ndarray:
+    """Fold `part` into `state`; both uint64, broadcast against each other."""
+    with np.errstate(over="ignore"):
+        z = state ^ np.asarray(part, dtype=np.uint64)
+        z = z + _GOLDEN
+        z = (z ^ (z >> np.uint64(30))) * _MIX_1
+        z = (z ^ (z >> np.uint64(27))) * _MIX_2
+        return z ^ (z >> np.uint64(31))
+
+
+def _state(seed: int, node: str, execution: int) -> np.ndarray:
+    state = _mixed(np.zeros(1, np.uint64), np.uint64(seed & 0xFFFFFFFFFFFFFFFF))
+    state = _mixed(state, np.uint64(hash_text(node)))
+    return _mixed(state, np.uint64(execution))
+
+
+def uniforms(seed: int, node: str, execution: int, prims: Sequence[str], components: int) -> np.ndarray:
+    """Independent uniform numbers.
+
+    Args:
+        seed: The global seed, or a node's own.
+        node: Key of the drawing node (see `Node.key`).
+        execution: How often the node has run before.
+        prims: One key for each row, usually the target prims' paths.
+        components: Numbers per prim.
+
+    Returns:
+        (len(prims), components) float64 in [0, 1), with 53 random bits each.
+    """
+    rows = np.array([hash_text(prim) for prim in prims], dtype=np.uint64)
+    per_prim = _mixed(_state(seed, node, execution), rows)
+    columns = np.arange(components, dtype=np.uint64)
+    bits = _mixed(per_prim[:, None], columns[None, :])
+    return (bits >> np.uint64(11)).astype(np.float64) * 2.0**-53
+
+
+def generator(seed: int, node: str, execution: int, *parts: str) -> np.random.Generator:
+    """A NumPy generator of its own for one execution of one node, for draws of unknown length (rejection, shuffles)."""
+    state = _state(seed, node, execution)
+    for part in parts:
+        state = _mixed(state, np.uint64(hash_text(part)))
+    return np.random.Generator(np.random.Philox(key=int(state[0])))
+
+
+_global_seed: int | None = None
+
+
+def set_global_seed(seed: int) -> None:
+    """The one seed of a run (`rep.set_global_seed`). Zero is a seed like any other."""
+    global _global_seed
+    if int(seed) < 0:
+        raise ValueError(f"global seed {seed}: must not be negative")
+    _global_seed = int(seed)
+    from usdsdg.settings import get_settings
+
+    get_settings().set("/omni/replicator/globalSeed", int(seed))
+
+
+def get_global_seed() -> int:
+    """The global seed; one is drawn and kept when none was set (`rep.get_global_seed`)."""
+    global _global_seed
+    if _global_seed is None:
+        _global_seed = int(np.random.SeedSequence().generate_state(1)[0] & 0x7FFFFFFF)
+    return _global_seed

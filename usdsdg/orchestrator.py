@@ -1,0 +1,273 @@
+"""The order of one frame. Mirrors `rep.orchestrator`.
+
+One step: triggers and events write the stage → timeline and physics move → render products are drawn, in motion-blur
+sub-frames where asked → annotators make labels → writers write.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import enum
+from collections.abc import Callable
+
+from usdsdg.app import get_app
+from usdsdg.capture import Capture
+from usdsdg.errors import UsdsdgError, warn_once
+from usdsdg.graph import evaluate
+from usdsdg.render_settings import RenderMode, render_mode
+from usdsdg.settings import get_settings
+from usdsdg.stage import context
+from usdsdg.timeline import get_timeline
+
+
+class OrchestratorError(UsdsdgError, RuntimeError):
+    """The orchestrator cannot do that now."""
+
+
+class Status(enum.Enum):
+    STOPPED = 0
+    STARTED = 1
+    STARTING = 2
+    LOADING = 3
+    STOPPING = 4
+    PAUSED = 5
+    INITIALIZING = 6
+    STEPPING = 7
+    STEPPED = 8
+
+
+class Orchestrator:
+    """The state between two steps."""
+
+    def __init__(self) -> None:
+        self.status = Status.STOPPED
+        self.captures = 0
+        self._next_subframes = 0
+        self._capture = Capture()
+        self._status_callbacks: list[Callable[[Status], None]] = []
+        self._captured_callbacks: list[Callable[[], None]] = []
+        context.on_new_stage(lambda *_: self.reset())
+
+    def reset(self) -> None:
+        """A new stage: nothing captured, nothing started."""
+        self._set_status(Status.STOPPED)
+        self.captures, self._next_subframes = 0, 0
+        self._capture = Capture()
+
+    # --- one frame ---
+    def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
+        self._start_if_stopped()
+        self._set_status(Status.STEPPING)
+        timeline = get_timeline()
+        fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_current_time())
+        mode = render_mode(self._subframes(rt_subframes, fired))
+        self._capture.begin()
+        self._move_and_render(mode, delta_time)
+        self._capture.finish(self.captures, timeline.get_current_time())
+        self.captures += 1
+        for callback in list(self._captured_callbacks):
+            callback()
+        if pause_timeline:
+            timeline.pause()
+        self._set_status(Status.STEPPED)
+
+    def _move_and_render(self, mode: RenderMode, delta_time: float | None) -> None:
+        duration = self._duration(delta_time)
+        if mode.motion_blur and duration > 0.0:
+            for sub_frame in range(mode.sub_frames):
+                get_app().advance(duration / mode.sub_frames)
+                self._capture.expose(mode.share(sub_frame), self.captures)
+            return
+        # The first captured frame shows the scene as it was set up.
+        if duration > 0.0 and self.captures > 0:
+            get_app().advance(duration)
+        self._capture.expose(mode, self.captures)
+
+    def _duration(self, delta_time: float | None) -> float:
+        timeline = get_timeline()
+        if not timeline.is_playing():
+            return 0.0
+        return 1.0 / timeline.get_time_codes_per_seconds() if delta_time is None else float(delta_time)
+
+    def _subframes(self, rt_subframes: int, fired: list[evaluate.Trigger]) -> int:
+        wanted = rt_subframes if rt_subframes > 0 else get_settings().get_as_int("/omni/replicator/RTSubframes")
+        minimum = max([self._next_subframes, *(trigger.rt_subframes for trigger in fired)], default=1)
+        self._next_subframes = 0
+        return max(wanted, minimum, 1)
+
+    def _start_if_stopped(self) -> None:
+        if self.status is not Status.STOPPED:
+            return
+        self._set_status(Status.INITIALIZING)
+        evaluate.graph().restart()
+        self.preview()
+        self._set_status(Status.STARTED)
+
+    def preview(self) -> None:
+        """Run every per-frame trigger once, capture nothing."""
+        evaluate.graph().evaluate(time=get_timeline().get_current_time(), preview=True)
+
+    def finish(self) -> None:
+        """Wait for all files, then tell writers that this was the last frame."""
+        self._capture.drain()
+        if self.status is not Status.STOPPED:
+            self._set_status(Status.STOPPED)
+            self._capture.close_writers()
+
+    # --- status ---
+    def set_next_subframes(self, count: int) -> None:
+        self._next_subframes = int(count)
+
+    def on_status(self, callback: Callable[[Status], None]) -> Callable[[], None]:
+        self._status_callbacks.append(callback)
+        return lambda: self._status_callbacks.remove(callback) if callback in self._status_callbacks else None
+
+    def on_captured(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call `callback()` after each captured frame; returns what ends it."""
+        self._captured_callbacks.append(callback)
+        return lambda: self._captured_callbacks.remove(callback) if callback in self._captured_callbacks else None
+
+    def _set_status(self, status: Status) -> None:
+        if status is self.status:
+            return
+        self.status = status
+        for callback in list(self._status_callbacks):
+            callback(status)
+
+
+_orchestrator: Orchestrator | None = None
+
+
+def get_orchestrator() -> Orchestrator:
+    """The process-wide orchestrator."""
+    global _orchestrator
+    if _orchestrator is None:
+        _orchestrator = Orchestrator()
+    return _orchestrator
+
+
+# --- rep.orchestrator ---
+
+
+def step(
+    rt_subframes: int = -1, pause_timeline: bool = True, delta_time: float | None = None, wait_for_render: bool = True
+) -> None:
+    """Capture one frame with every enabled render product that a writer or annotator is attached to.
+
+    Args:
+        rt_subframes: Sub-frames of the fast mode, each a few samples per pixel; -1 takes the setting.
+        pause_timeline: Pause the timeline afterwards.
+        delta_time: Seconds to move the playing timeline first; None moves by one time code, 0.0 not at all. The first
+            captured frame does not move, unless motion blur spreads it over `delta_time`.
+        wait_for_render: Frames are always complete when this returns, so both values mean the same here.
+    """
+    get_orchestrator().step(rt_subframes, pause_timeline, delta_time)
+
+
+async def step_async(
+    rt_subframes: int = -1, pause_timeline: bool = True, delta_time: float | None = None, wait_for_render: bool = True
+) -> None:
+    """`step` for coroutines; other tasks run before and after, not during, the frame."""
+    await asyncio.sleep(0)
+    step(rt_subframes, pause_timeline, delta_time, wait_for_render)
+    await asyncio.sleep(0)
+
+
+def preview() -> None:
+    """Run every per-frame trigger once without capturing."""
+    get_orchestrator().preview()
+
+
+async def preview_async() -> None:
+    """`preview` for coroutines."""
+    preview()
+    await asyncio.sleep(0)
+
+
+def run(num_frames: int | None = None, start_timeline: bool = False) -> None:
+    """Capture `num_frames` frames, or until every trigger with `max_execs` has run out.
+
+    Raises:
+        OrchestratorError: without `num_frames`, no trigger would ever end the run.
+    """
+    graph = evaluate.graph()
+    if num_frames is None and not any(trigger.max_execs for trigger in graph.triggers):
+        raise OrchestratorError("orchestrator.run: nothing ends the run; give num_frames, or a trigger max_execs.")
+    if start_timeline:
+        get_timeline().play()
+    orchestrator = get_orchestrator()
+    done = 0
+    while num_frames is None or done < num_frames:
+        limited = [trigger for trigger in graph.triggers if trigger.max_execs]
+        if num_frames is None and all(trigger.exhausted for trigger in limited):
+            break
+        orchestrator.step(-1, False, None)
+        done += 1
+    orchestrator.finish()
+
+
+run_until_complete = run
+
+
+async def run_async(num_frames: int | None = None, start_timeline: bool = False) -> None:
+    """`run` for coroutines."""
+    await asyncio.sleep(0)
+    run(num_frames, start_timeline)
+
+
+run_until_complete_async = run_async
+
+
+def wait_until_complete() -> None:
+    """Return when every scheduled file is on disk; raises what a writer or its backend failed with."""
+    get_orchestrator().finish()
+
+
+async def wait_until_complete_async() -> None:
+    """`wait_until_complete` for coroutines."""
+    await asyncio.sleep(0)
+    wait_until_complete()
+
+
+def stop() -> None:
+    """End the run: files are finished and writers told."""
+    get_orchestrator().finish()
+
+
+async def stop_async() -> None:
+    """`stop` for coroutines."""
+    stop()
+    await asyncio.sleep(0)
+
+
+def set_capture_on_play(value: bool) -> None:
+    """Whether every update of a playing timeline is captured. Only False does so far; True warns."""
+    get_settings().set("/omni/replicator/captureOnPlay", bool(value))
+    if value:
+        warn_once("orchestrator.set_capture_on_play(True): capture on play is not available; call orchestrator.step().")
+
+
+def set_next_rt_subframes(rt_subframes: int) -> None:
+    """At least this many sub-frames at the next capture."""
+    get_orchestrator().set_next_subframes(rt_subframes)
+
+
+set_minimum_next_rt_subframes = set_next_rt_subframes
+
+
+def get_status() -> Status:
+    """Where the orchestrator stands."""
+    return get_orchestrator().status
+
+
+def get_is_started() -> bool:
+    return get_status() in (Status.STARTED, Status.STEPPING, Status.STEPPED)
+
+
+def get_is_stopped() -> bool:
+    return get_status() is Status.STOPPED
+
+
+def register_status_callback(callback: Callable[[Status], None]) -> Callable[[], None]:
+    """Call `callback(status)` at every change; returns the function that ends it."""
+    return get_orchestrator().on_status(callback)

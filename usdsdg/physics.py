@@ -1,0 +1,107 @@
+"""UsdPhysics schemas and their randomization. Authors the stage, simulates nothing. Mirrors `rep.physics`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pxr import Gf, Usd, UsdGeom, UsdPhysics
+
+from usdsdg.distribution import draw
+from usdsdg.errors import Unsupported
+from usdsdg.graph.evaluate import act
+from usdsdg.graph.node import Node, ReplicatorItem, current_prims, prim_paths
+from usdsdg.modify import prim_at
+from usdsdg.stage.schemas import physx
+
+
+def _gprims(prim: Usd.Prim) -> list[Usd.Prim]:
+    return [child for child in Usd.PrimRange(prim) if child.IsA(UsdGeom.Gprim)]
+
+
+def _vec3f(value: Any) -> Gf.Vec3f:
+    return Gf.Vec3f(*(float(v) for v in value))
+
+
+def _apply_collider(
+    prim: Usd.Prim, approximation: str | None, contact_offset: float | None, rest_offset: float | None
+) -> None:
+    for gprim in _gprims(prim):
+        UsdPhysics.CollisionAPI.Apply(gprim).CreateCollisionEnabledAttr(True)
+        if gprim.IsA(UsdGeom.Mesh) and approximation is not None:
+            UsdPhysics.MeshCollisionAPI.Apply(gprim).CreateApproximationAttr(approximation)
+        if contact_offset is not None or rest_offset is not None:
+            api = physx.PhysxCollisionAPI.Apply(gprim)
+            if contact_offset is not None:
+                api.CreateContactOffsetAttr(float(contact_offset))
+            if rest_offset is not None:
+                api.CreateRestOffsetAttr(float(rest_offset))
+
+
+def collider(
+    approximation_shape: str = "convexHull", contact_offset: float | None = None, rest_offset: float | None = None,
+    physics_scene: Any = None, input_prims: Any = None,
+) -> ReplicatorItem:  # fmt: skip
+    """Make every gprim below the prims collide; meshes through `approximation_shape`."""
+    prims = prim_paths(input_prims) or current_prims()
+    for path in prims:
+        _apply_collider(prim_at(path), approximation_shape, contact_offset, rest_offset)
+    return ReplicatorItem(Node(kind="OgnCollider", prims=prims))
+
+
+def rigid_body(
+    velocity: Any = (0.0, 0.0, 0.0), angular_velocity: Any = None, contact_offset: float | None = None,
+    rest_offset: float | None = None, overwrite: bool = False, physics_scene: Any = None, input_prims: Any = None,
+) -> ReplicatorItem:  # fmt: skip
+    """Make prims rigid bodies (with colliders where they have none) and set their velocities at each firing.
+
+    `velocity` is in stage units per second and `angular_velocity` in degrees per second, both along world axes.
+    """
+
+    def execute(node: Node, execution: int) -> None:
+        linear = draw(velocity, node, execution, "velocity")
+        angular = None if angular_velocity is None else draw(angular_velocity, node, execution, "angular_velocity")
+        for index, path in enumerate(node.prims):
+            body = UsdPhysics.RigidBodyAPI(prim_at(path))
+            body.CreateVelocityAttr().Set(_vec3f(linear[index]))
+            if angular is not None:
+                body.CreateAngularVelocityAttr().Set(_vec3f(angular[index]))
+
+    item = act("OgnRigidBody", execute, input_prims, attribute="physics:velocity")
+    for path in item.prims:
+        prim = prim_at(path)
+        if overwrite or not any(gprim.HasAPI(UsdPhysics.CollisionAPI) for gprim in _gprims(prim)):
+            _apply_collider(prim, "convexHull", contact_offset, rest_offset)
+        if overwrite or not prim.HasAPI(UsdPhysics.RigidBodyAPI):
+            UsdPhysics.RigidBodyAPI.Apply(prim).CreateRigidBodyEnabledAttr(True)
+            physx.PhysxRigidBodyAPI.Apply(prim)
+    return item
+
+
+def mass(
+    mass: Any = None, density: Any = None, center_of_mass: Any = None, diagonal_inertia: Any = None,
+    principal_axes: Any = None, input_prims: Any = None,
+) -> ReplicatorItem:  # fmt: skip
+    """Author mass properties (kilograms, kg/m³, stage units) at each firing.
+
+    Raises:
+        Unsupported: `diagonal_inertia` or `principal_axes` are given.
+    """
+    if diagonal_inertia is not None or principal_axes is not None:
+        raise Unsupported("physics.mass: diagonal_inertia and principal_axes are not available yet")
+
+    def execute(node: Node, execution: int) -> None:
+        columns = {
+            name: draw(value, node, execution, name)
+            for name, value in (("mass", mass), ("density", density), ("centerOfMass", center_of_mass))
+            if value is not None
+        }
+        for index, path in enumerate(node.prims):
+            api = UsdPhysics.MassAPI.Apply(prim_at(path))
+            if "mass" in columns:
+                api.CreateMassAttr().Set(float(columns["mass"][index]))
+            if "density" in columns:
+                api.CreateDensityAttr().Set(float(columns["density"][index]))
+            if "centerOfMass" in columns:
+                api.CreateCenterOfMassAttr().Set(_vec3f(columns["centerOfMass"][index]))
+
+    return act("OgnMass", execute, input_prims, attribute="mass")

@@ -1,0 +1,110 @@
+"""Long work shows itself: a bar with rate and ETA on a terminal, plain lines elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import Any, Protocol, TextIO
+
+LINE_INTERVAL = 5.0  # seconds between plain lines of one task
+
+
+class Reporter(Protocol):
+    """What long work calls: `report(label, done, total)`; `total` is None while it is not known."""
+
+    def __call__(self, label: str, done: int, total: int | None) -> None: ...
+
+
+class Silent:
+    """Reports nothing (`--quiet`)."""
+
+    def __call__(self, label: str, done: int, total: int | None) -> None: ...
+
+    def close(self) -> None: ...
+
+
+class Lines:
+    """Plain lines for logs: the first and last of each task, and one every few seconds between."""
+
+    def __init__(self, stream: TextIO | None = None) -> None:
+        self._stream = stream or sys.stderr
+        self._started: dict[str, float] = {}
+        self._last: dict[str, float] = {}
+
+    def __call__(self, label: str, done: int, total: int | None) -> None:
+        now = time.monotonic()
+        started = self._started.setdefault(label, now)
+        finished = total is not None and done >= total
+        if not finished and now - self._last.get(label, -LINE_INTERVAL) < LINE_INTERVAL:
+            return
+        self._last[label] = now
+        print(f"[usdsdg] {label}: {described(done, total, now - started)}", file=self._stream, flush=True)
+        if finished:
+            self._started.pop(label, None)
+            self._last.pop(label, None)
+
+    def close(self) -> None: ...
+
+
+class Bars:
+    """One rich bar per task; bars of finished tasks stay."""
+
+    def __init__(self) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+        self._progress = Progress(
+            TextColumn("[bold]{task.description}"),
+            BarColumn(bar_width=30),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[rate]}"),
+            TimeRemainingColumn(compact=True),
+            console=Console(stderr=True),
+        )
+        self._tasks: dict[str, Any] = {}
+        self._started: dict[str, float] = {}
+
+    def __call__(self, label: str, done: int, total: int | None) -> None:
+        if label not in self._tasks:
+            self._progress.start()
+            self._started[label] = time.monotonic()
+            self._tasks[label] = self._progress.add_task(label, total=total, rate="")
+        elapsed = time.monotonic() - self._started[label]
+        rate = f"{done / elapsed:.1f}/s" if elapsed > 0.2 and done else ""
+        self._progress.update(self._tasks[label], completed=done, total=total, rate=rate)
+        if total is not None and done >= total:
+            self._tasks.pop(label)
+
+    def close(self) -> None:
+        self._progress.stop()
+
+
+def described(done: int, total: int | None, elapsed: float) -> str:
+    """`12/40, 3.1/s, 9 s left`."""
+    rate = done / elapsed if elapsed > 0.05 else 0.0
+    parts = [f"{done}/{total}" if total is not None else str(done)]
+    if rate:
+        parts.append(f"{rate:.1f}/s")
+        if total is not None and done < total:
+            parts.append(f"{(total - done) / rate:.0f} s left")
+    return ", ".join(parts)
+
+
+_reporter: Any = Silent()
+
+
+def use(reporter: Any) -> None:
+    """Send the progress of this process to `reporter`."""
+    global _reporter
+    _reporter.close()
+    _reporter = reporter
+
+
+def use_default(quiet: bool = False) -> None:
+    """Bars on a terminal, lines elsewhere, nothing when quiet."""
+    use(Silent() if quiet else Bars() if sys.stderr.isatty() else Lines())
+
+
+def report(label: str, done: int, total: int | None) -> None:
+    """Tell whoever listens how far a task is."""
+    _reporter(label, done, total)

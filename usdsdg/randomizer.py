@@ -1,0 +1,177 @@
+"""Randomizers: draws that need more than one attribute. Mirrors `rep.randomizer`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
+
+from usdsdg.distribution import Distribution, draw
+from usdsdg.errors import AssetNotFound
+from usdsdg.graph.evaluate import act
+from usdsdg.graph.node import Node, ReplicatorItem
+from usdsdg.graph.sampling import get_global_seed, uniforms
+from usdsdg.modify import bind_material, material, prim_at
+from usdsdg.stage import assets, paths, transforms
+from usdsdg.stage.context import current_stage
+
+LOOKS = "/Replicator/Looks"
+
+
+def color(colors: Any, per_sub_mesh: bool = False, seed: int | None = None, input_prims: Any = None) -> ReplicatorItem:
+    """Give each prim (or, with `per_sub_mesh`, each mesh below it) an OmniPBR material of a drawn linear colour."""
+    return _looks("OgnColor", {"diffuse_color_constant": colors}, per_sub_mesh, input_prims)
+
+
+def texture(
+    textures: Any, texture_scale: Any = None, texture_rotate: Any = None, per_sub_mesh: bool = False,
+    project_uvw: bool = False, seed: int | None = None, input_prims: Any = None,
+) -> ReplicatorItem:  # fmt: skip
+    """Give each prim an OmniPBR material with a drawn texture.
+
+    Raises:
+        AssetNotFound: a texture path does not exist.
+    """
+    from usdsdg.distribution import choice
+
+    drawn = textures if isinstance(textures, Distribution) else choice(list(textures), seed=seed)
+    for path in drawn.node.inputs.get("choices") or []:
+        _texture_file(path)
+    inputs = {"diffuse_texture": drawn, "texture_scale": texture_scale, "texture_rotate": texture_rotate}
+    inputs["project_uvw"] = project_uvw or None
+    return _looks("OgnTexture", inputs, per_sub_mesh, input_prims)
+
+
+def _texture_file(path: str) -> str:
+    from pathlib import Path
+
+    file = assets.resolve(path)
+    if not Path(file).is_file():
+        raise AssetNotFound(f"randomizer.texture: {path} does not exist")
+    return file
+
+
+def _looks(kind: str, inputs: dict[str, Any], per_sub_mesh: bool, input_prims: Any) -> ReplicatorItem:
+    given = {name: value for name, value in inputs.items() if value is not None}
+    made: dict[str, UsdShade.Shader] = {}
+
+    def execute(node: Node, execution: int) -> None:
+        drawn = {name: draw(value, node, execution, name) for name, value in given.items()}
+        with Sdf.ChangeBlock() if all(path in made for path in node.prims) else _nothing():
+            for index, path in enumerate(node.prims):
+                for target in _meshes(path) if per_sub_mesh else [path]:
+                    shader = made.get(target) or _new_look(target)
+                    made[target] = shader
+                    _write_inputs(shader, {name: column[index] for name, column in drawn.items()})
+
+    return act(kind, execute, input_prims, attribute=",".join(given), **given)
+
+
+class _nothing:
+    def __enter__(self) -> None: ...
+
+    def __exit__(self, *_: object) -> None: ...
+
+
+def _meshes(path: str) -> list[str]:
+    return [str(prim.GetPath()) for prim in Usd.PrimRange(prim_at(path)) if prim.IsA(UsdGeom.Gprim)]
+
+
+# Type of each OmniPBR input that we write, and where its UsdPreviewSurface twin takes it.
+_INPUTS = {
+    "diffuse_color_constant": Sdf.ValueTypeNames.Color3f,
+    "diffuse_texture": Sdf.ValueTypeNames.Asset,
+    "texture_scale": Sdf.ValueTypeNames.Float2,
+    "texture_rotate": Sdf.ValueTypeNames.Float,
+    "project_uvw": Sdf.ValueTypeNames.Bool,
+}
+
+
+def _new_look(path: str) -> UsdShade.Shader:
+    """An OmniPBR material bound to the prim, with a UsdPreviewSurface beside it for viewers without MDL."""
+    stage, prim = current_stage(), prim_at(path)
+    if prim.IsInstanceable():
+        prim.SetInstanceable(False)
+    if not stage.GetPrimAtPath(LOOKS):
+        stage.DefinePrim(LOOKS, "Scope")
+    look = UsdShade.Material.Define(stage, paths.next_free_path(stage, f"{LOOKS}/OmniPBR"))
+    shader = UsdShade.Shader.Define(stage, look.GetPath().AppendChild("Shader"))
+    shader.SetSourceAsset(Sdf.AssetPath("OmniPBR.mdl"), "mdl")
+    shader.SetSourceAssetSubIdentifier("OmniPBR", "mdl")
+    look.CreateSurfaceOutput("mdl").ConnectToSource(shader.CreateOutput("out", Sdf.ValueTypeNames.Token))
+    preview = UsdShade.Shader.Define(stage, look.GetPath().AppendChild("PreviewSurface"))
+    preview.CreateIdAttr("UsdPreviewSurface")
+    preview.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(1))
+    look.CreateSurfaceOutput().ConnectToSource(preview.CreateOutput("surface", Sdf.ValueTypeNames.Token))
+    bind_material(prim, look.GetPrim())
+    return shader
+
+
+def _write_inputs(shader: UsdShade.Shader, values: dict[str, Any]) -> None:
+    for name, value in values.items():
+        usd_input = shader.CreateInput(name, _INPUTS[name])
+        if name == "diffuse_color_constant":
+            linear = Gf.Vec3f(*(float(v) for v in value))
+            usd_input.Set(linear)
+            preview = shader.GetPrim().GetParent().GetChild("PreviewSurface")
+            preview.GetAttribute("inputs:diffuseColor").Set(linear)
+        elif name == "diffuse_texture":
+            usd_input.Set(Sdf.AssetPath(_texture_file(value)))
+        elif name == "texture_scale":
+            usd_input.Set(Gf.Vec2f(*(float(v) for v in (value if np.ndim(value) else (value, value)))))
+        else:
+            usd_input.Set(value)
+
+
+def materials(
+    materials: Any, seed: int | None = None, max_cached_materials: int = 0, input_prims: Any = None,
+    name: str | None = None,
+) -> ReplicatorItem:  # fmt: skip
+    """Bind one of `materials` (items, prims or paths) to each prim."""
+    from usdsdg.distribution import choice
+    from usdsdg.graph.node import prim_paths
+
+    drawn = materials if isinstance(materials, Distribution) else choice(list(prim_paths(materials)), seed=seed)
+    return material(drawn, input_prims=input_prims, name=name)
+
+
+def rotation(
+    min_angle: tuple[float, float, float] = (-180.0, -180.0, -180.0),
+    max_angle: tuple[float, float, float] = (180.0, 180.0, 180.0),
+    seed: int | None = None,
+    input_prims: Any = None,
+) -> ReplicatorItem:
+    """Rotate each prim: uniformly over all rotations by default, else Euler angles [degrees] within the bounds."""
+    full = tuple(min_angle) == (-180.0,) * 3 and tuple(max_angle) == (180.0,) * 3
+    lower, upper = np.asarray(min_angle, float), np.asarray(max_angle, float)
+
+    def execute(node: Node, execution: int) -> None:
+        u = uniforms(get_global_seed() if seed is None else seed, node.key, execution, node.prims, 3)
+        angles = transforms.euler_xyz_from_quat(_uniform_quaternions(u)) if full else lower + u * (upper - lower)
+        for path, angle in zip(node.prims, angles):
+            transforms.author_pose(prim_at(path), rotate_xyz=Gf.Vec3d(*angle.tolist()))
+
+    return act("OgnRotation", execute, input_prims, attribute="rotation")
+
+
+def _uniform_quaternions(u: np.ndarray) -> np.ndarray:
+    """(N, 4) unit quaternions wxyz, uniform on SO(3), from (N, 3) uniforms (Shoemake, Graphics Gems III, 1992)."""
+    a, b = np.sqrt(1 - u[:, 0]), np.sqrt(u[:, 0])
+    s, t = 2 * np.pi * u[:, 1], 2 * np.pi * u[:, 2]
+    return np.stack([b * np.cos(t), a * np.sin(s), a * np.cos(s), b * np.sin(t)], axis=1)
+
+
+def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None = None) -> None:
+    """Make `rep.randomizer.<name>` call `fn`.
+
+    Raises:
+        ValueError: the name is no identifier, or taken while `override` is False.
+    """
+    name = fn_name or fn.__name__
+    if not name.isidentifier():
+        raise ValueError(f"randomizer.register: {name!r} is not a valid name")
+    if name in globals() and not override:
+        raise ValueError(f"randomizer.register: {name!r} exists; pass override=True to replace it")
+    globals()[name] = fn

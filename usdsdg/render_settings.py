@@ -1,0 +1,51 @@
+"""From the `/rtx/...` settings to what one capture asks of the renderer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from usdsdg.errors import warn_once
+from usdsdg.settings import get_settings
+
+# Samples per pixel of one sub-frame of the fast mode.
+SAMPLES_PER_SUBFRAME = 4
+
+
+@dataclass(frozen=True)
+class RenderMode:
+    """How one frame is drawn. `first_sample` is where this sub-frame's samples begin in the frame's sequence."""
+
+    path_tracing: bool
+    samples: int
+    sub_frames: int
+    motion_blur: bool
+    denoise: bool
+    first_sample: int = 0
+
+    def share(self, sub_frame: int) -> RenderMode:
+        """The samples of one sub-frame: an equal part, the first ones taking the remainder."""
+        base, extra = divmod(self.samples, self.sub_frames)
+        first = sub_frame * base + min(sub_frame, extra)
+        return replace(self, samples=base + (sub_frame < extra), first_sample=first)
+
+
+def render_mode(rt_subframes: int) -> RenderMode:
+    """Read the settings for the next frame.
+
+    Path tracing takes `/rtx/pathtracing/totalSpp` samples per pixel, or `spp` where that is larger; with motion blur
+    they are spread over the sub-frames. The fast modes take a few samples per sub-frame and an edge-preserving filter.
+    """
+    settings = get_settings()
+    name = settings.get_as_string("/rtx/rendermode")
+    if name == "PathTracing":
+        total = settings.get_as_int("/rtx/pathtracing/totalSpp")
+        samples = max(total if total > 0 else settings.get_as_int("/rtx/pathtracing/spp"), 1)
+        sub_frames = max(settings.get_as_int("/omni/replicator/pathTracedMotionBlurSubSamples"), 1)
+        blur = settings.get_as_bool("/omni/replicator/captureMotionBlur")
+        denoise = settings.get_as_bool("/rtx/pathtracing/optixDenoiser/enabled")
+        return RenderMode(True, samples, min(sub_frames, samples), blur, denoise)
+    if name not in ("RaytracedLighting", "RayTracedLighting", "RealTimePathTracing"):
+        warn_once(
+            f"/rtx/rendermode {name!r} is not known; using RaytracedLighting. Known: PathTracing, RaytracedLighting."
+        )
+    return RenderMode(False, SAMPLES_PER_SUBFRAME * rt_subframes, 1, False, True)

@@ -1,0 +1,148 @@
+"""The settings tree: keys such as `/rtx/rendermode`, as scripts read and write them through `carb.settings`.
+
+Mirrors the keys of spec "settings" that have a meaning here; any other key can be stored and read back, because scripts
+toggle many that only matter to a user interface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+DEFAULTS: dict[str, Any] = {
+    "/app/player/playSimulations": True,
+    "/omni/replicator/RTSubframes": 1,
+    "/omni/replicator/captureOnPlay": True,
+    "/omni/replicator/captureMotionBlur": False,
+    "/omni/replicator/pathTracedMotionBlurSubSamples": 8,
+    "/omni/replicator/globalSeed": -1,
+    "/omni/replicator/backends/disk/root_dir": "",
+    "/omni/replicator/backend/writeThreads": 4,
+    "/omni/replicator/backend/queueSize": 1000,
+    "/rtx/rendermode": "RaytracedLighting",
+    "/rtx/pathtracing/spp": 1,
+    "/rtx/pathtracing/totalSpp": 64,
+    "/rtx/pathtracing/maxBounces": 4,
+    "/rtx/pathtracing/optixDenoiser/enabled": True,
+    "/rtx/post/tonemap/filmIso": 100.0,
+    "/rtx/post/tonemap/cameraShutter": 50.0,
+    "/rtx/post/tonemap/fNumber": 5.0,
+    "/syntheticdata/sensors/perSubsetSegmentation": False,
+}
+
+
+def normalised(path: str) -> str:
+    """`rtx//rendermode/` and `/rtx/rendermode` are one key."""
+    return "/" + "/".join(part for part in path.split("/") if part)
+
+
+class Settings:
+    """A flat store of typed values under normalised paths."""
+
+    def __init__(self) -> None:
+        self._values: dict[str, Any] = dict(DEFAULTS)
+        self._listeners: dict[str, list[Callable[[Any], None]]] = {}
+
+    def get(self, path: str) -> Any:
+        """The value at `path`, or None where nothing was set."""
+        return self._values.get(normalised(path))
+
+    def set(self, path: str, value: Any) -> None:
+        """Store `value` and tell the listeners of that key."""
+        key = normalised(path)
+        self._values[key] = value
+        for listener in self._listeners.get(key, []):
+            listener(value)
+
+    def set_default(self, path: str, value: Any) -> None:
+        """Store `value` unless the key has one."""
+        self._values.setdefault(normalised(path), value)
+
+    def destroy_item(self, path: str) -> None:
+        """Forget a key and everything below it."""
+        key = normalised(path)
+        for name in [name for name in self._values if name == key or name.startswith(key + "/")]:
+            del self._values[name]
+
+    def on_change(self, path: str, listener: Callable[[Any], None]) -> Callable[[], None]:
+        """Call `listener(value)` whenever the key is set; returns the function that ends it."""
+        listeners = self._listeners.setdefault(normalised(path), [])
+        listeners.append(listener)
+        return lambda: listeners.remove(listener) if listener in listeners else None
+
+    # carb.settings has one getter and setter per type.
+    def get_as_int(self, path: str) -> int:
+        return int(self.get(path) or 0)
+
+    def get_as_float(self, path: str) -> float:
+        return float(self.get(path) or 0.0)
+
+    def get_as_bool(self, path: str) -> bool:
+        return bool(self.get(path))
+
+    def get_as_string(self, path: str) -> str:
+        value = self.get(path)
+        return "" if value is None else str(value)
+
+    def set_int(self, path: str, value: int) -> None:
+        self.set(path, int(value))
+
+    def set_float(self, path: str, value: float) -> None:
+        self.set(path, float(value))
+
+    def set_bool(self, path: str, value: bool) -> None:
+        self.set(path, bool(value))
+
+    def set_string(self, path: str, value: str) -> None:
+        self.set(path, str(value))
+
+
+_settings = Settings()
+
+
+def get_settings() -> Settings:
+    """The process-wide settings (`carb.settings.get_settings()`)."""
+    return _settings
+
+
+# --- rep.settings ---
+
+
+def carb_settings(setting: str, value: Any) -> None:
+    """Set one key, as `rep.settings.carb_settings` does for a constant value."""
+    _settings.set(setting, value)
+
+
+def set_render_rtx_realtime(antialiasing: str = "FXAA") -> None:
+    """Capture in the fast mode: few samples per pixel, then an edge-preserving filter."""
+    operations = {"off": 0, "taa": 1, "fxaa": 2, "dlss": 3, "dlaa": 4}
+    if antialiasing.lower() not in operations:
+        raise ValueError(f"antialiasing {antialiasing!r}: expected one of {', '.join(operations)}")
+    _settings.set("/rtx/rendermode", "RaytracedLighting")
+    _settings.set("/rtx/post/aa/op", operations[antialiasing.lower()])
+
+
+def set_render_pathtraced(samples_per_pixel: int = 64) -> None:
+    """Capture with the path tracer at `samples_per_pixel`."""
+    _settings.set("/rtx/rendermode", "PathTracing")
+    _settings.set("/rtx/pathtracing/totalSpp", int(samples_per_pixel))
+
+
+def set_stage_up_axis(axis: str) -> None:
+    """Author the stage's up axis, "Y" or "Z"."""
+    from pxr import UsdGeom
+
+    from usdsdg.stage.context import current_stage
+
+    if axis.upper() not in ("Y", "Z"):
+        raise ValueError(f"up axis {axis!r}: expected 'Y' or 'Z'")
+    UsdGeom.SetStageUpAxis(current_stage(), axis.upper())
+
+
+def set_stage_meters_per_unit(meters_per_unit: float) -> None:
+    """Author the stage's linear unit [metres]."""
+    from pxr import UsdGeom
+
+    from usdsdg.stage.context import current_stage
+
+    UsdGeom.SetStageMetersPerUnit(current_stage(), float(meters_per_unit))

@@ -1,0 +1,114 @@
+"""The shapes that scripts create, as meshes of one metre with normals and UVs, around +Z."""
+
+from __future__ import annotations
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdGeom, Vt
+
+from usdsdg.errors import Unsupported
+
+SEGMENTS = 48
+GPRIMS = {"Sphere": "radius", "Cube": "size", "Cylinder": "radius", "Cone": "radius", "Plane": "width"}
+
+
+def define(stage: Usd.Stage, path: str, kind: str) -> UsdGeom.Mesh:
+    """A mesh of shape `kind` (Sphere, Cube, Cylinder, Cone, Torus, Disk, Plane), one metre across in stage units."""
+    points, normals, uvs, quads = _cube() if kind == "Cube" else _lathe(kind)
+    mesh = UsdGeom.Mesh.Define(stage, path)
+    size = 1.0 / UsdGeom.GetStageMetersPerUnit(stage)
+    points = (points * size).astype(np.float32)
+    corners = quads.ravel()
+    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points))
+    mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(quads), 4, np.int32)))
+    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(corners.astype(np.int32)))
+    mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(normals[corners].astype(np.float32)))
+    mesh.SetNormalsInterpolation(UsdGeom.Tokens.faceVarying)
+    st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar(
+        "st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying
+    )
+    st.Set(Vt.Vec2fArray.FromNumpy(uvs[corners].astype(np.float32)))
+    mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    mesh.CreateExtentAttr([Gf.Vec3f(*points.min(0).tolist()), Gf.Vec3f(*points.max(0).tolist())])
+    return mesh
+
+
+def define_gprim(stage: Usd.Stage, path: str, kind: str) -> Usd.Prim:
+    """The UsdGeom prim of the same shape and size.
+
+    Raises:
+        Unsupported: UsdGeom has no such shape (torus, disk).
+    """
+    if kind not in GPRIMS:
+        raise Unsupported(f"{path}: UsdGeom has no {kind.lower()}; create it with as_mesh=True")
+    prim = stage.DefinePrim(path, kind)
+    metre = 1.0 / UsdGeom.GetStageMetersPerUnit(stage)
+    sizes = {"size": metre, "radius": metre / 2, "height": metre, "width": metre, "length": metre}
+    for name, value in sizes.items():
+        if prim.HasAttribute(name):
+            prim.GetAttribute(name).Set(value)
+    UsdGeom.Boundable(prim).CreateExtentAttr(
+        UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), 0)
+    )
+    return prim
+
+
+def _cube() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    points, normals, uvs = [], [], []
+    for axis in range(3):
+        for sign in (-1.0, 1.0):
+            u, v = np.eye(3)[(axis + 1) % 3], np.eye(3)[(axis + 2) % 3]
+            normal = np.eye(3)[axis] * sign
+            for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+                points.append((normal + u * a * sign + v * b) / 2)
+                normals.append(normal)
+                uvs.append(((a + 1) / 2, (b + 1) / 2))
+    return np.array(points), np.array(normals), np.array(uvs), np.arange(24).reshape(6, 4)
+
+
+def _profile(kind: str) -> list[np.ndarray]:
+    """Smooth pieces of the outline (radius, z), from bottom to top, each a polyline."""
+    if kind == "Sphere":
+        angle = np.linspace(-np.pi / 2, np.pi / 2, SEGMENTS // 2 + 1)
+        return [np.stack([np.cos(angle), np.sin(angle)], 1) / 2]
+    if kind == "Torus":
+        angle = np.linspace(0, 2 * np.pi, SEGMENTS // 2 + 1)
+        return [np.stack([0.35 + 0.15 * np.cos(angle), 0.15 * np.sin(angle)], 1)]
+    bottom = np.array([[0.0, -0.5], [0.5, -0.5]])
+    return {
+        "Cylinder": [bottom, np.array([[0.5, -0.5], [0.5, 0.5]]), np.array([[0.5, 0.5], [0.0, 0.5]])],
+        "Cone": [bottom, np.array([[0.5, -0.5], [0.0, 0.5]])],
+        "Disk": [np.array([[0.5, 0.0], [0.0, 0.0]])],
+        "Plane": [],
+    }[kind]
+
+
+def _lathe(kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Turn the profile around Z. Every piece has its own vertices, so edges between pieces stay hard."""
+    if kind == "Plane":
+        square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=float)
+        points = np.concatenate([square - 0.5, np.zeros((4, 1))], axis=1)
+        return points, np.tile([0.0, 0.0, 1.0], (4, 1)), square, np.arange(4).reshape(1, 4)
+    points, normals, uvs, quads = [], [], [], []
+    turn = np.linspace(0, 2 * np.pi, SEGMENTS + 1)
+    first = 0
+    for piece in _profile(kind):
+        tangent = np.gradient(piece, axis=0)
+        outward = np.stack([tangent[:, 1], -tangent[:, 0]], 1)
+        outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+        rows = len(piece)
+        ring = np.stack([np.cos(turn), np.sin(turn)], 1)
+        points.append(_turned(piece, ring))
+        normals.append(_turned(outward, ring))
+        v = np.linspace(0, 1, rows)
+        uvs.append(np.stack(np.broadcast_arrays(turn[None, :] / (2 * np.pi), v[:, None]), -1).reshape(-1, 2))
+        i, j = np.meshgrid(np.arange(rows - 1), np.arange(SEGMENTS), indexing="ij")
+        a = first + i * (SEGMENTS + 1) + j
+        quads.append(np.stack([a, a + 1, a + SEGMENTS + 2, a + SEGMENTS + 1], -1).reshape(-1, 4))
+        first += rows * (SEGMENTS + 1)
+    return np.concatenate(points), np.concatenate(normals), np.concatenate(uvs), np.concatenate(quads)
+
+
+def _turned(outline: np.ndarray, ring: np.ndarray) -> np.ndarray:
+    flat = outline[:, None, :1] * ring[None, :, :]
+    height = np.broadcast_to(outline[:, None, 1:], (*flat.shape[:2], 1))
+    return np.concatenate([flat, height], axis=-1).reshape(-1, 3)

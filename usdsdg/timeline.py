@@ -1,0 +1,139 @@
+"""The timeline: play, pause, stop and time, as `omni.timeline` gives it. Times are seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+DEFAULT_END_TIME = 100 / 60
+
+
+class Timeline:
+    """One clock. `advance` is called by the app and the orchestrator; everything else by scripts.
+
+    Commands take effect at once, so `commit` has nothing left to do. A looping timeline wraps to its start; one that
+    does not loop pauses at its end, with a warning, since nothing moves from then on.
+    """
+
+    def __init__(self) -> None:
+        self._playing = False
+        self._stopped = True
+        self._time = 0.0
+        self._start, self._end = 0.0, DEFAULT_END_TIME
+        self._looping = True
+        self._auto_update = True
+        self.time_codes_per_second = 60.0
+        self._listeners: list[Callable[[str], None]] = []
+
+    # --- state ---
+    def is_playing(self) -> bool:
+        return self._playing
+
+    def is_stopped(self) -> bool:
+        return self._stopped
+
+    def get_current_time(self) -> float:
+        return self._time
+
+    def get_start_time(self) -> float:
+        return self._start
+
+    def get_end_time(self) -> float:
+        return self._end
+
+    def is_looping(self) -> bool:
+        return self._looping
+
+    def is_auto_updating(self) -> bool:
+        return self._auto_update
+
+    def get_time_codes_per_seconds(self) -> float:
+        return self.time_codes_per_second
+
+    get_time_codes_per_second = get_time_codes_per_seconds
+
+    # --- commands ---
+    def play(self, *_range: object) -> None:
+        if not self._playing:
+            self._playing, self._stopped = True, False
+            self._tell("play")
+
+    def pause(self) -> None:
+        if self._playing:
+            self._playing = False
+            self._tell("pause")
+
+    def stop(self) -> None:
+        """Stop and go back to the start; physics restores what it moved."""
+        if not self._stopped:
+            self._playing, self._stopped = False, True
+            self._time = self._start
+            self._tell("stop")
+
+    def set_current_time(self, seconds: float) -> None:
+        self._time = float(seconds)
+
+    def set_start_time(self, seconds: float) -> None:
+        self._start = float(seconds)
+
+    def set_end_time(self, seconds: float) -> None:
+        self._end = float(seconds)
+
+    def set_looping(self, looping: bool) -> None:
+        self._looping = bool(looping)
+
+    def set_auto_update(self, auto_update: bool) -> None:
+        """Whether app updates move the time."""
+        self._auto_update = bool(auto_update)
+
+    def set_time_codes_per_second(self, rate: float) -> None:
+        self.time_codes_per_second = float(rate)
+
+    set_target_framerate = set_time_codes_per_second
+
+    def commit(self) -> None:
+        """Commands are immediate here."""
+
+    commit_silently = commit
+
+    def forward_one_frame(self) -> None:
+        self.advance(1.0 / self.time_codes_per_second)
+
+    def rewind_one_frame(self) -> None:
+        self._time = max(self._start, self._time - 1.0 / self.time_codes_per_second)
+
+    # --- driven by the app ---
+    def advance(self, seconds: float) -> None:
+        """Move the time on; wraps or pauses at the end."""
+        self._time += seconds
+        if self._time < self._end or self._end <= self._start:
+            return
+        if self._looping:
+            self._time = self._start + (self._time - self._end) % (self._end - self._start)
+            self._tell("loop")
+        else:
+            self._time = self._end
+            self.pause()
+
+    def subscribe(self, listener: Callable[[str], None]) -> Callable[[], None]:
+        """Call `listener("play" | "pause" | "stop" | "loop")` after each change; returns what ends it."""
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener) if listener in self._listeners else None
+
+    def _tell(self, event: str) -> None:
+        for listener in list(self._listeners):
+            listener(event)
+
+    def reset(self) -> None:
+        """Back to the state of a new stage; listeners stay."""
+        self.stop()
+        self._time, self._start, self._end = 0.0, 0.0, DEFAULT_END_TIME
+        self._looping, self._auto_update = True, True
+        self.time_codes_per_second = 60.0
+
+
+_timeline = Timeline()
+
+
+def get_timeline() -> Timeline:
+    """The process-wide timeline (`omni.timeline.get_timeline_interface()`)."""
+    return _timeline
