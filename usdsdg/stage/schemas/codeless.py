@@ -39,8 +39,9 @@ def make_classes(resources: Path, module: str) -> dict[str, type]:
     for full_name, kind in info["Plugins"][0]["Info"]["Types"].items():
         declared_in, _, name = full_name.rpartition(".")
         if declared_in == module:
-            properties = _properties(layer.GetPrimAtPath(f"/{name}"))
-            classes[name] = _make_class(name, module, properties, kind["schemaKind"] == "multipleApplyAPI")
+            schema = layer.GetPrimAtPath(f"/{kind['schemaIdentifier']}")
+            multiple = kind["schemaKind"] == "multipleApplyAPI"
+            classes[name] = _make_class(name, module, kind["schemaIdentifier"], _properties(schema), multiple)
     return classes
 
 
@@ -64,9 +65,7 @@ class Schema:
     _table: dict[str, Property] = {}
 
     def __init__(self, prim: Usd.Prim | Usd.SchemaBase | None = None, name: str = "") -> None:
-        self._prim = (
-            prim if isinstance(prim, Usd.Prim) else prim.GetPrim() if prim is not None else Usd.Prim()
-        )
+        self._prim = prim if isinstance(prim, Usd.Prim) else prim.GetPrim() if prim is not None else Usd.Prim()
         self._name = name
 
     def GetPrim(self) -> Usd.Prim:
@@ -118,7 +117,7 @@ class Schema:
         return attribute
 
 
-def _make_class(name: str, module: str, table: dict[str, Property], multiple: bool) -> type:
+def _make_class(name: str, module: str, identifier: str, table: dict[str, Property], multiple: bool) -> type:
     """The class that scripts name, and beside it the one whose objects they get."""
     methods: dict[str, Any] = {"_table": table, "_multiple": multiple, "__module__": module}
     for api_name, item in table.items():
@@ -132,7 +131,7 @@ def _make_class(name: str, module: str, table: dict[str, Property], multiple: bo
 
     # Calls on the class (`SomeAPI.GetFooAttr(schema)`) work too, as with classes made by usdGenSchema.
     shared = {key: value for key, value in methods.items() if key.startswith(("Get", "Create"))}
-    statics = _statics_multiple(table) if multiple else _statics_single()
+    statics = _statics_multiple(identifier, table) if multiple else _statics_single()
     api = type(name, (Usd.APISchemaBase,), {"__new__": construct, "__module__": module, **shared, **statics})
     objects._api = api
     Tf.Type.Define(api)
@@ -164,7 +163,7 @@ def _statics_single() -> dict[str, Any]:
     return {"Apply": classmethod(apply), "Get": classmethod(get), "CanApply": classmethod(can_apply)}
 
 
-def _statics_multiple(table: dict[str, Property]) -> dict[str, Any]:
+def _statics_multiple(identifier: str, table: dict[str, Property]) -> dict[str, Any]:
     prefix = next(iter(table.values())).name.split(_INSTANCE)[0]
 
     def apply(cls: type, prim: Usd.Prim, name: str) -> Schema:
@@ -180,7 +179,7 @@ def _statics_multiple(table: dict[str, Property]) -> dict[str, Any]:
 
     def get_all(cls: type, prim: Usd.Prim) -> list[Schema]:
         applied = (schema.partition(":") for schema in prim.GetAppliedSchemas())
-        return [cls(prim, name) for schema, _, name in applied if schema == cls.__name__]
+        return [cls(prim, name) for schema, _, name in applied if schema == identifier]
 
     def can_apply(cls: type, prim: Usd.Prim, name: str) -> Any:
         return prim.CanApplyAPI(cls, name)
@@ -189,6 +188,4 @@ def _statics_multiple(table: dict[str, Property]) -> dict[str, Any]:
         return path.IsPropertyPath() and path.name.startswith(prefix)
 
     found = {"Apply": apply, "Get": get, "GetAll": get_all, "CanApply": can_apply}
-    return {key: classmethod(function) for key, function in found.items()} | {
-        "_is_path": classmethod(is_path)
-    }
+    return {key: classmethod(function) for key, function in found.items()} | {"_is_path": classmethod(is_path)}

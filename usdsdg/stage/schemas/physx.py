@@ -11,3 +11,11 @@ _classes = make_classes(RESOURCES / "physx", __name__)
 globals().update(_classes)
 
 __all__ = sorted(_classes)
+
+
+def __getattr__(name: str) -> object:
+    # An AttributeError, as `hasattr` expects of a module.
+    raise AttributeError(
+        f"usdsdg's PhysxSchema has no {name!r}: it covers rigid bodies, colliders, joints and triggers "
+        f"({', '.join(__all__)}), not vehicles, particles or deformables"
+    )
