@@ -1,0 +1,94 @@
+"""Foreign names resolve to the product's own modules, in a process of their own, and nowhere else."""
+
+import subprocess
+import sys
+import textwrap
+
+
+def run(code: str) -> str:
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def test_both_names_give_one_module():
+    assert (
+        run(
+            """
+            import usdsdg.compat; usdsdg.compat.install()
+            import omni.replicator.core as rep, usdsdg
+            import omni.replicator.core.distribution as d
+            import usdsdg.distribution, usdsdg.timeline
+            import omni.timeline
+            print(rep is usdsdg, d is usdsdg.distribution,
+                  omni.timeline.get_timeline_interface() is usdsdg.timeline.get_timeline())
+            """
+        )
+        == "True True True"
+    )
+
+
+def test_every_import_of_the_tutorial_script_resolves():
+    run(
+        """
+        import usdsdg.compat; usdsdg.compat.install()
+        import carb.settings
+        import omni.kit.app, omni.replicator.core as rep, omni.timeline, omni.usd, usdrt
+        from omni.isaac.core.utils.semantics import add_update_semantics, remove_all_semantics
+        from omni.isaac.nucleus import get_assets_root_path
+        from omni.kit.viewport.utility import get_active_viewport
+        from omni.physx import get_physx_interface, get_physx_scene_query_interface
+        from pxr import Gf, PhysxSchema, Sdf, Usd, UsdGeom, UsdPhysics
+        carb.Float3((1, 2, 3)); carb.Float4(0, 0, 0, 1)
+        """
+    )
+
+
+def test_a_module_we_do_not_have_says_so():
+    assert "has no counterpart in usdsdg yet" in run(
+        """
+        import usdsdg.compat; usdsdg.compat.install()
+        try:
+            import omni.ui
+        except ModuleNotFoundError as error:
+            print(error)
+        """
+    )
+
+
+def test_importing_usdsdg_installs_no_foreign_name():
+    assert (
+        run(
+            """
+            import usdsdg
+            try:
+                import omni.usd
+            except ModuleNotFoundError:
+                print("absent")
+            """
+        )
+        == "absent"
+    )
+
+
+def test_importing_usdsdg_loads_no_engine():
+    loaded = run("import sys, usdsdg; print([m for m in ('warp', 'newton', 'pydantic', 'typer') if m in sys.modules])")
+    assert loaded == "[]"
+
+
+def test_usdrt_finds_applied_schemas():
+    assert (
+        run(
+            """
+            import usdsdg.compat; usdsdg.compat.install()
+            import omni.usd, usdrt
+            from pxr import PhysxSchema, UsdPhysics
+            stage = omni.usd.get_context().get_stage()
+            UsdPhysics.Scene.Define(stage, "/PhysicsScene")
+            PhysxSchema.PhysxSceneAPI.Apply(stage.GetPrimAtPath("/PhysicsScene"))
+            attached = usdrt.Usd.Stage.Attach(omni.usd.get_context().get_stage_id())
+            print(attached.GetPrimsWithAppliedAPIName("PhysxSceneAPI"))
+            """
+        )
+        == "[Sdf.Path('/PhysicsScene')]"
+    )
