@@ -1,0 +1,51 @@
+"""What a room is made of: walls, blocks of furniture, lamps and windows. Metres, z up, linear radiance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+# Albedo (n, 3) at the surface coordinates u, v (n,) in metres: (y, z), (x, z) or (x, y) by the face's axis.
+Pattern = Callable[[np.ndarray, np.ndarray], np.ndarray]
+Point = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Block:
+    """An axis-aligned box from `low` to `high`, the same pattern on all sides."""
+
+    low: Point
+    high: Point
+    pattern: Pattern
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """A rectangle (flat along one axis) that shines along `facing`; `sky` paints it as a view outside."""
+
+    low: Point
+    high: Point
+    facing: Point
+    radiance: Point
+    sky: bool = False
+
+
+@dataclass(frozen=True)
+class Room:
+    """The inside of a box, seen from `eye`. Patterns by face: "floor", "ceiling", "walls"."""
+
+    low: Point
+    high: Point
+    eye: Point
+    floor: Pattern
+    ceiling: Pattern
+    walls: Pattern
+    lamps: Sequence[Lamp]
+    blocks: Sequence[Block] = field(default_factory=tuple)
+
+    def face_pattern(self, axis: int, upper: bool) -> Pattern:
+        if axis == 2:
+            return self.ceiling if upper else self.floor
+        return self.walls
