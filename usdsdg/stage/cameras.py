@@ -169,8 +169,7 @@ def _camera_at(stage: Usd.Stage, path: str | Sdf.Path) -> Usd.Prim:
     names = ", ".join(str(each.GetPath()) for each in found[:8]) or "none"
     where = "below it" if below else "on the stage"
     raise errors.BadPrim(
-        f"{prim.GetPath()} is a {prim.GetTypeName() or 'typeless prim'}, not a camera; "
-        f"cameras {where}: {names}"
+        f"{prim.GetPath()} is a {prim.GetTypeName() or 'typeless prim'}, not a camera; cameras {where}: {names}"
     )
 
 

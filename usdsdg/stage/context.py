@@ -44,22 +44,21 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
     file = assets.resolve(os.fspath(path))
     try:
         layer = Sdf.Layer.FindOrOpen(file)
-        if layer is None:
-            raise errors.AssetUnreadable(
-                f"{file} is not a file that USD can read (expected .usd, .usda, .usdc or .usdz)"
-            )
         if layer.dirty:
             layer.Reload(force=True)
-        return set_stage(Usd.Stage.Open(layer))
+        stage = Usd.Stage.Open(layer)
     except Tf.ErrorException as failure:
-        raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: {reason(failure)}") from failure
+        raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: {_reason(failure)}") from failure
+    return set_stage(stage)
 
 
 def set_stage(stage: Usd.Stage) -> Usd.Stage:
     """Make `stage` the current one and tell everybody who subscribed with `on_new_stage`."""
     global _current
+    if _current == stage:
+        return stage
     cache = UsdUtils.StageCache.Get()
-    if _current is not None and _current != stage:
+    if _current is not None:
         cache.Erase(_current)
     cache.Insert(stage)
     _current = stage
@@ -113,6 +112,6 @@ def save_stage(path: str | os.PathLike[str]) -> Path:
     return flatten.write(current_stage(), Path(path).absolute())
 
 
-def reason(failure: Tf.ErrorException) -> str:
+def _reason(failure: Tf.ErrorException) -> str:
     """What pxr said, without its source positions."""
-    return "; ".join(error.commentary for error in failure.args) or str(failure)
+    return "; ".join(error.commentary.strip() for error in failure.args) or str(failure)

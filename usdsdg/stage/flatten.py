@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 from pathlib import Path
@@ -34,11 +35,11 @@ def write(stage: Usd.Stage, path: Path) -> Path:
             raise OSError(f"USD could not write {temporary.name}")
         temporary.replace(path)
     except (OSError, Tf.ErrorException) as failure:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
         raise errors.OutputNotWritable(
             f"the stage cannot be saved to {path}: {failure}. Check that the folder exists and is writable."
         ) from failure
-    finally:
-        temporary.unlink(missing_ok=True) if temporary.parent.is_dir() else None
     return path
 
 
@@ -46,9 +47,7 @@ def flattened(stage: Usd.Stage, folder: Path) -> Sdf.Layer:
     """The stage's own layers (session strongest) as one anonymous layer whose asset paths resolve from
     `folder`.
     """
-    return UsdUtils.FlattenLayerStack(
-        stage, lambda layer, path: portable_path(layer, path, folder), "usdsdg.usda"
-    )
+    return UsdUtils.FlattenLayerStack(stage, lambda layer, path: portable_path(layer, path, folder), "usdsdg.usda")
 
 
 def portable_path(layer: Sdf.Layer, asset_path: str, folder: Path) -> str:

@@ -52,9 +52,7 @@ class LabelFilter:
 
     def __init__(self, predicate: str = "*:*") -> None:
         self.predicate = predicate
-        self._clauses = tuple(
-            _clause(text, predicate) for text in re.split(r"[,;]", predicate) if text.strip()
-        )
+        self._clauses = tuple(_clause(text, predicate) for text in re.split(r"[,;]", predicate) if text.strip())
         if not self._clauses:
             raise ConfigError(f"the semantic filter {predicate!r} selects nothing; {_GRAMMAR}")
 
@@ -77,9 +75,7 @@ class LabelFilter:
 def _clause(text: str, predicate: str) -> _Clause:
     semantic_type, colon, expression = text.partition(":")
     if not colon or not semantic_type.strip():
-        raise ConfigError(
-            f"the clause {text.strip()!r} of the semantic filter {predicate!r} has no type; {_GRAMMAR}"
-        )
+        raise ConfigError(f"the clause {text.strip()!r} of the semantic filter {predicate!r} has no type; {_GRAMMAR}")
     alternatives = tuple(_conjunction(part, predicate) for part in expression.split("|"))
     return _Clause(_pattern(semantic_type, predicate), alternatives)
 

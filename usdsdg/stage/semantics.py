@@ -114,9 +114,7 @@ def add_update_semantics(prim: Usd.Prim, label: str, type_label: str = "class", 
     """
     add_labels(prim, {type_label: [label]}, mode="replace")
     if suffix:
-        _write_old(
-            prim, f"Semantics{Tf.MakeValidIdentifier(suffix).lstrip('_') and suffix}", type_label, label
-        )
+        _write_old(prim, f"Semantics{Tf.MakeValidIdentifier(suffix).lstrip('_') and suffix}", type_label, label)
 
 
 def remove_labels(prim: Usd.Prim, *, recursive: bool = False) -> None:
@@ -142,9 +140,7 @@ def _extend(found: Labels, semantic_type: str, labels: Iterable[str]) -> None:
 
 
 def _old_pair(prim: Usd.Prim, instance: str) -> tuple[str, str]:
-    values = (
-        prim.GetAttribute(f"semantic:{instance}:params:semantic{part}").Get() for part in ("Type", "Data")
-    )
+    values = (prim.GetAttribute(f"semantic:{instance}:params:semantic{part}").Get() for part in ("Type", "Data"))
     semantic_type, label = (str(value or "") for value in values)
     return semantic_type, label
 
@@ -156,9 +152,7 @@ def _normalised(labels: Mapping[str, str | Sequence[str]] | Iterable[tuple[str, 
         values = [values] if isinstance(values, str) else list(values)
         for text in (semantic_type, *values):
             if not isinstance(text, str) or not text.strip():
-                raise ValueError(
-                    f"labels and their types are non-empty strings, not {text!r} (in {labels!r})"
-                )
+                raise ValueError(f"labels and their types are non-empty strings, not {text!r} (in {labels!r})")
         _extend(wanted, semantic_type, values)
     return wanted
 
@@ -231,8 +225,7 @@ def _editable_descendants(root: Usd.Prim) -> Iterator[Usd.Prim]:
         prim = pending.pop()
         if prim.IsInstance() and _hides_labels(prim):
             errors.warn_once(
-                f"{prim.GetPath()} is an instance with labels inside; "
-                "to remove them it is made an ordinary prim"
+                f"{prim.GetPath()} is an instance with labels inside; to remove them it is made an ordinary prim"
             )
             prim.SetInstanceable(False)
         yield prim
