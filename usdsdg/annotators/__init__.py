@@ -19,7 +19,7 @@ from usdsdg.annotators.catalogue import (
 )
 from usdsdg.annotators.entities import Entities, EntityReader
 from usdsdg.annotators.frame import Frame
-from usdsdg.annotators.payload import Capture, build_payload
+from usdsdg.annotators.payload import Capture, build_payload, lay_out
 from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, AugmentationError
 
 __all__ = [
@@ -47,6 +47,7 @@ __all__ = [
     "get_augmentation",
     "get_registered_annotators",
     "image",
+    "lay_out",
     "pointcloud",
     "register",
     "register_augmentation",

@@ -22,10 +22,8 @@ from usdsdg.stage.transforms import as_array
 Labels = Mapping[str, Sequence[str]]
 
 # Attributes that shape a gprim.
-_GEOMETRY = frozenset(
-    ("points", "faceVertexIndices", "extent", "radius", "height", "axis", "size", "width", "length")
-    + ("widths", "radiusTop", "radiusBottom", "curveVertexCounts")
-)
+_GEOMETRY = {"points", "faceVertexIndices", "extent", "radius", "height", "axis", "size", "width", "length"}
+_GEOMETRY |= {"widths", "radiusTop", "radiusBottom", "curveVertexCounts"}
 
 
 @dataclass(frozen=True)

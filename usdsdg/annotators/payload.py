@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
+from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.base import Annotation
+from usdsdg.annotators.frame import Frame
 from usdsdg.errors import WriterError
 
 LAYOUTS = ("legacy", "annotator", "renderProduct")
@@ -23,7 +25,37 @@ class Capture:
     annotations: Mapping[str, Annotation]  # by annotator name
 
 
+class Reader(Protocol):
+    """Who a payload is for: a writer."""
+
+    data_structure: str
+
+    def annotators_of(self, render_product: str) -> Sequence[Annotator]: ...
+
+
 def build_payload(
+    reader: Reader, frames: Mapping[str, Frame], *, frame_number: int | None = None, **outputs: Any
+) -> dict[str, Any]:
+    """The payload for `reader` of `frames`, by render product path; computes its annotators.
+
+    frame_number: default, the index of the frames.
+    outputs: trigger_outputs, distribution_outputs, named_outputs.
+    """
+    captures = {
+        path.rsplit("/", 1)[-1]: Capture(
+            frame.camera.prim_path,
+            (frame.camera.width, frame.camera.height),
+            {annotator.get_name(): annotator.compute(frame) for annotator in reader.annotators_of(path)},
+        )
+        for path, frame in frames.items()
+    }
+    first = next(iter(frames.values()), None)
+    number = frame_number if frame_number is not None else first.index if first else 0
+    time = first.reference_time if first else (0, 1)
+    return lay_out(reader.data_structure, captures, frame_number=number, reference_time=time, **outputs)
+
+
+def lay_out(
     layout: str,
     captures: Mapping[str, Capture],
     *,

@@ -1,0 +1,216 @@
+"""The contract of the family: a writer says which annotators it reads and turns each payload into files."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+from usdsdg.annotators import catalogue
+from usdsdg.annotators.annotator import Annotator, render_product_paths
+from usdsdg.errors import Unsupported, WriterError
+from usdsdg.registry import near_misses
+from usdsdg.writers.backends import BaseBackend
+from usdsdg.writers.files import write_json
+
+# Write at every captured frame.
+ON_FRAME = "omni.replicator.core.OgnOnFrame"
+
+_attached: list[Writer] = []
+_global_seed: int | None = None
+
+
+def attached_writers() -> tuple[Writer, ...]:
+    """The writers that see frames now, in the order in which they were attached."""
+    return tuple(_attached)
+
+
+def detach_all() -> None:
+    """Detach every writer, as for a new stage."""
+    for writer in attached_writers():
+        writer.detach()
+
+
+def set_global_seed(seed: int | None) -> None:
+    """The seed that metadata.txt tells."""
+    global _global_seed
+    _global_seed = seed
+
+
+class Writer(ABC):
+    """Base of all writers. A subclass sets `annotators` (names or Annotators) and `backend`, and writes `write`.
+
+    Instances that come from the registry are made without `__init__`; `initialize` runs it.
+    """
+
+    backend: BaseBackend | None = None
+    version: str = "0.0.0"
+    annotators: list[Any] = []
+    metadata: dict[str, Any] = {}
+    num_written: int = 0
+    data_structure: str = "legacy"  # layout of the payload: "legacy", "annotator" or "renderProduct"
+
+    _payload: dict[str, Any] | None
+    _render_products: tuple[str, ...]
+    _scheduled: bool
+    _executions: Any
+
+    def __new__(cls, *args: Any, **kwargs: Any) -> Writer:
+        # The state that must exist even in subclasses that never call super().__init__().
+        writer = super().__new__(cls)
+        writer.annotators, writer.metadata = list(cls.annotators), dict(cls.metadata)
+        writer._render_products, writer._trigger = (), ON_FRAME
+        writer._payload, writer._scheduled, writer._executions = None, False, None
+        return writer
+
+    @abstractmethod
+    def write(self, data: dict[str, Any]) -> None:
+        """Turn one payload into files."""
+
+    def on_final_frame(self) -> None:  # noqa: B027 - most writers have nothing to do then
+        """Called when the run ends, after the last `write`."""
+
+    # Life
+
+    def initialize(self, **kwargs: Any) -> None:
+        """Run `__init__` with `kwargs`."""
+        self.annotators, self.metadata = list(type(self).annotators), dict(type(self).metadata)
+        self.num_written = 0
+        self.__init__(**kwargs)
+
+    def attach(self, render_products: Any, trigger: Any = ON_FRAME) -> None:
+        """See the frames of `render_products` (handles, paths, or a list) from now on.
+
+        trigger: the name of Replicator's on-frame node, a trigger item, a function that says whether to write this
+            frame, or None to write only after `schedule_write()`.
+
+        Raises:
+            WriterError: the writer reads nothing, as one that was never initialised.
+        """
+        if not self.annotators:
+            raise WriterError(f"{type(self).__name__} has no annotators; call initialize(...) before attach().")
+        self.annotators = [catalogue.get(a) if isinstance(a, str) else a for a in self.annotators]
+        self._render_products = tuple(dict.fromkeys(render_product_paths(render_products)))
+        self._trigger = _checked_trigger(trigger)
+        self._executions = getattr(self._trigger, "executions", None)
+        if self not in _attached:
+            _attached.append(self)
+
+    async def attach_async(self, render_products: Any, trigger: Any = ON_FRAME) -> None:
+        """As `attach`."""
+        self.attach(render_products, trigger)
+
+    def detach(self) -> None:
+        """See no more frames; what was written stays, what is queued is still written."""
+        self._render_products = ()
+        self._scheduled = False
+        if self in _attached:
+            _attached.remove(self)
+
+    def reset(self) -> None:
+        """Count written frames from 0 again."""
+        self.num_written = 0
+
+    def schedule_write(self) -> None:
+        """Write the next captured frame, whatever the trigger says."""
+        self._scheduled = True
+
+    # What the orchestrator asks
+
+    @property
+    def render_products(self) -> tuple[str, ...]:
+        """Paths of the render products that it is attached to."""
+        return self._render_products
+
+    def annotators_of(self, render_product: str) -> list[Annotator]:
+        """The annotators that it reads of one of its render products."""
+        return list(self.annotators)
+
+    def is_due(self) -> bool:
+        """Whether it wants the frame that is about to be captured."""
+        if self._scheduled or self._trigger == ON_FRAME:
+            return True
+        if self._trigger is None:
+            return False
+        if callable(self._trigger):
+            return bool(self._trigger())
+        return self._trigger.executions != self._executions
+
+    def receive(self, payload: dict[str, Any]) -> None:
+        """Take a payload: write it, after metadata.txt if it is the first."""
+        self._scheduled = False
+        self._executions = getattr(self._trigger, "executions", None)
+        self._payload = payload
+        if self.num_written == 0:
+            self.write_metadata()
+        self.write(payload)
+        self.num_written += 1
+
+    # Data
+
+    def get_data(self) -> dict[str, Any] | None:
+        """The last payload."""
+        return self._payload
+
+    def get_annotators(self) -> list[Any]:
+        return list(self.annotators)
+
+    def get_attached_annotators(self) -> list[Any]:
+        return list(self.annotators) if self._render_products else []
+
+    def get_annotator(self, name: str) -> Annotator:
+        """The annotator called `name`.
+
+        Raises:
+            WriterError: the writer reads no such annotator.
+        """
+        return self.annotators[self._index_of(name)]
+
+    def add_annotator(self, annotator: Annotator | str, name: str | None = None) -> None:
+        """Read one more annotator, under `name`; it appears in the payload."""
+        found = catalogue.get(annotator) if isinstance(annotator, str) else annotator
+        self.annotators.append(found.copy(name) if name else found)
+
+    def augment_annotator(self, annotator_name: str, augmentation: Any, **kwargs: Any) -> None:
+        """Pass the array of one of the writer's annotators through `augmentation`; it keeps its name."""
+        index = self._index_of(annotator_name)
+        self.annotators[index] = catalogue.augment(self.annotators[index], augmentation, name=annotator_name, **kwargs)
+
+    def _index_of(self, name: str) -> int:
+        names = [a if isinstance(a, str) else a.get_name() for a in self.annotators]
+        if name not in names:
+            close = near_misses(name, names) or names
+            raise WriterError(f"{type(self).__name__} reads no annotator {name!r}; it reads {', '.join(close)}.")
+        index = names.index(name)
+        if isinstance(self.annotators[index], str):
+            self.annotators[index] = catalogue.get(name)
+        return index
+
+    # Metadata
+
+    def get_metadata(self) -> dict[str, Any]:
+        """What metadata.txt holds."""
+        # The colon is Replicator's.
+        facts = {"name": type(self).__name__, "version": self.version, "replicator_global_seed:": _global_seed}
+        return {**facts, **self.metadata}
+
+    def write_metadata(self) -> None:
+        """Schedule metadata.txt."""
+        if self.backend is not None:
+            self.backend.schedule(write_json, path="metadata.txt", data=self.get_metadata())
+
+    def get_node(self) -> Writer:
+        """An opaque handle: there is no OmniGraph node behind a writer."""
+        return self
+
+
+def _checked_trigger(trigger: Any) -> Any:
+    if trigger is None or callable(trigger):
+        return trigger
+    if isinstance(trigger, str):
+        if trigger.rsplit(".", 1)[-1] != ON_FRAME.rsplit(".", 1)[-1]:
+            raise Unsupported(f"Writer trigger {trigger!r}: there is no OmniGraph; give a function, or {ON_FRAME!r}.")
+        return ON_FRAME
+    counted = getattr(trigger, "trigger", None) or getattr(trigger, "_trigger", None) or trigger
+    if not hasattr(counted, "executions"):
+        raise WriterError(f"{trigger!r} is no writer trigger: give a function, what trigger.on_frame returns, or None.")
+    return counted

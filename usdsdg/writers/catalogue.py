@@ -1,0 +1,118 @@
+"""Writers by name: what `rep.writers` and `rep.WriterRegistry` offer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from usdsdg.errors import Unsupported, WriterRegistryError
+from usdsdg.registry import Registry
+from usdsdg.writers import base
+from usdsdg.writers.base import ON_FRAME, Writer
+
+registered: Registry[type[Writer]] = Registry("writer", WriterRegistryError)
+_categories: dict[str, str | None] = {}
+
+# Known names without an implementation, and what to do instead.
+UNSUPPORTED: dict[str, str] = {
+    "DOPEWriter": "it is deprecated; use PoseWriter with format='dope'",
+    "YCBVideoWriter": "it is deprecated; use PoseWriter or BasicWriter",
+    "CocoWriter": "it is not implemented yet; BasicWriter gives boxes and instance masks",
+    "KittiWriter": "it is not implemented yet; BasicWriter gives boxes and depth",
+    "CosmosWriter": "it is not implemented yet; BasicWriter gives colour, depth and segmentation",
+    "DataVisualizationWriter": "it is not implemented yet; PoseWriter with write_debug_images draws boxes",
+    "FPSWriter": "it is not implemented; a run prints its rate",
+    "PytorchWriter": "it is not implemented; read annotators with get_data()",
+}
+
+
+def get(
+    writer_name: str,
+    init_params: Mapping[str, Any] | None = None,
+    render_products: Any = None,
+    trigger: Any = ON_FRAME,
+) -> Writer:
+    """A writer by name, made without `__init__`; initialised and attached when the arguments for that are given.
+
+    Raises:
+        WriterRegistryError: there is no such writer; the message lists near misses.
+        Unsupported: Replicator has it and usdsdg does not.
+    """
+    if writer_name in UNSUPPORTED and writer_name not in registered:
+        raise Unsupported(f"Writer {writer_name!r}: {UNSUPPORTED[writer_name]}.")
+    kind = registered.get(writer_name)
+    writer = kind.__new__(kind)
+    if init_params is not None:
+        writer.initialize(**init_params)
+    if render_products is not None:
+        writer.attach(render_products, trigger)
+    return writer
+
+
+def register_writer(cls: type[Writer], category: str | None = None) -> None:
+    """Make a subclass of Writer available under its class name."""
+    kind = cls if isinstance(cls, type) else type(cls)
+    if not issubclass(kind, Writer):
+        raise WriterRegistryError(f"{kind.__name__} is not a subclass of Writer.")
+    registered.add(kind.__name__, kind)
+    _categories[kind.__name__] = category
+
+
+def unregister_writer(name: str) -> None:
+    registered.remove(name)
+    _categories.pop(name, None)
+
+
+def register_node_writer(name: str, node_type_id: str, annotators: Any, category: str | None = None, **kw: Any) -> None:
+    """Unsupported: there are no OmniGraph nodes."""
+    raise Unsupported(f"Node writer {name!r} ({node_type_id}): there is no OmniGraph; derive a class from Writer.")
+
+
+def get_writers(category: str | None = None) -> dict[str, type[Writer]]:
+    """Registered writers by name; only those of a category, if one is given."""
+    return {name: registered.get(name) for name in registered if category in (None, _categories.get(name))}
+
+
+class WriterRegistry:
+    """The same under Replicator's names, and by name what the instances do."""
+
+    _default_writers: list[str] = []
+
+    register = staticmethod(register_writer)
+    unregister = staticmethod(unregister_writer)
+    unregister_writer = staticmethod(unregister_writer)
+    register_node_writer = staticmethod(register_node_writer)
+    get = staticmethod(get)
+    get_writers = staticmethod(get_writers)
+    detach_all = staticmethod(base.detach_all)
+
+    @staticmethod
+    def attach(writer_name: str, render_products: Any, init_params: Mapping[str, Any] | None = None, **kw: Any) -> None:
+        """Make, initialise and attach a writer."""
+        get(writer_name, init_params or {}, render_products, **kw)
+
+    @staticmethod
+    def detach(writer_name: str, render_products: Any = None) -> None:
+        """Detach every attached writer of that name."""
+        for writer in WriterRegistry.get_attached_writers(writer_name):
+            writer.detach()
+
+    @staticmethod
+    def get_attached_writers(writer_name: str | None = None) -> list[Writer]:
+        """Attached writers, all or those of one name."""
+        return [w for w in base.attached_writers() if writer_name in (None, type(w).__name__)]
+
+    @staticmethod
+    def get_attached_writer(writer_name: str) -> Writer | None:
+        return next(iter(WriterRegistry.get_attached_writers(writer_name)), None)
+
+    @staticmethod
+    def get_annotators(writer_name: str) -> list[Any]:
+        """What the attached writer of that name reads."""
+        writer = WriterRegistry.get_attached_writer(writer_name)
+        return writer.get_annotators() if writer else []
+
+    @staticmethod
+    def get_writer_render_products(writer_name: str) -> list[str]:
+        """What the attached writers of that name watch."""
+        return [path for w in WriterRegistry.get_attached_writers(writer_name) for path in w.render_products]

@@ -1,0 +1,128 @@
+"""Values to files: pictures, arrays, JSON. Each function encodes and hands the bytes to a backend.
+
+A backend's `schedule` runs them later: `backend.schedule(write_image, path="rgb_0000.png", data=rgb)`.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import pickle
+from pathlib import Path, PurePath
+from typing import Any, Protocol
+
+import numpy as np
+
+from usdsdg.errors import Unsupported, WriterError
+from usdsdg.writers.png import encode_png
+
+
+class BlobSink(Protocol):
+    """What the functions here need of a backend."""
+
+    def write_blob(self, path: str, data: bytes) -> None: ...
+
+
+def write_image(path: str, data: Any, backend_instance: BlobSink | None = None, **options: Any) -> None:
+    """Write a picture in the format of the path's extension: png, jpg, jpeg (and exr, which is Unsupported).
+
+    data: (H, W[, C]) array, or anything with `.numpy()` or an array interface, such as a Pillow image. uint32 ids are
+        written as 16-bit grey.
+    """
+    kind = PurePath(path).suffix.lower()
+    if kind not in _ENCODERS:
+        raise WriterError(f"{path}: no picture format has the extension {kind!r}; use {', '.join(_ENCODERS)}.")
+    _ENCODERS[kind](path, data, backend_instance, **options)
+
+
+def write_png(path: str, data: Any, backend_instance: BlobSink | None = None, compress_level: int = 3) -> None:
+    """Write a PNG. `compress_level` is accepted and ignored: the encoder has one, fast, level."""
+    image = _png_ready(path, as_array(data))
+    try:
+        _put(backend_instance, path, encode_png(image))
+    except ValueError as error:
+        raise WriterError(f"{path}: {error}. Give uint8 or uint16 of (H, W), (H, W, 3) or (H, W, 4).") from error
+
+
+def write_jpeg(path: str, data: Any, backend_instance: BlobSink | None = None, quality: int = 75) -> None:
+    """Write a JPEG of a uint8 picture; alpha is dropped."""
+    from PIL import Image
+
+    image = as_array(data)
+    if image.dtype != np.uint8 or image.ndim not in (2, 3):
+        raise WriterError(f"{path}: a JPEG cannot hold {image.dtype} of shape {image.shape}; give uint8.")
+    if image.ndim == 3:
+        image = image[..., 0] if image.shape[2] == 1 else image[..., :3]
+    buffer = io.BytesIO()
+    Image.fromarray(np.ascontiguousarray(image)).save(buffer, "JPEG", quality=quality)
+    _put(backend_instance, path, buffer.getvalue())
+
+
+def write_exr(path: str, data: Any, backend_instance: BlobSink | None = None, half_precision: bool = False) -> None:
+    """Unsupported."""
+    raise Unsupported(
+        f"{path}: EXR files need the extra 'exr', which this version does not have yet. Write floats with "
+        "write_np (.npy), or pictures as png."
+    )
+
+
+def write_json(path: str, data: Any, backend_instance: BlobSink | None = None, **options: Any) -> None:
+    """Write JSON in the key order of `data`; NumPy values become numbers and lists. `options` go to `json.dumps`."""
+    _put(backend_instance, path, json.dumps(data, default=_plain, **options).encode())
+
+
+def write_np(path: str, data: Any, backend_instance: BlobSink | None = None, allow_pickle: bool = True) -> None:
+    """Write a .npy array."""
+    buffer = io.BytesIO()
+    np.save(buffer, as_array(data), allow_pickle=allow_pickle)
+    _put(backend_instance, path, buffer.getvalue())
+
+
+def write_pickle(path: str, data: Any, backend_instance: BlobSink | None = None, **options: Any) -> None:
+    """Write a pickle."""
+    _put(backend_instance, path, pickle.dumps(data, **options))
+
+
+_ENCODERS = {".png": write_png, ".jpg": write_jpeg, ".jpeg": write_jpeg, ".exr": write_exr}
+
+
+def as_array(data: Any) -> np.ndarray:
+    """A NumPy array of an array, a Warp array, a tensor or a Pillow image."""
+    if isinstance(data, np.ndarray):
+        return data
+    if hasattr(data, "detach"):  # a torch tensor may be on a GPU and part of a graph
+        data = data.detach().cpu()
+    return np.asarray(data.numpy() if hasattr(data, "numpy") else data)
+
+
+def _png_ready(path: str, image: np.ndarray) -> np.ndarray:
+    """The image as a PNG can hold it, where that loses nothing."""
+    if image.dtype == bool:
+        return image.astype(np.uint8) * 255
+    if image.dtype.kind in "iu" and image.dtype.itemsize > 2:
+        if image.size and not 0 <= image.min() <= image.max() <= 0xFFFF:
+            raise WriterError(
+                f"{path}: ids from {image.min()} to {image.max()} do not fit into a 16-bit PNG; use write_np."
+            )
+        return image.astype(np.uint16)
+    return image
+
+
+def _plain(value: Any) -> Any:
+    """JSON for what `json` does not know."""
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, PurePath):
+        return str(value)
+    raise TypeError(f"{type(value).__name__} has no JSON form: {value!r}")
+
+
+def _put(backend: BlobSink | None, path: str, data: bytes) -> None:
+    if backend is None or isinstance(backend, type):
+        from usdsdg.writers.backends import write_whole
+
+        write_whole(Path(path), data)
+    else:
+        backend.write_blob(path, data)

@@ -1,0 +1,157 @@
+"""The queue between the frame loop and the disk: a few threads, a bounded backlog, failures kept until asked for."""
+
+from __future__ import annotations
+
+import atexit
+import logging
+import os
+import threading
+from collections import Counter, deque
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from usdsdg.errors import UsdsdgError, WriterError
+
+_log = logging.getLogger("usdsdg.writers")
+
+
+class _Job(NamedTuple):
+    run: Callable[[], None]
+    what: str  # file or function, for messages
+    size: int  # bytes that it keeps alive
+    owner: int
+
+
+class IoQueue:
+    """Runs jobs on threads, in the order they came, several at a time.
+
+    `submit` blocks while `max_jobs` wait or while the jobs in hand keep `max_bytes` alive, so that a fast
+    renderer cannot fill the memory.
+    """
+
+    def __init__(self, *, threads: int, max_jobs: int = 1000, max_bytes: int = 1 << 30) -> None:
+        self.max_jobs, self.max_bytes = max_jobs, max_bytes
+        self._threads = threads
+        self._changed = threading.Condition()
+        self._waiting: deque[_Job] = deque()
+        self._bytes = 0
+        self._open: Counter[int] = Counter()  # jobs waiting or running, by owner
+        self._failures: list[tuple[int, UsdsdgError]] = []
+        self._workers: set[threading.Thread] = set()
+
+    def submit(self, run: Callable[[], None], *, what: str, size: int, owner: Any) -> None:
+        """Run `run` later.
+
+        Raises:
+            the first failure of an earlier job of the same owner: there is no point in making more frames for it.
+        """
+        job = _Job(run, what, size, id(owner))
+        if threading.current_thread() in self._workers:
+            run()  # a job that waited for room in its own queue could wait for ever
+            return
+        with self._changed:
+            self._raise_failure(job.owner)
+            while self._is_full(size):
+                self._changed.wait()
+            self._waiting.append(job)
+            self._open[job.owner] += 1
+            self._bytes += size
+            self._start_workers()
+            self._changed.notify_all()
+
+    def is_done_writing(self, owner: Any = None) -> bool:
+        """Whether nothing of `owner` (None: of anybody) waits or runs."""
+        with self._changed:
+            return not self._count(owner)
+
+    def wait_until_done(self, owner: Any = None) -> None:
+        """Return when nothing of `owner` (None: of anybody) is open.
+
+        Raises:
+            the first failure since the last time that one was raised; it is raised once.
+        """
+        with self._changed:
+            while self._count(owner):
+                self._changed.wait()
+            self._raise_failure(None if owner is None else id(owner))
+
+    def _count(self, owner: Any) -> int:
+        return self._open.total() if owner is None else self._open[id(owner)]
+
+    def _is_full(self, size: int) -> bool:
+        return len(self._waiting) >= self.max_jobs or bool(self._bytes and self._bytes + size > self.max_bytes)
+
+    def _raise_failure(self, owner: int | None) -> None:
+        mine = [error for who, error in self._failures if owner in (None, who)]
+        if not mine:
+            return
+        self._failures = [(who, error) for who, error in self._failures if owner not in (None, who)]
+        if len(mine) > 1:
+            mine[0].add_note(f"({len(mine) - 1} more jobs failed after this one)")
+        raise mine[0]
+
+    def _start_workers(self) -> None:
+        if self._workers:
+            return
+        for index in range(self._threads):
+            worker = threading.Thread(target=self._work, name=f"usdsdg-io-{index}", daemon=True)
+            self._workers.add(worker)
+            worker.start()
+        # Threads are daemons, so that Ctrl-C while draining still ends the program.
+        atexit.register(self._finish)
+
+    def _work(self) -> None:
+        while True:
+            with self._changed:
+                while not self._waiting:
+                    self._changed.wait()
+                job = self._waiting.popleft()
+                self._changed.notify_all()
+            failure = _failure_of(job)
+            with self._changed:
+                self._open[job.owner] -= 1
+                if not self._open[job.owner]:
+                    del self._open[job.owner]
+                self._bytes -= job.size
+                if failure is not None:
+                    self._failures.append((job.owner, failure))
+                self._changed.notify_all()
+            del job
+
+    def _finish(self) -> None:
+        """At exit: write what waits, and say what failed if nobody asked."""
+        try:
+            self.wait_until_done()
+        except UsdsdgError as error:
+            _log.error("Writing failed: %s", error)
+
+
+def _failure_of(job: _Job) -> UsdsdgError | None:
+    """Run the job; the error that it ended with."""
+    try:
+        job.run()
+    except UsdsdgError as error:
+        return error
+    except Exception as error:  # noqa: BLE001 - raised again by the thread that waits
+        failure = WriterError(f"{job.what} could not be written: {type(error).__name__}: {error}")
+        failure.__cause__ = error
+        return failure
+    return None
+
+
+io_queue = IoQueue(threads=min(4, os.cpu_count() or 1))
+
+
+def is_done_writing() -> bool:
+    """Whether every backend has written everything."""
+    return io_queue.is_done_writing()
+
+
+def wait_until_done() -> None:
+    """Return when every backend has written everything; raises the first failure."""
+    io_queue.wait_until_done()
+
+
+def set_max_queue_size(jobs: int) -> None:
+    """How many jobs may wait before `schedule` blocks."""
+    io_queue.max_jobs = max(1, int(jobs))

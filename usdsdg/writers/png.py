@@ -1,0 +1,54 @@
+"""PNG encoding at the speed of the disk: one filter for all rows and the fastest deflate there is.
+
+Every row is stored as its difference from the row above (filter Up), which is cheap, vectorises over the whole picture
+and suits rendered images and label maps alike.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+
+import numpy as np
+
+try:
+    from isal import isal_zlib as _deflate
+except ImportError:  # no wheel for this platform: slower, same pixels
+    _deflate = zlib
+
+_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+_FILTER_UP = 2
+# PNG colour types by number of channels.
+_COLOR_TYPES = {1: 0, 3: 2, 4: 6}
+
+
+def encode_png(image: np.ndarray) -> bytes:
+    """PNG file of a uint8 or uint16 image: (H, W), (H, W, 1) grey, (H, W, 3) RGB or (H, W, 4) RGBA.
+
+    Raises:
+        ValueError: another shape or dtype, or no pixels.
+    """
+    channels = 1 if image.ndim == 2 else image.shape[2] if image.ndim == 3 else 0
+    if image.dtype not in (np.uint8, np.uint16) or channels not in _COLOR_TYPES or image.size == 0:
+        raise ValueError(f"a PNG cannot hold {image.dtype} of shape {image.shape}")
+    height, width = image.shape[:2]
+    depth = 8 * image.dtype.itemsize
+    header = struct.pack(">IIBBBBB", width, height, depth, _COLOR_TYPES[channels], 0, 0, 0)
+    data = _deflate.compress(_filtered_rows(image), 1)
+    return b"".join((_SIGNATURE, _chunk(b"IHDR", header), _chunk(b"IDAT", data), _chunk(b"IEND", b"")))
+
+
+def _filtered_rows(image: np.ndarray) -> np.ndarray:
+    """(H, 1 + bytes per row) uint8: each row's filter byte and its difference from the row above, modulo 256."""
+    if image.dtype == np.uint16:
+        image = image.astype(">u2")
+    rows = np.ascontiguousarray(image).view(np.uint8).reshape(image.shape[0], -1)
+    filtered = np.empty((rows.shape[0], rows.shape[1] + 1), np.uint8)
+    filtered[:, 0] = _FILTER_UP
+    filtered[0, 1:] = rows[0]
+    np.subtract(rows[1:], rows[:-1], out=filtered[1:, 1:])
+    return filtered
+
+
+def _chunk(kind: bytes, data: bytes) -> bytes:
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(data, zlib.crc32(kind)))
