@@ -1,0 +1,62 @@
+"""Cameras that look at labelled objects, with spheres that push other things out of their way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pxr import Gf, Usd, UsdGeom, UsdPhysics
+
+from usdsdg.jobs import colliders
+from usdsdg.jobs.config import ObjectBasedConfig
+from usdsdg.jobs.draws import Draws
+from usdsdg.stage.transforms import author_pose
+
+
+@dataclass(frozen=True)
+class Cameras:
+    """Camera prims and their collision spheres, which are switched off except while a place is cleared."""
+
+    prims: list[Usd.Prim]
+    spheres: list[Usd.Prim]
+
+    def set_colliding(self, enabled: bool) -> None:
+        for sphere in self.spheres:
+            UsdPhysics.CollisionAPI(sphere).GetCollisionEnabledAttr().Set(enabled)
+
+
+def add_cameras(stage: Usd.Stage, config: ObjectBasedConfig) -> Cameras:
+    """Make `num_cameras` cameras at /World/Cameras, with the properties that the configuration has checked."""
+    prims = [stage.DefinePrim(f"/World/Cameras/cam_{index}", "Camera") for index in range(config.num_cameras)]
+    for prim in prims:
+        for name, value in config.camera_properties_kwargs.items():
+            prim.GetAttribute(name).Set(value)
+    radius = config.camera_collider_radius
+    return Cameras(prims, [_add_sphere(prim, radius) for prim in prims] if radius > 0.0 else [])
+
+
+def look_at_targets(
+    cameras: Cameras, targets: list[Usd.Prim], config: ObjectBasedConfig, draws: Draws, index: int
+) -> None:
+    """Put every camera at a random distance and side of a random target, aiming a little beside it.
+
+    `index` counts the calls, so that each gives other poses.
+    """
+    reach = config.camera_look_at_target_offset
+    for number, camera in enumerate(cameras.prims):
+        purpose = f"camera/{number}"
+        target = draws.choice(f"{purpose}/target", index, targets)
+        generator = draws.generator(f"{purpose}/aim", index)
+        aim = Gf.Vec3d(target.GetAttribute("xformOp:translate").Get()) + Gf.Vec3d(*generator.uniform(-reach, reach, 3))
+        distance = float(generator.uniform(*config.camera_distance_to_target_min_max))
+        position, turn = draws.pose_on_sphere(f"{purpose}/pose", index, aim, distance)
+        author_pose(camera, translate=position, orient=turn)
+
+
+def _add_sphere(camera: Usd.Prim, radius: float) -> Usd.Prim:
+    path = camera.GetPath().AppendChild("CollisionSphere")
+    sphere = camera.GetStage().DefinePrim(path, "Sphere")
+    UsdGeom.Sphere(sphere).GetRadiusAttr().Set(radius)
+    colliders.add_colliders(sphere)
+    UsdPhysics.CollisionAPI(sphere).GetCollisionEnabledAttr().Set(False)
+    UsdGeom.Imageable(sphere).MakeInvisible()
+    return sphere
