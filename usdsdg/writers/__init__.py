@@ -11,15 +11,17 @@ from usdsdg.writers.catalogue import (
     register_writer,
     unregister_writer,
 )
+from usdsdg.writers.writer_basic import BasicWriter
 from usdsdg.writers.writer_pose import PoseWriter
 
-for _writer in (PoseWriter,):
+for _writer in (BasicWriter, PoseWriter):
     register_writer(_writer)
 
 __all__ = [
     "BackendDispatch",
     "BackendGroup",
     "BaseBackend",
+    "BasicWriter",
     "DiskBackend",
     "OutputNotWritable",
     "PoseWriter",

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import contextlib
-import errno
 import functools
 import inspect
 import itertools
 import os
-import shutil
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from usdsdg.errors import OutputNotWritable, Unsupported, WriterError, WriterRegistryError
+from usdsdg.errors import Unsupported, WriterError, WriterRegistryError
 from usdsdg.registry import Registry
 from usdsdg.writers import files
 from usdsdg.writers.io_queue import io_queue
+from usdsdg.writers.whole_file import check_writable, write_whole
 
-_part_numbers = itertools.count()
 _disk_root: Path | None = None
 
 
@@ -108,7 +105,7 @@ class DiskBackend(BaseBackend):
         """
         folder = disk_root() / Path(output_dir).expanduser()
         self._folder = folder if overwrite else _free_folder(folder)
-        _check_writable(self._folder)
+        check_writable(self._folder)
 
     @property
     def output_dir(self) -> str:
@@ -215,6 +212,27 @@ def get(name: str, init_params: Mapping[str, Any] | None = None) -> BaseBackend:
     return backend
 
 
+def make_backend(
+    writer: str, output_dir: Any, backend: BaseBackend | None, *, bucket: str | None = None, region: str | None = None
+) -> BaseBackend:
+    """Where a writer writes: the backend given, the folder, or both.
+
+    Raises:
+        WriterError: neither is given, or the backend is none.
+    """
+    if backend is not None and not isinstance(backend, BaseBackend):
+        raise WriterError(
+            f"{writer}: backend must be a BaseBackend, such as backends.get('DiskBackend'); got {backend!r}."
+        )
+    folder = BackendDispatch(output_dir=output_dir, bucket=bucket, region=region) if output_dir or bucket else None
+    if folder is None and backend is None:
+        raise WriterError(f"{writer} has nowhere to write: give output_dir, or backend.")
+    if folder is None or backend is None:
+        return backend or folder  # type: ignore[return-value]
+    known = backend._backends if isinstance(backend, BackendGroup) else [backend]
+    return BackendGroup([*known, *folder._backends])
+
+
 class BackendRegistry:
     """The same under Replicator's names."""
 
@@ -228,63 +246,9 @@ for _kind in (DiskBackend, S3Backend, BackendGroup):
     register(_kind)
 
 
-def write_whole(path: Path, data: bytes) -> None:
-    """Write a file that appears with all its bytes or not at all.
-
-    Raises:
-        OutputNotWritable: it could not be written; nothing is left behind.
-    """
-    part = path.with_name(f".{path.name[:100]}.{os.getpid()}-{next(_part_numbers)}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            part.write_bytes(data)
-            part.replace(path)
-        except BaseException:
-            with contextlib.suppress(OSError):
-                part.unlink()
-            raise
-    except OSError as error:
-        raise _not_writable(path, error) from error
-
-
-def _check_writable(folder: Path) -> None:
-    probe = folder / f".{os.getpid()}-{next(_part_numbers)}.part"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise _not_writable(folder, error) from error
-
-
 def _free_folder(folder: Path) -> Path:
     candidates = (folder.with_name(f"{folder.name}_{number:04d}") for number in itertools.count(1))
     return next((path for path in candidates if not path.exists()), folder) if folder.exists() else folder
-
-
-_REASONS = {
-    errno.ENOSPC: "the disk is full",
-    errno.EDQUOT: "the disk quota is used up",
-    errno.EFBIG: "the file would be larger than this process may write",
-    errno.EACCES: "this user may not write there",
-    errno.EPERM: "this user may not write there",
-    errno.EROFS: "the file system is read-only",
-    errno.ENOTDIR: "a part of the path is a file, not a folder",
-    errno.EEXIST: "a file of that name is in the way",
-    errno.EISDIR: "a folder of that name is in the way",
-}
-
-
-def _not_writable(path: Path, error: OSError) -> OutputNotWritable:
-    reason = _REASONS.get(error.errno or 0, error.strerror or str(error))
-    if error.errno == errno.ENOSPC:
-        with contextlib.suppress(OSError):
-            reason += f" ({shutil.disk_usage(path.parent).free / 1e6:.0f} MB free)"
-        remedy = "Free space or choose another output_dir; the files written so far are whole."
-    else:
-        remedy = "Choose another output_dir, or make this one writable."
-    return OutputNotWritable(f"{path} cannot be written: {reason}. {remedy}")
 
 
 def _run_in_order(steps: Sequence[Callable[..., None]], backend_instance: BaseBackend) -> None:

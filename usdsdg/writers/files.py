@@ -86,6 +86,22 @@ def write_pickle(path: str, data: Any, backend_instance: BlobSink | None = None,
 _ENCODERS = {".png": write_png, ".jpg": write_jpeg, ".jpeg": write_jpeg, ".exr": write_exr}
 
 
+def checked_image_format(name: str) -> str:
+    """The extension of a writer's `image_output_format`.
+
+    Raises:
+        WriterError: it does not exist.
+        Unsupported: it needs an extra.
+    """
+    known = (name or "").lower()
+    if known == "exr":
+        raise Unsupported("image_output_format 'exr' needs the extra 'exr', which does not exist yet; use 'png'.")
+    if f".{known}" not in _ENCODERS:
+        formats = ", ".join(repr(suffix[1:]) for suffix in _ENCODERS)
+        raise WriterError(f"image_output_format {name!r} does not exist; use {formats}.")
+    return known
+
+
 def as_array(data: Any) -> np.ndarray:
     """A NumPy array of an array, a Warp array, a tensor or a Pillow image."""
     if isinstance(data, np.ndarray):

@@ -96,7 +96,7 @@ def _radius_of_angle(theta: np.ndarray, polynomial: np.ndarray) -> np.ndarray:
         radius = radius - (curve(radius) - theta) / np.where(np.abs(gradient) > 1e-10, gradient, 1.0)
     if np.abs(curve(radius) - theta).max(initial=0.0) > 1e-6:
         warn_once(
-            "The fisheye polynomial does not reach some angles, where keypoints are approximate: check fthetaPolyA to F."
+            "The fisheye polynomial does not reach some angles; keypoints there are approximate. See fthetaPolyA to F."
         )
     return radius
 

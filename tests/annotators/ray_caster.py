@@ -1,0 +1,178 @@
+"""A slow renderer that shares nothing with ours: cubes and spheres of a stage, one ray per pixel centre, in NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from pxr import Gf, Usd, UsdGeom
+
+from usdsdg.annotators import EntityReader, Frame
+from usdsdg.stage.cameras import CameraView, read_camera
+from usdsdg.stage.semantics import add_labels
+
+CAMERA = "/World/Camera"
+PRODUCT = "/Render/HydraTextures/Replicator"
+
+
+def new_stage() -> Usd.Stage:
+    """Metres, Z up, a camera 10 m above the origin that looks straight down."""
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    UsdGeom.Xform.Define(stage, "/World")
+    camera = UsdGeom.Camera.Define(stage, CAMERA)
+    camera.CreateFocalLengthAttr(24.0)
+    camera.CreateHorizontalApertureAttr(20.955)
+    camera.CreateClippingRangeAttr(Gf.Vec2f(0.1, 100.0))
+    place(camera.GetPrim(), translate=(0, 0, 10))
+    return stage
+
+
+def place(prim: Usd.Prim, *, translate=(0, 0, 0), rotate=(0, 0, 0), scale=(1, 1, 1)) -> None:
+    """Translate, rotateXYZ [degrees], scale."""
+    xform = UsdGeom.Xformable(prim)
+    xform.ClearXformOpOrder()
+    xform.AddTranslateOp(opSuffix="", precision=UsdGeom.XformOp.PrecisionDouble).Set(Gf.Vec3d(*map(float, translate)))
+    xform.AddRotateXYZOp().Set(Gf.Vec3f(*map(float, rotate)))
+    xform.AddScaleOp().Set(Gf.Vec3f(*map(float, scale)))
+
+
+def add_cube(stage: Usd.Stage, path: str, label: str | None = None, *, size: float = 1.0, **pose) -> Usd.Prim:
+    cube = UsdGeom.Cube.Define(stage, path)
+    cube.CreateSizeAttr(size)
+    return _finish(cube.GetPrim(), label, pose)
+
+
+def add_sphere(stage: Usd.Stage, path: str, label: str | None = None, *, radius: float = 0.5, **pose) -> Usd.Prim:
+    sphere = UsdGeom.Sphere.Define(stage, path)
+    sphere.CreateRadiusAttr(radius)
+    return _finish(sphere.GetPrim(), label, pose)
+
+
+def _finish(prim: Usd.Prim, label: str | None, pose: dict) -> Usd.Prim:
+    place(prim, **pose)
+    if label:
+        add_labels(prim, {"class": [label]})
+    return prim
+
+
+class RayCaster:
+    """The renderer's interface, as far as labels go, for a stage of cubes and spheres."""
+
+    def __init__(self, stage: Usd.Stage) -> None:
+        self._stage = stage
+        self.gprims = tuple(str(p.GetPath()) for p in stage.Traverse() if p.GetTypeName() in ("Cube", "Sphere"))
+
+    def labels(self, view: CameraView) -> dict[str, np.ndarray]:
+        """All AOVs."""
+        origins, directions = rays(view)
+        distance = np.full(len(origins), np.inf)
+        instance = np.full(len(origins), -1, np.int32)
+        normals = np.zeros((len(origins), 3))
+        for index in range(len(self.gprims)):
+            hit, normal = self._intersect(index, origins, directions, view.clipping_range)
+            closer = hit < distance
+            distance[closer], instance[closer], normals[closer] = hit[closer], index, normal[closer]
+        position = origins + np.where(np.isfinite(distance), distance, 0)[:, None] * directions
+        shape = (view.height, view.width)
+        in_camera = position @ view.world_to_camera[:3, :3] + view.world_to_camera[3, :3]
+        seen = np.isfinite(distance)
+        color = np.full((len(origins), 4), 255, np.uint8)
+        color[:, :3] = np.where(seen[:, None], normals * 100 + 128, 60)
+        return {
+            "instance": instance.reshape(shape),
+            "distance_to_camera": np.where(seen, distance * view.meters_per_unit, np.inf).astype("f4").reshape(shape),
+            "distance_to_image_plane": np.where(seen, -in_camera[:, 2] * view.meters_per_unit, np.inf)
+            .astype("f4")
+            .reshape(shape),
+            "normals": normals.astype(np.float32).reshape(*shape, 3),
+            "position": np.where(seen[:, None], position, 0).astype(np.float32).reshape(*shape, 3),
+            "albedo": np.full((*shape, 3), 0.5, np.float32),
+            "motion_vectors": np.zeros((*shape, 2), np.float32),
+            "LdrColor": color.reshape(*shape, 4),
+            "HdrColor": (color.astype(np.float32) / 255).astype(np.float16).reshape(*shape, 4),
+        }
+
+    def coverage(self, view: CameraView, groups: Sequence[Sequence[int]]) -> np.ndarray:
+        """(len(groups), 5): pixels, x_min, y_min, x_max, y_max of each group alone."""
+        origins, directions = rays(view)
+        out = np.full((len(groups), 5), -1, np.int64)
+        for row, group in enumerate(groups):
+            mask = np.zeros(len(origins), bool)
+            for index in group:
+                mask |= np.isfinite(self._intersect(index, origins, directions, view.clipping_range)[0])
+            y, x = np.nonzero(mask.reshape(view.height, view.width))
+            out[row, 0] = len(x)
+            if len(x):
+                out[row, 1:] = x.min(), y.min(), x.max(), y.max()
+        return out
+
+    def _intersect(self, index: int, origins, directions, clipping) -> tuple[np.ndarray, np.ndarray]:
+        """Distances along the (unit) rays, inf for a miss, and world normals."""
+        prim = self._stage.GetPrimAtPath(self.gprims[index])
+        to_world = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(prim))
+        to_local = np.linalg.inv(to_world)
+        o, d = origins @ to_local[:3, :3] + to_local[3, :3], directions @ to_local[:3, :3]
+        with np.errstate(all="ignore"):
+            if prim.GetTypeName() == "Cube":
+                t, normal = _hit_cube(o, d, UsdGeom.Cube(prim).GetSizeAttr().Get() / 2)
+            else:
+                t, normal = _hit_sphere(o, d, UsdGeom.Sphere(prim).GetRadiusAttr().Get())
+        normal = normal @ to_local[:3, :3].T
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+        return np.where(t > 0, t, np.inf), normal
+
+
+def rays(view: CameraView) -> tuple[np.ndarray, np.ndarray]:
+    """Origins and unit directions in the world through the centre of every pixel, row by row."""
+    v, u = np.mgrid[0 : view.height, 0 : view.width]
+    focal = view.width * view.focal_length / view.horizontal_aperture
+    x, y = (u + 0.5 - view.width / 2) / focal, (view.height / 2 - v - 0.5) / focal
+    in_camera = np.stack([x, y, -np.ones_like(x)], axis=-1).reshape(-1, 3)
+    directions = in_camera @ view.local_to_world[:3, :3]
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return np.broadcast_to(view.local_to_world[3, :3], directions.shape), directions
+
+
+def _hit_cube(o, d, half):
+    near, far = (-half - o) / d, (half - o) / d
+    low, high = np.minimum(near, far), np.maximum(near, far)
+    enter, leave = low.max(axis=1), high.min(axis=1)
+    axis = low.argmax(axis=1)
+    normal = np.zeros_like(d)
+    normal[np.arange(len(d)), axis] = -np.sign(d[np.arange(len(d)), axis])
+    return np.where((enter <= leave) & (enter > 0), enter, np.inf), normal
+
+
+def _hit_sphere(o, d, radius):
+    a, b, c = (d * d).sum(1), (o * d).sum(1), (o * o).sum(1) - radius**2
+    root = b * b - a * c
+    t = np.where(root >= 0, (-b - np.sqrt(np.maximum(root, 0))) / a, np.inf)
+    return t, o + np.where(np.isfinite(t), t, 0)[:, None] * d
+
+
+def make_frame(
+    stage: Usd.Stage,
+    resolution: tuple[int, int] = (128, 96),
+    *,
+    camera: str = CAMERA,
+    filters: Iterable[str | None] = (),
+    reader: EntityReader | None = None,
+    product: str = PRODUCT,
+    index: int = 0,
+) -> Frame:
+    """A frame of the stage as it is, with every AOV."""
+    view = read_camera(stage, camera, resolution)
+    caster = RayCaster(stage)
+    entities = (reader or EntityReader(stage)).read(caster.gprims, filters)
+    return Frame(
+        index=index,
+        camera=view,
+        render_product=product,
+        aovs=caster.labels(view),
+        gprims=caster.gprims,
+        entities=entities,
+        coverage=caster.coverage(view, entities.groups),
+        reference_time=(index, 60),
+    )

@@ -1,0 +1,68 @@
+"""Files that appear with all their bytes or not at all, and errors that say why they could not."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import itertools
+import os
+import shutil
+from pathlib import Path
+
+from usdsdg.errors import OutputNotWritable
+
+_part_numbers = itertools.count()
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write a file that appears with all its bytes or not at all.
+
+    Raises:
+        OutputNotWritable: it could not be written; nothing is left behind.
+    """
+    part = path.with_name(f".{path.name[:100]}.{os.getpid()}-{next(_part_numbers)}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            part.write_bytes(data)
+            part.replace(path)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                part.unlink()
+            raise
+    except OSError as error:
+        raise _not_writable(path, error) from error
+
+
+def check_writable(folder: Path) -> None:
+    probe = folder / f".{os.getpid()}-{next(_part_numbers)}.part"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise _not_writable(folder, error) from error
+
+
+_REASONS = {
+    errno.ENOSPC: "the disk is full",
+    errno.EDQUOT: "the disk quota is used up",
+    errno.EFBIG: "the file would be larger than this process may write",
+    errno.EACCES: "this user may not write there",
+    errno.EPERM: "this user may not write there",
+    errno.EROFS: "the file system is read-only",
+    errno.ENOTDIR: "a part of the path is a file, not a folder",
+    errno.EEXIST: "a file of that name is in the way",
+    errno.EISDIR: "a folder of that name is in the way",
+}
+
+
+def _not_writable(path: Path, error: OSError) -> OutputNotWritable:
+    reason = _REASONS.get(error.errno or 0, error.strerror or str(error))
+    if error.errno == errno.ENOSPC:
+        with contextlib.suppress(OSError):
+            reason += f" ({shutil.disk_usage(path.parent).free / 1e6:.0f} MB free)"
+        remedy = "Free space or choose another output_dir; the files written so far are whole."
+    else:
+        remedy = "Choose another output_dir, or make this one writable."
+    return OutputNotWritable(f"{path} cannot be written: {reason}. {remedy}")
