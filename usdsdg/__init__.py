@@ -1,3 +1,25 @@
-"""usdsdg: synthetic data from USD scenes, with the Replicator API."""
+"""usdsdg: synthetic data from USD scenes, with the Replicator API.
+
+`import usdsdg as rep` gives what `import omni.replicator.core as rep` gives in Omniverse.
+"""
+
+from usdsdg import (
+    annotators, create, distribution, modify, orchestrator, physics, randomizer, settings, trigger, utils, writers,
+)  # fmt: skip
+from usdsdg.annotators import AnnotatorRegistry
+from usdsdg.graph.sampling import get_global_seed, set_global_seed
+from usdsdg.stage.context import open_stage
+from usdsdg.writers import PoseWriter, Writer, WriterRegistry, backends
+from usdsdg.writers.backends import BackendDispatch
 
 __version__ = "0.1.0"
+
+__all__ = [
+    # what a scene is made of and what changes in it
+    "create", "modify", "randomizer", "physics", "distribution", "trigger",
+    # what comes out
+    "annotators", "AnnotatorRegistry", "writers", "Writer", "WriterRegistry", "PoseWriter", "backends",
+    "BackendDispatch",
+    # what runs it
+    "orchestrator", "settings", "utils", "get_global_seed", "set_global_seed", "open_stage",
+]  # fmt: skip

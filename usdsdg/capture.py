@@ -19,8 +19,9 @@ from usdsdg.render_settings import RenderMode
 from usdsdg.settings import get_settings
 from usdsdg.stage.cameras import CameraView, read_camera
 from usdsdg.stage.context import current_stage
-from usdsdg.writers.backends import io_queue
+from usdsdg.writers import base as writer_base
 from usdsdg.writers.base import Writer, attached_writers
+from usdsdg.writers.io_queue import io_queue
 
 # Ticks per second of reference times.
 TICKS = 1_000_000
@@ -39,6 +40,7 @@ class Capture:
         """Find out who wants what of which product."""
         self._wanted = {}
         self._films = {}
+        writer_base.set_global_seed(get_global_seed())
         for annotator in attached_annotators():
             self._want(annotator.render_product, [annotator])
         for writer in attached_writers():
@@ -124,9 +126,11 @@ def _view(product: HydraTexture) -> CameraView:
 def _path_settings(mode: RenderMode, frame: int) -> Any:
     from usdsdg_render.settings import PathSettings
 
-    settings = get_settings()
-    bounces = settings.get_as_int("/rtx/pathtracing/maxBounces") if mode.path_tracing else 2
-    return PathSettings(bounces=bounces, seed=get_global_seed(), frame=frame, first_sample=mode.first_sample)
+    keys = {"seed": get_global_seed(), "frame": frame, "first_sample": mode.first_sample}
+    if not mode.path_tracing:
+        return PathSettings.fast(**keys)
+    bounces = get_settings().get_as_int("/rtx/pathtracing/maxBounces")
+    return PathSettings(bounces=bounces, denoise=mode.denoise, **keys)
 
 
 def _tone_settings(mode: RenderMode) -> Any:

@@ -10,6 +10,7 @@ import asyncio
 import enum
 from collections.abc import Callable
 
+from usdsdg.annotators import annotator
 from usdsdg.app import get_app
 from usdsdg.capture import Capture
 from usdsdg.errors import UsdsdgError, warn_once
@@ -18,6 +19,7 @@ from usdsdg.render_settings import RenderMode, render_mode
 from usdsdg.settings import get_settings
 from usdsdg.stage import context
 from usdsdg.timeline import get_timeline
+from usdsdg.writers import base as writer_base
 
 
 class OrchestratorError(UsdsdgError, RuntimeError):
@@ -53,6 +55,8 @@ class Orchestrator:
         self._set_status(Status.STOPPED)
         self.captures, self._next_subframes = 0, 0
         self._capture = Capture()
+        annotator.detach_all()
+        writer_base.detach_all()
 
     # --- one frame ---
     def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:

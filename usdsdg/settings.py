@@ -22,7 +22,7 @@ DEFAULTS: dict[str, Any] = {
     "/rtx/rendermode": "RaytracedLighting",
     "/rtx/pathtracing/spp": 1,
     "/rtx/pathtracing/totalSpp": 64,
-    "/rtx/pathtracing/maxBounces": 4,
+    "/rtx/pathtracing/maxBounces": 3,
     "/rtx/pathtracing/optixDenoiser/enabled": True,
     "/rtx/post/tonemap/filmIso": 100.0,
     "/rtx/post/tonemap/cameraShutter": 50.0,

@@ -23,9 +23,7 @@ def define(stage: Usd.Stage, path: str, kind: str) -> UsdGeom.Mesh:
     mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(corners.astype(np.int32)))
     mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(normals[corners].astype(np.float32)))
     mesh.SetNormalsInterpolation(UsdGeom.Tokens.faceVarying)
-    st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar(
-        "st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying
-    )
+    st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying)
     st.Set(Vt.Vec2fArray.FromNumpy(uvs[corners].astype(np.float32)))
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     mesh.CreateExtentAttr([Gf.Vec3f(*points.min(0).tolist()), Gf.Vec3f(*points.max(0).tolist())])
@@ -46,9 +44,7 @@ def define_gprim(stage: Usd.Stage, path: str, kind: str) -> Usd.Prim:
     for name, value in sizes.items():
         if prim.HasAttribute(name):
             prim.GetAttribute(name).Set(value)
-    UsdGeom.Boundable(prim).CreateExtentAttr(
-        UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), 0)
-    )
+    UsdGeom.Boundable(prim).CreateExtentAttr(UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), 0))
     return prim
 
 
