@@ -4,7 +4,17 @@
 """
 
 from usdsdg import (
-    annotators, create, distribution, modify, orchestrator, physics, randomizer, settings, trigger, utils, writers,
+    annotators,
+    create,
+    distribution,
+    modify,
+    orchestrator,
+    physics,
+    randomizer,
+    settings,
+    trigger,
+    utils,
+    writers,
 )  # fmt: skip
 from usdsdg.annotators import AnnotatorRegistry
 from usdsdg.graph.sampling import get_global_seed, set_global_seed
