@@ -99,7 +99,8 @@ def missing_dependencies(stage: Usd.Stage) -> list[MissingDependency]:
     """Every reference, payload and sublayer in use that USD could not open, in the order it met them."""
     found = {}
     for error in stage.GetCompositionErrors():
-        if isinstance(error, _UNRESOLVED):
+        prim = stage.GetPrimAtPath(error.rootSite.path)
+        if isinstance(error, _UNRESOLVED) and prim and prim.IsActive():
             why = " ".join(str(error).split())
             found[_read(error, why)] = None
     return list(found)

@@ -17,21 +17,25 @@ _UDIM = re.compile(r"<UDIM>|<UVTILE\d>", re.IGNORECASE)
 
 
 def write(stage: Usd.Stage, path: Path) -> Path:
-    """Write `stage` to `path` under a temporary name first, so that nobody ever sees half a file.
+    """Write `stage` to `path`, whole or not at all; see `write_layer` for the errors."""
+    return write_layer(flattened(stage, path.parent), path)
+
+
+def write_layer(layer: Sdf.Layer, path: Path) -> Path:
+    """Write `layer` to `path` under a temporary name first, so that nobody ever sees half a file.
 
     Raises:
         Unsupported: the extension is not .usd, .usda or .usdc.
         OutputNotWritable: the folder or file cannot be written.
     """
-    if path.suffix.lower() not in EXTENSIONS:
-        raise errors.Unsupported(
-            f"cannot save a stage as {path.name!r}: the name must end in {', '.join(EXTENSIONS)}"
-            + (" (usdzip packs a saved stage as .usdz)" if path.suffix.lower() == ".usdz" else "")
-        )
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    extension = path.suffix.lower()
+    if extension not in EXTENSIONS:
+        remedy = "; usdzip packs a saved stage as .usdz" if extension == ".usdz" else ""
+        raise errors.Unsupported(f"cannot save a stage as {path.name!r}: use one of {', '.join(EXTENSIONS)}{remedy}")
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}{extension}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        if not flattened(stage, path.parent).Export(str(temporary)):
+        if not layer.Export(str(temporary)):
             raise OSError(f"USD could not write {temporary.name}")
         temporary.replace(path)
     except (OSError, Tf.ErrorException) as failure:

@@ -108,13 +108,21 @@ def add_labels(
 
 
 def add_update_semantics(prim: Usd.Prim, label: str, type_label: str = "class", suffix: str = "") -> None:
-    """Isaac Sim 4's helper: the prim's labels of this type become the one given.
+    """Isaac Sim 4's helper: the prim's label of this type becomes the one given, whatever it was before.
 
-    `suffix` names further old-form instances (`Semantics<suffix>`), by which one prim may hold several types.
+    With a `suffix` only the label that the same suffix set earlier is replaced, so that a prim can hold several.
     """
-    add_labels(prim, {type_label: [label]}, mode="replace")
-    if suffix:
-        _write_old(prim, f"Semantics{Tf.MakeValidIdentifier(suffix).lstrip('_') and suffix}", type_label, label)
+    if not suffix:
+        add_labels(prim, {type_label: [label]}, mode="replace")
+        return
+    instance = f"Semantics{suffix}"
+    if instance in _old_instances(prim):
+        semantic_type, earlier = _old_pair(prim, instance)
+        kept = [value for value in get_labels(prim).get(semantic_type, []) if value != earlier]
+        _drop(prim, {semantic_type})
+        _write(prim, semantic_type, kept)
+    _write_old(prim, instance, type_label, label)
+    add_labels(prim, {type_label: [label]})
 
 
 def remove_labels(prim: Usd.Prim, *, recursive: bool = False) -> None:
@@ -169,7 +177,7 @@ def _check_editable(prim: Usd.Prim) -> None:
 
 def _write(prim: Usd.Prim, semantic_type: str, labels: list[str]) -> None:
     # A type that is no identifier cannot name an instance of the new schema; the old form holds any string.
-    if Sdf.Path.IsValidNamespacedIdentifier(semantic_type):
+    if labels and Sdf.Path.IsValidNamespacedIdentifier(semantic_type):
         UsdSemantics.LabelsAPI.Apply(prim, semantic_type).CreateLabelsAttr().Set(labels)
     held = [_old_pair(prim, instance) for instance in _old_instances(prim)]
     for label in labels:

@@ -1,0 +1,173 @@
+import gc
+import weakref
+
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom
+
+from usdsdg.stage.changes import Changes, ChangeTracker
+from usdsdg.stage.transforms import author_pose
+
+ROOT = Sdf.Path.absoluteRootPath
+
+
+@pytest.fixture
+def stage():
+    stage = Usd.Stage.CreateInMemory()
+    author_pose(UsdGeom.Cube.Define(stage, "/World/a").GetPrim(), translate=(0, 0, 0))
+    UsdGeom.Cube.Define(stage, "/World/a/b")
+    return stage
+
+
+@pytest.fixture
+def tracker(stage):
+    tracker = ChangeTracker(stage)
+    yield tracker
+    tracker.close()
+
+
+def path(text):
+    return Sdf.Path(text)
+
+
+def test_nothing_happened(tracker):
+    assert tracker.take() == Changes()
+    assert not tracker.take()
+
+
+def test_a_set_attribute_is_named_once(stage, tracker):
+    attribute = stage.GetAttributeAtPath("/World/a.xformOp:translate")
+    for x in range(5):
+        attribute.Set(Gf.Vec3d(x, 0, 0))
+    assert tracker.take() == Changes(set(), {path("/World/a"): {"xformOp:translate"}})
+    assert not tracker.take()
+
+
+def test_several_attributes_of_several_prims(stage, tracker):
+    UsdGeom.Cube(stage.GetPrimAtPath("/World/a")).GetSizeAttr().Set(3.0)
+    UsdGeom.Imageable(stage.GetPrimAtPath("/World/a")).MakeInvisible()
+    UsdGeom.Cube(stage.GetPrimAtPath("/World/a/b")).GetSizeAttr().Set(3.0)
+    changes = tracker.take()
+    assert not changes.resynced
+    assert changes.changed == {path("/World/a"): {"size", "visibility"}, path("/World/a/b"): {"size"}}
+
+
+def test_a_new_attribute_is_a_change_of_its_prim(stage, tracker):
+    stage.GetPrimAtPath("/World/a").CreateAttribute("primvars:x", Sdf.ValueTypeNames.Float)
+    assert tracker.take() == Changes(set(), {path("/World/a"): {"primvars:x"}})
+
+
+def test_a_removed_attribute_is_a_change_of_its_prim(stage, tracker):
+    stage.GetPrimAtPath("/World/a").RemoveProperty("xformOp:translate")
+    assert tracker.take() == Changes(set(), {path("/World/a"): {"xformOp:translate"}})
+
+
+def test_relationship_targets_are_changes_of_the_relationship(stage, tracker):
+    relationship = stage.GetPrimAtPath("/World/a").CreateRelationship("material:binding")
+    relationship.AddTarget("/World/a/b")
+    relationship.SetTargets(["/World"])
+    assert tracker.take() == Changes(set(), {path("/World/a"): {"material:binding"}})
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        lambda stage: stage.DefinePrim("/World/c", "Sphere"),
+        lambda stage: stage.GetPrimAtPath("/World/a").SetActive(False),
+        lambda stage: stage.GetPrimAtPath("/World/a").SetTypeName("Sphere"),
+        lambda stage: stage.GetPrimAtPath("/World/a").GetReferences().AddInternalReference("/World/x"),
+        lambda stage: stage.RemovePrim("/World/a"),
+    ],
+)
+def test_structure_is_resynced(stage, tracker, edit):
+    stage.DefinePrim("/World/x")
+    tracker.take()
+    edit(stage)
+    changes = tracker.take()
+    assert len(changes.resynced) == 1
+    assert changes.resynced <= {path("/World/a"), path("/World/c")}
+    assert not changes.changed
+
+
+def test_what_lies_below_a_resynced_prim_is_not_listed(stage, tracker):
+    UsdGeom.Cube(stage.GetPrimAtPath("/World/a/b")).GetSizeAttr().Set(3.0)
+    UsdGeom.Cube(stage.GetPrimAtPath("/World/a")).GetSizeAttr().Set(3.0)
+    stage.DefinePrim("/World/a/c")
+    stage.GetPrimAtPath("/World/a").SetTypeName("Xform")
+    assert tracker.take() == Changes({path("/World/a")}, {})
+
+
+def test_metadata_of_the_stage_belongs_to_the_root(stage, tracker):
+    UsdGeom.SetStageMetersPerUnit(stage, 0.01)
+    assert tracker.take() == Changes(set(), {ROOT: set()})
+
+
+def test_metadata_of_a_prim_names_no_attribute(stage, tracker):
+    stage.GetPrimAtPath("/World/a").SetCustomDataByKey("note", "x")
+    assert tracker.take() == Changes(set(), {path("/World/a"): set()})
+
+
+def test_a_replaced_layer_resyncs_everything(stage, tracker):
+    stage.GetRootLayer().Clear()
+    assert tracker.take().resynced <= {ROOT, path("/World")}
+
+
+def test_a_change_block_is_one_piece_of_news(stage, tracker):
+    with Sdf.ChangeBlock():
+        for name in ("/World/a", "/World/a/b"):
+            spec = stage.GetRootLayer().GetPrimAtPath(name)
+            Sdf.AttributeSpec(spec, "custom", Sdf.ValueTypeNames.Float).default = 1.0
+    assert tracker.take().changed == {path("/World/a"): {"custom"}, path("/World/a/b"): {"custom"}}
+
+
+def test_muting_one_tracker_leaves_the_other_listening(stage, tracker):
+    other = ChangeTracker(stage)
+    with tracker.muted(), Sdf.ChangeBlock():
+        stage.GetRootLayer().GetAttributeAtPath("/World/a.xformOp:translate").default = Gf.Vec3d(1, 2, 3)
+    assert not tracker.take()
+    assert other.take().changed == {path("/World/a"): {"xformOp:translate"}}
+    UsdGeom.Cube(stage.GetPrimAtPath("/World/a")).GetSizeAttr().Set(3.0)
+    assert tracker.take().changed == {path("/World/a"): {"size"}}
+
+
+def test_muting_nests_and_ends_after_an_exception(stage, tracker):
+    size = UsdGeom.Cube(stage.GetPrimAtPath("/World/a")).GetSizeAttr()
+    with tracker.muted():
+        with tracker.muted():
+            pass
+        size.Set(3.0)
+    assert not tracker.take()
+    with pytest.raises(RuntimeError), tracker.muted():
+        raise RuntimeError
+    size.Set(4.0)
+    assert tracker.take()
+
+
+def test_a_closed_tracker_hears_nothing(stage, tracker):
+    tracker.close()
+    tracker.close()
+    stage.DefinePrim("/World/new")
+    assert not tracker.take()
+
+
+def test_a_forgotten_tracker_is_freed(stage):
+    tracker = ChangeTracker(stage)
+    ghost = weakref.ref(tracker)
+    del tracker
+    gc.collect()
+    assert ghost() is None
+    stage.DefinePrim("/World/new")
+
+
+def test_other_stages_are_not_heard(tracker):
+    UsdGeom.Cube.Define(Usd.Stage.CreateInMemory(), "/World/a")
+    assert not tracker.take()
+
+
+def test_a_tracker_outlives_its_stage():
+    stage = Usd.Stage.CreateInMemory()
+    tracker = ChangeTracker(stage)
+    stage.DefinePrim("/a")
+    del stage
+    gc.collect()
+    assert tracker.take().resynced == {path("/a")}
+    tracker.close()
