@@ -181,4 +181,4 @@ def _hose_path() -> np.ndarray:
     corners = np.array([(-0.015, 0.0, 0.490), (-0.120, 0.0, 0.500), (-0.135, 0.0, 0.330), (-0.100, 0.0, 0.180)])
     weight = np.linspace(0.0, 1.0, 21)[:, None]
     terms = [(1 - weight) ** 3, 3 * weight * (1 - weight) ** 2, 3 * weight**2 * (1 - weight), weight**3]
-    return sum(term * corner for term, corner in zip(terms, corners))
+    return np.concatenate(terms, axis=1) @ corners

@@ -34,7 +34,7 @@ def on_colors(shapes: Iterable[Usd.Prim]) -> None:
     paths = [str(prim.GetPath()) for prim in shapes]
     if paths:
         with rep.trigger.on_custom_event(event_name=COLORS), rep.create.group(paths):
-            rep.randomizer.color(colors=rep.distribution.uniform((0, 0, 0), (1, 1, 1)))
+            rep.randomizer.color(colors=rep.distribution.uniform((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))
 
 
 def on_velocities(floating: Iterable[Usd.Prim]) -> None:
@@ -44,7 +44,7 @@ def on_velocities(floating: Iterable[Usd.Prim]) -> None:
         with rep.trigger.on_custom_event(event_name=VELOCITIES), rep.create.group(paths):
             rep.physics.rigid_body(
                 velocity=rep.distribution.uniform((-2.5, -2.5, -2.5), (2.5, 2.5, 2.5)),
-                angular_velocity=rep.distribution.uniform((-45, -45, -45), (45, 45, 45)),
+                angular_velocity=rep.distribution.uniform((-45.0, -45.0, -45.0), (45.0, 45.0, 45.0)),
             )
 
 
@@ -55,11 +55,11 @@ def on_lights(config: ObjectBasedConfig) -> None:
     with rep.trigger.on_custom_event(event_name=LIGHTS):
         rep.create.light(
             light_type="Sphere",
-            color=rep.distribution.uniform((0, 0, 0), (1, 1, 1)),
+            color=rep.distribution.uniform((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)),
             temperature=rep.distribution.normal(6500, 500),
             intensity=rep.distribution.normal(35000, 5000),
             position=rep.distribution.uniform(low, high),
-            scale=rep.distribution.uniform(0.1, 1),
+            scale=rep.distribution.uniform(0.1, 1.0),
             count=3,
         )
 
