@@ -1,0 +1,44 @@
+"""The table of AOVs: what each value is, and what stands for nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdsdg.errors import RenderError
+from usdsdg_render.scene import NO_INSTANCE
+
+
+@dataclass(frozen=True)
+class Aov:
+    """One output of the label pass, shape (height, width, *channels)."""
+
+    dtype: type
+    channels: tuple[int, ...]
+    nothing: float  # value where the ray meets nothing
+    meaning: str
+
+
+AOVS = {
+    "instance": Aov(np.int32, (), NO_INSTANCE, "index into WarpRenderer.gprims"),
+    "distance_to_camera": Aov(np.float32, (), np.inf, "distance from the camera's centre [m]"),
+    "distance_to_image_plane": Aov(np.float32, (), np.inf, "distance along the optical axis [m]"),
+    "normals": Aov(np.float32, (3,), 0.0, "interpolated normal in the world, towards the camera"),
+    "position": Aov(np.float32, (3,), 0.0, "point in the world [stage units]"),
+    "albedo": Aov(np.float32, (3,), 0.0, "base colour, linear Rec.709"),
+    "motion_vectors": Aov(np.float32, (2,), 0.0, "pixels since this camera last looked: +x moved left, +y moved up"),
+}
+
+
+def check_names(names: Collection[str]) -> tuple[str, ...]:
+    """The names in the order of the table.
+
+    Raises:
+        RenderError: a name is not in the table.
+    """
+    unknown = sorted(set(names) - AOVS.keys())
+    if unknown:
+        raise RenderError(f"no such AOV: {', '.join(unknown)}. There are: {', '.join(AOVS)}.")
+    return tuple(name for name in AOVS if name in names)

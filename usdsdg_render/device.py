@@ -1,0 +1,222 @@
+"""The scene on the device that renders it: tables of `scene.Scene` as kernels read them, refreshed where changed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from usdsdg.errors import warn_once
+from usdsdg_render import sky
+from usdsdg_render.kernels import types
+from usdsdg_render.light_power import extents, strengths
+from usdsdg_render.scene import Prototype, Scene, Texture
+from usdsdg_render.trace.build import BottomTree, TopTree, build_bottom, build_top
+from usdsdg_render.trace.flatten import FlattenedMesh
+
+
+def records(struct: Any, count: int) -> np.ndarray:
+    """An array of zeroed rows with the memory layout of a Warp struct."""
+    return np.zeros(count, struct.numpy_dtype())
+
+
+class _PrototypeMemory:
+    """What stays on the device for one prototype: triangle records, and on a CPU its tree."""
+
+    def __init__(self, prototype: Prototype, device: str) -> None:
+        self.prototype = prototype  # keeps its identity from being reused
+        self.triangles = wp.array(_triangle_records(prototype), dtype=types.Triangle, device=device)
+        self.tree: BottomTree | None = None
+        used = prototype.points[prototype.triangles].reshape(-1, 3)
+        self.lower, self.upper = used.min(0), used.max(0)
+        if device == "cpu":
+            self.tree = build_bottom(prototype.points, prototype.triangles)
+
+
+class DeviceScene:
+    """Uploads a `Scene` and keeps alive what its tables point to. Instances keep their row numbers."""
+
+    def __init__(self, device: str) -> None:
+        self.device = device
+        self.tables = types.SceneTables()
+        self.tables.srgb_to_linear = self._array(_srgb_to_linear(), wp.float32)
+        # Per instance: its box in the world, and whether a ray can meet it.
+        self.lower = self.upper = np.zeros((0, 3), np.float32)
+        self.placed = np.zeros(0, bool)
+        self._versions: dict[str, int] = {}
+        self._prototypes: dict[int, _PrototypeMemory] = {}
+        self._textures: dict[int, tuple[Texture, wp.array]] = {}
+        self._top: TopTree | None = None
+        self._mesh, self._shadow_mesh = FlattenedMesh(device), FlattenedMesh(device)
+        self._rows = records(types.Instance, 0)
+        self._face_counts = np.zeros(0, np.int64)
+
+    def sync(self, scene: Scene) -> None:
+        """Bring the device up to date with what changed in `scene` since the last call."""
+        changed = {key for key, version in scene.versions.items() if self._versions.get(key) != version}
+        if "textures" in changed:
+            self._upload_textures(scene)
+        if "materials" in changed:
+            self._upload_materials(scene)
+        if "prototypes" in changed:
+            self._upload_prototypes(scene)
+        if changed & {"prototypes", "instances", "transforms", "materials"}:
+            self._upload_instances(scene)
+        if changed & {"lights", "dome"}:
+            self._upload_lights(scene)
+        self._versions = dict(scene.versions)
+
+    def _array(self, values: np.ndarray, dtype: Any) -> wp.array:
+        return wp.array(values, dtype=dtype, device=self.device)
+
+    def _upload_textures(self, scene: Scene) -> None:
+        rows = records(types.Texture, len(scene.textures))
+        kept = {}
+        for row, texture in zip(rows, scene.textures, strict=True):
+            height, width = texture.texels.shape[:2]
+            held = self._textures.get(id(texture.texels))
+            if held is None:
+                words = np.ascontiguousarray(texture.texels).view(np.uint32).reshape(-1)
+                # On a CPU the kernels read the decoded image itself.
+                held = (texture, wp.array(words, dtype=wp.uint32, device=self.device, copy=self.device != "cpu"))
+            kept[id(texture.texels)] = held
+            row["texels"], row["width"], row["height"] = held[1].ptr, width, height
+            row["wrap_s"], row["wrap_t"], row["srgb"] = texture.wrap_s, texture.wrap_t, texture.srgb
+        self._textures = kept
+        self.tables.textures = self._array(rows, types.Texture)
+
+    def _upload_materials(self, scene: Scene) -> None:
+        rows = records(types.Material, len(scene.materials))
+        for name in rows.dtype.names or ():
+            rows[name] = scene.materials[name]
+        self.tables.materials = self._array(rows, types.Material)
+        see_through = _see_through(scene)
+        self.tables.cutouts = int(see_through.any())
+
+    def _upload_prototypes(self, scene: Scene) -> None:
+        kept = {}
+        for prototype in scene.prototypes:
+            key = id(prototype)
+            if len(prototype.triangles):
+                kept[key] = self._prototypes.get(key) or _PrototypeMemory(prototype, self.device)
+        self._prototypes = kept
+
+    def _upload_instances(self, scene: Scene) -> None:
+        instances = scene.instances
+        memories = [self._prototypes.get(id(scene.prototypes[k])) for k in instances.prototype]
+        rows = records(types.Instance, len(instances))
+        matrices, solid = _invertible(instances.local_to_world, instances.paths)
+        solid &= np.array([memory is not None for memory in memories], bool)
+        inverse = np.linalg.inv(matrices)
+        # Rows times matrix on the host, matrix times column in kernels.
+        rows["local_to_world"] = matrices[:, :3, :3].transpose(0, 2, 1)
+        rows["world_origin"] = matrices[:, 3, :3]
+        rows["world_to_local"] = inverse[:, :3, :3].transpose(0, 2, 1)
+        rows["local_origin"] = inverse[:, 3, :3]
+        rows["slot_offset"] = instances.slot_offset
+        rows["casts_shadow"] = instances.casts_shadow
+        lower, upper = np.zeros((2, len(rows), 3), np.float32)
+        see_through = _see_through(scene)
+        for k in np.flatnonzero(solid):
+            memory = memories[k]
+            rows[k]["triangles"] = memory.triangles.ptr
+            if memory.tree is not None:
+                rows[k]["nodes"] = memory.tree.nodes.ctypes.data
+                rows[k]["blocks"] = memory.tree.blocks.ctypes.data
+            slots = instances.slot_offset[k] + np.arange(memory.prototype.triangle_slots.max(initial=0) + 1)
+            rows[k]["cutout"] = see_through[scene.material_slots[slots]].any()
+            lower[k], upper[k] = _world_box(memory.lower, memory.upper, matrices[k])
+        self.lower, self.upper, self.placed = lower, upper, solid
+        self._rows = rows
+        self._face_counts = np.array([len(m.prototype.triangles) if m else 0 for m in memories], np.int64) * solid
+        self.tables.slots = self._array(scene.material_slots, wp.int32)
+        self._build_tree(solid)
+
+    def _build_tree(self, solid: np.ndarray) -> None:
+        tree, rows = self.tables.tree, self._rows
+        tree.instance_count = int(solid.sum())
+        if self.device != "cpu":
+            casting = self._face_counts * (rows["casts_shadow"] != 0)
+            same = bool((casting == self._face_counts).all())
+            if not same:
+                self._shadow_mesh.place(rows, casting)
+            self._mesh.place(rows, self._face_counts)
+            tree.mesh, tree.shadow_mesh = self._mesh.id, self._mesh.id if same else self._shadow_mesh.id
+            tree.face_instance = self._mesh.face_instance
+        elif solid.any():
+            self._top = build_top(self.lower[solid], self.upper[solid], np.flatnonzero(solid))
+            tree.nodes = self._top.nodes.ctypes.data
+        tree.instances = self._array(rows, types.Instance)
+
+    def only(self, instances: Sequence[int]) -> tuple[types.SceneTables, FlattenedMesh]:
+        """CUDA: tables of a scene that holds these instances alone, and the mesh to keep alive while they are used."""
+        rows = self._rows.copy()
+        counts = np.zeros_like(self._face_counts)
+        counts[list(instances)] = self._face_counts[list(instances)]
+        mesh = FlattenedMesh(self.device)
+        mesh.place(rows, counts)
+        tables = types.SceneTables()
+        for name in ("slots", "materials", "textures", "srgb_to_linear", "cutouts"):
+            setattr(tables, name, getattr(self.tables, name))
+        tables.tree.instances = self._array(rows, types.Instance)
+        tables.tree.mesh = tables.tree.shadow_mesh = mesh.id
+        tables.tree.face_instance = mesh.face_instance
+        return tables, mesh
+
+    def _upload_lights(self, scene: Scene) -> None:
+        rows = records(types.Light, len(scene.lights))
+        for name in scene.lights.dtype.names or ():
+            if name != "power":
+                rows[name] = scene.lights[name]
+        rows["strength"], rows["extent"] = strengths(scene.lights), extents(scene.lights)
+        self.tables.lights = self._array(rows, types.Light)
+        self.tables.light_count = len(rows)
+        self.tables.dome = sky.upload(scene.dome, self.device)
+        if rows["strength"].sum() + self.tables.dome.strength == 0.0:
+            warn_once("the scene has no light, so pictures are black: add a UsdLux light, for example a DomeLight")
+
+
+def _triangle_records(prototype: Prototype) -> np.ndarray:
+    rows = records(types.Triangle, len(prototype.triangles))
+    corners = prototype.points[prototype.triangles]
+    for k in range(3):
+        rows[f"p{k}"] = corners[:, k]
+        rows[f"n{k}"] = prototype.corner_normals[:, k]
+        rows[f"uv{k}"] = prototype.corner_uvs[:, k]
+    rows["slot"] = prototype.triangle_slots
+    return rows
+
+
+def _see_through(scene: Scene) -> np.ndarray:
+    """Per material: whether a ray may pass."""
+    return (scene.materials["opacity"] < 1.0) | (scene.materials["opacity_texture"] >= 0)
+
+
+def _invertible(local_to_world: np.ndarray, paths: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Matrices to invert, and which instances have a volume in the world; the others become the identity."""
+    matrices = local_to_world.copy()
+    scale = np.linalg.norm(matrices[:, :3, :3], axis=2).prod(1)
+    flatness = np.abs(np.linalg.det(matrices[:, :3, :3]))
+    solid = np.isfinite(matrices).all((1, 2)) & (flatness > 1e-12 * scale) & (scale > 1e-30)
+    for k in np.flatnonzero(~solid):
+        warn_once(
+            f"{paths[k]} is not in the picture: its transform is flat or not finite. Give it a non-zero scale.",
+            key=f"flat:{paths[k]}",
+        )
+    matrices[~solid] = np.eye(4)
+    return matrices, solid
+
+
+def _world_box(lower: np.ndarray, upper: np.ndarray, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """World box of an object-space box, rounded outwards by more than a ray's own rounding."""
+    center = (lower.astype(np.float64) + upper) / 2 @ matrix[:3, :3] + matrix[3, :3]
+    half = (upper.astype(np.float64) - lower) / 2 @ np.abs(matrix[:3, :3])
+    half += 2e-6 * (np.abs(center) + half)
+    return (center - half).astype(np.float32), (center + half).astype(np.float32)
+
+
+def _srgb_to_linear() -> np.ndarray:
+    encoded = np.arange(256) / 255.0
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)

@@ -1,0 +1,73 @@
+"""Film: running sums of radiance per pixel, and what becomes of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import warp as wp
+
+from usdsdg.errors import warn_once
+from usdsdg_render.kernels.develop import develop_pixels
+from usdsdg_render.kernels.path import FilmArrays
+from usdsdg_render.parallel import for_bands
+from usdsdg_render.settings import ToneSettings
+
+
+class Film:
+    """Sums of samples of one picture; `WarpRenderer.accumulate` adds to it, once for each motion sub-frame."""
+
+    def __init__(self, width: int, height: int, device: str) -> None:
+        self.width, self.height, self.device = width, height, device
+        self.samples = 0  # asked for so far; a pixel may hold fewer (see `dropped`)
+        self.arrays = FilmArrays()
+        self.arrays.color = self._zeros(wp.vec4)
+        self.arrays.dropped = self._zeros(wp.int32)
+        self.has_features = False
+
+    def _zeros(self, dtype) -> wp.array:
+        return wp.zeros((self.height, self.width), dtype=dtype, device=self.device)
+
+    def want_features(self) -> None:
+        """Make room for what the denoiser needs; samples added before have none, so ask before the first."""
+        if not self.has_features:
+            self.arrays.albedo = self._zeros(wp.vec3)
+            self.arrays.normal_depth = self._zeros(wp.vec4)
+            self.arrays.square = self._zeros(wp.float32)
+            self.has_features = True
+
+    @property
+    def dropped(self) -> int:
+        """Samples that were left out because they were not finite."""
+        return int(self.arrays.dropped.numpy().sum())
+
+    def radiance(self) -> np.ndarray:
+        """Mean radiance, (height, width, 3) float32 [nits]; black where there is no sample."""
+        color = self.arrays.color.numpy()
+        return color[..., :3] / np.maximum(color[..., 3:], 1.0)
+
+
+def develop(film: Film, tone: ToneSettings, *, threads: int | None = None) -> dict[str, np.ndarray]:
+    """See `WarpRenderer.develop`."""
+    radiance = film.arrays.color
+    shape = (film.height, film.width)
+    hdr = wp.empty(shape, dtype=wp.vec4h, device=film.device)
+    ldr = wp.empty(shape, dtype=wp.vec4ub, device=film.device)
+
+    def band(first_row: int, rows: int) -> None:
+        wp.launch(
+            develop_pixels,
+            dim=(rows, film.width),
+            inputs=[radiance, tone.exposure, int(tone.enabled), first_row],
+            outputs=[hdr, ldr],
+            device=film.device,
+        )
+
+    if film.device == "cpu":
+        for_bands(film.height, band, band_rows=64, threads=threads)
+    else:
+        band(0, film.height)
+    if film.dropped:
+        warn_once(
+            f"{film.dropped} samples of a {film.width}x{film.height} picture were not finite and were left out",
+            key="dropped samples",
+        )
+    return {"HdrColor": hdr.numpy(), "LdrColor": ldr.numpy()}

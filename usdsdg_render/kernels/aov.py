@@ -1,0 +1,109 @@
+"""Label pass: one ray through the centre of each pixel, and everything that is known about what it meets."""
+
+import warp as wp
+
+from usdsdg_render.kernels.camera import camera_ray
+from usdsdg_render.kernels.surface import base_color_at, surface_at
+from usdsdg_render.kernels.types import Camera, SceneTables
+from usdsdg_render.kernels.visibility import BY_THRESHOLD, closest, material_uv, triangle_of
+
+
+@wp.struct
+class AovArrays:
+    """Outputs, (height, width); an array of no rows is not asked for."""
+
+    instance: wp.array2d(dtype=wp.int32)
+    distance_to_camera: wp.array2d(dtype=wp.float32)
+    distance_to_image_plane: wp.array2d(dtype=wp.float32)
+    normals: wp.array2d(dtype=wp.vec3)
+    position: wp.array2d(dtype=wp.vec3)
+    albedo: wp.array2d(dtype=wp.vec3)
+    motion_vectors: wp.array2d(dtype=wp.vec2)
+
+
+@wp.struct
+class Past:
+    """Where things were when this camera last looked."""
+
+    camera: Camera
+    known: wp.array(dtype=wp.int32)  # per instance: 1 = it was there
+    local_to_world: wp.array(dtype=wp.mat33)
+    world_origin: wp.array(dtype=wp.vec3)
+
+
+@wp.func
+def pixel_of(camera: Camera, point: wp.vec3, at_infinity: bool):
+    """(column, row, 1), or (0, 0, 0) for a point that has no pixel. A direction stands for a point at infinity."""
+    p = point
+    if not at_infinity:
+        p = point - camera.origin
+    p = wp.transpose(camera.rotation) * p
+    if camera.orthographic != 0:
+        if at_infinity:
+            return wp.vec3(0.0)
+        return wp.vec3(camera.cx + camera.fx * p[0], camera.cy - camera.fy * p[1], 1.0)
+    if p[2] >= -1.0e-12:
+        return wp.vec3(0.0)
+    return wp.vec3(camera.cx - camera.fx * p[0] / p[2], camera.cy + camera.fy * p[1] / p[2], 1.0)
+
+
+@wp.func
+def motion(camera: Camera, past: Past, now: wp.vec3, before: wp.vec3, at_infinity: bool):
+    """Pixels moved: +x to the left, +y upwards."""
+    a = pixel_of(camera, now, at_infinity)
+    b = pixel_of(past.camera, before, at_infinity)
+    if a[2] == 0.0 or b[2] == 0.0:
+        return wp.vec2(0.0)
+    return wp.vec2(b[0] - a[0], b[1] - a[1])
+
+
+@wp.kernel(enable_backward=False)
+def label_pixels(
+    tables: SceneTables,
+    camera: Camera,
+    past: Past,
+    meters_per_unit: float,
+    first_row: int,
+    # out
+    out: AovArrays,
+):
+    y, x = wp.tid()
+    y += first_row
+    ray = camera_ray(camera, float(x) + 0.5, float(y) + 0.5, wp.vec2(0.0))
+    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, BY_THRESHOLD, wp.uint32(0))
+    if out.instance.shape[0] > 0:
+        out.instance[y, x] = hit.instance
+    if hit.instance < 0:
+        if out.distance_to_camera.shape[0] > 0:
+            out.distance_to_camera[y, x] = wp.inf
+        if out.distance_to_image_plane.shape[0] > 0:
+            out.distance_to_image_plane[y, x] = wp.inf
+        if out.motion_vectors.shape[0] > 0:
+            out.motion_vectors[y, x] = motion(camera, past, ray.direction, ray.direction, True)
+        return
+    if out.distance_to_camera.shape[0] > 0:
+        out.distance_to_camera[y, x] = hit.t * meters_per_unit
+    if out.distance_to_image_plane.shape[0] > 0:
+        depth = hit.t * (
+            -wp.dot(ray.direction, wp.vec3(camera.rotation[0, 2], camera.rotation[1, 2], camera.rotation[2, 2]))
+        )
+        out.distance_to_image_plane[y, x] = depth * meters_per_unit
+    if out.normals.shape[0] + out.position.shape[0] + out.albedo.shape[0] > 0:
+        surface = surface_at(tables, hit, ray.direction)
+        if out.normals.shape[0] > 0:
+            out.normals[y, x] = surface.normal
+        if out.position.shape[0] > 0:
+            out.position[y, x] = surface.position
+        if out.albedo.shape[0] > 0:
+            material = tables.materials[surface.material]
+            out.albedo[y, x] = base_color_at(tables, material, material_uv(material, surface.uv))
+    if out.motion_vectors.shape[0] > 0:
+        moved = wp.vec2(0.0)
+        if past.known[hit.instance] != 0:
+            instance = tables.tree.instances[hit.instance]
+            triangle = triangle_of(instance, hit.triangle)
+            local = triangle.p0 * (1.0 - hit.u - hit.v) + triangle.p1 * hit.u + triangle.p2 * hit.v
+            now = instance.local_to_world * local + instance.world_origin
+            before = past.local_to_world[hit.instance] * local + past.world_origin[hit.instance]
+            moved = motion(camera, past, now, before, False)
+        out.motion_vectors[y, x] = moved

@@ -1,0 +1,196 @@
+"""How a surface scatters light: diffuse, a GGX lobe for metal or dielectric, and a clear coat.
+
+The model of UsdPreviewSurface with energy kept in balance: whatever the coat and the GGX lobe reflect (their
+directional albedo, after Karis, "Physically Based Shading on Mobile", 2014) is missing from what lies below, and
+the GGX lobe is scaled so that several bounces between facets lose nothing (Turquin, "Practical multiple scattering
+compensation for microfacet models", 2019). Facets are sampled as seen from the viewer (Dupuy and Benyoub, "Sampling
+visible GGX normals with spherical caps", 2023).
+"""
+
+import warp as wp
+
+from usdsdg_render.kernels.surface import Surface
+from usdsdg_render.kernels.types import Material
+
+PI = wp.constant(wp.pi)
+# A mirror is this rough [GGX alpha]: sharper lobes overflow float32.
+MIN_ALPHA = wp.constant(1.5e-3)
+COAT_F0 = wp.constant(0.04)
+
+
+@wp.struct
+class Bsdf:
+    """Scattering at one point, for one direction `wo` to the viewer."""
+
+    normal: wp.vec3
+    geometric: wp.vec3
+    wo: wp.vec3
+    cos_o: wp.float32
+    diffuse: wp.vec3  # albedo of the diffuse lobe, after what the lobes above reflect
+    f0: wp.vec3  # reflectance of the GGX lobe at normal incidence
+    specular_scale: wp.vec3  # multiple scattering, and what the coat lets through
+    alpha: wp.float32
+    coat: wp.float32
+    coat_alpha: wp.float32
+    choose_specular: wp.float32  # chance of each lobe in sampling; diffuse has the rest
+    choose_coat: wp.float32
+    albedo: wp.vec3  # directional albedo of all lobes
+
+
+@wp.struct
+class Scattered:
+    """f * cosine, split so that lights can dim either part, and the density of the direction [1/sr]."""
+
+    diffuse: wp.vec3
+    specular: wp.vec3
+    pdf: wp.float32
+
+
+@wp.func
+def luminance(color: wp.vec3):
+    return 0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2]
+
+
+@wp.func
+def albedo_terms(cos_o: float, roughness: float):
+    """(a, b) such that a GGX lobe of reflectance f0 at normal incidence has directional albedo f0 * a + b."""
+    x = 1.0 - roughness
+    y = 0.0425 - 0.0275 * roughness
+    z = 1.04 - 0.572 * roughness
+    w = -0.04 + 0.022 * roughness
+    a004 = wp.min(x * x, wp.exp(-6.4324 * cos_o)) * x + y
+    return wp.vec2(-1.04 * a004 + z, 1.04 * a004 + w)
+
+
+@wp.func
+def bsdf_at(surface: Surface, material: Material, normal: wp.vec3, wo: wp.vec3, least_alpha: float):
+    """Scattering of a textured surface; `least_alpha` widens every glossy lobe."""
+    b = Bsdf()
+    b.normal = normal
+    b.geometric = surface.geometric
+    b.wo = wo
+    b.cos_o = wp.max(wp.dot(normal, wo), 1.0e-4)
+    roughness = wp.clamp(surface.roughness, 0.0, 1.0)
+    metallic = wp.clamp(surface.metallic, 0.0, 1.0)
+    b.alpha = wp.max(wp.max(roughness * roughness, MIN_ALPHA), least_alpha)
+    b.f0 = material.specular * (1.0 - metallic) + surface.base * metallic
+    terms = albedo_terms(b.cos_o, wp.sqrt(b.alpha))
+    multiple = wp.vec3(1.0) + b.f0 * (1.0 / (terms[0] + terms[1]) - 1.0)
+    reflected = wp.cw_mul(b.f0 * terms[0] + wp.vec3(terms[1]), multiple)
+    b.specular_scale = multiple
+    b.diffuse = wp.cw_mul(surface.base, wp.vec3(1.0) - reflected) * (1.0 - metallic)
+    coat_albedo = float(0.0)
+    if material.clearcoat > 0.0:
+        coat_roughness = wp.clamp(material.clearcoat_roughness, 0.0, 1.0)
+        b.coat = wp.min(material.clearcoat, 1.0)
+        b.coat_alpha = wp.max(wp.max(coat_roughness * coat_roughness, MIN_ALPHA), least_alpha)
+        coat_terms = albedo_terms(b.cos_o, wp.sqrt(b.coat_alpha))
+        coat_albedo = b.coat * (COAT_F0 * coat_terms[0] + coat_terms[1])
+        through = 1.0 - coat_albedo
+        b.specular_scale = b.specular_scale * through
+        b.diffuse = b.diffuse * through
+        reflected = reflected * through
+    b.albedo = b.diffuse + reflected + wp.vec3(coat_albedo)
+    diffuse_weight = luminance(b.diffuse)
+    specular_weight = luminance(reflected)
+    total = diffuse_weight + specular_weight + coat_albedo
+    if total > 0.0:
+        b.choose_specular = specular_weight / total
+        b.choose_coat = coat_albedo / total
+    return b
+
+
+@wp.func
+def ggx_density(cos_h: float, alpha: float):
+    a2 = alpha * alpha
+    x = cos_h * cos_h * (a2 - 1.0) + 1.0
+    return a2 / (PI * x * x)
+
+
+@wp.func
+def smith_root(c: float, alpha: float):
+    a2 = alpha * alpha
+    return wp.sqrt(a2 + (1.0 - a2) * c * c)
+
+
+@wp.func
+def fresnel(f0: wp.vec3, cos_d: float):
+    m = 1.0 - cos_d
+    m2 = m * m
+    return f0 + (wp.vec3(1.0) - f0) * (m2 * m2 * m)
+
+
+@wp.func
+def terminator(b: Bsdf, cos_i: float, wi: wp.vec3):
+    """Fades light that the flat triangle hides before its interpolated normal does (Chiang et al., 2019)."""
+    g = wp.dot(b.geometric, wi) / (cos_i * wp.max(wp.dot(b.geometric, b.normal), 1.0e-3))
+    if g >= 1.0:
+        return 1.0
+    g = wp.max(g, 0.0)
+    return g * (1.0 + g - g * g)
+
+
+@wp.func
+def scatter(b: Bsdf, wi: wp.vec3):
+    """f * cosine and density towards `wi`; nothing passes through the surface."""
+    out = Scattered()
+    cos_i = wp.dot(b.normal, wi)
+    if cos_i <= 1.0e-5 or wp.dot(b.geometric, wi) <= 0.0:
+        return out
+    half_way = wp.normalize(wi + b.wo)
+    cos_h = wp.min(wp.dot(b.normal, half_way), 1.0)
+    cos_d = wp.clamp(wp.dot(b.wo, half_way), 0.0, 1.0)
+    density = ggx_density(cos_h, b.alpha)
+    root_i = smith_root(cos_i, b.alpha)
+    root_o = smith_root(b.cos_o, b.alpha)
+    glossy = density * 0.5 * cos_i / (b.cos_o * root_i + cos_i * root_o)
+    out.specular = wp.cw_mul(fresnel(b.f0, cos_d), b.specular_scale) * glossy
+    out.diffuse = b.diffuse * (terminator(b, cos_i, wi) * cos_i / PI)
+    out.pdf = b.choose_specular * density * 0.5 / (b.cos_o + root_o)
+    out.pdf += (1.0 - b.choose_specular - b.choose_coat) * cos_i / PI
+    if b.coat > 0.0:
+        density = ggx_density(cos_h, b.coat_alpha)
+        root_i = smith_root(cos_i, b.coat_alpha)
+        root_o = smith_root(b.cos_o, b.coat_alpha)
+        m = 1.0 - cos_d
+        reflectance = b.coat * (COAT_F0 + (1.0 - COAT_F0) * m * m * m * m * m)
+        glossy = reflectance * density * 0.5 * cos_i / (b.cos_o * root_i + cos_i * root_o)
+        out.specular += wp.vec3(glossy)
+        out.pdf += b.choose_coat * density * 0.5 / (b.cos_o + root_o)
+    return out
+
+
+@wp.func
+def perpendicular(n: wp.vec3):
+    """A unit vector across n (Duff et al., "Building an Orthonormal Basis, Revisited", 2017)."""
+    sign = wp.where(n[2] >= 0.0, 1.0, -1.0)
+    a = -1.0 / (sign + n[2])
+    return wp.vec3(1.0 + sign * n[0] * n[0] * a, sign * n[0] * n[1] * a, -sign * n[0])
+
+
+@wp.func
+def sample_facet(b: Bsdf, alpha: float, across: wp.vec3, along: wp.vec3, r: wp.vec2):
+    """The mirror direction of `wo` about a visible facet."""
+    stretched = wp.normalize(wp.vec3(alpha * wp.dot(b.wo, across), alpha * wp.dot(b.wo, along), wp.dot(b.wo, b.normal)))
+    z = (1.0 - r[0]) * (1.0 + stretched[2]) - stretched[2]
+    s = wp.sqrt(wp.clamp(1.0 - z * z, 0.0, 1.0))
+    angle = 2.0 * PI * r[1]
+    h = wp.vec3(s * wp.cos(angle), s * wp.sin(angle), z) + stretched
+    h = wp.normalize(wp.vec3(alpha * h[0], alpha * h[1], wp.max(h[2], 0.0)))
+    facet = across * h[0] + along * h[1] + b.normal * h[2]
+    return facet * (2.0 * wp.dot(b.wo, facet)) - b.wo
+
+
+@wp.func
+def sample_direction(b: Bsdf, choice: float, r: wp.vec2):
+    """A direction drawn from the density that `scatter` reports."""
+    across = perpendicular(b.normal)
+    along = wp.cross(b.normal, across)
+    if choice < b.choose_specular:
+        return sample_facet(b, b.alpha, across, along, r)
+    if choice < b.choose_specular + b.choose_coat:
+        return sample_facet(b, b.coat_alpha, across, along, r)
+    s = wp.sqrt(r[0])
+    angle = 2.0 * PI * r[1]
+    d = across * (s * wp.cos(angle)) + along * (s * wp.sin(angle))
+    return d + b.normal * wp.sqrt(wp.max(0.0, 1.0 - r[0]))

@@ -1,0 +1,338 @@
+"""Light arriving at a point: drawing a direction towards a light, and what a ray sees of lights.
+
+Lights are not geometry: they hide nothing, except that a camera ray stops at the first light it sees. One light is
+chosen for each point, with its share of what all would give there if nothing were in the way.
+"""
+
+import warp as wp
+
+from usdsdg_render import scene
+from usdsdg_render.kernels.bsdf import perpendicular
+from usdsdg_render.kernels.texture import sky_radiance
+from usdsdg_render.kernels.types import Dome, Light, SceneTables
+from usdsdg_render.kernels.visibility import FAR_AWAY
+
+SPHERE = wp.constant(scene.LIGHT_SPHERE)
+DISTANT = wp.constant(scene.LIGHT_DISTANT)
+RECT = wp.constant(scene.LIGHT_RECT)
+DISK = wp.constant(scene.LIGHT_DISK)
+CYLINDER = wp.constant(scene.LIGHT_CYLINDER)
+PI = wp.constant(wp.pi)
+
+
+@wp.struct
+class LightSample:
+    """A direction towards a light; pdf 0 = none, pdf < 0 = the only direction of a delta light."""
+
+    direction: wp.vec3
+    distance: wp.float32
+    radiance: wp.vec3  # nits; of a delta light lux
+    pdf: wp.float32
+    diffuse: wp.float32
+    specular: wp.float32
+
+
+@wp.struct
+class LightHit:
+    """Where a ray meets a light, and with which density `sample_one` finds it; distance < 0 = nowhere."""
+
+    distance: wp.float32
+    radiance: wp.vec3
+    pdf: wp.float32
+
+
+@wp.struct
+class LightChoice:
+    """A light chosen for a point: its row, or the number of lights for the dome, or -1 for none."""
+
+    index: wp.int32
+    chance: wp.float32
+    total: wp.float32  # sum of the weights of all
+
+
+@wp.func
+def shaping(light: Light, leaving: wp.vec3):
+    """Share of the light's radiance that leaves along a unit direction, by its cone and focus (UsdLuxShapingAPI)."""
+    c = -wp.dot(leaving, light.z_axis)
+    share = float(1.0)
+    if light.shaping_cos > -1.0:
+        if c <= light.shaping_cos:
+            return 0.0
+        if light.shaping_softness > 0.0:
+            cutoff = wp.acos(wp.clamp(light.shaping_cos, -1.0, 1.0))
+            start = cutoff * (1.0 - wp.min(light.shaping_softness, 1.0))
+            share = 1.0 - wp.smoothstep(start, cutoff, wp.acos(wp.clamp(c, -1.0, 1.0)))
+    if light.shaping_focus > 0.0:
+        share *= wp.pow(wp.max(c, 0.0), light.shaping_focus)
+    return share
+
+
+@wp.func
+def cone_density(sin2: float):
+    """Uniform density over a cone, from the squared sine of its half angle; exact for thin cones."""
+    return 1.0 / (2.0 * PI * (sin2 / (1.0 + wp.sqrt(wp.max(0.0, 1.0 - sin2)))))
+
+
+@wp.func
+def in_cone(axis: wp.vec3, sin2: float, r: wp.vec2):
+    """A uniform direction in a cone about a unit axis."""
+    one_minus_cos = r[0] * (sin2 / (1.0 + wp.sqrt(wp.max(0.0, 1.0 - sin2))))
+    c = 1.0 - one_minus_cos
+    s = wp.sqrt(wp.max(0.0, one_minus_cos * (2.0 - one_minus_cos)))
+    angle = 2.0 * PI * r[1]
+    across = perpendicular(axis)
+    along = wp.cross(axis, across)
+    return wp.normalize(across * (s * wp.cos(angle)) + along * (s * wp.sin(angle)) + axis * c)
+
+
+@wp.func
+def hit_sphere(light: Light, origin: wp.vec3, direction: wp.vec3):
+    hit = LightHit()
+    hit.distance = -1.0
+    to_center = light.position - origin
+    d2 = wp.dot(to_center, to_center)
+    r2 = light.radius * light.radius
+    along = wp.dot(to_center, direction)
+    off_axis = to_center - direction * along
+    q = r2 - wp.dot(off_axis, off_axis)
+    if q <= 0.0:
+        return hit
+    if d2 > r2:
+        hit.distance = along - wp.sqrt(q)
+        hit.pdf = cone_density(r2 / d2)
+    else:
+        hit.distance = along + wp.sqrt(q)
+        hit.pdf = 1.0 / (4.0 * PI)
+    return hit
+
+
+@wp.func
+def hit_plane(light: Light, origin: wp.vec3, direction: wp.vec3):
+    """Rectangle or disk: both shine from their -z side only."""
+    hit = LightHit()
+    hit.distance = -1.0
+    c = wp.dot(direction, light.z_axis)
+    if c <= 1.0e-7:
+        return hit
+    t = wp.dot(light.position - origin, light.z_axis) / c
+    if t <= 0.0:
+        return hit
+    p = origin + direction * t - light.position
+    x = wp.dot(p, light.x_axis)
+    y = wp.dot(p, light.y_axis)
+    area = light.width * light.height
+    if light.kind == DISK:
+        area = PI * light.radius * light.radius
+        if x * x + y * y > light.radius * light.radius:
+            return hit
+    elif wp.abs(x) > 0.5 * light.width or wp.abs(y) > 0.5 * light.height:
+        return hit
+    hit.distance = t
+    hit.pdf = t * t / (area * c)
+    return hit
+
+
+@wp.func
+def hit_cylinder(light: Light, origin: wp.vec3, direction: wp.vec3):
+    """The outside of an open tube about x."""
+    hit = LightHit()
+    hit.distance = -1.0
+    to_origin = origin - light.position
+    oy = wp.dot(to_origin, light.y_axis)
+    oz = wp.dot(to_origin, light.z_axis)
+    dy = wp.dot(direction, light.y_axis)
+    dz = wp.dot(direction, light.z_axis)
+    a = dy * dy + dz * dz
+    b = oy * dy + oz * dz
+    # Distance of the ray from the axis, taken across the ray: no cancellation far away.
+    cross = oy * dz - oz * dy
+    q = light.radius * light.radius * a - cross * cross
+    if q <= 0.0 or b >= 0.0 or a < 1.0e-12:
+        return hit
+    root = wp.sqrt(q)
+    t = (-b - root) / a
+    x = wp.dot(to_origin, light.x_axis) + t * wp.dot(direction, light.x_axis)
+    if t <= 0.0 or wp.abs(x) > 0.5 * light.height:
+        return hit
+    hit.distance = t
+    # root / radius is the cosine at the surface.
+    hit.pdf = t * t / (2.0 * PI * light.height * root)
+    return hit
+
+
+@wp.func
+def hit_light(light: Light, origin: wp.vec3, direction: wp.vec3):
+    """Where a ray meets a light that has a surface, or the disk of a distant light."""
+    hit = LightHit()
+    hit.distance = -1.0
+    if light.kind == SPHERE:
+        hit = hit_sphere(light, origin, direction)
+    elif light.kind == CYLINDER:
+        hit = hit_cylinder(light, origin, direction)
+    elif light.kind == DISTANT:
+        if light.cos_angle < 1.0 and wp.dot(direction, light.z_axis) > light.cos_angle:
+            hit.distance = FAR_AWAY
+            hit.pdf = 1.0 / (2.0 * PI * (1.0 - light.cos_angle))
+    else:
+        hit = hit_plane(light, origin, direction)
+    if hit.distance >= 0.0:
+        hit.radiance = light.radiance * shaping(light, -direction)
+    return hit
+
+
+@wp.func
+def on_plane(light: Light, r: wp.vec2):
+    """A uniform point of a rectangle or disk."""
+    x = (r[0] - 0.5) * light.width
+    y = (r[1] - 0.5) * light.height
+    if light.kind == DISK:
+        radius = light.radius * wp.sqrt(r[0])
+        x = radius * wp.cos(2.0 * PI * r[1])
+        y = radius * wp.sin(2.0 * PI * r[1])
+    return light.position + light.x_axis * x + light.y_axis * y
+
+
+@wp.func
+def sample_one(light: Light, point: wp.vec3, r: wp.vec2):
+    """A direction from `point` to a light that is no dome."""
+    s = LightSample()
+    s.diffuse = light.diffuse
+    s.specular = light.specular
+    if light.kind == DISTANT:
+        s.distance = FAR_AWAY
+        s.direction = light.z_axis
+        s.pdf = -1.0
+        if light.cos_angle < 1.0:
+            s.direction = in_cone(light.z_axis, 1.0 - light.cos_angle * light.cos_angle, r)
+            s.pdf = 1.0 / (2.0 * PI * (1.0 - light.cos_angle))
+        s.radiance = light.radiance * shaping(light, -s.direction)
+        return s
+    if light.kind == SPHERE:
+        to_center = light.position - point
+        d2 = wp.dot(to_center, to_center)
+        sin2 = light.radius * light.radius / d2
+        if sin2 < 1.0:
+            s.direction = in_cone(to_center / wp.sqrt(d2), sin2, r)
+        else:
+            z = 1.0 - 2.0 * r[0]
+            c = wp.sqrt(wp.max(0.0, 1.0 - z * z))
+            s.direction = wp.vec3(c * wp.cos(2.0 * PI * r[1]), c * wp.sin(2.0 * PI * r[1]), z)
+    elif light.kind == CYLINDER:
+        angle = 2.0 * PI * r[1]
+        outward = light.y_axis * wp.cos(angle) + light.z_axis * wp.sin(angle)
+        on = light.position + light.x_axis * ((r[0] - 0.5) * light.height) + outward * light.radius
+        s.direction = wp.normalize(on - point)
+        # The far side of the tube faces away; the same ray meets the near side with the same density, so it is dropped.
+        if wp.dot(s.direction, outward) >= 0.0:
+            return s
+    else:
+        s.direction = wp.normalize(on_plane(light, r) - point)
+    hit = hit_light(light, point, s.direction)
+    if hit.distance > 0.0:
+        s.distance = hit.distance
+        s.radiance = hit.radiance
+        s.pdf = hit.pdf
+    return s
+
+
+@wp.func
+def sky_cell(dome: Dome, uv: wp.vec2):
+    """Index of the sampling grid's cell at sky coordinates."""
+    x = wp.clamp(int(uv[0] * float(dome.grid_width)), 0, dome.grid_width - 1)
+    y = wp.clamp(int(uv[1] * float(dome.grid_height)), 0, dome.grid_height - 1)
+    return y * dome.grid_width + x
+
+
+@wp.func
+def invert_cdf(cdf: wp.array(dtype=wp.float32), start: int, count: int, r: float):
+    """The last cell in [start, start + count) whose running sum is at most r."""
+    low = start
+    high = start + count
+    while high - low > 1:
+        middle = (low + high) // 2
+        if cdf[middle] <= r:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@wp.func
+def sample_sky(dome: Dome, r: wp.vec2):
+    """A direction drawn from the sky's grid; within a cell uniform in angle around and in height."""
+    y = invert_cdf(dome.row_cdf, 0, dome.grid_height, r[0])
+    fy = (r[0] - dome.row_cdf[y]) / wp.max(dome.row_cdf[y + 1] - dome.row_cdf[y], 1.0e-30)
+    start = y * (dome.grid_width + 1)
+    x = invert_cdf(dome.cell_cdf, start, dome.grid_width, r[1])
+    fx = (r[1] - dome.cell_cdf[x]) / wp.max(dome.cell_cdf[x + 1] - dome.cell_cdf[x], 1.0e-30)
+    x -= start
+    # Uniform in the cosine makes the density constant over the cell.
+    upper = wp.cos(PI * float(y) / float(dome.grid_height))
+    lower = wp.cos(PI * float(y + 1) / float(dome.grid_height))
+    z = wp.clamp(upper + (lower - upper) * wp.min(fy, 1.0), -1.0, 1.0)
+    angle = 2.0 * PI * (float(x) + wp.min(fx, 1.0)) / float(dome.grid_width)
+    c = wp.sqrt(wp.max(0.0, 1.0 - z * z))
+    direction = wp.transpose(dome.dome_from_world) * wp.vec3(c * wp.cos(angle), c * wp.sin(angle), z)
+    uv = wp.vec2(angle / (2.0 * PI), wp.acos(z) / PI)
+    return LightSample(
+        direction=direction,
+        distance=FAR_AWAY,
+        radiance=sky_radiance(dome, uv),
+        pdf=dome.density[y * dome.grid_width + x],
+        diffuse=1.0,
+        specular=1.0,
+    )
+
+
+@wp.func
+def weight_at(light: Light, point: wp.vec3, normal: wp.vec3):
+    """About the irradiance that a light gives to a point; zero only where it gives none."""
+    if light.kind == DISTANT:
+        return light.strength * wp.clamp(wp.dot(normal, light.z_axis) + light.extent, 0.0, 1.0)
+    to_light = light.position - point
+    e2 = light.extent * light.extent
+    d2 = wp.dot(to_light, to_light)
+    if d2 <= e2:
+        return light.strength / e2
+    per_distance = 1.0 / wp.sqrt(d2)
+    slack = light.extent * per_distance
+    facing = wp.clamp(wp.dot(normal, to_light) * per_distance + slack, 0.0, 1.0)
+    if light.kind == RECT or light.kind == DISK:
+        facing *= wp.clamp(wp.dot(to_light, light.z_axis) * per_distance + slack, 0.0, 1.0)
+    return light.strength * facing / d2
+
+
+@wp.func
+def choose_light(tables: SceneTables, point: wp.vec3, normal: wp.vec3, number: float):
+    """One light for a point, by its share of all weights: one pass that keeps or replaces the choice so far."""
+    chosen = LightChoice()
+    chosen.index = -1
+    total = tables.dome.strength
+    kept = total
+    if total > 0.0:
+        chosen.index = tables.light_count
+    for k in range(tables.light_count):
+        weight = weight_at(tables.lights[k], point, normal)
+        if weight > 0.0:
+            total += weight
+            share = weight / total
+            # What is left of the number after a decision is uniform again.
+            if number < share:
+                chosen.index = k
+                kept = weight
+                number = number / share
+            else:
+                number = (number - share) / (1.0 - share)
+    chosen.total = total
+    chosen.chance = kept / wp.max(total, 1.0e-30)
+    return chosen
+
+
+@wp.func
+def sample_light(tables: SceneTables, index: int, point: wp.vec3, r: wp.vec2):
+    """A direction from `point` to the chosen light."""
+    if index < 0:
+        return LightSample()
+    if index < tables.light_count:
+        return sample_one(tables.lights[index], point, r)
+    return sample_sky(tables.dome, r)

@@ -1,0 +1,139 @@
+"""What is at a hit: position, normals, material."""
+
+import warp as wp
+
+from usdsdg_render.kernels.texture import channel, lookup
+from usdsdg_render.kernels.types import Hit, Material, SceneTables
+from usdsdg_render.kernels.visibility import corner_uv, triangle_of
+
+# Rounding of a hit position, and of transforming it into the frame of an instance, relative to the coordinates.
+POSITION_ERROR = wp.constant(1.0e-6)
+
+
+@wp.struct
+class Surface:
+    """A point of a surface seen along a ray; normals point to the side the ray came from."""
+
+    position: wp.vec3
+    gap: wp.float32  # secondary rays start this far off the surface [stage units]
+    geometric: wp.vec3  # normal of the triangle
+    normal: wp.vec3  # interpolated normal
+    uv: wp.vec2
+    material: wp.int32
+    flipped: wp.int32  # 1 = seen from behind
+    base: wp.vec3
+    metallic: wp.float32
+    roughness: wp.float32
+    emission: wp.vec3
+
+
+@wp.func
+def max_abs(v: wp.vec3):
+    return wp.max(wp.max(wp.abs(v[0]), wp.abs(v[1])), wp.abs(v[2]))
+
+
+@wp.func
+def surface_at(tables: SceneTables, hit: Hit, direction: wp.vec3):
+    """Position, normals, UV and material row of a hit; no texture is read yet."""
+    instance = tables.tree.instances[hit.instance]
+    triangle = triangle_of(instance, hit.triangle)
+    w = 1.0 - hit.u - hit.v
+    local = triangle.p0 * w + triangle.p1 * hit.u + triangle.p2 * hit.v
+    to_normal = wp.transpose(instance.world_to_local)
+    s = Surface()
+    s.position = instance.local_to_world * local + instance.world_origin
+    s.gap = POSITION_ERROR * (max_abs(s.position) + max_abs(instance.world_origin))
+    s.geometric = wp.normalize(to_normal * wp.cross(triangle.p1 - triangle.p0, triangle.p2 - triangle.p0))
+    s.normal = wp.normalize(to_normal * (triangle.n0 * w + triangle.n1 * hit.u + triangle.n2 * hit.v))
+    if wp.dot(s.normal, s.geometric) < 0.0:
+        s.normal = -s.normal
+    if wp.dot(s.geometric, direction) > 0.0:
+        s.geometric = -s.geometric
+        s.normal = -s.normal
+        s.flipped = 1
+    s.uv = corner_uv(triangle, hit.u, hit.v)
+    s.material = tables.slots[instance.slot_offset + triangle.slot]
+    return s
+
+
+@wp.func
+def base_color_at(tables: SceneTables, material: Material, uv: wp.vec2):
+    color = material.base_color
+    if material.base_texture >= 0:
+        rgba = lookup(tables, material.base_texture, uv)
+        color = wp.cw_mul(color, wp.vec3(rgba[0], rgba[1], rgba[2]))
+    return color
+
+
+@wp.func
+def scalar_at(tables: SceneTables, value: float, texture: int, index: int, uv: wp.vec2):
+    if texture < 0:
+        return value
+    return value * channel(lookup(tables, texture, uv), index)
+
+
+@wp.func
+def with_material(tables: SceneTables, surface: Surface, material: Material, uv: wp.vec2):
+    """Add what the material's textures say at this point."""
+    surface.base = base_color_at(tables, material, uv)
+    surface.metallic = scalar_at(tables, material.metallic, material.metallic_texture, material.metallic_channel, uv)
+    surface.roughness = scalar_at(
+        tables, material.roughness, material.roughness_texture, material.roughness_channel, uv
+    )
+    surface.emission = material.emission
+    if material.emission_texture >= 0:
+        rgba = lookup(tables, material.emission_texture, uv)
+        surface.emission = wp.cw_mul(surface.emission, wp.vec3(rgba[0], rgba[1], rgba[2]))
+    return surface
+
+
+@wp.func
+def bumped(tables: SceneTables, hit: Hit, surface: Surface, material: Material, uv: wp.vec2):
+    """The normal after the material's normal map; tangents follow the gradients of the mesh's UVs."""
+    instance = tables.tree.instances[hit.instance]
+    triangle = triangle_of(instance, hit.triangle)
+    a = triangle.uv1 - triangle.uv0
+    b = triangle.uv2 - triangle.uv0
+    det = a[0] * b[1] - a[1] * b[0]
+    if det == 0.0:
+        return surface.normal
+    e1 = triangle.p1 - triangle.p0
+    e2 = triangle.p2 - triangle.p0
+    along_u = instance.local_to_world * ((e1 * b[1] - e2 * a[1]) / det)
+    along_v = instance.local_to_world * ((e2 * a[0] - e1 * b[0]) / det)
+    side = float(1.0)
+    if surface.flipped != 0:
+        side = -1.0
+    n = surface.normal * side
+    t = along_u - n * wp.dot(n, along_u)
+    if wp.length_sq(t) == 0.0:
+        return surface.normal
+    t = wp.normalize(t)
+    v = wp.cross(n, t)
+    if wp.dot(v, along_v) < 0.0:
+        v = -v
+    rgba = lookup(tables, material.normal_texture, uv)
+    x = (rgba[0] * 2.0 - 1.0) * material.normal_scale
+    y = (rgba[1] * 2.0 - 1.0) * material.normal_scale
+    z = wp.max(rgba[2] * 2.0 - 1.0, 1.0e-3)
+    return wp.normalize(t * x + v * y + n * z) * side
+
+
+@wp.func
+def facing(normal: wp.vec3, geometric: wp.vec3, wo: wp.vec3):
+    """The normal, bent as little as needed for the mirror direction of `wo` to leave the surface.
+
+    Interpolated and bumped normals may face away from the viewer, or mirror rays into the surface; either would
+    leave black spots.
+    """
+    mirrored = normal * (2.0 * wp.dot(normal, wo)) - wo
+    limit = wp.min(0.9 * wp.dot(geometric, wo), 0.02)
+    height = wp.dot(mirrored, geometric)
+    if height >= limit and wp.dot(normal, wo) > 0.0:
+        return normal
+    flat = mirrored - geometric * height
+    length = wp.length(flat)
+    if length < 1.0e-6:
+        return geometric
+    raised = flat * (wp.sqrt(1.0 - limit * limit) / length) + geometric * limit
+    return wp.normalize(wo + raised)

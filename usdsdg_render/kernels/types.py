@@ -1,0 +1,180 @@
+"""Records that kernels read: the device form of `scene.Scene`, and of a camera.
+
+Colours are linear Rec.709, light in nits, lengths in stage units. `world_to_local` and `local_to_world` are 3x3
+matrices for column vectors plus an offset: p_world = local_to_world @ p_local + world_origin. Large tables are held by
+address (uint64), so that one prototype or texture can be added without copying the others; whoever fills a record
+keeps the memory alive.
+"""
+
+import warp as wp
+
+
+@wp.struct
+class Triangle:
+    """All that shading needs of one triangle of a prototype, together in memory: corners, normals, UVs."""
+
+    p0: wp.vec3
+    p1: wp.vec3
+    p2: wp.vec3
+    n0: wp.vec3
+    n1: wp.vec3
+    n2: wp.vec3
+    uv0: wp.vec2
+    uv1: wp.vec2
+    uv2: wp.vec2
+    slot: wp.int32
+
+
+@wp.struct
+class Instance:
+    """One placed prototype."""
+
+    world_to_local: wp.mat33
+    local_origin: wp.vec3
+    local_to_world: wp.mat33
+    world_origin: wp.vec3
+    nodes: wp.uint64  # bottom-level tree (CPU only)
+    blocks: wp.uint64  # its triangles in blocks of eight (CPU only)
+    triangles: wp.uint64  # Triangle records
+    slot_offset: wp.int32
+    casts_shadow: wp.int32
+    first_face: wp.int32  # of this instance in the flattened mesh (CUDA only)
+    cutout: wp.int32  # 1 = some of its materials may let a ray through
+
+
+@wp.struct
+class Tree:
+    """What a ray is traced against."""
+
+    nodes: wp.uint64  # top-level tree (CPU only)
+    instances: wp.array(dtype=Instance)
+    instance_count: wp.int32
+    mesh: wp.uint64  # flattened wp.Mesh (CUDA only)
+    shadow_mesh: wp.uint64  # the same without instances that cast no shadow (CUDA only)
+    face_instance: wp.array(dtype=wp.int32)
+
+
+@wp.struct
+class Material:
+    """A row of `scene.MATERIAL`, with the sine and cosine of the UV rotation."""
+
+    base_color: wp.vec3
+    base_texture: wp.int32
+    metallic: wp.float32
+    metallic_texture: wp.int32
+    metallic_channel: wp.int32
+    roughness: wp.float32
+    roughness_texture: wp.int32
+    roughness_channel: wp.int32
+    specular: wp.vec3
+    opacity: wp.float32
+    opacity_texture: wp.int32
+    opacity_channel: wp.int32
+    opacity_threshold: wp.float32
+    emission: wp.vec3
+    emission_texture: wp.int32
+    normal_texture: wp.int32
+    normal_scale: wp.float32
+    clearcoat: wp.float32
+    clearcoat_roughness: wp.float32
+    uv_scale: wp.vec2
+    uv_rotation: wp.float32
+    uv_translation: wp.vec2
+
+
+@wp.struct
+class Texture:
+    """One image: texels are little-endian RGBA packed in 32 bits, row 0 at the top."""
+
+    texels: wp.uint64
+    width: wp.int32
+    height: wp.int32
+    wrap_s: wp.int32
+    wrap_t: wp.int32
+    srgb: wp.int32
+
+
+@wp.struct
+class Light:
+    """A row of `scene.LIGHT`, with what is needed to judge how much it matters (see `light_power`)."""
+
+    kind: wp.int32
+    x_axis: wp.vec3
+    y_axis: wp.vec3
+    z_axis: wp.vec3
+    position: wp.vec3
+    radiance: wp.vec3
+    radius: wp.float32
+    width: wp.float32
+    height: wp.float32
+    cos_angle: wp.float32
+    shaping_cos: wp.float32
+    shaping_softness: wp.float32
+    shaping_focus: wp.float32
+    diffuse: wp.float32
+    specular: wp.float32
+    visible: wp.int32
+    strength: wp.float32
+    extent: wp.float32
+
+
+@wp.struct
+class Dome:
+    """A lat-long sky and the piecewise-constant density it is sampled with (see `light_sampling`)."""
+
+    radiance: wp.array(dtype=wp.vec3)  # width * height texels
+    width: wp.int32
+    height: wp.int32  # 0 = no dome
+    dome_from_world: wp.mat33
+    visible: wp.int32
+    grid_width: wp.int32
+    grid_height: wp.int32
+    density: wp.array(dtype=wp.float32)  # per solid angle, grid_width * grid_height
+    row_cdf: wp.array(dtype=wp.float32)  # grid_height + 1, from 0 to 1
+    cell_cdf: wp.array(dtype=wp.float32)  # per row grid_width + 1, from 0 to 1
+    strength: wp.float32  # typical irradiance [lux]; 0 = black
+
+
+@wp.struct
+class SceneTables:
+    """The whole scene as kernels see it."""
+
+    tree: Tree
+    slots: wp.array(dtype=wp.int32)
+    materials: wp.array(dtype=Material)
+    textures: wp.array(dtype=Texture)
+    srgb_to_linear: wp.array(dtype=wp.float32)  # 256 entries
+    lights: wp.array(dtype=Light)
+    light_count: wp.int32
+    dome: Dome
+    cutouts: wp.int32  # 1 = some material may let a ray through
+
+
+@wp.struct
+class Camera:
+    """A pinhole or thin-lens camera: looks along -z of its frame, +y up, pixel row 0 at the top."""
+
+    origin: wp.vec3
+    rotation: wp.mat33  # camera to world, columns x, y, z
+    fx: wp.float32  # focal length [pixels]
+    fy: wp.float32
+    cx: wp.float32  # principal point [pixels]
+    cy: wp.float32
+    width: wp.int32
+    height: wp.int32
+    near: wp.float32  # clipping range along the axis [stage units]
+    far: wp.float32
+    orthographic: wp.int32  # 1 = parallel rays; fx, fy are then pixels per stage unit
+    lens_radius: wp.float32  # 0 = pinhole
+    focus_distance: wp.float32
+
+
+@wp.struct
+class Hit:
+    """Where a ray met a triangle: weights of corners 1 and 2, and the parameter t of the ray."""
+
+    t: wp.float32
+    u: wp.float32
+    v: wp.float32
+    instance: wp.int32  # -1 = nothing
+    triangle: wp.int32

@@ -1,0 +1,150 @@
+"""Rays against the scene with opacity: what they meet first, and whether something stands between two points."""
+
+import warp as wp
+
+from usdsdg_render.kernels.sampler import hash_pair
+from usdsdg_render.kernels.texture import channel, lookup
+from usdsdg_render.kernels.types import Hit, Instance, Material, SceneTables, Triangle
+from usdsdg_render.trace.query import unpack, wide_closest, wide_closest_in_instance, wide_occluded
+
+FAR_AWAY = wp.constant(1.0e30)
+# Rays stop looking through transparent layers after so many, and take the next one as opaque.
+MAX_LAYERS = wp.constant(64)
+# What decides at a surface that is neither opaque nor a cut-out.
+BY_THRESHOLD = wp.constant(0)
+BY_CHANCE = wp.constant(1)
+
+# A CPU query goes on behind a hit exactly; Warp's CUDA query starts from a rounded point and needs a gap.
+_BEHIND = """
+#if defined(__CUDA_ARCH__)
+    return t * (1.0f + 4.0e-6f) + 1.0e-9f;
+#else
+    return t;
+#endif
+"""
+
+
+@wp.func_native(_BEHIND)
+def behind(t: float) -> float: ...
+
+
+@wp.func
+def triangle_of(instance: Instance, index: int):
+    records = wp.array(ptr=instance.triangles, shape=(index + 1,), dtype=Triangle)
+    return records[index]
+
+
+@wp.func
+def corner_uv(triangle: Triangle, u: float, v: float):
+    return triangle.uv0 * (1.0 - u - v) + triangle.uv1 * u + triangle.uv2 * v
+
+
+@wp.func
+def material_uv(material: Material, uv: wp.vec2):
+    """UVs after the material's UsdTransform2d: scale, rotate, translate."""
+    if material.uv_rotation == 0.0:
+        return wp.cw_mul(uv, material.uv_scale) + material.uv_translation
+    s = wp.cw_mul(uv, material.uv_scale)
+    c = wp.cos(material.uv_rotation)
+    n = wp.sin(material.uv_rotation)
+    return wp.vec2(c * s[0] - n * s[1], n * s[0] + c * s[1]) + material.uv_translation
+
+
+@wp.func
+def opacity_at(tables: SceneTables, material: Material, uv: wp.vec2):
+    if material.opacity_texture < 0:
+        return material.opacity
+    rgba = lookup(tables, material.opacity_texture, material_uv(material, uv))
+    return material.opacity * channel(rgba, material.opacity_channel)
+
+
+@wp.func
+def opacity_of_hit(tables: SceneTables, hit: Hit, mode: int):
+    """Chance that a hit is there: 0 or 1 at cut-outs and, in mode BY_THRESHOLD, everywhere."""
+    instance = tables.tree.instances[hit.instance]
+    if instance.cutout == 0:
+        return 1.0
+    triangle = triangle_of(instance, hit.triangle)
+    material = tables.materials[tables.slots[instance.slot_offset + triangle.slot]]
+    opacity = opacity_at(tables, material, corner_uv(triangle, hit.u, hit.v))
+    threshold = material.opacity_threshold
+    if mode == BY_CHANCE and threshold <= 0.0:
+        return opacity
+    if threshold <= 0.0:
+        # Glass is there for labels however clear it is; a leaf's alpha is there where it is more than half.
+        if material.opacity_texture >= 0:
+            threshold = 0.5
+        else:
+            threshold = 1.0e-6
+    if opacity >= threshold:
+        return 1.0
+    return 0.0
+
+
+@wp.func
+def chance(seed: wp.uint32, hit: Hit):
+    """A number in [0, 1) that depends on the sample and on what was hit."""
+    h = hash_pair(seed, hash_pair(wp.uint32(hit.instance), wp.uint32(hit.triangle)))
+    return float(h >> wp.uint32(8)) * 5.9604645e-08
+
+
+@wp.func
+def closest(
+    tables: SceneTables,
+    origin: wp.vec3,
+    direction: wp.vec3,
+    tmin: float,
+    tmax: float,
+    mode: int,
+    seed: wp.uint32,
+):
+    """The first surface along the ray with tmin < t < tmax, looking through what is transparent."""
+    hit = Hit()
+    t = tmin
+    for _layer in range(MAX_LAYERS):
+        hit = unpack(wide_closest(tables.tree, origin, direction, t, tmax))
+        if tables.cutouts == 0 or hit.instance < 0:
+            break
+        opacity = opacity_of_hit(tables, hit, mode)
+        if opacity >= 1.0 or chance(seed, hit) < opacity:
+            break
+        t = behind(hit.t)
+    return hit
+
+
+@wp.func
+def closest_in_instance(
+    tables: SceneTables, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float, instance: int
+):
+    """As `closest` by threshold, as if the scene held one instance alone."""
+    hit = Hit()
+    t = tmin
+    for _layer in range(MAX_LAYERS):
+        hit = unpack(wide_closest_in_instance(tables.tree, origin, direction, t, tmax, instance))
+        if tables.cutouts == 0 or hit.instance < 0:
+            break
+        if opacity_of_hit(tables, hit, BY_THRESHOLD) > 0.0:
+            break
+        t = behind(hit.t)
+    return hit
+
+
+@wp.func
+def transmitted(tables: SceneTables, origin: wp.vec3, direction: wp.vec3, tmax: float):
+    """Share of light that comes through along a shadow ray, 0 to 1."""
+    if tables.cutouts == 0:
+        if wide_occluded(tables.tree, origin, direction, 0.0, tmax)[3] >= 0:
+            return 0.0
+        return 1.0
+    share = float(1.0)
+    t = float(0.0)
+    for _layer in range(MAX_LAYERS):
+        hit = unpack(wide_closest(tables.tree, origin, direction, t, tmax))
+        if hit.instance < 0:
+            break
+        if tables.tree.instances[hit.instance].casts_shadow != 0:
+            share *= 1.0 - opacity_of_hit(tables, hit, BY_CHANCE)
+        if share <= 0.0:
+            break
+        t = behind(hit.t)
+    return share

@@ -1,0 +1,93 @@
+"""The label pass on the host: allocate what is asked for, launch, remember the past for motion vectors."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import TYPE_CHECKING
+
+import numpy as np
+import warp as wp
+
+from usdsdg_render.aov import AOVS, check_names
+from usdsdg_render.camera import camera_record
+from usdsdg_render.device import DeviceScene
+from usdsdg_render.kernels.aov import AovArrays, Past, label_pixels
+from usdsdg_render.parallel import for_bands
+from usdsdg_render.scene import Instances, Scene
+
+if TYPE_CHECKING:
+    from usdsdg.stage.cameras import CameraView
+
+_DTYPES = {(np.int32, ()): wp.int32, (np.float32, ()): wp.float32}
+_DTYPES |= {(np.float32, (2,)): wp.vec2, (np.float32, (3,)): wp.vec3}
+
+
+class History:
+    """Per camera: its view and the transforms of all instances when motion vectors were last asked for."""
+
+    def __init__(self, device: str) -> None:
+        self.device = device
+        self._seen: dict[str, tuple[CameraView, dict[str, np.ndarray]]] = {}
+
+    def past_of(self, view: CameraView, instances: Instances) -> Past:
+        """The past of a camera in the order of the present instances; the present where there is none."""
+        old_view, matrices = self._seen.get(view.prim_path, (view, {}))
+        past = Past()
+        past.camera = camera_record(old_view)
+        known = np.array([path in matrices for path in instances.paths], np.int32)
+        old = np.array(
+            [matrices.get(path, now) for path, now in zip(instances.paths, instances.local_to_world, strict=True)],
+            np.float32,
+        ).reshape(-1, 4, 4)
+        past.known = wp.array(known, dtype=wp.int32, device=self.device)
+        past.local_to_world = wp.array(
+            np.ascontiguousarray(old[:, :3, :3].transpose(0, 2, 1)), dtype=wp.mat33, device=self.device
+        )
+        past.world_origin = wp.array(np.ascontiguousarray(old[:, 3, :3]), dtype=wp.vec3, device=self.device)
+        return past
+
+    def remember(self, view: CameraView, instances: Instances) -> None:
+        """Make the present the past of this camera."""
+        self._seen[view.prim_path] = (
+            view,
+            dict(zip(instances.paths, instances.local_to_world.copy(), strict=True)),
+        )
+
+
+def render(
+    device_scene: DeviceScene,
+    history: History,
+    scene: Scene,
+    view: CameraView,
+    aovs: Collection[str],
+    *,
+    threads: int | None,
+) -> dict[str, np.ndarray]:
+    """See `WarpRenderer.labels`."""
+    names = check_names(aovs)
+    device = device_scene.device
+    camera = camera_record(view)
+    out = AovArrays()
+    for name in names:
+        aov = AOVS[name]
+        dtype = _DTYPES[aov.dtype, aov.channels]
+        setattr(out, name, wp.zeros((view.height, view.width), dtype=dtype, device=device))
+    wants_motion = "motion_vectors" in names
+    past = history.past_of(view, scene.instances) if wants_motion else Past()
+
+    def band(first_row: int, rows: int) -> None:
+        wp.launch(
+            label_pixels,
+            dim=(rows, view.width),
+            inputs=[device_scene.tables, camera, past, float(view.meters_per_unit), first_row],
+            outputs=[out],
+            device=device,
+        )
+
+    if device == "cpu":
+        for_bands(view.height, band, band_rows=16, threads=threads)
+    else:
+        band(0, view.height)
+    if wants_motion:
+        history.remember(view, scene.instances)
+    return {name: getattr(out, name).numpy() for name in names}

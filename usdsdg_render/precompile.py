@@ -1,0 +1,34 @@
+"""Kernels ready before the first picture: compiled on first use of a machine, else loaded from Warp's cache."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import warp as wp
+
+from usdsdg_render.kernels import aov, coverage, develop, flatten, path
+from usdsdg_render.trace import build
+
+Progress = Callable[[str, int, "int | None"], None]
+# Threads a block of the path tracer: larger ones have too few registers.
+CUDA_BLOCK = 64
+_ready: set[str] = set()
+
+
+def precompile(device: str = "cpu", progress: Progress | None = None) -> None:
+    """Compile or load every kernel of the renderer for a device; says so through `progress`."""
+    if device in _ready:
+        return
+    kernels = [build.build_tree] if device == "cpu" else [flatten.place_triangles]
+    kernels += [path.add_samples, aov.label_pixels, coverage.cover_strips, develop.develop_pixels]
+    # Warp compiles for a block size; a launch on a CPU has blocks of one.
+    block_dim = 1 if device == "cpu" else CUDA_BLOCK
+    modules = [kernel.module for kernel in kernels]
+    label = "compiling render kernels (first use)"
+    for done, module in enumerate(modules):
+        if progress:
+            progress(label, done, len(modules))
+        module.load(wp.get_device(device), block_dim)
+    if progress:
+        progress(label, len(modules), len(modules))
+    _ready.add(device)

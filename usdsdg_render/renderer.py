@@ -1,0 +1,165 @@
+"""WarpRenderer: a USD stage in, label AOVs and path-traced pictures out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import warp as wp
+
+from usdsdg.errors import RenderError
+from usdsdg_render import coverage, labels
+from usdsdg_render.camera import camera_record
+from usdsdg_render.device import DeviceScene
+from usdsdg_render.film import Film, develop
+from usdsdg_render.kernels.path import PathOptions, add_samples
+from usdsdg_render.parallel import for_bands
+from usdsdg_render.precompile import precompile
+from usdsdg_render.scene import Scene
+from usdsdg_render.settings import PathSettings, ToneSettings
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+    from usdsdg.stage.cameras import CameraView
+
+Progress = Callable[[str, int, "int | None"], None]
+# A CUDA launch is kept short enough for a driver that also draws a desktop.
+CUDA_SAMPLES_PER_LAUNCH = 32
+
+
+class WarpRenderer:
+    """Renders one stage. `sync` reads what changed on it; the other methods render that state.
+
+    Args:
+        stage: the stage to read.
+        device: "cpu", "cuda:0", …; None takes the first CUDA device, else the CPU.
+        progress: told of long work (reading the stage, compiling kernels on first use).
+
+    Raises:
+        RenderError: the device does not exist.
+    """
+
+    def __init__(self, stage: Usd.Stage, *, device: str | None = None, progress: Progress | None = None) -> None:
+        from usdsdg_render.extract import SceneExtractor
+
+        self._start(device, progress)
+        self._extractor: Any = SceneExtractor(stage, progress=progress)
+        self._scene = self._extractor.scene
+
+    @classmethod
+    def of_scene(cls, scene: Scene, *, device: str | None = None, progress: Progress | None = None) -> WarpRenderer:
+        """A renderer of a scene made by hand; `sync` then reads changes by `scene.versions`."""
+        renderer = cls.__new__(cls)
+        renderer._start(device, progress)
+        renderer._extractor = None
+        renderer._scene = scene
+        return renderer
+
+    def _start(self, device: str | None, progress: Progress | None) -> None:
+        self.device = chosen_device(device)
+        self.threads: int | None = None  # None: all CPUs that this process may use
+        precompile(self.device, progress)
+        self._on_device = DeviceScene(self.device)
+        self._history = labels.History(self.device)
+
+    @property
+    def gprims(self) -> tuple[str, ...]:
+        """Prim path of every value of the instance AOV."""
+        return self._scene.instances.paths
+
+    def sync(self) -> None:
+        """Read what changed on the stage since the last call."""
+        if self._extractor is not None:
+            self._extractor.update()
+        self._on_device.sync(self._scene)
+
+    def labels(self, view: CameraView, aovs: Collection[str]) -> dict[str, np.ndarray]:
+        """One ray through each pixel centre; see `aov.AOVS` for names, units and values.
+
+        Motion vectors count from the last call with this camera that asked for them.
+
+        Raises:
+            RenderError: an AOV is not known.
+            Unsupported: the camera's projection is neither pinhole nor orthographic.
+        """
+        return labels.render(self._on_device, self._history, self._scene, view, aovs, threads=self.threads)
+
+    def coverage(self, view: CameraView, groups: Sequence[Sequence[int]]) -> np.ndarray:
+        """Pixels that each group of gprims would cover if it were alone.
+
+        Returns:
+            (len(groups), 5) int64: pixels, x_min, y_min, x_max, y_max (inclusive); -1 bounds for no pixels.
+        """
+        return coverage.render(self._on_device, view, groups, threads=self.threads)
+
+    def new_film(self, width: int, height: int) -> Film:
+        """An empty film."""
+        return Film(width, height, self.device)
+
+    def accumulate(self, film: Film, view: CameraView, *, samples: int, settings: PathSettings) -> None:
+        """Add `samples` per pixel of the present state, numbered from `settings.first_sample`.
+
+        For motion blur call this once per sub-frame with `first_sample` counting on.
+        """
+        if (film.width, film.height) != (view.width, view.height):
+            raise RenderError(
+                f"the film is {film.width}x{film.height} but {view.prim_path} renders "
+                f"{view.width}x{view.height}: make a new film of that size"
+            )
+        if settings.denoise:
+            film.want_features()
+        camera = camera_record(view)
+        options = path_options(settings, film)
+
+        def band(first_row: int, rows: int) -> None:
+            wp.launch(
+                add_samples,
+                dim=(rows, film.width),
+                inputs=[self._on_device.tables, options, camera, first_row],
+                outputs=[film.arrays],
+                device=self.device,
+            )
+
+        if self.device == "cpu":
+            options.samples = samples
+            for_bands(film.height, band, threads=self.threads)
+        else:
+            for done in range(0, samples, CUDA_SAMPLES_PER_LAUNCH):
+                options.first_sample = settings.first_sample + done
+                options.samples = min(CUDA_SAMPLES_PER_LAUNCH, samples - done)
+                band(0, film.height)
+        film.samples += samples
+
+    def develop(self, film: Film, tone: ToneSettings | None = None) -> dict[str, np.ndarray]:
+        """HdrColor, (H, W, 4) float16 radiance [nits], and LdrColor, (H, W, 4) uint8 sRGB."""
+        return develop(film, tone or ToneSettings(), threads=self.threads)
+
+
+def path_options(settings: PathSettings, film: Film) -> PathOptions:
+    """Settings as kernels read them."""
+    options = PathOptions()
+    options.bounces = max(1, settings.bounces)
+    options.first_sample = settings.first_sample
+    options.seed = settings.seed & 0xFFFFFFFF
+    options.frame = settings.frame & 0xFFFFFFFF
+    options.clamp = settings.clamp
+    options.regularization = settings.regularization
+    options.features = int(film.has_features)
+    return options
+
+
+def chosen_device(device: str | None) -> str:
+    """The name of the device to render on.
+
+    Raises:
+        RenderError: there is no such device.
+    """
+    if device is None:
+        return "cuda:0" if wp.is_cuda_available() else "cpu"
+    try:
+        return wp.get_device(device).alias
+    except (ValueError, RuntimeError) as error:
+        known = ", ".join(each.alias for each in wp.get_devices())
+        raise RenderError(f"cannot render on {device!r}: {error}. Devices here: {known}.") from error

@@ -1,0 +1,57 @@
+"""`wide_closest` and friends: one ray against a `Tree`, compiled for CPU or CUDA.
+
+Results are packed in five words: t, u, v (bit patterns of floats), instance or -1, triangle. The parameter t is in
+lengths of `direction`; only hits with tmin < t < tmax count, so a query repeated with tmin = t goes on behind a hit.
+"""
+
+from pathlib import Path
+
+import warp as wp
+
+from usdsdg_render.kernels.types import Hit, Tree
+
+# Depth limits of the two levels, checked while building: a level leaves at most seven entries on the stack.
+MAX_TOP_DEPTH = 12
+MAX_BOTTOM_DEPTH = 20
+STACK_SIZE = 256
+assert 7 * (MAX_TOP_DEPTH + MAX_BOTTOM_DEPTH) + 8 <= STACK_SIZE
+
+Packed = wp.types.vector(length=5, dtype=wp.int32)
+
+_TRAVERSE = Path(__file__).with_name("traverse.cpp").read_text()
+_FLATTENED = Path(__file__).with_name("flattened.cpp").read_text()
+
+
+def _snippet(*, any_hit: bool, one_instance: bool) -> str:
+    flags = (
+        f"constexpr bool ANY_HIT = {str(any_hit).lower()}, ONE_INSTANCE = {str(one_instance).lower()};\n"
+        f"constexpr int STACK_SIZE = {STACK_SIZE};\n"
+    )
+    if not one_instance:
+        flags += "constexpr int only_instance = 0;\n"
+    return f"{flags}#if defined(__CUDA_ARCH__)\n{_FLATTENED}\n#else\n{_TRAVERSE}\n#endif\n"
+
+
+@wp.func_native(_snippet(any_hit=False, one_instance=False))
+def wide_closest(tree: Tree, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float) -> Packed: ...
+
+
+@wp.func_native(_snippet(any_hit=True, one_instance=False))
+def wide_occluded(tree: Tree, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float) -> Packed: ...
+
+
+@wp.func_native(_snippet(any_hit=False, one_instance=True))
+def wide_closest_in_instance(
+    tree: Tree, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float, only_instance: int
+) -> Packed: ...
+
+
+@wp.func
+def unpack(packed: Packed):
+    return Hit(
+        t=wp.cast(packed[0], wp.float32),
+        u=wp.cast(packed[1], wp.float32),
+        v=wp.cast(packed[2], wp.float32),
+        instance=packed[3],
+        triangle=packed[4],
+    )
