@@ -1,0 +1,280 @@
+"""USD stage to `scene.Scene`: everything once, then only what changed.
+
+Point instances have no prim of their own; their path is that of the gprim in the prototype followed by `[id]`, the
+id of the point (its index where no ids are authored). `instancer.source_path` gives the prim path back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from pxr import Sdf, Usd
+
+from usdsdg import errors
+from usdsdg.stage.changes import ChangeTracker
+
+from . import stage_tree
+from .domes import DomeBuilder, DomeLight, read_dome
+from .gprims import Gprim, Placements, display_colour, find_gprims
+from .lights import metres_per_unit, read_light
+from .materials import MaterialLibrary, bound_materials, build_table, stand_in
+from .plan import Plan, Planner, is_below
+from .prototypes import PrototypeCache
+from .scene import LIGHT, Instances, Prototype, Scene
+from .shading import Material
+from .stage_tree import DOME, SHAPE, Tree
+from .textures import Progress, TexturePool
+
+
+class SceneExtractor:
+    """Keeps `scene` up to date with a stage. `scene.versions` says which tables an update touched."""
+
+    def __init__(self, stage: Usd.Stage, progress: Progress | None = None, *, time: Usd.TimeCode | None = None) -> None:
+        self.scene = Scene()
+        self._stage = stage
+        self._progress = progress
+        self._time = Usd.TimeCode.Default() if time is None else time
+        self._tracker = ChangeTracker(stage)
+        self._tree: Tree | None = None
+        self._library = MaterialLibrary(stage)
+        self._textures = TexturePool()
+        self._prototypes = PrototypeCache()
+        self._dome_builder = DomeBuilder()
+        self._known: dict[Sdf.Path, tuple[str, Prototype | None]] = {}  # gprim -> (UV primvar, prototype)
+        self._stand_ins: dict[Sdf.Path, Material] = {}
+        self._gprims: list[Gprim] = []
+        self._placements = Placements()
+        self._nodes = np.zeros(0, np.int64)  # tree node of each placement
+        self._has_surface = np.zeros(0, bool)
+        self._drawn = np.zeros(0, np.int64)  # placements that became instances
+        self._rows: dict[Material, int] = {}
+        self._runs: dict[tuple[int, ...], int] = {}  # rows of a gprim's slots -> where they begin
+        self._domes: list[DomeLight] = []
+        self._light_matrices = b""
+
+    def update(self) -> None:
+        """Bring `scene` up to date with the stage."""
+        plan = self._make_plan()
+        if plan.everything:
+            self._library.forget_all()
+            self._known.clear()
+            self._stand_ins.clear()
+        if plan.materials or plan.roots:
+            self._library.forget(plan.materials | plan.roots)
+        if plan.structure:
+            self._forget_gprims(plan)
+            self._tree = Tree(self._stage, self._time)
+            self._gprims, self._placements = find_gprims(self._tree)
+        elif plan.moved:
+            self._tree.move(plan.moved)
+        if plan.structure or plan.materials:
+            self._read_gprims()
+        if plan.structure or plan.materials or plan.moved:
+            self._place(structure=plan.structure or bool(plan.materials))
+        if plan.structure or plan.lights or plan.moved:
+            self._read_lights(always=plan.lights or plan.structure)
+
+    def _make_plan(self) -> Plan:
+        changes = self._tracker.take()
+        if self._tree is None:
+            return Plan(structure=True, everything=True, lights=True)
+        return Planner(self._stage, self._tree, has_points=bool(self._placements.offsets)).plan(changes)
+
+    def close(self) -> None:
+        """Stop listening to the stage."""
+        self._tracker.close()
+
+    def _forget_gprims(self, plan: Plan) -> None:
+        for table in (self._known, self._stand_ins):
+            for path in plan.gprims:
+                table.pop(path, None)
+            if plan.roots:
+                for path in [path for path in table if is_below(path, plan.roots)]:
+                    del table[path]
+
+    # What is drawn
+
+    def _read_gprims(self) -> None:
+        """Materials of all gprims, and the geometry of those that are new or whose material asks for another UV set."""
+        self._bind()
+        self._prototypes.begin_pass()
+        new = sum(gprim.path not in self._known for gprim in self._gprims)
+        done = 0
+        for gprim in self._gprims:
+            done += gprim.path not in self._known
+            self._read_prototype(gprim)
+            if self._progress is not None and new:
+                self._progress("geometry", done, new)
+        self._write_prototypes()
+        self._write_materials()
+        placed = self._placements.gprims
+        self._nodes = np.array(self._placements.nodes, np.int64)
+        self._has_surface = np.array([self._gprims[k].prototype is not None for k in placed], bool)
+
+    def _bind(self) -> None:
+        targets = [prim for gprim in self._gprims for prim in (*gprim.subsets, gprim.prim)]
+        bound = iter(bound_materials(targets))
+        used: set[Sdf.Path] = set()
+        for gprim in self._gprims:
+            gprim.materials = []
+            for _ in range(len(gprim.subsets) + 1):
+                prim = next(bound)
+                material = None
+                if prim is not None:
+                    used.add(prim.GetPath())
+                    material = self._library.read(prim)
+                gprim.materials.append(self._finished(gprim, material))
+        self._library.keep_only(used)
+
+    def _finished(self, gprim: Gprim, material: Material | None) -> Material:
+        """The material, with the gprim's own colour where it asks for that or there is no material."""
+        if material is not None and not material.colour_from_gprim:
+            return material
+        if gprim.path not in self._stand_ins:
+            self._stand_ins[gprim.path] = stand_in(*display_colour(gprim.prim, self._time))
+        own = self._stand_ins[gprim.path]
+        return own if material is None else material.with_base_color(own.base_color.value)
+
+    def _read_prototype(self, gprim: Gprim) -> None:
+        if gprim.kind == SHAPE:
+            uv_name = ""
+        else:
+            uv_name = next((material.uv_primvar for material in gprim.materials if material.uv_primvar), "")
+        known = self._known.get(gprim.path)
+        if known is None or known[0] != uv_name:
+            if gprim.kind == SHAPE:
+                prototype = self._prototypes.shape(gprim.prim, self._time)
+            else:
+                prototype = self._prototypes.mesh(gprim.prim, self._time, uv_name, gprim.subsets)
+            known = self._known[gprim.path] = (uv_name, prototype)
+        gprim.prototype = known[1]
+
+    def _write_prototypes(self) -> None:
+        """Old prototypes keep their order, also idle ones for as long as the cache has them; new ones follow."""
+        scene = self.scene
+        used = {id(g.prototype): g.prototype for g in self._gprims if g.prototype is not None}
+        kept = self._prototypes.forget_idle(used.values())
+        prototypes = [prototype for prototype in scene.prototypes if id(prototype) in kept]
+        listed = {id(prototype) for prototype in prototypes}
+        prototypes += [prototype for number, prototype in used.items() if number not in listed]
+        if not _same_objects(scene.prototypes, prototypes):
+            scene.prototypes = prototypes
+            scene.touch("prototypes")
+        self._index_of = {id(prototype): k for k, prototype in enumerate(prototypes)}
+
+    def _write_materials(self) -> None:
+        """One row for each different material; gprims with the same materials share a run of slots."""
+        unique = {id(material): material for gprim in self._gprims for material in gprim.materials}
+        rows = self._assign_rows(set(unique.values()))
+        row_of = {number: rows[material] for number, material in unique.items()}
+        runs = [tuple(row_of[id(material)] for material in gprim.materials) for gprim in self._gprims]
+        self._slot_offset = np.array(self._assign_slots(runs), np.int32)
+        slots = [row for run in self._runs for row in run]
+        scene = self.scene
+        table, textures = build_table(list(rows), self._textures, self._progress)
+        material_slots = np.array(slots, np.int32)
+        if not _same_objects(scene.textures, textures):
+            scene.textures = textures
+            scene.touch("textures")
+        if not np.array_equal(material_slots, scene.material_slots) or table.tobytes() != scene.materials.tobytes():
+            scene.materials, scene.material_slots = table, material_slots
+            scene.touch("materials")
+
+    def _assign_rows(self, materials: set[Material]) -> dict[Material, int]:
+        """Row of each material. Old ones stay where they are, idle ones too until they outnumber those in use."""
+        rows = self._rows
+        if len(rows.keys() | materials) > 2 * len(materials) + 64:
+            rows = dict.fromkeys((material for material in rows if material in materials), 0)
+            self._runs = {}
+        # A set has no order of its own, and rows must not depend on hashing.
+        new = [m for gprim in self._gprims for m in gprim.materials if m not in rows]
+        rows = {material: k for k, material in enumerate((*rows, *dict.fromkeys(new)))}
+        self._rows = rows
+        return rows
+
+    def _assign_slots(self, runs: list[tuple[int, ...]]) -> list[int]:
+        """Where the slots of each gprim begin; kept and cleaned as rows are."""
+        if len(self._runs.keys() | set(runs)) > 2 * len(set(runs)) + 64:
+            self._runs = {}
+        size = sum(map(len, self._runs))
+        for run in runs:
+            if run not in self._runs:
+                self._runs[run] = size
+                size += len(run)
+        return [self._runs[run] for run in runs]
+
+    # Where it is drawn
+
+    def _place(self, *, structure: bool) -> None:
+        """Matrices of all instances; those without a usable one are not drawn."""
+        placements = self._placements
+        world = self._tree.world[self._nodes]
+        for k, offset in placements.offsets.items():
+            world[k] = offset @ world[k]
+        usable = invertible(world)
+        for k in np.flatnonzero(self._has_surface & ~usable):
+            errors.warn_once(
+                f"{placements.paths[k]}: its transform is NaN, infinite or scaled to zero, so it is not drawn. "
+                f"Correct the xformOps of it or of a prim above."
+            )
+        drawn = np.flatnonzero(self._has_surface & usable)
+        if structure or not np.array_equal(drawn, self._drawn):
+            self._write_instances(drawn)
+        scene = self.scene
+        if not np.array_equal(scene.instances.local_to_world, world[drawn]):
+            scene.instances = replace(scene.instances, local_to_world=world[drawn])
+            scene.touch("transforms")
+
+    def _write_instances(self, drawn: np.ndarray) -> None:
+        placements, old = self._placements, self.scene.instances
+        gprims = [self._gprims[placements.gprims[k]] for k in drawn]
+        new = Instances(
+            paths=tuple(placements.paths[k] for k in drawn),
+            prototype=np.array([self._index_of[id(gprim.prototype)] for gprim in gprims], np.int32),
+            local_to_world=old.local_to_world,
+            slot_offset=self._slot_offset[np.array(placements.gprims, np.int64)[drawn]],
+            casts_shadow=np.array([gprim.casts_shadow for gprim in gprims], np.int32),
+        )
+        self._drawn = drawn
+        columns = ("prototype", "slot_offset", "casts_shadow")
+        if old.paths != new.paths or any(not np.array_equal(getattr(old, c), getattr(new, c)) for c in columns):
+            self.scene.instances = new
+            self.scene.touch("instances")
+
+    # Lights
+
+    def _read_lights(self, *, always: bool) -> None:
+        tree = self._tree
+        nodes = [node for node in tree.of_kind(stage_tree.LIGHT, DOME)]
+        matrices = tree.world[nodes].tobytes()
+        if not always and matrices == self._light_matrices:
+            return
+        self._light_matrices = matrices
+        units = metres_per_unit(self._stage)
+        lights = [node for node in nodes if tree.kinds[node] == stage_tree.LIGHT]
+        rows = [read_light(tree.prims[node], tree.world[node], units) for node in lights]
+        table = np.array([row for row in rows if row is not None], LIGHT)
+        if table.tobytes() != self.scene.lights.tobytes():
+            self.scene.lights = table
+            self.scene.touch("lights")
+        domes = [read_dome(tree.prims[node], tree.world[node]) for node in nodes if tree.kinds[node] == DOME]
+        present = [dome for dome in domes if dome is not None]
+        if present != self._domes:
+            self._domes = present
+            self.scene.dome = self._dome_builder.build(present)
+            self.scene.touch("dome")
+
+
+def invertible(matrices: np.ndarray) -> np.ndarray:
+    """(N,) which (N, 4, 4) matrices are finite and have an inverse, whatever their scale."""
+    linear = matrices[:, :3, :3]
+    with np.errstate(invalid="ignore", over="ignore"):
+        lengths = np.linalg.norm(linear, axis=2)
+        volume = np.abs(np.einsum("ni,ni->n", linear[:, 0], np.cross(linear[:, 1], linear[:, 2])))
+        return np.isfinite(matrices).all(axis=(1, 2)) & (volume > 1e-9 * lengths.prod(axis=1))
+
+
+def _same_objects(a: Sequence, b: Sequence) -> bool:
+    return len(a) == len(b) and all(x is y for x, y in zip(a, b))

@@ -1,0 +1,346 @@
+"""UsdGeomMesh to `scene.Prototype`: triangles with corner normals and UVs, bad data dropped by name."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from usdsdg import errors
+
+from .scene import Prototype
+from .triangulate import Corners, triangulate
+
+# UV sets that files use when the material does not say which.
+UV_NAMES = ("st", "st0", "st_0", "UVMap", "map1", "uv", "st1", "UVW")
+EMPTY = np.zeros(0, np.int32)
+# A triangle thinner than this against its longest edge squared is a line in float32.
+DEGENERATE_RATIO = 1e-7
+
+
+class Primvar(NamedTuple):
+    """Values as authored, with what is needed to look them up at a corner."""
+
+    values: np.ndarray
+    indices: np.ndarray  # empty: not indexed
+    interpolation: str
+
+
+class MeshSource(NamedTuple):
+    """The attributes of a mesh that decide its triangles, as zero-copy views of USD's arrays."""
+
+    points: np.ndarray
+    counts: np.ndarray
+    indices: np.ndarray
+    holes: np.ndarray
+    normals: Primvar | None
+    uvs: Primvar | None
+    subsets: tuple[np.ndarray, ...]
+    left_handed: bool
+    scheme: str
+
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        primvars = [a for p in (self.normals, self.uvs) if p is not None for a in (p.values, p.indices)]
+        return (self.points, self.counts, self.indices, self.holes, *self.subsets, *primvars)
+
+    def form(self) -> tuple:
+        """What decides the triangles beside the arrays."""
+        return (
+            self.left_handed,
+            self.scheme,
+            self.normals.interpolation if self.normals else None,
+            self.uvs.interpolation if self.uvs else None,
+            len(self.subsets),
+        )
+
+
+def read_mesh(
+    prim: Usd.Prim, time: Usd.TimeCode, *, uv_name: str = "", subsets: list[Usd.Prim] | None = None
+) -> MeshSource | None:
+    """Attributes of a mesh at `time`. None (with a warning) when it has no points or faces.
+
+    `uv_name` is the primvar that the material reads; empty or absent, the usual names are tried, then any texCoord2f.
+    """
+    points = _array(prim, "points", time, (3,))
+    counts = _array(prim, "faceVertexCounts", time, ())
+    indices = _array(prim, "faceVertexIndices", time, ())
+    if points is None or counts is None or indices is None or not (len(points) and len(counts) and len(indices)):
+        errors.warn_once(
+            f"{prim.GetPath()}: the mesh is empty (no points or no faces) and is not drawn. Author points, "
+            f"faceVertexCounts and faceVertexIndices, or remove the prim."
+        )
+        return None
+    holes = _array(prim, "holeIndices", time, ())
+    return MeshSource(
+        points=points,
+        counts=counts,
+        indices=indices,
+        holes=EMPTY if holes is None else holes,
+        normals=_normals(prim, time),
+        uvs=_uvs(prim, time, uv_name),
+        subsets=tuple(_subset_faces(subset, time) for subset in subsets or ()),
+        left_handed=prim.GetAttribute("orientation").Get(time) == "leftHanded",
+        scheme=str(prim.GetAttribute("subdivisionScheme").Get(time) or "catmullClark"),
+    )
+
+
+def value_at(attribute: Usd.Attribute, time: Usd.TimeCode):
+    """Value at `time`, or at the first sample when the default time is asked and only samples exist."""
+    value = attribute.Get(time)
+    if value is None and time.IsDefault():
+        value = attribute.Get(Usd.TimeCode.EarliestTime())
+    return value
+
+
+def _array(prim: Usd.Prim, name: str, time: Usd.TimeCode, tail: tuple[int, ...]) -> np.ndarray | None:
+    attribute = prim.GetAttribute(name)
+    value = value_at(attribute, time) if attribute else None
+    if value is None:
+        return None
+    array = np.asarray(value)
+    return array if array.shape[1:] == tail or not len(array) else None
+
+
+def _subset_faces(subset: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:
+    faces = _array(subset, "indices", time, ())
+    return EMPTY if faces is None else faces
+
+
+def _primvar(prim: Usd.Prim, name: str, time: Usd.TimeCode, width: int) -> Primvar | None:
+    values = _array(prim, name, time, (width,))
+    if values is None or not len(values):
+        return None
+    indices = _array(prim, f"{name}:indices", time, ())
+    interpolation = prim.GetAttribute(name).GetMetadata("interpolation")
+    return Primvar(values, EMPTY if indices is None else indices, str(interpolation or "constant"))
+
+
+def _normals(prim: Usd.Prim, time: Usd.TimeCode) -> Primvar | None:
+    """primvars:normals wins over normals, whose interpolation is `vertex` unless authored (UsdGeomPointBased)."""
+    primvar = _primvar(prim, "primvars:normals", time, 3)
+    if primvar is not None:
+        return primvar
+    values = _array(prim, "normals", time, (3,))
+    if values is None or not len(values):
+        return None
+    interpolation = prim.GetAttribute("normals").GetMetadata("interpolation")
+    return Primvar(values, EMPTY, str(interpolation or "vertex"))
+
+
+def _uvs(prim: Usd.Prim, time: Usd.TimeCode, uv_name: str) -> Primvar | None:
+    names = (uv_name, *UV_NAMES) if uv_name and uv_name not in UV_NAMES[:1] else UV_NAMES
+    for name in names:
+        primvar = _primvar(prim, f"primvars:{name}", time, 2)
+        if primvar is not None:
+            return primvar
+    for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues():
+        if str(primvar.GetTypeName()).startswith("texCoord2"):
+            return _primvar(prim, str(primvar.GetName()), time, 2)
+    return None
+
+
+def build_prototype(path: str, source: MeshSource) -> Prototype | None:
+    """Triangles of `source`; None (with a warning) when nothing is left after dropping what is broken."""
+    faces = _usable_faces(path, source)
+    counts = source.counts[faces.kept].astype(np.int64)
+    triangles = triangulate(source.points, counts, source.indices, faces.starts)
+    corners = triangles.corners[:, ::-1] if source.left_handed else triangles.corners
+    face = faces.kept[triangles.faces]
+    points = np.ascontiguousarray(source.points, np.float32)
+    vertices = source.indices[corners]
+    face_normals, flat = _triangle_normals(points, vertices)
+    _warn_of_flat_faces(path, face, flat)
+    solid = ~flat
+    if not solid.any():
+        errors.warn_once(f"{path}: no face of the mesh has an area, so it is not drawn. Check its points and indices.")
+        return None
+    if flat.any():
+        corners, face, vertices, face_normals = corners[solid], face[solid], vertices[solid], face_normals[solid]
+    corner = Corners(corners, face)
+    slots, slot_count = _slots(path, source)
+    if faces.points_broken:
+        points, vertices = _compact(points, vertices)
+    return Prototype(
+        name=path,
+        points=points,
+        triangles=np.ascontiguousarray(vertices, np.int32),
+        corner_normals=_corner_normals(path, source, corner, points, vertices, face_normals),
+        corner_uvs=_corner_uvs(path, source, corner),
+        triangle_slots=slots[face] if slot_count else np.zeros(len(face), np.int32),
+        triangle_faces=face.astype(np.int32),
+    )
+
+
+class _Faces(NamedTuple):
+    kept: np.ndarray  # (K,) faces that can be drawn
+    starts: np.ndarray  # (K,) where they begin in the face-vertex list
+    points_broken: bool
+
+
+def _usable_faces(path: str, source: MeshSource) -> _Faces:
+    """Faces with enough, existing, finite vertices that are not holes."""
+    counts = source.counts.astype(np.int64)
+    starts = np.cumsum(np.maximum(counts, 0)) - np.maximum(counts, 0)
+    usable = counts >= 3
+    _warn_dropped(path, ~usable, "have fewer than three vertices", "Correct faceVertexCounts.")
+    complete = starts + counts <= len(source.indices)
+    _warn_dropped(
+        path, usable & ~complete, "lie beyond the end of faceVertexIndices", "Make the counts sum to its length."
+    )
+    usable &= complete
+    finite = np.isfinite(source.points).all(axis=1)
+    out_of_range = (source.indices < 0) | (source.indices >= len(source.points))
+    if out_of_range.any():
+        bad = _faces_with(out_of_range, starts, counts, usable)
+        _warn_dropped(path, bad, f"name points outside 0..{len(source.points) - 1}", "Correct faceVertexIndices.")
+        usable &= ~bad
+    if not finite.all():
+        broken = ~finite[np.clip(source.indices, 0, len(finite) - 1)]
+        bad = _faces_with(broken, starts, counts, usable)
+        _warn_dropped(path, bad, "have a NaN or infinite point", "Correct the points.")
+        usable &= ~bad
+    if len(source.holes):
+        inside = source.holes[(source.holes >= 0) & (source.holes < len(counts))]
+        usable[inside] = False
+    return _Faces(np.flatnonzero(usable), starts[usable], not finite.all())
+
+
+def _faces_with(bad_vertex: np.ndarray, starts: np.ndarray, counts: np.ndarray, usable: np.ndarray) -> np.ndarray:
+    """Which usable faces hold a bad vertex."""
+    total = np.concatenate([[0], np.cumsum(bad_vertex)])
+    result = np.zeros(len(counts), bool)
+    begin = starts[usable]
+    result[usable] = total[begin + counts[usable]] > total[begin]
+    return result
+
+
+def _warn_dropped(path: str, dropped: np.ndarray, what: str, remedy: str) -> None:
+    if dropped.any():
+        first = int(np.flatnonzero(dropped)[0])
+        errors.warn_once(f"{path}: {int(dropped.sum())} faces {what} (first: face {first}) and are dropped. {remedy}")
+
+
+def _triangle_normals(points: np.ndarray, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Area vectors (T, 3) float64, twice the area long, and which triangles are lines or points."""
+    a, b, c = (points[vertices[:, k]].astype(np.float64) for k in range(3))
+    ab, ac, bc = b - a, c - a, c - b
+    normals = np.empty_like(ab)
+    normals[:, 0] = ab[:, 1] * ac[:, 2] - ab[:, 2] * ac[:, 1]
+    normals[:, 1] = ab[:, 2] * ac[:, 0] - ab[:, 0] * ac[:, 2]
+    normals[:, 2] = ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0]
+    longest = np.maximum(np.maximum(_dot(ab, ab), _dot(ac, ac)), _dot(bc, bc))
+    return normals, ~(_dot(normals, normals) > (DEGENERATE_RATIO * longest) ** 2)
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.einsum("...i,...i->...", a, b)
+
+
+def _warn_of_flat_faces(path: str, face: np.ndarray, flat: np.ndarray) -> None:
+    """Only faces that vanish whole count: collinear vertices of a polygon are ordinary."""
+    if not flat.any():
+        return
+    lost = np.setdiff1d(face[flat], face[~flat])
+    if len(lost):
+        errors.warn_once(
+            f"{path}: {len(lost)} faces have no area (first: face {int(lost[0])}) and are dropped. "
+            f"Merge their points or remove the faces to silence this."
+        )
+
+
+def _compact(points: np.ndarray, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Only the points that triangles use, so that broken ones are gone."""
+    used, renumbered = np.unique(vertices, return_inverse=True)
+    return points[used], renumbered.reshape(vertices.shape)
+
+
+def _slots(path: str, source: MeshSource) -> tuple[np.ndarray, int]:
+    """Material slot of each face: subsets in order, then one for the faces that no subset names."""
+    count = len(source.subsets)
+    slots = np.full(len(source.counts), count, np.int32)
+    for slot, faces in enumerate(source.subsets):
+        inside = (faces >= 0) & (faces < len(slots))
+        if not inside.all():
+            errors.warn_once(
+                f"{path}: material subset {slot} names faces outside 0..{len(slots) - 1}; they are ignored. "
+                f"Correct its indices."
+            )
+            faces = faces[inside]
+        slots[faces] = slot
+    return slots, count
+
+
+def _at_corners(primvar: Primvar, corner: Corners, source: MeshSource) -> np.ndarray | None:
+    """(T, 3, n) values at the corners of triangles; None when there are too few values."""
+    where = {
+        "constant": np.zeros((len(corner.faces), 3), np.int64),
+        "uniform": np.broadcast_to(corner.faces[:, None], (len(corner.faces), 3)),
+        "faceVarying": corner.corners,
+    }.get(primvar.interpolation)
+    if where is None:  # vertex and varying
+        where = source.indices[corner.corners]
+    if len(primvar.indices):
+        if where.size and where.max() >= len(primvar.indices):
+            return None
+        where = primvar.indices[where]
+    if where.size and (where.max() >= len(primvar.values) or where.min() < 0):
+        return None
+    return primvar.values[where]
+
+
+def _corner_uvs(path: str, source: MeshSource, corner: Corners) -> np.ndarray:
+    if source.uvs is None:
+        return np.zeros((len(corner.faces), 3, 2), np.float32)
+    uvs = _at_corners(source.uvs, corner, source)
+    if uvs is None:
+        errors.warn_once(
+            f"{path}: the {source.uvs.interpolation} texture coordinates have {len(source.uvs.values)} values, too few "
+            f"for the mesh; textures lie flat on it. Author one value per element or correct the interpolation."
+        )
+        return np.zeros((len(corner.faces), 3, 2), np.float32)
+    uvs = np.ascontiguousarray(uvs, np.float32)
+    if not np.isfinite(uvs).all():
+        errors.warn_once(f"{path}: some texture coordinates are NaN or infinite; 0 is used there. Correct the primvar.")
+        uvs = np.nan_to_num(uvs, nan=0.0, posinf=0.0, neginf=0.0)
+    return uvs
+
+
+def _corner_normals(path, source: MeshSource, corner: Corners, points, vertices, face_normals) -> np.ndarray:
+    """Unit normals: authored ones where usable, else smooth for subdivision surfaces and flat for polygons.
+
+    Subdivision surfaces are not refined, so authored normals count for them too.
+    """
+    normals = None
+    if source.normals is not None:
+        normals = _at_corners(source.normals, corner, source)
+        if normals is None:
+            errors.warn_once(
+                f"{path}: the {source.normals.interpolation} normals have {len(source.normals.values)} values, too few "
+                f"for the mesh; computed normals are used. Author one per element or correct the interpolation."
+            )
+    if normals is None and source.scheme in ("catmullClark", "loop"):
+        normals = _smooth_normals(points, vertices, face_normals)[vertices]
+    flat = _unit(face_normals)[0]
+    if normals is None:
+        return np.repeat(flat[:, None, :], 3, axis=1).astype(np.float32)
+    normals, good = _unit(normals)
+    if not good.all():
+        normals = np.where(good[..., None], normals, flat[:, None, :])
+    return np.ascontiguousarray(normals, np.float32)
+
+
+def _smooth_normals(points: np.ndarray, vertices: np.ndarray, face_normals: np.ndarray) -> np.ndarray:
+    """(V, 3) sums of area vectors around each point."""
+    where = vertices.ravel()
+    return np.stack(
+        [np.bincount(where, np.repeat(face_normals[:, k], 3), minlength=len(points)) for k in range(3)], axis=-1
+    )
+
+
+def _unit(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Vectors of length one, and which of them had a finite, usable length."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        length = np.sqrt(_dot(vectors, vectors))
+        good = np.isfinite(length) & (length > 1e-30)
+        return vectors / np.where(good, length, 1.0)[..., None], good

@@ -1,0 +1,148 @@
+"""Picture files to arrays: what Pillow reads, Radiance HDR, and OpenEXR when its module is installed."""
+
+from __future__ import annotations
+
+import io
+import os
+from typing import NamedTuple
+
+import numpy as np
+from PIL import Image
+from pxr import Ar, Sdf, Usd
+
+from usdsdg import errors
+from usdsdg.stage import assets
+
+from . import hdr
+
+EXR_MAGIC = b"\x76\x2f\x31\x01"
+
+
+class Picture(NamedTuple):
+    """A decoded file.
+
+    `texels` is (H, W, 4), row 0 at the top, straight alpha: uint8 or uint16 as stored, or float32 linear.
+    `channels` is how many the file has: 1 grey, 2 grey + alpha, 3 RGB, 4 RGBA.
+    """
+
+    texels: np.ndarray
+    channels: int
+
+
+def asset_file(attribute: Usd.Attribute) -> tuple[str, str]:
+    """(path as authored, file it means or "" if there is none) of an asset-valued attribute.
+
+    Paths that USD cannot resolve are looked up under the assets root, as references are.
+    """
+    value = attribute.Get()
+    if isinstance(value, str):
+        value = Sdf.AssetPath(value)
+    if value is None or not value.path:
+        return "", ""
+    if value.resolvedPath:
+        return value.path, value.resolvedPath
+    stack = attribute.GetPropertyStack()
+    anchored = Sdf.ComputeAssetPathRelativeToLayer(stack[0].layer, value.path) if stack else value.path
+    resolved = Ar.GetResolver().Resolve(anchored)
+    if resolved:
+        return value.path, resolved.GetPathString()
+    try:
+        return value.path, assets.resolve(value.path)
+    except (errors.AssetError, errors.Unsupported):
+        return value.path, ""
+
+
+def modified(path: str) -> tuple[int, int]:
+    """(time stamp in ns, size) of a file or of the package it lies in; (0, 0) if there is none."""
+    try:
+        status = os.stat(Ar.SplitPackageRelativePathOuter(path)[0] if "[" in path else path)
+    except OSError:
+        return 0, 0
+    return status.st_mtime_ns, status.st_size
+
+
+def read_bytes(path: str) -> bytes:
+    """Contents of a file, which may lie inside a .usdz.
+
+    Raises:
+        AssetUnreadable: it cannot be opened.
+    """
+    if not Ar.IsPackageRelativePath(path):
+        try:
+            with open(path, "rb") as file:
+                return file.read()
+        except OSError as error:
+            raise errors.AssetUnreadable(f"{path}: {error.strerror}") from error
+    asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path))
+    if not asset:
+        raise errors.AssetUnreadable(f"{path}: the package has no such file")
+    with asset as opened:
+        return bytes(opened.GetBuffer())
+
+
+def read(path: str) -> Picture:
+    """Decode a picture file.
+
+    Raises:
+        AssetUnreadable: unknown format or damaged file; OpenEXR without its module.
+    """
+    data = read_bytes(path)
+    if data.startswith(b"#?"):
+        return Picture(_with_alpha(hdr.decode(data, name=path)), 3)
+    if data.startswith(EXR_MAGIC):
+        return _read_exr(data, path)
+    try:
+        with Image.open(io.BytesIO(data)) as image:
+            image.load()
+            return _from_pillow(image)
+    except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError) as error:
+        raise errors.AssetUnreadable(f"{path}: {error}") from error
+
+
+def _from_pillow(image: Image.Image) -> Picture:
+    mode = image.mode
+    if mode.startswith("I;16"):
+        return Picture(_with_alpha(np.asarray(image).astype(np.uint16)), 1)
+    if mode == "I":  # Pillow widens 16-bit grey PNGs to 32 bits
+        return Picture(_with_alpha(np.clip(np.asarray(image), 0, 65535).astype(np.uint16)), 1)
+    if mode == "F":
+        return Picture(_with_alpha(np.asarray(image, dtype=np.float32)), 1)
+    if mode == "P" or "transparency" in image.info:
+        image = image.convert("RGBA")
+        opaque = image.getextrema()[3][0] == 255
+        return Picture(np.array(image), 3 if opaque else 4)
+    channels = {"1": 1, "L": 1, "LA": 2, "La": 2, "PA": 4, "RGBA": 4, "RGBa": 4}.get(mode, 3)
+    return Picture(np.array(image.convert("RGBA")), channels)
+
+
+def _with_alpha(values: np.ndarray) -> np.ndarray:
+    """(H, W, 4) from grey, RGB or RGBA of any type, opaque where there is no alpha."""
+    if values.ndim == 2:
+        values = np.repeat(values[..., None], 3, axis=-1)
+    if values.shape[-1] == 4:
+        return values
+    opaque = 1.0 if values.dtype.kind == "f" else np.iinfo(values.dtype).max
+    return np.concatenate([values, np.full((*values.shape[:2], 1), opaque, values.dtype)], axis=-1)
+
+
+def _read_exr(data: bytes, path: str) -> Picture:
+    try:
+        import OpenEXR  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise errors.AssetUnreadable(
+            f"{path}: OpenEXR files need the exr extra. Install it with `pip install usdsdg[exr]`, or convert the file "
+            f"to Radiance HDR."
+        ) from None
+    try:
+        with OpenEXR.File(io.BytesIO(data)) as file:
+            channels = {name: np.asarray(c.pixels, np.float32) for name, c in file.channels().items()}
+    except (RuntimeError, ValueError, TypeError, OSError) as error:
+        raise errors.AssetUnreadable(f"{path}: {error}") from error
+    for together in ("RGBA", "RGB"):
+        if together in channels:
+            return Picture(_with_alpha(channels[together]), len(together))
+    names = [name for name in "RGBA" if name in channels] or sorted(channels)[:1]
+    if names[:3] != list("RGB"):
+        names = names[:1]
+    values = np.stack([channels[name] for name in names], axis=-1)
+    return Picture(_with_alpha(values[..., 0] if len(names) == 1 else values), len(names))

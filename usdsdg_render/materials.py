@@ -1,0 +1,239 @@
+"""UsdShade materials to rows of `scene.MATERIAL`: which one is bound, what it says, which rows are equal."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Sdf, Usd, UsdShade
+
+from usdsdg import errors
+
+from .mdl import mdl_name, read_mdl
+from .plan import is_below
+from .preview_surface import read_preview_surface
+from .scene import MATERIAL, NO_TEXTURE, Texture
+from .shading import Input, Material, Network, shader_id
+from .textures import Progress, TexturePool, TextureUse, srgb_to_linear
+
+# UsdImaging's fallback displayColor.
+DEFAULT_COLOUR = (0.5, 0.5, 0.5)
+
+
+def bound_materials(prims: Sequence[Usd.Prim]) -> list[Usd.Prim | None]:
+    """The material prim of each prim: purpose full, else all-purpose, else preview; collections included."""
+    if not prims:
+        return []
+    api = UsdShade.MaterialBindingAPI
+    found = [material.GetPrim() for material in api.ComputeBoundMaterials(prims, UsdShade.Tokens.full)[0]]
+    unbound = [k for k, prim in enumerate(found) if not prim]
+    if unbound:
+        preview = api.ComputeBoundMaterials([prims[k] for k in unbound], UsdShade.Tokens.preview)[0]
+        for k, material in zip(unbound, preview):
+            found[k] = material.GetPrim()
+    return [prim if prim else None for prim in found]
+
+
+def stand_in(colour: tuple[float, ...] | None, opacity: float | None) -> Material:
+    """What a gprim without a usable material looks like: its displayColor, grey without one."""
+    return Material(
+        name="displayColor",
+        base_color=Input(tuple(colour or DEFAULT_COLOUR)),
+        opacity=Input((1.0 if opacity is None else opacity,)),
+    )
+
+
+@dataclass(frozen=True)
+class _Entry:
+    material: Material | None  # None: no surface that we know
+    visited: frozenset[Sdf.Path]
+    shared_as: tuple | None
+
+
+class MaterialLibrary:
+    """Materials read so far, by prim path, and by the specs that define them where that decides everything.
+
+    Every reference of an asset has material prims of its own, yet nearly all say the same: they are composed of the
+    same specs. An edit of one adds a spec of its own, so it no longer shares.
+    """
+
+    def __init__(self, stage: Usd.Stage) -> None:
+        self._stage = stage
+        self._by_path: dict[Sdf.Path, _Entry] = {}
+        self._by_specs: dict[tuple, _Entry] = {}
+
+    def read(self, prim: Usd.Prim) -> Material | None:
+        """The material at `prim`; None (with a warning) when its surface shader is missing or unknown."""
+        path = prim.GetPath()
+        entry = self._by_path.get(path)
+        if entry is None:
+            specs = _specs(prim)
+            entry = self._by_specs.get(specs)
+            if entry is None:
+                entry = _read(prim, specs)
+                if entry.shared_as is not None:
+                    self._by_specs[specs] = entry
+            self._by_path[path] = entry
+        return entry.material
+
+    def forget(self, paths: Collection[Sdf.Path]) -> None:
+        """Read again what depends on a prim of `paths`: materials below it, above it, and those that read it.
+
+        A shading prim that no material is known to read may sit between shaders of any, so then all are read again.
+        """
+        stale = {path for path in self._by_path if is_below(path, paths)}
+        readers: dict[Sdf.Path, set[Sdf.Path]] = {}
+        for material, entry in self._by_path.items():
+            for visited in entry.visited:
+                readers.setdefault(visited, set()).add(material)
+        for path in paths:
+            found = readers.get(path, set()) | {p for p in path.GetPrefixes() if p in self._by_path}
+            if not found and path not in stale and self._is_shading(path):
+                self.forget_all()
+                return
+            stale |= found
+        self._drop(stale)
+
+    def _drop(self, paths: Iterable[Sdf.Path]) -> None:
+        """With what they share: nobody would tell us of its changes."""
+        for path in paths:
+            entry = self._by_path.pop(path)
+            if entry.shared_as is not None:
+                self._by_specs.pop(entry.shared_as, None)
+
+    def _is_shading(self, path: Sdf.Path) -> bool:
+        prim = self._stage.GetPrimAtPath(path)
+        return bool(prim) and not prim.IsA(UsdShade.Material) and UsdShade.ConnectableAPI(prim).IsContainer()
+
+    def forget_all(self) -> None:
+        self._by_path.clear()
+        self._by_specs.clear()
+
+    def keep_only(self, paths: set[Sdf.Path]) -> None:
+        """Drop materials that nothing is bound to any more."""
+        self._drop(path for path in list(self._by_path) if path not in paths)
+
+
+def _specs(prim: Usd.Prim) -> tuple:
+    return tuple((spec.layer.identifier, spec.path) for spec in prim.GetPrimStack())
+
+
+def _read(prim: Usd.Prim, specs: tuple) -> _Entry:
+    network = Network(prim)
+    material = _read_surface(network)
+    own = prim.GetPath()
+    closed = all(path.HasPrefix(own) for path in network.visited) and not any(map(_has_arcs, Usd.PrimRange(prim)))
+    return _Entry(material, frozenset(network.visited), specs if closed else None)
+
+
+def _has_arcs(prim: Usd.Prim) -> bool:
+    """Whether the prim composes more than its ancestors bring, from where an edit would not show in the specs above."""
+    return prim.HasAuthoredInherits() or prim.HasAuthoredSpecializes() or prim.HasAuthoredReferences()
+
+
+def _read_surface(network: Network) -> Material | None:
+    material = UsdShade.Material(network.material)
+    mdl = _surface(material, "mdl")
+    if mdl is not None and mdl_name(mdl):
+        network.visited.add(mdl.GetPath())
+        known = read_mdl(network, mdl)
+        if known is not None:
+            return known
+    universal = _surface(material, "")
+    if universal is not None and shader_id(universal) == "UsdPreviewSurface":
+        network.visited.add(universal.GetPath())
+        return read_preview_surface(network, universal)
+    surface = mdl or universal
+    name = (mdl_name(surface) or shader_id(surface)) if surface is not None else ""
+    what = f"its surface shader '{name}' is not supported" if surface is not None else "it has no surface shader"
+    errors.warn_once(
+        f"{network.material.GetPath()}: {what}; the displayColor of each mesh is used. Give the material a "
+        f"UsdPreviewSurface or an OmniPBR."
+    )
+    return None
+
+
+def _surface(material: UsdShade.Material, context: str) -> UsdShade.Shader | None:
+    """The surface shader of exactly this render context ("" is universal)."""
+    output = material.GetSurfaceOutput(context) if context else material.GetSurfaceOutput()
+    if not output:
+        return None
+    for attribute in output.GetValueProducingAttributes():
+        shader = UsdShade.Shader(attribute.GetPrim())
+        if shader:
+            return shader
+    return None
+
+
+def build_table(
+    materials: Sequence[Material], pool: TexturePool, progress: Progress | None = None
+) -> tuple[np.ndarray, list[Texture]]:
+    """Rows of `scene.MATERIAL`, one a material, and the textures that they index."""
+    uses = dict.fromkeys(use for material in materials for use in material.textures())
+    textures, indices = pool.load(uses, progress)
+    table = np.zeros(len(materials), MATERIAL)
+    for k, material in enumerate(materials):
+        table[k] = _row(material, indices, textures)
+    return table, textures
+
+
+def _row(material: Material, indices: dict[TextureUse, int], textures: list[Texture]) -> tuple:
+    def constant(value: Input) -> tuple[float, ...]:
+        if value.texture is None or value.texture in indices:
+            return value.value
+        return value.value if value.missing is None else value.missing
+
+    def texture(value: Input) -> int:
+        return NO_TEXTURE if value.texture is None else indices.get(value.texture, NO_TEXTURE)
+
+    def mean(value: Input) -> tuple[float, ...]:
+        if texture(value) == NO_TEXTURE:
+            return constant(value)
+        return _mean(material, value, textures[texture(value)])
+
+    def unit(value: float) -> float:
+        return min(max(value, 0.0), 1.0)
+
+    def positive(values: tuple[float, ...]) -> tuple[float, ...]:
+        return tuple(max(value, 0.0) for value in values)
+
+    normal = NO_TEXTURE if material.normal is None else indices.get(material.normal, NO_TEXTURE)
+    return (
+        positive(constant(material.base_color)),
+        texture(material.base_color),
+        unit(constant(material.metallic)[0]),
+        texture(material.metallic),
+        material.metallic.channel,
+        unit(constant(material.roughness)[0]),
+        texture(material.roughness),
+        material.roughness.channel,
+        tuple(map(unit, mean(material.specular))),
+        unit(constant(material.opacity)[0]),
+        texture(material.opacity),
+        material.opacity.channel,
+        unit(material.opacity_threshold),
+        positive(constant(material.emission)),
+        texture(material.emission),
+        normal,
+        material.normal_scale,
+        unit(mean(material.clearcoat)[0]),
+        unit(mean(material.clearcoat_roughness)[0]),
+        material.uv.scale,
+        material.uv.rotation,
+        material.uv.translation,
+    )
+
+
+def _mean(material: Material, value: Input, texture: Texture) -> tuple[float, ...]:
+    """Linear mean of a texture, for inputs that the kernels take as constants."""
+    use = value.texture
+    errors.warn_once(
+        f"{use.shader if use else material.name}: a texture on specular or clearcoat is replaced by its mean. "
+        f"Author a constant to choose the value."
+    )
+    texels = texture.texels.reshape(-1, 4)[:, :3].astype(np.float32) / 255.0
+    average = (srgb_to_linear(texels) if texture.srgb else texels).mean(axis=0)
+    if len(value.value) == 1:
+        return (value.value[0] * float(average[min(value.channel, 2)]),)
+    return tuple(float(a * b) for a, b in zip(value.value, average))

@@ -1,0 +1,201 @@
+"""UsdPreviewSurface networks (https://openusd.org/release/spec_usdpreviewsurface.html) to `Material`."""
+
+from __future__ import annotations
+
+import math
+
+from pxr import Ar, Sdf, Usd, UsdShade
+
+from . import images
+from .scene import WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT
+from .shading import Input, Material, Network, Source, UvTransform, shader_id
+from .textures import ONES, ZEROS, TextureUse
+
+# PNG and JPEG carry no wrap mode, so `useMetadata`, the fallback, means repeat here, as in Omniverse.
+WRAPS = {"repeat": WRAP_REPEAT, "clamp": WRAP_CLAMP, "mirror": WRAP_MIRROR, "black": WRAP_BLACK}
+CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
+COLOUR_SPACES = {"sRGB": "sRGB", "raw": "raw", "auto": "auto", "srgb_texture": "sRGB", "lin_rec709": "raw"}
+BLACK = (0.0, 0.0, 0.0)
+
+
+def read_preview_surface(network: Network, surface: UsdShade.Shader) -> Material:
+    """Occlusion is not read, since rays find it; displacement and a constant normal are named and ignored."""
+    base = _input(network, surface, "diffuseColor", (0.18, 0.18, 0.18))
+    specular_workflow = bool(network.number(surface, "useSpecularWorkflow", 0.0))
+    if specular_workflow:
+        metallic, specular = Input((0.0,)), _input(network, surface, "specularColor", BLACK)
+    else:
+        metallic = _input(network, surface, "metallic", (0.0,))
+        specular = Input((reflectance(network.number(surface, "ior", 1.5)),) * 3)
+    if network.source(surface, "displacement").shader is not None:
+        network.warn(surface, "displacement is not supported and is ignored. Bake it into the mesh.")
+    material = Material(
+        name=str(network.material.GetPath()),
+        base_color=base,
+        metallic=metallic,
+        roughness=_input(network, surface, "roughness", (0.5,)),
+        specular=specular,
+        opacity=_input(network, surface, "opacity", (1.0,)),
+        opacity_threshold=max(network.number(surface, "opacityThreshold", 0.0), 0.0),
+        emission=_input(network, surface, "emissiveColor", BLACK),
+        normal=_normal(network, surface),
+        clearcoat=_input(network, surface, "clearcoat", (0.0,)),
+        clearcoat_roughness=_input(network, surface, "clearcoatRoughness", (0.01,)),
+        uv=network.uv or UvTransform(),
+        uv_primvar=network.uv_primvar or "",
+        colour_from_gprim=network.colour_from_gprim,
+    )
+    return material
+
+
+def reflectance(ior: float) -> float:
+    """Fresnel reflectance at normal incidence between air and `ior`."""
+    ior = max(ior, 0.0)
+    return ((1.0 - ior) / (1.0 + ior)) ** 2
+
+
+def _input(network: Network, surface: UsdShade.Shader, name: str, default: tuple[float, ...]) -> Input:
+    source = network.source(surface, name)
+    if source.attribute is not None:
+        return Input(network.as_floats(surface, name, source.attribute.Get(), default))
+    if source.shader is None:
+        return Input(default)
+    kind = shader_id(source.shader)
+    if kind == "UsdUVTexture":
+        return _textured(network, source, default)
+    if kind.startswith("UsdPrimvarReader_float"):
+        return _from_primvar(network, source.shader, name, default)
+    network.warn(
+        source.shader,
+        f"shader '{kind}' feeds {name} of {surface.GetPath()} but is not supported; {default} is used. Connect a "
+        f"UsdUVTexture or author a constant.",
+    )
+    return Input(default)
+
+
+def _from_primvar(network: Network, reader: UsdShade.Shader, name: str, default: tuple[float, ...]) -> Input:
+    variable = str(network.value(reader, "varname") or "")
+    fallback = network.floats(reader, "fallback", default)
+    if name == "diffuseColor" and variable == "displayColor":
+        network.colour_from_gprim = True
+    else:
+        network.warn(
+            reader,
+            f"primvar '{variable}' as {name} is not supported; its fallback {fallback} is used. Only displayColor as "
+            f"diffuseColor is read.",
+        )
+    return Input(fallback)
+
+
+def _textured(network: Network, source: Source, default: tuple[float, ...]) -> Input:
+    texture = source.shader
+    assert texture is not None
+    colour = len(default) > 1
+    missing = network.floats(texture, "fallback", (*default, 1.0)[:4] if colour else default * 4)
+    channel = CHANNELS.get(source.output, 0)
+    missing = missing[: len(default)] if colour else (missing[channel],)
+    if colour and source.output != "rgb":
+        network.warn(
+            texture, f"its output {source.output} feeds a colour; rgb is used. Connect outputs:rgb or a grey file."
+        )
+    scale, bias = network.floats(texture, "scale", ONES), network.floats(texture, "bias", ZEROS)
+    use = texture_use(network, texture, colour=colour or source.output == "a")
+    if use is None:
+        return Input(missing)
+    if any(bias):  # a product cannot express it, so it goes into the texels
+        use = TextureUse(**{**use.__dict__, "scale": scale, "bias": bias})
+        scale = ONES
+    factor = scale[: len(default)] if colour else (scale[channel],)
+    return Input(factor, use, channel, missing)
+
+
+def texture_use(network: Network, texture: UsdShade.Shader, *, colour: bool) -> TextureUse | None:
+    """File, colour space, wrap modes and coordinates of a UsdUVTexture; None (with a warning) without a file."""
+    file = texture_file(network, texture, "file")
+    _note_coordinates(network, texture)
+    if not file:
+        return None
+    return TextureUse(
+        file=file,
+        colour_space=_colour_space(network, texture),
+        colour=colour,
+        wrap_s=WRAPS.get(str(network.value(texture, "wrapS")), WRAP_REPEAT),
+        wrap_t=WRAPS.get(str(network.value(texture, "wrapT")), WRAP_REPEAT),
+        shader=str(texture.GetPath()),
+    )
+
+
+def texture_file(network: Network, shader: UsdShade.Shader, name: str) -> str:
+    """Resolved file of an asset-valued input, "" (with a warning when one was named) if there is none."""
+    attribute = network.source(shader, name).attribute
+    if attribute is None:
+        return ""
+    authored, file = images.asset_file(attribute)
+    if "<UDIM>" in authored:
+        file = _first_tile(attribute, authored)
+        network.warn(
+            shader, f"UDIM textures are not supported; tile 1001 of {authored} covers all. Merge the tiles into one."
+        )
+    if authored and not file:
+        network.warn(
+            shader, f"inputs:{name} names {authored}, which does not exist; the fallback is used. Correct the path."
+        )
+    return file
+
+
+def _first_tile(attribute: Usd.Attribute, authored: str) -> str:
+    stack = attribute.GetPropertyStack()
+    tile = authored.replace("<UDIM>", "1001")
+    anchored = Sdf.ComputeAssetPathRelativeToLayer(stack[0].layer, tile) if stack else tile
+    return Ar.GetResolver().Resolve(anchored).GetPathString()
+
+
+def _colour_space(network: Network, texture: UsdShade.Shader) -> str:
+    authored = network.value(texture, "sourceColorSpace")
+    if authored is None:  # metadata of the file attribute, as some exporters write
+        attribute = network.source(texture, "file").attribute
+        authored = attribute.GetColorSpace() if attribute is not None else None
+    return COLOUR_SPACES.get(str(authored or "auto"), "auto")
+
+
+def _note_coordinates(network: Network, texture: UsdShade.Shader) -> None:
+    transform = UvTransform()
+    reader = network.source(texture, "st").shader
+    if reader is not None and shader_id(reader) == "UsdTransform2d":
+        transform = UvTransform(
+            scale=network.floats(reader, "scale", (1.0, 1.0)),
+            rotation=math.radians(network.number(reader, "rotation", 0.0)),
+            translation=network.floats(reader, "translation", (0.0, 0.0)),
+        )
+        reader = network.source(reader, "in").shader
+    primvar = "st"
+    if reader is not None and shader_id(reader) == "UsdPrimvarReader_float2":
+        primvar = str(network.value(reader, "varname") or "st")
+    elif reader is not None:
+        network.warn(
+            reader, f"shader '{shader_id(reader)}' as texture coordinates is not supported; primvars:st is used."
+        )
+    network.use_uv(texture, primvar.removeprefix("primvars:"), transform)
+
+
+def _normal(network: Network, surface: UsdShade.Shader) -> TextureUse | None:
+    """Normal maps are never sRGB, whatever the colour space says; scale and bias other than 2, -1 are baked."""
+    source = network.source(surface, "normal")
+    if source.shader is None:
+        return None
+    if shader_id(source.shader) != "UsdUVTexture":
+        network.warn(
+            source.shader, f"shader '{shader_id(source.shader)}' as a normal map is not supported and is ignored."
+        )
+        return None
+    use = texture_use(network, source.shader, colour=False)
+    if use is None:
+        return None
+    scale = network.floats(source.shader, "scale", (2.0, 2.0, 2.0, 1.0))
+    bias = network.floats(source.shader, "bias", (-1.0, -1.0, -1.0, 0.0))
+    if scale[:3] == ONES[:3] and bias[:3] == ZEROS[:3]:  # left at the fallback: a normal map all the same
+        scale, bias = (2.0, 2.0, 2.0, 1.0), (-1.0, -1.0, -1.0, 0.0)
+    # The kernel reads texel * 2 - 1, so what is stored is (normal + 1) / 2.
+    baked_scale = (*(s / 2.0 for s in scale[:3]), 1.0)
+    baked_bias = (*((b + 1.0) / 2.0 for b in bias[:3]), 0.0)
+    return TextureUse(**{**use.__dict__, "colour_space": "raw", "scale": baked_scale, "bias": baked_bias})

@@ -1,0 +1,111 @@
+"""One `Prototype` for all gprims with the same triangles: recognised by shared memory, else by content."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Collection
+from typing import Any
+
+import numpy as np
+from pxr import Sdf, Usd
+
+from . import shapes
+from .geometry import MeshSource, build_prototype, read_mesh
+from .scene import Prototype
+from .stage_tree import IGNORED_PREFIXES
+
+# Prototypes that nothing uses any more are kept while they are few, for scripts that hide and show objects.
+IDLE_TRIANGLES = 2_000_000
+
+
+class PrototypeCache:
+    """Prototypes by the arrays they were made of.
+
+    Within one pass over the stage, meshes composed of the same specs are the same and are read once. Else arrays of the
+    same memory are the same as long as they live, which the entries see to, and equal arrays at different addresses
+    (a crate file unpacks its integers at every read) meet through a hash of their bytes.
+    """
+
+    def __init__(self) -> None:
+        self._by_specs: dict[tuple, Prototype | None] = {}
+        self._by_address: dict[tuple, tuple[MeshSource, Prototype | None]] = {}
+        self._by_content: dict[bytes, Prototype | None] = {}
+        self._shapes: dict[shapes.ShapeKey, Prototype] = {}
+
+    def begin_pass(self) -> None:
+        """The stage may have changed since the last pass, so where a value comes from no longer tells which it is."""
+        self._by_specs.clear()
+
+    def mesh(self, prim: Usd.Prim, time: Usd.TimeCode, uv_name: str, subsets: list[Usd.Prim]) -> Prototype | None:
+        """The prototype of a mesh; None (with a warning) when it has no surface."""
+        if not time.IsDefault():  # layer offsets may give references of one layer different times
+            return self._read_mesh(prim, time, uv_name, subsets)
+        specs = (uv_name, _specs(prim), *(_specs(subset) for subset in subsets))
+        if specs not in self._by_specs:
+            self._by_specs[specs] = self._read_mesh(prim, time, uv_name, subsets)
+        return self._by_specs[specs]
+
+    def _read_mesh(self, prim: Usd.Prim, time: Usd.TimeCode, uv_name: str, subsets: list[Usd.Prim]) -> Prototype | None:
+        source = read_mesh(prim, time, uv_name=uv_name, subsets=subsets)
+        if source is None:
+            return None
+        addresses = (*(_address(array) for array in source.arrays()), source.form())
+        entry = self._by_address.get(addresses)
+        if entry is None:
+            content = _content(source)
+            if content not in self._by_content:
+                self._by_content[content] = build_prototype(str(prim.GetPath()), source)
+            entry = self._by_address[addresses] = (source, self._by_content[content])
+        return entry[1]
+
+    def shape(self, prim: Usd.Prim, time: Usd.TimeCode) -> Prototype | None:
+        """The prototype of an analytic shape; None (with a warning) when it has no surface."""
+        key = shapes.shape_key(prim, time)
+        if key is None:
+            return None
+        if key not in self._shapes:
+            surface = shapes.tessellate(key)
+            count = len(surface.triangles)
+            self._shapes[key] = Prototype(
+                name=str(prim.GetPath()),
+                points=surface.points,
+                triangles=surface.triangles,
+                corner_normals=surface.corner_normals,
+                corner_uvs=surface.corner_uvs,
+                triangle_slots=np.zeros(count, np.int32),
+                triangle_faces=np.arange(count, dtype=np.int32),
+            )
+        return self._shapes[key]
+
+    def forget_idle(self, used: Collection[Prototype]) -> set[int]:
+        """Drop prototypes that are not in `used` once they are many; ids of those that are kept."""
+        kept = {id(p) for table in (self._by_content, self._shapes) for p in table.values() if p is not None}
+        in_use = {id(prototype) for prototype in used}
+        idle = {id(p): len(p.triangles) for p in self._by_content.values() if p is not None and id(p) not in in_use}
+        if sum(idle.values()) <= IDLE_TRIANGLES:
+            return kept
+        self._by_address = {k: entry for k, entry in self._by_address.items() if id(entry[1]) not in idle}
+        self._by_content = {k: prototype for k, prototype in self._by_content.items() if id(prototype) not in idle}
+        self._shapes = {k: prototype for k, prototype in self._shapes.items() if id(prototype) in in_use}
+        return in_use
+
+
+def _specs(prim: Usd.Prim) -> tuple:
+    """Which specs give a prim its shape. Those that only say something of physics or labels make no difference."""
+    return tuple((spec.layer.identifier, spec.path) for spec in prim.GetPrimStack() if _shapes_something(spec))
+
+
+def _shapes_something(spec: Sdf.PrimSpec) -> bool:
+    return any(not name.startswith(IGNORED_PREFIXES) for name in spec.properties.keys())  # noqa: SIM118
+
+
+def _address(array: np.ndarray) -> tuple[Any, ...]:
+    return array.__array_interface__["data"][0], len(array)
+
+
+def _content(source: MeshSource) -> bytes:
+    digest = hashlib.blake2b(repr(source.form()).encode(), digest_size=16)
+    for array in source.arrays():
+        digest.update(f"{array.dtype.str}{array.shape}".encode())
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.digest()

@@ -1,0 +1,149 @@
+"""UsdShade networks as the material readers see them: an input is a constant, or the output of another shader."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+from pxr import Sdf, Usd, UsdShade
+
+from usdsdg import errors
+
+from .textures import TextureUse
+
+
+@dataclass(frozen=True)
+class Input:
+    """A constant, multiplied by a texture where there is one.
+
+    `missing` is the whole value when the texture cannot be read; None stands for `value`.
+    """
+
+    value: tuple[float, ...]
+    texture: TextureUse | None = None
+    channel: int = 0  # of the texture, for inputs of one component
+    missing: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class UvTransform:
+    """As UsdTransform2d: scale, then rotation [radians, counter-clockwise], then translation."""
+
+    scale: tuple[float, float] = (1.0, 1.0)
+    rotation: float = 0.0
+    translation: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Material:
+    """A material read from the stage: what a row of `scene.MATERIAL` is made of, before textures are loaded."""
+
+    name: str = ""
+    base_color: Input = Input((0.18, 0.18, 0.18))
+    metallic: Input = Input((0.0,))
+    roughness: Input = Input((0.5,))
+    specular: Input = Input((0.04, 0.04, 0.04))
+    opacity: Input = Input((1.0,))
+    opacity_threshold: float = 0.0
+    emission: Input = Input((0.0, 0.0, 0.0))
+    normal: TextureUse | None = None
+    normal_scale: float = 1.0
+    clearcoat: Input = Input((0.0,))
+    clearcoat_roughness: Input = Input((0.01,))
+    uv: UvTransform = UvTransform()
+    uv_primvar: str = ""
+    colour_from_gprim: bool = False  # base colour is the gprim's displayColor
+
+    def textures(self) -> list[TextureUse]:
+        inputs = (self.base_color, self.metallic, self.roughness, self.specular, self.opacity, self.emission)
+        inputs += (self.clearcoat, self.clearcoat_roughness)
+        return [use for use in (*(i.texture for i in inputs), self.normal) if use is not None]
+
+    def with_base_color(self, colour: tuple[float, ...]) -> Material:
+        return replace(self, base_color=Input(colour))
+
+
+class Source(NamedTuple):
+    """Where the value of an input comes from: `attribute` holds it, or `shader` computes it as `output`."""
+
+    attribute: Usd.Attribute | None
+    shader: UsdShade.Shader | None
+    output: str
+
+
+NOTHING = Source(None, None, "")
+
+
+@dataclass
+class Network:
+    """One material being read. `visited` collects the prims it depends on; warnings name its prim."""
+
+    material: Usd.Prim
+    visited: set[Sdf.Path] = field(default_factory=set)
+    uv: UvTransform | None = None
+    uv_primvar: str | None = None
+    colour_from_gprim: bool = False
+
+    def warn(self, shader: UsdShade.Shader | Usd.Prim, message: str) -> None:
+        prim = shader if isinstance(shader, Usd.Prim) else shader.GetPrim()
+        errors.warn_once(f"{prim.GetPath()}: {message}")
+
+    def source(self, shader: UsdShade.Shader, name: str) -> Source:
+        """Follow an input through node graphs and the material's interface to what gives its value."""
+        shader_input = shader.GetInput(name)
+        if not shader_input:
+            return NOTHING
+        attributes = shader_input.GetValueProducingAttributes()
+        if not attributes:
+            return NOTHING
+        attribute = attributes[0]
+        prim = attribute.GetPrim()
+        self.visited.add(prim.GetPath())
+        base_name = attribute.GetName()
+        if base_name.startswith("outputs:") and prim.GetTypeName() == "Shader":
+            return Source(None, UsdShade.Shader(prim), base_name[len("outputs:") :])
+        return Source(attribute, None, "")
+
+    def value(self, shader: UsdShade.Shader, name: str):
+        """Constant value of an input, None where there is none or a shader computes it."""
+        attribute = self.source(shader, name).attribute
+        return None if attribute is None else attribute.Get()
+
+    def floats(self, shader: UsdShade.Shader, name: str, default: tuple[float, ...]) -> tuple[float, ...]:
+        """Constant value as that many floats as the default has, or the default."""
+        return self.as_floats(shader, name, self.value(shader, name), default)
+
+    def number(self, shader: UsdShade.Shader, name: str, default: float) -> float:
+        return self.floats(shader, name, (default,))[0]
+
+    def flag(self, shader: UsdShade.Shader, name: str, default: bool) -> bool:
+        value = self.value(shader, name)
+        return default if value is None else bool(value)
+
+    def as_floats(self, shader: UsdShade.Shader, name: str, value, default: tuple[float, ...]) -> tuple[float, ...]:
+        if value is None:
+            return default
+        try:
+            numbers = tuple(float(part) for part in value)
+        except TypeError:
+            numbers = (float(value),) * len(default) if isinstance(value, (int, float)) else ()
+        if len(numbers) < len(default) or not all(map(math.isfinite, numbers)):
+            self.warn(shader, f"inputs:{name} = {value} is not usable; {default} is used. Correct the value.")
+            return default
+        return numbers[: len(default)]
+
+    def use_uv(self, shader: UsdShade.Shader, primvar: str, transform: UvTransform) -> None:
+        """Note how a texture is looked up; a material has one set of texture coordinates."""
+        if self.uv is None:
+            self.uv, self.uv_primvar = transform, primvar
+        elif (self.uv, self.uv_primvar) != (transform, primvar):
+            self.warn(
+                shader,
+                f"this texture has other coordinates than the rest of the material {self.material.GetPath()}, whose "
+                f"first texture's are used for all. Give them the same UsdPrimvarReader and UsdTransform2d.",
+            )
+
+
+def shader_id(shader: UsdShade.Shader) -> str:
+    return str(shader.GetIdAttr().Get() or "")
