@@ -88,6 +88,13 @@ def test_add_keeps_replace_replaces_the_type_and_clear_replaces_all(prim):
     assert semantics.get_labels(prim) == {}
 
 
+def test_replacing_a_type_by_nothing_removes_it(prim):
+    semantics.add_labels(prim, {"class": ["a"], "color": ["red"]})
+    semantics.add_labels(prim, {"class": []}, mode="replace")
+    assert semantics.get_labels(prim) == {"color": ["red"]}
+    assert "SemanticsLabelsAPI:class" not in prim.GetAppliedSchemas()
+
+
 def test_a_label_can_come_back(prim):
     semantics.add_labels(prim, {"class": ["a"]})
     semantics.remove_labels(prim)

@@ -18,18 +18,20 @@ def next_free_path(stage: Usd.Stage, path: str | Sdf.Path, prepend_default_prim:
     Raises:
         BadPrim: `path` is not an absolute prim path.
     """
-    text = str(prim_path(path))
+    wanted = prim_path(path)
     root = stage.GetDefaultPrim()
-    if prepend_default_prim and root and not Sdf.Path(text).HasPrefix(root.GetPath()):
-        text = str(root.GetPath()) + text
-    if not stage.GetPrimAtPath(text):
-        return text
-    number = _NUMBER.search(text)
-    stem, count = (text[: number.start()], int(number.group(1))) if number else (text, 0)
-    while stage.GetPrimAtPath(text):
+    if prepend_default_prim and root and not wanted.HasPrefix(root.GetPath()):
+        wanted = root.GetPath().AppendPath(wanted.MakeRelativePath(Sdf.Path.absoluteRootPath))
+    if not stage.GetPrimAtPath(wanted):
+        return str(wanted)
+    # One list of names instead of one question per number: scenes have thousands of siblings.
+    taken = set(stage.GetPrimAtPath(wanted.GetParentPath()).GetAllChildrenNames())
+    name, number = wanted.name, _NUMBER.search(wanted.name)
+    stem, count = (name[: number.start()], int(number.group(1))) if number else (name, 0)
+    while name in taken:
         count += 1
-        text = f"{stem}_{count:02d}"
-    return text
+        name = f"{stem}_{count:02d}"
+    return str(wanted.ReplaceName(name))
 
 
 def prim_path(path: str | Sdf.Path) -> Sdf.Path:

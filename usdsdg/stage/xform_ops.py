@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,8 +19,8 @@ from usdsdg.stage.rotations import (
     quat_from_matrix,
 )
 
-Vector = Sequence[float] | Gf.Vec3d | Gf.Vec3f | np.ndarray
-Quaternion = Gf.Quatd | Gf.Quatf | Gf.Quath
+Vector: TypeAlias = Sequence[float] | Gf.Vec3d | Gf.Vec3f | np.ndarray
+Quaternion: TypeAlias = Gf.Quatd | Gf.Quatf | Gf.Quath
 
 _TYPES = UsdGeom.XformOp
 # Order in which a three-axis rotate op turns, outermost axis last.

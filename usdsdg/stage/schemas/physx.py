@@ -10,7 +10,7 @@ register()
 _classes = make_classes(RESOURCES / "physx", __name__)
 globals().update(_classes)
 
-__all__ = sorted(_classes)
+__all__ = sorted(_classes)  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> object:

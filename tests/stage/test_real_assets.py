@@ -1,0 +1,41 @@
+"""The layer on assets as people have them; runs where an assets root is configured."""
+
+import os
+from pathlib import Path
+
+import pytest
+from pxr import Tf, Usd, UsdGeom
+
+from usdsdg.stage import assets, context, paths, semantics, transforms
+
+pytestmark = pytest.mark.skipif(not os.environ.get(assets.ROOT_VARIABLE), reason="no assets root is configured")
+
+
+def meshes(stage):
+    return sorted(str(prim.GetPath()) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh))
+
+
+def test_props_are_referenced_posed_labelled_and_saved(tmp_path):
+    folder = Path(assets.assets_root()) / "Isaac"
+    files = sorted(folder.rglob("*.usd"))[:40]
+    stage = context.new_stage()
+    for file in files:
+        url = "/Isaac/" + str(file.relative_to(folder))
+        prim = stage.DefinePrim(paths.next_free_path(stage, f"/World/{Tf.MakeValidIdentifier(file.stem)}"), "Xform")
+        prim.GetReferences().AddReference(assets.resolve(url))
+        transforms.author_pose(prim, translate=(1, 2, 3), rotate_xyz=(10, 20, 30), scale=(2, 2, 2))
+        semantics.remove_labels(prim, recursive=True)
+        assert not any(semantics.get_labels(each) for each in Usd.PrimRange(prim))
+        semantics.add_labels(prim, {"class": file.stem})
+        # Assets bring their own ops; the pose must be the one asked for all the same.
+        pose = transforms.decompose(transforms.as_array(UsdGeom.Xformable(prim).GetLocalTransformation()))
+        assert pose.translate == pytest.approx([1, 2, 3])
+        assert pose.scale == pytest.approx([2, 2, 2], rel=1e-5)
+        assert transforms.euler_xyz_from_quat(pose.rotation) == pytest.approx([10, 20, 30], abs=1e-3)
+    assert assets.missing_dependencies(stage) == []
+    before = meshes(stage)
+    assert before
+    saved = Usd.Stage.Open(str(context.save_stage(tmp_path / "out" / "saved.usd")))
+    assert meshes(saved) == before
+    assert assets.missing_dependencies(saved) == []
+    context.new_stage()
