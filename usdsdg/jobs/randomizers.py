@@ -32,16 +32,18 @@ BACKGROUND = "randomize_dome_background"
 def on_colors(shapes: Iterable[Usd.Prim]) -> None:
     """On the event COLORS every shape gets a colour of its own."""
     paths = [str(prim.GetPath()) for prim in shapes]
+    trigger = rep.trigger.on_custom_event(event_name=COLORS)
     if paths:
-        with rep.trigger.on_custom_event(event_name=COLORS), rep.create.group(paths):
+        with trigger, rep.create.group(paths):
             rep.randomizer.color(colors=rep.distribution.uniform((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))
 
 
 def on_velocities(floating: Iterable[Usd.Prim]) -> None:
     """On the event VELOCITIES every floating distractor gets a push and a spin."""
     paths = [str(prim.GetPath()) for prim in floating]
+    trigger = rep.trigger.on_custom_event(event_name=VELOCITIES)
     if paths:
-        with rep.trigger.on_custom_event(event_name=VELOCITIES), rep.create.group(paths):
+        with trigger, rep.create.group(paths):
             rep.physics.rigid_body(
                 velocity=rep.distribution.uniform((-2.5, -2.5, -2.5), (2.5, 2.5, 2.5)),
                 angular_velocity=rep.distribution.uniform((-45.0, -45.0, -45.0), (45.0, 45.0, 45.0)),

@@ -1,0 +1,268 @@
+"""The capture loop against the schedule of Isaac Sim's example; engines and orchestrator are recorders."""
+
+from __future__ import annotations
+
+import os
+import signal
+
+import pytest
+from pxr import Sdf, UsdGeom, UsdPhysics
+
+import usdsdg as rep
+from usdsdg import engines
+from usdsdg.jobs import capture, object_based, randomizers
+from usdsdg.jobs.cameras import Cameras
+from usdsdg.jobs.capture import Scene
+from usdsdg.jobs.config import ObjectBasedConfig
+from usdsdg.jobs.draws import Draws
+from usdsdg.jobs.objects import Bodies
+from usdsdg.settings import get_settings
+from usdsdg.stage import context
+from usdsdg.stage.schemas import physx
+from usdsdg.timeline import get_timeline
+
+
+class Product:
+    """A render product that only knows whether it is on."""
+
+    def __init__(self) -> None:
+        self.enabled = False
+        self.hydra_texture = self
+
+    def set_updates_enabled(self, enabled: bool) -> None:
+        self.enabled = enabled
+
+
+class Physics:
+    """Hands out the listeners' steps and the overlaps that a test wants."""
+
+    def __init__(self) -> None:
+        self.advanced = 0.0
+        self.overlaps = []
+
+    def play(self) -> None: ...
+
+    def stop(self) -> None: ...
+
+    def advance(self, seconds: float) -> int:
+        self.advanced += seconds
+        engines._tell_step(seconds)
+        return 1
+
+    def overlap_box(self, half_extent, origin, rotation_xyzw):
+        self.box = (half_extent, origin)
+        return self.overlaps
+
+
+@pytest.fixture
+def physics(monkeypatch):
+    fake = Physics()
+    monkeypatch.setattr(engines, "physics", lambda: fake)
+    context.new_stage()
+    yield fake
+    get_timeline().stop()
+
+
+@pytest.fixture
+def log(monkeypatch):
+    """What happened, in order: events by name, captures with their settings."""
+    happened = []
+    monkeypatch.setattr(rep.utils, "send_og_event", lambda event_name: happened.append(event_name))
+
+    def step(rt_subframes=-1, pause_timeline=True, delta_time=None, wait_for_render=True):
+        happened.append(("capture", rt_subframes, delta_time, get_settings().get("/rtx/rendermode")))
+
+    monkeypatch.setattr(rep.orchestrator, "step", step)
+    return happened
+
+
+def config(**changes) -> ObjectBasedConfig:
+    asset = {"url": "/Isaac/a.usd", "label": "a"}
+    return ObjectBasedConfig.model_validate({"labeled_assets_and_properties": [asset], "rt_subframes": 4, **changes})
+
+
+def scene(chosen: ObjectBasedConfig) -> Scene:
+    stage = context.current_stage()
+    target = UsdGeom.Cube.Define(stage, "/World/target").GetPrim()
+    target.CreateAttribute("xformOp:translate", Sdf.ValueTypeNames.Double3).Set((0.5, 0.0, 0.0))
+    UsdPhysics.RigidBodyAPI.Apply(target)
+    physics_scene = UsdPhysics.Scene.Define(stage, "/PhysicsScene").GetPrim()
+    physx.PhysxSceneAPI.Apply(physics_scene).GetTimeStepsPerSecondAttr().Set(60)
+    camera = stage.DefinePrim("/World/Cameras/cam_0", "Camera")
+    sphere = UsdGeom.Sphere.Define(stage, "/World/Cameras/cam_0/CollisionSphere").GetPrim()
+    UsdPhysics.CollisionAPI.Apply(sphere).CreateCollisionEnabledAttr(False)
+    return Scene(
+        stage, physics_scene, Bodies(floating=[target]), Bodies(), Bodies(), Cameras([camera], [sphere]), [Product()]
+    )
+
+
+def test_events_fire_on_the_references_schedule(physics, log):
+    chosen = config(num_frames=60)
+    assert capture.capture_frames(chosen, scene(chosen), Draws(0), None) == 60
+    frames, events = [], []
+    for entry in log:
+        if isinstance(entry, tuple):
+            frames.append((set(events), entry))
+            events = []
+        else:
+            events.append(entry)
+    assert len(frames) == 60
+    for frame, (fired, (_, rt_subframes, delta_time, mode)) in enumerate(frames):
+        expected = {
+            name
+            for name, every in {
+                "randomize_lights": 5,
+                "randomize_shape_distractor_colors": 15,
+                "randomize_dome_background": 25,
+                "randomize_floating_distractor_velocities": 17,
+            }.items()
+            if frame % every == 0
+        }
+        assert fired == expected
+        assert (mode, delta_time) == (("PathTracing", 0.025) if frame % 5 == 0 else ("RaytracedLighting", 0.0))
+        assert frame % 5 == 0 or rt_subframes == 4
+
+
+def test_path_traced_frames_raise_the_physics_rate_and_put_everything_back(physics, monkeypatch):
+    chosen = config(num_frames=1, path_tracing={"every": 1, "spp": 32, "sub_frames": 8, "duration": 0.025})
+    made = scene(chosen)
+    rate = physx.PhysxSceneAPI(made.physics_scene).GetTimeStepsPerSecondAttr()
+    keys = ("/rtx/rendermode", "/rtx/pathtracing/totalSpp", "/omni/replicator/captureMotionBlur")
+    before = [get_settings().get(key) for key in keys]
+    seen = []
+    monkeypatch.setattr(
+        rep.orchestrator, "step", lambda **_: seen.append((rate.Get(), *[get_settings().get(key) for key in keys]))
+    )
+    capture.capture_frames(chosen, made, Draws(0), None)
+    # Eight sub-frames in 25 ms need 320 steps a second.
+    assert seen == [(pytest.approx(320.0), "PathTracing", 32, True)]
+    assert rate.Get() == 60
+    assert [get_settings().get(key) for key in keys] == before
+
+
+def test_settings_come_back_after_a_failure(physics, monkeypatch):
+    def fail(**_):
+        raise RuntimeError("no picture")
+
+    monkeypatch.setattr(rep.orchestrator, "step", fail)
+    chosen = config(num_frames=1)
+    made = scene(chosen)
+    with pytest.raises(RuntimeError, match="no picture"):
+        capture.capture_frames(chosen, made, Draws(0), None)
+    assert get_settings().get("/rtx/rendermode") == "RaytracedLighting"
+    assert physx.PhysxSceneAPI(made.physics_scene).GetTimeStepsPerSecondAttr().Get() == 60
+
+
+@pytest.mark.parametrize("toggled", [True, False])
+def test_render_products_are_on_while_capturing(physics, monkeypatch, toggled):
+    chosen = config(num_frames=2, disable_render_products_between_captures=toggled)
+    made = scene(chosen)
+    seen = []
+    monkeypatch.setattr(rep.orchestrator, "step", lambda **_: seen.append(made.render_products[0].enabled))
+    capture.capture_frames(chosen, made, Draws(0), None)
+    assert seen == [toggled, toggled]
+    assert made.render_products[0].enabled is False
+
+
+@pytest.mark.parametrize(("seconds", "updates"), [(0.0, 1), (0.05, 4), (0.1, 7)])
+def test_enough_is_simulated_between_captures(physics, log, seconds, updates):
+    chosen = config(num_frames=1, num_cameras=0, simulation_duration_between_captures=seconds)
+    made = scene(chosen)
+    capture.capture_frames(chosen, Scene(**{**vars(made), "cameras": Cameras([], [])}), Draws(0), None)
+    # Updates of 1/60 s until more than that has passed.
+    assert physics.advanced == pytest.approx(updates / 60.0)
+
+
+def test_camera_spheres_collide_for_four_updates_of_every_third_frame(physics, log):
+    chosen = config(num_frames=7, simulation_duration_between_captures=0.0)
+    made = scene(chosen)
+    enabled = UsdPhysics.CollisionAPI(made.cameras.spheres[0]).GetCollisionEnabledAttr()
+    states = []
+    end = engines.subscribe_step(lambda _dt: states.append(enabled.Get()))
+    capture.capture_frames(chosen, made, Draws(0), None)
+    end()
+    # Frames 0, 3 and 6 clear their places; one update follows every frame.
+    clearing, plain = [True] * 4 + [False], [False]
+    assert states == clearing + plain * 2 + clearing + plain * 2 + clearing
+
+
+def test_what_reaches_the_floor_is_thrown_up(physics):
+    chosen = config(working_area_size=(4, 6, 3))
+    made = scene(chosen)
+    target = made.labeled.floating[0]
+    end = randomizers.bounce_at_floor(made.stage, chosen, Draws(0))
+
+    class Hit:
+        def __init__(self, path: str) -> None:
+            self.rigid_body = self.collision = path
+
+    physics.overlaps = [Hit("/World/target"), Hit("/World/Cameras/cam_0/CollisionSphere")]
+    physics.advance(1 / 60)
+    first = target.GetAttribute("physics:velocity").Get()
+    physics.advance(1 / 60)
+    second = target.GetAttribute("physics:velocity").Get()
+    for velocity in (first, second):
+        assert abs(velocity[0]) <= 2.0
+        assert abs(velocity[1]) <= 2.0
+        assert 4.0 <= velocity[2] <= 8.0
+    assert first != second
+    assert physics.box == (
+        (pytest.approx(1.98), pytest.approx(2.97), pytest.approx(0.0495)),
+        (0, 0, pytest.approx(-1.45)),
+    )
+    assert not made.cameras.spheres[0].GetAttribute("physics:velocity")
+    end()
+    target.GetAttribute("physics:velocity").Set((0, 0, 0))
+    physics.advance(1 / 60)
+    assert target.GetAttribute("physics:velocity").Get() == (0, 0, 0)
+
+
+def test_ctrl_c_finishes_the_frame_and_then_stops(physics, monkeypatch, capsys):
+    captured = []
+
+    def step(**_):
+        if len(captured) == 1:
+            os.kill(os.getpid(), signal.SIGINT)
+        captured.append("whole frame")
+
+    monkeypatch.setattr(rep.orchestrator, "step", step)
+    handler = signal.getsignal(signal.SIGINT)
+    chosen = config(num_frames=5)
+    assert capture.capture_frames(chosen, scene(chosen), Draws(0), None) == 2
+    assert len(captured) == 2
+    assert "Ctrl-C again stops at once" in capsys.readouterr().err
+    assert signal.getsignal(signal.SIGINT) is handler
+
+
+def test_a_second_ctrl_c_stops_at_once(physics, monkeypatch):
+    def step(**_):
+        os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(rep.orchestrator, "step", step)
+    chosen = config(num_frames=5)
+    with pytest.raises(KeyboardInterrupt):
+        capture.capture_frames(chosen, scene(chosen), Draws(0), None)
+
+
+def test_progress_is_reported(physics, log):
+    told = []
+    chosen = config(num_frames=3)
+    capture.capture_frames(chosen, scene(chosen), Draws(0), lambda *report: told.append(report))
+    assert told == [("frames", n, 3) for n in (1, 2, 3)]
+
+
+def test_an_interrupted_run_says_where_its_files_are(physics, monkeypatch, capsys):
+    made = []
+    monkeypatch.setattr(object_based, "check_assets", lambda config: None)
+    monkeypatch.setattr(object_based, "build_scene", lambda config, draws: made.append(scene(config)) or made[0])
+    monkeypatch.setattr(object_based, "attach_writer", lambda config, scene: "/data/out")
+    monkeypatch.setattr(object_based, "add_randomizers", lambda *_: lambda: None)
+    monkeypatch.setattr(capture, "start_timeline", lambda: None)
+    monkeypatch.setattr(capture, "capture_frames", lambda *_: 2)
+    finished = []
+    monkeypatch.setattr(rep.orchestrator, "wait_until_complete", lambda: finished.append(True))
+    with pytest.raises(KeyboardInterrupt):
+        object_based.run(config(num_frames=5))
+    assert finished == [True]
+    assert "dataset: /data/out" in capsys.readouterr().out
