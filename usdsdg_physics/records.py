@@ -1,0 +1,107 @@
+"""What the parser reads from a stage: plain frozen records in SI units (m, kg, s, rad).
+
+Quaternions are (x, y, z, w); a pose is seven numbers x, y, z, qx, qy, qz, qw. A body's frame is its prim's frame
+without the scale: origin and directions are the prim's, lengths are metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+Vec3 = tuple[float, float, float]
+Quat = tuple[float, float, float, float]
+ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "cone", "plane", "hull", "mesh"]
+
+STATIC = ""
+
+
+@dataclass(frozen=True)
+class Solid:
+    """Triangles of a convex hull or mesh before any scale, in the stage units of the mesh.
+
+    `volume`, `centroid` and `covariance` (integral of p pᵀ over the volume about the origin) belong to the closed
+    surface, so that mass properties follow any linear map without another pass over the triangles.
+    """
+
+    key: str  # digest of the triangles; equal keys mean equal solids
+    vertices: np.ndarray = field(compare=False, repr=False)  # (V, 3) float32
+    triangles: np.ndarray = field(compare=False, repr=False)  # (F, 3) int32, outward
+    volume: float = field(compare=False)
+    centroid: np.ndarray = field(compare=False, repr=False)  # (3,)
+    covariance: np.ndarray = field(compare=False, repr=False)  # (3, 3)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Collision geometry, around its own origin; capsule, cylinder and cone stand along +Z."""
+
+    kind: ShapeKind
+    # box: half extents. sphere: radius, 0, 0. capsule, cylinder, cone: radius, half height, 0 (a capsule's without
+    # its caps). hull, mesh: scale of `solid`, negative on one axis to mirror. plane: 0, 0, 0 (unbounded, normal +Z).
+    size: Vec3
+    position: Vec3 = (0.0, 0.0, 0.0)  # in the body's frame, or in the world of a static collider
+    rotation: Quat = (0.0, 0.0, 0.0, 1.0)
+    solid: Solid | None = None
+
+
+@dataclass(frozen=True)
+class Material:
+    path: str = ""
+    friction: float = 0.5
+    restitution: float = 0.0
+    density: float = 0.0  # kg/m³; 0 = not given
+
+
+@dataclass(frozen=True)
+class MassSpec:
+    """What a MassAPI says; zeros and None mean "compute it"."""
+
+    mass: float = 0.0  # kg
+    density: float = 0.0  # kg/m³
+    center_of_mass: Vec3 | None = None  # m, body frame
+    diagonal_inertia: Vec3 | None = None  # kg m²
+    principal_axes: Quat = (0.0, 0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Collider:
+    path: str
+    body: str  # path of the rigid body that owns it, STATIC for none
+    shape: Shape
+    material: Material
+    enabled: bool = True
+    gap: float = 0.02  # contacts are found from this distance on [m]
+    margin: float = 0.0  # resting distance from the surface [m]
+    mass: MassSpec = MassSpec()
+
+
+@dataclass(frozen=True)
+class Body:
+    path: str
+    pose: tuple[float, ...]  # world, 7 numbers [m]
+    # Row-vector 4x4: the prim's local space into the body's frame [m]; scale, shear and unit, constant while it moves.
+    body_from_prim: tuple[tuple[float, ...], ...]
+    velocity: Vec3 = (0.0, 0.0, 0.0)  # of the centre of mass, world, m/s
+    angular_velocity: Vec3 = (0.0, 0.0, 0.0)  # world, rad/s
+    kinematic: bool = False
+    gravity: bool = True
+    linear_damping: float = 0.0  # 1/s
+    angular_damping: float = 0.05  # 1/s
+    max_velocity: float = float("inf")  # m/s
+    max_angular_velocity: float = 100.0  # rad/s
+    max_depenetration_velocity: float = 3.0  # m/s
+    mass: MassSpec = MassSpec()
+
+
+@dataclass(frozen=True)
+class Scene:
+    bodies: Mapping[str, Body]
+    colliders: Mapping[str, Collider]
+    gravity: Vec3  # m/s²
+    scene_path: str  # of the PhysicsScene prim, "" for none
+    # Colliders that never touch each other, each pair in path order.
+    filtered: frozenset[tuple[str, str]] = frozenset()

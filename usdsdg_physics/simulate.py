@@ -1,0 +1,68 @@
+"""A stage simulated for some time, without a timeline."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from pxr import Usd, UsdGeom, UsdPhysics
+
+from usdsdg_physics.engine import NewtonEngine
+from usdsdg_physics.warmup import Progress
+
+_KINDS = ("Cube", "Sphere", "Capsule", "Cylinder", "Cone", "Mesh")
+
+
+def simulate(
+    stage: Usd.Stage,
+    seconds: float,
+    *,
+    frames_per_second: float = 60.0,
+    device: str | None = None,
+    progress: Progress | None = None,
+    on_frame: Callable[[int], None] | None = None,
+) -> int:
+    """Let the rigid bodies of a stage move for `seconds` and leave them where they end, in the current edit target.
+
+    Args:
+        frames_per_second: how often `on_frame(frame)` is called and `progress` hears "simulating"; the steps between
+            are those of the stage's PhysicsScene.
+        on_frame: sees the stage after each frame, the first time as frame 1.
+
+    Returns:
+        the number of physics steps.
+    """
+    engine = NewtonEngine(stage, device=device, progress=progress)
+    engine.play()
+    frames = max(1, round(seconds * frames_per_second))
+    steps = 0
+    for frame in range(1, frames + 1):
+        steps += engine.advance(seconds / frames)
+        if on_frame:
+            on_frame(frame)
+        if progress:
+            progress("simulating", frame, frames)
+    engine.release()
+    return steps
+
+
+def precompile(*, device: str | None = None, progress: Progress | None = None) -> None:
+    """Compile every kernel that a scene of convex shapes needs, by stepping one; quick when they are cached."""
+    stage = Usd.Stage.CreateInMemory()
+    for height, kind in enumerate((*_KINDS, "Cube")):
+        prim = stage.DefinePrim(f"/{kind}_{height}", kind)
+        UsdGeom.Xformable(prim).AddTranslateOp().Set((0.0, 0.0, 1.5 * height))
+        if kind == "Mesh":
+            _author_tetrahedron(UsdGeom.Mesh(prim))
+        UsdPhysics.CollisionAPI.Apply(prim)
+        if height:
+            UsdPhysics.RigidBodyAPI.Apply(prim)
+    engine = NewtonEngine(stage, device=device, progress=progress)
+    engine.play()
+    engine.advance(1.0 / 60.0)
+    engine.overlap_sphere(1.0, (0.0, 0.0, 0.0))
+
+
+def _author_tetrahedron(mesh: UsdGeom.Mesh) -> None:
+    mesh.CreatePointsAttr([(-1, -1, -1), (1, -1, -1), (0, 1, -1), (0, 0, 1)])
+    mesh.CreateFaceVertexCountsAttr([3, 3, 3, 3])
+    mesh.CreateFaceVertexIndicesAttr([0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3])
