@@ -101,6 +101,18 @@ def _capsule(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
     return _discs_hull([(-along * half, None, radius), (along * half, None, radius)])
 
 
+def _tapered_capsule(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
+    along, half = _spine(prim, 1.0, time)
+    bottom, top = _number(prim, "radiusBottom", 0.5, time), _number(prim, "radiusTop", 0.5, time)
+    return _discs_hull([(-along * half, None, bottom), (along * half, None, top)])
+
+
+def _tapered_cylinder(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
+    along, half = _spine(prim, 2.0, time)
+    bottom, top = _number(prim, "radiusBottom", 1.0, time), _number(prim, "radiusTop", 1.0, time)
+    return _discs_hull([(-along * half, along, bottom), (along * half, along, top)])
+
+
 def _cylinder(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
     along, half = _spine(prim, 2.0, time)
     radius = _number(prim, "radius", 1.0, time)
@@ -115,7 +127,9 @@ def _cone(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
 _QUADRICS: dict[str, Callable[[Usd.Prim, Usd.TimeCode], Hull]] = {
     "Sphere": _sphere,
     "Capsule": _capsule,
+    "Capsule_1": _tapered_capsule,
     "Cylinder": _cylinder,
+    "Cylinder_1": _tapered_cylinder,
     "Cone": _cone,
 }
 

@@ -7,6 +7,7 @@ changes who is the nearest: with "class:*", the gprims of a wheel labelled only 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -32,7 +33,7 @@ class Selection:
 
     rows: np.ndarray  # (K,) int64: rows of the `Entities`
     member_of_gprim: np.ndarray  # (G,) int32: index into rows, -1 for gprims of no selected entity
-    labels: tuple[dict[str, str], ...]  # K times {type: "label[,label]"}, lower case, as annotators print them
+    labels: tuple[dict[str, str], ...]  # K times {type: "label[,label]"}, as annotators print them
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -46,7 +47,7 @@ class Entities:
     """
 
     prim_paths: tuple[str, ...] = ()
-    labels: tuple[Labels, ...] = ()  # own and inherited, outermost ancestor first
+    labels: tuple[Labels, ...] = ()  # own and inherited, outermost first; lower case
     groups: tuple[tuple[int, ...], ...] = ()  # indices into gprims
     bounds: np.ndarray = field(default_factory=lambda: np.zeros((0, 2, 3)))  # (N, 2, 3) min, max; prim's own frame
     local_to_world: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 4)))  # (N, 4, 4) float64
@@ -64,7 +65,7 @@ class Entities:
     def _reduce(self, predicate: str | None) -> Selection:
         """A filter that was not announced to the reader: keep or drop whole rows of the unfiltered entities."""
         base = np.unique(self.entity_of_gprim[self.entity_of_gprim >= 0])
-        label_filter = LabelFilter(predicate) if predicate else None
+        label_filter = _filter(predicate)
         kept = [row for row in base if label_filter is None or label_filter.select(self.labels[row])]
         member_of_row = np.full(len(self) + 1, -1, np.int32)
         member_of_row[kept] = np.arange(len(kept))
@@ -73,8 +74,13 @@ class Entities:
 
 
 def print_labels(labels: Labels) -> dict[str, str]:
-    """{type: "label[,label]"} in lower case."""
-    return {kind: ",".join(values).lower() for kind, values in labels.items()}
+    """{type: "label[,label]"}."""
+    return {kind: ",".join(values) for kind, values in labels.items()}
+
+
+def _filter(predicate: str | None) -> LabelFilter | None:
+    """The filter; labels in it are compared in lower case, as labels are read."""
+    return LabelFilter(re.sub(r":[^,;]*", lambda labels: labels[0].lower(), predicate)) if predicate else None
 
 
 def _passed(labels: Labels, label_filter: LabelFilter | None) -> Labels:
@@ -153,13 +159,13 @@ class EntityReader:
         labels: list[Labels] = []
         selections: dict[str | None, Selection] = {}
         for predicate in wanted:
-            label_filter = LabelFilter(predicate) if predicate else None
+            label_filter = _filter(predicate)
             rows, members, printed = [], np.full(len(gprims), -1, np.int32), []
             for path, group in _group(chains, label_filter).items():
                 key = (str(path), group)
                 if key not in row_of:
                     row_of[key] = len(row_of)
-                    labels.append(_frozen(inherited_labels(self._stage.GetPrimAtPath(path))))
+                    labels.append(_lower(inherited_labels(self._stage.GetPrimAtPath(path))))
                 members[list(group)] = len(rows)
                 rows.append(row_of[key])
                 printed.append(print_labels(_passed(labels[row_of[key]], label_filter)))
@@ -187,7 +193,7 @@ class EntityReader:
     def _labels_of(self, path: Sdf.Path) -> Labels:
         if path not in self._own_labels:
             prim = self._stage.GetPrimAtPath(path)
-            self._own_labels[path] = get_labels(prim) if prim else {}
+            self._own_labels[path] = _lower(get_labels(prim)) if prim else {}
         return self._own_labels[path]
 
     # Geometry
@@ -265,8 +271,9 @@ def _relative_transform(prim: Usd.Prim, ancestor: Usd.Prim, cache: UsdGeom.Xform
     return world @ np.linalg.inv(as_array(cache.GetLocalToWorldTransform(ancestor)))
 
 
-def _frozen(labels: Labels) -> Labels:
-    return {kind: tuple(values) for kind, values in labels.items()}
+def _lower(labels: Labels) -> Labels:
+    """Labels as annotators print them; types keep their case."""
+    return {kind: tuple(dict.fromkeys(value.lower() for value in values)) for kind, values in labels.items()}
 
 
 def _is_under(path: str, root: Sdf.Path) -> bool:

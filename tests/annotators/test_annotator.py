@@ -1,0 +1,205 @@
+"""The object users hold: parameters, attaching, data, augmentations, names."""
+
+import functools
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tests.annotators.ray_caster import PRODUCT, make_frame
+from tests.annotators.scenes import street
+from usdsdg import annotators
+from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, AugmentationError, Unsupported
+
+
+@pytest.fixture(scope="module")
+def frame():
+    return make_frame(street(), (32, 24))
+
+
+@pytest.fixture(autouse=True)
+def clean():
+    yield
+    annotators.detach_all()
+
+
+def test_unknown_names_suggest_near_misses():
+    with pytest.raises(AnnotatorRegistryError, match="Did you mean 'bounding_box_2d_tight'"):
+        annotators.get("bounding_box_2d_tigth")
+    with pytest.raises(AnnotatorRegistryError, match="Did you mean 'rgb'"):
+        annotators.get("RGB")
+
+
+def test_known_but_missing_annotators_say_why():
+    with pytest.raises(Unsupported, match="lidar"):
+        annotators.get("GenericModelOutput")
+
+
+def test_unknown_init_parameters_suggest_near_misses():
+    with pytest.raises(AnnotatorError, match="Did you mean 'colorize'"):
+        annotators.get("semantic_segmentation", init_params={"colourize": True})
+
+
+def test_types_and_predicate_exclude_each_other():
+    with pytest.raises(AnnotatorError, match="exclude each other"):
+        annotators.get("occlusion", init_params={"semanticTypes": ["class"], "semanticFilter": "class:*"})
+
+
+def test_data_before_attaching_is_an_error():
+    with pytest.raises(AnnotatorError, match="attach"):
+        annotators.get("rgb").get_data()
+
+
+@pytest.mark.parametrize("handle", [PRODUCT, [PRODUCT], SimpleNamespace(path=PRODUCT), [SimpleNamespace(path=PRODUCT)]])
+def test_attaching_takes_handles_paths_and_lists(handle):
+    annotator = annotators.get("rgb")
+    assert annotator.attach(handle) is annotator
+    assert annotator.is_attached
+    assert annotator.render_product == PRODUCT
+    assert annotator in annotators.attached_annotators()
+    annotator.detach()
+    assert annotators.attached_annotators() == ()
+
+
+def test_one_annotator_watches_one_product():
+    with pytest.raises(NotImplementedError):
+        annotators.get("rgb").attach(["/Render/A", "/Render/B"])
+
+
+def test_what_is_no_render_product_is_refused():
+    with pytest.raises(AnnotatorError, match="render product"):
+        annotators.get("rgb").attach(42)
+
+
+def test_data_is_empty_before_the_first_frame_and_then_the_frames(frame):
+    annotator = annotators.get("distance_to_camera").attach(PRODUCT)
+    assert annotator.get_data().shape == (0,)
+    annotator.compute(frame)
+    np.testing.assert_array_equal(annotator.get_data(), frame.aovs["distance_to_camera"])
+    copied = annotator.get_data(do_array_copy=True)
+    copied[:] = 0
+    np.testing.assert_array_equal(annotator.get_data(), frame.aovs["distance_to_camera"])
+
+
+def test_the_three_shapes_of_data(frame):
+    boxes = annotators.get("bounding_box_3d").attach(PRODUCT)
+    boxes.compute(frame)
+    assert set(boxes.get_data()) == {"data", "info"}
+    assert set(boxes.get_data(use_legacy_structure=False)) == {"data", "idToLabels", "bboxIds", "primPaths"}
+    rgb = annotators.get("rgb").attach(PRODUCT)
+    rgb.compute(frame)
+    assert isinstance(rgb.get_data(), np.ndarray)
+    assert set(rgb.get_data(use_legacy_structure=False)) == {"data"}
+    camera = annotators.get("camera_params").attach(PRODUCT)
+    camera.compute(frame)
+    assert camera.get_data() == camera.get_data(use_legacy_structure=False)
+    assert "cameraProjection" in camera.get_data()
+
+
+def test_initialize_is_for_before_attaching():
+    annotator = annotators.get("semantic_segmentation").initialize(colorize=True).attach(PRODUCT)
+    with pytest.raises(AnnotatorError, match="detach"):
+        annotator.initialize(colorize=False)
+
+
+def test_requirements_are_the_union():
+    wanted = [
+        annotators.get("rgb"),
+        annotators.get("distance_to_camera"),
+        annotators.get("bounding_box_3d", init_params={"semanticTypes": ["class", "part"]}),
+    ]
+    needs = annotators.requirements(wanted)
+    assert needs.aovs == {"distance_to_camera", "instance"}
+    assert needs.coverage
+    assert needs.picture
+    assert set(needs.filters) == {None, "class:*;part:*"}
+    assert not annotators.requirements([annotators.get("normals")]).coverage
+    assert annotators.requirements([]).aovs == frozenset()
+
+
+def test_two_annotators_of_one_kind_compute_once_per_frame(frame):
+    first, second = annotators.get("occlusion"), annotators.get("occlusion")
+    assert first.compute(frame) is second.compute(frame)
+    filtered = annotators.get("occlusion", init_params={"semanticFilter": "class:pear"})
+    assert len(filtered.compute(frame).data) == 1
+
+
+# Augmentations
+
+
+def darker(data_in, amount=2):
+    data_in //= amount  # in place on purpose: the frame must not notice
+    return data_in
+
+
+def test_a_function_changes_the_array_and_not_the_frame(frame):
+    before = frame.aovs["LdrColor"].copy()
+    annotator = annotators.get("rgb").augment(darker, amount=4)
+    np.testing.assert_array_equal(annotator.compute(frame).data, before // 4)
+    np.testing.assert_array_equal(frame.aovs["LdrColor"], before)
+
+
+def test_augmentations_compose_in_order(frame):
+    chain = annotators.augment_compose("rgb", ["rgba_to_rgb", darker], name="dark")
+    assert chain.get_name() == "dark"
+    np.testing.assert_array_equal(chain.compute(frame).data, frame.aovs["LdrColor"][..., :3] // 2)
+
+
+def test_a_composed_annotator_can_be_registered(frame):
+    annotators.register("dark_rgb", annotators.augment("rgb", darker))
+    try:
+        again = annotators.get("dark_rgb")
+        assert again.get_name() == "dark_rgb"
+        assert again.template_name == "rgb"
+        np.testing.assert_array_equal(again.compute(frame).data, frame.aovs["LdrColor"] // 2)
+    finally:
+        annotators.unregister_annotator("dark_rgb")
+    with pytest.raises(AnnotatorRegistryError):
+        annotators.get("dark_rgb")
+
+
+def noise(data_in, seed):
+    return np.random.default_rng(seed).integers(0, 255, data_in.shape, np.uint8)
+
+
+def test_a_seed_is_given_to_functions_that_take_one_and_repeats(frame):
+    one, two = (annotators.get("rgb").augment(noise).compute(frame).data for _ in range(2))
+    np.testing.assert_array_equal(one, two)
+    fixed = annotators.get("rgb").augment(noise, seed=5).compute(frame).data
+    np.testing.assert_array_equal(fixed, noise(frame.aovs["LdrColor"], 5))
+
+
+def test_a_registered_augmentation_is_found_by_name(frame):
+    annotators.register_augmentation("darker", functools.partial(darker, amount=3))
+    try:
+        data = annotators.get("rgb").augment("darker").compute(frame).data
+        np.testing.assert_array_equal(data, frame.aovs["LdrColor"] // 3)
+    finally:
+        annotators.unregister_augmentation("darker")
+
+
+def test_a_failing_function_is_named(frame):
+    def broken(data_in):
+        raise ZeroDivisionError("no")
+
+    with pytest.raises(AugmentationError, match="broken failed") as caught:
+        annotators.get("rgb").augment(broken).compute(frame)
+    assert isinstance(caught.value.__cause__, ZeroDivisionError)
+
+
+@pytest.mark.parametrize(
+    ("function", "shape", "message"),
+    [(lambda data_in: None, None, "NoneType"), (lambda data_in: data_in[..., 0], (-1, -1, 3), "data_out_shape")],
+)
+def test_a_wrong_result_is_refused(frame, function, shape, message):
+    with pytest.raises(AugmentationError, match=message):
+        annotators.get("rgb").augment(function, data_out_shape=shape).compute(frame)
+
+
+def test_nodes_and_kernels_are_unsupported():
+    with pytest.raises(Unsupported, match="OmniGraph"):
+        annotators.Augmentation("omni.replicator.core.Whatever")
+    with pytest.raises(Unsupported, match="OmniGraph"):
+        annotators.Augmentation.from_node("omni.replicator.core.Whatever")
+    with pytest.raises(Unsupported, match="not a Python function"):
+        annotators.get("rgb").augment(object())

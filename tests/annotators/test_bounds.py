@@ -1,0 +1,112 @@
+"""Bounds against points on the surface of each shape, made here from the schema's definitions."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pxr import Gf, Usd, UsdGeom
+
+from usdsdg.annotators.bounds import read_hull
+
+_TURN = np.linspace(0, 2 * np.pi, 721)
+_CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN), np.zeros_like(_TURN)], axis=1)
+
+
+def _along_axis(points: np.ndarray, axis: str) -> np.ndarray:
+    """Points made around z, turned to have `axis` as their axis."""
+    return np.roll(points, {"X": 1, "Y": 2, "Z": 0}[axis], axis=1)
+
+
+def _sphere(radius: float) -> np.ndarray:
+    polar = np.linspace(0, np.pi, 181)[:, None, None]
+    rings = np.concatenate(
+        [_CIRCLE[None, :, :2] * np.sin(polar), np.broadcast_to(np.cos(polar), (181, 721, 1))], axis=2
+    )
+    return radius * rings.reshape(-1, 3)
+
+
+def _disc(radius: float, z: float) -> np.ndarray:
+    return _CIRCLE * radius + [0, 0, z]
+
+
+def _shifted(points: np.ndarray, z: float) -> np.ndarray:
+    return points + np.array([0, 0, z])
+
+
+SURFACES = {
+    "Sphere": lambda p: _sphere(p["radius"]),
+    "Cylinder": lambda p: np.concatenate([_disc(p["radius"], s * p["height"] / 2) for s in (-1, 1)]),
+    "Cone": lambda p: np.concatenate([_disc(p["radius"], -p["height"] / 2), [[0, 0, p["height"] / 2]]]),
+    "Capsule": lambda p: np.concatenate([_shifted(_sphere(p["radius"]), s * p["height"] / 2) for s in (-1, 1)]),
+    "Cube": lambda p: np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * p["size"] / 2,
+}
+
+lengths = st.floats(0.1, 3)
+matrices = st.lists(st.floats(-2, 2), min_size=12, max_size=12)
+
+
+@pytest.mark.parametrize("kind", SURFACES)
+@pytest.mark.parametrize("axis", "XYZ")
+@given(radius=lengths, height=lengths, entries=matrices)
+@settings(max_examples=15, deadline=None)
+def test_bounds_touch_the_surface_under_any_affine_map(kind, axis, radius, height, entries):
+    stage = Usd.Stage.CreateInMemory()
+    prim = stage.DefinePrim("/shape", kind)
+    sizes = {"radius": radius, "height": height, "size": radius}
+    for name in sizes:
+        if prim.HasAttribute(name):
+            prim.GetAttribute(name).Set(sizes[name])
+    if prim.HasAttribute("axis"):
+        prim.GetAttribute("axis").Set(axis)
+    matrix = np.eye(4)
+    matrix[:, :3] = np.array(entries).reshape(4, 3)
+
+    hull = read_hull(prim, Usd.TimeCode.Default())
+    low, high = hull(matrix)
+
+    surface = _along_axis(SURFACES[kind](sizes), axis) @ matrix[:3, :3] + matrix[3, :3]
+    size = np.abs(matrix[:3, :3]).sum() * (radius + height)
+    assert (surface >= low - 1e-6 * size).all()
+    assert (surface <= high + 1e-6 * size).all()
+    # Samples are a degree apart at most, so the outermost lies within 1 - cos(1 deg) = 1.5e-4 of the surface's reach.
+    np.testing.assert_allclose(surface.min(axis=0), low, atol=2e-4 * size)
+    np.testing.assert_allclose(surface.max(axis=0), high, atol=2e-4 * size)
+
+
+@pytest.mark.parametrize("axis", "XYZ")
+def test_a_plane_is_bounded_as_usd_computes_its_extent(axis):
+    stage = Usd.Stage.CreateInMemory()
+    plane = UsdGeom.Plane.Define(stage, "/plane")
+    plane.CreateWidthAttr(3.0)
+    plane.CreateLengthAttr(5.0)
+    plane.CreateAxisAttr(axis)
+    expected = UsdGeom.Boundable.ComputeExtentFromPlugins(plane, Usd.TimeCode.Default())
+    bounds = read_hull(plane.GetPrim(), Usd.TimeCode.Default())(np.eye(4))
+    np.testing.assert_allclose(bounds, np.array(expected))
+
+
+def _mesh(points, indices) -> Usd.Prim:
+    stage = Usd.Stage.CreateInMemory()
+    mesh = UsdGeom.Mesh.Define(stage, "/mesh")
+    mesh.CreatePointsAttr([Gf.Vec3f(*p) for p in points])
+    mesh.CreateFaceVertexIndicesAttr(indices)
+    mesh.CreateFaceVertexCountsAttr([3] * (len(indices) // 3))
+    mesh.CreateExtentAttr([Gf.Vec3f(-9, -9, -9), Gf.Vec3f(9, 9, 9)])
+    _mesh.stage = stage  # prims do not keep their stage alive
+    return mesh.GetPrim()
+
+
+def test_a_mesh_is_bounded_by_the_points_its_faces_use_not_by_its_authored_extent():
+    prim = _mesh([(0, 0, 0), (1, 0, 0), (0, 2, 0), (50, 50, 50)], [0, 1, 2])
+    bounds = read_hull(prim, Usd.TimeCode.Default())(np.eye(4))
+    np.testing.assert_array_equal(bounds, [[0, 0, 0], [1, 2, 0]])
+
+
+def test_points_that_are_not_numbers_do_not_count():
+    prim = _mesh([(0, 0, 0), (1, 0, 0), (0, float("nan"), 0), (0, 1, 0)], [0, 1, 2, 0, 1, 3])
+    bounds = read_hull(prim, Usd.TimeCode.Default())(np.eye(4))
+    np.testing.assert_array_equal(bounds, [[0, 0, 0], [1, 1, 0]])
+
+
+def test_a_mesh_without_points_has_no_bounds():
+    assert read_hull(_mesh([], []), Usd.TimeCode.Default()) is None

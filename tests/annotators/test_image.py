@@ -1,0 +1,76 @@
+import numpy as np
+import pytest
+
+from tests.annotators.ray_caster import make_frame
+from tests.annotators.scenes import street
+from usdsdg import annotators
+from usdsdg.errors import AnnotatorError, Unsupported
+
+
+@pytest.fixture(scope="module")
+def frame():
+    return make_frame(street(), (64, 48))
+
+
+def compute(frame, name, **params):
+    return annotators.get(name, init_params=params).compute(frame)
+
+
+@pytest.mark.parametrize(
+    ("name", "aov", "shape", "dtype"),
+    [
+        ("rgb", "LdrColor", (48, 64, 4), np.uint8),
+        ("LdrColor", "LdrColor", (48, 64, 4), np.uint8),
+        ("HdrColor", "HdrColor", (48, 64, 4), np.float16),
+        ("distance_to_camera", "distance_to_camera", (48, 64), np.float32),
+        ("distance_to_image_plane", "distance_to_image_plane", (48, 64), np.float32),
+        ("normals", "normals", (48, 64, 4), np.float32),
+        ("motion_vectors", "motion_vectors", (48, 64, 4), np.float32),
+    ],
+)
+def test_images_are_their_aov(frame, name, aov, shape, dtype):
+    data = compute(frame, name).data
+    assert (data.shape, data.dtype) == (shape, dtype)
+    source = frame.aovs[aov]
+    np.testing.assert_array_equal(data[..., : source.shape[2]] if source.ndim == 3 else data, source)
+
+
+def test_an_aov_that_was_not_rendered_is_named(frame):
+    annotators.AnnotatorRegistry.register_annotator_from_aov("Bogus")
+    try:
+        with pytest.raises(AnnotatorError, match="'Bogus' was not rendered"):
+            compute(frame, "Bogus")
+    finally:
+        annotators.unregister_annotator("Bogus")
+
+
+def test_points_are_where_pixel_depth_and_intrinsics_put_them(frame):
+    cloud = compute(frame, "pointcloud", includeUnlabelled=True)
+    hit = np.isfinite(frame.aovs["distance_to_image_plane"])
+    v, u = np.nonzero(hit)
+    depth = frame.aovs["distance_to_image_plane"][hit]
+    view = frame.camera
+    in_camera = np.stack(
+        [(u + 0.5 - view.cx) / view.fx * depth, (view.cy - v - 0.5) / view.fy * depth, -depth, np.ones_like(depth)], 1
+    )
+    # float32 depth of about ten metres
+    np.testing.assert_allclose(cloud.data, (in_camera @ view.local_to_world)[:, :3], atol=1e-5)
+    np.testing.assert_array_equal(cloud.info["pointRgb"].reshape(-1, 4), frame.aovs["LdrColor"][hit])
+    np.testing.assert_array_equal(cloud.info["pointNormals"].reshape(-1, 4)[:, :3], frame.aovs["normals"][hit])
+
+
+def test_point_ids_are_those_of_the_masks(frame):
+    hit = frame.aovs["instance"] >= 0
+    for include in (True, False):
+        cloud = compute(frame, "pointcloud", includeUnlabelled=include)
+        semantic = compute(frame, "semantic_segmentation").data
+        instance = compute(frame, "instance_segmentation").data
+        kept = hit if include else instance >= 2
+        np.testing.assert_array_equal(cloud.info["pointSemantic"], semantic[kept])
+        np.testing.assert_array_equal(cloud.info["pointInstance"], instance[kept])
+        assert len(cloud.data) == kept.sum()
+
+
+def test_skeleton_data_says_that_it_is_not_there(frame):
+    with pytest.raises(Unsupported, match="skeleton_data"):
+        compute(frame, "skeleton_data")

@@ -1,0 +1,69 @@
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tests.annotators.ray_caster import make_frame
+from tests.annotators.scenes import street
+from usdsdg import annotators
+from usdsdg.errors import WriterError
+
+
+@pytest.fixture(scope="module")
+def frames():
+    stage = street()
+    return {
+        f"/Render/HydraTextures/{name}": make_frame(stage, (16, 12), product=f"/Render/HydraTextures/{name}", index=3)
+        for name in ("left", "right")
+    }
+
+
+def reader(layout):
+    wanted = [annotators.get("rgb"), annotators.get("bounding_box_2d_tight"), annotators.get("camera_params")]
+    return SimpleNamespace(data_structure=layout, annotators_of=lambda path: wanted)
+
+
+def one(frames):
+    return dict(list(frames.items())[:1])
+
+
+COMMON = {"swhFrameNumber", "reference_time", "distribution_outputs", "trigger_outputs", "named_outputs"}
+
+
+def test_legacy_layout_of_one_product(frames):
+    payload = annotators.build_payload(reader("legacy"), one(frames))
+    assert set(payload) == COMMON | {"rgb", "bounding_box_2d_tight", "camera_params", "rp_left"}
+    assert payload["rgb"].shape == (12, 16, 4)
+    assert set(payload["bounding_box_2d_tight"]) == {"data", "info"}
+    assert payload["rp_left"]["camera"] == "/World/Camera"
+    np.testing.assert_array_equal(payload["rp_left"]["resolution"], [16, 12])
+    assert payload["swhFrameNumber"] == 3
+    assert payload["reference_time"] == (3, 60)
+
+
+def test_legacy_layout_of_several_products_appends_their_names(frames):
+    payload = annotators.build_payload(reader("legacy"), frames)
+    assert {"rgb-left", "rgb-right", "camera_params-left", "rp_right"} <= set(payload)
+    assert "rgb" not in payload
+
+
+def test_annotator_layout(frames):
+    payload = annotators.build_payload(reader("annotator"), frames, trigger_outputs={"on_time": 2})
+    assert set(payload["annotators"]) == {"rgb", "bounding_box_2d_tight", "camera_params", "camera", "resolution"}
+    assert set(payload["annotators"]["rgb"]) == {"left", "right"}
+    assert set(payload["annotators"]["bounding_box_2d_tight"]["left"]) == {"data", "idToLabels", "bboxIds", "primPaths"}
+    assert payload["trigger_outputs"] == {"on_time": 2}
+
+
+def test_render_product_layout(frames):
+    payload = annotators.build_payload(reader("renderProduct"), frames)
+    assert set(payload["renderProducts"]) == {"left", "right"}
+    seen = payload["renderProducts"]["left"]
+    assert set(seen) == {"rgb", "bounding_box_2d_tight", "camera_params", "camera", "resolution"}
+    assert seen["rgb"]["data"].shape == (12, 16, 4)
+    assert "cameraProjection" in seen["camera_params"]
+
+
+def test_an_unknown_layout_is_refused(frames):
+    with pytest.raises(WriterError, match="renderProduct"):
+        annotators.build_payload(reader("flat"), frames)
