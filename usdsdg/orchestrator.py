@@ -17,7 +17,7 @@ from usdsdg.errors import UsdsdgError, warn_once
 from usdsdg.graph import evaluate
 from usdsdg.render_settings import RenderMode, render_mode
 from usdsdg.settings import get_settings
-from usdsdg.stage import context
+from usdsdg.stage import assets, context
 from usdsdg.timeline import get_timeline
 from usdsdg.writers import base as writer_base
 
@@ -105,6 +105,8 @@ class Orchestrator:
         self._set_status(Status.INITIALIZING)
         evaluate.graph().restart()
         self.preview()
+        for missing in assets.missing_dependencies(context.current_stage()):
+            warn_once(f"{missing.where} refers to {missing.asset_path}, which cannot be opened: {missing.why}")
         self._set_status(Status.STARTED)
 
     def preview(self) -> None:

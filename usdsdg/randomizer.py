@@ -157,10 +157,10 @@ def rotation(
 
 
 def _uniform_quaternions(u: np.ndarray) -> np.ndarray:
-    """(N, 4) unit quaternions wxyz, uniform on SO(3), from (N, 3) uniforms (Shoemake, Graphics Gems III, 1992)."""
+    """(N, 4) unit quaternions xyzw, uniform on SO(3), from (N, 3) uniforms (Shoemake, Graphics Gems III, 1992)."""
     a, b = np.sqrt(1 - u[:, 0]), np.sqrt(u[:, 0])
     s, t = 2 * np.pi * u[:, 1], 2 * np.pi * u[:, 2]
-    return np.stack([b * np.cos(t), a * np.sin(s), a * np.cos(s), b * np.sin(t)], axis=1)
+    return np.stack([a * np.sin(s), a * np.cos(s), b * np.sin(t), b * np.cos(t)], axis=1)
 
 
 def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None = None) -> None:
