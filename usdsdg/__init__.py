@@ -19,7 +19,7 @@ from usdsdg import (
 from usdsdg.annotators import AnnotatorRegistry
 from usdsdg.graph.sampling import get_global_seed, set_global_seed
 from usdsdg.stage.context import open_stage
-from usdsdg.writers import PoseWriter, Writer, WriterRegistry, backends
+from usdsdg.writers import BasicWriter, PoseWriter, Writer, WriterRegistry, backends
 from usdsdg.writers.backends import BackendDispatch
 
 __version__ = "0.1.0"
@@ -28,7 +28,7 @@ __all__ = [
     # what a scene is made of and what changes in it
     "create", "modify", "randomizer", "physics", "distribution", "trigger",
     # what comes out
-    "annotators", "AnnotatorRegistry", "writers", "Writer", "WriterRegistry", "PoseWriter", "backends",
+    "annotators", "AnnotatorRegistry", "writers", "Writer", "WriterRegistry", "BasicWriter", "PoseWriter", "backends",
     "BackendDispatch",
     # what runs it
     "orchestrator", "settings", "utils", "get_global_seed", "set_global_seed", "open_stage",
