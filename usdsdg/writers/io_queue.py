@@ -19,7 +19,7 @@ class _Job(NamedTuple):
     run: Callable[[], None]
     what: str  # file or function, for messages
     size: int  # bytes that it keeps alive
-    owner: int
+    owner: Any
 
 
 class IoQueue:
@@ -35,8 +35,8 @@ class IoQueue:
         self._changed = threading.Condition()
         self._waiting: deque[_Job] = deque()
         self._bytes = 0
-        self._open: Counter[int] = Counter()  # jobs waiting or running, by owner
-        self._failures: list[tuple[int, UsdsdgError]] = []
+        self._open: Counter[int] = Counter()  # jobs waiting or running, by id of their owner
+        self._failures: list[tuple[Any, UsdsdgError]] = []
         self._workers: set[threading.Thread] = set()
 
     def submit(self, run: Callable[[], None], *, what: str, size: int, owner: Any) -> None:
@@ -45,16 +45,16 @@ class IoQueue:
         Raises:
             the first failure of an earlier job of the same owner: there is no point in making more frames for it.
         """
-        job = _Job(run, what, size, id(owner))
+        job = _Job(run, what, size, owner)
         if threading.current_thread() in self._workers:
             run()  # a job that waited for room in its own queue could wait for ever
             return
         with self._changed:
-            self._raise_failure(job.owner)
+            self._raise_failure(owner)
             while self._is_full(size):
                 self._changed.wait()
             self._waiting.append(job)
-            self._open[job.owner] += 1
+            self._open[id(owner)] += 1
             self._bytes += size
             self._start_workers()
             self._changed.notify_all()
@@ -73,7 +73,7 @@ class IoQueue:
         with self._changed:
             while self._count(owner):
                 self._changed.wait()
-            self._raise_failure(None if owner is None else id(owner))
+            self._raise_failure(owner)
 
     def _count(self, owner: Any) -> int:
         return self._open.total() if owner is None else self._open[id(owner)]
@@ -81,11 +81,11 @@ class IoQueue:
     def _is_full(self, size: int) -> bool:
         return len(self._waiting) >= self.max_jobs or bool(self._bytes and self._bytes + size > self.max_bytes)
 
-    def _raise_failure(self, owner: int | None) -> None:
-        mine = [error for who, error in self._failures if owner in (None, who)]
+    def _raise_failure(self, owner: Any) -> None:
+        mine = [error for who, error in self._failures if owner is None or owner is who]
         if not mine:
             return
-        self._failures = [(who, error) for who, error in self._failures if owner not in (None, who)]
+        self._failures = [(who, error) for who, error in self._failures if owner is not None and owner is not who]
         if len(mine) > 1:
             mine[0].add_note(f"({len(mine) - 1} more jobs failed after this one)")
         raise mine[0]
@@ -109,9 +109,9 @@ class IoQueue:
                 self._changed.notify_all()
             failure = _failure_of(job)
             with self._changed:
-                self._open[job.owner] -= 1
-                if not self._open[job.owner]:
-                    del self._open[job.owner]
+                self._open[id(job.owner)] -= 1
+                if not self._open[id(job.owner)]:
+                    del self._open[id(job.owner)]
                 self._bytes -= job.size
                 if failure is not None:
                     self._failures.append((job.owner, failure))

@@ -223,6 +223,6 @@ def colorize_normals(normals: np.ndarray) -> np.ndarray:
 
 def colorize_depth(depth: np.ndarray, near: float = 1e-5, far: float = 100.0) -> np.ndarray:
     """uint8 (H, W): white at `near` [m], black at `far` and beyond, on a logarithmic scale."""
-    clipped = np.clip(depth, near, far)
-    share = (np.log(clipped) - np.log(near)) / (np.log(far) - np.log(near))
-    return ((1.0 - share) * 255).astype(np.uint8)
+    # As a ratio, so that `near` itself is exactly white in float32.
+    share = np.log(np.clip(depth, near, far) / np.float32(near)) / np.log(far / near)
+    return (np.clip(1.0 - share, 0, 1) * 255).astype(np.uint8)

@@ -1,0 +1,167 @@
+"""The contract of the family: life, triggers, metadata, registry."""
+
+import json
+from types import SimpleNamespace
+
+import pytest
+
+from tests.annotators.ray_caster import make_frame
+from tests.annotators.scenes import street
+from usdsdg import annotators, writers
+from usdsdg.errors import AnnotatorRegistryError, Unsupported, WriterError, WriterRegistryError
+from usdsdg.writers.catalogue import WriterRegistry
+
+PRODUCT = "/Render/HydraTextures/rp1"
+
+
+class Recorder(writers.Writer):
+    """A user's writer, which does not call super().__init__()."""
+
+    version = "1.2.3"
+
+    def __init__(self, output_dir=None):
+        self.backend = writers.DiskBackend(output_dir) if output_dir else None
+        self.annotators.append("rgb")
+        self.annotators.append(annotators.get("occlusion"))
+        self.seen = []
+
+    def write(self, data):
+        self.seen.append(data)
+
+
+@pytest.fixture(autouse=True)
+def registered():
+    writers.register_writer(Recorder, category="tests")
+    yield
+    writers.unregister_writer("Recorder")
+
+
+@pytest.fixture
+def recorder():
+    writer = writers.get("Recorder")
+    writer.initialize()
+    return writer
+
+
+def test_the_registry_makes_instances_without_init():
+    writer = writers.get("Recorder")
+    assert not hasattr(writer, "seen")
+    writer.initialize()
+    assert writer.seen == []
+    writer.initialize()
+    assert len(writer.annotators) == 2, "initialize starts from the class's annotators again"
+    assert Recorder.annotators == []
+
+
+def test_init_params_and_render_products_initialise_and_attach():
+    writer = writers.get("Recorder", init_params={}, render_products=[PRODUCT])
+    assert writers.attached_writers() == (writer,)
+    assert writer.render_products == (PRODUCT,)
+
+
+def test_unknown_and_unsupported_names():
+    with pytest.raises(WriterRegistryError, match="Did you mean 'PoseWriter'"):
+        writers.get("PoseWritter")
+    with pytest.raises(Unsupported, match="CocoWriter"):
+        writers.get("CocoWriter")
+    with pytest.raises(WriterRegistryError, match="not a subclass"):
+        writers.register_writer(dict)
+
+
+def test_categories():
+    assert set(writers.get_writers("tests")) == {"Recorder"}
+    assert {"BasicWriter", "PoseWriter", "Recorder"} <= set(writers.get_writers())
+
+
+@pytest.mark.parametrize(
+    "handle", [PRODUCT, [PRODUCT], SimpleNamespace(path=PRODUCT), (SimpleNamespace(path=PRODUCT),)]
+)
+def test_attach_and_detach(recorder, handle):
+    recorder.attach(handle)
+    assert writers.attached_writers() == (recorder,)
+    assert [a.get_name() for a in recorder.annotators_of(PRODUCT)] == ["rgb", "occlusion"]
+    recorder.detach()
+    assert writers.attached_writers() == ()
+    assert recorder.render_products == ()
+
+
+def test_a_writer_that_was_not_initialised_cannot_be_attached():
+    with pytest.raises(WriterError, match="initialize"):
+        writers.get("Recorder").attach(PRODUCT)
+
+
+def test_an_unknown_annotator_is_named_when_attaching(recorder):
+    recorder.annotators.append("rgbb")
+    with pytest.raises(AnnotatorRegistryError, match="'rgbb'"):
+        recorder.attach(PRODUCT)
+
+
+def test_triggers(recorder):
+    answers = [True, False]
+    item = SimpleNamespace(trigger=SimpleNamespace(executions=0))
+
+    recorder.attach(PRODUCT)
+    assert recorder.is_due()
+    recorder.attach(PRODUCT, trigger=lambda: answers.pop(0))
+    assert recorder.is_due()
+    assert not recorder.is_due()
+    recorder.attach(PRODUCT, trigger=item)
+    assert not recorder.is_due()
+    item.trigger.executions = 1
+    assert recorder.is_due()
+    recorder.receive({})
+    assert not recorder.is_due()
+    with pytest.raises(Unsupported, match="OgnOnTime"):
+        recorder.attach(PRODUCT, trigger="omni.replicator.core.OgnOnTime")
+    with pytest.raises(WriterError, match="no writer trigger"):
+        recorder.attach(PRODUCT, trigger=42)
+
+
+def test_without_a_trigger_only_scheduled_frames_are_written(recorder):
+    recorder.attach(PRODUCT, trigger=None)
+    assert not recorder.is_due()
+    recorder.schedule_write()
+    assert recorder.is_due()
+    recorder.receive({"x": 1})
+    assert not recorder.is_due()
+    assert recorder.get_data() == {"x": 1}
+    assert recorder.num_written == 1
+
+
+def test_metadata_is_written_once_before_the_first_frame(tmp_path):
+    writers.set_global_seed(77)
+    try:
+        writer = writers.get("Recorder", init_params={"output_dir": str(tmp_path)})
+        writer.metadata["extra"] = 1
+        writer.attach(PRODUCT)
+        writer.receive({})
+        writer.receive({})
+        writer.backend.wait_until_done()
+    finally:
+        writers.set_global_seed(None)
+    text = (tmp_path / "metadata.txt").read_text()
+    assert json.loads(text) == {"name": "Recorder", "version": "1.2.3", "replicator_global_seed:": 77, "extra": 1}
+    assert "\n" not in text
+
+
+def test_a_users_writer_reads_the_legacy_payload(recorder):
+    frame = make_frame(street(), (16, 12))
+    recorder.attach(PRODUCT)
+    recorder.receive(annotators.build_payload(recorder, {PRODUCT: frame}))
+    assert recorder.seen[0]["rgb"].shape == (12, 16, 4)
+
+
+def test_annotators_can_be_found_and_added(recorder):
+    recorder.add_annotator("normals", name="n")
+    assert recorder.get_annotator("n").template_name == "normals"
+    with pytest.raises(WriterError, match="occlusion"):
+        recorder.get_annotator("oclusion")
+
+
+def test_the_registry_knows_what_is_attached(recorder):
+    recorder.attach(PRODUCT)
+    assert WriterRegistry.get_attached_writers() == [recorder]
+    assert WriterRegistry.get_attached_writer("Recorder") is recorder
+    assert WriterRegistry.get_writer_render_products("Recorder") == [PRODUCT]
+    WriterRegistry.detach("Recorder")
+    assert WriterRegistry.get_attached_writers() == []
