@@ -26,6 +26,8 @@ POLE_FRAMES = {
     "Z": np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
 }
 
+UNIFORM = np.ones((1, 2, 3), np.float32)
+
 
 class DomeLight(NamedTuple):
     """One dome light, before its picture is loaded."""
@@ -120,32 +122,28 @@ class DomeBuilder:
         height = max(picture.shape[0] for picture in pictures)
         width = max(picture.shape[1] for picture in pictures)
         first = domes[0]
-        radiance = np.zeros((1, 1, 3), np.float32)
+        radiance = np.zeros((height, width, 3), np.float32)
         for dome, picture in zip(domes, pictures):
-            if picture.shape[:2] == (1, 2):
-                radiance = radiance + picture * np.array(dome.colour, np.float32)
-                continue
-            if dome.frame is not first.frame and dome.dome_from_world != first.dome_from_world:
+            if picture is UNIFORM:
+                picture = picture[:, :1]
+            elif dome.dome_from_world != first.dome_from_world or picture.shape[:2] != (height, width):
                 picture = resample(picture, first.frame, dome.frame, (height, width))
-            elif picture.shape[:2] != (height, width):
-                picture = resample(picture, first.frame, first.frame, (height, width))
-            radiance = radiance + picture * np.array(dome.colour, np.float32)
+            radiance += picture * np.array(dome.colour, np.float32)
         if len(domes) > 1 and len({dome.visible for dome in domes}) > 1:
             errors.warn_once(
                 f"{first.path}: some dome lights are hidden from the camera and some are not; all are shown. "
                 f"Give them the same visibleInPrimaryRay."
             )
         return Dome(
-            radiance=np.ascontiguousarray(np.broadcast_to(radiance, (height, width, 3)), np.float32),
+            radiance=radiance,
             dome_from_world=first.frame.astype(np.float32),
             visible=any(dome.visible for dome in domes),
         )
 
     def _picture(self, dome: DomeLight) -> np.ndarray:
-        """(H, W, 3) linear; (1, 2, 3) of ones for a uniform dome."""
-        uniform = np.ones((1, 2, 3), np.float32)
+        """(H, W, 3) linear; UNIFORM for a dome without a picture."""
         if not dome.file:
-            return uniform
+            return UNIFORM
         key = (dome.file, dome.modified)
         if key not in self._pictures:
             while len(self._pictures) >= self.KEPT:
@@ -156,7 +154,7 @@ class DomeBuilder:
                 errors.warn_once(f"{dome.path}: the sky cannot be read ({error}); the dome is uniform.")
                 self._pictures[key] = None
         picture = self._pictures[key]
-        return uniform if picture is None else picture
+        return UNIFORM if picture is None else picture
 
 
 def directions(height: int, width: int) -> np.ndarray:

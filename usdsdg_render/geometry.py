@@ -99,7 +99,13 @@ def _array(prim: Usd.Prim, name: str, time: Usd.TimeCode, tail: tuple[int, ...])
     if value is None:
         return None
     array = np.asarray(value)
-    return array if array.shape[1:] == tail or not len(array) else None
+    if array.ndim == 1 + len(tail) and array.shape[1:] == tail:
+        return array
+    errors.warn_once(
+        f"{attribute.GetPath()}: the value is a {type(value).__name__}, not an array of the declared "
+        f"{attribute.GetTypeName()}; it is ignored. Correct its type."
+    )
+    return None
 
 
 def _subset_faces(subset: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:

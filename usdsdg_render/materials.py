@@ -32,7 +32,24 @@ def bound_materials(prims: Sequence[Usd.Prim]) -> list[Usd.Prim | None]:
         preview = api.ComputeBoundMaterials([prims[k] for k in unbound], UsdShade.Tokens.preview)[0]
         for k, material in zip(unbound, preview):
             found[k] = material.GetPrim()
+        _warn_of_missing([prims[k] for k in unbound if not found[k]])
     return [prim if prim else None for prim in found]
+
+
+def _warn_of_missing(unbound: list[Usd.Prim]) -> None:
+    """Bindings that name a prim which is no material leave no trace in what UsdShade computes."""
+    seen: set[Sdf.Path] = set()
+    for prim in unbound:
+        while prim and prim.GetPath() not in seen:
+            seen.add(prim.GetPath())
+            binding = prim.GetRelationship("material:binding")
+            targets = binding.GetTargets() if binding else []
+            if targets and not UsdShade.Material(prim.GetStage().GetPrimAtPath(targets[0])):
+                errors.warn_once(
+                    f"{prim.GetPath()}: its material {targets[0]} does not exist; displayColor is used. Correct "
+                    f"material:binding."
+                )
+            prim = prim.GetParent()
 
 
 def stand_in(colour: tuple[float, ...] | None, opacity: float | None) -> Material:

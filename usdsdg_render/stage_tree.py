@@ -138,6 +138,8 @@ class Tree:
                 iterator.PruneChildren()
             elif kind in (UNDRAWN, NO_LIGHT) and self.drawn[-1]:
                 _warn_unsupported(prim)
+            elif kind == PASS:
+                _warn_of_look(prim)
 
     def of_kind(self, *kinds: int) -> list[int]:
         return [k for k, kind in enumerate(self.kinds) if kind in kinds]
@@ -175,6 +177,19 @@ def is_material_subset(subset: Usd.Prim) -> bool:
     family = subset.GetAttribute("familyName").Get()
     element = subset.GetAttribute("elementType").Get()
     return family == UsdShade.Tokens.materialBind and element in (None, UsdGeom.Tokens.face)
+
+
+def _warn_of_look(prim: Usd.Prim) -> None:
+    """Schemas that change how what is below looks."""
+    if prim.GetTypeName() == "SkelRoot":
+        errors.warn_once(
+            f"{prim.GetPath()}: skinning and blend shapes are not applied; meshes are drawn as authored. "
+            f"Bake them with UsdSkel.BakeSkinning."
+        )
+    if prim.HasAPI(UsdGeom.ModelAPI):
+        mode = prim.GetAttribute("model:drawMode").Get()
+        if mode in ("cards", "bounds", "origin"):
+            errors.warn_once(f"{prim.GetPath()}: draw mode {mode} is not supported; the full geometry is drawn.")
 
 
 def _warn_unsupported(prim: Usd.Prim) -> None:

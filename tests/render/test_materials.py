@@ -1,0 +1,490 @@
+"""UsdShade networks to material rows: every input that is read, bindings, fallbacks, what is named."""
+
+import math
+
+import numpy as np
+import pytest
+from PIL import Image
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
+
+from usdsdg_render import scene
+from usdsdg_render.materials import MaterialLibrary, bound_materials, build_table, stand_in
+from usdsdg_render.textures import TexturePool
+
+T = Sdf.ValueTypeNames
+
+
+class Looks:
+    """A stage with one material, and short ways to author it."""
+
+    def __init__(self, surface="UsdPreviewSurface"):
+        self.stage = Usd.Stage.CreateInMemory()
+        self.material = UsdShade.Material.Define(self.stage, "/Looks/M")
+        self.surface = self.shader("/Looks/M/Surface", surface)
+        self.material.CreateSurfaceOutput().ConnectToSource(self.surface.ConnectableAPI(), "surface")
+
+    def shader(self, path, kind):
+        shader = UsdShade.Shader.Define(self.stage, path)
+        shader.CreateIdAttr(kind)
+        return shader
+
+    def texture(self, file, name="Tex", **inputs):
+        texture = self.shader(f"/Looks/M/{name}", "UsdUVTexture")
+        texture.CreateInput("file", T.Asset).Set(str(file))
+        for key, value in inputs.items():
+            kind = T.Token if isinstance(value, str) else T.Float4
+            texture.CreateInput(key, kind).Set(value)
+        return texture
+
+    def connect(self, name, texture, output="rgb"):
+        kind = T.Color3f if output == "rgb" else T.Float
+        self.surface.CreateInput(name, kind).ConnectToSource(texture.ConnectableAPI(), output)
+
+    def set(self, name, kind, value):
+        self.surface.CreateInput(name, kind).Set(value)
+
+    def read(self):
+        return MaterialLibrary(self.stage).read(self.material.GetPrim())
+
+    def row(self):
+        table, textures = build_table([self.read()], TexturePool())
+        return table[0], textures
+
+
+class Mdl(Looks):
+    def __init__(self, name="OmniPBR", by="subIdentifier"):
+        self.stage = Usd.Stage.CreateInMemory()
+        self.material = UsdShade.Material.Define(self.stage, "/Looks/M")
+        self.surface = UsdShade.Shader.Define(self.stage, "/Looks/M/Shader")
+        self.surface.GetImplementationSourceAttr().Set("sourceAsset")
+        self.surface.SetSourceAsset(f"{name}.mdl", "mdl")
+        if by == "subIdentifier":
+            self.surface.SetSourceAssetSubIdentifier(name, "mdl")
+        self.material.CreateSurfaceOutput("mdl").ConnectToSource(self.surface.ConnectableAPI(), "out")
+
+
+def save(path, value, size=4):
+    Image.fromarray(np.full((size, size, len(value)), value, np.uint8)).save(path)
+    return path
+
+
+def test_a_bare_preview_surface_has_the_specs_defaults():
+    row, _ = Looks().row()
+    np.testing.assert_allclose(row["base_color"], 0.18)
+    assert (row["metallic"], row["roughness"], row["opacity"], row["opacity_threshold"]) == (0, 0.5, 1, 0)
+    np.testing.assert_allclose(row["specular"], 0.04, rtol=1e-6)  # ior 1.5
+    assert (row["emission"] == 0).all()
+    assert row["clearcoat"] == 0
+    for name in ("base", "metallic", "roughness", "opacity", "emission", "normal"):
+        assert row[f"{name}_texture"] == scene.NO_TEXTURE
+    assert (row["uv_scale"] == 1).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "value", "column", "expected"),
+    [
+        ("diffuseColor", T.Color3f, Gf.Vec3f(0.1, 0.2, 0.3), "base_color", (0.1, 0.2, 0.3)),
+        ("metallic", T.Float, 0.7, "metallic", 0.7),
+        ("roughness", T.Float, 0.2, "roughness", 0.2),
+        ("opacity", T.Float, 0.4, "opacity", 0.4),
+        ("opacityThreshold", T.Float, 0.3, "opacity_threshold", 0.3),
+        ("emissiveColor", T.Color3f, Gf.Vec3f(5, 6, 7), "emission", (5, 6, 7)),
+        ("clearcoat", T.Float, 0.6, "clearcoat", 0.6),
+        ("clearcoatRoughness", T.Float, 0.05, "clearcoat_roughness", 0.05),
+        ("ior", T.Float, 2.0, "specular", (1 / 9, 1 / 9, 1 / 9)),
+    ],
+)
+def test_constants_reach_their_column(name, kind, value, column, expected):
+    looks = Looks()
+    looks.set(name, kind, value)
+    np.testing.assert_allclose(looks.row()[0][column], expected, rtol=1e-6)
+
+
+def test_specular_workflow_takes_its_colour_and_no_metal():
+    looks = Looks()
+    looks.set("useSpecularWorkflow", T.Int, 1)
+    looks.set("specularColor", T.Color3f, Gf.Vec3f(0.3, 0.2, 0.1))
+    looks.set("metallic", T.Float, 1.0)
+    row, _ = looks.row()
+    np.testing.assert_allclose(row["specular"], (0.3, 0.2, 0.1), rtol=1e-6)
+    assert row["metallic"] == 0
+
+
+def test_a_texture_comes_with_its_wraps_and_scale(tmp_path):
+    looks = Looks()
+    file = save(tmp_path / "a.png", (10, 20, 30))
+    texture = looks.texture(file, wrapS="clamp", wrapT="mirror", scale=Gf.Vec4f(0.5, 0.25, 2, 1))
+    looks.connect("diffuseColor", texture)
+    row, textures = looks.row()
+    np.testing.assert_allclose(row["base_color"], (0.5, 0.25, 2.0))
+    loaded = textures[row["base_texture"]]
+    assert (loaded.path, loaded.wrap_s, loaded.wrap_t) == (str(file), scene.WRAP_CLAMP, scene.WRAP_MIRROR)
+    assert loaded.srgb
+
+
+@pytest.mark.parametrize("wrap", ["useMetadata", None])
+def test_wraps_repeat_unless_they_say_otherwise(wrap, tmp_path):
+    looks = Looks()
+    options = {} if wrap is None else {"wrapS": wrap}
+    looks.connect("diffuseColor", looks.texture(save(tmp_path / "a.png", (1, 2, 3)), **options))
+    row, textures = looks.row()
+    assert textures[row["base_texture"]].wrap_s == scene.WRAP_REPEAT
+
+
+@pytest.mark.parametrize(("space", "coded"), [("raw", False), ("sRGB", True), ("auto", True)])
+def test_source_colour_space(space, coded, tmp_path):
+    looks = Looks()
+    looks.connect("diffuseColor", looks.texture(save(tmp_path / "a.png", (1, 2, 3)), sourceColorSpace=space))
+    row, textures = looks.row()
+    assert textures[row["base_texture"]].srgb is coded
+
+
+def test_channels_of_one_packed_file_share_a_texture(tmp_path):
+    looks = Looks()
+    packed = looks.texture(save(tmp_path / "orm.png", (10, 20, 30, 40)), sourceColorSpace="raw")
+    for name, output in (("roughness", "g"), ("metallic", "b"), ("opacity", "a")):
+        looks.connect(name, packed, output)
+    row, textures = looks.row()
+    assert len(textures) == 1
+    assert (row["roughness_channel"], row["metallic_channel"], row["opacity_channel"]) == (1, 2, 3)
+    assert (row["roughness"], row["metallic"], row["opacity"]) == (1, 1, 1)
+
+
+def test_bias_is_baked(tmp_path):
+    looks = Looks()
+    texture = looks.texture(save(tmp_path / "a.png", (51, 51, 51)), sourceColorSpace="raw")
+    texture.CreateInput("scale", T.Float4).Set(Gf.Vec4f(0.5))
+    texture.CreateInput("bias", T.Float4).Set(Gf.Vec4f(0.3))
+    looks.connect("roughness", texture, "r")
+    row, textures = looks.row()
+    assert row["roughness"] == 1.0
+    assert textures[row["roughness_texture"]].texels[0, 0, 0] == round(255 * (0.2 * 0.5 + 0.3))
+
+
+def test_transform_and_primvar_name_are_followed(tmp_path):
+    looks = Looks()
+    texture = looks.texture(save(tmp_path / "a.png", (1, 2, 3)))
+    transform = looks.shader("/Looks/M/Transform", "UsdTransform2d")
+    transform.CreateInput("scale", T.Float2).Set(Gf.Vec2f(2, 3))
+    transform.CreateInput("rotation", T.Float).Set(90.0)
+    transform.CreateInput("translation", T.Float2).Set(Gf.Vec2f(0.25, 0.5))
+    reader = looks.shader("/Looks/M/Reader", "UsdPrimvarReader_float2")
+    # The name comes through the material's interface, as exporters like it.
+    name = looks.material.CreateInput("uvName", T.String)
+    name.Set("UVMap")
+    reader.CreateInput("varname", T.String).ConnectToSource(name)
+    transform.CreateInput("in", T.Float2).ConnectToSource(reader.ConnectableAPI(), "result")
+    texture.CreateInput("st", T.Float2).ConnectToSource(transform.ConnectableAPI(), "result")
+    looks.connect("diffuseColor", texture)
+    row, _ = looks.row()
+    assert row["uv_scale"].tolist() == [2, 3]
+    assert row["uv_rotation"] == pytest.approx(math.pi / 2)
+    assert row["uv_translation"].tolist() == [0.25, 0.5]
+    assert looks.read().uv_primvar == "UVMap"
+
+
+def test_values_come_through_the_interface_and_node_graphs(tmp_path):
+    looks = Looks()
+    tint = looks.material.CreateInput("tint", T.Color3f)
+    tint.Set(Gf.Vec3f(0.9, 0.8, 0.7))
+    looks.surface.CreateInput("diffuseColor", T.Color3f).ConnectToSource(tint)
+    graph = UsdShade.NodeGraph.Define(looks.stage, "/Looks/Graph")
+    texture = looks.shader("/Looks/Graph/Tex", "UsdUVTexture")
+    texture.CreateInput("file", T.Asset).Set(str(save(tmp_path / "a.png", (1, 2, 3))))
+    graph.CreateOutput("rough", T.Float).ConnectToSource(texture.ConnectableAPI(), "g")
+    looks.surface.CreateInput("roughness", T.Float).ConnectToSource(graph.ConnectableAPI(), "rough")
+    row, _ = looks.row()
+    np.testing.assert_allclose(row["base_color"], (0.9, 0.8, 0.7), rtol=1e-6)
+    assert row["roughness_texture"] >= 0
+    assert row["roughness_channel"] == 1
+
+
+@pytest.mark.parametrize("scale", [None, 2.0])
+def test_normal_maps_are_raw_and_as_the_kernels_read_them(scale, tmp_path):
+    looks = Looks()
+    texture = looks.texture(save(tmp_path / "n.png", (128, 64, 255)))
+    if scale is not None:
+        texture.CreateInput("scale", T.Float4).Set(Gf.Vec4f(2, 2, 2, 1))
+        texture.CreateInput("bias", T.Float4).Set(Gf.Vec4f(-1, -1, -1, 0))
+    looks.connect("normal", texture)
+    row, textures = looks.row()
+    loaded = textures[row["normal_texture"]]
+    assert not loaded.srgb
+    assert loaded.texels[0, 0, :3].tolist() == [128, 64, 255]
+
+
+def test_normal_maps_with_green_turned_round(tmp_path):
+    looks = Looks()
+    texture = looks.texture(save(tmp_path / "n.png", (128, 64, 255)))
+    texture.CreateInput("scale", T.Float4).Set(Gf.Vec4f(2, -2, 2, 1))
+    texture.CreateInput("bias", T.Float4).Set(Gf.Vec4f(-1, 1, -1, 0))
+    looks.connect("normal", texture)
+    row, textures = looks.row()
+    assert textures[row["normal_texture"]].texels[0, 0, :3].tolist() == [128, 255 - 64, 255]
+
+
+@pytest.mark.parametrize("fallback", [None, (0.3, 0.6, 0.9, 1.0)])
+@pytest.mark.parametrize("file", ["missing.png", "broken.png"])
+def test_unreadable_textures_are_named_and_the_fallback_counts(file, fallback, tmp_path):
+    (tmp_path / "broken.png").write_bytes(b"no picture")
+    looks = Looks()
+    texture = looks.texture(tmp_path / file, scale=Gf.Vec4f(9))
+    if fallback:
+        texture.CreateInput("fallback", T.Float4).Set(Gf.Vec4f(*fallback))
+    looks.connect("diffuseColor", texture)
+    with pytest.warns(UserWarning, match=f"/Looks/M/Tex.*{file}"):
+        row, _ = looks.row()
+    assert row["base_texture"] == scene.NO_TEXTURE
+    np.testing.assert_allclose(row["base_color"], fallback[:3] if fallback else (0.18,) * 3, rtol=1e-6)
+
+
+def test_udim_uses_the_first_tile_and_says_so(tmp_path):
+    save(tmp_path / "a.1001.png", (9, 9, 9))
+    looks = Looks()
+    looks.connect("diffuseColor", looks.texture(tmp_path / "a.<UDIM>.png"))
+    with pytest.warns(UserWarning, match="/Looks/M/Tex.*UDIM"):
+        row, textures = looks.row()
+    assert textures[row["base_texture"]].path.endswith("a.1001.png")
+
+
+def test_specular_textures_become_their_mean(tmp_path):
+    array = np.zeros((2, 2, 3), np.uint8)
+    array[0] = 255
+    Image.fromarray(array).save(tmp_path / "s.png")
+    looks = Looks()
+    looks.set("useSpecularWorkflow", T.Int, 1)
+    looks.connect("specularColor", looks.texture(tmp_path / "s.png", scale=Gf.Vec4f(0.4, 0.2, 0.1, 1)))
+    with pytest.warns(UserWarning, match="/Looks/M/Tex.*mean"):
+        row, _ = looks.row()
+    np.testing.assert_allclose(row["specular"], (0.2, 0.1, 0.05), rtol=1e-5)
+
+
+def test_unknown_nodes_are_named_and_the_default_counts():
+    looks = Looks()
+    noise = looks.shader("/Looks/M/Noise", "PxrFractal")
+    looks.connect("diffuseColor", noise)
+    with pytest.warns(UserWarning, match="/Looks/M/Noise.*PxrFractal"):
+        np.testing.assert_allclose(looks.row()[0]["base_color"], 0.18)
+
+
+def test_impossible_values_are_named():
+    looks = Looks()
+    looks.set("roughness", T.Float, math.nan)
+    with pytest.warns(UserWarning, match="/Looks/M/Surface.*roughness"):
+        assert looks.row()[0]["roughness"] == 0.5
+
+
+@pytest.mark.parametrize("surface", ["PxrSurface", None])
+def test_unknown_surfaces_are_named_and_none(surface):
+    looks = Looks(surface or "")
+    if surface is None:
+        looks.stage.RemovePrim("/Looks/M/Surface")
+    with pytest.warns(UserWarning, match="/Looks/M.*displayColor"):
+        assert looks.read() is None
+
+
+def test_stand_ins_are_grey_or_their_colour():
+    table, _ = build_table([stand_in(None, None), stand_in((1.0, 0.5, 0.0), 0.25)], TexturePool())
+    np.testing.assert_allclose(table["base_color"], [(0.5, 0.5, 0.5), (1.0, 0.5, 0.0)])
+    assert table["opacity"].tolist() == [1.0, 0.25]
+
+
+# Omniverse's MDL materials
+
+
+@pytest.mark.parametrize("by", ["subIdentifier", "file"])
+def test_omnipbr_is_known_by_name_and_has_its_defaults(by):
+    row, _ = Mdl(by=by).row()
+    np.testing.assert_allclose(row["base_color"], 0.2, rtol=1e-6)
+    assert (row["roughness"], row["metallic"], row["opacity"]) == (0.5, 0.0, 1.0)
+    np.testing.assert_allclose(row["specular"], 0.04, rtol=1e-6)
+    assert (row["emission"] == 0).all()
+
+
+def test_omnipbr_constants():
+    looks = Mdl()
+    looks.set("diffuse_color_constant", T.Color3f, Gf.Vec3f(0.5, 0.4, 0.2))
+    looks.set("diffuse_tint", T.Color3f, Gf.Vec3f(1, 0.5, 0.5))
+    looks.set("albedo_brightness", T.Float, 1.5)
+    looks.set("albedo_add", T.Float, 0.1)
+    looks.set("reflection_roughness_constant", T.Float, 0.25)
+    looks.set("metallic_constant", T.Float, 0.75)
+    looks.set("specular_level", T.Float, 1.0)
+    looks.set("bump_factor", T.Float, 0.3)
+    row, _ = looks.row()
+    np.testing.assert_allclose(row["base_color"], (0.85, 0.35, 0.2), rtol=1e-5)
+    assert (row["roughness"], row["metallic"]) == (0.25, 0.75)
+    np.testing.assert_allclose(row["specular"], 0.08, rtol=1e-6)
+    assert row["normal_scale"] == pytest.approx(0.3)
+
+
+def test_omnipbr_diffuse_texture_replaces_the_constant(tmp_path):
+    looks = Mdl()
+    looks.set("diffuse_color_constant", T.Color3f, Gf.Vec3f(0.01))
+    looks.set("diffuse_tint", T.Color3f, Gf.Vec3f(1, 0.5, 0.25))
+    looks.set("albedo_brightness", T.Float, 0.5)
+    looks.set("diffuse_texture", T.Asset, str(save(tmp_path / "a.png", (1, 2, 3))))
+    row, textures = looks.row()
+    np.testing.assert_allclose(row["base_color"], (0.5, 0.25, 0.125), rtol=1e-6)
+    assert textures[row["base_texture"]].srgb
+
+
+def test_omnipbr_missing_texture_leaves_the_constant(tmp_path):
+    looks = Mdl()
+    looks.set("diffuse_color_constant", T.Color3f, Gf.Vec3f(0.3, 0.6, 0.9))
+    looks.set("diffuse_texture", T.Asset, str(tmp_path / "none.png"))
+    with pytest.warns(UserWarning, match=r"/Looks/M/Shader.*none\.png"):
+        row, _ = looks.row()
+    np.testing.assert_allclose(row["base_color"], (0.3, 0.6, 0.9), rtol=1e-6)
+
+
+@pytest.mark.parametrize("influence", [0.0, 0.25, 1.0, None])
+def test_omnipbr_roughness_texture_is_blended_by_its_influence(influence, tmp_path):
+    looks = Mdl()
+    looks.set("reflection_roughness_constant", T.Float, 0.8)
+    looks.set("reflectionroughness_texture", T.Asset, str(save(tmp_path / "r.png", (51, 51, 51))))
+    if influence is not None:
+        looks.set("reflection_roughness_texture_influence", T.Float, influence)
+    row, textures = looks.row()
+    k = row["roughness_texture"]
+    seen = row["roughness"] * (textures[k].texels[0, 0, row["roughness_channel"]] / 255 if k >= 0 else 1)
+    weight = 1.0 if influence is None else influence
+    assert seen == pytest.approx(0.8 * (1 - weight) + 0.2 * weight, abs=0.003)
+    assert k < 0 or not textures[k].srgb
+
+
+def test_omnipbr_orm_counts_only_when_enabled(tmp_path):
+    looks = Mdl()
+    looks.set("ORM_texture", T.Asset, str(save(tmp_path / "orm.png", (255, 51, 102))))
+    assert looks.row()[0]["roughness_texture"] == scene.NO_TEXTURE
+    looks.set("enable_ORM_texture", T.Bool, True)
+    row, textures = looks.row()
+    assert len(textures) == 1
+    assert (row["roughness_channel"], row["metallic_channel"]) == (1, 2)
+
+
+def test_omnipbr_emission_and_opacity_need_their_switches(tmp_path):
+    looks = Mdl()
+    looks.set("emissive_color", T.Color3f, Gf.Vec3f(1, 0.5, 0))
+    looks.set("emissive_intensity", T.Float, 100.0)
+    looks.set("emissive_color_texture", T.Asset, str(save(tmp_path / "e.png", (9, 9, 9))))
+    looks.set("opacity_constant", T.Float, 0.5)
+    looks.set("opacity_threshold", T.Float, 0.2)
+    row, _ = looks.row()
+    assert (row["emission"] == 0).all()
+    assert (row["opacity"], row["opacity_threshold"]) == (1, 0)
+    looks.set("enable_emission", T.Bool, True)
+    looks.set("enable_opacity", T.Bool, True)
+    row, textures = looks.row()
+    np.testing.assert_allclose(row["emission"], (100, 50, 0))
+    assert textures[row["emission_texture"]].path.endswith("e.png")
+    assert (row["opacity"], row["opacity_threshold"]) == pytest.approx((0.5, 0.2))
+
+
+def test_omnipbr_opacity_texture_and_mode(tmp_path):
+    looks = Mdl()
+    looks.set("enable_opacity", T.Bool, True)
+    looks.set("opacity_texture", T.Asset, str(save(tmp_path / "o.png", (9, 9, 9, 9))))
+    assert looks.row()[0]["opacity_channel"] == 0
+    looks.set("opacity_mode", T.Int, 0)
+    row, _ = looks.row()
+    assert (row["opacity_channel"], row["opacity"]) == (3, 1)
+    looks.set("enable_opacity_texture", T.Bool, False)
+    assert looks.row()[0]["opacity_texture"] == scene.NO_TEXTURE
+
+
+def test_omnipbr_coordinates_and_normal_map(tmp_path):
+    looks = Mdl()
+    looks.set("normalmap_texture", T.Asset, str(save(tmp_path / "n.png", (128, 128, 255))))
+    looks.set("texture_scale", T.Float2, Gf.Vec2f(2, 3))
+    looks.set("texture_rotate", T.Float, 45.0)
+    looks.set("texture_translate", T.Float2, Gf.Vec2f(0.1, 0.2))
+    looks.set("project_uvw", T.Bool, True)
+    with pytest.warns(UserWarning, match="/Looks/M/Shader.*project_uvw"):
+        row, textures = looks.row()
+    assert not textures[row["normal_texture"]].srgb
+    np.testing.assert_allclose(row["uv_scale"], (2, 3))
+    assert row["uv_rotation"] == pytest.approx(math.pi / 4)
+    np.testing.assert_allclose(row["uv_translation"], (0.1, 0.2), rtol=1e-6)
+
+
+def test_other_mdl_names():
+    glass = Mdl("OmniGlass")
+    glass.set("glass_color", T.Color3f, Gf.Vec3f(0.5, 1, 0.5))
+    with pytest.warns(UserWarning, match="/Looks/M/Shader.*glass"):
+        row, _ = glass.row()
+    assert 0 < row["opacity"] < 1
+    np.testing.assert_allclose(row["base_color"], (0.5, 1, 0.5))
+    coat = Mdl("OmniPBR_ClearCoat")
+    coat.set("clearcoat_weight", T.Float, 0.5)
+    assert coat.row()[0]["clearcoat"] == 0.5
+    with pytest.warns(UserWarning, match=r"/Looks/M.*Aluminum"):
+        assert Mdl("Aluminum_Anodized").read() is None
+
+
+def test_unknown_mdl_beside_a_preview_surface_is_no_loss():
+    looks = Mdl("Aluminum_Anodized")
+    surface = looks.shader("/Looks/M/Preview", "UsdPreviewSurface")
+    surface.CreateInput("metallic", T.Float).Set(1.0)
+    looks.material.CreateSurfaceOutput().ConnectToSource(surface.ConnectableAPI(), "surface")
+    assert looks.row()[0]["metallic"] == 1.0
+
+
+# Bindings
+
+
+def bind_stage():
+    stage = Usd.Stage.CreateInMemory()
+    group = UsdGeom.Xform.Define(stage, "/Group").GetPrim()
+    ball = UsdGeom.Sphere.Define(stage, "/Group/Ball").GetPrim()
+    materials = {name: UsdShade.Material.Define(stage, f"/Looks/{name}") for name in "abc"}
+    return stage, group, ball, materials
+
+
+def bound_name(prim):
+    (material,) = bound_materials([prim])
+    return material and material.GetName()
+
+
+def test_bindings_are_inherited_and_strength_is_respected():
+    stage, group, ball, materials = bind_stage()
+    assert bound_name(ball) is None
+    UsdShade.MaterialBindingAPI.Apply(group).Bind(materials["a"])
+    assert bound_name(ball) == "a"
+    UsdShade.MaterialBindingAPI.Apply(ball).Bind(materials["b"])
+    assert bound_name(ball) == "b"
+    UsdShade.MaterialBindingAPI(group).Bind(materials["a"], UsdShade.Tokens.strongerThanDescendants)
+    assert bound_name(ball) == "a"
+    assert stage
+
+
+def test_full_wins_over_all_purpose_which_wins_over_preview():
+    stage, _, ball, materials = bind_stage()
+    api = UsdShade.MaterialBindingAPI.Apply(ball)
+    weaker = UsdShade.Tokens.fallbackStrength
+    api.Bind(materials["a"], weaker, UsdShade.Tokens.preview)
+    assert bound_name(ball) == "a"
+    api.Bind(materials["b"])
+    assert bound_name(ball) == "b"
+    api.Bind(materials["c"], weaker, UsdShade.Tokens.full)
+    assert bound_name(ball) == "c"
+    assert stage
+
+
+def test_collections_bind():
+    stage, group, ball, materials = bind_stage()
+    collection = Usd.CollectionAPI.Apply(group, "shiny")
+    collection.IncludePath(ball.GetPath())
+    UsdShade.MaterialBindingAPI.Apply(group).Bind(collection, materials["c"], "shiny")
+    assert bound_name(ball) == "c"
+    assert stage
+
+
+def test_a_binding_to_nothing_is_named():
+    stage, group, ball, _ = bind_stage()
+    UsdShade.MaterialBindingAPI.Apply(group)
+    group.GetRelationship("material:binding") or group.CreateRelationship("material:binding")
+    group.GetRelationship("material:binding").SetTargets(["/Looks/gone"])
+    with pytest.warns(UserWarning, match="/Group: .*gone"):
+        assert bound_name(ball) is None
+    assert stage

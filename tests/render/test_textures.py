@@ -1,0 +1,207 @@
+"""Picture files to texels: formats, colour spaces, baking, sharing, damage."""
+
+import io
+import zipfile
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from usdsdg import errors
+from usdsdg_render import images
+from usdsdg_render.scene import WRAP_CLAMP
+from usdsdg_render.textures import TexturePool, TextureUse, linear_to_srgb, srgb_to_linear
+
+RED = (200, 100, 50)
+
+
+def save(path, array, **options):
+    Image.fromarray(array).save(path, **options)
+    return str(path)
+
+
+def texture(path, **options):
+    table, places = TexturePool().load([TextureUse(str(path), **options)])
+    return table[next(iter(places.values()))]
+
+
+def flat(path, **options):
+    """The one colour of a flat texture, linear, and whether it is stored sRGB-coded."""
+    loaded = texture(path, **options)
+    texels = loaded.texels.reshape(-1, 4)
+    np.testing.assert_array_equal(texels, np.broadcast_to(texels[0], texels.shape))
+    values = texels[0] / 255.0
+    if loaded.srgb:
+        values[:3] = srgb_to_linear(values[:3])
+    return values, loaded.srgb
+
+
+def test_srgb_curve_is_the_standard_one_and_its_inverse():
+    np.testing.assert_allclose(srgb_to_linear(np.array([0, 0.04045, 0.5, 1.0])), [0, 0.0031308, 0.214041, 1], atol=1e-6)
+    values = np.linspace(0, 1, 101)
+    np.testing.assert_allclose(srgb_to_linear(linear_to_srgb(values)), values, atol=1e-6)
+
+
+def test_rows_start_at_the_top_and_columns_at_the_left(tmp_path):
+    array = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
+    loaded = texture(save(tmp_path / "a.png", array))
+    np.testing.assert_array_equal(loaded.texels[..., :3], array)
+    assert (loaded.texels[..., 3] == 255).all()
+    assert loaded.texels.flags.c_contiguous
+
+
+@pytest.mark.parametrize(
+    ("mode", "value", "rgba", "is_srgb"),
+    [
+        ("RGB", RED, (*RED, 255), True),
+        ("RGBA", (*RED, 128), (*RED, 128), True),
+        ("L", 120, (120, 120, 120, 255), False),
+        ("LA", (120, 60), (120, 120, 120, 60), False),
+        ("1", 1, (255, 255, 255, 255), False),
+    ],
+)
+def test_eight_bit_modes(mode, value, rgba, is_srgb, tmp_path):
+    Image.new(mode, (4, 3), value).save(tmp_path / "a.png")
+    loaded = texture(tmp_path / "a.png")
+    assert loaded.texels.shape == (3, 4, 4)
+    assert (loaded.texels == rgba).all()
+    assert loaded.srgb is is_srgb, "auto: 8 bits with three or four channels"
+
+
+def test_palette_pictures_are_colours(tmp_path):
+    Image.new("RGB", (4, 4), RED).quantize(4).save(tmp_path / "p.png")
+    loaded = texture(tmp_path / "p.png")
+    assert (loaded.texels == (*RED, 255)).all()
+    assert loaded.srgb
+
+
+def test_palette_transparency_becomes_alpha(tmp_path):
+    Image.new("P", (4, 4), 0).save(tmp_path / "p.png", transparency=0)
+    assert (texture(tmp_path / "p.png").texels[..., 3] == 0).all()
+
+
+def test_cmyk_jpeg_is_turned_into_rgb(tmp_path):
+    Image.new("RGB", (16, 16), RED).convert("CMYK").save(tmp_path / "c.jpg", quality=95)
+    np.testing.assert_allclose(texture(tmp_path / "c.jpg").texels[8, 8, :3], RED, atol=6)
+
+
+@pytest.mark.parametrize("space", ["auto", "raw", "sRGB"])
+def test_sixteen_bit_grey(space, tmp_path):
+    stored = 0.25
+    path = save(tmp_path / "g.png", np.full((4, 4), round(stored * 65535), np.uint16))
+    values, _ = flat(path, colour_space=space)
+    expected = srgb_to_linear(np.array(stored)) if space == "sRGB" else stored
+    np.testing.assert_allclose(values[:3], expected, rtol=0.02)
+    data, coded = flat(path, colour_space=space, colour=False)
+    np.testing.assert_allclose(data[:3], expected, atol=0.002)
+    assert coded is (space == "sRGB")
+
+
+def test_sixteen_bit_colour_pngs_keep_their_high_bytes(tmp_path):
+    import struct
+    import zlib
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    row = b"\0" + struct.pack(">6H", 65535, 32768, 0, 1000, 2000, 60000)
+    png = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", 2, 1, 16, 2, 0, 0, 0))
+    (tmp_path / "x.png").write_bytes(png + chunk(b"IDAT", zlib.compress(row)) + chunk(b"IEND", b""))
+    texels = texture(tmp_path / "x.png").texels
+    np.testing.assert_allclose(texels[0, :, :3], [[255, 127.5, 0], [3.9, 7.8, 233.5]], atol=1.0)
+
+
+def test_float_pictures_are_linear_whatever_their_file(tmp_path):
+    Image.fromarray(np.full((4, 4), 0.5, np.float32)).save(tmp_path / "f.tiff")
+    values, coded = flat(tmp_path / "f.tiff")
+    np.testing.assert_allclose(values[:3], 0.5, atol=0.005)
+    assert coded, "a linear colour in eight bits is stored sRGB-coded, so that darks do not band"
+    assert flat(tmp_path / "f.tiff", colour=False)[1] is False
+
+
+def test_radiance_pictures_serve_as_textures(tmp_path):
+    (tmp_path / "a.hdr").write_bytes(b"#?RADIANCE\n\n-Y 1 +X 1\n" + bytes([64, 32, 255, 129]))
+    values, _ = flat(tmp_path / "a.hdr")
+    np.testing.assert_allclose(values[:3], [0.5, 0.25, 1.0], atol=0.01)
+
+
+@pytest.mark.parametrize("space", ["raw", "sRGB"])
+def test_scale_and_bias_act_on_linear_values(space, tmp_path):
+    path = save(tmp_path / "a.png", np.full((2, 2, 3), 100, np.uint8))
+    stored = 100 / 255
+    linear = srgb_to_linear(np.array(stored)) if space == "sRGB" else stored
+    values, _ = flat(path, colour_space=space, scale=(2.0, 0.5, 1.0, 1.0), bias=(0.1, 0.0, -2.0, 0.0))
+    np.testing.assert_allclose(values[:3], [2 * linear + 0.1, linear / 2, 0.0], atol=0.005)
+
+
+def test_desaturation_keeps_luminance(tmp_path):
+    path = save(tmp_path / "a.png", np.full((2, 2, 3), RED, np.uint8))
+    linear = srgb_to_linear(np.array(RED) / 255)
+    luminance = linear @ [0.2126, 0.7152, 0.0722]
+    grey, _ = flat(path, desaturation=1.0)
+    np.testing.assert_allclose(grey[:3], luminance, atol=0.005)
+    half, _ = flat(path, desaturation=0.5)
+    np.testing.assert_allclose(half[:3], (linear + luminance) / 2, atol=0.005)
+
+
+def test_equal_uses_share_and_the_table_keeps_its_order(tmp_path):
+    a = save(tmp_path / "a.png", np.zeros((2, 2, 3), np.uint8))
+    b = save(tmp_path / "b.png", np.ones((2, 2, 3), np.uint8))
+    pool = TexturePool()
+    data, colour = TextureUse(a, "raw", False), TextureUse(a, "raw", True)
+    table, places = pool.load([data, colour, TextureUse(a, "raw", wrap_s=WRAP_CLAMP)])
+    assert places[data] == places[colour], "nothing to bake: the same texels"
+    assert len(table) == 2
+    assert table[0].texels is table[1].texels
+    again, more = pool.load([TextureUse(b), data])
+    assert again[0] is table[0]
+    assert more[data] == places[data]
+    assert len(again) == 3, "idle textures stay while they are small"
+
+
+def test_a_rewritten_file_is_read_again(tmp_path):
+    path = save(tmp_path / "a.png", np.zeros((2, 2, 3), np.uint8))
+    pool = TexturePool()
+    use = TextureUse(path)
+    pool.load([use])
+    save(tmp_path / "a.png", np.full((9, 9, 3), 255, np.uint8))
+    table, places = pool.load([use])
+    assert table[places[use]].texels.shape == (9, 9, 4)
+
+
+@pytest.mark.parametrize("name", ["missing.png", "cut.png", "text.png", "empty.png"])
+def test_unreadable_files_are_named_and_absent(name, tmp_path):
+    whole = io.BytesIO()
+    Image.effect_noise((64, 64), 50).save(whole, "PNG")
+    (tmp_path / "cut.png").write_bytes(whole.getvalue()[:-200])
+    (tmp_path / "text.png").write_bytes(b"not a picture")
+    (tmp_path / "empty.png").write_bytes(b"")
+    use = TextureUse(str(tmp_path / name), shader="/Looks/M/Tex")
+    with pytest.warns(UserWarning, match=f"/Looks/M/Tex.*{name}"):
+        _, places = TexturePool().load([use])
+    assert not places
+
+
+def test_exr_without_its_module_names_the_extra(tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "OpenEXR", None)
+    (tmp_path / "a.exr").write_bytes(b"\x76\x2f\x31\x01" + bytes(100))
+    with pytest.raises(errors.AssetUnreadable, match=r"usdsdg\[exr\]"):
+        images.read(str(tmp_path / "a.exr"))
+
+
+def test_files_inside_a_package_are_read(tmp_path):
+    picture = io.BytesIO()
+    Image.new("RGB", (3, 2), RED).save(picture, "PNG")
+    with zipfile.ZipFile(tmp_path / "a.usdz", "w", zipfile.ZIP_STORED) as package:
+        package.writestr("a.usda", "#usda 1.0\n")
+        package.writestr("tex/red.png", picture.getvalue())
+    inside = f"{tmp_path}/a.usdz[tex/red.png]"
+    assert (texture(inside).texels == (*RED, 255)).all()
+    assert images.modified(inside) == images.modified(str(tmp_path / "a.usdz")) != (0, 0)
+
+
+def test_progress_counts_files(tmp_path):
+    calls = []
+    uses = [TextureUse(save(tmp_path / f"{k}.png", np.zeros((2, 2, 3), np.uint8))) for k in range(3)]
+    TexturePool().load(uses, lambda *step: calls.append(step))
+    assert calls == [("textures", 1, 3), ("textures", 2, 3), ("textures", 3, 3)]
