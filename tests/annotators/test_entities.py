@@ -195,3 +195,77 @@ def test_a_mesh_shared_by_instances_gets_an_entity_each(stage):
     entities = EntityReader(stage).read(("/World/A/Mesh", "/World/B/Mesh"))
     assert entities.prim_paths == ("/World/A", "/World/B")
     np.testing.assert_allclose(entities.bounds[1], [[0, 0, 0], [1, 1, 0]])
+
+
+def test_a_mesh_edited_in_the_source_of_instances_is_bounded_again(stage):
+    source = UsdGeom.Xform.Define(stage, "/Prototypes/Mug").GetPrim()
+    cube = UsdGeom.Cube.Define(stage, "/Prototypes/Mug/Cube")
+    for name in "AB":
+        prim = stage.DefinePrim(f"/World/{name}", "Xform")
+        prim.GetReferences().AddInternalReference(source.GetPath())
+        prim.SetInstanceable(True)
+        add_labels(prim, {"class": ["mug"]})
+    reader = EntityReader(stage)
+    gprims = ("/World/A/Cube", "/World/B/Cube")
+    reader.read(gprims)
+    cube.CreateSizeAttr(6.0)
+    np.testing.assert_allclose(reader.read(gprims).bounds, [[[-3] * 3, [3] * 3]] * 2)
+
+
+# Point instancers
+
+
+@pytest.fixture
+def forest(stage):
+    """Two trees, drawn by points 7 and 9 of an instancer whose prototype holds a trunk and a labelled crown."""
+    xform(stage, "/World/Forest", translate=(0, 0, 1))
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/Forest/Points")
+    xform(stage, "/World/Forest/Points/Tree", scale=(2, 2, 2))
+    add_cube(stage, "/World/Forest/Points/Tree/Trunk")
+    add_cube(stage, "/World/Forest/Points/Tree/Crown", translate=(0, 0, 3))
+    instancer.CreatePrototypesRel().SetTargets(["/World/Forest/Points/Tree"])
+    instancer.CreateProtoIndicesAttr([0, 0])
+    instancer.CreateIdsAttr([7, 9])
+    instancer.CreatePositionsAttr([Gf.Vec3f(10, 0, 0), Gf.Vec3f(20, 0, 0)])
+    half = np.sqrt(0.5)
+    instancer.CreateOrientationsAttr([Gf.Quath(1, 0, 0, 0), Gf.Quath(half, half, 0, 0)])
+    return stage
+
+
+TREES = tuple(f"/World/Forest/Points/Tree/{part}[{point}]" for point in (7, 9) for part in ("Trunk", "Crown"))
+
+
+def test_a_label_in_a_prototype_gives_an_entity_per_point(forest):
+    add_labels(forest.GetPrimAtPath("/World/Forest/Points/Tree"), {"class": ["tree"]})
+    entities = EntityReader(forest).read(TREES)
+    assert entities.prim_paths == ("/World/Forest/Points/Tree[7]", "/World/Forest/Points/Tree[9]")
+    assert entities.groups == ((0, 1), (2, 3))
+    np.testing.assert_allclose(entities.bounds, [[[-0.5, -0.5, -0.5], [0.5, 0.5, 3.5]]] * 2)
+    # Twice as large, ten along x, one up; the second is turned by 90 degrees about x, so its z is the world's -y.
+    np.testing.assert_allclose([0, 0, 3, 1] @ entities.local_to_world[0], [10, 0, 7, 1], atol=1e-3)
+    np.testing.assert_allclose([0, 0, 3, 1] @ entities.local_to_world[1], [20, -6, 1, 1], atol=1e-2)
+
+
+def test_a_label_above_an_instancer_gives_one_entity_around_all_points(forest):
+    add_labels(forest.GetPrimAtPath("/World/Forest"), {"class": ["forest"]})
+    reader = EntityReader(forest)
+    entities = reader.read(TREES)
+    assert entities.prim_paths == ("/World/Forest",)
+    # half-precision orientations
+    np.testing.assert_allclose(entities.bounds[0], [[9, -7, -1], [21, 1, 7]], atol=1e-2)
+    UsdGeom.PointInstancer(forest.GetPrimAtPath("/World/Forest/Points")).GetPositionsAttr().Set(
+        [Gf.Vec3f(10, 0, 0), Gf.Vec3f(50, 0, 0)]
+    )
+    np.testing.assert_allclose(reader.read(TREES).bounds[0, 1, 0], 51, atol=1e-2)
+
+
+def test_two_instancers_share_a_prototype(forest):
+    add_labels(forest.GetPrimAtPath("/World/Forest/Points/Tree/Crown"), {"class": ["crown"]})
+    second = UsdGeom.PointInstancer.Define(forest, "/World/Z")
+    second.CreatePrototypesRel().SetTargets(["/World/Forest/Points/Tree"])
+    second.CreateProtoIndicesAttr([0])
+    second.CreateIdsAttr([7])
+    second.CreatePositionsAttr([Gf.Vec3f(0, 0, 100)])
+    entities = EntityReader(forest).read((*TREES, *TREES[:2]))
+    assert [g for g in entities.groups] == [(1,), (3,), (5,)]
+    np.testing.assert_allclose(entities.local_to_world[2][3], [0, 0, 106, 1], atol=1e-3)

@@ -74,7 +74,7 @@ def clip_to_rectangle(segment: np.ndarray, left: float, top: float, right: float
     start, along = segment[0].astype(np.float64), (segment[1] - segment[0]).astype(np.float64)
     enter, leave = 0.0, 1.0
     for axis, low, high in ((0, left, right), (1, top, bottom)):
-        if along[axis] == 0:
+        if abs(along[axis]) < 1e-9:
             if not low <= start[axis] <= high:
                 return None
             continue

@@ -1,0 +1,97 @@
+"""Who owns a gprim: its nearest labelled ancestor, or itself, that passes a label filter."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from pxr import Sdf, Usd
+
+from usdsdg.annotators.point_instances import Steps, find_steps, prim_path
+from usdsdg.stage.semantics import LabelFilter, get_labels, inherited_labels
+
+Labels = Mapping[str, Sequence[str]]
+
+
+class Owner(NamedTuple):
+    """A labelled prim; inside a point instancer's prototype, one of its drawings."""
+
+    path: Sdf.Path
+    steps: Steps = ()
+
+    @property
+    def name(self) -> str:
+        """The prim path that annotators report."""
+        return str(self.path) + "".join(f"[{step.point}]" for step in self.steps)
+
+
+class LabelledStage:
+    """The labels of a stage, read once per prim."""
+
+    def __init__(self, stage: Usd.Stage) -> None:
+        self._stage = stage
+        self._own: dict[Sdf.Path, Labels] = {}
+
+    def forget(self, root: Sdf.Path = Sdf.Path.absoluteRootPath) -> None:
+        """Read the labels below `root` again."""
+        self._own = {path: own for path, own in self._own.items() if not path.HasPrefix(root)}
+
+    def chains(self, gprims: Sequence[str]) -> list[tuple[Steps, list[tuple[Owner, Labels]]]]:
+        """Of each gprim, how it is drawn and its labelled ancestors with their own labels, nearest first."""
+        all_steps = find_steps(self._stage, gprims)
+        return [
+            (
+                steps,
+                [(owner, own) for owner in _ancestors(prim_path(gprim), steps) if (own := self._labels(owner.path))],
+            )
+            for gprim, steps in zip(gprims, all_steps)
+        ]
+
+    def all_labels(self, owner: Owner) -> Labels:
+        """Own and inherited labels by type, outermost first."""
+        return _lower(inherited_labels(self._stage.GetPrimAtPath(owner.path)))
+
+    def _labels(self, path: Sdf.Path) -> Labels:
+        if path not in self._own:
+            prim = self._stage.GetPrimAtPath(path)
+            self._own[path] = _lower(get_labels(prim)) if prim else {}
+        return self._own[path]
+
+
+def _ancestors(path: Sdf.Path, steps: Steps) -> Iterator[Owner]:
+    """The prim and its ancestors; from the root of a prototype it goes on at the instancer that draws it."""
+    while not path.IsAbsoluteRootPath():
+        yield Owner(path, steps)
+        if steps and path == steps[0].prototype:
+            path, steps = steps[0].instancer, steps[1:]
+        else:
+            path = path.GetParentPath()
+
+
+def group_by_owner(
+    chains: Sequence[Sequence[tuple[Owner, Labels]]], label_filter: LabelFilter | None
+) -> dict[Owner, tuple[int, ...]]:
+    """Owner → its gprims, in the order in which the owners are first met."""
+    groups: dict[Owner, list[int]] = {}
+    for index, chain in enumerate(chains):
+        owner = next((owner for owner, own in chain if label_filter is None or label_filter.select(own)), None)
+        if owner is not None:
+            groups.setdefault(owner, []).append(index)
+    return {owner: tuple(group) for owner, group in groups.items()}
+
+
+def parse_filter(predicate: str | None) -> LabelFilter | None:
+    """The filter; labels in it are compared in lower case, as labels are read."""
+    return LabelFilter(re.sub(r":[^,;]*", lambda labels: labels[0].lower(), predicate)) if predicate else None
+
+
+def passed(labels: Labels, label_filter: LabelFilter | None) -> dict[str, str]:
+    """The labels that pass, as annotators print them: {type: "label[,label]"}."""
+    kept = labels if label_filter is None else label_filter.select(labels)
+    return {kind: ",".join(values) for kind, values in kept.items()}
+
+
+def _lower(labels: Labels) -> Labels:
+    """Labels in lower case, as annotators print them; types keep their case."""
+    return {kind: tuple(dict.fromkeys(value.lower() for value in values)) for kind, values in labels.items()}
