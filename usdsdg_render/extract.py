@@ -49,8 +49,7 @@ class SceneExtractor:
         self._nodes = np.zeros(0, np.int64)  # tree node of each placement
         self._has_surface = np.zeros(0, bool)
         self._drawn = np.zeros(0, np.int64)  # placements that became instances
-        self._rows: dict[Material, int] = {}
-        self._runs: dict[tuple[int, ...], int] = {}  # rows of a gprim's slots -> where they begin
+        self._slots: dict[Sdf.Path, tuple[Material, ...]] = {}  # of gprims drawn now or lately
         self._domes: list[DomeLight] = []
         self._light_matrices = b""
 
@@ -165,45 +164,33 @@ class SceneExtractor:
         self._index_of = {id(prototype): k for k, prototype in enumerate(prototypes)}
 
     def _write_materials(self) -> None:
-        """One row for each different material; gprims with the same materials share a run of slots."""
-        unique = {id(material): material for gprim in self._gprims for material in gprim.materials}
-        rows = self._assign_rows(set(unique.values()))
-        row_of = {number: rows[material] for number, material in unique.items()}
-        runs = [tuple(row_of[id(material)] for material in gprim.materials) for gprim in self._gprims]
-        self._slot_offset = np.array(self._assign_slots(runs), np.int32)
-        slots = [row for run in self._runs for row in run]
+        """One row for each different material, and for each gprim a run of slots, one for each of its materials.
+
+        Runs keep their place when materials change, and those of gprims that are hidden stay while they are few, so
+        that hiding and showing touches no material.
+        """
+        slots = self._slots
+        if len(slots) > 2 * len(self._gprims) + 64:
+            drawn = {gprim.path for gprim in self._gprims}
+            slots = {path: run for path, run in slots.items() if path in drawn}
+        slots.update((gprim.path, tuple(gprim.materials)) for gprim in self._gprims)
+        self._slots = slots
+        ends = np.cumsum([len(run) for run in slots.values()], dtype=np.int64)
+        begins = {path: end - len(run) for (path, run), end in zip(slots.items(), ends)}
+        self._slot_offset = np.array([begins[gprim.path] for gprim in self._gprims], np.int32)
+        # By identity first: comparing whole materials costs more.
+        unique = {id(material): material for run in slots.values() for material in run}
+        rows: dict[Material, int] = {}
+        row_of = {number: rows.setdefault(material, len(rows)) for number, material in unique.items()}
+        material_slots = np.array([row_of[id(material)] for run in slots.values() for material in run], np.int32)
         scene = self.scene
         table, textures = build_table(list(rows), self._textures, self._progress)
-        material_slots = np.array(slots, np.int32)
         if not _same_objects(scene.textures, textures):
-            scene.textures = textures
+            scene.textures = list(textures)
             scene.touch("textures")
         if not np.array_equal(material_slots, scene.material_slots) or table.tobytes() != scene.materials.tobytes():
             scene.materials, scene.material_slots = table, material_slots
             scene.touch("materials")
-
-    def _assign_rows(self, materials: set[Material]) -> dict[Material, int]:
-        """Row of each material. Old ones stay where they are, idle ones too until they outnumber those in use."""
-        rows = self._rows
-        if len(rows.keys() | materials) > 2 * len(materials) + 64:
-            rows = dict.fromkeys((material for material in rows if material in materials), 0)
-            self._runs = {}
-        # A set has no order of its own, and rows must not depend on hashing.
-        new = [m for gprim in self._gprims for m in gprim.materials if m not in rows]
-        rows = {material: k for k, material in enumerate((*rows, *dict.fromkeys(new)))}
-        self._rows = rows
-        return rows
-
-    def _assign_slots(self, runs: list[tuple[int, ...]]) -> list[int]:
-        """Where the slots of each gprim begin; kept and cleaned as rows are."""
-        if len(self._runs.keys() | set(runs)) > 2 * len(set(runs)) + 64:
-            self._runs = {}
-        size = sum(map(len, self._runs))
-        for run in runs:
-            if run not in self._runs:
-                self._runs[run] = size
-                size += len(run)
-        return [self._runs[run] for run in runs]
 
     # Where it is drawn
 
