@@ -42,13 +42,12 @@ def read_mdl(network: Network, shader: UsdShade.Shader) -> Material | None:
 
 
 def _warn_of_connections(network: Network, shader: UsdShade.Shader) -> None:
-    for shader_input in shader.GetInputs():
-        if network.source(shader, shader_input.GetBaseName()).shader is not None:
-            network.warn(
-                shader,
-                f"a shader is connected to inputs:{shader_input.GetBaseName()}; MDL graphs are not evaluated and its "
-                f"constant is used. Author a value or a texture file.",
-            )
+    for name in network.connected(shader):
+        network.warn(
+            shader,
+            f"a shader is connected to inputs:{name}; MDL graphs are not evaluated and its default is used. Author a "
+            f"value or a texture file.",
+        )
 
 
 def _uv(network: Network, shader: UsdShade.Shader) -> UvTransform:

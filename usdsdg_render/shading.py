@@ -84,6 +84,12 @@ class Network:
     uv: UvTransform | None = None
     uv_primvar: str | None = None
     colour_from_gprim: bool = False
+    _inputs: dict[Sdf.Path, dict[str, UsdShade.Input]] = field(default_factory=dict)
+
+    def connected(self, shader: UsdShade.Shader) -> list[str]:
+        """Inputs whose value another shader computes."""
+        self.source(shader, "")
+        return [name for name in self._inputs[shader.GetPath()] if self.source(shader, name).shader is not None]
 
     def warn(self, shader: UsdShade.Shader | Usd.Prim, message: str) -> None:
         prim = shader if isinstance(shader, Usd.Prim) else shader.GetPrim()
@@ -91,8 +97,11 @@ class Network:
 
     def source(self, shader: UsdShade.Shader, name: str) -> Source:
         """Follow an input through node graphs and the material's interface to what gives its value."""
-        shader_input = shader.GetInput(name)
-        if not shader_input:
+        path = shader.GetPath()
+        if path not in self._inputs:
+            self._inputs[path] = {i.GetBaseName(): i for i in shader.GetInputs(onlyAuthored=True)}
+        shader_input = self._inputs[path].get(name)
+        if shader_input is None:
             return NOTHING
         attributes = shader_input.GetValueProducingAttributes()
         if not attributes:

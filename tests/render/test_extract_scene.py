@@ -281,7 +281,7 @@ def test_one_broken_mesh_leaves_the_others_alone():
     add_mesh(stage, "/Nan", [Gf.Vec3f(math.nan)] * 3)
     add_mesh(stage, "/Good")
     UsdGeom.BasisCurves.Define(stage, "/Curves")
-    with pytest.warns(UserWarning) as caught:
+    with pytest.warns(UserWarning, match="/") as caught:
         scene = extract(stage)
     assert scene.instances.paths == ("/Good",)
     said = "\n".join(str(warning.message) for warning in caught)
