@@ -25,6 +25,8 @@ from usdsdg.writers.io_queue import io_queue
 
 # Ticks per second of reference times.
 TICKS = 1_000_000
+# Positions of things within one motion-blur sub-frame: enough that fast ones leave a streak, not a row of copies.
+BLUR_STEPS = 4
 
 
 class Capture:
@@ -52,21 +54,38 @@ class Capture:
         if any(product.path == path and product.updates_enabled for product in products()):
             self._wanted.setdefault(str(path), []).extend(annotators)
 
+    def open_shutter(self) -> None:
+        """Note where things are when a blurred exposure begins."""
+        if self._wanted:
+            engines.renderer().sync()
+
     def expose(self, mode: RenderMode, frame: int) -> None:
-        """Add this moment's samples to the film of every product whose picture is wanted."""
+        """Add samples to the film of every product whose picture is wanted.
+
+        With motion blur they are spread over the way that things made since the last exposure or `open_shutter`.
+        """
         if not self._wanted:
             return
         self._mode = mode
+        engines.renderer().sync()
+        if not mode.motion_blur:
+            self._add_samples(mode, frame)
+            return
+        shares = mode.split(BLUR_STEPS)
+        for step, share in enumerate(shares):
+            engines.renderer().place_between((step + 0.5) / len(shares))
+            self._add_samples(share, frame)
+        engines.renderer().place_between(1.0)
+
+    def _add_samples(self, mode: RenderMode, frame: int) -> None:
         renderer = engines.renderer()
-        renderer.sync()
         for product in self._active():
             if not requirements(self._wanted[product.path]).picture:
                 continue
-            view = _view(product)
             if product.path not in self._films:
                 self._films[product.path] = renderer.new_film(product.width, product.height)
             settings = _path_settings(mode, frame)
-            renderer.accumulate(self._films[product.path], view, samples=mode.samples, settings=settings)
+            renderer.accumulate(self._films[product.path], _view(product), samples=mode.samples, settings=settings)
 
     def finish(self, index: int, time: float) -> None:
         """Make the labels, then let annotators compute and writers write."""

@@ -78,9 +78,11 @@ class Orchestrator:
     def _move_and_render(self, mode: RenderMode, delta_time: float | None) -> None:
         duration = self._duration(delta_time)
         if mode.motion_blur and duration > 0.0:
-            for sub_frame in range(mode.sub_frames):
-                get_app().advance(duration / mode.sub_frames)
-                self._capture.expose(mode.share(sub_frame), self.captures)
+            shares = mode.split(mode.sub_frames)
+            self._capture.open_shutter()
+            for share in shares:
+                get_app().advance(duration / len(shares))
+                self._capture.expose(share, self.captures)
             return
         # The first captured frame shows the scene as it was set up.
         if duration > 0.0 and self.captures > 0:

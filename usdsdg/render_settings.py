@@ -22,11 +22,16 @@ class RenderMode:
     denoise: bool
     first_sample: int = 0
 
-    def share(self, sub_frame: int) -> RenderMode:
-        """The samples of one sub-frame: an equal part, the first ones taking the remainder."""
-        base, extra = divmod(self.samples, self.sub_frames)
-        first = sub_frame * base + min(sub_frame, extra)
-        return replace(self, samples=base + (sub_frame < extra), first_sample=first)
+    def split(self, parts: int) -> list[RenderMode]:
+        """The samples in `parts` shares that follow each other, the first ones taking the remainder; none is empty."""
+        parts = max(min(parts, self.samples), 1)
+        base, extra = divmod(self.samples, parts)
+        shares, first = [], self.first_sample
+        for part in range(parts):
+            samples = base + (part < extra)
+            shares.append(replace(self, samples=samples, first_sample=first))
+            first += samples
+        return shares
 
 
 def render_mode(rt_subframes: int) -> RenderMode:

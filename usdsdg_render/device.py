@@ -41,7 +41,7 @@ class DeviceScene:
     def __init__(self, device: str) -> None:
         self.device = device
         self.tables = types.SceneTables()
-        self.tables.srgb_to_linear = self._array(_srgb_to_linear(), wp.float32)
+        self.tables.texel_values = self._array(_texel_values(), wp.float32)
         # Per instance: its box in the world, and whether a ray can meet it.
         self.lower = self.upper = np.zeros((0, 3), np.float32)
         self.placed = np.zeros(0, bool)
@@ -103,11 +103,17 @@ class DeviceScene:
                 kept[key] = self._prototypes.get(key) or _PrototypeMemory(prototype, self.device)
         self._prototypes = kept
 
-    def _upload_instances(self, scene: Scene) -> None:
+    def place(self, scene: Scene, local_to_world: np.ndarray) -> None:
+        """Put the instances elsewhere for a while, (N, 4, 4) as in `Instances`; give the scene's own to put them back."""
+        self._upload_instances(scene, local_to_world)
+
+    def _upload_instances(self, scene: Scene, local_to_world: np.ndarray | None = None) -> None:
         instances = scene.instances
         memories = [self._prototypes.get(id(scene.prototypes[k])) for k in instances.prototype]
         rows = records(types.Instance, len(instances))
-        matrices, solid = _invertible(instances.local_to_world, instances.paths)
+        matrices, solid = _invertible(
+            instances.local_to_world if local_to_world is None else local_to_world, instances.paths
+        )
         solid &= np.array([memory is not None for memory in memories], bool)
         inverse = np.linalg.inv(matrices)
         # Rows times matrix on the host, matrix times column in kernels.
@@ -150,6 +156,11 @@ class DeviceScene:
             tree.nodes = self._top.nodes.ctypes.data
         tree.instances = self._array(rows, types.Instance)
 
+    def has_light(self, scene: Scene) -> bool:
+        """Whether anything shines."""
+        strength = self.tables.lights.numpy()["strength"] if self.tables.light_count else np.zeros(1)
+        return bool(strength.sum() + self.tables.dome.strength > 0 or (scene.materials["emission"] > 0).any())
+
     def only(self, instances: Sequence[int]) -> tuple[types.SceneTables, FlattenedMesh]:
         """CUDA: tables of a scene that holds these instances alone, and the mesh to keep alive while they are used."""
         rows = self._rows.copy()
@@ -158,7 +169,7 @@ class DeviceScene:
         mesh = FlattenedMesh(self.device)
         mesh.place(rows, counts)
         tables = types.SceneTables()
-        for name in ("slots", "materials", "textures", "srgb_to_linear", "cutouts"):
+        for name in ("slots", "materials", "textures", "texel_values", "cutouts"):
             setattr(tables, name, getattr(self.tables, name))
         tables.tree.instances = self._array(rows, types.Instance)
         tables.tree.mesh = tables.tree.shadow_mesh = mesh.id
@@ -174,8 +185,6 @@ class DeviceScene:
         self.tables.lights = self._array(rows, types.Light)
         self.tables.light_count = len(rows)
         self.tables.dome = sky.upload(scene.dome, self.device)
-        if rows["strength"].sum() + self.tables.dome.strength == 0.0:
-            warn_once("the scene has no light, so pictures are black: add a UsdLux light, for example a DomeLight")
 
 
 def _triangle_records(prototype: Prototype) -> np.ndarray:
@@ -217,6 +226,8 @@ def _world_box(lower: np.ndarray, upper: np.ndarray, matrix: np.ndarray) -> tupl
     return (center - half).astype(np.float32), (center + half).astype(np.float32)
 
 
-def _srgb_to_linear() -> np.ndarray:
-    encoded = np.arange(256) / 255.0
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)
+def _texel_values() -> np.ndarray:
+    """Linear value of each 8-bit texel: 256 for images in sRGB, then 256 for raw ones."""
+    raw = np.arange(256) / 255.0
+    decoded = np.where(raw <= 0.04045, raw / 12.92, ((raw + 0.055) / 1.055) ** 2.4)
+    return np.concatenate([decoded, raw]).astype(np.float32)

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import warp as wp
 
-from usdsdg.errors import RenderError
+from usdsdg.errors import RenderError, warn_once
 from usdsdg_render import coverage, labels
 from usdsdg_render.camera import camera_record
 from usdsdg_render.device import DeviceScene
 from usdsdg_render.film import Film, develop
 from usdsdg_render.kernels.path import PathOptions, add_samples
+from usdsdg_render.motion import interpolate
 from usdsdg_render.parallel import for_bands
 from usdsdg_render.precompile import precompile
 from usdsdg_render.scene import Scene
@@ -63,6 +64,7 @@ class WarpRenderer:
         precompile(self.device, progress)
         self._on_device = DeviceScene(self.device)
         self._history = labels.History(self.device)
+        self._before = np.zeros((0, 4, 4))  # transforms at the sync before the last
 
     @property
     def gprims(self) -> tuple[str, ...]:
@@ -71,9 +73,22 @@ class WarpRenderer:
 
     def sync(self) -> None:
         """Read what changed on the stage since the last call."""
+        before = self._scene.instances.paths, self._scene.instances.local_to_world.copy()
         if self._extractor is not None:
             self._extractor.update()
         self._on_device.sync(self._scene)
+        # Rows mean the same things as before only while the paths are the same; else nothing moves.
+        now = self._scene.instances
+        self._before = before[1] if before[0] == now.paths else now.local_to_world
+
+    def place_between(self, fraction: float) -> None:
+        """Show the instances at `fraction` of their way from the sync before the last (0) to the last one (1).
+
+        For motion blur: labels and everything else want 1, where `sync` leaves them.
+        """
+        after = self._scene.instances.local_to_world
+        if self._before.shape == after.shape and not np.array_equal(self._before, after):
+            self._on_device.place(self._scene, interpolate(self._before, after, fraction))
 
     def labels(self, view: CameraView, aovs: Collection[str]) -> dict[str, np.ndarray]:
         """One ray through each pixel centre; see `aov.AOVS` for names, units and values.
@@ -108,6 +123,8 @@ class WarpRenderer:
                 f"the film is {film.width}x{film.height} but {view.prim_path} renders "
                 f"{view.width}x{view.height}: make a new film of that size"
             )
+        if not self._on_device.has_light(self._scene):
+            warn_once("the scene has no light, so pictures are black: add a UsdLux light, for example a DomeLight")
         if settings.denoise:
             film.want_features()
         camera = camera_record(view)

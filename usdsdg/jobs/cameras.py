@@ -6,10 +6,15 @@ from dataclasses import dataclass
 
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
+from usdsdg import engines
 from usdsdg.jobs import colliders
 from usdsdg.jobs.config import ObjectBasedConfig
 from usdsdg.jobs.draws import Draws
 from usdsdg.stage.transforms import author_pose
+
+# A camera wants this much room around its lens [stage units]; after so many crowded places it takes the last.
+CLEARANCE = 0.1
+MAX_ATTEMPTS = 30
 
 
 @dataclass(frozen=True)
@@ -39,17 +44,26 @@ def look_at_targets(
 ) -> None:
     """Put every camera at a random distance and side of a random target, aiming a little beside it.
 
-    `index` counts the calls, so that each gives other poses.
+    A place inside something would show nothing, so poses are drawn until one is free. `index` counts the calls, so
+    that each gives other poses.
     """
-    reach = config.camera_look_at_target_offset
     for number, camera in enumerate(cameras.prims):
-        purpose = f"camera/{number}"
-        target = draws.choice(f"{purpose}/target", index, targets)
-        generator = draws.generator(f"{purpose}/aim", index)
-        aim = Gf.Vec3d(target.GetAttribute("xformOp:translate").Get()) + Gf.Vec3d(*generator.uniform(-reach, reach, 3))
-        distance = float(generator.uniform(*config.camera_distance_to_target_min_max))
-        position, turn = draws.pose_on_sphere(f"{purpose}/pose", index, aim, distance)
+        for attempt in range(MAX_ATTEMPTS):
+            position, turn = _pose(f"camera/{number}/{attempt}", index, targets, config, draws)
+            if not engines.physics().overlap_sphere(CLEARANCE, position):
+                break
         author_pose(camera, translate=position, orient=turn)
+
+
+def _pose(
+    purpose: str, index: int, targets: list[Usd.Prim], config: ObjectBasedConfig, draws: Draws
+) -> tuple[Gf.Vec3d, Gf.Quatf]:
+    reach = config.camera_look_at_target_offset
+    target = draws.choice(f"{purpose}/target", index, targets)
+    generator = draws.generator(f"{purpose}/aim", index)
+    aim = Gf.Vec3d(target.GetAttribute("xformOp:translate").Get()) + Gf.Vec3d(*generator.uniform(-reach, reach, 3))
+    distance = float(generator.uniform(*config.camera_distance_to_target_min_max))
+    return draws.pose_on_sphere(f"{purpose}/pose", index, aim, distance)
 
 
 def _add_sphere(camera: Usd.Prim, radius: float) -> Usd.Prim:
