@@ -43,10 +43,19 @@ class Backup:
                         spec.default = value
             for layer, path in self._made:
                 spec = layer.GetPrimAtPath(path)
-                if spec is not None and spec.specifier == Sdf.SpecifierOver:
-                    layer.RemovePrimIfInert(spec)
+                if spec is not None and _says_nothing(spec):
+                    del (spec.nameParent or layer.pseudoRoot).nameChildren[spec.name]
         self._values.clear()
         self._made.clear()
+
+
+def _says_nothing(spec: Sdf.PrimSpec) -> bool:
+    return (
+        spec.specifier == Sdf.SpecifierOver
+        and not spec.nameChildren
+        and not spec.properties
+        and set(spec.ListInfoKeys()) <= {"specifier"}
+    )
 
 
 def attribute_spec(target: Usd.EditTarget, attribute: Usd.Attribute) -> Sdf.AttributeSpec:

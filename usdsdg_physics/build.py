@@ -37,6 +37,7 @@ class Built:
     shape_index: dict[str, int]
     mass: np.ndarray  # (N,) kg
     center: np.ndarray  # (N, 3) centre of mass in the body's frame, m
+    gyration: np.ndarray  # (N,) mean moment of inertia per mass, m²
 
 
 def build(scene: Scene, *, device: str | None = None, progress: Progress | None = None) -> Built:
@@ -90,6 +91,7 @@ def build(scene: Scene, *, device: str | None = None, progress: Progress | None 
         shape_index,
         np.array([mass.mass for mass in masses]),
         np.array([mass.center for mass in masses]).reshape(-1, 3),
+        np.array([np.trace(mass.inertia) / 3.0 / mass.mass for mass in masses]),
     )
 
 

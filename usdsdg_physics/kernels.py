@@ -10,14 +10,15 @@ import warp as wp
 def settle(
     # body
     dynamic: wp.array(dtype=wp.int32),
-    supported_by_gravity: wp.array(dtype=wp.int32),
+    pulled_by_gravity: wp.array(dtype=wp.int32),
+    gyration: wp.array(dtype=wp.float32),
+    sleep_threshold: wp.array(dtype=wp.float32),
     max_velocity: wp.array(dtype=wp.float32),
     max_angular_velocity: wp.array(dtype=wp.float32),
     before: wp.array(dtype=wp.transform),
     # rest
     dt: wp.float32,
-    rest_velocity: wp.float32,
-    rest_angular_velocity: wp.float32,
+    fall_energy: wp.float32,
     rest_after: wp.float32,
     # out
     joint_q: wp.array(dtype=wp.float32),
@@ -29,10 +30,11 @@ def settle(
 ):
     """Bound the speed of each body, hold bodies that have come to rest, and take back a step that is not finite.
 
-    A body counts as quiet while it is slower than the rest limits, which lie below what gravity alone adds in one
-    step: only a supported body can be quiet for longer than an instant, and one that loses its support leaves at once.
-    After `rest_after` seconds it is held where it was, so that the last millimetres per second of the contact solver
-    do not show as creep.
+    A body is quiet while its kinetic energy per mass [m²/s²] is below its sleep threshold, as in PhysX, and below
+    `fall_energy`, which is less than gravity alone would give it in one step: only a supported body can be quiet for
+    longer than an instant, and one that loses its support leaves at once. After `rest_after` seconds it is held where
+    it was, so that the last millimetres per second of the contact solver do not show as creep.
+    `gyration` is inertia over mass [m²].
     """
     body = wp.tid()
     if dynamic[body] == 0:
@@ -42,12 +44,13 @@ def settle(
     angular = wp.spatial_bottom(body_qd[body])
     speed = wp.length(velocity)
     spin = wp.length(angular)
+    energy = 0.5 * (speed * speed + gyration[body] * spin * spin)
 
     hold = int(0)
     if not (wp.isfinite(speed) and wp.isfinite(spin) and finite_transform(pose)):
         broken[body] = broken[body] + 1
         hold = 1
-    elif supported_by_gravity[body] != 0 and speed < rest_velocity and spin < rest_angular_velocity:
+    elif pulled_by_gravity[body] != 0 and energy < wp.min(sleep_threshold[body], fall_energy):
         quiet[body] = quiet[body] + dt
         if quiet[body] >= rest_after:
             hold = 1

@@ -85,6 +85,7 @@ def read_body(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units) -> Body:
         max_velocity=_limit(authored(prim, "physxRigidBody:maxLinearVelocity"), units.meters, float("inf")),
         max_angular_velocity=_limit(max_angular, np.pi / 180.0, 100.0),
         max_depenetration_velocity=_limit(authored(prim, "physxRigidBody:maxDepenetrationVelocity"), units.meters, 3.0),
+        sleep_threshold=_sleep_threshold(prim, units),
         mass=read_mass(prim, units, to_frame),
     )
 
@@ -330,6 +331,11 @@ def _read_material(prim: Usd.Prim, units: Units) -> Material:
         restitution=min(1.0, max(0.0, float(value(prim, "physics:restitution", 0.0)))),
         density=max(0.0, float(value(prim, "physics:density", 0.0))) * units.density,
     )
+
+
+def _sleep_threshold(prim: Usd.Prim, units: Units) -> float:
+    threshold = authored(prim, "physxRigidBody:sleepThreshold")
+    return max(0.0, finite(threshold, 0.0)) * units.meters**2 if threshold is not None else 5e-5
 
 
 def _limit(number: float | None, unit: float, default: float) -> float:

@@ -13,9 +13,8 @@ from usdsdg_physics.warmup import Progress
 
 # A step of 1/60 s takes two substeps, the 1/320 s steps of motion blur one.
 SUBSTEPS_PER_SECOND = 120.0
-REST_VELOCITY = 0.01  # m/s
-REST_ANGULAR_VELOCITY = 0.1  # rad/s
-REST_AFTER = 0.5  # s
+# PhysX's wake counter.
+REST_AFTER = 0.4  # s
 # Share of the speed that gravity adds in one substep below which a body may be called quiet.
 REST_SHARE_OF_GRAVITY = 0.25
 
@@ -46,6 +45,8 @@ class World:
         self._pulled_wp = wp.zeros(count, dtype=wp.int32, device=device)
         self._max_velocity = wp.array([b.max_velocity for b in bodies], dtype=wp.float32, device=device)
         self._max_angular = wp.array([b.max_angular_velocity for b in bodies], dtype=wp.float32, device=device)
+        self._gyration = wp.array(built.gyration, dtype=wp.float32, device=device)
+        self._sleep_threshold = wp.array([b.sleep_threshold for b in bodies], dtype=wp.float32, device=device)
         self._quiet = wp.zeros(count, dtype=wp.float32, device=device)
         self._broken = wp.zeros(count, dtype=wp.int32, device=device)
         self._moving: dict[int, np.ndarray] = {}
@@ -154,7 +155,7 @@ class World:
 
         count = max(1, math.ceil(dt * SUBSTEPS_PER_SECOND - 1e-6))
         h = dt / count
-        rest = min(REST_VELOCITY, REST_SHARE_OF_GRAVITY * float(np.linalg.norm(self.gravity)) * h)
+        fall_energy = 0.5 * (REST_SHARE_OF_GRAVITY * float(np.linalg.norm(self.gravity)) * h) ** 2
         paths = self._kinematic_paths(dt)
         for substep in range(count):
             self._place_kinematic(paths, substep / count)
@@ -166,12 +167,13 @@ class World:
                 inputs=[
                     self._dynamic_wp,
                     self._pulled_wp,
+                    self._gyration,
+                    self._sleep_threshold,
                     self._max_velocity,
                     self._max_angular,
                     self._state.body_q,
                     h,
-                    rest,
-                    REST_ANGULAR_VELOCITY,
+                    fall_energy,
                     REST_AFTER,
                 ],
                 outputs=[
