@@ -8,6 +8,7 @@ UsdsdgError                     the one to catch; the command line prints it wit
 ├── PhysicsError                a body or collider that cannot be simulated (NoCollider)
 ├── RenderError                 a camera or scene that cannot be rendered
 ├── AnnotatorError              an annotator that cannot give its data (AnnotatorRegistryError, AugmentationError)
+├── DatasetError                a folder that should hold a dataset and does not
 ├── WriterError                 output that cannot be written (OutputNotWritable, WriterRegistryError)
 └── Unsupported                 a known feature of Replicator or USD that usdsdg does not have
 """
@@ -76,6 +77,10 @@ class AnnotatorRegistryError(AnnotatorError, LookupError):
 
 class AugmentationError(AnnotatorError):
     """An augmentation failed or returned something that is not an array."""
+
+
+class DatasetError(UsdsdgError, ValueError):
+    """A folder is missing, or holds nothing that a known writer would have left."""
 
 
 class WriterError(UsdsdgError):

@@ -1,0 +1,72 @@
+"""A folder to a dataset: which writers made it, what they wrote, what looks wrong."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from pathlib import Path
+
+from usdsdg.errors import DatasetError
+from usdsdg.inspect import read_basic, read_pose
+from usdsdg.inspect.listing import files_below
+from usdsdg.inspect.records import Dataset, Problem
+
+
+def read_dataset(folder: Path) -> Dataset:
+    """Everything that PoseWriter and BasicWriter left below a folder.
+
+    Raises:
+        DatasetError: the folder is missing or nothing in it is recognised; says what was looked for.
+    """
+    if not folder.is_dir():
+        what = "is a file" if folder.exists() else "does not exist"
+        raise DatasetError(f"{folder} {what}; give the folder that a writer wrote to (its output_dir)")
+    files = list(files_below(folder))
+    dataset = Dataset(folder)
+    rest = sorted(set(files) - set(read_basic.read(dataset, files)))
+    read_pose.read(dataset, rest)
+    if not dataset.frames:
+        raise DatasetError(_nothing_found(folder, files))
+    dataset.metadata = _metadata(dataset, files)
+    _check_frames(dataset)
+    return dataset
+
+
+def _nothing_found(folder: Path, files: list[Path]) -> str:
+    endings = Counter(path.suffix or path.name for path in files)
+    seen = ", ".join(f"{count} x {ending}" for ending, count in endings.most_common(5)) or "no files at all"
+    return (
+        f"nothing in {folder} is a dataset that can be shown. Looked for {read_pose.LOOKED_FOR}, and for "
+        f"{read_basic.LOOKED_FOR}, up to six folders deep; found {seen}"
+    )
+
+
+def _metadata(dataset: Dataset, files: list[Path]) -> dict:
+    """What metadata.txt says of writer, version and seed."""
+    for path in files:
+        if path.name == "metadata.txt":
+            try:
+                text = (dataset.folder / path).read_text(encoding="utf-8")
+                # NaN is no JSON, so it must not reach the page.
+                values = json.loads(text, parse_constant=lambda constant: None)
+            except (OSError, ValueError):
+                dataset.problems.append(Problem("unreadable file", f"{path}: not valid JSON"))
+                continue
+            return values if isinstance(values, dict) else {}
+    return {}
+
+
+def _check_frames(dataset: Dataset) -> None:
+    by_view: dict[str, list[int]] = {}
+    for frame in dataset.frames:
+        if frame.labelled and not frame.objects:
+            dataset.problems.append(Problem("empty frame", f"{frame.name}: no object in view", frame.name))
+        if frame.number.isdigit():
+            by_view.setdefault(frame.view, []).append(int(frame.number))
+    for view, numbers in sorted(by_view.items()):
+        missing = sorted(set(range(min(numbers), max(numbers) + 1)) - set(numbers))
+        if missing:
+            where = f"{view}: " if view else ""
+            listed = ", ".join(str(number) for number in missing[:20]) + (" …" if len(missing) > 20 else "")
+            text = f"{where}{len(missing)} frame numbers between the first and the last have no files: {listed}"
+            dataset.problems.append(Problem("gap in the numbers", text))

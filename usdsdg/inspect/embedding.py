@@ -1,0 +1,168 @@
+"""Which pictures go into the page and how large, so that the page stays loadable."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+import numpy as np
+from PIL import Image
+
+from usdsdg.inspect import pictures
+from usdsdg.inspect.pictures import Encoded
+from usdsdg.inspect.read_basic import DEPTHS
+from usdsdg.inspect.records import Dataset, Frame, Problem
+
+Progress = Callable[[str, int, int | None], None]
+
+# Longest side in pixels, tried from the largest.
+SIZES = (960, 720, 540, 400)
+BUDGET = 42_000_000
+# Frames that are tried to learn how large their pictures get.
+PROBES = 4
+BROKEN = (OSError, ValueError, SyntaxError, EOFError)
+
+
+@dataclass
+class Shown:
+    """A frame with its pictures for the page; `size` is the original's (width, height), if any picture tells it."""
+
+    frame: Frame
+    size: tuple[int, int] | None = None
+    picture: Encoded | None = None
+    layers: dict[str, Encoded] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+
+    @property
+    def bytes(self) -> int:
+        """Size in the page, where three bytes take four characters."""
+        parts = [*self.layers.values(), *([self.picture] if self.picture else [])]
+        return sum(len(part.data) for part in parts) * 4 // 3
+
+
+@dataclass(frozen=True)
+class Embedding:
+    """The frames on the page, in order, and what to say about those that are not or are smaller."""
+
+    shown: list[Shown]
+    note: str | None
+
+
+def embed(dataset: Dataset, *, budget: int = BUDGET, progress: Progress | None = None) -> Embedding:
+    """Encode the pictures of all frames, or of as many as `budget` bytes hold, at the largest size that fits.
+
+    Problems with pictures are added to the dataset.
+    """
+    frames = dataset.frames
+    longest, per_frame = _largest_size(dataset, budget)
+    room = max(1, int(budget / max(per_frame, 1)))
+    chosen = frames if len(frames) <= room else _spread(dataset, room)
+    with ThreadPoolExecutor(max_workers=4) as pool:
+        shown = []
+        for made in pool.map(lambda frame: _encode(dataset, frame, longest), chosen):
+            shown.append(made)
+            if progress is not None:
+                progress("pictures", len(shown), len(chosen))
+    for made in shown:
+        dataset.problems.extend(made.problems)
+    _check_unshown(dataset, {id(frame) for frame in chosen})
+    _check_sizes(dataset, shown)
+    return Embedding(shown, _note(len(frames), shown, longest))
+
+
+def _largest_size(dataset: Dataset, budget: int) -> tuple[int, float]:
+    """The size to encode at, and bytes per frame at that size."""
+    probes = [dataset.frames[i] for i in np.unique(np.linspace(0, len(dataset.frames) - 1, PROBES).astype(int))]
+    mean = 0.0
+    for longest in SIZES:
+        mean = sum(_encode(dataset, frame, longest).bytes for frame in probes) / len(probes)
+        # Some slack, as the other frames may be richer than the probes.
+        if 1.15 * mean * len(dataset.frames) <= budget:
+            return longest, mean
+    return SIZES[-1], 1.15 * mean
+
+
+def _spread(dataset: Dataset, room: int) -> list[Frame]:
+    """Frames at even distances, and within the same number those that have problems."""
+    frames = dataset.frames
+    odd = {problem.frame for problem in dataset.problems if problem.kind != "empty frame"}
+    wanted = [frame for frame in frames if frame.name in odd][: max(1, room // 4)]
+    step = np.linspace(0, len(frames) - 1, max(1, room - len(wanted))).astype(int)
+    chosen = {id(frame) for frame in [*wanted, *(frames[i] for i in step)]}
+    return [frame for frame in frames if id(frame) in chosen]
+
+
+def _encode(dataset: Dataset, frame: Frame, longest: int) -> Shown:
+    shown = Shown(frame)
+    if frame.picture is not None:
+        try:
+            shown.picture, shown.size = pictures.photograph(dataset.folder / frame.picture, longest)
+        except BROKEN as error:
+            shown.problems.append(Problem("unreadable picture", f"{frame.picture}: {error}", frame.name))
+    for kind, path in frame.layers.items():
+        try:
+            shown.layers[kind], size = _layer(dataset, kind, path, longest)
+        except BROKEN as error:
+            shown.problems.append(Problem("unreadable picture", f"{path}: {error}", frame.name))
+            continue
+        if shown.size is None:
+            shown.size = size
+        elif shown.size != size:
+            text = f"{path} is {size[0]} x {size[1]}, the picture {shown.size[0]} x {shown.size[1]} pixels"
+            shown.problems.append(Problem("sizes differ", text, frame.name))
+    return shown
+
+
+def _layer(dataset: Dataset, kind: str, path, longest: int) -> tuple[Encoded, tuple[int, int]]:
+    file = dataset.folder / path
+    if kind in DEPTHS:
+        values = np.load(file, allow_pickle=False)
+        return pictures.depth(values, longest), (values.shape[1], values.shape[0])
+    if kind == "normals":
+        return pictures.photograph(file, longest)
+    with Image.open(file) as opened:
+        size = opened.size
+    return pictures.mask(file, longest), size
+
+
+def _check_unshown(dataset: Dataset, shown: set[int]) -> None:
+    """At least the head of every picture that is not shown must be readable."""
+    for frame in dataset.frames:
+        if id(frame) in shown or frame.picture is None:
+            continue
+        try:
+            with Image.open(dataset.folder / frame.picture):
+                pass
+        except BROKEN as error:
+            dataset.problems.append(Problem("unreadable picture", f"{frame.picture}: {error}", frame.name))
+
+
+def _check_sizes(dataset: Dataset, shown: Sequence[Shown]) -> None:
+    """Within a view all pictures have one size, and boxes lie inside them."""
+    usual: dict[str, tuple[int, int]] = {}
+    for each in shown:
+        if each.size is None:
+            continue
+        first = usual.setdefault(each.frame.view, each.size)
+        if each.size != first:
+            text = f"{each.frame.name} is {each.size[0]} x {each.size[1]}, the first one {first[0]} x {first[1]} pixels"
+            dataset.problems.append(Problem("sizes differ", text, each.frame.name))
+        for seen in each.frame.objects:
+            box = seen.box
+            if box and (box[0] < 0 or box[1] < 0 or box[2] > each.size[0] or box[3] > each.size[1]):
+                text = f"{each.frame.name}: the box of {seen.prim_path or seen.label} reaches outside the picture"
+                dataset.problems.append(Problem("box outside the picture", text, each.frame.name))
+
+
+def _note(frames: int, shown: Sequence[Shown], longest: int) -> str | None:
+    """What was left out to keep the page small; None where nothing was."""
+    smaller = any(each.size and max(each.size) > longest for each in shown)
+    parts = []
+    if len(shown) < frames:
+        parts.append(
+            f"{len(shown)} of {frames} pictures are on this page, evenly chosen; counts and histograms are of all"
+        )
+    if smaller:
+        parts.append(f"pictures are shown at most {longest} pixels long; numbers are the originals'")
+    return ". ".join(part[0].upper() + part[1:] for part in parts) + "." if parts else None

@@ -1,0 +1,50 @@
+"""Files below a folder, and reading them without stopping at the first broken one."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from usdsdg.inspect.records import Dataset, Problem
+
+MAX_DEPTH = 6
+UNREADABLE = "unreadable file"
+
+
+def files_below(folder: Path) -> Iterator[Path]:
+    """Paths relative to `folder`, sorted within each folder; hidden ones and very deep ones are left out."""
+    for where, folders, names in os.walk(folder):
+        inside = Path(where).relative_to(folder)
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        if len(inside.parts) >= MAX_DEPTH:
+            folders.clear()
+        yield from (inside / name for name in sorted(names) if not name.startswith("."))
+
+
+def read_json(dataset: Dataset, path: Path, frame: str | None = None) -> Any | None:
+    """The values of a JSON file below the dataset; None, and a problem noted, where it is broken."""
+    try:
+        return json.loads((dataset.folder / path).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        dataset.problems.append(Problem(UNREADABLE, f"{path}: {_short(error)}", frame))
+        return None
+
+
+def read_array(dataset: Dataset, path: Path, frame: str | None = None) -> np.ndarray | None:
+    """The array of a .npy file below the dataset; None, and a problem noted, where it is broken."""
+    try:
+        return np.load(dataset.folder / path, allow_pickle=False)
+    except (OSError, ValueError, EOFError) as error:
+        dataset.problems.append(Problem(UNREADABLE, f"{path}: {_short(error)}", frame))
+        return None
+
+
+def _short(error: Exception) -> str:
+    if isinstance(error, json.JSONDecodeError):
+        return f"not valid JSON at line {error.lineno}: {error.msg}"
+    return str(error).splitlines()[0] if str(error) else type(error).__name__

@@ -1,0 +1,170 @@
+"""A dataset to one HTML file: values as JSON, pictures as data, style and script inside."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+import tempfile
+from collections import Counter
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from usdsdg.errors import OutputNotWritable
+from usdsdg.inspect import statistics
+from usdsdg.inspect.dataset import read_dataset
+from usdsdg.inspect.embedding import BUDGET, Embedding, Progress, Shown, embed
+from usdsdg.inspect.records import Dataset, SeenObject
+
+# Problems of one kind that are listed one by one; the rest is counted.
+LISTED = 200
+
+
+def inspect(
+    folder: str | os.PathLike[str],
+    output: str | os.PathLike[str] | None = None,
+    *,
+    budget: int = BUDGET,
+    progress: Progress | None = None,
+) -> Path:
+    """Write one HTML page about the dataset in `folder`; returns its path (default `folder`/inspect.html).
+
+    `budget` bounds the bytes of all pictures on the page; smaller or fewer ones are taken where they exceed it.
+
+    Raises:
+        DatasetError: the folder is missing, or holds no dataset that is known.
+        OutputNotWritable: the page cannot be written.
+    """
+    dataset = read_dataset(Path(folder))
+    embedding = embed(dataset, budget=budget, progress=progress)
+    target = Path(output) if output is not None else Path(folder) / "inspect.html"
+    _write(target, page(dataset, embedding))
+    return target
+
+
+def page(dataset: Dataset, embedding: Embedding) -> str:
+    """The whole page as text."""
+    template, *_ = parts = [_part(name) for name in ("page.html", "page.css", "charts.js", "viewer.js")]
+    values, images = _values(dataset, embedding)
+    # A label or path could hold "</script>".
+    data = json.dumps(values, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    filled = {
+        "{{title}}": html.escape(f"{dataset.folder.resolve().name} – usdsdg inspect"),
+        "{{style}}": parts[1],
+        "{{script}}": parts[2] + parts[3],
+        "{{data}}": data,
+        "{{images}}": "\n".join(f'<script type="text/plain" id="i{i}">{uri}</script>' for i, uri in enumerate(images)),
+    }
+    pieces = template
+    for token, text in filled.items():
+        pieces = pieces.replace(token, text, 1)
+    return pieces
+
+
+def _part(name: str) -> str:
+    return (resources.files("usdsdg.inspect") / "page" / name).read_text(encoding="utf-8")
+
+
+def _values(dataset: Dataset, embedding: Embedding) -> tuple[dict[str, Any], list[str]]:
+    """The page's values, and the pictures that they number."""
+    classes = statistics.classes(dataset)
+    names = [each["name"] for each in classes]
+    images: list[str] = []
+    views = sorted({frame.view for frame in dataset.frames})
+    values = {
+        "title": dataset.folder.resolve().name,
+        "folder": str(dataset.folder.resolve()),
+        "writers": dataset.writers,
+        "metadata": dataset.metadata,
+        "views": views,
+        "totals": {
+            "frames": len(dataset.frames),
+            "shown": len(embedding.shown),
+            "objects": sum(len(frame.objects) for frame in dataset.frames),
+        },
+        "notes": [*([embedding.note] if embedding.note else []), *dataset.notes],
+        "classes": classes,
+        "histograms": statistics.histograms(dataset, names),
+        "problems": _problems(dataset),
+        "unshown": dict(sorted(dataset.unshown.items())),
+        "frames": [_frame(shown, views, names, images) for shown in embedding.shown],
+    }
+    return values, images
+
+
+def _problems(dataset: Dataset) -> list[dict[str, Any]]:
+    """Grouped by kind: how many, and the first of them with their frames."""
+    counts = Counter(problem.kind for problem in dataset.problems)
+    return [
+        {
+            "kind": kind,
+            "count": count,
+            "list": [[p.text, p.frame] for p in dataset.problems if p.kind == kind][:LISTED],
+        }
+        for kind, count in counts.most_common()
+    ]
+
+
+def _frame(shown: Shown, views: list[str], names: list[str], images: list[str]) -> dict[str, Any]:
+    def number(uri: str) -> int:
+        images.append(uri)
+        return len(images) - 1
+
+    frame = shown.frame
+    return {
+        "name": frame.name,
+        "view": views.index(frame.view),
+        "size": shown.size,
+        "picture": number(shown.picture.uri) if shown.picture else None,
+        "layers": {
+            kind: {"image": number(encoded.uri), "values": _rounded(encoded.values)}
+            for kind, encoded in shown.layers.items()
+        },
+        "labelled": frame.labelled,
+        "objects": [_object(seen, names) for seen in frame.objects],
+    }
+
+
+def _object(seen: SeenObject, names: list[str]) -> dict[str, Any]:
+    """Without what is unknown; pixels to a tenth."""
+    values = {
+        "class": names.index(seen.label),
+        "path": seen.prim_path or None,
+        "box": _rounded(seen.box),
+        "loose": _rounded(seen.loose),
+        "cuboid": _rounded(seen.cuboid),
+        "edges": _rounded(seen.edges),
+        "axes": _rounded(seen.axes),
+        "size": _rounded(seen.size),
+        "distance": _rounded(seen.distance),
+        "visibility": _rounded(seen.visibility),
+        "truncation": _rounded(seen.truncation),
+    }
+    return {key: value for key, value in values.items() if value is not None}
+
+
+def _rounded(values: Any) -> Any:
+    """For JSON: pixels to a tenth, single numbers to a thousandth; None also where a number is not finite."""
+    if values is None or not np.isfinite(values).all():
+        return None
+    return np.round(np.asarray(values, float), 3 if np.ndim(values) == 0 else 1).tolist()
+
+
+def _write(target: Path, text: str) -> None:
+    """Whole or not at all."""
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        handle, draft = tempfile.mkstemp(prefix=f".{target.name}-", dir=target.parent)
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8") as file:
+                file.write(text)
+            os.chmod(draft, 0o644)
+            os.replace(draft, target)
+        except BaseException:
+            os.unlink(draft)
+            raise
+    except OSError as error:
+        raise OutputNotWritable(f"the page cannot be written to {target}: {error}; give another output") from error
