@@ -269,3 +269,33 @@ def test_two_instancers_share_a_prototype(forest):
     entities = EntityReader(forest).read((*TREES, *TREES[:2]))
     assert [g for g in entities.groups] == [(1,), (3,), (5,)]
     np.testing.assert_allclose(entities.local_to_world[2][3], [0, 0, 106, 1], atol=1e-3)
+
+
+def test_a_prototype_elsewhere_belongs_to_the_instancer_that_draws_it(stage):
+    add_labels(xform(stage, "/World/Forest"), {"class": ["forest"]})
+    add_cube(stage, "/Prototypes/Tree/Trunk")
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/Forest/Points")
+    instancer.CreatePrototypesRel().SetTargets(["/Prototypes/Tree"])
+    instancer.CreateProtoIndicesAttr([0])
+    instancer.CreatePositionsAttr([Gf.Vec3f(5, 0, 0)])
+    entities = EntityReader(stage).read(("/Prototypes/Tree/Trunk[0]",))
+    assert entities.prim_paths == ("/World/Forest",)
+    np.testing.assert_allclose(entities.bounds[0], [[4.5, -0.5, -0.5], [5.5, 0.5, 0.5]])
+
+
+def test_instancers_inside_prototypes(stage):
+    """A row of flower beds, each a row of flowers: entries are path[flower][bed]."""
+    flower = add_cube(stage, "/World/Beds/Bed/Flowers/Flower")
+    add_labels(flower, {"class": ["flower"]})
+    for path, target, step in (("/World/Beds", "/World/Beds/Bed", (10, 0, 0)),
+                               ("/World/Beds/Bed/Flowers", "/World/Beds/Bed/Flowers/Flower", (0, 1, 0))):  # fmt: skip
+        instancer = UsdGeom.PointInstancer.Define(stage, path)
+        instancer.CreatePrototypesRel().SetTargets([target])
+        instancer.CreateProtoIndicesAttr([0, 0])
+        instancer.CreatePositionsAttr([Gf.Vec3f(0, 0, 0), Gf.Vec3f(*step)])
+    entries = tuple(f"/World/Beds/Bed/Flowers/Flower[{i}][{o}]" for o in (0, 1) for i in (0, 1))
+    entities = EntityReader(stage).read(entries)
+    assert entities.prim_paths == entries
+    np.testing.assert_allclose(
+        entities.local_to_world[:, 3, :3], [[0, 0, 0], [0, 1, 0], [10, 0, 0], [10, 1, 0]], atol=1e-6
+    )

@@ -156,9 +156,10 @@ def test_the_queue_is_bounded_in_jobs_and_bytes():
     late = threading.Thread(target=lambda: queue.submit(partial(done.append, 2), what="x", size=40, owner=owner))
     late.start()
     late.join(0.2)
-    assert late.is_alive()
+    waits = late.is_alive()
     gate.set()
     late.join()
+    assert waits
     queue.wait_until_done(owner)
     assert done == [0, 1, 2]
 

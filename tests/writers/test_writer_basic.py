@@ -195,6 +195,24 @@ def test_jpegs_of_colour_and_png_of_labels(frame, tmp_path):
     assert {"rgb_0000.jpeg", "semantic_segmentation_0000.png"} <= set(files(tmp_path))
 
 
+def test_what_describes_a_file_is_written_after_it(frame):
+    class Diary(writers.BaseBackend):
+        def __init__(self):
+            self.paths = []
+
+        def write_blob(self, path, data):
+            self.paths.append(path)
+
+    writer = writers.get("BasicWriter")
+    writer.initialize(backend=Diary(), **dict.fromkeys(ALL, True))
+    writer.attach(PRODUCT)
+    writer.receive(annotators.build_payload(writer, {PRODUCT: frame}))
+    writer.backend.wait_until_done()
+    is_json = [path.endswith("json") for path in writer.backend.paths if path != "metadata.txt"]
+    assert is_json == sorted(is_json)
+    assert any(is_json)
+
+
 @pytest.mark.parametrize(
     ("options", "error", "message"),
     [

@@ -339,6 +339,47 @@ def test_a_box_that_reaches_behind_the_camera_is_not_mirrored(around_the_camera,
     assert 0.5 < seen["truncation_ratio"] < 1
 
 
+def test_truncation_of_a_box_around_the_camera_counts_what_is_in_front(around_the_camera, tmp_path):
+    write(tmp_path, around_the_camera)
+    (seen,) = read(tmp_path)["objects"]
+    # Points all over the box's edges, those beyond the near plane projected one by one.
+    corners = np.array(seen["cuboid_keypoints_world_frame"])[1:]
+    t = np.linspace(0, 1, 20001)[:, None]
+    edges = [a + t * (b - a) for a in corners for b in corners if np.isclose(np.abs(a - b) > 1e-9, True).sum() == 1]
+    pixels, depth = around_the_camera.camera.project(np.concatenate(edges))
+    pixels = pixels[depth >= 0.1]
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    inside = np.prod(np.clip(high, 0, (128, 96)) - np.clip(low, 0, (128, 96)))
+    # The nearest sample is up to 8 m / 20000 beyond the plane at 0.1 m.
+    assert seen["truncation_ratio"] == pytest.approx(1 - inside / np.prod(high - low), abs=0.01)
+
+
+def test_what_has_no_visibility_is_left_out(frame, tmp_path):
+    writer = writers.get("PoseWriter", init_params={"output_dir": str(tmp_path)})
+    writer.attach(PRODUCT)
+    payload = annotators.build_payload(writer, {PRODUCT: frame})
+    seen = payload["renderProducts"]["rp1"]
+    boxes = dict(seen["bounding_box_3d_fast"])
+    boxes["data"] = boxes["data"].copy()
+    boxes["data"]["occlusionRatio"][:] = np.nan
+    writer.receive({"renderProducts": {"rp1": {**seen, "bounding_box_3d_fast": boxes}}})
+    writer.backend.wait_until_done()
+    assert files(tmp_path) == ["metadata.txt"]
+
+
+def test_a_shifted_aperture_moves_the_principal_point(tmp_path):
+    stage = street()
+    camera = stage.GetPrimAtPath("/World/Camera")
+    camera.GetAttribute("horizontalApertureOffset").Set(2.0)
+    camera.GetAttribute("verticalApertureOffset").Set(-1.0)
+    frame = make_frame(stage, (96, 72))
+    write(tmp_path, frame, skip_empty_frames=False)
+    intrinsics = read(tmp_path)["camera_data"]["intrinsics"]
+    assert intrinsics["cx"] == pytest.approx(frame.camera.cx)
+    assert intrinsics["cy"] == pytest.approx(frame.camera.cy)
+    assert abs(intrinsics["cx"] - 48) > 5
+
+
 # The overlay
 
 
@@ -374,6 +415,22 @@ def test_the_overlay_of_a_box_around_the_camera_stays_on_its_side(around_the_cam
     # The beam is wholly right of the axis; mirrored edges would cross the left half (the corner holds the axes).
     assert not changed[:80, :58].any()
     assert changed[:80, 70:].any()
+
+
+def test_the_overlay_draws_edges_where_their_points_are(around_the_camera, tmp_path):
+    """An edge that ends behind the camera is cut in the scene, not bent in the picture."""
+    write(tmp_path, around_the_camera, write_debug_images=True)
+    overlay = np.array(Image.open(tmp_path / "000000_overlay.png")).astype(int)
+    plain = np.array(Image.open(tmp_path / "000000.png")).astype(int)
+    changed = (overlay != plain).any(axis=-1)
+    (seen,) = read(tmp_path)["objects"]
+    far, near = (np.array(seen["cuboid_keypoints_world_frame"][k]) for k in (1, 2))  # LDB and LDF: below and above
+    assert (far[2], near[2]) == (4, 12)
+    pixels, depth = around_the_camera.camera.project(far + np.linspace(0, 1, 500)[:, None] * (near - far))
+    u, v = pixels[(depth > 0.1)].T
+    shown = (u >= 0) & (u < 128) & (v >= 0) & (v < 96)
+    assert shown.sum() > 20
+    assert changed[v[shown].astype(int), u[shown].astype(int)].all()
 
 
 # Bad input
