@@ -6,6 +6,7 @@ import numpy as np
 import warp as wp
 
 from usdsdg.errors import warn_once
+from usdsdg_render.denoise import denoise
 from usdsdg_render.kernels.develop import develop_pixels
 from usdsdg_render.kernels.path import FilmArrays
 from usdsdg_render.parallel import for_bands
@@ -48,6 +49,8 @@ class Film:
 def develop(film: Film, tone: ToneSettings, *, threads: int | None = None) -> dict[str, np.ndarray]:
     """See `WarpRenderer.develop`."""
     radiance = film.arrays.color
+    if film.has_features and tone.denoise is not False:
+        radiance = denoise(film.arrays, film.device, threads=threads)
     shape = (film.height, film.width)
     hdr = wp.empty(shape, dtype=wp.vec4h, device=film.device)
     ldr = wp.empty(shape, dtype=wp.vec4ub, device=film.device)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import warp as wp
 
-from usdsdg_render.kernels import aov, coverage, develop, flatten, path
+from usdsdg_render.kernels import aov, coverage, denoise, develop, flatten, path
 from usdsdg_render.trace import build
 
 Progress = Callable[[str, int, "int | None"], None]
@@ -20,7 +20,7 @@ def precompile(device: str = "cpu", progress: Progress | None = None) -> None:
     if device in _ready:
         return
     kernels = [build.build_tree] if device == "cpu" else [flatten.place_triangles]
-    kernels += [path.add_samples, aov.label_pixels, coverage.cover_strips, develop.develop_pixels]
+    kernels += [path.add_samples, aov.label_pixels, coverage.cover_strips, develop.develop_pixels, denoise.smooth]
     # Warp compiles for a block size; a launch on a CPU has blocks of one.
     block_dim = 1 if device == "cpu" else CUDA_BLOCK
     modules = [kernel.module for kernel in kernels]

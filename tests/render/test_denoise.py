@@ -1,0 +1,93 @@
+"""The filter of the fast mode on films made by hand: noise goes; textures, edges and the sky stay."""
+
+import numpy as np
+import pytest
+import warp as wp
+
+from usdsdg_render.denoise import denoise
+from usdsdg_render.film import Film, develop
+from usdsdg_render.settings import ToneSettings
+
+SIZE, SAMPLES = 48, 8
+
+
+def film_of(light, *, albedo=None, normal=(0.0, 0.0, 1.0), depth=2.0, noise=0.3, seed=0):
+    """A film of SAMPLES noisy samples of `light` (H, W, 3) on surfaces of `albedo`."""
+    shape = light.shape[:2]
+    albedo = np.broadcast_to(np.ones(3) if albedo is None else albedo, light.shape)
+    factors = np.random.default_rng(seed).gamma(1 / noise**2, noise**2, (SAMPLES, *shape, 1))
+    samples = light * factors
+    film = Film(shape[1], shape[0], "cpu")
+    film.want_features()
+    color = np.concatenate([(samples * albedo).sum(0), np.full((*shape, 1), SAMPLES)], -1)
+    brightness = samples @ np.array([0.2126, 0.7152, 0.0722])
+    normal_depth = np.concatenate([np.broadcast_to(normal, light.shape), np.broadcast_to(depth, shape)[..., None]], -1)
+    film.arrays.color = wp.array(color, dtype=wp.vec4, device="cpu")
+    film.arrays.albedo = wp.array(albedo * SAMPLES, dtype=wp.vec3, device="cpu")
+    film.arrays.normal_depth = wp.array(normal_depth * SAMPLES, dtype=wp.vec4, device="cpu")
+    film.arrays.square = wp.array((brightness**2).sum(0), dtype=wp.float32, device="cpu")
+    return film
+
+
+def filtered(film):
+    return denoise(film.arrays, "cpu").numpy()[..., :3]
+
+
+def rms(image, truth):
+    return np.sqrt(((image - truth) ** 2).mean())
+
+
+def test_noise_falls_by_more_than_a_factor_of_five():
+    truth = np.full((SIZE, SIZE, 3), 100.0)
+    film = film_of(truth)
+    assert rms(filtered(film), truth) < rms(film.radiance(), truth) / 5
+
+
+def test_what_has_no_noise_is_not_changed():
+    rng = np.random.default_rng(1)
+    truth = np.broadcast_to(rng.uniform(10, 200, 3), (SIZE, SIZE, 3)).copy()
+    albedo = rng.uniform(0.1, 1.0, (SIZE, SIZE, 3))
+    film = film_of(truth, albedo=albedo, noise=1e-3)
+    np.testing.assert_allclose(filtered(film), film.radiance(), rtol=5e-3)
+
+
+def test_textures_keep_their_contrast():
+    checks = np.where(np.indices((SIZE, SIZE)).sum(0) % 2, 0.9, 0.1)[..., None] * np.ones(3)
+    truth = np.full((SIZE, SIZE, 3), 100.0)
+    result = filtered(film_of(truth, albedo=checks))
+    assert rms(result, truth * checks) < 4
+    np.testing.assert_allclose(result[checks > 0.5].mean() / result[checks < 0.5].mean(), 9, rtol=0.02)
+
+
+def test_light_does_not_cross_an_edge_between_normals():
+    left = (np.arange(SIZE) < SIZE // 2)[None, :, None]
+    truth = np.where(left, 10.0, 200.0) * np.ones((SIZE, SIZE, 3))
+    normal = np.where(left, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+    result = filtered(film_of(truth, normal=normal))
+    np.testing.assert_allclose(result[:, : SIZE // 2].mean((0, 2)), 10.0, rtol=0.1)
+    np.testing.assert_allclose(result[:, SIZE // 2 :].mean((0, 2)), 200.0, rtol=0.1)
+
+
+def test_light_does_not_cross_a_step_in_depth():
+    left = np.arange(SIZE)[None, :] < SIZE // 2
+    truth = np.where(left[..., None], 10.0, 200.0) * np.ones((SIZE, SIZE, 3))
+    result = filtered(film_of(truth, depth=np.where(left, 1.0, 4.0)))
+    np.testing.assert_allclose(result[:, : SIZE // 2].mean((0, 2)), 10.0, rtol=0.1)
+
+
+def test_the_sky_is_left_alone():
+    film = film_of(np.random.default_rng(2).uniform(0, 500, (SIZE, SIZE, 3)), normal=(0.0, 0.0, 0.0), depth=0.0)
+    np.testing.assert_allclose(filtered(film), film.radiance(), rtol=1e-5)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_the_result_does_not_depend_on_threads(threads):
+    film = film_of(np.full((SIZE, SIZE, 3), 50.0))
+    assert np.array_equal(denoise(film.arrays, "cpu", threads=threads).numpy(), denoise(film.arrays, "cpu").numpy())
+
+
+def test_developing_filters_unless_told_not_to():
+    film = film_of(np.full((SIZE, SIZE, 3), 300.0))
+    plain = develop(film, ToneSettings(denoise=False))["LdrColor"].astype(float)
+    clean = develop(film, ToneSettings())["LdrColor"].astype(float)
+    assert clean[..., :3].std() < plain[..., :3].std() / 3
