@@ -316,9 +316,9 @@ def test_truncation_is_the_share_of_the_rectangle_outside(tmp_path):
 
 @pytest.fixture(scope="module")
 def around_the_camera():
-    """A long box that the camera stands beside: one end is far in front, the other behind."""
+    """A long slanted box that the camera stands beside: one end is far in front, the other behind."""
     stage = new_stage()
-    add_cube(stage, "/World/Beam", "beam", translate=(0.5, 0, 8), scale=(0.5, 0.5, 8))
+    add_cube(stage, "/World/Beam", "beam", translate=(0.9, 0.1, 8), rotate=(5, -15, 0), scale=(0.5, 0.5, 8))
     return make_frame(stage, (128, 96))
 
 
@@ -343,9 +343,10 @@ def test_truncation_of_a_box_around_the_camera_counts_what_is_in_front(around_th
     write(tmp_path, around_the_camera)
     (seen,) = read(tmp_path)["objects"]
     # Points all over the box's edges, those beyond the near plane projected one by one.
-    corners = np.array(seen["cuboid_keypoints_world_frame"])[1:]
+    corners = list(zip(read(tmp_path)["keypoint_order"], np.array(seen["cuboid_keypoints_world_frame"])))[1:]
     t = np.linspace(0, 1, 20001)[:, None]
-    edges = [a + t * (b - a) for a in corners for b in corners if np.isclose(np.abs(a - b) > 1e-9, True).sum() == 1]
+    pairs = [(a, b) for m, a in corners for n, b in corners if sum(x != y for x, y in zip(m, n)) == 1]
+    edges = [a + t * (b - a) for a, b in pairs]
     pixels, depth = around_the_camera.camera.project(np.concatenate(edges))
     pixels = pixels[depth >= 0.1]
     low, high = pixels.min(axis=0), pixels.max(axis=0)
@@ -424,13 +425,15 @@ def test_the_overlay_draws_edges_where_their_points_are(around_the_camera, tmp_p
     plain = np.array(Image.open(tmp_path / "000000.png")).astype(int)
     changed = (overlay != plain).any(axis=-1)
     (seen,) = read(tmp_path)["objects"]
-    far, near = (np.array(seen["cuboid_keypoints_world_frame"][k]) for k in (1, 2))  # LDB and LDF: below and above
-    assert (far[2], near[2]) == (4, 12)
-    pixels, depth = around_the_camera.camera.project(far + np.linspace(0, 1, 500)[:, None] * (near - far))
-    u, v = pixels[(depth > 0.1)].T
-    shown = (u >= 0) & (u < 128) & (v >= 0) & (v < 96)
-    assert shown.sum() > 20
-    assert changed[v[shown].astype(int), u[shown].astype(int)].all()
+    corners = dict(zip(read(tmp_path)["keypoint_order"], np.array(seen["cuboid_keypoints_world_frame"])))
+    for side in ("LD", "LU", "RD", "RU"):
+        far, near = corners[f"{side}B"], corners[f"{side}F"]
+        assert far[2] < 10 < near[2]
+        pixels, depth = around_the_camera.camera.project(far + np.linspace(0, 1, 500)[:, None] * (near - far))
+        u, v = pixels[(depth > 0.1)].T
+        shown = (u >= 0) & (u < 128) & (v >= 0) & (v < 96)
+        assert shown.sum() > 10
+        assert changed[v[shown].astype(int), u[shown].astype(int)].all()
 
 
 # Bad input

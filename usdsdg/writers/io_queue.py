@@ -75,6 +75,10 @@ class IoQueue:
                 self._changed.wait()
             self._raise_failure(owner)
 
+    def set_max_queue_size(self, jobs: int) -> None:
+        """How many jobs may wait before `submit` blocks."""
+        self.max_jobs = max(1, int(jobs))
+
     def _count(self, owner: Any) -> int:
         return self._open.total() if owner is None else self._open[id(owner)]
 
@@ -154,4 +158,4 @@ def wait_until_done() -> None:
 
 def set_max_queue_size(jobs: int) -> None:
     """How many jobs may wait before `schedule` blocks."""
-    io_queue.max_jobs = max(1, int(jobs))
+    io_queue.set_max_queue_size(jobs)

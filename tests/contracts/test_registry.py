@@ -1,0 +1,49 @@
+import pytest
+
+from usdsdg.errors import WriterRegistryError
+from usdsdg.registry import Registry, near_misses
+
+
+@pytest.fixture
+def registry():
+    made = Registry("fruit", WriterRegistryError)
+    made.add("Apple", 1)
+    made.add("Banana", 2)
+    return made
+
+
+def test_members_come_in_order(registry):
+    assert registry.names() == list(registry) == ["Apple", "Banana"]
+    assert len(registry) == 2
+    assert "Apple" in registry
+    assert registry.get("Banana") == 2
+
+
+@pytest.mark.parametrize("name", ["apple", "Aple", "APPLES"])
+def test_near_misses_are_suggested_whatever_the_case(registry, name):
+    with pytest.raises(WriterRegistryError, match=rf"No fruit is named '{name}'. Did you mean 'Apple'"):
+        registry.get(name)
+
+
+def test_without_a_near_miss_all_names_are_listed(registry):
+    with pytest.raises(WriterRegistryError, match="Known: Apple, Banana"):
+        registry.get("xyz")
+
+
+def test_taken_names(registry):
+    registry.add("Apple", 3)
+    assert registry.get("Apple") == 3
+    with pytest.raises(WriterRegistryError, match="exists already"):
+        registry.add("Apple", 4, override=False)
+
+
+def test_removing(registry):
+    assert registry.remove("Apple") == 1
+    assert registry.names() == ["Banana"]
+    with pytest.raises(WriterRegistryError):
+        registry.remove("Apple")
+
+
+def test_near_misses_are_best_first():
+    assert near_misses("rgbb", ["depth", "rgb", "rgba"])[0] in ("rgb", "rgba")
+    assert near_misses("zzz", ["depth"]) == []
