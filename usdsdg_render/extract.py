@@ -20,6 +20,7 @@ from .domes import DomeBuilder, DomeLight, read_dome
 from .gprims import Gprim, Placements, display_colour, find_gprims
 from .lights import metres_per_unit, read_light
 from .materials import MaterialLibrary, bound_materials, build_table, stand_in
+from .mesh_lights import glowing, is_light
 from .plan import Plan, Planner, is_below
 from .prototypes import PrototypeCache
 from .scene import LIGHT, Instances, Prototype, Scene
@@ -125,6 +126,8 @@ class SceneExtractor:
                     used.add(prim.GetPath())
                     material = self._library.read(prim)
                 gprim.materials.append(self._finished(gprim, material))
+            if is_light(gprim.prim):
+                gprim.materials = [glowing(material, gprim.prim) for material in gprim.materials]
         self._library.keep_only(used)
 
     def _finished(self, gprim: Gprim, material: Material | None) -> Material:

@@ -152,9 +152,10 @@ def _has_arcs(prim: Usd.Prim) -> bool:
 def _read_surface(network: Network) -> Material | None:
     material = UsdShade.Material(network.material)
     mdl = _surface(material, "mdl")
-    if mdl is not None and mdl_name(mdl):
+    name = "" if mdl is None else mdl_name(mdl)
+    if mdl is not None and name:
         network.visited.add(mdl.GetPath())
-        known = read_mdl(network, mdl)
+        known = read_mdl(network, mdl, name)
         if known is not None:
             return known
     universal = _surface(material, "")
@@ -162,7 +163,7 @@ def _read_surface(network: Network) -> Material | None:
         network.visited.add(universal.GetPath())
         return read_preview_surface(network, universal)
     surface = mdl or universal
-    name = (mdl_name(surface) or shader_id(surface)) if surface is not None else ""
+    name = name or (shader_id(surface) if surface is not None else "")
     what = f"its surface shader '{name}' is not supported" if surface is not None else "it has no surface shader"
     errors.warn_once(
         f"{network.material.GetPath()}: {what}; the displayColor of each mesh is used. Give the material a "

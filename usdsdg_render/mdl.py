@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 
 from pxr import Sdf, UsdShade
 
@@ -31,9 +32,9 @@ def mdl_name(shader: UsdShade.Shader) -> str:
     return name.split("(", 1)[0].rsplit("::", 1)[-1] if asset is not None or name else ""
 
 
-def read_mdl(network: Network, shader: UsdShade.Shader) -> Material | None:
-    """The material if its name is one we know, else None."""
-    reader = _READERS.get(mdl_name(shader))
+def read_mdl(network: Network, shader: UsdShade.Shader, name: str) -> Material | None:
+    """The material if `name`, its MDL name, is one we know, else None."""
+    reader = _READERS.get(name)
     if reader is None:
         return None
     material = replace(reader(network, shader), name=str(network.material.GetPath()))
@@ -73,12 +74,12 @@ def _texture(network: Network, shader: UsdShade.Shader, name: str, *, colour: bo
     return TextureUse(file, space, colour, WRAP_REPEAT, WRAP_REPEAT, shader=str(shader.GetPath()), **baked)
 
 
-def _omni_pbr(network: Network, shader: UsdShade.Shader) -> Material:
+def _omni_pbr(network: Network, shader: UsdShade.Shader, *, opacity_enabled: bool = False) -> Material:
     orm = _texture(network, shader, "ORM_texture", colour=False)
     if not network.flag(shader, "enable_ORM_texture", False):
         orm = None
     threshold = network.number(shader, "opacity_threshold", 0.0)
-    opacity = _opacity(network, shader)
+    opacity = _opacity(network, shader, enabled=opacity_enabled)
     return Material(
         base_color=_albedo(network, shader),
         roughness=_blended(network, shader, "reflection_roughness", "reflectionroughness_texture", 0.5, orm, 1),
@@ -128,8 +129,8 @@ def _blended(
     return Input((1.0,), texture, channel, (constant,))
 
 
-def _opacity(network: Network, shader: UsdShade.Shader) -> Input:
-    if not network.flag(shader, "enable_opacity", mdl_name(shader) == "OmniPBR_Opacity"):
+def _opacity(network: Network, shader: UsdShade.Shader, *, enabled: bool) -> Input:
+    if not network.flag(shader, "enable_opacity", enabled):
         return Input((1.0,))
     constant = network.number(shader, "opacity_constant", 1.0)
     texture = None
@@ -193,7 +194,7 @@ def _omni_surface(network: Network, shader: UsdShade.Shader) -> Material:
 
 _READERS = {
     "OmniPBR": _omni_pbr,
-    "OmniPBR_Opacity": _omni_pbr,
+    "OmniPBR_Opacity": partial(_omni_pbr, opacity_enabled=True),
     "OmniPBR_ClearCoat": _omni_pbr_clearcoat,
     "OmniPBR_ClearCoat_Opacity": _omni_pbr_clearcoat,
     "OmniGlass": _omni_glass,

@@ -157,6 +157,10 @@ EDITS = {
         ),
         set(),
     ),
+    "a gprim becomes a light": (
+        lambda s: UsdLux.MeshLightAPI.Apply(s.GetPrimAtPath("/World/mesh")),
+        {"materials"},
+    ),
     "up axis": (lambda s: UsdGeom.SetStageUpAxis(s, "Y"), {"dome"}),
     # What other engines and scripts write every frame, or once, and nobody sees.
     "a camera": (lambda s: s.DefinePrim("/cam", "Camera"), set()),

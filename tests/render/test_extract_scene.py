@@ -390,6 +390,29 @@ def test_progress_reaches_the_total():
     assert calls[-1] == ("geometry", 3, 3)
 
 
+@pytest.mark.parametrize("mode", ["noMaterialResponse", "independent", "materialGlowTintsLight"])
+def test_mesh_lights_glow(mode):
+    stage = make_stage()
+    mesh = add_mesh(stage, "/Panel")
+    material = add_material(stage, "/Looks/M")
+    surface = UsdShade.Shader(stage.GetPrimAtPath("/Looks/M/Surface"))
+    surface.CreateInput("emissiveColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(1, 0.5, 0))
+    bind(mesh, material)
+    light = UsdLux.MeshLightAPI.Apply(mesh.GetPrim())
+    api = UsdLux.LightAPI(light)
+    api.CreateIntensityAttr(8.0)
+    api.CreateMaterialSyncModeAttr(mode)
+    scene = extract(stage)
+    row = scene.materials[scene.material_slots[scene.instances.slot_offset[0]]]
+    expected = {
+        "noMaterialResponse": ([0, 0, 0], [8, 8, 8]),
+        "independent": ([1, 0, 0], [8, 8, 8]),
+        "materialGlowTintsLight": ([1, 0, 0], [8, 4, 0]),
+    }[mode]
+    assert (row["base_color"].tolist(), row["emission"].tolist()) == expected
+    assert len(scene.lights) == 0
+
+
 def test_an_empty_stage_gives_an_empty_scene():
     scene = extract(make_stage())
     assert len(scene.instances) == len(scene.prototypes) == len(scene.materials) == len(scene.lights) == 0
