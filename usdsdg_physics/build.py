@@ -20,7 +20,6 @@ CONTACTS_PER_BODY = 18
 MIN_CONTACTS = 1000
 CONSTRAINT_ROWS_PER_BODY = 16
 MIN_CONSTRAINT_ROWS = 8192
-# The colored solver keeps its contact rows in the propagation family; these hold velocity limits only.
 MIN_CONSTRAINT_ROWS_CUDA = 4096
 
 COLLIDES, SWITCHED_OFF = 1, 0  # collision groups: newton pairs no shape of group zero
@@ -40,10 +39,11 @@ class Built:
     gyration: np.ndarray  # (N,) mean moment of inertia per mass, m²
 
 
-def build(scene: Scene, *, device: str | None = None, progress: Progress | None = None) -> Built:
+def build(scene: Scene, *, device: str | None = None, capacity: float = 1.0, progress: Progress | None = None) -> Built:
     """A model of all bodies and colliders, ready to step.
 
     Switched-off colliders are built like the others: the pipeline only knows the shapes that collide when it is made.
+    `capacity` multiplies the room for contacts.
     """
     prepare_newton()
     import newton
@@ -80,9 +80,9 @@ def build(scene: Scene, *, device: str | None = None, progress: Progress | None 
     # Our inertias are already positive and balanced; newton's check would only compile another kernel.
     model = builder.finalize(device=device, skip_validation_inertia=True)
     model.set_gravity(scene.gravity)
-    pipeline = _pipeline(model)
+    pipeline = _pipeline(model, capacity)
     load_kernels(pipeline, progress=progress)
-    solver = _solver(model)
+    solver = _solver(model, capacity)
     return Built(
         model,
         pipeline,
@@ -95,24 +95,26 @@ def build(scene: Scene, *, device: str | None = None, progress: Progress | None 
     )
 
 
-def _pipeline(model: newton.Model) -> newton.CollisionPipeline:
+def _pipeline(model: newton.Model, capacity: float) -> newton.CollisionPipeline:
     import newton
 
     # One configuration for every scene: each combination of options is another narrow-phase module to compile.
     return newton.CollisionPipeline(
         model,
         broad_phase="sap",
-        rigid_contact_max=max(MIN_CONTACTS, CONTACTS_PER_BODY * model.body_count),
+        rigid_contact_max=int(capacity * max(MIN_CONTACTS, CONTACTS_PER_BODY * model.body_count)),
         include_static_kinematic_pairs=False,
         verify_buffers=False,
         deterministic=model.device.is_cuda,
     )
 
 
-def _solver(model: newton.Model) -> newton.solvers.SolverSteel:
+def _solver(model: newton.Model, capacity: float) -> newton.solvers.SolverSteel:
     import newton
     import warp as wp
 
+    least = MIN_CONSTRAINT_ROWS_CUDA if model.device.is_cuda else MIN_CONSTRAINT_ROWS
+    rows = int(capacity * max(least, CONSTRAINT_ROWS_PER_BODY * model.body_count))
     if model.device.is_cuda:
         # The serial sweep would run one world's contacts on a single thread.
         return newton.solvers.SolverSteel(
@@ -120,13 +122,15 @@ def _solver(model: newton.Model) -> newton.solvers.SolverSteel:
             iterations=ITERATIONS,
             solve_mode="colored",
             articulated_contact_response="propagation",
-            free_body_constraint_max=max(MIN_CONSTRAINT_ROWS_CUDA, CONSTRAINT_ROWS_PER_BODY * model.body_count),
+            free_body_constraint_max=rows,
+            warn_constraint_overflow=False,
             deterministic=wp.DeterministicMode.RUN_TO_RUN,
         )
     return newton.solvers.SolverSteel(
         model,
         iterations=ITERATIONS,
-        free_body_constraint_max=max(MIN_CONSTRAINT_ROWS, CONSTRAINT_ROWS_PER_BODY * model.body_count),
+        free_body_constraint_max=rows,
+        warn_constraint_overflow=False,
     )
 
 

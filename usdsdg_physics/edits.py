@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -22,6 +21,7 @@ from usdsdg_physics.parse import (
     read_gravity,
     read_velocity,
 )
+from usdsdg_physics.prim_paths import at_or_below, below
 from usdsdg_physics.records import STATIC, Body, Collider, Scene, Shape
 from usdsdg_physics.shapes import read_shape
 
@@ -79,12 +79,12 @@ class EditReader:
     def _restructures(self, root: Sdf.Path) -> bool:
         """Whether what is below a resynced path differs, physically, from what the scene has there."""
         path = str(root)
-        if root == Sdf.Path.absoluteRootPath or any(_at_or_below(p, path) for p in self._materials):
+        if root == Sdf.Path.absoluteRootPath or any(at_or_below(p, path) for p in self._materials):
             return True
         now = parse(self._stage, self._hulls, root=root)
-        if now.scene_path or now.filtered or _at_or_below(self._scene.scene_path, path):
+        if now.scene_path or now.filtered or at_or_below(self._scene.scene_path, path):
             return True
-        before_bodies, before_colliders = _below(self._bodies, path), _below(self._colliders, path)
+        before_bodies, before_colliders = below(self._bodies, path), below(self._colliders, path)
         return not (
             set(now.bodies) == set(before_bodies)
             and set(now.colliders) == set(before_colliders)
@@ -124,15 +124,15 @@ class EditReader:
 
     def _read_moved(self, path: str, cache: UsdGeom.XformCache, edits: Edits) -> None:
         """A transform changed: bodies at or below teleport, colliders take another place on what they belong to."""
-        for body in _below(self._bodies, path):
+        for body in below(self._bodies, path):
             local_to_world = np.array(cache.GetLocalToWorldTransform(self._stage.GetPrimAtPath(body)))
             edits.poses[body] = rigid_pose(local_to_world, self._units.meters)
             to_frame = body_from_prim(local_to_world, self._units.meters)
             if not _close(to_frame, self._scene.bodies[body].body_from_prim):
                 edits.rebuild = True
-        for name in _below(self._colliders, path):
+        for name in below(self._colliders, path):
             collider = edits.colliders.get(name, self._scene.colliders[name])
-            if collider.body == STATIC or not _at_or_below(collider.body, path):
+            if collider.body == STATIC or not at_or_below(collider.body, path):
                 self._read_moved_collider(collider, cache, edits)
 
     def _read_moved_collider(self, collider: Collider, cache: UsdGeom.XformCache, edits: Edits) -> None:
@@ -148,20 +148,8 @@ class EditReader:
     def _other_material(self, path: str) -> bool:
         return any(
             bound_material(self._stage.GetPrimAtPath(name), self._units) != self._scene.colliders[name].material
-            for name in _below(self._colliders, path)
+            for name in below(self._colliders, path)
         )
-
-
-def _below(ordered: list[str], path: str) -> list[str]:
-    """Those of the sorted paths that are the path itself or below it."""
-    at = bisect_left(ordered, path)
-    itself = ordered[at : at + 1] if at < len(ordered) and ordered[at] == path else []
-    # "0" is the character after "/".
-    return itself + ordered[bisect_left(ordered, path + "/") : bisect_left(ordered, path + "0")]
-
-
-def _at_or_below(path: str, root: str) -> bool:
-    return path == root or path.startswith(root + "/")
 
 
 def _same_body(a: Body, b: Body) -> bool:

@@ -56,4 +56,5 @@ def split_scale(matrix: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray] 
 
 def rotation_quat(rotation: ArrayLike) -> tuple[float, float, float, float]:
     """(x, y, z, w) of one row-vector rotation matrix."""
-    return tuple(float(x) for x in quat_from_matrix(rotation))
+    x, y, z, w = (float(component) for component in quat_from_matrix(rotation))
+    return x, y, z, w

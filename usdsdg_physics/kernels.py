@@ -9,24 +9,24 @@ import warp as wp
 @wp.kernel
 def settle(
     # body
-    dynamic: wp.array(dtype=wp.int32),
-    pulled_by_gravity: wp.array(dtype=wp.int32),
-    gyration: wp.array(dtype=wp.float32),
-    sleep_threshold: wp.array(dtype=wp.float32),
-    max_velocity: wp.array(dtype=wp.float32),
-    max_angular_velocity: wp.array(dtype=wp.float32),
-    before: wp.array(dtype=wp.transform),
+    dynamic: wp.array[wp.int32],
+    pulled_by_gravity: wp.array[wp.int32],
+    gyration: wp.array[wp.float32],
+    sleep_threshold: wp.array[wp.float32],
+    max_velocity: wp.array[wp.float32],
+    max_angular_velocity: wp.array[wp.float32],
+    before: wp.array[wp.transform],
     # rest
     dt: wp.float32,
     fall_energy: wp.float32,
     rest_after: wp.float32,
     # out
-    joint_q: wp.array(dtype=wp.float32),
-    joint_qd: wp.array(dtype=wp.float32),
-    body_q: wp.array(dtype=wp.transform),
-    body_qd: wp.array(dtype=wp.spatial_vector),
-    quiet: wp.array(dtype=wp.float32),
-    broken: wp.array(dtype=wp.int32),
+    joint_q: wp.array[wp.float32],
+    joint_qd: wp.array[wp.float32],
+    body_q: wp.array[wp.transform],
+    body_qd: wp.array[wp.spatial_vector],
+    quiet: wp.array[wp.float32],
+    broken: wp.array[wp.int32],
 ):
     """Bound the speed of each body, hold bodies that have come to rest, and take back a step that is not finite.
 

@@ -76,16 +76,16 @@ class Queries:
         self, poses: np.ndarray, origin: Sequence[float], direction: Sequence[float], distance: float
     ) -> RayHit | None:
         """The nearest hit within `distance`, None for none. A ray that starts inside a shape hits it at distance 0."""
-        origin = np.asarray(origin, np.float64)
-        direction = np.asarray(direction, np.float64) / np.linalg.norm(direction)
+        start = np.asarray(origin, np.float64)
+        along_ray = np.asarray(direction, np.float64) / np.linalg.norm(direction)
         rotation, position = self._frames(poses)
         centers = np.einsum("ni,nij->nj", self._bounds[:, :3], rotation) + position
-        along = np.clip((centers - origin) @ direction, 0.0, distance)
-        gap = np.linalg.norm(origin + along[:, None] * direction - centers, axis=1)
+        along = np.clip((centers - start) @ along_ray, 0.0, distance)
+        gap = np.linalg.norm(start + along[:, None] * along_ray - centers, axis=1)
         best: tuple[float, int, np.ndarray] | None = None
         for row in self._sorted[(self._enabled & (gap <= self._bounds[:, 3]))[self._sorted]]:
-            local_origin = rotation[row] @ (origin - position[row])
-            found = ray_distance(self._colliders[row].shape, local_origin, rotation[row] @ direction)
+            local_origin = rotation[row] @ (start - position[row])
+            found = ray_distance(self._colliders[row].shape, local_origin, rotation[row] @ along_ray)
             if (
                 found is not None
                 and found[0] <= (best[0] if best else distance)
@@ -96,7 +96,7 @@ class Queries:
             return None
         length, row, normal = best
         hit = self._hit(row)
-        point = origin + length * direction
+        point = start + length * along_ray
         return RayHit(hit.rigid_body, hit.collision, length, tuple(point.tolist()), tuple(normal.tolist()))
 
     def _overlap(

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import warp as wp
 
 BOX, SPHERE, CAPSULE, CYLINDER, CONE, PLANE, HULL, MESH = range(8)
@@ -12,7 +14,7 @@ Simplex = wp.types.matrix(shape=(4, 3), dtype=wp.float64)
 
 
 @wp.func
-def core_support(kind: int, size: wp.vec3d, first: int, count: int, points: wp.array(dtype=wp.vec3d), d: wp.vec3d):
+def core_support(kind: int, size: wp.vec3d, first: int, count: int, points: wp.array[wp.vec3d], d: wp.vec3d):
     """Farthest point along d of a shape without its rounding radius, in the shape's frame."""
     zero = wp.float64(0.0)
     if kind == BOX:
@@ -86,7 +88,7 @@ def nearest_on_triangle(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d):
 
 
 @wp.func
-def nearest_on_simplex(s: Simplex, count: int):
+def nearest_on_simplex(s: Any, count: int):
     """Point of the simplex nearest to the origin, and a bit mask of the vertices that it needs (15 = inside)."""
     if count == 1:
         return s[0], int(1)
@@ -130,7 +132,7 @@ def separated(
     size: wp.vec3d,
     first: int,
     count: int,
-    points: wp.array(dtype=wp.vec3d),
+    points: wp.array[wp.vec3d],
     radius: wp.float64,
 ):
     """Whether the cores are farther apart than `radius`. Everything is in the frame of the shape."""
@@ -171,19 +173,19 @@ def separated(
 @wp.kernel
 def overlaps(
     # scene
-    kinds: wp.array(dtype=wp.int32),
-    sizes: wp.array(dtype=wp.vec3d),
-    frames: wp.array(dtype=wp.transformd),
-    first_points: wp.array(dtype=wp.int32),
-    point_counts: wp.array(dtype=wp.int32),
-    points: wp.array(dtype=wp.vec3d),
-    candidates: wp.array(dtype=wp.int32),
+    kinds: wp.array[wp.int32],
+    sizes: wp.array[wp.vec3d],
+    frames: wp.array[wp.transformd],
+    first_points: wp.array[wp.int32],
+    point_counts: wp.array[wp.int32],
+    points: wp.array[wp.vec3d],
+    candidates: wp.array[wp.int32],
     # query
     query_kind: int,
     query_size: wp.vec3d,
     query_frame: wp.transformd,
     # out
-    hit: wp.array(dtype=wp.int32),
+    hit: wp.array[wp.int32],
 ):
     """hit[i] = 1 where shape candidates[i] and the query box or sphere share a point.
 

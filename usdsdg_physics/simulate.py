@@ -41,7 +41,7 @@ def simulate(
             on_frame(frame)
         if progress:
             progress("simulating", frame, frames)
-    engine.release()
+    engine.stop(restore=False)
     return steps
 
 

@@ -22,10 +22,12 @@ REST_SHARE_OF_GRAVITY = 0.25
 class World:
     """All bodies and colliders of one scene, in SI units. Bodies and shapes are addressed by their indices."""
 
-    def __init__(self, scene: Scene, *, device: str | None = None, progress: Progress | None = None) -> None:
+    def __init__(
+        self, scene: Scene, *, device: str | None = None, capacity: float = 1.0, progress: Progress | None = None
+    ) -> None:
         import warp as wp
 
-        built = build(scene, device=device, progress=progress)
+        built = build(scene, device=device, capacity=capacity, progress=progress)
         self.model, self.pipeline, self.solver = built.model, built.pipeline, built.solver
         self.body_index, self.shape_index = built.body_index, built.shape_index
         self.mass, self.center = built.mass, built.center
@@ -38,17 +40,17 @@ class World:
 
         bodies = list(scene.bodies.values())
         count = len(bodies)
-        device = self.model.device
+        where = self.model.device
         self._dynamic = np.array([not body.kinematic for body in bodies], bool)
         self._gravity_on = np.array([body.gravity and not body.kinematic for body in bodies], bool)
-        self._dynamic_wp = wp.array(self._dynamic.astype(np.int32), dtype=wp.int32, device=device)
-        self._pulled_wp = wp.zeros(count, dtype=wp.int32, device=device)
-        self._max_velocity = wp.array([b.max_velocity for b in bodies], dtype=wp.float32, device=device)
-        self._max_angular = wp.array([b.max_angular_velocity for b in bodies], dtype=wp.float32, device=device)
-        self._gyration = wp.array(built.gyration, dtype=wp.float32, device=device)
-        self._sleep_threshold = wp.array([b.sleep_threshold for b in bodies], dtype=wp.float32, device=device)
-        self._quiet = wp.zeros(count, dtype=wp.float32, device=device)
-        self._broken = wp.zeros(count, dtype=wp.int32, device=device)
+        self._dynamic_wp = wp.array(self._dynamic.astype(np.int32), dtype=wp.int32, device=where)
+        self._pulled_wp = wp.zeros(count, dtype=wp.int32, device=where)
+        self._max_velocity = wp.array([b.max_velocity for b in bodies], dtype=wp.float32, device=where)
+        self._max_angular = wp.array([b.max_angular_velocity for b in bodies], dtype=wp.float32, device=where)
+        self._gyration = wp.array(built.gyration, dtype=wp.float32, device=where)
+        self._sleep_threshold = wp.array([b.sleep_threshold for b in bodies], dtype=wp.float32, device=where)
+        self._quiet = wp.zeros(count, dtype=wp.float32, device=where)
+        self._broken = wp.zeros(count, dtype=wp.int32, device=where)
         self._moving: dict[int, np.ndarray] = {}
 
         if count:
@@ -68,23 +70,21 @@ class World:
 
     def set_poses(self, indices: Sequence[int] | np.ndarray, poses: np.ndarray) -> None:
         """Teleport bodies; their velocities stay."""
-        import warp as wp
 
         q = self._state.joint_q.numpy().reshape(-1, 7).copy()
         q[indices] = poses
         self._state.joint_q.assign(q.ravel())
         # The solver reads joint coordinates, the collision pipeline body poses.
-        self._state.body_q.assign(wp.array(q, dtype=wp.transform, device="cpu"))
+        self._state.body_q.assign(q)
         self.wake(indices)
 
     def set_velocities(self, indices: Sequence[int] | np.ndarray, velocities: np.ndarray) -> None:
         """Set rows of `velocities()`."""
-        import warp as wp
 
         qd = self._state.joint_qd.numpy().reshape(-1, 6).copy()
         qd[indices] = velocities
         self._state.joint_qd.assign(qd.ravel())
-        self._state.body_qd.assign(wp.array(qd, dtype=wp.spatial_vector, device="cpu"))
+        self._state.body_qd.assign(qd)
         self.wake(indices)
 
     def wake(self, indices: Sequence[int] | np.ndarray | None = None) -> None:
@@ -133,12 +133,11 @@ class World:
 
     def set_shape_poses(self, poses: Mapping[int, Sequence[float]]) -> None:
         """Move static colliders (7 numbers, world)."""
-        import warp as wp
 
         transforms = self.model.shape_transform.numpy().reshape(-1, 7).copy()
         for index, pose in poses.items():
             transforms[index] = pose
-        self.model.shape_transform.assign(wp.array(transforms, dtype=wp.transform, device="cpu"))
+        self.model.shape_transform.assign(transforms)
         self.wake()
 
     def move_kinematic(self, targets: Mapping[int, np.ndarray]) -> None:
@@ -190,6 +189,13 @@ class World:
         self._place_kinematic(paths, 1.0)
         self._stop_kinematic()
 
+    @property
+    def lost_contacts(self) -> bool:
+        """Whether a step met more contacts than there was room for, so that bodies may have passed into each other."""
+        # The count stops at the room that there is.
+        found = int(self._contacts.rigid_contact_count.numpy()[0])
+        return found >= self.pipeline.rigid_contact_max or bool(self.solver.constraint_overflow.numpy().any())
+
     def take_broken(self) -> list[str]:
         """Paths of bodies whose step was taken back because it was not finite, since the last call."""
         broken = np.flatnonzero(self._broken.numpy())
@@ -199,13 +205,12 @@ class World:
 
     def _apply_gravity(self) -> None:
         """Bodies without gravity get the opposite force; it stays in both states, which nobody clears."""
-        import warp as wp
 
         force = np.zeros((len(self.bodies), 6), np.float32)
         weightless = ~self._gravity_on & self._dynamic
         force[weightless, :3] = -self.mass[weightless, None] * self.gravity
         for state in (self._state, self._next):
-            state.body_f.assign(wp.array(force, dtype=wp.spatial_vector, device="cpu"))
+            state.body_f.assign(force)
         self._pulled_wp.assign(self._gravity_on.astype(np.int32))
 
     def _kinematic_paths(self, dt: float) -> dict[int, Callable[[float], np.ndarray]]:

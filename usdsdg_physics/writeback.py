@@ -10,9 +10,11 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, Vt
 
 from usdsdg.errors import warn_once
+from usdsdg.stage.changes import Changes
 from usdsdg.stage.transforms import euler_from_matrix, quat_from_matrix
 from usdsdg_physics.backup import Backup, attribute_spec
 from usdsdg_physics.frames import pose_matrix
+from usdsdg_physics.prim_paths import below
 from usdsdg_physics.records import Body
 from usdsdg_physics.xform_ops import PoseOps, plan_pose_ops
 
@@ -37,7 +39,9 @@ class Writer:
         self._backup = backup
         self._channels: defaultdict[tuple[str, str], _Channel] = defaultdict(_Channel)
         self._rows = {path: row for row, path in enumerate(bodies)}
-        self._plans: list[PoseOps | None] = []
+        self._sorted = sorted(bodies)
+        self._own_ops: dict[str, set[str]] = {}
+        self._specs: defaultdict[str, list[Sdf.AttributeSpec]] = defaultdict(list)
         count = len(bodies)
         self._left = np.tile(np.eye(4), (count, 1, 1))
         self._right = np.tile(np.eye(4), (count, 1, 1))
@@ -53,20 +57,18 @@ class Writer:
             [[*body.velocity, *body.angular_velocity] for body in bodies.values()], np.float32
         ).reshape(-1, 6)
 
-    @property
-    def is_current(self) -> bool:
-        """Whether the stage still edits the layer that this writer writes to, and all its attributes exist."""
-        return self._target == self._stage.GetEditTarget()
-
-    def lost_attributes(self, paths: Iterable[str]) -> bool:
-        """Whether an attribute of these bodies that is written has been removed meanwhile."""
-        rows = {self._rows[path] for path in paths if path in self._rows}
-        return any(
-            spec.expired
-            for channel in self._channels.values()
-            for row, spec in zip(channel.rows, channel.specs)
-            if row in rows
-        )
+    def is_stale(self, changes: Changes) -> bool:
+        """Whether users changed what was worked out here: the edit target, an ancestor's transform, another op of a
+        body, its attributes. Values of the ops that are written need nothing."""
+        if self._target != self._stage.GetEditTarget():
+            return True
+        if any(below(self._sorted, str(root)) for root in changes.resynced):
+            return True
+        for path, names in changes.changed.items():
+            ops = {name for name in names if name.startswith("xformOp")} - self._own_ops.get(str(path), set())
+            if ops and below(self._sorted, str(path)):
+                return True
+        return any(spec.expired for path in changes.changed for spec in self._specs.get(str(path), ()))
 
     def set_known(self, poses: np.ndarray, velocities: np.ndarray) -> None:
         """Say that the stage already shows this state, because it was read from there."""
@@ -128,6 +130,7 @@ class Writer:
             relative = np.array(cache.ComputeRelativeTransform(prim.GetParent(), above)[0])
             self._carried.append((row, carrier, relative, before_inverse))
         self._between[row] = plan.between
+        self._own_ops[body.path] = {plan.translate, *plan.rotate}
         self._open_channels(row, prim, plan)
 
     def _carrier(self, prim: Usd.Prim) -> int | None:
@@ -160,8 +163,10 @@ class Writer:
         attribute = prim.GetAttribute(name)
         self._backup.keep(self._target.GetLayer(), self._target.MapToSpecPath(attribute.GetPath()))
         channel = self._channels[role, str(attribute.GetTypeName())]
+        spec = attribute_spec(self._target, attribute)
         channel.rows.append(row)
-        channel.specs.append(attribute_spec(self._target, attribute))
+        channel.specs.append(spec)
+        self._specs[str(prim.GetPath())].append(spec)
 
 
 def _euler(rotation: np.ndarray, role: str) -> np.ndarray:

@@ -8,7 +8,7 @@ from pxr import Gf, Sdf, UsdGeom, UsdPhysics
 
 from tests.physics.scenes import add, collide, make_body, new_stage, playing, position, set_value, velocity
 from usdsdg.errors import PhysicsError
-from usdsdg_physics import NewtonEngine
+from usdsdg_physics import NewtonEngine, simulate
 
 STEP = 1 / 60
 
@@ -217,13 +217,13 @@ def test_changes_that_do_not_concern_physics_do_not_rebuild():
     prim = add(stage, "/World/box", gravity=False)
     engine = playing(stage)
     engine.advance(STEP)
-    world = engine._world
+    world = engine._session.world
     UsdGeom.Gprim(prim).CreateDisplayColorAttr([(1, 0, 0)])
     UsdGeom.Imageable(prim).MakeInvisible()
     stage.DefinePrim("/World/light", "SphereLight")
     UsdGeom.ModelAPI.Apply(prim)
     engine.advance(STEP)
-    assert engine._world is world
+    assert engine._session.world is world
 
 
 def test_kinematic_body_carries_what_stands_on_it():
@@ -313,3 +313,25 @@ def test_a_pose_that_is_not_a_number_stops_that_body_only(recwarn):
         engine.advance(0.5)
     assert np.isfinite(position(bad)).all()
     assert position(good)[0] == pytest.approx(9 + 0.5 + 1 / 60, abs=1e-4)
+
+
+def test_room_for_contacts_grows(monkeypatch):
+    """A pile that needs more contacts than there is room for is still held by its floor."""
+    from usdsdg_physics import build
+
+    monkeypatch.setattr(build, "MIN_CONTACTS", 6)
+    monkeypatch.setattr(build, "CONTACTS_PER_BODY", 1)
+    stage = new_stage()
+    add(stage, "/World/ground", at=(0, 0, -0.1), scale=(5, 5, 0.1), body=False)
+    prims = [add(stage, f"/World/box_{i}", at=(0.5 * i, 0, 0.12)) for i in range(8)]
+    playing(stage).advance(1.0)
+    assert [position(prim)[2] for prim in prims] == pytest.approx([0.1] * 8, abs=2e-3)
+
+
+def test_simulate_leaves_bodies_where_they_end():
+    stage = new_stage()
+    prim = add(stage, "/World/box", at=(0, 0, 5))
+    frames = []
+    assert simulate(stage, 0.5, device="cpu", frames_per_second=30, on_frame=frames.append) == 30
+    assert frames == list(range(1, 16))
+    assert position(prim)[2] == pytest.approx(5 - 9.81 / 8, abs=0.03)

@@ -1,0 +1,17 @@
+"""Prim paths as strings: what lies below what."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+
+
+def below(ordered: list[str], root: str) -> list[str]:
+    """Those of the sorted paths that are `root` itself or below it."""
+    at = bisect_left(ordered, root)
+    itself = ordered[at : at + 1] if at < len(ordered) and ordered[at] == root else []
+    # "0" is the character after "/".
+    return itself + ordered[bisect_left(ordered, root + "/") : bisect_left(ordered, root + "0")]
+
+
+def at_or_below(path: str, root: str) -> bool:
+    return path == root or path.startswith(root + "/")

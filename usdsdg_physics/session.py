@@ -1,0 +1,119 @@
+"""One play of a stage, from `play` to `stop`: everything that is derived from the stage meanwhile."""
+
+from __future__ import annotations
+
+import numpy as np
+from pxr import Usd
+
+from usdsdg.errors import PhysicsError, warn_once
+from usdsdg.stage.changes import ChangeTracker
+from usdsdg_physics.apply import apply_edits
+from usdsdg_physics.approximation import HullCache
+from usdsdg_physics.attributes import value
+from usdsdg_physics.backup import Backup
+from usdsdg_physics.edits import EditReader, Edits
+from usdsdg_physics.parse import Units, parse
+from usdsdg_physics.queries import Queries
+from usdsdg_physics.records import Scene
+from usdsdg_physics.warmup import Progress
+from usdsdg_physics.world import World
+from usdsdg_physics.writeback import Writer
+
+STEPS_PER_SECOND = 60.0
+
+
+class Session:
+    """Reads the stage once, then only what changes; writes every step back. The solver is built at the first step."""
+
+    def __init__(
+        self, stage: Usd.Stage, hulls: HullCache, *, device: str | None = None, progress: Progress | None = None
+    ) -> None:
+        self._stage, self._hulls, self._device, self._progress = stage, hulls, device, progress
+        self._tracker = ChangeTracker(stage)
+        self._backup = Backup()
+        # Room for contacts, as a multiple of what scenes usually need.
+        self._capacity = 1.0
+        self._outgrown = False
+        self.world: World | None = None
+        self._read_stage()
+
+    def step(self, dt: float) -> None:
+        """Take over what users changed, advance by `dt` seconds, show the result on the stage."""
+        self._take_edits()
+        if self.world is None:
+            self.world = World(self.scene, device=self._device, capacity=self._capacity, progress=self._progress)
+        if not self.world.bodies:
+            return
+        self.world.step(dt)
+        self._look_after(self.world)
+        self.poses, velocities = self.world.poses(), self.world.velocities()
+        with self._tracker.muted():
+            self._writer.write(self.poses, velocities)
+
+    def steps_per_second(self) -> float:
+        """The PhysicsScene's step rate, as it is now.
+
+        Raises:
+            PhysicsError: it is not positive.
+        """
+        if not self.scene.scene_path:
+            return STEPS_PER_SECOND
+        prim = self._stage.GetPrimAtPath(self.scene.scene_path)
+        rate = float(value(prim, "physxScene:timeStepsPerSecond", STEPS_PER_SECOND)) if prim else STEPS_PER_SECOND
+        if not rate > 0.0:
+            raise PhysicsError(
+                f"{self.scene.scene_path}: physxScene:timeStepsPerSecond is {rate:g}; set a positive number of steps"
+            )
+        return rate
+
+    def end(self, *, restore: bool) -> None:
+        """Stop listening; with `restore`, every attribute that was written says again what it said at the start."""
+        self._tracker.close()
+        if restore:
+            self._backup.restore()
+
+    def _read_stage(self) -> None:
+        self._units = Units.of(self._stage)
+        self.scene = parse(self._stage, self._hulls)
+        self._tracker.take()
+        self._reader = EditReader(self._stage, self.scene, self._hulls)
+        self.queries = Queries(self.scene)
+        self.poses = initial_poses(self.scene)
+        self.world = None
+        self._make_writer()
+
+    def _make_writer(self) -> None:
+        with self._tracker.muted():
+            self._writer = Writer(self._stage, self.scene.bodies, self._backup, meters_per_unit=self._units.meters)
+        if self.world is not None:
+            self._writer.set_known(self.world.poses(), self.world.velocities())
+
+    def _take_edits(self) -> None:
+        changes = self._tracker.take()
+        edits = self._reader.read(changes) if changes else Edits()
+        if edits.rebuild or self._outgrown or (edits and self.world is None):
+            self._outgrown = False
+            self._read_stage()
+            return
+        if edits and self.world is not None:
+            apply_edits(edits, self.world, self.scene, self.queries)
+            self.poses = self.world.poses()
+            self._writer.set_known(self.poses, self.world.velocities())
+        if self._writer.is_stale(changes):
+            self._make_writer()
+
+    def _look_after(self, world: World) -> None:
+        """What a long run has to survive: bodies that broke are named, and room for contacts grows."""
+        for path in world.take_broken():
+            warn_once(
+                f"{path}: the solver gave a pose that is not a number, so the body was stopped where it was. Look for "
+                "an extreme mass, velocity or scale on it, or for colliders that start deep inside each other.",
+            )
+        if world.lost_contacts:
+            self._capacity *= 2.0
+            self._outgrown = True
+
+
+def initial_poses(scene: Scene) -> np.ndarray:
+    """(N, 7) poses of the bodies as they were read."""
+    return np.array([body.pose for body in scene.bodies.values()]).reshape(-1, 7)
