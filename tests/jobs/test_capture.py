@@ -53,6 +53,9 @@ class Physics:
         self.box = (half_extent, origin)
         return self.overlaps
 
+    def overlap_sphere(self, radius, origin):
+        return []
+
 
 @pytest.fixture
 def physics(monkeypatch):

@@ -7,6 +7,7 @@ import pytest
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 import usdsdg as rep
+from usdsdg import engines
 from usdsdg.app import get_app
 from usdsdg.errors import AssetNotFound
 from usdsdg.jobs import cameras, environment, object_based, objects, randomizers
@@ -163,7 +164,38 @@ def test_walls_close_the_box_without_showing():
     assert inner_faces == {(axis, side * size[axis] / 2) for axis in range(3) for side in (-1, 1)}
 
 
-def test_cameras_look_at_a_target_from_the_wanted_distance():
+class Crowd:
+    """Physics that finds every place taken until it has been asked `taken` times."""
+
+    def __init__(self, taken: int) -> None:
+        self.taken, self.asked = taken, []
+
+    def overlap_sphere(self, radius, origin):
+        self.asked.append(tuple(origin))
+        return ["something"] if len(self.asked) <= self.taken else []
+
+
+def test_cameras_look_for_a_free_place(monkeypatch):
+    crowd = Crowd(taken=3)
+    monkeypatch.setattr(engines, "physics", lambda: crowd)
+    chosen = config(num_cameras=1)
+    made = object_based.build_scene(chosen, Draws(0))
+    cameras.look_at_targets(made.cameras, made.labeled.all, chosen, Draws(0), 0)
+    assert len(set(crowd.asked)) == 4
+    assert tuple(local_to_world(made.cameras.prims[0]).ExtractTranslation()) == pytest.approx(crowd.asked[-1])
+
+
+def test_cameras_give_up_looking_where_all_is_full(monkeypatch):
+    crowd = Crowd(taken=10_000)
+    monkeypatch.setattr(engines, "physics", lambda: crowd)
+    chosen = config(num_cameras=1)
+    made = object_based.build_scene(chosen, Draws(0))
+    cameras.look_at_targets(made.cameras, made.labeled.all, chosen, Draws(0), 0)
+    assert len(crowd.asked) == cameras.MAX_ATTEMPTS
+
+
+def test_cameras_look_at_a_target_from_the_wanted_distance(monkeypatch):
+    monkeypatch.setattr(engines, "physics", lambda: Crowd(taken=0))
     chosen = config(camera_look_at_target_offset=0.0, camera_distance_to_target_min_max=(0.25, 0.75))
     made = object_based.build_scene(chosen, Draws(0))
     targets = [np.array(local_to_world(prim).ExtractTranslation()) for prim in made.labeled.all]
@@ -269,3 +301,28 @@ def test_events_change_what_they_are_for():
                 assert all(changed) if name == event else not any(changed)
     assert len(after[randomizers.LIGHTS]) == 3
     assert all(0.0 < part < 1.0 for colour in after[randomizers.LIGHTS] for part in colour)
+
+
+def test_leftovers_of_an_earlier_run_are_pointed_out(tmp_path, recwarn):
+    chosen = config(writer_type="PoseWriter", writer_kwargs={"output_dir": str(tmp_path / "out")})
+    made = object_based.build_scene(chosen, Draws(0))
+    assert object_based.attach_writer(chosen, made) == str(tmp_path / "out")
+    assert not [each for each in recwarn if "is not empty" in str(each.message)]
+    (tmp_path / "out").mkdir(exist_ok=True)
+    (tmp_path / "out" / "000009.json").write_text("{}")
+    object_based.attach_writer(chosen, made)
+    assert [each for each in recwarn if "not empty" in str(each.message)]
+
+
+def test_output_folders_are_relative_to_where_the_program_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    chosen = config(writer_type="PoseWriter", writer_kwargs={"output_dir": "_out"})
+    assert object_based.attach_writer(chosen, object_based.build_scene(chosen, Draws(0))) == str(tmp_path / "_out")
+    # The configuration itself stays as it was written.
+    assert chosen.writer_kwargs == {"output_dir": "_out"}
+
+
+def test_without_a_writer_it_says_that_nothing_is_written(capsys):
+    chosen = config()
+    assert object_based.attach_writer(chosen, object_based.build_scene(chosen, Draws(0))) is None
+    assert "nothing is written" in capsys.readouterr().err

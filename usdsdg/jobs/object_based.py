@@ -14,12 +14,13 @@ from typing import Any
 
 import usdsdg as rep
 from usdsdg.app import get_app
-from usdsdg.errors import AssetError, AssetNotFound, Unsupported
+from usdsdg.errors import AssetError, AssetNotFound, Unsupported, warn_once
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.jobs import cameras, capture, environment, objects, randomizers
 from usdsdg.jobs.capture import Progress, Scene
 from usdsdg.jobs.config import ObjectBasedConfig
 from usdsdg.jobs.draws import Draws
+from usdsdg.orchestrator import get_orchestrator
 from usdsdg.settings import get_settings
 from usdsdg.stage import assets
 from usdsdg.timeline import get_timeline
@@ -56,6 +57,7 @@ def run(config: ObjectBasedConfig, *, progress: Progress | None = None) -> Summa
     output_dir = attach_writer(config, scene)
     stop_bouncing = add_randomizers(config, scene, draws)
     capture.start_timeline()
+    get_orchestrator().expect_frames(config.num_frames)
     started = time.perf_counter()
     try:
         frames = capture.capture_frames(config, scene, draws, progress)
@@ -115,6 +117,7 @@ def attach_writer(config: ObjectBasedConfig, scene: Scene) -> str | None:
     if config.writer_type is None:
         print("no writer_type in the config: frames are captured, but nothing is written", file=sys.stderr)
         return None
+    _warn_of_leftovers(arguments.get("output_dir"))
     if scene.render_products:
         writer = rep.writers.get(config.writer_type)
         writer.initialize(**arguments)
@@ -136,6 +139,15 @@ def _absolute_output(arguments: Mapping[str, Any]) -> dict[str, Any]:
     """The writer's arguments, a relative `output_dir` below the folder that the program was started in."""
     output_dir = arguments.get("output_dir")
     return {**arguments, "output_dir": os.path.abspath(output_dir)} if output_dir else dict(arguments)
+
+
+def _warn_of_leftovers(output_dir: str | None) -> None:
+    """Files of an earlier, longer run would stay among the new ones."""
+    if output_dir and os.path.isdir(output_dir) and os.listdir(output_dir):
+        warn_once(
+            f"{output_dir} is not empty: files of the same names are replaced, the others stay. "
+            "Empty it or give another writer_kwargs.output_dir to keep runs apart."
+        )
 
 
 def _tell(summary: Summary) -> None:
