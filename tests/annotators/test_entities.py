@@ -299,3 +299,14 @@ def test_instancers_inside_prototypes(stage):
     np.testing.assert_allclose(
         entities.local_to_world[:, 3, :3], [[0, 0, 0], [0, 1, 0], [10, 0, 0], [10, 1, 0]], atol=1e-6
     )
+
+
+def test_readers_with_different_filters_take_turns(car_with_wheel, monkeypatch):
+    reader, gprims = EntityReader(car_with_wheel), RayCaster(car_with_wheel).gprims
+    for filters in ([], ["class:*"], ["part:*"]):
+        reader.read(gprims, filters)
+    monkeypatch.setattr(EntityReader, "_gprim_bound", lambda *_: pytest.fail("bounds were computed again"))
+    entities = reader.read(gprims, ["class:*"])
+    assert entities.select("class:*").labels == ({"class": "car"},)
+    assert entities.select("part:*").labels == ({"part": "wheel"},)
+    assert reader.read(gprims, [None]).select(None).member_of_gprim.tolist() == [0, 1]

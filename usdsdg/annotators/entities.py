@@ -94,6 +94,7 @@ class EntityReader:
         self._hulls: dict[Sdf.Path, Hull | None] = {}
         self._bounds: dict[Sdf.Path, dict[tuple[Owner, tuple[int, ...]], np.ndarray]] = {}  # by path of the owner
         self._ownership: _Ownership | None = None
+        self._filters: dict[str | None, None] = {None: None}  # every one announced so far; no filter comes first
         self._time: Usd.TimeCode | None = None
 
     def read(
@@ -114,10 +115,12 @@ class EntityReader:
             self._hulls.clear()
             self._bounds.clear()
             self._time = time
-        gprims, wanted = tuple(gprims), [None, *dict.fromkeys(f for f in filters if f)]
+        gprims = tuple(gprims)
+        # Filters stay announced: readers of several render products take turns.
+        self._filters |= dict.fromkeys(filters)
         owned = self._ownership
-        if owned is None or owned.gprims != gprims or list(owned.selections) != wanted:
-            owned = self._ownership = self._assign(gprims, wanted)
+        if owned is None or owned.gprims != gprims or owned.selections.keys() != self._filters.keys():
+            owned = self._ownership = self._assign(gprims)
             self._bounds.clear()
         cache = UsdGeom.XformCache(time)
         frames = PointFrames(self._stage, cache)
@@ -138,12 +141,12 @@ class EntityReader:
         """Stop listening to the stage."""
         self._changes.close()
 
-    def _assign(self, gprims: tuple[str, ...], wanted: list[str | None]) -> _Ownership:
+    def _assign(self, gprims: tuple[str, ...]) -> _Ownership:
         found = self._labels.chains(gprims)
         row_of: dict[tuple[Owner, tuple[int, ...]], int] = {}
         labels: list[Labels] = []
         selections: dict[str | None, Selection] = {}
-        for predicate in wanted:
+        for predicate in self._filters:
             label_filter = parse_filter(predicate)
             rows, members, printed = [], np.full(len(gprims), -1, np.int32), []
             for key in group_by_owner([chain for _, chain in found], label_filter).items():
