@@ -5,6 +5,7 @@ Films are exposed once per sub-frame; labels come from one centre-ray pass over 
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 from usdsdg import engines
@@ -27,6 +28,9 @@ from usdsdg.writers.io_queue import io_queue
 TICKS = 1_000_000
 # Positions of things within one motion-blur sub-frame: enough that fast ones leave a streak, not a row of copies.
 BLUR_STEPS = 4
+SAMPLES_PER_CALL = 16
+# How often the queue of files is looked at while waiting for its end.
+DRAIN_SECONDS = 0.02
 
 
 class Capture:
@@ -37,6 +41,7 @@ class Capture:
         self._wanted: dict[str, list[Annotator]] = {}
         self._films: dict[str, Any] = {}
         self._mode: RenderMode | None = None
+        self.expected_frames: int | None = None  # for progress, where somebody knows
 
     def begin(self) -> None:
         """Find out who wants what of which product."""
@@ -69,15 +74,17 @@ class Capture:
         self._mode = mode
         engines.renderer().sync()
         if not mode.motion_blur:
-            self._add_samples(mode, frame)
+            # In several calls only so that progress can be told; the picture is the same bit for bit.
+            for share in mode.split(-(-mode.samples // SAMPLES_PER_CALL)):
+                self._add_samples(share, frame, mode.samples)
             return
         shares = mode.split(BLUR_STEPS)
         for step, share in enumerate(shares):
             engines.renderer().place_between((step + 0.5) / len(shares))
-            self._add_samples(share, frame)
+            self._add_samples(share, frame, mode.samples * mode.sub_frames)
         engines.renderer().place_between(1.0)
 
-    def _add_samples(self, mode: RenderMode, frame: int) -> None:
+    def _add_samples(self, mode: RenderMode, frame: int, total: int) -> None:
         renderer = engines.renderer()
         for product in self._active():
             if not requirements(self._wanted[product.path]).picture:
@@ -86,23 +93,25 @@ class Capture:
                 self._films[product.path] = renderer.new_film(product.width, product.height)
             settings = _path_settings(mode, frame)
             renderer.accumulate(self._films[product.path], _view(product), samples=mode.samples, settings=settings)
+        if mode.path_tracing:
+            report(f"frame {frame}: samples per pixel", min(mode.first_sample + mode.samples, total), total)
 
-    def finish(self, index: int, time: float) -> None:
+    def finish(self, index: int, seconds: float) -> None:
         """Make the labels, then let annotators compute and writers write."""
         if not self._wanted:
             return
-        frames = {product.path: self._frame(product, index, time) for product in self._active()}
+        frames = {product.path: self._frame(product, index, seconds) for product in self._active()}
         for annotator in attached_annotators():
             if annotator.render_product in frames:
                 annotator.compute(frames[annotator.render_product])
         for writer in attached_writers():
             self._write(writer, frames)
-        report("frames captured", index + 1, None)
+        report("frames captured", index + 1, self.expected_frames)
 
     def _active(self) -> list[HydraTexture]:
         return [product for product in products() if product.path in self._wanted]
 
-    def _frame(self, product: HydraTexture, index: int, time: float) -> Frame:
+    def _frame(self, product: HydraTexture, index: int, seconds: float) -> Frame:
         renderer = engines.renderer()
         needs = requirements(self._wanted[product.path])
         view = _view(product)
@@ -114,7 +123,7 @@ class Capture:
         coverage = renderer.coverage(view, entities.groups if needs.coverage else [])
         return Frame(
             index=index, camera=view, render_product=product.path, aovs=aovs, gprims=renderer.gprims,
-            entities=entities, coverage=coverage, reference_time=(round(time * TICKS), TICKS),
+            entities=entities, coverage=coverage, reference_time=(round(seconds * TICKS), TICKS),
         )  # fmt: skip
 
     def _read_entities(self, gprims: tuple[str, ...], needs: Requirements) -> Any:
@@ -128,7 +137,14 @@ class Capture:
             writer.receive(build_payload(writer, seen))
 
     def drain(self) -> None:
-        """Wait until every file is on disk."""
+        """Wait until every file is on disk; raises the first failure."""
+        first = waiting = io_queue.open_jobs()
+        while waiting:
+            report("files written", first - waiting, first)
+            time.sleep(DRAIN_SECONDS)
+            waiting = io_queue.open_jobs()
+        if first:
+            report("files written", first, first)
         io_queue.wait_until_done()
 
     def close_writers(self) -> None:

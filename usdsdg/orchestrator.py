@@ -111,6 +111,10 @@ class Orchestrator:
             warn_once(f"{missing.where} refers to {missing.asset_path}, which cannot be opened: {missing.why}")
         self._set_status(Status.STARTED)
 
+    def expect_frames(self, count: int | None) -> None:
+        """Tell progress how many frames the run will have."""
+        self._capture.expected_frames = count
+
     def preview(self) -> None:
         """Run every per-frame trigger once, capture nothing."""
         evaluate.graph().evaluate(time=get_timeline().get_current_time(), preview=True)
@@ -204,6 +208,7 @@ def run(num_frames: int | None = None, start_timeline: bool = False) -> None:
     if start_timeline:
         get_timeline().play()
     orchestrator = get_orchestrator()
+    orchestrator.expect_frames(num_frames)
     done = 0
     while num_frames is None or done < num_frames:
         limited = [trigger for trigger in graph.triggers if trigger.max_execs]

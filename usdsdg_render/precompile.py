@@ -24,7 +24,7 @@ def precompile(device: str = "cpu", progress: Progress | None = None) -> None:
     # Warp compiles for a block size; a launch on a CPU has blocks of one.
     block_dim = 1 if device == "cpu" else CUDA_BLOCK
     modules = [kernel.module for kernel in kernels]
-    label = "compiling render kernels (first use)"
+    label = "render kernels (compiled on first use)"
     for done, module in enumerate(modules):
         if progress:
             progress(label, done, len(modules))

@@ -23,11 +23,10 @@ def generate(
 ) -> None:
     """Generate a dataset of labelled objects among distractors, from a config file."""
     with session(assets_root=assets_root, device=device, quiet=quiet, save_stage=save_stage):
-        from usdsdg import progress
         from usdsdg.jobs import object_based
         from usdsdg.jobs.config import load_config
 
         overrides = [*(set_ or []), *([f"seed={seed}"] if seed is not None else [])]
         job = load_config(config, overrides)
         seed_everything(job.seed)
-        object_based.run(job, progress=progress.report)
+        object_based.run(job)

@@ -64,6 +64,11 @@ class IoQueue:
         with self._changed:
             return not self._count(owner)
 
+    def open_jobs(self) -> int:
+        """How many jobs wait or run."""
+        with self._changed:
+            return self._open.total()
+
     def wait_until_done(self, owner: Any = None) -> None:
         """Return when nothing of `owner` (None: of anybody) is open.
 
