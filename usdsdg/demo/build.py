@@ -12,7 +12,7 @@ from pathlib import Path
 from usdsdg.errors import AssetError
 
 # Raise it whenever a stand-in looks different, so that old folders are left behind.
-EDITION = 2
+EDITION = 3
 
 
 def root() -> str:

@@ -85,7 +85,7 @@ def _lamp(stage: Usd.Stage, path: str, x: float, y: float) -> None:
     lamp = UsdLux.RectLight.Define(stage, path)
     lamp.CreateWidthAttr(1.2)
     lamp.CreateHeightAttr(2.4)
-    lamp.CreateIntensityAttr(3500.0)
+    lamp.CreateIntensityAttr(15000.0)
     lamp.CreateEnableColorTemperatureAttr(True)
     lamp.CreateColorTemperatureAttr(5600.0)
     UsdGeom.Xformable(lamp).AddTranslateOp().Set(Gf.Vec3d(x, y, HEIGHT - 0.5))
