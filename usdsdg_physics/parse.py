@@ -58,6 +58,7 @@ def parse(stage: Usd.Stage, hulls: HullCache, *, root: Sdf.Path = Sdf.Path.absol
         if collider is not None:
             colliders[collider.path] = collider
     _warn_no_collider(bodies, colliders)
+    _warn_asleep(found.bodies)
     return Scene(
         bodies=bodies,
         colliders=colliders,
@@ -285,6 +286,15 @@ def _warn_no_collider(bodies: dict[str, Body], colliders: dict[str, Collider]) -
                 f"{path} has RigidBodyAPI but no collider below it, so it falls through everything. Apply "
                 "UsdPhysics.CollisionAPI to a gprim at or under it.",
             )
+
+
+def _warn_asleep(bodies: list[Usd.Prim]) -> None:
+    asleep = [str(prim.GetPath()) for prim in bodies if value(prim, "physics:startsAsleep", False)]
+    if asleep:
+        warn_once(
+            f"physics:startsAsleep is ignored, these bodies start awake: {_some(asleep)}. A body that nothing "
+            "supports stays in place with physxRigidBody:disableGravity or physics:kinematicEnabled.",
+        )
 
 
 def _some(paths: list[str]) -> str:

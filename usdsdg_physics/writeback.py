@@ -164,9 +164,20 @@ class Writer:
         self._backup.keep(self._target.GetLayer(), self._target.MapToSpecPath(attribute.GetPath()))
         channel = self._channels[role, str(attribute.GetTypeName())]
         spec = attribute_spec(self._target, attribute)
+        _warn_if_hidden(attribute, spec)
         channel.rows.append(row)
         channel.specs.append(spec)
         self._specs[str(prim.GetPath())].append(spec)
+
+
+def _warn_if_hidden(attribute: Usd.Attribute, spec: Sdf.AttributeSpec) -> None:
+    stack = attribute.GetPropertyStack(Usd.TimeCode.Default())
+    strongest = next((each for each in stack if each == spec or each.HasDefaultValue()), spec)
+    if strongest != spec:
+        warn_once(
+            f"{attribute.GetPath()} is simulated but will not show: layer {strongest.layer.identifier} says otherwise "
+            "and is stronger than the edit target. Remove that opinion or edit in that layer.",
+        )
 
 
 def _euler(rotation: np.ndarray, role: str) -> np.ndarray:

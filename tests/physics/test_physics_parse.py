@@ -289,9 +289,14 @@ def _two_frictions(stage):
     add(stage, "/World/box", material=material)
 
 
+def _asleep(stage):
+    UsdPhysics.RigidBodyAPI(add(stage, "/World/box")).CreateStartsAsleepAttr(True)
+
+
 @pytest.mark.parametrize(
     ("author", "words"),
     [
+        (_asleep, "startsAsleep.*/World/box"),
         (_joint, "/World/joint"),
         (_instancer, "PointInstancer.*/World/many"),
         (_no_collider, "/World/ghost.*no collider"),

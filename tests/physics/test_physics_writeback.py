@@ -7,6 +7,7 @@ import pytest
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics
 
 from tests.physics.scenes import add, collide, make_body, new_stage, playing, position, set_value, velocity
+from usdsdg import errors
 
 OP = UsdGeom.XformOp
 EULER_ORDERS = ["XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"]
@@ -224,3 +225,14 @@ def test_time_samples_and_comments_of_other_attributes_stay():
     engine.stop()
     assert prim.GetAttribute("user:note").Get() == "keep me"
     assert not prim.GetAttribute("physics:velocity").HasAuthoredValue()
+
+
+def test_stronger_opinion_is_named():
+    stage = new_stage()
+    prim = add(stage, "/World/box", at=(0, 0, 5))
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        set_value(prim, "xformOp:translate", Gf.Vec3d(0, 0, 3))
+    errors.forget_warnings()
+    with pytest.warns(errors.UsdsdgWarning, match="/World/box.xformOp:translate.*stronger"):
+        playing(stage)
+    errors.forget_warnings()
