@@ -202,7 +202,7 @@ class SceneExtractor:
         placements = self._placements
         world = self._tree.world[self._nodes]
         for k, offset in placements.offsets.items():
-            world[k] = offset @ world[k]
+            world[k] = stage_tree.matrix_product(offset, world[k])
         usable = invertible(world)
         for k in np.flatnonzero(self._has_surface & ~usable):
             errors.warn_once(

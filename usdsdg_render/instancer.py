@@ -21,6 +21,7 @@ from .stage_tree import (
     is_material_subset,
     kind_of,
     local_matrix,
+    matrix_product,
     purpose_of,
 )
 
@@ -62,7 +63,7 @@ def expand(instancer: Usd.Prim, time: Usd.TimeCode) -> list[PointInstance]:
             f"those points are not drawn. Correct protoIndices."
         )
     return [
-        part._replace(path=f"{part.path}[{number}]", to_instancer=part.to_instancer @ matrix)
+        part._replace(path=f"{part.path}[{number}]", to_instancer=matrix_product(part.to_instancer, matrix))
         for number, prototype, matrix, wrong, shown in zip(numbers, indices, matrices, bad, mask)
         if shown and not wrong
         for part in parts[prototype]
@@ -94,7 +95,7 @@ def _gprims_below(root: Usd.Prim, time: Usd.TimeCode) -> Iterator[PointInstance]
             above.pop()
         _, parent, purpose = above[-1] if above else (0, np.eye(4), "")
         matrix, resets = local_matrix(cache, prim, False)
-        matrix = matrix if resets else matrix @ parent
+        matrix = matrix if resets else matrix_product(matrix, parent)
         purpose = purpose_of(prim, purpose)
         above.append((depth, matrix, purpose))
         if purpose and purpose not in DRAWN_PURPOSES:
@@ -102,7 +103,7 @@ def _gprims_below(root: Usd.Prim, time: Usd.TimeCode) -> Iterator[PointInstance]
         if kind == INSTANCER:
             iterator.PruneChildren()
             for inner in expand(prim, time):
-                yield inner._replace(to_instancer=inner.to_instancer @ matrix)
+                yield inner._replace(to_instancer=matrix_product(inner.to_instancer, matrix))
         elif kind in GPRIMS:
             children = prim.GetFilteredChildren(Usd.TraverseInstanceProxies()) if kind == MESH else []
             subsets = [child for child in children if kind_of(child) == SUBSET and is_material_subset(child)]

@@ -63,6 +63,15 @@ def light_value(prim: Usd.Prim, name: str, default):
     return default if value is None else value
 
 
+def light_number(prim: Usd.Prim, name: str, default: float) -> float:
+    """A finite number; `default` (with a warning) for NaN and infinity."""
+    value = float(light_value(prim, name, default))
+    if math.isfinite(value):
+        return value
+    errors.warn_once(f"{prim.GetPath()}: inputs:{name} = {value} is not usable; {default} is used. Correct it.")
+    return default
+
+
 def emitted_colour(prim: Usd.Prim, fallback_intensity: float = 1.0) -> np.ndarray | None:
     """(3,) intensity * 2^exposure * color * temperature; None (with a warning) if it is no light."""
     colour = np.array(light_value(prim, "color", (1.0, 1.0, 1.0)), np.float64)
@@ -70,7 +79,7 @@ def emitted_colour(prim: Usd.Prim, fallback_intensity: float = 1.0) -> np.ndarra
     with np.errstate(over="ignore", invalid="ignore"):
         colour = colour * np.exp2(float(light_value(prim, "exposure", 0.0)))
     if light_value(prim, "enableColorTemperature", False):
-        colour = colour * temperature_colour(float(light_value(prim, "colorTemperature", 6500.0)))
+        colour = colour * temperature_colour(light_number(prim, "colorTemperature", 6500.0))
     if not np.isfinite(colour).all() or (colour < 0.0).any():
         errors.warn_once(
             f"{prim.GetPath()}: intensity, exposure and color give {colour.tolist()}, which is no light; it is off. "
@@ -100,14 +109,22 @@ def read_light(prim: Usd.Prim, local_to_world: np.ndarray, metres_per_unit: floa
     row["x_axis"], row["y_axis"], row["z_axis"] = axes
     row["position"] = local_to_world[3, :3]
     _read_shaping(prim, row)
-    row["diffuse"] = max(float(light_value(prim, "diffuse", 1.0)), 0.0)
-    row["specular"] = max(float(light_value(prim, "specular", 1.0)), 0.0)
+    row["diffuse"] = max(light_number(prim, "diffuse", 1.0), 0.0)
+    row["specular"] = max(light_number(prim, "specular", 1.0), 0.0)
     visible = prim.GetAttribute("visibleInPrimaryRay")
     row["visible"] = 0 if visible and visible.Get() is False else 1
     _warn_of_the_rest(prim)
-    if kind == LIGHT_DISTANT:
-        return _distant(prim, row, luminance, metres_per_unit)
-    return _area_light(prim, row, luminance, scale, metres_per_unit)
+    with np.errstate(over="ignore", invalid="ignore"):
+        if kind == LIGHT_DISTANT:
+            light = _distant(prim, row, luminance, metres_per_unit)
+        else:
+            light = _area_light(prim, row, luminance, scale, metres_per_unit)
+    if light is None or all(np.isfinite(light[name]).all() for name in LIGHT.names or ()):
+        return light
+    errors.warn_once(
+        f"{prim.GetPath()}: the light is too bright or too large for 32-bit numbers; it is off. Correct it."
+    )
+    return None
 
 
 def _frame(local_to_world: np.ndarray) -> tuple[np.ndarray | None, np.ndarray]:
@@ -128,7 +145,7 @@ def _frame(local_to_world: np.ndarray) -> tuple[np.ndarray | None, np.ndarray]:
 
 
 def _distant(prim: Usd.Prim, row: np.ndarray, lux: np.ndarray, metres_per_unit: float) -> np.ndarray:
-    angle = min(max(float(light_value(prim, "angle", 0.53)), 0.0), 360.0)
+    angle = min(max(light_number(prim, "angle", 0.53), 0.0), 360.0)
     half_angle = math.radians(angle) / 2.0
     row["cos_angle"] = math.cos(half_angle)
     # From the float32 that the kernel has: at small angles its rounding is a visible part of 1 - cos.
@@ -197,8 +214,8 @@ def _drawn_area(row: np.ndarray) -> float:
 
 
 def _size(prim: Usd.Prim, name: str, default: float) -> float:
-    value = float(light_value(prim, name, default))
-    if math.isfinite(value) and value >= 0.0:
+    value = light_number(prim, name, default)
+    if value >= 0.0:
         return value
     errors.warn_once(f"{prim.GetPath()}: inputs:{name} = {value} is no size; 0 is used. Author a value > 0.")
     return 0.0
@@ -221,10 +238,10 @@ def _brightness(colour: np.ndarray) -> float:
 
 def _read_shaping(prim: Usd.Prim, row: np.ndarray) -> None:
     """Without ShapingAPI or authored values a light is not shaped, whatever the schema's fallback angle."""
-    angle = light_value(prim, "shaping:cone:angle", 180.0)
-    row["shaping_cos"] = math.cos(math.radians(min(max(float(angle), 0.0), 180.0)))
-    row["shaping_softness"] = min(max(float(light_value(prim, "shaping:cone:softness", 0.0)), 0.0), 1.0)
-    row["shaping_focus"] = max(float(light_value(prim, "shaping:focus", 0.0)), 0.0)
+    angle = light_number(prim, "shaping:cone:angle", 180.0)
+    row["shaping_cos"] = math.cos(math.radians(min(max(angle, 0.0), 180.0)))
+    row["shaping_softness"] = min(max(light_number(prim, "shaping:cone:softness", 0.0), 0.0), 1.0)
+    row["shaping_focus"] = max(light_number(prim, "shaping:focus", 0.0), 0.0)
     if row["shaping_focus"] > 0.0 and any(light_value(prim, "shaping:focusTint", (0.0, 0.0, 0.0))):
         _warn_ignored(prim, "inputs:shaping:focusTint", "black is used")
 

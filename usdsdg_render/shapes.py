@@ -18,6 +18,7 @@ from usdsdg import errors
 
 SEGMENTS = 64  # around the axis
 RINGS = 32  # from pole to pole
+LARGEST = 1e15  # [stage units]; products of larger sizes leave 32-bit numbers
 
 
 class Surface(NamedTuple):
@@ -66,14 +67,14 @@ def shape_key(prim: Usd.Prim, time: Usd.TimeCode) -> ShapeKey | None:
         names = ", ".join(f"{name} = {value}" for name, value in zip(PARAMETERS[kind], values))
         errors.warn_once(
             f"{prim.GetPath()}: a {kind} with {names}, axis = {axis} has no surface and is not drawn. "
-            f"Author finite, positive sizes."
+            f"Author positive sizes up to {LARGEST:.0e}."
         )
         return None
     return kind, axis, tuple(values)
 
 
 def _has_surface(kind: str, values: list[float]) -> bool:
-    if not all(math.isfinite(value) and value >= 0.0 for value in values):
+    if not all(0.0 <= value <= LARGEST for value in values):  # NaN is neither
         return False
     if kind == "Capsule":  # a capsule without height is a sphere
         return values[0] > 0.0

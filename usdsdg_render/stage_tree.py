@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdLux, UsdShade
 
 from usdsdg import errors
 
@@ -71,9 +71,14 @@ def is_invisible(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
 def local_matrix(cache: UsdGeom.XformCache, prim: Usd.Prim, sampled: bool) -> tuple[np.ndarray, bool]:
     """((4, 4) local matrix, whether it starts a new transform stack).
 
-    At the default time, a prim whose ops have only samples is where its first sample puts it.
+    At the default time, a prim whose ops have only samples is where its first sample puts it. Ops that USD refuses give
+    NaN, so that what they place is dropped by name.
     """
-    matrix, resets = cache.GetLocalTransformation(prim)
+    try:
+        matrix, resets = cache.GetLocalTransformation(prim)
+    except Tf.ErrorException as failure:
+        errors.warn_once(f"{prim.GetPath()}: its xformOps cannot be read. Correct xformOpOrder and its ops. {failure}")
+        return np.full((4, 4), np.nan), False
     if sampled:
         xformable = UsdGeom.Xformable(prim)
         if xformable and xformable.TransformMightBeTimeVarying():
@@ -81,6 +86,12 @@ def local_matrix(cache: UsdGeom.XformCache, prim: Usd.Prim, sampled: bool) -> tu
             if not any(op.Get() is not None for op in ops):
                 matrix = xformable.GetLocalTransformation(Usd.TimeCode.EarliestTime())
     return np.array(matrix), bool(resets)
+
+
+def matrix_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """a @ b, quietly: what is NaN or infinite is dropped by name where it would be drawn."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        return a @ b
 
 
 class Tree:
@@ -166,10 +177,9 @@ class Tree:
 
     def _compose(self) -> None:
         self.world[...] = self.local
-        with np.errstate(invalid="ignore", over="ignore"):
-            for children, parents in self._levels:
-                worlds = self.local[children] @ self.world[parents]
-                self.world[children] = np.where(self.resets[children, None, None], self.local[children], worlds)
+        for children, parents in self._levels:
+            worlds = matrix_product(self.local[children], self.world[parents])
+            self.world[children] = np.where(self.resets[children, None, None], self.local[children], worlds)
 
 
 def is_material_subset(subset: Usd.Prim) -> bool:

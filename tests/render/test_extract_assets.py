@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom
 
+from tests.render.sound import assert_sound
 from usdsdg_render.extract import SceneExtractor
 
 ROOT = os.environ.get("USDSDG_ASSETS_ROOT")
@@ -16,36 +17,6 @@ pytestmark = [
     # What these files lack is named by warnings; here only the result counts.
     pytest.mark.filterwarnings("ignore::UserWarning"),
 ]
-
-
-def assert_sound(scene):
-    assert np.isfinite(scene.instances.local_to_world).all()
-    assert len(scene.instances.prototype) == len(scene.instances.slot_offset) == len(scene.instances)
-    for prototype in scene.prototypes:
-        count = len(prototype.triangles)
-        assert count > 0
-        assert prototype.triangles.min() >= 0
-        assert prototype.triangles.max() < len(prototype.points)
-        assert prototype.corner_normals.shape == (count, 3, 3)
-        assert prototype.corner_uvs.shape == (count, 3, 2)
-        assert prototype.triangle_slots.shape == prototype.triangle_faces.shape == (count,)
-        np.testing.assert_allclose(np.linalg.norm(prototype.corner_normals, axis=-1), 1.0, atol=1e-5)
-        for name in ("points", "corner_uvs"):
-            assert np.isfinite(getattr(prototype, name)).all()
-        a, b, c = prototype.points[prototype.triangles].astype(np.float64).transpose(1, 0, 2)
-        assert (np.linalg.norm(np.cross(b - a, c - a), axis=1) > 0).all()
-    for k, offset in zip(scene.instances.prototype, scene.instances.slot_offset):
-        last = offset + scene.prototypes[k].triangle_slots.max()
-        assert scene.material_slots[offset : last + 1].max() < len(scene.materials)
-    for name in scene.materials.dtype.names:
-        column = scene.materials[name]
-        assert np.isfinite(column).all()
-        if name.endswith("_texture"):
-            assert column.max(initial=-1) < len(scene.textures)
-    for texture in scene.textures:
-        assert texture.texels.dtype == np.uint8
-        assert texture.texels.ndim == 3
-        assert texture.texels.shape[2] == 4
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda path: str(path.relative_to(ROOT)))

@@ -177,6 +177,43 @@ def test_an_override_in_one_reference_stays_its_own(tmp_path):
     assert heights == [1, 1, 2]
 
 
+def test_an_override_beside_the_points_stays_its_own(tmp_path):
+    """Sharing goes by what composes a prim, so everything that shapes it must count, not its points alone."""
+    stage = make_stage()
+    asset = write_asset(tmp_path)
+    for k in range(4):
+        stage.DefinePrim(f"/o{k}", "Xform").GetReferences().AddReference(asset)
+    UsdGeom.Mesh(stage.GetPrimAtPath("/o1/Mesh")).CreateOrientationAttr("leftHanded")
+    UsdGeom.Subset(stage.GetPrimAtPath("/o2/Mesh/a")).GetIndicesAttr().Set([0])
+    UsdGeom.Mesh(stage.GetPrimAtPath("/o3/Mesh")).CreateHoleIndicesAttr([7])
+    prototypes = extract(stage).prototypes
+    assert len(prototypes) == 4
+    assert [p.corner_normals[0, 0, 2] for p in prototypes] == [1, -1, 1, 1]
+    assert [int((p.triangle_slots == 0).sum()) for p in prototypes] == [6, 6, 2, 6]
+    assert [len(p.triangles) for p in prototypes] == [16, 16, 16, 14]
+
+
+def test_an_override_of_a_graph_beside_the_material_stays_its_own(tmp_path):
+    asset = Usd.Stage.CreateNew(str(tmp_path / "graph.usda"))
+    asset.SetDefaultPrim(UsdGeom.Xform.Define(asset, "/Asset").GetPrim())
+    ball = UsdGeom.Sphere.Define(asset, "/Asset/Ball")
+    material = add_material(asset, "/Asset/M")
+    graph = UsdShade.NodeGraph.Define(asset, "/Asset/Graph")
+    colour = graph.CreateInput("colour", Sdf.ValueTypeNames.Color3f)
+    colour.Set(Gf.Vec3f(1, 0, 0))
+    output = graph.CreateOutput("colour", Sdf.ValueTypeNames.Color3f)
+    output.ConnectToSource(colour)
+    UsdShade.Shader(asset.GetPrimAtPath("/Asset/M/Surface")).GetInput("diffuseColor").ConnectToSource(output)
+    bind(ball, material)
+    asset.Save()
+    stage = make_stage()
+    for k in range(2):
+        stage.DefinePrim(f"/o{k}", "Xform").GetReferences().AddReference(asset.GetRootLayer().identifier)
+    stage.GetPrimAtPath("/o1/Graph").GetAttribute("inputs:colour").Set(Gf.Vec3f(0, 1, 0))
+    scene = extract(stage)
+    assert [base_colours(scene, k)[0] for k in range(2)] == [[1, 0, 0], [0, 1, 0]]
+
+
 def test_equal_meshes_of_different_layers_share_too():
     stage = make_stage()
     for k in range(4):
