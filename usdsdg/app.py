@@ -15,6 +15,8 @@ from usdsdg.graph import evaluate
 from usdsdg.settings import get_settings
 from usdsdg.stage import context
 from usdsdg.timeline import get_timeline
+from usdsdg.writers.backends import set_disk_root
+from usdsdg.writers.io_queue import set_max_queue_size
 
 IDLE_SECONDS = 0.002  # pause of the update driver while nobody waits
 
@@ -28,6 +30,9 @@ class App:
         self._updates = 0
         get_timeline().subscribe(self._on_timeline)
         context.on_new_stage(self._on_new_stage)
+        settings = get_settings()
+        settings.on_change("/omni/replicator/backends/disk/root_dir", lambda root: set_disk_root(root or None))
+        settings.on_change("/omni/replicator/backend/queueSize", set_max_queue_size)
 
     # --- updates ---
     def update(self) -> None:

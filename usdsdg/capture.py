@@ -13,6 +13,7 @@ from usdsdg.annotators.annotator import Annotator, Requirements, attached_annota
 from usdsdg.annotators.entities import EntityReader
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.payload import build_payload
+from usdsdg.graph.evaluate import graph
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.progress import report
 from usdsdg.render_product import HydraTexture, products
@@ -39,6 +40,7 @@ class Capture:
     def __init__(self) -> None:
         self._entities: EntityReader | None = None
         self._wanted: dict[str, list[Annotator]] = {}
+        self._due: list[Writer] = []
         self._films: dict[str, Any] = {}
         self._mode: RenderMode | None = None
         self.expected_frames: int | None = None  # for progress, where somebody knows
@@ -50,10 +52,11 @@ class Capture:
         writer_base.set_global_seed(get_global_seed())
         for annotator in attached_annotators():
             self._want(annotator.render_product, [annotator])
-        for writer in attached_writers():
-            if writer.is_due():
-                for path in writer.render_products:
-                    self._want(path, writer.annotators_of(path))
+        # Asked once: a writer's own trigger function may have a memory.
+        self._due = [writer for writer in attached_writers() if writer.is_due()]
+        for writer in self._due:
+            for path in writer.render_products:
+                self._want(path, writer.annotators_of(path))
 
     def _want(self, path: str | None, annotators: list[Annotator]) -> None:
         if any(product.path == path and product.updates_enabled for product in products()):
@@ -104,7 +107,7 @@ class Capture:
         for annotator in attached_annotators():
             if annotator.render_product in frames:
                 annotator.compute(frames[annotator.render_product])
-        for writer in attached_writers():
+        for writer in self._due:
             self._write(writer, frames)
         report("frames captured", index + 1, self.expected_frames)
 
@@ -133,8 +136,8 @@ class Capture:
 
     def _write(self, writer: Writer, frames: dict[str, Frame]) -> None:
         seen = {path: frames[path] for path in writer.render_products if path in frames}
-        if seen and writer.is_due():
-            writer.receive(build_payload(writer, seen))
+        if seen:
+            writer.receive(build_payload(writer, seen, trigger_outputs=_trigger_outputs()))
 
     def drain(self) -> None:
         """Wait until every file is on disk; raises the first failure."""
@@ -152,6 +155,11 @@ class Capture:
         for writer in attached_writers():
             writer.on_final_frame()
         io_queue.wait_until_done()
+
+
+def _trigger_outputs() -> dict[str, int]:
+    """How often timed triggers have fired: writers number their sequences by it."""
+    return {trigger.name: trigger.executions for trigger in graph().triggers if trigger.kind == "OgnOnTime"}
 
 
 def _view(product: HydraTexture) -> CameraView:

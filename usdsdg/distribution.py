@@ -54,16 +54,10 @@ class Uniform(_Numeric):
         self._lower, self._upper, self._scalar = self._shape(lower, upper, ("lower", "upper"))
         if np.any(self._lower > self._upper):
             raise GraphError(f"{self.node.describe()}: lower={lower!r} is above upper={upper!r}")
-        self._integer = all(isinstance(v, (int, np.integer)) for v in np.ravel([lower, upper]).tolist())
 
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray:
         u = self._uniforms(consumer, execution, prims, len(self._lower))
-        if self._integer:
-            # As numpy.random.Generator.integers: the upper bound is not drawn, unless there is nothing else.
-            span = np.maximum(self._upper - self._lower, 1)
-            values = (self._lower + np.floor(u * span)).astype(np.int64)
-        else:
-            values = self._lower + u * (self._upper - self._lower)
+        values = self._lower + u * (self._upper - self._lower)
         return values[:, 0] if self._scalar else values
 
 
@@ -86,7 +80,7 @@ class LogUniform(Uniform):
         if np.any(np.asarray(lower) <= 0):
             raise GraphError(f"log_uniform (made at {script_line()}): lower={lower!r} must be above 0")
         super().__init__(lower, upper, seed, name)
-        self.node.kind, self._integer = "OgnSampleLogUniform", False
+        self.node.kind = "OgnSampleLogUniform"
         self._lower, self._upper = np.log(self._lower), np.log(self._upper)
 
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray:
@@ -158,7 +152,11 @@ class Combine(Distribution):
 
 
 def uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
-    """Uniform between `lower` and `upper`, scalars or tuples; ints draw ints below `upper`."""
+    """Uniform between `lower` and `upper`, scalars or tuples.
+
+    Draws are floats, also between whole numbers: scripts write colours as (0, 0, 0) to (1, 1, 1). Written to an
+    attribute of whole numbers they are rounded down, so `upper` itself is not drawn.
+    """
     return Uniform(lower, upper, seed, name)
 
 

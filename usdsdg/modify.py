@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -68,7 +69,7 @@ def _as_usd(value: Any, attribute: Usd.Attribute) -> Any:
     if isinstance(default, bool):
         return bool(value)
     if isinstance(default, int):
-        return int(value)
+        return math.floor(value)
     return value
 
 

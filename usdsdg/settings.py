@@ -17,7 +17,6 @@ DEFAULTS: dict[str, Any] = {
     "/omni/replicator/pathTracedMotionBlurSubSamples": 8,
     "/omni/replicator/globalSeed": -1,
     "/omni/replicator/backends/disk/root_dir": "",
-    "/omni/replicator/backend/writeThreads": 4,
     "/omni/replicator/backend/queueSize": 1000,
     "/rtx/rendermode": "RaytracedLighting",
     "/rtx/pathtracing/spp": 1,

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pxr import UsdGeom, UsdLux
+from pxr import Sdf, UsdGeom, UsdLux
 
 from usdsdg import create, distribution, modify, randomizer, trigger, utils
 from usdsdg.errors import GraphError, UsdsdgWarning
@@ -86,6 +86,24 @@ def test_on_frame_shows_the_preview_first_and_then_every_interval(stage):
     graph.evaluate(preview=True)
     fired = [bool(graph.evaluate(capture=capture)) for capture in range(8)]
     assert fired == [False, False, True, False, True, False, False, False]
+
+
+def test_an_event_sent_before_the_preview_still_fires(stage):
+    randomize_sizes(stage)
+    utils.send_og_event("go")
+    evaluate.graph().evaluate(preview=True)
+    assert sizes(stage) == [2.0, 2.0, 2.0]
+    evaluate.graph().evaluate(capture=0)
+    assert len(set(sizes(stage))) == 3
+
+
+def test_an_attribute_of_whole_numbers_never_gets_the_upper_bound(stage):
+    prims = cubes(stage, 200)
+    for path in prims:
+        stage.GetPrimAtPath(path).CreateAttribute("count", Sdf.ValueTypeNames.Int)
+    modify.attribute("count", distribution.uniform(-1, 2), input_prims=prims)
+    evaluate.graph().evaluate()
+    assert {stage.GetPrimAtPath(path).GetAttribute("count").Get() for path in prims} == {-1, 0, 1}
 
 
 def test_a_light_in_a_trigger_is_made_once_and_redrawn(stage):

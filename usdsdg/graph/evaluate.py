@@ -85,10 +85,13 @@ class Graph:
         initialisation does.
         """
         impulses, self.impulses = self.impulses, []
-        events, self._events = self._events, []
         for node in impulses:
             run(node)
-        fired = self._fire(Moment(capture, time, frozenset(events[:1]), preview))
+        if preview:
+            # Custom events are not previewed, so they stay queued for the evaluation that they were sent for.
+            return self._fire(Moment(capture, time, frozenset(), preview))
+        events, self._events = self._events, []
+        fired = self._fire(Moment(capture, time, frozenset(events[:1])))
         for event in events[1:]:
             fired += self._fire(Moment(-1, time, frozenset([event])))
         return fired
