@@ -109,10 +109,11 @@ def _file(prim: Usd.Prim) -> str:
 class DomeBuilder:
     """Keeps decoded pictures, so that a dome that only turns or dims costs no decoding."""
 
-    KEPT = 8  # pictures; a script that draws skies from a short list finds them again
+    # Decoded pictures are kept up to this size: a script that draws skies from a short list finds them again.
+    KEPT_BYTES = 1 << 29
 
     def __init__(self) -> None:
-        self._pictures: dict[tuple[str, tuple[int, int]], np.ndarray | None] = {}
+        self._pictures: dict[tuple[str, tuple[int, int]], np.ndarray] = {}
 
     def build(self, domes: list[DomeLight]) -> Dome | None:
         """All domes added up in the first one's frame; None without any."""
@@ -146,15 +147,16 @@ class DomeBuilder:
             return UNIFORM
         key = (dome.file, dome.modified)
         if key not in self._pictures:
-            while len(self._pictures) >= self.KEPT:
-                del self._pictures[next(iter(self._pictures))]
             try:
-                self._pictures[key] = linear_rgb(images.read(dome.file))
+                picture = linear_rgb(images.read(dome.file))
             except errors.AssetUnreadable as error:
                 errors.warn_once(f"{dome.path}: the sky cannot be read ({error}); the dome is uniform.")
-                self._pictures[key] = None
-        picture = self._pictures[key]
-        return UNIFORM if picture is None else picture
+                picture = UNIFORM
+            size = picture.nbytes + sum(kept.nbytes for kept in self._pictures.values())
+            while self._pictures and size > self.KEPT_BYTES:
+                size -= self._pictures.pop(next(iter(self._pictures))).nbytes
+            self._pictures[key] = picture
+        return self._pictures[key]
 
 
 def directions(height: int, width: int) -> np.ndarray:

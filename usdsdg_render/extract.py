@@ -48,6 +48,8 @@ class SceneExtractor:
         self._gprims: list[Gprim] = []
         self._placements = Placements()
         self._nodes = np.zeros(0, np.int64)  # tree node of each placement
+        self._points = np.zeros(0, np.int64)  # placements that are point instances
+        self._point_matrices = np.zeros((0, 4, 4))  # of those, to the instancer
         self._has_surface = np.zeros(0, bool)
         self._drawn = np.zeros(0, np.int64)  # placements that became instances
         self._slots: dict[Sdf.Path, tuple[Material, ...]] = {}  # of gprims drawn now or lately
@@ -111,6 +113,8 @@ class SceneExtractor:
         self._write_materials()
         placed = self._placements.gprims
         self._nodes = np.array(self._placements.nodes, np.int64)
+        self._points = np.array(list(self._placements.offsets), np.int64)
+        self._point_matrices = np.array(list(self._placements.offsets.values())).reshape(-1, 4, 4)
         self._has_surface = np.array([self._gprims[k].prototype is not None for k in placed], bool)
 
     def _bind(self) -> None:
@@ -201,8 +205,8 @@ class SceneExtractor:
         """Matrices of all instances; those without a usable one are not drawn."""
         placements = self._placements
         world = self._tree.world[self._nodes]
-        for k, offset in placements.offsets.items():
-            world[k] = stage_tree.matrix_product(offset, world[k])
+        if len(self._points):
+            world[self._points] = stage_tree.matrix_product(self._point_matrices, world[self._points])
         usable = invertible(world)
         for k in np.flatnonzero(self._has_surface & ~usable):
             errors.warn_once(

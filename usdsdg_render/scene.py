@@ -123,7 +123,7 @@ class Instances:
 class Dome:
     """All dome lights of the stage as one lat-long picture in the first dome's frame.
 
-    Row 0 is the pole +z' of the dome's own frame and column u in [0, 1) turns as in UsdLux (see extract.lights);
+    Row 0 is the pole +z' of the dome's own frame and column u in [0, 1) turns as in UsdLux (see domes.py);
     `dome_from_world` is the 3x3 that takes a world direction (column vector) into the frame the kernel looks up:
     theta = acos(d.z), u = atan2(d.y, d.x) / 2pi.
     """
