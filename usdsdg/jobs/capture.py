@@ -127,7 +127,7 @@ def _capture_path_traced(options: PathTracing, physics_scene: Usd.Prim) -> None:
         "/rtx/rendermode": "PathTracing",
         "/rtx/pathtracing/spp": options.spp,
         "/rtx/pathtracing/totalSpp": options.spp,
-        "/rtx/pathtracing/optixDenoiser/enabled": False,
+        "/rtx/pathtracing/optixDenoiser/enabled": options.denoise,
     }
     with _settings(wanted), _physics_rate(physics_scene, options.sub_frames / options.duration):
         get_timeline().play()

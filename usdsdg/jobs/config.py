@@ -81,6 +81,7 @@ class PathTracing(_Section):
     spp: AtLeastOne = Field(128, description="samples per pixel, 1 or more")
     sub_frames: AtLeastOne = Field(8, description="moments that one exposure is made of, 1 or more")
     duration: Positive = Field(0.025, description="exposure time in seconds")
+    denoise: Flag = Field(False, description="true or false")
 
 
 class ObjectBasedConfig(_Section):
