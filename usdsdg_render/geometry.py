@@ -195,6 +195,12 @@ def _usable_faces(path: str, source: MeshSource) -> _Faces:
         path, usable & ~complete, "lie beyond the end of faceVertexIndices", "Make the counts sum to its length."
     )
     usable &= complete
+    total = int(starts[-1] + max(counts[-1], 0))
+    if total < len(source.indices):
+        errors.warn_once(
+            f"{path}: faceVertexCounts sum to {total} but faceVertexIndices has {len(source.indices)} entries; the "
+            f"rest is not drawn. Make the counts sum to its length."
+        )
     finite = np.isfinite(source.points).all(axis=1)
     out_of_range = (source.indices < 0) | (source.indices >= len(source.points))
     if out_of_range.any():

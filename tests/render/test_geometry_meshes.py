@@ -233,6 +233,7 @@ def test_subsets_give_slots_and_the_rest_comes_last():
     [
         (FOLD, [3, 2, 3], [0, 1, 2, 0, 1, 0, 2, 3], [0, 2], "fewer than three"),
         (FOLD, [3, 3, 3], [0, 1, 2, 0, 2, 3], [0, 1], "beyond the end"),
+        (FOLD, [3], [0, 1, 2, 0, 2, 3], [0], "sum to 3"),
         (FOLD, [3, 3], [0, 1, 7, 0, 2, 3], [1], "points outside 0..3"),
         (FOLD, [3, 3], [0, 1, -1, 0, 2, 3], [1], "points outside"),
         ([*FOLD[:3], (math.nan, 0, 0)], [3, 3], [0, 1, 2, 0, 2, 3], [0], "NaN or infinite"),
