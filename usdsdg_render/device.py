@@ -10,9 +10,10 @@ import warp as wp
 
 from usdsdg.errors import warn_once
 from usdsdg_render import sky
+from usdsdg_render.energy import albedo_table
 from usdsdg_render.kernels import types
 from usdsdg_render.light_power import extents, strengths
-from usdsdg_render.scene import Prototype, Scene, Texture
+from usdsdg_render.scene import LIGHT_DISTANT, Prototype, Scene, Texture
 from usdsdg_render.trace.build import BottomTree, TopTree, build_bottom, build_top
 from usdsdg_render.trace.flatten import FlattenedMesh
 
@@ -42,6 +43,7 @@ class DeviceScene:
         self.device = device
         self.tables = types.SceneTables()
         self.tables.texel_values = self._array(_texel_values(), wp.float32)
+        self.tables.albedo_table = self._array(albedo_table().reshape(-1, 2), wp.vec2)
         # Per instance: its box in the world, and whether a ray can meet it.
         self.lower = self.upper = np.zeros((0, 3), np.float32)
         self.placed = np.zeros(0, bool)
@@ -177,11 +179,15 @@ class DeviceScene:
         return tables, mesh
 
     def _upload_lights(self, scene: Scene) -> None:
-        rows = records(types.Light, len(scene.lights))
-        for name in scene.lights.dtype.names or ():
+        # Lights that a ray can meet first: the loop over them then ends early.
+        delta = (scene.lights["kind"] == LIGHT_DISTANT) & (scene.lights["cos_angle"] >= 1.0)
+        lights = scene.lights[np.argsort(delta, kind="stable")]
+        rows = records(types.Light, len(lights))
+        for name in lights.dtype.names or ():
             if name != "power":
-                rows[name] = scene.lights[name]
-        rows["strength"], rows["extent"] = strengths(scene.lights), extents(scene.lights)
+                rows[name] = lights[name]
+        rows["strength"], rows["extent"] = strengths(lights), extents(lights)
+        self.tables.surface_count = int((~delta).sum())
         self.tables.lights = self._array(rows, types.Light)
         self.tables.light_count = len(rows)
         self.tables.dome = sky.upload(scene.dome, self.device)

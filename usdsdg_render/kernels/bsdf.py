@@ -1,15 +1,16 @@
 """How a surface scatters light: diffuse, a GGX lobe for metal or dielectric, and a clear coat.
 
-The model of UsdPreviewSurface with energy kept in balance: whatever the coat and the GGX lobe reflect (their
-directional albedo, after Karis, "Physically Based Shading on Mobile", 2014) is missing from what lies below, and
-the GGX lobe is scaled so that several bounces between facets lose nothing (Turquin, "Practical multiple scattering
-compensation for microfacet models", 2019). Facets are sampled as seen from the viewer (Dupuy and Benyoub, "Sampling
+The model of UsdPreviewSurface with energy kept in balance: whatever the coat and the GGX lobe reflect in all
+directions together (a table, see `energy`) is missing from what lies below, and the GGX lobe is scaled so that several
+bounces between facets lose nothing (Turquin, "Practical multiple scattering compensation for microfacet models", 2019).
+Facets are sampled as seen from the viewer (Dupuy and Benyoub, "Sampling
 visible GGX normals with spherical caps", 2023).
 """
 
 import warp as wp
 
 from usdsdg_render.kernels.surface import Surface
+from usdsdg_render.kernels.trig import cos_sin
 from usdsdg_render.kernels.types import Material
 
 PI = wp.constant(wp.pi)
@@ -28,6 +29,7 @@ class Bsdf:
     cos_o: wp.float32
     diffuse: wp.vec3  # albedo of the diffuse lobe, after what the lobes above reflect
     f0: wp.vec3  # reflectance of the GGX lobe at normal incidence
+    f90: wp.float32  # and at grazing incidence
     specular_scale: wp.vec3  # multiple scattering, and what the coat lets through
     alpha: wp.float32
     coat: wp.float32
@@ -52,18 +54,29 @@ def luminance(color: wp.vec3):
 
 
 @wp.func
-def albedo_terms(cos_o: float, roughness: float):
-    """(a, b) such that a GGX lobe of reflectance f0 at normal incidence has directional albedo f0 * a + b."""
-    x = 1.0 - roughness
-    y = 0.0425 - 0.0275 * roughness
-    z = 1.04 - 0.572 * roughness
-    w = -0.04 + 0.022 * roughness
-    a004 = wp.min(x * x, wp.exp(-6.4324 * cos_o)) * x + y
-    return wp.vec2(-1.04 * a004 + z, 1.04 * a004 + w)
+def albedo_terms(table: wp.array(dtype=wp.vec2), cos_o: float, alpha: float):
+    """(a, b) such that a GGX lobe has the directional albedo f0 * a + f90 * b."""
+    x = (wp.sqrt(cos_o) - 0.02) * (31.0 / 0.98)
+    y = wp.sqrt(alpha) * 31.0
+    i = wp.clamp(int(x), 0, 30)
+    j = wp.clamp(int(y), 0, 30)
+    fx = wp.max(x - float(i), 0.0)
+    fy = y - float(j)
+    k = j * 32 + i
+    low = table[k] * (1.0 - fx) + table[k + 1] * fx
+    high = table[k + 32] * (1.0 - fx) + table[k + 33] * fx
+    return low * (1.0 - fy) + high * fy
 
 
 @wp.func
-def bsdf_at(surface: Surface, material: Material, normal: wp.vec3, wo: wp.vec3, least_alpha: float):
+def bsdf_at(
+    table: wp.array(dtype=wp.vec2),
+    surface: Surface,
+    material: Material,
+    normal: wp.vec3,
+    wo: wp.vec3,
+    least_alpha: float,
+):
     """Scattering of a textured surface; `least_alpha` widens every glossy lobe."""
     b = Bsdf()
     b.normal = normal
@@ -74,17 +87,20 @@ def bsdf_at(surface: Surface, material: Material, normal: wp.vec3, wo: wp.vec3, 
     metallic = wp.clamp(surface.metallic, 0.0, 1.0)
     b.alpha = wp.max(wp.max(roughness * roughness, MIN_ALPHA), least_alpha)
     b.f0 = material.specular * (1.0 - metallic) + surface.base * metallic
-    terms = albedo_terms(b.cos_o, wp.sqrt(b.alpha))
+    # What reflects nothing head on (an index of refraction of 1) reflects nothing at grazing angles either.
+    b.f90 = wp.min(1.0, 50.0 * wp.max(wp.max(b.f0[0], b.f0[1]), b.f0[2]))
+    terms = albedo_terms(table, b.cos_o, b.alpha)
     multiple = wp.vec3(1.0) + b.f0 * (1.0 / (terms[0] + terms[1]) - 1.0)
-    reflected = wp.cw_mul(b.f0 * terms[0] + wp.vec3(terms[1]), multiple)
+    reflected = wp.cw_mul(b.f0 * terms[0] + wp.vec3(b.f90 * terms[1]), multiple)
     b.specular_scale = multiple
     b.diffuse = wp.cw_mul(surface.base, wp.vec3(1.0) - reflected) * (1.0 - metallic)
+    b.coat_alpha = 1.0
     coat_albedo = float(0.0)
     if material.clearcoat > 0.0:
         coat_roughness = wp.clamp(material.clearcoat_roughness, 0.0, 1.0)
         b.coat = wp.min(material.clearcoat, 1.0)
         b.coat_alpha = wp.max(wp.max(coat_roughness * coat_roughness, MIN_ALPHA), least_alpha)
-        coat_terms = albedo_terms(b.cos_o, wp.sqrt(b.coat_alpha))
+        coat_terms = albedo_terms(table, b.cos_o, b.coat_alpha)
         coat_albedo = b.coat * (COAT_F0 * coat_terms[0] + coat_terms[1])
         through = 1.0 - coat_albedo
         b.specular_scale = b.specular_scale * through
@@ -114,10 +130,10 @@ def smith_root(c: float, alpha: float):
 
 
 @wp.func
-def fresnel(f0: wp.vec3, cos_d: float):
+def fresnel(f0: wp.vec3, f90: float, cos_d: float):
     m = 1.0 - cos_d
     m2 = m * m
-    return f0 + (wp.vec3(1.0) - f0) * (m2 * m2 * m)
+    return f0 + (wp.vec3(f90) - f0) * (m2 * m2 * m)
 
 
 @wp.func
@@ -144,7 +160,7 @@ def scatter(b: Bsdf, wi: wp.vec3):
     root_i = smith_root(cos_i, b.alpha)
     root_o = smith_root(b.cos_o, b.alpha)
     glossy = density * 0.5 * cos_i / (b.cos_o * root_i + cos_i * root_o)
-    out.specular = wp.cw_mul(fresnel(b.f0, cos_d), b.specular_scale) * glossy
+    out.specular = wp.cw_mul(fresnel(b.f0, b.f90, cos_d), b.specular_scale) * glossy
     out.diffuse = b.diffuse * (terminator(b, cos_i, wi) * cos_i / PI)
     out.pdf = b.choose_specular * density * 0.5 / (b.cos_o + root_o)
     out.pdf += (1.0 - b.choose_specular - b.choose_coat) * cos_i / PI
@@ -174,23 +190,25 @@ def sample_facet(b: Bsdf, alpha: float, across: wp.vec3, along: wp.vec3, r: wp.v
     stretched = wp.normalize(wp.vec3(alpha * wp.dot(b.wo, across), alpha * wp.dot(b.wo, along), wp.dot(b.wo, b.normal)))
     z = (1.0 - r[0]) * (1.0 + stretched[2]) - stretched[2]
     s = wp.sqrt(wp.clamp(1.0 - z * z, 0.0, 1.0))
-    angle = 2.0 * PI * r[1]
-    h = wp.vec3(s * wp.cos(angle), s * wp.sin(angle), z) + stretched
+    around = cos_sin(r[1])
+    h = wp.vec3(s * around[0], s * around[1], z) + stretched
     h = wp.normalize(wp.vec3(alpha * h[0], alpha * h[1], wp.max(h[2], 0.0)))
     facet = across * h[0] + along * h[1] + b.normal * h[2]
     return facet * (2.0 * wp.dot(b.wo, facet)) - b.wo
 
 
 @wp.func
-def sample_direction(b: Bsdf, choice: float, r: wp.vec2):
-    """A direction drawn from the density that `scatter` reports."""
+def sample_direction(b: Bsdf, r: wp.vec2):
+    """A direction drawn from the density that `scatter` reports; the first number also chooses the lobe."""
     across = perpendicular(b.normal)
     along = wp.cross(b.normal, across)
-    if choice < b.choose_specular:
-        return sample_facet(b, b.alpha, across, along, r)
-    if choice < b.choose_specular + b.choose_coat:
-        return sample_facet(b, b.coat_alpha, across, along, r)
-    s = wp.sqrt(r[0])
-    angle = 2.0 * PI * r[1]
-    d = across * (s * wp.cos(angle)) + along * (s * wp.sin(angle))
-    return d + b.normal * wp.sqrt(wp.max(0.0, 1.0 - r[0]))
+    if r[0] < b.choose_specular:
+        return sample_facet(b, b.alpha, across, along, wp.vec2(r[0] / b.choose_specular, r[1]))
+    rest = r[0] - b.choose_specular
+    if rest < b.choose_coat:
+        return sample_facet(b, b.coat_alpha, across, along, wp.vec2(rest / b.choose_coat, r[1]))
+    u = wp.min((rest - b.choose_coat) / (1.0 - b.choose_specular - b.choose_coat), 1.0)
+    s = wp.sqrt(u)
+    around = cos_sin(r[1])
+    d = across * (s * around[0]) + along * (s * around[1])
+    return d + b.normal * wp.sqrt(1.0 - u)

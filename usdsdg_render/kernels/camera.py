@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from usdsdg_render.kernels.trig import cos_sin
 from usdsdg_render.kernels.types import Camera
 
 
@@ -27,8 +28,8 @@ def camera_ray(camera: Camera, column: float, row: float, lens: wp.vec2):
         towards = wp.vec3(0.0, 0.0, -1.0)
     elif camera.lens_radius > 0.0:
         r = camera.lens_radius * wp.sqrt(lens[0])
-        angle = 2.0 * wp.pi * lens[1]
-        start = wp.vec3(r * wp.cos(angle), r * wp.sin(angle), 0.0)
+        around = cos_sin(lens[1])
+        start = wp.vec3(r * around[0], r * around[1], 0.0)
         towards = towards * camera.focus_distance - start
     towards = wp.normalize(towards)
     # The clipping range counts along the axis, t along the ray.

@@ -8,7 +8,8 @@ import warp as wp
 
 from usdsdg_render import scene
 from usdsdg_render.kernels.bsdf import perpendicular
-from usdsdg_render.kernels.texture import sky_radiance
+from usdsdg_render.kernels.texture import cell_density, cell_radiance, sky_radiance
+from usdsdg_render.kernels.trig import cos_sin, half_turns_from_pole
 from usdsdg_render.kernels.types import Dome, Light, SceneTables
 from usdsdg_render.kernels.visibility import FAR_AWAY
 
@@ -18,6 +19,18 @@ RECT = wp.constant(scene.LIGHT_RECT)
 DISK = wp.constant(scene.LIGHT_DISK)
 CYLINDER = wp.constant(scene.LIGHT_CYLINDER)
 PI = wp.constant(wp.pi)
+
+# Halving without a branch to guess.
+_INVERT_CDF = """
+    const float* sums = cdf.data;
+    int first = start;
+    for (int left = count; left > 1;) {
+        const int half = left / 2;
+        first += half & -(int)(sums[first + half] <= number);
+        left -= half;
+    }
+    return first;
+"""
 
 
 @wp.struct
@@ -48,6 +61,7 @@ class LightChoice:
     index: wp.int32
     chance: wp.float32
     total: wp.float32  # sum of the weights of all
+    number: wp.float32  # what is left of the number that chose it, in [0, 1)
 
 
 @wp.func
@@ -79,10 +93,10 @@ def in_cone(axis: wp.vec3, sin2: float, r: wp.vec2):
     one_minus_cos = r[0] * (sin2 / (1.0 + wp.sqrt(wp.max(0.0, 1.0 - sin2))))
     c = 1.0 - one_minus_cos
     s = wp.sqrt(wp.max(0.0, one_minus_cos * (2.0 - one_minus_cos)))
-    angle = 2.0 * PI * r[1]
+    around = cos_sin(r[1])
     across = perpendicular(axis)
     along = wp.cross(axis, across)
-    return wp.normalize(across * (s * wp.cos(angle)) + along * (s * wp.sin(angle)) + axis * c)
+    return wp.normalize(across * (s * around[0]) + along * (s * around[1]) + axis * c)
 
 
 @wp.func
@@ -165,12 +179,19 @@ def hit_light(light: Light, origin: wp.vec3, direction: wp.vec3):
     """Where a ray meets a light that has a surface, or the disk of a distant light."""
     hit = LightHit()
     hit.distance = -1.0
+    if light.kind != DISTANT:
+        # Most rays pass the ball that holds the light.
+        to_center = light.position - origin
+        along = wp.max(wp.dot(to_center, direction), 0.0)
+        nearest = to_center - direction * along
+        if wp.dot(nearest, nearest) > 1.0001 * light.extent * light.extent:
+            return hit
     if light.kind == SPHERE:
         hit = hit_sphere(light, origin, direction)
     elif light.kind == CYLINDER:
         hit = hit_cylinder(light, origin, direction)
     elif light.kind == DISTANT:
-        if light.cos_angle < 1.0 and wp.dot(direction, light.z_axis) > light.cos_angle:
+        if wp.dot(direction, light.z_axis) > light.cos_angle:
             hit.distance = FAR_AWAY
             hit.pdf = 1.0 / (2.0 * PI * (1.0 - light.cos_angle))
     else:
@@ -187,8 +208,9 @@ def on_plane(light: Light, r: wp.vec2):
     y = (r[1] - 0.5) * light.height
     if light.kind == DISK:
         radius = light.radius * wp.sqrt(r[0])
-        x = radius * wp.cos(2.0 * PI * r[1])
-        y = radius * wp.sin(2.0 * PI * r[1])
+        around = cos_sin(r[1])
+        x = radius * around[0]
+        y = radius * around[1]
     return light.position + light.x_axis * x + light.y_axis * y
 
 
@@ -216,10 +238,11 @@ def sample_one(light: Light, point: wp.vec3, r: wp.vec2):
         else:
             z = 1.0 - 2.0 * r[0]
             c = wp.sqrt(wp.max(0.0, 1.0 - z * z))
-            s.direction = wp.vec3(c * wp.cos(2.0 * PI * r[1]), c * wp.sin(2.0 * PI * r[1]), z)
+            around = cos_sin(r[1])
+            s.direction = wp.vec3(c * around[0], c * around[1], z)
     elif light.kind == CYLINDER:
-        angle = 2.0 * PI * r[1]
-        outward = light.y_axis * wp.cos(angle) + light.z_axis * wp.sin(angle)
+        around = cos_sin(r[1])
+        outward = light.y_axis * around[0] + light.z_axis * around[1]
         on = light.position + light.x_axis * ((r[0] - 0.5) * light.height) + outward * light.radius
         s.direction = wp.normalize(on - point)
         # The far side of the tube faces away; the same ray meets the near side with the same density, so it is dropped.
@@ -235,31 +258,14 @@ def sample_one(light: Light, point: wp.vec3, r: wp.vec2):
     return s
 
 
-@wp.func
-def sky_cell(dome: Dome, uv: wp.vec2):
-    """Index of the sampling grid's cell at sky coordinates."""
-    x = wp.clamp(int(uv[0] * float(dome.grid_width)), 0, dome.grid_width - 1)
-    y = wp.clamp(int(uv[1] * float(dome.grid_height)), 0, dome.grid_height - 1)
-    return y * dome.grid_width + x
+@wp.func_native(_INVERT_CDF)
+def invert_cdf(cdf: wp.array(dtype=wp.float32), start: int, count: int, number: float) -> int:
+    """The last cell in [start, start + count) whose running sum is at most `number`."""
 
 
 @wp.func
-def invert_cdf(cdf: wp.array(dtype=wp.float32), start: int, count: int, r: float):
-    """The last cell in [start, start + count) whose running sum is at most r."""
-    low = start
-    high = start + count
-    while high - low > 1:
-        middle = (low + high) // 2
-        if cdf[middle] <= r:
-            low = middle
-        else:
-            high = middle
-    return low
-
-
-@wp.func
-def sample_sky(dome: Dome, r: wp.vec2):
-    """A direction drawn from the sky's grid; within a cell uniform in angle around and in height."""
+def sample_sky(dome: Dome, r: wp.vec2, fine: bool):
+    """A direction drawn from the sky's cells, and the radiance there: of the picture itself if `fine`."""
     y = invert_cdf(dome.row_cdf, 0, dome.grid_height, r[0])
     fy = (r[0] - dome.row_cdf[y]) / wp.max(dome.row_cdf[y + 1] - dome.row_cdf[y], 1.0e-30)
     start = y * (dome.grid_width + 1)
@@ -267,18 +273,24 @@ def sample_sky(dome: Dome, r: wp.vec2):
     fx = (r[1] - dome.cell_cdf[x]) / wp.max(dome.cell_cdf[x + 1] - dome.cell_cdf[x], 1.0e-30)
     x -= start
     # Uniform in the cosine makes the density constant over the cell.
-    upper = wp.cos(PI * float(y) / float(dome.grid_height))
-    lower = wp.cos(PI * float(y + 1) / float(dome.grid_height))
+    upper = cos_sin(0.5 * float(y) / float(dome.grid_height))[0]
+    lower = cos_sin(0.5 * float(y + 1) / float(dome.grid_height))[0]
     z = wp.clamp(upper + (lower - upper) * wp.min(fy, 1.0), -1.0, 1.0)
-    angle = 2.0 * PI * (float(x) + wp.min(fx, 1.0)) / float(dome.grid_width)
+    turn = (float(x) + wp.min(fx, 1.0)) / float(dome.grid_width)
+    around = cos_sin(turn)
     c = wp.sqrt(wp.max(0.0, 1.0 - z * z))
-    direction = wp.transpose(dome.dome_from_world) * wp.vec3(c * wp.cos(angle), c * wp.sin(angle), z)
-    uv = wp.vec2(angle / (2.0 * PI), wp.acos(z) / PI)
+    direction = wp.transpose(dome.dome_from_world) * wp.vec3(c * around[0], c * around[1], z)
+    cell = y * dome.grid_width + x
+    radiance = wp.vec3(0.0)
+    if fine:
+        radiance = sky_radiance(dome, wp.vec2(turn, half_turns_from_pole(z)))
+    else:
+        radiance = cell_radiance(dome, cell)
     return LightSample(
         direction=direction,
         distance=FAR_AWAY,
-        radiance=sky_radiance(dome, uv),
-        pdf=dome.density[y * dome.grid_width + x],
+        radiance=radiance,
+        pdf=cell_density(dome, cell),
         diffuse=1.0,
         specular=1.0,
     )
@@ -304,35 +316,43 @@ def weight_at(light: Light, point: wp.vec3, normal: wp.vec3):
 
 @wp.func
 def choose_light(tables: SceneTables, point: wp.vec3, normal: wp.vec3, number: float):
-    """One light for a point, by its share of all weights: one pass that keeps or replaces the choice so far."""
+    """One light for a point, by its share of the weights of all.
+
+    The number decides, and what it has left (`number` of the result) is uniform again: points that are well spread
+    over the square stay so within the strip of each light, which an independent number for the choice would spoil.
+    """
     chosen = LightChoice()
     chosen.index = -1
     total = tables.dome.strength
-    kept = total
-    if total > 0.0:
-        chosen.index = tables.light_count
     for k in range(tables.light_count):
-        weight = weight_at(tables.lights[k], point, normal)
-        if weight > 0.0:
-            total += weight
-            share = weight / total
-            # What is left of the number after a decision is uniform again.
-            if number < share:
-                chosen.index = k
-                kept = weight
-                number = number / share
-            else:
-                number = (number - share) / (1.0 - share)
+        total += weight_at(tables.lights[k], point, normal)
+    if total <= 0.0:
+        return chosen
     chosen.total = total
-    chosen.chance = kept / wp.max(total, 1.0e-30)
+    at = number * total
+    weight = tables.dome.strength
+    if at < weight:
+        chosen.index = tables.light_count
+    else:
+        at -= weight
+        for k in range(tables.light_count):
+            w = weight_at(tables.lights[k], point, normal)
+            if w > 0.0:
+                chosen.index = k
+                weight = w
+                if at < w:
+                    break
+                at -= w
+    chosen.chance = weight / total
+    chosen.number = wp.min(at / weight, 0.99999994)
     return chosen
 
 
 @wp.func
-def sample_light(tables: SceneTables, index: int, point: wp.vec3, r: wp.vec2):
+def sample_light(tables: SceneTables, index: int, point: wp.vec3, r: wp.vec2, fine_sky: bool):
     """A direction from `point` to the chosen light."""
     if index < 0:
         return LightSample()
     if index < tables.light_count:
         return sample_one(tables.lights[index], point, r)
-    return sample_sky(tables.dome, r)
+    return sample_sky(tables.dome, r, fine_sky)

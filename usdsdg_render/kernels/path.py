@@ -4,9 +4,8 @@ import warp as wp
 
 from usdsdg_render.kernels.bsdf import bsdf_at, luminance, sample_direction, scatter
 from usdsdg_render.kernels.camera import camera_ray
-from usdsdg_render.kernels.light_sampling import choose_light, hit_light, sample_light, sky_cell, weight_at
+from usdsdg_render.kernels.light_sampling import choose_light, hit_light, sample_light, weight_at
 from usdsdg_render.kernels.sampler import (
-    PAIR_CHOICE,
     PAIR_FIRST_HIT,
     PAIR_LENS,
     PAIR_LIGHT,
@@ -18,9 +17,13 @@ from usdsdg_render.kernels.sampler import (
     sample_pair,
 )
 from usdsdg_render.kernels.surface import bumped, facing, surface_at, with_material
-from usdsdg_render.kernels.texture import sky_coordinates, sky_radiance
+from usdsdg_render.kernels.texture import cell_density, cell_radiance, sky_cell, sky_coordinates, sky_radiance
 from usdsdg_render.kernels.types import Camera, SceneTables
 from usdsdg_render.kernels.visibility import BY_CHANCE, FAR_AWAY, closest, material_uv, transmitted
+
+# Surfaces with a sharper lobe than this see the sky's picture; rougher ones a coarse one that stays in cache.
+FINE_SKY_ALPHA = wp.constant(0.04)
+LAST_ALPHA = wp.constant(0.2)
 
 
 @wp.struct
@@ -86,7 +89,10 @@ def trace_path(
     """Radiance arriving through one point of the picture."""
     result = PathSample()
     result.albedo = wp.vec3(1.0)
-    ray = camera_ray(camera, column, row, sample_pair(seed, index, PAIR_LENS))
+    lens = wp.vec2(0.0)
+    if camera.lens_radius > 0.0:
+        lens = sample_pair(seed, index, PAIR_LENS)
+    ray = camera_ray(camera, column, row, lens)
     origin = ray.origin
     direction = ray.direction
     tmin = ray.tmin
@@ -98,10 +104,12 @@ def trace_path(
     glossy = float(0.0)
     normal = wp.vec3(0.0)
     all_lights = float(0.0)
+    fine_sky = bool(False)
     least_alpha = float(0.0)
     layer_seed = hash_pair(seed, index)
 
-    for bounce in range(options.bounces):
+    # The last surface may need a segment more, on which only lights count.
+    for bounce in range(options.bounces + 1):
         hit = closest(tables, origin, direction, tmin, tmax, BY_CHANCE, layer_seed + wp.uint32(bounce))
         most = float(0.0)
         if bounce > 1:
@@ -112,7 +120,7 @@ def trace_path(
 
         # Lights in the way: the camera stops at the first, other rays look through them.
         stopped = bool(False)
-        for k in range(tables.light_count):
+        for k in range(tables.surface_count):
             light = tables.lights[k]
             if pdf >= 0.0 or light.visible != 0:
                 on_light = hit_light(light, origin, direction)
@@ -135,10 +143,20 @@ def trace_path(
             dome = tables.dome
             if dome.height > 0 and (pdf >= 0.0 or dome.visible != 0):
                 uv = sky_coordinates(dome, direction)
-                weight = float(1.0)
-                if pdf >= 0.0:
-                    weight = mis(pdf, dome.density[sky_cell(dome, uv)] * (dome.strength / all_lights))
-                result.radiance += limited(wp.cw_mul(throughput, sky_radiance(dome, uv)) * weight, most)
+                if pdf < 0.0:
+                    result.radiance = sky_radiance(dome, uv)
+                else:
+                    cell = sky_cell(dome, uv)
+                    weight = mis(pdf, cell_density(dome, cell) * (dome.strength / all_lights))
+                    sky = wp.vec3(0.0)
+                    if fine_sky:
+                        sky = sky_radiance(dome, uv)
+                    else:
+                        sky = cell_radiance(dome, cell)
+                    result.radiance += limited(wp.cw_mul(throughput, sky) * weight, most)
+            break
+
+        if bounce == options.bounces:
             break
 
         # The surface.
@@ -150,21 +168,27 @@ def trace_path(
         shading = surface.normal
         if material.normal_texture >= 0:
             shading = bumped(tables, hit, surface, material, uv)
-        bsdf = bsdf_at(surface, material, facing(shading, surface.geometric, wo), wo, least_alpha)
+        bent = facing(shading, surface.geometric, wo)
+        bsdf = bsdf_at(tables.albedo_table, surface, material, bent, wo, least_alpha)
         result.radiance += limited(wp.cw_mul(throughput, surface.emission), most)
         if bounce == 0:
             result.albedo = bsdf.albedo
             result.normal = bsdf.normal
             result.depth = hit.t
 
+        # A rough last surface finds its light by sampling lights alone; a sharp lobe has to look for them as well.
+        sharpest = wp.min(bsdf.alpha, bsdf.coat_alpha)
+        last = bounce + 1 == options.bounces and sharpest > LAST_ALPHA
+
         # Light that arrives straight from a light.
         pair = PAIR_FIRST_HIT + PAIRS_PER_HIT * bounce
-        choice = sample_pair(seed, index, pair + PAIR_CHOICE)
+        numbers = sample_pair(seed, index, pair + PAIR_LIGHT)
         origin = surface.position + surface.geometric * surface.gap
         normal = bsdf.normal
-        chosen = choose_light(tables, origin, normal, choice[0])
+        fine_sky = sharpest < FINE_SKY_ALPHA
+        chosen = choose_light(tables, origin, normal, numbers[0])
         all_lights = wp.max(chosen.total, 1.0e-30)
-        to_light = sample_light(tables, chosen.index, origin, sample_pair(seed, index, pair + PAIR_LIGHT))
+        to_light = sample_light(tables, chosen.index, origin, wp.vec2(chosen.number, numbers[1]), fine_sky)
         if to_light.pdf != 0.0:
             out = scatter(bsdf, to_light.direction)
             weighted = out.diffuse * to_light.diffuse + out.specular * to_light.specular
@@ -173,18 +197,18 @@ def trace_path(
                 if share > 0.0:
                     density = wp.abs(to_light.pdf) * chosen.chance
                     weight = share / density
-                    if to_light.pdf > 0.0:
+                    if to_light.pdf > 0.0 and not last:
                         weight *= mis(density, out.pdf)
                     most = 0.0
                     if bounce > 0:
                         most = options.clamp
                     arriving = wp.cw_mul(to_light.radiance, weighted) * weight
                     result.radiance += limited(wp.cw_mul(throughput, arriving), most)
-        if bounce + 1 == options.bounces:
+        if last:
             break
 
         # On to the next surface.
-        towards = sample_direction(bsdf, choice[1], sample_pair(seed, index, pair + PAIR_LOBE))
+        towards = sample_direction(bsdf, sample_pair(seed, index, pair + PAIR_LOBE))
         out = scatter(bsdf, towards)
         if out.pdf <= 0.0:
             break

@@ -8,14 +8,13 @@ hash of Laine and Karras.
 
 import warp as wp
 
-# Dimensions come in pairs. The camera takes two; each hit takes three from its own offset.
+# Dimensions come in pairs. The camera takes two; each hit takes two from its own offset.
 PAIR_PIXEL = wp.constant(0)
 PAIR_LENS = wp.constant(1)
 PAIR_FIRST_HIT = wp.constant(2)
-PAIRS_PER_HIT = wp.constant(3)
-PAIR_CHOICE = wp.constant(0)  # which light, which lobe
-PAIR_LIGHT = wp.constant(1)
-PAIR_LOBE = wp.constant(2)
+PAIRS_PER_HIT = wp.constant(2)
+PAIR_LIGHT = wp.constant(0)
+PAIR_LOBE = wp.constant(1)
 
 _HASH = """
     wp::uint32 h = a * 0x9e3779b9u ^ b;

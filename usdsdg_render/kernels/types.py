@@ -120,16 +120,17 @@ class Light:
 
 @wp.struct
 class Dome:
-    """A lat-long sky and the piecewise-constant density it is sampled with (see `light_sampling`)."""
+    """A lat-long sky: the picture itself, and a coarse one of constant cells that light is drawn from (see `sky`)."""
 
-    radiance: wp.array(dtype=wp.vec3)  # width * height texels
+    texels: wp.array(dtype=wp.uint32)  # width * height, packed by `sky.packed`
+    unit: wp.float32  # nits of one step at exponent 0
     width: wp.int32
     height: wp.int32  # 0 = no dome
     dome_from_world: wp.mat33
     visible: wp.int32
     grid_width: wp.int32
     grid_height: wp.int32
-    density: wp.array(dtype=wp.float32)  # per solid angle, grid_width * grid_height
+    cells: wp.array(dtype=wp.uint32)  # per cell two words: packed radiance, and the bits of its density [1/sr]
     row_cdf: wp.array(dtype=wp.float32)  # grid_height + 1, from 0 to 1
     cell_cdf: wp.array(dtype=wp.float32)  # per row grid_width + 1, from 0 to 1
     strength: wp.float32  # typical irradiance [lux]; 0 = black
@@ -143,9 +144,11 @@ class SceneTables:
     slots: wp.array(dtype=wp.int32)
     materials: wp.array(dtype=Material)
     textures: wp.array(dtype=Texture)
-    srgb_to_linear: wp.array(dtype=wp.float32)  # 256 entries
+    texel_values: wp.array(dtype=wp.float32)  # 512: of a texel in sRGB, and of a raw one
+    albedo_table: wp.array(dtype=wp.vec2)  # see `energy.albedo_table`
     lights: wp.array(dtype=Light)
     light_count: wp.int32
+    surface_count: wp.int32  # the first so many are lights that a ray can meet
     dome: Dome
     cutouts: wp.int32  # 1 = some material may let a ray through
 

@@ -1,0 +1,83 @@
+"""Scattering: in a uniformly white world nothing may shine brighter than the world, and what is lost is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.render import scenes
+from tests.render.pictures import radiance
+
+
+def furnace(view_size=(12, 12), samples=256, bounces=2, **values) -> np.ndarray:
+    """A convex ball in a white world of one nit: the radiance of each pixel is the ball's directional albedo there."""
+    scene = scenes.scene_of(
+        [(scenes.sphere(rings=48), scenes.moved(), 0)],
+        materials=[scenes.material(**values)],
+        dome=scenes.white_dome(),
+    )
+    # The ball fills the picture.
+    view = scenes.view_from((0, -6, 0), size=view_size, focal_length=110.0)
+    return radiance(scene, view, samples=samples, bounces=bounces)
+
+
+def test_a_white_diffuse_ball_vanishes_in_a_white_world():
+    # The dielectric lobe takes its share from the diffuse one, and what it reflects is white as well.
+    picture = furnace()
+    np.testing.assert_allclose(picture.mean(), 1.0, atol=0.01)
+    assert picture.max() < 1.06
+
+
+@pytest.mark.parametrize("albedo", [0.2, 0.5, 0.8])
+def test_a_grey_ball_without_specular_reflects_its_albedo(albedo):
+    picture = furnace(base_color=albedo, specular=0.0, roughness=1.0)
+    np.testing.assert_allclose(picture.mean(), albedo, rtol=0.005)
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.15, 0.3, 0.5, 0.75, 1.0])
+def test_a_white_metal_keeps_its_energy_at_every_roughness(roughness):
+    picture = furnace(base_color=1.0, metallic=1.0, roughness=roughness)
+    # Compensation for multiple scattering comes from a table that is right to 3 % at its worst.
+    np.testing.assert_allclose(picture.mean(), 1.0, atol=0.015)
+    assert picture.max() < 1.05
+
+
+@pytest.mark.parametrize("roughness", [0.1, 0.5, 1.0])
+def test_a_clear_coat_adds_no_energy(roughness):
+    white = furnace(clearcoat=1.0, clearcoat_roughness=roughness)
+    np.testing.assert_allclose(white.mean(), 1.0, atol=0.03)
+    black = furnace(base_color=0.0, specular=0.0, clearcoat=1.0, clearcoat_roughness=roughness)
+    # All that is left is the reflection of the coat: 4 % head on, more towards the rim.
+    assert black.min() > 0.01
+    assert black[5:7, 5:7].mean() < 0.06
+
+
+def test_a_closed_room_has_the_brightness_of_its_series():
+    # Inside an emitting grey box, radiance is E * (1 + a + a^2 ...): one term per surface met.
+    albedo, bounces = 0.5, 6
+    scene = scenes.scene_of(
+        [(scenes.cube(), scenes.moved(scale=3.0), 0)],
+        materials=[scenes.material(base_color=albedo, specular=0.0, roughness=1.0, emission=1.0)],
+    )
+    view = scenes.view_from((0.5, -1, 0.2), size=(8, 8))
+    picture = radiance(scene, view, samples=64, bounces=bounces)
+    expected = sum(albedo**k for k in range(bounces))
+    np.testing.assert_allclose(picture.mean(), expected, rtol=0.04)
+
+
+def test_metals_tint_reflections_and_plastics_do_not():
+    red = (1.0, 0.1, 0.1)
+    metal = furnace(base_color=red, metallic=1.0, roughness=0.2).mean((0, 1))
+    plastic = furnace(base_color=0.0, metallic=0.0, roughness=0.2).mean((0, 1))
+    np.testing.assert_allclose(metal[1] / metal[0], 0.1, atol=0.08)
+    np.testing.assert_allclose(plastic, plastic.mean(), rtol=0.02)
+
+
+def test_a_mirror_shows_what_lies_behind_the_camera():
+    ahead = scenes.sphere_light(50.0, (0.0, -9.0, 0.0), 1.0)
+    mirror = scenes.material(base_color=1.0, metallic=1.0, roughness=0.0)
+    wall = scenes.moved(scale=5.0, rotation=np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]))
+    scene = scenes.scene_of([(scenes.square(), wall, 0)], materials=[mirror], lights=[ahead])
+    picture = radiance(scene, scenes.view_from((0, -4, 0), size=(9, 9)), samples=32)
+    np.testing.assert_allclose(picture[4, 4], 50.0, rtol=0.05)
+    assert picture[0, 0].max() < 1.0

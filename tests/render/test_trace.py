@@ -1,0 +1,154 @@
+"""Ray queries: the tree finds what a loop over all triangles finds, and shared edges hold."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.render import scenes
+from tests.render.rays import brute_force, trace, world_triangles
+from usdsdg_render.trace.build import build_bottom, build_top
+from usdsdg_render.trace.query import MAX_BOTTOM_DEPTH, MAX_TOP_DEPTH
+
+
+def random_rotation(rng: np.random.Generator) -> np.ndarray:
+    q, r = np.linalg.qr(rng.normal(size=(3, 3)))
+    return q * np.sign(np.diag(r))
+
+
+def soup(rng: np.random.Generator, kind: str) -> scenes.Prototype:
+    """Triangles that trees and intersection tests find hard."""
+    centers = rng.uniform(-1, 1, (300, 1, 3))
+    if kind == "small":
+        points = centers + rng.normal(size=(300, 3, 3)) * 0.1
+    elif kind == "slivers":
+        points = centers + rng.normal(size=(300, 3, 1)) * rng.normal(size=(300, 1, 3))
+        points += rng.normal(size=(300, 3, 3)) * 1e-3
+    elif kind == "coplanar":
+        points = centers * [1, 1, 0] + rng.normal(size=(300, 3, 3)) * [0.2, 0.2, 0]
+    elif kind == "all in one place":
+        points = np.repeat(rng.normal(size=(1, 3, 3)), 300, 0)
+    else:
+        points = np.concatenate([centers + rng.normal(size=(300, 3, 3)) * 0.2] * 2)
+        points[::3, 1] = points[::3, 0]  # no area
+        points[1::7, 1] = 0.5 * (points[1::7, 0] + points[1::7, 2])
+    points = points.reshape(-1, 3)
+    return scenes.prototype(points, np.arange(len(points)).reshape(-1, 3))
+
+
+@pytest.mark.parametrize("kind", ["small", "slivers", "coplanar", "all in one place", "degenerate"])
+def test_the_tree_finds_what_brute_force_finds(kind):
+    rng = np.random.default_rng(7)
+    mesh = soup(rng, kind)
+    scene = scenes.scene_of(
+        [
+            (mesh, scenes.moved(), 0),
+            (mesh, scenes.moved((0.5, 3, -1), scale=(0.2, 2.0, 1.0), rotation=random_rotation(rng)), 0),
+            (scenes.cube(), scenes.moved((-3, 0, 0), scale=0.7, rotation=random_rotation(rng)), 0),
+        ]
+    )
+    origins = rng.uniform(-5, 5, (400, 3)).astype(np.float32)
+    towards = rng.uniform(-1.5, 3.5, (400, 3)) * [1, 1, 0.5] - origins
+    directions = (towards / np.linalg.norm(towards, axis=1, keepdims=True)).astype(np.float32)
+    triangles, owners = world_triangles(scene)
+    expected, doubt = brute_force(triangles, origins.astype(float), directions.astype(float))
+    hits = trace(scene, origins, directions)
+    found = np.where(hits["instance"] >= 0, hits["t"], np.inf)
+    # In float32 a ray within 1e-4 of an edge (in barycentric weights) may pass on either side of it.
+    sure = doubt > 1e-4
+    assert sure.mean() > 0.7
+    assert np.isfinite(expected[sure]).any()
+    np.testing.assert_array_equal(np.isfinite(found[sure]), np.isfinite(expected[sure]))
+    both = sure & np.isfinite(expected)
+    np.testing.assert_allclose(found[both], expected[both], rtol=2e-4, atol=1e-5)
+    # What was hit lies where the hit says.
+    hit = both & (hits["instance"] >= 0)
+    first = np.searchsorted(owners, hits["instance"][hit])
+    corners = triangles[first + hits["triangle"][hit]]
+    weights = np.stack([1 - hits["u"] - hits["v"], hits["u"], hits["v"]], -1)[hit]
+    at = (corners * weights[..., None]).sum(1)
+    np.testing.assert_allclose(at, (origins + directions * hits["t"][:, None])[hit], atol=5e-4)
+    # Occlusion is the same question, with a bound.
+    shadow = trace(
+        scene, origins, directions, reach=np.where(np.isfinite(expected), expected * 1.01, 1e30), any_hit=True
+    )
+    np.testing.assert_array_equal(shadow["instance"][sure] >= 0, np.isfinite(expected[sure]))
+    short = trace(scene, origins[both], directions[both], reach=expected[both] * 0.99, any_hit=True)
+    assert (short["instance"] < 0).all()
+
+
+@pytest.mark.parametrize("aim", ["edges", "corners", "anywhere"])
+@pytest.mark.parametrize("scale", [1e-4, 1.0, 3e3])
+def test_a_closed_mesh_lets_no_ray_out(aim, scale):
+    rng = np.random.default_rng(3)
+    mesh = scenes.sphere(rings=24)
+    rotation = random_rotation(rng)
+    scene = scenes.scene_of([(mesh, scenes.moved((3 * scale, -2 * scale, scale), scale=scale, rotation=rotation), 0)])
+    triangles, _ = world_triangles(scene)
+    pick = triangles[rng.integers(0, len(triangles), 20000)]
+    part = rng.random((20000, 1))
+    if aim == "edges":
+        targets = pick[:, 0] * part + pick[:, 1] * (1 - part)
+    elif aim == "corners":
+        targets = pick[:, 0]
+    else:
+        targets = pick.mean(1)
+    origin = np.array([3, -2, 1]) * scale + rng.uniform(-0.3, 0.3, 3) * scale
+    hits = trace(scene, origin, (targets - origin) / np.linalg.norm(targets - origin, axis=1, keepdims=True))
+    assert (hits["instance"] == 0).all()
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_rays_along_axes_through_a_grid_of_shared_edges(axis):
+    """Directions with zero components, and edges that the rays meet exactly."""
+    n = 16
+    x, y = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0), indexing="ij")
+    flat = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], -1)
+    i, j = np.meshgrid(np.arange(n), np.arange(n), indexing="ij")
+    a = (i * (n + 1) + j).ravel()
+    triangles = np.concatenate([np.stack([a, a + n + 1, a + n + 2], -1), np.stack([a, a + n + 2, a + 1], -1)])
+    points = np.roll(flat, axis + 1, 1)
+    scene = scenes.scene_of([(scenes.prototype(points, triangles), scenes.moved(), 0)])
+    inner = np.arange(1, 2 * n) / 2
+    u, v = np.meshgrid(inner, inner, indexing="ij")
+    at = np.roll(np.stack([u.ravel(), v.ravel(), 0 * u.ravel()], -1), axis + 1, 1)
+    for sign in (-1.0, 1.0):
+        direction = np.roll([0.0, 0.0, sign], axis + 1)
+        hits = trace(scene, at - 3 * direction, direction)
+        assert (hits["instance"] == 0).all()
+        np.testing.assert_array_equal(hits["t"], 3.0)
+
+
+def test_an_instance_that_casts_no_shadow_is_seen_but_does_not_occlude():
+    scene = scenes.scene_of([(scenes.cube(), scenes.moved(), 0)])
+    scene.instances.casts_shadow[:] = 0
+    assert trace(scene, (0, 0, 5), (0, 0, -1))["instance"][0] == 0
+    assert trace(scene, (0, 0, 5), (0, 0, -1), any_hit=True)["instance"][0] == -1
+
+
+def test_nothing_is_hit_in_an_empty_scene_and_flat_instances_are_left_out():
+    assert trace(scenes.scene_of([]), (0, 0, 5), (0, 0, -1))["instance"][0] == -1
+    with pytest.warns(UserWarning, match="object_0"):
+        flat = scenes.scene_of([(scenes.cube(), scenes.moved(scale=(1, 1, 0)), 0), (scenes.cube(), scenes.moved(), 0)])
+        assert trace(flat, (0, 0, 5), (0, 0, -1))["instance"][0] == 1
+
+
+def test_trees_stay_within_their_depth_whatever_they_hold():
+    rng = np.random.default_rng(0)
+    # Boxes whose sizes grow geometrically make area heuristics peel them off one by one.
+    size = (4.0 ** np.arange(-20, 20))[:, None].astype(np.float32)
+    lower, upper = np.repeat(-size, 3, 1), np.repeat(size, 3, 1)
+    lower, upper = np.tile(lower, (50, 1)), np.tile(upper, (50, 1))
+    assert build_top(lower, upper, np.arange(len(lower))).depth <= MAX_TOP_DEPTH
+    points = (rng.normal(size=(3000, 3, 3)) * 10.0 ** rng.uniform(-12, 6, (3000, 1, 1))).reshape(-1, 3)
+    tree = build_bottom(points.astype(np.float32), np.arange(9000, dtype=np.int32).reshape(-1, 3))
+    assert tree.depth <= MAX_BOTTOM_DEPTH
+    members = tree.blocks[:, 72:].view(np.int32)
+    assert sorted(members[members >= 0]) == list(range(3000))
+
+
+def test_tree_memory_starts_on_cache_lines():
+    mesh = scenes.sphere(rings=12)
+    tree = build_bottom(mesh.points, mesh.triangles)
+    assert tree.nodes.ctypes.data % 64 == 0
+    assert tree.blocks.ctypes.data % 64 == 0
