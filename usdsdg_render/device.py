@@ -53,7 +53,8 @@ class DeviceScene:
         self._top: TopTree | None = None
         self._mesh, self._shadow_mesh = FlattenedMesh(device), FlattenedMesh(device)
         self._rows = records(types.Instance, 0)
-        self._face_counts = np.zeros(0, np.int64)
+        self._local_boxes = np.zeros((0, 3)), np.zeros((0, 3))
+        self._faces = self._face_counts = np.zeros(0, np.int64)
 
     def sync(self, scene: Scene) -> None:
         """Bring the device up to date with what changed in `scene` since the last call."""
@@ -64,8 +65,10 @@ class DeviceScene:
             self._upload_materials(scene)
         if "prototypes" in changed:
             self._upload_prototypes(scene)
-        if changed & {"prototypes", "instances", "transforms", "materials"}:
+        if changed & {"prototypes", "instances", "materials"}:
             self._upload_instances(scene)
+        if changed & {"prototypes", "instances", "transforms", "materials"}:
+            self.place(scene, scene.instances.local_to_world)
         if changed & {"lights", "dome"}:
             self._upload_lights(scene)
         self._versions = dict(scene.versions)
@@ -105,42 +108,48 @@ class DeviceScene:
                 kept[key] = self._prototypes.get(key) or _PrototypeMemory(prototype, self.device)
         self._prototypes = kept
 
-    def place(self, scene: Scene, local_to_world: np.ndarray) -> None:
-        """Put the instances elsewhere for a while, (N, 4, 4) as in `Instances`; give the scene's own to put them back."""
-        self._upload_instances(scene, local_to_world)
-
-    def _upload_instances(self, scene: Scene, local_to_world: np.ndarray | None = None) -> None:
+    def _upload_instances(self, scene: Scene) -> None:
+        """All of the instances' records but where they are."""
         instances = scene.instances
-        memories = [self._prototypes.get(id(scene.prototypes[k])) for k in instances.prototype]
-        rows = records(types.Instance, len(instances))
-        matrices, solid = _invertible(
-            instances.local_to_world if local_to_world is None else local_to_world, instances.paths
+        memories = [self._prototypes.get(id(prototype)) for prototype in scene.prototypes]
+        parts = records(types.Instance, len(memories))
+        # Per prototype: box, number of triangles, number of material slots.
+        lower, upper = np.zeros((2, len(memories), 3))
+        faces, slots = np.zeros((2, len(memories)), np.int64)
+        for k, memory in enumerate(memories):
+            if memory is not None:
+                parts[k]["triangles"] = memory.triangles.ptr
+                if memory.tree is not None:
+                    parts[k]["nodes"] = memory.tree.nodes.ctypes.data
+                    parts[k]["blocks"] = memory.tree.blocks.ctypes.data
+                lower[k], upper[k] = memory.lower, memory.upper
+                faces[k] = len(memory.prototype.triangles)
+                slots[k] = memory.prototype.triangle_slots.max(initial=0) + 1
+        rows = parts[instances.prototype]
+        rows["slot_offset"] = instances.slot_offset
+        rows["casts_shadow"] = instances.casts_shadow
+        rows["cutout"] = _any_of(
+            _see_through(scene)[scene.material_slots], rows["slot_offset"], slots[instances.prototype]
         )
-        solid &= np.array([memory is not None for memory in memories], bool)
+        self._rows = rows
+        self._local_boxes = lower[instances.prototype], upper[instances.prototype]
+        self._faces = faces[instances.prototype]
+        self.tables.slots = self._array(scene.material_slots, wp.int32)
+
+    def place(self, scene: Scene, local_to_world: np.ndarray) -> None:
+        """Put the instances somewhere, (N, 4, 4) as in `Instances`: where the scene has them, or between."""
+        rows = self._rows
+        matrices, solid = _invertible(local_to_world, scene.instances.paths)
         inverse = np.linalg.inv(matrices)
         # Rows times matrix on the host, matrix times column in kernels.
         rows["local_to_world"] = matrices[:, :3, :3].transpose(0, 2, 1)
         rows["world_origin"] = matrices[:, 3, :3]
         rows["world_to_local"] = inverse[:, :3, :3].transpose(0, 2, 1)
         rows["local_origin"] = inverse[:, 3, :3]
-        rows["slot_offset"] = instances.slot_offset
-        rows["casts_shadow"] = instances.casts_shadow
-        lower, upper = np.zeros((2, len(rows), 3), np.float32)
-        see_through = _see_through(scene)
-        for k in np.flatnonzero(solid):
-            memory = memories[k]
-            rows[k]["triangles"] = memory.triangles.ptr
-            if memory.tree is not None:
-                rows[k]["nodes"] = memory.tree.nodes.ctypes.data
-                rows[k]["blocks"] = memory.tree.blocks.ctypes.data
-            slots = instances.slot_offset[k] + np.arange(memory.prototype.triangle_slots.max(initial=0) + 1)
-            rows[k]["cutout"] = see_through[scene.material_slots[slots]].any()
-            lower[k], upper[k] = _world_box(memory.lower, memory.upper, matrices[k])
-        self.lower, self.upper, self.placed = lower, upper, solid
-        self._rows = rows
-        self._face_counts = np.array([len(m.prototype.triangles) if m else 0 for m in memories], np.int64) * solid
-        self.tables.slots = self._array(scene.material_slots, wp.int32)
-        self._build_tree(solid)
+        self.placed = solid & (self._faces > 0)
+        self.lower, self.upper = _world_boxes(*self._local_boxes, matrices)
+        self._face_counts = self._faces * self.placed
+        self._build_tree(self.placed)
 
     def _build_tree(self, solid: np.ndarray) -> None:
         tree, rows = self.tables.tree, self._rows
@@ -224,12 +233,18 @@ def _invertible(local_to_world: np.ndarray, paths: tuple[str, ...]) -> tuple[np.
     return matrices, solid
 
 
-def _world_box(lower: np.ndarray, upper: np.ndarray, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """World box of an object-space box, rounded outwards by more than a ray's own rounding."""
-    center = (lower.astype(np.float64) + upper) / 2 @ matrix[:3, :3] + matrix[3, :3]
-    half = (upper.astype(np.float64) - lower) / 2 @ np.abs(matrix[:3, :3])
+def _world_boxes(lower: np.ndarray, upper: np.ndarray, matrices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """World boxes of object-space boxes, (N, 3) each, rounded outwards by more than a ray's own rounding."""
+    center = np.einsum("ni,nij->nj", (lower + upper) / 2, matrices[:, :3, :3]) + matrices[:, 3, :3]
+    half = np.einsum("ni,nij->nj", (upper - lower) / 2, np.abs(matrices[:, :3, :3]))
     half += 2e-6 * (np.abs(center) + half)
     return (center - half).astype(np.float32), (center + half).astype(np.float32)
+
+
+def _any_of(flags: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Whether any of `flags[first : first + count]` is set, per row."""
+    running = np.append(0, np.cumsum(flags))
+    return running[first + count] > running[first]
 
 
 def _texel_values() -> np.ndarray:

@@ -128,9 +128,10 @@ def test_an_instance_that_casts_no_shadow_is_seen_but_does_not_occlude():
 
 def test_nothing_is_hit_in_an_empty_scene_and_flat_instances_are_left_out():
     assert trace(scenes.scene_of([]), (0, 0, 5), (0, 0, -1))["instance"][0] == -1
+    flat = scenes.scene_of([(scenes.cube(), scenes.moved(scale=(1, 1, 0)), 0), (scenes.cube(), scenes.moved(), 0)])
     with pytest.warns(UserWarning, match="object_0"):
-        flat = scenes.scene_of([(scenes.cube(), scenes.moved(scale=(1, 1, 0)), 0), (scenes.cube(), scenes.moved(), 0)])
-        assert trace(flat, (0, 0, 5), (0, 0, -1))["instance"][0] == 1
+        hits = trace(flat, (0, 0, 5), (0, 0, -1))
+    assert hits["instance"][0] == 1
 
 
 def test_trees_stay_within_their_depth_whatever_they_hold():
