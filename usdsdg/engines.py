@@ -5,6 +5,7 @@ Neither newton nor warp is imported before.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Collection, Sequence
 from typing import Any, Protocol
 
@@ -71,6 +72,7 @@ def physics() -> Any:
     """The physics engine of the current stage."""
     global _physics
     if _physics is None:
+        _hush_warp()
         from usdsdg_physics.engine import NewtonEngine
 
         # Physics of one scene is a chain of small steps: a CPU core is faster for it than a GPU unless asked for.
@@ -88,10 +90,18 @@ def renderer() -> Any:
     """The renderer of the current stage."""
     global _renderer
     if _renderer is None:
+        _hush_warp()
         from usdsdg_render.renderer import WarpRenderer
 
         _renderer = WarpRenderer(current_stage(), device=_device, progress=report)
     return _renderer
+
+
+def _hush_warp() -> None:
+    """Warp tells of every module that it loads; our own progress says what a person wants to know of it."""
+    import warp
+
+    warp.config.log_level = logging.WARNING
 
 
 def subscribe_step(listener: Callable[[float], None]) -> Callable[[], None]:
