@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdsdg.stage.transforms import matrix_from_quat, quat_from_matrix
+from usdsdg_physics.extents import bounding_sphere
 from usdsdg_physics.raycast import ray_distance
 from usdsdg_physics.records import Scene, Shape
 
@@ -205,25 +206,6 @@ class Queries:
                 wp.array(np.concatenate(points).astype(np.float64), dtype=wp.vec3d, device="cpu"),
             )
         return self._tables
-
-
-def bounding_sphere(shape: Shape) -> tuple[float, float, float, float]:
-    """Centre and radius of a sphere around a shape, in the shape's own frame."""
-    a, b, c = shape.size
-    if shape.kind == "plane":
-        return 0.0, 0.0, 0.0, float("inf")
-    if shape.solid is not None:
-        points = shape.solid.vertices.astype(np.float64) * shape.size
-        center = (points.min(axis=0) + points.max(axis=0)) / 2.0
-        return (*center.tolist(), float(np.linalg.norm(points - center, axis=1).max()) * (1 + 1e-9))
-    radius = {
-        "box": np.sqrt(a * a + b * b + c * c),
-        "sphere": a,
-        "capsule": a + b,
-        "cylinder": np.hypot(a, b),
-        "cone": np.hypot(a, b),
-    }[shape.kind]
-    return 0.0, 0.0, 0.0, float(radius) * (1 + 1e-9)
 
 
 def _corners(shape: Shape) -> np.ndarray:

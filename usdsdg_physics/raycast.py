@@ -64,7 +64,7 @@ def _triangles(shape: Shape, origin: np.ndarray, direction: np.ndarray) -> Hit |
         q = np.cross(s, along)
         v = (q @ direction) / det
         t = np.einsum("ij,ij->i", across, q) / det
-    good = (np.abs(det) > 0.0) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t >= 0.0)
+        good = (np.abs(det) > 0.0) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t >= 0.0)
     if not good.any():
         return None
     first = int(np.where(good, t, np.inf).argmin())

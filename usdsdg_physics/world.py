@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from usdsdg_physics.build import COLLIDES, SWITCHED_OFF, build
+from usdsdg_physics.extents import half_thickness, world_box
 from usdsdg_physics.records import Scene
 from usdsdg_physics.warmup import Progress
 
 # A step of 1/60 s takes two substeps, the 1/320 s steps of motion blur one.
 SUBSTEPS_PER_SECOND = 120.0
+# A triangle mesh has no inside that would push a body back out, so near one no body may travel farther in a substep
+# than this share of its half thickness, at up to this many substeps for each ordinary one.
+SHEET_TRAVEL = 0.5
+SHEET_SUBSTEPS = 4
+SHEET_DISTANCE = 0.5  # m
 # PhysX's wake counter.
 REST_AFTER = 0.4  # s
 # Share of the speed that gravity adds in one substep below which a body may be called quiet.
@@ -51,6 +58,13 @@ class World:
         self._sleep_threshold = wp.array([b.sleep_threshold for b in bodies], dtype=wp.float32, device=where)
         self._quiet = wp.zeros(count, dtype=wp.float32, device=where)
         self._broken = wp.zeros(count, dtype=wp.int32, device=where)
+        self._meshes = {built.shape_index[c.path]: c.shape for c in scene.colliders.values() if c.shape.kind == "mesh"}
+        self._box_meshes()
+        thickness = dict.fromkeys(scene.bodies, np.inf)
+        for collider in scene.colliders.values():
+            if collider.body:
+                thickness[collider.body] = min(thickness[collider.body], half_thickness(collider.shape))
+        self._thickness = np.array(list(thickness.values()))
         self._moving: dict[int, np.ndarray] = {}
 
         if count:
@@ -138,6 +152,10 @@ class World:
         for index, pose in poses.items():
             transforms[index] = pose
         self.model.shape_transform.assign(transforms)
+        for index in poses.keys() & self._meshes.keys():
+            x, y, z, *rotation = poses[index]
+            self._meshes[index] = replace(self._meshes[index], position=(x, y, z), rotation=tuple(rotation))
+        self._box_meshes()
         self.wake()
 
     def move_kinematic(self, targets: Mapping[int, np.ndarray]) -> None:
@@ -152,7 +170,7 @@ class World:
 
         from usdsdg_physics.kernels import settle
 
-        count = max(1, math.ceil(dt * SUBSTEPS_PER_SECOND - 1e-6))
+        count = self._substeps(dt)
         h = dt / count
         fall_energy = 0.5 * (REST_SHARE_OF_GRAVITY * float(np.linalg.norm(self.gravity)) * h) ** 2
         paths = self._kinematic_paths(dt)
@@ -202,6 +220,20 @@ class World:
         if len(broken):
             self._broken.zero_()
         return [self.bodies[index] for index in broken]
+
+    def _box_meshes(self) -> None:
+        """Boxes (M, 2, 3) around the static triangle meshes."""
+        self._sheets = np.array([world_box(shape) for shape in self._meshes.values()]).reshape(-1, 2, 3)
+
+    def _substeps(self, dt: float) -> int:
+        count = max(1, math.ceil(dt * SUBSTEPS_PER_SECOND - 1e-6))
+        if not len(self._sheets) or not self.bodies:
+            return count
+        at = self.poses()[:, None, :3]
+        near = ((at > self._sheets[:, 0] - SHEET_DISTANCE) & (at < self._sheets[:, 1] + SHEET_DISTANCE)).all(axis=2)
+        travel = np.linalg.norm(self.velocities()[:, :3], axis=1) * dt
+        needed = np.where(near.any(axis=1), np.nan_to_num(travel / (SHEET_TRAVEL * self._thickness)), 0.0).max()
+        return int(np.clip(np.ceil(needed), count, count * SHEET_SUBSTEPS))
 
     def _apply_gravity(self) -> None:
         """Bodies without gravity get the opposite force; it stays in both states, which nobody clears."""

@@ -122,3 +122,16 @@ def test_heavy_box_on_a_light_one():
     playing(stage).advance(2.0)
     assert position(light)[2] == pytest.approx(0.1, abs=0.01)
     assert position(heavy)[2] == pytest.approx(0.3, abs=0.02)
+
+
+def test_thin_body_does_not_fall_through_a_sheet():
+    """A floor of two triangles, tilted discs of 2 cm at 4 m/s: an ordinary substep would take them 3 cm down."""
+    stage = new_stage()
+    _mesh_floor(stage)
+    discs = []
+    for i in range(12):
+        at, turn = (i - 6, 0.3 * i, 0.2 + 0.013 * i), (3 * (i % 4), 2 * (i % 4), 40 * i)
+        discs.append(add(stage, f"/World/disc_{i}", "Cylinder", at=at, rotate=turn, scale=(0.1, 0.1, 0.01)))
+        discs[-1].GetAttribute("physics:velocity").Set(Gf.Vec3f(0, 0, -4))
+    playing(stage).advance(1.0)
+    assert [position(prim)[2] for prim in discs] == pytest.approx([0.01] * 12, abs=3e-3)
