@@ -11,7 +11,8 @@ import warp as wp
 from usdsdg_render.camera import camera_record
 from usdsdg_render.device import DeviceScene, records
 from usdsdg_render.kernels.coverage import Strip, cover_strips
-from usdsdg_render.parallel import for_bands
+from usdsdg_render.kernels.types import SceneTables
+from usdsdg_render.parallel import launch_rows
 
 if TYPE_CHECKING:
     from usdsdg.stage.cameras import CameraView
@@ -102,29 +103,30 @@ def _launch(
         camera_record(view),
         wp.array(members, dtype=wp.int32, device=device),
         wp.array(rectangles, dtype=wp.vec4i, device=device),
-        wp.array(strips, dtype=Strip, device=device),
     ]
     covered = wp.empty(len(strips), dtype=wp.vec3i, device=device)
 
-    def launch(tables, first: int, count: int) -> None:
-        wp.launch(cover_strips, dim=count, inputs=[tables, *inputs, first], outputs=[covered], device=device)
+    def launch(tables: SceneTables, part: slice) -> None:
+        some = wp.array(strips[part], dtype=Strip, device=device)
+        launch_rows(
+            cover_strips,
+            some.shape,
+            [tables, *inputs, some],
+            [covered[part]],
+            device=device,
+            threads=threads,
+            band_rows=STRIPS_PER_BAND,
+        )
 
     if device == "cpu":
-        tables = device_scene.tables
-        for_bands(
-            len(strips),
-            lambda first, count: launch(tables, first, count),
-            band_rows=STRIPS_PER_BAND,
-            threads=threads,
-        )
+        launch(device_scene.tables, slice(0, len(strips)))
     else:
         # One mesh of each group alone, so that rays meet the very triangles of the label pass.
-        firsts = np.searchsorted(strips["group"], np.arange(len(groups) + 1))
-        for index, group in enumerate(groups):
-            first, end = int(firsts[index]), int(firsts[index + 1])
+        firsts = np.searchsorted(strips["group"], np.arange(len(groups) + 1)).tolist()
+        for group, first, end in zip(groups, firsts[:-1], firsts[1:], strict=True):
             if end > first:
                 tables, mesh = device_scene.only(group)
-                launch(tables, first, end - first)
+                launch(tables, slice(first, end))
                 wp.synchronize_device(device)
                 del mesh
     return covered.numpy()

@@ -50,6 +50,8 @@ class DeviceScene:
         self._versions: dict[str, int] = {}
         self._prototypes: dict[int, _PrototypeMemory] = {}
         self._textures: dict[int, tuple[Texture, wp.array]] = {}
+        self.lit = False  # whether anything shines
+        self._light = 0.0
         self._top: TopTree | None = None
         self._mesh, self._shadow_mesh = FlattenedMesh(device), FlattenedMesh(device)
         self._rows = records(types.Instance, 0)
@@ -71,6 +73,8 @@ class DeviceScene:
             self.place(scene, scene.instances.local_to_world)
         if changed & {"lights", "dome"}:
             self._upload_lights(scene)
+        if changed & {"lights", "dome", "materials"}:
+            self.lit = self._light > 0 or bool((scene.materials["emission"] > 0).any())
         self._versions = dict(scene.versions)
 
     def _array(self, values: np.ndarray, dtype: Any) -> wp.array:
@@ -167,11 +171,6 @@ class DeviceScene:
             tree.nodes = self._top.nodes.ctypes.data
         tree.instances = self._array(rows, types.Instance)
 
-    def has_light(self, scene: Scene) -> bool:
-        """Whether anything shines."""
-        strength = self.tables.lights.numpy()["strength"] if self.tables.light_count else np.zeros(1)
-        return bool(strength.sum() + self.tables.dome.strength > 0 or (scene.materials["emission"] > 0).any())
-
     def only(self, instances: Sequence[int]) -> tuple[types.SceneTables, FlattenedMesh]:
         """CUDA: tables of a scene that holds these instances alone, and the mesh to keep alive while they are used."""
         rows = self._rows.copy()
@@ -200,6 +199,7 @@ class DeviceScene:
         self.tables.lights = self._array(rows, types.Light)
         self.tables.light_count = len(rows)
         self.tables.dome = sky.upload(scene.dome, self.device)
+        self._light = float(rows["strength"].sum()) + self.tables.dome.strength
 
 
 def _triangle_records(prototype: Prototype) -> np.ndarray:

@@ -9,7 +9,7 @@ from usdsdg.errors import warn_once
 from usdsdg_render.denoise import denoise
 from usdsdg_render.kernels.develop import develop_pixels
 from usdsdg_render.kernels.path import FilmArrays
-from usdsdg_render.parallel import for_bands
+from usdsdg_render.parallel import launch_rows
 from usdsdg_render.settings import ToneSettings
 
 
@@ -54,20 +54,8 @@ def develop(film: Film, tone: ToneSettings, *, threads: int | None = None) -> di
     shape = (film.height, film.width)
     hdr = wp.empty(shape, dtype=wp.vec4h, device=film.device)
     ldr = wp.empty(shape, dtype=wp.vec4ub, device=film.device)
-
-    def band(first_row: int, rows: int) -> None:
-        wp.launch(
-            develop_pixels,
-            dim=(rows, film.width),
-            inputs=[radiance, tone.exposure, int(tone.enabled), first_row],
-            outputs=[hdr, ldr],
-            device=film.device,
-        )
-
-    if film.device == "cpu":
-        for_bands(film.height, band, band_rows=64, threads=threads)
-    else:
-        band(0, film.height)
+    inputs = [radiance, tone.exposure, int(tone.enabled)]
+    launch_rows(develop_pixels, shape, inputs, [hdr, ldr], device=film.device, threads=threads, band_rows=64)
     if film.dropped:
         warn_once(
             f"{film.dropped} samples of a {film.width}x{film.height} picture were not finite and were left out",

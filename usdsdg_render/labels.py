@@ -12,7 +12,7 @@ from usdsdg_render.aov import AOVS, check_names
 from usdsdg_render.camera import camera_record
 from usdsdg_render.device import DeviceScene
 from usdsdg_render.kernels.aov import AovArrays, Past, label_pixels
-from usdsdg_render.parallel import for_bands
+from usdsdg_render.parallel import launch_rows
 from usdsdg_render.scene import Instances, Scene
 
 if TYPE_CHECKING:
@@ -74,20 +74,9 @@ def render(
         setattr(out, name, wp.zeros((view.height, view.width), dtype=dtype, device=device))
     wants_motion = "motion_vectors" in names
     past = history.past_of(view, scene.instances) if wants_motion else Past()
-
-    def band(first_row: int, rows: int) -> None:
-        wp.launch(
-            label_pixels,
-            dim=(rows, view.width),
-            inputs=[device_scene.tables, camera, past, float(view.meters_per_unit), first_row],
-            outputs=[out],
-            device=device,
-        )
-
-    if device == "cpu":
-        for_bands(view.height, band, band_rows=16, threads=threads)
-    else:
-        band(0, view.height)
+    inputs = [device_scene.tables, camera, past, float(view.meters_per_unit)]
+    shape = (view.height, view.width)
+    launch_rows(label_pixels, shape, inputs, [out], device=device, threads=threads, band_rows=16)
     if wants_motion:
         history.remember(view, scene.instances)
     return {name: getattr(out, name).numpy() for name in names}

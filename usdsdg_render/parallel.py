@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from functools import lru_cache
+from typing import Any
+
+import warp as wp
 
 BAND_ROWS = 8
+# Threads a block on CUDA: larger ones leave the path tracer too few registers. On a CPU Warp has blocks of one.
+CUDA_BLOCK = 64
 
 Band = Callable[[int, int], None]
 
@@ -55,3 +60,37 @@ def for_bands(rows: int, band: Band, *, band_rows: int = BAND_ROWS, threads: int
         wait(futures)
     for future in futures:
         future.result()
+
+
+def launch_rows(
+    kernel: Any,
+    shape: tuple[int, ...],
+    inputs: Sequence[Any],
+    outputs: Sequence[Any],
+    *,
+    device: str,
+    threads: int | None = None,
+    band_rows: int = BAND_ROWS,
+) -> None:
+    """Launch a kernel over a picture or a list: at once on CUDA, in bands of rows over the threads of a CPU.
+
+    Args:
+        kernel: its thread indices are those of `shape`; its last input is the first row of the band, to be added to
+            the first of them.
+        inputs: all but that last one.
+    """
+
+    def band(first_row: int, rows: int) -> None:
+        wp.launch(
+            kernel,
+            dim=(rows, *shape[1:]),
+            inputs=[*inputs, first_row],
+            outputs=outputs,
+            device=device,
+            block_dim=CUDA_BLOCK,
+        )
+
+    if device == "cpu":
+        for_bands(shape[0], band, band_rows=band_rows, threads=threads)
+    elif shape[0] > 0:
+        band(0, shape[0])

@@ -7,11 +7,10 @@ from collections.abc import Callable
 import warp as wp
 
 from usdsdg_render.kernels import aov, coverage, denoise, develop, flatten, path
+from usdsdg_render.parallel import CUDA_BLOCK
 from usdsdg_render.trace import build
 
 Progress = Callable[[str, int, "int | None"], None]
-# Threads a block of the path tracer: larger ones have too few registers.
-CUDA_BLOCK = 64
 _ready: set[str] = set()
 
 
@@ -21,7 +20,6 @@ def precompile(device: str = "cpu", progress: Progress | None = None) -> None:
         return
     kernels = [build.build_tree] if device == "cpu" else [flatten.place_triangles]
     kernels += [path.add_samples, aov.label_pixels, coverage.cover_strips, develop.develop_pixels, denoise.smooth]
-    # Warp compiles for a block size; a launch on a CPU has blocks of one.
     block_dim = 1 if device == "cpu" else CUDA_BLOCK
     modules = [kernel.module for kernel in kernels]
     label = "render kernels (compiled on first use)"

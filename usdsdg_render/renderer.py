@@ -15,7 +15,7 @@ from usdsdg_render.device import DeviceScene
 from usdsdg_render.film import Film, develop
 from usdsdg_render.kernels.path import PathOptions, add_samples
 from usdsdg_render.motion import interpolate
-from usdsdg_render.parallel import for_bands
+from usdsdg_render.parallel import launch_rows
 from usdsdg_render.precompile import precompile
 from usdsdg_render.scene import Scene
 from usdsdg_render.settings import PathSettings, ToneSettings
@@ -123,30 +123,19 @@ class WarpRenderer:
                 f"the film is {film.width}x{film.height} but {view.prim_path} renders "
                 f"{view.width}x{view.height}: make a new film of that size"
             )
-        if not self._on_device.has_light(self._scene):
+        if not self._on_device.lit:
             warn_once("the scene has no light, so pictures are black: add a UsdLux light, for example a DomeLight")
         if settings.denoise:
             film.want_features()
         camera = camera_record(view)
         options = path_options(settings, film)
-
-        def band(first_row: int, rows: int) -> None:
-            wp.launch(
-                add_samples,
-                dim=(rows, film.width),
-                inputs=[self._on_device.tables, options, camera, first_row],
-                outputs=[film.arrays],
-                device=self.device,
-            )
-
-        if self.device == "cpu":
-            options.samples = samples
-            for_bands(film.height, band, threads=self.threads)
-        else:
-            for done in range(0, samples, CUDA_SAMPLES_PER_LAUNCH):
-                options.first_sample = settings.first_sample + done
-                options.samples = min(CUDA_SAMPLES_PER_LAUNCH, samples - done)
-                band(0, film.height)
+        most = samples if self.device == "cpu" else CUDA_SAMPLES_PER_LAUNCH
+        shape = (film.height, film.width)
+        for done in range(0, samples, max(most, 1)):
+            options.first_sample = settings.first_sample + done
+            options.samples = min(most, samples - done)
+            inputs = [self._on_device.tables, options, camera]
+            launch_rows(add_samples, shape, inputs, [film.arrays], device=self.device, threads=self.threads)
         film.samples += samples
 
     def develop(self, film: Film, tone: ToneSettings | None = None) -> dict[str, np.ndarray]:

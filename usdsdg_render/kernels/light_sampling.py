@@ -20,7 +20,7 @@ DISK = wp.constant(scene.LIGHT_DISK)
 CYLINDER = wp.constant(scene.LIGHT_CYLINDER)
 PI = wp.constant(wp.pi)
 
-# Halving without a branch to guess.
+# The last cell in [start, start + count) whose running sum is at most `number`.
 _INVERT_CDF = """
     const float* sums = cdf.data;
     int first = start;

@@ -6,6 +6,7 @@ early enough to cost little; all are right to 2e-7 turns or 4e-7.
 
 import warp as wp
 
+# Cosine and sine of an angle in turns.
 _COS_SIN = """
     const float quarters = turns * 4.0f;
     const int nearest = (int)(quarters < 0.0f ? quarters - 0.5f : quarters + 0.5f);
@@ -17,6 +18,7 @@ _COS_SIN = """
     return wp::vec_t<2, wp::float32>(flip_cos ? -a : a, flip_sin ? -b : b);
 """
 
+# Angle of (x, y) from the x axis, in [0, 1].
 _TURN_OF = """
     const float ax = x < 0.0f ? -x : x, ay = y < 0.0f ? -y : y;
     const float low = ax < ay ? ax : ay, high = ax < ay ? ay : ax;
@@ -28,6 +30,7 @@ _TURN_OF = """
     return y < 0.0f && r > 0.0f ? 1.0f - r : r;
 """
 
+# acos(z) / pi for |z| <= 1.
 _HALF_TURNS_FROM_POLE = """
     const float a = z < 0.0f ? -z : z;
     const float rest = a < 1.0f ? 1.0f - a : 0.0f;
