@@ -259,8 +259,7 @@ def sample_one(light: Light, point: wp.vec3, r: wp.vec2):
 
 
 @wp.func_native(_INVERT_CDF)
-def invert_cdf(cdf: wp.array(dtype=wp.float32), start: int, count: int, number: float) -> int:
-    """The last cell in [start, start + count) whose running sum is at most `number`."""
+def invert_cdf(cdf: wp.array(dtype=wp.float32), start: int, count: int, number: float) -> int: ...
 
 
 @wp.func

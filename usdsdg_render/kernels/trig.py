@@ -45,10 +45,8 @@ def cos_sin(turns: float) -> wp.vec2: ...
 
 
 @wp.func_native(_TURN_OF)
-def turn_of(x: float, y: float) -> float:
-    """Angle of (x, y) from the x axis, in [0, 1]."""
+def turn_of(x: float, y: float) -> float: ...
 
 
 @wp.func_native(_HALF_TURNS_FROM_POLE)
-def half_turns_from_pole(z: float) -> float:
-    """acos(z) / pi for |z| <= 1."""
+def half_turns_from_pole(z: float) -> float: ...
