@@ -54,7 +54,7 @@ MATERIAL = np.dtype(
 LIGHT = np.dtype(
     [
         ("kind", "i4"),
-        # Rows of the light's frame in the world, unit length: x, y, z. A light emits along its -z (rect, disk, distant);
+        # Unit rows of the frame in the world: x, y, z. A light emits along -z (rect, disk, distant);
         # a cylinder's axis is x.
         ("x_axis", "f4", 3),
         ("y_axis", "f4", 3),

@@ -56,11 +56,8 @@ def test_all_who_wait_see_the_same_update(physics):
 
     before = get_app().get_update_number()
 
-    def start():
-        asyncio.ensure_future(waits("a", 2))
-        asyncio.ensure_future(waits("b", 2))
-
-    get_app().run(start)
+    tasks = []
+    get_app().run(lambda: tasks.extend(asyncio.ensure_future(waits(name, 2)) for name in "ab"))
     assert sorted(seen) == [("a", before + 1), ("a", before + 2), ("b", before + 1), ("b", before + 2)]
 
 
