@@ -22,7 +22,7 @@ class PathSettings:
     frame: int = 0
     first_sample: int = 0
     # Most that one contribution of light that has met two surfaces or more may add to a sample [nits]; 0 = no limit.
-    clamp: float = 10.0 * DEFAULT_WHITE
+    clamp: float = 3.0 * DEFAULT_WHITE
     # Least GGX alpha of glossy surfaces seen by way of a rough one: removes caustics that few samples cannot resolve.
     regularization: float = 0.3
     # Sum what `develop(denoise=True)` needs as well.
@@ -31,7 +31,7 @@ class PathSettings:
     @classmethod
     def fast(cls, **changes) -> PathSettings:
         """The RaytracedLighting preset: short paths, strongly clamped, made to be denoised."""
-        return cls(**{"bounces": 3, "clamp": 2.0 * DEFAULT_WHITE, "regularization": 0.5, "denoise": True, **changes})
+        return cls(**{"bounces": 3, "clamp": DEFAULT_WHITE, "regularization": 0.5, "denoise": True, **changes})
 
 
 # Samples a pixel that give a clean picture with `PathSettings.fast` and the denoiser.
@@ -48,6 +48,11 @@ class ToneSettings:
     f_number: float = 5.0
     exposure_compensation: float = 0.0  # stops
     denoise: bool | None = None  # None: denoise when the film holds what it takes
+
+    @property
+    def white(self) -> float:
+        """Luminance that comes out as white [nits]; `PathSettings.clamp` wants to be a multiple of it."""
+        return 1.0 / self.exposure
 
     @property
     def exposure(self) -> float:

@@ -87,6 +87,7 @@ def test_neighbouring_pixels_do_not_share_their_noise():
 
 
 def test_exposure_is_photographic():
+    assert ToneSettings().white == pytest.approx(1500)
     # EV100 of f/5 at 1/50 s and ISO 100 is log2(25 * 50); the sensor saturates at 1.2 * 2^EV nits.
     assert ToneSettings().exposure == pytest.approx(1 / 1500)
     assert ToneSettings(film_iso=200).exposure == pytest.approx(2 / 1500)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.render import scenes
-from tests.render.pictures import renderer_of
+from tests.render.pictures import radiance, renderer_of
 from usdsdg.errors import RenderError, Unsupported
 from usdsdg_render.aov import AOVS
 from usdsdg_render.scene import NO_INSTANCE, WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, Texture
@@ -270,3 +270,30 @@ def test_odd_scenes_and_requests():
         empty.labels(one, ["depht"])
     with pytest.raises(Unsupported, match="fisheye"):
         empty.labels(scenes.view_from((0, 0, 5), projection_type="fisheyePolynomial"), ["instance"])
+
+
+def test_half_transparent_surfaces_let_their_share_through():
+    # A glowing square of opacity 0.3 before a glowing wall, twice: shares of light add up layer by layer.
+    veil = scenes.material(base_color=0.0, specular=0.0, emission=10.0, opacity=0.3)
+    wall = scenes.material(base_color=0.0, specular=0.0, emission=100.0)
+    placed = [
+        (scenes.square(), scenes.moved((0, 0, 1), scale=9), 0),
+        (scenes.square(), scenes.moved((0, 0, 2), scale=9), 0),
+        (scenes.square(), scenes.moved(scale=9), 1),
+    ]
+    scene = scenes.scene_of(placed, materials=[veil, wall])
+    view = scenes.view_from((0, 0, 8), up=(0, 1, 0), size=(8, 8))
+    expected = 10 * 0.3 + 0.7 * (10 * 0.3 + 0.7 * 100)
+    picture = radiance(scene, view, samples=64)
+    np.testing.assert_allclose(picture.mean(), expected, rtol=0.01)
+    # Well-spread numbers leave little noise in any one pixel.
+    np.testing.assert_allclose(picture, expected, rtol=0.1)
+    # All of it is there for labels, and its shadow is as dark as it is opaque.
+    assert (renderer_of(scene).labels(view, ["instance"])["instance"] == 1).all()
+    lit = scenes.scene_of(
+        [(scenes.square(), scenes.moved((0, 0, 9), scale=50), 0), (scenes.square(), scenes.moved(scale=50), 1)],
+        materials=[scenes.material(opacity=0.3), scenes.material(base_color=1.0, specular=0.0)],
+        lights=[scenes.distant_light(np.pi)],
+    )
+    shadowed = radiance(lit, view, samples=16, bounces=1)
+    np.testing.assert_allclose(shadowed.mean(), 0.7, rtol=0.01)

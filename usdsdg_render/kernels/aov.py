@@ -70,7 +70,7 @@ def label_pixels(
     y, x = wp.tid()
     y += first_row
     ray = camera_ray(camera, float(x) + 0.5, float(y) + 0.5, wp.vec2(0.0))
-    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, BY_THRESHOLD, wp.uint32(0))
+    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, BY_THRESHOLD, 0.5)
     if out.instance.shape[0] > 0:
         out.instance[y, x] = hit.instance
     if hit.instance < 0:

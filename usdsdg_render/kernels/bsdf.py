@@ -24,7 +24,7 @@ class Bsdf:
     """Scattering at one point, for one direction `wo` to the viewer."""
 
     normal: wp.vec3
-    geometric: wp.vec3
+    horizon: wp.vec3
     wo: wp.vec3
     cos_o: wp.float32
     diffuse: wp.vec3  # albedo of the diffuse lobe, after what the lobes above reflect
@@ -80,7 +80,7 @@ def bsdf_at(
     """Scattering of a textured surface; `least_alpha` widens every glossy lobe."""
     b = Bsdf()
     b.normal = normal
-    b.geometric = surface.geometric
+    b.horizon = surface.horizon
     b.wo = wo
     b.cos_o = wp.max(wp.dot(normal, wo), 1.0e-4)
     roughness = wp.clamp(surface.roughness, 0.0, 1.0)
@@ -138,8 +138,8 @@ def fresnel(f0: wp.vec3, f90: float, cos_d: float):
 
 @wp.func
 def terminator(b: Bsdf, cos_i: float, wi: wp.vec3):
-    """Fades light that the flat triangle hides before its interpolated normal does (Chiang et al., 2019)."""
-    g = wp.dot(b.geometric, wi) / (cos_i * wp.max(wp.dot(b.geometric, b.normal), 1.0e-3))
+    """Fades light that the surface hides before its bumped normal does (Chiang et al., 2019)."""
+    g = wp.dot(b.horizon, wi) / (cos_i * wp.max(wp.dot(b.horizon, b.normal), 1.0e-3))
     if g >= 1.0:
         return 1.0
     g = wp.max(g, 0.0)
@@ -151,7 +151,7 @@ def scatter(b: Bsdf, wi: wp.vec3):
     """f * cosine and density towards `wi`; nothing passes through the surface."""
     out = Scattered()
     cos_i = wp.dot(b.normal, wi)
-    if cos_i <= 1.0e-5 or wp.dot(b.geometric, wi) <= 0.0:
+    if cos_i <= 1.0e-5 or wp.dot(b.horizon, wi) <= 0.0:
         return out
     half_way = wp.normalize(wi + b.wo)
     cos_h = wp.min(wp.dot(b.normal, half_way), 1.0)

@@ -6,13 +6,13 @@ from usdsdg_render.kernels.bsdf import bsdf_at, luminance, sample_direction, sca
 from usdsdg_render.kernels.camera import camera_ray
 from usdsdg_render.kernels.light_sampling import choose_light, hit_light, sample_light, weight_at
 from usdsdg_render.kernels.sampler import (
-    PAIR_FIRST_HIT,
+    PAIR_FIRST_SEGMENT,
     PAIR_LENS,
     PAIR_LIGHT,
     PAIR_LOBE,
+    PAIR_OPACITY,
     PAIR_PIXEL,
-    PAIRS_PER_HIT,
-    hash_pair,
+    PAIRS_PER_SEGMENT,
     pixel_seed,
     sample_pair,
 )
@@ -106,11 +106,14 @@ def trace_path(
     all_lights = float(0.0)
     fine_sky = bool(False)
     least_alpha = float(0.0)
-    layer_seed = hash_pair(seed, index)
 
     # The last surface may need a segment more, on which only lights count.
     for bounce in range(options.bounces + 1):
-        hit = closest(tables, origin, direction, tmin, tmax, BY_CHANCE, layer_seed + wp.uint32(bounce))
+        pair = PAIR_FIRST_SEGMENT + PAIRS_PER_SEGMENT * bounce
+        opacity_number = float(0.0)
+        if tables.cutouts != 0:
+            opacity_number = sample_pair(seed, index, pair + PAIR_OPACITY)[0]
+        hit = closest(tables, origin, direction, tmin, tmax, BY_CHANCE, opacity_number)
         most = float(0.0)
         if bounce > 1:
             most = options.clamp
@@ -168,7 +171,7 @@ def trace_path(
         shading = surface.normal
         if material.normal_texture >= 0:
             shading = bumped(tables, hit, surface, material, uv)
-        bent = facing(shading, surface.geometric, wo)
+        bent = facing(shading, surface.horizon, wo)
         bsdf = bsdf_at(tables.albedo_table, surface, material, bent, wo, least_alpha)
         result.radiance += limited(wp.cw_mul(throughput, surface.emission), most)
         if bounce == 0:
@@ -181,9 +184,8 @@ def trace_path(
         last = bounce + 1 == options.bounces and sharpest > LAST_ALPHA
 
         # Light that arrives straight from a light.
-        pair = PAIR_FIRST_HIT + PAIRS_PER_HIT * bounce
         numbers = sample_pair(seed, index, pair + PAIR_LIGHT)
-        origin = surface.position + surface.geometric * surface.gap
+        origin = surface.position + surface.lift + surface.geometric * surface.gap
         normal = bsdf.normal
         fine_sky = sharpest < FINE_SKY_ALPHA
         chosen = choose_light(tables, origin, normal, numbers[0])

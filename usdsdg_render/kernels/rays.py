@@ -24,5 +24,5 @@ def trace_rays(
         if transmitted(tables, origins[i], directions[i], reach[i]) < 1.0:
             hit.instance = 0
     else:
-        hit = closest(tables, origins[i], directions[i], 0.0, reach[i], BY_THRESHOLD, wp.uint32(0))
+        hit = closest(tables, origins[i], directions[i], 0.0, reach[i], BY_THRESHOLD, 0.5)
     hits[i] = hit

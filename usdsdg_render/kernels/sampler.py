@@ -8,13 +8,14 @@ hash of Laine and Karras.
 
 import warp as wp
 
-# Dimensions come in pairs. The camera takes two; each hit takes two from its own offset.
+# Dimensions come in pairs. The camera takes two; each segment takes three from its own offset.
 PAIR_PIXEL = wp.constant(0)
 PAIR_LENS = wp.constant(1)
-PAIR_FIRST_HIT = wp.constant(2)
-PAIRS_PER_HIT = wp.constant(2)
+PAIR_FIRST_SEGMENT = wp.constant(2)
+PAIRS_PER_SEGMENT = wp.constant(3)
 PAIR_LIGHT = wp.constant(0)
 PAIR_LOBE = wp.constant(1)
+PAIR_OPACITY = wp.constant(2)
 
 _HASH = """
     wp::uint32 h = a * 0x9e3779b9u ^ b;

@@ -2,7 +2,6 @@
 
 import warp as wp
 
-from usdsdg_render.kernels.sampler import hash_pair
 from usdsdg_render.kernels.texture import channel, lookup
 from usdsdg_render.kernels.types import Hit, Instance, Material, SceneTables, Triangle
 from usdsdg_render.trace.query import unpack, wide_closest, wide_closest_in_instance, wide_occluded
@@ -82,13 +81,6 @@ def opacity_of_hit(tables: SceneTables, hit: Hit, mode: int):
 
 
 @wp.func
-def chance(seed: wp.uint32, hit: Hit):
-    """A number in [0, 1) that depends on the sample and on what was hit."""
-    h = hash_pair(seed, hash_pair(wp.uint32(hit.instance), wp.uint32(hit.triangle)))
-    return float(h >> wp.uint32(8)) * 5.9604645e-08
-
-
-@wp.func
 def closest(
     tables: SceneTables,
     origin: wp.vec3,
@@ -96,9 +88,12 @@ def closest(
     tmin: float,
     tmax: float,
     mode: int,
-    seed: wp.uint32,
+    number: float,
 ):
-    """The first surface along the ray with tmin < t < tmax, looking through what is transparent."""
+    """The first surface along the ray with tmin < t < tmax, looking through what is transparent.
+
+    A number in [0, 1) decides, layer by layer, whether a half-transparent surface is there.
+    """
     hit = Hit()
     t = tmin
     for _layer in range(MAX_LAYERS):
@@ -106,8 +101,10 @@ def closest(
         if tables.cutouts == 0 or hit.instance < 0:
             break
         opacity = opacity_of_hit(tables, hit, mode)
-        if opacity >= 1.0 or chance(seed, hit) < opacity:
+        if number < opacity:
             break
+        # What is left of the number is uniform again.
+        number = (number - opacity) / (1.0 - opacity)
         t = behind(hit.t)
     return hit
 
