@@ -9,7 +9,7 @@ ROOT = Path(__file__).resolve().parent.parent
 CHECKS = [
     ("style", [sys.executable, "-m", "ruff", "check", "."]),
     ("format", [sys.executable, "-m", "ruff", "format", "--check", "."]),
-    ("types", [sys.executable, "-m", "pyright"]),
+    ("types", [sys.executable, "-m", "pyright", "--pythonpath", sys.executable]),
     ("tests", [sys.executable, "-m", "pytest", *sys.argv[1:]]),
 ]
 
