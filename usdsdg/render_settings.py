@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from usdsdg.errors import warn_once
 from usdsdg.settings import get_settings
 
-# Samples per pixel of one sub-frame of the fast mode.
-SAMPLES_PER_SUBFRAME = 4
+# Samples per pixel of the fast mode: enough for the filter to work with, and one more for every sub-frame.
+LEAST_SAMPLES = 4
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ def render_mode(rt_subframes: int) -> RenderMode:
     """Read the settings for the next frame.
 
     Path tracing takes `/rtx/pathtracing/totalSpp` samples per pixel, or `spp` where that is larger; with motion blur
-    they are spread over the sub-frames. The fast modes take a few samples per sub-frame and an edge-preserving filter.
+    they are spread over the sub-frames. The fast modes take a few samples, one more per sub-frame, and filter them.
     """
     settings = get_settings()
     name = settings.get_as_string("/rtx/rendermode")
@@ -53,4 +53,4 @@ def render_mode(rt_subframes: int) -> RenderMode:
         warn_once(
             f"/rtx/rendermode {name!r} is not known; using RaytracedLighting. Known: PathTracing, RaytracedLighting."
         )
-    return RenderMode(False, SAMPLES_PER_SUBFRAME * rt_subframes, 1, False, True)
+    return RenderMode(False, LEAST_SAMPLES + rt_subframes, 1, False, True)
