@@ -34,10 +34,6 @@ class PathSettings:
         return cls(**{"bounces": 3, "clamp": DEFAULT_WHITE, "regularization": 0.5, "denoise": True, **changes})
 
 
-# Samples a pixel that give a clean picture with `PathSettings.fast` and the denoiser.
-FAST_SAMPLES = 16
-
-
 @dataclass(frozen=True)
 class ToneSettings:
     """How `WarpRenderer.develop` turns mean radiance [nits] into colours, by photographic terms."""
