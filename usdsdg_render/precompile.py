@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, as_completed
 
 import warp as wp
 
 from usdsdg_render.kernels import aov, coverage, denoise, develop, flatten, path
-from usdsdg_render.parallel import CUDA_BLOCK
+from usdsdg_render.parallel import CUDA_BLOCK, available_threads
 from usdsdg_render.trace import build
 
 Progress = Callable[[str, int, "int | None"], None]
@@ -23,10 +24,11 @@ def precompile(device: str = "cpu", progress: Progress | None = None) -> None:
     block_dim = 1 if device == "cpu" else CUDA_BLOCK
     modules = [kernel.module for kernel in kernels]
     label = "render kernels (compiled on first use)"
-    for done, module in enumerate(modules):
-        if progress:
-            progress(label, done, len(modules))
-        module.load(wp.get_device(device), block_dim)
-    if progress:
-        progress(label, len(modules), len(modules))
+    report = progress or (lambda *_: None)
+    report(label, 0, len(modules))
+    with ThreadPoolExecutor(min(len(modules), available_threads())) as pool:
+        loads = [pool.submit(module.load, wp.get_device(device), block_dim) for module in modules]
+        for done, load in enumerate(as_completed(loads)):
+            load.result()
+            report(label, done + 1, len(modules))
     _ready.add(device)
