@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import importlib.metadata
+import logging
 import os
 import platform
 import shutil
 from pathlib import Path
+
+from usdsdg.cli.session import session
 
 REQUIRED = [
     "usd-core",
@@ -27,7 +30,8 @@ OPTIONAL = {"OpenEXR": "reads .exr skies and textures"}
 
 def doctor() -> None:
     """Say what is installed, which devices there are, where caches and assets lie, and what is missing."""
-    missing = [*_packages(), *_devices(), *_folders()]
+    with session(quiet=True):
+        missing = [*_packages(), *_devices(), *_folders()]
     print()
     print("Nothing is missing." if not missing else "Missing:\n" + "\n".join(f"  {line}" for line in missing))
 
@@ -53,7 +57,7 @@ def _packages() -> list[str]:
 def _devices() -> list[str]:
     import warp as wp
 
-    wp.config.quiet = True
+    wp.config.log_level = logging.WARNING
     wp.init()
     print("\ndevices")
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
@@ -68,11 +72,9 @@ def _devices() -> list[str]:
 def _folders() -> list[str]:
     import warp as wp
 
-    from usdsdg import demo
     from usdsdg.errors import AssetError
     from usdsdg.stage import assets
 
-    assets.set_fallback_root(demo.root)
     print("\nfolders")
     _folder("kernel cache", Path(wp.config.kernel_cache_dir))
     try:
