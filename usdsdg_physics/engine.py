@@ -62,6 +62,10 @@ class NewtonEngine:
             self._session.end(restore=restore)
             self._session = None
 
+    def close(self) -> None:
+        """Let go of the stage without writing to it."""
+        self.stop(restore=False)
+
     def advance(self, seconds: float) -> int:
         """Let time pass and take every fixed step that is due; what is left over counts for the next call.
 
@@ -73,13 +77,19 @@ class NewtonEngine:
         Raises:
             PhysicsError: `play` has not been called, or the step rate is not positive.
         """
+        if self._session is None:
+            raise PhysicsError("the simulation is stopped; call play() before advance()")
         self._elapsed += seconds
         steps = 0
-        while self._elapsed * (rate := self._playing().steps_per_second()) >= 1.0 - _ROUNDING:
-            self._elapsed = max(0.0, self._elapsed - 1.0 / rate)
-            self._playing().step(1.0 / rate)
+        # A listener may stop the simulation.
+        while self._session is not None:
+            dt = 1.0 / self._session.steps_per_second()
+            if self._elapsed < dt * (1.0 - _ROUNDING):
+                break
+            self._elapsed = max(0.0, self._elapsed - dt)
+            self._session.step(dt)
             for listener in list(self._listeners.values()):
-                listener(1.0 / rate)
+                listener(dt)
             steps += 1
         return steps
 
@@ -111,11 +121,6 @@ class NewtonEngine:
         meters = meters_per_unit(self._stage)
         hit = queries.raycast(poses, self._meters(origin), direction, distance * meters)
         return hit and hit.scaled(1.0 / meters)
-
-    def _playing(self) -> Session:
-        if self._session is None:
-            raise PhysicsError("the simulation is stopped; call play() before advance()")
-        return self._session
 
     def _asked(self) -> tuple[Queries, np.ndarray]:
         """What a query looks at: bodies as the last step left them, or a stopped stage as it is authored."""

@@ -289,6 +289,36 @@ def test_play_stop_play():
     assert (position(prim) == first).all()
 
 
+def test_listener_may_stop_the_simulation():
+    stage = new_stage()
+    prim = add(stage, "/World/box", at=(0, 0, 5))
+    engine = playing(stage)
+    engine.subscribe_step(lambda dt: engine.stop())
+    assert engine.advance(1.0) == 1
+    assert not engine.is_playing
+    assert position(prim) == pytest.approx([0, 0, 5])
+
+
+def test_mass_change_while_playing():
+    """A light body hit by one whose mass was raised a hundredfold leaves faster than the centre of mass ever was."""
+    speeds = []
+    for mass in (1.0, 100.0):
+        stage = new_stage()
+        hammer, ball = (
+            add(stage, "/World/hammer", gravity=False),
+            add(stage, "/World/ball", at=(1, 0, 0), gravity=False),
+        )
+        for prim in (hammer, ball):
+            UsdPhysics.MassAPI.Apply(prim).CreateMassAttr(1.0)
+        engine = playing(stage)
+        engine.advance(STEP)
+        set_value(hammer, "physics:mass", mass)
+        set_value(hammer, "physics:velocity", Gf.Vec3f(2, 0, 0))
+        engine.advance(1.0)
+        speeds.append(velocity(ball)[0])
+    assert speeds == pytest.approx([1.0, 200 / 101], rel=0.02)
+
+
 def test_advance_needs_play():
     with pytest.raises(PhysicsError, match=r"play\(\)"):
         NewtonEngine(new_stage(), device="cpu").advance(STEP)
