@@ -5,9 +5,12 @@ Mirrors `rep.distribution`. A distribution is a node that others hold as an inpu
 
 from __future__ import annotations
 
+import abc
+import copy
 from collections.abc import Sequence
+from numbers import Real
 from statistics import NormalDist
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -18,7 +21,7 @@ from usdsdg.graph.sampling import generator, get_global_seed, uniforms
 _GAUSS = NormalDist()
 
 
-class Distribution(ReplicatorItem):
+class Distribution(ReplicatorItem, abc.ABC):
     """A distribution's handle. `sample` returns one row per prim."""
 
     def __init__(self, kind: str, seed: int | None, name: str | None, **inputs: Any) -> None:
@@ -28,9 +31,22 @@ class Distribution(ReplicatorItem):
     def seed(self) -> int:
         return get_global_seed() if self._seed is None or self._seed < 0 else int(self._seed)
 
+    def seeded(self, seed: int) -> Self:
+        """This distribution, and those that it draws from, with `seed` instead of the global one.
+
+        Raises:
+            GraphError: it was made with another seed.
+        """
+        own = self._seed
+        if own is not None and own >= 0 and own != seed:
+            raise GraphError(f"{self.node.describe()} has seed={own}, its randomizer seed={seed}; give one of them")
+        twin = copy.copy(self)
+        twin._seed = seed
+        return twin
+
+    @abc.abstractmethod
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray | list[Any]:
         """Draw one value per prim for execution number `execution` of the node with key `consumer`."""
-        raise NotImplementedError
 
 
 class _Numeric(Distribution):
@@ -101,6 +117,11 @@ class Choice(Distribution):
             )
         self._weights = p / p.sum()
 
+    def seeded(self, seed: int) -> Self:
+        twin = super().seeded(seed)
+        twin._items = _all_seeded(self._items, seed)
+        return twin
+
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> list[Any]:
         if self._with_replacements:
             u = uniforms(self.seed(), consumer, execution, prims, 1)[:, 0]
@@ -141,6 +162,11 @@ class Combine(Distribution):
         super().__init__("OgnCombine", None, name, distributions=list(distributions))
         self._parts = list(distributions)
 
+    def seeded(self, seed: int) -> Self:
+        twin = super().seeded(seed)
+        twin._parts = _all_seeded(self._parts, seed)
+        return twin
+
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray:
         columns = [
             np.asarray(part.sample(f"{consumer}/{axis}", execution, prims), dtype=np.float64)
@@ -149,6 +175,10 @@ class Combine(Distribution):
             for axis, part in enumerate(self._parts)
         ]
         return np.stack(columns, axis=1)
+
+
+def _all_seeded(items: Sequence[Any], seed: int) -> list[Any]:
+    return [item.seeded(seed) if isinstance(item, Distribution) else item for item in items]
 
 
 def uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
@@ -194,16 +224,27 @@ def combine(distributions: Sequence[Any], name: str | None = None):
     return Combine(distributions, name)
 
 
+def one_of(options: Any, seed: int | None) -> Distribution:
+    """What a randomizer draws from, given a distribution or a list, and its `seed` (None or negative: the global one).
+
+    Raises:
+        GraphError: `options` is a distribution that was made with another seed.
+    """
+    drawn = options if isinstance(options, Distribution) else choice(options)
+    return drawn if seed is None or seed < 0 else drawn.seeded(seed)
+
+
 def draw(value: Any, node: Node, execution: int, role: str) -> list[Any]:
     """One value per prim of `node` for its input `role`: a constant, a list of one per prim, or a distribution."""
     count = len(node.prims)
     if isinstance(value, Distribution):
         consumer = f"{node.key}/{value.node.name or role}"
         return list(value.sample(consumer, execution, node.prims))
-    if isinstance(value, list) and len(value) == count and not _is_vector(value):
+    if isinstance(value, list) and len(value) == count and not is_vector(value):
         return value
     return [value] * count
 
 
-def _is_vector(value: list[Any]) -> bool:
-    return bool(value) and all(isinstance(v, (int, float)) for v in value)
+def is_vector(value: Sequence[Any]) -> bool:
+    """Whether a sequence is one value of several numbers, not several values."""
+    return len(value) > 0 and all(isinstance(v, Real) for v in value)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
-from usdsdg.distribution import Distribution, draw
+from usdsdg.distribution import Distribution, draw, is_vector, one_of
 from usdsdg.errors import AssetNotFound
 from usdsdg.graph.evaluate import act
-from usdsdg.graph.node import Node, ReplicatorItem
+from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.graph.sampling import get_global_seed, uniforms
 from usdsdg.modify import bind_material, material, prim_at
 from usdsdg.stage import assets, paths, transforms
@@ -21,8 +22,17 @@ LOOKS = "/Replicator/Looks"
 
 
 def color(colors: Any, per_sub_mesh: bool = False, seed: int | None = None, input_prims: Any = None) -> ReplicatorItem:
-    """Give each prim (or, with `per_sub_mesh`, each mesh below it) an OmniPBR material of a drawn linear colour."""
-    return _looks("OgnColor", {"diffuse_color_constant": colors}, per_sub_mesh, input_prims)
+    """Give each prim (or, with `per_sub_mesh`, each mesh below it) an OmniPBR material of a drawn linear colour.
+
+    Args:
+        colors: a distribution, a list of colours to choose from, or one colour for all.
+
+    Raises:
+        GraphError: `seed` is given and `colors` is a distribution with another one.
+    """
+    single = not isinstance(colors, Distribution) and is_vector(colors)
+    drawn = colors if single else one_of(colors, seed)
+    return _looks("OgnColor", {"diffuse_color_constant": drawn}, per_sub_mesh, input_prims)
 
 
 def texture(
@@ -33,10 +43,9 @@ def texture(
 
     Raises:
         AssetNotFound: a texture path does not exist.
+        GraphError: `seed` is given and `textures` is a distribution with another one.
     """
-    from usdsdg.distribution import choice
-
-    drawn = textures if isinstance(textures, Distribution) else choice(list(textures), seed=seed)
+    drawn = one_of(textures, seed)
     for path in drawn.node.inputs.get("choices") or []:
         _texture_file(path)
     inputs = {"diffuse_texture": drawn, "texture_scale": texture_scale, "texture_rotate": texture_rotate}
@@ -59,7 +68,7 @@ def _looks(kind: str, inputs: dict[str, Any], per_sub_mesh: bool, input_prims: A
 
     def execute(node: Node, execution: int) -> None:
         drawn = {name: draw(value, node, execution, name) for name, value in given.items()}
-        with Sdf.ChangeBlock() if all(path in made for path in node.prims) else _nothing():
+        with Sdf.ChangeBlock() if all(path in made for path in node.prims) else nullcontext():
             for index, path in enumerate(node.prims):
                 for target in _meshes(path) if per_sub_mesh else [path]:
                     shader = made.get(target) or _new_look(target)
@@ -69,17 +78,11 @@ def _looks(kind: str, inputs: dict[str, Any], per_sub_mesh: bool, input_prims: A
     return act(kind, execute, input_prims, attribute=",".join(given), **given)
 
 
-class _nothing:
-    def __enter__(self) -> None: ...
-
-    def __exit__(self, *_: object) -> None: ...
-
-
 def _meshes(path: str) -> list[str]:
     return [str(prim.GetPath()) for prim in Usd.PrimRange(prim_at(path)) if prim.IsA(UsdGeom.Gprim)]
 
 
-# Type of each OmniPBR input that we write, and where its UsdPreviewSurface twin takes it.
+# The OmniPBR inputs that we write.
 _INPUTS = {
     "diffuse_color_constant": Sdf.ValueTypeNames.Color3f,
     "diffuse_texture": Sdf.ValueTypeNames.Asset,
@@ -129,11 +132,14 @@ def materials(
     materials: Any, seed: int | None = None, max_cached_materials: int = 0, input_prims: Any = None,
     name: str | None = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Bind one of `materials` (items, prims or paths) to each prim."""
-    from usdsdg.distribution import choice
-    from usdsdg.graph.node import prim_paths
+    """Bind one of `materials` (items, prims or paths) to each prim.
 
-    drawn = materials if isinstance(materials, Distribution) else choice(list(prim_paths(materials)), seed=seed)
+    `max_cached_materials` changes nothing: all materials are on the stage already and none is ever copied or dropped.
+
+    Raises:
+        GraphError: `seed` is given and `materials` is a distribution with another one.
+    """
+    drawn = one_of(materials if isinstance(materials, Distribution) else prim_paths(materials), seed)
     return material(drawn, input_prims=input_prims, name=name)
 
 

@@ -159,6 +159,52 @@ def test_colours_bind_one_material_per_prim_and_reuse_it(stage):
     assert colour == twin
 
 
+def colours_drawn(colors, seed=None):
+    stage = new_stage()
+    evaluate.reset()
+    with trigger.on_custom_event("paint"), create.group(cubes(stage, 40)):
+        randomizer.color(colors=colors, seed=seed)
+    utils.send_og_event("paint")
+    evaluate.graph().evaluate()
+    looks = stage.GetPrimAtPath("/Replicator/Looks").GetChildren()
+    return [tuple(look.GetChild("Shader").GetAttribute("inputs:diffuse_color_constant").Get()) for look in looks]
+
+
+@pytest.mark.parametrize("as_given", [list, np.array])
+def test_a_list_of_colours_is_chosen_from(stage, as_given):
+    palette = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)]
+    drawn = colours_drawn(as_given(palette))
+    assert set(drawn) == set(palette)
+    # Not the list in turn: a choice repeats neighbours.
+    assert drawn != palette * 20
+    assert set(colours_drawn([0.0, 0.5, 1.0])) == {(0.0, 0.5, 1.0)}
+
+
+@pytest.mark.parametrize(
+    "colors",
+    [
+        lambda: [(1, 0, 0), (0, 1, 0), (0, 0, 1)],
+        lambda: distribution.uniform((0, 0, 0), (1, 1, 1)),
+        lambda: distribution.combine([distribution.uniform(0, 1), 0.5, distribution.uniform(0, 1)]),
+        lambda: distribution.choice([distribution.uniform((0, 0, 0), (1, 1, 1)), (1, 1, 1)]),
+    ],
+    ids=["list", "uniform", "combine", "choice"],
+)
+def test_a_colour_randomizers_own_seed_replaces_the_global_one(stage, colors):
+    first = colours_drawn(colors(), seed=7)
+    assert colours_drawn(colors(), seed=8) != first
+    set_global_seed(5)
+    assert colours_drawn(colors(), seed=7) == first
+    assert colours_drawn(colors()) == colours_drawn(colors(), seed=5)
+
+
+def test_two_different_seeds_for_one_draw_are_an_error(stage):
+    seeded = distribution.uniform((0, 0, 0), (1, 1, 1), seed=3)
+    assert colours_drawn(seeded, seed=3) == colours_drawn(seeded)
+    with pytest.raises(GraphError, match=r"seed=3.*seed=7"):
+        colours_drawn(seeded, seed=7)
+
+
 def test_random_rotations_are_uniform_on_so3(stage):
     quaternions = randomizer._uniform_quaternions(np.random.default_rng(0).random((20000, 3)))
     assert np.allclose(np.linalg.norm(quaternions, axis=1), 1)
