@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 from usdsdg.distribution import draw
-from usdsdg.errors import Unsupported
+from usdsdg.errors import GraphError, Unsupported
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, prim_paths
 from usdsdg.modify import prim_at
@@ -37,14 +38,38 @@ def _apply_collider(
                 api.CreateRestOffsetAttr(float(rest_offset))
 
 
+def _scene_path(physics_scene: Any) -> str | None:
+    """The path of a PhysicsScene given as prim, path or item."""
+    if physics_scene is None:
+        return None
+    scenes = [path for path in prim_paths(physics_scene) if prim_at(path).IsA(UsdPhysics.Scene)]
+    if len(scenes) != 1:
+        raise GraphError(f"physics_scene={physics_scene!r} is not one PhysicsScene; define it with UsdPhysics.Scene")
+    return scenes[0]
+
+
+def _assign_scene(prims: Iterable[Usd.Prim], scene: str | None) -> None:
+    for prim in prims if scene else ():
+        prim.CreateRelationship("physics:simulationOwner", custom=False).SetTargets([scene])
+
+
 def collider(
     approximation_shape: str = "convexHull", contact_offset: float | None = None, rest_offset: float | None = None,
     physics_scene: Any = None, input_prims: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Make every gprim below the prims collide; meshes through `approximation_shape`."""
-    prims = prim_paths(input_prims) or current_prims()
+    """Make every gprim below the prims collide; meshes through `approximation_shape`.
+
+    `physics_scene` becomes their simulationOwner. Our own engine simulates everything in the stage's first scene, and
+    warns where there are several.
+
+    Raises:
+        BadPrim: there is no prim at `physics_scene`.
+        GraphError: it is not a PhysicsScene.
+    """
+    prims, scene = prim_paths(input_prims) or current_prims(), _scene_path(physics_scene)
     for path in prims:
         _apply_collider(prim_at(path), approximation_shape, contact_offset, rest_offset)
+        _assign_scene(_gprims(prim_at(path)), scene)
     return ReplicatorItem(Node(kind="OgnCollider", prims=prims))
 
 
@@ -55,6 +80,7 @@ def rigid_body(
     """Make prims rigid bodies (with colliders where they have none) and set their velocities at each firing.
 
     `velocity` is in stage units per second and `angular_velocity` in degrees per second, both along world axes.
+    `physics_scene` is as for `collider`.
     """
 
     def execute(node: Node, execution: int) -> None:
@@ -66,6 +92,7 @@ def rigid_body(
             if angular is not None:
                 body.CreateAngularVelocityAttr().Set(_vec3f(angular[index]))
 
+    scene = _scene_path(physics_scene)
     item = act("OgnRigidBody", execute, input_prims, attribute="physics:velocity")
     for path in item.prims:
         prim = prim_at(path)
@@ -74,6 +101,7 @@ def rigid_body(
         if overwrite or not prim.HasAPI(UsdPhysics.RigidBodyAPI):
             UsdPhysics.RigidBodyAPI.Apply(prim).CreateRigidBodyEnabledAttr(True)
             physx.PhysxRigidBodyAPI.Apply(prim)
+    _assign_scene(map(prim_at, item.prims), scene)
     return item
 
 
