@@ -107,13 +107,13 @@ def add_labels(
         _write(prim, semantic_type, list(dict.fromkeys([*kept, *values])))
 
 
-def add_update_semantics(prim: Usd.Prim, label: str, type_label: str = "class", suffix: str = "") -> None:
+def add_update_semantics(prim: Usd.Prim, semantic_label: str, type_label: str = "class", suffix: str = "") -> None:
     """Isaac Sim 4's helper: the prim's label of this type becomes the one given, whatever it was before.
 
     With a `suffix` only the label that the same suffix set earlier is replaced, so that a prim can hold several.
     """
     if not suffix:
-        add_labels(prim, {type_label: [label]}, mode="replace")
+        add_labels(prim, {type_label: [semantic_label]}, mode="replace")
         return
     instance = f"Semantics{suffix}"
     if instance in _old_instances(prim):
@@ -121,8 +121,8 @@ def add_update_semantics(prim: Usd.Prim, label: str, type_label: str = "class", 
         kept = [value for value in get_labels(prim).get(semantic_type, []) if value != earlier]
         _drop(prim, {semantic_type})
         _write(prim, semantic_type, kept)
-    _write_old(prim, instance, type_label, label)
-    add_labels(prim, {type_label: [label]})
+    _write_old(prim, instance, type_label, semantic_label)
+    add_labels(prim, {type_label: [semantic_label]})
 
 
 def remove_labels(prim: Usd.Prim, *, recursive: bool = False) -> None:

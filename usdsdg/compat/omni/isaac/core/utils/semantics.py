@@ -2,12 +2,9 @@
 
 from pxr import Usd
 
-from usdsdg.stage.semantics import add_labels, get_labels, remove_labels
+from usdsdg.stage.semantics import add_update_semantics, get_labels, remove_labels
 
-
-def add_update_semantics(prim: Usd.Prim, semantic_label: str, type_label: str = "class", suffix: str = "") -> None:
-    """Give the prim one label of a type; any earlier label of that type goes."""
-    add_labels(prim, {type_label: [semantic_label]}, mode="replace")
+__all__ = ["add_update_semantics", "get_semantics", "remove_all_semantics"]
 
 
 def remove_all_semantics(prim: Usd.Prim, recursive: bool = False) -> None:
