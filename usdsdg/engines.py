@@ -72,13 +72,17 @@ def physics() -> Any:
     """The physics engine of the current stage."""
     global _physics
     if _physics is None:
-        _hush_warp()
+        hush_warp()
         from usdsdg_physics.engine import NewtonEngine
 
-        # Physics of one scene is a chain of small steps: a CPU core is faster for it than a GPU unless asked for.
-        _physics = NewtonEngine(current_stage(), device=_device or "cpu", progress=report)
+        _physics = NewtonEngine(current_stage(), device=physics_device(), progress=report)
         _physics.subscribe_step(_tell_step)
     return _physics
+
+
+def physics_device() -> str:
+    """Physics of one scene is a chain of small steps: a CPU core is faster for it than a GPU unless asked for."""
+    return _device or "cpu"
 
 
 def physics_if_made() -> Any | None:
@@ -90,14 +94,14 @@ def renderer() -> Any:
     """The renderer of the current stage."""
     global _renderer
     if _renderer is None:
-        _hush_warp()
+        hush_warp()
         from usdsdg_render.renderer import WarpRenderer
 
         _renderer = WarpRenderer(current_stage(), device=_device, progress=report)
     return _renderer
 
 
-def _hush_warp() -> None:
+def hush_warp() -> None:
     """Warp tells of every module that it loads; our own progress says what a person wants to know of it."""
     import warp
 

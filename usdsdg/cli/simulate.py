@@ -23,12 +23,9 @@ def simulate(
         from usdsdg import engines
         from usdsdg.progress import report
         from usdsdg.stage import context
+        from usdsdg_physics import simulate as simulate_stage
 
-        context.open_stage(stage)
-        physics = engines.physics()
-        physics.play()
-        frames = max(round(seconds * 60), 1)
-        for frame in range(frames):
-            physics.advance(seconds / frames)
-            report("simulating", frame + 1, frames)
+        engines.hush_warp()
+        opened = context.open_stage(stage)
+        simulate_stage(opened, seconds, device=engines.physics_device(), progress=report)
         print(context.save_stage(output))
