@@ -59,6 +59,7 @@ def parse(stage: Usd.Stage, hulls: HullCache, *, root: Sdf.Path = Sdf.Path.absol
             colliders[collider.path] = collider
     _warn_no_collider(bodies, colliders)
     _warn_asleep(found.bodies)
+    _warn_sampled(found)
     return Scene(
         bodies=bodies,
         colliders=colliders,
@@ -295,6 +296,29 @@ def _warn_asleep(bodies: list[Usd.Prim]) -> None:
             f"physics:startsAsleep is ignored, these bodies start awake: {_some(asleep)}. A body that nothing "
             "supports stays in place with physxRigidBody:disableGravity or physics:kinematicEnabled.",
         )
+
+
+def _warn_sampled(found: _Found) -> None:
+    known: dict[Sdf.Path, bool] = {}
+    prims = dict.fromkeys([*found.bodies, *(prim for prim, _ in found.colliders)])
+    sampled = [str(prim.GetPath()) for prim in prims if _is_sampled(prim, known)]
+    if sampled:
+        warn_once(
+            f"time samples of transforms are not followed: {_some(sampled)}. These are where the values at the default "
+            "time put them; set those, before each step to move a kinematic body or a static collider.",
+        )
+
+
+def _is_sampled(prim: Usd.Prim, known: dict[Sdf.Path, bool]) -> bool:
+    """Whether time samples move the prim, its own or those of an ancestor."""
+    path = prim.GetPath()
+    if path not in known:
+        xformable = UsdGeom.Xformable(prim)
+        # One sample does not vary, but is no value at the default time either.
+        known[path] = bool(xformable) and any(op.GetNumTimeSamples() for op in xformable.GetOrderedXformOps())
+        if not known[path] and not prim.IsPseudoRoot() and not _resets(prim):
+            known[path] = _is_sampled(prim.GetParent(), known)
+    return known[path]
 
 
 def _some(paths: list[str]) -> str:
