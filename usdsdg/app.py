@@ -10,7 +10,6 @@ from collections.abc import Callable, Coroutine
 from typing import Any
 
 from usdsdg import engines, render_product
-from usdsdg.errors import forget_warnings
 from usdsdg.graph import evaluate
 from usdsdg.settings import get_settings
 from usdsdg.stage import context
@@ -133,7 +132,6 @@ class App:
         engines.reset()
         evaluate.reset()
         render_product.reset()
-        forget_warnings()
 
 
 def _watched(loop: Any, coro: Any, ended: list[asyncio.Task[Any]], **options: Any) -> asyncio.Task[Any]:

@@ -11,7 +11,7 @@ class Timeline:
     """One clock. `advance` is called by the app and the orchestrator; everything else by scripts.
 
     Commands take effect at once, so `commit` has nothing left to do. A looping timeline wraps to its start; one that
-    does not loop pauses at its end, with a warning, since nothing moves from then on.
+    does not loop pauses at its end.
     """
 
     def __init__(self) -> None:

@@ -101,7 +101,7 @@ def scene(chosen: ObjectBasedConfig) -> Scene:
 
 def test_events_fire_on_the_references_schedule(physics, log):
     chosen = config(num_frames=60)
-    assert capture.capture_frames(chosen, scene(chosen), Draws(0), None) == 60
+    assert capture.capture_frames(chosen, scene(chosen), Draws(0)) == 60
     frames, events = [], []
     for entry in log:
         if isinstance(entry, tuple):
@@ -136,7 +136,7 @@ def test_path_traced_frames_raise_the_physics_rate_and_put_everything_back(physi
     monkeypatch.setattr(
         rep.orchestrator, "step", lambda **_: seen.append((rate.Get(), *[get_settings().get(key) for key in keys]))
     )
-    capture.capture_frames(chosen, made, Draws(0), None)
+    capture.capture_frames(chosen, made, Draws(0))
     # Eight sub-frames in 25 ms need 320 steps a second.
     assert seen == [(pytest.approx(320.0), "PathTracing", 32, True)]
     assert rate.Get() == 60
@@ -151,7 +151,7 @@ def test_settings_come_back_after_a_failure(physics, monkeypatch):
     chosen = config(num_frames=1)
     made = scene(chosen)
     with pytest.raises(RuntimeError, match="no picture"):
-        capture.capture_frames(chosen, made, Draws(0), None)
+        capture.capture_frames(chosen, made, Draws(0))
     assert get_settings().get("/rtx/rendermode") == "RaytracedLighting"
     assert physx.PhysxSceneAPI(made.physics_scene).GetTimeStepsPerSecondAttr().Get() == 60
 
@@ -162,7 +162,7 @@ def test_render_products_are_on_while_capturing(physics, monkeypatch, toggled):
     made = scene(chosen)
     seen = []
     monkeypatch.setattr(rep.orchestrator, "step", lambda **_: seen.append(made.render_products[0].enabled))
-    capture.capture_frames(chosen, made, Draws(0), None)
+    capture.capture_frames(chosen, made, Draws(0))
     assert seen == [toggled, toggled]
     assert made.render_products[0].enabled is False
 
@@ -171,7 +171,7 @@ def test_render_products_are_on_while_capturing(physics, monkeypatch, toggled):
 def test_enough_is_simulated_between_captures(physics, log, seconds, updates):
     chosen = config(num_frames=1, num_cameras=0, simulation_duration_between_captures=seconds)
     made = scene(chosen)
-    capture.capture_frames(chosen, Scene(**{**vars(made), "cameras": Cameras([], [])}), Draws(0), None)
+    capture.capture_frames(chosen, Scene(**{**vars(made), "cameras": Cameras([], [])}), Draws(0))
     # Updates of 1/60 s until more than that has passed.
     assert physics.advanced == pytest.approx(updates / 60.0)
 
@@ -182,7 +182,7 @@ def test_camera_spheres_collide_for_four_updates_of_every_third_frame(physics, l
     enabled = UsdPhysics.CollisionAPI(made.cameras.spheres[0]).GetCollisionEnabledAttr()
     states = []
     end = engines.subscribe_step(lambda _dt: states.append(enabled.Get()))
-    capture.capture_frames(chosen, made, Draws(0), None)
+    capture.capture_frames(chosen, made, Draws(0))
     end()
     # Frames 0, 3 and 6 clear their places; one update follows every frame.
     clearing, plain = [True] * 4 + [False], [False]
@@ -231,7 +231,7 @@ def test_ctrl_c_finishes_the_frame_and_then_stops(physics, monkeypatch, capsys):
     monkeypatch.setattr(rep.orchestrator, "step", step)
     handler = signal.getsignal(signal.SIGINT)
     chosen = config(num_frames=5)
-    assert capture.capture_frames(chosen, scene(chosen), Draws(0), None) == 2
+    assert capture.capture_frames(chosen, scene(chosen), Draws(0)) == 2
     assert len(captured) == 2
     assert "Ctrl-C again stops at once" in capsys.readouterr().err
     assert signal.getsignal(signal.SIGINT) is handler
@@ -245,14 +245,7 @@ def test_a_second_ctrl_c_stops_at_once(physics, monkeypatch):
     monkeypatch.setattr(rep.orchestrator, "step", step)
     chosen = config(num_frames=5)
     with pytest.raises(KeyboardInterrupt):
-        capture.capture_frames(chosen, scene(chosen), Draws(0), None)
-
-
-def test_progress_is_reported(physics, log):
-    told = []
-    chosen = config(num_frames=3)
-    capture.capture_frames(chosen, scene(chosen), Draws(0), lambda *report: told.append(report))
-    assert told == [("frames", n, 3) for n in (1, 2, 3)]
+        capture.capture_frames(chosen, scene(chosen), Draws(0))
 
 
 def test_an_interrupted_run_says_where_its_files_are(physics, monkeypatch, capsys):

@@ -17,7 +17,7 @@ from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigg
 
 @dataclass(eq=False)
 class Trigger:
-    """When its nodes run. `due(frame, time, events)` is asked once per evaluation."""
+    """When its nodes run. `due` is asked once per evaluation, and again for each further event queued for it."""
 
     kind: str
     name: str
@@ -73,10 +73,6 @@ class Graph:
     def send(self, event: str) -> None:
         """Queue a custom event for the next evaluation."""
         self._events.append(event)
-
-    @property
-    def has_pending(self) -> bool:
-        return bool(self._events or self.impulses)
 
     def evaluate(self, *, capture: int = -1, time: float = 0.0, preview: bool = False) -> list[Trigger]:
         """Run everything that is due and return the triggers that fired.

@@ -24,8 +24,6 @@ from usdsdg.settings import get_settings
 from usdsdg.stage.schemas import physx
 from usdsdg.timeline import get_timeline
 
-Progress = Callable[[str, int, int | None], None]
-
 # Frames between two runs of each randomizer, and app updates while cameras clear their place.
 CAMERAS_EVERY, PULL_EVERY, LIGHTS_EVERY, COLORS_EVERY = 3, 10, 5, 15
 BACKGROUND_EVERY, VELOCITIES_EVERY = 25, 17
@@ -61,14 +59,12 @@ def start_timeline() -> None:
     get_app().update()
 
 
-def capture_frames(config: ObjectBasedConfig, scene: Scene, draws: Draws, progress: Progress | None) -> int:
+def capture_frames(config: ObjectBasedConfig, scene: Scene, draws: Draws) -> int:
     """Capture `num_frames` frames; returns how many were captured, fewer when Ctrl-C was pressed."""
     with _stop_request() as stop_asked:
         for frame in range(config.num_frames):
             _randomize(frame, config, scene, draws)
             _capture(frame, config, scene)
-            if progress is not None:
-                progress("frames", frame + 1, config.num_frames)
             if stop_asked():
                 return frame + 1
             _simulate_between(config.simulation_duration_between_captures)

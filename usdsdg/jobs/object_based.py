@@ -17,15 +17,13 @@ from usdsdg.app import get_app
 from usdsdg.errors import AssetError, AssetNotFound, Unsupported, warn_once
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.jobs import cameras, capture, environment, objects, randomizers
-from usdsdg.jobs.capture import Progress, Scene
+from usdsdg.jobs.capture import Scene
 from usdsdg.jobs.config import ObjectBasedConfig
 from usdsdg.jobs.draws import Draws
 from usdsdg.orchestrator import get_orchestrator
 from usdsdg.settings import get_settings
 from usdsdg.stage import assets
 from usdsdg.timeline import get_timeline
-
-RENDER_MODES = {"RayTracedLighting": "RaytracedLighting"}
 
 
 @dataclass(frozen=True)
@@ -39,7 +37,7 @@ class Summary:
     output_dir: str | None
 
 
-def run(config: ObjectBasedConfig, *, progress: Progress | None = None) -> Summary:
+def run(config: ObjectBasedConfig) -> Summary:
     """Build the scene and capture the dataset that `config` describes.
 
     Ctrl-C finishes the frame and its files, says where they are, and raises KeyboardInterrupt.
@@ -50,8 +48,7 @@ def run(config: ObjectBasedConfig, *, progress: Progress | None = None) -> Summa
     """
     check_assets(config)
     set_global_seed(config.seed)
-    renderer = config.launch_config.renderer
-    get_settings().set("/rtx/rendermode", RENDER_MODES.get(renderer, renderer))
+    get_settings().set("/rtx/rendermode", config.launch_config.renderer)
     draws = Draws(config.seed)
     scene = build_scene(config, draws)
     output_dir = attach_writer(config, scene)
@@ -60,7 +57,7 @@ def run(config: ObjectBasedConfig, *, progress: Progress | None = None) -> Summa
     get_orchestrator().expect_frames(config.num_frames)
     started = time.perf_counter()
     try:
-        frames = capture.capture_frames(config, scene, draws, progress)
+        frames = capture.capture_frames(config, scene, draws)
     finally:
         stop_bouncing()
         rep.orchestrator.wait_until_complete()

@@ -8,7 +8,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 from usdsdg.errors import Unsupported
 
 SEGMENTS = 48
-GPRIMS = {"Sphere": "radius", "Cube": "size", "Cylinder": "radius", "Cone": "radius", "Plane": "width"}
+GPRIMS = ("Sphere", "Cube", "Cylinder", "Cone", "Plane")
 
 
 def define(stage: Usd.Stage, path: str, kind: str) -> UsdGeom.Mesh:
