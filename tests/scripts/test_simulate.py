@@ -1,0 +1,22 @@
+"""`usdsdg simulate`: a stage goes in, and where its bodies came to be goes out."""
+
+import pytest
+from pxr import Usd
+
+from tests.physics.scenes import add, new_stage, position
+from tests.scripts.conftest import usdsdg
+
+
+def test_a_body_falls_and_nothing_but_our_own_progress_is_said(tmp_path):
+    stage = new_stage()
+    add(stage, "/World/box", at=(0, 0, 5))
+    stage.Export(str(tmp_path / "scene.usda"))
+    done = usdsdg("simulate", "scene.usda", "settled.usda", "--seconds=0.5", "--device=cpu", cwd=tmp_path)
+    settled = Usd.Stage.Open(str(tmp_path / "settled.usda"))
+    # 30 steps of 1/60 s: half a step of travel is 0.04 m.
+    assert position(settled.GetPrimAtPath("/World/box"))[2] == pytest.approx(5 - 9.81 / 8, abs=0.04)
+    assert done.stdout.strip() == str(tmp_path / "settled.usda")
+    # Without a GPU driver, Warp's native library says so whatever its log level is.
+    lines = [line for line in done.stderr.splitlines() if not line.startswith("Warp CUDA warning")]
+    assert all(line.startswith("[usdsdg] ") for line in lines), done.stderr
+    assert "[usdsdg] simulating: 30/30" in done.stderr
