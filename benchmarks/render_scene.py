@@ -6,21 +6,13 @@ sky with hot spots, a distant light and three sphere lights. Two cameras look at
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from tests.render.scenes import cube, light, material, prototype, scene_of, sphere_light, view_from
 from usdsdg.stage.cameras import CameraView
-from usdsdg_render.scene import (
-    LIGHT,
-    LIGHT_DISTANT,
-    LIGHT_SPHERE,
-    MATERIAL,
-    NO_TEXTURE,
-    Dome,
-    Instances,
-    Prototype,
-    Scene,
-    Texture,
-)
+from usdsdg_render.scene import LIGHT_DISTANT, Dome, Prototype, Scene, Texture
 
 REGION = np.array([5.0, 5.0, 3.0])
 MESHES, MESH_INSTANCES, SMALL = 15, 187, 150
@@ -61,15 +53,7 @@ def _grid_mesh(points: np.ndarray, uv: np.ndarray, name: str) -> Prototype:
     for k in range(3):
         np.add.at(normals, triangles[:, k], facing)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    return Prototype(
-        name,
-        points,
-        triangles.astype(np.int32),
-        normals[triangles],
-        uv.reshape(-1, 2).astype(np.float32)[triangles],
-        np.zeros(len(triangles), np.int32),
-        np.arange(len(triangles), dtype=np.int32),
-    )
+    return prototype(points, triangles, normals=normals[triangles], uvs=uv.reshape(-1, 2)[triangles], name=name)
 
 
 def ball(name: str = "/ball") -> Prototype:
@@ -82,22 +66,8 @@ def ball(name: str = "/ball") -> Prototype:
 
 def box(name: str = "/box") -> Prototype:
     """The cube [-1, 1]^3, flat."""
-    points = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)], np.float32)
-    quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
-    triangles = np.array([t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])], np.int32)
-    corners = points[triangles]
-    flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    flat /= np.linalg.norm(flat, axis=1, keepdims=True)
     square = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]], np.float32)
-    return Prototype(
-        name,
-        points,
-        triangles,
-        np.repeat(flat[:, None], 3, 1).astype(np.float32),
-        np.tile(square, (6, 1, 1)),
-        np.zeros(12, np.int32),
-        np.arange(12, dtype=np.int32),
-    )
+    return replace(cube(name=name), corner_uvs=np.tile(square, (6, 1, 1)))
 
 
 def rotation(rng: np.random.Generator) -> np.ndarray:
@@ -125,14 +95,10 @@ def sky(height: int = 512) -> Dome:
 
 
 def _materials(rng: np.random.Generator, count: int) -> np.ndarray:
-    rows = np.zeros(count, MATERIAL)
-    for name in MATERIAL.names or ():
-        if name.endswith("_texture"):
-            rows[name] = NO_TEXTURE
+    rows = np.tile(material(), count)
     rows["base_color"] = rng.uniform(0.05, 0.95, (count, 3))
     rows["roughness"] = rng.uniform(0.15, 0.9, count)
     rows["metallic"] = rng.random(count) < 0.2
-    rows["specular"], rows["opacity"], rows["normal_scale"], rows["uv_scale"] = 0.04, 1.0, 1.0, 1.0
     rows["base_texture"][:MESHES] = np.arange(MESHES)
     rows["base_color"][:MESHES] = 1.0
     rows["metallic"][MESHES:] = 0.0
@@ -151,44 +117,30 @@ def _textures(rng: np.random.Generator) -> list[Texture]:
     return out
 
 
-def _lights(rng: np.random.Generator) -> np.ndarray:
-    rows = np.zeros(4, LIGHT)
-    rows["kind"][0], rows["kind"][1:] = LIGHT_DISTANT, LIGHT_SPHERE
-    rows["x_axis"], rows["y_axis"], rows["z_axis"] = (1, 0, 0), (0, 1, 0), (0, 0, 1)
-    rows["radiance"][0], rows["cos_angle"][0] = (1000, 950, 850), 1.0
-    rows["position"][1:] = rng.uniform(-REGION / 2, REGION / 2, (3, 3))
-    rows["radius"][1:] = rng.uniform(0.02, 0.15, 3)
-    rows["radiance"][1:] = rng.uniform(0.2, 1, (3, 3)) * 40000
-    rows["power"] = rows["diffuse"] = rows["specular"] = 1.0
-    rows["shaping_cos"], rows["visible"] = -1.0, 1
-    rows["visible"][0] = 0
-    return rows
+def _lights(rng: np.random.Generator) -> list[np.ndarray]:
+    positions, radii = rng.uniform(-REGION / 2, REGION / 2, (3, 3)), rng.uniform(0.02, 0.15, 3)
+    radiances = rng.uniform(0.2, 1, (3, 3)) * 40000
+    sun = light(LIGHT_DISTANT, radiance=(1000, 950, 850), cos_angle=1.0, visible=0)
+    return [sun, *map(sphere_light, radiances, positions, radii)]
 
 
 def build(seed: int = 0) -> Scene:
     """The scene, the same for the same seed."""
     rng = np.random.default_rng(seed)
     sizes = rng.permutation(np.geomspace(2000, 20000, MESHES).astype(int))
-    scene = Scene()
-    scene.prototypes = [bumpy(rng, n, f"/mesh_{k}") for k, n in enumerate(sizes)] + [ball(), box()]
-    scene.materials = _materials(rng, MESHES + SMALL)
-    scene.textures = _textures(rng)
-    scene.lights = _lights(rng)
-    scene.dome = sky()
-    scene.material_slots = np.arange(MESHES + SMALL, dtype=np.int32)
-    count = MESH_INSTANCES + SMALL
-    prototype = np.concatenate([np.arange(MESH_INSTANCES) % MESHES, MESHES + np.arange(SMALL) % 2]).astype(np.int32)
-    slots = np.concatenate([np.arange(MESH_INSTANCES) % MESHES, MESHES + np.arange(SMALL)]).astype(np.int32)
-    scale = np.concatenate([rng.uniform(0.35, 1.35, MESH_INSTANCES), rng.uniform(0.015, 0.15, SMALL)])
-    matrices = np.tile(np.eye(4), (count, 1, 1))
-    for k in range(count):
-        matrices[k, :3, :3] = rotation(rng) * scale[k]
-        matrices[k, 3, :3] = rng.uniform(-REGION / 2, REGION / 2)
-    scene.instances = Instances(
-        tuple(f"/World/object_{k}" for k in range(count)), prototype, matrices, slots, np.ones(count, np.int32)
-    )
-    scene.touch(*scene.versions)
-    return scene
+    prototypes = [bumpy(rng, n, f"/mesh_{k}") for k, n in enumerate(sizes)] + [ball(), box()]
+    materials, textures, lights = _materials(rng, MESHES + SMALL), _textures(rng), _lights(rng)
+    # (prototype, material) of every object: meshes share theirs, small things have one each.
+    kinds = [(k % MESHES, k % MESHES) for k in range(MESH_INSTANCES)]
+    kinds += [(MESHES + k % 2, MESHES + k) for k in range(SMALL)]
+    scales = [*rng.uniform(0.35, 1.35, MESH_INSTANCES), *rng.uniform(0.015, 0.15, SMALL)]
+    placed = []
+    for (which, slot), scale in zip(kinds, scales, strict=True):
+        matrix = np.eye(4)
+        matrix[:3, :3] = rotation(rng) * scale
+        matrix[3, :3] = rng.uniform(-REGION / 2, REGION / 2)
+        placed.append((prototypes[which], matrix, slot))
+    return scene_of(placed, materials=[materials], textures=textures, lights=lights, dome=sky())
 
 
 def views(scene: Scene, size: tuple[int, int] = (640, 480)) -> list[CameraView]:
@@ -202,11 +154,8 @@ def views(scene: Scene, size: tuple[int, int] = (640, 480)) -> list[CameraView]:
         backs /= np.linalg.norm(backs, axis=1, keepdims=True)
         eyes = centers[k] + distance * backs
         best = np.argmax(np.linalg.norm(eyes[:, None] - centers, axis=2).min(1))
-        z = backs[best]
-        x = np.cross((0, 0, 1), z)
-        x /= np.linalg.norm(x)
-        matrix = np.eye(4)
-        matrix[:3, :3] = x, np.cross(z, x), z
-        matrix[3, :3] = eyes[best]
-        out.append(CameraView(f"/World/camera_{k}", *size, matrix, 24.0, 20.955, clipping_range=(0.01, 1e5)))
+        view = view_from(
+            eyes[best], centers[k], size=size, focal_length=24.0, horizontal_aperture=20.955, clipping_range=(0.01, 1e5)
+        )
+        out.append(replace(view, prim_path=f"/World/camera_{k}"))
     return out

@@ -16,34 +16,29 @@ _BLOCK_WORDS = 80
 _LINE = 64  # bytes; vector loads of nodes and blocks assume this alignment
 
 
+@wp.struct
+class Task:
+    """What `build_tree.cpp` reads and fills; boxes are three numbers each in `lowers` and `uppers`."""
+
+    lowers: wp.array(dtype=wp.float32)
+    uppers: wp.array(dtype=wp.float32)
+    block: wp.int32
+    leaf_limit: wp.int32
+    max_depth: wp.int32
+    # out
+    order: wp.array(dtype=wp.int32)
+    nodes: wp.array(dtype=wp.float32)
+    members: wp.array(dtype=wp.int32)
+    counts: wp.array(dtype=wp.int32)
+
+
 @wp.func_native(Path(__file__).with_name("build_tree.cpp").read_text())
-def _build_tree(
-    lowers: wp.array(dtype=wp.float32),
-    uppers: wp.array(dtype=wp.float32),
-    block: int,
-    leaf_limit: int,
-    max_depth: int,
-    order: wp.array(dtype=wp.int32),
-    nodes: wp.array(dtype=wp.float32),
-    members: wp.array(dtype=wp.int32),
-    counts: wp.array(dtype=wp.int32),
-): ...
+def _build_tree(task: Task): ...
 
 
 @wp.kernel(enable_backward=False)
-def build_tree(
-    lowers: wp.array(dtype=wp.float32),
-    uppers: wp.array(dtype=wp.float32),
-    block: int,
-    leaf_limit: int,
-    max_depth: int,
-    # out
-    order: wp.array(dtype=wp.int32),
-    nodes: wp.array(dtype=wp.float32),
-    members: wp.array(dtype=wp.int32),
-    counts: wp.array(dtype=wp.int32),
-):
-    _build_tree(lowers, uppers, block, leaf_limit, max_depth, order, nodes, members, counts)
+def build_tree(task: Task):
+    _build_tree(task)
 
 
 @dataclass(frozen=True)
@@ -94,13 +89,11 @@ def _build(lower: np.ndarray, upper: np.ndarray, block: int, leaf: int, max_dept
     nodes = np.empty((max(1, n), _NODE_WORDS), np.float32)
     members = np.empty((max(1, n), LANES), np.int32) if block > 1 else np.empty((0, LANES), np.int32)
     order, counts = np.empty(n, np.int32), np.zeros(3, np.int32)
-    wp.launch(
-        build_tree,
-        dim=1,
-        inputs=[_shared(lower), _shared(upper), block, leaf, max_depth],
-        outputs=[_shared(order), _shared(nodes), _shared(members), _shared(counts)],
-        device="cpu",
-    )
+    task = Task()
+    task.lowers, task.uppers = _shared(lower), _shared(upper)
+    task.block, task.leaf_limit, task.max_depth = block, leaf, max_depth
+    task.order, task.nodes, task.members, task.counts = map(_shared, (order, nodes, members, counts))
+    wp.launch(build_tree, dim=1, inputs=[task], device="cpu")
     node_count, block_count, depth = counts.tolist()
     if depth > max_depth:
         raise RenderError(f"a tree over {n} boxes is {depth} levels deep, more than {max_depth}: are they finite?")

@@ -34,9 +34,11 @@ struct Job {
     int node, depth;
 };
 
-const float* lower = lowers.data;
-const float* upper = uppers.data;
-int* index = order.data;
+const float* lower = task.lowers.data;
+const float* upper = task.uppers.data;
+int* index = task.order.data;
+int* members = task.members.data;
+const int block = task.block;
 auto bounds_of = [&](int begin, int end) {
     Range r = {begin, end, {}};
     r.bounds.clear();
@@ -47,7 +49,7 @@ auto blocks_of = [&](int n) { return (n + block - 1) / block; };
 // Levels below a node over n boxes when every node splits evenly.
 auto levels = [&](int n) {
     int k = 1;
-    for (long long capacity = 8LL * leaf_limit; capacity < n; capacity *= 8) ++k;
+    for (long long capacity = 8LL * task.leaf_limit; capacity < n; capacity *= 8) ++k;
     return k;
 };
 
@@ -121,13 +123,13 @@ auto split_by_area = [&](const Range& r, Range& left, Range& right) {
 };
 
 int node_count = 1, block_count = 0, deepest = 0;
-const int n = (int)order.shape[0];
+const int n = (int)task.order.shape[0];
 for (int i = 0; i < n; ++i) index[i] = i;
 auto leaf_code = [&](const Range& r) {
     if (block == 1) return ~index[r.begin];
     const int first = block_count;
     for (int i = r.begin; i < r.end; i += block, ++block_count)
-        for (int k = 0; k < block; ++k) members.data[block_count * block + k] = i + k < r.end ? index[i + k] : -1;
+        for (int k = 0; k < block; ++k) members[block_count * block + k] = i + k < r.end ? index[i + k] : -1;
     return ~(first << 2 | (block_count - first));
 };
 
@@ -138,7 +140,7 @@ jobs[open++] = {bounds_of(0, n), 0, 1};
 while (open) {
     const Job job = jobs[--open];
     deepest = job.depth > deepest ? job.depth : deepest;
-    const bool balance = job.depth + levels(job.range.size()) > max_depth;
+    const bool balance = job.depth + levels(job.range.size()) > task.max_depth;
     Range child[8] = {job.range};
     int children = 1;
     while (children < 8) {
@@ -157,7 +159,7 @@ while (open) {
             split_by_area(whole, child[widest], child[children]);
         ++children;
     }
-    float* box = nodes.data + (size_t)job.node * 64;
+    float* box = task.nodes.data + (size_t)job.node * 64;
     int* code = (int*)(box + 48);
     for (int k = 0; k < 8; ++k) {
         Box b;
@@ -169,7 +171,7 @@ while (open) {
         }
         code[k] = code[8 + k] = 0;
         if (k >= children) continue;
-        if (child[k].size() <= leaf_limit) {
+        if (child[k].size() <= task.leaf_limit) {
             code[k] = leaf_code(child[k]);
         } else {
             code[k] = node_count;
@@ -177,6 +179,6 @@ while (open) {
         }
     }
 }
-counts.data[0] = node_count;
-counts.data[1] = block_count;
-counts.data[2] = deepest;
+task.counts.data[0] = node_count;
+task.counts.data[1] = block_count;
+task.counts.data[2] = deepest;
