@@ -22,6 +22,7 @@ _MODULES = (
     "newton._src.sim.articulation",
     "newton._src.solvers.steel.cpu_fallback",
     "usdsdg_physics.kernels",
+    "usdsdg_physics.side_kernels",
     "newton._src.solvers.steel.solver_steel",
 )
 # This one alone compiles three times longer with the gradients that nobody asks for here.
@@ -36,7 +37,8 @@ def prepare_newton() -> None:
     import warp as wp
 
     import usdsdg_physics.kernels
-    import usdsdg_physics.query_kernels  # noqa: F401
+    import usdsdg_physics.query_kernels
+    import usdsdg_physics.side_kernels  # noqa: F401
 
     if _WITHOUT_GRADIENTS in sys.modules:
         wp.set_module_options({"enable_backward": False}, module=sys.modules[_WITHOUT_GRADIENTS])

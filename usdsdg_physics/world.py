@@ -10,7 +10,9 @@ import numpy as np
 
 from usdsdg_physics.build import COLLIDES, SWITCHED_OFF, build
 from usdsdg_physics.extents import half_thickness, world_box
+from usdsdg_physics.intruders import Intruders
 from usdsdg_physics.records import Scene
+from usdsdg_physics.sides import Sides
 from usdsdg_physics.warmup import Progress
 
 # A step of 1/60 s takes two substeps, the 1/320 s steps of motion blur one.
@@ -66,6 +68,8 @@ class World:
                 thickness[collider.body] = min(thickness[collider.body], half_thickness(collider.shape))
         self._thickness = np.array(list(thickness.values()))
         self._moving: dict[int, np.ndarray] = {}
+        self._sides = Sides(scene, self.model, built.shape_index)
+        self._intruders = Intruders(scene, self.model, built.shape_index)
 
         if count:
             everyone = np.arange(count)
@@ -90,6 +94,7 @@ class World:
         self._state.joint_q.assign(q.ravel())
         # The solver reads joint coordinates, the collision pipeline body poses.
         self._state.body_q.assign(q)
+        self._sides.place(indices)
         self.wake(indices)
 
     def set_velocities(self, indices: Sequence[int] | np.ndarray, velocities: np.ndarray) -> None:
@@ -141,6 +146,8 @@ class World:
         """Switch colliders by shape index. The broad phase reads the group at every step, flags only when built."""
         if switched:
             groups = self.model.shape_collision_group.numpy().copy()
+            self._intruders.appear([index for index, on in switched.items() if on and groups[index] == SWITCHED_OFF])
+            self._intruders.vanish([index for index, on in switched.items() if not on])
             for index, on in switched.items():
                 groups[index] = COLLIDES if on else SWITCHED_OFF
             self.model.shape_collision_group.assign(groups)
@@ -152,6 +159,9 @@ class World:
         for index, pose in poses.items():
             transforms[index] = pose
         self.model.shape_transform.assign(transforms)
+        if poses:
+            enabled = self.model.shape_collision_group.numpy() == COLLIDES
+            self._intruders.appear([index for index in poses if enabled[index]])
         for index in poses.keys() & self._meshes.keys():
             x, y, z, *rotation = poses[index]
             self._meshes[index] = replace(self._meshes[index], position=(x, y, z), rotation=tuple(rotation))
@@ -177,6 +187,9 @@ class World:
         for substep in range(count):
             self._place_kinematic(paths, substep / count)
             self.pipeline.collide(self._state, self._contacts)
+            self._sides.apply(self._contacts, self._state)
+            if self._intruders.any:
+                self._intruders.push(self._contacts, self._state)
             self.solver.step(self._state, self._next, self._control, self._contacts, h)
             wp.launch(
                 settle,
@@ -203,6 +216,8 @@ class World:
                 ],
                 device=self.model.device,
             )
+            if self._intruders.any:
+                self._intruders.calm(self._state, self._next, h)
             self._state, self._next = self._next, self._state
         self._place_kinematic(paths, 1.0)
         self._stop_kinematic()
