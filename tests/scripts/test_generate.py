@@ -5,8 +5,10 @@ import json
 import textwrap
 from pathlib import Path
 
+import numpy as np
 from PIL import Image
 from pxr import Usd, UsdGeom, UsdPhysics
+from scipy.spatial.transform import Rotation
 
 from tests.scripts.conftest import ROOT, generate, usdsdg
 
@@ -28,6 +30,26 @@ def test_every_view_has_a_picture_an_overlay_and_a_json(posed):
         assert Image.open(path).size == (160, 120)
     for path in posed.glob("*.json"):
         assert json.loads(path.read_text()).keys() == {"camera_data", "keypoint_order", "objects"}
+
+
+def test_poses_of_the_shipped_configuration_fit_the_picture(posed):
+    """The pose in the camera's frame, undone by the one in the world's, takes every keypoint to its pixel."""
+    count = 0
+    for path in sorted(posed.glob("*.json")):
+        data = json.loads(path.read_text())
+        lens = data["camera_data"]["intrinsics"]
+        for seen in data["objects"]:
+            w, *xyz = seen["quat_wxyz_world_frame"]
+            own = np.array(seen["cuboid_keypoints_world_frame"]) - seen["location_world_frame"]
+            own = Rotation.from_quat([*xyz, w]).inv().apply(own)
+            w, *xyz = seen["quat_wxyz_camera_frame"]
+            x, y, z = (Rotation.from_quat([*xyz, w]).apply(own) + seen["location_camera_frame"]).T
+            pixels = np.stack([lens["cx"] - lens["fx"] * x / z, lens["cy"] + lens["fy"] * y / z], axis=1)
+            # Points beside or behind the lens have no pixel; the written ones are whole numbers.
+            ahead = z < -0.05
+            assert np.abs(pixels - seen["cuboid_keypoints_projected"])[ahead].max(initial=0) <= 0.51
+            count += ahead.sum()
+    assert count >= 18
 
 
 def test_the_same_seed_leaves_the_same_bytes(posed, tmp_path):

@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from PIL import Image
+from scipy.spatial.transform import Rotation
 
 from tests.annotators.ray_caster import add_cube, make_frame, new_stage
 from tests.annotators.scenes import add_camera, crowds, mask_of, street
 from usdsdg import annotators, writers
-from usdsdg.errors import OutputNotWritable, Unsupported, WriterError
+from usdsdg.errors import OutputNotWritable, Unsupported, UsdsdgWarning, WriterError, forget_warnings
 
 PRODUCT = "/Render/HydraTextures/rp1"
 
@@ -181,6 +182,38 @@ def test_the_exact_camera_frame_is_where_the_keypoints_are(three_cubes, tmp_path
     write(tmp_path, three_cubes, exact_camera_frame=True)
     for seen in read(tmp_path)["objects"]:
         np.testing.assert_allclose(seen["location_camera_frame"], seen["cuboid_keypoints_camera_frame"][0], atol=1e-6)
+
+
+@pytest.mark.parametrize("format", [None, "dope", "centerpose"])
+def test_an_exact_pose_and_the_intrinsics_give_the_keypoints(three_cubes, tmp_path, format):
+    """With nothing of usdsdg: a quaternion, a translation and a pinhole, for cubes of known size."""
+    sizes = {"cube": (1, 1, 1), "cube_rotated": (1, 1, 1), "cube_scaled": (1.5, 0.5, 1)}
+    write(tmp_path, three_cubes, format=format, exact_camera_frame=True)
+    data = read(tmp_path)
+    lens = data["camera_data"]["intrinsics"]
+    signs = {"L": -1, "R": 1, "D": -1, "U": 1, "B": -1, "F": 1}
+    corners = np.array(
+        [[0] * 3 if name == "Center" else [signs[s] / 2 for s in name] for name in data["keypoint_order"]]
+    )
+    assert len(data["objects"]) == 3
+    for seen in data["objects"]:
+        w, *xyz = seen["quat_wxyz_camera_frame"] if format is None else np.roll(seen["quaternion_xyzw"], 1)
+        location = seen["location_camera_frame" if format is None else "location"]
+        points = Rotation.from_quat([*xyz, w]).apply(corners * sizes[seen.get("label") or seen["class"]]) + location
+        columns = lens["cx"] + lens["fx"] * points[:, 0] / -points[:, 2]
+        rows = lens["cy"] - lens["fy"] * points[:, 1] / -points[:, 2]
+        written = np.array(seen["cuboid_keypoints_projected" if format is None else "projected_cuboid"])
+        # Written pixels are whole numbers.
+        assert np.abs(np.stack([columns, rows], axis=1) - written).max() <= 0.5 + 1e-3
+
+
+def test_intrinsics_that_do_not_describe_the_picture_are_announced(tmp_path):
+    stage = street()
+    stage.GetPrimAtPath("/World/Camera").GetAttribute("projection").Set("orthographic")
+    stage.GetPrimAtPath("/World/Camera").GetAttribute("horizontalAperture").Set(60.0)
+    forget_warnings()
+    with pytest.warns(UsdsdgWarning, match=r"fx and fy .* 'orthographic'"):
+        write(tmp_path, make_frame(stage, (96, 72)), skip_empty_frames=False)
 
 
 def test_the_picture_is_the_frames(three_cubes, tmp_path):

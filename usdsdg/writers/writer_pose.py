@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators import catalogue
-from usdsdg.errors import WriterError
+from usdsdg.errors import WriterError, warn_once
 from usdsdg.writers import cuboid
 from usdsdg.writers.backends import BaseBackend, make_backend
 from usdsdg.writers.base import Writer
@@ -30,7 +30,7 @@ class PoseWriter(Writer):
 
     Matrices are for row vectors. In `location_camera_frame`, `rotation_matrix_camera_frame`, `location` and their
     quaternions, world-to-camera stands left of local-to-world, as in Replicator's files; keypoints are multiplied in
-    the right order. `exact_camera_frame=True` makes all of them right.
+    the right order. `exact_camera_frame=True` makes all of them right (docs/conventions.md).
     """
 
     version = "0.2.0"
@@ -59,6 +59,7 @@ class PoseWriter(Writer):
         visibility_threshold: objects of which no larger share is visible are left out.
         skip_empty_frames: write nothing for a picture without objects.
         format: None, "dope" or "centerpose".
+        exact_camera_frame: poses in the camera's frame that fit keypoints and picture, instead of Replicator's.
 
         Raises:
             WriterError: an option has a value that does not exist, or there is nowhere to write.
@@ -122,6 +123,7 @@ class PoseWriter(Writer):
         self.backend.schedule_together(steps)
 
     def _camera_data(self, camera: Mapping[str, Any]) -> dict[str, Any]:
+        _warn_of_intrinsics(str(camera["cameraModel"]))
         width, height = (int(size) for size in camera["renderProductResolution"])
         projection = np.asarray(camera["cameraProjection"], np.float64).reshape(4, 4)
         view = np.asarray(camera["cameraViewTransform"], np.float64).reshape(4, 4)
@@ -201,6 +203,14 @@ def _checked_format(format: str | None) -> str | None:
     if format is not None and format.lower() not in FORMATS:
         raise WriterError(f"PoseWriter: format {format!r} does not exist; use None, {' or '.join(map(repr, FORMATS))}.")
     return None if format is None else format.lower()
+
+
+def _warn_of_intrinsics(model: str) -> None:
+    if model != "pinhole":
+        warn_once(
+            f"PoseWriter: fx and fy of a camera of model {model!r} do not describe its picture: they are, as in "
+            "Replicator, those of a pinhole of its focal length. The projected keypoints do follow the picture."
+        )
 
 
 def _write_overlay(
