@@ -146,9 +146,10 @@ class SceneMaker:
 
 
 def report(engine: NewtonEngine, stage: Usd.Stage, frame: int, milliseconds: list[float], asked: list[float]) -> None:
-    cache = UsdGeom.XformCache()
+    """Outside is a body whose middle is: assets have their origin at the bottom, which stands on the border."""
+    bounds = UsdGeom.BBoxCache(Usd.TimeCode.Default(), [UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
     prims = [stage.GetPrimAtPath(path) for path in engine.rigid_bodies]
-    at = np.array([cache.GetLocalToWorldTransform(prim).ExtractTranslation() for prim in prims])
+    at = np.array([bounds.ComputeWorldBound(prim).ComputeCentroid() for prim in prims])
     speed = np.array([np.linalg.norm(prim.GetAttribute("physics:velocity").Get() or (0, 0, 0)) for prim in prims])
     pulled = np.array([not prim.GetAttribute("physxRigidBody:disableGravity").Get() for prim in prims])
     out = (np.abs(at) > np.array(AREA) / 2).any(axis=1)
