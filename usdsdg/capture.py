@@ -13,6 +13,7 @@ from usdsdg.annotators.annotator import Annotator, Requirements, attached_annota
 from usdsdg.annotators.entities import EntityReader
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.payload import build_payload
+from usdsdg.errors import warn_once
 from usdsdg.graph.evaluate import graph
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.progress import report
@@ -51,16 +52,22 @@ class Capture:
         self._films = {}
         writer_base.set_global_seed(get_global_seed())
         for annotator in attached_annotators():
-            self._want(annotator.render_product, [annotator])
+            self._want(annotator.render_product, [annotator], f"annotator {annotator.get_name()!r}")
         # Asked once: a writer's own trigger function may have a memory.
         self._due = [writer for writer in attached_writers() if writer.is_due()]
         for writer in self._due:
             for path in writer.render_products:
-                self._want(path, writer.annotators_of(path))
+                self._want(path, writer.annotators_of(path), type(writer).__name__)
 
-    def _want(self, path: str | None, annotators: list[Annotator]) -> None:
-        if any(product.path == path and product.updates_enabled for product in products()):
-            self._wanted.setdefault(str(path), []).extend(annotators)
+    def _want(self, path: str | None, annotators: list[Annotator], who: str) -> None:
+        product = next((product for product in products() if product.path == path), None)
+        if product is None:
+            warn_once(
+                f"{who} is attached to {path}, which has been destroyed, and gets nothing of it. Detach it, or attach "
+                "it to another render product."
+            )
+        elif product.updates_enabled:
+            self._wanted.setdefault(product.path, []).extend(annotators)
 
     def open_shutter(self) -> None:
         """Note where things are when a blurred exposure begins."""

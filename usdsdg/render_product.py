@@ -8,75 +8,13 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
 
 from usdsdg.errors import BadPrim
 from usdsdg.graph.node import prim_paths
-from usdsdg.stage import paths
+from usdsdg.stage import paths, render_products
 from usdsdg.stage.context import current_stage
+from usdsdg.stage.render_products import HydraTexture, product_at, products, reset
+
+__all__ = ["HydraTexture", "product_at", "products", "render_product", "reset"]
 
 PREFIX = "/Render/HydraTextures"
-
-
-class HydraTexture:
-    """The handle that Replicator scripts get: its own `hydra_texture`, to be switched on and off between captures."""
-
-    def __init__(self, path: str, camera_path: str, resolution: tuple[int, int]) -> None:
-        self.path = path
-        self.camera_path = camera_path
-        self.resolution = resolution
-        self.updates_enabled = True
-
-    @property
-    def name(self) -> str:
-        """Last part of the path: names folders and payload keys."""
-        return self.path.rsplit("/", 1)[-1]
-
-    @property
-    def width(self) -> int:
-        return self.resolution[0]
-
-    @property
-    def height(self) -> int:
-        return self.resolution[1]
-
-    @property
-    def hydra_texture(self) -> HydraTexture:
-        return self
-
-    def set_updates_enabled(self, enabled: bool) -> None:
-        """A product that is switched off yields no frames."""
-        self.updates_enabled = bool(enabled)
-
-    def get_render_product_path(self) -> str:
-        return self.path
-
-    def destroy(self) -> None:
-        """Forget the product; writers attached to it no longer see it."""
-        _products.pop(self.path, None)
-
-    def __repr__(self) -> str:
-        return f"HydraTexture({self.path!r}, camera={self.camera_path!r}, resolution={self.resolution})"
-
-
-_products: dict[str, HydraTexture] = {}
-
-
-def products() -> list[HydraTexture]:
-    """All render products of the current stage, oldest first."""
-    return list(_products.values())
-
-
-def product_at(path: str) -> HydraTexture:
-    """The product with prim path `path`.
-
-    Raises:
-        BadPrim: there is none; the message lists those that exist.
-    """
-    if path not in _products:
-        raise BadPrim(f"no render product {path}; there are: {', '.join(_products) or 'none'}")
-    return _products[path]
-
-
-def reset() -> None:
-    """A new stage has no products."""
-    _products.clear()
 
 
 def render_product(
@@ -121,7 +59,7 @@ def _camera_below(path: str) -> str:
 
 def _product(camera: str, size: tuple[int, int], force_new: bool, name: str | None) -> HydraTexture:
     if not force_new and name is None:
-        for product in _products.values():
+        for product in products():
             if (product.camera_path, product.resolution) == (camera, size):
                 return product
     stage = current_stage()
@@ -130,6 +68,4 @@ def _product(camera: str, size: tuple[int, int], force_new: bool, name: str | No
         prim = UsdRender.Product.Define(stage, path)
         prim.CreateCameraRel().SetTargets([Sdf.Path(camera)])
         prim.CreateResolutionAttr(Gf.Vec2i(*size))
-    product = HydraTexture(path, camera, size)
-    _products[path] = product
-    return product
+    return render_products.add(HydraTexture(path, camera, size))

@@ -8,6 +8,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom
 
 from usdsdg.annotators import EntityReader, Frame
+from usdsdg.stage import render_products
 from usdsdg.stage.cameras import CameraView, read_camera
 from usdsdg.stage.semantics import add_labels
 
@@ -150,6 +151,11 @@ def _hit_sphere(o, d, radius):
     root = b * b - a * c
     t = np.where(root >= 0, (-b - np.sqrt(np.maximum(root, 0))) / a, np.inf)
     return t, o + np.where(np.isfinite(t), t, 0)[:, None] * d
+
+
+def known(*products: str) -> list[str]:
+    """Render products at these paths, to be attached to."""
+    return [render_products.add(render_products.HydraTexture(path, CAMERA, (1, 1))).path for path in products]
 
 
 def make_frame(

@@ -6,10 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.annotators.ray_caster import PRODUCT, make_frame
+from tests.annotators.ray_caster import PRODUCT, known, make_frame
 from tests.annotators.scenes import street
 from usdsdg import annotators
-from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, AugmentationError, Unsupported
+from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, AugmentationError, BadPrim, Unsupported
+from usdsdg.stage import render_products
 
 
 @pytest.fixture(scope="module")
@@ -19,8 +20,10 @@ def frame():
 
 @pytest.fixture(autouse=True)
 def clean():
+    known(PRODUCT)
     yield
     annotators.detach_all()
+    render_products.reset()
 
 
 def test_unknown_names_suggest_near_misses():
@@ -63,12 +66,24 @@ def test_attaching_takes_handles_paths_and_lists(handle):
 
 def test_one_annotator_watches_one_product():
     with pytest.raises(NotImplementedError):
-        annotators.get("rgb").attach(["/Render/A", "/Render/B"])
+        annotators.get("rgb").attach(known("/Render/A", "/Render/B"))
 
 
 def test_what_is_no_render_product_is_refused():
     with pytest.raises(AnnotatorError, match="render product"):
         annotators.get("rgb").attach(42)
+
+
+def test_products_that_do_not_exist_are_refused_with_near_misses():
+    with pytest.raises(BadPrim, match=f"no render product {PRODUCT}s.* did you mean {PRODUCT}?"):
+        annotators.get("rgb").attach(f"{PRODUCT}s")
+    destroyed = render_products.product_at(PRODUCT)
+    destroyed.destroy()
+    annotator = annotators.get("rgb")
+    with pytest.raises(BadPrim, match="destroyed; there are: none"):
+        annotator.attach(destroyed)
+    assert not annotator.is_attached
+    assert annotators.attached_annotators() == ()
 
 
 def test_data_is_empty_before_the_first_frame_and_then_the_frames(frame):

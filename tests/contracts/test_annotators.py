@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tests.annotators.ray_caster import make_frame, new_stage
+from tests.annotators.ray_caster import known, make_frame, new_stage
 from tests.annotators.scenes import street
 from usdsdg import annotators
 
@@ -47,7 +47,7 @@ def test_it_leaves_the_frame_alone_and_repeats(name, frame):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_its_empty_array_is_of_the_type_of_the_full_one(name, frame):
-    annotator = annotators.get(name).attach("/Render/Any")
+    annotator = annotators.get(name).attach(known("/Render/Any"))
     try:
         empty = annotator.get_data()
         full = annotator.compute(frame).data

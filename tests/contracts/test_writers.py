@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.annotators.ray_caster import make_frame
+from tests.annotators.ray_caster import known, make_frame
 from tests.annotators.scenes import street
 from usdsdg import annotators, writers
 
@@ -26,7 +26,7 @@ def frame():
 def run(name, folder, frame, count=3):
     writer = writers.get(name)
     writer.initialize(output_dir=str(folder), **OPTIONS[name])
-    writer.attach(PRODUCT)
+    writer.attach(known(PRODUCT))
     try:
         for _ in range(count):
             writer.receive(annotators.build_payload(writer, {PRODUCT: frame}))

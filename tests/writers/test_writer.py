@@ -1,6 +1,7 @@
 """The contract of the family: life, triggers, metadata, registry."""
 
 import json
+import warnings
 from types import SimpleNamespace
 
 import pytest
@@ -8,7 +9,17 @@ import pytest
 from tests.annotators.ray_caster import make_frame
 from tests.annotators.scenes import street
 from usdsdg import annotators, writers
-from usdsdg.errors import AnnotatorRegistryError, Unsupported, WriterError, WriterRegistryError
+from usdsdg.capture import Capture
+from usdsdg.errors import (
+    AnnotatorRegistryError,
+    BadPrim,
+    Unsupported,
+    UsdsdgWarning,
+    WriterError,
+    WriterRegistryError,
+    forget_warnings,
+)
+from usdsdg.stage import render_products
 from usdsdg.writers.catalogue import WriterRegistry
 
 PRODUCT = "/Render/HydraTextures/rp1"
@@ -88,6 +99,24 @@ def test_attach_and_detach(recorder, handle):
 def test_a_writer_that_was_not_initialised_cannot_be_attached():
     with pytest.raises(WriterError, match="initialize"):
         writers.get("Recorder").attach(PRODUCT)
+
+
+def test_a_render_product_that_does_not_exist_cannot_be_attached_to(recorder):
+    with pytest.raises(BadPrim, match=r"no render product /Render/HydraTextures/rp2.* did you mean .*/rp1"):
+        recorder.attach([PRODUCT, "/Render/HydraTextures/rp2"])
+    assert writers.attached_writers() == ()
+
+
+def test_a_product_that_is_destroyed_while_attached_is_announced(recorder):
+    recorder.attach(PRODUCT)
+    render_products.product_at(PRODUCT).destroy()
+    forget_warnings()
+    with pytest.warns(UsdsdgWarning, match=f"Recorder is attached to {PRODUCT}, which has been destroyed"):
+        Capture().begin()
+    recorder.detach()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Capture().begin()
 
 
 def test_an_unknown_annotator_is_named_when_attaching(recorder):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.annotators.ray_caster import make_frame
+from tests.annotators.ray_caster import known, make_frame
 from tests.annotators.scenes import mask_of, street
 from usdsdg import annotators, writers
 from usdsdg.annotators.colors import colors_of_ids
@@ -41,7 +41,7 @@ def write(folder, frames, payload=None, count=1, **options):
     writer = writers.get("BasicWriter")
     writer.initialize(output_dir=str(folder), **options)
     frames = frames if isinstance(frames, dict) else {PRODUCT: frames}
-    writer.attach(list(frames))
+    writer.attach(known(*frames))
     for _ in range(count):
         writer.receive(annotators.build_payload(writer, frames, **(payload or {})))
     writer.backend.wait_until_done()
@@ -165,6 +165,20 @@ def test_several_products_get_folders(frame, tmp_path):
     assert "left/bounding_box_3d/bounding_box_3d_labels_0000.json" in files(tmp_path / "own")
     write(tmp_path / "common", two, rgb=True, use_common_output_dir=True)
     assert files(tmp_path / "common") == ["metadata.txt", "rgb/left_rgb_0000.png", "rgb/right_rgb_0000.png"]
+
+
+def test_a_product_that_is_switched_off_for_a_frame_does_not_move_the_others_files(frame, tmp_path):
+    two = {f"/Render/HydraTextures/{n}": dataclasses.replace(frame, memo={}) for n in ("left", "right")}
+    writer = writers.get("BasicWriter", init_params={"output_dir": str(tmp_path), "rgb": True})
+    writer.attach(known(*two))
+    left = {"/Render/HydraTextures/left": frame}
+    for seen in (two, left, two):
+        writer.receive(annotators.build_payload(writer, seen))
+    writer.backend.wait_until_done()
+    assert files(tmp_path) == [
+        "left/rgb/rgb_0000.png", "left/rgb/rgb_0001.png", "left/rgb/rgb_0002.png", "metadata.txt",
+        "right/rgb/rgb_0000.png", "right/rgb/rgb_0002.png",
+    ]  # fmt: skip
 
 
 def test_an_on_time_trigger_numbers_its_sequence(frame, tmp_path):

@@ -7,7 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
-from tests.annotators.ray_caster import add_cube, make_frame, new_stage
+from tests.annotators.ray_caster import add_cube, known, make_frame, new_stage
 from tests.annotators.scenes import add_camera, crowds, mask_of, street
 from usdsdg import annotators, writers
 from usdsdg.errors import OutputNotWritable, Unsupported, UsdsdgWarning, WriterError, forget_warnings
@@ -20,7 +20,7 @@ def write(folder, frames, **options):
     writer = writers.get("PoseWriter")
     writer.initialize(output_dir=str(folder), **options)
     sets = [f if isinstance(f, dict) else {PRODUCT: f} for f in (frames if isinstance(frames, list) else [frames])]
-    writer.attach(list(sets[0]))
+    writer.attach(known(*sets[0]))
     for each in sets:
         writer.receive(annotators.build_payload(writer, each))
     writer.backend.wait_until_done()

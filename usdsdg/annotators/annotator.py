@@ -14,6 +14,7 @@ from usdsdg.annotators.base import Annotation, Kind, predicate_of
 from usdsdg.annotators.frame import Frame
 from usdsdg.errors import AnnotatorError, Unsupported
 from usdsdg.registry import near_misses
+from usdsdg.stage.render_products import product_at
 
 if TYPE_CHECKING:
     from usdsdg.annotators.augmentation import Augmentation
@@ -85,8 +86,13 @@ class Annotator:
         return self
 
     def attach(self, render_products: Any, render_product_idxs: Any = None) -> Annotator:
-        """Watch one render product (an object with `.path`, a path, or a list of one)."""
-        paths = render_product_paths(render_products)
+        """Watch one render product (an object with `.path`, a path, or a list of one).
+
+        Raises:
+            BadPrim: there is no such render product, or none any more.
+            Unsupported: several render products.
+        """
+        paths = existing_products(render_products)
         if len(paths) != 1:
             raise Unsupported(
                 f"Annotator {self._name!r} was given {len(paths)} render products: attach one annotator to each."
@@ -207,6 +213,16 @@ def render_product_paths(render_products: Any) -> list[str]:
             )
         paths.append(path)
     return paths
+
+
+def existing_products(render_products: Any) -> list[str]:
+    """As `render_product_paths`, of products that exist.
+
+    Raises:
+        AnnotatorError: something in it is no render product.
+        BadPrim: one does not exist, or not any more; the message names near misses.
+    """
+    return [product_at(path).path for path in render_product_paths(render_products)]
 
 
 @dataclass(frozen=True)

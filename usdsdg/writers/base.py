@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from typing import Any
 
 from usdsdg.annotators import catalogue
-from usdsdg.annotators.annotator import Annotator, render_product_paths
+from usdsdg.annotators.annotator import Annotator, existing_products
 from usdsdg.errors import Unsupported, WriterError
 from usdsdg.registry import near_misses
 from usdsdg.writers.backends import BaseBackend
@@ -85,11 +85,12 @@ class Writer(ABC):
 
         Raises:
             WriterError: the writer reads nothing, as one that was never initialised.
+            BadPrim: one of the render products does not exist, or not any more.
         """
         if not self.annotators:
             raise WriterError(f"{type(self).__name__} has no annotators; call initialize(...) before attach().")
         self.annotators = [catalogue.get(a) if isinstance(a, str) else a for a in self.annotators]
-        self._render_products = tuple(dict.fromkeys(render_product_paths(render_products)))
+        self._render_products = tuple(dict.fromkeys(existing_products(render_products)))
         self._trigger = _checked_trigger(trigger)
         self._executions = getattr(self._trigger, "executions", None)
         if self not in _attached:

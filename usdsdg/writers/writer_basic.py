@@ -111,7 +111,9 @@ class BasicWriter(Writer):
             for product, seen in products.items():
                 if name not in _STEPS and not isinstance(seen, Mapping):
                     continue  # camera and resolution, which stand beside the annotators
-                folder = self._folder(name, product, several=len(products) > 1)
+                # One that is switched off for a frame does not change where the others' files go.
+                several = max(len(self.render_products), len(products)) > 1
+                folder = self._folder(name, product, several=several)
                 make = _STEPS.get(name, _array_steps)
                 by_product.setdefault(product, []).extend(make(self, name, folder, number, seen))
         assert self.backend is not None

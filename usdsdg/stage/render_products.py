@@ -1,0 +1,80 @@
+"""The render products of the current stage: which there are, and whether they are switched on."""
+
+from __future__ import annotations
+
+import difflib
+
+from usdsdg import errors
+
+
+class HydraTexture:
+    """The handle that Replicator scripts get: its own `hydra_texture`, to be switched on and off between captures."""
+
+    def __init__(self, path: str, camera_path: str, resolution: tuple[int, int]) -> None:
+        self.path = path
+        self.camera_path = camera_path
+        self.resolution = resolution
+        self.updates_enabled = True
+
+    @property
+    def name(self) -> str:
+        """Last part of the path: names folders and payload keys."""
+        return self.path.rsplit("/", 1)[-1]
+
+    @property
+    def width(self) -> int:
+        return self.resolution[0]
+
+    @property
+    def height(self) -> int:
+        return self.resolution[1]
+
+    @property
+    def hydra_texture(self) -> HydraTexture:
+        return self
+
+    def set_updates_enabled(self, enabled: bool) -> None:
+        """A product that is switched off yields no frames."""
+        self.updates_enabled = bool(enabled)
+
+    def get_render_product_path(self) -> str:
+        return self.path
+
+    def destroy(self) -> None:
+        """Forget the product; writers attached to it no longer see it."""
+        _products.pop(self.path, None)
+
+    def __repr__(self) -> str:
+        return f"HydraTexture({self.path!r}, camera={self.camera_path!r}, resolution={self.resolution})"
+
+
+_products: dict[str, HydraTexture] = {}
+
+
+def products() -> list[HydraTexture]:
+    """All render products of the current stage, oldest first."""
+    return list(_products.values())
+
+
+def product_at(path: str) -> HydraTexture:
+    """The product with prim path `path`.
+
+    Raises:
+        BadPrim: there is none, or none any more; the message names near misses, or all that exist.
+    """
+    if path not in _products:
+        near = difflib.get_close_matches(path, _products, n=2, cutoff=0.8)
+        hint = f"did you mean {' or '.join(near)}?" if near else f"there are: {', '.join(_products) or 'none'}."
+        raise errors.BadPrim(f"there is no render product {path}, or it has been destroyed; {hint}")
+    return _products[path]
+
+
+def add(product: HydraTexture) -> HydraTexture:
+    """Make a product known; returns it."""
+    _products[product.path] = product
+    return product
+
+
+def reset() -> None:
+    """A new stage has no products."""
+    _products.clear()
