@@ -1,6 +1,7 @@
 """What every registered writer promises."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from PIL import Image
 from tests.annotators.ray_caster import known, make_frame
 from tests.annotators.scenes import street
 from usdsdg import annotators, writers
+from usdsdg.errors import WriterError
 
 # Options that make a writer write as much as it can.
 OPTIONS = {
@@ -65,6 +67,49 @@ def test_every_file_can_be_read(name, frame, tmp_path):
 def test_no_frame_overwrites_another(name, frame, tmp_path):
     sizes = [len(run(name, tmp_path / str(count), frame, count)) for count in (1, 2, 3)]
     assert sizes[2] - sizes[1] == sizes[1] - sizes[0] > 0
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+def test_detaching_and_attaching_again_replaces_nothing(name, frame, tmp_path):
+    writer = writers.get(name, init_params={"output_dir": str(tmp_path / "apart"), **OPTIONS[name]})
+    for _ in range(2):
+        writer.attach(known(PRODUCT))
+        writer.receive(annotators.build_payload(writer, {PRODUCT: frame}))
+        writer.detach()
+    writer.backend.wait_until_done()
+    apart = {str(p.relative_to(tmp_path / "apart")) for p in (tmp_path / "apart").rglob("*") if p.is_file()}
+    assert apart == set(run(name, tmp_path / "together", frame, count=2))
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+def test_two_writers_in_one_folder_are_pointed_out(name, frame, tmp_path, recwarn):
+    pair = [writers.get(name, init_params={"output_dir": str(tmp_path), **OPTIONS[name]}) for _ in range(2)]
+    for writer in pair:
+        writer.attach(known(PRODUCT))
+        writer.receive(annotators.build_payload(writer, {PRODUCT: frame}))
+        writer.detach()
+    for writer in pair:
+        writer.backend.wait_until_done()
+    told = "|".join(str(each.message) for each in recwarn)
+    assert f"{tmp_path} is written to by several writers: files of the same names, such as metadata.txt" in told
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"frame_paddign": 3}, "has no option 'frame_paddign'. Did you mean 'frame_padding'? It has: output_dir, "),
+        ({"frame_padding": "3"}, "frame_padding is '3'; expected a whole number."),
+        ({"frame_padding": -1}, "frame_padding is -1"),
+        ({"output_dir": 7}, "output_dir is 7; expected text or a path or None."),
+        ({"image_output_format": None}, "image_output_format is None; expected text."),
+    ],
+)
+@pytest.mark.parametrize("name", OPTIONS)
+def test_wrong_options_are_named(name, options, message, tmp_path):
+    with pytest.raises(WriterError, match=re.escape(message)):
+        writers.get(name, init_params={"output_dir": str(tmp_path), **options})
+    with pytest.raises(WriterError, match=re.escape(message)):
+        writers.get_writers()[name](**{"output_dir": str(tmp_path), **options})
 
 
 @pytest.mark.parametrize("name", OPTIONS)

@@ -20,6 +20,7 @@ from usdsdg.settings import get_settings
 from usdsdg.stage import context
 from usdsdg.stage.schemas import physx
 from usdsdg.timeline import get_timeline
+from usdsdg.writers import Writer
 
 
 class Product:
@@ -248,17 +249,17 @@ def test_a_second_ctrl_c_stops_at_once(physics, monkeypatch):
         capture.capture_frames(chosen, scene(chosen), Draws(0))
 
 
-def test_an_interrupted_run_says_where_its_files_are(physics, monkeypatch, capsys):
+def test_an_interrupted_run_says_where_its_files_are(physics, monkeypatch, capsys, tmp_path):
     made = []
     monkeypatch.setattr(object_based, "check_assets", lambda config: None)
     monkeypatch.setattr(object_based, "build_scene", lambda config, draws: made.append(scene(config)) or made[0])
-    monkeypatch.setattr(object_based, "attach_writer", lambda config, scene: "/data/out")
+    monkeypatch.setattr(Writer, "attach", lambda self, products: None)
     monkeypatch.setattr(object_based, "add_randomizers", lambda *_: lambda: None)
     monkeypatch.setattr(capture, "start_timeline", lambda: None)
     monkeypatch.setattr(capture, "capture_frames", lambda *_: 2)
     finished = []
     monkeypatch.setattr(rep.orchestrator, "wait_until_complete", lambda: finished.append(True))
     with pytest.raises(KeyboardInterrupt):
-        object_based.run(config(num_frames=5))
+        object_based.run(config(num_frames=5, writer_type="PoseWriter", writer_kwargs={"output_dir": str(tmp_path)}))
     assert finished == [True]
-    assert "dataset: /data/out" in capsys.readouterr().out
+    assert f"dataset: {tmp_path}" in capsys.readouterr().out

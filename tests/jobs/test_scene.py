@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
@@ -9,7 +11,7 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics
 import usdsdg as rep
 from usdsdg import engines
 from usdsdg.app import get_app
-from usdsdg.errors import AssetNotFound
+from usdsdg.errors import AssetNotFound, WriterError
 from usdsdg.jobs import cameras, environment, object_based, objects, randomizers
 from usdsdg.jobs.config import ObjectBasedConfig
 from usdsdg.jobs.draws import Draws
@@ -303,26 +305,39 @@ def test_events_change_what_they_are_for():
     assert all(0.0 < part < 1.0 for colour in after[randomizers.LIGHTS] for part in colour)
 
 
-def test_leftovers_of_an_earlier_run_are_pointed_out(tmp_path, recwarn):
-    chosen = config(writer_type="PoseWriter", writer_kwargs={"output_dir": str(tmp_path / "out")})
-    made = object_based.build_scene(chosen, Draws(0))
-    assert object_based.attach_writer(chosen, made) == str(tmp_path / "out")
-    assert not [each for each in recwarn if "is not empty" in str(each.message)]
-    (tmp_path / "out").mkdir(exist_ok=True)
-    (tmp_path / "out" / "000009.json").write_text("{}")
-    object_based.attach_writer(chosen, made)
-    assert [each for each in recwarn if "not empty" in str(each.message)]
-
-
-def test_output_folders_are_relative_to_where_the_program_runs(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    chosen = config(writer_type="PoseWriter", writer_kwargs={"output_dir": "_out"})
-    assert object_based.attach_writer(chosen, object_based.build_scene(chosen, Draws(0))) == str(tmp_path / "_out")
+@pytest.mark.parametrize(
+    ("output_dir", "expected"), [("_out", "here/_out"), ("~/data", "home/data"), ("{home}/abs", "home/abs")]
+)
+def test_output_folders_are_relative_to_where_the_program_runs(tmp_path, monkeypatch, output_dir, expected):
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    given = {"output_dir": output_dir.format(home=tmp_path / "home")}
+    chosen = config(writer_type="PoseWriter", writer_kwargs=given)
+    assert object_based.make_writer(chosen).backend.output_dir == str(tmp_path / expected)
     # The configuration itself stays as it was written.
-    assert chosen.writer_kwargs == {"output_dir": "_out"}
+    assert chosen.writer_kwargs == given
+    assert not any(path.name.startswith("~") for path in tmp_path.rglob("*"))
+
+
+@pytest.mark.parametrize(
+    ("writer", "arguments", "message"),
+    [
+        ("PoseWriter", {"ouput_dir": "x"}, "PoseWriter has no option 'ouput_dir'. Did you mean 'output_dir'"),
+        ("BasicWriter", {"output_dir": 3}, "output_dir is 3; expected text or a path"),
+        ("PoseWriter", {"output_dir": "x", "format": "dopee"}, "'dopee' does not exist"),
+        ("PoseWritr", {}, "Did you mean 'PoseWriter'"),
+    ],
+)
+def test_bad_writers_are_refused_before_the_scene_is_built(monkeypatch, tmp_path, writer, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(object_based, "build_scene", lambda *_: pytest.fail("the scene was built first"))
+    with pytest.raises(WriterError, match=re.escape(message)):
+        object_based.run(config(writer_type=writer, writer_kwargs=arguments))
+    assert not list(tmp_path.glob("x"))
 
 
 def test_without_a_writer_it_says_that_nothing_is_written(capsys):
     chosen = config()
-    assert object_based.attach_writer(chosen, object_based.build_scene(chosen, Draws(0))) is None
+    assert object_based.make_writer(chosen) is None
     assert "nothing is written" in capsys.readouterr().err

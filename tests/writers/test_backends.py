@@ -3,13 +3,14 @@ import subprocess
 import sys
 import textwrap
 import threading
+import warnings
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from usdsdg.errors import OutputNotWritable, Unsupported, WriterError, WriterRegistryError
+from usdsdg.errors import OutputNotWritable, Unsupported, UsdsdgWarning, WriterError, WriterRegistryError
 from usdsdg.writers import BackendDispatch, BackendGroup, BaseBackend, DiskBackend, backends, files, set_disk_root
 from usdsdg.writers.io_queue import IoQueue
 from usdsdg.writers.whole_file import write_whole
@@ -34,6 +35,15 @@ def test_without_overwrite_an_existing_folder_is_left_alone(tmp_path):
     first, second, third = (DiskBackend(tmp_path / "out", overwrite=False).output_dir for _ in range(3))
     assert [first, second, third] == [str(tmp_path / n) for n in ("out", "out_0001", "out_0002")]
     assert DiskBackend(tmp_path / "out").output_dir == first
+
+
+def test_leftovers_of_an_earlier_run_are_pointed_out(tmp_path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        DiskBackend(tmp_path / "out")
+    (tmp_path / "out" / "000009.json").write_text("{}")
+    with pytest.warns(UsdsdgWarning, match="out is not empty"):
+        DiskBackend(tmp_path / "out")
 
 
 def test_relative_folders_lie_under_the_root_that_was_set(tmp_path, monkeypatch):

@@ -70,6 +70,18 @@ def test_init_params_and_render_products_initialise_and_attach():
     assert writer.render_products == (PRODUCT,)
 
 
+def test_options_of_a_users_writer_are_checked_by_name():
+    with pytest.raises(WriterError, match=r"Recorder has no option 'outdir'.* It has: output_dir"):
+        writers.get("Recorder").initialize(outdir="x")
+
+    class Needy(Recorder):
+        def __init__(self, listener, output_dir=None):
+            super().__init__(output_dir)
+
+    with pytest.raises(WriterError, match="Needy needs listener"):
+        Needy.__new__(Needy).initialize(output_dir=None)
+
+
 def test_unknown_and_unsupported_names():
     with pytest.raises(WriterRegistryError, match="Did you mean 'PoseWriter'"):
         writers.get("PoseWritter")

@@ -10,7 +10,7 @@ from tests.annotators.ray_caster import known, make_frame
 from tests.annotators.scenes import mask_of, street
 from usdsdg import annotators, writers
 from usdsdg.annotators.colors import colors_of_ids
-from usdsdg.errors import Unsupported, WriterError
+from usdsdg.errors import ConfigError, Unsupported, WriterError
 from usdsdg.writers.writer_basic import colorize_depth
 
 PRODUCT = "/Render/HydraTextures/rp1"
@@ -233,6 +233,10 @@ def test_what_describes_a_file_is_written_after_it(frame):
         ({"semantic_types": ["class"], "semantic_filter_predicate": "class:*"}, WriterError, "exclude"),
         ({"skeleton_data": True}, Unsupported, "skeleton_data"),
         ({"s3_bucket": "b"}, Unsupported, "S3"),
+        ({"rbg": True}, WriterError, "'rbg'. Did you mean 'rgb'"),
+        ({"rgb": "false"}, WriterError, "rgb is 'false'; expected true or false"),
+        ({"semantic_types": [1]}, WriterError, "expected a list of text"),
+        ({"rgb": True, "occlusion": True, "semantic_filter_predicate": "class:"}, ConfigError, "class:"),
     ],
 )
 def test_wrong_options_are_refused(tmp_path, options, error, message):

@@ -273,13 +273,6 @@ def test_products_share_a_folder_with_numbers_or_numbers_with_folders(frame, emp
     ]
 
 
-def test_detaching_starts_numbers_again(frame, tmp_path):
-    writer = write(tmp_path, frame)
-    writer.detach()
-    assert writer.get_current_frame_id() == 0
-    assert writers.attached_writers() == ()
-
-
 def test_a_jpeg_when_asked_for(frame, tmp_path):
     write(tmp_path, frame, image_output_format="jpg")
     assert Image.open(tmp_path / "000000.jpg").format == "JPEG"

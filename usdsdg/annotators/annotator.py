@@ -12,6 +12,7 @@ import numpy as np
 
 from usdsdg.annotators.base import Annotation, Kind, predicate_of
 from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.ownership import parse_filter
 from usdsdg.errors import AnnotatorError, Unsupported
 from usdsdg.registry import near_misses
 from usdsdg.stage.render_products import product_at
@@ -72,7 +73,12 @@ class Annotator:
     # What users call
 
     def initialize(self, **init_params: Any) -> Annotator:
-        """Set init parameters; only before attaching."""
+        """Set init parameters; only before attaching.
+
+        Raises:
+            AnnotatorError: it is attached, or has no such parameter, or two exclude each other.
+            ConfigError: the label filter does not follow the grammar.
+        """
         if self._render_product is not None:
             raise AnnotatorError(f"{self._name} is attached to {self._render_product}: detach it before initialize().")
         for key in init_params:
@@ -82,7 +88,7 @@ class Annotator:
                 hint = f"Did you mean {close[0]!r}?" if close else f"It has: {known}."
                 raise AnnotatorError(f"Annotator {self._name!r} has no init parameter {key!r}. {hint}")
         self._params.update(init_params)
-        predicate_of(self._params)
+        parse_filter(predicate_of(self._params))
         return self
 
     def attach(self, render_products: Any, render_product_idxs: Any = None) -> Annotator:

@@ -14,7 +14,7 @@ from typing import Any
 
 import usdsdg as rep
 from usdsdg.app import get_app
-from usdsdg.errors import AssetError, AssetNotFound, Unsupported, warn_once
+from usdsdg.errors import AssetError, AssetNotFound, Unsupported
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.jobs import cameras, capture, environment, objects, randomizers
 from usdsdg.jobs.capture import Scene
@@ -24,6 +24,7 @@ from usdsdg.orchestrator import get_orchestrator
 from usdsdg.settings import get_settings
 from usdsdg.stage import assets
 from usdsdg.timeline import get_timeline
+from usdsdg.writers import Writer
 
 
 @dataclass(frozen=True)
@@ -50,8 +51,10 @@ def run(config: ObjectBasedConfig) -> Summary:
     set_global_seed(config.seed)
     get_settings().set("/rtx/rendermode", config.launch_config.renderer)
     draws = Draws(config.seed)
+    writer = make_writer(config)
     scene = build_scene(config, draws)
-    output_dir = attach_writer(config, scene)
+    if writer is not None and scene.render_products:
+        writer.attach(scene.render_products)
     stop_bouncing = add_randomizers(config, scene, draws)
     capture.start_timeline()
     get_orchestrator().expect_frames(config.num_frames)
@@ -64,7 +67,7 @@ def run(config: ObjectBasedConfig) -> Summary:
     seconds, simulated = time.perf_counter() - started, get_timeline().get_current_time()
     get_app().update()
     get_timeline().stop()
-    summary = Summary(frames, frames * config.num_cameras, seconds, simulated, output_dir)
+    summary = Summary(frames, frames * config.num_cameras, seconds, simulated, _folder_of(writer))
     _tell(summary)
     if frames < config.num_frames:
         raise KeyboardInterrupt
@@ -108,18 +111,16 @@ def build_scene(config: ObjectBasedConfig, draws: Draws) -> Scene:
     return Scene(stage, physics_scene, labeled, shapes, meshes, made_cameras, products)
 
 
-def attach_writer(config: ObjectBasedConfig, scene: Scene) -> str | None:
-    """Initialize the writer and give it all render products; returns the folder that it writes to."""
-    arguments = _absolute_output(config.writer_kwargs)
+def make_writer(config: ObjectBasedConfig) -> Writer | None:
+    """The initialised writer, not attached yet; None where none is asked for.
+
+    Raises:
+        WriterError: it is unknown, its arguments are wrong, or its folder cannot be written to.
+    """
     if config.writer_type is None:
         print("no writer_type in the config: frames are captured, but nothing is written", file=sys.stderr)
         return None
-    _warn_of_leftovers(arguments.get("output_dir"))
-    if scene.render_products:
-        writer = rep.writers.get(config.writer_type)
-        writer.initialize(**arguments)
-        writer.attach(scene.render_products)
-    return arguments.get("output_dir")
+    return rep.writers.get(config.writer_type, init_params=_absolute_output(config.writer_kwargs))
 
 
 def add_randomizers(config: ObjectBasedConfig, scene: Scene, draws: Draws):
@@ -135,16 +136,13 @@ def add_randomizers(config: ObjectBasedConfig, scene: Scene, draws: Draws):
 def _absolute_output(arguments: Mapping[str, Any]) -> dict[str, Any]:
     """The writer's arguments, a relative `output_dir` below the folder that the program was started in."""
     output_dir = arguments.get("output_dir")
-    return {**arguments, "output_dir": os.path.abspath(output_dir)} if output_dir else dict(arguments)
+    if not output_dir or not isinstance(output_dir, str):
+        return dict(arguments)
+    return {**arguments, "output_dir": os.path.abspath(os.path.expanduser(output_dir))}
 
 
-def _warn_of_leftovers(output_dir: str | None) -> None:
-    """Files of an earlier, longer run would stay among the new ones."""
-    if output_dir and os.path.isdir(output_dir) and os.listdir(output_dir):
-        warn_once(
-            f"{output_dir} is not empty: files of the same names are replaced, the others stay. "
-            "Empty it or give another writer_kwargs.output_dir to keep runs apart."
-        )
+def _folder_of(writer: Writer | None) -> str | None:
+    return getattr(writer.backend, "output_dir", None) if writer is not None else None
 
 
 def _tell(summary: Summary) -> None:

@@ -6,13 +6,14 @@ import functools
 import inspect
 import itertools
 import os
+import weakref
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from usdsdg.errors import Unsupported, WriterError, WriterRegistryError
+from usdsdg.errors import Unsupported, WriterError, WriterRegistryError, warn_once
 from usdsdg.registry import Registry
 from usdsdg.writers import files
 from usdsdg.writers.io_queue import io_queue
@@ -95,7 +96,7 @@ class DiskBackend(BaseBackend):
     """Files in a folder of this machine."""
 
     def __init__(self, output_dir: str | os.PathLike, overwrite: bool = True) -> None:
-        """Make the folder.
+        """Make the folder; warns where it has files already.
 
         output_dir: a relative one lies under `disk_root()`.
         overwrite: False puts the files into a new folder beside an existing one, with _0001 (and so on) appended.
@@ -106,6 +107,7 @@ class DiskBackend(BaseBackend):
         folder = disk_root() / Path(output_dir).expanduser()
         self._folder = folder if overwrite else _free_folder(folder)
         check_writable(self._folder)
+        _warn_of_leftovers(self._folder)
 
     @property
     def output_dir(self) -> str:
@@ -120,6 +122,7 @@ class DiskBackend(BaseBackend):
         return os.path.join(self.output_dir, path)
 
     def write_blob(self, path: str, data: bytes) -> None:
+        _warn_of_sharing(self)
         write_whole(Path(self.resolve_path(path)), data)
 
     def read_blob(self, path: str) -> bytes:
@@ -249,6 +252,28 @@ for _kind in (DiskBackend, S3Backend, BackendGroup):
 def _free_folder(folder: Path) -> Path:
     candidates = (folder.with_name(f"{folder.name}_{number:04d}") for number in itertools.count(1))
     return next((path for path in candidates if not path.exists()), folder) if folder.exists() else folder
+
+
+def _warn_of_leftovers(folder: Path) -> None:
+    """Files of an earlier, longer run would stay among the new ones."""
+    if any(folder.iterdir()):
+        warn_once(
+            f"{folder} is not empty: files of the same names are replaced, the others stay. "
+            "Empty it or give another output_dir to keep runs apart."
+        )
+
+
+# The first backend of this process that wrote into a folder, as long as it lives.
+_writing: weakref.WeakValueDictionary[str, DiskBackend] = weakref.WeakValueDictionary()
+
+
+def _warn_of_sharing(backend: DiskBackend) -> None:
+    """Two writers that were initialised with one folder replace each other's files."""
+    if _writing.setdefault(backend.output_dir, backend) is not backend:
+        warn_once(
+            f"{backend.output_dir} is written to by several writers: files of the same names, such as metadata.txt, "
+            "replace each other. Give each writer an output_dir of its own."
+        )
 
 
 def _run_in_order(steps: Sequence[Callable[..., None]], backend_instance: BaseBackend) -> None:

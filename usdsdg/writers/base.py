@@ -11,6 +11,7 @@ from usdsdg.errors import Unsupported, WriterError
 from usdsdg.registry import near_misses
 from usdsdg.writers.backends import BaseBackend
 from usdsdg.writers.files import write_json
+from usdsdg.writers.options import check_names
 
 # Write at every captured frame.
 ON_FRAME = "omni.replicator.core.OgnOnFrame"
@@ -72,7 +73,12 @@ class Writer(ABC):
     # Life
 
     def initialize(self, **kwargs: Any) -> None:
-        """Run `__init__` with `kwargs`."""
+        """Run `__init__` with `kwargs`.
+
+        Raises:
+            WriterError: it takes no such argument, or needs one that is not there.
+        """
+        check_names(type(self).__name__, type(self).__init__, kwargs)
         self.annotators, self.metadata = list(type(self).annotators), dict(type(self).metadata)
         self.num_written = 0
         self.__init__(**kwargs)

@@ -102,6 +102,17 @@ def checked_image_format(name: str) -> str:
     return known
 
 
+def checked_padding(digits: int) -> int:
+    """The number of digits of a writer's `frame_padding`.
+
+    Raises:
+        WriterError: it is negative.
+    """
+    if digits < 0:
+        raise WriterError(f"frame_padding is {digits}; expected 0 or more digits.")
+    return digits
+
+
 def as_array(data: Any) -> np.ndarray:
     """A NumPy array of an array, a Warp array, a tensor or a Pillow image."""
     if isinstance(data, np.ndarray):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
@@ -12,7 +13,8 @@ from usdsdg.annotators import catalogue
 from usdsdg.errors import Unsupported, WriterError
 from usdsdg.writers.backends import BaseBackend, make_backend
 from usdsdg.writers.base import Writer
-from usdsdg.writers.files import checked_image_format, write_image, write_json, write_np
+from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_json, write_np
+from usdsdg.writers.options import typed
 
 Step = Callable[..., None]
 
@@ -28,13 +30,14 @@ class BasicWriter(Writer):
     version = "0.0.2"
     data_structure = "annotator"
 
+    @typed
     def __init__(
         self,
-        output_dir: str | None = None,
+        output_dir: str | os.PathLike | None = None,
         s3_bucket: str | None = None,
         s3_region: str | None = None,
         s3_endpoint: str | None = None,
-        semantic_types: list[str] | None = None,
+        semantic_types: list[str] | str | None = None,
         rgb: bool = False,
         bounding_box_2d_tight: bool = False,
         bounding_box_2d_loose: bool = False,
@@ -100,7 +103,7 @@ class BasicWriter(Writer):
         self.backend = make_backend("BasicWriter", output_dir, backend, bucket=s3_bucket, region=s3_region)
         self._image_format = checked_image_format(image_output_format)
         self._colorize_depth = colorize_depth
-        self._padding = frame_padding
+        self._padding = checked_padding(frame_padding)
         self._common_dir = use_common_output_dir
         self._frame_id = 0
 
@@ -121,10 +124,6 @@ class BasicWriter(Writer):
             # JSON last: what describes a file appears after it.
             self.backend.schedule_together(sorted(steps, key=lambda step: step.func is write_json))
         self._frame_id += 1
-
-    def detach(self) -> None:
-        super().detach()
-        self._frame_id = 0
 
     def _folder(self, name: str, product: str, *, several: bool) -> str:
         """What stands before the file name."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from functools import partial
 from typing import Any
@@ -13,7 +14,8 @@ from usdsdg.errors import WriterError, warn_once
 from usdsdg.writers import cuboid
 from usdsdg.writers.backends import BaseBackend, make_backend
 from usdsdg.writers.base import Writer
-from usdsdg.writers.files import checked_image_format, write_image, write_json
+from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_json
+from usdsdg.writers.options import typed
 from usdsdg.writers.pose import Pose, quaternion, truncation_ratio
 from usdsdg.writers.pose_overlay import PosedBox, draw_overlay
 from usdsdg.writers.projection import project
@@ -36,9 +38,10 @@ class PoseWriter(Writer):
     version = "0.2.0"
     data_structure = "renderProduct"
 
+    @typed
     def __init__(
         self,
-        output_dir: str | None = None,
+        output_dir: str | os.PathLike | None = None,
         use_subfolders: bool = False,
         visibility_threshold: float = 0.0,
         skip_empty_frames: bool = True,
@@ -74,7 +77,7 @@ class PoseWriter(Writer):
         self._threshold = visibility_threshold
         self._skip_empty = skip_empty_frames
         self._debug = write_debug_images
-        self._padding = frame_padding
+        self._padding = checked_padding(frame_padding)
         self._exact = exact_camera_frame
         self._order = ORDER_DOPE if self._format == "dope" else ORDER_DEFAULT
         self._frame_id = 0
@@ -99,10 +102,6 @@ class PoseWriter(Writer):
                 self._frame_id += 1
         if self._use_subfolders:
             self._frame_id += 1
-
-    def detach(self) -> None:
-        super().detach()
-        self._frame_id = 0
 
     def _write_frame(
         self, stem: str, seen: Mapping[str, Any], objects: list[dict[str, Any]], drawn: list[PosedBox]

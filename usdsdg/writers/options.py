@@ -1,0 +1,95 @@
+"""What may be given to a writer: names and types, held against its `__init__`."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import os
+import types
+import typing
+from collections.abc import Callable, Collection, Mapping
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
+
+from usdsdg.errors import WriterError
+from usdsdg.registry import near_misses
+
+# Hints of options, in the words of a message.
+_WORDS: dict[Any, str] = {
+    bool: "true or false",
+    int: "a whole number",
+    float: "a number",
+    str: "text",
+    os.PathLike: "a path",
+    type(None): "None",
+}
+
+
+def check_names(writer: str, init: Callable[..., None], options: Collection[str]) -> None:
+    """Hold the names of `options` against the parameters of a writer's `init`.
+
+    Raises:
+        WriterError: it takes no such option, or needs one that is not there; names near misses and what there is.
+    """
+    parameters = list(inspect.signature(init).parameters.values())[1:]
+    known = [p.name for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
+    if not any(p.kind is p.VAR_KEYWORD for p in parameters):
+        for name in options:
+            if name not in known:
+                close = near_misses(name, known)
+                hint = f"Did you mean {' or '.join(map(repr, close))}? " if close else ""
+                raise WriterError(f"{writer} has no option {name!r}. {hint}It has: {', '.join(known) or 'none'}.")
+    needed = [p.name for p in parameters if p.name in known and p.default is p.empty]
+    if missing := [name for name in needed if name not in options]:
+        raise WriterError(f"{writer} needs {', '.join(missing)}: give it to initialize(...).")
+
+
+def typed(init: Callable[..., None]) -> Callable[..., None]:
+    """Decorate a writer's `__init__` so that it refuses unknown options and values that do not fit its hints.
+
+    A true-or-false option also takes the numbers 0 and 1.
+    """
+    signature, hints = inspect.signature(init), typing.get_type_hints(init)
+
+    @functools.wraps(init)
+    def checked(self: Any, *args: Any, **options: Any) -> None:
+        name = type(self).__name__
+        positional = list(signature.parameters)[1 : len(args) + 1]
+        check_names(name, init, [*positional, *options])
+        _check_types(name, signature.bind(self, *args, **options).arguments, hints)
+        init(self, *args, **options)
+
+    return checked
+
+
+def _check_types(writer: str, values: Mapping[str, Any], hints: Mapping[str, Any]) -> None:
+    for name, value in values.items():
+        if name in hints and not _fits(value, hints[name]):
+            raise WriterError(f"{writer}: {name} is {value!r}; expected {_described(hints[name])}.")
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    if _is_union(hint):
+        return any(_fits(value, option) for option in typing.get_args(hint))
+    if typing.get_origin(hint) is list:
+        (item,) = typing.get_args(hint)
+        return isinstance(value, (list, tuple)) and all(_fits(each, item) for each in value)
+    if hint is bool:
+        return isinstance(value, (bool, np.bool_)) or (isinstance(value, Integral) and value in (0, 1))
+    if hint in (int, float):
+        return isinstance(value, Integral if hint is int else Real) and not isinstance(value, bool)
+    return isinstance(value, hint)
+
+
+def _described(hint: Any) -> str:
+    if _is_union(hint):
+        return " or ".join(_described(option) for option in typing.get_args(hint))
+    if typing.get_origin(hint) is list:
+        return f"a list of {_described(typing.get_args(hint)[0])}"
+    return _WORDS.get(hint) or f"a {hint.__name__}"
+
+
+def _is_union(hint: Any) -> bool:
+    return typing.get_origin(hint) in (typing.Union, types.UnionType)
