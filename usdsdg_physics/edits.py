@@ -126,6 +126,9 @@ class EditReader:
         """A transform changed: bodies at or below teleport, colliders take another place on what they belong to."""
         for body in below(self._bodies, path):
             local_to_world = np.array(cache.GetLocalToWorldTransform(self._stage.GetPrimAtPath(body)))
+            if not np.isfinite(local_to_world).all():
+                edits.rebuild = True
+                return
             edits.poses[body] = rigid_pose(local_to_world, self._units.meters)
             to_frame = body_from_prim(local_to_world, self._units.meters)
             if not _close(to_frame, self._scene.bodies[body].body_from_prim):
@@ -137,6 +140,9 @@ class EditReader:
 
     def _read_moved_collider(self, collider: Collider, cache: UsdGeom.XformCache, edits: Edits) -> None:
         prim = self._stage.GetPrimAtPath(collider.path)
+        if not np.isfinite(cache.GetLocalToWorldTransform(prim)).all():
+            edits.rebuild = True
+            return
         owner = self._stage.GetPrimAtPath(collider.body) if collider.body != STATIC else None
         to_frame = frame_from_prim(prim, owner, cache, self._units)
         shape = read_shape(prim, to_frame, self._hulls, dynamic=owner is not None)

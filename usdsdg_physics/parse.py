@@ -9,11 +9,12 @@ from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from usdsdg.errors import warn_once
 from usdsdg_physics.approximation import HullCache
-from usdsdg_physics.attributes import COLLIDER, MASS, RIGID_BODY, authored, finite, has_api, value
+from usdsdg_physics.attributes import MASS, authored, finite, has_api, value
 from usdsdg_physics.filtering import read_filtered_pairs
 from usdsdg_physics.frames import body_from_prim, rigid_pose
 from usdsdg_physics.records import STATIC, Body, Collider, MassSpec, Material, Scene, Vec3
 from usdsdg_physics.shapes import read_shape
+from usdsdg_physics.survey import survey, warn_no_collider, warn_unsupported
 
 GRAVITY = 9.81
 # PhysX's contact offset when a collider names none is a few centimetres at human scale.
@@ -43,12 +44,13 @@ class Units:
 def parse(stage: Usd.Stage, hulls: HullCache, *, root: Sdf.Path = Sdf.Path.absoluteRootPath) -> Scene:
     """Every rigid body and collider at or below `root`, instance proxies included.
 
-    Joints, articulations, point-instanced bodies and bodies inside instances are named in warnings and left out.
+    Joints, articulations, point-instanced bodies, bodies inside instances and whatever has a transform that is not a
+    number are named in warnings and left out.
     """
     units = Units.of(stage)
     cache = UsdGeom.XformCache(Usd.TimeCode.Default())
-    found = _survey(stage, root)
-    _warn_unsupported(found)
+    found = survey(stage, root, cache)
+    warn_unsupported(found)
     scene_prim = found.scenes[0] if found.scenes else None
     bodies = {str(prim.GetPath()): read_body(prim, cache, units) for prim in found.bodies}
     materials = _bound_materials([prim for prim, _ in found.colliders], units)
@@ -57,9 +59,7 @@ def parse(stage: Usd.Stage, hulls: HullCache, *, root: Sdf.Path = Sdf.Path.absol
         collider = read_collider(prim, owner, material, cache, units, hulls)
         if collider is not None:
             colliders[collider.path] = collider
-    _warn_no_collider(bodies, colliders)
-    _warn_asleep(found.bodies)
-    _warn_sampled(found)
+    warn_no_collider(bodies, {collider.body for collider in colliders.values()})
     return Scene(
         bodies=bodies,
         colliders=colliders,
@@ -171,158 +171,6 @@ def read_gravity(stage: Usd.Stage, scene: Usd.Prim | None, units: Units) -> Vec3
     length = np.linalg.norm(direction)
     magnitude = GRAVITY if not np.isfinite(magnitude) or magnitude < 0 else float(magnitude) * units.meters
     return _vector(direction / length if length > 0 else down, magnitude)
-
-
-@dataclass
-class _Found:
-    scenes: list[Usd.Prim]
-    bodies: list[Usd.Prim]
-    colliders: list[tuple[Usd.Prim, Usd.Prim | None]]
-    joints: list[str]
-    instancers: list[str]
-    trapped: list[str]
-    filters: list[Usd.Prim]
-    groups: list[Usd.Prim]
-
-
-def _survey(stage: Usd.Stage, root: Sdf.Path) -> _Found:
-    """One pass over the stage: who is a body, who collides, and whose collider it is."""
-    found = _Found([], [], [], [], [], [], [], [])
-    owners: dict[Sdf.Path, Usd.Prim | None] = {}
-    start = stage.GetPrimAtPath(root)
-    if not start or not start.IsActive():
-        return found
-    owners[root.GetParentPath()] = _owner_of(start.GetParent())
-    for prim in Usd.PrimRange(start, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)):
-        path = prim.GetPath()
-        owner = owners.get(path.GetParentPath())
-        applied = prim.GetAppliedSchemas()
-        if owner is not None and _resets(prim):
-            owner = None
-        if _is_body(prim, applied):
-            if prim.IsInstanceProxy():
-                found.trapped.append(str(path))
-            else:
-                found.bodies.append(prim)
-                owner = prim
-        owners[path] = owner
-        if COLLIDER in applied:
-            found.colliders.append((prim, owner))
-        if "PhysicsFilteredPairsAPI" in applied:
-            found.filters.append(prim)
-        _sort_by_type(prim, found)
-    found.scenes.sort(key=lambda prim: prim.GetPath())
-    return found
-
-
-def _owner_of(prim: Usd.Prim) -> Usd.Prim | None:
-    """The nearest rigid body at or above a prim."""
-    while prim and not prim.IsPseudoRoot():
-        if _is_body(prim, prim.GetAppliedSchemas()) and not prim.IsInstanceProxy():
-            return prim
-        if _resets(prim):
-            return None
-        prim = prim.GetParent()
-    return None
-
-
-def _is_body(prim: Usd.Prim, applied: list[str]) -> bool:
-    return RIGID_BODY in applied and bool(value(prim, "physics:rigidBodyEnabled", True))
-
-
-def _resets(prim: Usd.Prim) -> bool:
-    xformable = UsdGeom.Xformable(prim)
-    return bool(xformable) and xformable.GetResetXformStack()
-
-
-def _sort_by_type(prim: Usd.Prim, found: _Found) -> None:
-    kind = str(prim.GetTypeName())
-    if kind == "PhysicsScene":
-        found.scenes.append(prim)
-    elif kind == "PhysicsCollisionGroup":
-        found.groups.append(prim)
-    elif kind == "PointInstancer":
-        if any(
-            _has_rigid_body(prim.GetStage(), path)
-            for path in UsdGeom.PointInstancer(prim).GetPrototypesRel().GetTargets()
-        ):
-            found.instancers.append(str(prim.GetPath()))
-    elif kind.startswith("Physics") and kind.endswith("Joint"):
-        found.joints.append(str(prim.GetPath()))
-
-
-def _has_rigid_body(stage: Usd.Stage, path: Sdf.Path) -> bool:
-    root = stage.GetPrimAtPath(path)
-    return bool(root) and any(has_api(prim, RIGID_BODY) for prim in Usd.PrimRange(root))
-
-
-def _warn_unsupported(found: _Found) -> None:
-    if found.joints:
-        warn_once(
-            f"joints are not simulated: {_some(found.joints)}. Their bodies move freely; set "
-            "physics:kinematicEnabled on those that must stay.",
-        )
-    if found.instancers:
-        warn_once(
-            f"rigid bodies drawn by a PointInstancer are not simulated: {_some(found.instancers)}. "
-            "Make a prim for every body instead.",
-        )
-    if found.trapped:
-        warn_once(
-            f"rigid bodies inside instances cannot be moved: {_some(found.trapped)}. Apply RigidBodyAPI to the "
-            "instance itself, or clear its instanceable flag.",
-        )
-    if len(found.scenes) > 1:
-        names = _some([str(prim.GetPath()) for prim in found.scenes])
-        warn_once(
-            f"the stage has several PhysicsScenes ({names}); everything is simulated in the first. Remove the others."
-        )
-
-
-def _warn_no_collider(bodies: dict[str, Body], colliders: dict[str, Collider]) -> None:
-    owners = {collider.body for collider in colliders.values()}
-    for path in bodies:
-        if path not in owners:
-            warn_once(
-                f"{path} has RigidBodyAPI but no collider below it, so it falls through everything. Apply "
-                "UsdPhysics.CollisionAPI to a gprim at or under it.",
-            )
-
-
-def _warn_asleep(bodies: list[Usd.Prim]) -> None:
-    asleep = [str(prim.GetPath()) for prim in bodies if value(prim, "physics:startsAsleep", False)]
-    if asleep:
-        warn_once(
-            f"physics:startsAsleep is ignored, these bodies start awake: {_some(asleep)}. A body that nothing "
-            "supports stays in place with physxRigidBody:disableGravity or physics:kinematicEnabled.",
-        )
-
-
-def _warn_sampled(found: _Found) -> None:
-    known: dict[Sdf.Path, bool] = {}
-    prims = dict.fromkeys([*found.bodies, *(prim for prim, _ in found.colliders)])
-    sampled = [str(prim.GetPath()) for prim in prims if _is_sampled(prim, known)]
-    if sampled:
-        warn_once(
-            f"time samples of transforms are not followed: {_some(sampled)}. These are where the values at the default "
-            "time put them; set those, before each step to move a kinematic body or a static collider.",
-        )
-
-
-def _is_sampled(prim: Usd.Prim, known: dict[Sdf.Path, bool]) -> bool:
-    """Whether time samples move the prim, its own or those of an ancestor."""
-    path = prim.GetPath()
-    if path not in known:
-        xformable = UsdGeom.Xformable(prim)
-        # One sample does not vary, but is no value at the default time either.
-        known[path] = bool(xformable) and any(op.GetNumTimeSamples() for op in xformable.GetOrderedXformOps())
-        if not known[path] and not prim.IsPseudoRoot() and not _resets(prim):
-            known[path] = _is_sampled(prim.GetParent(), known)
-    return known[path]
-
-
-def _some(paths: list[str]) -> str:
-    return ", ".join(paths[:5]) + (f" and {len(paths) - 5} more" if len(paths) > 5 else "")
 
 
 def bound_material(prim: Usd.Prim, units: Units) -> Material:

@@ -7,6 +7,7 @@ import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdPhysics
 
 from tests.physics.scenes import add, collide, make_body, new_stage, playing, position, set_value, velocity
+from usdsdg import errors
 from usdsdg.errors import PhysicsError
 from usdsdg_physics import NewtonEngine, simulate
 
@@ -343,6 +344,29 @@ def test_a_pose_that_is_not_a_number_stops_that_body_only(recwarn):
         engine.advance(0.5)
     assert np.isfinite(position(bad)).all()
     assert position(good)[0] == pytest.approx(9 + 0.5 + 1 / 60, abs=1e-4)
+
+
+@pytest.mark.parametrize("while_playing", [False, True])
+@pytest.mark.parametrize("body", [False, True])
+def test_a_transform_that_is_not_a_number_leaves_that_prim_out(while_playing, body):
+    errors.forget_warnings()
+    stage = new_stage()
+    bad, good = add(stage, "/World/bad", body=body), add(stage, "/World/good", at=(9, 0, 0))
+    if not while_playing:
+        set_value(bad, "xformOp:translate", Gf.Vec3d(float("nan"), 0, 0))
+
+    def fall():
+        engine = playing(stage)
+        engine.advance(STEP)
+        set_value(bad, "xformOp:translate", Gf.Vec3d(0, float("inf"), 0))
+        engine.advance(1.0)
+        return engine
+
+    with pytest.warns(UserWarning, match="not a number.*/World/bad"):
+        engine = fall()
+    assert engine.rigid_bodies == ("/World/good",)
+    assert position(good)[2] == pytest.approx(-9.81 / 2 * (1 + STEP) ** 2, abs=0.1)
+    errors.forget_warnings()
 
 
 def test_room_for_contacts_grows(monkeypatch):
