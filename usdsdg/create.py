@@ -12,12 +12,12 @@ from typing import Any
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
 from usdsdg import modify
-from usdsdg.distribution import Distribution
 from usdsdg.errors import AssetError, BadPrim, GraphError, Unsupported
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.render_product import render_product
 from usdsdg.stage import assets, meshes, paths, transforms
 from usdsdg.stage.context import current_stage
+from usdsdg.values import count_of, vector
 
 __all__ = [
     "camera", "cone", "cube", "cylinder", "disk", "from_usd", "group", "light", "plane", "render_product", "sphere",
@@ -89,7 +89,7 @@ def _posed(
     modify.apply_or_schedule_pose(item, **pose)
     if semantics is not None:
         modify.semantics(semantics, input_prims=item)
-    if isinstance(visible, Distribution) or visible is not True:
+    if visible is not True:
         modify.visibility(visible, input_prims=item)
     return item
 
@@ -99,7 +99,7 @@ def xform(
     semantics: Any = None, visible: Any = True, count: int = 1, name: str | None = None, parent: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
     """`count` empty transforms."""
-    objects = [_object("Xform", name, parent)[0] for _ in range(count)]
+    objects = [_object("Xform", name, parent)[0] for _ in range(count_of(count))]
     return _posed(
         objects, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
         semantics=semantics, visible=visible, kind="OgnCreateXform", name=name,
@@ -110,7 +110,7 @@ def _shape(kind: str, arguments: dict[str, Any]) -> ReplicatorItem:
     stage, as_mesh, material = current_stage(), arguments.pop("as_mesh"), arguments.pop("material")
     count, parent = arguments.pop("count"), arguments.pop("parent")
     objects = []
-    for _ in range(count):
+    for _ in range(count_of(count)):
         prim, child = _object(kind, arguments["name"], parent)
         if as_mesh:
             meshes.define(stage, child, kind)
@@ -178,12 +178,12 @@ def light(
     Raises:
         GraphError: unknown light_type.
     """
-    schema = LIGHT_SCHEMAS.get(light_type.lower())
+    schema = LIGHT_SCHEMAS.get(str(light_type).lower())
     if schema is None:
         raise GraphError(f"create.light: light_type={light_type!r}; known: {', '.join(LIGHT_SCHEMAS)}")
     stage = current_stage()
     objects, lights = [], []
-    for _ in range(count):
+    for _ in range(count_of(count)):
         prim, child = _object(f"{light_type.capitalize()}Light", name, parent)
         objects.append(prim)
         lights.append(schema.Define(stage, child).GetPrim())
@@ -227,11 +227,11 @@ def camera(
         )
     stage = current_stage()
     objects, cameras = [], []
-    for _ in range(count):
+    for _ in range(count_of(count)):
         prim, child = _object("Camera", name, parent)
         objects.append(prim)
         usd_camera = UsdGeom.Camera.Define(stage, child)
-        usd_camera.CreateClippingRangeAttr(Gf.Vec2f(*clipping_range))
+        usd_camera.CreateClippingRangeAttr(Gf.Vec2f(vector("clipping_range", clipping_range, 2)))
         if transforms.up_axis(stage) == "Z":
             usd_camera.AddRotateXYZOp().Set(Gf.Vec3f(90, 0, -90))
         cameras.append(usd_camera.GetPrim())
@@ -259,7 +259,7 @@ def from_usd(
     """
     stage, file = current_stage(), assets.resolve(usd)
     objects = []
-    for _ in range(count):
+    for _ in range(count_of(count)):
         prim, child = _object("Ref", name, parent)
         reference = stage.DefinePrim(child)
         if not reference.GetReferences().AddReference(file):

@@ -240,6 +240,8 @@ def draw(value: Any, node: Node, execution: int, role: str) -> list[Any]:
     if isinstance(value, Distribution):
         consumer = f"{node.key}/{value.node.name or role}"
         return list(value.sample(consumer, execution, node.prims))
+    if isinstance(value, np.ndarray):
+        value = list(value) if value.ndim else value.item()
     if isinstance(value, list) and len(value) == count and not is_vector(value):
         return value
     return [value] * count
@@ -247,4 +249,4 @@ def draw(value: Any, node: Node, execution: int, role: str) -> list[Any]:
 
 def is_vector(value: Sequence[Any]) -> bool:
     """Whether a sequence is one value of several numbers, not several values."""
-    return len(value) > 0 and all(isinstance(v, Real) for v in value)
+    return len(value) > 0 and all(isinstance(v, Real) and not isinstance(v, bool) for v in value)

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdShade
 
-from usdsdg.distribution import Distribution, draw
+from usdsdg.distribution import Distribution, draw, is_vector
 from usdsdg.errors import BadPrim, GraphError
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
@@ -17,6 +17,7 @@ from usdsdg.registry import near_misses
 from usdsdg.stage import semantics as labels
 from usdsdg.stage import transforms
 from usdsdg.stage.context import current_stage
+from usdsdg.values import labels_per_prim, shown, vector
 
 
 def prim_at(path: str) -> Usd.Prim:
@@ -62,10 +63,8 @@ def _as_usd(value: Any, attribute: Usd.Attribute) -> Any:
         value = value.item()
     if isinstance(default, Sdf.AssetPath):
         return Sdf.AssetPath(str(value))
-    size = getattr(type(default), "dimension", 0)
-    if isinstance(size, int) and size:
-        numbers = [float(value)] * size if np.ndim(value) == 0 else [float(v) for v in value]
-        return type(default)(*numbers)
+    if size := _dimension(attribute):
+        return type(default)(*vector(attribute.GetName().removeprefix("inputs:"), value, size))
     if isinstance(default, bool):
         return bool(value)
     if isinstance(default, int):
@@ -73,13 +72,26 @@ def _as_usd(value: Any, attribute: Usd.Attribute) -> Any:
     return value
 
 
+def _dimension(attribute: Usd.Attribute) -> int:
+    """Numbers in one value of a vector attribute; 0 for every other type."""
+    size = getattr(type(attribute.GetTypeName().defaultValue), "dimension", 0)
+    return size if isinstance(size, int) else 0
+
+
 def set_attribute(prim: Usd.Prim, name: str, value: Any, attribute_type: str | None = None) -> None:
     """Author one value on the prim that has the attribute (the prim itself, else the object's children)."""
     owners = [prim] if prim.HasAttribute(name) or prim.HasAttribute(f"inputs:{name}") else non_xform_prims(prim)
     for owner in owners:
         target = _attribute(owner, name, attribute_type)
-        if not target.Set(_as_usd(value, target)):
-            raise GraphError(f"{target.GetPath()} ({target.GetTypeName()}) does not take {value!r}")
+        if not _set(target, _as_usd(value, target)):
+            raise GraphError(f"{target.GetPath()} is a {target.GetTypeName()}; it does not take {shown(value)}")
+
+
+def _set(attribute: Usd.Attribute, value: Any) -> bool:
+    try:
+        return attribute.Set(value)
+    except (Tf.ErrorException, TypeError):  # a value of a type that USD does not convert
+        return False
 
 
 def attribute(name: str, value: Any, attribute_type: str | None = None, input_prims: Any = None) -> ReplicatorItem:
@@ -93,13 +105,20 @@ def attribute(name: str, value: Any, attribute_type: str | None = None, input_pr
 
 
 def apply_or_schedule(name: str, value: Any, prims: Sequence[Usd.Prim]) -> None:
-    """Write constants now, and distributions whenever the current trigger fires."""
+    """Write constants (one for all, or a list of one per prim) now, and distributions whenever the trigger fires."""
     if isinstance(value, Distribution):
         attribute(name, value, input_prims=list(prims))
         return
-    values = value if isinstance(value, list) and len(value) == len(prims) else [value] * len(prims)
-    for prim, one in zip(prims, values):
+    for prim, one in zip(prims, _per_prim(name, value, prims)):
         set_attribute(prim, name, one)
+
+
+def _per_prim(name: str, value: Any, prims: Sequence[Usd.Prim]) -> list[Any]:
+    if not isinstance(value, list) or len(value) != len(prims):
+        return [value] * len(prims)
+    # Three numbers are one colour, also for three prims.
+    one_for_all = is_vector(value) and len(value) == _dimension(_attribute(prims[0], name, None))
+    return [value] * len(prims) if one_for_all else value
 
 
 # --- pose ---
@@ -140,12 +159,6 @@ def apply_or_schedule_pose(item: ReplicatorItem, **pose_values: Any) -> None:
         pose(**later, input_prims=item)
 
 
-def _vector(value: Any) -> Gf.Vec3d:
-    if np.ndim(value) == 0:
-        return Gf.Vec3d(float(value))
-    return Gf.Vec3d(*(float(v) for v in value))
-
-
 def _write_pose(node: Node, execution: int) -> None:
     drawn = {role: draw(value, node, execution, role) for role, value in node.inputs.items() if role != "attribute"}
     for index, path in enumerate(node.prims):
@@ -153,11 +166,11 @@ def _write_pose(node: Node, execution: int) -> None:
         values = {role: column[index] for role, column in drawn.items()}
         parts: dict[str, Any] = {}
         if "position" in values:
-            parts["translate"] = _vector(values["position"])
+            parts["translate"] = Gf.Vec3d(vector("position", values["position"]))
         if "rotation" in values:
-            parts["rotate_xyz"] = _vector(values["rotation"])
+            parts["rotate_xyz"] = Gf.Vec3d(vector("rotation", values["rotation"]))
         if "scale" in values:
-            parts["scale"] = _vector(values["scale"])
+            parts["scale"] = Gf.Vec3d(vector("scale", values["scale"]))
         transforms.author_pose(prim, **parts)
         if "look_at" in values:
             _look_at(prim, values["look_at"], values.get("look_at_up_axis"))
@@ -167,12 +180,12 @@ def _look_at(prim: Usd.Prim, target: Any, up: Any) -> None:
     """Turn the prim so that its camera child (or its own -Z) looks at a point or a prim."""
     is_point = not isinstance(target, (str, Sdf.Path, Usd.Prim, ReplicatorItem))
     if is_point:
-        point = _vector(target)
+        point = Gf.Vec3d(vector("look_at", target))
     else:
         point = transforms.local_to_world(prim_at(prim_paths(target)[0])).ExtractTranslation()
     default_up = (0, 0, 1) if transforms.up_axis(current_stage()) == "Z" else (0, 1, 0)
     eye = transforms.local_to_world(prim).ExtractTranslation()
-    to_world = transforms.look_at(eye, point, up=tuple(up) if up is not None else default_up)
+    to_world = transforms.look_at(eye, point, up=vector("look_at_up_axis", up) if up is not None else default_up)
     # The child camera of a Replicator camera object is turned against the object; undo that turn.
     cameras = [child for child in prim.GetChildren() if child.IsA(UsdGeom.Camera)]
     if cameras:
@@ -187,23 +200,20 @@ def _look_at(prim: Usd.Prim, target: Any, up: Any) -> None:
 # --- semantics, visibility, material, variant ---
 
 
-def labels_of(semantics: Any) -> dict[str, list[str]]:
-    """`[("class", "cube")]` or `{"class": "cube" | ["cube", ...]}` as {type: [labels]}."""
-    pairs = semantics.items() if isinstance(semantics, dict) else semantics
-    out: dict[str, list[str]] = {}
-    for kind, value in pairs:
-        out.setdefault(kind, []).extend([value] if isinstance(value, str) else list(value))
-    return out
-
-
 def semantics(semantics: Any = None, input_prims: Any = None, mode: str = "add") -> ReplicatorItem:
-    """Label prims; `mode` is add, replace or clear. Written when this line runs, as labels are no random matter."""
+    """Label prims; `mode` is add, replace or clear. Written when this line runs, as labels are no random matter.
+
+    `semantics` is a list of (type, label) pairs or a mapping of type to label or labels, or a list of one of these per
+    prim.
+
+    Raises:
+        GraphError: it is something else, or the mode does not exist.
+    """
     if mode not in ("add", "replace", "clear"):
         raise GraphError(f"modify.semantics: mode={mode!r}; known: add, replace, clear")
-    given = labels_of(semantics or {})
 
     def execute(node: Node, execution: int) -> None:
-        for path in node.prims:
+        for path, given in zip(node.prims, labels_per_prim(semantics or {}, len(node.prims))):
             labels.add_labels(prim_at(path), given, mode=mode)
 
     return _now_or_act("OgnWriteSemantics", execute, input_prims)

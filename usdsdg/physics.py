@@ -13,14 +13,11 @@ from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, prim_paths
 from usdsdg.modify import prim_at
 from usdsdg.stage.schemas import physx
+from usdsdg.values import vector
 
 
 def _gprims(prim: Usd.Prim) -> list[Usd.Prim]:
     return [child for child in Usd.PrimRange(prim) if child.IsA(UsdGeom.Gprim)]
-
-
-def _vec3f(value: Any) -> Gf.Vec3f:
-    return Gf.Vec3f(*(float(v) for v in value))
 
 
 def _apply_collider(
@@ -88,9 +85,9 @@ def rigid_body(
         angular = None if angular_velocity is None else draw(angular_velocity, node, execution, "angular_velocity")
         for index, path in enumerate(node.prims):
             body = UsdPhysics.RigidBodyAPI(prim_at(path))
-            body.CreateVelocityAttr().Set(_vec3f(linear[index]))
+            body.CreateVelocityAttr().Set(Gf.Vec3f(vector("velocity", linear[index])))
             if angular is not None:
-                body.CreateAngularVelocityAttr().Set(_vec3f(angular[index]))
+                body.CreateAngularVelocityAttr().Set(Gf.Vec3f(vector("angular_velocity", angular[index])))
 
     scene = _scene_path(physics_scene)
     item = act("OgnRigidBody", execute, input_prims, attribute="physics:velocity")
@@ -130,6 +127,6 @@ def mass(
             if "density" in columns:
                 api.CreateDensityAttr().Set(float(columns["density"][index]))
             if "centerOfMass" in columns:
-                api.CreateCenterOfMassAttr().Set(_vec3f(columns["centerOfMass"][index]))
+                api.CreateCenterOfMassAttr().Set(Gf.Vec3f(vector("center_of_mass", columns["centerOfMass"][index])))
 
     return act("OgnMass", execute, input_prims, attribute="mass")

@@ -17,6 +17,7 @@ from usdsdg.graph.sampling import get_global_seed, uniforms
 from usdsdg.modify import bind_material, material, prim_at
 from usdsdg.stage import assets, paths, transforms
 from usdsdg.stage.context import current_stage
+from usdsdg.values import vector
 
 LOOKS = "/Replicator/Looks"
 
@@ -116,14 +117,14 @@ def _write_inputs(shader: UsdShade.Shader, values: dict[str, Any]) -> None:
     for name, value in values.items():
         usd_input = shader.CreateInput(name, _INPUTS[name])
         if name == "diffuse_color_constant":
-            linear = Gf.Vec3f(*(float(v) for v in value))
+            linear = Gf.Vec3f(vector("colors", value))
             usd_input.Set(linear)
             preview = shader.GetPrim().GetParent().GetChild("PreviewSurface")
             preview.GetAttribute("inputs:diffuseColor").Set(linear)
         elif name == "diffuse_texture":
             usd_input.Set(Sdf.AssetPath(_texture_file(value)))
         elif name == "texture_scale":
-            usd_input.Set(Gf.Vec2f(*(float(v) for v in (value if np.ndim(value) else (value, value)))))
+            usd_input.Set(Gf.Vec2f(vector("texture_scale", value, 2)))
         else:
             usd_input.Set(value)
 

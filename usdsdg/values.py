@@ -1,0 +1,88 @@
+"""Values as users write them, in the shape that an argument wants; what does not fit is told in one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from numbers import Integral
+from typing import Any
+
+import numpy as np
+
+from usdsdg.errors import GraphError
+
+Labels = dict[str, list[str]]
+
+_WORDS = {2: "two", 3: "three", 4: "four"}
+
+
+def vector(name: str, value: Any, size: int = 3) -> list[float]:
+    """`size` floats, from as many numbers or from one for all components.
+
+    Raises:
+        GraphError: `value` is neither; names the argument, what came, and what is expected.
+    """
+    try:
+        numbers = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        numbers = np.full((0, 0), np.nan)
+    if numbers.shape not in ((), (size,)):
+        raise GraphError(
+            f"{name} is {shown(value)}; expected {_WORDS.get(size, size)} numbers, one number for all of them, or a "
+            "list with one such value per prim"
+        )
+    return np.broadcast_to(numbers, size).tolist()
+
+
+def count_of(value: Any) -> int:
+    """How many prims to make.
+
+    Raises:
+        GraphError: `value` is no whole number, or negative.
+    """
+    if not isinstance(value, Integral) or isinstance(value, bool) or value < 0:
+        raise GraphError(f"count is {shown(value)}; expected a whole number, 0 or more")
+    return int(value)
+
+
+def labels_of(semantics: Any) -> Labels:
+    """`[("class", "cube")]` or `{"class": "cube" | ["cube", ...]}` as {type: [labels]}.
+
+    Raises:
+        GraphError: it is neither.
+    """
+    pairs = list(semantics.items()) if isinstance(semantics, Mapping) else semantics
+    if not _is_list(pairs) or not all(_is_pair(pair) for pair in pairs):
+        raise GraphError(
+            f"semantics is {shown(semantics)}; expected pairs of a type and a label such as [('class', 'cube')], or "
+            "{'class': 'cube'}"
+        )
+    found: Labels = {}
+    for kind, label in pairs:
+        found.setdefault(kind, []).extend([label] if isinstance(label, str) else list(label))
+    return found
+
+
+def labels_per_prim(semantics: Any, count: int) -> list[Labels]:
+    """The labels of each of `count` prims: the same for all, or from a list with one `labels_of` value per prim.
+
+    Raises:
+        GraphError: `semantics` is neither.
+    """
+    per_prim = _is_list(semantics) and len(semantics) == count and not any(_is_pair(each) for each in semantics)
+    return [labels_of(each) for each in semantics] if per_prim else [labels_of(semantics)] * count
+
+
+def shown(value: Any) -> str:
+    """`value` for a message: short, and arrays as the lists that a user would have written."""
+    text = repr(value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value)
+    return text if len(text) <= 80 else f"{text[:76]} ..."
+
+
+def _is_list(value: Any) -> bool:
+    return isinstance(value, Sequence) and not isinstance(value, (str, bytes))
+
+
+def _is_pair(value: Any) -> bool:
+    if not _is_list(value) or len(value) != 2 or not isinstance(value[0], str):
+        return False
+    return isinstance(value[1], str) or (_is_list(value[1]) and all(isinstance(label, str) for label in value[1]))
