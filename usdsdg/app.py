@@ -1,6 +1,7 @@
 """The application: one update after another, as `omni.kit.app` gives it.
 
-One update, always in this order: events and pending nodes of the graph → timeline → physics → update listeners.
+One update, always in this order: events and pending nodes of the graph → timeline → physics → update listeners →
+whoever awaits the next update → tasks that are ready.
 """
 
 from __future__ import annotations
@@ -11,13 +12,12 @@ from typing import Any
 
 from usdsdg import engines, render_product
 from usdsdg.graph import evaluate
+from usdsdg.script_loop import ScriptLoop
 from usdsdg.settings import get_settings
-from usdsdg.stage import context
+from usdsdg.stage import assets, context
 from usdsdg.timeline import get_timeline
 from usdsdg.writers.backends import set_disk_root
 from usdsdg.writers.io_queue import set_max_queue_size
-
-IDLE_SECONDS = 0.002  # pause of the update driver while nobody waits
 
 
 class App:
@@ -27,11 +27,14 @@ class App:
         self._listeners: list[Callable[[float], None]] = []
         self._waiters: list[asyncio.Future[None]] = []
         self._updates = 0
+        self._running = True
+        self._loop: ScriptLoop | None = None
         get_timeline().subscribe(self._on_timeline)
         context.on_new_stage(self._on_new_stage)
         settings = get_settings()
         settings.on_change("/omni/replicator/backends/disk/root_dir", lambda root: set_disk_root(root or None))
         settings.on_change("/omni/replicator/backend/queueSize", set_max_queue_size)
+        settings.on_change("/omni/replicator/globalSeed", lambda _: evaluate.graph().restart_draws())
 
     # --- updates ---
     def update(self) -> None:
@@ -44,6 +47,9 @@ class App:
         self._updates += 1
         for listener in list(self._listeners):
             listener(dt)
+        for waiter in self._take_waiters():
+            waiter.set_result(None)
+        self.turn_loop()
 
     def advance(self, seconds: float) -> None:
         """Move timeline and physics on by `seconds`."""
@@ -54,12 +60,28 @@ class App:
     async def next_update_async(self) -> float:
         """Wait for one more update. All who wait see the same one."""
         loop = asyncio.get_running_loop()
+        if not any(waiter.get_loop() is loop and not waiter.done() for waiter in self._waiters):
+            loop.call_soon(self._serve)
         waiter: asyncio.Future[None] = loop.create_future()
         self._waiters.append(waiter)
         await waiter
         return 1.0 / get_timeline().get_time_codes_per_seconds()
 
     pre_update_async = post_update_async = next_update_async
+
+    def _serve(self) -> None:
+        """Make the update that tasks wait for, unless one has come meanwhile."""
+        if all(waiter.done() for waiter in self._waiters):
+            return
+        try:
+            self.update()
+        except Exception as error:  # noqa: BLE001 - whoever waits for the update gets its failure
+            for waiter in self._take_waiters():
+                waiter.set_exception(error)
+
+    def _take_waiters(self) -> list[asyncio.Future[None]]:
+        waiters, self._waiters = self._waiters, []
+        return [waiter for waiter in waiters if not waiter.done()]
 
     def subscribe_update(self, listener: Callable[[float], None]) -> Callable[[], None]:
         """Call `listener(dt)` after each update; returns what ends it."""
@@ -70,55 +92,42 @@ class App:
         return self._updates
 
     def is_running(self) -> bool:
-        return True
+        """True until `close`."""
+        return self._running
 
     # --- the event loop of scripts ---
-    def run(self, start: Callable[[], Any]) -> None:
-        """Call `start` inside an event loop and update until every task that it left has ended.
+    def run(self, script: Callable[[], Any]) -> None:
+        """Call `script` with an event loop at hand and update until every task that it left has ended.
 
-        An exception of a task ends the run and is raised here.
+        The first failure of a task that nobody collects is raised here.
         """
-        asyncio.run(self._drive(start))
+        loop = self.open_loop()
+        try:
+            script()
+            loop.run_dry(self.is_running)
+        finally:
+            self._loop = None
+            loop.close()
 
     def run_until_complete(self, work: Coroutine[Any, Any, Any]) -> Any:
         """Run one coroutine to its end, with updates while it waits for them."""
-        result: list[Any] = []
+        return self.open_loop().run_until_complete(work)
 
-        async def keep() -> None:
-            result.append(await work)
+    def open_loop(self) -> ScriptLoop:
+        """The event loop that `asyncio.ensure_future` finds, made when there is none."""
+        self._running = True
+        if self._loop is None:
+            self._loop = ScriptLoop()
+        return self._loop
 
-        self.run(lambda: asyncio.ensure_future(keep()))
-        return result[0]
+    def turn_loop(self) -> None:
+        """Let the tasks of the script that are ready run once."""
+        if self._loop is not None:
+            self._loop.turn()
 
-    async def _drive(self, start: Callable[[], Any]) -> None:
-        driver = asyncio.current_task()
-        ended: list[asyncio.Task[Any]] = []
-        asyncio.get_running_loop().set_task_factory(lambda loop, coro, **kw: _watched(loop, coro, ended, **kw))
-        start()
-        while True:
-            await asyncio.sleep(0)
-            _raise_unseen(ended)
-            if self._waiters:
-                self._serve()
-            elif len(asyncio.all_tasks() - {driver}) == 0:
-                break
-            else:
-                await asyncio.sleep(IDLE_SECONDS)
-        await asyncio.sleep(0)
-        _raise_unseen(ended)
-
-    def _serve(self) -> None:
-        waiters, self._waiters = self._waiters, []
-        try:
-            self.update()
-        except Exception as error:  # noqa: BLE001 - whoever waits for the update gets its failure
-            for waiter in waiters:
-                if not waiter.done():
-                    waiter.set_exception(error)
-            return
-        for waiter in waiters:
-            if not waiter.done():
-                waiter.set_result(None)
+    def close(self) -> None:
+        """End `is_running`: tasks that are left are not waited for."""
+        self._running = False
 
     # --- reactions ---
     def _on_timeline(self, event: str) -> None:
@@ -134,29 +143,16 @@ class App:
         render_product.reset()
 
 
-def _watched(loop: Any, coro: Any, ended: list[asyncio.Task[Any]], **options: Any) -> asyncio.Task[Any]:
-    task = asyncio.Task(coro, loop=loop, **options)
-    task.add_done_callback(ended.append)
-    return task
+def _demo_assets() -> str:
+    from usdsdg import demo
+
+    return demo.root()
 
 
-def _raise_unseen(ended: list[asyncio.Task[Any]]) -> None:
-    """Raise the failure of a task that nobody awaited; whoever awaits a task has its failure already."""
-    while ended:
-        task = ended.pop(0)
-        # True until somebody retrieves the exception: asyncio's own test for "never retrieved".
-        if not task.cancelled() and getattr(task, "_log_traceback", True):
-            error = task.exception()
-            if error is not None:
-                raise error
-
-
-_app: App | None = None
+assets.set_fallback_root(_demo_assets)
+_app = App()
 
 
 def get_app() -> App:
     """The process-wide application (`omni.kit.app.get_app()`)."""
-    global _app
-    if _app is None:
-        _app = App()
     return _app

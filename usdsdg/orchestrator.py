@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import enum
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from usdsdg.annotators import annotator
 from usdsdg.app import get_app
@@ -44,6 +44,7 @@ class Orchestrator:
     def __init__(self) -> None:
         self.status = Status.STOPPED
         self.captures = 0
+        self._initialized = False  # since the stage was made or `stop`
         self._next_subframes = 0
         self._capture = Capture()
         self._status_callbacks: list[Callable[[Status], None]] = []
@@ -53,7 +54,7 @@ class Orchestrator:
     def reset(self) -> None:
         """A new stage: nothing captured, nothing started."""
         self._set_status(Status.STOPPED)
-        self.captures, self._next_subframes = 0, 0
+        self.captures, self._initialized, self._next_subframes = 0, False, 0
         self._capture = Capture()
         annotator.detach_all()
         writer_base.detach_all()
@@ -63,6 +64,7 @@ class Orchestrator:
         self._start_if_stopped()
         self._set_status(Status.STEPPING)
         timeline = get_timeline()
+        timeline.release()
         fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_current_time())
         mode = render_mode(self._subframes(rt_subframes, fired))
         self._capture.begin()
@@ -72,7 +74,7 @@ class Orchestrator:
         for callback in list(self._captured_callbacks):
             callback()
         if pause_timeline:
-            timeline.pause()
+            timeline.hold()
         self._set_status(Status.STEPPED)
 
     def _move_and_render(self, mode: RenderMode, delta_time: float | None) -> None:
@@ -104,12 +106,35 @@ class Orchestrator:
     def _start_if_stopped(self) -> None:
         if self.status is not Status.STOPPED:
             return
-        self._set_status(Status.INITIALIZING)
-        evaluate.graph().restart()
-        self.preview()
+        if not self._initialized:
+            self._set_status(Status.INITIALIZING)
+            evaluate.graph().restart()
+            self.preview()
+            self._initialized = True
         for missing in assets.missing_dependencies(context.current_stage()):
             warn_once(f"{missing.where} refers to {missing.asset_path}, which cannot be opened: {missing.why}")
         self._set_status(Status.STARTED)
+
+    # --- many frames ---
+    def run(self, num_frames: int | None, start_timeline: bool) -> Iterator[None]:
+        """Capture frame after frame and yield after each, until the run has ended or somebody has stopped it."""
+        timeline = get_timeline()
+        timeline.release()
+        if start_timeline:
+            timeline.play()
+        self._capture.expected_frames = num_frames
+        if self.status is Status.STOPPED:
+            evaluate.graph().allow_again()
+        if num_frames is None and not any(trigger.max_execs for trigger in evaluate.graph().triggers):
+            raise OrchestratorError("orchestrator.run: nothing ends the run; give num_frames, or a trigger max_execs.")
+        last = self.captures + (num_frames or 0)
+        goes_on = _triggers_are_left if num_frames is None else lambda: self.captures < last
+        while goes_on():
+            self.step(-1, False, None)
+            yield
+            if self.status is Status.STOPPED:
+                return
+        self.finish()
 
     def expect_frames(self, count: int | None) -> None:
         """Tell progress how many frames the run will have."""
@@ -125,6 +150,11 @@ class Orchestrator:
         if self.status is not Status.STOPPED:
             self._set_status(Status.STOPPED)
             self._capture.close_writers()
+
+    def stop(self) -> None:
+        """End the run: the next frame is a first one again, with the draws of the first."""
+        self.finish()
+        self.captures, self._initialized = 0, False
 
     # --- status ---
     def set_next_subframes(self, count: int) -> None:
@@ -147,14 +177,24 @@ class Orchestrator:
             callback(status)
 
 
-_orchestrator: Orchestrator | None = None
+def _triggers_are_left() -> bool:
+    """Whether a trigger with `max_execs` has not run out yet.
+
+    Raises:
+        OrchestratorError: some have not, but none of them can fire any more.
+    """
+    left = [trigger for trigger in evaluate.graph().triggers if trigger.max_execs and not trigger.exhausted]
+    reasons = [trigger.blocked() for trigger in left]
+    if left and all(reasons):
+        raise OrchestratorError(f"orchestrator.run: nothing ends the run: {'; '.join(reasons)}. Or give num_frames.")
+    return bool(left)
+
+
+_orchestrator = Orchestrator()
 
 
 def get_orchestrator() -> Orchestrator:
     """The process-wide orchestrator."""
-    global _orchestrator
-    if _orchestrator is None:
-        _orchestrator = Orchestrator()
     return _orchestrator
 
 
@@ -168,12 +208,13 @@ def step(
 
     Args:
         rt_subframes: Sub-frames of the fast mode, each a few samples per pixel; -1 takes the setting.
-        pause_timeline: Pause the timeline afterwards.
+        pause_timeline: Pause a playing timeline afterwards, until the next step.
         delta_time: Seconds to move the playing timeline first; None moves by one time code, 0.0 not at all. The first
             captured frame does not move, unless motion blur spreads it over `delta_time`.
         wait_for_render: Frames are always complete when this returns, so both values mean the same here.
     """
     get_orchestrator().step(rt_subframes, pause_timeline, delta_time)
+    get_app().turn_loop()
 
 
 async def step_async(
@@ -202,30 +243,17 @@ def run(num_frames: int | None = None, start_timeline: bool = False) -> None:
     Raises:
         OrchestratorError: without `num_frames`, no trigger would ever end the run.
     """
-    graph = evaluate.graph()
-    if num_frames is None and not any(trigger.max_execs for trigger in graph.triggers):
-        raise OrchestratorError("orchestrator.run: nothing ends the run; give num_frames, or a trigger max_execs.")
-    if start_timeline:
-        get_timeline().play()
-    orchestrator = get_orchestrator()
-    orchestrator.expect_frames(num_frames)
-    done = 0
-    while num_frames is None or done < num_frames:
-        limited = [trigger for trigger in graph.triggers if trigger.max_execs]
-        if num_frames is None and all(trigger.exhausted for trigger in limited):
-            break
-        orchestrator.step(-1, False, None)
-        done += 1
-    orchestrator.finish()
+    for _ in get_orchestrator().run(num_frames, start_timeline):
+        get_app().turn_loop()
 
 
 run_until_complete = run
 
 
 async def run_async(num_frames: int | None = None, start_timeline: bool = False) -> None:
-    """`run` for coroutines."""
-    await asyncio.sleep(0)
-    run(num_frames, start_timeline)
+    """`run` for coroutines; other tasks run between the frames."""
+    for _ in get_orchestrator().run(num_frames, start_timeline):
+        await asyncio.sleep(0)
 
 
 run_until_complete_async = run_async
@@ -243,8 +271,8 @@ async def wait_until_complete_async() -> None:
 
 
 def stop() -> None:
-    """End the run: files are finished and writers told."""
-    get_orchestrator().finish()
+    """End the run: files are finished and writers told. What is captured after it begins as the first run did."""
+    get_orchestrator().stop()
 
 
 async def stop_async() -> None:

@@ -21,6 +21,7 @@ class Timeline:
         self._start, self._end = 0.0, DEFAULT_END_TIME
         self._looping = True
         self._auto_update = True
+        self._held = False
         self.time_codes_per_second = 60.0
         self._listeners: list[Callable[[str], None]] = []
 
@@ -53,17 +54,20 @@ class Timeline:
 
     # --- commands ---
     def play(self, *_range: object) -> None:
+        self._held = False
         if not self._playing:
             self._playing, self._stopped = True, False
             self._tell("play")
 
     def pause(self) -> None:
+        self._held = False
         if self._playing:
             self._playing = False
             self._tell("pause")
 
     def stop(self) -> None:
         """Stop and go back to the start; physics restores what it moved."""
+        self._held = False
         if not self._stopped:
             self._playing, self._stopped = False, True
             self._time = self._start
@@ -101,7 +105,18 @@ class Timeline:
     def rewind_one_frame(self) -> None:
         self._time = max(self._start, self._time - 1.0 / self.time_codes_per_second)
 
-    # --- driven by the app ---
+    # --- driven by the app and the orchestrator ---
+    def hold(self) -> None:
+        """Pause a playing timeline until `release`, or until a command comes between."""
+        held = self._playing
+        self.pause()
+        self._held = held
+
+    def release(self) -> None:
+        """Play on after `hold`."""
+        if self._held:
+            self.play()
+
     def advance(self, seconds: float) -> None:
         """Move the time on; wraps or pauses at the end."""
         self._time += seconds

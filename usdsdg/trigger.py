@@ -8,6 +8,10 @@ from typing import Any
 from usdsdg.errors import GraphError, Unsupported
 from usdsdg.graph.evaluate import Moment, Trigger, graph
 from usdsdg.graph.node import ReplicatorItem
+from usdsdg.timeline import get_timeline
+
+# After so many captures without being true a condition no longer counts as something that will end a run.
+PATIENCE = 1000
 
 
 def on_frame(
@@ -49,7 +53,17 @@ def on_time(
         last[0] += interval
         return True
 
-    return graph().add_trigger(Trigger("OgnOnTime", name, due, max_execs or num, rt_subframes))
+    def blocked() -> str:
+        timeline = get_timeline()
+        if not timeline.is_playing():
+            return (
+                f"trigger.on_time {name!r} waits for the timeline, which does not play (start_timeline=True plays it)"
+            )
+        if timeline.is_looping() and interval >= timeline.get_end_time():
+            return f"trigger.on_time {name!r} waits for {interval:g} s, and the timeline loops before that"
+        return ""
+
+    return graph().add_trigger(Trigger("OgnOnTime", name, due, max_execs or num, rt_subframes, blocked=blocked))
 
 
 def on_custom_event(event_name: str) -> ReplicatorItem:
@@ -63,12 +77,21 @@ def on_custom_event(event_name: str) -> ReplicatorItem:
 
 def on_condition(condition: Callable[[], bool], max_execs: int = 0, rt_subframes: int = 1) -> ReplicatorItem:
     """Fire at every capture for which `condition()` is true."""
+    name = getattr(condition, "__name__", "condition")
+    misses = [0]
 
     def due(moment: Moment) -> bool:
-        return not moment.preview and moment.capture >= 0 and bool(condition())
+        if moment.preview or moment.capture < 0:
+            return False
+        met = bool(condition())
+        misses[0] = 0 if met else misses[0] + 1
+        return met
 
-    name = getattr(condition, "__name__", "condition")
-    return graph().add_trigger(Trigger("OgnConditionScript", name, due, max_execs, rt_subframes))
+    def blocked() -> str:
+        patient = misses[0] < PATIENCE
+        return "" if patient else f"trigger.on_condition {name!r} was false at the last {misses[0]} captures"
+
+    return graph().add_trigger(Trigger("OgnConditionScript", name, due, max_execs, rt_subframes, blocked=blocked))
 
 
 def on_key_press(key: Any, modifier: Any = None, name: str | None = None) -> ReplicatorItem:

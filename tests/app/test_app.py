@@ -88,6 +88,117 @@ def test_a_failure_that_the_script_handles_does_not_end_the_run(physics):
     assert handled[-1] == "went on"
 
 
+def test_a_failure_that_is_collected_later_does_not_end_the_run(physics):
+    collected = []
+
+    async def fails():
+        raise KeyError("caught")
+
+    async def main():
+        task = asyncio.ensure_future(fails())
+        collected.extend(await asyncio.gather(fails(), asyncio.sleep(0.01), return_exceptions=True))
+        with pytest.raises(KeyError):
+            await task
+
+    get_app().run(lambda: asyncio.ensure_future(main()))
+    assert [type(each) for each in collected] == [KeyError, type(None)]
+
+
+def test_a_failure_that_nobody_can_collect_ends_tasks_that_would_run_for_ever(physics):
+    async def fails():
+        raise KeyError("lost")
+
+    async def runs_on():
+        while True:
+            await get_app().next_update_async()
+
+    with pytest.raises(KeyError, match="lost"):
+        get_app().run(lambda: [asyncio.ensure_future(work) for work in (runs_on(), fails())] and None)
+
+
+def test_a_failure_that_the_script_still_holds_is_raised_once_nothing_runs(physics):
+    held = []
+
+    async def fails():
+        raise KeyError("held")
+
+    with pytest.raises(KeyError, match="held"):
+        get_app().run(lambda: held.append(asyncio.ensure_future(fails())))
+
+
+def test_every_update_of_a_standalone_loop_gives_the_tasks_a_turn(physics):
+    updates = []
+
+    async def main():
+        for _ in range(3):
+            await get_app().next_update_async()
+            updates.append(get_app().get_update_number())
+        return "done"
+
+    def script():
+        task = asyncio.ensure_future(main())
+        count = 0
+        while not task.done():
+            get_app().update()
+            count += 1
+            assert count < 20
+        assert task.result() == "done"
+
+    before = get_app().get_update_number()
+    get_app().run(script)
+    assert updates == [before + 2, before + 3, before + 4]
+
+
+@pytest.mark.parametrize("run", [asyncio.run, lambda work: asyncio.get_event_loop().run_until_complete(work)])
+def test_a_script_may_run_a_coroutine_itself(physics, run):
+    async def main():
+        await get_app().next_update_async()
+        get_app().update()
+        return get_app().get_update_number()
+
+    results = []
+    before = get_app().get_update_number()
+    get_app().run(lambda: results.append(run(main())))
+    assert results == [before + 2]
+
+
+def test_updates_need_no_run_of_the_app(physics):
+    assert asyncio.run(get_app().next_update_async()) == pytest.approx(1 / 60)
+
+
+def test_an_exit_in_a_task_ends_the_run_and_cancels_the_others(physics):
+    seen = []
+
+    async def waits():
+        try:
+            await asyncio.get_running_loop().create_future()
+        except asyncio.CancelledError:
+            seen.append("cancelled")
+            raise
+
+    async def ends():
+        await get_app().next_update_async()
+        raise SystemExit(3)
+
+    with pytest.raises(SystemExit, match="3"):
+        get_app().run(lambda: [asyncio.ensure_future(work) for work in (waits(), ends())] and None)
+    assert seen == ["cancelled"]
+
+
+def test_tasks_are_not_waited_for_once_the_app_is_closed(physics):
+    async def runs_on():
+        while True:
+            await get_app().next_update_async()
+
+    def script():
+        asyncio.ensure_future(runs_on())
+        get_app().update()
+        get_app().close()
+        assert not get_app().is_running()
+
+    get_app().run(script)
+
+
 def test_a_failing_update_reaches_who_waits(physics):
     def explode(dt):
         raise RuntimeError("listener failed")
@@ -118,6 +229,18 @@ def test_a_looping_timeline_wraps(physics):
     for _ in range(3):
         get_app().update()
     assert timeline.get_current_time() == pytest.approx(0.5 / 60)
+
+
+@pytest.mark.parametrize("between", [None, "pause", "stop"])
+def test_a_held_timeline_plays_on_unless_a_command_comes_between(physics, between):
+    timeline = get_timeline()
+    timeline.play()
+    timeline.hold()
+    assert not timeline.is_playing()
+    if between:
+        getattr(timeline, between)()
+    timeline.release()
+    assert timeline.is_playing() == (between is None)
 
 
 def test_a_new_stage_forgets_graph_timeline_and_engines(physics):

@@ -17,7 +17,10 @@ from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigg
 
 @dataclass(eq=False)
 class Trigger:
-    """When its nodes run. `due` is asked once per evaluation, and again for each further event queued for it."""
+    """When its nodes run. `due` is asked once per evaluation, and again for each further event queued for it.
+
+    `blocked` says why it cannot fire as things stand, or nothing.
+    """
 
     kind: str
     name: str
@@ -26,10 +29,12 @@ class Trigger:
     rt_subframes: int = 1
     nodes: list[Node] = field(default_factory=list)
     executions: int = 0
+    blocked: Callable[[], str] = str
+    counted_from: int = 0  # executions of earlier runs, which `max_execs` does not count
 
     @property
     def exhausted(self) -> bool:
-        return 0 < self.max_execs <= self.executions
+        return 0 < self.max_execs <= self.executions - self.counted_from
 
 
 @dataclass(frozen=True)
@@ -103,7 +108,17 @@ class Graph:
     def restart(self) -> None:
         """Draws and counters begin again, as when a stopped orchestrator starts."""
         for trigger in self.triggers:
-            trigger.executions = 0
+            trigger.executions = trigger.counted_from = 0
+        self.restart_draws()
+
+    def allow_again(self) -> None:
+        """Triggers that `max_execs` has silenced may fire as often again."""
+        for trigger in self.triggers:
+            trigger.counted_from = trigger.executions
+
+    def restart_draws(self) -> None:
+        """Every node draws again what it drew first."""
+        for trigger in self.triggers:
             for node in trigger.nodes:
                 node.executions = 0
 

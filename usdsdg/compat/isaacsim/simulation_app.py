@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+from collections.abc import Coroutine
 from typing import Any
 
 from usdsdg import orchestrator
@@ -17,6 +19,7 @@ class SimulationApp:
         self.config = dict(launch_config or {})
         if "renderer" in self.config:
             get_settings().set("/rtx/rendermode", self.config["renderer"])
+        get_app().open_loop()
         context.new_stage()
 
     @property
@@ -32,15 +35,22 @@ class SimulationApp:
     def update(self) -> None:
         get_app().update()
 
+    def run_coroutine(self, coroutine: Coroutine[Any, Any, Any], run_until_complete: bool = True) -> Any:
+        """The coroutine's result, or its task where `run_until_complete` is false."""
+        if run_until_complete:
+            return get_app().run_until_complete(coroutine)
+        return asyncio.ensure_future(coroutine)
+
     def is_running(self) -> bool:
-        return True
+        return get_app().is_running()
 
     def is_exiting(self) -> bool:
-        return False
+        return not self.is_running()
 
     def set_setting(self, setting: str, value: Any) -> None:
         get_settings().set(setting, value)
 
-    def close(self, wait_for_replicator: bool = True, skip_cleanup: bool = False) -> None:
-        """Finish all files."""
+    def close(self, wait_for_replicator: bool = True, skip_cleanup: bool = False, exit_code: int = 0) -> None:
+        """Finish all files. Isaac Sim's process ends here: tasks that still run are not waited for."""
         orchestrator.wait_until_complete()
+        get_app().close()

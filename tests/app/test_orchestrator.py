@@ -1,0 +1,159 @@
+"""What begins and ends a run, what it draws, and what the timeline does between two steps."""
+
+import asyncio
+
+import pytest
+
+from usdsdg import distribution, modify, orchestrator, trigger, utils
+from usdsdg.graph.sampling import set_global_seed
+from usdsdg.orchestrator import OrchestratorError, get_orchestrator
+from usdsdg.settings import get_settings
+from usdsdg.stage.context import current_stage, new_stage
+from usdsdg.timeline import get_timeline
+
+
+@pytest.fixture(autouse=True)
+def stage():
+    """A new stage whose timeline moves without physics."""
+    new_stage()
+    set_global_seed(4)
+    get_settings().set("/app/player/playSimulations", False)
+    yield
+    get_settings().set("/app/player/playSimulations", True)
+    get_timeline().stop()
+
+
+@pytest.fixture
+def no_physics(monkeypatch):
+    from usdsdg import engines
+
+    monkeypatch.setattr(engines, "physics", lambda: type("Still", (), {"play": lambda self: None})())
+
+
+def randomized(under):
+    """A cube whose size is drawn under a trigger; returns what reads it."""
+    path = str(current_stage().DefinePrim("/World/cube", "Cube").GetPath())
+    with under:
+        modify.attribute("size", distribution.uniform(1.0, 2.0), input_prims=path)
+    return lambda: current_stage().GetPrimAtPath(path).GetAttribute("size").Get()
+
+
+def captured(size, count, after_each=lambda: None):
+    sizes = []
+    for _ in range(count):
+        orchestrator.step()
+        sizes.append(size())
+        after_each()
+    return sizes
+
+
+def test_waiting_for_files_between_frames_changes_no_draw():
+    expected = captured(randomized(trigger.on_frame()), 4)
+    assert len(set(expected)) == 4
+    new_stage()
+    set_global_seed(4)
+    assert captured(randomized(trigger.on_frame()), 4, orchestrator.wait_until_complete) == expected
+
+
+def test_an_event_draws_anew_after_every_wait():
+    size = randomized(trigger.on_custom_event("go"))
+    sizes = []
+    for _ in range(3):
+        utils.send_og_event("go")
+        sizes += captured(size, 1, orchestrator.wait_until_complete)
+    assert len(set(sizes)) == 3
+
+
+def test_stop_and_a_seed_begin_the_draws_again():
+    size = randomized(trigger.on_frame())
+    first = captured(size, 3)
+    orchestrator.stop()
+    assert captured(size, 3) == first
+    set_global_seed(5)
+    other = captured(size, 2)
+    set_global_seed(5)
+    assert captured(size, 2) == other
+    assert other[0] not in first
+
+
+def test_a_second_run_captures_as_many_frames_with_new_draws():
+    size = randomized(trigger.on_frame(max_execs=3))
+    sizes = []
+    end = get_orchestrator().on_captured(lambda: sizes.append(size()))
+    try:
+        orchestrator.run()
+        orchestrator.run()
+    finally:
+        end()
+    assert len(set(sizes)) == len(sizes) == 6
+
+
+def test_a_timeline_that_played_plays_on_at_the_next_step(no_physics):
+    timeline = get_timeline()
+    timeline.play()
+    times = []
+    for _ in range(3):
+        orchestrator.step(delta_time=0.1)
+        assert not timeline.is_playing()
+        times.append(timeline.get_current_time())
+    # The first captured frame does not move.
+    assert times == pytest.approx([0.0, 0.1, 0.2])
+    timeline.pause()
+    orchestrator.step(delta_time=0.1)
+    assert timeline.get_current_time() == pytest.approx(0.2)
+
+
+def test_a_run_without_an_end_is_refused():
+    randomized(trigger.on_frame())
+    with pytest.raises(OrchestratorError, match="num_frames"):
+        orchestrator.run()
+
+
+def test_a_run_that_waits_for_a_timeline_that_stands_still_is_refused():
+    randomized(trigger.on_time(interval=0.5, num=2))
+    with pytest.raises(OrchestratorError, match=r"on_time.*start_timeline=True"):
+        orchestrator.run()
+    assert get_orchestrator().captures == 0
+
+
+def test_a_run_ends_by_the_time_once_the_timeline_plays(no_physics):
+    randomized(trigger.on_time(interval=0.5, num=2))
+    orchestrator.run(start_timeline=True)
+    # One time code per frame but the first.
+    assert get_orchestrator().captures == pytest.approx(1 + 60, abs=2)
+
+
+def test_an_interval_longer_than_the_loop_of_the_timeline_is_refused(no_physics):
+    randomized(trigger.on_time(interval=5, num=2))
+    with pytest.raises(OrchestratorError, match="loops before that"):
+        orchestrator.run(start_timeline=True)
+
+
+def test_a_condition_that_is_never_true_ends_the_run_with_an_error():
+    def settled():
+        return False
+
+    randomized(trigger.on_condition(settled, max_execs=2))
+    with pytest.raises(OrchestratorError, match=r"'settled' was false at the last 1000 captures"):
+        orchestrator.run()
+
+
+def test_a_condition_that_becomes_true_late_ends_the_run():
+    asked = []
+    randomized(trigger.on_condition(lambda: asked.append(1) or len(asked) > 50, max_execs=2))
+    orchestrator.run()
+    assert get_orchestrator().captures == 52
+
+
+def test_a_task_can_stop_a_run():
+    randomized(trigger.on_frame())
+
+    async def main():
+        work = asyncio.ensure_future(orchestrator.run_async(num_frames=10_000))
+        while get_orchestrator().captures < 5 and not work.done():
+            await asyncio.sleep(0)
+        await orchestrator.stop_async()
+        await work
+
+    asyncio.run(main())
+    assert orchestrator.get_is_stopped()
