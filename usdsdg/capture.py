@@ -16,7 +16,7 @@ from usdsdg.annotators.payload import build_payload
 from usdsdg.errors import warn_once
 from usdsdg.graph.evaluate import graph
 from usdsdg.graph.sampling import get_global_seed
-from usdsdg.progress import report
+from usdsdg.progress import report, say
 from usdsdg.render_product import HydraTexture, products
 from usdsdg.render_settings import RenderMode
 from usdsdg.settings import get_settings
@@ -44,6 +44,7 @@ class Capture:
         self._due: list[Writer] = []
         self._films: dict[str, Any] = {}
         self._mode: RenderMode | None = None
+        self._announced: set[tuple[str, str]] = set()
         self.expected_frames: int | None = None  # for progress, where somebody knows
 
     def begin(self) -> None:
@@ -144,7 +145,16 @@ class Capture:
     def _write(self, writer: Writer, frames: dict[str, Frame]) -> None:
         seen = {path: frames[path] for path in writer.render_products if path in frames}
         if seen:
+            self._announce(writer)
             writer.receive(build_payload(writer, seen, trigger_outputs=_trigger_outputs()))
+
+    def _announce(self, writer: Writer) -> None:
+        """Say once where the files of a writer go."""
+        folder = getattr(writer.backend, "output_dir", None)
+        place = (type(writer).__name__, folder)
+        if folder is not None and place not in self._announced:
+            self._announced.add(place)
+            say(f"{place[0]} writes to {folder}")
 
     def drain(self) -> None:
         """Wait until every file is on disk; raises the first failure."""

@@ -62,8 +62,17 @@ _step_listeners: list[Callable[[float], None]] = []
 
 
 def use_device(device: str | None) -> None:
-    """ "cpu", "cuda:0", or None for CUDA where there is one."""
+    """ "cpu", "cuda:0", or None for CUDA where there is one.
+
+    Raises:
+        RenderError: there is no such device.
+    """
     global _device
+    if device not in (None, "cpu"):
+        hush_warp()
+        from usdsdg_render.renderer import chosen_device
+
+        chosen_device(device)
     _device = device
     reset()
 

@@ -15,8 +15,11 @@ UsdsdgError                     the one to catch; the command line prints it wit
 
 from __future__ import annotations
 
+import os
+import sys
 import threading
 import warnings
+from pathlib import Path
 
 
 class UsdsdgError(Exception):
@@ -103,6 +106,10 @@ class UsdsdgWarning(UserWarning):
     """Something was ignored, approximated or replaced; the message names the prim and the remedy."""
 
 
+# Where the packages of the project lie; "<string>" is the __init__ that dataclasses generate.
+_ROOT = Path(__file__).resolve().parents[1]
+_OURS = (*(f"{_ROOT / name}{os.sep}" for name in ("usdsdg", "usdsdg_physics", "usdsdg_render")), "<string>")
+
 _warned: set[str] = set()
 _warned_lock = threading.Lock()
 
@@ -113,7 +120,15 @@ def warn_once(message: str, *, key: str | None = None) -> None:
         if (key or message) in _warned:
             return
         _warned.add(key or message)
-    warnings.warn(message, UsdsdgWarning, stacklevel=3)
+    warnings.warn(message, UsdsdgWarning, stacklevel=_level_of_caller())
+
+
+def _level_of_caller() -> int:
+    """The `stacklevel`, as seen from the function that asks, of the nearest line outside the project."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_OURS):
+        frame, level = frame.f_back, level + 1
+    return level
 
 
 def forget_warnings() -> None:

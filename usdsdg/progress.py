@@ -20,7 +20,16 @@ class Silent:
 
     def __call__(self, label: str, done: int, total: int | None) -> None: ...
 
+    def say(self, line: str) -> None: ...
+
     def close(self) -> None: ...
+
+
+class Notes(Silent):
+    """No progress, but single lines (usdsdg as a library, where nobody has chosen a reporter)."""
+
+    def say(self, line: str) -> None:
+        print(f"[usdsdg] {line}", file=sys.stderr, flush=True)
 
 
 class Lines:
@@ -38,10 +47,13 @@ class Lines:
         if not finished and now - self._last.get(label, -LINE_INTERVAL) < LINE_INTERVAL:
             return
         self._last[label] = now
-        print(f"[usdsdg] {label}: {described(done, total, now - started)}", file=self._stream, flush=True)
+        self.say(f"{label}: {described(done, total, now - started)}")
         if finished:
             self._started.pop(label, None)
             self._last.pop(label, None)
+
+    def say(self, line: str) -> None:
+        print(f"[usdsdg] {line}", file=self._stream, flush=True)
 
     def close(self) -> None: ...
 
@@ -75,6 +87,9 @@ class Bars:
         if total is not None and done >= total:
             self._tasks.pop(label)
 
+    def say(self, line: str) -> None:
+        self._progress.console.print(line, markup=False, highlight=False, soft_wrap=True)
+
     def close(self) -> None:
         self._progress.stop()
 
@@ -90,7 +105,7 @@ def described(done: int, total: int | None, elapsed: float) -> str:
     return ", ".join(parts)
 
 
-_reporter: Any = Silent()
+_reporter: Any = Notes()
 
 
 def use(reporter: Any) -> None:
@@ -108,3 +123,8 @@ def use_default(quiet: bool = False) -> None:
 def report(label: str, done: int, total: int | None) -> None:
     """Tell whoever listens how far a task is."""
     _reporter(label, done, total)
+
+
+def say(line: str) -> None:
+    """Tell whoever listens one thing that is worth a line."""
+    _reporter.say(line)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import typer
 
 from usdsdg.cli.doctor import doctor
@@ -15,10 +17,26 @@ app = typer.Typer(
     name="usdsdg", help="Synthetic data from USD scenes: the Replicator API on open parts.", no_args_is_help=True,
     pretty_exceptions_enable=False, add_completion=False,
 )  # fmt: skip
-# A script's own options belong to the script.
-app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(run)
+# What follows the script's name belongs to the script.
+app.command(context_settings={"allow_interspersed_args": False})(run)
 for command in (generate, render, simulate, inspect, doctor):
     app.command()(command)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        import usdsdg
+
+        print(f"usdsdg {usdsdg.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Say the version and end.")
+    ] = False,
+) -> None: ...
 
 
 def main() -> None:

@@ -17,7 +17,7 @@ def generate(
     ] = None,
     assets_root: AssetsRoot = None,
     device: Device = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the run. [default: the config's]")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the run.", show_default="the config's")] = None,
     save_stage: SaveStage = None,
     quiet: Quiet = False,
 ) -> None:

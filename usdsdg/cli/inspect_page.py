@@ -12,7 +12,7 @@ from usdsdg.cli.session import session
 
 def inspect(
     folder: Annotated[Path, typer.Argument(help="A dataset of PoseWriter or BasicWriter.")],
-    output: Annotated[Path | None, typer.Option(help="The page. [default: FOLDER/inspect.html]")] = None,
+    output: Annotated[Path | None, typer.Option(help="The page.", show_default="FOLDER/inspect.html")] = None,
 ) -> None:
     """Make one self-contained HTML page: pictures with their labels drawn over them, counts and histograms."""
     with session(quiet=True):

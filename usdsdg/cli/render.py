@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from usdsdg.cli.session import AssetsRoot, Device, Quiet, Seed, seed_everything, session
 
+if TYPE_CHECKING:
+    from pxr import Usd
+
 
 def render(
     stage: Annotated[Path, typer.Argument(help="A USD file.")],
     output: Annotated[Path, typer.Argument(help="Folder for the pictures and label arrays.")],
-    camera: Annotated[str | None, typer.Option(help="Path of the camera. [default: the stage's first]")] = None,
+    camera: Annotated[
+        str | None, typer.Option(help="Path of the camera.", show_default="the stage's first, else one that sees all")
+    ] = None,
     width: Annotated[int, typer.Option(min=1)] = 640,
     height: Annotated[int, typer.Option(min=1)] = 480,
     spp: Annotated[int, typer.Option(min=1, help="Samples per pixel.")] = 64,
@@ -26,14 +31,14 @@ def render(
     """Render one camera of a stage: picture, depth, normals, masks and boxes, as BasicWriter lays them out."""
     with session(assets_root=assets_root, device=device, quiet=quiet):
         import usdsdg as rep
-        from usdsdg.stage import context
+        from usdsdg.stage import context, default_view
 
         seed_everything(seed)
         opened = context.open_stage(stage)
-        path = camera or _first_camera(opened)
-        if path is None:
-            print(f"error: {stage} has no camera; add one, or name one of its prims with --camera", file=sys.stderr)
-            raise typer.Exit(1)
+        path = camera or _camera(opened, width / height)
+        if not default_view.has_light(opened):
+            print("the stage has no light: a plain sky and a sun are added for this picture", file=sys.stderr)
+            default_view.add_sky(opened)
         rep.settings.set_render_pathtraced(spp)
         writer = rep.writers.get("BasicWriter")
         writer.initialize(
@@ -46,10 +51,12 @@ def render(
     print(output.absolute())
 
 
-def _first_camera(stage: object) -> str | None:
-    from pxr import UsdGeom
+def _camera(stage: Usd.Stage, aspect: float) -> str:
+    """The stage's first camera, or one that sees all of it."""
+    from usdsdg.stage import default_view
 
-    for prim in stage.Traverse():
-        if prim.IsA(UsdGeom.Camera):
-            return str(prim.GetPath())
-    return None
+    there_are = default_view.cameras(stage)
+    if there_are:
+        return there_are[0]
+    print("the stage has no camera: this picture shows everything from a three-quarter view", file=sys.stderr)
+    return default_view.add_camera(stage, aspect)

@@ -13,28 +13,34 @@ from usdsdg.cli.session import AssetsRoot, Device, Quiet, SaveStage, Seed, seed_
 
 
 def run(
-    context: typer.Context,
-    script: Annotated[Path, typer.Argument(help="The script, standalone or from the Script Editor.")],
+    script: Annotated[Path, typer.Argument(metavar="SCRIPT", help="The script, standalone or from the Script Editor.")],
+    arguments: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="ARGS", help="What the script finds in sys.argv.", show_default=False),
+    ] = None,
     assets_root: AssetsRoot = None,
     device: Device = None,
     seed: Seed = 0,
     save_stage: SaveStage = None,
     quiet: Quiet = False,
 ) -> None:
-    """Run an existing Replicator or Isaac Sim script unchanged; it ends when its tasks have ended."""
+    """Run an existing Replicator or Isaac Sim script unchanged; it ends when its tasks have ended.
+
+    Options of usdsdg come before SCRIPT; whatever follows it belongs to the script.
+    """
     if not script.is_file():
         print(f"error: no script {script}", file=sys.stderr)
         raise typer.Exit(1)
     with session(assets_root=assets_root, device=device, quiet=quiet, save_stage=save_stage):
         seed_everything(seed)
-        execute(script, context.args)
+        execute(script, arguments or [])
 
 
 def execute(script: Path, arguments: list[str]) -> None:
-    """Run the script's file as `__main__` inside the event loop, then its tasks to their end.
+    """Run the script's file as `__main__`, then its tasks to their end.
 
     Raises:
-        typer.Exit: the script failed; its traceback, from the script on, has been printed.
+        typer.Exit: the script failed or ended itself; what Python prints then has been printed, from the script on.
     """
     from usdsdg import compat
     from usdsdg.app import get_app
@@ -47,17 +53,25 @@ def execute(script: Path, arguments: list[str]) -> None:
     namespace = {"__name__": "__main__", "__file__": str(script), "__builtins__": __builtins__}
     current_stage()
     try:
-        code = compile(script.read_text(encoding="utf-8"), str(script), "exec")
-        get_app().run(lambda: exec(code, namespace))
+        program = compile(script.read_text(encoding="utf-8"), str(script), "exec")
+        get_app().run(lambda: exec(program, namespace))
     except SystemExit as ended:
-        if ended.code not in (None, 0):
-            raise typer.Exit(ended.code if isinstance(ended.code, int) else 1) from None
+        if code := _exit_code(ended):
+            raise typer.Exit(code) from None
     except (UsdsdgError, KeyboardInterrupt) as error:
         _say_where(error, script)
         raise
     except Exception as error:  # noqa: BLE001 - whatever the script raised is the script's to show
         _print_from(error, script)
         raise typer.Exit(1) from None
+
+
+def _exit_code(ended: SystemExit) -> int:
+    """The exit code that `sys.exit` asked for; like Python, print anything else that was given to it."""
+    if ended.code is None or isinstance(ended.code, int):
+        return ended.code or 0
+    print(ended.code, file=sys.stderr)
+    return 1
 
 
 def _frames(error: BaseException, script: Path) -> list[traceback.FrameSummary]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 
@@ -19,10 +20,11 @@ INTERRUPTED = 130
 AssetsRoot = Annotated[
     Path | None,
     typer.Option(
-        help="Folder with the assets, laid out like Isaac Sim's. [default: USDSDG_ASSETS_ROOT, else demo assets]"
+        help="Folder with the assets, laid out like Isaac Sim's.",
+        show_default="USDSDG_ASSETS_ROOT, else demo assets",
     ),
 ]
-Device = Annotated[str | None, typer.Option(help="cpu or cuda:0. [default: CUDA where there is one]")]
+Device = Annotated[str | None, typer.Option(help="cpu or cuda:0.", show_default="CUDA where there is one")]
 Seed = Annotated[int, typer.Option(min=0, help="The one seed of the run; the same seed leaves the same bytes.")]
 SaveStage = Annotated[
     Path | None, typer.Option(help="Write the stage of the last captured frame as .usd, .usda or .usdc.")
@@ -34,35 +36,54 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")]
 def session(
     *, assets_root: Path | None = None, device: str | None = None, quiet: bool = False, save_stage: Path | None = None
 ) -> Iterator[None]:
-    """Set up, run the body, finish its files; errors of ours end the program with one plain message."""
-    from usdsdg import demo, engines
-    from usdsdg.app import get_app
-    from usdsdg.stage import assets
-
+    """Set up, run the body, finish its files; errors of ours and Ctrl-C end the program with one plain message."""
     warnings.showwarning = _plain_warning
     progress.use_default(quiet)
-    assets.set_fallback_root(demo.root)
-    if assets_root is not None:
-        assets.set_assets_root(assets_root)
-    engines.use_device(device)
-    get_app()
-    keeper = _StageKeeper(save_stage) if save_stage is not None else None
     try:
+        keeper = _set_up(assets_root, device, save_stage)
         yield
         _finish_files()
         if keeper is not None:
             keeper.write()
     except UsdsdgError as error:
-        progress.use(progress.Silent())
-        print(f"error: {error}", file=sys.stderr)
-        raise typer.Exit(1) from None
+        _fail(error)
     except KeyboardInterrupt:
-        progress.use(progress.Silent())
-        _finish_files()
-        print("interrupted: files written so far are whole", file=sys.stderr)
-        raise typer.Exit(INTERRUPTED) from None
+        _end_interrupted()
     finally:
         progress.use(progress.Silent())
+
+
+def _set_up(assets_root: Path | None, device: str | None, save_stage: Path | None) -> _StageKeeper | None:
+    """Take the options over; what cannot work is refused before any work."""
+    from usdsdg import engines
+    from usdsdg.stage import assets
+
+    keeper = _StageKeeper(save_stage) if save_stage is not None else None
+    if assets_root is not None:
+        assets.set_assets_root(assets_root)
+    engines.use_device(device)
+    return keeper
+
+
+def _fail(error: UsdsdgError) -> NoReturn:
+    progress.use(progress.Silent())
+    print(f"error: {error}", file=sys.stderr)
+    raise typer.Exit(1) from None
+
+
+def _end_interrupted() -> NoReturn:
+    progress.use(progress.Silent())
+    print("interrupted: finishing the files in hand; Ctrl-C again stops at once", file=sys.stderr)
+    try:
+        _finish_files()
+        print("files written so far are whole", file=sys.stderr)
+    except UsdsdgError as error:
+        print(f"error: {error}", file=sys.stderr)
+    except KeyboardInterrupt:
+        # Files appear whole or not at all, so that nothing has to be waited for.
+        sys.stderr.flush()
+        os._exit(INTERRUPTED)
+    raise typer.Exit(INTERRUPTED) from None
 
 
 def seed_everything(seed: int) -> None:
@@ -96,7 +117,9 @@ class _StageKeeper:
 
     def __init__(self, path: Path) -> None:
         from usdsdg.orchestrator import get_orchestrator
+        from usdsdg.stage import flatten
 
+        flatten.check_extension(path)
         self._path = path.absolute()
         self._layer: Any = None
         get_orchestrator().on_captured(self._remember)

@@ -19,7 +19,10 @@ ROOT_VARIABLE = "USDSDG_ASSETS_ROOT"
 # Folders at the top of an assets root; a URL of another asset server is cut at one of these.
 TOP_FOLDERS = ("Isaac", "NVIDIA")
 
-_HOW_TO_SET = f"Set the root with --assets-root or {ROOT_VARIABLE}."
+_HOW_TO_SET = (
+    f"Set the root with {ROOT_VARIABLE}, with --assets-root on the command line, "
+    "or in Python with usdsdg.stage.assets.set_assets_root(folder)."
+)
 
 _UNRESOLVED = (Pcp.ErrorInvalidAssetPath, Pcp.ErrorInvalidSublayerPath, Pcp.ErrorUnresolvedPrimPath)
 

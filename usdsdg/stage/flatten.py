@@ -28,11 +28,8 @@ def write_layer(layer: Sdf.Layer, path: Path) -> Path:
         Unsupported: the extension is not .usd, .usda or .usdc.
         OutputNotWritable: the folder or file cannot be written.
     """
-    extension = path.suffix.lower()
-    if extension not in EXTENSIONS:
-        remedy = "; usdzip packs a saved stage as .usdz" if extension == ".usdz" else ""
-        raise errors.Unsupported(f"cannot save a stage as {path.name!r}: use one of {', '.join(EXTENSIONS)}{remedy}")
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}{extension}")
+    check_extension(path)
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix.lower()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if not layer.Export(str(temporary)):
@@ -45,6 +42,14 @@ def write_layer(layer: Sdf.Layer, path: Path) -> Path:
             f"the stage cannot be saved to {path}: {failure}. Check that the folder exists and is writable."
         ) from failure
     return path
+
+
+def check_extension(path: Path) -> None:
+    """Raises Unsupported unless a stage can be saved under this name."""
+    extension = path.suffix.lower()
+    if extension not in EXTENSIONS:
+        remedy = "; usdzip packs a saved stage as .usdz" if extension == ".usdz" else ""
+        raise errors.Unsupported(f"cannot save a stage as {path.name!r}: use one of {', '.join(EXTENSIONS)}{remedy}")
 
 
 def flattened(stage: Usd.Stage, folder: Path) -> Sdf.Layer:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 import logging
 import os
+import sys
 import threading
 from collections import Counter, deque
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from usdsdg.errors import UsdsdgError, WriterError
-
-_log = logging.getLogger("usdsdg.writers")
 
 
 class _Job(NamedTuple):
@@ -128,11 +128,34 @@ class IoQueue:
             del job
 
     def _finish(self) -> None:
-        """At exit: write what waits, and say what failed if nobody asked."""
+        """At exit: write what waits, and make the program fail if something could not be written and nobody asked."""
+        global _failed_at_exit
         try:
             self.wait_until_done()
         except UsdsdgError as error:
-            _log.error("Writing failed: %s", error)
+            print(f"error: {error}", file=sys.stderr)
+            _failed_at_exit = True
+
+
+_failed_at_exit = False
+
+
+def _exit_as_failed() -> None:
+    """Give a program that has left files unwritten the exit code 1.
+
+    At exit neither an exception nor sys.exit changes the code that the interpreter has settled on; only leaving at once
+    does. Functions registered with atexit run from the last to the first: all but those from before usdsdg was imported
+    have run by now.
+    """
+    if _failed_at_exit:
+        logging.shutdown()
+        for stream in filter(None, (sys.stdout, sys.stderr)):
+            with contextlib.suppress(OSError, ValueError):  # closed, or its reader has gone
+                stream.flush()
+        os._exit(1)
+
+
+atexit.register(_exit_as_failed)
 
 
 def _failure_of(job: _Job) -> UsdsdgError | None:
