@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,9 @@ from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdShade
 
 from usdsdg.distribution import Distribution, draw, is_vector
 from usdsdg.errors import BadPrim, GraphError
-from usdsdg.graph.evaluate import act
-from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
+from usdsdg.graph.evaluate import act, act_now
+from usdsdg.graph.kinds import action
+from usdsdg.graph.node import Node, ReplicatorItem, plain, prim_paths
 from usdsdg.registry import near_misses
 from usdsdg.stage import semantics as labels
 from usdsdg.stage import transforms
@@ -96,12 +97,13 @@ def _set(attribute: Usd.Attribute, value: Any) -> bool:
 
 def attribute(name: str, value: Any, attribute_type: str | None = None, input_prims: Any = None) -> ReplicatorItem:
     """Write `value` (constant, one per prim, or a distribution) to attribute `name`, or `inputs:<name>`."""
+    return act("OgnWritePrimAttribute", input_prims, attribute=name, value=value, attributeType=attribute_type)
 
-    def execute(node: Node, execution: int) -> None:
-        for path, drawn in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
-            set_attribute(prim_at(path), name, drawn, attribute_type)
 
-    return act("OgnWritePrimAttribute", execute, input_prims, attribute=name, value=value)
+@action("OgnWritePrimAttribute")
+def _write_attribute(node: Node, execution: int) -> None:
+    for path, drawn in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
+        set_attribute(prim_at(path), node.inputs["attribute"], drawn, node.inputs.get("attributeType"))
 
 
 def apply_or_schedule(name: str, value: Any, prims: Sequence[Usd.Prim]) -> None:
@@ -145,7 +147,7 @@ def pose(
         raise GraphError("modify.pose: give rotation or look_at, not both")
     values = dict(position=position, rotation=rotation, scale=scale, look_at=look_at, look_at_up_axis=look_at_up_axis)
     given = {role: value for role, value in values.items() if value is not None}
-    return act("OgnWritePose", _write_pose, input_prims, name=name, attribute=",".join(given), **given)
+    return act("OgnWritePose", input_prims, name=name, attribute=",".join(given), **given)
 
 
 def apply_or_schedule_pose(item: ReplicatorItem, **pose_values: Any) -> None:
@@ -154,11 +156,12 @@ def apply_or_schedule_pose(item: ReplicatorItem, **pose_values: Any) -> None:
     later = {role: value for role, value in given.items() if isinstance(value, Distribution)}
     now = {role: value for role, value in given.items() if role not in later}
     if now:
-        _write_pose(Node(kind="OgnWritePose", inputs=now, prims=item.prims, key="now"), 0)
+        _write_pose(Node(kind="OgnWritePose", inputs={r: plain(v) for r, v in now.items()}, prims=item.prims), 0)
     if later:
         pose(**later, input_prims=item)
 
 
+@action("OgnWritePose")
 def _write_pose(node: Node, execution: int) -> None:
     drawn = {role: draw(value, node, execution, role) for role, value in node.inputs.items() if role != "attribute"}
     for index, path in enumerate(node.prims):
@@ -211,12 +214,14 @@ def semantics(semantics: Any = None, input_prims: Any = None, mode: str = "add")
     """
     if mode not in ("add", "replace", "clear"):
         raise GraphError(f"modify.semantics: mode={mode!r}; known: add, replace, clear")
+    return act_now("OgnWriteSemantics", input_prims, semantics=semantics, mode=mode)
 
-    def execute(node: Node, execution: int) -> None:
-        for path, given in zip(node.prims, labels_per_prim(semantics or {}, len(node.prims))):
-            labels.add_labels(prim_at(path), given, mode=mode)
 
-    return _now_or_act("OgnWriteSemantics", execute, input_prims)
+@action("OgnWriteSemantics")
+def _write_semantics(node: Node, execution: int) -> None:
+    per_prim = labels_per_prim(node.inputs.get("semantics") or {}, len(node.prims))
+    for path, given in zip(node.prims, per_prim):
+        labels.add_labels(prim_at(path), given, mode=node.inputs["mode"])
 
 
 def visibility(value: Any = None, input_prims: Any = None, name: str | None = None) -> ReplicatorItem:
@@ -224,27 +229,29 @@ def visibility(value: Any = None, input_prims: Any = None, name: str | None = No
     from usdsdg.distribution import choice
 
     chosen = choice([True, False]) if value is None else value
-
-    def execute(node: Node, execution: int) -> None:
-        for path, visible in zip(node.prims, draw(chosen, node, execution, "value")):
-            imageable = UsdGeom.Imageable(prim_at(path))
-            (imageable.MakeVisible if visible else imageable.MakeInvisible)()
-
     if isinstance(chosen, Distribution):
-        return act("OgnWriteVisibility", execute, input_prims, name=name)
-    return _now_or_act("OgnWriteVisibility", execute, input_prims)
+        return act("OgnWriteVisibility", input_prims, name=name, value=chosen)
+    return act_now("OgnWriteVisibility", input_prims, value=chosen)
+
+
+@action("OgnWriteVisibility")
+def _write_visibility(node: Node, execution: int) -> None:
+    for path, visible in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
+        imageable = UsdGeom.Imageable(prim_at(path))
+        (imageable.MakeVisible if visible else imageable.MakeInvisible)()
 
 
 def material(value: Any, input_prims: Any = None, name: str | None = None) -> ReplicatorItem:
     """Bind a material (a path, prim, item, or a distribution over these), stronger than what is bound below."""
-
-    def execute(node: Node, execution: int) -> None:
-        for path, chosen in zip(node.prims, draw(value, node, execution, "value")):
-            bind_material(prim_at(path), prim_at(prim_paths(chosen)[0]))
-
     if isinstance(value, Distribution):
-        return act("OgnWriteMaterial", execute, input_prims, name=name)
-    return _now_or_act("OgnWriteMaterial", execute, input_prims)
+        return act("OgnWriteMaterial", input_prims, name=name, value=value)
+    return act_now("OgnWriteMaterial", input_prims, value=value)
+
+
+@action("OgnWriteMaterial")
+def _write_material(node: Node, execution: int) -> None:
+    for path, chosen in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
+        bind_material(prim_at(path), prim_at(prim_paths(chosen)[0]))
 
 
 def bind_material(prim: Usd.Prim, bound: Usd.Prim) -> None:
@@ -255,28 +262,17 @@ def bind_material(prim: Usd.Prim, bound: Usd.Prim) -> None:
 
 def variant(name: str, value: Any, input_prims: Any = None) -> ReplicatorItem:
     """Select a variant of variant set `name`."""
-
-    def execute(node: Node, execution: int) -> None:
-        for path, chosen in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
-            variants = prim_at(path).GetVariantSets()
-            if name not in variants.GetNames():
-                raise GraphError(
-                    f"{path} has no variant set {name!r}; it has: {', '.join(variants.GetNames()) or 'none'}"
-                )
-            known = variants.GetVariantSet(name).GetVariantNames()
-            if chosen not in known:
-                raise GraphError(f"{path}: variant set {name!r} has no {chosen!r}; it has: {', '.join(known)}")
-            variants.GetVariantSet(name).SetVariantSelection(chosen)
-
-    return act("OgnWriteVariant", execute, input_prims, attribute=name, value=value)
+    return act("OgnWriteVariant", input_prims, attribute=name, value=value)
 
 
-def _now_or_act(kind: str, execute: Callable[[Node, int], None], input_prims: Any) -> ReplicatorItem:
-    """Constants outside a trigger are written at once; inside one they are a node like any other."""
-    from usdsdg.graph.node import current_prims, current_trigger
-
-    if current_trigger() is not None:
-        return act(kind, execute, input_prims)
-    node = Node(kind=kind, prims=prim_paths(input_prims) or current_prims(), key="now")
-    execute(node, 0)
-    return ReplicatorItem(node)
+@action("OgnWriteVariant")
+def _write_variant(node: Node, execution: int) -> None:
+    name = node.inputs["attribute"]
+    for path, chosen in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
+        variants = prim_at(path).GetVariantSets()
+        if name not in variants.GetNames():
+            raise GraphError(f"{path} has no variant set {name!r}; it has: {', '.join(variants.GetNames()) or 'none'}")
+        known = variants.GetVariantSet(name).GetVariantNames()
+        if chosen not in known:
+            raise GraphError(f"{path}: variant set {name!r} has no {chosen!r}; it has: {', '.join(known)}")
+        variants.GetVariantSet(name).SetVariantSelection(chosen)

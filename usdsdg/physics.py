@@ -10,6 +10,7 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics
 from usdsdg.distribution import draw
 from usdsdg.errors import GraphError, Unsupported
 from usdsdg.graph.evaluate import act
+from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, prim_paths
 from usdsdg.modify import prim_at
 from usdsdg.stage.schemas import physx
@@ -80,17 +81,9 @@ def rigid_body(
     `physics_scene` is as for `collider`.
     """
 
-    def execute(node: Node, execution: int) -> None:
-        linear = draw(velocity, node, execution, "velocity")
-        angular = None if angular_velocity is None else draw(angular_velocity, node, execution, "angular_velocity")
-        for index, path in enumerate(node.prims):
-            body = UsdPhysics.RigidBodyAPI(prim_at(path))
-            body.CreateVelocityAttr().Set(Gf.Vec3f(vector("velocity", linear[index])))
-            if angular is not None:
-                body.CreateAngularVelocityAttr().Set(Gf.Vec3f(vector("angular_velocity", angular[index])))
-
     scene = _scene_path(physics_scene)
-    item = act("OgnRigidBody", execute, input_prims, attribute="physics:velocity")
+    velocities = dict(velocity=velocity, angular_velocity=angular_velocity)
+    item = act("OgnRigidBody", input_prims, attribute="physics:velocity", **velocities)
     for path in item.prims:
         prim = prim_at(path)
         if overwrite or not any(gprim.HasAPI(UsdPhysics.CollisionAPI) for gprim in _gprims(prim)):
@@ -100,6 +93,18 @@ def rigid_body(
             physx.PhysxRigidBodyAPI.Apply(prim)
     _assign_scene(map(prim_at, item.prims), scene)
     return item
+
+
+@action("OgnRigidBody")
+def _write_velocities(node: Node, execution: int) -> None:
+    linear = draw(node.inputs["velocity"], node, execution, "velocity")
+    turning = node.inputs.get("angular_velocity")
+    angular = None if turning is None else draw(turning, node, execution, "angular_velocity")
+    for index, path in enumerate(node.prims):
+        body = UsdPhysics.RigidBodyAPI(prim_at(path))
+        body.CreateVelocityAttr().Set(Gf.Vec3f(vector("velocity", linear[index])))
+        if angular is not None:
+            body.CreateAngularVelocityAttr().Set(Gf.Vec3f(vector("angular_velocity", angular[index])))
 
 
 def mass(
@@ -114,19 +119,18 @@ def mass(
     if diagonal_inertia is not None or principal_axes is not None:
         raise Unsupported("physics.mass: diagonal_inertia and principal_axes are not available yet")
 
-    def execute(node: Node, execution: int) -> None:
-        columns = {
-            name: draw(value, node, execution, name)
-            for name, value in (("mass", mass), ("density", density), ("centerOfMass", center_of_mass))
-            if value is not None
-        }
-        for index, path in enumerate(node.prims):
-            api = UsdPhysics.MassAPI.Apply(prim_at(path))
-            if "mass" in columns:
-                api.CreateMassAttr().Set(float(columns["mass"][index]))
-            if "density" in columns:
-                api.CreateDensityAttr().Set(float(columns["density"][index]))
-            if "centerOfMass" in columns:
-                api.CreateCenterOfMassAttr().Set(Gf.Vec3f(vector("center_of_mass", columns["centerOfMass"][index])))
+    given = dict(mass=mass, density=density, centerOfMass=center_of_mass)
+    return act("OgnMass", input_prims, attribute="mass", **given)
 
-    return act("OgnMass", execute, input_prims, attribute="mass")
+
+@action("OgnMass")
+def _write_mass(node: Node, execution: int) -> None:
+    columns = {name: draw(value, node, execution, name) for name, value in node.inputs.items() if name != "attribute"}
+    for index, path in enumerate(node.prims):
+        api = UsdPhysics.MassAPI.Apply(prim_at(path))
+        if "mass" in columns:
+            api.CreateMassAttr().Set(float(columns["mass"][index]))
+        if "density" in columns:
+            api.CreateDensityAttr().Set(float(columns["density"][index]))
+        if "centerOfMass" in columns:
+            api.CreateCenterOfMassAttr().Set(Gf.Vec3f(vector("center_of_mass", columns["centerOfMass"][index])))

@@ -12,6 +12,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 from usdsdg.distribution import Distribution, draw, is_vector, one_of
 from usdsdg.errors import AssetNotFound
 from usdsdg.graph.evaluate import act
+from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.graph.sampling import get_global_seed, uniforms
 from usdsdg.modify import bind_material, material, prim_at
@@ -65,18 +66,28 @@ def _texture_file(path: str) -> str:
 
 def _looks(kind: str, inputs: dict[str, Any], per_sub_mesh: bool, input_prims: Any) -> ReplicatorItem:
     given = {name: value for name, value in inputs.items() if value is not None}
-    made: dict[str, UsdShade.Shader] = {}
+    return act(kind, input_prims, attribute=",".join(given), perSubMesh=per_sub_mesh or None, **given)
 
-    def execute(node: Node, execution: int) -> None:
-        drawn = {name: draw(value, node, execution, name) for name, value in given.items()}
-        with Sdf.ChangeBlock() if all(path in made for path in node.prims) else nullcontext():
-            for index, path in enumerate(node.prims):
-                for target in _meshes(path) if per_sub_mesh else [path]:
-                    shader = made.get(target) or _new_look(target)
-                    made[target] = shader
-                    _write_inputs(shader, {name: column[index] for name, column in drawn.items()})
 
-    return act(kind, execute, input_prims, attribute=",".join(given), **given)
+@action("OgnTexture")
+@action("OgnColor")
+def _write_looks(node: Node, execution: int) -> None:
+    drawn = {name: draw(value, node, execution, name) for name, value in node.inputs.items() if name in _INPUTS}
+    shaders: dict[str, UsdShade.Shader] = node.state
+    with Sdf.ChangeBlock() if all(path in shaders for path in node.prims) else nullcontext():
+        for index, path in enumerate(node.prims):
+            for target in _meshes(path) if node.inputs.get("perSubMesh") else [path]:
+                if target not in shaders:
+                    shaders[target] = _own_look(target) or _new_look(target)
+                _write_inputs(shaders[target], {name: column[index] for name, column in drawn.items()})
+
+
+def _own_look(path: str) -> UsdShade.Shader | None:
+    """The shader that an earlier run of a saved graph gave to the prim."""
+    bound = UsdShade.MaterialBindingAPI(prim_at(path)).GetDirectBinding().GetMaterialPath()
+    if not str(bound).startswith(f"{LOOKS}/"):
+        return None
+    return UsdShade.Shader.Get(current_stage(), bound.AppendChild("Shader")) or None
 
 
 def _meshes(path: str) -> list[str]:
@@ -151,16 +162,20 @@ def rotation(
     input_prims: Any = None,
 ) -> ReplicatorItem:
     """Rotate each prim: uniformly over all rotations by default, else Euler angles [degrees] within the bounds."""
-    full = tuple(min_angle) == (-180.0,) * 3 and tuple(max_angle) == (180.0,) * 3
-    lower, upper = np.asarray(min_angle, float), np.asarray(max_angle, float)
+    angles = dict(minAngle=tuple(min_angle), maxAngle=tuple(max_angle))
+    return act("OgnRotation", input_prims, attribute="rotation", seed=seed, **angles)
 
-    def execute(node: Node, execution: int) -> None:
-        u = uniforms(get_global_seed() if seed is None else seed, node.key, execution, node.prims, 3)
-        angles = transforms.euler_xyz_from_quat(_uniform_quaternions(u)) if full else lower + u * (upper - lower)
-        for path, angle in zip(node.prims, angles):
-            transforms.author_pose(prim_at(path), rotate_xyz=Gf.Vec3d(*angle.tolist()))
 
-    return act("OgnRotation", execute, input_prims, attribute="rotation")
+@action("OgnRotation")
+def _rotate(node: Node, execution: int) -> None:
+    lower, upper = (np.asarray(node.inputs[name], float) for name in ("minAngle", "maxAngle"))
+    u = uniforms(node.inputs.get("seed", get_global_seed()), node.key, execution, node.prims, 3)
+    if (lower == -180.0).all() and (upper == 180.0).all():
+        angles = transforms.euler_xyz_from_quat(_uniform_quaternions(u))
+    else:
+        angles = lower + u * (upper - lower)
+    for path, angle in zip(node.prims, angles):
+        transforms.author_pose(prim_at(path), rotate_xyz=Gf.Vec3d(*angle.tolist()))
 
 
 def _uniform_quaternions(u: np.ndarray) -> np.ndarray:

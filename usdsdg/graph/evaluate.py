@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from usdsdg.errors import GraphError, UsdsdgError
-from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, prim_paths
+from usdsdg.graph.kinds import action_of
+from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, plain, prim_paths
 
 
 @dataclass(eq=False)
@@ -125,10 +126,11 @@ class Graph:
 
 def run(node: Node) -> None:
     """Execute one node; a failure says which script line made it."""
-    if node.execute is None:
+    action = action_of(node.kind)
+    if action is None:
         return
     try:
-        node.execute(node, node.executions)
+        action(node, node.executions)
     except UsdsdgError as error:
         raise GraphError(f"{node.describe()}: {error}") from error
     except (TypeError, ValueError, RuntimeError, KeyError) as error:
@@ -150,16 +152,27 @@ def reset() -> None:
     _graph = Graph()
 
 
-def act(
-    kind: str, execute: Callable[[Node, int], None], input_prims: Any = None, name: str | None = None, **inputs: Any
-) -> ReplicatorItem:
-    """Add an action on `input_prims` (default: the enclosing `with group:`).
+def act_now(kind: str, input_prims: Any = None, **inputs: Any) -> ReplicatorItem:
+    """Run an action of constants at once; inside a trigger it is a node like any other."""
+    if current_trigger() is not None:
+        return act(kind, input_prims, **inputs)
+    prims = prim_paths(input_prims) or current_prims()
+    given = {role: plain(value) for role, value in inputs.items() if value is not None}
+    node = Node(kind=kind, inputs=given, prims=prims, key="now")
+    if action := action_of(kind):
+        action(node, 0)
+    return ReplicatorItem(node)
+
+
+def act(kind: str, input_prims: Any = None, name: str | None = None, **inputs: Any) -> ReplicatorItem:
+    """Add an action on `input_prims` (default: the enclosing `with group:`); inputs that are None are left out.
 
     Raises:
         GraphError: there are no prims to act on.
     """
     prims = prim_paths(input_prims) or current_prims()
-    node = Node(kind=kind, inputs=inputs, prims=prims, execute=execute, name=name)
+    given = {role: plain(value) for role, value in inputs.items() if value is not None}
+    node = Node(kind=kind, inputs=given, prims=prims, name=name)
     if not prims:
         raise GraphError(
             f"{node.describe()} has no prims to act on: call it inside `with <group or prims>:` or pass input_prims."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -25,19 +25,19 @@ def script_line() -> str:
 class Node:
     """One step of the graph.
 
-    `kind` is the type's name as in the saved graph (`OgnSampleUniform`). `inputs` holds plain values or other nodes,
-    whose samples are drawn when this node runs. `prims` are the targets, in order. `execute` is what it does:
-    it is called with the node and the execution number.
+    `kind` is the type's name as in the saved graph (`OgnSampleUniform`), and says what the node does (`graph.kinds`).
+    `inputs` holds plain values or distributions, which are drawn when this node runs. `prims` are the targets, in
+    order. `state` is what an action keeps from one execution to the next and could make again.
     """
 
     kind: str
     inputs: dict[str, Any] = field(default_factory=dict)
     prims: tuple[str, ...] = ()
-    execute: Callable[[Node, int], None] | None = None
     name: str | None = None
     key: str = ""
     line: str = field(default_factory=script_line)
     executions: int = 0
+    state: dict[str, Any] = field(default_factory=dict)
 
     def get_attribute(self, name: str) -> Any:
         """The input `name` (with or without the `inputs:` prefix)."""
@@ -125,3 +125,19 @@ def prim_paths(items: Any) -> tuple[str, ...]:
     if isinstance(items, Sequence):
         return tuple(path for item in items for path in prim_paths(item))
     raise TypeError(f"expected a ReplicatorItem, prim, path or a list of these, got {type(items).__name__}: {items!r}")
+
+
+def plain(value: Any) -> Any:
+    """A value as a saved graph can hold it: items, prims and paths become path strings, distributions stay.
+
+    An item of several prims becomes a list of their paths.
+    """
+    if isinstance(value, ReplicatorItem) and not hasattr(value, "sample"):
+        return value.prims[0] if len(value.prims) == 1 else list(value.prims)
+    if hasattr(value, "GetPath"):
+        return str(value.GetPath())
+    if type(value).__name__ == "Path" and hasattr(value, "pathString"):
+        return value.pathString
+    if isinstance(value, (list, tuple)):
+        return type(value)(plain(each) for each in value)
+    return value
