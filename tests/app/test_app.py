@@ -190,13 +190,16 @@ def test_tasks_are_not_waited_for_once_the_app_is_closed(physics):
         while True:
             await get_app().next_update_async()
 
+    tasks = []
+
     def script():
-        asyncio.ensure_future(runs_on())
+        tasks.append(asyncio.ensure_future(runs_on()))
         get_app().update()
         get_app().close()
         assert not get_app().is_running()
 
     get_app().run(script)
+    assert tasks[0].cancelled()
 
 
 def test_a_failing_update_reaches_who_waits(physics):

@@ -1,0 +1,105 @@
+"""usdsdg as a library in a fresh process, where nothing but `import usdsdg` has prepared anything."""
+
+import os
+import subprocess
+import sys
+import textwrap
+
+HEAD = """
+import usdsdg as rep
+from usdsdg.stage.context import current_stage, new_stage
+"""
+CAMERA = """
+camera = rep.create.camera(position=(3, 0, 0), look_at=(0, 0, 0))
+writer = rep.writers.get("BasicWriter")
+writer.initialize(output_dir=OUT, rgb=True)
+writer.attach(rep.create.render_product(camera, (8, 8)))
+"""
+
+
+def python(folder, script: str, *, expect: int = 0) -> subprocess.CompletedProcess[str]:
+    """Run a script in `folder`, `OUT` being a folder for files in it."""
+    path = folder / "script.py"
+    path.write_text(f"OUT = {str(folder / 'out')!r}\n{HEAD}\n{textwrap.dedent(script)}")
+    environment = {name: value for name, value in os.environ.items() if name != "USDSDG_ASSETS_ROOT"}
+    command = [sys.executable, str(path)]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, env=environment)
+    assert done.returncode == expect, f"{done.stdout}\n{done.stderr}"
+    return done
+
+
+def test_a_new_stage_forgets_graph_products_writers_and_engines(tmp_path):
+    script = """
+        from usdsdg import engines
+        from usdsdg.graph.evaluate import graph
+        from usdsdg.render_product import products
+        from usdsdg.writers.base import attached_writers
+        old = engines.renderer()
+        with rep.trigger.on_frame():
+            rep.randomizer.rotation(input_prims=camera)
+        new_stage()
+        print(graph().triggers, products(), attached_writers(), engines.renderer() is old)
+    """
+    assert python(tmp_path, CAMERA + textwrap.dedent(script)).stdout.strip() == "[] [] () False"
+
+
+def test_a_body_falls_while_the_timeline_plays(tmp_path):
+    script = """
+        from usdsdg.stage.transforms import local_to_world
+        ball = rep.create.sphere(position=(0, 0, 5))
+        with ball:
+            rep.physics.rigid_body()
+        rep.orchestrator.run(num_frames=31, start_timeline=True)
+        print(local_to_world(current_stage().GetPrimAtPath(ball.prims[0])).ExtractTranslation()[2])
+    """
+    # Half a second; half a step of travel is 0.04 m.
+    assert abs(float(python(tmp_path, script).stdout) - (5 - 9.81 / 8)) < 0.05
+
+
+def test_settings_of_writing_are_obeyed(tmp_path):
+    script = """
+        from usdsdg.writers.io_queue import io_queue
+        rep.settings.carb_settings("/omni/replicator/backends/disk/root_dir", OUT)
+        rep.settings.carb_settings("/omni/replicator/backend/queueSize", 7)
+        writer = rep.writers.get("BasicWriter")
+        writer.initialize(output_dir="below", rgb=True)
+        print(writer.backend.output_dir, io_queue.max_jobs)
+    """
+    assert python(tmp_path, script).stdout.strip() == f"{tmp_path / 'out' / 'below'} 7"
+
+
+def test_a_file_that_could_not_be_written_fails_the_program(tmp_path):
+    (tmp_path / "out" / "rgb_0000.png").mkdir(parents=True)
+    script = """
+        import atexit
+        atexit.register(print, "cleaned up")
+        rep.orchestrator.step()
+        print("script ended")
+    """
+    done = python(tmp_path, CAMERA + textwrap.dedent(script), expect=1)
+    assert "error: " in done.stderr
+    assert "rgb_0000.png" in done.stderr
+    assert done.stdout.splitlines() == ["script ended", "cleaned up"]
+
+
+def test_files_are_finished_and_their_folder_is_told_once(tmp_path):
+    done = python(tmp_path, CAMERA + "rep.orchestrator.step()\nrep.orchestrator.step()\n")
+    assert done.stderr.count(f"[usdsdg] BasicWriter writes to {tmp_path / 'out'}") == 1
+    assert len(list((tmp_path / "out").glob("rgb_*.png"))) == 2
+
+
+def test_demo_assets_stand_in_and_the_warning_shows_the_scripts_line(tmp_path):
+    url = "/Isaac/Props/YCB/Axis_Aligned/008_pudding_box.usd"
+    done = python(tmp_path, f"\n\nrep.create.from_usd({url!r})  # here\n")
+    assert "script.py:" in done.stderr
+    assert "# here" in done.stderr
+    assert "USDSDG_ASSETS_ROOT" in done.stderr
+    assert "set_assets_root" in done.stderr
+
+
+def test_importing_usdsdg_makes_nothing(tmp_path):
+    script = """
+        import sys
+        print([name for name in ("warp", "newton", "usdsdg.demo", "typer", "rich") if name in sys.modules])
+    """
+    assert python(tmp_path, script).stdout.strip() == "[]"

@@ -1,0 +1,65 @@
+"""What all commands refuse before they start, and what their help says."""
+
+import re
+
+import pytest
+from typer.testing import CliRunner
+
+import usdsdg as rep
+from tests.scripts.conftest import ROOT, usdsdg
+from usdsdg.cli import app
+
+
+def said(*arguments: str) -> str:
+    """The output of a command that succeeds, on one line and without its frame."""
+    result = CliRunner().invoke(app, list(arguments), env={"COLUMNS": "200", "TERM": "dumb"})
+    assert result.exit_code == 0, result.output
+    return re.sub(r"[\s│]+", " ", result.output)
+
+
+def test_the_version_is_told():
+    assert said("--version").strip() == f"usdsdg {rep.__version__}"
+
+
+@pytest.mark.parametrize(
+    ("command", "default"),
+    [
+        ("run", "USDSDG_ASSETS_ROOT, else demo assets"),
+        ("simulate", "CUDA where there is one"),
+        ("generate", "the config's"),
+        ("inspect", "FOLDER/inspect.html"),
+    ],
+)
+def test_the_help_tells_defaults(command, default):
+    assert f"[default: ({default})]" in said(command, "--help")
+
+
+def test_the_help_of_run_says_whose_options_are_whose():
+    assert "Options of usdsdg come before SCRIPT" in said("run", "--help")
+
+
+@pytest.mark.parametrize("command", ["run", "generate"])
+def test_a_stage_cannot_be_saved_as_a_picture(tmp_path, command):
+    (tmp_path / "script.py").write_text("print('started')")
+    what = "script.py" if command == "run" else str(ROOT / "configs" / "object_based.yaml")
+    done = usdsdg(command, "--quiet", "--save-stage", "x.png", what, cwd=tmp_path, expect=1)
+    assert "error: cannot save a stage as 'x.png': use one of .usd, .usda, .usdc" in done.stderr
+    assert done.stdout == ""
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("generate", str(ROOT / "configs" / "object_based.yaml")),
+        ("simulate", "in.usda", "out.usda"),
+        ("run", "in.usda"),
+    ],
+)
+def test_a_device_that_does_not_exist_is_refused_first(tmp_path, arguments):
+    (tmp_path / "in.usda").write_text("#usda 1.0\n")
+    command, *rest = arguments
+    done = usdsdg(command, "--device", "abacus", *rest, cwd=tmp_path, expect=1)
+    lines = [line for line in done.stderr.splitlines() if not line.startswith("Warp CUDA warning")]
+    assert len(lines) == 1
+    assert "'abacus'" in lines[0]
+    assert "Devices here: cpu" in lines[0]

@@ -1,0 +1,153 @@
+"""`usdsdg run` as a shell sees it: arguments, exit codes, Ctrl-C, and scripts that run their own loop."""
+
+import signal
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+from tests.scripts.conftest import usdsdg
+
+
+def run(folder, script: str, *arguments: str, expect: int = 0) -> subprocess.CompletedProcess[str]:
+    (folder / "script.py").write_text(textwrap.dedent(script))
+    return usdsdg("run", "--quiet", "script.py", *arguments, cwd=folder, expect=expect)
+
+
+def test_what_follows_the_script_belongs_to_the_script(tmp_path):
+    done = run(tmp_path, "import sys; print(sys.argv)", "--seed", "9", "-q", "--num", "2", "--help")
+    assert done.stdout.strip() == "['script.py', '--seed', '9', '-q', '--num', '2', '--help']"
+
+
+def test_an_unknown_option_before_the_script_is_named(tmp_path):
+    done = usdsdg("run", "--sed", "9", "script.py", cwd=tmp_path, expect=2)
+    assert "--sed" in done.stderr
+    assert "--seed" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("argument", "code", "said"),
+    [("", 0, ""), ("0", 0, ""), ("3", 3, ""), ("'bad things'", 1, "bad things\n"), ("[1]", 1, "[1]\n")],
+)
+def test_sys_exit_does_what_it_does_in_python(tmp_path, argument, code, said):
+    done = run(tmp_path, f"import sys; sys.exit({argument})", expect=code)
+    assert done.stderr == said
+
+
+def test_sys_exit_in_a_task_says_nothing(tmp_path):
+    script = """
+        import asyncio, sys
+        async def main():
+            await asyncio.sleep(0.01)
+            sys.exit(3)
+        asyncio.ensure_future(main())
+    """
+    assert run(tmp_path, script, expect=3).stderr == ""
+
+
+STANDALONE = """
+    from isaacsim import SimulationApp
+    simulation_app = SimulationApp({"headless": True})
+    import asyncio
+    import omni.kit.app
+    import omni.replicator.core as rep
+
+    async def main(name):
+        await omni.kit.app.get_app().next_update_async()
+        await rep.orchestrator.step_async()
+        return name
+
+    task = asyncio.ensure_future(main("loop"))
+    while not task.done():
+        simulation_app.update()
+    print(task.result())
+    print(asyncio.get_event_loop().run_until_complete(main("until complete")))
+    print(simulation_app.run_coroutine(main("app")))
+    print(asyncio.run(main("run")))
+    simulation_app.close()
+    while simulation_app.is_running():
+        simulation_app.update()
+"""
+
+
+def test_a_standalone_script_may_run_its_coroutines_in_every_way(tmp_path):
+    assert run(tmp_path, STANDALONE).stdout.split("\n")[:4] == ["loop", "until complete", "app", "run"]
+
+
+def test_a_standalone_script_runs_in_plain_python_too(tmp_path):
+    script = "import usdsdg.compat; usdsdg.compat.install()\n" + textwrap.dedent(STANDALONE)
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.stdout.split("\n")[:4] == ["loop", "until complete", "app", "run"], done.stderr
+
+
+SYNCHRONOUS = """
+    import omni.replicator.core as rep
+
+    camera = rep.create.camera(position=(3, 0, 0), look_at=(0, 0, 0))
+    rep.create.cube()
+    writer = rep.writers.get("BasicWriter")
+    writer.initialize(output_dir="OUT", rgb=True)
+    writer.attach(rep.create.render_product(camera, (16, 16)))
+    rep.orchestrator.step()
+    print("ready", flush=True)
+    rep.orchestrator.run(num_frames=1_000_000)
+"""
+UPDATES = """
+    import omni.kit.app
+    app = omni.kit.app.get_app()
+    print("ready", flush=True)
+    while app.is_running():
+        app.update()
+"""
+TASK = """
+    import asyncio
+    import omni.kit.app
+    async def main():
+        print("ready", flush=True)
+        while True:
+            await omni.kit.app.get_app().next_update_async()
+    asyncio.ensure_future(main())
+"""
+IDLE = """
+    import asyncio
+    async def main():
+        print("ready", flush=True)
+        await asyncio.get_running_loop().create_future()
+    asyncio.ensure_future(main())
+"""
+
+
+@pytest.mark.parametrize("script", [SYNCHRONOUS, UPDATES, TASK, IDLE])
+def test_ctrl_c_ends_a_script_with_whole_files(tmp_path, script):
+    out = tmp_path / "out"
+    (tmp_path / "script.py").write_text(textwrap.dedent(script).replace("OUT", str(out)))
+    command = [sys.executable, "-m", "usdsdg", "run", "--quiet", "script.py"]
+    process = subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # fmt: skip
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=30)
+    finally:
+        process.kill()
+    assert process.returncode == 130, said
+    assert "interrupted" in said
+    assert "Traceback" not in said
+    if script is SYNCHRONOUS:
+        assert list(out.glob("rgb_*.png"))
+        assert not list(out.glob(".*"))
+
+
+def test_a_run_that_cannot_end_is_refused_before_it_writes(tmp_path):
+    script = SYNCHRONOUS.replace("OUT", str(tmp_path / "out")).split("rep.orchestrator.step()")[0] + (
+        "with rep.trigger.on_time(interval=1, num=3):\n"
+        "        rep.randomizer.rotation(input_prims=camera)\n"
+        "    rep.orchestrator.run()\n"
+    )
+    done = run(tmp_path, script, expect=1)
+    assert "start_timeline=True" in done.stderr
+    assert not list((tmp_path / "out").glob("rgb_*"))
