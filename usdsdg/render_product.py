@@ -6,15 +6,17 @@ from typing import Any
 
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
 
-from usdsdg.errors import BadPrim
+from usdsdg.errors import BadPrim, RenderError
 from usdsdg.graph.node import prim_paths
-from usdsdg.stage import paths, render_products
+from usdsdg.stage import default_view, paths, render_products
 from usdsdg.stage.context import current_stage
 from usdsdg.stage.render_products import HydraTexture, product_at, products, reset
 
 __all__ = ["HydraTexture", "product_at", "products", "render_product", "reset"]
 
 PREFIX = "/Render/HydraTextures"
+# Cameras that an error lists.
+LISTED = 8
 
 
 def render_product(
@@ -27,6 +29,7 @@ def render_product(
 
     Raises:
         TypeError: resolution is not a pair of whole numbers.
+        RenderError: a picture of this size cannot be made.
         BadPrim: a camera path is not a camera on the stage.
     """
     size = _size(resolution)
@@ -41,8 +44,8 @@ def _size(resolution: Any) -> tuple[int, int]:
         width, height = (int(n) for n in resolution)
     except (TypeError, ValueError):
         raise TypeError(f"render_product: resolution must be (width, height), got {resolution!r}") from None
-    if width < 1 or height < 1:
-        raise TypeError(f"render_product: resolution must be at least 1x1, got {resolution!r}")
+    if problem := render_products.size_problem(width, height):
+        raise RenderError(f"render_product: {problem}")
     return width, height
 
 
@@ -50,11 +53,18 @@ def _camera_below(path: str) -> str:
     """The camera itself, or the one camera that a Replicator camera object holds."""
     prim = current_stage().GetPrimAtPath(path)
     if not prim:
-        raise BadPrim(f"render_product: {path} is not on the stage")
+        raise BadPrim(f"render_product: {path} is not on the stage; {_cameras_there_are()}")
     for candidate in Usd.PrimRange(prim):
         if candidate.IsA(UsdGeom.Camera):
             return str(candidate.GetPath())
-    raise BadPrim(f"render_product: {path} is a {prim.GetTypeName() or 'typeless prim'}, not a camera")
+    kind = prim.GetTypeName() or "typeless prim"
+    raise BadPrim(f"render_product: {path} is a {kind} without a camera in it; {_cameras_there_are()}")
+
+
+def _cameras_there_are() -> str:
+    found = default_view.cameras(current_stage())
+    listed = ", ".join(found[:LISTED]) + (f" and {len(found) - LISTED} more" if len(found) > LISTED else "")
+    return f"cameras on the stage: {listed or 'none'}"
 
 
 def _product(camera: str, size: tuple[int, int], force_new: bool, name: str | None) -> HydraTexture:

@@ -100,6 +100,11 @@ def test_all_mistakes_are_told_at_once_with_their_lines(written):
         ("resolution: [640]", "resolution[1]: missing; expected width and height in pixels"),
         ("resolution: [640, 480, 3]", "has too many entries"),
         ("resolution: 640", "resolution: 640 is not a list"),
+        (
+            "resolution: [100000, 100000]",
+            "resolution: a picture of 100000 x 100000 pixels cannot be made; expected 1 to",
+        ),
+        ("resolution: [16384, 16384]", "no more than 67108864 in all"),
         ("num_frames: 2.5", "num_frames: 2.5 is not a whole number"),
         ("num_frames: '3'", "num_frames: '3' is not a whole number"),
         ("num_frames: -1", "num_frames: -1: must be greater than or equal to 0"),

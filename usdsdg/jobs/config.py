@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInf
 
 from usdsdg.jobs.camera_properties import checked_camera_properties
 from usdsdg.jobs.config_file import read_config
+from usdsdg.stage.render_products import size_problem
 
 # Numbers are strict: "3" and true are not numbers.
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -134,6 +135,13 @@ class ObjectBasedConfig(_Section):
     @property
     def shape_distractors_wanted(self) -> int:
         return self.shape_distractors_num if self.shape_distractors_types else 0
+
+    @field_validator("resolution")
+    @classmethod
+    def _can_be_made(cls, resolution: tuple[int, int]) -> tuple[int, int]:
+        if problem := size_problem(*resolution):
+            raise ValueError(problem)
+        return resolution
 
     @field_validator("camera_properties_kwargs")
     @classmethod

@@ -6,6 +6,19 @@ import difflib
 
 from usdsdg import errors
 
+# What renderer and files can hold: the largest side of a picture, and about 300 bytes for each pixel of it.
+MAX_SIDE, MAX_PIXELS = 16384, 1 << 26
+
+
+def size_problem(width: int, height: int) -> str | None:
+    """Why there is no picture of this size, or None where there is."""
+    if min(width, height) >= 1 and max(width, height) <= MAX_SIDE and width * height <= MAX_PIXELS:
+        return None
+    return (
+        f"a picture of {width} x {height} pixels cannot be made; expected 1 to {MAX_SIDE} along each side and no more "
+        f"than {MAX_PIXELS} in all, such as 8192 x 8192"
+    )
+
 
 class HydraTexture:
     """The handle that Replicator scripts get: its own `hydra_texture`, to be switched on and off between captures."""

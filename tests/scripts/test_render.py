@@ -1,0 +1,86 @@
+"""`usdsdg render` on stages as people have them: without camera, without light, in any unit."""
+
+import hashlib
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests.scripts.conftest import usdsdg
+
+STAGE = """#usda 1.0
+(
+    metersPerUnit = {unit}
+    upAxis = "{up}"
+)
+def Xform "Things"
+{{
+    def Cube "Cube"
+    {{
+        double size = {size}
+    }}
+    {more}
+}}
+"""
+SMALL = ("--width=64", "--height=48", "--spp=8")
+
+
+def write(folder, *, unit=1.0, up="Z", size=1.0, more=""):
+    (folder / "scene.usda").write_text(STAGE.format(unit=unit, up=up, size=size, more=more))
+
+
+@pytest.mark.parametrize(("unit", "up", "size"), [(1.0, "Z", 1e-4), (0.01, "Y", 100.0), (1.0, "Y", 1e6)])
+def test_a_stage_without_camera_and_light_is_shown_whole_and_lit(tmp_path, unit, up, size):
+    write(tmp_path, unit=unit, up=up, size=size)
+    before = hashlib.sha256((tmp_path / "scene.usda").read_bytes()).hexdigest()
+    done = usdsdg("render", "scene.usda", "out", *SMALL, cwd=tmp_path)
+    assert "no camera: this picture shows everything" in done.stderr
+    assert "no light: a plain sky and a sun" in done.stderr
+    assert hashlib.sha256((tmp_path / "scene.usda").read_bytes()).hexdigest() == before
+
+    depth = np.load(tmp_path / "out" / "distance_to_image_plane_0000.npy")
+    rows, columns = np.nonzero(np.isfinite(depth))
+    # All of it, some way from the border, and large.
+    assert 0 < rows.min() < rows.max() < 47
+    assert 0 < columns.min() < columns.max() < 63
+    assert len(rows) > 0.1 * depth.size
+    # Grey as it is, neither black nor burnt out, and its sides told apart.
+    picture = np.array(Image.open(tmp_path / "out" / "rgb_0000.png"))[rows, columns, :3].mean(axis=1)
+    assert picture.min() > 40
+    assert picture.max() < 250
+    assert np.ptp(np.percentile(picture, [10, 90])) > 30
+
+
+def test_a_camera_and_a_light_of_the_stage_are_used_as_they_are(tmp_path):
+    more = """
+    def Camera "Eye"
+    {
+        float2 clippingRange = (0.01, 100)
+        double3 xformOp:translate = (0, 0, 6)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+    def DomeLight "Sky"
+    {
+    }
+    """
+    write(tmp_path, more=more)
+    done = usdsdg("render", "scene.usda", "out", *SMALL, cwd=tmp_path)
+    assert "the stage has no" not in done.stderr
+    params = json.loads((tmp_path / "out" / "camera_params_0000.json").read_text())
+    assert np.array(params["cameraViewTransform"]).reshape(4, 4)[3, 2] == -6
+
+
+def test_a_wrong_camera_is_answered_with_the_cameras_there_are(tmp_path):
+    write(tmp_path, more='def Camera "Eye" {}\n    def Xform "Box" {}')
+    for asked, told in (("/Things/Box", "is a Xform without a camera in it"), ("/Nope", "is not on the stage")):
+        done = usdsdg("render", "scene.usda", "out", f"--camera={asked}", *SMALL, cwd=tmp_path, expect=1)
+        assert f"{asked} {told}; cameras on the stage: /Things/Eye" in done.stderr
+
+
+def test_a_picture_too_large_to_be_made_is_refused(tmp_path):
+    write(tmp_path)
+    done = usdsdg("render", "scene.usda", "out", "--width=100000", "--height=100000", cwd=tmp_path, expect=1)
+    assert "error: render_product: a picture of 100000 x 100000 pixels cannot be made" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not list(tmp_path.glob("out/*.png"))
