@@ -243,6 +243,13 @@ def test_all_missing_assets_are_named_before_any_work():
         assert name in str(caught.value)
 
 
+def test_an_assets_root_that_is_no_folder_is_told_once(tmp_path):
+    assets.set_assets_root(tmp_path / "gone")
+    with pytest.raises(AssetNotFound) as caught:
+        object_based.check_assets(config())
+    assert str(caught.value).count("is not a folder") == 1
+
+
 def test_a_pull_leads_to_the_origin_in_one_to_ten_seconds():
     made = scene()
     randomizers.pull_to_centre(made.labeled.all, Draws(0), 0)

@@ -93,6 +93,15 @@ def test_relative_paths_mean_the_working_folder_first(configured, tmp_path, monk
     assert assets.resolve("mug.usd") == str(tmp_path / "mug.usd")
 
 
+def test_a_misspelt_relative_path_is_compared_with_the_working_folder_too(configured, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.usda").touch()
+    with pytest.raises(
+        AssetNotFound, match=rf"{tmp_path} has no scen\.usda \(did you mean scene\.usda\?\); {configured}"
+    ):
+        assets.resolve("scen.usda")
+
+
 def test_a_file_inside_a_package_needs_its_package(configured, tmp_path):
     (tmp_path / "pack.usdz").write_text("")
     inside = f"{tmp_path}/pack.usdz[textures/a.png]"
@@ -117,6 +126,13 @@ def test_a_missing_asset_names_url_root_and_near_misses(configured):
 def test_a_missing_absolute_path_is_not_sought_elsewhere(configured, tmp_path):
     with pytest.raises(AssetNotFound, match=r"scene\.usd"):
         assets.resolve(str(tmp_path / "scene.usd"))
+    (tmp_path / "scenes.usd").touch()
+    with pytest.raises(AssetNotFound, match=r"did you mean scenes\.usd"):
+        assets.resolve(str(tmp_path / "scene.usd"))
+    with pytest.raises(AssetNotFound) as failure:
+        assets.resolve("/qqqqqqqq/scene.usd")
+    # The root of the disk is nobody's list of assets.
+    assert "/ has no qqqqqqqq. Of absolute paths" in str(failure.value)
     with pytest.raises(AssetNotFound, match="empty"):
         assets.resolve("")
 

@@ -78,8 +78,9 @@ def check_assets(config: ObjectBasedConfig) -> None:
     """Look for every asset before any work.
 
     Raises:
-        AssetNotFound: with the URLs of all that are missing, and why.
+        AssetNotFound: the assets root is no folder, or with the URLs of all that are missing, and why.
     """
+    assets.assets_root()
     wanted = {asset.url for asset in config.labeled_assets_and_properties if asset.count}
     wanted.update(config.mesh_distractors_urls if config.mesh_distractors_wanted else [])
     wanted.update(randomizers.DOME_TEXTURES)

@@ -24,6 +24,10 @@ _HOW_TO_SET = (
     "or in Python with usdsdg.stage.assets.set_assets_root(folder)."
 )
 
+_ONLY_THESE = (
+    f"Of absolute paths, those under /{' and /'.join(TOP_FOLDERS)} are looked up under the assets root as well."
+)
+
 _UNRESOLVED = (Pcp.ErrorInvalidAssetPath, Pcp.ErrorInvalidSublayerPath, Pcp.ErrorUnresolvedPrimPath)
 
 _root: str | None = None
@@ -89,13 +93,17 @@ def resolve(url: str | os.PathLike[str]) -> str:
     if scheme and scheme != "file":
         return _resolve_remote(text, scheme)
     path = unquote(urlsplit(text).path) if scheme else os.path.expanduser(text)
-    if _exists(os.path.abspath(path)):
-        return os.path.abspath(path)
-    if not os.path.isabs(path) or path.lstrip("/").split("/", 1)[0] in TOP_FOLDERS:
-        path = os.path.join(assets_root(), path.lstrip("/"))
-    if _exists(path):
-        return path
-    raise errors.AssetNotFound(_not_found(text, path))
+    here = os.path.abspath(path)
+    if _exists(here):
+        return here
+    relative = not os.path.isabs(path)
+    if not relative and path.lstrip("/").split("/", 1)[0] not in TOP_FOLDERS:
+        raise errors.AssetNotFound(f"no file for {text}: {_lacks(here)}. {_ONLY_THESE}")
+    there = os.path.join(assets_root(), path.lstrip("/"))
+    if _exists(there):
+        return there
+    places = [*([_lacks(here)] if relative else []), _lacks(there, listing=True)]
+    raise errors.AssetNotFound(f"no file for {text}: {'; '.join(places)}. Assets root{_known_root()}. {_HOW_TO_SET}")
 
 
 def missing_dependencies(stage: Usd.Stage) -> list[MissingDependency]:
@@ -131,15 +139,17 @@ def _known_root() -> str:
     return f" ({configured})" if configured else " (none is set)"
 
 
-def _not_found(url: str, path: str) -> str:
+def _lacks(path: str, *, listing: bool = False) -> str:
+    """The deepest folder of `path` that exists, and what it has instead: near misses, else with `listing` all."""
     folder = Path(path).parent
     while not folder.is_dir():
         folder = folder.parent
     missing = Path(path).relative_to(folder).parts[0]
     names = sorted(entry.name for entry in folder.iterdir() if not entry.name.startswith("."))
     near = difflib.get_close_matches(missing, names, n=4, cutoff=0.5)
-    hint = f"did you mean {' or '.join(near)}?" if near else f"it has {', '.join(names[:8]) or 'nothing'}."
-    return f"no file for {url}: {folder} has no {missing}; {hint} Assets root{_known_root()}. {_HOW_TO_SET}"
+    others = f" (it has {', '.join(names[:8]) or 'nothing'})" if listing else ""
+    hint = f" (did you mean {' or '.join(near)}?)" if near else others
+    return f"{folder} has no {missing}{hint}"
 
 
 def _read(error: Pcp.ErrorBase, why: str) -> MissingDependency:
