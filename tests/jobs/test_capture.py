@@ -13,9 +13,10 @@ from usdsdg import engines
 from usdsdg.jobs import capture, object_based, randomizers
 from usdsdg.jobs.cameras import Cameras
 from usdsdg.jobs.capture import Scene
-from usdsdg.jobs.config import ObjectBasedConfig
+from usdsdg.jobs.config import ObjectBasedConfig, PathTracing
 from usdsdg.jobs.draws import Draws
 from usdsdg.jobs.objects import Bodies
+from usdsdg.render_settings import render_mode
 from usdsdg.settings import get_settings
 from usdsdg.stage import context
 from usdsdg.stage.schemas import physx
@@ -249,13 +250,17 @@ def test_a_second_ctrl_c_stops_at_once(physics, monkeypatch):
         capture.capture_frames(chosen, scene(chosen), Draws(0))
 
 
-def test_an_interrupted_run_says_where_its_files_are(physics, monkeypatch, capsys, tmp_path):
-    made = []
+@pytest.fixture
+def only_the_loop(physics, monkeypatch):
+    """A run without assets, objects and files."""
     monkeypatch.setattr(object_based, "check_assets", lambda config: None)
-    monkeypatch.setattr(object_based, "build_scene", lambda config, draws: made.append(scene(config)) or made[0])
+    monkeypatch.setattr(object_based, "build_scene", lambda config, draws: scene(config))
     monkeypatch.setattr(Writer, "attach", lambda self, products: None)
     monkeypatch.setattr(object_based, "add_randomizers", lambda *_: lambda: None)
     monkeypatch.setattr(capture, "start_timeline", lambda: None)
+
+
+def test_an_interrupted_run_says_where_its_files_are(only_the_loop, monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(capture, "capture_frames", lambda *_: 2)
     finished = []
     monkeypatch.setattr(rep.orchestrator, "wait_until_complete", lambda: finished.append(True))
@@ -263,3 +268,28 @@ def test_an_interrupted_run_says_where_its_files_are(physics, monkeypatch, capsy
         object_based.run(config(num_frames=5, writer_type="PoseWriter", writer_kwargs={"output_dir": str(tmp_path)}))
     assert finished == [True]
     assert f"dataset: {tmp_path}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("none", ["num_frames", "num_cameras"])
+def test_a_run_without_pictures_says_that_nothing_was_captured(only_the_loop, monkeypatch, capsys, tmp_path, none):
+    monkeypatch.setattr(capture, "capture_frames", lambda config, *_: config.num_frames)
+    chosen = config(writer_type="PoseWriter", writer_kwargs={"output_dir": str(tmp_path)}, **{none: 0})
+    assert object_based.run(chosen).pictures == 0
+    told = capsys.readouterr()
+    assert "nothing was captured" in told.err
+    assert none in told.err
+    assert "dataset" not in told.out
+
+
+def test_the_path_tracing_renderer_takes_samples_and_filter_of_the_configuration():
+    before = {path: get_settings().get(path) for path in ("/rtx/rendermode", *capture._sampling(PathTracing()))}
+    options = {"path_tracing": {"every": 0, "spp": 7, "denoise": True}}
+    try:
+        capture.use_renderer(config(launch_config={"renderer": "PathTracing"}, **options))
+        mode = render_mode(4)
+        assert (mode.path_tracing, mode.samples, mode.denoise, mode.motion_blur) == (True, 7, True, False)
+        capture.use_renderer(config(**options))
+        assert not render_mode(4).path_tracing
+    finally:
+        for path, value in before.items():
+            get_settings().set(path, value)

@@ -44,6 +44,13 @@ class Scene:
     render_products: list[HydraTexture]
 
 
+def use_renderer(config: ObjectBasedConfig) -> None:
+    """Draw frames as `launch_config` says; PathTracing takes samples and filter from `path_tracing`."""
+    get_settings().set("/rtx/rendermode", config.launch_config.renderer)
+    for path, value in _sampling(config.path_tracing).items():
+        get_settings().set(path, value)
+
+
 def start_timeline() -> None:
     """First randomizations and a few updates, then a timeline that plays on without an end."""
     rep.utils.send_og_event(event_name=randomizers.COLORS)
@@ -121,13 +128,19 @@ def _capture_path_traced(options: PathTracing, physics_scene: Usd.Prim) -> None:
         "/omni/replicator/captureMotionBlur": True,
         "/omni/replicator/pathTracedMotionBlurSubSamples": options.sub_frames,
         "/rtx/rendermode": "PathTracing",
-        "/rtx/pathtracing/spp": options.spp,
-        "/rtx/pathtracing/totalSpp": options.spp,
-        "/rtx/pathtracing/optixDenoiser/enabled": options.denoise,
+        **_sampling(options),
     }
     with _settings(wanted), _physics_rate(physics_scene, options.sub_frames / options.duration):
         get_timeline().play()
         rep.orchestrator.step(delta_time=options.duration, pause_timeline=False)
+
+
+def _sampling(options: PathTracing) -> dict[str, object]:
+    return {
+        "/rtx/pathtracing/spp": options.spp,
+        "/rtx/pathtracing/totalSpp": options.spp,
+        "/rtx/pathtracing/optixDenoiser/enabled": options.denoise,
+    }
 
 
 @contextmanager

@@ -21,7 +21,6 @@ from usdsdg.jobs.capture import Scene
 from usdsdg.jobs.config import ObjectBasedConfig
 from usdsdg.jobs.draws import Draws
 from usdsdg.orchestrator import get_orchestrator
-from usdsdg.settings import get_settings
 from usdsdg.stage import assets
 from usdsdg.timeline import get_timeline
 from usdsdg.writers import Writer
@@ -49,7 +48,7 @@ def run(config: ObjectBasedConfig) -> Summary:
     """
     check_assets(config)
     set_global_seed(config.seed)
-    get_settings().set("/rtx/rendermode", config.launch_config.renderer)
+    capture.use_renderer(config)
     draws = Draws(config.seed)
     writer = make_writer(config)
     scene = build_scene(config, draws)
@@ -147,6 +146,9 @@ def _folder_of(writer: Writer | None) -> str | None:
 
 
 def _tell(summary: Summary) -> None:
+    if not summary.pictures:
+        print("nothing was captured: num_frames or num_cameras is 0", file=sys.stderr)
+        return
     rate = summary.frames / summary.seconds if summary.seconds > 0 else 0.0
     print(
         f"{summary.frames} frames, {summary.pictures} pictures in {summary.seconds:.1f} s "
