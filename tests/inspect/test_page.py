@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -54,6 +57,22 @@ def test_the_page_lies_in_the_folder_or_where_it_is_wanted(tmp_path):
     again = Page(inspect(tmp_path / "data"))
     assert len(again.values["frames"]) == 1
     assert {path.name for path in (tmp_path / "data").iterdir()} == {"000000.png", "000000.json", "inspect.html"}
+
+
+def test_folders_of_any_name_are_shown_in_any_locale(tmp_path):
+    folder = tmp_path / "données ü"
+    write_pose(folder, 0, [MUG])
+    plain = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    done = subprocess.run(
+        [sys.executable, "-m", "usdsdg", "inspect", os.fsencode(folder)],
+        env={**os.environ, **plain},
+        capture_output=True,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.rstrip() == os.fsencode(folder / "inspect.html")
+    made = Page(folder / "inspect.html")
+    assert made.values["title"] == "données ü"
+    assert "<title>données ü" in made.text
 
 
 def test_pictures_get_smaller_before_frames_are_left_out(tmp_path):

@@ -178,12 +178,25 @@ def test_a_bad_override_is_named_instead_of_a_line():
         ("a.yaml", "seed: 0\nnum_frames: [1", "line 2: not valid YAML"),
         ("a.json", '{"num_frames": 1,\n}', "line 2: not valid JSON"),
         ("a.json", "[1]", "expected a mapping"),
+        ("a.yaml", "seed: 0\nwriter_kwargs: &again {deeper: [*again]}", "line 2: not valid YAML: it contains itself"),
+        ("a.yaml", "a: " + "[" * 5000, "nested too deeply"),
+        ("a.json", "[" * 100_000, "nested too deeply"),
         ("a.toml", "", "a configuration is a .yaml, .yml or .json file"),
     ],
 )
 def test_unreadable_files(written, name, text, expected):
     with pytest.raises(ConfigError, match=expected.replace("[", r"\[")):
         load_config(written(text, name))
+
+
+def test_an_anchor_that_is_used_beside_itself_is_read(written):
+    text = "camera_distance_to_target_min_max: &range [1, 2]\nshape_distractors_scale_min_max: *range\n"
+    assert load_config(written(text + TARGET)).shape_distractors_scale_min_max == (1, 2)
+
+
+def test_an_override_that_contains_itself_is_named(written):
+    told = problems(written(TARGET), "writer_kwargs=&again {deeper: *again}")
+    assert "writer_kwargs: '&again {deeper: *again}' is not a mapping" in told[0]
 
 
 def test_a_missing_file_suggests_its_neighbours():

@@ -52,7 +52,7 @@ def page(dataset: Dataset, embedding: Embedding) -> str:
     # A label or path could hold "</script>".
     data = json.dumps(values, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     filled = {
-        "{{title}}": html.escape(f"{dataset.folder.resolve().name} – usdsdg inspect"),
+        "{{title}}": html.escape(f"{_text(dataset.folder.resolve().name)} – usdsdg inspect"),
         "{{style}}": parts[1],
         "{{script}}": parts[2] + parts[3],
         "{{data}}": data,
@@ -62,6 +62,11 @@ def page(dataset: Dataset, embedding: Embedding) -> str:
     for token, text in filled.items():
         pieces = pieces.replace(token, text, 1)
     return pieces
+
+
+def _text(path: str | os.PathLike[str]) -> str:
+    """A path as text, also where the locale has no letters for it: Python then keeps bytes that cannot be encoded."""
+    return os.fsencode(path).decode("utf-8", "replace")
 
 
 def _part(name: str) -> str:
@@ -75,8 +80,8 @@ def _values(dataset: Dataset, embedding: Embedding) -> tuple[dict[str, Any], lis
     images: list[str] = []
     views = sorted({frame.view for frame in dataset.frames})
     values = {
-        "title": dataset.folder.resolve().name,
-        "folder": str(dataset.folder.resolve()),
+        "title": _text(dataset.folder.resolve().name),
+        "folder": _text(dataset.folder.resolve()),
         "writers": dataset.writers,
         "metadata": dataset.metadata,
         "views": views,

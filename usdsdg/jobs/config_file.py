@@ -92,7 +92,10 @@ def _parse(file: Path) -> _Source:
         raise ConfigError(_missing(file)) from None
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"{file} cannot be read: {error}") from error
-    values = _parse_json(file, text) if file.suffix.lower() == ".json" else _parse_yaml(file, text)
+    try:
+        values = _parse_json(file, text) if file.suffix.lower() == ".json" else _parse_yaml(file, text)
+    except RecursionError:
+        raise ConfigError(f"{file}: its mappings and lists are nested too deeply to be read") from None
     if not isinstance(values, dict):
         raise ConfigError(f"{file}: expected a mapping of keys to values, found {type(values).__name__}")
     source = _Source(values)
@@ -100,6 +103,26 @@ def _parse(file: Path) -> _Source:
     with contextlib.suppress(yaml.YAMLError):
         _note_lines(yaml.compose(text, Loader=_Loader), (), source)
     return source
+
+
+def _load_yaml(text: str) -> Any:
+    """The values of a YAML text.
+
+    Raises:
+        yaml.MarkedYAMLError: it is no YAML, or a part of it contains itself through an anchor.
+    """
+    _refuse_cycles(yaml.compose(text, Loader=_Loader), ())
+    return yaml.load(text, Loader=_Loader)
+
+
+def _refuse_cycles(node: yaml.Node | None, around: tuple[yaml.Node, ...]) -> None:
+    if node is None or isinstance(node, yaml.ScalarNode):
+        return
+    if node in around:
+        raise yaml.MarkedYAMLError(problem="it contains itself through its anchor", problem_mark=node.start_mark)
+    below = node.value if isinstance(node, yaml.SequenceNode) else [part for pair in node.value for part in pair]
+    for part in below:
+        _refuse_cycles(part, (*around, node))
 
 
 def _missing(file: Path) -> str:
@@ -120,7 +143,7 @@ def _parse_json(file: Path, text: str) -> Any:
 
 def _parse_yaml(file: Path, text: str) -> Any:
     try:
-        return yaml.load(text, Loader=_Loader) or {}
+        return _load_yaml(text) or {}
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         raise ConfigError(f"{file}, line {line}: not valid YAML: {error.problem or error.context}") from None
@@ -156,7 +179,7 @@ def _override(source: _Source, override: str) -> None:
         source.problems.append(Problem((), "expected key=value, for example num_frames=3", origin))
         return
     try:
-        value = yaml.load(text, Loader=_Loader)
+        value = _load_yaml(text)
     except yaml.YAMLError:
         value = text
     trouble = _assign(source.values, place, value)
