@@ -14,7 +14,13 @@ ALLOWED = {
     "usdsdg_physics": ("usdsdg_physics", "usdsdg.stage", "usdsdg.errors"),
     "usdsdg_render": ("usdsdg_render", "usdsdg.stage", "usdsdg.errors"),
     "usdsdg/graph": ("usdsdg.graph", "usdsdg.stage", "usdsdg.errors", "usdsdg.settings"),
-    "usdsdg/annotators": ("usdsdg.annotators", "usdsdg.stage", "usdsdg.errors", "usdsdg.registry"),
+    "usdsdg/annotators": (
+        "usdsdg.annotators",
+        "usdsdg.graph.sampling",  # the only source of randomness
+        "usdsdg.stage",
+        "usdsdg.errors",
+        "usdsdg.registry",
+    ),
     "usdsdg/writers": (
         "usdsdg.writers",
         "usdsdg.annotators",

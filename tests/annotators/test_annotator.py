@@ -1,6 +1,5 @@
-"""The object users hold: parameters, attaching, data, augmentations, names."""
+"""The object users hold: parameters, attaching, data, names."""
 
-import functools
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +8,7 @@ import pytest
 from tests.annotators.ray_caster import PRODUCT, known, make_frame
 from tests.annotators.scenes import street
 from usdsdg import annotators
-from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, AugmentationError, BadPrim, Unsupported
+from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, BadPrim, Unsupported, UsdsdgWarning, forget_warnings
 from usdsdg.stage import render_products
 
 
@@ -139,82 +138,32 @@ def test_two_annotators_of_one_kind_compute_once_per_frame(frame):
     assert len(filtered.compute(frame).data) == 1
 
 
-# Augmentations
+def test_data_is_the_callers_own_unless_asked_otherwise(frame):
+    own = annotators.get("distance_to_camera").attach(PRODUCT)
+    shared = annotators.get("distance_to_camera", do_array_copy=False).attach(PRODUCT)
+    for annotator in (own, shared):
+        annotator.compute(frame)
+    assert not np.shares_memory(own.get_data(), frame.aovs["distance_to_camera"])
+    assert np.shares_memory(shared.get_data(), frame.aovs["distance_to_camera"])
+    assert not np.shares_memory(shared.get_data(do_array_copy=True), frame.aovs["distance_to_camera"])
 
 
-def darker(data_in, amount=2):
-    data_in //= amount  # in place on purpose: the frame must not notice
-    return data_in
+def test_a_device_gives_warp_arrays_also_where_it_does_not_exist(frame):
+    annotator = annotators.get("instance_segmentation_fast", device="cuda:7").attach(PRODUCT)
+    annotator.compute(frame)
+    forget_warnings()
+    with pytest.warns(UsdsdgWarning, match="'cuda:7'"):
+        data = annotator.get_data(use_legacy_structure=False)["data"]
+    np.testing.assert_array_equal(data.numpy(), annotator.get_data(device="cpu")["data"])
+    assert str(data.device) == "cpu"
 
 
-def test_a_function_changes_the_array_and_not_the_frame(frame):
-    before = frame.aovs["LdrColor"].copy()
-    annotator = annotators.get("rgb").augment(darker, amount=4)
-    np.testing.assert_array_equal(annotator.compute(frame).data, before // 4)
-    np.testing.assert_array_equal(frame.aovs["LdrColor"], before)
-
-
-def test_augmentations_compose_in_order(frame):
-    chain = annotators.augment_compose("rgb", ["rgba_to_rgb", darker], name="dark")
-    assert chain.get_name() == "dark"
-    np.testing.assert_array_equal(chain.compute(frame).data, frame.aovs["LdrColor"][..., :3] // 2)
-
-
-def test_a_composed_annotator_can_be_registered(frame):
-    annotators.register("dark_rgb", annotators.augment("rgb", darker))
+def test_an_annotator_can_be_registered_under_another_name(frame):
+    annotators.register("depth", "distance_to_camera")
     try:
-        again = annotators.get("dark_rgb")
-        assert again.get_name() == "dark_rgb"
-        assert again.template_name == "rgb"
-        np.testing.assert_array_equal(again.compute(frame).data, frame.aovs["LdrColor"] // 2)
+        data = annotators.get("depth").compute(frame).data
+        np.testing.assert_array_equal(data, frame.aovs["distance_to_camera"])
     finally:
-        annotators.unregister_annotator("dark_rgb")
-    with pytest.raises(AnnotatorRegistryError):
-        annotators.get("dark_rgb")
-
-
-def noise(data_in, seed):
-    return np.random.default_rng(seed).integers(0, 255, data_in.shape, np.uint8)
-
-
-def test_a_seed_is_given_to_functions_that_take_one_and_repeats(frame):
-    one, two = (annotators.get("rgb").augment(noise).compute(frame).data for _ in range(2))
-    np.testing.assert_array_equal(one, two)
-    fixed = annotators.get("rgb").augment(noise, seed=5).compute(frame).data
-    np.testing.assert_array_equal(fixed, noise(frame.aovs["LdrColor"], 5))
-
-
-def test_a_registered_augmentation_is_found_by_name(frame):
-    annotators.register_augmentation("darker", functools.partial(darker, amount=3))
-    try:
-        data = annotators.get("rgb").augment("darker").compute(frame).data
-        np.testing.assert_array_equal(data, frame.aovs["LdrColor"] // 3)
-    finally:
-        annotators.unregister_augmentation("darker")
-
-
-def test_a_failing_function_is_named(frame):
-    def broken(data_in):
-        raise ZeroDivisionError("no")
-
-    with pytest.raises(AugmentationError, match="broken failed") as caught:
-        annotators.get("rgb").augment(broken).compute(frame)
-    assert isinstance(caught.value.__cause__, ZeroDivisionError)
-
-
-@pytest.mark.parametrize(
-    ("function", "shape", "message"),
-    [(lambda data_in: None, None, "NoneType"), (lambda data_in: data_in[..., 0], (-1, -1, 3), "data_out_shape")],
-)
-def test_a_wrong_result_is_refused(frame, function, shape, message):
-    with pytest.raises(AugmentationError, match=message):
-        annotators.get("rgb").augment(function, data_out_shape=shape).compute(frame)
-
-
-def test_nodes_and_kernels_are_unsupported():
-    with pytest.raises(Unsupported, match="OmniGraph"):
-        annotators.Augmentation("omni.replicator.core.Whatever")
-    with pytest.raises(Unsupported, match="OmniGraph"):
-        annotators.Augmentation.from_node("omni.replicator.core.Whatever")
-    with pytest.raises(Unsupported, match="not a Python function"):
-        annotators.get("rgb").augment(object())
+        annotators.unregister_annotator("depth")
+    with pytest.raises(AnnotatorRegistryError, match="not an Annotator"):
+        annotators.register("depth", 3)

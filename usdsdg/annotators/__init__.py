@@ -1,7 +1,7 @@
 """Annotators: what is seen in one frame, as labelled arrays (`rep.annotators`)."""
 
 # Members of the family register themselves when imported.
-from usdsdg.annotators import boxes, camera, image, pointcloud, segmentation, skeleton
+from usdsdg.annotators import augmentation_table, boxes, camera, image, pointcloud, segmentation, skeleton
 from usdsdg.annotators.annotator import Annotator, Requirements, attached_annotators, detach_all, requirements
 from usdsdg.annotators.augmentation import Augmentation
 from usdsdg.annotators.base import Annotation, define
@@ -38,6 +38,7 @@ __all__ = [
     "attached_annotators",
     "augment",
     "augment_compose",
+    "augmentation_table",
     "boxes",
     "build_payload",
     "camera",

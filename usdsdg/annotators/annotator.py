@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -24,8 +25,18 @@ if TYPE_CHECKING:
 class Annotator:
     """One use of an annotator: its parameters, its augmentations, the render product it watches."""
 
-    def __init__(self, kind: Kind, *, name: str | None = None, init_params: Mapping[str, Any] | None = None) -> None:
+    def __init__(
+        self,
+        kind: Kind,
+        *,
+        name: str | None = None,
+        init_params: Mapping[str, Any] | None = None,
+        device: str | None = None,
+        do_array_copy: bool = True,
+    ) -> None:
         self._kind = kind
+        self._device = device
+        self._copies = do_array_copy
         self._name = name or kind.name
         self._params: dict[str, Any] = dict(kind.params)
         self._augmentations: list[Augmentation] = []
@@ -39,7 +50,7 @@ class Annotator:
     @property
     def aovs(self) -> frozenset[str]:
         """AOVs that the renderer must make for it."""
-        return self._kind.aovs
+        return self._kind.aovs.union(*(augmentation.aovs for augmentation in self._augmentations))
 
     @property
     def needs_coverage(self) -> bool:
@@ -65,8 +76,12 @@ class Annotator:
         """What it says of `frame`, augmentations applied; also what `get_data` returns from now on."""
         key = ("annotation", self._kind.name, json.dumps(self._params, sort_keys=True, default=str))
         annotation = frame.derive(key, lambda: self._kind.compute(frame, self._params))
+        twins: Counter[str] = Counter()
         for augmentation in self._augmentations:
-            annotation = augmentation.run(annotation, frame)
+            # What draws depend on: others may be added before and after without changing them.
+            key = f"{frame.render_product}/{self._name}/{augmentation.label}#{twins[augmentation.label]}"
+            twins[augmentation.label] += 1
+            annotation = augmentation.run(annotation, frame, key=key, device=self._device)
         self._latest = annotation
         return annotation
 
@@ -122,7 +137,10 @@ class Annotator:
     ) -> Any:
         """What it said of the latest frame; arrays of size 0 before the first.
 
-        device: "cpu" or None gives NumPy arrays, "cuda[:n]" gives the array as a Warp array.
+        device: "cpu" gives a NumPy array, "cuda[:n]" a Warp array (on the CPU where there is no such device); None
+            takes what the annotator was made with.
+        do_array_copy: give an array of the caller's own, also where the annotator was made with do_array_copy=False.
+            Without, the array is shared with the writers and must not be written into.
 
         Raises:
             AnnotatorError: it is not attached.
@@ -131,12 +149,15 @@ class Annotator:
             raise AnnotatorError(f"Annotator {self._name!r} is not attached. Call attach(render_product) first.")
         latest = self._latest or Annotation(self._kind.empty)
         data = latest.data
+        device = device or self._device
         if data is not None and device not in (None, "cpu"):
             import warp
 
+            from usdsdg.annotators.augmentation_kernel import device_or_cpu
+
             # Warp has no unsigned 32-bit textures of ids in Replicator either; ids stay below 2**31.
-            data = warp.array(data.view(np.int32) if data.dtype == np.uint32 else data, device=device)
-        elif data is not None and do_array_copy:
+            data = warp.array(data.view(np.int32) if data.dtype == np.uint32 else data, device=device_or_cpu(device))
+        elif data is not None and (do_array_copy or self._copies):
             data = data.copy()
         latest = Annotation(data, latest.info)
         return latest.legacy() if use_legacy_structure else latest.flat()
@@ -144,23 +165,42 @@ class Annotator:
     def augment(
         self, augmentation: Any, data_out_shape: Any = None, name: str | None = None, device: Any = None, **kwargs: Any
     ) -> Annotator:
-        """Pass the array through `augmentation` (an Augmentation, its registered name, or a function), in place."""
+        """Pass the array through `augmentation` too, from now on; returns the annotator itself.
+
+        Args:
+            augmentation: an Augmentation, its registered name, the type of a node, or a function.
+            data_out_shape: shape of the result; -1 keeps that axis of the input.
+            name: of the annotator from now on: its key in a writer's payload. None: as before.
+            device: where kernels run and what `get_data` gives; None: as before.
+            kwargs: arguments of the augmentation; see `Augmentation.from_function`.
+
+        Raises:
+            AnnotatorRegistryError: there is no augmentation of that name.
+            AugmentationError: it takes no such argument, or needs one that is not there.
+        """
         from usdsdg.annotators.augmentation import as_augmentation
 
         self._augmentations.append(as_augmentation(augmentation, data_out_shape, kwargs))
         self._name = name or self._name
+        self._device = device or self._device
         return self
 
     def augment_compose(self, augmentations: Sequence[Any], name: str | None = None) -> Annotator:
-        """Apply several augmentations one after the other."""
-        for augmentation in augmentations:
-            self.augment(augmentation, name=name)
+        """Pass the array through several augmentations too, one after the other; returns the annotator itself.
+
+        Raises:
+            as `augment`; then none of them is applied.
+        """
+        from usdsdg.annotators.augmentation import as_augmentation
+
+        self._augmentations += [as_augmentation(each, None, {}) for each in augmentations]
+        self._name = name or self._name
         return self
 
-    def copy(self, name: str | None = None) -> Annotator:
+    def copy(self, name: str | None = None, *, device: str | None = None) -> Annotator:
         """An unattached annotator with the same parameters and augmentations."""
         twin = copy.copy(self)
-        twin._name = name or self._name
+        twin._name, twin._device = name or self._name, device or self._device
         twin._params, twin._augmentations = dict(self._params), list(self._augmentations)
         twin._render_product = twin._latest = None
         return twin

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.annotator import Annotator
-from usdsdg.annotators.augmentation import Augmentation, as_augmentation, augmentations
+from usdsdg.annotators.augmentation import Augmentation, augmentations, named_augmentation
 from usdsdg.annotators.base import Annotation, Kind, define, kinds
 from usdsdg.annotators.frame import Frame
 from usdsdg.errors import AnnotatorRegistryError, Unsupported
@@ -54,42 +54,71 @@ def get(
 ) -> Annotator:
     """A new, unattached annotator.
 
+    Args:
+        name: of the annotator, or of one that was registered.
+        init_params: see `Annotator.initialize`.
+        render_product_idxs: accepted and ignored: an annotator watches one render product.
+        device: "cpu" or None for NumPy arrays, "cuda[:n]" for Warp arrays, of what `get_data` returns.
+        do_array_copy: whether `get_data` gives an array of the caller's own.
+
     Raises:
         AnnotatorRegistryError: there is no such annotator; the message lists near misses.
         Unsupported: Replicator has it and usdsdg does not.
     """
     if name in _composed:
-        found = _composed.get(name).copy()
+        found = _composed.get(name).copy(device=device)
         return found.initialize(**init_params) if init_params else found
     if name in UNSUPPORTED and name not in kinds:
         raise Unsupported(f"Annotator {name!r}: {UNSUPPORTED[name]}.")
-    return Annotator(kinds.get(name), init_params=init_params)
+    return Annotator(kinds.get(name), init_params=init_params, device=device, do_array_copy=do_array_copy)
 
 
 def get_registered_annotators() -> list[str]:
     return [*kinds.names(), *_composed.names()]
 
 
-def register(name: str, annotator: Annotator) -> None:
-    """Make an (augmented) annotator available under `name`."""
+def register(name: str, annotator: Annotator | str) -> None:
+    """Make an (augmented) annotator, or one of another name, available under `name`; replaces an earlier one.
+
+    Raises:
+        AnnotatorRegistryError: it is no annotator, and no name of one.
+    """
+    if isinstance(annotator, str):
+        annotator = get(annotator)
     if not isinstance(annotator, Annotator):
         raise AnnotatorRegistryError(f"register({name!r}, ...): {annotator!r} is not an Annotator.")
     _composed.add(name, annotator.copy(name))
 
 
 def unregister_annotator(name: str) -> None:
+    """Forget an annotator.
+
+    Raises:
+        AnnotatorRegistryError: there is no such annotator; the message lists near misses.
+    """
     (_composed if name in _composed else kinds).remove(name)
 
 
 def get_augmentation(name: str) -> Augmentation:
+    """A registered augmentation, or one of Replicator's (`augmentation_table`).
+
+    Raises:
+        AnnotatorRegistryError: there is no such augmentation; the message lists near misses.
+    """
     return augmentations.get(name)
 
 
 def register_augmentation(name: str, augmentation: Any) -> None:
-    augmentations.add(name, as_augmentation(augmentation, None, {}))
+    """Make an augmentation (or a function, a registered name, or the type of a node) available under `name`."""
+    augmentations.add(name, named_augmentation(augmentation))
 
 
 def unregister_augmentation(name: str) -> None:
+    """Forget an augmentation.
+
+    Raises:
+        AnnotatorRegistryError: there is no such augmentation; the message lists near misses.
+    """
     augmentations.remove(name)
 
 
@@ -101,7 +130,10 @@ def augment(
     device: Any = None,
     **kwargs: Any,
 ) -> Annotator:
-    """A copy of `source_annotator` (object or name) whose array passes through `augmentation`."""
+    """A new annotator: `source_annotator` (object or name) whose array passes through `augmentation`.
+
+    See `Annotator.augment` for the arguments and errors; the source stays as it is.
+    """
     source = get(source_annotator) if isinstance(source_annotator, str) else source_annotator.copy()
     return source.augment(augmentation, data_out_shape, name, device, **kwargs)
 
@@ -109,7 +141,10 @@ def augment(
 def augment_compose(
     source_annotator: Annotator | str, augmentations: Sequence[Any], name: str | None = None
 ) -> Annotator:
-    """A copy of `source_annotator` whose array passes through several augmentations in turn."""
+    """A new annotator: `source_annotator` (object or name) whose array passes through several augmentations in turn.
+
+    See `Annotator.augment_compose` for errors; the source stays as it is.
+    """
     source = get(source_annotator) if isinstance(source_annotator, str) else source_annotator.copy()
     return source.augment_compose(augmentations, name)
 
@@ -121,7 +156,9 @@ class AnnotatorRegistry:
 
     get_annotator = staticmethod(get)
     get_registered_annotators = staticmethod(get_registered_annotators)
+    get_augmentation = staticmethod(get_augmentation)
     register_augmentation = staticmethod(register_augmentation)
+    unregister_augmentation = staticmethod(unregister_augmentation)
     unregister_annotator = staticmethod(unregister_annotator)
 
     @staticmethod

@@ -1,0 +1,120 @@
+"""Augmentations of each pixel by itself: brightness, contrast, colour spaces, pictures of depth and normals.
+
+Pictures are uint8 (H, W, 3 or 4); alpha stays as it is. Numbers are cut off, not rounded, as in Replicator.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from usdsdg.graph.sampling import generator
+
+# Weights of red, green and blue in brightness (ITU-R BT.601), as in Replicator.
+LUMA = (0.2989, 0.587, 0.114)
+
+
+def rgba_to_rgb(data_in: np.ndarray) -> np.ndarray:
+    """Drop alpha: (H, W, 4) to (H, W, 3), of any type."""
+    return np.ascontiguousarray(data_in[..., :3])
+
+
+def adjust_sigmoid(data_in: np.ndarray, cutoff: float = 0.5, gain: float = 1.0) -> np.ndarray:
+    """Contrast along a sigmoid: 255 / (1 + exp(gain * (cutoff - value / 255))) of each value."""
+    values = np.arange(256, dtype=np.float32) / 255
+    return _looked_up(data_in, 255 / (1 + np.exp(gain * (cutoff - values))))
+
+
+def brightness(data_in: np.ndarray, brightness_factor: float = 2.0) -> np.ndarray:
+    """Each value times `brightness_factor`, at most 255."""
+    return _looked_up(data_in, np.arange(256, dtype=np.float32) * brightness_factor)
+
+
+def contrast(
+    data_in: np.ndarray,
+    contrastFactor: float | None = None,
+    contrastFactorIntervalMin: float = 0.2,
+    contrastFactorIntervalMax: float = 5.0,
+    seed: int = 0,
+) -> np.ndarray:
+    """Spread values around the mean brightness: 0 gives grey, 1 the input, 2 twice the contrast.
+
+    contrastFactor: None draws it uniformly between the two ends of the interval, as older versions do.
+    """
+    factor = contrastFactor
+    if factor is None:
+        low, high = contrastFactorIntervalMin, contrastFactorIntervalMax
+        factor = generator(seed, "contrast", 0).uniform(low, high)
+    mean = float(grey(data_in).mean())
+    return _looked_up(data_in, np.arange(256, dtype=np.float32) * factor + (1 - factor) * mean)
+
+
+def rgb_to_hsv(data_in: np.ndarray) -> np.ndarray:
+    """RGB to hue, saturation and value, each from 0 to 255 in whole numbers; a turn of hue is 256 (red at 0)."""
+    r, g, b = (data_in[..., channel].astype(np.int32) for channel in range(3))
+    value, least = np.maximum(np.maximum(r, g), b), np.minimum(np.minimum(r, g), b)
+    spread = value - least
+    divisor = np.maximum(spread, 1)
+    hue = np.select(
+        [spread == 0, value == r, value == g],
+        [0, 43 * (g - b) // divisor, 85 + 43 * (b - r) // divisor],
+        171 + 43 * (r - g) // divisor,
+    )
+    saturation = 255 * spread // np.maximum(value, 1)
+    return with_rgb(data_in, np.stack([hue % 256, saturation, value], axis=-1))
+
+
+def hsv_to_rgb(data_in: np.ndarray) -> np.ndarray:
+    """The inverse of `rgb_to_hsv`, up to the rounding of whole numbers."""
+    hue, saturation, value = (data_in[..., channel].astype(np.int32) for channel in range(3))
+    sector, within = hue // 43, hue % 43 * 6
+    low = value * (255 - saturation) // 256
+    falling = value * (255 - saturation * within // 256) // 256
+    rising = value * (255 - saturation * (255 - within) // 256) // 256
+    sectors = [sector == number for number in range(5)]
+    r = np.select(sectors, [value, falling, low, low, rising], value)
+    g = np.select(sectors, [rising, value, value, falling, low], low)
+    b = np.select(sectors, [low, low, rising, value, value], falling)
+    rgb = np.stack([r, g, b], axis=-1)
+    return with_rgb(data_in, np.where((saturation == 0)[..., None], value[..., None], rgb))
+
+
+def colorize_depth(data_in: np.ndarray, near: float = 0.1, far: float = 100.0) -> np.ndarray:
+    """uint8 (H, W, 4) of depths (H, W) [m]: white at `near`, black at `far`, on a logarithmic scale; nothing is black.
+
+    near, far: above 0; depths beyond are cut off.
+    """
+    depth = data_in.astype(np.float32).reshape(data_in.shape[:2])
+    seen = np.isfinite(depth)
+    share = np.log(np.clip(np.where(seen, depth, far), near, far) / np.float32(near)) / np.log(far / near)
+    shade = np.where(seen, np.clip(1 - share, 0, 1) * 255, 0).astype(np.uint8)
+    return np.dstack([shade, shade, shade, np.full_like(shade, 255)])
+
+
+def colorize_normals(data_in: np.ndarray) -> np.ndarray:
+    """uint8 (H, W, 4) of normals (H, W, 3 or 4): -1..1 becomes 0..255; no normal is black."""
+    normals = data_in[..., :3]
+    out = np.full((*data_in.shape[:2], 4), 255, np.uint8)
+    out[..., :3] = np.where(normals.any(axis=-1, keepdims=True), (normals * 0.5 + 0.5) * 255, 0)
+    return out
+
+
+def grey(picture: np.ndarray) -> np.ndarray:
+    """uint8 (H, W): brightness of a picture."""
+    return (picture[..., :3].astype(np.float32) @ np.array(LUMA, np.float32)).astype(np.uint8)
+
+
+def to_bytes(values: np.ndarray) -> np.ndarray:
+    """uint8: cut off at 0 and 255, and to whole numbers."""
+    return np.clip(values, 0, 255).astype(np.uint8)
+
+
+def _looked_up(picture: np.ndarray, table: np.ndarray) -> np.ndarray:
+    """The picture with each colour value replaced by its entry in `table` (256)."""
+    return with_rgb(picture, to_bytes(table)[picture[..., :3]])
+
+
+def with_rgb(picture: np.ndarray, rgb: np.ndarray) -> np.ndarray:
+    """The picture with other colours and its own alpha."""
+    out = picture.copy()
+    out[..., :3] = rgb
+    return out

@@ -1,0 +1,71 @@
+"""Augmentations that are Warp kernels: `data_in` to `data_out`, one thread per pixel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from usdsdg.errors import AugmentationError, warn_once
+
+
+def launch(
+    kernel: Any, data: np.ndarray, shape: tuple[int, ...] | None, kwargs: Mapping[str, Any], device: str | None
+) -> np.ndarray:
+    """What `kernel` makes of `data`, with the grid of its first two axes.
+
+    shape: of the result; None: that of the input. What the kernel does not write is 0.
+    device: "cpu" or "cuda[:n]"; without such a device the CPU does it.
+
+    Raises:
+        AugmentationError: `data` or `shape` does not fit the arrays that the kernel declares.
+    """
+    import warp as wp
+
+    declared = {argument.label: argument.type for argument in kernel.adj.args}
+    for name in ("data_in", "data_out"):
+        if not hasattr(declared.get(name), "ndim"):
+            raise AugmentationError(
+                f"Kernel {kernel.key} has no array {name}; an augmentation needs data_in and data_out."
+            )
+    shape = data.shape if shape is None else shape
+    for name, of in (("data_in", data.shape), ("data_out", shape)):
+        if declared[name].ndim != len(of):
+            raise AugmentationError(
+                f"Kernel {kernel.key} declares {name} with {declared[name].ndim} axes, and it would be of shape {of}. "
+                "data_out_shape says what shape data_out has."
+            )
+    where = device_or_cpu(device)
+    source = wp.array(
+        _as_declared(kernel, data, declared["data_in"].dtype), dtype=declared["data_in"].dtype, device=where
+    )
+    result = wp.zeros(shape, dtype=declared["data_out"].dtype, device=where)
+    arguments = {**kwargs, "data_in": source, "data_out": result}
+    wp.launch(kernel, dim=data.shape[:2], inputs=[arguments[name] for name in declared], device=where)
+    return result.numpy()
+
+
+def device_or_cpu(device: str | None) -> str:
+    """`device` where there is such a one, else "cpu" (with a warning, once)."""
+    import warp as wp
+
+    if device in (None, "cpu"):
+        return "cpu"
+    try:
+        return wp.get_device(str(device)).alias
+    except (ValueError, RuntimeError):
+        warn_once(f"Annotators ask for device {device!r}, which this machine does not have; the CPU does their work.")
+        return "cpu"
+
+
+def _as_declared(kernel: Any, data: np.ndarray, dtype: Any) -> np.ndarray:
+    """`data` in the number type that the kernel reads; floats may change their size, nothing else."""
+    import warp as wp
+
+    wanted = np.dtype(wp.dtype_to_numpy(dtype))
+    if data.dtype == wanted or (data.dtype.kind == wanted.kind == "f"):
+        return np.ascontiguousarray(data, wanted)
+    if {data.dtype, wanted} == {np.dtype(np.uint32), np.dtype(np.int32)}:
+        return np.ascontiguousarray(data).view(wanted)
+    raise AugmentationError(f"Kernel {kernel.key} reads {wanted}, the annotator gives {data.dtype}.")

@@ -1,0 +1,50 @@
+"""Replicator's own augmentations by name: those of `rep.annotators.get_augmentation`, and their nodes."""
+
+from __future__ import annotations
+
+from usdsdg.annotators import augment_colors, augment_filters, augment_geometry, augment_images, augment_noise
+from usdsdg.annotators.augmentation import Augmentation, NodeKind, augmentations, node_kinds
+
+_NODES = {
+    "AugBgRandExp": NodeKind(augment_images.background_rand, {"instance": "instance"}),
+    "AugCanny": NodeKind(augment_filters.canny),
+    "AugContrastExp": NodeKind(augment_colors.contrast),
+    "AugConv2dExp": NodeKind(augment_filters.conv2d),
+    "AugCropResizeExp": NodeKind(augment_geometry.crop_resize),
+    "AugCutMixExp": NodeKind(augment_images.cut_mix),
+    "AugImgBlendExp": NodeKind(augment_images.image_blend),
+    "AugMotionBlurExp": NodeKind(augment_filters.motion_blur),
+    "AugPixellateExp": NodeKind(augment_filters.pixellate),
+    "AugRotateExp": NodeKind(augment_geometry.rotate),
+}
+for _name, _kind in _NODES.items():
+    node_kinds.add(_name, _kind)
+
+_FUNCTIONS = {
+    "rgba_to_rgb": Augmentation.from_function(augment_colors.rgba_to_rgb),
+    "RgbaToRgb": Augmentation.from_function(augment_colors.rgba_to_rgb),
+    "ColorizeDepth": Augmentation.from_function(augment_colors.colorize_depth, near=0.1, far=100.0),
+    "ColorizeNormals": Augmentation.from_function(augment_colors.colorize_normals),
+    "Sobel": Augmentation.from_function(augment_filters.sobel),
+    "AdjustSigmoid": Augmentation.from_function(augment_colors.adjust_sigmoid, cutoff=0.5, gain=1.0),
+    "Brightness": Augmentation.from_function(augment_colors.brightness, brightness_factor=2.0),
+    "SpeckleNoise": Augmentation.from_function(augment_noise.speckle_noise, sigma=0.5),
+    "ShotNoise": Augmentation.from_function(augment_noise.shot_noise, sigma=0.5),
+    "RgbToHsv": Augmentation.from_function(augment_colors.rgb_to_hsv),
+    "HsvToRgb": Augmentation.from_function(augment_colors.hsv_to_rgb),
+    "GlassBlur": Augmentation.from_function(augment_noise.glass_blur, delta=4),
+    "BackgroundRand": Augmentation.from_node("AugBgRandExp"),
+    "Contrast": Augmentation.from_node("AugContrastExp", contrastFactor=0.5),
+    "Conv2d": Augmentation.from_node("AugConv2dExp", alpha=0.7),
+    "CropResize": Augmentation.from_node("AugCropResizeExp", cropFactor=0.5, offsetFactor=(0.0, 0.0)),
+    "CutMix": Augmentation.from_node("AugCutMixExp"),
+    "ImageBlend": Augmentation.from_node("AugImgBlendExp", blendFactor=0.5),
+    "MotionBlur": Augmentation.from_node("AugMotionBlurExp", motionAngle=45.0, strength=0.7, kernelSize=11),
+    "Pixellate": Augmentation.from_node("AugPixellateExp", kernelSize=8),
+    "Rotate": Augmentation.from_node("AugRotateExp", rotation=45.0),
+    "Canny": Augmentation.from_node("AugCanny", thresholdLow=50.0, thresholdHigh=100.0),
+}
+for _name, _augmentation in _FUNCTIONS.items():
+    augmentations.add(_name, _augmentation)
+
+DEFAULT_AUGMENTATIONS = tuple(_FUNCTIONS)
