@@ -27,7 +27,7 @@ UNSUPPORTED: dict[str, str] = {
 
 
 def get(
-    writer_name: str,
+    name: str,
     init_params: Mapping[str, Any] | None = None,
     render_products: Any = None,
     trigger: Any = ON_FRAME,
@@ -38,9 +38,9 @@ def get(
         WriterRegistryError: there is no such writer; the message lists near misses.
         Unsupported: Replicator has it and usdsdg does not.
     """
-    if writer_name in UNSUPPORTED and writer_name not in registered:
-        raise Unsupported(f"Writer {writer_name!r}: {UNSUPPORTED[writer_name]}.")
-    kind = registered.get(writer_name)
+    if name in UNSUPPORTED and name not in registered:
+        raise Unsupported(f"Writer {name!r}: {UNSUPPORTED[name]}.")
+    kind = registered.get(name)
     writer = kind.__new__(kind)
     if init_params is not None:
         writer.initialize(**init_params)
@@ -78,13 +78,26 @@ class WriterRegistry:
 
     _default_writers: list[str] = []
 
-    register = staticmethod(register_writer)
     unregister = staticmethod(unregister_writer)
     unregister_writer = staticmethod(unregister_writer)
     register_node_writer = staticmethod(register_node_writer)
-    get = staticmethod(get)
     get_writers = staticmethod(get_writers)
     detach_all = staticmethod(base.detach_all)
+
+    @staticmethod
+    def register(writer: type[Writer], category: str | None = None) -> None:
+        """As `register_writer`."""
+        register_writer(writer, category)
+
+    @staticmethod
+    def get(
+        writer_name: str,
+        init_params: Mapping[str, Any] | None = None,
+        render_products: Any = None,
+        trigger: Any = ON_FRAME,
+    ) -> Writer:
+        """As `writers.get`."""
+        return get(writer_name, init_params, render_products, trigger)
 
     @staticmethod
     def attach(writer_name: str, render_products: Any, init_params: Mapping[str, Any] | None = None, **kw: Any) -> None:
