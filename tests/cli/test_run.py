@@ -116,9 +116,20 @@ IDLE = """
         await asyncio.get_running_loop().create_future()
     asyncio.ensure_future(main())
 """
+DELETIONS = """
+    print("ready", flush=True)
+    class Slow:
+        def __del__(self):
+            for _ in range(20_000):
+                pass
+    while True:
+        Slow()
+        for _ in range(20_000):
+            pass
+"""
 
 
-@pytest.mark.parametrize("script", [SYNCHRONOUS, UPDATES, TASK, IDLE])
+@pytest.mark.parametrize("script", [SYNCHRONOUS, UPDATES, TASK, IDLE, DELETIONS])
 def test_ctrl_c_ends_a_script_with_whole_files(tmp_path, script):
     out = tmp_path / "out"
     (tmp_path / "script.py").write_text(textwrap.dedent(script).replace("OUT", str(out)))

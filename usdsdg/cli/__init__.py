@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 from typing import Annotated
 
 import typer
@@ -41,4 +43,6 @@ def _options(
 
 def main() -> None:
     """Entry point of the `usdsdg` program."""
+    # The interpreter would look for cycles in every module that goes: seconds, once newton is loaded.
+    atexit.register(gc.freeze)
     app()

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import _thread
 import os
 import sys
+import threading
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,6 +18,7 @@ from usdsdg import progress
 from usdsdg.errors import UsdsdgError, UsdsdgWarning
 
 INTERRUPTED = 130
+REPEAT_SECONDS = 0.02
 
 AssetsRoot = Annotated[
     Path | None,
@@ -38,6 +41,7 @@ def session(
 ) -> Iterator[None]:
     """Set up, run the body, finish its files; errors of ours and Ctrl-C end the program with one plain message."""
     warnings.showwarning = _plain_warning
+    sys.unraisablehook = _interrupt_again
     progress.use_default(quiet)
     try:
         keeper = _set_up(assets_root, device, save_stage)
@@ -112,6 +116,16 @@ def _plain_warning(message: Any, category: type, filename: str, lineno: int, *_:
         print(f"{filename}:{lineno}: {category.__name__}: {message}", file=sys.stderr)
 
 
+def _interrupt_again(dropped: sys.UnraisableHookArgs) -> None:
+    """Python drops a Ctrl-C that comes while it runs a `__del__`; let it come again a moment later."""
+    if dropped.exc_type is not KeyboardInterrupt:
+        sys.__unraisablehook__(dropped)
+        return
+    timer = threading.Timer(REPEAT_SECONDS, _thread.interrupt_main)
+    timer.daemon = True
+    timer.start()
+
+
 class _StageKeeper:
     """Remembers the stage as it was at the last capture, since scripts stop the timeline, which moves all back."""
 
@@ -125,10 +139,9 @@ class _StageKeeper:
         get_orchestrator().on_captured(self._remember)
 
     def _remember(self) -> None:
-        from usdsdg.stage import flatten
-        from usdsdg.stage.context import current_stage
+        from usdsdg.stage.context import snapshot
 
-        self._layer = flatten.flattened(current_stage(), self._path.parent)
+        self._layer = snapshot(self._path.parent)
 
     def write(self) -> None:
         from usdsdg.stage import flatten
