@@ -103,6 +103,16 @@ def test_geometry_that_has_time_samples_only_is_framed_at_the_first():
     np.testing.assert_array_equal(default_view.world_bounds(stage), [(0, 0, 0), (2, 3, 0)])
 
 
+def test_an_animated_stage_is_framed_where_it_begins():
+    stage = stage_of()
+    stage.SetStartTimeCode(10)
+    stage.SetEndTimeCode(20)
+    xform = UsdGeom.Xform.Define(stage, "/World").AddTranslateOp()
+    xform.Set(Gf.Vec3d(50, 0, 0), 10)
+    xform.Set(Gf.Vec3d(90, 0, 0), 20)
+    np.testing.assert_allclose(default_view.world_bounds(stage), [(49.5, -0.5, -0.5), (52, 0.5, 2)])
+
+
 def test_a_stage_without_geometry_says_so():
     with pytest.raises(StageError, match="no visible geometry"):
         default_view.add_camera(Usd.Stage.CreateInMemory(), 1.0)

@@ -76,13 +76,12 @@ def add_sky(stage: Usd.Stage) -> None:
 
 
 def world_bounds(stage: Usd.Stage) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest corner (3,) of all visible geometry [stage units]; where nothing has a value at the default
-    time, at the first time sample.
+    """Lowest and highest corner (3,) of all visible geometry [stage units], where an animated stage begins.
 
     Raises:
         StageError: there is none.
     """
-    for time in (Usd.TimeCode.Default(), Usd.TimeCode.EarliestTime()):
+    for time in _times(stage):
         cache = UsdGeom.BBoxCache(time, _DRAWN)
         ranges = [cache.ComputeWorldBound(prim).ComputeAlignedRange() for prim in _prims(stage) if _is_seen(prim, time)]
         boxes = np.array([[box.GetMin(), box.GetMax()] for box in ranges if not box.IsEmpty()]).reshape(-1, 2, 3)
@@ -90,6 +89,12 @@ def world_bounds(stage: Usd.Stage) -> tuple[np.ndarray, np.ndarray]:
         if len(boxes):
             return boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     raise StageError(f"{stage.GetRootLayer().identifier} has no visible geometry, so there is nothing to look at")
+
+
+def _times(stage: Usd.Stage) -> list[Usd.TimeCode]:
+    """When to look, the second time where there is nothing at the first."""
+    first = [] if stage.HasAuthoredTimeCodeRange() else [Usd.TimeCode.Default()]
+    return [*first, Usd.TimeCode.EarliestTime()]
 
 
 def _is_seen(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
