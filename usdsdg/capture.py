@@ -14,8 +14,8 @@ from usdsdg.annotators.entities import EntityReader
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.payload import build_payload
 from usdsdg.errors import warn_once
-from usdsdg.graph.evaluate import graph
 from usdsdg.graph.sampling import get_global_seed
+from usdsdg.graph_outputs import distribution_outputs, trigger_outputs
 from usdsdg.progress import report, say
 from usdsdg.render_product import HydraTexture, products
 from usdsdg.render_settings import RenderMode
@@ -146,7 +146,8 @@ class Capture:
         seen = {path: frames[path] for path in writer.render_products if path in frames}
         if seen:
             self._announce(writer)
-            writer.receive(build_payload(writer, seen, trigger_outputs=_trigger_outputs()))
+            outputs = {"trigger_outputs": trigger_outputs(), "distribution_outputs": distribution_outputs()}
+            writer.receive(build_payload(writer, seen, **outputs))
 
     def _announce(self, writer: Writer) -> None:
         """Say once where the files of a writer go."""
@@ -172,11 +173,6 @@ class Capture:
         for writer in attached_writers():
             writer.on_final_frame()
         io_queue.wait_until_done()
-
-
-def _trigger_outputs() -> dict[str, int]:
-    """How often timed triggers have fired: writers number their sequences by it."""
-    return {trigger.name: trigger.executions for trigger in graph().triggers if trigger.kind == "OgnOnTime"}
 
 
 def _view(product: HydraTexture) -> CameraView:

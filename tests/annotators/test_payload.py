@@ -20,7 +20,7 @@ def frames():
 
 def reader(layout):
     wanted = [annotators.get("rgb"), annotators.get("bounding_box_2d_tight"), annotators.get("camera_params")]
-    return SimpleNamespace(data_structure=layout, annotators_of=lambda path: wanted)
+    return SimpleNamespace(data_structure=layout, shares_arrays=False, annotators_of=lambda path: wanted)
 
 
 def one(frames):
@@ -67,3 +67,23 @@ def test_render_product_layout(frames):
 def test_an_unknown_layout_is_refused(frames):
     with pytest.raises(WriterError, match="renderProduct"):
         annotators.build_payload(reader("flat"), frames)
+
+
+@pytest.mark.parametrize("layout", ["legacy", "annotator", "renderProduct"])
+def test_a_writer_may_write_into_what_it_gets(frames, layout):
+    before = {path: frame.aovs["LdrColor"].copy() for path, frame in frames.items()}
+    for value in leaves(annotators.build_payload(reader(layout), frames)):
+        value[...] = np.zeros((), value.dtype)
+    for path, frame in frames.items():
+        np.testing.assert_array_equal(frame.aovs["LdrColor"], before[path])
+    again = annotators.build_payload(reader("legacy"), one(frames))
+    assert again["bounding_box_2d_tight"]["data"]["x_max"].any()
+    assert again["camera_params"]["cameraViewTransform"].any()
+
+
+def leaves(value):
+    if isinstance(value, dict):
+        for item in value.values():
+            yield from leaves(item)
+    elif isinstance(value, np.ndarray):
+        yield value

@@ -297,3 +297,45 @@ def test_a_failure_that_nobody_waited_for_is_told_at_the_end(tmp_path):
         str(tmp_path),
     )
     assert "x.png" in result.stderr
+
+
+def test_the_queue_of_all_backends_is_bounded_by_name(tmp_path, monkeypatch):
+    queue = backends.io_queue
+    monkeypatch.setattr(queue, "max_jobs", queue.max_jobs)
+    BackendDispatch(output_dir=tmp_path).set_max_queue_size(7)
+    assert queue.max_jobs == 7
+    backends.io_queue.set_max_queue_size(8)
+    assert queue.max_jobs == 8
+    backends.io_queue.wait_until_done()
+    assert backends.io_queue.is_done_writing()
+
+
+def test_s3_says_which_extra_it_needs():
+    for ask in (
+        lambda: backends.S3Backend("mine", "key"),
+        lambda: backends.get("S3Backend", {"bucket": "mine", "key_prefix": "key", "region": "eu"}),
+        lambda: BackendDispatch(bucket="mine", key_prefix="key"),
+        lambda: BackendDispatch({"paths": {"s3_bucket": "mine"}}),
+    ):
+        with pytest.raises(Unsupported, match=r"'mine'.*extra 's3'"):
+            ask()
+
+
+def test_a_users_backend_is_registered_and_found_under_its_class_name(tmp_path):
+    backends.BackendRegistry.register_backend(Memory)
+    try:
+        assert {"Memory", "DiskBackend", "S3Backend", "BackendGroup"} <= set(
+            backends.BackendRegistry.get_registered_backends()
+        )
+        memory = backends.get("Memory", {})
+        assert memory.get_name() == "Memory"
+        group = backends.get("BackendGroup", {"backends": [memory, DiskBackend(tmp_path)]})
+        group.schedule(files.write_np, path="x.npy", data=np.arange(3))
+        group.wait_until_done()
+        assert memory.blobs["x.npy"] == group._backends[1].read_blob("x.npy") == (tmp_path / "x.npy").read_bytes()
+    finally:
+        backends.BackendRegistry.unregister_backend("Memory")
+    with pytest.raises(WriterRegistryError, match="Memory"):
+        backends.BackendRegistry.get_backend("Memory")
+    with pytest.raises(NotImplementedError, match="Memory does not read blobs"):
+        memory.read_blob("x.npy")

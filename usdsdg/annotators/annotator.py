@@ -123,8 +123,14 @@ class Annotator:
             _attached.append(self)
         return self
 
+    def lend(self, render_product: str | None) -> None:
+        """Belong to a writer that watches `render_product`, and is the one to compute; None: not any more."""
+        if self not in _attached:
+            self._render_product = render_product
+            self._latest = self._latest if render_product else None
+
     def detach(self, render_products: Any = None) -> Annotator:
-        """Stop watching."""
+        """Stop watching; `render_products`, if given, says which one."""
         if render_products is None or self._render_product in render_product_paths(render_products):
             self._render_product = None
             self._latest = None

@@ -29,6 +29,7 @@ class Reader(Protocol):
     """Who a payload is for: a writer."""
 
     data_structure: str
+    shares_arrays: bool  # whether it leaves arrays as they are, so that it needs none of its own
 
     def annotators_of(self, render_product: str) -> Sequence[Annotator]: ...
 
@@ -45,7 +46,10 @@ def build_payload(
         path.rsplit("/", 1)[-1]: Capture(
             frame.camera.prim_path,
             (frame.camera.width, frame.camera.height),
-            {annotator.get_name(): annotator.compute(frame) for annotator in reader.annotators_of(path)},
+            {
+                annotator.get_name(): _own(annotator.compute(frame), shared=reader.shares_arrays)
+                for annotator in reader.annotators_of(path)
+            },
         )
         for path, frame in frames.items()
     }
@@ -53,6 +57,14 @@ def build_payload(
     number = frame_number if frame_number is not None else first.index if first else 0
     time = first.reference_time if first else (0, 1)
     return lay_out(reader.data_structure, captures, frame_number=number, reference_time=time, **outputs)
+
+
+def _own(annotation: Annotation, *, shared: bool) -> Annotation:
+    """The annotation with arrays that its reader may write into, unless they are to be shared."""
+    if shared:
+        return annotation
+    info = {key: value.copy() if isinstance(value, np.ndarray) else value for key, value in annotation.info.items()}
+    return Annotation(None if annotation.data is None else annotation.data.copy(), info)
 
 
 def lay_out(
@@ -73,8 +85,7 @@ def lay_out(
     Raises:
         WriterError: there is no such layout.
     """
-    if layout not in LAYOUTS:
-        raise WriterError(f"data_structure {layout!r} does not exist; a writer may use {', '.join(LAYOUTS)}.")
+    check_layout(layout)
     payload: dict[str, Any] = {
         "swhFrameNumber": frame_number,
         "reference_time": tuple(reference_time),
@@ -84,6 +95,12 @@ def lay_out(
     }
     payload.update(_LAYOUTS[layout](captures))
     return payload
+
+
+def check_layout(layout: str, writer: str = "A writer") -> None:
+    """Raises WriterError where there is no such layout."""
+    if layout not in LAYOUTS:
+        raise WriterError(f"{writer}: data_structure {layout!r} does not exist; it may be {', '.join(LAYOUTS)}.")
 
 
 def _legacy(captures: Mapping[str, Capture]) -> dict[str, Any]:

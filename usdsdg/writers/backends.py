@@ -178,17 +178,29 @@ class BackendDispatch(BackendGroup):
         """config: {"paths": {"out_dir": folder}}, an alternative to `output_dir`."""
         paths = (config or {}).get("paths", {})
         folder = output_dir or paths.get("out_dir")
-        if bucket or paths.get("s3_bucket"):
-            S3Backend(bucket, key_prefix)
+        if bucket := bucket or paths.get("s3_bucket"):
+            S3Backend(bucket, key_prefix, region, endpoint_url, overwrite)
         if not folder:
             raise WriterError("BackendDispatch has nowhere to write: give output_dir.")
         super().__init__([DiskBackend(folder, overwrite)])
+
+    @staticmethod
+    def set_max_queue_size(jobs: int) -> None:
+        """How many jobs of all backends may wait before `schedule` blocks."""
+        io_queue.set_max_queue_size(jobs)
 
 
 class S3Backend(BaseBackend):
     """Unsupported: object storage."""
 
-    def __init__(self, bucket: str | None = None, key_prefix: str | None = None, **kwargs: Any) -> None:
+    def __init__(
+        self,
+        bucket: str,
+        key_prefix: str | None,
+        region: str | None = None,
+        endpoint_url: str | None = None,
+        overwrite: bool = False,
+    ) -> None:
         raise Unsupported(
             f"S3 bucket {bucket!r}: writing to S3 needs the extra 's3', which this version does not have yet. Write "
             "to a folder (output_dir) and copy it."

@@ -7,6 +7,7 @@ from typing import Any
 
 from usdsdg.annotators import catalogue
 from usdsdg.annotators.annotator import Annotator, existing_products
+from usdsdg.annotators.payload import check_layout
 from usdsdg.errors import Unsupported, WriterError
 from usdsdg.registry import near_misses
 from usdsdg.writers.backends import BaseBackend
@@ -49,6 +50,7 @@ class Writer(ABC):
     metadata: dict[str, Any] = {}
     num_written: int = 0
     data_structure: str = "legacy"  # layout of the payload: "legacy", "annotator" or "renderProduct"
+    shares_arrays: bool = False  # True: `write` leaves the payload's arrays alone, so they need not be copied for it
 
     _payload: dict[str, Any] | None
     _render_products: tuple[str, ...]
@@ -61,6 +63,7 @@ class Writer(ABC):
         writer.annotators, writer.metadata = list(cls.annotators), dict(cls.metadata)
         writer._render_products, writer._trigger = (), ON_FRAME
         writer._payload, writer._scheduled, writer._executions = None, False, None
+        writer.parameters = {}
         return writer
 
     @abstractmethod
@@ -81,6 +84,7 @@ class Writer(ABC):
         check_names(type(self).__name__, type(self).__init__, kwargs)
         self.annotators, self.metadata = list(type(self).annotators), dict(type(self).metadata)
         self.num_written = 0
+        self.parameters = dict(kwargs)
         self.__init__(**kwargs)
 
     def attach(self, render_products: Any, trigger: Any = ON_FRAME) -> None:
@@ -90,13 +94,17 @@ class Writer(ABC):
             frame, or None to write only after `schedule_write()`.
 
         Raises:
-            WriterError: the writer reads nothing, as one that was never initialised.
+            WriterError: the writer reads nothing, as one that was never initialised, what it reads is no annotator, or
+                there is no such `data_structure`.
             BadPrim: one of the render products does not exist, or not any more.
         """
         if not self.annotators:
             raise WriterError(f"{type(self).__name__} has no annotators; call initialize(...) before attach().")
-        self.annotators = [catalogue.get(a) if isinstance(a, str) else a for a in self.annotators]
+        check_layout(self.data_structure, type(self).__name__)
+        self.annotators = [_annotator(each) for each in self.annotators]
         self._render_products = tuple(dict.fromkeys(existing_products(render_products)))
+        for annotator in self.annotators:
+            annotator.lend(self._render_products[0] if self._render_products else None)
         self._trigger = _checked_trigger(trigger)
         self._executions = getattr(self._trigger, "executions", None)
         if self not in _attached:
@@ -108,6 +116,8 @@ class Writer(ABC):
 
     def detach(self) -> None:
         """See no more frames; what was written stays, what is queued is still written."""
+        for annotator in self.get_attached_annotators():
+            annotator.lend(None)
         self._render_products = ()
         self._scheduled = False
         if self in _attached:
@@ -159,9 +169,11 @@ class Writer(ABC):
         return self._payload
 
     def get_annotators(self) -> list[Any]:
+        """What it reads: annotators, or before attaching also names of them."""
         return list(self.annotators)
 
-    def get_attached_annotators(self) -> list[Any]:
+    def get_attached_annotators(self) -> list[Annotator]:
+        """The annotators that it reads now: none while it is not attached."""
         return list(self.annotators) if self._render_products else []
 
     def get_annotator(self, name: str) -> Annotator:
@@ -173,17 +185,35 @@ class Writer(ABC):
         return self.annotators[self._index_of(name)]
 
     def add_annotator(self, annotator: Annotator | str, name: str | None = None) -> None:
-        """Read one more annotator, under `name`; it appears in the payload."""
-        found = catalogue.get(annotator) if isinstance(annotator, str) else annotator
-        self.annotators.append(found.copy(name) if name else found)
+        """Read one more annotator, under `name` (default: its own); takes the place of one of that name.
+
+        Raises:
+            AnnotatorRegistryError: there is no annotator of that name.
+            WriterError: it is no annotator.
+        """
+        found = _annotator(annotator)
+        found = found.copy(name) if name else found
+        names = self._names()
+        if found.get_name() in names:
+            self.annotators[names.index(found.get_name())] = found
+        else:
+            self.annotators.append(found)
+        found.lend(self._render_products[0] if self._render_products else None)
 
     def augment_annotator(self, annotator_name: str, augmentation: Any, **kwargs: Any) -> None:
-        """Pass the array of one of the writer's annotators through `augmentation`; it keeps its name."""
+        """Pass the array of one of the writer's annotators through `augmentation` too; it keeps its name.
+
+        augmentation: an Augmentation, its registered name, the type of a node, or a function.
+        kwargs: its arguments; see `Annotator.augment` for errors.
+
+        Raises:
+            WriterError: the writer reads no such annotator.
+        """
         index = self._index_of(annotator_name)
-        self.annotators[index] = catalogue.augment(self.annotators[index], augmentation, name=annotator_name, **kwargs)
+        self.add_annotator(catalogue.augment(self.annotators[index], augmentation, name=annotator_name, **kwargs))
 
     def _index_of(self, name: str) -> int:
-        names = [a if isinstance(a, str) else a.get_name() for a in self.annotators]
+        names = self._names()
         if name not in names:
             close = near_misses(name, names) or names
             raise WriterError(f"{type(self).__name__} reads no annotator {name!r}; it reads {', '.join(close)}.")
@@ -191,6 +221,9 @@ class Writer(ABC):
         if isinstance(self.annotators[index], str):
             self.annotators[index] = catalogue.get(name)
         return index
+
+    def _names(self) -> list[str]:
+        return [a if isinstance(a, str) else a.get_name() for a in self.annotators]
 
     # Metadata
 
@@ -208,6 +241,13 @@ class Writer(ABC):
     def get_node(self) -> Writer:
         """An opaque handle: there is no OmniGraph node behind a writer."""
         return self
+
+
+def _annotator(annotator: Any) -> Annotator:
+    found = catalogue.get(annotator) if isinstance(annotator, str) else annotator
+    if not isinstance(found, Annotator):
+        raise WriterError(f"{annotator!r} is no annotator: give a name, or what annotators.get(name) returns.")
+    return found
 
 
 def _checked_trigger(trigger: Any) -> Any:

@@ -29,6 +29,7 @@ class BasicWriter(Writer):
 
     version = "0.0.2"
     data_structure = "annotator"
+    shares_arrays = True
 
     @typed
     def __init__(

@@ -37,6 +37,7 @@ class PoseWriter(Writer):
 
     version = "0.2.0"
     data_structure = "renderProduct"
+    shares_arrays = True
 
     @typed
     def __init__(

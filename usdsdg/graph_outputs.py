@@ -1,0 +1,31 @@
+"""What a writer's payload tells of the graph: how often triggers have fired, and what named distributions drew."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from usdsdg.distribution import Distribution, draw
+from usdsdg.graph.evaluate import graph
+
+
+def trigger_outputs() -> dict[str, int]:
+    """How often timed triggers have fired, by name: writers number their sequences by it."""
+    return {trigger.name: trigger.executions for trigger in graph().triggers if trigger.kind == "OgnOnTime"}
+
+
+def distribution_outputs() -> dict[str, np.ndarray | list[Any]]:
+    """What each distribution with a name drew last under a trigger, one row per prim of its consumer.
+
+    Draws depend on nothing but their keys, so they are made again instead of being kept.
+    """
+    drawn: dict[str, np.ndarray | list[Any]] = {}
+    for trigger in graph().triggers:
+        for node in trigger.nodes:
+            for role, value in node.inputs.items():
+                if isinstance(value, Distribution) and value.node.name and node.executions:
+                    rows = draw(value, node, node.executions - 1, role)
+                    numeric = all(isinstance(row, (int, float, np.ndarray, np.generic)) for row in rows)
+                    drawn[value.node.name] = np.array(rows) if numeric else rows
+    return drawn
