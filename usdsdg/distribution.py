@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import abc
 import copy
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from numbers import Real
 from statistics import NormalDist
 from typing import Any, Self
@@ -15,7 +16,7 @@ from typing import Any, Self
 import numpy as np
 
 from usdsdg.errors import GraphError
-from usdsdg.graph.node import Node, ReplicatorItem, script_line
+from usdsdg.graph.node import Node, ReplicatorItem, plain, script_line
 from usdsdg.graph.sampling import generator, get_global_seed, uniforms
 
 _GAUSS = NormalDist()
@@ -25,7 +26,8 @@ class Distribution(ReplicatorItem, abc.ABC):
     """A distribution's handle. `sample` returns one row per prim."""
 
     def __init__(self, kind: str, seed: int | None, name: str | None, **inputs: Any) -> None:
-        super().__init__(Node(kind=kind, inputs=inputs, name=name, line=script_line()))
+        given = {role: plain(value) for role, value in {**inputs, "seed": seed}.items() if value is not None}
+        super().__init__(Node(kind=kind, inputs=given, name=name, line=script_line()))
         self._seed = seed
 
     def seed(self) -> int:
@@ -42,7 +44,18 @@ class Distribution(ReplicatorItem, abc.ABC):
             raise GraphError(f"{self.node.describe()} has seed={own}, its randomizer seed={seed}; give one of them")
         twin = copy.copy(self)
         twin._seed = seed
+        twin.node = replace(self.node, inputs={**self.node.inputs, "seed": seed}, path=None)
         return twin
+
+    def set_input(self, name: str, value: Any) -> None:
+        """Draw with another bound, choice or seed from the next execution on.
+
+        Raises:
+            GraphError: the value does not go with the other inputs.
+        """
+        changed = from_inputs(self.node.kind, {**self.node.inputs, name: value}, self.node.name)
+        super().set_input(name, value)
+        self.__dict__.update({key: own for key, own in changed.__dict__.items() if key != "node"})
 
     @abc.abstractmethod
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray | list[Any]:
@@ -106,7 +119,8 @@ class LogUniform(Uniform):
 class Choice(Distribution):
     def __init__(self, choices: Any, weights: Any, with_replacements: bool, seed: int | None, name: str | None) -> None:
         items = list(choices.prims) if isinstance(choices, ReplicatorItem) else list(choices)
-        super().__init__("OgnSampleChoice", seed, name, choices=items, weights=weights)
+        inputs = dict(choices=items, weights=weights, withReplacements=with_replacements)
+        super().__init__("OgnSampleChoice", seed, name, **inputs)
         if not items:
             raise GraphError(f"{self.node.describe()}: choices is empty")
         self._items, self._with_replacements = items, with_replacements
@@ -119,7 +133,7 @@ class Choice(Distribution):
 
     def seeded(self, seed: int) -> Self:
         twin = super().seeded(seed)
-        twin._items = _all_seeded(self._items, seed)
+        twin._items = twin.node.inputs["choices"] = _all_seeded(self._items, seed)
         return twin
 
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> list[Any]:
@@ -140,7 +154,7 @@ class Choice(Distribution):
 class Sequence_(Distribution):
     def __init__(self, items: Any, ordered: bool, stride: int | None, seed: int | None, name: str | None) -> None:
         items = list(items.prims) if isinstance(items, ReplicatorItem) else list(items)
-        super().__init__("OgnSampleSequence", seed, name, items=items, ordered=ordered)
+        super().__init__("OgnSampleSequence", seed, name, items=items, ordered=ordered, stride=stride)
         if not items:
             raise GraphError(f"{self.node.describe()}: items is empty")
         self._items, self._ordered, self._stride = items, ordered, stride
@@ -164,7 +178,7 @@ class Combine(Distribution):
 
     def seeded(self, seed: int) -> Self:
         twin = super().seeded(seed)
-        twin._parts = _all_seeded(self._parts, seed)
+        twin._parts = twin.node.inputs["distributions"] = _all_seeded(self._parts, seed)
         return twin
 
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray:
@@ -222,6 +236,30 @@ def sequence(
 def combine(distributions: Sequence[Any], name: str | None = None):
     """One vector from one distribution (or number) per axis."""
     return Combine(distributions, name)
+
+
+def from_inputs(kind: str, inputs: dict[str, Any], name: str | None) -> Distribution:
+    """The distribution that a node of a saved graph describes.
+
+    Raises:
+        GraphError: the type is none of ours.
+    """
+    seed = inputs.get("seed")
+    makers: dict[str, Callable[[], Distribution]] = {
+        "OgnSampleUniform": lambda: Uniform(inputs["lower"], inputs["upper"], seed, name),
+        "OgnSampleNormal": lambda: Normal(inputs["mean"], inputs["std"], seed, name),
+        "OgnSampleLogUniform": lambda: LogUniform(inputs["lower"], inputs["upper"], seed, name),
+        "OgnSampleChoice": lambda: Choice(
+            inputs["choices"], inputs.get("weights"), inputs.get("withReplacements", True), seed, name
+        ),
+        "OgnSampleSequence": lambda: Sequence_(
+            inputs["items"], inputs.get("ordered", True), inputs.get("stride"), seed, name
+        ),
+        "OgnCombine": lambda: Combine(inputs["distributions"], name),
+    }
+    if kind not in makers:
+        raise GraphError(f"a node of type {kind} is no distribution; known: {', '.join(makers)}")
+    return makers[kind]()
 
 
 def one_of(options: Any, seed: int | None) -> Distribution:

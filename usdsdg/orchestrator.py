@@ -10,6 +10,8 @@ import asyncio
 import enum
 from collections.abc import Callable, Iterator
 
+from pxr import Usd
+
 from usdsdg.annotators import annotator
 from usdsdg.app import get_app
 from usdsdg.capture import Capture
@@ -49,7 +51,9 @@ class Orchestrator:
         self._capture = Capture()
         self._status_callbacks: list[Callable[[Status], None]] = []
         self._captured_callbacks: list[Callable[[], None]] = []
+        self._asked_subframes = 0
         context.on_new_stage(lambda *_: self.reset())
+        context.before_saving(self._note_run)
 
     def reset(self) -> None:
         """A new stage: nothing captured, nothing started."""
@@ -65,6 +69,7 @@ class Orchestrator:
         self._set_status(Status.STEPPING)
         timeline = get_timeline()
         timeline.release()
+        self._asked_subframes = max(rt_subframes, 0)
         fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_current_time())
         mode = render_mode(self._subframes(rt_subframes, fired))
         self._capture.begin()
@@ -155,6 +160,11 @@ class Orchestrator:
         """End the run: the next frame is a first one again, with the draws of the first."""
         self.finish()
         self.captures, self._initialized = 0, False
+
+    def _note_run(self, stage: Usd.Stage) -> None:
+        from usdsdg.saved_graph import note_run
+
+        note_run(stage, frames=self.captures, rt_subframes=self._asked_subframes)
 
     # --- status ---
     def set_next_subframes(self, count: int) -> None:

@@ -30,6 +30,9 @@ DEFAULTS: dict[str, Any] = {
 }
 
 
+_UNSET = object()
+
+
 def normalised(path: str) -> str:
     """`rtx//rendermode/` and `/rtx/rendermode` are one key."""
     return "/" + "/".join(part for part in path.split("/") if part)
@@ -56,6 +59,10 @@ class Settings:
     def set_default(self, path: str, value: Any) -> None:
         """Store `value` unless the key has one."""
         self._values.setdefault(normalised(path), value)
+
+    def changed(self) -> dict[str, Any]:
+        """What was set to something else than its default."""
+        return {key: value for key, value in self._values.items() if DEFAULTS.get(key, _UNSET) != value}
 
     def destroy_item(self, path: str) -> None:
         """Forget a key and everything below it."""

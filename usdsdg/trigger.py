@@ -7,7 +7,7 @@ from typing import Any
 
 from usdsdg.errors import GraphError, Unsupported
 from usdsdg.graph.evaluate import Moment, Trigger, graph
-from usdsdg.graph.node import ReplicatorItem
+from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.timeline import get_timeline
 
 # After so many captures without being true a condition no longer counts as something that will end a run.
@@ -21,14 +21,13 @@ def on_frame(
 
     The preview at initialisation already ran the body once, so frame 0 shows that draw and the first capture only
     records the baseline, as in Replicator.
+
+    Raises:
+        GraphError: `interval` is below 1.
     """
     if interval < 1:
         raise GraphError(f"trigger.on_frame: interval={interval!r} must be at least 1")
-
-    def due(moment: Moment) -> bool:
-        return moment.preview or (moment.capture > 0 and moment.capture % interval == 0)
-
-    return graph().add_trigger(Trigger("OgnOnFrame", name, due, max_execs or num_frames, rt_subframes))
+    return _add("OgnOnFrame", name, interval=interval, maxExecs=max_execs or num_frames, rtSubframes=rt_subframes)
 
 
 def on_time(
@@ -40,43 +39,28 @@ def on_time(
     reset_physics: bool = True,
     max_execs: int = 0,
 ) -> ReplicatorItem:
-    """Fire whenever the timeline has moved on by `interval` seconds, first at `interval`."""
+    """Fire whenever the timeline has moved on by `interval` seconds, first at `interval`.
+
+    Raises:
+        GraphError: `interval` is not above 0.
+    """
     if interval <= 0:
         raise GraphError(f"trigger.on_time: interval={interval!r} must be above 0")
-    last = [0.0]
-
-    def due(moment: Moment) -> bool:
-        if moment.time < last[0]:
-            last[0] = 0.0
-        if moment.preview or moment.time < last[0] + interval:
-            return False
-        last[0] += interval
-        return True
-
-    def blocked() -> str:
-        timeline = get_timeline()
-        if not timeline.is_playing():
-            return (
-                f"trigger.on_time {name!r} waits for the timeline, which does not play (start_timeline=True plays it)"
-            )
-        if timeline.is_looping() and interval >= timeline.get_end_time():
-            return f"trigger.on_time {name!r} waits for {interval:g} s, and the timeline loops before that"
-        return ""
-
-    return graph().add_trigger(Trigger("OgnOnTime", name, due, max_execs or num, rt_subframes, blocked=blocked))
+    return _add("OgnOnTime", name, interval=float(interval), maxExecs=max_execs or num, rtSubframes=rt_subframes)
 
 
 def on_custom_event(event_name: str) -> ReplicatorItem:
     """Fire at the evaluation after `rep.utils.send_og_event(event_name)`."""
     if not event_name:
         raise GraphError("trigger.on_custom_event: event_name is empty")
-    return graph().add_trigger(
-        Trigger("OnCustomEvent", event_name, lambda moment: event_name in moment.events and not moment.preview)
-    )
+    return _add("OnCustomEvent", event_name, eventName=event_name)
 
 
 def on_condition(condition: Callable[[], bool], max_execs: int = 0, rt_subframes: int = 1) -> ReplicatorItem:
-    """Fire at every capture for which `condition()` is true."""
+    """Fire at every capture for which `condition()` is true.
+
+    The function is Python and does not go into a saved stage; such a stage names it and needs the script.
+    """
     name = getattr(condition, "__name__", "condition")
     misses = [0]
 
@@ -91,7 +75,70 @@ def on_condition(condition: Callable[[], bool], max_execs: int = 0, rt_subframes
         patient = misses[0] < PATIENCE
         return "" if patient else f"trigger.on_condition {name!r} was false at the last {misses[0]} captures"
 
-    return graph().add_trigger(Trigger("OgnConditionScript", name, due, max_execs, rt_subframes, blocked=blocked))
+    inputs = {"maxExecs": max_execs, "rtSubframes": rt_subframes}
+    node = Node("OgnConditionScript", inputs, name=name)
+    return graph().add_trigger(Trigger(node, due, max_execs, rt_subframes, blocked=blocked))
+
+
+def _add(kind: str, name: str, **inputs: Any) -> ReplicatorItem:
+    return graph().add_trigger(trigger_of(Node(kind, inputs, name=name)))
+
+
+def trigger_of(node: Node) -> Trigger:
+    """The trigger that a node describes, new or from a saved graph.
+
+    Raises:
+        GraphError: the node is of a type that cannot be made from its inputs.
+    """
+    makers = {"OgnOnFrame": _on_frame, "OgnOnTime": _on_time, "OnCustomEvent": _on_custom_event}
+    if node.kind == "OgnConditionScript":
+        raise GraphError(
+            f"trigger.on_condition {node.name!r} (made at {node.line}) calls a Python function, which a saved stage "
+            "does not hold; run the script instead"
+        )
+    if node.kind not in makers:
+        raise GraphError(f"a node of type {node.kind} is no trigger; known: {', '.join(makers)}")
+    limits = {"max_execs": int(node.inputs.get("maxExecs", 0)), "rt_subframes": int(node.inputs.get("rtSubframes", 1))}
+    return makers[node.kind](node, limits)
+
+
+def _on_frame(node: Node, limits: dict[str, int]) -> Trigger:
+    interval = int(node.inputs["interval"])
+
+    def due(moment: Moment) -> bool:
+        return moment.preview or (moment.capture > 0 and moment.capture % interval == 0)
+
+    return Trigger(node, due, **limits)
+
+
+def _on_time(node: Node, limits: dict[str, int]) -> Trigger:
+    interval, last = float(node.inputs["interval"]), [0.0]
+
+    def due(moment: Moment) -> bool:
+        if moment.time < last[0]:
+            last[0] = 0.0
+        if moment.preview or moment.time < last[0] + interval:
+            return False
+        last[0] += interval
+        return True
+
+    def blocked() -> str:
+        timeline = get_timeline()
+        if not timeline.is_playing():
+            return (
+                f"trigger.on_time {node.name!r} waits for the timeline, which does not play (start_timeline=True "
+                "plays it)"
+            )
+        if timeline.is_looping() and interval >= timeline.get_end_time():
+            return f"trigger.on_time {node.name!r} waits for {interval:g} s, and the timeline loops before that"
+        return ""
+
+    return Trigger(node, due, blocked=blocked, **limits)
+
+
+def _on_custom_event(node: Node, limits: dict[str, int]) -> Trigger:
+    event = str(node.inputs["eventName"])
+    return Trigger(node, lambda moment: event in moment.events and not moment.preview, **limits)
 
 
 def on_key_press(key: Any, modifier: Any = None, name: str | None = None) -> ReplicatorItem:

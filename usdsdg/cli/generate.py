@@ -1,4 +1,4 @@
-"""`usdsdg generate CONFIG`: the object-based job from a YAML or JSON file."""
+"""`usdsdg generate CONFIG`: the object-based job from a YAML or JSON file, or a saved stage with its graph."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from usdsdg.cli.session import AssetsRoot, Device, Quiet, SaveStage, seed_everyt
 
 
 def generate(
-    config: Annotated[Path, typer.Argument(help="Job file, for example configs/object_based.yaml.")],
+    config: Annotated[
+        Path, typer.Argument(help="Job file such as configs/object_based.yaml, or a .usd saved with its graph.")
+    ],
     set_: Annotated[
         list[str] | None, typer.Option("--set", help="Override a key: num_frames=3, resolution=[320,240].")
     ] = None,
@@ -21,12 +23,18 @@ def generate(
     save_stage: SaveStage = None,
     quiet: Quiet = False,
 ) -> None:
-    """Generate a dataset of labelled objects among distractors, from a config file."""
+    """Generate a dataset of labelled objects among distractors, from a config file.
+
+    Given a stage that a script saved, run its graph again without the script.
+    """
     with session(assets_root=assets_root, device=device, quiet=quiet, save_stage=save_stage):
-        from usdsdg.jobs import object_based
+        from usdsdg.jobs import object_based, saved_pipeline
         from usdsdg.jobs.config import load_config
 
         overrides = [*(set_ or []), *([f"seed={seed}"] if seed is not None else [])]
+        if config.suffix.lower() in saved_pipeline.SUFFIXES:
+            saved_pipeline.run(config, saved_pipeline.Overrides.parse(overrides))
+            return
         job = load_config(config, overrides)
         seed_everything(job.seed)
         object_based.run(job)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from usdsdg.errors import GraphError, UsdsdgError
+from usdsdg.graph.authoring import author, author_impulse
 from usdsdg.graph.kinds import action_of
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, plain, prim_paths
 
@@ -23,8 +24,7 @@ class Trigger:
     `blocked` says why it cannot fire as things stand, or nothing.
     """
 
-    kind: str
-    name: str
+    node: Node
     due: Callable[[Moment], bool]
     max_execs: int = 0
     rt_subframes: int = 1
@@ -32,6 +32,16 @@ class Trigger:
     executions: int = 0
     blocked: Callable[[], str] = str
     counted_from: int = 0  # executions of earlier runs, which `max_execs` does not count
+
+    @property
+    def kind(self) -> str:
+        """Its node's type."""
+        return self.node.kind
+
+    @property
+    def name(self) -> str:
+        """What it is called in keys, payloads and messages."""
+        return self.node.name or self.node.kind
 
     @property
     def exhausted(self) -> bool:
@@ -61,12 +71,26 @@ class Graph:
         """Place a node under the current trigger, or to run once when there is none."""
         trigger = current_trigger()
         self._give_key(node, trigger.name if trigger else "once")
-        (trigger.nodes if trigger else self.impulses).append(node)
+        nodes = trigger.nodes if trigger else self.impulses
+        starter = trigger.node.path if trigger else author_impulse()
+        author(node, after=nodes[-1].path if nodes else starter)
+        nodes.append(node)
         return node
 
     def add_trigger(self, trigger: Trigger) -> ReplicatorItem:
         self.triggers.append(trigger)
-        return ReplicatorItem(Node(kind=trigger.kind, name=trigger.name), trigger=trigger)
+        author(trigger.node, after=None)
+        return ReplicatorItem(trigger.node, trigger=trigger)
+
+    def adopt(self, node: Node, trigger: Trigger | None) -> None:
+        """Place a node of a saved graph, which has its key and its prim already."""
+        (trigger.nodes if trigger else self.impulses).append(node)
+        base, _, number = node.key.rpartition("#")
+        self._keys[base] = max(self._keys[base], int(number) + 1 if number.isdigit() else 0)
+
+    def adopt_trigger(self, trigger: Trigger) -> None:
+        """Place a trigger of a saved graph."""
+        self.triggers.append(trigger)
 
     def _give_key(self, node: Node, trigger: str) -> None:
         # The key says what the node does, not when it was made, so that other nodes may come and go. Twins (same

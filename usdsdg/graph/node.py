@@ -38,6 +38,8 @@ class Node:
     line: str = field(default_factory=script_line)
     executions: int = 0
     state: dict[str, Any] = field(default_factory=dict)
+    path: str | None = None  # of its prim, in the stage with the root layer `layer`
+    layer: Any = None
 
     def get_attribute(self, name: str) -> Any:
         """The input `name` (with or without the `inputs:` prefix)."""
@@ -88,7 +90,11 @@ class ReplicatorItem:
         return self.node.inputs[name]
 
     def set_input(self, name: str, value: Any) -> None:
-        self.node.inputs[name] = value
+        """Change an input from the next execution on."""
+        from usdsdg.graph.authoring import author_input
+
+        self.node.inputs[name] = plain(value)
+        author_input(self.node, name)
 
     def __enter__(self) -> ReplicatorItem:
         if self._trigger is not None:

@@ -15,6 +15,7 @@ schemas.register()
 
 _current: Usd.Stage | None = None
 _listeners: list[Callable[[Usd.Stage], None]] = []
+_before_saving: list[Callable[[Usd.Stage], None]] = []
 
 
 def current_stage() -> Usd.Stage:
@@ -109,7 +110,21 @@ def save_stage(path: str | os.PathLike[str]) -> Path:
         Unsupported: the extension is not .usd, .usda or .usdc.
         OutputNotWritable: the folder or file cannot be written.
     """
-    return flatten.write(current_stage(), Path(path).absolute())
+    file = Path(path).absolute()
+    flatten.check_extension(file)
+    return flatten.write_layer(snapshot(file.parent), file)
+
+
+def snapshot(folder: Path) -> Sdf.Layer:
+    """The current stage as it would be saved into `folder` now."""
+    for callback in tuple(_before_saving):
+        callback(current_stage())
+    return flatten.flattened(current_stage(), folder)
+
+
+def before_saving(callback: Callable[[Usd.Stage], None]) -> None:
+    """Call `callback(stage)` whenever the current stage is about to be saved, to author what belongs in the file."""
+    _before_saving.append(callback)
 
 
 def _reason(failure: Tf.ErrorException) -> str:

@@ -1,0 +1,181 @@
+"""The graph as prims: what a saved stage shows of it, and that it runs again without its script."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pxr import Gf, Usd
+
+import usdsdg as rep
+from usdsdg import saved_graph
+from usdsdg.errors import ConfigError, GraphError
+from usdsdg.graph.evaluate import graph
+from usdsdg.jobs import saved_pipeline
+from usdsdg.stage import context
+from usdsdg.stage.node_prims import Link, NodeRecord, define_graph, define_node, read_node
+
+PIPELINE = Path(__file__).with_name("twenty_nodes.py")
+
+
+@pytest.fixture(autouse=True)
+def _stage():
+    context.new_stage()
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        True,
+        3,
+        0.25,
+        "text",
+        (1, 2),
+        (1, 2, 3),
+        (0.5, 1.5, 2.5),
+        (0.0, 1.0, 0.5, 1.0),
+        ["/World/a", "/World/b"],
+        [0.5, 1.5],
+        [(0.0, 1.0, 0.5), (1.0, 0.0, 0.5)],
+        [1, 2, 3],
+        [True, False],
+        [["class", "cube"], ["class", "ball"]],
+        {"class": "cube"},
+        [1, "two", None],
+    ],
+)
+def test_an_input_reads_back_as_it_was_written(value):
+    stage = context.current_stage()
+    define_graph(stage)
+    prim = define_node(stage, "/Replicator/SDGPipeline/Node", NodeRecord("OgnNode", {"value": value}))
+    found = read_node(prim).inputs["value"]
+    assert found == value
+    assert type(found) is type(value)
+
+
+def test_arrays_and_links_read_back():
+    stage = context.current_stage()
+    define_graph(stage)
+    inputs = {"rows": np.arange(6.0).reshape(2, 3), "drawn": Link("/A"), "mixed": [Link("/A"), 2.0, Link("/B")]}
+    found = read_node(define_node(stage, "/Replicator/SDGPipeline/Node", NodeRecord("OgnNode", inputs))).inputs
+    assert found["rows"] == [(0.0, 1.0, 2.0), (3.0, 4.0, 5.0)]
+    assert found["drawn"] == Link("/A")
+    assert found["mixed"] == [Link("/A"), 2.0, Link("/B")]
+
+
+def test_nodes_are_prims_with_their_targets_order_and_script_line():
+    cubes = rep.create.cube(count=2)
+    with rep.trigger.on_frame(interval=2, name="often"), cubes:
+        rep.modify.pose(position=rep.distribution.uniform((0, 0, 0), (1, 2, 3)))
+        rep.randomizer.color(rep.distribution.choice([(1, 0, 0), (0, 1, 0)]))
+    prims = {p.GetName(): p for p in context.current_stage().GetPrimAtPath("/Replicator/SDGPipeline").GetChildren()}
+    assert list(prims) == ["OgnOnFrame", "OgnSampleUniform", "OgnWritePose", "OgnSampleChoice", "OgnColor"]
+    assert {prim.GetTypeName() for prim in prims.values()} == {"OmniGraphNode"}
+    assert prims["OgnWritePose"].GetAttribute("node:type").Get() == "omni.replicator.core.OgnWritePose"
+    assert prims["OgnOnFrame"].GetAttribute("inputs:interval").Get() == 2
+    assert prims["OgnSampleUniform"].GetAttribute("inputs:upper").Get() == Gf.Vec3i(1, 2, 3)
+    pose = read_node(prims["OgnWritePose"])
+    assert pose.prims == cubes.prims
+    assert pose.inputs["position"] == Link("/Replicator/SDGPipeline/OgnSampleUniform")
+    assert pose.after == "/Replicator/SDGPipeline/OgnOnFrame"
+    assert read_node(prims["OgnColor"]).after == "/Replicator/SDGPipeline/OgnWritePose"
+    assert pose.facts["line"].startswith("test_saved_graph.py:")
+
+
+def test_an_input_that_is_set_later_changes_draws_and_prim():
+    cube = rep.create.cube()
+    drawn = rep.distribution.uniform((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+    with rep.trigger.on_frame(), cube:
+        rep.modify.pose(position=drawn)
+    drawn.set_input("upper", (6.0, 6.0, 6.0))
+    drawn.set_input("lower", (5.0, 5.0, 5.0))
+    graph().evaluate(preview=True)
+    prim = context.current_stage().GetPrimAtPath(cube.prims[0])
+    assert min(prim.GetAttribute("xformOp:translate").Get()) >= 5.0
+    node = context.current_stage().GetPrimAtPath("/Replicator/SDGPipeline/OgnSampleUniform")
+    assert node.GetAttribute("inputs:upper").Get() == Gf.Vec3d(6, 6, 6)
+
+
+def test_a_loaded_graph_draws_what_the_script_would_have_drawn():
+    rep.set_global_seed(11)
+    cubes = rep.create.cube(count=3)
+    with rep.trigger.on_frame(), cubes:
+        rep.modify.pose(
+            position=rep.distribution.normal((0, 0, 0), (1, 2, 3)), rotation=rep.distribution.uniform(0, 90)
+        )
+        rep.randomizer.rotation(min_angle=(0, 0, 0), max_angle=(0, 0, 90))
+        rep.physics.rigid_body(velocity=rep.distribution.uniform((-1, -1, -1), (1, 1, 1)))
+    stage = context.current_stage()
+    graph().evaluate(preview=True)
+    graph().evaluate(capture=1)
+    expected = stage.GetRootLayer().ExportToString()
+    saved_graph.load(stage)
+    graph().evaluate(preview=True)
+    graph().evaluate(capture=1)
+    assert stage.GetRootLayer().ExportToString() == expected
+
+
+def test_nodes_added_to_a_loaded_graph_get_keys_of_their_own():
+    cube = rep.create.cube()
+    with rep.trigger.on_frame(), cube:
+        rep.modify.attribute("size", rep.distribution.uniform(1, 2), attribute_type="double")
+    saved_graph.load(context.current_stage())
+    with rep.trigger.on_frame(), cube:
+        rep.modify.attribute("size", rep.distribution.uniform(1, 2), attribute_type="double")
+    first, second = (trigger.nodes[0].key for trigger in graph().triggers)
+    assert first != second
+
+
+@pytest.mark.parametrize(
+    ("break_it", "words"),
+    [
+        (lambda s: s.RemovePrim("/Replicator/SDGPipeline"), "no /Replicator/SDGPipeline"),
+        (lambda s: s.RemovePrim("/Replicator/SDGPipeline/OgnSampleUniform"), "OgnSampleUniform.*not on the stage"),
+        (lambda s: s.RemovePrim("/Replicator/SDGPipeline/OgnOnFrame"), "started by .*OgnOnFrame"),
+        (
+            lambda s: s.GetPrimAtPath("/Replicator/SDGPipeline/OgnWritePose").GetAttribute("node:type").Set("x.Fold"),
+            "of type Fold",
+        ),
+    ],
+)
+def test_a_damaged_graph_says_what_is_missing(break_it, words):
+    with rep.trigger.on_frame(), rep.create.cube():
+        rep.modify.pose(position=rep.distribution.uniform(0, 1))
+    break_it(context.current_stage())
+    with pytest.raises(GraphError, match=words):
+        saved_graph.load(context.current_stage())
+
+
+def test_a_python_condition_is_named():
+    def rarely():
+        return False
+
+    with rep.trigger.on_condition(rarely), rep.create.cube():
+        rep.modify.pose(position=(0, 0, 1))
+    with pytest.raises(GraphError, match=r"rarely.*test_saved_graph\.py:.*run the script"):
+        saved_graph.load(context.current_stage())
+
+
+def test_overrides_name_all_mistakes_at_once():
+    assert saved_pipeline.Overrides.parse(["num_frames=3", "seed=0"]) == saved_pipeline.Overrides(3, None, 0)
+    with pytest.raises(ConfigError, match=r"num_frame: .*num_frames.*seed: 'x'"):
+        saved_pipeline.Overrides.parse(["num_frame=3", "seed=x"])
+
+
+def test_a_saved_pipeline_of_twenty_nodes_makes_the_same_files_in_a_fresh_process(tmp_path):
+    command = [sys.executable, "-m", "usdsdg"]
+    script, again, stage = tmp_path / "script", tmp_path / "again", tmp_path / "scene.usdc"
+    run = [*command, "run", "-q", "--device", "cpu", "--save-stage", str(stage), str(PIPELINE), str(script)]
+    generate = [*command, "generate", "-q", "--device", "cpu", str(stage), "--set", f"output_dir={again}"]
+    for each in (run, generate):
+        subprocess.run(each, check=True, capture_output=True, timeout=300, cwd=tmp_path)
+    saved = Usd.Stage.Open(str(stage))
+    nodes = [prim for prim in saved.Traverse() if prim.GetTypeName() == "OmniGraphNode"]
+    assert len(nodes) >= 20
+    files = sorted(path.name for path in script.iterdir())
+    assert files == sorted(path.name for path in again.iterdir())
+    assert [name for name in files if (script / name).read_bytes() != (again / name).read_bytes()] == []
+    assert saved.GetRootLayer().customLayerData["renderSettings"]["omni:replicator:RTSubframes"] == 2

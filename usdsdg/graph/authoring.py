@@ -1,0 +1,60 @@
+"""The graph on the stage: every node as a prim, when it is added, so that a saved stage shows and can run it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from usdsdg.graph.node import Node, ReplicatorItem
+from usdsdg.stage import paths
+from usdsdg.stage.context import current_stage
+from usdsdg.stage.node_prims import PIPELINE, Link, NodeRecord, define_graph, define_node, write_input
+
+IMPULSE = f"{PIPELINE}/OnImpulseEvent"
+
+
+def author(node: Node, *, after: str | None) -> None:
+    """Author a node that is started by the one at `after`; its path is kept in `node.path`."""
+    stage = current_stage()
+    define_graph(stage)
+    inputs = {name: _linked(value) for name, value in node.inputs.items()}
+    facts = {"key": node.key, "line": node.line, "name": node.name or ""}
+    node.path = paths.next_free_path(stage, f"{PIPELINE}/{node.kind}")
+    node.layer = stage.GetRootLayer()
+    define_node(stage, node.path, NodeRecord(node.kind, inputs, node.prims, after, _given(facts)))
+
+
+def author_impulse() -> str:
+    """The node that starts what runs once, before all triggers."""
+    stage = current_stage()
+    if not stage.GetPrimAtPath(IMPULSE):
+        define_graph(stage)
+        define_node(stage, IMPULSE, NodeRecord("OnImpulseEvent"))
+    return IMPULSE
+
+
+def author_input(node: Node, name: str) -> None:
+    """Bring one input of an authored node up to date."""
+    stage = current_stage()
+    if is_authored(node):
+        write_input(stage.GetPrimAtPath(node.path), name, _linked(node.inputs[name]))
+
+
+def is_authored(node: Node) -> bool:
+    """Whether the node is on the current stage."""
+    stage = current_stage()
+    return node.path is not None and node.layer == stage.GetRootLayer() and bool(stage.GetPrimAtPath(node.path))
+
+
+def _given(facts: dict[str, str]) -> dict[str, str]:
+    return {name: text for name, text in facts.items() if text}
+
+
+def _linked(value: Any) -> Any:
+    """Distributions as links to their prims, which are authored when first used."""
+    if isinstance(value, ReplicatorItem):
+        if not is_authored(value.node):
+            author(value.node, after=None)
+        return Link(str(value.node.path))
+    if isinstance(value, (list, tuple)) and any(isinstance(each, ReplicatorItem) for each in value):
+        return [_linked(each) for each in value]
+    return value
