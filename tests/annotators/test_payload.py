@@ -18,9 +18,11 @@ def frames():
     }
 
 
-def reader(layout):
+def reader(layout, products=()):
     wanted = [annotators.get("rgb"), annotators.get("bounding_box_2d_tight"), annotators.get("camera_params")]
-    return SimpleNamespace(data_structure=layout, shares_arrays=False, annotators_of=lambda path: wanted)
+    return SimpleNamespace(
+        data_structure=layout, render_products=products, shares_arrays=False, annotators_of=lambda path: wanted
+    )
 
 
 def one(frames):
@@ -44,6 +46,12 @@ def test_legacy_layout_of_one_product(frames):
 def test_legacy_layout_of_several_products_appends_their_names(frames):
     payload = annotators.build_payload(reader("legacy"), frames)
     assert {"rgb-left", "rgb-right", "camera_params-left", "rp_right"} <= set(payload)
+    assert "rgb" not in payload
+
+
+def test_a_product_that_is_switched_off_does_not_rename_the_others(frames):
+    payload = annotators.build_payload(reader("legacy", products=tuple(frames)), one(frames))
+    assert {"rgb-left", "rp_left"} <= set(payload)
     assert "rgb" not in payload
 
 

@@ -29,6 +29,7 @@ class Reader(Protocol):
     """Who a payload is for: a writer."""
 
     data_structure: str
+    render_products: Sequence[str]  # those that it is attached to, whether they are in this payload or not
     shares_arrays: bool  # whether it leaves arrays as they are, so that it needs none of its own
 
     def annotators_of(self, render_product: str) -> Sequence[Annotator]: ...
@@ -56,7 +57,11 @@ def build_payload(
     first = next(iter(frames.values()), None)
     number = frame_number if frame_number is not None else first.index if first else 0
     time = first.reference_time if first else (0, 1)
-    return lay_out(reader.data_structure, captures, frame_number=number, reference_time=time, **outputs)
+    # One that is switched off for a frame does not rename what the others give.
+    several = max(len(reader.render_products), len(captures)) > 1
+    return lay_out(
+        reader.data_structure, captures, several=several, frame_number=number, reference_time=time, **outputs
+    )
 
 
 def _own(annotation: Annotation, *, shared: bool) -> Annotation:
@@ -71,6 +76,7 @@ def lay_out(
     layout: str,
     captures: Mapping[str, Capture],
     *,
+    several: bool,
     frame_number: int,
     reference_time: tuple[int, int] = (0, 1),
     distribution_outputs: Mapping[str, Any] | None = None,
@@ -79,8 +85,8 @@ def lay_out(
 ) -> dict[str, Any]:
     """The payload of `captures`, by render product name.
 
-    layout: a writer's `data_structure`. "legacy" names arrays after annotators, with "-<render product>" appended when
-        there are several; "annotator" and "renderProduct" nest, in the order that the word says.
+    layout: a writer's `data_structure`. "legacy" names arrays after annotators, with "-<render product>" appended where
+        the writer has `several`; "annotator" and "renderProduct" nest, in the order that the word says.
 
     Raises:
         WriterError: there is no such layout.
@@ -93,7 +99,7 @@ def lay_out(
         "trigger_outputs": dict(trigger_outputs or {}),
         "named_outputs": dict(named_outputs or {}),
     }
-    payload.update(_LAYOUTS[layout](captures))
+    payload.update(_LAYOUTS[layout](captures, several))
     return payload
 
 
@@ -103,17 +109,17 @@ def check_layout(layout: str, writer: str = "A writer") -> None:
         raise WriterError(f"{writer}: data_structure {layout!r} does not exist; it may be {', '.join(LAYOUTS)}.")
 
 
-def _legacy(captures: Mapping[str, Capture]) -> dict[str, Any]:
+def _legacy(captures: Mapping[str, Capture], several: bool) -> dict[str, Any]:
     laid_out: dict[str, Any] = {}
     for product, capture in captures.items():
-        suffix = f"-{product}" if len(captures) > 1 else ""
+        suffix = f"-{product}" if several else ""
         for name, annotation in capture.annotations.items():
             laid_out[name + suffix] = annotation.legacy()
         laid_out[f"rp_{product}"] = _product(capture)
     return laid_out
 
 
-def _by_annotator(captures: Mapping[str, Capture]) -> dict[str, Any]:
+def _by_annotator(captures: Mapping[str, Capture], several: bool) -> dict[str, Any]:
     laid_out: dict[str, dict[str, Any]] = {}
     for product, capture in captures.items():
         for name, annotation in capture.annotations.items():
@@ -123,7 +129,7 @@ def _by_annotator(captures: Mapping[str, Capture]) -> dict[str, Any]:
     return {"annotators": laid_out}
 
 
-def _by_render_product(captures: Mapping[str, Capture]) -> dict[str, Any]:
+def _by_render_product(captures: Mapping[str, Capture], several: bool) -> dict[str, Any]:
     return {
         "renderProducts": {
             product: {**{name: a.flat() for name, a in capture.annotations.items()}, **_product(capture)}
