@@ -46,6 +46,18 @@ def test_sys_exit_in_a_task_says_nothing(tmp_path):
     assert run(tmp_path, script, expect=3).stderr == ""
 
 
+def test_a_script_is_the_main_module(tmp_path):
+    script = """
+        import pickle
+        import __main__
+        def double(x):
+            return 2 * x
+        if __name__ == "__main__":
+            print(pickle.loads(pickle.dumps(double))(4), __main__.double is double, __file__)
+    """
+    assert run(tmp_path, script).stdout.strip() == "8 True script.py"
+
+
 STANDALONE = """
     from isaacsim import SimulationApp
     simulation_app = SimulationApp({"headless": True})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import traceback
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated
 
 import typer
@@ -50,11 +51,11 @@ def execute(script: Path, arguments: list[str]) -> None:
     compat.install()
     sys.argv = [str(script), *arguments]
     sys.path.insert(0, str(script.resolve().parent))
-    namespace = {"__name__": "__main__", "__file__": str(script), "__builtins__": __builtins__}
+    main = _main_module(script)
     current_stage()
     try:
         program = compile(script.read_text(encoding="utf-8"), str(script), "exec")
-        get_app().run(lambda: exec(program, namespace))
+        get_app().run(lambda: exec(program, main.__dict__))
     except SystemExit as ended:
         if code := _exit_code(ended):
             raise typer.Exit(code) from None
@@ -64,6 +65,13 @@ def execute(script: Path, arguments: list[str]) -> None:
     except Exception as error:  # noqa: BLE001 - whatever the script raised is the script's to show
         _print_from(error, script)
         raise typer.Exit(1) from None
+
+
+def _main_module(script: Path) -> ModuleType:
+    """The script's module, where pickle and its kind look for names of `__main__`."""
+    main = sys.modules["__main__"] = ModuleType("__main__")
+    main.__file__ = str(script)
+    return main
 
 
 def _exit_code(ended: SystemExit) -> int:
