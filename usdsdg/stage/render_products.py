@@ -6,7 +6,7 @@ import difflib
 
 from usdsdg import errors
 
-# What renderer and files can hold: the largest side of a picture, and about 300 bytes for each pixel of it.
+# What renderer and files can hold: the largest side of a picture, and a few hundred bytes for each pixel of it.
 MAX_SIDE, MAX_PIXELS = 16384, 1 << 26
 
 
