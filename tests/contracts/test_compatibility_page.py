@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import usdsdg as rep
+from tests.contracts import mirror
 from usdsdg import settings
 from usdsdg.annotators import catalogue
 from usdsdg.writers import backends
@@ -13,25 +14,7 @@ from usdsdg.writers import catalogue as writers
 
 PAGE = (Path(__file__).parents[2] / "docs" / "compatibility.md").read_text(encoding="utf-8")
 
-# What Replicator 1.12 calls its functions, by family; those that exist here must be on the page.
-REPLICATOR = {
-    "create": "sphere torus disk plane cube cylinder cone xform camera stereo_camera light render_product "
-    "render_product_tiled from_usd from_dir group material_omnipbr mdl_from_json projection_material mesh_decal "
-    "register",
-    "modify": "semantics pose pose_camera_relative pose_orbit attribute visibility variant material animation "
-    "projection_material timeline time frame register",
-    "randomizer": "scatter_2d scatter_3d materials instantiate rotation texture color register",
-    "distribution": "uniform normal log_uniform choice sequence combine register",
-    "trigger": "on_frame on_time on_time_end on_key_press on_custom_event on_condition register",
-    "physics": "rigid_body collider mass drive_properties physics_material simulate reset",
-    "settings": "carb_settings get_physx_timestep set_physx_timestep set_render_rtx_realtime set_render_pathtraced "
-    "set_stage_meters_per_unit set_stage_up_axis",
-    "utils": "compute_aabb create_node find_prims get_files_group get_graph get_node_targets get_non_xform_prims "
-    "get_prim_variant_values get_prims_from_paths get_replicator_graph_exists get_usd_files read_prim_transform "
-    "send_og_event sequential set_target_prims ReplicatorItem ReplicatorWrapper auto_connect",
-}  # fmt: skip
-# There only to say why it is not.
-REFUSED = {"on_key_press"}
+FAMILIES = ["create", "modify", "get", "randomizer", "distribution", "trigger", "physics", "settings", "utils"]
 
 
 def words(text: str) -> set[str]:
@@ -48,11 +31,16 @@ def row(name: str) -> set[str]:
     return words(line)
 
 
-@pytest.mark.parametrize("family", REPLICATOR)
+def built(family: str) -> set[str]:
+    """The members of a family that Replicator has, and that are here and do more than say that they are not."""
+    names = [name for path, name in mirror.names().items() if re.fullmatch(rf"{family}\.\w+", path)]
+    absent = (mirror.MISSING, mirror.REFUSES)
+    return {name.path.split(".")[1] for name in names if mirror.difference(name) not in absent}
+
+
+@pytest.mark.parametrize("family", [name for name in FAMILIES if hasattr(rep, name)])
 def test_families(family):
-    module = getattr(rep, family)
-    there = {name for name in REPLICATOR[family].split() if hasattr(module, name)} - REFUSED
-    assert row(family) == there
+    assert row(family) == built(family)
 
 
 def test_writers_and_backends():
