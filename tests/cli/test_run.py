@@ -46,6 +46,12 @@ def test_sys_exit_in_a_task_says_nothing(tmp_path):
     assert run(tmp_path, script, expect=3).stderr == ""
 
 
+def test_a_syntax_error_is_shown_as_python_does(tmp_path):
+    done = run(tmp_path, "x = 1\ndef f(:\n", expect=1)
+    assert done.stderr.splitlines()[0].strip() == 'File "script.py", line 2'
+    assert done.stderr.splitlines()[-1] == "SyntaxError: invalid syntax"
+
+
 def test_a_script_is_the_main_module(tmp_path):
     script = """
         import pickle

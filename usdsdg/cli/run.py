@@ -83,10 +83,10 @@ def _exit_code(ended: SystemExit) -> int:
 
 
 def _frames(error: BaseException, script: Path) -> list[traceback.FrameSummary]:
-    """The traceback from the script's first line on."""
+    """The traceback from the script's first line on, else all of it below this file."""
     frames = traceback.extract_tb(error.__traceback__)
-    first = next((i for i, frame in enumerate(frames) if frame.filename == str(script)), 0)
-    return list(frames[first:])
+    first = next((i for i, frame in enumerate(frames) if frame.filename == str(script)), None)
+    return [frame for frame in frames if frame.filename != __file__] if first is None else list(frames[first:])
 
 
 def _say_where(error: BaseException, script: Path) -> None:
@@ -96,6 +96,7 @@ def _say_where(error: BaseException, script: Path) -> None:
 
 
 def _print_from(error: BaseException, script: Path) -> None:
-    print("Traceback (most recent call last):", file=sys.stderr)
-    print("".join(traceback.format_list(_frames(error, script))), end="", file=sys.stderr)
+    if frames := _frames(error, script):
+        print("Traceback (most recent call last):", file=sys.stderr)
+        print("".join(traceback.format_list(frames)), end="", file=sys.stderr)
     print("".join(traceback.format_exception_only(error)), end="", file=sys.stderr)
