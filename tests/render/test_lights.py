@@ -174,6 +174,28 @@ def test_the_dome_is_where_its_frame_says():
     np.testing.assert_allclose(radiance(lit, above, samples=256, bounces=1).mean(), expected, rtol=0.06)
 
 
+def test_the_sky_between_texels_is_smooth_and_stays_between_them():
+    """Along a row that rises evenly it is the straight line; beside a lamp it neither rings nor overshoots."""
+    height, width = 16, 32
+    pixels = np.zeros((height, width, 3), np.float32)
+    pixels[:, :, 0] = np.arange(width)
+    pixels[:, 20, 1] = 900.0
+    scene = scenes.scene_of([], dome=Dome(pixels, np.eye(3, dtype=np.float32)))
+
+    def at(column: float) -> np.ndarray:
+        phi = 2 * np.pi * (column + 0.5) / width
+        view = scenes.view_from((0, 0, 0), (np.cos(phi), np.sin(phi), 0.0), size=(1, 1), focal_length=500000.0)
+        return radiance(scene, view, samples=4)[0, 0]
+
+    line = np.linspace(8.0, 12.0, 17)
+    np.testing.assert_allclose([at(column)[0] for column in line], line, rtol=5e-3)
+    beside = np.array([at(column)[1] for column in np.linspace(17.0, 23.0, 25)])
+    assert beside.min() >= 0.0
+    assert beside.max() == pytest.approx(900.0, rel=5e-3)
+    rising = beside[:13]
+    assert (np.diff(rising) >= -1e-3).all()
+
+
 def test_lights_dim_their_diffuse_and_specular_parts():
     base = dict(radiance=100.0, position=(0, 2, 2), radius=0.7)
     view = scenes.view_from((0.0, -2.0, 2.0), size=(2, 2), focal_length=100.0)

@@ -17,7 +17,14 @@ from usdsdg_render.kernels.sampler import (
     sample_pair,
 )
 from usdsdg_render.kernels.surface import bumped, facing, surface_at, with_material
-from usdsdg_render.kernels.texture import cell_density, cell_radiance, sky_cell, sky_coordinates, sky_radiance
+from usdsdg_render.kernels.texture import (
+    cell_density,
+    cell_radiance,
+    sky_cell,
+    sky_coordinates,
+    sky_picture,
+    sky_radiance,
+)
 from usdsdg_render.kernels.types import Camera, SceneTables
 from usdsdg_render.kernels.visibility import BY_CHANCE, FAR_AWAY, closest, material_uv, transmitted
 
@@ -147,7 +154,7 @@ def trace_path(
             if dome.height > 0 and (pdf >= 0.0 or dome.visible != 0):
                 uv = sky_coordinates(dome, direction)
                 if pdf < 0.0:
-                    result.radiance = sky_radiance(dome, uv)
+                    result.radiance = sky_picture(dome, uv)
                 else:
                     cell = sky_cell(dome, uv)
                     weight = mis(pdf, cell_density(dome, cell) * (dome.strength / all_lights))

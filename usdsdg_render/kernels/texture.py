@@ -90,3 +90,40 @@ def sky_radiance(dome: Dome, uv: wp.vec2):
     top = unpacked(dome.texels, dome.unit, y0 + x0) * (1.0 - fx) + unpacked(dome.texels, dome.unit, y0 + x1) * fx
     bottom = unpacked(dome.texels, dome.unit, y1 + x0) * (1.0 - fx) + unpacked(dome.texels, dome.unit, y1 + x1) * fx
     return top * (1.0 - fy) + bottom * fy
+
+
+@wp.func
+def sky_picture(dome: Dome, uv: wp.vec2):
+    """Radiance of the sky as a camera sees it [nits].
+
+    Pictures often show less than one texel per pixel, and bilinear interpolation draws slanted edges as stairs. This
+    is Catmull and Rom's cubic, kept between the four nearest texels so that a lamp gets no dark ring.
+    """
+    x = uv[0] * float(dome.width) - 0.5
+    y = uv[1] * float(dome.height) - 0.5
+    x_floor = wp.floor(x)
+    y_floor = wp.floor(y)
+    total = wp.vec3(0.0)
+    least = wp.vec3(1.0e30)
+    most = wp.vec3(0.0)
+    for j in range(4):
+        row = wp.clamp(int(y_floor) + j - 1, 0, dome.height - 1) * dome.width
+        along = wp.vec3(0.0)
+        for i in range(4):
+            column = (int(x_floor) + i - 1 + dome.width) % dome.width
+            texel = unpacked(dome.texels, dome.unit, row + column)
+            along += texel * catmull_rom(x - x_floor - float(i - 1))
+            if (i == 1 or i == 2) and (j == 1 or j == 2):
+                least = wp.min(least, texel)
+                most = wp.max(most, texel)
+        total += along * catmull_rom(y - y_floor - float(j - 1))
+    return wp.min(wp.max(total, least), most)
+
+
+@wp.func
+def catmull_rom(distance: float):
+    """Weight of a texel at a distance [texels]; 1 at its centre, 0 at all others'."""
+    d = wp.abs(distance)
+    near = (1.5 * d - 2.5) * d * d + 1.0
+    far = ((-0.5 * d + 2.5) * d - 4.0) * d + 2.0
+    return wp.where(d < 1.0, near, wp.where(d < 2.0, far, 0.0))
