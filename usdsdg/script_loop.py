@@ -45,9 +45,9 @@ class ScriptLoop:
     def run_dry(self, goes_on: Callable[[], bool]) -> None:
         """Run until every task has ended, or until `goes_on()` is false after one has."""
         while goes_on() and asyncio.all_tasks(self._loop):
+            self._raise_lost()
             self._news = self._loop.create_future()
             self._loop.run_until_complete(self._news)
-            self._raise_lost()
         self._raise_uncollected()
 
     def close(self) -> None:

@@ -116,6 +116,23 @@ def test_a_failure_that_nobody_can_collect_ends_tasks_that_would_run_for_ever(ph
         get_app().run(lambda: [asyncio.ensure_future(work) for work in (runs_on(), fails())] and None)
 
 
+def test_a_failure_that_was_lost_while_the_script_ran_the_loop_itself_is_raised_after_it(physics):
+    async def fails():
+        raise KeyError("lost")
+
+    async def runs_on():
+        while True:
+            await get_app().next_update_async()
+
+    def script():
+        for work in (runs_on(), fails()):
+            asyncio.ensure_future(work)  # noqa: RUF006 - nobody is to hold it
+        asyncio.get_event_loop().run_until_complete(asyncio.sleep(0.01))
+
+    with pytest.raises(KeyError, match="lost"):
+        get_app().run(script)
+
+
 def test_a_failure_that_the_script_still_holds_is_raised_once_nothing_runs(physics):
     held = []
 
