@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import importlib
 import inspect
 import json
 import re
@@ -162,7 +161,10 @@ def _annotator(name: Name) -> str:
     label = name.path.split("'")[1]
     if missing := _found(lambda: usdsdg.annotators.get(label)):
         return missing
-    takes = importlib.import_module("usdsdg.annotators.base").kinds.get(label).params
+    kind = usdsdg.annotators.get(label)._kind
+    if _refuses(kind.compute):
+        return REFUSES
+    takes = kind.params
     wrong = []
     for parameter in name.signature.parameters.values() if name.signature else ():
         if parameter.name not in takes:
@@ -237,7 +239,10 @@ def _returns(kind: str, annotation: Any) -> bool:
 
 
 def signature_faults(theirs: inspect.Signature, ours: inspect.Signature) -> Iterator[str]:
-    """Where a call that fits `theirs` would not do the same with `ours`; our own keyword-only options may follow."""
+    """Where a call that fits `theirs` would not do the same with `ours`.
+
+    Ours may have keyword-only options beyond theirs, and a default where theirs has none.
+    """
     kinds = inspect.Parameter
     placed = [p for p in theirs.parameters.values() if p.kind is kinds.POSITIONAL_OR_KEYWORD]
     named = {p.name: p for p in theirs.parameters.values() if p.kind is kinds.KEYWORD_ONLY}
@@ -261,7 +266,8 @@ def signature_faults(theirs: inspect.Signature, ours: inspect.Signature) -> Iter
         yield f"has no parameter {', '.join(lacking)}"
     for parameter in [*placed, *named.values()]:
         mine = ours.parameters.get(parameter.name)
-        if mine is not None and not _same(parameter.default, mine.default):
+        default = ... if parameter.default is kinds.empty else parameter.default
+        if mine is not None and not _same(default, mine.default):
             yield f"{parameter.name} {_default(mine.default)}, not {_default(parameter.default)}"
     for p in ours.parameters.values():
         if p.kind is kinds.KEYWORD_ONLY and p.default is kinds.empty and p.name not in named and p.name not in wanted:
@@ -270,7 +276,7 @@ def signature_faults(theirs: inspect.Signature, ours: inspect.Signature) -> Iter
     # **options
     for kind, sign in ((kinds.VAR_POSITIONAL, "*"), (kinds.VAR_KEYWORD, "**")):
         theirs_has, ours_has = (any(p.kind is kind for p in each.parameters.values()) for each in (theirs, ours))
-        if theirs_has != ours_has:
+        if theirs_has != ours_has and "_more" not in theirs.parameters:
             yield f"takes {sign}arguments" if ours_has else f"takes no {sign}arguments"
 
 
@@ -283,7 +289,7 @@ def _same(theirs: Any, ours: Any) -> bool:
         return True
     if isinstance(theirs, tuple):
         return isinstance(ours, (tuple, list)) and len(ours) == len(theirs) and all(map(_same, theirs, ours))
-    if isinstance(theirs, bool) or theirs is None or theirs is inspect.Parameter.empty:
+    if isinstance(theirs, bool) or theirs is None:
         return ours is theirs
     return not isinstance(ours, bool) and theirs == ours
 

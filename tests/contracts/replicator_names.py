@@ -4,7 +4,8 @@ The table is the blocks of text below, one name a line: `path(parameters) -> ret
 
 - `4.2 ` before a line of a name that exists in 1.12 too: parameters that scripts for 4.2 pass, which must be accepted.
 - `6.0 ` likewise for what 6.0 added; before a name of its own: a name that 6.0 added.
-- Parameters after `*` are those whose order the specification does not give; `_x` is one whose name it does not give.
+- Parameters after `*` are those whose order the specification does not give; `_x` is one whose name it does not give;
+  `**_more` says that there may be further ones.
 - A default of `...` is one that the specification does not give, or the absence of one.
 - A name without parentheses is a value, a property, or a function whose parameters the specification does not give.
 """
@@ -738,12 +739,12 @@ block(
     module get
     6.0 module utils
     write_image(path, data, backend_instance=..., **kw)
-    write_png(path, data, backend_instance=..., *, compress_level=3)
-    write_jpeg(path, data, backend_instance=..., *, quality=75)
-    write_exr(path, data, backend_instance=..., *, half_precision=False)
-    write_json(path, data, backend_instance=...)
-    write_np(path, data, backend_instance=..., *, allow_pickle=True)
-    write_pickle(path, data, backend_instance=...)
+    write_png(path, data, backend_instance=..., *, compress_level=3, **_more)
+    write_jpeg(path, data, backend_instance=..., *, quality=75, **_more)
+    write_exr(path, data, backend_instance=..., *, half_precision=False, **_more)
+    write_json(path, data, backend_instance=..., **_more)
+    write_np(path, data, backend_instance=..., *, allow_pickle=True, **_more)
+    write_pickle(path, data, backend_instance=..., **_more)
     read_exr
     6.0 utils.get_world_transform(prim)
     6.0 utils.get_world_position(prim)
