@@ -7,10 +7,12 @@ from usdsdg import (
     annotators,
     create,
     distribution,
+    functional,
     modify,
     orchestrator,
     physics,
     randomizer,
+    rng,
     settings,
     trigger,
     utils,
@@ -26,7 +28,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     # what a scene is made of and what changes in it
-    "create", "modify", "randomizer", "physics", "distribution", "trigger",
+    "create", "modify", "randomizer", "physics", "distribution", "trigger", "functional", "rng",
     # what comes out
     "annotators", "AnnotatorRegistry", "writers", "Writer", "WriterRegistry", "BasicWriter", "PoseWriter", "backends",
     "BackendDispatch",

@@ -1,6 +1,9 @@
-"""The shapes that scripts create, as meshes of one metre with normals and UVs, around +Z."""
+"""The shapes that scripts create, as meshes of one metre with normals and UVs, around the stage's up axis."""
 
 from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
@@ -8,30 +11,59 @@ from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 from usdsdg.errors import Unsupported
 
 SEGMENTS = 48
-GPRIMS = ("Sphere", "Cube", "Cylinder", "Cone", "Plane")
+GPRIMS = ("Sphere", "Cube", "Cylinder", "Cone", "Capsule", "Plane")
 
 
 def define(stage: Usd.Stage, path: str, kind: str) -> UsdGeom.Mesh:
-    """A mesh of shape `kind` (Sphere, Cube, Cylinder, Cone, Torus, Disk, Plane), one metre across in stage units."""
-    points, normals, uvs, quads = _cube() if kind == "Cube" else _lathe(kind)
-    mesh = UsdGeom.Mesh.Define(stage, path)
+    """A mesh of shape `kind` (Sphere, Cube, Cylinder, Cone, Capsule, Torus, Disk, Plane), one metre across in stage
+    units. It stands on the stage's up axis; a capsule is a metre high with caps and half a metre wide.
+    """
     size = 1.0 / UsdGeom.GetStageMetersPerUnit(stage)
-    points = (points * size).astype(np.float32)
-    corners = quads.ravel()
-    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points))
-    mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(quads), 4, np.int32)))
-    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(corners.astype(np.int32)))
-    mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(normals[corners].astype(np.float32)))
+    shape = _shape(kind, str(UsdGeom.GetStageUpAxis(stage)), size)
+    mesh = UsdGeom.Mesh.Define(stage, path)
+    mesh.CreatePointsAttr(shape.points)
+    mesh.CreateFaceVertexCountsAttr(shape.counts)
+    mesh.CreateFaceVertexIndicesAttr(shape.corners)
+    mesh.CreateNormalsAttr(shape.normals)
     mesh.SetNormalsInterpolation(UsdGeom.Tokens.faceVarying)
     st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying)
-    st.Set(Vt.Vec2fArray.FromNumpy(uvs[corners].astype(np.float32)))
+    st.Set(shape.uvs)
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-    mesh.CreateExtentAttr([Gf.Vec3f(*points.min(0).tolist()), Gf.Vec3f(*points.max(0).tolist())])
+    mesh.CreateExtentAttr(shape.extent)
     return mesh
 
 
+class _Shape(NamedTuple):
+    """The attributes of a mesh; Vt arrays are shared by all meshes that hold them."""
+
+    points: Vt.Vec3fArray
+    counts: Vt.IntArray
+    corners: Vt.IntArray
+    normals: Vt.Vec3fArray  # per corner
+    uvs: Vt.Vec2fArray  # per corner
+    extent: list[Gf.Vec3f]
+
+
+@lru_cache(maxsize=64)
+def _shape(kind: str, up_axis: str, size: float) -> _Shape:
+    points, normals, uvs, quads = _cube() if kind == "Cube" else _lathe(kind)
+    if up_axis == "Y":
+        # Turned so that +Z becomes +Y; the axes keep their cyclic order.
+        points, normals = points[:, [1, 2, 0]], normals[:, [1, 2, 0]]
+    points = (points * size).astype(np.float32)
+    corners = quads.ravel()
+    return _Shape(
+        Vt.Vec3fArray.FromNumpy(points),
+        Vt.IntArray.FromNumpy(np.full(len(quads), 4, np.int32)),
+        Vt.IntArray.FromNumpy(corners.astype(np.int32)),
+        Vt.Vec3fArray.FromNumpy(normals[corners].astype(np.float32)),
+        Vt.Vec2fArray.FromNumpy(uvs[corners].astype(np.float32)),
+        [Gf.Vec3f(*points.min(0).tolist()), Gf.Vec3f(*points.max(0).tolist())],
+    )
+
+
 def define_gprim(stage: Usd.Stage, path: str, kind: str) -> Usd.Prim:
-    """The UsdGeom prim of the same shape and size.
+    """The UsdGeom prim of the same kind, in USD's own default size, as in Replicator: two stage units across.
 
     Raises:
         Unsupported: UsdGeom has no such shape (torus, disk).
@@ -39,11 +71,8 @@ def define_gprim(stage: Usd.Stage, path: str, kind: str) -> Usd.Prim:
     if kind not in GPRIMS:
         raise Unsupported(f"{path}: UsdGeom has no {kind.lower()}; create it with as_mesh=True")
     prim = stage.DefinePrim(path, kind)
-    metre = 1.0 / UsdGeom.GetStageMetersPerUnit(stage)
-    sizes = {"size": metre, "radius": metre / 2, "height": metre, "width": metre, "length": metre}
-    for name, value in sizes.items():
-        if prim.HasAttribute(name):
-            prim.GetAttribute(name).Set(value)
+    if prim.HasAttribute("axis"):
+        prim.GetAttribute("axis").Set(UsdGeom.GetStageUpAxis(stage))
     UsdGeom.Boundable(prim).CreateExtentAttr(UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), 0))
     return prim
 
@@ -66,6 +95,12 @@ def _profile(kind: str) -> list[np.ndarray]:
     if kind == "Sphere":
         angle = np.linspace(-np.pi / 2, np.pi / 2, SEGMENTS // 2 + 1)
         return [np.stack([np.cos(angle), np.sin(angle)], 1) / 2]
+    if kind == "Capsule":
+        angle = np.linspace(-np.pi / 2, np.pi / 2, SEGMENTS // 2 + 1)
+        ball = np.stack([np.cos(angle), np.sin(angle)], 1) / 4
+        middle = len(angle) // 2
+        quarter = np.array([0.0, 0.25])
+        return [np.concatenate([ball[: middle + 1] - quarter, ball[middle:] + quarter])]
     if kind == "Torus":
         angle = np.linspace(0, 2 * np.pi, SEGMENTS // 2 + 1)
         return [np.stack([0.35 + 0.15 * np.cos(angle), 0.15 * np.sin(angle)], 1)]

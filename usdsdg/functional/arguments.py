@@ -1,0 +1,146 @@
+"""Arguments of the functional API as one value per prim.
+
+A value may be given once for all prims or once per prim, as tuples, lists or arrays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pxr import Gf, Sdf, Usd
+
+from usdsdg.errors import BadPrim, GraphError
+from usdsdg.graph.node import ReplicatorItem
+from usdsdg.stage.context import current_stage
+from usdsdg.stage.paths import prim_at
+from usdsdg.stage.pose_batch import Rotations
+from usdsdg.stage.rotations import euler_from_matrix, matrix_from_euler
+from usdsdg.values import shown
+
+Array = NDArray[np.float64]
+
+ROTATION_ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
+
+_QUATERNIONS = (Gf.Quatd, Gf.Quatf, Gf.Quath)
+
+
+def prims_of(prims: Any) -> list[Usd.Prim]:
+    """The prims of one prim, a path, an item or a sequence of these, in order.
+
+    Raises:
+        BadPrim: a path is not on the stage, or a prim does not exist any more.
+        TypeError: something else was given.
+    """
+    if isinstance(prims, Usd.Prim):
+        prims = [prims]
+    if isinstance(prims, (list, tuple)) and all(type(prim) is Usd.Prim for prim in prims):
+        if not all(prims):
+            gone = next(prim for prim in prims if not prim)
+            raise BadPrim(f"{gone} does not exist any more; it was removed after the script got hold of it")
+        return list(prims)
+    if isinstance(prims, ReplicatorItem):
+        return [prim_at(current_stage(), path) for path in prims.prims]
+    if isinstance(prims, (str, Sdf.Path)):
+        return [prim_at(current_stage(), prims)]
+    if isinstance(prims, Sequence):
+        return [prim for each in prims for prim in prims_of(each)]
+    raise TypeError(f"expected a prim, a path or a list of these, got {type(prims).__name__}: {shown(prims)}")
+
+
+def one_prim(name: str, value: Any) -> Usd.Prim:
+    """The only prim of an argument.
+
+    Raises:
+        GraphError: it is several, or none.
+    """
+    found = prims_of(value)
+    if len(found) != 1:
+        raise GraphError(f"{name} is {shown(value)}; expected one prim")
+    return found[0]
+
+
+def per_prim(value: Any, count: int) -> list[Any]:
+    """`count` values: those of a list of that length, else `value` (or the only one of a list) for every prim."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if not isinstance(value, list):
+        return [value] * count
+    if len(value) == count:
+        return value
+    return value * count if len(value) == 1 else [value] * count
+
+
+def vectors(name: str, value: Any, count: int, *, number_per_prim: bool = False) -> Array:
+    """(count, 3) from one number, three numbers, or a list with one of these per prim.
+
+    With `number_per_prim` a list or array of `count` numbers is one number per prim, also for three prims; a tuple of
+    three is one vector in any case.
+
+    Raises:
+        GraphError: `value` is none of these.
+    """
+    numbers = _numbers(value)
+    rows = None
+    if numbers is not None and np.isfinite(numbers).all():
+        if numbers.shape == (count,) and number_per_prim and count != 1 and not isinstance(value, tuple):
+            rows = np.repeat(numbers[:, None], 3, axis=1)
+        elif numbers.shape in ((), (1,), (3,), (1, 3), (count, 3), (count, 1)):
+            rows = np.broadcast_to(numbers, (count, 3))
+    elif isinstance(value, (list, tuple)) and len(value) == count and count > 1 and numbers is None:
+        # Numbers and vectors mixed.
+        rows = np.concatenate([vectors(name, each, 1) for each in value])
+    if rows is None:
+        raise GraphError(_explained(name, value, count, "three numbers, one number for all of them"))
+    return np.array(rows, np.float64)
+
+
+def rotations(name: str, value: Any, count: int, order: str) -> Rotations:
+    """`count` rotations from Euler angles [degrees], quaternions (x, y, z, w), Gf quaternions or Gf.Rotation.
+
+    Angle i of a triple turns about axis i of `order`, the first axis first; one number stands for all three.
+
+    Raises:
+        GraphError: the value or the order is none of these.
+    """
+    if order not in ROTATION_ORDERS:
+        raise GraphError(f"rotation order is {order!r}; expected one of {', '.join(ROTATION_ORDERS)}")
+    each = [value] if isinstance(value, (*_QUATERNIONS, Gf.Rotation)) else value
+    if isinstance(each, (list, tuple)) and each and all(isinstance(v, (*_QUATERNIONS, Gf.Rotation)) for v in each):
+        value = np.array([_xyzw(v) for v in each])
+    numbers = _numbers(value)
+    if numbers is not None and np.isfinite(numbers).all() and numbers.shape in ((4,), (1, 4), (count, 4)):
+        return Rotations(quats=np.array(np.broadcast_to(numbers, (count, 4))))
+    try:
+        degrees = vectors(name, value, count)
+    except GraphError:
+        expected = "three angles in degrees, a quaternion (x, y, z, w), a Gf.Rotation"
+        raise GraphError(_explained(name, value, count, expected)) from None
+    if order == "XYZ":
+        return Rotations(degrees=degrees)
+    by_axis = degrees[:, [order.index(axis) for axis in "XYZ"]]
+    return Rotations(degrees=euler_from_matrix(matrix_from_euler(by_axis, order)))
+
+
+def _xyzw(value: Any) -> tuple[float, ...]:
+    quat = value.GetQuat() if isinstance(value, Gf.Rotation) else value
+    return (*quat.GetImaginary(), quat.GetReal())
+
+
+def _numbers(value: Any) -> Array | None:
+    """`value` as an array, None if it is no array of numbers."""
+    try:
+        return np.asarray(value, np.float64)
+    except (TypeError, ValueError):
+        return None
+
+
+def _explained(name: str, value: Any, count: int, expected: str) -> str:
+    if isinstance(value, ReplicatorItem) or hasattr(value, "node"):
+        return (
+            f"{name} is a distribution, but functional calls act at once, when the line runs. Draw the numbers first "
+            f"(rep.rng.ReplicatorRNG().generator.uniform(...)), or use rep.modify / rep.create, which draw at triggers"
+        )
+    return f"{name} is {shown(value)}; expected {expected}, or a list with one such value for each of {count} prims"

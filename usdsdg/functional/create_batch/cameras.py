@@ -1,0 +1,99 @@
+"""Cameras of all of Omniverse's lens models."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdGeom
+
+from usdsdg.errors import GraphError, Unsupported
+from usdsdg.functional.arguments import per_prim
+from usdsdg.functional.new_prims import define, dress, new_paths, numbers
+from usdsdg.values import shown
+
+PROJECTIONS = (
+    "pinhole", "pinholeOpenCV", "fisheyePolynomial", "fisheyeSpherical", "fisheyeKannalaBrandtK3", "fisheyeOpenCV",
+    "fisheyeRadTanThinPrism", "omniDirectionalStereo", "generalizedProjection",
+)  # fmt: skip
+
+# Argument to USD attribute. Those above the line belong to UsdGeomCamera, the others to Omniverse.
+_NUMBERS = {
+    "focal_length": "focalLength",
+    "focus_distance": "focusDistance",
+    "f_stop": "fStop",
+    "horizontal_aperture": "horizontalAperture",
+    "horizontal_aperture_offset": "horizontalApertureOffset",
+    "vertical_aperture_offset": "verticalApertureOffset",
+    # ---
+    "fisheye_nominal_width": "fthetaWidth",
+    "fisheye_nominal_height": "fthetaHeight",
+    "fisheye_optical_centre_x": "fthetaCx",
+    "fisheye_optical_centre_y": "fthetaCy",
+    "openCV_focal_x": "openCVFx",
+    "openCV_focal_y": "openCVFy",
+    "fisheye_max_fov": "fthetaMaxFov",
+    **{f"fisheye_polynomial_{letter}": f"fthetaPoly{letter.upper()}" for letter in "abcdef"},
+    **{f"fisheye_{name}": name for name in ("p0", "p1", "s0", "s1", "s2", "s3")},
+}
+
+
+def camera(
+    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    relative_to: Any = None, focal_length: Any = 24.0, focus_distance: Any = 400.0, f_stop: Any = 0.0,
+    horizontal_aperture: Any = 20.955, horizontal_aperture_offset: Any = 0.0, vertical_aperture_offset: Any = 0.0,
+    clipping_range: Any = (1.0, 1000000.0), projection_type: Any = "pinhole", fisheye_nominal_width: Any = 1936.0,
+    fisheye_nominal_height: Any = 1216.0, fisheye_optical_centre_x: Any = 970.94244,
+    fisheye_optical_centre_y: Any = 600.37482, openCV_focal_x: Any = 731.78788, openCV_focal_y: Any = 731.78789,
+    fisheye_max_fov: Any = 200.0, fisheye_polynomial_a: Any = 0.0, fisheye_polynomial_b: Any = 0.00245,
+    fisheye_polynomial_c: Any = 0.0, fisheye_polynomial_d: Any = 0.0, fisheye_polynomial_e: Any = 0.0,
+    fisheye_polynomial_f: Any = 0.0, fisheye_p0: Any = -0.00037, fisheye_p1: Any = -0.00074,
+    fisheye_s0: Any = -0.00058, fisheye_s1: Any = -0.00022, fisheye_s2: Any = 0.00019, fisheye_s3: Any = -0.0002,
+    cross_camera_reference_name: Any = None, name: str | None = None, parent: Any = None, count: int = 1, *,
+    tick_rate: Any = None,
+) -> list[Usd.Prim]:  # fmt: skip
+    """Cameras that look along their own -Z with +Y up, whatever the stage's up axis.
+
+    Focal length and apertures are in tenths of a stage unit, `focus_distance` and `clipping_range` (near, far) in stage
+    units; `f_stop` 0 switches depth of field off. The fisheye and OpenCV parameters are in pixels of the nominal size,
+    `fisheye_max_fov` in degrees. Names of projections may be written in snake_case.
+
+    Raises:
+        GraphError: an unknown projection, or a clipping range that is not two numbers.
+        Unsupported: `tick_rate` (6.0); capture at other rates with rep.trigger.on_time.
+    """
+    arguments = dict(locals())
+    if arguments.pop("tick_rate") is not None:
+        raise Unsupported("camera: tick_rate is not available; leave it out and capture with rep.trigger.on_time")
+    projections = [_projection(each) for each in per_prim(arguments.pop("projection_type"), count)]
+    ranges = _ranges(arguments.pop("clipping_range"), count)
+    prims = define(
+        new_paths(arguments.pop("name") or "Camera", arguments.pop("parent"), arguments.pop("count")), "Camera"
+    )
+    for prim, projection, (near, far) in zip(prims, projections, ranges):
+        UsdGeom.Camera(prim).CreateClippingRangeAttr(Gf.Vec2f(near, far))
+        prim.CreateAttribute("cameraProjectionType", Sdf.ValueTypeNames.Token, custom=False).Set(projection)
+    for argument, attribute in _NUMBERS.items():
+        for prim, value in zip(prims, numbers(argument, arguments.pop(argument), len(prims)) or ()):
+            prim.CreateAttribute(attribute, Sdf.ValueTypeNames.Float, custom=False).Set(value)
+    for prim, value in zip(prims, per_prim(arguments.pop("cross_camera_reference_name"), len(prims))):
+        if value is not None:
+            reference = prim.CreateAttribute("crossCameraReferenceName", Sdf.ValueTypeNames.String, custom=False)
+            reference.Set(str(value))
+    return dress(prims, **arguments)
+
+
+def _projection(name: Any) -> str:
+    first, *others = str(name).split("_")
+    known = first + "".join(part.capitalize() for part in others)
+    if known not in PROJECTIONS:
+        raise GraphError(f"projection_type is {name!r}; expected one of {', '.join(PROJECTIONS)}")
+    return known
+
+
+def _ranges(value: Any, count: int) -> list[list[float]]:
+    """Near and far for each camera."""
+    pairs = np.asarray(value, np.float64) if isinstance(value, (list, tuple, np.ndarray)) else np.zeros(0)
+    if pairs.shape not in ((2,), (1, 2), (count, 2)):
+        raise GraphError(f"clipping_range is {shown(value)}; expected (near, far), or a list with one per camera")
+    return np.broadcast_to(pairs, (count, 2)).tolist()

@@ -1,0 +1,99 @@
+"""Prims that are copies of others: references to files and prims, and clones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pxr import Sdf, Usd, UsdGeom, UsdUtils
+
+from usdsdg.errors import AssetError, AssetUnreadable, GraphError
+from usdsdg.functional.arguments import one_prim, per_prim
+from usdsdg.functional.new_prims import define, dress, give_ops, new_paths
+from usdsdg.stage import assets
+from usdsdg.stage.context import current_stage
+from usdsdg.stage.paths import prim_at
+from usdsdg.stage.paths import prim_path as checked_path
+
+
+def reference(
+    usd_path: Any = None, prim_path: Any = None, position: Any = None, scale: Any = None, rotation: Any = None,
+    look_at: Any = None, look_at_up_axis: Any = None, pivot: Any = None, relative_to: Any = None,
+    semantics: Any = None, visible: Any = True, name: str | None = None, parent: Any = None, count: int = 1,
+) -> list[Usd.Prim]:  # fmt: skip
+    """References to a USD file (`usd_path`: a file, or a URL below the assets root) or to a prim of this stage.
+
+    `prim_path` picks a prim of the file, by default its default prim; without a file it is a prim of this stage. Both
+    may be lists with one value per reference. The name is "Ref" by default. Poses are written into the ops that the
+    referenced prim brings; where it brings none it gets translate, orient and scale.
+
+    Raises:
+        AssetNotFound: there is no such file.
+        AssetError: the file has no such prim, or no default prim.
+        GraphError: neither `usd_path` nor `prim_path` is given.
+    """
+    if usd_path is None and prim_path is None:
+        raise GraphError("reference needs usd_path, the file to refer to, or prim_path, a prim of this stage")
+    chosen = [_target(file, prim) for file, prim in zip(per_prim(usd_path, count), per_prim(prim_path, count))]
+    prims = define(new_paths(name or "Ref", parent, count), "", with_ops=False)
+    with Sdf.ChangeBlock():
+        for prim, target in zip(prims, chosen):
+            prim.GetReferences().AddReference(target)
+    give_ops(prims)
+    return dress(
+        prims, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
+        pivot=pivot, relative_to=relative_to, semantics=semantics, visible=visible,
+    )  # fmt: skip
+
+
+def clone(
+    path: Any, parent: Any = None, name: str | None = None, count: int = 1, *, position: Any = None,
+    scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None, pivot: Any = None,
+    relative_to: Any = None, semantics: Any = None, visible: Any = True,
+) -> list[Usd.Prim]:  # fmt: skip
+    """Copies of a prim with everything below it; references stay references. By default beside the root, named alike.
+
+    Targets of relationships and connections inside the copy point into the copy.
+
+    Raises:
+        BadPrim: there is no prim at `path`.
+    """
+    source = prim_at(current_stage(), path) if isinstance(path, str) else one_prim("path", path)
+    paths = new_paths(name or source.GetName(), parent, count)
+    stage = source.GetStage()
+    target = stage.GetEditTarget()
+    layer = _layer_with(stage, source.GetPath())
+    with Sdf.ChangeBlock():
+        for each in paths:
+            spec_path = target.MapToSpecPath(Sdf.Path(each))
+            Sdf.CreatePrimInLayer(target.GetLayer(), spec_path)
+            Sdf.CopySpec(layer, source.GetPath(), target.GetLayer(), spec_path)
+    prims = [stage.GetPrimAtPath(each) for each in paths]
+    give_ops([prim for prim in prims if prim.IsA(UsdGeom.Xformable)])
+    return dress(
+        prims, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
+        pivot=pivot, relative_to=relative_to, semantics=semantics, visible=visible,
+    )  # fmt: skip
+
+
+def _target(file: Any, prim: Any) -> Sdf.Reference:
+    """What to refer to, after a look at whether it is there."""
+    inside = Sdf.Path() if prim is None else checked_path(str(prim))
+    if file is None:
+        prim_at(current_stage(), inside)
+        return Sdf.Reference("", inside)
+    resolved = assets.resolve(str(file))
+    layer = Sdf.Layer.FindOrOpen(resolved)
+    if layer is None:
+        raise AssetUnreadable(f"{resolved} is not a USD file that can be read")
+    if inside.isEmpty and not layer.defaultPrim:
+        names = ", ".join(spec.path.pathString for spec in layer.rootPrims) or "nothing"
+        raise AssetError(f"{resolved} has no default prim; pass prim_path (it has {names})")
+    if not inside.isEmpty and not Usd.Stage.Open(layer).GetPrimAtPath(inside):
+        raise AssetError(f"{resolved} has no prim {inside}")
+    return Sdf.Reference(resolved, inside)
+
+
+def _layer_with(stage: Usd.Stage, path: Sdf.Path) -> Sdf.Layer:
+    """A layer with all opinions of the stage's own layers about a prim."""
+    holding = [layer for layer in stage.GetLayerStack() if layer.GetPrimAtPath(path)]
+    return holding[0] if len(holding) == 1 else UsdUtils.FlattenLayerStack(stage)

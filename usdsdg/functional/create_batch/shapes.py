@@ -1,0 +1,99 @@
+"""Shapes, as meshes of one metre or as UsdGeom prims of USD's own default size (mostly two stage units)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pxr import Usd
+
+from usdsdg.errors import Unsupported
+from usdsdg.functional.new_prims import define, dress, new_paths
+from usdsdg.stage import meshes
+from usdsdg.stage.context import current_stage
+
+
+def _shapes(kind: str, arguments: dict[str, Any]) -> list[Usd.Prim]:
+    as_mesh, count = arguments.pop("as_mesh"), arguments.pop("count")
+    if not as_mesh and kind not in meshes.GPRIMS:
+        raise Unsupported(f"as_mesh=False for {kind.lower()}: UsdGeom has no such shape; leave as_mesh True")
+    prims = define(
+        new_paths(arguments.pop("name") or kind, arguments.pop("parent"), count), "Mesh" if as_mesh else kind
+    )
+    for prim in prims:
+        if as_mesh:
+            meshes.define(current_stage(), str(prim.GetPath()), kind)
+        else:
+            meshes.define_gprim(current_stage(), str(prim.GetPath()), kind)
+    return dress(prims, **arguments)
+
+
+def plane(
+    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
+    name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
+) -> list[Usd.Prim]:  # fmt: skip
+    """Squares of one metre edge that face the stage's up axis."""
+    return _shapes("Plane", locals())
+
+
+def sphere(
+    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
+    name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
+) -> list[Usd.Prim]:  # fmt: skip
+    """Spheres of one metre diameter."""
+    return _shapes("Sphere", locals())
+
+
+def torus(
+    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
+    name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
+) -> list[Usd.Prim]:  # fmt: skip
+    """Rings around the stage's up axis, one metre across; always meshes."""
+    return _shapes("Torus", locals())
+
+
+def disk(
+    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
+    name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
+) -> list[Usd.Prim]:  # fmt: skip
+    """Flat discs of one metre diameter that face the stage's up axis; always meshes."""
+    return _shapes("Disk", locals())
+
+
+def cube(
+    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
+    name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
+) -> list[Usd.Prim]:  # fmt: skip
+    """Cubes of one metre edge."""
+    return _shapes("Cube", locals())
+
+
+def cylinder(
+    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
+    name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
+) -> list[Usd.Prim]:  # fmt: skip
+    """Cylinders of one metre height and diameter along the stage's up axis."""
+    return _shapes("Cylinder", locals())
+
+
+def cone(
+    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
+    name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
+) -> list[Usd.Prim]:  # fmt: skip
+    """Cones of one metre height and base diameter along the stage's up axis."""
+    return _shapes("Cone", locals())
+
+
+def capsule(
+    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
+    name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
+) -> list[Usd.Prim]:  # fmt: skip
+    """Capsules of one metre height with caps and half a metre diameter, along the stage's up axis. Since 6.0."""
+    return _shapes("Capsule", locals())

@@ -1,0 +1,157 @@
+"""Prims of a stage by path, type and labels, found when the line runs. Mirrors `rep.functional.get`.
+
+The stage comes first and is the current one by default; otherwise the arguments are those of `rep.get`, but case counts
+(`ignore_case` is False), and the result is a list of pxr prims in the order of the stage.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+from pxr import Usd
+
+from usdsdg.errors import GraphError
+from usdsdg.stage.context import current_stage
+from usdsdg.stage.paths import prim_at
+from usdsdg.stage.semantics import get_labels
+from usdsdg.values import labels_of, shown
+
+
+def prims(
+    stage: Usd.Stage | None = None, path_pattern: str | None = None, path_match: str | None = None,
+    path_pattern_exclusion: str | None = None, prim_types: Any = None, prim_types_exclusion: Any = None,
+    semantics: Any = None, semantics_exclusion: Any = None, *, ignore_case: bool = False,
+) -> list[Usd.Prim]:  # fmt: skip
+    """The prims that meet every condition given.
+
+    Args:
+        path_pattern: Regular expression that is searched in the path; `path_pattern_exclusion` must not be found.
+        path_match: Text that the path contains.
+        prim_types: Type or list of types, whatever the case; `prim_types_exclusion` likewise.
+        semantics: Pairs of type and label, [("class", "cube")] or {"class": "cube"}; a prim is taken when any of them
+            is its own, the label as part of a label. `semantics_exclusion` likewise.
+        ignore_case: Whether paths match in any case.
+
+    Raises:
+        GraphError: a pattern is no regular expression.
+    """
+    matches = [
+        _pattern("path_pattern", path_pattern, ignore_case),
+        _without(_pattern("path_pattern_exclusion", path_pattern_exclusion, ignore_case)),
+        _containing(path_match, ignore_case),
+        _typed(prim_types),
+        _without(_typed(prim_types_exclusion)),
+        _labelled(semantics),
+        _without(_labelled(semantics_exclusion)),
+    ]
+    wanted = [match for match in matches if match is not None]
+    found = Usd.PrimRange.Stage(stage or current_stage(), Usd.TraverseInstanceProxies(Usd.PrimIsDefined))
+    return [prim for prim in found if all(match(prim) for match in wanted)]
+
+
+def prim_at_path(stage: Usd.Stage | None, path: Any) -> Usd.Prim | list[Usd.Prim]:
+    """The prim at a path, or a list of prims for a list of paths. Without a stage the current one is asked.
+
+    Raises:
+        BadPrim: there is none; says how far the path exists.
+    """
+    if isinstance(path, (list, tuple)):
+        return [prim_at(stage or current_stage(), str(each)) for each in path]
+    return prim_at(stage or current_stage(), str(path))
+
+
+_Match = Callable[[Usd.Prim], bool]
+
+
+def _pattern(name: str, pattern: str | None, ignore_case: bool) -> _Match | None:
+    if pattern is None:
+        return None
+    try:
+        compiled = re.compile(pattern, re.IGNORECASE if ignore_case else 0)
+    except re.error as error:
+        raise GraphError(f"{name} is {shown(pattern)}, which is no regular expression: {error}") from error
+    return lambda prim: compiled.search(prim.GetPath().pathString) is not None
+
+
+def _containing(text: str | None, ignore_case: bool) -> _Match | None:
+    if text is None:
+        return None
+    if ignore_case:
+        return lambda prim: text.lower() in prim.GetPath().pathString.lower()
+    return lambda prim: text in prim.GetPath().pathString
+
+
+def _typed(types: Any) -> _Match | None:
+    if types is None:
+        return None
+    known = {str(each).lower() for each in ([types] if isinstance(types, str) else types)}
+    return lambda prim: str(prim.GetTypeName()).lower() in known
+
+
+def _labelled(semantics: Any) -> _Match | None:
+    if semantics is None:
+        return None
+    if isinstance(semantics, tuple) and len(semantics) == 2 and isinstance(semantics[0], str):
+        semantics = [semantics]
+    wanted = [(kind, label) for kind, labels in labels_of(semantics).items() for label in labels]
+
+    def match(prim: Usd.Prim) -> bool:
+        own = get_labels(prim)
+        return any(label in each for kind, label in wanted for each in own.get(kind, ()))
+
+    return match
+
+
+def _without(match: _Match | None) -> _Match | None:
+    return None if match is None else lambda prim: not match(prim)
+
+
+def _by_types(name: str, types: list[str], what: str) -> Callable[..., list[Usd.Prim]]:
+    """A function like `prims` that knows the types."""
+
+    def get(
+        stage: Usd.Stage | None = None, path_pattern: str | None = None, path_pattern_exclusion: str | None = None,
+        semantics: Any = None, semantics_exclusion: Any = None, *, path_match: str | None = None,
+        ignore_case: bool = False,
+    ) -> list[Usd.Prim]:  # fmt: skip
+        return prims(
+            stage, path_pattern, path_match, path_pattern_exclusion, types, None, semantics, semantics_exclusion,
+            ignore_case=ignore_case,
+        )  # fmt: skip
+
+    get.__name__ = get.__qualname__ = name
+    get.__doc__ = f"{what}; see `prims` for the arguments."
+    return get
+
+
+_SHAPES = ["Sphere", "Cube", "Cylinder", "Cone", "Capsule", "Plane"]
+_CURVES = ["BasisCurves", "NurbsCurves", "HermiteCurves"]
+_LIGHTS = [
+    "CylinderLight", "DiskLight", "DistantLight", "DomeLight", "DomeLight_1", "GeometryLight", "PortalLight",
+    "RectLight", "SphereLight",
+]  # fmt: skip
+_PHYSICS = [
+    "PhysicsScene", "PhysicsJoint", "PhysicsFixedJoint", "PhysicsRevoluteJoint", "PhysicsPrismaticJoint",
+    "PhysicsSphericalJoint", "PhysicsDistanceJoint", "PhysicsCollisionGroup",
+]  # fmt: skip
+
+camera = _by_types("camera", ["Camera"], "Cameras")
+curve = _by_types("curve", _CURVES, "Curves")
+geomsubset = _by_types("geomsubset", ["GeomSubset"], "Subsets of meshes")
+graph = _by_types("graph", ["OmniGraph"], "Graphs")
+light = _by_types("light", _LIGHTS, "Lights of every type")
+listener = _by_types("listener", ["OmniListener", "Listener"], "Listeners of spatial audio")
+material = _by_types("material", ["Material"], "Materials")
+mesh = _by_types("mesh", ["Mesh"], "Meshes")
+physics = _by_types("physics", _PHYSICS, "Physics scenes, joints and collision groups")
+renderproduct = _by_types("renderproduct", ["RenderProduct"], "Render products")
+rendervar = _by_types("rendervar", ["RenderVar"], "Render variables")
+scope = _by_types("scope", ["Scope"], "Scopes")
+shader = _by_types("shader", ["Shader"], "Shaders")
+shape = _by_types("shape", _SHAPES, "UsdGeom shapes")
+skelanimation = _by_types("skelanimation", ["SkelAnimation"], "Skeleton animations")
+skeleton = _by_types("skeleton", ["Skeleton"], "Skeletons")
+sound = _by_types("sound", ["OmniSound", "SpatialAudio", "Sound"], "Sounds")
+xform = _by_types("xform", ["Xform"], "Transforms")

@@ -1,0 +1,148 @@
+"""New prims: their names, parents and transforms, and the arguments that all `create` functions share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
+
+from usdsdg.errors import BadPrim, GraphError, warn_once
+from usdsdg.functional import modify
+from usdsdg.functional.arguments import one_prim, per_prim
+from usdsdg.functional.poses import set_poses
+from usdsdg.stage.context import current_stage
+from usdsdg.stage.semantics import add_labels
+from usdsdg.values import count_of, labels_per_prim, shown
+
+_OPS = (
+    ("translate", Sdf.ValueTypeNames.Double3, Gf.Vec3d(0)),
+    ("orient", Sdf.ValueTypeNames.Quatd, Gf.Quatd(1)),
+    ("scale", Sdf.ValueTypeNames.Double3, Gf.Vec3d(1)),
+)
+
+
+def new_paths(name: str, parent: Any, count: Any) -> list[str]:
+    """`count` free paths `<parent>/<name>`, `<name>_01`, ... under one parent, or under one parent each.
+
+    Raises:
+        BadPrim: a parent is not on the stage, or is a shape (USD does not nest shapes).
+        GraphError: count is no whole number, or there is another number of parents.
+    """
+    count = count_of(count)
+    if not isinstance(parent, (list, tuple)):
+        return _free_paths(_parent_path(parent), _valid_name(name), count)
+    if len(parent) != count:
+        raise GraphError(f"parent has {len(parent)} prims for count {count}; give one, or one for each")
+    paths: list[str] = []
+    for each in parent:
+        paths += _free_paths(_parent_path(each), _valid_name(name), 1, taken=paths)
+    return paths
+
+
+def define(paths: Sequence[str], type_name: str, *, with_ops: bool = True) -> list[Usd.Prim]:
+    """Define prims in the current edit target; xformable ones with translate, orient and scale ops."""
+    stage = current_stage()
+    target = stage.GetEditTarget()
+    with Sdf.ChangeBlock():
+        for path in paths:
+            spec = Sdf.CreatePrimInLayer(target.GetLayer(), target.MapToSpecPath(Sdf.Path(path)))
+            spec.specifier, spec.typeName = Sdf.SpecifierDef, type_name
+            if with_ops:
+                _author_ops(spec)
+    return [stage.GetPrimAtPath(path) for path in paths]
+
+
+def give_ops(prims: Sequence[Usd.Prim]) -> None:
+    """Add translate, orient and scale ops to prims that have no transform of their own."""
+    for prim in prims:
+        xformable = UsdGeom.Xformable(prim)
+        if xformable and not xformable.GetXformOpOrderAttr().HasAuthoredValue():
+            target = prim.GetStage().GetEditTarget()
+            _author_ops(Sdf.CreatePrimInLayer(target.GetLayer(), target.MapToSpecPath(prim.GetPath())))
+
+
+def dress(
+    prims: list[Usd.Prim],
+    *,
+    semantics: Any = None,
+    visible: Any = True,
+    material: Any = None,
+    pivot: Any = None,
+    relative_to: Any = None,
+    position: Any = None,
+    rotation: Any = None,
+    scale: Any = None,
+    **pose: Any,
+) -> list[Usd.Prim]:
+    """Write labels, visibility, material and pose of new prims; returns the prims."""
+    if semantics is not None:
+        for prim, labels in zip(prims, labels_per_prim(semantics, len(prims))):
+            add_labels(prim, labels)
+    if visible is not True:
+        modify.visibility(prims, visible)
+    if material is not None:
+        modify.material(prims, material)
+    if relative_to is not None:
+        # Whatever is not given is that of the other prim: it too is a pose relative to it.
+        position = (0.0, 0.0, 0.0) if position is None else position
+        scale = 1.0 if scale is None else scale
+        if pose.get("look_at") is None:
+            rotation = (0.0, 0.0, 0.0) if rotation is None else rotation
+    if pivot is not None and position is None:
+        position = (0.0, 0.0, 0.0)
+    set_poses(prims, position=position, rotation=rotation, scale=scale, pivot=pivot, relative_to=relative_to, **pose)
+    return prims
+
+
+def numbers(name: str, value: Any, count: int) -> list[float] | None:
+    """One number per prim, None for None.
+
+    Raises:
+        GraphError: something is no number.
+    """
+    if value is None:
+        return None
+    try:
+        return [float(each) for each in per_prim(value, count)]
+    except (TypeError, ValueError):
+        raise GraphError(f"{name} is {shown(value)}; expected a number, or a list with one per prim") from None
+
+
+def _author_ops(spec: Sdf.PrimSpec) -> None:
+    for op, type_name, value in _OPS:
+        Sdf.AttributeSpec(spec, f"xformOp:{op}", type_name).default = value
+    order = Sdf.AttributeSpec(spec, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform)
+    order.default = Vt.TokenArray([f"xformOp:{op}" for op, _, _ in _OPS])
+
+
+def _parent_path(parent: Any) -> Sdf.Path:
+    if parent is None or str(parent) == "/":
+        return Sdf.Path.absoluteRootPath
+    prim = one_prim("parent", parent)
+    if prim.IsA(UsdGeom.Boundable):
+        raise BadPrim(
+            f"{prim.GetPath()} is a {prim.GetTypeName()}, and USD does not allow prims below shapes and lights; "
+            "create them below an Xform or Scope"
+        )
+    return prim.GetPath()
+
+
+def _valid_name(name: str) -> str:
+    valid = Tf.MakeValidIdentifier(str(name))
+    if valid != name:
+        warn_once(f"{name!r} cannot be the name of a prim; it is called {valid} instead")
+    return valid
+
+
+def _free_paths(parent: Sdf.Path, name: str, count: int, taken: Sequence[str] = ()) -> list[str]:
+    names = set(current_stage().GetPrimAtPath(parent).GetAllChildrenNames())
+    found: list[str] = []
+    number = 0
+    while len(found) < count:
+        candidate = f"{name}_{number:02d}" if number else name
+        path = str(parent.AppendChild(candidate))
+        if candidate not in names and path not in taken:
+            found.append(path)
+        number += 1
+    return found

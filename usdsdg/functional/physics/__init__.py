@@ -1,0 +1,20 @@
+"""UsdPhysics and PhysX schemas, authored when the line runs, and physics without a timeline.
+
+Mirrors `rep.functional.physics`. `prims` is one prim, a path, or a list of these.
+"""
+
+from usdsdg.functional.physics.bodies import (
+    apply_collider,
+    apply_rigid_body,
+    modify_attribute,
+    remove_collider,
+    remove_rigid_body,
+)
+from usdsdg.functional.physics.camera_colliders import create_camera_collision_prims
+from usdsdg.functional.physics.scenes import create_physics_scene
+from usdsdg.functional.physics.simulation import put_to_sleep, reset, simulate, wake_up
+
+__all__ = [
+    "apply_collider", "apply_rigid_body", "create_camera_collision_prims", "create_physics_scene", "modify_attribute",
+    "put_to_sleep", "remove_collider", "remove_rigid_body", "reset", "simulate", "wake_up",
+]  # fmt: skip

@@ -1,0 +1,190 @@
+"""Rigid bodies and colliders."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from pxr import Usd, UsdGeom, UsdPhysics, UsdShade
+
+from usdsdg.errors import BadPrim, GraphError, NoCollider, warn_once
+from usdsdg.functional.arguments import per_prim, prims_of
+from usdsdg.functional.physics.scenes import take_owner
+from usdsdg.functional.physics.schema_attributes import set_attributes
+from usdsdg.registry import near_misses
+from usdsdg.stage.attributes import attribute_of, set_value
+from usdsdg.stage.schemas import physx
+from usdsdg.stage.transforms import meters_per_unit
+
+APPROXIMATIONS = (
+    "none", "convexDecomposition", "convexHull", "boundingSphere", "boundingCube", "meshSimplification", "sdf",
+    "sphereFill",
+)  # fmt: skip
+_OF_MATERIALS = ("physics:staticFriction", "physics:dynamicFriction", "physics:restitution")
+_OF_INSTANCES = {"physics:velocity": "velocities", "physics:angularVelocity": "angularVelocities"}
+_DRIVES = {"rep:physics:resolveStiffness": "stiffness", "rep:physics:resolveDamping": "damping"}
+_DRIVE_OF_JOINT = {"PhysicsPrismaticJoint": "linear", "PhysicsRevoluteJoint": "angular"}
+
+
+def apply_rigid_body(
+    prims: Any, physics_scene: Any = None, overwrite_rigid_body: bool = True, with_collider: bool = True,
+    approximation: str | None = None, **attributes: Any,
+) -> None:  # fmt: skip
+    """Make prims rigid bodies.
+
+    Args:
+        physics_scene: Path or prim of the PhysicsScene that simulates them.
+        overwrite_rigid_body: Whether bodies below a prim stop being bodies; else a prim with such a body is left as it
+            is, with a warning. Bodies do not nest.
+        with_collider: Whether all shapes at and below a prim collide, as by `apply_collider`.
+        approximation: Of meshes; "convexHull" by default.
+        attributes: Those of RigidBodyAPI and PhysxRigidBodyAPI, with or without the prefix: `velocity` [stage
+            units/s], `angularVelocity` [degrees/s], `kinematicEnabled`, `disableGravity`, ... The maximum linear
+            velocity is 1000 m/s and the maximum depenetration velocity 100000 m/s unless given.
+
+    Raises:
+        BadPrim: there is no such attribute, or `physics_scene` is no PhysicsScene.
+        NoCollider: there is no shape at or below a prim.
+    """
+    owner = take_owner(attributes, physics_scene)
+    given = {name.rpartition(":")[2].casefold() for name in attributes}
+    for prim in prims_of(prims):
+        nested = [each for each in Usd.PrimRange(prim) if each != prim and each.HasAPI(UsdPhysics.RigidBodyAPI)]
+        if nested and not overwrite_rigid_body:
+            warn_once(f"{prim.GetPath()} is not made a rigid body: {nested[0].GetPath()} below it is one already")
+            continue
+        remove_rigid_body(nested)
+        UsdPhysics.RigidBodyAPI.Apply(prim)
+        physx.PhysxRigidBodyAPI.Apply(prim)
+        unit = 1.0 / meters_per_unit(prim.GetStage())
+        defaults = {"maxLinearVelocity": 1000.0 * unit, "maxDepenetrationVelocity": 100000.0 * unit}
+        missing = {name: value for name, value in defaults.items() if name.casefold() not in given}
+        set_attributes(prim, missing | attributes, ("physics", "physxRigidBody"))
+        _assign(prim, owner)
+        if with_collider:
+            apply_collider(prim, owner, approximation or "convexHull")
+
+
+def apply_collider(prims: Any, physics_scene: Any = None, approximation: str | None = None, **attributes: Any) -> None:
+    """Make every shape at and below prims collide.
+
+    Args:
+        physics_scene: Path or prim of the PhysicsScene that simulates them.
+        approximation: Of meshes: "none" (the triangles; the default, for things that do not move), "convexHull",
+            "convexDecomposition", "boundingSphere", "boundingCube", "meshSimplification", "sdf", "sphereFill".
+        attributes: Those of CollisionAPI and PhysxCollisionAPI, with or without the prefix: `collisionEnabled`,
+            `contactOffset` and `restOffset` [stage units], ...
+
+    Raises:
+        BadPrim: there is no such attribute, or `physics_scene` is no PhysicsScene.
+        GraphError: unknown approximation.
+        NoCollider: there is no shape at or below a prim.
+    """
+    if approximation is not None and approximation not in APPROXIMATIONS:
+        near = near_misses(approximation, APPROXIMATIONS)
+        hint = f"did you mean {near[0]!r}?" if near else f"expected one of {', '.join(APPROXIMATIONS)}"
+        raise GraphError(f"approximation is {approximation!r}; {hint}")
+    owner = take_owner(attributes, physics_scene)
+    for prim in prims_of(prims):
+        _open_instances(prim)
+        shapes = list(_shapes(prim))
+        if not shapes:
+            raise NoCollider(f"{prim.GetPath()} has no shape or mesh at or below it that could collide")
+        for shape in shapes:
+            _make_collider(shape, approximation)
+            set_attributes(shape, attributes, ("physics", "physxCollision"))
+            _assign(shape, owner)
+
+
+def remove_rigid_body(prims: Any) -> None:
+    """Make prims no rigid bodies any more; what is below them stays as it is."""
+    for prim in prims_of(prims):
+        _remove(prim, UsdPhysics.RigidBodyAPI, physx.PhysxRigidBodyAPI)
+
+
+def remove_collider(prims: Any) -> None:
+    """Let no shape at or below prims collide any more."""
+    apis = (
+        UsdPhysics.CollisionAPI, UsdPhysics.MeshCollisionAPI, physx.PhysxCollisionAPI, physx.PhysxSDFMeshCollisionAPI,
+    )  # fmt: skip
+    for prim in prims_of(prims):
+        for each in Usd.PrimRange(prim):
+            _remove(each, *apis)
+
+
+def modify_attribute(prims: Any, name: str, value: Any) -> None:
+    """Set a physics attribute, by its full name, to one value or to one per prim.
+
+    Friction and restitution of a prim that is no material are those of the material bound to it.
+    "rep:physics:resolveStiffness" and "rep:physics:resolveDamping" stand for those of the drive of a prismatic or
+    revolute joint. A PointInstancer takes velocities of its instances.
+
+    Raises:
+        BadPrim: a prim has no such attribute, no material bound, or is another kind of joint.
+        BadValue: the attribute does not take the value.
+    """
+    targets = prims_of(prims)
+    values = per_prim(value, len(targets)) if isinstance(prims, (list, tuple)) else [value] * len(targets)
+    for prim, each in zip(targets, values):
+        set_value(_attribute(prim, name), each)
+
+
+def _attribute(prim: Usd.Prim, name: str) -> Usd.Attribute:
+    if prim.GetTypeName() == "PointInstancer" and name in _OF_INSTANCES:
+        return prim.GetAttribute(_OF_INSTANCES[name])
+    if name in _DRIVES:
+        kind = _DRIVE_OF_JOINT.get(str(prim.GetTypeName()))
+        if kind is None:
+            raise BadPrim(
+                f"{prim.GetPath()} is a {prim.GetTypeName()}; {name} needs a prismatic or revolute joint. Pass the "
+                "full name of the attribute instead, such as drive:rotX:physics:stiffness"
+            )
+        return attribute_of(prim, f"drive:{kind}:physics:{_DRIVES[name]}")
+    if name in _OF_MATERIALS and not prim.IsA(UsdShade.Material):
+        api = UsdShade.MaterialBindingAPI(prim)
+        material = api.ComputeBoundMaterial("physics")[0] or api.ComputeBoundMaterial()[0]
+        if not material:
+            raise BadPrim(
+                f"{prim.GetPath()} has no material, so it has no {name}; bind one with UsdPhysics.MaterialAPI"
+            )
+        prim = material.GetPrim()
+    if name == "physics:approximation" and prim.HasAPI(UsdPhysics.CollisionAPI):
+        return UsdPhysics.MeshCollisionAPI.Apply(prim).CreateApproximationAttr()
+    return attribute_of(prim, name)
+
+
+def _shapes(prim: Usd.Prim) -> Iterator[Usd.Prim]:
+    return (each for each in Usd.PrimRange(prim) if each.IsA(UsdGeom.Gprim))
+
+
+def _open_instances(root: Usd.Prim) -> None:
+    """Colliders are authored on the shapes, and those of instances cannot be edited."""
+    pending = [root]
+    while pending:
+        prim = pending.pop()
+        if prim.IsInstance():
+            warn_once(f"{prim.GetPath()} is an instance; to give its shapes colliders it is made an ordinary prim")
+            prim.SetInstanceable(False)
+        pending.extend(prim.GetChildren())
+
+
+def _make_collider(shape: Usd.Prim, approximation: str | None) -> None:
+    UsdPhysics.CollisionAPI.Apply(shape)
+    physx.PhysxCollisionAPI.Apply(shape)
+    if approximation == "sdf":
+        physx.PhysxSDFMeshCollisionAPI.Apply(shape)
+    if shape.IsA(UsdGeom.Mesh):
+        mesh = UsdPhysics.MeshCollisionAPI.Apply(shape)
+        if approximation is not None:
+            mesh.CreateApproximationAttr(approximation)
+
+
+def _assign(prim: Usd.Prim, scene: Usd.Prim | None) -> None:
+    if scene is not None:
+        prim.CreateRelationship("physics:simulationOwner", custom=False).SetTargets([scene.GetPath()])
+
+
+def _remove(prim: Usd.Prim, *apis: type) -> None:
+    for api in apis:
+        if prim.HasAPI(api):
+            prim.RemoveAPI(api)

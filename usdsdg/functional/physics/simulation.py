@@ -1,0 +1,111 @@
+"""Physics without a timeline: steps, resets, sleep."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from pxr import Sdf, Usd, UsdPhysics
+
+from usdsdg.errors import BadPrim, PhysicsError, Unsupported
+from usdsdg.functional.arguments import prims_of
+from usdsdg.functional.physics.scenes import create_physics_scene, first_scene, scene_of
+from usdsdg.stage.context import current_stage
+
+_RATE = "physxScene:timeStepsPerSecond"
+
+
+def simulate(time: float, step_dt: float | None = None, physics_scene: Any = None) -> None:
+    """Let the bodies of the stage move for `time` seconds in steps of `step_dt` (default: that of the PhysicsScene).
+
+    The timeline stays where it is and nothing is rendered. Bodies stay where they end, also when the timeline is
+    stopped later; while it plays they go on from there.
+
+    Raises:
+        PhysicsError: `time` or `step_dt` is not positive, or no whole number of steps makes a second.
+        Unsupported: `physics_scene` is not the first PhysicsScene, which is the one that is simulated.
+    """
+    from usdsdg import engines
+
+    if not float(time) > 0.0:
+        raise PhysicsError(f"simulate: time is {time!r}; expected a positive number of seconds")
+    stage = current_stage()
+    if physics_scene is not None and scene_of(physics_scene) != first_scene(stage):
+        raise Unsupported(
+            f"simulate: physics_scene is {scene_of(physics_scene).GetPath()}, but only the first scene, "
+            f"{first_scene(stage).GetPath()}, is simulated; leave physics_scene out or remove the others"
+        )
+    with _stepping(stage, step_dt):
+        engine = engines.physics()
+        playing = engine.is_playing
+        if not playing:
+            engine.play()
+        try:
+            engine.advance(float(time))
+        finally:
+            if not playing:
+                engine.stop(restore=False)
+
+
+def reset(prims: Any = None) -> None:
+    """Put all bodies back to where they were when the timeline began to play; without a running simulation do nothing.
+
+    Raises:
+        Unsupported: `prims` are given.
+    """
+    from usdsdg import engines
+
+    if prims is not None:
+        raise Unsupported("reset: prims cannot be reset one by one; leave prims out to reset all bodies")
+    engine = engines.physics_if_made()
+    if engine is not None and engine.is_playing:
+        engine.stop()
+        engine.play()
+
+
+def put_to_sleep(prims: Any) -> None:
+    """Unsupported: bodies cannot be told to sleep."""
+    raise Unsupported(
+        "put_to_sleep: usdsdg rests bodies by itself and cannot be told to. Hold a body where it is with "
+        "functional.physics.modify_attribute(prim, 'physics:kinematicEnabled', True)"
+    )
+
+
+def wake_up(prims: Any) -> None:
+    """Let bodies move again that were put to sleep. Since none ever is (see `put_to_sleep`), this only checks them.
+
+    Raises:
+        BadPrim: a prim is no rigid body.
+    """
+    for prim in prims_of(prims):
+        if not prim.HasAPI(UsdPhysics.RigidBodyAPI):
+            raise BadPrim(f"{prim.GetPath()} is no rigid body; make it one with functional.physics.apply_rigid_body")
+
+
+@contextmanager
+def _stepping(stage: Usd.Stage, step_dt: float | None) -> Iterator[None]:
+    """The simulated scene steps by `step_dt` inside; said in the session layer, so that nothing of it is saved."""
+    if step_dt is None:
+        yield
+        return
+    if not float(step_dt) > 0.0 or abs(round(1.0 / step_dt) * step_dt - 1.0) > 1e-3:
+        raise PhysicsError(
+            f"simulate: step_dt is {step_dt!r}; expected 1 / (a whole number of steps per second), such as 1 / 120"
+        )
+    scene = first_scene(stage) or create_physics_scene()
+    layer, path = stage.GetSessionLayer(), scene.GetPath().AppendProperty(_RATE)
+    known = layer.GetAttributeAtPath(path)
+    before = known.default if known else None
+    with Usd.EditContext(stage, layer):
+        scene.CreateAttribute(_RATE, Sdf.ValueTypeNames.UInt, custom=False).Set(round(1.0 / step_dt))
+    try:
+        yield
+    finally:
+        spec = layer.GetAttributeAtPath(path)
+        if before is not None:
+            spec.default = before
+        else:
+            owner = spec.owner
+            owner.RemoveProperty(spec)
+            layer.ScheduleRemoveIfInert(owner)

@@ -1,0 +1,28 @@
+"""Where prims are. Mirrors `rep.functional.utils`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pxr import Gf
+
+from usdsdg.functional.arguments import one_prim
+from usdsdg.stage.transforms import local_to_world
+
+
+def get_world_transform(prim: Any) -> Gf.Transform:
+    """Where a prim is in the world, with `.GetMatrix()`, `.GetTranslation()`, `.GetRotation()`, `.GetScale()`.
+
+    Raises:
+        BadPrim: the prim is not on the stage.
+    """
+    return Gf.Transform(local_to_world(one_prim("prim", prim)))
+
+
+def get_world_position(prim: Any) -> Gf.Vec3d:
+    """The origin of a prim in the world [stage units].
+
+    Raises:
+        BadPrim: the prim is not on the stage.
+    """
+    return local_to_world(one_prim("prim", prim)).ExtractTranslation()

@@ -1,0 +1,84 @@
+"""A NumPy generator that follows the global seed. Mirrors `rep.rng`."""
+
+from __future__ import annotations
+
+import weakref
+from typing import Any
+
+import numpy as np
+
+from usdsdg.graph.sampling import get_global_seed
+from usdsdg.settings import get_settings
+
+__all__ = ["ReplicatorRNG", "generator_of", "reset_all"]
+
+_alive: weakref.WeakSet[ReplicatorRNG] = weakref.WeakSet()
+
+
+class ReplicatorRNG:
+    """Random numbers for scripts: `ReplicatorRNG(seed=42).generator.uniform(size=(5, 3))`.
+
+    Without a seed (or with a negative one) the numbers are those of the global seed. All generators begin anew when the
+    global seed changes and when the orchestrator starts (`reset_all`), so that a second run repeats the first.
+    The streams are Replicator's: the same seed gives the same numbers.
+    """
+
+    def __init__(self, seed: int | None = None, node: Any = None) -> None:
+        """`node` is the graph node (or its name) that draws; each has a stream of its own."""
+        self._node: Any = None
+        self._node_id = 0
+        self.initialize(seed, node)
+        _alive.add(self)
+
+    def initialize(self, seed: int | None, node: Any = None, node_id: int | None = None) -> None:
+        """Begin anew with another seed, and for another node if one is given; `node_id` tells nodes apart."""
+        self._seed = None if seed is None else int(seed)
+        self._node = self._node if node is None else node
+        self._node_id = self._node_id if node_id is None else int(node_id)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin the stream again."""
+        own = self._seed is not None and self._seed >= 0
+        entropy: Any = self._seed if own else get_global_seed()
+        if self._node is not None:
+            entropy = (entropy, 0 if own else self._node_id)
+        self._generator = np.random.default_rng(np.random.SeedSequence(entropy))
+
+    @property
+    def generator(self) -> np.random.Generator:
+        """The generator to draw from. Ask for it each time: after a reset it is another one."""
+        return self._generator
+
+    @property
+    def seed(self) -> int | None:
+        """The seed given; setting it begins anew."""
+        return self._seed
+
+    @seed.setter
+    def seed(self, value: int | None) -> None:
+        self.initialize(value)
+
+    def __repr__(self) -> str:
+        return f"ReplicatorRNG(seed={self._seed})"
+
+
+def reset_all() -> None:
+    """Let every generator begin anew, as when a stopped orchestrator starts."""
+    for rng in list(_alive):
+        rng.reset()
+
+
+def generator_of(rng: ReplicatorRNG | np.random.Generator) -> np.random.Generator:
+    """The NumPy generator of an `rng` argument.
+
+    Raises:
+        TypeError: it is neither a ReplicatorRNG nor a NumPy Generator.
+    """
+    generator = rng.generator if isinstance(rng, ReplicatorRNG) else rng
+    if not isinstance(generator, np.random.Generator):
+        raise TypeError(f"rng is {rng!r}; expected rep.rng.ReplicatorRNG() or numpy.random.default_rng()")
+    return generator
+
+
+get_settings().on_change("/omni/replicator/globalSeed", lambda _: reset_all())

@@ -1,0 +1,111 @@
+"""Values written to attributes in the attribute's own type."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from typing import Any
+
+import numpy as np
+from pxr import Sdf, Tf, Usd
+
+from usdsdg.errors import BadPrim, StageError
+from usdsdg.stage import assets
+
+
+class BadValue(StageError, ValueError):
+    """A value has a type or size that an attribute does not take."""
+
+
+def attribute_of(prim: Usd.Prim, name: str) -> Usd.Attribute:
+    """The attribute `name`, or `inputs:<name>`.
+
+    Raises:
+        BadPrim: the prim has neither; names near misses.
+    """
+    for candidate in (name, f"inputs:{name}"):
+        if prim.HasAttribute(candidate):
+            return prim.GetAttribute(candidate)
+    raise BadPrim(missing_attribute(prim, name, [attribute.GetName() for attribute in prim.GetAttributes()]))
+
+
+def missing_attribute(prim: Usd.Prim, name: str, known: list[str]) -> str:
+    """The sentence for an attribute that is not there."""
+    near = difflib.get_close_matches(name, known, 4, 0.5)
+    hint = f"did you mean {' or '.join(near)}?" if near else f"it has {', '.join(sorted(known)[:8]) or 'none'}."
+    return f"{prim.GetPath()} ({prim.GetTypeName() or 'no type'}) has no attribute {name!r}; {hint}"
+
+
+def set_value(attribute: Usd.Attribute, value: Any) -> None:
+    """Author `value` as the attribute's default.
+
+    Numbers become what the attribute holds (an int attribute takes the floor), sequences vectors, quaternions
+    (real part first) or arrays, one number fills a vector. Strings for asset attributes are files or URLs below the
+    assets root.
+
+    Raises:
+        AssetNotFound: there is no such file.
+        BadValue: the attribute does not take the value.
+    """
+    try:
+        taken = attribute.Set(_converted(attribute, value))
+    except (Tf.ErrorException, TypeError, ValueError) as failure:
+        raise _refused(attribute, value) from failure
+    if not taken:
+        raise _refused(attribute, value)
+
+
+def asset_path(value: Any) -> Sdf.AssetPath:
+    """An asset path whose file exists; "" stays "", and names with <UDIM> are taken as they are.
+
+    Raises:
+        AssetNotFound: there is no such file.
+    """
+    text = value.path if isinstance(value, Sdf.AssetPath) else str(value)
+    return Sdf.AssetPath(text if not text or "<UDIM>" in text else assets.resolve(text))
+
+
+def _converted(attribute: Usd.Attribute, value: Any) -> Any:
+    if isinstance(value, np.generic):
+        value = value.item()
+    type_name = attribute.GetTypeName()
+    default = type_name.defaultValue
+    if type_name.isArray:
+        return _array(type_name, value)
+    if isinstance(default, Sdf.AssetPath):
+        return asset_path(value)
+    size = getattr(type(default), "dimension", None)
+    if isinstance(size, int):
+        numbers = np.asarray(value, np.float64)
+        if numbers.shape not in ((), (size,)):
+            raise ValueError("wrong size")
+        return type(default)(*np.broadcast_to(numbers, size).tolist())
+    if hasattr(default, "GetImaginary") and isinstance(value, (list, tuple, np.ndarray)):
+        return type(default)(*(float(number) for number in value))
+    if isinstance(default, bool):
+        return bool(value)
+    if isinstance(default, int):
+        return math.floor(value)
+    return float(value) if isinstance(default, float) and not isinstance(value, str) else value
+
+
+def _array(type_name: Sdf.ValueTypeName, value: Any) -> Any:
+    """Numbers as a NumPy array of the array's own kind, which pxr converts; anything else as it is."""
+    scalar = type_name.scalarType
+    if scalar.defaultValue.__class__ in (str, Sdf.AssetPath):
+        return [asset_path(each) for each in value] if scalar == Sdf.ValueTypeNames.Asset else list(value)
+    if not isinstance(value, (list, tuple, np.ndarray)):
+        return value
+    size = getattr(type(scalar.defaultValue), "dimension", None)
+    numbers = np.asarray(value, np.float64)
+    if isinstance(size, int):
+        if numbers.shape == (size,):
+            numbers = numbers[None]
+        return [type(scalar.defaultValue)(*row) for row in numbers.tolist()]
+    return numbers.astype(np.int64).tolist() if isinstance(scalar.defaultValue, int) else numbers.tolist()
+
+
+def _refused(attribute: Usd.Attribute, value: Any) -> BadValue:
+    text = repr(value.tolist() if isinstance(value, np.ndarray) else value)
+    shown = text if len(text) <= 80 else f"{text[:76]} ..."
+    return BadValue(f"{attribute.GetPath()} is a {attribute.GetTypeName()}; it does not take {shown}")

@@ -1,0 +1,113 @@
+"""MDL materials as Omniverse authors them, with a UsdPreviewSurface beside them for viewers without MDL."""
+
+from __future__ import annotations
+
+import difflib
+from numbers import Integral, Real
+from typing import Any
+
+from pxr import Sdf, Usd, UsdShade
+
+from usdsdg.errors import BadPrim
+from usdsdg.stage.attributes import asset_path, set_value
+
+_T = Sdf.ValueTypeNames
+_KINDS = {
+    _T.Color3f: "diffuse_color_constant diffuse_tint emissive_color",
+    _T.Float2: "texture_translate texture_scale detail_texture_translate detail_texture_scale",
+    _T.Float: "albedo_desaturation albedo_add albedo_brightness reflection_roughness_constant "
+    "reflection_roughness_texture_influence metallic_constant metallic_texture_influence specular_level ao_to_diffuse "
+    "emissive_intensity opacity_constant opacity_threshold geometry_normal_roughness_strength bump_factor "
+    "detail_bump_factor texture_rotate detail_texture_rotate",
+    _T.Bool: "enable_ORM_texture enable_emission enable_opacity enable_opacity_texture flip_tangent_u flip_tangent_v "
+    "project_uvw world_or_object excludeFromWhiteMode",
+    _T.Int: "opacity_mode uv_space_index",
+    _T.Asset: "diffuse_texture reflectionroughness_texture metallic_texture ORM_texture ao_texture "
+    "emissive_color_texture emissive_mask_texture opacity_texture normalmap_texture detail_normalmap_texture",
+}
+# The inputs of OmniPBR and their types, as its documentation lists them.
+OMNI_PBR_INPUTS = {name: kind for kind, names in _KINDS.items() for name in names.split()}
+
+# What UsdPreviewSurface calls the same.
+_PREVIEW = {
+    "diffuse_color_constant": ("diffuseColor", _T.Color3f),
+    "reflection_roughness_constant": ("roughness", _T.Float),
+    "metallic_constant": ("metallic", _T.Float),
+    "emissive_color": ("emissiveColor", _T.Color3f),
+}
+
+
+def define_mdl(stage: Usd.Stage, path: str, mdl: str) -> UsdShade.Material:
+    """A material at `path` whose surface is the MDL file's material of the same name ("OmniPBR.mdl")."""
+    material = UsdShade.Material.Define(stage, path)
+    shader = UsdShade.Shader.Define(stage, material.GetPath().AppendChild("Shader"))
+    shader.SetSourceAsset(Sdf.AssetPath(mdl), "mdl")
+    shader.SetSourceAssetSubIdentifier(_identifier(mdl), "mdl")
+    out = shader.CreateOutput("out", _T.Token)
+    for make in (material.CreateSurfaceOutput, material.CreateVolumeOutput, material.CreateDisplacementOutput):
+        make("mdl").ConnectToSource(out)
+    if _identifier(mdl) == "OmniPBR":
+        preview = UsdShade.Shader.Define(stage, material.GetPath().AppendChild("PreviewSurface"))
+        preview.CreateIdAttr("UsdPreviewSurface")
+        preview.CreateInput("diffuseColor", _T.Color3f).Set((0.2, 0.2, 0.2))
+        material.CreateSurfaceOutput().ConnectToSource(preview.CreateOutput("surface", _T.Token))
+    return material
+
+
+def is_mdl(prim: Usd.Prim) -> bool:
+    """Whether the prim is a material with an MDL surface, or an MDL shader."""
+    return _mdl_shader(prim) is not None
+
+
+def set_input(prim: Usd.Prim, name: str, value: Any) -> None:
+    """Set an input of an MDL material (or of its shader), adding it where it has no value yet.
+
+    Raises:
+        AssetNotFound: a texture does not exist.
+        BadPrim: OmniPBR has no such input; names near misses.
+        BadValue: the input does not take the value.
+    """
+    shader = _mdl_shader(prim)
+    if shader is None:
+        raise BadPrim(f"{prim.GetPath()} has no MDL shader, so it has no input {name!r}")
+    existing = shader.GetInput(name)
+    kind = existing.GetTypeName() if existing else _kind_of(shader, name, value)
+    if kind == _T.Asset:
+        value = asset_path(value)
+    set_value(shader.CreateInput(name, kind).GetAttr(), value)
+    preview = shader.GetPrim().GetParent().GetChild("PreviewSurface")
+    if preview and name in _PREVIEW:
+        set_value(UsdShade.Shader(preview).CreateInput(*_PREVIEW[name]).GetAttr(), value)
+
+
+def _mdl_shader(prim: Usd.Prim) -> UsdShade.Shader | None:
+    if prim.IsA(UsdShade.Material):
+        source = UsdShade.Material(prim).ComputeSurfaceSource("mdl")
+        prim = source[0].GetPrim() if source and source[0] else Usd.Prim()
+    if not prim or not prim.IsA(UsdShade.Shader) or not prim.HasAttribute("info:mdl:sourceAsset"):
+        return None
+    return UsdShade.Shader(prim)
+
+
+def _identifier(mdl: str) -> str:
+    return mdl.replace("\\", "/").rsplit("/", 1)[-1].removesuffix(".mdl")
+
+
+def _kind_of(shader: UsdShade.Shader, name: str, value: Any) -> Sdf.ValueTypeName:
+    identifier = str(shader.GetSourceAssetSubIdentifier("mdl"))
+    if name in OMNI_PBR_INPUTS:
+        return OMNI_PBR_INPUTS[name]
+    if identifier == "OmniPBR":
+        near = difflib.get_close_matches(name, OMNI_PBR_INPUTS, 4, 0.5)
+        hint = f"did you mean {' or '.join(near)}?" if near else f"it has {', '.join(sorted(OMNI_PBR_INPUTS)[:8])}, ..."
+        raise BadPrim(f"{shader.GetPath()}: OmniPBR has no input {name!r}; {hint}")
+    # Other MDL modules are not read here; the value tells the type.
+    if isinstance(value, bool):
+        return _T.Bool
+    if isinstance(value, (str, Sdf.AssetPath)):
+        return _T.Asset
+    if isinstance(value, Integral):
+        return _T.Int
+    if isinstance(value, Real):
+        return _T.Float
+    return {2: _T.Float2, 3: _T.Color3f, 4: _T.Float4}.get(len(value), _T.FloatArray)
