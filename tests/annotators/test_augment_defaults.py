@@ -478,7 +478,7 @@ def test_older_spellings_draw_for_every_frame(name, options):
 def test_each_works_by_name_on_what_it_is_for(name, folder):
     frame = make_frame(street(), (32, 24))
     source = {"ColorizeDepth": "distance_to_camera", "ColorizeNormals": "normals"}.get(name, "rgb")
-    wants_folder = name in ("BackgroundRand", "CutMix", "ImageBlend")
+    wants_folder = name in ("BackgroundRand", "BgRand", "CutMix", "ImageBlend", "ImgBlend")
     before = frame.aovs["LdrColor"].copy()
     annotator = annotators.get(source).augment(name, **({"folderpath": str(folder)} if wants_folder else {}))
     result = annotator.compute(frame)

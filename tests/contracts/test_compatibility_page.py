@@ -9,6 +9,7 @@ import usdsdg as rep
 from tests.contracts import mirror
 from usdsdg import settings
 from usdsdg.annotators import catalogue
+from usdsdg.annotators.augmentation_table import DEFAULT_AUGMENTATIONS
 from usdsdg.writers import backends
 from usdsdg.writers import catalogue as writers
 
@@ -58,6 +59,10 @@ def test_annotators():
     assert words(there) - {"annotators.get(name)", "AnnotatorRegistry.get_annotator(name)"} == own - {"skeleton_data"}
     assert {*catalogue.UNSUPPORTED, "skeleton_data"} <= words(missing)
     assert not words(missing) & (own - {"skeleton_data"})
+
+
+def test_augmentations():
+    assert words(section("Augmentations")) >= set(DEFAULT_AUGMENTATIONS)
 
 
 def test_settings():

@@ -1,12 +1,24 @@
 """Annotators: what is seen in one frame, as labelled arrays (`rep.annotators`)."""
 
 # Members of the family register themselves when imported.
-from usdsdg.annotators import augmentation_table, boxes, camera, image, pointcloud, segmentation, skeleton
+from usdsdg.annotators import (
+    augmentation_table,
+    boxes,
+    camera,
+    correspondence,
+    image,
+    pointcloud,
+    segmentation,
+    shading,
+    skeleton,
+    stage_values,
+)
 from usdsdg.annotators.annotator import Annotator, Requirements, attached_annotators, detach_all, requirements
 from usdsdg.annotators.augmentation import Augmentation
 from usdsdg.annotators.base import Annotation, define
 from usdsdg.annotators.catalogue import (
     AnnotatorRegistry,
+    NodeConnectionTemplate,
     augment,
     augment_compose,
     get,
@@ -34,6 +46,7 @@ __all__ = [
     "Entities",
     "EntityReader",
     "Frame",
+    "NodeConnectionTemplate",
     "Requirements",
     "attached_annotators",
     "augment",
@@ -42,6 +55,7 @@ __all__ = [
     "boxes",
     "build_payload",
     "camera",
+    "correspondence",
     "define",
     "detach_all",
     "get",
@@ -54,7 +68,9 @@ __all__ = [
     "register_augmentation",
     "requirements",
     "segmentation",
+    "shading",
     "skeleton",
+    "stage_values",
     "unregister_annotator",
     "unregister_augmentation",
 ]

@@ -74,7 +74,7 @@ class Annotator:
 
     def compute(self, frame: Frame) -> Annotation:
         """What it says of `frame`, augmentations applied; also what `get_data` returns from now on."""
-        key = ("annotation", self._kind.name, json.dumps(self._params, sort_keys=True, default=str))
+        key = ("annotation", self._kind.compute, json.dumps(self._params, sort_keys=True, default=str))
         annotation = frame.derive(key, lambda: self._kind.compute(frame, self._params))
         twins: Counter[str] = Counter()
         for augmentation in self._augmentations:
@@ -121,6 +121,8 @@ class Annotator:
         self._render_product = paths[0]
         if self not in _attached:
             _attached.append(self)
+        if self._kind.on_attach is not None:
+            self._kind.on_attach(self)
         return self
 
     def lend(self, render_product: str | None) -> None:

@@ -47,4 +47,19 @@ _FUNCTIONS = {
 for _name, _augmentation in _FUNCTIONS.items():
     augmentations.add(_name, _augmentation)
 
-DEFAULT_AUGMENTATIONS = tuple(_FUNCTIONS)
+# The names of the functions and nodes behind some of them.
+_ALIASES = {
+    "adjust_sigmoid": "AdjustSigmoid",
+    "brightness": "Brightness",
+    "speckle_noise": "SpeckleNoise",
+    "shot_noise": "ShotNoise",
+    "rgb_to_hsv": "RgbToHsv",
+    "hsv_to_rgb": "HsvToRgb",
+    "glass_blur": "GlassBlur",
+    "BgRand": "BackgroundRand",
+    "ImgBlend": "ImageBlend",
+}
+for _name, _of in _ALIASES.items():
+    augmentations.add(_name, _FUNCTIONS[_of])
+
+DEFAULT_AUGMENTATIONS = (*_FUNCTIONS, *_ALIASES)

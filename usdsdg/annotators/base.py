@@ -46,6 +46,7 @@ class Kind:
     needs_picture: bool
     params: Mapping[str, Any]  # init parameters and their defaults
     empty: np.ndarray | None  # the array before the first frame; None for annotators without one
+    on_attach: Callable[[Any], None] | None = None  # told of each `Annotator` that is attached
 
     @property
     def documentation(self) -> str:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from usdsdg.annotators.annotator import Annotator
-from usdsdg.annotators.augmentation import Augmentation, augmentations, named_augmentation
-from usdsdg.annotators.base import Annotation, Kind, define, kinds
-from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.annotator import Annotator, attached_annotators
+from usdsdg.annotators.aov_annotator import register_aov
+from usdsdg.annotators.augmentation import Augmentation, augmentations, named_augmentation, node_kinds
+from usdsdg.annotators.base import Kind, kinds
 from usdsdg.errors import AnnotatorRegistryError, Unsupported
 from usdsdg.registry import Registry
 
@@ -37,9 +36,8 @@ _unsupported(
     "PtSelfIllumination PtBackground PtVolumes PtDiffuseFilter PtReflectionFilter PtRefractionFilter",
 )
 _unsupported(
-    "it is not implemented yet",
-    "shaded_semantic_segmentation shaded_instance_segmentation shaded_instance_id_segmentation "
-    "cross_correspondence CrossCorrespondence Attribute primPaths fabricTime rpFabricTime",
+    "mattes by id are not implemented; semantic_segmentation with a mapping gives masks in colours of your choice",
+    " ".join(f"PtMultiMatte{number}" for number in range(8)),
 )
 
 _composed: Registry[Annotator] = Registry("annotator", AnnotatorRegistryError)
@@ -149,6 +147,18 @@ def augment_compose(
     return source.augment_compose(augmentations, name)
 
 
+@dataclass(frozen=True)
+class NodeConnectionTemplate:
+    """An input of a node, as scripts describe it: an annotator's name, and which outputs go to which inputs.
+
+    Mirrors `omni.syntheticdata.SyntheticData.NodeConnectionTemplate`; the mapping of attributes has no meaning here.
+    """
+
+    node_template_id: str
+    render_product_idxs: Sequence[int] = (0,)
+    attributes_mapping: Mapping[str, str] | None = None
+
+
 class AnnotatorRegistry:
     """The same functions under Replicator's older names."""
 
@@ -166,38 +176,109 @@ class AnnotatorRegistry:
         aov: str,
         output_data_type: Any = None,
         output_channels: int = 1,
-        on_attach_callback: Any = None,
+        on_attach_callback: Callable[[Annotator], None] | None = None,
         name: str | None = None,
         is_gpu_enabled: bool = True,
         documentation: str | None = None,
     ) -> None:
-        """An annotator that gives a renderer's AOV as it is."""
+        """Make what the renderer gives as `aov` available as an annotator.
 
-        def whole(frame: Frame, params: Mapping[str, Any]) -> Annotation:
-            return Annotation(frame.aov(aov))
+        Args:
+            aov: name of an annotator that is one picture ("LdrColor", "DepthLinearized"), or of an AOV of the renderer.
+            output_data_type: NumPy type of the result; None: as it is.
+            output_channels: how many of its channels are given, where it has several; 1: all.
+            on_attach_callback: called with the annotator when it is attached.
+            name: default, `aov`.
+            is_gpu_enabled: accepted; `device` says where arrays are given.
+            documentation: default, that of what it shows.
 
-        picture = aov in ("LdrColor", "HdrColor")
-        define(name or aov, aovs=() if picture else [aov], needs_picture=picture, dtype=output_data_type or np.float32)(
-            whole
+        Raises:
+            AnnotatorRegistryError: there is no such AOV; the message lists near misses.
+            Unsupported: Replicator has it and usdsdg does not.
+        """
+        register_aov(
+            name or aov, aov, output_data_type, output_channels, on_attach_callback, documentation, UNSUPPORTED
         )
 
     @staticmethod
-    def register_annotator_from_node(name: str, input_rendervars: Any, node_type_id: str, **kwargs: Any) -> None:
-        """Unsupported: there are no OmniGraph nodes."""
-        raise Unsupported(
-            f"Annotator {name!r} from node {node_type_id!r}: there is no OmniGraph here. Write a function of a "
-            "Frame and register it with usdsdg.annotators.define."
-        )
+    def register_annotator_from_node(
+        name: str,
+        input_rendervars: Any,
+        node_type_id: str,
+        init_params: Mapping[str, Any] | None = None,
+        render_product_idxs: Sequence[int] = (0,),
+        output_rendervars: Any = None,
+        output_data_type: Any = None,
+        output_is_2d: bool = False,
+        output_channels: int = 1,
+        is_gpu_enabled: bool = True,
+        hidden: bool = False,
+        on_attach_callback: Any = None,
+        documentation: str | None = None,
+    ) -> None:
+        """Make an annotator that passes through an augmentation node available, or one whose node does what ours does.
+
+        There is no OmniGraph, so only nodes that are known here work: Replicator's augmentation nodes
+        ("omni.replicator.core.AugRotateExp", on the first of `input_rendervars`) and Isaac Sim's times.
+
+        Args:
+            name: under which it is made available.
+            input_rendervars: names of annotators, or templates of a connection to them.
+            node_type_id: type of the node.
+            init_params: arguments of the node.
+            render_product_idxs, output_rendervars, output_data_type, output_is_2d, output_channels, is_gpu_enabled,
+                hidden, on_attach_callback, documentation: accepted; the annotator's own hold.
+
+        Raises:
+            Unsupported: the node is another one.
+            AnnotatorRegistryError: there is no annotator of the first input's name.
+            AugmentationError: the node takes no such argument.
+        """
+        short = str(node_type_id).rsplit(".", 1)[-1].removeprefix("Ogn")
+        arguments = {key.removeprefix("inputs:"): value for key, value in (init_params or {}).items()}
+        if short in _NODE_ANNOTATORS:
+            _composed.add(name, get(_NODE_ANNOTATORS[short], arguments).copy(name))
+            return
+        if short not in node_kinds:
+            raise Unsupported(
+                f"Annotator {name!r} from node {node_type_id!r}: there is no OmniGraph here, and this node is none of "
+                f"{', '.join([*_NODE_ANNOTATORS, *node_kinds])}. Write a function of a Frame and register it with "
+                "usdsdg.annotators.define."
+            )
+        source = list(input_rendervars)[:1] or [""]
+        _composed.add(name, augment(_rendervar(source[0]), Augmentation(short, **arguments), name=name))
 
     @staticmethod
-    def detach(annotator: Annotator, render_products: Any = None) -> None:
-        annotator.detach(render_products)
+    def detach(annotator: Annotator | str, render_products: Any) -> None:
+        """Detach an annotator, or all of a name, from `render_products` (None: from whatever they watch)."""
+        wanted = [annotator] if isinstance(annotator, Annotator) else attached_annotators()
+        for each in wanted:
+            if each is annotator or each.get_name() == annotator:
+                each.detach(render_products)
+
+
+# Nodes that make an annotator of their own, and ours.
+_NODE_ANNOTATORS = {
+    "IsaacReadSimulationTimeAnnotator": "IsaacReadSimulationTime",
+    "IsaacReadSimulationTime": "IsaacReadSimulationTime",
+    "IsaacReadSystemTimeAnnotator": "IsaacReadSystemTime",
+    "IsaacReadSystemTime": "IsaacReadSystemTime",
+    "SdNoOp": "IsaacNoop",
+    "ReadFabricTime": "fabricTime",
+    "ReadRpFabricTime": "rpFabricTime",
+}
+
+
+def _rendervar(source: Any) -> str:
+    """The annotator that an input of a node names: a name, or a template that has it."""
+    return str(getattr(source, "node_template_id", source))
 
 
 __all__ = [
     "UNSUPPORTED",
     "AnnotatorRegistry",
     "Kind",
+    "NodeConnectionTemplate",
     "augment",
     "augment_compose",
     "get",

@@ -28,6 +28,16 @@ def colors_of_ids(ids: np.ndarray) -> np.ndarray:
     return colors
 
 
+def pastels_of_ids(ids: np.ndarray) -> np.ndarray:
+    """(N, 3) float32 RGB from 0 to 255: pale, bright colours of N ids, with the hues of `colors_of_ids`."""
+    ids = np.asarray(ids, np.uint64)
+    hashed = _hash(ids)
+    hue = ((ids.astype(np.float64) / _GOLDEN_RATIO) % 1.0 + 0.1 * (hashed & 0xFFFF) / 65536) % 1.0
+    saturation = 0.3 + 0.3 * ((hashed >> 16) & 255) / 255
+    value = 0.9 + 0.1 * ((hashed >> 8) & 255) / 255
+    return (hsv_to_rgb(hue, saturation, value) * 255).astype(np.float32)
+
+
 def _hash(ids: np.ndarray) -> np.ndarray:
     """The low 24 bits of a murmur-like finaliser in unbounded integers.
 

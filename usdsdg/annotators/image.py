@@ -62,6 +62,12 @@ def diffuse_albedo(frame: Frame, params: Params) -> Annotation:
     return Annotation(_four_channels(albedo.astype(np.uint8), 255))
 
 
+@define("LdrColorIsaacConvertRGBAToRGB", needs_picture=True, dtype=np.uint8)
+def rgb_without_alpha(frame: Frame, params: Params) -> Annotation:
+    """Tone-mapped colour, uint8 (H, W, 3)."""
+    return Annotation(np.ascontiguousarray(frame.aov("LdrColor")[..., :3]))
+
+
 def _four_channels(image: np.ndarray, fill: float) -> np.ndarray:
     out = np.zeros((*image.shape[:2], 4), image.dtype)
     out[..., : image.shape[2]] = image

@@ -20,13 +20,11 @@ from usdsdg.annotators.frame import Frame
 from usdsdg.errors import AnnotatorError, warn_once
 
 Params = Mapping[str, Any]
-_COLORIZE: Params = {"colorize": False}
+_COLORIZE: Params = {"colorize": False, "mapping": None}
 _BACKGROUND_LABEL, _UNLABELLED_LABEL = {"class": "BACKGROUND"}, {"class": "UNLABELLED"}
 
 
-@define(
-    "semantic_segmentation", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE, "mapping": None}, dtype=np.uint32
-)
+@define("semantic_segmentation", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
 def semantic_segmentation(frame: Frame, params: Params) -> Annotation:
     """Id of the label of each pixel, uint32 (H, W), or its colour, uint8 (H, W, 4).
 
@@ -37,15 +35,17 @@ def semantic_segmentation(frame: Frame, params: Params) -> Annotation:
     labels, id_of_member = unique_labels(selection.labels)
     ids = _entity_ids(frame, predicate_of(params), id_of_member + FIRST_LABELLED)
     described = [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *labels]
-    color_of = colors_of_ids
-    if params["mapping"]:
-        ids, described, color_of = _mapped(ids, described, _read_mapping(params["mapping"]))
-    return _annotation(ids, params, {"idToLabels": lambda i: described[i]}, str, color_of)
+    ids, old, color_of = _mapped(ids, params["mapping"], lambda: [_keys(own) for own in described])
+    return _annotation(ids, params, {"idToLabels": lambda i: described[old(i)]}, str, color_of)
 
 
 @define("instance_segmentation", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
 def instance_segmentation(frame: Frame, params: Params) -> Annotation:
-    """Id of the entity (nearest labelled ancestor) of each pixel; keys of the tables are strings."""
+    """Id of the entity (nearest labelled ancestor) of each pixel, uint32 (H, W), or its colour, uint8 (H, W, 4).
+
+    Keys of the tables are strings. `mapping` as for semantic_segmentation, also with prim paths as keys; entities that
+    it gives one id or colour share an entry in the tables.
+    """
     return _instances(frame, params, str)
 
 
@@ -57,7 +57,10 @@ def instance_segmentation_fast(frame: Frame, params: Params) -> Annotation:
 
 @define("instance_id_segmentation", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
 def instance_id_segmentation(frame: Frame, params: Params) -> Annotation:
-    """Id of the gprim of each pixel, labelled or not; keys of the table are strings."""
+    """Id of the gprim of each pixel, labelled or not, uint32 (H, W), or its colour, uint8 (H, W, 4).
+
+    Keys of the table are strings. `mapping` as for instance_segmentation.
+    """
     return _gprims(frame, params, str)
 
 
@@ -80,16 +83,25 @@ def _instances(frame: Frame, params: Params, key: Callable) -> Annotation:
     paths = ["BACKGROUND", "UNLABELLED", *(frame.entities.prim_paths[row] for row in selection.rows)]
     labels = [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *selection.labels]
     ids = _entity_ids(frame, predicate, np.arange(len(selection)) + FIRST_LABELLED)
-    tables = {"idToLabels": lambda i: paths[i], "idToSemantics": lambda i: labels[i]}
-    return _annotation(ids, params, tables, key, colors_of_ids)
+    ids, old, color_of = _mapped(
+        ids, params["mapping"], lambda: [[path, *_keys(own)] for path, own in zip(paths, labels)]
+    )
+    tables = {"idToLabels": lambda i: paths[old(i)], "idToSemantics": lambda i: labels[old(i)]}
+    return _annotation(ids, params, tables, key, color_of)
 
 
 def _gprims(frame: Frame, params: Params, key: Callable) -> Annotation:
     instance = frame.aov("instance")
     ids = np.where(instance >= 0, instance + FIRST_LABELLED, BACKGROUND).astype(np.uint32)
-    names = {BACKGROUND: "BACKGROUND", UNLABELLED: "UNLABELLED"}
-    tables = {"idToLabels": lambda i: names[i] if i in names else frame.gprims[i - FIRST_LABELLED]}
-    return _annotation(ids, params, tables, key, colors_of_ids)
+    names = ["BACKGROUND", "UNLABELLED", *frame.gprims]
+
+    def keys() -> list[list[str]]:
+        selection = frame.selection(predicate_of(params))
+        labels = [selection.labels[member] if member >= 0 else {} for member in selection.member_of_gprim]
+        return [[name, *_keys(own)] for name, own in zip(names, [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *labels])]
+
+    ids, old, color_of = _mapped(ids, params["mapping"], keys)
+    return _annotation(ids, params, {"idToLabels": lambda i: names[old(i)]}, key, color_of)
 
 
 def _entity_ids(frame: Frame, predicate: str | None, id_of_member: np.ndarray) -> np.ndarray:
@@ -144,20 +156,32 @@ def _read_mapping(mapping: Any) -> Mapping[str, Any]:
     return mapping
 
 
+def _keys(labels: Mapping[str, str]) -> list[str]:
+    return [f"{kind}:{label}" for kind, label in labels.items()]
+
+
 def _mapped(
-    ids: np.ndarray, described: list[dict[str, str]], mapping: Mapping[str, Any]
-) -> tuple[np.ndarray, Any, Callable]:
-    """Ids, descriptions and colours with the entries of `mapping` in place of our own."""
-    new_id = np.arange(len(described), dtype=np.uint32)
+    ids: np.ndarray, mapping: Any, keys: Callable[[], Sequence[Sequence[str]]]
+) -> tuple[np.ndarray, Callable[[int], int], Callable[[np.ndarray], np.ndarray]]:
+    """The ids that `mapping` chooses in place of `ids`, what each one was, and the colours of the new ones.
+
+    keys: per id, under which keys `mapping` may know it; the first that it knows counts.
+    """
+    if not mapping:
+        return ids, _as_is, colors_of_ids
+    chosen_by_key = _read_mapping(mapping)
+    known = keys()
+    new_id = np.arange(len(known), dtype=np.uint32)
     chosen: dict[int, tuple[int, ...]] = {}
-    for index, labels in enumerate(described):
-        for kind, label in labels.items():
-            value = mapping.get(f"{kind}:{label}")
-            if isinstance(value, int):
-                new_id[index] = value
-            elif value is not None:
-                chosen[index] = tuple(int(channel) for channel in value)
-    by_new_id = {int(new): described[old] for old, new in enumerate(new_id)}
+    for index, names in enumerate(known):
+        value = next((chosen_by_key[name] for name in names if name in chosen_by_key), None)
+        if isinstance(value, int):
+            new_id[index] = value
+        elif value is not None:
+            chosen[index] = tuple(int(channel) for channel in value)
+    # Of several with one new id the first that is seen stands for all.
+    seen = np.flatnonzero(np.bincount(ids.ravel(), minlength=len(known)))
+    old_id = {int(new_id[old]): int(old) for old in reversed(seen)}
 
     def color_of(present: np.ndarray) -> np.ndarray:
         colors = colors_of_ids(present)
@@ -165,4 +189,4 @@ def _mapped(
             colors[present == new_id[index]] = (*color[:3], color[3] if len(color) > 3 else 255)
         return colors
 
-    return new_id[ids], by_new_id, color_of
+    return new_id[ids], old_id.__getitem__, color_of

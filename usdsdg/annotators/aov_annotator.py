@@ -1,0 +1,82 @@
+"""Annotators that users make from an AOV: the same numbers under another name, type or number of channels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from usdsdg.annotators.base import Annotation, Kind, kinds
+from usdsdg.annotators.frame import Frame
+from usdsdg.errors import AnnotatorRegistryError, Unsupported
+from usdsdg.registry import near_misses
+
+# The renderer's AOVs and what they are of; pictures come under the names of their annotators.
+AOVS: Mapping[str, type] = {
+    "instance": np.int32,
+    "distance_to_camera": np.float32,
+    "distance_to_image_plane": np.float32,
+    "normals": np.float32,
+    "position": np.float32,
+    "albedo": np.float32,
+    "motion_vectors": np.float32,
+}
+# What Omniverse calls them besides.
+_SYNONYMS = {
+    "DistanceToCameraSD": "distance_to_camera",
+    "DistanceToImagePlaneSD": "distance_to_image_plane",
+    "NormalSD": "normals",
+    "TargetMotionSD": "MotionVectors",
+    "CrossCorrespondenceSD": "CrossCorrespondence",
+}
+
+
+def register_aov(
+    name: str,
+    aov: str,
+    dtype: Any,
+    channels: int,
+    on_attach: Callable[[Any], None] | None,
+    documentation: str | None,
+    unsupported: Mapping[str, str],
+) -> None:
+    """Enter an annotator; see `AnnotatorRegistry.register_annotator_from_aov`."""
+    source = _source(aov, unsupported)
+    wanted = None if dtype is None else np.dtype(dtype)
+
+    def compute(frame: Frame, params: Mapping[str, Any]) -> Annotation:
+        data = source.compute(frame, source.params).data
+        assert data is not None
+        if data.ndim > 2 and channels > 1:
+            data = data[..., :channels]
+        return Annotation(data if wanted is None else data.astype(wanted, copy=False))
+
+    compute.__doc__ = documentation or source.documentation
+    assert source.empty is not None
+    empty = source.empty if wanted is None else np.zeros(0, wanted)
+    kinds.add(name, replace(source, name=name, compute=compute, params={}, empty=empty, on_attach=on_attach))
+
+
+def _source(aov: str, unsupported: Mapping[str, str]) -> Kind:
+    """The annotator whose array `aov` is, or one of the renderer's AOV as it is."""
+    known = _SYNONYMS.get(aov, aov)
+    if known in kinds and kinds.get(known).empty is not None:
+        return kinds.get(known)
+    if known in AOVS:
+        return Kind(aov, _whole(known), frozenset([known]), False, False, {}, np.zeros(0, AOVS[known]))
+    if aov in unsupported:
+        raise Unsupported(f"AOV {aov!r}: {unsupported[aov]}.")
+    names = [*AOVS, *_SYNONYMS, *(each for each in kinds if kinds.get(each).empty is not None)]
+    close = near_misses(aov, names)
+    hint = f"Did you mean {' or '.join(map(repr, close))}?" if close else f"There are: {', '.join(names)}."
+    raise AnnotatorRegistryError(f"No AOV is named {aov!r}. {hint}")
+
+
+def _whole(aov: str) -> Callable[[Frame, Mapping[str, Any]], Annotation]:
+    def whole(frame: Frame, params: Mapping[str, Any]) -> Annotation:
+        """The renderer's AOV as it is."""
+        return Annotation(frame.aov(aov))
+
+    return whole
