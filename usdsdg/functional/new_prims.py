@@ -47,7 +47,9 @@ def define(paths: Sequence[str], type_name: str, *, with_ops: bool = True) -> li
     with Sdf.ChangeBlock():
         for path in paths:
             spec = Sdf.CreatePrimInLayer(target.GetLayer(), target.MapToSpecPath(Sdf.Path(path)))
-            spec.specifier, spec.typeName = Sdf.SpecifierDef, type_name
+            spec.specifier = Sdf.SpecifierDef
+            if type_name:
+                spec.typeName = type_name
             if with_ops:
                 _author_ops(spec)
     return [stage.GetPrimAtPath(path) for path in paths]

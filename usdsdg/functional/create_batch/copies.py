@@ -88,7 +88,9 @@ def _target(file: Any, prim: Any) -> Sdf.Reference:
     if inside.isEmpty and not layer.defaultPrim:
         names = ", ".join(spec.path.pathString for spec in layer.rootPrims) or "nothing"
         raise AssetError(f"{resolved} has no default prim; pass prim_path (it has {names})")
-    if not inside.isEmpty and not Usd.Stage.Open(layer).GetPrimAtPath(inside):
+    # The prim lives as long as its stage.
+    file_stage = Usd.Stage.Open(layer, Usd.Stage.LoadNone)
+    if not inside.isEmpty and not file_stage.GetPrimAtPath(inside):
         raise AssetError(f"{resolved} has no prim {inside}")
     return Sdf.Reference(resolved, inside)
 

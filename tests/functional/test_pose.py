@@ -1,0 +1,294 @@
+"""What modify.pose and its parts leave in the ops of prims; UsdGeom computes what the ops mean."""
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom
+
+from tests.functional.poses import local, ops, value, world
+from usdsdg.errors import BadPrim, DegenerateFrame, GraphError, Unsupported
+from usdsdg.functional import create, create_batch, modify
+from usdsdg.stage.transforms import compose_euler
+
+
+@pytest.fixture
+def cube(stage):
+    return create.cube(parent="/World")
+
+
+@pytest.fixture
+def cubes(stage):
+    return create_batch.cube(count=3, parent="/World")
+
+
+def test_one_value_for_all_prims(cubes):
+    modify.pose(cubes, position_value=(1, 2, 3), rotation_value=(10, 20, 30), scale_value=(2, 3, 4))
+    for cube in cubes:
+        np.testing.assert_allclose(local(cube), compose_euler((1, 2, 3), (10, 20, 30), (2, 3, 4)), atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", [np.array, np.ndarray.tolist, lambda rows: [tuple(row) for row in rows.tolist()]])
+def test_one_value_per_prim(cubes, kind):
+    positions, degrees, scales = np.random.default_rng(0).uniform(1, 9, (3, 3, 3))
+    modify.pose(cubes, kind(positions), kind(degrees), scale_value=kind(scales))
+    for row, cube in enumerate(cubes):
+        expected = compose_euler(positions[row], degrees[row], scales[row])
+        np.testing.assert_allclose(local(cube), expected, atol=1e-12)
+
+
+def test_parts_that_are_not_given_stay(cube):
+    modify.pose(cube, (1, 2, 3), (10, 20, 30), scale_value=2.0)
+    modify.position(cube, (4, 5, 6))
+    np.testing.assert_allclose(local(cube), compose_euler((4, 5, 6), (10, 20, 30), (2, 2, 2)), atol=1e-12)
+    modify.scale(cube, (1, 2, 1))
+    modify.rotation(cube, (0, 0, 90))
+    np.testing.assert_allclose(local(cube), compose_euler((4, 5, 6), (0, 0, 90), (1, 2, 1)), atol=1e-12)
+
+
+def test_three_numbers_scale_three_prims_unless_they_are_a_tuple(cubes):
+    modify.scale(cubes, np.array([1.0, 2.0, 3.0]))
+    assert [value(cube, "xformOp:scale").tolist() for cube in cubes] == [[1, 1, 1], [2, 2, 2], [3, 3, 3]]
+    modify.scale(cubes, (1.0, 2.0, 3.0))
+    assert [value(cube, "xformOp:scale").tolist() for cube in cubes] == [[1, 2, 3]] * 3
+
+
+def test_the_ops_that_a_prim_has_are_used(stage):
+    xform = UsdGeom.Xform.Define(stage, "/World/a")
+    xform.AddTranslateOp(UsdGeom.XformOp.PrecisionFloat)
+    xform.AddRotateZYXOp()
+    modify.pose(xform.GetPrim(), (1, 2, 3), (10, 20, 30), scale_value=2)
+    assert ops(xform.GetPrim()) == ["xformOp:translate", "xformOp:rotateZYX", "xformOp:scale"]
+    np.testing.assert_allclose(local(xform.GetPrim()), compose_euler((1, 2, 3), (10, 20, 30), (2, 2, 2)), atol=1e-6)
+
+
+def test_all_kinds_of_ops_in_one_call(stage):
+    plain = stage.DefinePrim("/World/plain", "Xform")
+    made = create.xform(parent="/World")
+    euler = UsdGeom.Xform.Define(stage, "/World/euler")
+    euler.AddTranslateOp()
+    euler.AddRotateXYZOp()
+    euler.AddScaleOp()
+    matrix = UsdGeom.Xform.Define(stage, "/World/matrix")
+    matrix.AddTransformOp()
+    pivoted = UsdGeom.Xform.Define(stage, "/World/pivoted")
+    UsdGeom.XformCommonAPI(pivoted).SetPivot((0, 0, 0))
+    prims = [plain, made, euler.GetPrim(), matrix.GetPrim(), pivoted.GetPrim()]
+    for shift in (0.0, 1.0):
+        rows = np.arange(15.0).reshape(5, 3) + shift
+        modify.pose(prims, rows, rows * 10, scale_value=rows + 1)
+        for row, prim in zip(rows, prims):
+            np.testing.assert_allclose(local(prim), compose_euler(row, row * 10, row + 1), atol=1e-4)
+    assert ops(matrix.GetPrim()) == ["xformOp:transform"]
+
+
+def test_angles_stay_as_they_are_in_a_rotate_op(stage):
+    xform = UsdGeom.Xform.Define(stage, "/World/a")
+    xform.AddRotateXYZOp()
+    modify.rotation(xform.GetPrim(), (370, -20, 0))
+    assert value(xform.GetPrim(), "xformOp:rotateXYZ").tolist() == [370, -20, 0]
+
+
+@pytest.mark.parametrize(
+    "rotation",
+    [
+        (0, 0, np.sqrt(0.5), np.sqrt(0.5)),
+        np.array([0, 0, np.sqrt(0.5), np.sqrt(0.5)]),
+        Gf.Rotation((0, 0, 1), 90),
+        Gf.Quatf(np.sqrt(0.5), 0, 0, np.sqrt(0.5)),
+        [Gf.Quatd(np.sqrt(0.5), 0, 0, np.sqrt(0.5))],
+    ],
+    ids=["tuple xyzw", "array xyzw", "Gf.Rotation", "Gf.Quatf", "list of Gf.Quatd"],
+)
+def test_quaternions_and_rotations(cube, rotation):
+    modify.rotation(cube, rotation)
+    np.testing.assert_allclose(local(cube), compose_euler(degrees=(0, 0, 90)), atol=1e-6)
+
+
+def test_the_rotation_order_says_which_axis_each_angle_is_about(cube):
+    modify.rotation(cube, (10, 20, 30), "ZYX")
+    turned = Gf.Rotation((0, 0, 1), 10) * Gf.Rotation((0, 1, 0), 20) * Gf.Rotation((1, 0, 0), 30)
+    np.testing.assert_allclose(local(cube)[:3, :3], np.array(Gf.Matrix3d(turned)), atol=1e-12)
+
+
+@pytest.mark.parametrize("position", [(2, 3, 4), (0, 0, 0.5)])
+def test_look_at_points_minus_z_at_the_target_with_up_up(stage, position):
+    camera = create.camera(parent="/World", position=position)
+    modify.look_at(camera, (0, 1, 0), look_at_up_axis=(0, 0, 1))
+    matrix = world(camera)
+    towards = np.array([0, 1, 0]) - position
+    np.testing.assert_allclose(-matrix[2, :3], towards / np.linalg.norm(towards), atol=1e-12)
+    assert matrix[1, 2] > 0
+    assert matrix[0, 2] == pytest.approx(0)
+
+
+def test_look_at_from_below_a_parent_that_is_turned_and_moved(stage):
+    parent = create.xform(name="rig", position=(5, 0, 0), rotation=(30, 40, 50), scale=2)
+    camera = create.camera(parent=parent, position=(1, 1, 1))
+    target = create.sphere(position=(-3, 2, 1))
+    modify.pose(camera, position_value=(0, 2, 0), look_at_value=target, look_at_up_axis=None)
+    matrix = world(camera)
+    towards = world(target)[3, :3] - matrix[3, :3]
+    np.testing.assert_allclose(-matrix[2, :3] / 2, towards / np.linalg.norm(towards), atol=1e-12)
+
+
+def test_each_prim_may_have_its_own_target(stage):
+    targets = create_batch.sphere(count=2, parent="/World", position=[(9, 0, 0), (0, 9, 0)])
+    lights = create_batch.rect_light(count=2, parent="/World", position=[(0, 0, 1), (0, 0, 2)])
+    modify.look_at(lights, [targets[0], "/World/Sphere_01"])
+    for light, target in zip(lights, targets):
+        towards = world(target)[3, :3] - world(light)[3, :3]
+        np.testing.assert_allclose(-world(light)[2, :3], towards / np.linalg.norm(towards), atol=1e-12)
+
+
+def test_looking_straight_down_shows_minus_x_at_the_top(stage):
+    camera = create.camera(position=(0, 0, 5), look_at=(0, 0, 0))
+    np.testing.assert_allclose(world(camera)[:3, :3], [[0, 1, 0], [-1, 0, 0], [0, 0, 1]], atol=1e-12)
+
+
+def test_looking_straight_down_shows_minus_z_at_the_top_where_y_is_up(y_up_stage):
+    camera = create.camera(position=(0, 5, 0), look_at=(0, 0, 0))
+    np.testing.assert_allclose(world(camera)[1, :3], [0, 0, -1], atol=1e-12)
+
+
+def test_the_object_of_a_graph_camera_turns_its_camera_to_the_target(stage):
+    import usdsdg as rep
+
+    item = rep.create.camera(position=(3, 0, 0))
+    modify.look_at(item, (0, 0, 0), look_at_up_axis=(0, 0, 1))
+    camera = next(prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera))
+    np.testing.assert_allclose(-world(camera)[2, :3], [-1, 0, 0], atol=1e-6)
+
+
+def test_relative_to_places_in_the_space_of_another_prim(stage):
+    rig = create.xform(name="rig", position=(1, 0, 0), rotation=(0, 0, 90))
+    other = create.xform(name="other", position=(0, 7, 0))
+    cube = create.cube(parent=other)
+    modify.pose(cube, position_value=(2, 0, 0), rotation_value=(0, 0, 10), relative_to=rig)
+    np.testing.assert_allclose(world(cube), compose_euler((1, 2, 0), (0, 0, 100)), atol=1e-12)
+    modify.position(cube, (3, 0, 0), relative_to="/rig")
+    np.testing.assert_allclose(world(cube), compose_euler((1, 3, 0), (0, 0, 100)), atol=1e-12)
+
+
+def test_a_pivot_comes_to_lie_at_the_position(cube):
+    modify.pose(cube, position_value=(1, 2, 3), rotation_value=(0, 90, 0), scale_value=(1, 1, 4), pivot=(0, 0, -1))
+    np.testing.assert_allclose((np.array([0, 0, -0.5, 1]) @ local(cube))[:3], (1, 2, 3), atol=1e-6)
+
+
+def test_a_pivot_stays_where_it_is_when_only_turning(cube):
+    modify.position(cube, (1, 2, 3))
+    corner = np.array([0.5, 0.5, 0.5, 1])
+    before = corner @ local(cube)
+    for _ in range(3):
+        modify.rotation(cube, (0, 0, 45), pivot=(1, 1, 1))
+        modify.scale(cube, 1.0)
+    np.testing.assert_allclose(corner @ local(cube), before, atol=1e-6)
+
+
+def test_instances_of_a_point_instancer_take_one_value_each(stage):
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/many")
+    instancer.CreateProtoIndicesAttr([0, 0])
+    modify.pose(instancer.GetPrim(), [(1, 2, 3), (4, 5, 6)], (0, 0, 90), scale_value=[1, 2])
+    np.testing.assert_array_equal(instancer.GetPositionsAttr().Get(), [(1, 2, 3), (4, 5, 6)])
+    np.testing.assert_array_equal(instancer.GetScalesAttr().Get(), [(1, 1, 1), (2, 2, 2)])
+    turned = instancer.GetOrientationsAttr().Get()[1]
+    assert turned.GetReal() == pytest.approx(np.sqrt(0.5), abs=1e-3)
+    assert turned.GetImaginary()[2] == pytest.approx(np.sqrt(0.5), abs=1e-3)
+    with pytest.raises(Unsupported, match="look_at"):
+        modify.look_at(instancer.GetPrim(), (0, 0, 0))
+
+
+def test_ops_that_a_script_removes_or_reorders_are_noticed(cubes):
+    modify.pose(cubes, (1, 1, 1), (0, 0, 0), scale_value=1)
+    UsdGeom.Xformable(cubes[0]).SetXformOpOrder([])
+    cubes[1].RemoveProperty("xformOp:scale")
+    modify.pose(cubes, (2, 2, 2), (0, 0, 90), scale_value=3)
+    for cube in cubes:
+        np.testing.assert_allclose(local(cube), compose_euler((2, 2, 2), (0, 0, 90), (3, 3, 3)), atol=1e-6)
+
+
+def test_poses_go_to_the_layer_that_is_edited(stage, cubes):
+    modify.position(cubes, (1, 0, 0))
+    over = Sdf.Layer.CreateAnonymous()
+    stage.GetSessionLayer().subLayerPaths.append(over.identifier)
+    with Usd.EditContext(stage, over):
+        modify.position(cubes, (2, 0, 0))
+    assert world(cubes[0])[3, 0] == 2
+    assert stage.GetRootLayer().GetAttributeAtPath("/World/Cube.xformOp:translate").default == Gf.Vec3d(1, 0, 0)
+    modify.position(cubes, (3, 0, 0))
+    assert stage.GetRootLayer().GetAttributeAtPath("/World/Cube.xformOp:translate").default == Gf.Vec3d(3, 0, 0)
+
+
+def test_posing_inside_a_variant(stage):
+    shelf = stage.DefinePrim("/World/shelf", "Xform")
+    variants = shelf.GetVariantSets().AddVariantSet("place")
+    variants.AddVariant("a")
+    variants.SetVariantSelection("a")
+    with variants.GetVariantEditContext():
+        modify.position(shelf, (1, 2, 3))
+        modify.position(shelf, (4, 5, 6))
+    assert world(shelf)[3, :3].tolist() == [4, 5, 6]
+    variants.SetVariantSelection("")
+    assert world(shelf)[3, :3].tolist() == [0, 0, 0]
+
+
+def test_a_thousand_prims_are_told_of_once(stage):
+    from usdsdg.stage.changes import ChangeTracker
+
+    cubes = create_batch.xform(count=1000, parent="/World")
+    modify.pose(cubes, np.ones((1000, 3)), np.ones((1000, 3)), scale_value=np.ones((1000, 3)))
+    tracker = ChangeTracker(stage)
+    modify.pose(cubes, np.zeros((1000, 3)), np.zeros((1000, 3)), scale_value=np.full((1000, 3), 2.0))
+    changes = tracker.take()
+    assert not changes.resynced
+    assert len(changes.changed) == 1000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ({"position_value": (1, 2)}, "position is .1, 2.; expected three numbers"),
+        ({"position_value": "up"}, "position is 'up'"),
+        ({"position_value": (1, 2, float("nan"))}, "position is"),
+        ({"rotation_value": (1, 2, 3, 4, 5)}, "quaternion"),
+        ({"rotation_value": (1, 2, 3), "look_at_value": (0, 0, 1)}, "exclude each other"),
+        ({"rotation_value": (1, 2, 3), "rotation_order": "XXZ"}, "rotation order is 'XXZ'"),
+        ({"scale_value": [(1, 1, 1), (2, 2, 2)]}, "scale is"),
+        ({"look_at_value": ["/World/Cube", "/World/Cube_01"]}, "look_at has 2 targets for 3 prims"),
+    ],
+)
+def test_wrong_values_are_told(cubes, arguments, says):
+    with pytest.raises(GraphError, match=says):
+        modify.pose(cubes, **arguments)
+    assert all((local(cube) == np.eye(4)).all() for cube in cubes)
+
+
+def test_a_distribution_is_told_from_a_value(cube):
+    import usdsdg as rep
+
+    with pytest.raises(GraphError, match="position is a distribution, but functional calls act at once"):
+        modify.position(cube, rep.distribution.uniform((0, 0, 0), (1, 1, 1)))
+
+
+def test_wrong_prims_are_told(stage, cube):
+    material = stage.DefinePrim("/World/material", "Material")
+    with pytest.raises(BadPrim, match="/World/material"):
+        modify.position([cube, material], (1, 2, 3))
+    with pytest.raises(BadPrim, match="no prim /World/nothing"):
+        modify.position("/World/nothing", (1, 2, 3))
+    stage.RemovePrim(cube.GetPath())
+    with pytest.raises(BadPrim, match="does not exist any more"):
+        modify.position(cube, (1, 2, 3))
+    with pytest.raises(TypeError, match="expected a prim"):
+        modify.position(3, (1, 2, 3))
+
+
+def test_frames_that_do_not_exist_are_told(stage, cube):
+    with pytest.raises(DegenerateFrame, match="own position"):
+        modify.look_at(cube, (0, 0, 0))
+    with pytest.raises(DegenerateFrame, match="zero vector"):
+        modify.look_at(cube, (1, 0, 0), (0, 0, 0))
+    flat = create.xform(name="flat", scale=(1, 1, 0))
+    inside = create.cube(parent=flat)
+    with pytest.raises(DegenerateFrame, match="/flat/Cube cannot be placed"):
+        modify.position(inside, (1, 2, 3), relative_to=cube)
+    with pytest.raises(BadPrim, match="/Xform has no extent"):
+        modify.rotation(create.xform(), (0, 0, 90), pivot=(0, 0, 1))
