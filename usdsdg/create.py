@@ -83,10 +83,10 @@ def _posed(
 ) -> ReplicatorItem:
     """Write or schedule what all objects have in common and return their handle."""
     item = ReplicatorItem(Node(kind=kind, prims=tuple(str(prim.GetPath()) for prim in objects), name=name))
-    pose = dict(position=position, rotation=rotation, scale=scale, look_at=look_at, look_at_up_axis=look_at_up_axis)
-    if pivot is not None:
-        raise Unsupported(f"{item.node.describe()}: pivot is not available yet; leave it out.")
-    modify.apply_or_schedule_pose(item, **pose)
+    modify.apply_or_schedule_pose(
+        item, position=position, pivot=pivot, rotation=rotation, scale=scale, look_at=look_at,
+        look_at_up_axis=look_at_up_axis,
+    )  # fmt: skip
     if semantics is not None:
         modify.semantics(semantics, input_prims=item)
     if visible is not True:

@@ -8,6 +8,7 @@ from usdsdg import create, distribution, modify, randomizer, trigger, utils
 from usdsdg.errors import GraphError, UsdsdgWarning
 from usdsdg.graph import evaluate
 from usdsdg.graph.sampling import set_global_seed
+from usdsdg.randomizer.turning import uniform_quaternions
 from usdsdg.stage.context import new_stage
 
 
@@ -206,7 +207,7 @@ def test_two_different_seeds_for_one_draw_are_an_error(stage):
 
 
 def test_random_rotations_are_uniform_on_so3(stage):
-    quaternions = randomizer._uniform_quaternions(np.random.default_rng(0).random((20000, 3)))
+    quaternions = uniform_quaternions(np.random.default_rng(0).random((20000, 3)))
     assert np.allclose(np.linalg.norm(quaternions, axis=1), 1)
     # The squared components of a uniform quaternion are Dirichlet(1/2, ...): mean 1/4, E[w^4] = 1/8.
     assert np.allclose((quaternions**2).mean(0), 0.25, atol=0.01)

@@ -1,0 +1,29 @@
+"""Changes to existing prims, drawn again at each firing. Mirrors `rep.modify`."""
+
+from collections.abc import Callable
+from typing import Any
+
+from usdsdg.modify.appearance import bind_material, material, semantics, variant, visibility
+from usdsdg.modify.attributes import apply_or_schedule, attribute, set_attribute
+from usdsdg.modify.clock import animation, frame, time, timeline
+from usdsdg.modify.placing import pose_camera_relative, pose_orbit
+from usdsdg.modify.poses import apply_or_schedule_pose, pose
+from usdsdg.modify.prims import non_xform_prims, prim_at
+from usdsdg.user_functions import enter
+
+__all__ = [  # noqa: RUF022
+    # what scripts call
+    "animation", "attribute", "frame", "material", "pose", "pose_camera_relative", "pose_orbit", "register",
+    "semantics", "time", "timeline", "variant", "visibility",
+    # what the other families use
+    "apply_or_schedule", "apply_or_schedule_pose", "bind_material", "non_xform_prims", "prim_at", "set_attribute",
+]  # fmt: skip
+
+
+def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None = None) -> None:
+    """Make `rep.modify.<name>` call `fn`.
+
+    Raises:
+        ValueError: the name is no identifier, or taken while `override` is False.
+    """
+    enter(globals(), "modify", fn, override, fn_name)

@@ -1,0 +1,91 @@
+"""Labels, visibility, materials and variants of prims. Mirrors the functions of the same names in `rep.modify`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pxr import Usd, UsdGeom, UsdShade
+
+from usdsdg.distribution import Distribution, draw
+from usdsdg.errors import GraphError
+from usdsdg.graph.evaluate import act, act_now
+from usdsdg.graph.kinds import action
+from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
+from usdsdg.modify.prims import prim_at
+from usdsdg.stage import semantics as labels
+from usdsdg.values import labels_per_prim
+
+
+def semantics(semantics: Any = None, input_prims: Any = None, mode: str = "add") -> ReplicatorItem:
+    """Label prims; `mode` is add, replace or clear. Written when this line runs, as labels are no random matter.
+
+    `semantics` is a list of (type, label) pairs or a mapping of type to label or labels, or a list of one of these per
+    prim.
+
+    Raises:
+        GraphError: it is something else, or the mode does not exist.
+    """
+    if mode not in ("add", "replace", "clear"):
+        raise GraphError(f"modify.semantics: mode={mode!r}; known: add, replace, clear")
+    return act_now("OgnWriteSemantics", input_prims, semantics=semantics, mode=mode)
+
+
+@action("OgnWriteSemantics")
+def _write_semantics(node: Node, execution: int) -> None:
+    per_prim = labels_per_prim(node.inputs.get("semantics") or {}, len(node.prims))
+    for path, given in zip(node.prims, per_prim):
+        labels.add_labels(prim_at(path), given, mode=node.inputs["mode"])
+
+
+def visibility(value: Any = None, input_prims: Any = None, name: str | None = None) -> ReplicatorItem:
+    """Show or hide prims; None draws yes or no for each."""
+    from usdsdg.distribution import choice
+
+    chosen = choice([True, False]) if value is None else value
+    if isinstance(chosen, Distribution):
+        return act("OgnWriteVisibility", input_prims, name=name, value=chosen)
+    return act_now("OgnWriteVisibility", input_prims, value=chosen)
+
+
+@action("OgnWriteVisibility")
+def _write_visibility(node: Node, execution: int) -> None:
+    for path, visible in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
+        imageable = UsdGeom.Imageable(prim_at(path))
+        (imageable.MakeVisible if visible else imageable.MakeInvisible)()
+
+
+def material(value: Any, input_prims: Any = None, name: str | None = None) -> ReplicatorItem:
+    """Bind a material (a path, prim, item, or a distribution over these), stronger than what is bound below."""
+    if isinstance(value, Distribution):
+        return act("OgnWriteMaterial", input_prims, name=name, value=value)
+    return act_now("OgnWriteMaterial", input_prims, value=value)
+
+
+@action("OgnWriteMaterial")
+def _write_material(node: Node, execution: int) -> None:
+    for path, chosen in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
+        bind_material(prim_at(path), prim_at(prim_paths(chosen)[0]))
+
+
+def bind_material(prim: Usd.Prim, bound: Usd.Prim) -> None:
+    """Bind so that it wins over bindings of descendants, as the randomizers need."""
+    binding = UsdShade.MaterialBindingAPI.Apply(prim)
+    binding.Bind(UsdShade.Material(bound), UsdShade.Tokens.strongerThanDescendants)
+
+
+def variant(name: str, value: Any, input_prims: Any = None) -> ReplicatorItem:
+    """Select a variant of variant set `name`."""
+    return act("OgnWriteVariant", input_prims, attribute=name, value=value)
+
+
+@action("OgnWriteVariant")
+def _write_variant(node: Node, execution: int) -> None:
+    name = node.inputs["attribute"]
+    for path, chosen in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
+        variants = prim_at(path).GetVariantSets()
+        if name not in variants.GetNames():
+            raise GraphError(f"{path} has no variant set {name!r}; it has: {', '.join(variants.GetNames()) or 'none'}")
+        known = variants.GetVariantSet(name).GetVariantNames()
+        if chosen not in known:
+            raise GraphError(f"{path}: variant set {name!r} has no {chosen!r}; it has: {', '.join(known)}")
+        variants.GetVariantSet(name).SetVariantSelection(chosen)

@@ -1,0 +1,102 @@
+"""Attributes of prims. Mirrors `rep.modify.attribute`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from pxr import Sdf, Tf, Usd
+
+from usdsdg.distribution import Distribution, draw, is_vector
+from usdsdg.errors import GraphError
+from usdsdg.graph.evaluate import act
+from usdsdg.graph.kinds import action
+from usdsdg.graph.node import Node, ReplicatorItem
+from usdsdg.modify.prims import non_xform_prims, prim_at
+from usdsdg.registry import near_misses
+from usdsdg.values import shown, vector
+
+
+def _attribute(prim: Usd.Prim, name: str, attribute_type: str | None) -> Usd.Attribute:
+    for candidate in (name, f"inputs:{name}"):
+        if prim.HasAttribute(candidate):
+            return prim.GetAttribute(candidate)
+    if attribute_type is None:
+        near = near_misses(name, [a.GetName() for a in prim.GetAttributes()])
+        raise GraphError(
+            f"{prim.GetPath()} has no attribute {name!r}"
+            + (f"; similar: {', '.join(near[:5])}" if near else "")
+            + ". Pass attribute_type to create it."
+        )
+    type_name = Sdf.ValueTypeNames.Find(attribute_type)
+    if not type_name:
+        raise GraphError(f"attribute_type={attribute_type!r} is not a USD value type such as 'float' or 'color3f'")
+    return prim.CreateAttribute(name, type_name, custom=True)
+
+
+def _as_usd(value: Any, attribute: Usd.Attribute) -> Any:
+    """A drawn value in the attribute's own type; a scalar fills all components of a vector."""
+    default = attribute.GetTypeName().defaultValue
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(default, Sdf.AssetPath):
+        return Sdf.AssetPath(str(value))
+    if size := _dimension(attribute):
+        return type(default)(*vector(attribute.GetName().removeprefix("inputs:"), value, size))
+    if isinstance(default, bool):
+        return bool(value)
+    if isinstance(default, int):
+        return math.floor(value)
+    return value
+
+
+def _dimension(attribute: Usd.Attribute) -> int:
+    """Numbers in one value of a vector attribute; 0 for every other type."""
+    size = getattr(type(attribute.GetTypeName().defaultValue), "dimension", 0)
+    return size if isinstance(size, int) else 0
+
+
+def set_attribute(prim: Usd.Prim, name: str, value: Any, attribute_type: str | None = None) -> None:
+    """Author one value on the prim that has the attribute (the prim itself, else the object's children)."""
+    owners = [prim] if prim.HasAttribute(name) or prim.HasAttribute(f"inputs:{name}") else non_xform_prims(prim)
+    for owner in owners:
+        target = _attribute(owner, name, attribute_type)
+        if not _set(target, _as_usd(value, target)):
+            raise GraphError(f"{target.GetPath()} is a {target.GetTypeName()}; it does not take {shown(value)}")
+
+
+def _set(attribute: Usd.Attribute, value: Any) -> bool:
+    try:
+        return attribute.Set(value)
+    except (Tf.ErrorException, TypeError):  # a value of a type that USD does not convert
+        return False
+
+
+def attribute(name: str, value: Any, attribute_type: str | None = None, input_prims: Any = None) -> ReplicatorItem:
+    """Write `value` (constant, one per prim, or a distribution) to attribute `name`, or `inputs:<name>`."""
+    return act("OgnWritePrimAttribute", input_prims, attribute=name, value=value, attributeType=attribute_type)
+
+
+@action("OgnWritePrimAttribute")
+def _write_attribute(node: Node, execution: int) -> None:
+    for path, drawn in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
+        set_attribute(prim_at(path), node.inputs["attribute"], drawn, node.inputs.get("attributeType"))
+
+
+def apply_or_schedule(name: str, value: Any, prims: Sequence[Usd.Prim]) -> None:
+    """Write constants (one for all, or a list of one per prim) now, and distributions whenever the trigger fires."""
+    if isinstance(value, Distribution):
+        attribute(name, value, input_prims=list(prims))
+        return
+    for prim, one in zip(prims, _per_prim(name, value, prims)):
+        set_attribute(prim, name, one)
+
+
+def _per_prim(name: str, value: Any, prims: Sequence[Usd.Prim]) -> list[Any]:
+    if not isinstance(value, list) or len(value) != len(prims):
+        return [value] * len(prims)
+    # Three numbers are one colour, also for three prims.
+    one_for_all = is_vector(value) and len(value) == _dimension(_attribute(prims[0], name, None))
+    return [value] * len(prims) if one_for_all else value

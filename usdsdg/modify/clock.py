@@ -1,0 +1,95 @@
+"""The timeline and skeletal animation. Mirrors `rep.modify.timeline`, `time`, `frame` and `animation`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from pxr import Sdf, Usd, UsdSkel
+
+from usdsdg.distribution import Distribution, choice, draw
+from usdsdg.errors import BadPrim, GraphError
+from usdsdg.graph.evaluate import act, graph
+from usdsdg.graph.kinds import action
+from usdsdg.graph.node import Node, ReplicatorItem, current_trigger, plain, prim_paths
+from usdsdg.modify.prims import prim_at
+from usdsdg.timeline import Timeline, get_timeline
+
+_SETTERS: dict[str, Callable[[Timeline, float], None]] = {
+    "time": Timeline.set_current_time,
+    "start_time": Timeline.set_start_time,
+    "end_time": Timeline.set_end_time,
+}
+
+
+def timeline(value: Any, modify_type: str) -> ReplicatorItem:
+    """Set the timeline's current time or one of its ends: constants at once, or whenever the enclosing trigger fires.
+
+    Args:
+        value: seconds for the three times, time codes for the three frames.
+        modify_type: time, start_time, end_time, frame, start_frame or end_frame.
+
+    Raises:
+        GraphError: another `modify_type`.
+    """
+    known = [*_SETTERS, *(kind.replace("time", "frame") for kind in _SETTERS)]
+    if modify_type not in known:
+        raise GraphError(f"modify.timeline: modify_type={modify_type!r}; known: {', '.join(known)}")
+    node = Node(kind="OgnWriteTimeline", inputs={"attribute": modify_type, "value": plain(value)})
+    if current_trigger() is None and not isinstance(value, Distribution):
+        _write_timeline(node, 0)
+        return ReplicatorItem(node)
+    return ReplicatorItem(graph().add(node))
+
+
+@action("OgnWriteTimeline")
+def _write_timeline(node: Node, execution: int) -> None:
+    # Distributions draw one value per prim, and a clock is no prim.
+    drawn = draw(node.inputs["value"], replace(node, prims=("timeline",)), execution, "value")
+    clock, what, value = get_timeline(), node.inputs["attribute"], float(drawn[0])
+    if what.endswith("frame"):
+        what, value = what.replace("frame", "time"), value / clock.get_time_codes_per_seconds()
+    _SETTERS[what](clock, value)
+
+
+def time(value: Any) -> ReplicatorItem:
+    """Set the timeline's current time [s]; see `timeline`."""
+    return timeline(value, "time")
+
+
+def frame(value: Any) -> ReplicatorItem:
+    """Set the timeline's current frame [time codes]; see `timeline`."""
+    return timeline(value, "frame")
+
+
+def animation(values: Any, reset_timeline: bool = False, input_prims: Any = None) -> ReplicatorItem:
+    """Bind an animation to every skeleton at or below the prims.
+
+    Args:
+        values: a SkelAnimation (path, prim or item), a list of them to choose from, or a distribution.
+        reset_timeline: put the timeline back to its start, so that the animation begins.
+
+    Raises:
+        BadPrim: at execution, a prim has no skeleton, or the animation is not on the stage.
+    """
+    paths = None if isinstance(values, Distribution) else prim_paths(values)
+    drawn = values if paths is None else choice(list(paths)) if len(paths) > 1 else paths[0]
+    return act("OgnWriteAnimation", input_prims, attribute="animation", value=drawn, resetTimeline=bool(reset_timeline))
+
+
+@action("OgnWriteAnimation")
+def _write_animation(node: Node, execution: int) -> None:
+    for path, chosen in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
+        source = prim_at(prim_paths(chosen)[0])
+        if not source.IsA(UsdSkel.Animation):
+            raise BadPrim(f"{source.GetPath()} is a {source.GetTypeName() or 'typeless prim'}, not a SkelAnimation")
+        skeletons = [prim for prim in Usd.PrimRange(prim_at(path)) if prim.IsA(UsdSkel.Skeleton)]
+        if not skeletons:
+            raise BadPrim(f"{path} has no Skeleton at or below it to animate")
+        for skeleton in skeletons:
+            binding = UsdSkel.BindingAPI.Apply(skeleton)
+            binding.CreateAnimationSourceRel().SetTargets([Sdf.Path(str(source.GetPath()))])
+    if node.inputs["resetTimeline"]:
+        clock = get_timeline()
+        clock.set_current_time(clock.get_start_time())

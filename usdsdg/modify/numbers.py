@@ -1,0 +1,27 @@
+"""Inputs that are one number per prim."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from usdsdg.distribution import Distribution, draw
+from usdsdg.errors import GraphError
+from usdsdg.graph.node import Node
+from usdsdg.values import shown
+
+
+def draw_numbers(role: str, node: Node, execution: int) -> np.ndarray:
+    """(len(node.prims),) from the input `role`: a number for all, a list of one per prim, or a distribution.
+
+    Raises:
+        GraphError: it is something else.
+    """
+    value = node.inputs[role]
+    drawn = draw(value, node, execution, role) if isinstance(value, Distribution) else value
+    try:
+        numbers = np.asarray(drawn, np.float64)
+    except (TypeError, ValueError):
+        numbers = np.full((0, 0), np.nan)
+    if numbers.shape not in ((), (len(node.prims),)):
+        raise GraphError(f"{role} is {shown(drawn)}; expected one number, or a list of one per prim")
+    return np.broadcast_to(numbers, len(node.prims))

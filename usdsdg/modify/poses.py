@@ -1,0 +1,200 @@
+"""Where prims are and how they are turned. Mirrors `rep.modify.pose`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import permutations
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Usd, UsdGeom
+
+from usdsdg.distribution import Distribution, draw
+from usdsdg.errors import GraphError
+from usdsdg.graph.evaluate import act
+from usdsdg.graph.kinds import action
+from usdsdg.graph.node import Node, ReplicatorItem, plain
+from usdsdg.modify.numbers import draw_numbers
+from usdsdg.modify.point_instances import is_population, pose_instances
+from usdsdg.modify.prims import prim_at
+from usdsdg.stage import local_pose, transforms
+from usdsdg.stage.context import current_stage
+from usdsdg.stage.facing import facing
+from usdsdg.values import vector
+
+ORDERS = tuple("".join(order) for order in permutations("XYZ"))
+_AXES = "xyz"
+# Not drawn per prim.
+_SETTINGS = ("attribute", "rotation_order")
+
+
+def pose(
+    position: Any = None, position_x: Any = None, position_y: Any = None, position_z: Any = None, rotation: Any = None,
+    rotation_x: Any = None, rotation_y: Any = None, rotation_z: Any = None, rotation_order: str = "XYZ",
+    scale: Any = None, size: Any = None, pivot: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    input_prims: Any = None, name: str | None = None,
+) -> ReplicatorItem:  # fmt: skip
+    """Set position, pivot, rotation, scale or size, and look-at, in this order, whatever is given of them.
+
+    Every value is one for all prims, a list of one per prim, or a distribution. What is not given stays as it is: with
+    `position_z` alone x and y stay.
+
+    Args:
+        position: (x, y, z) in the parent's space [stage units]; or some of position_x, position_y, position_z.
+        rotation: angles about x, y, z [degrees]; or some of rotation_x, rotation_y, rotation_z.
+        rotation_order: "XYZ" turns about x first. The prim keeps the rotate or orient op that it has.
+        scale: factors, or one for all axes.
+        size: edge lengths of the prim's box along its own axes [stage units], or one for all axes; scales each axis of
+            the geometry as it is without the prim's transform. An axis without extent keeps its scale.
+        pivot: point that is placed and turned about; -1 to 1 on each axis of the prim's own box (0: its middle).
+        look_at: a point of the world, a prim, or several prims, whose middle is looked at. Cameras turn their view
+            there, everything else its -Z.
+        look_at_up_axis: direction of the world that is up in the picture; the stage's up axis by default.
+
+    Raises:
+        GraphError: (a ValueError) position with a single axis of it, rotation likewise, scale with size, rotation with
+            look_at, or an unknown rotation order.
+    """
+    single = {
+        "position": {"position_x": position_x, "position_y": position_y, "position_z": position_z},
+        "rotation": {"rotation_x": rotation_x, "rotation_y": rotation_y, "rotation_z": rotation_z},
+    }
+    given = {role: value for axes in single.values() for role, value in axes.items() if value is not None}
+    _exclude("position", position, *_given(single["position"]))
+    _exclude("rotation", rotation, *_given(single["rotation"]))
+    _exclude("scale", scale, *_given({"size": size}))
+    turned = rotation if rotation is not None else next(iter(_given(single["rotation"])), None)
+    _exclude("rotation", turned, *_given({"look_at": look_at}))
+    if str(rotation_order).upper() not in ORDERS:
+        raise GraphError(f"modify.pose: rotation_order={rotation_order!r}; known: {', '.join(ORDERS)}")
+    values = dict(position=position, pivot=pivot, rotation=rotation, scale=scale, size=size, look_at=look_at)
+    given |= {role: value for role, value in values.items() if value is not None}
+    attribute = ",".join(given)
+    if look_at_up_axis is not None:
+        given["look_at_up_axis"] = look_at_up_axis
+    if str(rotation_order).upper() != "XYZ":
+        given["rotation_order"] = str(rotation_order).upper()
+    return act("OgnWritePose", input_prims, name=name, attribute=attribute, **given)
+
+
+def _given(arguments: dict[str, Any]) -> list[str]:
+    return [role for role, value in arguments.items() if value is not None]
+
+
+def _exclude(role: str, value: Any, *others: str) -> None:
+    if value is not None and others:
+        raise GraphError(f"modify.pose: give {role} or {', '.join(others)}, not both")
+
+
+def apply_or_schedule_pose(item: ReplicatorItem, **pose_values: Any) -> None:
+    """Constants now; distributions at every firing."""
+    given = {role: value for role, value in pose_values.items() if value is not None}
+    later = {role: value for role, value in given.items() if isinstance(value, Distribution)}
+    now = {role: value for role, value in given.items() if role not in later}
+    if now:
+        write_pose(Node(kind="OgnWritePose", inputs={r: plain(v) for r, v in now.items()}, prims=item.prims), 0)
+    if later:
+        if "look_at" in later and "look_at_up_axis" in now:
+            later["look_at_up_axis"] = now["look_at_up_axis"]
+        pose(**later, input_prims=item)
+
+
+@action("OgnWritePose")
+def write_pose(node: Node, execution: int) -> None:
+    """What `pose` does at each execution."""
+    order = node.inputs.get("rotation_order", "XYZ")
+    prims = [prim_at(path) for path in node.prims]
+    for population in filter(is_population, prims):
+        pose_instances(population, node, execution, order)
+    drawn = {
+        role: _column(role, value, node, execution) for role, value in node.inputs.items() if role not in _SETTINGS
+    }
+    for index, prim in enumerate(prims):
+        if not is_population(prim):
+            _pose_one(prim, {role: column[index] for role, column in drawn.items()}, order)
+
+
+def _column(role: str, value: Any, node: Node, execution: int) -> Sequence[Any] | np.ndarray:
+    """One value per prim."""
+    if role[-2:] in ("_x", "_y", "_z"):
+        return draw_numbers(role, node, execution)
+    # Several prims are one target, their middle, also where there are as many of them as prims that look.
+    if role == "look_at" and is_paths(value):
+        return [value] * len(node.prims)
+    return draw(value, node, execution, role)
+
+
+def is_paths(value: Any) -> bool:
+    """Whether a value is a list of prim paths."""
+    return isinstance(value, (list, tuple)) and len(value) > 0 and all(isinstance(each, str) for each in value)
+
+
+def _pose_one(prim: Usd.Prim, values: dict[str, Any], order: str) -> None:
+    parts: dict[str, Any] = {}
+    if "position" in values:
+        parts["translate"] = Gf.Vec3d(vector("position", values["position"]))
+    elif axes := _single_axes("position", values):
+        parts["translate"] = _replaced(local_pose.translation(prim), axes)
+    if "pivot" in values:
+        local_pose.set_pivot(prim, vector("pivot", values["pivot"]))
+    if "rotation" in values:
+        parts["rotate_xyz"] = _in_xyz(vector("rotation", values["rotation"]), order)
+    elif axes := _single_axes("rotation", values):
+        parts["rotate_xyz"] = _in_xyz(_replaced(local_pose.euler(prim, order), axes), order)
+    if "scale" in values:
+        parts["scale"] = Gf.Vec3d(vector("scale", values["scale"]))
+    elif "size" in values:
+        parts["scale"] = _scale_for(prim, vector("size", values["size"]))
+    transforms.author_pose(prim, **parts)
+    if "look_at" in values:
+        look_at(prim, values["look_at"], values.get("look_at_up_axis"))
+
+
+def _single_axes(role: str, values: dict[str, Any]) -> dict[int, float]:
+    found = {}
+    for axis, letter in enumerate(_AXES):
+        if (value := values.get(f"{role}_{letter}")) is not None:
+            found[axis] = float(value)
+    return found
+
+
+def _replaced(numbers: Sequence[float] | np.ndarray, axes: dict[int, float]) -> Gf.Vec3d:
+    return Gf.Vec3d(*(axes.get(axis, float(number)) for axis, number in enumerate(numbers)))
+
+
+def _in_xyz(degrees: Sequence[float] | Gf.Vec3d, order: str) -> Gf.Vec3d:
+    if order != "XYZ":
+        degrees = transforms.euler_from_matrix(transforms.matrix_from_euler(tuple(degrees), order)).tolist()
+    return Gf.Vec3d(*degrees)
+
+
+def _scale_for(prim: Usd.Prim, size: list[float]) -> Gf.Vec3d:
+    now = np.linalg.norm(transforms.as_array(UsdGeom.Xformable(prim).GetLocalTransformation())[:3, :3], axis=1)
+    lengths = local_pose.extents(prim).tolist()
+    return Gf.Vec3d(*(s / length if length > 0 else kept for s, length, kept in zip(size, lengths, now.tolist())))
+
+
+def look_at(prim: Usd.Prim, target: Any, up: Any = None) -> None:
+    """Turn a prim so that its camera child (or its own -Z) looks at a point [world] or at the middle of prims."""
+    up_axis = transforms.up_axis(current_stage())
+    default_up = (0.0, 0.0, 1.0) if up_axis == "Z" else (0.0, 1.0, 0.0)
+    upwards = default_up if up is None else vector("look_at_up_axis", up)
+    eye = transforms.local_to_world(prim).ExtractTranslation()
+    turn = facing([tuple(eye)], [tuple(point_of("look_at", target))], upwards, stage_up_axis=up_axis)[0]
+    to_world = Gf.Matrix4d(Gf.Matrix3d(*turn.ravel().tolist()), eye)
+    # The child camera of a Replicator camera object is turned against the object; undo that turn.
+    cameras = [child for child in prim.GetChildren() if child.IsA(UsdGeom.Camera)]
+    if cameras:
+        to_world = UsdGeom.Xformable(cameras[0]).GetLocalTransformation().GetInverse() * to_world
+    local = transforms.as_array(to_world * local_pose.parent_to_world(prim).GetInverse())
+    rotation = transforms.decompose(local).rotation
+    transforms.author_pose(prim, rotate_xyz=Gf.Vec3d(*transforms.euler_xyz_from_quat(rotation).tolist()))
+
+
+def point_of(role: str, target: Any) -> Gf.Vec3d:
+    """A point of the world: given as such, or the middle of the origins of one or several prims given by path."""
+    paths = [target] if isinstance(target, str) else target
+    if is_paths(paths):
+        origins = [tuple(transforms.local_to_world(prim_at(path)).ExtractTranslation()) for path in paths]
+        return Gf.Vec3d(*np.mean(origins, axis=0).tolist())
+    return Gf.Vec3d(*vector(role, target))

@@ -1,0 +1,27 @@
+"""The prims that an action works on."""
+
+from __future__ import annotations
+
+from pxr import Usd
+
+from usdsdg.errors import BadPrim
+from usdsdg.stage.context import current_stage
+
+
+def prim_at(path: str) -> Usd.Prim:
+    """The prim at `path` of the current stage.
+
+    Raises:
+        BadPrim: there is none.
+    """
+    prim = current_stage().GetPrimAtPath(path)
+    if not prim:
+        raise BadPrim(f"{path} is not on the stage (was it removed after the graph was built?)")
+    return prim
+
+
+def non_xform_prims(prim: Usd.Prim) -> list[Usd.Prim]:
+    """Where an object's attributes live: the prim itself, or the children of an object Xform."""
+    if prim.GetTypeName() != "Xform" or not prim.HasAttribute("replicatorXform"):
+        return [prim]
+    return [child for child in prim.GetChildren() if child.GetTypeName() != "Scope"]

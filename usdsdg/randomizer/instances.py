@@ -1,0 +1,187 @@
+"""Populations of drawn assets. Mirrors `rep.randomizer.instantiate`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pxr import Gf, Sdf, UsdGeom, Vt
+
+from usdsdg import modify
+from usdsdg.distribution import Choice, Distribution, choice, draw
+from usdsdg.errors import AssetError, BadPrim, GraphError
+from usdsdg.graph.evaluate import graph
+from usdsdg.graph.kinds import action
+from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
+from usdsdg.modify.point_instances import POPULATION
+from usdsdg.stage import assets, paths
+from usdsdg.stage.context import current_stage
+from usdsdg.values import count_of
+
+MODES = ("scene_instance", "point_instance", "reference")
+ROOT = "/Replicator/SampledAssets"
+CACHE = f"{ROOT}/Cache"
+
+
+def instantiate(
+    paths: Any, size: int, weights: Any = None, mode: str = "scene_instance", with_replacements: bool = True,
+    seed: int | None = None, name: str | None = None, use_cache: bool = True, semantics: Any = None,
+) -> ReplicatorItem:  # fmt: skip
+    """A population of `size` objects, each of which shows an asset drawn from `paths`, again at every execution.
+
+    The item's prims are Xforms under `/Replicator/SampledAssets`, to be posed or labelled like any other; they show
+    their first draw at once. With mode "point_instance" it is one PointInstancer: `modify.pose` poses its instances one
+    by one, everything else acts on it as a whole.
+
+    Args:
+        paths: USD files (paths or URLs), prims of the stage, an item, or a distribution over these.
+        size: how many objects.
+        weights: chances of the paths, by default all the same.
+        mode: "scene_instance": instances that share their prototype's geometry and cannot be changed inside;
+            "reference": copies that can; "point_instance": one PointInstancer.
+        with_replacements: whether the same asset may be drawn more than once in an execution.
+        seed: replaces the global seed.
+        use_cache: keep every asset in memory, under `/Replicator/SampledAssets/Cache`, so that switching opens no
+            file. Without it files are referenced when drawn. Point instances are always kept.
+        semantics: labels of all objects.
+
+    Raises:
+        GraphError: an unknown mode, no paths, or `seed` and `weights` beside a distribution.
+        AssetNotFound: a path is neither a prim nor a file.
+    """
+    if mode not in MODES:
+        raise GraphError(f"randomizer.instantiate: mode={mode!r}; known: {', '.join(MODES)}")
+    drawn = _choice(paths, weights, with_replacements, seed)
+    count = count_of(size)
+    if not with_replacements and isinstance(drawn, Choice) and count > len(drawn.node.inputs["choices"]):
+        raise GraphError(
+            f"randomizer.instantiate: size={count} without replacements, but only "
+            f"{len(drawn.node.inputs['choices'])} paths"
+        )
+    root = _new_root(name)
+    slots = [root] if mode == "point_instance" else [_slot(root) for _ in range(count)]
+    inputs = dict(attribute="prims", paths=drawn, mode=mode, size=count, useCache=bool(use_cache))
+    node = Node(kind="OgnInstantiate", inputs=inputs, prims=tuple(slots), name=name)
+    item = ReplicatorItem(graph().add(node))
+    _instantiate(node, 0)
+    if semantics is not None:
+        modify.semantics(semantics, input_prims=item)
+    return item
+
+
+def _choice(given: Any, weights: Any, with_replacements: bool, seed: int | None) -> Distribution:
+    if isinstance(given, Distribution):
+        if weights is not None:
+            raise GraphError("randomizer.instantiate: give weights to the distribution, not beside it")
+        return given if seed is None or seed < 0 else given.seeded(seed)
+    options = list(prim_paths(given))
+    if not options:
+        raise GraphError("randomizer.instantiate: paths is empty")
+    for option in options:
+        _source(option)
+    return choice(options, weights=weights, seed=-1 if seed is None else seed, with_replacements=with_replacements)
+
+
+def _source(path: str) -> tuple[str, bool]:
+    """What a path means: a prim of the stage, or a file; and whether it is a prim."""
+    if Sdf.Path.IsValidPathString(path) and Sdf.Path(path).IsAbsolutePath() and current_stage().GetPrimAtPath(path):
+        return path, True
+    return assets.resolve(path), False
+
+
+def _new_root(name: str | None) -> str:
+    stage = current_stage()
+    for scope in ("/Replicator", ROOT):
+        if not stage.GetPrimAtPath(scope):
+            stage.DefinePrim(scope, "Scope")
+    path = paths.next_free_path(stage, f"{ROOT}/{paths.valid_name(name) if name else 'Population'}")
+    stage.DefinePrim(path, "Xform")
+    return path
+
+
+def _slot(root: str) -> str:
+    stage = current_stage()
+    prim = stage.DefinePrim(paths.next_free_path(stage, f"{root}/Ref_Xform"), "Xform")
+    prim.CreateAttribute("replicatorXform", Sdf.ValueTypeNames.Bool, custom=True).Set(True)
+    return str(prim.GetPath())
+
+
+@action("OgnInstantiate")
+def _instantiate(node: Node, execution: int) -> None:
+    if node.inputs["mode"] == "point_instance":
+        _fill_instancer(node, execution)
+        return
+    shared = node.inputs["mode"] == "scene_instance"
+    shown: dict[str, str] = node.state
+    for slot, chosen in zip(node.prims, draw(node.inputs["paths"], node, execution, "paths")):
+        path = prim_paths(chosen)[0]
+        if shown.get(slot) != path:
+            _show(slot, path, shared, node.inputs["useCache"])
+            shown[slot] = path
+
+
+def _show(slot: str, path: str, shared: bool, use_cache: bool) -> None:
+    """Make the slot's child a reference to the asset. It has no other opinions, so nothing of the last one is left."""
+    stage = current_stage()
+    source, is_prim = _source(path)
+    if use_cache and not is_prim:
+        source, is_prim = _cached(source), True
+    if is_prim and Sdf.Path(slot).HasPrefix(source):
+        raise BadPrim(f"randomizer.instantiate: {source} holds the population itself and cannot be a member of it")
+    child = stage.GetPrimAtPath(f"{slot}/Ref") or stage.DefinePrim(f"{slot}/Ref")
+    with Sdf.ChangeBlock():
+        reference = Sdf.Reference("", source) if is_prim else Sdf.Reference(source)
+        child.GetReferences().SetReferences([reference])
+        child.SetInstanceable(shared)
+        # A prototype in the cache is not active; its copies are.
+        child.SetActive(True)
+
+
+def _cached(file: str) -> str:
+    """The prim below the cache that holds a file; made when first asked for, and never drawn itself."""
+    stage = current_stage()
+    cache = stage.GetPrimAtPath(CACHE)
+    if not cache:
+        # A class is composed and can be referenced, and no renderer shows it.
+        cache = stage.CreateClassPrim(CACHE)
+    for prim in cache.GetAllChildren():
+        if prim.GetCustomDataByKey("usdsdg:file") == file:
+            return str(prim.GetPath())
+    stem = paths.valid_name(file.rsplit("/", 1)[-1].split(".")[0])
+    prim = stage.DefinePrim(paths.next_free_path(stage, f"{CACHE}/{stem}"))
+    if not prim.GetReferences().AddReference(file):
+        raise AssetError(f"randomizer.instantiate: {file} cannot be referenced")
+    prim.SetCustomDataByKey("usdsdg:file", file)
+    return str(prim.GetPath())
+
+
+def _fill_instancer(node: Node, execution: int) -> None:
+    stage, root, size = current_stage(), node.prims[0], node.inputs["size"]
+    instancer = UsdGeom.PointInstancer.Define(stage, root)
+    instancer.GetPrim().SetCustomDataByKey(POPULATION, True)
+    # One draw per instance, as for prims.
+    keys = Node(kind=node.kind, inputs=node.inputs, prims=tuple(f"{root}[{i}]" for i in range(size)), key=node.key)
+    chosen = [prim_paths(each)[0] for each in draw(node.inputs["paths"], keys, execution, "paths")]
+    known: dict[str, int] = node.state
+    for path in chosen:
+        if path not in known:
+            known[path] = _prototype(instancer, path)
+    instancer.CreateProtoIndicesAttr(Vt.IntArray([known[path] for path in chosen]))
+    if len(instancer.GetPositionsAttr().Get() or ()) != size:
+        instancer.CreatePositionsAttr(Vt.Vec3fArray(size, Gf.Vec3f(0)))
+        instancer.CreateOrientationsAttr(Vt.QuathArray(size, Gf.Quath(1)))
+        instancer.CreateScalesAttr(Vt.Vec3fArray(size, Gf.Vec3f(1)))
+
+
+def _prototype(instancer: UsdGeom.PointInstancer, path: str) -> int:
+    """The index of an asset among the prototypes, found again by its path or added."""
+    stage, (source, is_prim) = instancer.GetPrim().GetStage(), _source(path)
+    relation = instancer.CreatePrototypesRel()
+    targets = relation.GetTargets()
+    for index, target in enumerate(targets):
+        if stage.GetPrimAtPath(target).GetCustomDataByKey("usdsdg:path") == path:
+            return index
+    prim = stage.DefinePrim(paths.next_free_path(stage, f"{instancer.GetPath()}/Prototype"))
+    prim.GetReferences().SetReferences([Sdf.Reference("", source) if is_prim else Sdf.Reference(source)])
+    prim.SetCustomDataByKey("usdsdg:path", path)
+    relation.SetTargets([*targets, prim.GetPath()])
+    return len(targets)

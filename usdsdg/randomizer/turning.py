@@ -1,0 +1,45 @@
+"""Random rotations. Mirrors `rep.randomizer.rotation`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pxr import Gf
+
+from usdsdg.graph.evaluate import act
+from usdsdg.graph.kinds import action
+from usdsdg.graph.node import Node, ReplicatorItem
+from usdsdg.graph.sampling import get_global_seed, uniforms
+from usdsdg.modify import prim_at
+from usdsdg.stage import transforms
+
+
+def rotation(
+    min_angle: tuple[float, float, float] = (-180.0, -180.0, -180.0),
+    max_angle: tuple[float, float, float] = (180.0, 180.0, 180.0),
+    seed: int | None = None,
+    input_prims: Any = None,
+) -> ReplicatorItem:
+    """Rotate each prim: uniformly over all rotations by default, else Euler angles [degrees] within the bounds."""
+    angles = dict(minAngle=tuple(min_angle), maxAngle=tuple(max_angle))
+    return act("OgnRotation", input_prims, attribute="rotation", seed=seed, **angles)
+
+
+@action("OgnRotation")
+def _rotate(node: Node, execution: int) -> None:
+    lower, upper = (np.asarray(node.inputs[name], float) for name in ("minAngle", "maxAngle"))
+    u = uniforms(node.inputs.get("seed", get_global_seed()), node.key, execution, node.prims, 3)
+    if (lower == -180.0).all() and (upper == 180.0).all():
+        angles = transforms.euler_xyz_from_quat(uniform_quaternions(u))
+    else:
+        angles = lower + u * (upper - lower)
+    for path, angle in zip(node.prims, angles):
+        transforms.author_pose(prim_at(path), rotate_xyz=Gf.Vec3d(*angle.tolist()))
+
+
+def uniform_quaternions(u: np.ndarray) -> np.ndarray:
+    """(N, 4) unit quaternions xyzw, uniform on SO(3), from (N, 3) uniforms (Shoemake, Graphics Gems III, 1992)."""
+    a, b = np.sqrt(1 - u[:, 0]), np.sqrt(u[:, 0])
+    s, t = 2 * np.pi * u[:, 1], 2 * np.pi * u[:, 2]
+    return np.stack([a * np.sin(s), a * np.cos(s), b * np.sin(t), b * np.cos(t)], axis=1)

@@ -1,0 +1,111 @@
+"""Prims of the stage as what scattering needs: bodies around their origins, surfaces and volumes in the world."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from pxr import Gf, Sdf, Usd
+
+from usdsdg.errors import GraphError
+from usdsdg.scatter.bounds import Bounds
+from usdsdg.scatter.places import Draws, Region, free_places
+from usdsdg.scatter.solid import Shape, Solid, Solids
+from usdsdg.scatter.surface import Surface
+from usdsdg.scatter.volume import Box, Volume
+from usdsdg.stage import local_pose
+from usdsdg.stage.triangles import Placed, triangles_below
+
+
+def surface_of(prims: Sequence[Usd.Prim], bounds: Bounds, *, offset: float = 0.0) -> Surface:
+    """The surface of all gprims at and below `prims`; see `Surface`.
+
+    Raises:
+        GraphError: there is none within the bounds.
+    """
+    return Surface(_corners(triangles_below(prims)), bounds, offset=offset)
+
+
+def volume_of(
+    prims: Sequence[Usd.Prim],
+    bounds: Bounds,
+    *,
+    excluded: Sequence[Usd.Prim] = (),
+    voxel_size: float = 0.0,
+    resolution_scaling: float = 1.0,
+    once: bool = True,
+) -> Volume | Box:
+    """What closed meshes enclose, one volume per prim; all of the bounds where there are none. See `Volume`, `Box`.
+
+    Raises:
+        GraphError: a prim has no geometry, or nothing is left to sample.
+    """
+    taken = [_volume(prim) for prim in excluded]
+    if not prims:
+        return Box(bounds, taken)
+    return Volume(
+        [_volume(prim) for prim in prims],
+        bounds,
+        excluded=taken,
+        voxel_size=voxel_size,
+        resolution_scaling=resolution_scaling,
+        once=once,
+    )
+
+
+def scatter(
+    prims: Sequence[Usd.Prim],
+    region: Region,
+    draw: Draws,
+    *,
+    avoid: Sequence[Usd.Prim] = (),
+    apart: bool = False,
+    shapes: dict[bytes, Shape] | None = None,
+) -> np.ndarray:
+    """Place `prims`, in order, where `region` and `draw` say, off the prims `avoid` and (`apart`) off each other.
+
+    Args:
+        shapes: geometry of earlier calls, which is not prepared again.
+
+    Returns:
+        (N, components) the uniform numbers that the places were drawn from.
+
+    Raises:
+        GraphError: there is no free place for one of them.
+        BadPrim: a prim has no transform.
+    """
+    bodies: list[Solid] | None = None
+    obstacles: list[tuple[Solid, np.ndarray]] = []
+    if avoid or apart:
+        solids = Solids(shapes)
+        bodies = [solids.around(_origin(prim), triangles_below([prim])) for prim in prims]
+        own = {str(prim.GetPath()) for prim in prims}
+        for placed in triangles_below(avoid):
+            # A group of obstacles may hold what is to be placed.
+            path = Sdf.Path(placed.path.partition("[")[0])
+            if own.isdisjoint(str(prefix) for prefix in path.GetPrefixes()):
+                origin = placed.to_world[3, :3]
+                obstacles.append((solids.around(origin, [placed]), origin))
+    names = [str(prim.GetPath()) for prim in prims]
+    places, chosen = free_places(names, region, draw, solids=bodies, obstacles=obstacles, apart=apart)
+    for prim, place in zip(prims, places):
+        local_pose.author_world_position(prim, place)
+    return chosen
+
+
+def _origin(prim: Usd.Prim) -> np.ndarray:
+    """Where in the world the prim's position is: its pivot where it has one."""
+    here = Gf.Vec3d(*local_pose.translation(prim).tolist())
+    return np.array(local_pose.parent_to_world(prim).Transform(here))
+
+
+def _volume(prim: Usd.Prim) -> np.ndarray:
+    found = triangles_below([prim])
+    if not found:
+        raise GraphError(f"{prim.GetPath()} has no geometry at or below it, so it encloses no volume")
+    return _corners(found)
+
+
+def _corners(placed: Sequence[Placed]) -> np.ndarray:
+    parts = [each.in_world().corners() for each in placed]
+    return np.concatenate(parts) if parts else np.zeros((0, 3, 3))
