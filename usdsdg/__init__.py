@@ -5,6 +5,9 @@
 
 from usdsdg import (
     annotators,
+    annotators_default,
+    augmentations_default,
+    backends,
     create,
     distribution,
     functional,
@@ -17,12 +20,13 @@ from usdsdg import (
     trigger,
     utils,
     writers,
+    writers_default,
 )  # fmt: skip
-from usdsdg.annotators import AnnotatorRegistry
+from usdsdg.annotators import AnnotatorRegistry, NodeConnectionTemplate
+from usdsdg.backends import BackendDispatch
 from usdsdg.graph.sampling import get_global_seed, set_global_seed
 from usdsdg.stage.context import open_stage
-from usdsdg.writers import BasicWriter, PoseWriter, Writer, WriterRegistry, backends
-from usdsdg.writers.backends import BackendDispatch
+from usdsdg.writers import BasicWriter, PoseWriter, Writer, WriterRegistry, WriterRegistryError
 
 __version__ = "0.1.0"
 
@@ -30,8 +34,9 @@ __all__ = [
     # what a scene is made of and what changes in it
     "create", "modify", "randomizer", "physics", "distribution", "trigger", "functional", "rng",
     # what comes out
-    "annotators", "AnnotatorRegistry", "writers", "Writer", "WriterRegistry", "BasicWriter", "PoseWriter", "backends",
-    "BackendDispatch",
+    "annotators", "AnnotatorRegistry", "NodeConnectionTemplate", "annotators_default", "augmentations_default",
+    "writers", "Writer", "WriterRegistry", "WriterRegistryError", "BasicWriter", "PoseWriter", "writers_default",
+    "backends", "BackendDispatch",
     # what runs it
     "orchestrator", "settings", "utils", "get_global_seed", "set_global_seed", "open_stage",
 ]  # fmt: skip

@@ -92,3 +92,24 @@ def test_usdrt_finds_applied_schemas():
         )
         == "[Sdf.Path('/PhysicsScene')]"
     )
+
+
+def test_writers_backends_and_annotators_are_where_scripts_import_them_from():
+    run(
+        """
+        import usdsdg.compat; usdsdg.compat.install()
+        import omni.replicator.core as rep
+        from omni.replicator.core import AnnotatorRegistry, BackendDispatch, NodeConnectionTemplate, Writer
+        from omni.replicator.core import BasicWriter, WriterRegistry, WriterRegistryError
+        from omni.replicator.core.scripts.annotators import Augmentation
+        from omni.replicator.core.scripts.backends import BackendDispatch as same, BackendGroup, BaseBackend
+        from omni.replicator.core.scripts.writers_default.basicwriter import BasicWriter as basic
+        assert same is BackendDispatch is rep.backends.BackendDispatch
+        assert basic is BasicWriter is rep.writers_default.BasicWriter
+        assert Augmentation is rep.annotators.Augmentation
+        assert rep.backends.get("DiskBackend").get_name() == "DiskBackend"
+        assert rep.backends.io_queue.is_done_writing()
+        assert "rgb" in rep.annotators_default.DEFAULT_ANNOTATORS
+        rep.annotators.Augmentation.from_function(rep.augmentations_default.aug_rgb_to_hsv)
+        """
+    )
