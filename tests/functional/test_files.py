@@ -1,0 +1,47 @@
+"""The write functions: what they write can be read again."""
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+
+import usdsdg as rep
+from usdsdg.errors import Unsupported
+
+
+def test_pictures_and_arrays_come_back(tmp_path):
+    picture = np.random.default_rng(0).integers(0, 255, (4, 5, 3), np.uint8)
+    from PIL import Image
+
+    for name in ("a.png", "b.jpg"):
+        rep.functional.write_image(path=str(tmp_path / name), data=picture)
+    rep.functional.write_png(str(tmp_path / "c.png"), picture)
+    rep.functional.write_jpeg(str(tmp_path / "d.jpeg"), picture, quality=100)
+    for name in ("a.png", "c.png"):
+        np.testing.assert_array_equal(np.array(Image.open(tmp_path / name)), picture)
+    for name in ("b.jpg", "d.jpeg"):
+        assert np.array(Image.open(tmp_path / name)).shape == picture.shape
+    rep.functional.write_np(str(tmp_path / "e.npy"), picture)
+    np.testing.assert_array_equal(np.load(tmp_path / "e.npy"), picture)
+
+
+def test_values_come_back(tmp_path):
+    rep.functional.write_json(path=str(tmp_path / "a.json"), data={"x": np.float32(1), "y": np.arange(2)})
+    assert json.loads((tmp_path / "a.json").read_text()) == {"x": 1, "y": [0, 1]}
+    rep.functional.write_pickle(str(tmp_path / "b.pkl"), {"x": 1})
+    assert pickle.loads((tmp_path / "b.pkl").read_bytes()) == {"x": 1}
+
+
+def test_a_backend_takes_them(tmp_path):
+    backend = rep.backends.DiskBackend(output_dir=str(tmp_path / "out"))
+    backend.schedule(rep.functional.write_image, path="a.png", data=np.zeros((2, 2), np.uint8))
+    backend.wait_until_done()
+    assert (tmp_path / "out" / "a.png").is_file()
+
+
+def test_exr_is_refused(tmp_path):
+    with pytest.raises(Unsupported, match="EXR"):
+        rep.functional.write_exr(str(tmp_path / "a.exr"), np.zeros((2, 2)))
+    with pytest.raises(Unsupported, match=r"read_exr: .*\.exr cannot be read"):
+        rep.functional.read_exr(str(tmp_path / "a.exr"))
