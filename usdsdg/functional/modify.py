@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pxr import Sdf, UsdGeom, UsdShade
+from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg.errors import BadPrim, GraphError, warn_once
 from usdsdg.functional.arguments import one_prim, per_prim, prims_of
@@ -62,7 +62,7 @@ def pose(
     targets = prims_of(prims)
     values = (position_value, rotation_value, rotation_order, scale_value)
     others: dict[str, Any] = {"relative_to": relative_to, "look_at": look_at_value, "pivot": pivot}
-    instancers = [prim for prim in targets if prim.GetTypeName() == "PointInstancer"]
+    instancers = _instancers(targets)
     if instancers and len(targets) > 1:
         raise GraphError(
             f"{instancers[0].GetPath()} is a PointInstancer, which takes one value per instance; pose it in a call of "
@@ -75,6 +75,19 @@ def pose(
         targets, position=position_value, rotation=rotation_value, rotation_order=rotation_order, scale=scale_value,
         look_at_up_axis=look_at_up_axis, **others,
     )  # fmt: skip
+
+
+# The prims of the last call, when none of them was a PointInstancer: asking a thousand takes most of a millisecond.
+_ordinary: list[Usd.Prim] = []
+
+
+def _instancers(prims: list[Usd.Prim]) -> list[Usd.Prim]:
+    global _ordinary
+    if prims == _ordinary:
+        return []
+    found = [prim for prim in prims if prim.IsA(UsdGeom.PointInstancer)]
+    _ordinary = [] if found else prims
+    return found
 
 
 def position(
