@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 
 from pxr import Usd
 
+from usdsdg import rng
 from usdsdg.annotators import annotator
 from usdsdg.app import get_app
 from usdsdg.capture import Capture
@@ -114,6 +115,7 @@ class Orchestrator:
         if not self._initialized:
             self._set_status(Status.INITIALIZING)
             evaluate.graph().restart()
+            rng.reset_all()
             self.preview()
             self._initialized = True
         for missing in assets.missing_dependencies(context.current_stage()):

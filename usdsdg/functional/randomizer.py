@@ -6,20 +6,26 @@ generator of this module is used, which follows the global seed.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, Vt
 
-from usdsdg.errors import BadPrim, Unsupported
+from usdsdg.errors import BadPrim, GraphError
 from usdsdg.functional.arguments import prims_of
+from usdsdg.randomizer.scattering import show_voxels
 from usdsdg.rng import ReplicatorRNG, generator_of
+from usdsdg.scatter import surface, volume
+from usdsdg.scatter.bounds import Bounds
+from usdsdg.scatter.places import Draws
+from usdsdg.scatter.stage_bodies import scatter, surface_of, volume_of
+from usdsdg.stage.context import current_stage
+from usdsdg.values import shown
 
-__all__ = ["display_color", "provide", "scatter_2d", "scatter_3d"]
+__all__ = ["display_color", "scatter_2d", "scatter_3d"]
 
 _default: ReplicatorRNG | None = None
-_provided: dict[str, Callable[..., None]] = {}
 
 
 def display_color(prims: Any, rng: ReplicatorRNG | np.random.Generator | None = None) -> None:
@@ -46,19 +52,28 @@ def scatter_2d(
     prims: Any, surface_prims: Any, no_collision_prims: Any = None, extents: Any = None, offset: float = 0.0,
     check_for_collisions: bool = False, rng: ReplicatorRNG | np.random.Generator | None = None,
 ) -> None:  # fmt: skip
-    """Place prims at random points of surfaces.
+    """Place the origin of each prim on the surfaces of `surface_prims`, uniformly by area; their rotation stays.
 
     Args:
-        surface_prims: Shapes and meshes (or what holds them) whose surfaces are covered evenly.
-        no_collision_prims: Prims that must not be touched.
-        extents: Lowest and highest position in the world, ((x, y, z), (x, y, z)) [stage units]; None: open.
-        offset: Distance from the surface along its normal [stage units].
-        check_for_collisions: Whether the prims must not touch each other, either.
+        surface_prims: Prims whose meshes (and other shapes, visible or not) are scattered over.
+        no_collision_prims: Prims that nothing may touch.
+        extents: Lowest and highest (x, y, z) of the world that are used [stage units]; None for no bound.
+        offset: Distance above the surface along its normal [stage units].
+        check_for_collisions: Whether no prim may touch one placed before.
+
+    Raises:
+        GraphError: no surface is given, there is none within the bounds, or a prim has no free place.
     """
-    _scatter("scatter_2d")(
-        prims=prims_of(prims), surface_prims=prims_of(surface_prims), no_collision_prims=_prims(no_collision_prims),
-        extents=extents, offset=offset, check_for_collisions=check_for_collisions, rng=_generator(rng),
-    )  # fmt: skip
+    surfaces = prims_of(surface_prims)
+    if not surfaces:
+        raise GraphError(f"scatter_2d: surface_prims is {shown(surface_prims)}; give at least one prim")
+    scatter(
+        prims_of(prims),
+        surface_of(surfaces, _bounds(extents), offset=float(offset)),
+        _draws(rng, surface.COMPONENTS),
+        avoid=_prims(no_collision_prims),
+        apart=check_for_collisions,
+    )
 
 
 def scatter_3d(
@@ -67,39 +82,61 @@ def scatter_3d(
     viz_sampled_voxels: bool = False, resolution_scaling: float = 1.0, input_voxel_size: float = 0.0,
     rng: ReplicatorRNG | np.random.Generator | None = None,
 ) -> None:  # fmt: skip
-    """Place prims at random points of volumes.
+    """Place the origin of each prim inside of `volume_prims`, uniformly; their rotation stays.
 
     Args:
-        volume_prims: Shapes and meshes whose insides are filled evenly; without them `extents` must be complete.
-        no_collision_prims: Prims that must not be touched.
-        volume_excl_prims: Shapes and meshes whose insides are left out.
-        extents: Lowest and highest position in the world, ((x, y, z), (x, y, z)) [stage units].
-        check_for_collisions: Whether the prims must not touch each other, either.
-        prevent_vol_overlap: Whether a place in several volumes counts once.
-        viz_sampled_voxels: Whether the voxels are shown.
-        resolution_scaling: Factor on the number of voxels, 30 along the longest side.
-        input_voxel_size: Edge of a voxel [stage units]; 0 leaves it to `resolution_scaling`.
+        volume_prims: Closed meshes (or other shapes, visible or not); without any, the box of `extents`.
+        no_collision_prims: Prims that nothing may touch.
+        volume_excl_prims: Closed meshes in which no origin is placed.
+        extents: Lowest and highest (x, y, z) of the world that are used [stage units]; None for no bound.
+        check_for_collisions: Whether no prim may touch one placed before.
+        prevent_vol_overlap: Whether places are no denser where volumes overlap.
+        viz_sampled_voxels: Whether the voxels that were drawn are shown, under /Replicator/SampledVoxels.
+        resolution_scaling: More (above 1) or fewer voxels than 30 along the longest side.
+        input_voxel_size: Edge of a voxel [stage units], instead of `resolution_scaling`.
+
+    Raises:
+        GraphError: there is no volume and a bound is missing, nothing is left to sample, or a prim has no free place.
     """
-    _scatter("scatter_3d")(
-        prims=prims_of(prims), volume_prims=_prims(volume_prims), no_collision_prims=_prims(no_collision_prims),
-        volume_excl_prims=_prims(volume_excl_prims), extents=extents, check_for_collisions=check_for_collisions,
-        prevent_vol_overlap=prevent_vol_overlap, viz_sampled_voxels=viz_sampled_voxels,
-        resolution_scaling=resolution_scaling, input_voxel_size=input_voxel_size, rng=_generator(rng),
-    )  # fmt: skip
+    if not (resolution_scaling > 0 and input_voxel_size >= 0):
+        raise GraphError(
+            f"scatter_3d: resolution_scaling is {resolution_scaling!r} and input_voxel_size {input_voxel_size!r}; "
+            "expected a number above 0, and one not below"
+        )
+    region = volume_of(
+        _prims(volume_prims),
+        _bounds(extents),
+        excluded=_prims(volume_excl_prims),
+        voxel_size=input_voxel_size,
+        resolution_scaling=resolution_scaling,
+        once=prevent_vol_overlap,
+    )
+    drawn = scatter(
+        prims_of(prims),
+        region,
+        _draws(rng, volume.COMPONENTS),
+        avoid=_prims(no_collision_prims),
+        apart=check_for_collisions,
+    )
+    if viz_sampled_voxels and isinstance(region, volume.Volume):
+        show_voxels(current_stage(), region.voxels(drawn), region.voxel_size)
 
 
-def provide(name: str, scatter: Callable[..., None]) -> None:
-    """Let `scatter` do what `scatter_2d` or `scatter_3d` asks for.
+def _bounds(extents: Any) -> Bounds:
+    if extents is None:
+        return Bounds.given(None, None)
+    if not isinstance(extents, (list, tuple, np.ndarray)) or len(extents) != 2:
+        raise GraphError(f"extents is {shown(extents)}; expected ((x, y, z) lowest, (x, y, z) highest)")
+    return Bounds.given(extents[0], extents[1])
 
-    It is called with the keywords of that function: prims as lists of Usd.Prim ([] for None), `rng` as a Generator.
-    """
-    _provided[name] = scatter
 
+def _draws(rng: ReplicatorRNG | np.random.Generator | None, components: int) -> Draws:
+    generator = _generator(rng)
 
-def _scatter(name: str) -> Callable[..., None]:
-    if name not in _provided:
-        raise Unsupported(f"functional.randomizer.{name} is not available yet; draw positions and use modify.position")
-    return _provided[name]
+    def draw(rows: Sequence[int], first: int, tries: int) -> np.ndarray:
+        return generator.uniform(size=(len(rows), tries, components))
+
+    return draw
 
 
 def _prims(value: Any) -> list[Usd.Prim]:
