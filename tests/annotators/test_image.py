@@ -6,7 +6,7 @@ import pytest
 from tests.annotators.ray_caster import make_frame
 from tests.annotators.scenes import street
 from usdsdg import annotators
-from usdsdg.errors import AnnotatorError, Unsupported
+from usdsdg.errors import AnnotatorError
 
 
 @pytest.fixture(scope="module")
@@ -67,8 +67,3 @@ def test_point_ids_are_those_of_the_masks(frame):
         np.testing.assert_array_equal(cloud.info["pointSemantic"], semantic[kept])
         np.testing.assert_array_equal(cloud.info["pointInstance"], instance[kept])
         assert len(cloud.data) == kept.sum()
-
-
-def test_skeleton_data_says_that_it_is_not_there(frame):
-    with pytest.raises(Unsupported, match="skeleton_data"):
-        compute(frame, "skeleton_data")

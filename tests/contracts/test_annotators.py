@@ -11,7 +11,7 @@ from tests.annotators.scenes import add_camera, street
 from usdsdg import annotators
 from usdsdg.stage import context, render_products
 
-NAMES = [name for name in annotators.get_registered_annotators() if name != "skeleton_data"]
+NAMES = annotators.get_registered_annotators()
 PICTURE = {"LdrColor", "HdrColor"}
 # Those that say nothing without.
 PARAMS = {"Attribute": {"prims": [CAMERA], "attribute": "focalLength"}}
@@ -74,6 +74,6 @@ def test_its_empty_array_is_of_the_type_of_the_full_one(name, frame):
         annotator.detach()
 
 
-@pytest.mark.parametrize("name", [*NAMES, "skeleton_data"])
+@pytest.mark.parametrize("name", NAMES)
 def test_it_is_documented(name):
     assert get(name).documentation

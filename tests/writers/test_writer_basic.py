@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.annotators.ray_caster import known, make_frame
+from tests.annotators.ray_caster import known, make_frame, new_stage, place
 from tests.annotators.scenes import mask_of, street
+from tests.annotators.test_skeleton import add_character
 from usdsdg import annotators, writers
 from usdsdg.annotators.colors import colors_of_ids
 from usdsdg.errors import ConfigError, Unsupported, WriterError
+from usdsdg.stage.context import set_stage
 from usdsdg.writers.writer_basic import colorize_depth
 
 PRODUCT = "/Render/HydraTextures/rp1"
@@ -231,7 +233,6 @@ def test_what_describes_a_file_is_written_after_it(frame):
     ("options", "error", "message"),
     [
         ({"semantic_types": ["class"], "semantic_filter_predicate": "class:*"}, WriterError, "exclude"),
-        ({"skeleton_data": True}, Unsupported, "skeleton_data"),
         ({"s3_bucket": "b"}, Unsupported, "S3"),
         ({"rbg": True}, WriterError, "'rbg'. Did you mean 'rgb'"),
         ({"rgb": "false"}, WriterError, "rgb is 'false'; expected true or false"),
@@ -242,3 +243,20 @@ def test_what_describes_a_file_is_written_after_it(frame):
 def test_wrong_options_are_refused(tmp_path, options, error, message):
     with pytest.raises(error, match=message):
         writers.get("BasicWriter", init_params={"output_dir": str(tmp_path), **options})
+
+
+def test_skeletons_are_written_with_the_names_of_replicators_files(tmp_path):
+    stage = set_stage(new_stage())
+    place(add_character(stage), translate=(-1, 0.5, 0))
+    write(tmp_path, make_frame(stage, (40, 30)), skeleton_data=True)
+    assert files(tmp_path) == ["metadata.txt", "skeleton_0000.json"]
+    (told,) = read(tmp_path, "skeleton_0000.json").items()
+    assert told[0] == "skeleton_0"
+    assert set(told[1]) == {
+        "skel_name", "skel_path", "asset_path", "animation_variant", "skeleton_parents", "rest_global_translations",
+        "rest_local_translations", "rest_local_rotations", "global_translations", "local_rotations", "translations_2d",
+        "skeleton_joints", "joint_occlusions", "occlusion_types", "in_view",
+    }  # fmt: skip
+    np.testing.assert_allclose(told[1]["global_translations"], [[-1, 0.5, 0], [0, 0.5, 0], [1, 0.5, 0]], atol=1e-6)
+    write(tmp_path / "none", make_frame(set_stage(new_stage()), (8, 6)), skeleton_data=True)
+    assert read(tmp_path / "none", "skeleton_0000.json") == {}

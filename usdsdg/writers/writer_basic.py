@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators import catalogue
-from usdsdg.errors import Unsupported, WriterError
+from usdsdg.errors import WriterError
 from usdsdg.writers.backends import BaseBackend, make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_json, write_np
@@ -75,12 +76,10 @@ class BasicWriter(Writer):
         Raises:
             WriterError: two options exclude each other, a value does not exist, or there is nowhere to write.
             OutputNotWritable: output_dir cannot be written to.
-            Unsupported: skeleton_data, S3.
+            Unsupported: S3.
         """
         if semantic_types and semantic_filter_predicate:
             raise WriterError("BasicWriter: semantic_types and semantic_filter_predicate exclude each other; give one.")
-        if skeleton_data:
-            raise Unsupported("BasicWriter: skeleton_data is not implemented; leave it out.")
         labels = {"semanticTypes": semantic_types} if semantic_types else {
             "semanticFilter": semantic_filter_predicate or "class:*"
         }  # fmt: skip
@@ -99,6 +98,7 @@ class BasicWriter(Writer):
             "occlusion": (occlusion, labels),
             "camera_params": (camera_params, {}),
             "pointcloud": (pointcloud, labels | {"includeUnlabelled": pointcloud_include_unlabelled}),
+            "skeleton_data": (skeleton_data, {}),
         }
         self.annotators = [catalogue.get(name, params) for name, (asked, params) in wanted.items() if asked]
         self.backend = make_backend("BasicWriter", output_dir, backend, bucket=s3_bucket, region=s3_region)
@@ -200,7 +200,13 @@ def _pointcloud_steps(writer: BasicWriter, name: str, folder: str, number: str, 
     return [partial(write_np, path=f"{folder}{name}_{kind}{number}.npy", data=a) for kind, a in arrays.items()]
 
 
+def _skeleton_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
+    told = {f"skeleton_{index}": each for index, each in enumerate(json.loads(seen["skeletonData"]))}
+    return [partial(write_json, path=f"{folder}skeleton_{number}.json", data=told)]
+
+
 _STEPS: dict[str, Callable[..., list[Step]]] = {
+    "skeleton_data": _skeleton_steps,
     "rgb": _rgb_steps,
     "normals": _normals_steps,
     "distance_to_camera": _depth_steps,
