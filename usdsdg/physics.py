@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from pxr import Gf, Usd, UsdGeom, UsdPhysics
+from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from usdsdg.distribution import draw
-from usdsdg.errors import GraphError, Unsupported
-from usdsdg.graph.evaluate import act
-from usdsdg.graph.kinds import action
-from usdsdg.graph.node import Node, ReplicatorItem, current_prims, prim_paths
-from usdsdg.modify import prim_at
+from usdsdg.errors import BadPrim, GraphError
+from usdsdg.graph.evaluate import act, graph
+from usdsdg.graph.kinds import action, action_of
+from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, prim_paths
+from usdsdg.modify.prims import prim_at, prims_of
+from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.schemas import physx
 from usdsdg.values import vector
 
@@ -100,37 +101,53 @@ def _write_velocities(node: Node, execution: int) -> None:
     linear = draw(node.inputs["velocity"], node, execution, "velocity")
     turning = node.inputs.get("angular_velocity")
     angular = None if turning is None else draw(turning, node, execution, "angular_velocity")
-    for index, path in enumerate(node.prims):
-        body = UsdPhysics.RigidBodyAPI(prim_at(path))
-        body.CreateVelocityAttr().Set(Gf.Vec3f(vector("velocity", linear[index])))
-        if angular is not None:
-            body.CreateAngularVelocityAttr().Set(Gf.Vec3f(vector("angular_velocity", angular[index])))
+    bodies = [UsdPhysics.RigidBodyAPI(prim) for prim in prims_of(node)]
+    if not write_batch(node.state, "linear", lambda: [body.CreateVelocityAttr() for body in bodies], linear):
+        for body, value in zip(bodies, linear):
+            body.CreateVelocityAttr().Set(Gf.Vec3f(vector("velocity", value)))
+    if angular is None:
+        return
+    if not write_batch(node.state, "angular", lambda: [body.CreateAngularVelocityAttr() for body in bodies], angular):
+        for body, value in zip(bodies, angular):
+            body.CreateAngularVelocityAttr().Set(Gf.Vec3f(vector("angular_velocity", value)))
 
 
 def mass(
     mass: Any = None, density: Any = None, center_of_mass: Any = None, diagonal_inertia: Any = None,
     principal_axes: Any = None, input_prims: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Author mass properties (kilograms, kg/m³, stage units) at each firing.
+    """Author mass properties at each firing.
 
-    Raises:
-        Unsupported: `diagonal_inertia` or `principal_axes` are given.
+    Args:
+        mass: kilograms, in units of the stage's kilogramsPerUnit.
+        density: mass per cubic stage unit; used where there is no mass.
+        center_of_mass: (x, y, z) in the prim's own space [stage units].
+        diagonal_inertia: moments of inertia about the principal axes [mass × stage units²].
+        principal_axes: rotation from the prim's axes to the principal ones, as a quaternion (w, x, y, z).
     """
-    if diagonal_inertia is not None or principal_axes is not None:
-        raise Unsupported("physics.mass: diagonal_inertia and principal_axes are not available yet")
-
-    given = dict(mass=mass, density=density, centerOfMass=center_of_mass)
+    given = dict(
+        mass=mass, density=density, centerOfMass=center_of_mass, diagonalInertia=diagonal_inertia,
+        principalAxes=principal_axes,
+    )  # fmt: skip
     return act("OgnMass", input_prims, attribute="mass", **given)
 
 
 @action("OgnMass")
 def _write_mass(node: Node, execution: int) -> None:
-    columns = {name: draw(value, node, execution, name) for name, value in node.inputs.items() if name != "attribute"}
-    for index, path in enumerate(node.prims):
-        api = UsdPhysics.MassAPI.Apply(prim_at(path))
-        if "mass" in columns:
-            api.CreateMassAttr().Set(float(columns["mass"][index]))
-        if "density" in columns:
-            api.CreateDensityAttr().Set(float(columns["density"][index]))
-        if "centerOfMass" in columns:
-            api.CreateCenterOfMassAttr().Set(Gf.Vec3f(vector("center_of_mass", columns["centerOfMass"][index])))
+    for name, value in node.inputs.items():
+        if name in _MASS:
+            _write_mass_property(node, name, draw(value, node, execution, name))
+
+
+# The attributes of MassAPI that `mass` writes, by input.
+_MASS = {"mass": "CreateMassAttr", "density": "CreateDensityAttr", "centerOfMass": "CreateCenterOfMassAttr"}
+
+
+def _write_mass_property(node: Node, name: str, values: list[Any]) -> None:
+    def find() -> list[Usd.Attribute]:
+        return [getattr(UsdPhysics.MassAPI.Apply(prim), _MASS[name])() for prim in prims_of(node)]
+
+    if write_batch(node.state, name, find, values):
+        return
+    for attribute, value in zip(find(), values):
+        attribute.Set(Gf.Vec3f(vector("center_of_mass", value)) if name == "centerOfMass" else float(value))

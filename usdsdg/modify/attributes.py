@@ -14,8 +14,9 @@ from usdsdg.errors import GraphError
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem
-from usdsdg.modify.prims import non_xform_prims, prim_at
+from usdsdg.modify.prims import non_xform_prims, prims_of
 from usdsdg.registry import near_misses
+from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.values import shown, vector
 
 
@@ -60,11 +61,16 @@ def _dimension(attribute: Usd.Attribute) -> int:
 
 def set_attribute(prim: Usd.Prim, name: str, value: Any, attribute_type: str | None = None) -> None:
     """Author one value on the prim that has the attribute (the prim itself, else the object's children)."""
-    owners = [prim] if prim.HasAttribute(name) or prim.HasAttribute(f"inputs:{name}") else non_xform_prims(prim)
-    for owner in owners:
+    for owner in _owners(prim, name):
         target = _attribute(owner, name, attribute_type)
         if not _set(target, _as_usd(value, target)):
             raise GraphError(f"{target.GetPath()} is a {target.GetTypeName()}; it does not take {shown(value)}")
+
+
+def _owners(prim: Usd.Prim, name: str) -> list[Usd.Prim]:
+    if prim.HasAttribute(name) or prim.HasAttribute(f"inputs:{name}"):
+        return [prim]
+    return non_xform_prims(prim)
 
 
 def _set(attribute: Usd.Attribute, value: Any) -> bool:
@@ -81,8 +87,17 @@ def attribute(name: str, value: Any, attribute_type: str | None = None, input_pr
 
 @action("OgnWritePrimAttribute")
 def _write_attribute(node: Node, execution: int) -> None:
-    for path, drawn in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
-        set_attribute(prim_at(path), node.inputs["attribute"], drawn, node.inputs.get("attributeType"))
+    name, type_name = node.inputs["attribute"], node.inputs.get("attributeType")
+    values = draw(node.inputs["value"], node, execution, "value")
+
+    def find() -> list[Usd.Attribute]:
+        owners = [_owners(prim, name) for prim in prims_of(node)]
+        return [_attribute(owner, name, type_name) for of_prim in owners for owner in of_prim]
+
+    if len(values) == len(node.prims) and write_batch(node.state, "values", find, values):
+        return
+    for prim, drawn in zip(prims_of(node), values):
+        set_attribute(prim, name, drawn, type_name)
 
 
 def apply_or_schedule(name: str, value: Any, prims: Sequence[Usd.Prim]) -> None:

@@ -16,16 +16,18 @@ from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem, plain
 from usdsdg.modify.numbers import draw_numbers
 from usdsdg.modify.point_instances import is_population, pose_instances
-from usdsdg.modify.prims import prim_at
+from usdsdg.modify.prims import prim_at, prims_of
 from usdsdg.stage import local_pose, transforms
 from usdsdg.stage.context import current_stage
 from usdsdg.stage.facing import facing
+from usdsdg.stage.pose_batch import Rotations, author_poses
 from usdsdg.values import vector
 
 ORDERS = tuple("".join(order) for order in permutations("XYZ"))
 _AXES = "xyz"
 # Not drawn per prim.
 _SETTINGS = ("attribute", "rotation_order")
+_AT_ONCE = ("position", "rotation", "scale")
 
 
 def pose(
@@ -103,15 +105,46 @@ def apply_or_schedule_pose(item: ReplicatorItem, **pose_values: Any) -> None:
 def write_pose(node: Node, execution: int) -> None:
     """What `pose` does at each execution."""
     order = node.inputs.get("rotation_order", "XYZ")
-    prims = [prim_at(path) for path in node.prims]
-    for population in filter(is_population, prims):
+    prims = prims_of(node)
+    populations = [prim for prim in prims if is_population(prim)]
+    for population in populations:
         pose_instances(population, node, execution, order)
     drawn = {
         role: _column(role, value, node, execution) for role, value in node.inputs.items() if role not in _SETTINGS
     }
+    if not populations and _pose_all(prims, drawn, order):
+        return
     for index, prim in enumerate(prims):
-        if not is_population(prim):
+        if prim not in populations:
             _pose_one(prim, {role: column[index] for role, column in drawn.items()}, order)
+
+
+def _pose_all(prims: list[Usd.Prim], drawn: dict[str, Any], order: str) -> bool:
+    """Write position, rotation and scale of all prims at once; False, with nothing written, when that is not all."""
+    columns = {role: _rows(column) for role, column in drawn.items() if role in _AT_ONCE}
+    if len(columns) < len(drawn) or order != "XYZ" or any(column is None for column in columns.values()):
+        return False
+    if len(set(prims)) < len(prims):
+        return False
+    rotation = columns.get("rotation")
+    author_poses(
+        prims,
+        translate=columns.get("position"),
+        rotate=None if rotation is None else Rotations(degrees=rotation),
+        scale=columns.get("scale"),
+    )
+    return True
+
+
+def _rows(column: Sequence[Any] | np.ndarray) -> np.ndarray | None:
+    """(N, 3) numbers, one number filling a row; None for what must be looked at one by one."""
+    try:
+        rows = np.asarray(column, np.float64)
+    except (TypeError, ValueError):
+        return None
+    if rows.ndim == 1:
+        rows = np.repeat(rows[:, None], 3, axis=1)
+    return rows if rows.shape == (len(column), 3) else None
 
 
 def _column(role: str, value: Any, node: Node, execution: int) -> Sequence[Any] | np.ndarray:

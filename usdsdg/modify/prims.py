@@ -5,6 +5,7 @@ from __future__ import annotations
 from pxr import Usd
 
 from usdsdg.errors import BadPrim
+from usdsdg.graph.node import Node
 from usdsdg.stage.context import current_stage
 
 
@@ -18,6 +19,18 @@ def prim_at(path: str) -> Usd.Prim:
     if not prim:
         raise BadPrim(f"{path} is not on the stage (was it removed after the graph was built?)")
     return prim
+
+
+def prims_of(node: Node) -> list[Usd.Prim]:
+    """The targets of a node, looked up again when one of them has gone.
+
+    Raises:
+        BadPrim: one is not on the stage.
+    """
+    prims = node.state.get("prims")
+    if prims is None or not all(prims):
+        prims = node.state["prims"] = [prim_at(path) for path in node.prims]
+    return prims
 
 
 def non_xform_prims(prim: Usd.Prim) -> list[Usd.Prim]:

@@ -14,6 +14,7 @@ from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.modify import bind_material, material, prim_at
 from usdsdg.stage import assets, paths
+from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.context import current_stage
 from usdsdg.values import vector
 
@@ -70,13 +71,34 @@ def _looks(kind: str, inputs: dict[str, Any], per_sub_mesh: bool, input_prims: A
 @action("OgnColor")
 def _write_looks(node: Node, execution: int) -> None:
     drawn = {name: draw(value, node, execution, name) for name, value in node.inputs.items() if name in _INPUTS}
-    shaders: dict[str, UsdShade.Shader] = node.state
+    shaders: dict[str, UsdShade.Shader] = node.state.setdefault("shaders", {})
+    if _recolor(node, shaders, drawn):
+        return
     with Sdf.ChangeBlock() if all(path in shaders for path in node.prims) else nullcontext():
         for index, path in enumerate(node.prims):
             for target in _meshes(path) if node.inputs.get("perSubMesh") else [path]:
                 if target not in shaders:
                     shaders[target] = _own_look(target) or _new_look(target)
                 _write_inputs(shaders[target], {name: column[index] for name, column in drawn.items()})
+
+
+def _recolor(node: Node, shaders: dict[str, UsdShade.Shader], drawn: dict[str, list[Any]]) -> bool:
+    """Write plain colours of looks that exist already at once; False, with nothing written, for everything else."""
+    if list(drawn) != ["diffuse_color_constant"] or not all(path in shaders for path in node.prims):
+        return False
+    colors = drawn["diffuse_color_constant"]
+
+    def constants() -> list[Usd.Attribute]:
+        name = "inputs:diffuse_color_constant"
+        return [shaders[path].GetPrim().GetAttribute(name) for path in node.prims]
+
+    def previews() -> list[Usd.Attribute]:
+        looks = [shaders[path].GetPrim().GetParent() for path in node.prims]
+        return [look.GetChild("PreviewSurface").GetAttribute("inputs:diffuseColor") for look in looks]
+
+    return write_batch(node.state, "constants", constants, colors) and write_batch(
+        node.state, "previews", previews, colors
+    )
 
 
 def _own_look(path: str) -> UsdShade.Shader | None:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from pxr import Gf
 
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.graph.sampling import get_global_seed, uniforms
-from usdsdg.modify import prim_at
+from usdsdg.modify.prims import prims_of
 from usdsdg.stage import transforms
+from usdsdg.stage.pose_batch import Rotations, author_poses
 
 
 def rotation(
@@ -34,8 +34,7 @@ def _rotate(node: Node, execution: int) -> None:
         angles = transforms.euler_xyz_from_quat(uniform_quaternions(u))
     else:
         angles = lower + u * (upper - lower)
-    for path, angle in zip(node.prims, angles):
-        transforms.author_pose(prim_at(path), rotate_xyz=Gf.Vec3d(*angle.tolist()))
+    author_poses(prims_of(node), rotate=Rotations(degrees=angles))
 
 
 def uniform_quaternions(u: np.ndarray) -> np.ndarray:

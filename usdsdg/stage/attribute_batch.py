@@ -1,0 +1,96 @@
+"""One attribute of many prims, written at once.
+
+USD resolves and notifies at every `Set`; here the Sdf specs are looked up once and set within one ChangeBlock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from pxr import Sdf, Usd, Vt
+
+# How NumPy rows become values of a type; what is not here is set one by one.
+_CONVERTERS: dict[str, Callable[[np.ndarray], Sequence[Any]]] = {
+    "float": lambda rows: rows.astype(np.float32).tolist(),
+    "double": lambda rows: rows.tolist(),
+    "float2": lambda rows: Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(rows, np.float32)),
+    "float3": lambda rows: Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(rows, np.float32)),
+    "double3": lambda rows: Vt.Vec3dArray.FromNumpy(np.ascontiguousarray(rows, np.float64)),
+}
+_SIZES = {"float2": 2, "float3": 3, "double3": 3}
+# Role names of the same storage.
+_STORAGE = {"color3f": "float3", "vector3f": "float3", "point3f": "float3", "normal3f": "float3"}
+
+
+class AttributeBatch:
+    """The specs of one attribute on many prims, in the layer that is edited; all attributes have one type."""
+
+    def __init__(self, attributes: Sequence[Usd.Attribute]) -> None:
+        """Raises ValueError when there is no batch for them: another type, several types, or paths that differ between
+        stage and layer."""
+        names = {str(attribute.GetTypeName()) for attribute in attributes}
+        name = names.pop() if len(names) == 1 else ""
+        self._type = _STORAGE.get(name, name)
+        if self._type not in _CONVERTERS and self._type != "token":
+            raise ValueError(f"no batch for attributes of type {name}")
+        stage = attributes[0].GetStage()
+        self._target = stage.GetEditTarget()
+        if not self._target.GetMapFunction().isIdentity or len({a.GetPath() for a in attributes}) < len(attributes):
+            raise ValueError("no batch for these prims")
+        layer = self._target.GetLayer()
+        with Sdf.ChangeBlock():
+            self._specs = [_spec(layer, attribute) for attribute in attributes]
+        self._stage = stage
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the edit target is the same and every spec is still there."""
+        return self._stage.GetEditTarget() == self._target and not any(spec.expired for spec in self._specs)
+
+    def write(self, values: Any) -> bool:
+        """Set one value per attribute; False, with nothing written, for values that only a `Set` can judge."""
+        converted = self._converted(values)
+        if converted is None:
+            return False
+        with Sdf.ChangeBlock():
+            for spec, value in zip(self._specs, converted):
+                spec.default = value
+        return True
+
+    def _converted(self, values: Any) -> Sequence[Any] | None:
+        if self._type == "token":
+            return values if all(isinstance(value, str) for value in values) else None
+        try:
+            rows = np.asarray(values, np.float64)
+        except (TypeError, ValueError):
+            return None
+        size = _SIZES.get(self._type, 0)
+        if size and rows.shape == (len(self._specs),):
+            rows = np.repeat(rows[:, None], size, axis=1)
+        wanted = (len(self._specs), size) if size else (len(self._specs),)
+        return _CONVERTERS[self._type](rows) if rows.shape == wanted else None
+
+
+def _spec(layer: Sdf.Layer, attribute: Usd.Attribute) -> Sdf.AttributeSpec:
+    path = attribute.GetPath()
+    if not layer.GetAttributeAtPath(path):
+        Sdf.JustCreatePrimAttributeInLayer(layer, path, attribute.GetTypeName(), isCustom=attribute.IsCustom())
+    return layer.GetAttributeAtPath(path)
+
+
+def write_batch(state: dict[str, Any], key: str, find: Callable[[], Sequence[Usd.Attribute]], values: Any) -> bool:
+    """Write through the batch that `state` keeps under `key`, made of `find()` when there is none or it is outdated.
+
+    Returns:
+        False, with nothing written, when there is no batch for these attributes or values.
+    """
+    batch = state.get(key)
+    if batch is None or (isinstance(batch, AttributeBatch) and not batch.is_current):
+        try:
+            batch = AttributeBatch(find())
+        except ValueError:
+            batch = False
+        state[key] = batch
+    return isinstance(batch, AttributeBatch) and batch.write(values)
