@@ -52,7 +52,7 @@ class Orchestrator:
         self._capture = Capture()
         self._status_callbacks: list[Callable[[Status], None]] = []
         self._captured_callbacks: list[Callable[[], None]] = []
-        self._asked_subframes = 0
+        self._asked_subframes = self._frames_of_last_run = 0
         context.on_new_stage(lambda *_: self.reset())
         context.before_saving(self._note_run)
 
@@ -60,6 +60,7 @@ class Orchestrator:
         """A new stage: nothing captured, nothing started."""
         self._set_status(Status.STOPPED)
         self.captures, self._initialized, self._next_subframes = 0, False, 0
+        self._asked_subframes = self._frames_of_last_run = 0
         self._capture = Capture()
         annotator.detach_all()
         writer_base.detach_all()
@@ -161,12 +162,13 @@ class Orchestrator:
     def stop(self) -> None:
         """End the run: the next frame is a first one again, with the draws of the first."""
         self.finish()
+        self._frames_of_last_run = self.captures or self._frames_of_last_run
         self.captures, self._initialized = 0, False
 
     def _note_run(self, stage: Usd.Stage) -> None:
         from usdsdg.saved_graph import note_run
 
-        note_run(stage, frames=self.captures, rt_subframes=self._asked_subframes)
+        note_run(stage, frames=self.captures or self._frames_of_last_run, rt_subframes=self._asked_subframes)
 
     # --- status ---
     def set_next_subframes(self, count: int) -> None:
