@@ -53,8 +53,18 @@ def test_floats_are_refused_with_a_remedy(backend):
 def test_unknown_and_unsupported_formats(backend, image):
     with pytest.raises(WriterError, match=r"\.png, \.jpg"):
         files.write_image("rgb.bmp", image, backend)
-    with pytest.raises(Unsupported, match="'exr'"):
+    with pytest.raises(WriterError, match="linear floats"):
         files.write_image("rgb.exr", image, backend)
+    with pytest.raises(Unsupported, match="'exr'"):
+        files.checked_image_format("exr")
+
+
+@pytest.mark.parametrize("half", [False, True])
+def test_floats_come_back_from_exr(backend, tmp_path, half):
+    depth = np.random.default_rng(0).uniform(0, 100, (20, 30)).astype(np.float32)
+    files.write_image("depth.exr", depth, backend, half_precision=half)
+    np.testing.assert_allclose(files.read_exr("depth.exr", backend), depth, rtol=1e-3 if half else 0)
+    np.testing.assert_array_equal(files.read_exr(str(tmp_path / "depth.exr")), files.read_exr("depth.exr", backend))
 
 
 def test_pillow_images_are_taken(backend, tmp_path, image):

@@ -5,19 +5,17 @@ Without a backend (or with a backend's class) a path is that of a file on this m
 
 from __future__ import annotations
 
-from typing import Any
-
-from usdsdg.errors import Unsupported
-from usdsdg.writers.files import write_exr, write_image, write_jpeg, write_json, write_np, write_pickle, write_png
+from usdsdg.writers.files import (
+    read_exr,
+    write_exr,
+    write_image,
+    write_jpeg,
+    write_json,
+    write_np,
+    write_pickle,
+    write_png,
+)
 
 __all__ = [
     "read_exr", "write_exr", "write_image", "write_jpeg", "write_json", "write_np", "write_pickle", "write_png",
 ]  # fmt: skip
-
-
-def read_exr(path: str, backend_instance: Any = None) -> Any:
-    """Unsupported."""
-    raise Unsupported(
-        f"read_exr: {path} cannot be read, EXR files need the extra 'exr', which this version does not have. Use .npy "
-        "files (write_np, numpy.load)"
-    )

@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from usdsdg.errors import Unsupported, WriterError
+from usdsdg.stage import exr
 from usdsdg.writers.png import encode_png
 
 
@@ -24,7 +25,7 @@ class BlobSink(Protocol):
 
 
 def write_image(path: str, data: Any, backend_instance: BlobSink | None = None, **options: Any) -> None:
-    """Write a picture in the format of the path's extension: png, jpg, jpeg (and exr, which is Unsupported).
+    """Write a picture in the format of the path's extension: png, jpg, jpeg, exr.
 
     data: (H, W[, C]) array, or anything with `.numpy()` or an array interface, such as a Pillow image. uint32 ids are
         written as 16-bit grey.
@@ -59,11 +60,32 @@ def write_jpeg(path: str, data: Any, backend_instance: BlobSink | None = None, q
 
 
 def write_exr(path: str, data: Any, backend_instance: BlobSink | None = None, half_precision: bool = False) -> None:
-    """Unsupported."""
-    raise Unsupported(
-        f"{path}: EXR files need the extra 'exr', which this version does not have yet. Write floats with "
-        "write_np (.npy), or pictures as png."
-    )
+    """Write floats or ids as OpenEXR: (H, W) or (H, W, C) with up to four channels; `half_precision`: with 16 bits.
+
+    Raises:
+        WriterError: an 8-bit picture, or another shape.
+    """
+    image = as_array(data)
+    if image.dtype == np.uint8:
+        raise WriterError(f"{path}: an EXR file holds linear floats, not 8-bit colours. Give floats, or write a png.")
+    try:
+        _put(backend_instance, path, exr.encode(image, half=half_precision))
+    except ValueError as error:
+        raise WriterError(f"{path}: {error}. Give floats of (H, W), (H, W, 3) or (H, W, 4).") from error
+
+
+def read_exr(path: str, backend_instance: Any = None) -> np.ndarray:
+    """(H, W) or (H, W, C) of an OpenEXR file: RGB, RGBA, or the channels in alphabetical order.
+
+    Without a backend `path` is a file on this machine.
+
+    Raises:
+        AssetUnreadable: the file is damaged or no EXR file. FileNotFoundError: there is none.
+        Unsupported: tiles, several parts, deep pixels, or compressions other than ZIP, ZIPS, RLE and none.
+    """
+    here = backend_instance is None or isinstance(backend_instance, type)
+    data = Path(path).read_bytes() if here else backend_instance.read_blob(path)
+    return exr.decode(data, name=path)
 
 
 def write_json(path: str, data: Any, backend_instance: BlobSink | None = None, **options: Any) -> None:
@@ -95,7 +117,7 @@ def checked_image_format(name: str) -> str:
     """
     known = (name or "").lower()
     if known == "exr":
-        raise Unsupported("image_output_format 'exr' needs the extra 'exr', which does not exist yet; use 'png'.")
+        raise Unsupported("image_output_format 'exr' is for floats, and pictures of the renderer are 8-bit; use 'png'.")
     if f".{known}" not in _ENCODERS:
         formats = ", ".join(repr(suffix[1:]) for suffix in _ENCODERS)
         raise WriterError(f"image_output_format {name!r} does not exist; use {formats}.")
