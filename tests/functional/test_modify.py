@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdShade
 
-from usdsdg.errors import AssetNotFound, BadPrim, GraphError, UsdsdgWarning
+from usdsdg.errors import AssetNotFound, BadPrim, BadValue, GraphError, UsdsdgWarning
 from usdsdg.functional import create, create_batch, modify
-from usdsdg.stage.attributes import BadValue
 from usdsdg.stage.semantics import get_labels
 
 

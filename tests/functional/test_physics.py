@@ -6,9 +6,8 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from tests.functional.poses import value, world
 from usdsdg import engines
-from usdsdg.errors import BadPrim, GraphError, NoCollider, PhysicsError, Unsupported, UsdsdgWarning
+from usdsdg.errors import BadPrim, BadValue, GraphError, NoCollider, PhysicsError, Unsupported, UsdsdgWarning
 from usdsdg.functional import create, create_batch, modify, physics
-from usdsdg.stage.attributes import BadValue
 from usdsdg.stage.schemas import physx
 from usdsdg.timeline import get_timeline
 

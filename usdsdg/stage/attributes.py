@@ -9,12 +9,8 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Tf, Usd
 
-from usdsdg.errors import BadPrim, StageError
+from usdsdg.errors import BadPrim, BadValue
 from usdsdg.stage import assets
-
-
-class BadValue(StageError, ValueError):
-    """A value has a type or size that an attribute does not take."""
 
 
 def attribute_of(prim: Usd.Prim, name: str) -> Usd.Attribute:
