@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 import usdsdg as rep
-from tests.annotators.ray_caster import RayCaster, add_cube, make_frame
+from tests.annotators.ray_caster import RayCaster, add_cube, known, make_frame
 from tests.annotators.scenes import add_camera, street
 from usdsdg import AnnotatorRegistry, annotators, engines, orchestrator, writers
 from usdsdg.errors import AnnotatorRegistryError, AugmentationError, BadPrim, WriterError
@@ -266,3 +266,23 @@ def test_attaching_later_to_other_products_and_waiting_for_it(tmp_path):
     asyncio.run(writer.attach_async(PRODUCT))
     assert writer.render_products == (PRODUCT,)
     assert writers.attached_writers() == (writer,)
+
+
+def test_the_registry_attaches_and_detaches_by_name_and_product(tmp_path):
+    known("/Render/HydraTextures/rp2")
+    second = "/Render/HydraTextures/rp2"
+    WriterRegistry.attach("ColorWriter", [PRODUCT, second], init_params={"output_dir": str(tmp_path)})
+    writer = WriterRegistry.get_attached_writer("ColorWriter")
+    assert WriterRegistry.get_attached_writers() == [writer]
+    assert [each.get_name() for each in WriterRegistry.get_annotators("ColorWriter")] == ["rgb", "distance_to_camera"]
+    WriterRegistry.detach("ColorWriter", [PRODUCT])
+    assert WriterRegistry.get_writer_render_products("ColorWriter") == [second]
+    assert writer.get_annotator("rgb").render_product == second
+    WriterRegistry.detach("BoxWriter")
+    assert writers.attached_writers() == (writer,)
+    WriterRegistry.detach("ColorWriter", second)
+    assert writers.attached_writers() == ()
+    assert WriterRegistry.get_attached_writer("ColorWriter") is None
+    WriterRegistry.attach("ColorWriter", PRODUCT, init_params={"output_dir": str(tmp_path)}, trigger=None)
+    WriterRegistry.detach_all()
+    assert writers.attached_writers() == ()

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from typing import Any
 
 from usdsdg.annotators import catalogue
-from usdsdg.annotators.annotator import Annotator, existing_products
+from usdsdg.annotators.annotator import Annotator, existing_products, render_product_paths
 from usdsdg.annotators.payload import check_layout
 from usdsdg.errors import Unsupported, WriterError
 from usdsdg.registry import near_misses
@@ -122,6 +122,17 @@ class Writer(ABC):
         self._scheduled = False
         if self in _attached:
             _attached.remove(self)
+
+    def leave(self, render_products: Any) -> None:
+        """See no more frames of `render_products`; without any left the writer is detached."""
+        gone = render_product_paths(render_products)
+        left = tuple(path for path in self._render_products if path not in gone)
+        if not left:
+            self.detach()
+        elif left != self._render_products:
+            self._render_products = left
+            for annotator in self.get_attached_annotators():
+                annotator.lend(left[0])
 
     def reset(self) -> None:
         """Count written frames from 0 again."""

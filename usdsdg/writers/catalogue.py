@@ -59,6 +59,11 @@ def register_writer(cls: type[Writer], category: str | None = None) -> None:
 
 
 def unregister_writer(name: str) -> None:
+    """Forget a writer; those that exist go on.
+
+    Raises:
+        WriterRegistryError: there is no such writer; the message lists near misses.
+    """
     registered.remove(name)
     _categories.pop(name, None)
 
@@ -101,14 +106,17 @@ class WriterRegistry:
 
     @staticmethod
     def attach(writer_name: str, render_products: Any, init_params: Mapping[str, Any] | None = None, **kw: Any) -> None:
-        """Make, initialise and attach a writer."""
+        """Make, initialise and attach a writer; errors as of `writers.get`, `Writer.initialize` and `Writer.attach`."""
         get(writer_name, init_params or {}, render_products, **kw)
 
     @staticmethod
     def detach(writer_name: str, render_products: Any = None) -> None:
-        """Detach every attached writer of that name."""
+        """Detach every attached writer of that name, from `render_products` (handles, paths, or a list) or from all."""
         for writer in WriterRegistry.get_attached_writers(writer_name):
-            writer.detach()
+            if render_products is None:
+                writer.detach()
+            else:
+                writer.leave(render_products)
 
     @staticmethod
     def get_attached_writers(writer_name: str | None = None) -> list[Writer]:
@@ -117,6 +125,7 @@ class WriterRegistry:
 
     @staticmethod
     def get_attached_writer(writer_name: str) -> Writer | None:
+        """The writer of that name that was attached first; None where there is none."""
         return next(iter(WriterRegistry.get_attached_writers(writer_name)), None)
 
     @staticmethod
