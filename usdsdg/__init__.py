@@ -11,6 +11,7 @@ from usdsdg import (
     create,
     distribution,
     functional,
+    get,
     modify,
     orchestrator,
     physics,
@@ -25,6 +26,7 @@ from usdsdg import (
 from usdsdg.annotators import AnnotatorRegistry, NodeConnectionTemplate
 from usdsdg.backends import BackendDispatch
 from usdsdg.graph.sampling import get_global_seed, set_global_seed
+from usdsdg.layers import new_layer
 from usdsdg.stage.context import open_stage
 from usdsdg.writers import BasicWriter, PoseWriter, Writer, WriterRegistry, WriterRegistryError
 
@@ -32,11 +34,11 @@ __version__ = "0.1.0"
 
 __all__ = [
     # what a scene is made of and what changes in it
-    "create", "modify", "randomizer", "physics", "distribution", "trigger", "functional", "rng",
+    "create", "get", "modify", "randomizer", "physics", "distribution", "trigger", "functional", "rng",
     # what comes out
     "annotators", "AnnotatorRegistry", "NodeConnectionTemplate", "annotators_default", "augmentations_default",
     "writers", "Writer", "WriterRegistry", "WriterRegistryError", "BasicWriter", "PoseWriter", "writers_default",
     "backends", "BackendDispatch",
     # what runs it
-    "orchestrator", "settings", "utils", "get_global_seed", "set_global_seed", "open_stage",
+    "orchestrator", "settings", "utils", "get_global_seed", "set_global_seed", "open_stage", "new_layer",
 ]  # fmt: skip

@@ -5,17 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
+from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 from usdsdg.distribution import draw
-from usdsdg.errors import BadPrim, GraphError
-from usdsdg.graph.evaluate import act, graph
-from usdsdg.graph.kinds import action, action_of
-from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, prim_paths
+from usdsdg.errors import GraphError
+from usdsdg.graph.evaluate import act
+from usdsdg.graph.kinds import action
+from usdsdg.graph.node import Node, ReplicatorItem, current_prims, prim_paths
 from usdsdg.modify.prims import prim_at, prims_of
+from usdsdg.physics_properties import drive_properties, physics_material
+from usdsdg.physics_steps import reset, simulate
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.schemas import physx
 from usdsdg.values import vector
+
+__all__ = ["collider", "drive_properties", "mass", "physics_material", "reset", "rigid_body", "simulate"]
 
 
 def _gprims(prim: Usd.Prim) -> list[Usd.Prim]:
@@ -140,14 +144,28 @@ def _write_mass(node: Node, execution: int) -> None:
 
 
 # The attributes of MassAPI that `mass` writes, by input.
-_MASS = {"mass": "CreateMassAttr", "density": "CreateDensityAttr", "centerOfMass": "CreateCenterOfMassAttr"}
+_MASS = {
+    "mass": "CreateMassAttr",
+    "density": "CreateDensityAttr",
+    "centerOfMass": "CreateCenterOfMassAttr",
+    "diagonalInertia": "CreateDiagonalInertiaAttr",
+    "principalAxes": "CreatePrincipalAxesAttr",
+}
 
 
 def _write_mass_property(node: Node, name: str, values: list[Any]) -> None:
     def find() -> list[Usd.Attribute]:
         return [getattr(UsdPhysics.MassAPI.Apply(prim), _MASS[name])() for prim in prims_of(node)]
 
-    if write_batch(node.state, name, find, values):
+    if name != "principalAxes" and write_batch(node.state, name, find, values):
         return
     for attribute, value in zip(find(), values):
-        attribute.Set(Gf.Vec3f(vector("center_of_mass", value)) if name == "centerOfMass" else float(value))
+        attribute.Set(_mass_value(name, value))
+
+
+def _mass_value(name: str, value: Any) -> Any:
+    if name == "principalAxes":
+        w, *xyz = vector("principal_axes", value, 4)
+        return Gf.Quatf(w, Gf.Vec3f(xyz)).GetNormalized()
+    words = {"centerOfMass": "center_of_mass", "diagonalInertia": "diagonal_inertia"}
+    return Gf.Vec3f(vector(words[name], value)) if name in words else float(value)

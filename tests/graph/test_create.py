@@ -1,0 +1,148 @@
+"""What `rep.create` leaves on the stage beyond shapes."""
+
+import numpy as np
+import pytest
+from pxr import Sdf, UsdGeom, UsdShade
+
+import usdsdg as rep
+from usdsdg import layers
+from usdsdg.errors import AssetNotFound, GraphError, Unsupported, UsdsdgWarning
+from usdsdg.graph import evaluate
+from usdsdg.stage import context, semantics
+from usdsdg.stage.cameras import read_camera
+
+
+@pytest.fixture
+def stage():
+    evaluate.reset()
+    rep.set_global_seed(2)
+    return context.new_stage()
+
+
+def shader_of(stage, path):
+    return UsdShade.Material(stage.GetPrimAtPath(path)).ComputeSurfaceSource("mdl")[0].GetPrim()
+
+
+def test_omnipbr_writes_the_inputs_that_are_given(stage, tmp_path):
+    picture = tmp_path / "wood.png"
+    picture.write_bytes(b"")
+    item = rep.create.material_omnipbr(
+        diffuse=(0.1, 0.2, 0.3), roughness=[0.2, 0.8], metallic=1.0, roughness_texture=str(picture),
+        emissive_color=(1, 0, 0), emissive_intensity=500, project_uvw=True, semantics=[("material", "wood")], count=2,
+    )  # fmt: skip
+    assert item.prims == ("/Replicator/Looks/OmniPBR", "/Replicator/Looks/OmniPBR_01")
+    for path, roughness in zip(item.prims, (0.2, 0.8)):
+        shader = shader_of(stage, path)
+        values = {a.GetName().removeprefix("inputs:"): a.Get() for a in shader.GetAuthoredAttributes()}
+        assert np.allclose(values["diffuse_color_constant"], (0.1, 0.2, 0.3))
+        assert values["reflection_roughness_constant"] == pytest.approx(roughness)
+        assert values["reflectionroughness_texture"].path == str(picture)
+        assert values["reflection_roughness_texture_influence"] == 1.0
+        assert (values["metallic_constant"], values["enable_emission"], values["project_uvw"]) == (1.0, True, True)
+        assert values["emissive_intensity"] == 500
+        assert "specular_level" not in values
+        preview = stage.GetPrimAtPath(f"{path}/PreviewSurface")
+        assert np.allclose(preview.GetAttribute("inputs:diffuseColor").Get(), (0.1, 0.2, 0.3))
+        assert semantics.get_labels(stage.GetPrimAtPath(path)) == {"material": ["wood"]}
+
+
+def test_omnipbr_draws_again_at_every_firing_and_can_be_bound(stage):
+    with rep.trigger.on_custom_event("go"):
+        looks = rep.create.material_omnipbr(diffuse=rep.distribution.uniform((0, 0, 0), (1, 1, 1)), count=4)
+    cubes = rep.create.cube(count=2, material=looks.prims[0])
+    seen = []
+    for _ in range(2):
+        rep.utils.send_og_event("go")
+        evaluate.graph().evaluate()
+        for path in looks.prims:
+            seen.append(tuple(shader_of(stage, path).GetAttribute("inputs:diffuse_color_constant").Get()))
+    assert len(set(seen)) == 8
+    bound = UsdShade.MaterialBindingAPI(stage.GetPrimAtPath(cubes.prims[1])).ComputeBoundMaterial()[0]
+    assert str(bound.GetPath()) == looks.prims[0]
+
+
+def test_what_omnipbr_does_not_take(stage):
+    with pytest.raises(AssetNotFound):
+        rep.create.material_omnipbr(diffuse_texture="/nowhere/wood.png")
+    with pytest.raises(ValueError, match="diffuse_color_constant"):
+        rep.create.material_omnipbr(diffuse=(1, 2))
+    with pytest.raises(Unsupported, match="material_omnipbr"):
+        rep.create.mdl_from_json({})
+
+
+def test_a_stereo_pair_is_its_baseline_apart_and_looks_one_way(stage):
+    pair = rep.create.stereo_camera(0.2, position=(1, 2, 3), look_at=(5, 2, 3), focal_length=30)
+    assert pair.prims == ("/Replicator/StereoCam",)
+    left, right = (read_camera(stage, f"/Replicator/StereoCam/StereoCam_{side}", (64, 48)) for side in "LR")
+    assert left.focal_length == right.focal_length == 30
+    # Seen by the left camera, the right one is on its right.
+    between = np.array(right.local_to_world)[3] @ left.world_to_camera
+    np.testing.assert_allclose(between[:3], (0.2, 0, 0), atol=1e-6)
+    np.testing.assert_allclose(left.local_to_world[:3, :3], right.local_to_world[:3, :3], atol=1e-9)
+    np.testing.assert_allclose(-left.local_to_world[2, :3], (1, 0, 0), atol=1e-6)
+    middle = (left.local_to_world[3, :3] + right.local_to_world[3, :3]) / 2
+    np.testing.assert_allclose(middle, (1, 2, 3), atol=1e-6)
+
+
+def test_a_stereo_pair_of_a_y_up_stage(stage):
+    UsdGeom.SetStageUpAxis(stage, "Y")
+    rep.create.stereo_camera(0.5, name="eye")
+    left, right = (read_camera(stage, f"/Replicator/StereoCam/eye_{side}", (64, 48)) for side in "LR")
+    assert (right.local_to_world[3, 0], left.local_to_world[3, 0]) == (0.25, -0.25)
+    with pytest.raises(GraphError, match="stereo_baseline is 'wide'"):
+        rep.create.stereo_camera("wide")
+
+
+@pytest.mark.parametrize("name", ["fisheyePolynomial", "fisheye_polynomial"])
+def test_other_lenses_are_authored_with_a_warning(stage, name):
+    with pytest.warns(UsdsdgWarning, match="no fisheyePolynomial lens"):
+        item = rep.create.camera(projection_type=name, fisheye_polynomial_b=0.003, fisheye_max_fov=180)
+    prim = stage.GetPrimAtPath(f"{item.prims[0]}/Camera")
+    values = {name: prim.GetAttribute(name).Get() for name in ("cameraProjectionType", "fthetaMaxFov", "fthetaPolyB")}
+    assert values == {
+        "cameraProjectionType": "fisheyePolynomial",
+        "fthetaMaxFov": 180,
+        "fthetaPolyB": pytest.approx(0.003),
+    }
+    assert read_camera(stage, prim.GetPath(), (8, 8)).projection_type == "fisheyePolynomial"
+
+
+def test_lenses_that_do_not_exist(stage):
+    with pytest.raises(GraphError, match="projection_type is 'wide'; expected one of pinhole"):
+        rep.create.camera(projection_type="wide")
+    with pytest.raises(Unsupported, match="tick_rate"):
+        rep.create.camera(tick_rate=30)
+    with pytest.raises(Unsupported, match=r"create\.render_product"):
+        rep.create.render_product_tiled([], (8, 8))
+
+
+def test_functions_of_scripts_join_create(stage):
+    def tower(height):
+        return rep.create.cube(count=height, position=[(0, 0, z) for z in range(height)])
+
+    rep.create.register(tower, fn_name="block_tower")
+    assert len(rep.create.block_tower(4).prims) == 4
+    del rep.create.block_tower
+
+
+def test_a_layer_holds_what_a_script_adds_and_is_emptied_by_the_next_run(stage):
+    for _ in range(2):
+        with layers.new_layer():
+            cubes = rep.create.cube(count=2)
+            with rep.trigger.on_frame():
+                rep.modify.pose(position=rep.distribution.uniform((0, 0, 0), (1, 1, 1)), input_prims=cubes)
+        assert cubes.prims == ("/Replicator/Cube_Xform", "/Replicator/Cube_Xform_01")
+    assert stage.GetEditTarget().GetLayer() == stage.GetRootLayer()
+    (identifier,) = stage.GetRootLayer().subLayerPaths
+    assert Sdf.Layer.Find(identifier).GetPrimAtPath("/Replicator/Cube_Xform")
+    assert not stage.GetRootLayer().GetPrimAtPath("/Replicator")
+    assert len(evaluate.graph().triggers) == 1
+    with layers.new_layer("Mine"):
+        pass
+    assert len(stage.GetRootLayer().subLayerPaths) == 2
+
+
+def test_an_error_in_a_layer_is_raised(stage):
+    with pytest.raises(GraphError, match="count is -1"), layers.new_layer():
+        rep.create.cube(count=-1)
+    assert stage.GetEditTarget().GetLayer() == stage.GetRootLayer()

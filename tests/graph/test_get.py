@@ -1,0 +1,95 @@
+"""Prims found by path, type and labels."""
+
+import pytest
+
+import usdsdg as rep
+from usdsdg import get
+from usdsdg.errors import BadPrim, GraphError, UsdsdgWarning
+from usdsdg.graph import evaluate
+from usdsdg.stage import context
+
+
+@pytest.fixture
+def stage():
+    evaluate.reset()
+    stage = context.new_stage()
+    rep.create.cube(count=2, semantics=[("class", "crate")])
+    rep.create.sphere(semantics=[("class", "ball"), ("color", "red")], as_mesh=False)
+    rep.create.light(light_type="Dome")
+    rep.create.camera()
+    return stage
+
+
+def test_paths_match_as_patterns_and_as_text(stage):
+    assert get.prims(path_pattern=r"cube_xform(_\d+)?$").prims == (
+        "/Replicator/Cube_Xform",
+        "/Replicator/Cube_Xform_01",
+    )
+    assert get.prims(path_match="cube_", path_pattern_exclusion="_01").prims == (
+        "/Replicator/Cube_Xform",
+        "/Replicator/Cube_Xform/Cube",
+    )
+    assert get.prims(path_match="cube_", ignore_case=False).prims == ()
+
+
+def test_types_and_labels(stage):
+    assert get.prims(prim_types=["mesh", "SPHERE"]).prims == (
+        "/Replicator/Cube_Xform/Cube",
+        "/Replicator/Cube_Xform_01/Cube",
+        "/Replicator/Sphere_Xform/Sphere",
+    )
+    assert get.prims(semantics=[("class", "ball")]).prims == ("/Replicator/Sphere_Xform",)
+    labelled = get.prims(semantics=[("class", "crate"), ("class", "ball")], semantics_exclusion=("color", "red"))
+    assert labelled.prims == ("/Replicator/Cube_Xform", "/Replicator/Cube_Xform_01")
+
+
+@pytest.mark.parametrize(
+    ("kind", "found"),
+    [
+        ("mesh", ["/Replicator/Cube_Xform/Cube", "/Replicator/Cube_Xform_01/Cube"]),
+        ("shape", ["/Replicator/Sphere_Xform/Sphere"]),
+        ("light", ["/Replicator/DomeLight_Xform/DomeLight"]),
+        ("camera", ["/Replicator/Camera_Xform/Camera"]),
+        ("scope", ["/Replicator"]),
+        ("skeleton", []),
+    ],
+)
+def test_each_type_has_a_function(stage, kind, found):
+    assert list(getattr(get, kind)().prims) == found
+    assert getattr(get, kind)(path_pattern="nowhere").prims == ()
+
+
+def test_what_is_found_can_be_acted_on(stage):
+    with get.mesh(path_match="01"):
+        rep.modify.pose(position=(1, 2, 3))
+    evaluate.graph().evaluate()
+    child = stage.GetPrimAtPath("/Replicator/Cube_Xform_01/Cube")
+    assert child.GetAttribute("xformOp:translate").Get() == (1, 2, 3)
+    # The graph is on the stage, and its nodes are no objects to be randomized.
+    assert get.prims(path_match="Ogn").prims == ()
+    assert get.graph().prims == ("/Replicator/SDGPipeline",)
+
+
+def test_prims_at_paths(stage):
+    both = get.prim_at_path(["/Replicator/Cube_Xform", stage.GetPrimAtPath("/World")])
+    assert both.prims == ("/Replicator/Cube_Xform", "/World")
+    with pytest.raises(BadPrim, match="/World/nowhere"):
+        get.prim_at_path("/World/nowhere")
+
+
+def test_bad_patterns_and_what_is_ignored_is_said(stage):
+    with pytest.raises(GraphError, match="no regular expression"):
+        get.prims(path_pattern="(")
+    with pytest.warns(UsdsdgWarning, match="cache_result=False is ignored"):
+        get.prims(cache_result=False)
+
+
+def test_functions_of_scripts_join_the_family(stage):
+    def crates():
+        return get.prims(semantics=[("class", "crate")])
+
+    get.register(crates)
+    assert len(get.crates().prims) == 2
+    with pytest.raises(ValueError, match="'crates' exists"):
+        get.register(crates, override=False)
+    del get.crates

@@ -1,0 +1,131 @@
+"""Helpers beside the families."""
+
+import numpy as np
+import pytest
+from pxr import Gf, Usd, UsdGeom
+
+import usdsdg as rep
+from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported
+from usdsdg.graph import evaluate
+from usdsdg.stage import context
+
+
+@pytest.fixture
+def stage():
+    evaluate.reset()
+    return context.new_stage()
+
+
+def test_boxes_and_transforms_of_prims(stage):
+    cube = rep.create.cube(position=(1, 2, 3), scale=2, rotation=(0, 0, 45))
+    cache = UsdGeom.BBoxCache(0, [UsdGeom.Tokens.default_])
+    half = np.sqrt(2)
+    expected = (1 - half, 2 - half, 2, 1 + half, 2 + half, 4)
+    np.testing.assert_allclose(rep.utils.compute_aabb(cache, cube.prims[0]), expected, atol=1e-6)
+    child = stage.GetPrimAtPath(f"{cube.prims[0]}/Cube")
+    np.testing.assert_allclose(rep.utils.compute_aabb(cache, child, include_children=False), expected, atol=1e-6)
+    nothing = rep.utils.compute_aabb(cache, cube.prims[0], include_children=False)
+    assert nothing.tolist() == [np.inf] * 3 + [-np.inf] * 3
+    assert rep.utils.read_prim_transform(child).ExtractTranslation() == Gf.Vec3d(1, 2, 3)
+
+
+def test_prims_below_and_their_variants(stage):
+    cube = rep.create.cube()
+    copy = stage.DefinePrim("/World/copy")
+    copy.GetReferences().AddInternalReference(cube.prims[0])
+    copy.SetInstanceable(True)
+    assert rep.utils.find_prims(["/World"]) == ["/World/copy"]
+    assert rep.utils.find_prims("/World", mode="prototypes") == [str(copy.GetPrototype().GetPath())]
+    assert rep.utils.find_prims("/Replicator", mode="meshes") == [f"{cube.prims[0]}/Cube"]
+    assert rep.utils.get_non_xform_prims(cube) == [f"{cube.prims[0]}/Cube"]
+    assert rep.utils.get_prims_from_paths(["/World"]) == [stage.GetPrimAtPath("/World")]
+    with pytest.raises(GraphError, match="mode='shapes'; known: instances"):
+        rep.utils.find_prims("/World", mode="shapes")
+    colours = copy.GetVariantSets().AddVariantSet("colour")
+    colours.AddVariant("red")
+    assert rep.utils.get_prim_variant_values("/World/copy", "colour") == ["red"]
+    with pytest.raises(BadPrim, match="no variant set 'size'; it has: colour"):
+        rep.utils.get_prim_variant_values("/World/copy", "size")
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "deep").mkdir()
+    for name in ("b_crate.usd", "a_crate.usda", "deep/c_crate.usdc", "notes.txt"):
+        file = tmp_path / name
+        if file.suffix == ".txt":
+            file.write_text("")
+        else:
+            layer = Usd.Stage.CreateNew(str(file))
+            layer.SetDefaultPrim(layer.DefinePrim("/Crate", "Cube"))
+            layer.Save()
+    for name in ("rust_Diffuse.PNG", "rust_normal.png", "moss_diffuse.png", "rust_diffuse.jpg"):
+        (tmp_path / name).write_text("")
+    return tmp_path
+
+
+def test_usd_files_of_a_folder(folder):
+    def names(**options):
+        return [path.rsplit("/", 1)[-1] for path in rep.utils.get_usd_files(str(folder), **options)]
+
+    assert names() == ["a_crate.usda", "b_crate.usd"]
+    assert names(recursive=True) == ["a_crate.usda", "b_crate.usd", "c_crate.usdc"]
+    assert names(path_filter="b_") == ["b_crate.usd"]
+    with pytest.raises(GraphError, match="no regular expression"):
+        names(path_filter="(")
+    with pytest.raises(AssetNotFound):
+        rep.utils.get_usd_files(str(folder / "nowhere"))
+
+
+def test_textures_that_belong_together(folder):
+    groups = rep.utils.get_files_group(str(folder))
+    assert [sorted(group) for group in groups] == [["diffuse"], ["diffuse", "normal"]]
+    assert groups[1]["diffuse"].endswith("rust_Diffuse.PNG")
+    assert len(rep.utils.get_files_group(str(folder), ["diffuse"], ignore_case=False)) == 1
+
+
+def test_references_of_a_folder(stage, folder):
+    item = rep.create.from_dir(str(folder), recursive=True, semantics=[("class", "crate")])
+    assert len(item.prims) == 3
+    assert all(stage.GetPrimAtPath(f"{path}/Ref").GetTypeName() == "Cube" for path in item.prims)
+    with pytest.raises(AssetNotFound, match="no USD file that matches 'barrel'"):
+        rep.create.from_dir(str(folder), path_filter="barrel")
+
+
+def test_nodes_made_by_type_run_and_can_be_retargeted(stage):
+    cubes = rep.create.cube(count=2)
+    assert not rep.utils.get_replicator_graph_exists()
+    first, second = cubes.prims
+    node = rep.utils.create_node(
+        "omni.replicator.core.OgnWritePose", input_prims=first, **{"inputs:position": (1.0, 0.0, 0.0)}
+    )
+    assert rep.utils.get_replicator_graph_exists()
+    assert rep.utils.get_graph().GetPath() == "/Replicator/SDGPipeline"
+    assert rep.utils.get_node_targets(node, "inputs:prims") == [first]
+    rep.utils.set_target_prims(node, "inputs:prims", [second])
+    evaluate.graph().evaluate()
+    assert [
+        stage.GetPrimAtPath(path).GetAttribute("xformOp:translate").Get() == (1, 0, 0) for path in (first, second)
+    ] == [False, True]
+    authored = stage.GetPrimAtPath(node.path).GetRelationship("inputs:prims").GetTargets()
+    assert [str(path) for path in authored] == [second]
+    with pytest.raises(Unsupported, match=r"no node type 'my\.OgnNode'"):
+        rep.utils.create_node("my.OgnNode")
+    with pytest.raises(Unsupported, match="one graph per stage"):
+        rep.utils.get_graph("/World/graph")
+
+
+def test_order_is_the_order_of_the_script(stage):
+    cube = rep.create.cube()
+    with rep.utils.sequential():
+        first = rep.modify.pose(position=1, input_prims=cube)
+        second = rep.modify.pose(position=2, input_prims=cube)
+    rep.utils.auto_connect(first, second)
+    with pytest.raises(Unsupported, match="made before"):
+        rep.utils.auto_connect(second, first)
+
+    @rep.utils.ReplicatorWrapper
+    def lifted(height):
+        return rep.modify.pose(position_z=height, input_prims=cube).node
+
+    assert lifted(3).prims == cube.prims

@@ -1,0 +1,32 @@
+"""Prims made by scripts. Mirrors `rep.create`.
+
+An object is an Xform `/Replicator/<Type>_Xform[_NN]` that carries pose and labels, with one child `<Type>` that carries
+geometry or light. Constant arguments are written at once; distributions become nodes under the current trigger.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from usdsdg.create.cameras import camera, render_product_tiled, stereo_camera
+from usdsdg.create.groups import group, xform
+from usdsdg.create.lights import light
+from usdsdg.create.materials import material_omnipbr, mdl_from_json
+from usdsdg.create.references import from_dir, from_usd
+from usdsdg.create.shapes import cone, cube, cylinder, disk, plane, sphere, torus
+from usdsdg.render_product import render_product
+from usdsdg.user_functions import enter
+
+__all__ = [
+    "camera", "cone", "cube", "cylinder", "disk", "from_dir", "from_usd", "group", "light", "material_omnipbr",
+    "mdl_from_json", "plane", "register", "render_product", "render_product_tiled", "sphere", "stereo_camera", "torus",
+    "xform",
+]  # fmt: skip
+
+
+def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None = None) -> None:
+    """Make `rep.create.<name>` call `fn`.
+
+    Raises:
+        ValueError: the name is no identifier, or taken while `override` is False.
+    """
+    enter(globals(), "create", fn, override, fn_name)

@@ -1,0 +1,210 @@
+"""Cameras of all of Omniverse's lens models. Mirrors `rep.create.camera` and `stereo_camera`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pxr import Gf, Sdf, Usd, UsdGeom
+
+from usdsdg import modify
+from usdsdg.create.objects import ROOT, new_object, posed
+from usdsdg.errors import BadPrim, GraphError, Unsupported, warn_once
+from usdsdg.graph.node import ReplicatorItem, prim_paths
+from usdsdg.stage import paths, transforms
+from usdsdg.stage.context import current_stage
+from usdsdg.values import count_of, vector
+
+PROJECTIONS = (
+    "pinhole", "pinholeOpenCV", "fisheyePolynomial", "fisheyeSpherical", "fisheyeKannalaBrandtK3", "fisheyeOpenCV",
+    "fisheyeRadTanThinPrism", "omniDirectionalStereo", "generalizedProjection",
+)  # fmt: skip
+# Removed from Replicator in 1.11.21; scripts for 4.2 still say them.
+OLD_PROJECTIONS = ("fisheyeOrthographic", "fisheyeEquidistant", "fisheyeEquisolid")
+
+_OPTICS = {
+    "focal_length": "focalLength",
+    "focus_distance": "focusDistance",
+    "f_stop": "fStop",
+    "horizontal_aperture": "horizontalAperture",
+    "horizontal_aperture_offset": "horizontalApertureOffset",
+    "vertical_aperture_offset": "verticalApertureOffset",
+}
+# Attributes of Omniverse's own lens models.
+_LENS = {
+    "fisheye_nominal_width": "fthetaWidth",
+    "fisheye_nominal_height": "fthetaHeight",
+    "fisheye_optical_centre_x": "fthetaCx",
+    "fisheye_optical_centre_y": "fthetaCy",
+    "openCV_focal_x": "openCVFx",
+    "openCV_focal_y": "openCVFy",
+    "fisheye_max_fov": "fthetaMaxFov",
+    **{f"fisheye_polynomial_{letter}": f"fthetaPoly{letter.upper()}" for letter in "abcdef"},
+    **{f"fisheye_{name}": name for name in ("p0", "p1", "s0", "s1", "s2", "s3")},
+}
+
+
+def camera(
+    position: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    focal_length: Any = 24.0, focus_distance: Any = 400.0, f_stop: Any = 0.0, horizontal_aperture: Any = 20.955,
+    horizontal_aperture_offset: Any = 0.0, vertical_aperture_offset: Any = 0.0,
+    clipping_range: tuple[float, float] = (1.0, 1000000.0), projection_type: str = "pinhole",
+    fisheye_nominal_width: Any = 1936.0, fisheye_nominal_height: Any = 1216.0,
+    fisheye_optical_centre_x: Any = 970.94244, fisheye_optical_centre_y: Any = 600.37482,
+    openCV_focal_x: Any = 731.78788, openCV_focal_y: Any = 731.78789, fisheye_max_fov: Any = 200.0,
+    fisheye_polynomial_a: Any = 0.0, fisheye_polynomial_b: Any = 0.00245, fisheye_polynomial_c: Any = 0.0,
+    fisheye_polynomial_d: Any = 0.0, fisheye_polynomial_e: Any = 0.0, fisheye_polynomial_f: Any = 0.0,
+    fisheye_p0: Any = -0.00037, fisheye_p1: Any = -0.00074, fisheye_s0: Any = -0.00058, fisheye_s1: Any = -0.00022,
+    fisheye_s2: Any = 0.00019, fisheye_s3: Any = -0.0002, cross_camera_reference_name: Any = None,
+    count: int = 1, parent: Any = None, name: str | None = None, *, tick_rate: Any = None,
+) -> ReplicatorItem:  # fmt: skip
+    """Cameras. Focal length and apertures are in tenths of a stage unit, distances in stage units.
+
+    In a Z-up stage the camera looks along its object's +X with +Z up, as in Replicator: the child carries the fixed
+    rotation that makes it so.
+
+    Args:
+        f_stop: 0 switches depth of field off.
+        projection_type: camelCase or snake_case. The renderer has the pinhole; the attributes of other lenses are
+            authored with a warning, and rendering refuses such a camera.
+        fisheye_nominal_width: pixels, as are nominal height, optical centre and OpenCV focal lengths.
+        fisheye_max_fov: degrees.
+        cross_camera_reference_name: the other camera of a stereo pair, for cross correspondence.
+
+    Raises:
+        GraphError: an unknown projection, or a clipping range that is not two numbers.
+        Unsupported: `tick_rate` (6.0); capture at other rates with rep.trigger.on_time.
+    """
+    lens = dict(locals())
+    _no_tick_rate(tick_rate)
+    stage = current_stage()
+    objects, cameras = [], []
+    for _ in range(count_of(count)):
+        prim, child = new_object("Camera", name, parent)
+        objects.append(prim)
+        cameras.append(_camera_at(stage, child))
+    item = posed(
+        objects, position=position, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
+        kind="OgnCreateCamera", name=name,
+    )  # fmt: skip
+    _write_lens(cameras, lens)
+    return item
+
+
+def stereo_camera(
+    stereo_baseline: Any, position: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    focal_length: Any = 24.0, focus_distance: Any = 400.0, f_stop: Any = 0.0, horizontal_aperture: Any = 20.955,
+    horizontal_aperture_offset: Any = 0.0, vertical_aperture_offset: Any = 0.0,
+    clipping_range: tuple[float, float] = (1.0, 1000000.0), projection_type: str = "pinhole",
+    fisheye_nominal_width: Any = 1936.0, fisheye_nominal_height: Any = 1216.0,
+    fisheye_optical_centre_x: Any = 970.94244, fisheye_optical_centre_y: Any = 600.37482,
+    openCV_focal_x: Any = 731.78788, openCV_focal_y: Any = 731.78789, fisheye_max_fov: Any = 200.0,
+    fisheye_polynomial_a: Any = 0.0, fisheye_polynomial_b: Any = 0.00245, fisheye_polynomial_c: Any = 0.0,
+    fisheye_polynomial_d: Any = 0.0, fisheye_polynomial_e: Any = 0.0, fisheye_polynomial_f: Any = 0.0,
+    fisheye_p0: Any = -0.00037, fisheye_p1: Any = -0.00074, fisheye_s0: Any = -0.00058, fisheye_s1: Any = -0.00022,
+    fisheye_s2: Any = 0.00019, fisheye_s3: Any = -0.0002, cross_camera_reference_name: Any = None,
+    count: int = 1, name: str | None = None, parent: Any = None,
+) -> ReplicatorItem:  # fmt: skip
+    """Pairs of cameras: an Xform `/Replicator/StereoCam` with the children `<name>_L` and `<name>_R`.
+
+    The pair is posed as one. Both look the same way, `stereo_baseline` [stage units] apart, the left one on the left of
+    the picture. All other arguments are those of `camera`.
+
+    Raises:
+        GraphError: `stereo_baseline` is no number, or as for `camera`.
+    """
+    lens = dict(locals())
+    try:
+        half = float(stereo_baseline) / 2
+    except (TypeError, ValueError):
+        raise GraphError(f"stereo_baseline is {stereo_baseline!r}; expected a number") from None
+    stage = current_stage()
+    # Pictures have their right on +X of the child camera: -Y of the object in a Z-up stage.
+    right = Gf.Vec3d(0, -1, 0) if transforms.up_axis(stage) == "Z" else Gf.Vec3d(1, 0, 0)
+    pairs, cameras = [], []
+    for _ in range(count_of(count)):
+        pairs.append(_stereo_xform(stage, parent))
+        for side, shift in (("L", -half), ("R", half)):
+            made = _camera_at(stage, f"{pairs[-1].GetPath()}/{name or 'StereoCam'}_{side}")
+            transforms.author_pose(made, translate=right * shift)
+            cameras.append(made)
+    item = posed(
+        pairs, position=position, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
+        kind="OgnCreateStereoCamera", name=name,
+    )  # fmt: skip
+    _write_lens(cameras, lens)
+    return item
+
+
+def render_product_tiled(
+    cameras: Any, tile_resolution: Any, force_new: bool = False, name: str | None = None
+) -> ReplicatorItem:
+    """Not available: every camera has a picture of its own."""
+    raise Unsupported(
+        "create.render_product_tiled: pictures of several cameras are not tiled into one; give the cameras to "
+        "create.render_product, which makes one product each"
+    )
+
+
+def _no_tick_rate(tick_rate: Any) -> None:
+    if tick_rate is not None:
+        raise Unsupported(
+            "create.camera: tick_rate is not available; leave it out and capture with rep.trigger.on_time"
+        )
+
+
+def _camera_at(stage: Usd.Stage, path: str) -> Usd.Prim:
+    made = UsdGeom.Camera.Define(stage, path)
+    if transforms.up_axis(stage) == "Z":
+        made.AddRotateXYZOp().Set(Gf.Vec3f(90, 0, -90))
+    return made.GetPrim()
+
+
+def _stereo_xform(stage: Usd.Stage, parent: Any) -> Usd.Prim:
+    root = prim_paths(parent)[0] if parent is not None else ROOT
+    if parent is None and not stage.GetPrimAtPath(ROOT):
+        stage.DefinePrim(ROOT, "Scope")
+    if not stage.GetPrimAtPath(root):
+        raise BadPrim(f"create.stereo_camera: parent {root} is not on the stage")
+    prim = stage.DefinePrim(paths.next_free_path(stage, f"{root}/StereoCam"), "Xform")
+    prim.CreateAttribute("replicatorXform", Sdf.ValueTypeNames.Bool, custom=True).Set(True)
+    return prim
+
+
+def _write_lens(cameras: list[Usd.Prim], lens: dict[str, Any]) -> None:
+    """Write what `camera`'s arguments say of the lens; those of other lens models only where there is one."""
+    projection = projection_of(lens["projection_type"])
+    near, far = vector("clipping_range", lens["clipping_range"], 2)
+    for prim in cameras:
+        UsdGeom.Camera(prim).CreateClippingRangeAttr(Gf.Vec2f(near, far))
+    written = dict(_OPTICS)
+    if projection != "pinhole":
+        warn_once(
+            f"create.camera: the renderer has no {projection} lens; the attributes are authored, and a picture by this "
+            "camera is refused. Use projection_type='pinhole' to render."
+        )
+        written |= _LENS
+        for prim in cameras:
+            prim.CreateAttribute("cameraProjectionType", Sdf.ValueTypeNames.Token, custom=False).Set(projection)
+            for attribute in _LENS.values():
+                prim.CreateAttribute(attribute, Sdf.ValueTypeNames.Float, custom=False)
+    if cameras:
+        for argument, attribute in written.items():
+            modify.apply_or_schedule(attribute, lens[argument], cameras)
+    others = lens["cross_camera_reference_name"]
+    for index, prim in enumerate(cameras if others is not None else ()):
+        other = others[index] if isinstance(others, list) and len(others) == len(cameras) else others
+        prim.CreateAttribute("crossCameraReferenceName", Sdf.ValueTypeNames.String, custom=False).Set(str(other))
+
+
+def projection_of(name: Any) -> str:
+    """A lens model's name in camelCase.
+
+    Raises:
+        GraphError: there is none of that name.
+    """
+    first, *others = str(name).split("_")
+    known = first + "".join(part[:1].upper() + part[1:] for part in others)
+    by_folded = {each.lower(): each for each in (*PROJECTIONS, *OLD_PROJECTIONS)}
+    if known.lower() not in by_folded:
+        raise GraphError(f"projection_type is {name!r}; expected one of {', '.join(PROJECTIONS)}")
+    return by_folded[known.lower()]

@@ -1,0 +1,108 @@
+"""Materials. Mirrors `rep.create.material_omnipbr`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pxr import Sdf
+
+from usdsdg import modify
+from usdsdg.distribution import Distribution, draw
+from usdsdg.errors import Unsupported
+from usdsdg.graph.evaluate import act
+from usdsdg.graph.kinds import action
+from usdsdg.graph.node import Node, ReplicatorItem, plain
+from usdsdg.modify import prim_at
+from usdsdg.modify.numbers import draw_numbers
+from usdsdg.stage import materials, paths
+from usdsdg.stage.context import current_stage
+from usdsdg.values import count_of
+
+LOOKS = "/Replicator/Looks"
+
+
+def material_omnipbr(
+    diffuse: Any = None, diffuse_texture: Any = None, roughness: Any = None, roughness_texture: Any = None,
+    metallic: Any = None, metallic_texture: Any = None, specular: Any = None, emissive_color: Any = None,
+    emissive_texture: Any = None, emissive_intensity: Any = 0.0, project_uvw: Any = False, semantics: Any = None,
+    count: int = 1,
+) -> ReplicatorItem:  # fmt: skip
+    """`count` OmniPBR materials under `/Replicator/Looks`, with a UsdPreviewSurface beside each shader.
+
+    Every value is one for all materials, a list of one per material, or a distribution, which is drawn again at every
+    firing of the enclosing trigger.
+
+    Args:
+        diffuse: linear colour.
+        diffuse_texture: file or URL, as are the other textures. A roughness or metallic texture replaces the constant.
+        roughness: 0 (mirror) to 1.
+        metallic: 0 or 1, or between.
+        specular: level of the reflection of non-metals, 0.5 for common plastics.
+        emissive_color: linear colour; this, a texture or an intensity switches emission on.
+        emissive_intensity: nits.
+        project_uvw: textures are projected along the axes of the object instead of using its UVs.
+
+    Raises:
+        GraphError: `count` is no whole number, or negative.
+        AssetNotFound: a texture does not exist.
+        GraphError: a value has the wrong length. BadValue: it has the wrong type.
+    """
+    inputs = {
+        "diffuse_color_constant": diffuse,
+        "diffuse_texture": diffuse_texture,
+        "reflection_roughness_constant": roughness,
+        "reflectionroughness_texture": roughness_texture,
+        "reflection_roughness_texture_influence": None if roughness_texture is None else 1.0,
+        "metallic_constant": metallic,
+        "metallic_texture": metallic_texture,
+        "metallic_texture_influence": None if metallic_texture is None else 1.0,
+        "specular_level": specular,
+        "emissive_color": emissive_color,
+        "emissive_color_texture": emissive_texture,
+    }
+    constant_zero = not isinstance(emissive_intensity, (Distribution, list)) and not emissive_intensity
+    if emissive_color is not None or emissive_texture is not None or not constant_zero:
+        inputs |= {"enable_emission": True, "emissive_intensity": emissive_intensity}
+    if isinstance(project_uvw, Distribution) or project_uvw:
+        inputs["project_uvw"] = project_uvw
+    given = {name: plain(value) for name, value in inputs.items() if value is not None}
+    item = ReplicatorItem(Node(kind="OgnCreateMaterial", prims=tuple(_new_looks(count_of(count)))))
+    now = {name: value for name, value in given.items() if not isinstance(value, Distribution)}
+    later = {name: value for name, value in given.items() if name not in now}
+    _write_inputs(Node(kind="OgnWriteMaterialInputs", inputs=now, prims=item.prims), 0)
+    if later:
+        act("OgnWriteMaterialInputs", item, attribute=",".join(later), **later)
+    if semantics is not None:
+        modify.semantics(semantics, input_prims=item)
+    return item
+
+
+def _new_looks(count: int) -> list[str]:
+    stage = current_stage()
+    if not stage.GetPrimAtPath(LOOKS):
+        stage.DefinePrim("/Replicator", "Scope")
+        stage.DefinePrim(LOOKS, "Scope")
+    made = []
+    for _ in range(count):
+        made.append(paths.next_free_path(stage, f"{LOOKS}/OmniPBR"))
+        materials.define_mdl(stage, made[-1], "OmniPBR.mdl")
+    return made
+
+
+@action("OgnWriteMaterialInputs")
+def _write_inputs(node: Node, execution: int) -> None:
+    for name, value in node.inputs.items():
+        if name == "attribute":
+            continue
+        scalar = materials.OMNI_PBR_INPUTS[name] == Sdf.ValueTypeNames.Float
+        column = draw_numbers(name, node, execution).tolist() if scalar else draw(value, node, execution, name)
+        for path, one in zip(node.prims, column):
+            materials.set_input(prim_at(path), name, one)
+
+
+def mdl_from_json(material_def: Any = None, material_def_path: str | None = None) -> ReplicatorItem:
+    """Not available: MDL shader graphs are not compiled here."""
+    raise Unsupported(
+        "create.mdl_from_json: MDL shader graphs are not compiled; use create.material_omnipbr, or "
+        "functional.create.material for another MDL module"
+    )

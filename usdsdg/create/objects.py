@@ -1,0 +1,58 @@
+"""Objects: an Xform `/Replicator/<Type>_Xform[_NN]` that carries pose and labels, with one child `<Type>`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from pxr import Sdf, Usd
+
+from usdsdg import modify
+from usdsdg.errors import BadPrim
+from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
+from usdsdg.stage import paths
+from usdsdg.stage.context import current_stage
+
+ROOT = "/Replicator"
+
+
+def new_object(kind: str, name: str | None, parent: Any) -> tuple[Usd.Prim, str]:
+    """A new object Xform and the path its child shall have."""
+    stage = current_stage()
+    root = prim_paths(parent)[0] if parent is not None else ROOT
+    if parent is None and not stage.GetPrimAtPath(ROOT):
+        stage.DefinePrim(ROOT, "Scope")
+    if not stage.GetPrimAtPath(root):
+        raise BadPrim(f"create.{kind.lower()}: parent {root} is not on the stage")
+    label = name or kind
+    path = paths.next_free_path(stage, f"{root}/{label}_Xform")
+    prim = stage.DefinePrim(path, "Xform")
+    prim.CreateAttribute("replicatorXform", Sdf.ValueTypeNames.Bool, custom=True).Set(True)
+    return prim, f"{path}/{label}"
+
+
+def posed(
+    objects: Sequence[Usd.Prim],
+    *,
+    position: Any = None,
+    rotation: Any = None,
+    scale: Any = None,
+    look_at: Any = None,
+    look_at_up_axis: Any = None,
+    pivot: Any = None,
+    semantics: Any = None,
+    visible: Any = True,
+    kind: str,
+    name: str | None = None,
+) -> ReplicatorItem:
+    """Write or schedule what all objects have in common and return their handle."""
+    item = ReplicatorItem(Node(kind=kind, prims=tuple(str(prim.GetPath()) for prim in objects), name=name))
+    modify.apply_or_schedule_pose(
+        item, position=position, pivot=pivot, rotation=rotation, scale=scale, look_at=look_at,
+        look_at_up_axis=look_at_up_axis,
+    )  # fmt: skip
+    if semantics is not None:
+        modify.semantics(semantics, input_prims=item)
+    if visible is not True:
+        modify.visibility(visible, input_prims=item)
+    return item

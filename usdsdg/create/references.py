@@ -1,0 +1,64 @@
+"""Assets from files. Mirrors `rep.create.from_usd` and `from_dir`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from usdsdg import modify
+from usdsdg.create.objects import new_object, posed
+from usdsdg.errors import AssetError, AssetNotFound
+from usdsdg.files import usd_files
+from usdsdg.graph.node import Node, ReplicatorItem
+from usdsdg.stage import assets
+from usdsdg.stage.context import current_stage
+from usdsdg.values import count_of
+
+
+def from_usd(
+    usd: str, position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None,
+    look_at_up_axis: Any = None, semantics: Any = None, count: int = 1, name: str | None = "Ref", parent: Any = None,
+) -> ReplicatorItem:  # fmt: skip
+    """`count` references to a USD file: `/Replicator/Ref_Xform/Ref`.
+
+    Raises:
+        AssetError: the file is missing or has no prim to reference.
+    """
+    stage, file = current_stage(), assets.resolve(usd)
+    objects = []
+    for _ in range(count_of(count)):
+        prim, child = new_object("Ref", name, parent)
+        reference = stage.DefinePrim(child)
+        if not reference.GetReferences().AddReference(file):
+            raise AssetError(f"create.from_usd: {file} cannot be referenced at {child}")
+        objects.append(prim)
+    return posed(
+        objects, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
+        semantics=semantics, kind="OgnCreateFromUsd", name=name,
+    )  # fmt: skip
+
+
+def from_dir(
+    dir_path: str, recursive: bool = False, path_filter: str | None = None, semantics: Any = None
+) -> ReplicatorItem:
+    """One reference to each USD file of a folder, in the order of their paths.
+
+    Args:
+        dir_path: a folder, or a URL below the assets root.
+        recursive: also those of the folders inside.
+        path_filter: regular expression that is searched in the path; others are left out.
+        semantics: labels of all, or a list of one per file.
+
+    Raises:
+        AssetNotFound: there is no such folder, or no file that matches.
+        GraphError: `path_filter` is no regular expression.
+    """
+    found = usd_files(dir_path, recursive=recursive, path_filter=path_filter)
+    if not found:
+        raise AssetNotFound(
+            f"create.from_dir: {dir_path} has no USD file" + (f" that matches {path_filter!r}" if path_filter else "")
+        )
+    made = [path for file in found for path in from_usd(file).prims]
+    item = ReplicatorItem(Node(kind="OgnGroup", prims=tuple(made)))
+    if semantics is not None:
+        modify.semantics(semantics, input_prims=item)
+    return item

@@ -1,0 +1,33 @@
+"""Files of a folder, by what they are for."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from usdsdg.errors import AssetNotFound, GraphError
+from usdsdg.stage import assets
+
+USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+
+
+def usd_files(folder: str, *, recursive: bool = False, path_filter: str | None = None) -> list[str]:
+    """Paths of the USD files in a folder (or in a URL below the assets root), sorted.
+
+    Args:
+        recursive: also those of the folders inside.
+        path_filter: regular expression that is searched in the path; others are left out.
+
+    Raises:
+        AssetNotFound: there is no such folder.
+        GraphError: `path_filter` is no regular expression.
+    """
+    root = Path(assets.resolve(folder))
+    if not root.is_dir():
+        raise AssetNotFound(f"{folder} is a file, not a folder")
+    try:
+        wanted = re.compile(path_filter or "")
+    except re.error as error:
+        raise GraphError(f"path_filter is {path_filter!r}, which is no regular expression: {error}") from error
+    found = [path for path in root.glob("**/*" if recursive else "*") if path.suffix.lower() in USD_SUFFIXES]
+    return sorted(str(path) for path in found if wanted.search(str(path)))
