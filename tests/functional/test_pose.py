@@ -217,6 +217,33 @@ def test_poses_go_to_the_layer_that_is_edited(stage, cubes):
     assert stage.GetRootLayer().GetAttributeAtPath("/World/Cube.xformOp:translate").default == Gf.Vec3d(3, 0, 0)
 
 
+def test_only_what_is_written_is_added_to_the_layer(stage, tmp_path):
+    made = Usd.Stage.CreateNew(str(tmp_path / "thing.usda"))
+    thing = UsdGeom.Xform.Define(made, "/Thing")
+    thing.AddTranslateOp().Set((1, 1, 1))
+    thing.AddRotateXYZOp().Set((0, 0, 5))
+    made.SetDefaultPrim(thing.GetPrim())
+    made.Save()
+    things = create_batch.reference(str(tmp_path / "thing.usda"), count=2)
+    for _ in range(2):
+        modify.position(things, (1, 2, 3))
+        own = stage.GetRootLayer().GetPrimAtPath("/Ref").attributes
+        assert [spec.name for spec in own] == ["xformOp:translate"]
+    modify.rotation(things, [(0, 0, 7), (0, 0, 8)])
+    modify.position(things, (4, 5, 6))
+    for thing, angle in zip(things, (7, 8)):
+        np.testing.assert_allclose(local(thing), compose_euler((4, 5, 6), (0, 0, angle)), atol=1e-6)
+
+
+def test_prims_of_two_stages_go_to_their_own_layers(stage, cube):
+    other = Usd.Stage.CreateInMemory()
+    twin = UsdGeom.Cube.Define(other, "/World/Cube").GetPrim()
+    for x in (1, 2):
+        modify.position([cube, twin], [(x, 0, 0), (0, x, 0)])
+        assert world(cube)[3, :3].tolist() == [x, 0, 0]
+        assert world(twin)[3, :3].tolist() == [0, x, 0]
+
+
 def test_posing_inside_a_variant(stage):
     shelf = stage.DefinePrim("/World/shelf", "Xform")
     variants = shelf.GetVariantSets().AddVariantSet("place")

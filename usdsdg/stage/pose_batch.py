@@ -6,7 +6,7 @@ up once per prim and set within one ChangeBlock, from Vt arrays: 1,000 prims tak
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -93,7 +93,7 @@ def author_poses(
     given = {role: column for role, column in columns.items() if column is not None}
     if not prims or not given:
         return
-    batch = _batch(list(prims))
+    batch = _batch(list(prims), frozenset(given))
     singly = sorted(batch.others.union(*(batch.lacking[role] for role in given)))
     try:
         with Sdf.ChangeBlock():
@@ -101,7 +101,7 @@ def author_poses(
                 batch.write(role, column)
     except RuntimeError:
         # A script has removed an op since it was looked up; author_pose adds it again.
-        _batches.clear()
+        _batches.remove(batch)
         singly = list(range(len(prims)))
     for row in singly:
         parts: dict[str, Any] = {} if rotate is None else rotate.parts(row)
@@ -109,8 +109,6 @@ def author_poses(
             if role in given:
                 parts[role] = given[role][row].tolist()
         author_pose(prims[row], **parts)
-    if singly:
-        _batches.clear()
 
 
 class _Group(NamedTuple):
@@ -124,11 +122,13 @@ class _Group(NamedTuple):
 class _Batch:
     """The ops of the prims of one call, for the next call with the same prims."""
 
-    def __init__(self, prims: list[Usd.Prim], target: Usd.EditTarget) -> None:
+    def __init__(self, prims: list[Usd.Prim], target: Usd.EditTarget, roles: Set[str]) -> None:
+        """`roles` are those that will be written: only for them attributes are added to the layer."""
         self.prims, self.target = prims, target
         self.others: set[int] = set()  # rows that need `author_pose` whatever is written
         self.lacking: dict[str, set[int]] = {role: set() for role in _ROLES}
         self._groups: dict[str, list[_Group]] = {role: [] for role in _ROLES}
+        self._unprepared: set[str] = set()  # roles of ops of which the layer has no attribute yet
         self._orders: list[Any] = []
         for row, prim in enumerate(prims):
             ops = self._look_up(prim)
@@ -136,15 +136,17 @@ class _Batch:
                 self.others.add(row)
                 continue
             for role in _ROLES:
-                if role in ops:
-                    self._enter(role, row, *ops[role])
-                else:
+                if role not in ops:
                     self.lacking[role].add(row)
+                elif spec := _spec(target.GetLayer(), ops[role], create=role in roles):
+                    self._enter(role, row, _type_of(ops[role]), spec)
+                else:
+                    self._unprepared.add(role)
         self._orders_before = [order.default for order in self._orders]
 
-    def holds(self, prims: list[Usd.Prim], target: Usd.EditTarget) -> bool:
+    def holds(self, prims: list[Usd.Prim], target: Usd.EditTarget, roles: Set[str]) -> bool:
         """Whether these are the same prims, still there, with the same ops in the same order."""
-        if prims != self.prims or target != self.target or not all(prims):
+        if prims != self.prims or target != self.target or not all(prims) or not self._unprepared.isdisjoint(roles):
             return False
         try:
             return [order.default for order in self._orders] == self._orders_before
@@ -169,9 +171,11 @@ class _Batch:
                 return
         self._groups[role].append(_Group(type_name, [row], [spec]))
 
-    def _look_up(self, prim: Usd.Prim) -> dict[str, tuple[str, Sdf.AttributeSpec]] | None:
-        """The type and spec of each op by role; None for ops that only `author_pose` understands."""
+    def _look_up(self, prim: Usd.Prim) -> dict[str, Usd.Attribute] | None:
+        """The attribute of each op by role; None for ops that only `author_pose` understands."""
         if not prim or prim.IsInstanceProxy() or prim.IsInPrototype() or not prim.IsA(UsdGeom.Xformable):
+            return None
+        if prim.GetStage() != self.prims[0].GetStage():
             return None
         layer, order = self.target.GetLayer(), prim.GetAttribute("xformOpOrder")
         names = list(order.Get() or ())
@@ -179,16 +183,9 @@ class _Batch:
         # Translate, one rotation, scale, each at most once: what can be written part by part.
         if len(ranks) != len(names) or ranks != sorted(set(ranks)):
             return None
-        ops = {}
-        for name in names:
-            attribute = prim.GetAttribute(name)
-            if not attribute or attribute.GetNumTimeSamples():
-                return None
-            kind, type_name = name.removeprefix("xformOp:"), str(attribute.GetTypeName())
-            ops[_ROLE_OF[name]] = (
-                f"{type_name} {kind.removeprefix('rotate')}" if kind.startswith("rotate") else type_name,
-                _spec(layer, attribute),
-            )
+        ops = {_ROLE_OF[name]: prim.GetAttribute(name) for name in names}
+        if any(not attribute or attribute.GetNumTimeSamples() for attribute in ops.values()):
+            return None
         spec = layer.GetAttributeAtPath(order.GetPath())
         # Where another layer has the order, the stage must be asked.
         ours = spec is not None and order.GetPropertyStack(Usd.TimeCode.Default())[0].layer == layer
@@ -212,28 +209,33 @@ _batches: list[_Batch] = []
 _MAX_BATCHES = 16
 
 
-def _batch(prims: list[Usd.Prim]) -> _Batch:
+def _batch(prims: list[Usd.Prim], roles: Set[str]) -> _Batch:
     target = prims[0].GetStage().GetEditTarget() if prims[0] else Usd.EditTarget()
     for batch in _batches:
-        if len(batch.prims) == len(prims) and batch.prims[0] == prims[0] and batch.holds(prims, target):
+        if len(batch.prims) == len(prims) and batch.holds(prims, target, roles):
             return batch
     # Inside a variant or a reference paths differ from the stage's.
-    plain = bool(prims[0]) and target.GetMapFunction().isIdentity
-    with Sdf.ChangeBlock():
-        batch = _Batch(prims, target) if plain else _Batch([], target)
-    if not plain:
+    if not prims[0] or not target.GetMapFunction().isIdentity:
+        batch = _Batch([], target, roles)
         batch.others = set(range(len(prims)))
         return batch
-    _batches.insert(0, batch)
-    del _batches[_MAX_BATCHES:]
+    with Sdf.ChangeBlock():
+        batch = _Batch(prims, target, roles)
+    _batches[:] = [batch, *(each for each in _batches if each.prims != prims)][:_MAX_BATCHES]
     return batch
 
 
-def _spec(layer: Sdf.Layer, attribute: Usd.Attribute) -> Sdf.AttributeSpec:
+def _spec(layer: Sdf.Layer, attribute: Usd.Attribute, *, create: bool) -> Sdf.AttributeSpec | None:
     path = attribute.GetPath()
-    if not layer.GetAttributeAtPath(path):
+    if create and not layer.GetAttributeAtPath(path):
         Sdf.JustCreatePrimAttributeInLayer(layer, path, attribute.GetTypeName())
     return layer.GetAttributeAtPath(path)
+
+
+def _type_of(op: Usd.Attribute) -> str:
+    """Such as "double3", "quatf", or "float3 ZYX" for angles."""
+    kind, type_name = op.GetName().removeprefix("xformOp:"), str(op.GetTypeName())
+    return f"{type_name} {kind.removeprefix('rotate')}" if kind.startswith("rotate") else type_name
 
 
 def _vectors(column: Array, type_name: str) -> Sequence[Any]:
