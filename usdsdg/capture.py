@@ -47,6 +47,14 @@ class Capture:
         self._announced: set[tuple[str, str]] = set()
         self.expected_frames: int | None = None  # for progress, where somebody knows
 
+    @staticmethod
+    def is_watched() -> bool:
+        """Whether an annotator or writer is attached to a render product that has its updates on."""
+        on = {product.path for product in products() if product.updates_enabled}
+        seen = [annotator.render_product for annotator in attached_annotators()]
+        seen += [path for writer in attached_writers() for path in writer.render_products]
+        return not on.isdisjoint(seen)
+
     def begin(self) -> None:
         """Find out who wants what of which product."""
         self._wanted = {}

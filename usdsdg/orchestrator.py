@@ -1,218 +1,24 @@
-"""The order of one frame. Mirrors `rep.orchestrator`.
-
-One step: triggers and events write the stage → timeline and physics move → render products are drawn, in motion-blur
-sub-frames where asked → annotators make labels → writers write.
-"""
+"""Frames on demand. Mirrors `rep.orchestrator`; what a frame is stands in `frame_loop`."""
 
 from __future__ import annotations
 
 import asyncio
-import enum
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable
 
-from pxr import Usd
-
-from usdsdg import rng
-from usdsdg.annotators import annotator
 from usdsdg.app import get_app
-from usdsdg.capture import Capture
-from usdsdg.errors import UsdsdgError, warn_once
-from usdsdg.graph import evaluate
-from usdsdg.render_settings import RenderMode, render_mode
+from usdsdg.frame_loop import Orchestrator, OrchestratorError, Status, StatusCallback, get_orchestrator
 from usdsdg.settings import get_settings
-from usdsdg.stage import assets, context
-from usdsdg.timeline import get_timeline
-from usdsdg.writers import base as writer_base
 
+__all__ = [
+    "Orchestrator", "OrchestratorError", "Status", "StatusCallback", "get_is_paused", "get_is_started",
+    "get_is_stopped", "get_orchestrator", "get_sim_times_to_write", "get_status", "pause", "preview", "preview_async",
+    "register_status_callback", "resume", "run", "run_async", "run_until_complete", "run_until_complete_async",
+    "set_capture_on_play", "set_minimum_next_rt_subframes", "set_next_rt_subframes", "step", "step_async", "stop",
+    "stop_async", "wait_until_complete", "wait_until_complete_async",
+]  # fmt: skip
 
-class OrchestratorError(UsdsdgError, RuntimeError):
-    """The orchestrator cannot do that now."""
-
-
-class Status(enum.Enum):
-    STOPPED = 0
-    STARTED = 1
-    STARTING = 2
-    LOADING = 3
-    STOPPING = 4
-    PAUSED = 5
-    INITIALIZING = 6
-    STEPPING = 7
-    STEPPED = 8
-
-
-class Orchestrator:
-    """The state between two steps."""
-
-    def __init__(self) -> None:
-        self.status = Status.STOPPED
-        self.captures = 0
-        self._initialized = False  # since the stage was made or `stop`
-        self._next_subframes = 0
-        self._capture = Capture()
-        self._status_callbacks: list[Callable[[Status], None]] = []
-        self._captured_callbacks: list[Callable[[], None]] = []
-        self._asked_subframes = self._frames_of_last_run = 0
-        context.on_new_stage(lambda *_: self.reset())
-        context.before_saving(self._note_run)
-
-    def reset(self) -> None:
-        """A new stage: nothing captured, nothing started."""
-        self._set_status(Status.STOPPED)
-        self.captures, self._initialized, self._next_subframes = 0, False, 0
-        self._asked_subframes = self._frames_of_last_run = 0
-        self._capture = Capture()
-        annotator.detach_all()
-        writer_base.detach_all()
-
-    # --- one frame ---
-    def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
-        self._start_if_stopped()
-        self._set_status(Status.STEPPING)
-        timeline = get_timeline()
-        timeline.release()
-        self._asked_subframes = max(rt_subframes, 0)
-        fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_current_time())
-        mode = render_mode(self._subframes(rt_subframes, fired))
-        self._capture.begin()
-        self._move_and_render(mode, delta_time)
-        self._capture.finish(self.captures, timeline.get_current_time())
-        self.captures += 1
-        for callback in list(self._captured_callbacks):
-            callback()
-        if pause_timeline:
-            timeline.hold()
-        self._set_status(Status.STEPPED)
-
-    def _move_and_render(self, mode: RenderMode, delta_time: float | None) -> None:
-        duration = self._duration(delta_time)
-        if mode.motion_blur and duration > 0.0:
-            shares = mode.split(mode.sub_frames)
-            self._capture.open_shutter()
-            for share in shares:
-                get_app().advance(duration / len(shares))
-                self._capture.expose(share, self.captures)
-            return
-        # The first captured frame shows the scene as it was set up.
-        if duration > 0.0 and self.captures > 0:
-            get_app().advance(duration)
-        self._capture.expose(mode, self.captures)
-
-    def _duration(self, delta_time: float | None) -> float:
-        timeline = get_timeline()
-        if not timeline.is_playing():
-            return 0.0
-        return 1.0 / timeline.get_time_codes_per_seconds() if delta_time is None else float(delta_time)
-
-    def _subframes(self, rt_subframes: int, fired: list[evaluate.Trigger]) -> int:
-        wanted = rt_subframes if rt_subframes > 0 else get_settings().get_as_int("/omni/replicator/RTSubframes")
-        minimum = max([self._next_subframes, *(trigger.rt_subframes for trigger in fired)], default=1)
-        self._next_subframes = 0
-        return max(wanted, minimum, 1)
-
-    def _start_if_stopped(self) -> None:
-        if self.status is not Status.STOPPED:
-            return
-        if not self._initialized:
-            self._set_status(Status.INITIALIZING)
-            evaluate.graph().restart()
-            rng.reset_all()
-            self.preview()
-            self._initialized = True
-        for missing in assets.missing_dependencies(context.current_stage()):
-            warn_once(f"{missing.where} refers to {missing.asset_path}, which cannot be opened: {missing.why}")
-        self._set_status(Status.STARTED)
-
-    # --- many frames ---
-    def run(self, num_frames: int | None, start_timeline: bool) -> Iterator[None]:
-        """Capture frame after frame and yield after each, until the run has ended or somebody has stopped it."""
-        timeline = get_timeline()
-        timeline.release()
-        if start_timeline:
-            timeline.play()
-        self._capture.expected_frames = num_frames
-        if self.status is Status.STOPPED:
-            evaluate.graph().allow_again()
-        if num_frames is None and not any(trigger.max_execs for trigger in evaluate.graph().triggers):
-            raise OrchestratorError("orchestrator.run: nothing ends the run; give num_frames, or a trigger max_execs.")
-        last = self.captures + (num_frames or 0)
-        goes_on = _triggers_are_left if num_frames is None else lambda: self.captures < last
-        while goes_on():
-            self.step(-1, False, None)
-            yield
-            if self.status is Status.STOPPED:
-                return
-        self.finish()
-
-    def expect_frames(self, count: int | None) -> None:
-        """Tell progress how many frames the run will have."""
-        self._capture.expected_frames = count
-
-    def preview(self) -> None:
-        """Run every per-frame trigger once, capture nothing."""
-        evaluate.graph().evaluate(time=get_timeline().get_current_time(), preview=True)
-
-    def finish(self) -> None:
-        """Wait for all files, then tell writers that this was the last frame."""
-        self._capture.drain()
-        if self.status is not Status.STOPPED:
-            self._set_status(Status.STOPPED)
-            self._capture.close_writers()
-
-    def stop(self) -> None:
-        """End the run: the next frame is a first one again, with the draws of the first."""
-        self.finish()
-        self._frames_of_last_run = self.captures or self._frames_of_last_run
-        self.captures, self._initialized = 0, False
-
-    def _note_run(self, stage: Usd.Stage) -> None:
-        from usdsdg.saved_graph import note_run
-
-        note_run(stage, frames=self.captures or self._frames_of_last_run, rt_subframes=self._asked_subframes)
-
-    # --- status ---
-    def set_next_subframes(self, count: int) -> None:
-        self._next_subframes = int(count)
-
-    def on_status(self, callback: Callable[[Status], None]) -> Callable[[], None]:
-        self._status_callbacks.append(callback)
-        return lambda: self._status_callbacks.remove(callback) if callback in self._status_callbacks else None
-
-    def on_captured(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` after each captured frame; returns what ends it."""
-        self._captured_callbacks.append(callback)
-        return lambda: self._captured_callbacks.remove(callback) if callback in self._captured_callbacks else None
-
-    def _set_status(self, status: Status) -> None:
-        if status is self.status:
-            return
-        self.status = status
-        for callback in list(self._status_callbacks):
-            callback(status)
-
-
-def _triggers_are_left() -> bool:
-    """Whether a trigger with `max_execs` has not run out yet.
-
-    Raises:
-        OrchestratorError: some have not, but none of them can fire any more.
-    """
-    left = [trigger for trigger in evaluate.graph().triggers if trigger.max_execs and not trigger.exhausted]
-    reasons = [trigger.blocked() for trigger in left]
-    if left and all(reasons):
-        raise OrchestratorError(f"orchestrator.run: nothing ends the run: {'; '.join(reasons)}. Or give num_frames.")
-    return bool(left)
-
-
-_orchestrator = Orchestrator()
-
-
-def get_orchestrator() -> Orchestrator:
-    """The process-wide orchestrator."""
-    return _orchestrator
-
-
-# --- rep.orchestrator ---
+PAUSED_SECONDS = 0.001
 
 
 def step(
@@ -259,6 +65,9 @@ def run(num_frames: int | None = None, start_timeline: bool = False) -> None:
     """
     for _ in get_orchestrator().run(num_frames, start_timeline):
         get_app().turn_loop()
+        if get_is_paused():
+            # Only a task can resume; meanwhile leave it the processor.
+            time.sleep(PAUSED_SECONDS)
 
 
 run_until_complete = run
@@ -295,11 +104,27 @@ async def stop_async() -> None:
     await asyncio.sleep(0)
 
 
+def pause() -> None:
+    """Capture nothing more in `run` and `run_async`, and let a playing timeline stand, until `resume`."""
+    get_orchestrator().pause()
+
+
+def resume() -> None:
+    """Go on after `pause`."""
+    get_orchestrator().resume()
+
+
 def set_capture_on_play(value: bool) -> None:
-    """Whether every update of a playing timeline is captured. Only False does so far; True warns."""
+    """Whether every app update of a playing timeline is captured, as it is until somebody says False.
+
+    Then stopping the timeline ends the run.
+    """
     get_settings().set("/omni/replicator/captureOnPlay", bool(value))
-    if value:
-        warn_once("orchestrator.set_capture_on_play(True): capture on play is not available; call orchestrator.step().")
+
+
+def get_sim_times_to_write() -> list[float]:
+    """Times of frames that are still to be written: none, since a frame is complete when `step` returns."""
+    return []
 
 
 def set_next_rt_subframes(rt_subframes: int) -> None:
@@ -323,6 +148,12 @@ def get_is_stopped() -> bool:
     return get_status() is Status.STOPPED
 
 
-def register_status_callback(callback: Callable[[Status], None]) -> Callable[[], None]:
-    """Call `callback(status)` at every change; returns the function that ends it."""
-    return get_orchestrator().on_status(callback)
+def get_is_paused() -> bool:
+    return get_status() is Status.PAUSED
+
+
+def register_status_callback(callback: Callable[[Status], None]) -> StatusCallback:
+    """Call `callback(status)` at every change, for as long as the returned handle is held and registered."""
+    handle = StatusCallback(callback)
+    handle.register()
+    return handle

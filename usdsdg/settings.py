@@ -114,9 +114,48 @@ def get_settings() -> Settings:
 # --- rep.settings ---
 
 
-def carb_settings(setting: str, value: Any) -> None:
-    """Set one key, as `rep.settings.carb_settings` does for a constant value."""
-    _settings.set(setting, value)
+def carb_settings(setting: str, value: Any) -> Any:
+    """Set one key; to a constant now, to a draw of a distribution whenever the enclosing trigger fires.
+
+    Returns:
+        the graph's item for a distribution, None for a constant.
+    """
+    if not hasattr(value, "sample"):
+        _settings.set(setting, value)
+        return None
+    from usdsdg.graph.evaluate import graph
+    from usdsdg.graph.node import Node, ReplicatorItem
+
+    return ReplicatorItem(graph().add(Node("OgnCarbSettings", {"attribute": normalised(setting), "value": value})))
+
+
+def write_drawn_setting(node: Any, execution: int) -> None:
+    """What a `carb_settings` node does at each execution."""
+    key = node.inputs["attribute"]
+    drawn = node.inputs["value"].sample(f"{node.key}/value", execution, [key])[0]
+    _settings.set(key, drawn.tolist() if hasattr(drawn, "tolist") else drawn)
+
+
+def get_physx_timestep() -> float:
+    """Seconds of one physics step on the current stage: its first PhysicsScene's, or 1/60."""
+    from usdsdg.stage.context import current_stage
+    from usdsdg.stage.physics_scene import steps_per_second
+
+    return 1.0 / steps_per_second(current_stage())
+
+
+def set_physx_timestep(timestep: float) -> None:
+    """Author how long a physics step is [s], on the stage's first PhysicsScene, made where there is none.
+
+    Raises:
+        ValueError: it is not above 0.
+    """
+    from usdsdg.stage.context import current_stage
+    from usdsdg.stage.physics_scene import set_steps_per_second
+
+    if not timestep > 0:
+        raise ValueError(f"settings.set_physx_timestep: {timestep!r} must be above 0 seconds")
+    set_steps_per_second(current_stage(), 1.0 / timestep)
 
 
 def set_render_rtx_realtime(antialiasing: str = "FXAA") -> None:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from usdsdg.graph.node import Node
+from usdsdg.settings import write_drawn_setting
 
 Action = Callable[[Node, int], None]
 
-_ACTIONS: dict[str, Action] = {}
+# The settings lie below the graph and cannot register themselves.
+_ACTIONS: dict[str, Action] = {"OgnCarbSettings": write_drawn_setting}
 
 
 def action(kind: str) -> Callable[[Action], Action]:
