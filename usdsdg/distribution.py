@@ -18,6 +18,7 @@ import numpy as np
 from usdsdg.errors import GraphError
 from usdsdg.graph.node import Node, ReplicatorItem, plain, script_line
 from usdsdg.graph.sampling import generator, get_global_seed, uniforms
+from usdsdg.user_functions import enter
 
 _GAUSS = NormalDist()
 
@@ -288,3 +289,12 @@ def draw(value: Any, node: Node, execution: int, role: str) -> list[Any]:
 def is_vector(value: Sequence[Any]) -> bool:
     """Whether a sequence is one value of several numbers, not several values."""
     return len(value) > 0 and all(isinstance(v, Real) and not isinstance(v, bool) for v in value)
+
+
+def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None = None) -> None:
+    """Make `rep.distribution.<name>` call `fn`.
+
+    Raises:
+        ValueError: the name is no identifier, or taken while `override` is False.
+    """
+    enter(globals(), "distribution", fn, override, fn_name)

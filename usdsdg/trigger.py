@@ -9,6 +9,7 @@ from usdsdg.errors import GraphError, Unsupported
 from usdsdg.graph.evaluate import Moment, Trigger, graph
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.timeline import get_timeline
+from usdsdg.user_functions import enter
 
 # After so many captures without being true a condition no longer counts as something that will end a run.
 PATIENCE = 1000
@@ -144,3 +145,12 @@ def _on_custom_event(node: Node, limits: dict[str, int]) -> Trigger:
 def on_key_press(key: Any, modifier: Any = None, name: str | None = None) -> ReplicatorItem:
     """Not available: there is no window to press keys in."""
     raise Unsupported("trigger.on_key_press needs a window; use trigger.on_custom_event and utils.send_og_event.")
+
+
+def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None = None) -> None:
+    """Make `rep.trigger.<name>` call `fn`.
+
+    Raises:
+        ValueError: the name is no identifier, or taken while `override` is False.
+    """
+    enter(globals(), "trigger", fn, override, fn_name)

@@ -179,3 +179,27 @@ def test_a_saved_pipeline_of_twenty_nodes_makes_the_same_files_in_a_fresh_proces
     assert files == sorted(path.name for path in again.iterdir())
     assert [name for name in files if (script / name).read_bytes() != (again / name).read_bytes()] == []
     assert saved.GetRootLayer().customLayerData["renderSettings"]["omni:replicator:RTSubframes"] == 2
+
+
+def test_items_tell_their_inputs_and_outputs():
+    cube = rep.create.cube()
+    with rep.trigger.on_frame(interval=3) as trigger, cube:
+        item = rep.modify.pose(position=(1, 2, 3))
+    assert trigger.get_input("inputs:interval") == 3
+    assert item.inputs["position"] == (1, 2, 3)
+    assert item.get_output("prims") == list(cube.prims)
+    assert item.get_outputs()["execCount"] == 0
+    graph().evaluate(preview=True)
+    assert (item.get_output("execCount"), trigger.get_output("outputs:execCount")) == (1, 1)
+    with pytest.raises(KeyError, match="no inputs:size; it has attribute, position"):
+        item.get_input("size")
+
+
+@pytest.mark.parametrize("family", ["distribution", "trigger"])
+def test_functions_can_be_registered_in_a_family(family):
+    module = getattr(rep, family)
+    module.register(lambda: 7, fn_name="lucky")
+    assert module.lucky() == 7
+    with pytest.raises(ValueError, match="lucky"):
+        module.register(lambda: 8, override=False, fn_name="lucky")
+    del module.lucky

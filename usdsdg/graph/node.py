@@ -83,11 +83,42 @@ class ReplicatorItem:
 
     get_input_prims = get_output_prims
 
+    @property
+    def inputs(self) -> dict[str, Any]:
+        """The node's inputs by name."""
+        return self.node.inputs
+
+    @property
+    def outputs(self) -> dict[str, Any]:
+        """What other nodes and writers can read: the prims, and how often the node has run."""
+        return {"prims": list(self.prims), "execCount": self.executions}
+
+    @property
+    def executions(self) -> int:
+        """How often the node, or the trigger, has run."""
+        return self.node.executions if self._trigger is None else self._trigger.executions
+
     def get_inputs(self) -> dict[str, Any]:
-        return dict(self.node.inputs)
+        return dict(self.inputs)
+
+    def get_outputs(self) -> dict[str, Any]:
+        return self.outputs
 
     def get_input(self, name: str) -> Any:
-        return self.node.inputs[name]
+        """The input `name`, with or without the `inputs:` prefix.
+
+        Raises:
+            KeyError: there is none; names those there are.
+        """
+        return _named(self.node, self.inputs, name, "inputs:")
+
+    def get_output(self, name: str) -> Any:
+        """The output `name`, with or without the `outputs:` prefix.
+
+        Raises:
+            KeyError: there is none; names those there are.
+        """
+        return _named(self.node, self.outputs, name, "outputs:")
 
     def set_input(self, name: str, value: Any) -> None:
         """Change an input from the next execution on."""
@@ -110,6 +141,13 @@ class ReplicatorItem:
 
     def __repr__(self) -> str:
         return f"ReplicatorItem({self.node.kind}, {len(self.prims)} prims)"
+
+
+def _named(node: Node, values: dict[str, Any], name: str, prefix: str) -> Any:
+    bare = name.removeprefix(prefix)
+    if bare not in values:
+        raise KeyError(f"{node.describe()} has no {prefix}{bare}; it has {', '.join(values) or 'none'}")
+    return values[bare]
 
 
 def prim_paths(items: Any) -> tuple[str, ...]:
