@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from pxr import Usd, UsdGeom, UsdPhysics
 
+from usdsdg.errors import warn_once
 from usdsdg_physics.engine import NewtonEngine
 from usdsdg_physics.warmup import Progress
 
@@ -33,6 +34,11 @@ def simulate(
     """
     engine = NewtonEngine(stage, device=device, progress=progress)
     engine.play()
+    if not engine.rigid_bodies:
+        warn_once(
+            "the stage has no rigid body, so nothing moves. Apply UsdPhysics.RigidBodyAPI to what shall fall, and "
+            "CollisionAPI to the shapes at or under it."
+        )
     frames = max(1, round(seconds * frames_per_second))
     steps = 0
     for frame in range(1, frames + 1):

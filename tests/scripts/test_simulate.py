@@ -20,3 +20,13 @@ def test_a_body_falls_and_nothing_but_our_own_progress_is_said(tmp_path):
     lines = [line for line in done.stderr.splitlines() if not line.startswith("Warp CUDA warning")]
     assert all(line.startswith("[usdsdg] ") for line in lines), done.stderr
     assert "[usdsdg] simulating: 30/30" in done.stderr
+
+
+def test_a_stage_in_which_nothing_can_move_says_so_and_its_file_is_never_overwritten(tmp_path):
+    (tmp_path / "still.usda").write_text('#usda 1.0\ndef Cube "box" {}\n')
+    done = usdsdg("simulate", "still.usda", "out.usda", "--seconds=0.1", "--device=cpu", cwd=tmp_path)
+    assert "no rigid body" in done.stderr
+    before = (tmp_path / "still.usda").read_bytes()
+    refused = usdsdg("simulate", "still.usda", "./still.usda", "--device=cpu", cwd=tmp_path, expect=1)
+    assert "give the result another name" in refused.stderr
+    assert (tmp_path / "still.usda").read_bytes() == before

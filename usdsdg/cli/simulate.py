@@ -21,10 +21,13 @@ def simulate(
     """Simulate a stage for some seconds and save it with the poses at the end."""
     with session(assets_root=assets_root, device=device, quiet=quiet):
         from usdsdg import engines
+        from usdsdg.errors import OutputNotWritable
         from usdsdg.progress import report
         from usdsdg.stage import context
         from usdsdg_physics import simulate as simulate_stage
 
+        if output.resolve() == stage.resolve():
+            raise OutputNotWritable(f"{output} is the stage that is read; give the result another name")
         engines.hush_warp()
         opened = context.open_stage(stage)
         simulate_stage(opened, seconds, device=engines.physics_device(), progress=report)
