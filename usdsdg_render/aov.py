@@ -27,7 +27,12 @@ AOVS = {
     "distance_to_image_plane": Aov(np.float32, (), np.inf, "distance along the optical axis [m]"),
     "normals": Aov(np.float32, (3,), 0.0, "interpolated normal in the world, towards the camera"),
     "position": Aov(np.float32, (3,), 0.0, "point in the world [stage units]"),
+    "bump_normals": Aov(np.float32, (3,), 0.0, "normals after the material's normal map"),
     "albedo": Aov(np.float32, (3,), 0.0, "base colour, linear Rec.709"),
+    "diffuse": Aov(np.float32, (3,), 0.0, "base colour of what is not metal, linear Rec.709"),
+    "specular": Aov(np.float32, (3,), 0.0, "reflectance at normal incidence, linear Rec.709"),
+    "roughness": Aov(np.float32, (), 0.0, "from 0, a mirror, to 1"),
+    "emission": Aov(np.float32, (3,), 0.0, "light that the surface gives [nits], linear Rec.709"),
     "motion_vectors": Aov(np.float32, (2,), 0.0, "pixels since this camera last looked: +x moved left, +y moved up"),
 }
 

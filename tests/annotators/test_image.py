@@ -67,3 +67,29 @@ def test_point_ids_are_those_of_the_masks(frame):
         np.testing.assert_array_equal(cloud.info["pointSemantic"], semantic[kept])
         np.testing.assert_array_equal(cloud.info["pointInstance"], instance[kept])
         assert len(cloud.data) == kept.sum()
+
+
+def test_materials_in_the_types_of_replicator(frame):
+    seen = frame.aovs["instance"] >= 0
+    for name in ("SpecularAlbedo", "PtReflectionFilter"):
+        data = compute(frame, name).data
+        assert (data.dtype, data.shape) == (np.float16, (*seen.shape, 4))
+        np.testing.assert_array_equal(np.unique(data[seen], axis=0), [np.float16((0.04, 0.5, 1, 1))])
+    np.testing.assert_array_equal(compute(frame, "PtDiffuseFilter").data[seen][0], np.float16((0.5, 0.25, 0.125, 1)))
+    rough = compute(frame, "Roughness").data
+    assert rough.dtype == np.uint8
+    np.testing.assert_array_equal(np.unique(rough[seen], axis=0), [[77, 77, 77, 255]])  # 0.3 * 255
+    np.testing.assert_array_equal(np.unique(rough[~seen], axis=0), [[0, 0, 0, 255]])
+    bumped = compute(frame, "BumpNormal").data
+    np.testing.assert_array_equal(bumped[..., :3], frame.aovs["bump_normals"])
+    glow = compute(frame, "PtSelfIllumination").data
+    np.testing.assert_array_equal(glow[seen][0], np.float16((0, 20, 65504, 1)))
+
+
+def test_the_background_is_what_is_seen_beside_things(frame):
+    seen = frame.aovs["instance"] >= 0
+    data = compute(frame, "PtBackground").data
+    assert data.dtype == np.float16
+    assert not data[seen].any()
+    np.testing.assert_array_equal(data[~seen], frame.aovs["HdrColor"][~seen])
+    assert data[~seen].any()

@@ -297,3 +297,46 @@ def test_half_transparent_surfaces_let_their_share_through():
     )
     shadowed = radiance(lit, view, samples=16, bounces=1)
     np.testing.assert_allclose(shadowed.mean(), 0.7, rtol=0.01)
+
+
+def test_the_material_of_what_is_seen():
+    rng = np.random.default_rng(3)
+    rgba = rng.integers(0, 256, (4, 4, 4), np.uint8)
+    rgba[..., 3] = 255
+    texture = Texture("rough", rgba, False, WRAP_REPEAT, WRAP_REPEAT)
+    made = scenes.material(
+        base_color=(0.8, 0.4, 0.2), metallic=0.25, roughness=0.5, roughness_texture=0, roughness_channel=1,
+        specular=(0.04, 0.05, 0.06), emission=(3.0, 2.0, 1.0),
+    )  # fmt: skip
+    scene = scenes.scene_of([(scenes.square(), scenes.moved(), 0)], materials=[made], textures=[texture])
+    view = scenes.view_from((0, 0, 5), up=(0, 1, 0), size=(64, 64), focal_length=20.0 * 5 / 2)
+    names = ["instance", "diffuse", "specular", "roughness", "emission", "albedo"]
+    labels = renderer_of(scene).labels(view, names)
+    seen = labels["instance"] == 0
+    base = np.array([0.8, 0.4, 0.2])
+    np.testing.assert_allclose(labels["albedo"][seen], np.broadcast_to(base, (seen.sum(), 3)), rtol=1e-5)
+    np.testing.assert_allclose(labels["diffuse"][seen] - 0.75 * base, 0, atol=1e-6)
+    f0 = 0.75 * np.array([0.04, 0.05, 0.06]) + 0.25 * base
+    np.testing.assert_allclose(labels["specular"][seen] - f0, 0, atol=1e-6)
+    np.testing.assert_allclose(labels["emission"][seen] - (3, 2, 1), 0, atol=1e-6)
+    # The texture's own middles, an eighth of the square from its edges; row 0 is at the top.
+    middles = labels["roughness"][8::16, 8::16]
+    np.testing.assert_allclose(middles, 0.5 * rgba[..., 1] / 255, atol=0.5 / 16)
+
+
+def test_a_normal_map_bends_bump_normals_only():
+    rgba = np.full((1, 1, 4), 255, np.uint8)
+    rgba[0, 0, :3] = (204, 128, 230)  # +0.6 along u, 0 along v, 0.8 up
+    texture = Texture("bump", rgba, False, WRAP_REPEAT, WRAP_REPEAT)
+    made = scenes.material(normal_texture=0, normal_scale=1.0)
+    scene = scenes.scene_of([(scenes.square(), scenes.moved(), 0)], materials=[made], textures=[texture])
+    labels = renderer_of(scene).labels(
+        scenes.view_from((0, 0, 5), up=(0, 1, 0)), ["instance", "normals", "bump_normals"]
+    )
+    seen = labels["instance"] == 0
+    np.testing.assert_allclose(labels["normals"][seen] - (0, 0, 1), 0, atol=1e-6)
+    # Bytes are 1/255 apart.
+    np.testing.assert_allclose(labels["bump_normals"][seen] - (0.6, 0, 0.8), 0, atol=0.01)
+    plain = scenes.scene_of([(scenes.sphere(), scenes.moved(), 0)])
+    labels = renderer_of(plain).labels(some_view(), ["normals", "bump_normals"])
+    np.testing.assert_array_equal(labels["normals"], labels["bump_normals"])

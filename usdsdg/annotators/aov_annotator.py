@@ -20,7 +20,12 @@ AOVS: Mapping[str, type] = {
     "distance_to_image_plane": np.float32,
     "normals": np.float32,
     "position": np.float32,
+    "bump_normals": np.float32,
     "albedo": np.float32,
+    "diffuse": np.float32,
+    "specular": np.float32,
+    "roughness": np.float32,
+    "emission": np.float32,
     "motion_vectors": np.float32,
 }
 # What Omniverse calls them besides.

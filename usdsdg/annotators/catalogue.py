@@ -31,9 +31,8 @@ _unsupported(
 )
 _unsupported(
     "the renderer does not separate this part of the light",
-    "Roughness SpecularAlbedo AmbientOcclusion DirectDiffuse DirectSpecular IndirectDiffuse BumpNormal Motion2d "
-    "Reflections EmissionAndForegroundMask PtDirectIllumation PtGlobalIllumination PtReflections PtRefractions "
-    "PtSelfIllumination PtBackground PtVolumes PtDiffuseFilter PtReflectionFilter PtRefractionFilter",
+    "AmbientOcclusion DirectDiffuse DirectSpecular IndirectDiffuse Motion2d Reflections EmissionAndForegroundMask "
+    "PtDirectIllumation PtGlobalIllumination PtReflections PtRefractions PtVolumes PtRefractionFilter",
 )
 _unsupported(
     "mattes by id are not implemented; semantic_segmentation with a mapping gives masks in colours of your choice",

@@ -12,6 +12,8 @@ from usdsdg.annotators.frame import Frame
 
 Params = Mapping[str, Any]
 
+_HALF_MAX = float(np.finfo(np.float16).max)
+
 
 @define("rgb", "LdrColor", needs_picture=True, dtype=np.uint8)
 def rgb(frame: Frame, params: Params) -> Annotation:
@@ -60,6 +62,51 @@ def diffuse_albedo(frame: Frame, params: Params) -> Annotation:
     """Base colour, linear, uint8 (H, W, 4)."""
     albedo = np.clip(frame.aov("albedo"), 0, 1) * 255 + 0.5
     return Annotation(_four_channels(albedo.astype(np.uint8), 255))
+
+
+@define("SpecularAlbedo", "PtReflectionFilter", aovs=["specular"], dtype=np.float16)
+def specular_albedo(frame: Frame, params: Params) -> Annotation:
+    """Share of light that is mirrored at normal incidence, linear, float16 (H, W, 4); the fourth channel is 1."""
+    return Annotation(_four_channels(frame.aov("specular").astype(np.float16), 1.0))
+
+
+@define("PtDiffuseFilter", aovs=["diffuse"], dtype=np.float16)
+def diffuse_filter(frame: Frame, params: Params) -> Annotation:
+    """Share of light that is scattered, linear, float16 (H, W, 4): 0 for metals; the fourth channel is 1."""
+    return Annotation(_four_channels(frame.aov("diffuse").astype(np.float16), 1.0))
+
+
+@define("Roughness", aovs=["roughness"], dtype=np.uint8)
+def roughness(frame: Frame, params: Params) -> Annotation:
+    """Roughness, uint8 (H, W, 4): from 0, a mirror, to 255 in three equal channels, and 255."""
+    values = np.clip(frame.aov("roughness"), 0, 1) * 255 + 0.5
+    return Annotation(_four_channels(np.repeat(values.astype(np.uint8)[..., None], 3, axis=2), 255))
+
+
+@define("BumpNormal", aovs=["bump_normals"], dtype=np.float32)
+def bump_normals(frame: Frame, params: Params) -> Annotation:
+    """As normals, with the material's normal map."""
+    return Annotation(_four_channels(frame.aov("bump_normals"), 1.0))
+
+
+@define("PtSelfIllumination", aovs=["emission"], dtype=np.float16)
+def self_illumination(frame: Frame, params: Params) -> Annotation:
+    """Light that the surface itself gives [nits], linear, float16 (H, W, 4), as seen through the pixel's centre.
+
+    The fourth channel is 1.
+    """
+    return Annotation(_four_channels(np.minimum(frame.aov("emission"), _HALF_MAX).astype(np.float16), 1.0))
+
+
+@define("PtBackground", aovs=["instance"], needs_picture=True, dtype=np.float16)
+def background(frame: Frame, params: Params) -> Annotation:
+    """HdrColor where the pixel's centre shows no geometry, else 0; float16 (H, W, 4).
+
+    At the edges of things a pixel of HdrColor is a mixture, so their light reaches into this one.
+    """
+    shown = frame.aov("HdrColor").copy()
+    shown[frame.aov("instance") >= 0] = 0
+    return Annotation(shown)
 
 
 @define("LdrColorIsaacConvertRGBAToRGB", needs_picture=True, dtype=np.uint8)
