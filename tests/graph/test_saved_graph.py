@@ -118,6 +118,19 @@ def test_a_loaded_graph_draws_what_the_script_would_have_drawn():
     assert stage.GetRootLayer().ExportToString() == expected
 
 
+def test_a_bound_that_is_edited_on_the_prim_counts_when_the_stage_is_loaded():
+    cube = rep.create.cube()
+    with rep.trigger.on_frame(), cube:
+        rep.modify.pose(position=rep.distribution.uniform((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))
+    stage = context.current_stage()
+    drawn = stage.GetPrimAtPath("/Replicator/SDGPipeline/OgnSampleUniform")
+    drawn.GetAttribute("inputs:upper").Set(Gf.Vec3d(30, 30, 30))
+    drawn.GetAttribute("inputs:lower").Set(Gf.Vec3d(20, 20, 20))
+    saved_graph.load(stage)
+    graph().evaluate(preview=True)
+    assert min(stage.GetPrimAtPath(cube.prims[0]).GetAttribute("xformOp:translate").Get()) >= 20.0
+
+
 def test_nodes_added_to_a_loaded_graph_get_keys_of_their_own():
     cube = rep.create.cube()
     with rep.trigger.on_frame(), cube:
