@@ -9,11 +9,13 @@ from usdsdg.modify.clock import animation, frame, time, timeline
 from usdsdg.modify.placing import pose_camera_relative, pose_orbit
 from usdsdg.modify.poses import apply_or_schedule_pose, pose
 from usdsdg.modify.prims import non_xform_prims, prim_at
+from usdsdg.modify.projecting import projection_material
 from usdsdg.user_functions import enter
 
 __all__ = [  # noqa: RUF022
     # what scripts call
-    "animation", "attribute", "frame", "material", "pose", "pose_camera_relative", "pose_orbit", "register",
+    "animation", "attribute", "frame", "material", "pose", "pose_camera_relative", "pose_orbit",
+    "projection_material", "register",
     "semantics", "time", "timeline", "variant", "visibility",
     # what the other families use
     "apply_or_schedule", "apply_or_schedule_pose", "bind_material", "non_xform_prims", "prim_at", "set_attribute",

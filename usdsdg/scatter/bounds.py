@@ -40,7 +40,7 @@ class Bounds:
             for sign, limit in ((1.0, self.lower[axis]), (-1.0, -self.upper[axis])):
                 if np.isfinite(limit):
                     corners = _cut(corners, sign * corners[:, :, axis] - limit)
-        return corners
+        return corners[_have_area(corners)]
 
     def __str__(self) -> str:
         if not (np.isfinite(self.lower).any() or np.isfinite(self.upper).any()):
@@ -57,6 +57,13 @@ def _side(name: str, given: Sequence[float | None] | None, otherwise: float) -> 
     if side.shape != (3,) or np.isnan(side).any():
         raise GraphError(f"{name} is {shown(given)}; expected three numbers, None where there is no bound")
     return side
+
+
+def _have_area(corners: np.ndarray) -> np.ndarray:
+    """(T,) False for what is a line or a point, as remains where a corner lies on a bound."""
+    one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    longest = np.maximum((one**2).sum(1), (other**2).sum(1))
+    return np.linalg.norm(np.cross(one, other), axis=1) > 1e-12 * longest
 
 
 def _cut(corners: np.ndarray, height: np.ndarray) -> np.ndarray:

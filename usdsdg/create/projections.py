@@ -1,0 +1,126 @@
+"""Textures projected onto prims. Mirrors `rep.create.projection_material` and `mesh_decal`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pxr import Usd
+
+from usdsdg import modify, projection
+from usdsdg.create.materials import material_omnipbr
+from usdsdg.create.objects import new_object
+from usdsdg.distribution import Distribution
+from usdsdg.errors import GraphError, Unsupported
+from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, prim_paths
+from usdsdg.modify import prim_at
+from usdsdg.modify.projecting import write_textures
+from usdsdg.stage import transforms
+from usdsdg.stage.context import current_stage
+from usdsdg.values import vector
+
+
+def projection_material(
+    proxy_prim: Any, semantics: Any = None, material: Any = None, offset_scale: float = 0.01, input_prims: Any = None,
+    name: str | None = None,
+) -> ReplicatorItem:  # fmt: skip
+    """Project a material onto prims: a mesh `/Replicator/Projection_Xform/Projection` over the part that is covered.
+
+    The box of `proxy_prim` is projected along its -Z (a plane shows its texture where it faces) onto every face of the
+    targets inside of it that faces it; UVs run over the box's X and Y. Projected when this line runs, and again by
+    `modify.projection_material` or, inside of a trigger, at every firing.
+
+    Args:
+        proxy_prim: the projector; one without geometry is a box of a metre.
+        semantics: labels of the projection.
+        material: what is projected; a new OmniPBR material by default.
+        offset_scale: distance above the surface, as a share of the projector's box.
+        input_prims: targets; by default those of the enclosing `with`.
+
+    Raises:
+        GraphError: there is no target, or not one projector.
+        BadPrim: a prim is not on the stage.
+    """
+    proxies, targets = prim_paths(proxy_prim), prim_paths(input_prims) or current_prims()
+    if len(proxies) != 1 or not targets:
+        raise GraphError(
+            f"create.projection_material: {len(proxies)} projectors and {len(targets)} targets; give one projector as "
+            "proxy_prim, and targets as input_prims or by `with`"
+        )
+    projector = prim_at(proxies[0])
+    item = _projected(projector, targets, name, offset=offset_scale * projection.size_of(projector))
+    _dress(item, material, semantics)
+    if current_trigger() is not None:
+        modify.projection_material(input_prims=item)
+    return item
+
+
+def _projected(projector: Usd.Prim, targets: tuple[str, ...], name: str | None, **distances: float) -> ReplicatorItem:
+    prim, child = new_object("Projection", name, None)
+    projection.define(current_stage(), child, projector, [prim_at(path) for path in targets], **distances)
+    return ReplicatorItem(Node(kind="OgnCreateProjection", prims=(str(prim.GetPath()),), name=name))
+
+
+def _dress(item: ReplicatorItem, material: Any, semantics: Any) -> None:
+    modify.material(material if material is not None else material_omnipbr(), input_prims=item)
+    if semantics is not None:
+        modify.semantics(semantics, input_prims=item)
+
+
+def mesh_decal(
+    decal: Any = None, material: Any = None, texture_group: Any = None, diffuse: Any = None, normal: Any = None,
+    roughness: Any = None, metallic: Any = None, opacity: Any = None, semantics: Any = None,
+    position: Any = (0, 0, 0), rotation: Any = None, scale: Any = (1, 1, 1), offset_normal: float = 0.1,
+    offset_depth: float = 0.0, input_prims: Any = None, name: str | None = None,
+) -> ReplicatorItem:  # fmt: skip
+    """Stick a picture onto prims, as `projection_material` does, with a projector of its own.
+
+    The projector is an Xform `/Replicator/Decal_Projector...` of the given pose; its box, a metre times `scale`, is
+    projected along its -Z. Pose and textures may be distributions, which are drawn again at every firing.
+
+    Args:
+        material: what is projected, instead of textures.
+        texture_group: {"diffuse": file, ...} or a distribution over such; or textures one by one.
+        position: of the projector's middle in the world [stage units].
+        rotation: of the projector [degrees].
+        scale: of the projector's box.
+        offset_normal: distance above the surface [centimetres].
+        offset_depth: shift of the projector along its Z [stage units].
+
+    Raises:
+        GraphError: there is no target; or `material` with textures, or a texture group with single textures.
+        Unsupported: `decal` (a ready decal mesh); give textures or a material.
+    """
+    if decal is not None:
+        raise Unsupported("create.mesh_decal: decal is not available; give texture_group, textures or material")
+    if isinstance(opacity, Distribution):
+        raise Unsupported("create.mesh_decal: opacity cannot be a distribution; put it into texture_group")
+    targets = prim_paths(input_prims) or current_prims()
+    single = dict(diffuse=diffuse, normal=normal, roughness=roughness, metallic=metallic, opacity=opacity)
+    textures = {role: value for role, value in single.items() if value is not None}
+    if not targets or sum((bool(textures), texture_group is not None, material is not None)) > 1:
+        raise GraphError(
+            f"create.mesh_decal: {len(targets)} targets; give some as input_prims or by `with`, and one of material, "
+            "texture_group or single textures"
+        )
+    pose = dict(position=position, rotation=rotation, scale=scale)
+    pose = {role: value for role, value in pose.items() if value is not None}
+    offset = offset_normal * 0.01 / transforms.meters_per_unit(current_stage())
+    item = _projected(_projector(pose), targets, name or "Decal", offset=offset, depth=offset_depth)
+    look = material if material is not None else material_omnipbr()
+    _dress(item, look, semantics)
+    given = dict(texture_group=texture_group) if texture_group is not None else textures
+    drawn = {role: value for role, value in {**pose, **given}.items() if isinstance(value, Distribution)}
+    constant = {role: value for role, value in given.items() if role not in drawn}
+    if constant:
+        write_textures(prim_at(prim_paths(look)[0]), constant.get("texture_group", constant))
+    if drawn or current_trigger() is not None:
+        modify.projection_material(**drawn, input_prims=item)
+    return item
+
+
+def _projector(pose: dict[str, Any]) -> Usd.Prim:
+    prim, _ = new_object("DecalProjector", None, None)
+    names = {"position": "translate", "rotation": "rotate_xyz", "scale": "scale"}
+    constant = {role: value for role, value in pose.items() if not isinstance(value, Distribution)}
+    transforms.author_pose(prim, **{names[role]: vector(role, value) for role, value in constant.items()})
+    return prim
