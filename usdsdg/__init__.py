@@ -25,6 +25,7 @@ from usdsdg import (
 )  # fmt: skip
 from usdsdg.annotators import AnnotatorRegistry, NodeConnectionTemplate
 from usdsdg.backends import BackendDispatch
+from usdsdg.create import mesh_decal as create_mesh_decal
 from usdsdg.graph.sampling import get_global_seed, set_global_seed
 from usdsdg.layers import new_layer
 from usdsdg.stage.context import open_stage
@@ -35,6 +36,7 @@ __version__ = "0.1.0"
 __all__ = [
     # what a scene is made of and what changes in it
     "create", "get", "modify", "randomizer", "physics", "distribution", "trigger", "functional", "rng",
+    "create_mesh_decal",
     # what comes out
     "annotators", "AnnotatorRegistry", "NodeConnectionTemplate", "annotators_default", "augmentations_default",
     "writers", "Writer", "WriterRegistry", "WriterRegistryError", "BasicWriter", "PoseWriter", "writers_default",

@@ -246,6 +246,11 @@ def auto_connect(first: Any, second: Any) -> None:
         )
 
 
+def _disconnect(first: Any, second: Any) -> None:
+    """Unsupported: nodes run in the order of the script, whether they are connected or not."""
+    raise Unsupported("utils._disconnect: nodes run in the order of the script; leave out the one that should not run")
+
+
 @contextmanager
 def sequential() -> Iterator[None]:
     """Nodes made inside run one after the other, as they always do here."""
