@@ -37,6 +37,10 @@ AOVS = {
 }
 
 
+# Those that read all textures of a material.
+MATERIAL_AOVS = frozenset({"bump_normals", "diffuse", "specular", "roughness", "emission"})
+
+
 def check_names(names: Collection[str]) -> tuple[str, ...]:
     """The names in the order of the table.
 

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import warp as wp
 
-from usdsdg_render.aov import AOVS, check_names
+from usdsdg_render.aov import AOVS, MATERIAL_AOVS, check_names
 from usdsdg_render.camera import camera_record
 from usdsdg_render.device import DeviceScene
 from usdsdg_render.kernels.aov import AovArrays, Past, label_pixels
+from usdsdg_render.kernels.material_aov import MaterialArrays, label_materials
 from usdsdg_render.parallel import launch_rows
 from usdsdg_render.scene import Instances, Scene
 
@@ -67,16 +68,21 @@ def render(
     names = check_names(aovs)
     device = device_scene.device
     camera = camera_record(view)
-    out = AovArrays()
+    out, of_material = AovArrays(), MaterialArrays()
     for name in names:
         aov = AOVS[name]
         dtype = _DTYPES[aov.dtype, aov.channels]
-        setattr(out, name, wp.zeros((view.height, view.width), dtype=dtype, device=device))
+        arrays = of_material if name in MATERIAL_AOVS else out
+        setattr(arrays, name, wp.zeros((view.height, view.width), dtype=dtype, device=device))
     wants_motion = "motion_vectors" in names
     past = history.past_of(view, scene.instances) if wants_motion else Past()
     inputs = [device_scene.tables, camera, past, float(view.meters_per_unit)]
     shape = (view.height, view.width)
-    launch_rows(label_pixels, shape, inputs, [out], device=device, threads=threads, band_rows=16)
+    if not MATERIAL_AOVS.issuperset(names):
+        launch_rows(label_pixels, shape, inputs, [out], device=device, threads=threads, band_rows=16)
+    if not MATERIAL_AOVS.isdisjoint(names):
+        inputs = [device_scene.tables, camera]
+        launch_rows(label_materials, shape, inputs, [of_material], device=device, threads=threads, band_rows=16)
     if wants_motion:
         history.remember(view, scene.instances)
-    return {name: getattr(out, name).numpy() for name in names}
+    return {name: getattr(of_material if name in MATERIAL_AOVS else out, name).numpy() for name in names}

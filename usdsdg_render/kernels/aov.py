@@ -3,7 +3,7 @@
 import warp as wp
 
 from usdsdg_render.kernels.camera import camera_ray
-from usdsdg_render.kernels.surface import base_color_at, bumped, surface_at, with_material
+from usdsdg_render.kernels.surface import base_color_at, surface_at
 from usdsdg_render.kernels.types import Camera, SceneTables
 from usdsdg_render.kernels.visibility import BY_THRESHOLD, closest, material_uv, triangle_of
 
@@ -17,12 +17,7 @@ class AovArrays:
     distance_to_image_plane: wp.array2d(dtype=wp.float32)
     normals: wp.array2d(dtype=wp.vec3)
     position: wp.array2d(dtype=wp.vec3)
-    bump_normals: wp.array2d(dtype=wp.vec3)
     albedo: wp.array2d(dtype=wp.vec3)
-    diffuse: wp.array2d(dtype=wp.vec3)
-    specular: wp.array2d(dtype=wp.vec3)
-    roughness: wp.array2d(dtype=wp.float32)
-    emission: wp.array2d(dtype=wp.vec3)
     motion_vectors: wp.array2d(dtype=wp.vec2)
 
 
@@ -93,33 +88,15 @@ def label_pixels(
             -wp.dot(ray.direction, wp.vec3(camera.rotation[0, 2], camera.rotation[1, 2], camera.rotation[2, 2]))
         )
         out.distance_to_image_plane[y, x] = depth * meters_per_unit
-    of_material = out.diffuse.shape[0] + out.specular.shape[0] + out.roughness.shape[0] + out.emission.shape[0]
-    of_surface = out.normals.shape[0] + out.position.shape[0] + out.bump_normals.shape[0] + out.albedo.shape[0]
-    if of_surface + of_material > 0:
+    if out.normals.shape[0] + out.position.shape[0] + out.albedo.shape[0] > 0:
         surface = surface_at(tables, hit, ray.direction)
         if out.normals.shape[0] > 0:
             out.normals[y, x] = surface.normal
         if out.position.shape[0] > 0:
             out.position[y, x] = surface.position
-        material = tables.materials[surface.material]
-        uv = material_uv(material, surface.uv)
-        if out.bump_normals.shape[0] > 0:
-            normal = surface.normal
-            if material.normal_texture >= 0:
-                normal = bumped(tables, hit, surface, material, uv)
-            out.bump_normals[y, x] = normal
         if out.albedo.shape[0] > 0:
-            out.albedo[y, x] = base_color_at(tables, material, uv)
-        if of_material > 0:
-            surface = with_material(tables, surface, material, uv)
-            if out.diffuse.shape[0] > 0:
-                out.diffuse[y, x] = surface.base * (1.0 - surface.metallic)
-            if out.specular.shape[0] > 0:
-                out.specular[y, x] = material.specular * (1.0 - surface.metallic) + surface.base * surface.metallic
-            if out.roughness.shape[0] > 0:
-                out.roughness[y, x] = surface.roughness
-            if out.emission.shape[0] > 0:
-                out.emission[y, x] = surface.emission
+            material = tables.materials[surface.material]
+            out.albedo[y, x] = base_color_at(tables, material, material_uv(material, surface.uv))
     if out.motion_vectors.shape[0] > 0:
         moved = wp.vec2(0.0)
         if past.known[hit.instance] != 0:

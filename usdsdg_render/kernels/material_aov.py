@@ -1,0 +1,55 @@
+"""Label pass over materials: what the surface at the centre of each pixel is made of.
+
+A kernel of its own, because reading all textures would make the label pass slower for those who ask for none of this.
+"""
+
+import warp as wp
+
+from usdsdg_render.kernels.camera import camera_ray
+from usdsdg_render.kernels.surface import bumped, surface_at, with_material
+from usdsdg_render.kernels.types import Camera, SceneTables
+from usdsdg_render.kernels.visibility import BY_THRESHOLD, closest, material_uv
+
+
+@wp.struct
+class MaterialArrays:
+    """Outputs, (height, width); an array of no rows is not asked for."""
+
+    bump_normals: wp.array2d(dtype=wp.vec3)
+    diffuse: wp.array2d(dtype=wp.vec3)
+    specular: wp.array2d(dtype=wp.vec3)
+    roughness: wp.array2d(dtype=wp.float32)
+    emission: wp.array2d(dtype=wp.vec3)
+
+
+@wp.kernel(enable_backward=False)
+def label_materials(
+    tables: SceneTables,
+    camera: Camera,
+    first_row: int,
+    # out
+    out: MaterialArrays,
+):
+    y, x = wp.tid()
+    y += first_row
+    ray = camera_ray(camera, float(x) + 0.5, float(y) + 0.5, wp.vec2(0.0))
+    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, BY_THRESHOLD, 0.5)
+    if hit.instance < 0:
+        return
+    surface = surface_at(tables, hit, ray.direction)
+    material = tables.materials[surface.material]
+    uv = material_uv(material, surface.uv)
+    surface = with_material(tables, surface, material, uv)
+    if out.bump_normals.shape[0] > 0:
+        normal = surface.normal
+        if material.normal_texture >= 0:
+            normal = bumped(tables, hit, surface, material, uv)
+        out.bump_normals[y, x] = normal
+    if out.diffuse.shape[0] > 0:
+        out.diffuse[y, x] = surface.base * (1.0 - surface.metallic)
+    if out.specular.shape[0] > 0:
+        out.specular[y, x] = material.specular * (1.0 - surface.metallic) + surface.base * surface.metallic
+    if out.roughness.shape[0] > 0:
+        out.roughness[y, x] = surface.roughness
+    if out.emission.shape[0] > 0:
+        out.emission[y, x] = surface.emission
