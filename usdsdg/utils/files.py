@@ -1,0 +1,50 @@
+"""Files of a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from usdsdg import files
+from usdsdg.errors import AssetNotFound
+from usdsdg.stage import assets
+
+
+def get_usd_files(path: str, recursive: bool = False, path_filter: str | None = None) -> list[str]:
+    """Paths of the USD files in a folder, sorted; `path_filter` is a regular expression that is searched in each.
+
+    Raises:
+        AssetNotFound: there is no such folder.
+        GraphError: `path_filter` is no regular expression.
+    """
+    return files.usd_files(path, recursive=recursive, path_filter=path_filter)
+
+
+def get_files_group(
+    folder_path: str, file_suffixes: Sequence[str] | None = None, ignore_case: bool = True, file_type: str = "png"
+) -> list[dict[str, str]]:
+    """Files of a folder that belong together, as textures do: `rust_diffuse.png`, `rust_normal.png`.
+
+    Args:
+        file_suffixes: ends of the names before the extension; by default diffuse, normal, roughness, metallic.
+        file_type: the extension.
+
+    Returns:
+        one mapping of suffix to path for each beginning, sorted by it. Groups without all suffixes have fewer keys.
+
+    Raises:
+        AssetNotFound: there is no such folder.
+    """
+    root = Path(assets.resolve(folder_path))
+    if not root.is_dir():
+        raise AssetNotFound(f"{folder_path} is a file, not a folder")
+    suffixes = list(file_suffixes or ("diffuse", "normal", "roughness", "metallic"))
+    groups: dict[str, dict[str, str]] = {}
+    for path in sorted(root.iterdir()):
+        if path.suffix.lower() != f".{file_type.lower().lstrip('.')}":
+            continue
+        for suffix in suffixes:
+            stem, wanted = (path.stem.lower(), suffix.lower()) if ignore_case else (path.stem, suffix)
+            if stem.endswith(wanted):
+                groups.setdefault(stem.removesuffix(wanted), {})[suffix] = str(path)
+    return [groups[stem] for stem in sorted(groups)]

@@ -1,0 +1,134 @@
+"""Nodes of the graph as objects, and events. Nodes are usdsdg's own: what concerns OmniGraph as such has the nearest
+meaning that there is without it.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from pxr import Sdf, Usd
+
+from usdsdg.errors import Unsupported, warn_once
+from usdsdg.graph import evaluate
+from usdsdg.graph.evaluate import graph
+from usdsdg.graph.kinds import action_of
+from usdsdg.graph.node import Node, ReplicatorItem, plain, prim_paths
+from usdsdg.registry import near_misses
+from usdsdg.stage.context import current_stage
+from usdsdg.stage.node_prims import PIPELINE, TYPE_PREFIX, define_graph
+from usdsdg.utils.prims import get_prims_from_paths
+
+
+def send_og_event(event_name: str) -> None:
+    """Fire `trigger.on_custom_event(event_name)` at the next app update or step, whichever comes first."""
+    known = sorted({trigger.name for trigger in graph().triggers if trigger.kind == "OnCustomEvent"})
+    if event_name not in known:
+        near = near_misses(event_name, known)
+        hint = f"did you mean {near[0]!r}?" if near else f"known events: {', '.join(known) or 'none'}."
+        warn_once(f"send_og_event: nothing waits for event {event_name!r}; {hint}")
+    graph().send(event_name)
+
+
+def get_replicator_graph_exists() -> bool:
+    """Whether the stage has a randomization graph."""
+    return bool(current_stage().GetPrimAtPath(PIPELINE))
+
+
+def get_graph(graph_path: str | None = None, is_hidden: bool = False) -> Usd.Prim:
+    """The prim of the randomization graph, made where there is none.
+
+    Raises:
+        Unsupported: another path: there is one graph per stage.
+    """
+    if graph_path not in (None, PIPELINE):
+        raise Unsupported(f"utils.get_graph: there is one graph per stage, {PIPELINE}; leave graph_path out")
+    return define_graph(current_stage())
+
+
+def create_node(
+    node_type_id: str, graph: Any = None, node_name: str | None = None, input_prims: Any = None, **attributes: Any
+) -> Node:
+    """Add a node of one of our types (`omni.replicator.core.OgnWritePose`) under the current trigger.
+
+    Raises:
+        Unsupported: a type that is not ours; register a Python function with rep.randomizer.register instead.
+    """
+    kind = node_type_id.removeprefix(TYPE_PREFIX)
+    if action_of(kind) is None:
+        raise Unsupported(
+            f"utils.create_node: there is no node type {node_type_id!r} here; compose rep functions and register them "
+            "with rep.randomizer.register"
+        )
+    given = {name.removeprefix("inputs:"): plain(value) for name, value in attributes.items()}
+    return evaluate.graph().add(Node(kind=kind, inputs=given, prims=prim_paths(input_prims), name=node_name))
+
+
+def _node(node: Any) -> Node:
+    return node.node if isinstance(node, ReplicatorItem) else node
+
+
+def get_node_targets(node: Any, attribute: str) -> list[str]:
+    """The prims that a node acts on (`inputs:prims`), or those of another of its inputs."""
+    node = _node(node)
+    if attribute.removeprefix("inputs:") == "prims":
+        return list(node.prims)
+    value = node.get_attribute(attribute)
+    return list(prim_paths(value)) if value is not None else []
+
+
+def set_target_prims(node: Any, attribute: str, target_prims: Any) -> None:
+    """Let a node act on other prims (`inputs:prims`), or give another of its inputs prims, from the next execution on.
+
+    Raises:
+        BadPrim: a target is not on the stage.
+    """
+    node, targets = _node(node), prim_paths(target_prims)
+    get_prims_from_paths(targets)
+    name = attribute.removeprefix("inputs:")
+    if name != "prims":
+        ReplicatorItem(node).set_input(name, list(targets))
+        return
+    node.prims = targets
+    if prim := node.path and current_stage().GetPrimAtPath(node.path):
+        relation = prim.CreateRelationship("inputs:prims", custom=False)
+        relation.SetTargets([Sdf.Path(path) for path in targets])
+
+
+def auto_connect(first: Any, second: Any) -> None:
+    """Nothing to do: nodes run in the order of the script.
+
+    Raises:
+        Unsupported: `second` was made before `first`.
+    """
+    order = [node for trigger in graph().triggers for node in trigger.nodes] + graph().impulses
+    one, other = _node(first), _node(second)
+    if one in order and other in order and order.index(other) < order.index(one):
+        raise Unsupported(
+            f"utils.auto_connect: {other.describe()} was made before {one.describe()}, and nodes run in the order of "
+            "the script; make them in the other order"
+        )
+
+
+def _disconnect(first: Any, second: Any) -> None:
+    """Unsupported: nodes run in the order of the script, whether they are connected or not."""
+    raise Unsupported("utils._disconnect: nodes run in the order of the script; leave out the one that should not run")
+
+
+@contextmanager
+def sequential() -> Iterator[None]:
+    """Nodes made inside run one after the other, as they always do here."""
+    yield
+
+
+def ReplicatorWrapper(function: Callable[..., Any]) -> Callable[..., ReplicatorItem]:
+    """A function that returns a node, as one that returns an item (decorator)."""
+
+    @functools.wraps(function)
+    def wrapped(*args: Any, **kwargs: Any) -> ReplicatorItem:
+        made = function(*args, **kwargs)
+        return ReplicatorItem(made) if isinstance(made, Node) else made
+
+    return wrapped

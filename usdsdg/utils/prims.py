@@ -1,0 +1,88 @@
+"""Prims by what they are, and their boxes and transforms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Usd, UsdGeom, UsdShade
+
+from usdsdg import modify
+from usdsdg.errors import BadPrim, GraphError
+from usdsdg.graph.node import prim_paths
+from usdsdg.stage import transforms
+
+
+def get_prims_from_paths(paths: Sequence[Any]) -> list[Usd.Prim]:
+    """The prims at some paths.
+
+    Raises:
+        BadPrim: one of them is not on the stage.
+    """
+    return [modify.prim_at(path) for path in prim_paths(paths)]
+
+
+def get_non_xform_prims(prim_paths: Any) -> list[str]:
+    """Paths of the prims that carry geometry, light or lens: of a Replicator object its children, else the prim."""
+    return [str(each.GetPath()) for prim in get_prims_from_paths(prim_paths) for each in modify.non_xform_prims(prim)]
+
+
+_MODES: dict[str, Callable[[Usd.Prim], bool]] = {
+    "instances": Usd.Prim.IsInstance,
+    "materials": lambda prim: prim.IsA(UsdShade.Material),
+    "meshes": lambda prim: prim.IsA(UsdGeom.Mesh),
+    "prims": lambda prim: True,
+}
+
+
+def find_prims(prim_paths: Any, mode: str = "instances") -> list[str]:
+    """Paths of what lies at and below some prims: `instances`, `prototypes` of these, `meshes`, `materials` or `prims`.
+
+    Raises:
+        GraphError: another mode.
+        BadPrim: a path is not on the stage.
+    """
+    if mode not in _MODES and mode != "prototypes":
+        raise GraphError(f"utils.find_prims: mode={mode!r}; known: {', '.join(_MODES)}, prototypes")
+    below = [prim for root in get_prims_from_paths(prim_paths) for prim in Usd.PrimRange(root)]
+    if mode == "prototypes":
+        return list(dict.fromkeys(str(prim.GetPrototype().GetPath()) for prim in below if prim.IsInstance()))
+    return [str(prim.GetPath()) for prim in below if _MODES[mode](prim)]
+
+
+def get_prim_variant_values(prim_path: Any, variant_name: str) -> list[str]:
+    """The variants of a prim's variant set.
+
+    Raises:
+        BadPrim: there is no such prim, or it has no such variant set.
+    """
+    (prim,) = get_prims_from_paths([prim_path])
+    sets = prim.GetVariantSets()
+    if variant_name not in sets.GetNames():
+        known = ", ".join(sets.GetNames()) or "none"
+        raise BadPrim(f"{prim.GetPath()} has no variant set {variant_name!r}; it has: {known}")
+    return list(sets.GetVariantSet(variant_name).GetVariantNames())
+
+
+def compute_aabb(bbox_cache: UsdGeom.BBoxCache, prim: Any, include_children: bool = True) -> np.ndarray:
+    """(6,) lowest and highest corner of the prim's box along the world's axes [stage units].
+
+    Without children it is the box of the prim's own extent. A prim without extent gives infinite corners, lowest above
+    highest.
+    """
+    (prim,) = get_prims_from_paths([prim])
+    if include_children:
+        box = bbox_cache.ComputeWorldBound(prim).ComputeAlignedRange()
+    else:
+        extent = UsdGeom.Boundable(prim).GetExtentAttr().Get() if prim.IsA(UsdGeom.Boundable) else None
+        local = Gf.Range3d(*(Gf.Vec3d(corner) for corner in extent)) if extent else Gf.Range3d()
+        box = Gf.BBox3d(local, transforms.local_to_world(prim)).ComputeAlignedRange()
+    if box.IsEmpty():
+        return np.array([np.inf] * 3 + [-np.inf] * 3)
+    return np.array([*box.GetMin(), *box.GetMax()])
+
+
+def read_prim_transform(prim: Any) -> Gf.Matrix4d:
+    """Matrix from the prim's own space to the world, row vectors [stage units]."""
+    return transforms.local_to_world(get_prims_from_paths([prim])[0])
