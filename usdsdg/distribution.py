@@ -200,18 +200,19 @@ def uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = Non
     """Uniform between `lower` and `upper`, scalars or tuples.
 
     Draws are floats, also between whole numbers: scripts write colours as (0, 0, 0) to (1, 1, 1). Written to an
-    attribute of whole numbers they are rounded down, so `upper` itself is not drawn.
+    attribute of whole numbers they are rounded down, so `upper` itself is not drawn. `num_samples` changes nothing: there
+    is one draw for each prim.
     """
     return Uniform(lower, upper, seed, name)
 
 
 def normal(mean: Any, std: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
-    """Gaussian with `mean` and standard deviation `std`, scalars or tuples."""
+    """Gaussian with `mean` and standard deviation `std`, scalars or tuples; `num_samples` as in `uniform`."""
     return Normal(mean, std, seed, name)
 
 
 def log_uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
-    """Uniform in the logarithm, between `lower` > 0 and `upper`."""
+    """Uniform in the logarithm, between `lower` > 0 and `upper`; `num_samples` as in `uniform`."""
     return LogUniform(lower, upper, seed, name)
 
 
@@ -223,7 +224,10 @@ def choice(
     with_replacements: bool = True,
     name: str | None = None,
 ):
-    """One of `choices` per prim: values, paths, prims, a group, or other distributions."""
+    """One of `choices` per prim: values, paths, prims, a group, or other distributions.
+
+    `num_samples` is as in `uniform`.
+    """
     return Choice(choices, weights, with_replacements, seed, name)
 
 

@@ -25,7 +25,8 @@ def render_product(
     """One product per camera: a handle for one, a list for several.
 
     `camera` is a path, prim, item, or a list of these; `resolution` is (width, height). A product of the same camera
-    and resolution is used again unless `force_new` or `name` is given.
+    and resolution is used again unless `force_new` or `name` is given. `render_vars` changes nothing: what is rendered
+    is what annotators and writers read.
 
     Raises:
         TypeError: resolution is not a pair of whole numbers.

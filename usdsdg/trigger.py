@@ -42,6 +42,9 @@ def on_time(
 ) -> ReplicatorItem:
     """Fire whenever the timeline has moved on by `interval` seconds, first at `interval`.
 
+    `enable_capture_on_play` and `reset_physics` change nothing: call `orchestrator.set_capture_on_play`, and stop the
+    timeline to put bodies back.
+
     Raises:
         GraphError: `interval` is not above 0.
     """
