@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,6 +29,10 @@ def clean():
     yield
     annotators.detach_all()
     render_products.reset()
+
+
+def data_of(annotator, frame) -> Any:
+    return annotator.compute(frame).data
 
 
 def at(frame, index):
@@ -134,7 +139,7 @@ def test_arguments_can_be_distributions(frame):
     seen = frame.aovs["instance"] >= 0
 
     def amount(index):
-        ratio = annotator.compute(at(frame, index)).data[seen] / frame.aovs["distance_to_camera"][seen]
+        ratio = data_of(annotator, at(frame, index))[seen] / frame.aovs["distance_to_camera"][seen]
         assert np.ptp(ratio) < 1e-6, "one draw per frame"
         return float(ratio.mean())
 
@@ -231,7 +236,7 @@ def no_result(data_in: wp.array2d(dtype=wp.float32)):
 
 
 def test_a_kernel_gets_one_thread_per_pixel(frame):
-    data = annotators.get("rgb").augment(swap_channels, first=0).compute(frame).data
+    data = data_of(annotators.get("rgb").augment(swap_channels, first=0), frame)
     np.testing.assert_array_equal(data[..., :3], frame.aovs["LdrColor"][..., 2::-1])
     assert not data[..., 3].any(), "what a kernel does not write is 0"
     assert data.dtype == np.uint8
@@ -246,7 +251,7 @@ def test_the_shape_of_a_kernels_result_can_be_given(frame):
 def test_a_kernels_noise_has_the_sigma_that_was_asked_for_and_repeats(frame):
     annotator = annotators.get("distance_to_camera").augment(add_noise, sigma=0.1, seed=None)
     seen = frame.aovs["instance"] >= 0
-    noise = [annotator.compute(at(frame, i)).data[seen] - frame.aovs["distance_to_camera"][seen] for i in (0, 1, 0)]
+    noise = [data_of(annotator, at(frame, i))[seen] - frame.aovs["distance_to_camera"][seen] for i in (0, 1, 0)]
     # 700 samples know sigma to 2.7 %; four times that.
     assert np.std(noise[0]) == pytest.approx(0.1, rel=0.11)
     assert not np.array_equal(noise[0], noise[1])
@@ -278,7 +283,7 @@ def test_kernels_for_a_device_that_is_not_there_run_on_the_cpu(frame):
     forget_warnings()
     annotator = annotators.get("rgb", device="cuda:9").augment(swap_channels, first=0)
     with pytest.warns(UsdsdgWarning, match="the CPU does their work"):
-        data = annotator.compute(frame).data
+        data = data_of(annotator, frame)
     np.testing.assert_array_equal(data[..., :3], frame.aovs["LdrColor"][..., 2::-1])
 
 

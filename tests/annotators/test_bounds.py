@@ -1,12 +1,19 @@
 """Bounds against points on the surface of each shape, made here from the schema's definitions."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pxr import Gf, Usd, UsdGeom
 
-from usdsdg.annotators.bounds import read_hull
+from usdsdg.annotators import bounds as hulls
+
+
+def read_hull(prim, time) -> Any:
+    return hulls.read_hull(prim, time)
+
 
 _TURN = np.linspace(0, 2 * np.pi, 721)
 _CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN), np.zeros_like(_TURN)], axis=1)

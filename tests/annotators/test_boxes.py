@@ -1,4 +1,5 @@
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ def frame():
     return make_frame(street())
 
 
-def compute(frame, name, **params):
+def compute(frame, name, **params) -> Any:
     return annotators.get(name, init_params=params).compute(frame)
 
 

@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 from pxr import Sdf, UsdGeom
@@ -8,6 +10,10 @@ from usdsdg import annotators
 from usdsdg.errors import AnnotatorError
 from usdsdg.stage import render_products
 from usdsdg.stage.context import set_stage
+
+
+def compute(frame, name) -> Any:
+    return annotators.get(name).compute(frame).data
 
 
 @pytest.fixture
@@ -27,7 +33,7 @@ def stage():
 
 def test_a_sideways_pair_has_the_disparity_of_the_depth(stage):
     frame = make_frame(stage, (64, 48))
-    out = annotators.get("cross_correspondence").compute(frame).data
+    out = compute(frame, "cross_correspondence")
     seen = frame.aovs["instance"] >= 0
     assert out.shape == (48, 64, 4)
     assert out.dtype == np.float32
@@ -41,7 +47,7 @@ def test_a_sideways_pair_has_the_disparity_of_the_depth(stage):
 def test_the_shift_leads_to_the_ray_of_the_same_point(stage):
     place(stage.GetPrimAtPath("/World/Right"), translate=(1, -2, 9), rotate=(10, 5, 20))
     frame = make_frame(stage, (64, 48))
-    out = annotators.get("CrossCorrespondence").compute(frame).data
+    out = compute(frame, "CrossCorrespondence")
     other = make_frame(stage, (64, 48), camera="/World/Right").camera
     origins, directions = rays(other)
     rows, columns = np.nonzero((frame.aovs["instance"] >= 0) & (out[..., 2] == 0))
@@ -57,7 +63,7 @@ def test_the_shift_leads_to_the_ray_of_the_same_point(stage):
 def test_points_outside_the_other_picture_are_marked(stage):
     place(stage.GetPrimAtPath("/World/Right"), translate=(3, 0, 10))
     frame = make_frame(stage, (64, 48))
-    out = annotators.get("cross_correspondence").compute(frame).data
+    out = compute(frame, "cross_correspondence")
     seen = frame.aovs["instance"] >= 0
     columns = np.nonzero(seen)[1] + 0.5 + out[seen, 0] * 64
     np.testing.assert_array_equal(out[seen, 2] == 1, (columns < 0) | (columns >= 64))

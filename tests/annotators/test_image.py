@@ -1,4 +1,5 @@
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ def frame():
     return make_frame(street(), (64, 48))
 
 
-def compute(frame, name, **params):
+def compute(frame, name, **params) -> Any:
     return annotators.get(name, init_params=params).compute(frame)
 
 

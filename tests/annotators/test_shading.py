@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -14,8 +16,12 @@ def frame():
     return make_frame(street(), (64, 48))
 
 
-def compute(frame, name, **params):
+def compute(frame, name, **params) -> Any:
     return annotators.get(name, init_params=params).compute(frame).data
+
+
+def annotation(frame, name, params) -> Any:
+    return annotators.get(name, init_params=params).compute(frame)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -57,7 +63,7 @@ def test_a_mapping_chooses_colors(frame):
 
 def test_instances_can_be_mapped_by_label_and_by_path(frame):
     both = {"class:apple": [9, 8, 7], "/World/Apple2": [1, 2, 3]}
-    seen = annotators.get("instance_segmentation", init_params={"mapping": both, "colorize": True}).compute(frame)
+    seen = annotation(frame, "instance_segmentation", {"mapping": both, "colorize": True})
     assert (seen.data[mask_of(frame, "/World/Apple1")] == (9, 8, 7, 255)).all()
     assert (seen.data[mask_of(frame, "/World/Apple2")] == (1, 2, 3, 255)).all()
     assert seen.info["idToLabels"]["(9, 8, 7, 255)"] == "/World/Apple1"
@@ -66,7 +72,7 @@ def test_instances_can_be_mapped_by_label_and_by_path(frame):
     assert pear.all(axis=1).any(), "the others keep theirs"
 
     ids = {"class:apple": 70, "/World/Pear": 71}
-    seen = annotators.get("instance_segmentation_fast", init_params={"mapping": ids}).compute(frame)
+    seen = annotation(frame, "instance_segmentation_fast", {"mapping": ids})
     assert (seen.data[mask_of(frame, "/World/Apple2")] == 70).all()
     assert seen.info["idToLabels"][71] == "/World/Pear"
     assert seen.info["idToSemantics"][70] == {"class": "apple"}
@@ -74,7 +80,7 @@ def test_instances_can_be_mapped_by_label_and_by_path(frame):
 
 def test_gprims_can_be_mapped_by_path_and_by_label(frame):
     mapping = {"/World/Ground": 99, "class:pear": 98}
-    seen = annotators.get("instance_id_segmentation_fast", init_params={"mapping": mapping}).compute(frame)
+    seen = annotation(frame, "instance_id_segmentation_fast", {"mapping": mapping})
     assert (seen.data[mask_of(frame, "/World/Ground")] == 99).all()
     assert (seen.data[mask_of(frame, "/World/Pear")] == 98).all()
     assert seen.info["idToLabels"][99] == "/World/Ground"

@@ -1,4 +1,5 @@
 import time
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +15,10 @@ from usdsdg.stage.context import set_stage
 @pytest.fixture
 def stage():
     return set_stage(street())
+
+
+def data_of(frame, name) -> Any:
+    return annotators.get(name).compute(frame).data
 
 
 def attribute(frame, prims, name):
@@ -90,9 +95,9 @@ def test_times(stage):
 
 def test_isaac_pictures(stage):
     frame = make_frame(stage, (32, 24))
-    rgb = annotators.get("LdrColorIsaacConvertRGBAToRGB").compute(frame).data
+    rgb = data_of(frame, "LdrColorIsaacConvertRGBAToRGB")
     np.testing.assert_array_equal(rgb, frame.aovs["LdrColor"][..., :3])
-    points = annotators.get("DistanceToImagePlaneSDIsaacConvertDepthToPointCloud").compute(frame).data
+    points = data_of(frame, "DistanceToImagePlaneSDIsaacConvertDepthToPointCloud")
     assert points.shape == (32 * 24, 3)
     assert points.dtype == np.float32
     seen = (frame.aovs["instance"] >= 0).ravel()
@@ -108,7 +113,7 @@ def test_points_of_an_orthographic_camera(stage):
     frame = make_frame(stage, (8, 6))
     depth = np.full((6, 8), 4.0, np.float32)
     frame.aovs["distance_to_image_plane"] = depth
-    points = annotators.get("DistanceToImagePlaneSDIsaacConvertDepthToPointCloud").compute(frame).data
+    points = data_of(frame, "DistanceToImagePlaneSDIsaacConvertDepthToPointCloud")
     world = points * (1, -1, -1) @ frame.camera.local_to_world[:3, :3] + frame.camera.local_to_world[3, :3]
     pixels, depths = frame.camera.project(world)
     rows, columns = np.mgrid[:6, :8] + 0.5

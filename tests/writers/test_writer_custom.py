@@ -193,12 +193,12 @@ def test_common_keys_tell_time_triggers_and_named_draws(product, tmp_path):
     for _ in range(3):
         orchestrator.step()
         size = current_stage().GetPrimAtPath("/World/Box").GetAttribute("size").Get()
-        (drawn,) = writer.get_data()["distribution_outputs"]["size"]
+        (drawn,) = writer.payloads[-1]["distribution_outputs"]["size"]
         assert drawn == pytest.approx(size, rel=1e-6)
     assert {"swhFrameNumber", "reference_time", "distribution_outputs", "trigger_outputs", "named_outputs"} <= set(
         writer.get_data()
     )
-    numerator, denominator = writer.get_data()["reference_time"]
+    numerator, denominator = writer.payloads[-1]["reference_time"]
     assert numerator / denominator == 0.0
 
 
