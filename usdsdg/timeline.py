@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from usdsdg.errors import Unsupported
+
 DEFAULT_END_TIME = 100 / 60
 
 
@@ -94,6 +96,20 @@ class Timeline:
 
     set_target_framerate = set_time_codes_per_second
 
+    def set_play_every_frame(self, every: bool) -> None:
+        """No frame is ever skipped here, so both values mean the same."""
+
+    def set_ticks_per_frame(self, ticks: int) -> None:
+        """How often the time moves in one update.
+
+        Raises:
+            Unsupported: anything but once.
+        """
+        if int(ticks) != 1:
+            raise Unsupported(
+                f"timeline.set_ticks_per_frame({ticks}): the time moves once per update; raise time codes per second"
+            )
+
     def commit(self) -> None:
         """Commands are immediate here."""
 
@@ -120,8 +136,11 @@ class Timeline:
     def advance(self, seconds: float) -> None:
         """Move the time on; wraps or pauses at the end."""
         self._time += seconds
-        if self._time < self._end or self._end <= self._start:
-            return
+        if self._end > self._start and self._time >= self._end:
+            self._turn_at_end()
+        self._tell("tick")
+
+    def _turn_at_end(self) -> None:
         if self._looping:
             self._time = self._start + (self._time - self._end) % (self._end - self._start)
             self._tell("loop")
@@ -130,7 +149,7 @@ class Timeline:
             self.pause()
 
     def subscribe(self, listener: Callable[[str], None]) -> Callable[[], None]:
-        """Call `listener("play" | "pause" | "stop" | "loop")` after each change; returns what ends it."""
+        """Call `listener(change)` after each "play", "pause", "stop", "loop" and "tick"; returns what ends it."""
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener) if listener in self._listeners else None
 

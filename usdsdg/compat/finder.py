@@ -17,11 +17,7 @@ from usdsdg.errors import Unsupported
 
 ROOTS = ("omni", "carb", "usdrt", "isaacsim")
 # Longest prefix first: these are not mirrored as files, they are the product itself.
-ALIASES = (
-    ("omni.replicator.core.scripts.utils.utils", "usdsdg.utils"),
-    ("omni.replicator.core.scripts", "usdsdg"),
-    ("omni.replicator.core", "usdsdg"),
-)
+ALIASES = (("omni.replicator.core.scripts", "usdsdg"), ("omni.replicator.core", "usdsdg"))
 
 
 def real_name(name: str) -> str:

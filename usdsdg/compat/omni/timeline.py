@@ -1,5 +1,6 @@
 """`omni.timeline`: the clock."""
 
+from usdsdg.compat.carb.eventdispatcher import TIMELINE_EVENTS
 from usdsdg.timeline import Timeline as ITimeline
 from usdsdg.timeline import get_timeline
 
@@ -9,3 +10,9 @@ def get_timeline_interface(name: str = "") -> ITimeline:
 
 
 acquire_timeline_interface = get_timeline_interface
+
+GLOBAL_EVENT_PLAY = TIMELINE_EVENTS["play"]
+GLOBAL_EVENT_PAUSE = TIMELINE_EVENTS["pause"]
+GLOBAL_EVENT_STOP = TIMELINE_EVENTS["stop"]
+GLOBAL_EVENT_LOOPED = TIMELINE_EVENTS["loop"]
+GLOBAL_EVENT_CURRENT_TIME_TICKED = TIMELINE_EVENTS["tick"]

@@ -1,14 +1,25 @@
 """`omni.usd`: the one context and its stage."""
 
 import asyncio
+import enum
 from typing import Any
 
 from pxr import Usd
 
+from usdsdg.compat.carb.eventdispatcher import NEW_FRAME
 from usdsdg.stage import context
 from usdsdg.stage.paths import next_free_path
 
-__all__ = ["UsdContext", "get_context", "get_prim_at_path", "get_stage_next_free_path", "get_world_transform_matrix"]
+__all__ = [
+    "StageRenderingEventType", "UsdContext", "get_context", "get_prim_at_path", "get_stage_next_free_path",
+    "get_world_transform_matrix",
+]  # fmt: skip
+
+
+class StageRenderingEventType(enum.Enum):
+    """What `stage_rendering_event_name` can be asked for."""
+
+    NEW_FRAME = 0
 
 
 class UsdContext:
@@ -44,6 +55,10 @@ class UsdContext:
 
     def get_stage_url(self) -> str:
         return context.current_stage().GetRootLayer().identifier
+
+    def stage_rendering_event_name(self, event_type: StageRenderingEventType, immediate: bool = False) -> str:
+        """The name under which `carb.eventdispatcher` tells new frames."""
+        return NEW_FRAME
 
     def get_stage_loading_status(self) -> tuple[str, int, int]:
         """(message, files loaded, files to load): loading is synchronous, so nothing is ever pending."""

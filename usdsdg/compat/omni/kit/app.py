@@ -2,7 +2,8 @@
 
 from usdsdg.app import App as IApp
 from usdsdg.app import get_app
+from usdsdg.compat.carb.eventdispatcher import APP_UPDATE as GLOBAL_EVENT_UPDATE
 
 get_app_interface = get_app
 
-__all__ = ["IApp", "get_app", "get_app_interface"]
+__all__ = ["GLOBAL_EVENT_UPDATE", "IApp", "get_app", "get_app_interface"]

@@ -1,0 +1,141 @@
+"""`carb.eventdispatcher`, `omni.physics.core` and what Isaac Sim's examples check their files with."""
+
+from __future__ import annotations
+
+import sys
+from types import SimpleNamespace
+
+import pytest
+from pxr import UsdPhysics
+
+import usdsdg as rep
+from usdsdg import compat
+from usdsdg.errors import Unsupported
+from usdsdg.stage import context
+
+
+@pytest.fixture
+def omni(monkeypatch):
+    """The foreign modules that scripts import, gone again afterwards."""
+    before = (list(sys.meta_path), set(sys.modules))
+    compat.install()
+    import carb.eventdispatcher
+    import omni.kit.app
+    import omni.physics.core
+    import omni.timeline
+    import omni.usd
+
+    context.new_stage()
+    yield SimpleNamespace(carb=carb, omni=omni)
+    sys.meta_path[:] = before[0]
+    for name in set(sys.modules) - before[1]:
+        if name.split(".")[0] in ("carb", "omni"):
+            del sys.modules[name]
+
+
+def test_app_updates_and_ticks_of_the_timeline_are_events(omni):
+    dispatcher = omni.carb.eventdispatcher.get_eventdispatcher()
+    updates, ticks, plays = [], [], []
+    held = [
+        dispatcher.observe_event(event_name=name, on_event=heard.append)
+        for name, heard in (
+            (omni.omni.kit.app.GLOBAL_EVENT_UPDATE, updates),
+            (omni.omni.timeline.GLOBAL_EVENT_CURRENT_TIME_TICKED, ticks),
+            (omni.omni.timeline.GLOBAL_EVENT_PLAY, plays),
+        )
+    ]
+    app, timeline = omni.omni.kit.app.get_app(), omni.omni.timeline.get_timeline_interface()
+    app.update()
+    timeline.play()
+    app.update()
+    app.update()
+    timeline.stop()
+    assert (len(updates), len(ticks), len(plays)) == (3, 2, 1)
+    assert ticks[1]["currentTime"] == pytest.approx(2 / 60)
+    held.clear()
+    app.update()
+    assert len(updates) == 3
+
+
+def test_observers_hear_in_order_and_only_what_they_filter_for(omni):
+    dispatcher = omni.carb.eventdispatcher.get_eventdispatcher()
+    heard = []
+    second = dispatcher.observe_event(order=5, event_name="mine", on_event=lambda event: heard.append("second"))
+    first = dispatcher.observe_event(
+        order=-1, event_name="mine", on_event=lambda event: heard.append(event.get("n")), filter={"n": 3}
+    )
+    assert dispatcher.dispatch_event("mine", {"n": 2}) == 1
+    assert dispatcher.dispatch_event("mine", {"n": 3}) == 2
+    assert heard == ["second", 3, "second"]
+    first.reset()
+    second.reset()
+    assert dispatcher.dispatch_event("mine", {"n": 3}) == 0
+
+
+def test_a_custom_event_that_is_dispatched_fires_its_trigger(omni):
+    cube = rep.create.cube()
+    with rep.trigger.on_custom_event("go") as trigger, cube:
+        rep.modify.pose(position=(0, 0, 7))
+    omni.carb.eventdispatcher.get_eventdispatcher().dispatch_event("omni.graph.action.go")
+    omni.omni.kit.app.get_app().update()
+    assert trigger.get_output("execCount") == 1
+
+
+def test_every_captured_frame_is_an_event(omni):
+    name = omni.omni.usd.get_context().stage_rendering_event_name(omni.omni.usd.StageRenderingEventType.NEW_FRAME, True)
+    heard = []
+    held = omni.carb.eventdispatcher.get_eventdispatcher().observe_event(event_name=name, on_event=heard.append)
+    rep.orchestrator.step()
+    rep.orchestrator.step()
+    assert len(heard) == 2
+    held.reset()
+
+
+def test_physics_steps_are_heard_until_unsubscribed(omni):
+    stage = context.current_stage()
+    UsdPhysics.Scene.Define(stage, "/PhysicsScene")
+    physics = omni.omni.physics.core.get_physics_simulation_interface()
+    steps = []
+    held = physics.subscribe_physics_on_step_events(pre_step=False, order=0, on_update=lambda dt, _: steps.append(dt))
+    omni.omni.timeline.get_timeline_interface().play()
+    omni.omni.kit.app.get_app().update()
+    assert steps == pytest.approx([1 / 60])
+    held.unsubscribe()
+    omni.omni.kit.app.get_app().update()
+    assert len(steps) == 1
+    with pytest.raises(Unsupported, match="pre_step"):
+        physics.subscribe_physics_on_step_events(pre_step=True, on_update=print)
+    omni.omni.timeline.get_timeline_interface().stop()
+
+
+def test_the_timeline_ticks_once_per_update(omni):
+    timeline = omni.omni.timeline.get_timeline_interface()
+    timeline.set_play_every_frame(True)
+    timeline.set_ticks_per_frame(1)
+    with pytest.raises(Unsupported, match="once per update"):
+        timeline.set_ticks_per_frame(4)
+
+
+@pytest.mark.parametrize(
+    ("expected", "options", "fits"),
+    [
+        ({"png": 2, "json": 1}, {}, True),
+        ({"PNG": 2}, {}, True),
+        ({"png": 1}, {}, False),
+        ({"png": 1}, {"exact_match": False}, True),
+        ({"png": 3}, {"recursive": True}, True),
+        ({"png": 2}, {"allowed_extra_extensions": set()}, False),
+        ({"png": 2}, {"allowed_extra_extensions": {"json"}}, True),
+        ({"png": 2, "json": 1}, {"fail_on_empty_files": True}, False),
+        ({"png": 2}, {"min_file_size_bytes": 10}, False),
+    ],
+)
+def test_folders_are_validated_as_isaac_sims_examples_do(tmp_path, capsys, expected, options, fits):
+    from usdsdg.compat.isaacsim.test.utils.file_validation import validate_folder_contents
+
+    (tmp_path / "deep").mkdir()
+    for name, content in (("a.png", "12345"), ("b.PNG", "12345"), ("c.json", ""), ("deep/d.png", "12345")):
+        (tmp_path / name).write_text(content)
+    assert validate_folder_contents(tmp_path, expected, **options) is fits
+    assert bool(capsys.readouterr().out) is not fits
+    assert not validate_folder_contents(tmp_path / "missing", {})

@@ -1,0 +1,115 @@
+"""`carb.eventdispatcher`: events by name. App updates, the timeline, new frames and custom events are told here."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from usdsdg.app import get_app
+from usdsdg.frame_loop import get_orchestrator
+from usdsdg.graph import evaluate
+from usdsdg.timeline import get_timeline
+
+__all__ = ["Event", "EventDispatcher", "Observer", "get_eventdispatcher"]
+
+APP_UPDATE = "omni.kit.app:update"
+NEW_FRAME = "omni.usd.context:new_frame"
+CUSTOM_EVENT = "omni.graph.action."
+TIMELINE_EVENTS = {
+    "play": "omni.timeline:play",
+    "pause": "omni.timeline:pause",
+    "stop": "omni.timeline:stop",
+    "loop": "omni.timeline:looped",
+    "tick": "omni.timeline:current_time_ticked",
+}
+
+
+@dataclass(frozen=True)
+class Event:
+    """What happened; its payload reads as a mapping."""
+
+    event_name: str
+    payload: Mapping[str, Any] = field(default_factory=dict)
+
+    def __getitem__(self, key: str) -> Any:
+        return self.payload[key]
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.payload
+
+    def get(self, key: str, default: Any = None) -> Any:
+        return self.payload.get(key, default)
+
+
+class Observer:
+    """A subscription: it ends with `reset`, or when nobody holds it any more."""
+
+    def __init__(self, end: Callable[[], None]) -> None:
+        self._end = end
+
+    def reset(self) -> None:
+        self._end()
+
+    def __del__(self) -> None:
+        self._end()
+
+
+class EventDispatcher:
+    """Calls observers by order, then in the order in which they came."""
+
+    def __init__(self) -> None:
+        self._observers: dict[int, tuple[str, int, Mapping[str, Any], Callable[[Event], None]]] = {}
+        self._keys = itertools.count()
+
+    def observe_event(
+        self,
+        order: int = 0,
+        event_name: str = "",
+        on_event: Callable[[Event], None] | None = None,
+        filter: Mapping[str, Any] | None = None,
+        observer_name: str = "",
+    ) -> Observer:
+        """Call `on_event(event)` at every event of that name whose payload holds what `filter` says."""
+        if on_event is None or not event_name:
+            raise TypeError(f"observe_event {observer_name!r}: give event_name and on_event")
+        key = next(self._keys)
+        self._observers[key] = (str(event_name), order, filter or {}, on_event)
+        return Observer(partial(self._observers.pop, key, None))
+
+    def dispatch_event(self, event_name: str, payload: Mapping[str, Any] | None = None) -> int:
+        """Tell all observers of `event_name`; returns how many were told.
+
+        `omni.graph.action.<name>` also fires `rep.trigger.on_custom_event("<name>")`.
+        """
+        if event_name.startswith(CUSTOM_EVENT):
+            evaluate.graph().send(event_name.removeprefix(CUSTOM_EVENT))
+        return self._tell(event_name, payload or {})
+
+    def _tell(self, event_name: str, payload: Mapping[str, Any]) -> int:
+        event = Event(event_name, payload)
+        due = [
+            (order, key, on_event)
+            for key, (name, order, wanted, on_event) in self._observers.items()
+            if name == event_name and all(payload.get(each) == value for each, value in wanted.items())
+        ]
+        for _, _, on_event in sorted(due, key=lambda each: each[:2]):
+            on_event(event)
+        return len(due)
+
+    def _tell_timeline(self, change: str) -> None:
+        if change in TIMELINE_EVENTS:
+            self._tell(TIMELINE_EVENTS[change], {"currentTime": get_timeline().get_current_time()})
+
+
+_dispatcher = EventDispatcher()
+get_app().subscribe_update(lambda dt: _dispatcher._tell(APP_UPDATE, {"dt": dt}) and None)
+get_timeline().subscribe(_dispatcher._tell_timeline)
+get_orchestrator().on_captured(lambda: _dispatcher._tell(NEW_FRAME, {}) and None)
+
+
+def get_eventdispatcher() -> EventDispatcher:
+    """The one dispatcher."""
+    return _dispatcher

@@ -1,0 +1,47 @@
+"""`isaacsim.test.utils.file_validation`: counts of files, which Isaac Sim's examples check with `--test`."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+__all__ = ["validate_folder_contents"]
+
+
+def validate_folder_contents(
+    path: str | Path,
+    expected_counts: dict[str, int],
+    *,
+    recursive: bool = False,
+    fail_on_empty_files: bool = False,
+    allowed_extra_extensions: set[str] | None = None,
+    min_file_size_bytes: int = 0,
+    exact_match: bool = True,
+) -> bool:
+    """Whether a folder holds so many files of each extension ("png": 3), and says which count is wrong if not.
+
+    Args:
+        expected_counts: files by extension without its dot, in any case.
+        allowed_extra_extensions: others that may be there; None allows all.
+        min_file_size_bytes: smaller files do not count as valid.
+        exact_match: False takes more files of an expected extension, too.
+    """
+    folder = Path(path)
+    if not folder.is_dir():
+        print(f"validate_folder_contents: {folder} is no folder")
+        return False
+    files = [each for each in (folder.rglob("*") if recursive else folder.glob("*")) if each.is_file()]
+    least = max(min_file_size_bytes, 1 if fail_on_empty_files else 0)
+    wrong = [f"{each} has {each.stat().st_size} bytes" for each in files if each.stat().st_size < least]
+    found = Counter(each.suffix.lstrip(".").lower() for each in files)
+    expected = {extension.lstrip(".").lower(): count for extension, count in expected_counts.items()}
+    for extension, count in expected.items():
+        fits = found[extension] == count if exact_match else found[extension] >= count
+        if not fits:
+            wrong.append(f"{found[extension]} files .{extension} instead of {count}")
+    if allowed_extra_extensions is not None:
+        allowed = {extension.lstrip(".").lower() for extension in allowed_extra_extensions} | set(expected)
+        wrong += [f"files .{extension}, which are not allowed" for extension in sorted(set(found) - allowed)]
+    for each in wrong:
+        print(f"validate_folder_contents: {folder}: {each}")
+    return not wrong
