@@ -200,8 +200,8 @@ def uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = Non
     """Uniform between `lower` and `upper`, scalars or tuples.
 
     Draws are floats, also between whole numbers: scripts write colours as (0, 0, 0) to (1, 1, 1). Written to an
-    attribute of whole numbers they are rounded down, so `upper` itself is not drawn. `num_samples` changes nothing: there
-    is one draw for each prim.
+    attribute of whole numbers they are rounded down, so `upper` itself is not drawn. `num_samples` changes nothing:
+    there is one draw for each prim.
     """
     return Uniform(lower, upper, seed, name)
 

@@ -240,6 +240,29 @@ def _returns(kind: str, annotation: Any) -> bool:
     return annotation in (inspect.Signature.empty, "Any", Any) or any(word in text for word in RETURNS[kind])
 
 
+def unread(name: Name) -> list[str]:
+    """Arguments that our function takes, does not look at and does not name in its docstring."""
+    try:
+        _, ours = _resolved(name.path)
+    except AttributeError:
+        return []
+    function = inspect.unwrap(getattr(ours, "__init__" if inspect.isclass(ours) else "__func__", ours))
+    if not inspect.isfunction(function) or not function.__module__.startswith("usdsdg") or _refuses(function):
+        return []
+    if function.__code__.co_filename.startswith("<"):
+        return []
+    (definition,) = ast.parse(textwrap.dedent(inspect.getsource(function))).body
+    read = {node.id for statement in definition.body for node in ast.walk(statement) if isinstance(node, ast.Name)}
+    if "locals" in read or not read:
+        return []
+    known = {*read, "self", "cls"}
+    return [
+        each
+        for each in inspect.signature(function).parameters
+        if each not in known and each not in (function.__doc__ or "")
+    ]
+
+
 def signature_faults(theirs: inspect.Signature, ours: inspect.Signature) -> Iterator[str]:
     """Where a call that fits `theirs` would not do the same with `ours`.
 

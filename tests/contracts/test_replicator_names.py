@@ -31,6 +31,11 @@ def test_names_are_listed_once_and_in_the_table():
     assert set(every) <= set(mirror.names())
 
 
+def test_arguments_without_an_effect_are_named_in_the_docstring():
+    silent = {path: mirror.unread(name) for path, name in mirror.names().items() if name.signature is not None}
+    assert {path: arguments for path, arguments in silent.items() if arguments} == {}
+
+
 def test_few_names_are_missing_on_purpose():
     assert len(gaps.listed(gaps.MISSING)) <= 0.03 * len(mirror.names())
 

@@ -107,7 +107,9 @@ class Annotator:
         return self
 
     def attach(self, render_products: Any, render_product_idxs: Any = None) -> Annotator:
-        """Watch one render product (an object with `.path`, a path, or a list of one); no need of `render_product_idxs`.
+        """Watch one render product (an object with `.path`, a path, or a list of one).
+
+        `render_product_idxs` changes nothing: there is only one.
 
         Raises:
             BadPrim: there is no such render product, or none any more.

@@ -38,7 +38,7 @@ def get_replicator_graph_exists() -> bool:
 
 
 def get_graph(graph_path: str | None = None, is_hidden: bool = False) -> Usd.Prim:
-    """The prim of the randomization graph, made where there is none.
+    """The prim of the randomization graph, made where there is none; `is_hidden` changes nothing.
 
     Raises:
         Unsupported: another path: there is one graph per stage.
@@ -52,6 +52,8 @@ def create_node(
     node_type_id: str, graph: Any = None, node_name: str | None = None, input_prims: Any = None, **attributes: Any
 ) -> Node:
     """Add a node of one of our types (`omni.replicator.core.OgnWritePose`) under the current trigger.
+
+    `graph` changes nothing: there is one graph per stage.
 
     Raises:
         Unsupported: a type that is not ours; register a Python function with rep.randomizer.register instead.
@@ -110,11 +112,6 @@ def auto_connect(first: Any, second: Any) -> None:
             f"utils.auto_connect: {other.describe()} was made before {one.describe()}, and nodes run in the order of "
             "the script; make them in the other order"
         )
-
-
-def _disconnect(first: Any, second: Any) -> None:
-    """Unsupported: nodes run in the order of the script, whether they are connected or not."""
-    raise Unsupported("utils._disconnect: nodes run in the order of the script; leave out the one that should not run")
 
 
 @contextmanager
