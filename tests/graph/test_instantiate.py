@@ -6,6 +6,8 @@ from pxr import Gf, Usd, UsdGeom
 import usdsdg as rep
 from usdsdg.errors import AssetNotFound, GraphError
 from usdsdg.graph import evaluate
+from usdsdg.scatter.solid import Solids
+from usdsdg.scatter.touching import collide
 from usdsdg.stage import context, semantics
 from usdsdg.stage.triangles import triangles_below
 
@@ -155,6 +157,22 @@ def test_point_instances_are_posed_one_by_one(stage, files):
     assert all(0.5 <= scale[0] == scale[1] < 1 for scale in instancer.GetScalesAttr().Get())
     turns = [Gf.Rotation(Gf.Quatd(turn)) for turn in instancer.GetOrientationsAttr().Get()]
     assert all(0 <= turn.GetAngle() <= 90.5 for turn in turns)
+
+
+def test_point_instances_are_turned_and_scattered_one_by_one_and_apart(stage, files):
+    floor = rep.create.plane(scale=30)
+    with rep.randomizer.instantiate(files, size=40, mode="point_instance") as item:
+        rep.randomizer.rotation()
+        rep.randomizer.scatter_2d(floor, offset=1, check_for_collisions=True)
+    instancer = stage.GetPrimAtPath(item.prims[0])
+    UsdGeom.Xformable(instancer).AddTranslateOp().Set(Gf.Vec3d(3, 0, 5))
+    evaluate.graph().evaluate()
+    placed = triangles_below([instancer])
+    origins = [each.to_world[3, :3] for each in placed]
+    assert [round(float(origin[2]), 5) for origin in origins] == [1.0] * 40
+    assert len({tuple(turn.GetImaginary()) for turn in instancer.GetAttribute("orientations").Get()}) == 40
+    bodies = [Solids().around(origin, [each]) for origin, each in zip(origins, placed)]
+    assert not any(collide(bodies[i], bodies[j], origins[j] - origins[i]) for i in range(40) for j in range(i + 1, 40))
 
 
 @pytest.mark.parametrize(

@@ -15,11 +15,12 @@ from usdsdg.graph.evaluate import act
 from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem, plain
 from usdsdg.modify.numbers import draw_numbers
-from usdsdg.modify.point_instances import is_population, pose_instances
+from usdsdg.modify.point_instances import pose_instances
 from usdsdg.modify.prims import prim_at, prims_of
 from usdsdg.stage import local_pose, transforms
 from usdsdg.stage.context import current_stage
 from usdsdg.stage.facing import facing
+from usdsdg.stage.populations import is_population
 from usdsdg.stage.pose_batch import Rotations, author_poses
 from usdsdg.values import vector
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from pxr import Gf, Sdf, UsdGeom, Vt
@@ -12,9 +13,9 @@ from usdsdg.errors import AssetError, BadPrim, GraphError
 from usdsdg.graph.evaluate import graph
 from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
-from usdsdg.modify.point_instances import POPULATION
 from usdsdg.stage import assets, paths
 from usdsdg.stage.context import current_stage
+from usdsdg.stage.populations import POPULATION
 from usdsdg.values import count_of
 
 MODES = ("scene_instance", "point_instance", "reference")
@@ -29,8 +30,8 @@ def instantiate(
     """A population of `size` objects, each of which shows an asset drawn from `paths`, again at every execution.
 
     The item's prims are Xforms under `/Replicator/SampledAssets`, to be posed or labelled like any other; they show
-    their first draw at once. With mode "point_instance" it is one PointInstancer: `modify.pose` poses its instances one
-    by one, everything else acts on it as a whole.
+    their first draw at once. With mode "point_instance" it is one PointInstancer: `modify.pose` (position, rotation,
+    scale), `rotation`, `scatter_2d` and `scatter_3d` act on each of its instances, everything else on the whole.
 
     Args:
         paths: USD files (paths or URLs), prims of the stage, an item, or a distribution over these.
@@ -159,7 +160,7 @@ def _fill_instancer(node: Node, execution: int) -> None:
     instancer = UsdGeom.PointInstancer.Define(stage, root)
     instancer.GetPrim().SetCustomDataByKey(POPULATION, True)
     # One draw per instance, as for prims.
-    keys = Node(kind=node.kind, inputs=node.inputs, prims=tuple(f"{root}[{i}]" for i in range(size)), key=node.key)
+    keys = replace(node, prims=tuple(f"{root}[{index}]" for index in range(size)))
     chosen = [prim_paths(each)[0] for each in draw(node.inputs["paths"], keys, execution, "paths")]
     known: dict[str, int] = node.state
     for path in chosen:

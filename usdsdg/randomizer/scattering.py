@@ -19,6 +19,7 @@ from usdsdg.scatter.bounds import Bounds
 from usdsdg.scatter.places import Draws
 from usdsdg.scatter.stage_bodies import scatter, surface_of, volume_of
 from usdsdg.stage.context import current_stage
+from usdsdg.stage.populations import object_names
 
 # Where the voxels are shown that `viz_sampled_voxels` asks for.
 VOXELS = "/Replicator/SampledVoxels"
@@ -61,7 +62,7 @@ def scatter_2d(
 def _scatter_2d(node: Node, execution: int) -> None:
     inputs = node.inputs
     region = surface_of(_prims(inputs, "surfacePrims"), _given_bounds(inputs), offset=inputs["offset"])
-    _scatter(node, region, _draws(node, execution, surface.COMPONENTS))
+    _scatter(node, region, execution, surface.COMPONENTS)
 
 
 def scatter_3d(
@@ -120,28 +121,31 @@ def _scatter_3d(node: Node, execution: int) -> None:
         resolution_scaling=inputs["resolutionScaling"],
         once=inputs["preventVolOverlap"],
     )
-    drawn = _scatter(node, region, _draws(node, execution, volume.COMPONENTS))
+    drawn = _scatter(node, region, execution, volume.COMPONENTS)
     if inputs["vizSampledVoxels"] and isinstance(region, volume.Volume):
         show_voxels(current_stage(), region.voxels(drawn), region.voxel_size)
 
 
-def _scatter(node: Node, region: surface.Surface | volume.Volume | volume.Box, draws: Draws) -> np.ndarray:
+def _scatter(
+    node: Node, region: surface.Surface | volume.Volume | volume.Box, execution: int, components: int
+) -> np.ndarray:
+    prims = [prim_at(path) for path in node.prims]
     return scatter(
-        [prim_at(path) for path in node.prims],
+        prims,
         region,
-        draws,
+        _draws(node, object_names(prims), execution, components),
         avoid=_prims(node.inputs, "noCollPrims"),
         apart=node.inputs["checkForCollisions"],
         shapes=node.state.setdefault("shapes", {}),
     )
 
 
-def _draws(node: Node, execution: int, components: int) -> Draws:
+def _draws(node: Node, names: Sequence[str], execution: int, components: int) -> Draws:
     seed = node.inputs.get("seed", get_global_seed())
 
     def draw(rows: Sequence[int], first: int, tries: int) -> np.ndarray:
-        prims = [node.prims[row] for row in rows]
-        u = uniforms(seed, f"{node.key}/try {first}", execution, prims, tries * components)
+        chosen = [names[row] for row in rows]
+        u = uniforms(seed, f"{node.key}/try {first}", execution, chosen, tries * components)
         return u.reshape(len(rows), tries, components)
 
     return draw

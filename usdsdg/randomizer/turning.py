@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.graph.sampling import get_global_seed, uniforms
 from usdsdg.modify.prims import prims_of
 from usdsdg.stage import transforms
+from usdsdg.stage.populations import author_orientations, instance_names, is_population
 from usdsdg.stage.pose_batch import Rotations, author_poses
 
 
@@ -29,12 +31,18 @@ def rotation(
 @action("OgnRotation")
 def _rotate(node: Node, execution: int) -> None:
     lower, upper = (np.asarray(node.inputs[name], float) for name in ("minAngle", "maxAngle"))
-    u = uniforms(node.inputs.get("seed", get_global_seed()), node.key, execution, node.prims, 3)
-    if (lower == -180.0).all() and (upper == 180.0).all():
-        angles = transforms.euler_xyz_from_quat(uniform_quaternions(u))
-    else:
-        angles = lower + u * (upper - lower)
-    author_poses(prims_of(node), rotate=Rotations(degrees=angles))
+    seed, whole = node.inputs.get("seed", get_global_seed()), (lower == -180.0).all() and (upper == 180.0).all()
+
+    def angles(names: Sequence[str]) -> np.ndarray:
+        u = uniforms(seed, node.key, execution, names, 3)
+        return transforms.euler_xyz_from_quat(uniform_quaternions(u)) if whole else lower + u * (upper - lower)
+
+    prims = prims_of(node)
+    single = [prim for prim in prims if not is_population(prim)]
+    if single:
+        author_poses(single, rotate=Rotations(degrees=angles([str(prim.GetPath()) for prim in single])))
+    for population in (prim for prim in prims if is_population(prim)):
+        author_orientations(population, Rotations(degrees=angles(instance_names(population))).quats())
 
 
 def uniform_quaternions(u: np.ndarray) -> np.ndarray:

@@ -14,6 +14,13 @@ from usdsdg.scatter.solid import Shape, Solid, Solids
 from usdsdg.scatter.surface import Surface
 from usdsdg.scatter.volume import Box, Volume
 from usdsdg.stage import local_pose
+from usdsdg.stage.populations import (
+    author_world_positions,
+    instance_names,
+    is_population,
+    object_names,
+    world_positions,
+)
 from usdsdg.stage.triangles import Placed, triangles_below
 
 
@@ -64,6 +71,8 @@ def scatter(
 ) -> np.ndarray:
     """Place `prims`, in order, where `region` and `draw` say, off the prims `avoid` and (`apart`) off each other.
 
+    Of a population its instances are placed.
+
     Args:
         shapes: geometry of earlier calls, which is not prepared again.
 
@@ -78,7 +87,7 @@ def scatter(
     obstacles: list[tuple[Solid, np.ndarray]] = []
     if avoid or apart:
         solids = Solids(shapes)
-        bodies = [solids.around(_origin(prim), triangles_below([prim])) for prim in prims]
+        bodies = [body for prim in prims for body in _bodies(prim, solids)]
         own = {str(prim.GetPath()) for prim in prims}
         for placed in triangles_below(avoid):
             # A group of obstacles may hold what is to be placed.
@@ -86,11 +95,29 @@ def scatter(
             if own.isdisjoint(str(prefix) for prefix in path.GetPrefixes()):
                 origin = placed.to_world[3, :3]
                 obstacles.append((solids.around(origin, [placed]), origin))
-    names = [str(prim.GetPath()) for prim in prims]
+    names = object_names(prims)
     places, chosen = free_places(names, region, draw, solids=bodies, obstacles=obstacles, apart=apart)
-    for prim, place in zip(prims, places):
-        local_pose.author_world_position(prim, place)
+    row = 0
+    for prim in prims:
+        if is_population(prim):
+            count = len(instance_names(prim))
+            author_world_positions(prim, places[row : row + count])
+        else:
+            count = 1
+            local_pose.author_world_position(prim, places[row])
+        row += count
     return chosen
+
+
+def _bodies(prim: Usd.Prim, solids: Solids) -> list[Solid]:
+    """The body of a prim, or those of a population's instances."""
+    placed = triangles_below([prim])
+    if not is_population(prim):
+        return [solids.around(_origin(prim), placed)]
+    by_name: dict[str, list[Placed]] = {name: [] for name in instance_names(prim)}
+    for each in placed:
+        by_name[each.path].append(each)
+    return [solids.around(origin, parts) for origin, parts in zip(world_positions(prim), by_name.values())]
 
 
 def _origin(prim: Usd.Prim) -> np.ndarray:
