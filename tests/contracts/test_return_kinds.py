@@ -10,6 +10,7 @@ from pxr import Usd, UsdGeom
 import usdsdg as rep
 from tests.contracts import mirror
 from usdsdg.graph import evaluate
+from usdsdg.settings import DEFAULTS, get_settings
 from usdsdg.stage.context import new_stage
 from usdsdg.stage.render_products import HydraTexture
 
@@ -118,7 +119,9 @@ def called() -> list[str]:
 
 @pytest.fixture
 def given(tmp_path):
-    """What stands for the words in braces: a new stage with a few prims, and files."""
+    """What stands for the words in braces: a new stage with a few prims, and files; settings are put back after."""
+    settings = get_settings()
+    before = {key: settings.get(key) for key in settings.changed()}
     evaluate.reset()
     stage = new_stage()
     for name, kind in (
@@ -150,7 +153,11 @@ def given(tmp_path):
         "product": rep.create.render_product(CAMERA, (8, 8)),
         "item": rep.create.group([CUBE]),
     }
+    for key in settings.changed():
+        value = before.get(key, DEFAULTS.get(key))
+        settings.set(key, value) if value is not None else settings.destroy_item(key)
     evaluate.reset()
+    new_stage()
 
 
 def filled(value, given):
