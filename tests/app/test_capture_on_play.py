@@ -33,6 +33,7 @@ class Counting(rep.Writer):
 @pytest.fixture
 def writer():
     context.new_stage()
+    get_settings().set("/omni/replicator/captureOnPlay", True)
     camera = rep.create.camera(position=(5, 0, 0), look_at=(0, 0, 0))
     product = rep.create.render_product(camera, (16, 12))
     counting = Counting()
