@@ -141,11 +141,11 @@ def difference(name: Name) -> str:
 
 
 def _refuses(ours: Any) -> bool:
-    """Whether a function is there only to say that there is no such thing here."""
+    """Whether a function or class is there only to say that there is no such thing here."""
+    if (inspect.isclass(ours) or inspect.isfunction(ours)) and (ours.__doc__ or "").startswith("Unsupported:"):
+        return True
     if not inspect.isfunction(ours):
         return False
-    if (inspect.getdoc(ours) or "").startswith("Unsupported:"):
-        return True
     body = ast.parse(textwrap.dedent(inspect.getsource(ours))).body[0].body
     statements = [each for each in body if not (isinstance(each, ast.Expr) and isinstance(each.value, ast.Constant))]
     return len(statements) == 1 and isinstance(statements[0], ast.Raise) and "Unsupported" in ast.dump(statements[0])
