@@ -20,6 +20,17 @@ def test_what_follows_the_script_belongs_to_the_script(tmp_path):
     assert done.stdout.strip() == "['script.py', '--seed', '9', '-q', '--num', '2', '--help']"
 
 
+def test_assets_root_and_save_stage_may_follow_the_script(tmp_path):
+    (tmp_path / "assets").mkdir()
+    text = "import sys; from usdsdg.stage import assets; print(sys.argv[1:], assets.assets_root())"
+    done = run(
+        tmp_path, text, "--num", "2", "--assets-root", "assets", "--save-stage=last.usda", "--", "--save-stage=x"
+    )
+    assert done.stdout.splitlines()[0] == f"['--num', '2', '--save-stage=x'] {tmp_path / 'assets'}"
+    assert (tmp_path / "last.usda").is_file()
+    assert not (tmp_path / "x").exists()
+
+
 def test_an_unknown_option_before_the_script_is_named(tmp_path):
     done = usdsdg("run", "--sed", "9", "script.py", cwd=tmp_path, expect=2)
     assert "--sed" in done.stderr

@@ -27,14 +27,31 @@ def run(
 ) -> None:
     """Run an existing Replicator or Isaac Sim script unchanged; it ends when its tasks have ended.
 
-    Options of usdsdg come before SCRIPT; whatever follows it belongs to the script.
+    Options of usdsdg come before SCRIPT; what follows it belongs to the script, but for --assets-root and --save-stage,
+    which may stand on either side. All that follows a -- is the script's.
     """
+    arguments, own = _without_own(arguments or [])
+    assets_root, save_stage = own.get("--assets-root", assets_root), own.get("--save-stage", save_stage)
     if not script.is_file():
         print(f"error: no script {script}", file=sys.stderr)
         raise typer.Exit(1)
     with session(assets_root=assets_root, device=device, quiet=quiet, save_stage=save_stage):
         seed_everything(seed)
-        execute(script, arguments or [])
+        execute(script, arguments)
+
+
+def _without_own(arguments: list[str]) -> tuple[list[str], dict[str, Path]]:
+    """The script's arguments, and those of ours that no script has an option of that name for."""
+    rest, own, given = [], {}, iter(arguments)
+    for argument in given:
+        name, _, value = argument.partition("=")
+        if argument == "--":
+            rest += given
+        elif name in ("--assets-root", "--save-stage"):
+            own[name] = Path(value or next(given, ""))
+        else:
+            rest.append(argument)
+    return rest, own
 
 
 def execute(script: Path, arguments: list[str]) -> None:
