@@ -1,4 +1,8 @@
-"""Shapes. Mirrors `rep.create.sphere` and its siblings."""
+"""Shapes. Mirrors `rep.create.sphere` and its siblings.
+
+Meshes are one metre across, in whatever units the stage has, and stand on its up axis. With `as_mesh=False` a shape is
+the UsdGeom prim in USD's own default size, two stage units across, as in Replicator.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +35,7 @@ def _shape(kind: str, arguments: dict[str, Any]) -> ReplicatorItem:
 
 def sphere(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
            material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Spheres of one metre diameter, as meshes or as UsdGeom prims."""
+    """Spheres of one metre diameter."""
     return _shape("Sphere", locals())
 
 
@@ -43,29 +47,37 @@ def cube(position=None, scale=None, pivot=None, rotation=None, look_at=None, loo
 
 def cylinder(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
              material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Cylinders of one metre height and diameter, along the stage's Z axis."""
+    """Cylinders of one metre height and diameter, along the stage's up axis."""
     return _shape("Cylinder", locals())
 
 
 def cone(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
          material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Cones of one metre height and base diameter, along Z."""
+    """Cones of one metre height and base diameter, pointing up."""
     return _shape("Cone", locals())
 
 
 def torus(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
           material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Tori of one metre outer diameter around Z; always a mesh, since UsdGeom has no torus."""
+    """Tori of one metre outer diameter around the up axis.
+
+    Raises:
+        Unsupported: as_mesh=False, since UsdGeom has no torus.
+    """
     return _shape("Torus", locals())
 
 
 def disk(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
          material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Flat discs of one metre diameter, facing +Z; always a mesh."""
+    """Flat discs of one metre diameter, facing up.
+
+    Raises:
+        Unsupported: as_mesh=False, since UsdGeom has no disc.
+    """
     return _shape("Disk", locals())
 
 
 def plane(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
           material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Flat squares of one metre edge, facing +Z."""
+    """Flat squares of one metre edge, facing up."""
     return _shape("Plane", locals())
