@@ -12,6 +12,9 @@ import weakref
 from collections.abc import Callable, Coroutine
 from typing import Any
 
+# How long tasks that are cancelled at the end may take to clean up.
+CLEAN_UP_SECONDS = 2.0
+
 
 class ScriptLoop:
     """An event loop that is turned a little at a time. The first failure that nobody collects is raised."""
@@ -57,7 +60,10 @@ class ScriptLoop:
             task.cancel()
         try:
             if left:
-                self._loop.run_until_complete(asyncio.gather(*left, return_exceptions=True))
+                self._loop.run_until_complete(asyncio.wait(left, timeout=CLEAN_UP_SECONDS))
+            for task in left:
+                # A Ctrl-C between the end of what a task waits for and its next step takes the step away for ever.
+                task._log_destroy_pending = False  # type: ignore[attr-defined]
             self._loop.run_until_complete(self._loop.shutdown_asyncgens())
             self._loop.run_until_complete(self._loop.shutdown_default_executor())
         finally:

@@ -272,3 +272,24 @@ def test_a_new_stage_forgets_graph_timeline_and_engines(physics):
     assert evaluate.graph().triggers == []
     assert get_timeline().is_stopped()
     assert engines.physics_if_made() is None
+
+
+def test_a_task_whose_next_step_was_lost_does_not_hold_up_the_end(monkeypatch):
+    """A Ctrl-C can come between the end of what a task waits for and its wake-up; nothing wakes it after that."""
+    import asyncio
+
+    from usdsdg import script_loop
+
+    monkeypatch.setattr(script_loop, "CLEAN_UP_SECONDS", 0.05)
+    loop = script_loop.ScriptLoop()
+    waited = loop._loop.create_future()
+
+    async def wait():
+        await waited
+
+    task = asyncio.ensure_future(wait(), loop=loop._loop)
+    loop.turn()
+    waited.set_result(None)
+    loop._loop._ready.clear()
+    loop.close()
+    assert not task.done()
