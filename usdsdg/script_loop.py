@@ -21,6 +21,8 @@ class ScriptLoop:
 
     def __init__(self) -> None:
         self._tasks: weakref.WeakSet[asyncio.Task[Any]] = weakref.WeakSet()
+        # asyncio itself holds tasks weakly: one that waits for something that only it knows would be collected.
+        self._running: set[asyncio.Task[Any]] = set()
         self._lost: list[Exception] = []
         self._news: asyncio.Future[None] | None = None  # a task ended or a failure was lost
         self._loop = asyncio.new_event_loop()
@@ -73,6 +75,8 @@ class ScriptLoop:
     # --- failures that nobody sees ---
     def _new_task(self, loop: asyncio.AbstractEventLoop, coro: Any, **options: Any) -> asyncio.Task[Any]:
         task = asyncio.Task(coro, loop=loop, **options)
+        self._running.add(task)
+        task.add_done_callback(self._running.discard)
         task.add_done_callback(lambda _: self._wake())
         self._tasks.add(task)
         return task
