@@ -85,30 +85,6 @@ class Orchestrator:
         writer_base.detach_all()
 
     # --- one frame ---
-    def _on_update(self, _dt: float) -> None:
-        """Capture on play: every update of a playing timeline is a frame, when somebody looks."""
-        timeline = get_timeline()
-        plays = timeline.is_playing() and timeline.is_auto_updating() and self.status is not Status.PAUSED
-        if plays and get_settings().get_as_bool("/omni/replicator/captureOnPlay") and self._capture.is_watched():
-            self.step(-1, False, 0.0)
-
-    def _on_timeline(self, event: str) -> None:
-        """Where playing means capturing, stopping means that the run is over."""
-        if event == "stop" and self.captures and get_settings().get_as_bool("/omni/replicator/captureOnPlay"):
-            self.finish()
-
-    def pause(self) -> None:
-        """Capture nothing in `run`, and let the timeline stand, until `resume`."""
-        if self.status is not Status.STOPPED:
-            get_timeline().hold()
-            self._set_status(Status.PAUSED)
-
-    def resume(self) -> None:
-        """Go on after `pause`."""
-        if self.status is Status.PAUSED:
-            self._set_status(Status.STARTED)
-            get_timeline().release()
-
     def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
         self._start_if_stopped()
         self._set_status(Status.STEPPING)
@@ -167,6 +143,30 @@ class Orchestrator:
         self._set_status(Status.STARTED)
 
     # --- many frames ---
+    def _on_update(self, _dt: float) -> None:
+        """Capture on play: every update of a playing timeline is a frame, when somebody looks."""
+        timeline = get_timeline()
+        plays = timeline.is_playing() and timeline.is_auto_updating() and self.status is not Status.PAUSED
+        if plays and get_settings().get_as_bool("/omni/replicator/captureOnPlay") and self._capture.is_watched():
+            self.step(-1, False, 0.0)
+
+    def _on_timeline(self, event: str) -> None:
+        """Where playing means capturing, stopping means that the run is over."""
+        if event == "stop" and self.captures and get_settings().get_as_bool("/omni/replicator/captureOnPlay"):
+            self.finish()
+
+    def pause(self) -> None:
+        """Capture nothing in `run`, and let the timeline stand, until `resume`."""
+        if self.status is not Status.STOPPED:
+            get_timeline().hold()
+            self._set_status(Status.PAUSED)
+
+    def resume(self) -> None:
+        """Go on after `pause`."""
+        if self.status is Status.PAUSED:
+            self._set_status(Status.STARTED)
+            get_timeline().release()
+
     def run(self, num_frames: int | None, start_timeline: bool) -> Iterator[None]:
         """Capture frame after frame and yield after each, until the run has ended or somebody has stopped it."""
         timeline = get_timeline()

@@ -12,35 +12,11 @@ from usdsdg.errors import BadPrim, GraphError, Unsupported, warn_once
 from usdsdg.graph.node import ReplicatorItem, prim_paths
 from usdsdg.stage import paths, transforms
 from usdsdg.stage.context import current_stage
+from usdsdg.stage.lens_attributes import LENS, OPTICS, PROJECTIONS
 from usdsdg.values import count_of, vector
 
-PROJECTIONS = (
-    "pinhole", "pinholeOpenCV", "fisheyePolynomial", "fisheyeSpherical", "fisheyeKannalaBrandtK3", "fisheyeOpenCV",
-    "fisheyeRadTanThinPrism", "omniDirectionalStereo", "generalizedProjection",
-)  # fmt: skip
 # Removed from Replicator in 1.11.21; scripts for 4.2 still say them.
 OLD_PROJECTIONS = ("fisheyeOrthographic", "fisheyeEquidistant", "fisheyeEquisolid")
-
-_OPTICS = {
-    "focal_length": "focalLength",
-    "focus_distance": "focusDistance",
-    "f_stop": "fStop",
-    "horizontal_aperture": "horizontalAperture",
-    "horizontal_aperture_offset": "horizontalApertureOffset",
-    "vertical_aperture_offset": "verticalApertureOffset",
-}
-# Attributes of Omniverse's own lens models.
-_LENS = {
-    "fisheye_nominal_width": "fthetaWidth",
-    "fisheye_nominal_height": "fthetaHeight",
-    "fisheye_optical_centre_x": "fthetaCx",
-    "fisheye_optical_centre_y": "fthetaCy",
-    "openCV_focal_x": "openCVFx",
-    "openCV_focal_y": "openCVFy",
-    "fisheye_max_fov": "fthetaMaxFov",
-    **{f"fisheye_polynomial_{letter}": f"fthetaPoly{letter.upper()}" for letter in "abcdef"},
-    **{f"fisheye_{name}": name for name in ("p0", "p1", "s0", "s1", "s2", "s3")},
-}
 
 
 def camera(
@@ -176,16 +152,16 @@ def _write_lens(cameras: list[Usd.Prim], lens: dict[str, Any]) -> None:
     near, far = vector("clipping_range", lens["clipping_range"], 2)
     for prim in cameras:
         UsdGeom.Camera(prim).CreateClippingRangeAttr(Gf.Vec2f(near, far))
-    written = dict(_OPTICS)
+    written = dict(OPTICS)
     if projection != "pinhole":
         warn_once(
             f"create.camera: the renderer has no {projection} lens; the attributes are authored, and a picture by this "
             "camera is refused. Use projection_type='pinhole' to render."
         )
-        written |= _LENS
+        written |= LENS
         for prim in cameras:
             prim.CreateAttribute("cameraProjectionType", Sdf.ValueTypeNames.Token, custom=False).Set(projection)
-            for attribute in _LENS.values():
+            for attribute in LENS.values():
                 prim.CreateAttribute(attribute, Sdf.ValueTypeNames.Float, custom=False)
     if cameras:
         for argument, attribute in written.items():

@@ -5,7 +5,7 @@ rep.functional.modify.pose(cube, rotation_value=(0, 0, 45))
 """
 
 from usdsdg.functional import create, create_batch, get, modify, physics, randomizer, utils
-from usdsdg.functional.files import (
+from usdsdg.writers.files import (
     read_exr,
     write_exr,
     write_image,

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from pxr import Sdf, Usd, UsdGeom, UsdPhysics
+from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.jobs import colliders
 from usdsdg.stage import assets, context, semantics
+from usdsdg.stage.physics_scene import needed_physics_scene
 from usdsdg.stage.schemas import physx
 from usdsdg.stage.transforms import author_pose
 
@@ -43,8 +44,6 @@ def add_walls(stage: Usd.Stage, size: tuple[float, float, float], *, path: str =
 
 def add_physics_scene(stage: Usd.Stage) -> Usd.Prim:
     """The stage's physics scene, made at /PhysicsScene where it has none, stepping 60 times a second."""
-    scene = next((prim for prim in stage.Traverse() if prim.IsA(UsdPhysics.Scene)), None)
-    if scene is None:
-        scene = UsdPhysics.Scene.Define(stage, "/PhysicsScene").GetPrim()
+    scene = needed_physics_scene(stage)
     physx.PhysxSceneAPI.Apply(scene).GetTimeStepsPerSecondAttr().Set(PHYSICS_RATE)
     return scene

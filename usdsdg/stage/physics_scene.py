@@ -15,6 +15,11 @@ def physics_scene(stage: Usd.Stage) -> Usd.Prim | None:
     return min(scenes, key=lambda prim: prim.GetPath(), default=None)
 
 
+def needed_physics_scene(stage: Usd.Stage) -> Usd.Prim:
+    """The first PhysicsScene, made at /PhysicsScene where there is none."""
+    return physics_scene(stage) or UsdPhysics.Scene.Define(stage, PATH).GetPrim()
+
+
 def steps_per_second(stage: Usd.Stage) -> float:
     """Physics steps in a second of simulated time."""
     scene = physics_scene(stage)
@@ -24,5 +29,4 @@ def steps_per_second(stage: Usd.Stage) -> float:
 
 def set_steps_per_second(stage: Usd.Stage, rate: float) -> None:
     """Author the step rate, on /PhysicsScene where there is no scene yet. The attribute holds whole numbers."""
-    scene = physics_scene(stage) or UsdPhysics.Scene.Define(stage, PATH).GetPrim()
-    scene.CreateAttribute(_RATE, Sdf.ValueTypeNames.UInt, custom=False).Set(max(1, round(rate)))
+    needed_physics_scene(stage).CreateAttribute(_RATE, Sdf.ValueTypeNames.UInt, custom=False).Set(max(1, round(rate)))

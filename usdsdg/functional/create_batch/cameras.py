@@ -10,32 +10,8 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 from usdsdg.errors import GraphError, Unsupported
 from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.new_prims import define, dress, new_paths, numbers
+from usdsdg.stage.lens_attributes import LENS, OPTICS, PROJECTIONS
 from usdsdg.values import shown
-
-PROJECTIONS = (
-    "pinhole", "pinholeOpenCV", "fisheyePolynomial", "fisheyeSpherical", "fisheyeKannalaBrandtK3", "fisheyeOpenCV",
-    "fisheyeRadTanThinPrism", "omniDirectionalStereo", "generalizedProjection",
-)  # fmt: skip
-
-# Argument to USD attribute. Those above the line belong to UsdGeomCamera, the others to Omniverse.
-_NUMBERS = {
-    "focal_length": "focalLength",
-    "focus_distance": "focusDistance",
-    "f_stop": "fStop",
-    "horizontal_aperture": "horizontalAperture",
-    "horizontal_aperture_offset": "horizontalApertureOffset",
-    "vertical_aperture_offset": "verticalApertureOffset",
-    # ---
-    "fisheye_nominal_width": "fthetaWidth",
-    "fisheye_nominal_height": "fthetaHeight",
-    "fisheye_optical_centre_x": "fthetaCx",
-    "fisheye_optical_centre_y": "fthetaCy",
-    "openCV_focal_x": "openCVFx",
-    "openCV_focal_y": "openCVFy",
-    "fisheye_max_fov": "fthetaMaxFov",
-    **{f"fisheye_polynomial_{letter}": f"fthetaPoly{letter.upper()}" for letter in "abcdef"},
-    **{f"fisheye_{name}": name for name in ("p0", "p1", "s0", "s1", "s2", "s3")},
-}
 
 
 def camera(
@@ -73,7 +49,7 @@ def camera(
     for prim, projection, (near, far) in zip(prims, projections, ranges):
         UsdGeom.Camera(prim).CreateClippingRangeAttr(Gf.Vec2f(near, far))
         prim.CreateAttribute("cameraProjectionType", Sdf.ValueTypeNames.Token, custom=False).Set(projection)
-    for argument, attribute in _NUMBERS.items():
+    for argument, attribute in (OPTICS | LENS).items():
         for prim, value in zip(prims, numbers(argument, arguments.pop(argument), len(prims)) or ()):
             prim.CreateAttribute(attribute, Sdf.ValueTypeNames.Float, custom=False).Set(value)
     for prim, value in zip(prims, per_prim(arguments.pop("cross_camera_reference_name"), len(prims))):

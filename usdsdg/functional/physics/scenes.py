@@ -57,8 +57,3 @@ def take_owner(attributes: dict[str, Any], physics_scene: Any) -> Usd.Prim | Non
         if (given := attributes.pop(name, None)) is not None:
             return scene_of(given)
     return None if physics_scene is None else scene_of(physics_scene)
-
-
-def first_scene(stage: Usd.Stage) -> Usd.Prim | None:
-    """The scene that is simulated: the first one, in the order of the stage."""
-    return next((prim for prim in stage.Traverse() if prim.IsA(UsdPhysics.Scene)), None)

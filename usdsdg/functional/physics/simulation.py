@@ -10,8 +10,9 @@ from pxr import Sdf, Usd, UsdPhysics
 
 from usdsdg.errors import BadPrim, PhysicsError, Unsupported
 from usdsdg.functional.arguments import prims_of
-from usdsdg.functional.physics.scenes import create_physics_scene, first_scene, scene_of
+from usdsdg.functional.physics.scenes import create_physics_scene, scene_of
 from usdsdg.stage.context import current_stage
+from usdsdg.stage.physics_scene import physics_scene as the_scene
 
 _RATE = "physxScene:timeStepsPerSecond"
 
@@ -31,10 +32,10 @@ def simulate(time: float, step_dt: float | None = None, physics_scene: Any = Non
     if not float(time) > 0.0:
         raise PhysicsError(f"simulate: time is {time!r}; expected a positive number of seconds")
     stage = current_stage()
-    if physics_scene is not None and scene_of(physics_scene) != first_scene(stage):
+    if physics_scene is not None and scene_of(physics_scene) != the_scene(stage):
         raise Unsupported(
             f"simulate: physics_scene is {scene_of(physics_scene).GetPath()}, but only the first scene, "
-            f"{first_scene(stage).GetPath()}, is simulated; leave physics_scene out or remove the others"
+            f"{the_scene(stage).GetPath()}, is simulated; leave physics_scene out or remove the others"
         )
     with _stepping(stage, step_dt):
         engine = engines.physics()
@@ -93,7 +94,7 @@ def _stepping(stage: Usd.Stage, step_dt: float | None) -> Iterator[None]:
         raise PhysicsError(
             f"simulate: step_dt is {step_dt!r}; expected 1 / (a whole number of steps per second), such as 1 / 120"
         )
-    scene = first_scene(stage) or create_physics_scene()
+    scene = the_scene(stage) or create_physics_scene()
     layer, path = stage.GetSessionLayer(), scene.GetPath().AppendProperty(_RATE)
     known = layer.GetAttributeAtPath(path)
     before = known.default if known else None
