@@ -149,7 +149,6 @@ class DeviceScene:
         rows["local_to_world"] = matrices[:, :3, :3].transpose(0, 2, 1)
         rows["world_origin"] = matrices[:, 3, :3]
         rows["world_to_local"] = inverse[:, :3, :3].transpose(0, 2, 1)
-        rows["local_origin"] = inverse[:, 3, :3]
         self.placed = solid & (self._faces > 0)
         self.lower, self.upper = _world_boxes(*self._local_boxes, matrices)
         self._face_counts = self._faces * self.placed
@@ -215,7 +214,8 @@ def _triangle_records(prototype: Prototype) -> np.ndarray:
 
 def _see_through(scene: Scene) -> np.ndarray:
     """Per material: whether a ray may pass."""
-    return (scene.materials["opacity"] < 1.0) | (scene.materials["opacity_texture"] >= 0)
+    rows = scene.materials
+    return (rows["opacity"] < 1.0) | (rows["opacity_texture"] >= 0) | (rows["transmission"] > 0.0)
 
 
 def _invertible(local_to_world: np.ndarray, paths: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:

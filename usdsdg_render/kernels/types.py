@@ -30,7 +30,6 @@ class Instance:
     """One placed prototype."""
 
     world_to_local: wp.mat33
-    local_origin: wp.vec3
     local_to_world: wp.mat33
     world_origin: wp.vec3
     nodes: wp.uint64  # bottom-level tree (CPU only)
@@ -71,6 +70,9 @@ class Material:
     opacity_texture: wp.int32
     opacity_channel: wp.int32
     opacity_threshold: wp.float32
+    transmission: wp.float32
+    ior: wp.float32
+    thin: wp.int32
     emission: wp.vec3
     emission_texture: wp.int32
     normal_texture: wp.int32
@@ -105,17 +107,44 @@ class Light:
     position: wp.vec3
     radiance: wp.vec3
     radius: wp.float32
+    aspect: wp.vec2
     width: wp.float32
     height: wp.float32
     cos_angle: wp.float32
     shaping_cos: wp.float32
     shaping_softness: wp.float32
     shaping_focus: wp.float32
+    focus_tint: wp.vec3
+    pattern: wp.uint64  # one LightPattern; 0 = shines evenly
+    rules: wp.uint64  # one LightRules; 0 = reaches everything and casts full shadows
     diffuse: wp.float32
     specular: wp.float32
     visible: wp.int32
     strength: wp.float32
     extent: wp.float32
+
+
+@wp.struct
+class LightPattern:
+    """`scene.LightPattern`; address 0 = none."""
+
+    profile: wp.uint64  # float32, row by row
+    profile_height: wp.int32
+    profile_width: wp.int32
+    texels: wp.uint64  # vec3, row by row
+    height: wp.int32
+    width: wp.int32
+
+
+@wp.struct
+class LightRules:
+    """`scene.LightRules`."""
+
+    links: wp.uint64  # uint8 per instance: 1 = it is lit, 2 = it casts the light's shadow; 0 = all do both
+    shadow_color: wp.vec3
+    shadow_distance: wp.float32
+    shadow_falloff: wp.float32
+    shadow_gamma: wp.float32
 
 
 @wp.struct
@@ -128,6 +157,8 @@ class Dome:
     height: wp.int32  # 0 = no dome
     dome_from_world: wp.mat33
     visible: wp.int32
+    diffuse: wp.float32
+    specular: wp.float32
     grid_width: wp.int32
     grid_height: wp.int32
     cells: wp.array(dtype=wp.uint32)  # per cell two words: packed radiance, and the bits of its density [1/sr]

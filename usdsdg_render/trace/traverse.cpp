@@ -53,11 +53,13 @@ auto enter = [&](int index) {
     const auto& m = in.world_to_local.data;
     entered = index;
     floor_of_instance = top;
-    const float wx = origin[0], wy = origin[1], wz = origin[2];
+    // The difference first: it is exact near the instance, however far from the origin of the world that is.
+    const auto& start = in.world_origin;
+    const float wx = origin[0] - start[0], wy = origin[1] - start[1], wz = origin[2] - start[2];
     const float ex = direction[0], ey = direction[1], ez = direction[2];
-    ox = m[0][0] * wx + m[0][1] * wy + m[0][2] * wz + in.local_origin[0];
-    oy = m[1][0] * wx + m[1][1] * wy + m[1][2] * wz + in.local_origin[1];
-    oz = m[2][0] * wx + m[2][1] * wy + m[2][2] * wz + in.local_origin[2];
+    ox = m[0][0] * wx + m[0][1] * wy + m[0][2] * wz;
+    oy = m[1][0] * wx + m[1][1] * wy + m[1][2] * wz;
+    oz = m[2][0] * wx + m[2][1] * wy + m[2][2] * wz;
     dx = m[0][0] * ex + m[0][1] * ey + m[0][2] * ez;
     dy = m[1][0] * ex + m[1][1] * ey + m[1][2] * ez;
     dz = m[2][0] * ex + m[2][1] * ey + m[2][2] * ez;
