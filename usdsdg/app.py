@@ -40,7 +40,7 @@ class App:
     def update(self) -> None:
         """One application update; while the timeline plays it advances by one time code."""
         timeline = get_timeline()
-        evaluate.graph().evaluate(time=timeline.get_current_time())
+        evaluate.graph().evaluate(time=timeline.get_elapsed_time())
         dt = 1.0 / timeline.get_time_codes_per_seconds()
         if timeline.is_playing() and timeline.is_auto_updating():
             self.advance(dt)

@@ -91,7 +91,7 @@ class Orchestrator:
         timeline = get_timeline()
         timeline.release()
         self._asked_subframes = max(rt_subframes, 0)
-        fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_current_time())
+        fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_elapsed_time())
         mode = render_mode(self._subframes(rt_subframes, fired))
         self._capture.begin()
         self._move_and_render(mode, delta_time)
@@ -193,8 +193,8 @@ class Orchestrator:
         self._capture.expected_frames = count
 
     def preview(self) -> None:
-        """Run every per-frame trigger once, capture nothing."""
-        evaluate.graph().evaluate(time=get_timeline().get_current_time(), preview=True)
+        """Run every trigger of frames or of times once, capture nothing."""
+        evaluate.graph().evaluate(time=get_timeline().get_elapsed_time(), preview=True)
 
     def finish(self) -> None:
         """Wait for all files, then tell writers that this was the last frame."""

@@ -47,7 +47,7 @@ async def step_async(
 
 
 def preview() -> None:
-    """Run every per-frame trigger once without capturing."""
+    """Run every trigger of frames or of times once without capturing."""
     get_orchestrator().preview()
 
 

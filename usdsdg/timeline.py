@@ -24,6 +24,7 @@ class Timeline:
         self._looping = True
         self._auto_update = True
         self._held = False
+        self._looped = 0.0  # seconds that loops have taken back
         self.time_codes_per_second = 60.0
         self._listeners: list[Callable[[str], None]] = []
 
@@ -36,6 +37,10 @@ class Timeline:
 
     def get_current_time(self) -> float:
         return self._time
+
+    def get_elapsed_time(self) -> float:
+        """The current time as it would be without the loops since a script last set or stopped it."""
+        return self._time + self._looped
 
     def get_start_time(self) -> float:
         return self._start
@@ -72,11 +77,11 @@ class Timeline:
         self._held = False
         if not self._stopped:
             self._playing, self._stopped = False, True
-            self._time = self._start
+            self.set_current_time(self._start)
             self._tell("stop")
 
     def set_current_time(self, seconds: float) -> None:
-        self._time = float(seconds)
+        self._time, self._looped = float(seconds), 0.0
 
     def set_start_time(self, seconds: float) -> None:
         self._start = float(seconds)
@@ -142,7 +147,9 @@ class Timeline:
 
     def _turn_at_end(self) -> None:
         if self._looping:
-            self._time = self._start + (self._time - self._end) % (self._end - self._start)
+            before = self._time
+            self._time = self._start + (before - self._end) % (self._end - self._start)
+            self._looped += before - self._time
             self._tell("loop")
         else:
             self._time = self._end
@@ -160,7 +167,8 @@ class Timeline:
     def reset(self) -> None:
         """Back to the state of a new stage; listeners stay."""
         self.stop()
-        self._time, self._start, self._end = 0.0, 0.0, DEFAULT_END_TIME
+        self._start, self._end = 0.0, DEFAULT_END_TIME
+        self.set_current_time(0.0)
         self._looping, self._auto_update = True, True
         self.time_codes_per_second = 60.0
 

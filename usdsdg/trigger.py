@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 from usdsdg.errors import GraphError, Unsupported
+from usdsdg.functional import physics
 from usdsdg.graph.evaluate import Moment, Trigger, graph
 from usdsdg.graph.node import Node, ReplicatorItem
+from usdsdg.settings import get_settings
 from usdsdg.timeline import get_timeline
 from usdsdg.user_functions import enter
 
 # After so many captures without being true a condition no longer counts as something that will end a run.
 PATIENCE = 1000
+# Share of a time that summing frames up may take from it without delaying a trigger to the next frame.
+ROUNDING = 1e-6
 
 
 def on_frame(
@@ -40,17 +45,54 @@ def on_time(
     reset_physics: bool = True,
     max_execs: int = 0,
 ) -> ReplicatorItem:
-    """Fire whenever the timeline has moved on by `interval` seconds, first at `interval`.
+    """Fire when `interval` seconds of the timeline have passed since it last fired, or since the start.
 
-    `enable_capture_on_play` and `reset_physics` change nothing: call `orchestrator.set_capture_on_play`, and stop the
-    timeline to put bodies back.
+    The first frame to reach that time counts; time goes on counting where the timeline loops. The preview at
+    initialisation runs the body too, beyond `max_execs`: it is what is seen until the first firing.
+
+    Args:
+        interval: seconds.
+        num: the older name of `max_execs`.
+        name: in the payload of writers, which number their sequences of frames by it.
+        rt_subframes: at least so many sub-frames at the capture that it fires for.
+        enable_capture_on_play: Switch `orchestrator.set_capture_on_play` on, now; False leaves it as it is.
+        reset_physics: At each firing, before the body runs, put all rigid bodies back to where they were when the
+            timeline began to play, as `functional.physics.reset` does.
+        max_execs: Fire so often at most; 0: without end.
 
     Raises:
         GraphError: `interval` is not above 0.
     """
+    inputs = {"interval": interval, "maxExecs": max_execs or num, "rtSubframes": rt_subframes}
+    return _timed("on_time", name, enable_capture_on_play, resetPhysics=bool(reset_physics), **inputs)
+
+
+def on_time_end(
+    interval: float = 1,
+    name: str = "on_time_end",
+    rt_subframes: int = 32,
+    enable_capture_on_play: bool = True,
+    max_execs: int = 0,
+) -> ReplicatorItem:
+    """Fire one frame, a time code, before `on_time` with the same `interval` would: when a simulation has ended and
+    has not been put back yet.
+
+    Give it to a writer to keep the last frame of every interval. Bodies are not reset, and the preview at
+    initialisation does not run the body. The arguments are those of `on_time`.
+
+    Raises:
+        GraphError: `interval` is not above 0.
+    """
+    inputs = {"interval": interval, "maxExecs": max_execs, "rtSubframes": rt_subframes}
+    return _timed("on_time_end", name, enable_capture_on_play, triggerOnLastFrame=True, **inputs)
+
+
+def _timed(function: str, name: str, capture_on_play: bool, *, interval: float, **inputs: Any) -> ReplicatorItem:
     if interval <= 0:
-        raise GraphError(f"trigger.on_time: interval={interval!r} must be above 0")
-    return _add("OgnOnTime", name, interval=float(interval), maxExecs=max_execs or num, rtSubframes=rt_subframes)
+        raise GraphError(f"trigger.{function}: interval={interval!r} must be above 0")
+    if capture_on_play:
+        get_settings().set("/omni/replicator/captureOnPlay", True)
+    return _add("OgnOnTime", name, interval=float(interval), **inputs)
 
 
 def on_custom_event(event_name: str) -> ReplicatorItem:
@@ -117,13 +159,19 @@ def _on_frame(node: Node, limits: dict[str, int]) -> Trigger:
 
 def _on_time(node: Node, limits: dict[str, int]) -> Trigger:
     interval, last = float(node.inputs["interval"]), [0.0]
+    at_end = bool(node.inputs.get("triggerOnLastFrame", False))
 
     def due(moment: Moment) -> bool:
-        if moment.time < last[0]:
-            last[0] = 0.0
-        if moment.preview or moment.time < last[0] + interval:
+        if moment.preview:
+            return not at_end
+        ahead = min(1.0 / get_timeline().get_time_codes_per_seconds(), interval) if at_end else 0.0
+        now = moment.time + ahead
+        if now < last[0]:
+            last[0] = 0.0  # somebody set the time back
+        target = last[0] + interval
+        if now < target and not math.isclose(now, target, rel_tol=ROUNDING):
             return False
-        last[0] += interval
+        last[0] = now
         return True
 
     def blocked() -> str:
@@ -133,11 +181,11 @@ def _on_time(node: Node, limits: dict[str, int]) -> Trigger:
                 f"trigger.on_time {node.name!r} waits for the timeline, which does not play (start_timeline=True "
                 "plays it)"
             )
-        if timeline.is_looping() and interval >= timeline.get_end_time():
-            return f"trigger.on_time {node.name!r} waits for {interval:g} s, and the timeline loops before that"
         return ""
 
-    return Trigger(node, due, blocked=blocked, **limits)
+    # A stage that was saved before there was such an input says nothing of it.
+    prepare = physics.reset if node.inputs.get("resetPhysics", False) else None
+    return Trigger(node, due, blocked=blocked, prepare=prepare, counts_previews=False, **limits)
 
 
 def _on_custom_event(node: Node, limits: dict[str, int]) -> Trigger:

@@ -123,12 +123,6 @@ def test_a_run_ends_by_the_time_once_the_timeline_plays(no_physics):
     assert get_orchestrator().captures == pytest.approx(1 + 60, abs=2)
 
 
-def test_an_interval_longer_than_the_loop_of_the_timeline_is_refused(no_physics):
-    randomized(trigger.on_time(interval=5, num=2))
-    with pytest.raises(OrchestratorError, match="loops before that"):
-        orchestrator.run(start_timeline=True)
-
-
 def test_a_condition_that_is_never_true_ends_the_run_with_an_error():
     def settled():
         return False

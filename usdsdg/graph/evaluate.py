@@ -21,7 +21,8 @@ from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigg
 class Trigger:
     """When its nodes run. `due` is asked once per evaluation, and again for each further event queued for it.
 
-    `blocked` says why it cannot fire as things stand, or nothing.
+    `blocked` says why it cannot fire as things stand, or nothing. `prepare` is called before its nodes, but not at a
+    preview. Where `counts_previews` is false they do not count among the executions.
     """
 
     node: Node
@@ -31,6 +32,8 @@ class Trigger:
     nodes: list[Node] = field(default_factory=list)
     executions: int = 0
     blocked: Callable[[], str] = str
+    prepare: Callable[[], None] | None = None
+    counts_previews: bool = True
     counted_from: int = 0  # executions of earlier runs, which `max_execs` does not count
 
     @property
@@ -53,7 +56,7 @@ class Moment:
     """What a trigger may look at when asked whether it is due."""
 
     capture: int  # captures before this one; -1 outside a capture
-    time: float  # timeline [s]
+    time: float  # that the timeline has played [s], counted on where it loops
     events: frozenset[str]
     preview: bool = False
 
@@ -107,8 +110,8 @@ class Graph:
     def evaluate(self, *, capture: int = -1, time: float = 0.0, preview: bool = False) -> list[Trigger]:
         """Run everything that is due and return the triggers that fired.
 
-        A custom event sent twice fires twice. `preview` runs every per-frame trigger once, as the orchestrator's
-        initialisation does.
+        A custom event sent twice fires twice. `preview` runs every trigger of frames or of times once, as the
+        orchestrator's initialisation does.
         """
         impulses, self.impulses = self.impulses, []
         for node in impulses:
@@ -125,9 +128,12 @@ class Graph:
     def _fire(self, moment: Moment) -> list[Trigger]:
         due = [trigger for trigger in self.triggers if not trigger.exhausted and trigger.due(moment)]
         for trigger in due:
+            if trigger.prepare is not None and not moment.preview:
+                trigger.prepare()
             for node in trigger.nodes:
                 run(node)
-            trigger.executions += 1
+            if trigger.counts_previews or not moment.preview:
+                trigger.executions += 1
         return due
 
     def restart(self) -> None:

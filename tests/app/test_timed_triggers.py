@@ -1,0 +1,201 @@
+"""`trigger.on_time` and `on_time_end`: at which times they fire, and what they do to capturing and to physics."""
+
+import numpy as np
+import pytest
+from pxr import Usd, UsdGeom
+
+import usdsdg as rep
+from usdsdg.app import get_app
+from usdsdg.errors import GraphError
+from usdsdg.frame_loop import get_orchestrator
+from usdsdg.functional import create, physics
+from usdsdg.graph import evaluate
+from usdsdg.settings import get_settings
+from usdsdg.stage.context import current_stage, new_stage
+from usdsdg.timeline import DEFAULT_END_TIME, get_timeline
+from usdsdg.trigger import trigger_of
+
+FRAME = 1 / 60
+
+
+@pytest.fixture(autouse=True)
+def stage():
+    yield new_stage()
+    get_timeline().stop()
+    get_settings().set("/omni/replicator/captureOnPlay", True)
+
+
+def size_drawn(under):
+    """A cube whose size counts the firings of a trigger; returns what reads it."""
+    path = str(current_stage().DefinePrim("/World/cube", "Cube").GetPath())
+    with under:
+        rep.modify.attribute("size", rep.distribution.sequence([float(i) for i in range(1, 50)]), input_prims=path)
+    return lambda: current_stage().GetPrimAtPath(path).GetAttribute("size").Get()
+
+
+def times_of_firing(item, times):
+    """At which of the times, seconds of the timeline, a trigger is due."""
+    trigger = item._trigger
+    return [time for time in times if trigger.due(evaluate.Moment(0, time, frozenset()))]
+
+
+def test_it_fires_at_the_first_frame_that_reaches_the_interval():
+    times = np.cumsum([0.4] * 12).tolist()
+    fired = times_of_firing(rep.trigger.on_time(interval=1.0), times)
+    # Each interval counts from the frame that fired.
+    assert fired == pytest.approx([1.2, 2.4, 3.6, 4.8])
+
+
+@pytest.mark.parametrize("interval", [0.1, 0.5, 1.0, 1.5])
+def test_a_sum_of_frames_does_not_fire_one_frame_late(interval):
+    times, time = [], 0.0
+    for _ in range(600):
+        time += FRAME
+        times.append(time)
+    fired = times_of_firing(rep.trigger.on_time(interval=interval), times)
+    assert np.round(np.array(fired) / FRAME) == pytest.approx(np.arange(1, len(fired) + 1) * interval * 60)
+
+
+def test_on_time_end_fires_one_frame_before():
+    times = [i * FRAME for i in range(1, 200)]
+    fired = times_of_firing(rep.trigger.on_time_end(interval=1.0), times)
+    assert fired == pytest.approx([1.0 - FRAME, 2.0 - FRAME, 3.0 - FRAME])
+    # An interval shorter than a frame fires at every frame, from the first on.
+    assert times_of_firing(rep.trigger.on_time_end(interval=FRAME / 2), [0.0, FRAME, 2 * FRAME]) == [
+        0,
+        FRAME,
+        2 * FRAME,
+    ]
+
+
+def test_time_counts_on_where_the_timeline_loops():
+    get_settings().set("/app/player/playSimulations", False)
+    try:
+        item = rep.trigger.on_time(interval=2 * DEFAULT_END_TIME, max_execs=1)
+        size_drawn(item)
+        rep.orchestrator.run(start_timeline=True)
+    finally:
+        get_settings().set("/app/player/playSimulations", True)
+    assert get_timeline().get_elapsed_time() == pytest.approx(2 * DEFAULT_END_TIME, abs=2 * FRAME)
+    assert get_timeline().get_current_time() < DEFAULT_END_TIME
+    assert item.executions == 1
+
+
+def test_elapsed_time_is_the_time_again_after_a_stop_or_a_jump():
+    timeline = get_timeline()
+    timeline.play()
+    for _ in range(7):
+        timeline.advance(0.5)
+    assert timeline.get_elapsed_time() == pytest.approx(3.5)
+    assert timeline.get_current_time() == pytest.approx(3.5 - 2 * DEFAULT_END_TIME)
+    timeline.set_current_time(0.25)
+    assert timeline.get_elapsed_time() == 0.25
+    timeline.advance(2.0)
+    timeline.stop()
+    assert timeline.get_elapsed_time() == timeline.get_current_time() == 0.0
+
+
+def test_after_a_stop_the_first_interval_begins_again():
+    item = rep.trigger.on_time(interval=1.0)
+    assert times_of_firing(item, [0.5, 1.0, 1.5, 0.0, 0.5, 1.0, 1.5]) == [1.0, 1.0]
+
+
+def test_the_preview_draws_once_without_counting():
+    size = size_drawn(item := rep.trigger.on_time(interval=1.0, max_execs=2))
+    rep.orchestrator.preview()
+    assert (size(), item.executions) == (1.0, 0)
+    end = rep.trigger.on_time_end(interval=1.0)
+    rep.orchestrator.preview()
+    assert (size(), item.executions, end.executions) == (2.0, 0, 0)
+
+
+def test_a_run_fires_max_execs_times_after_the_preview(stage):
+    get_settings().set("/app/player/playSimulations", False)
+    try:
+        size = size_drawn(item := rep.trigger.on_time(interval=0.5, max_execs=3))
+        sizes = []
+        end = get_orchestrator().on_captured(lambda: sizes.append(size()))
+        rep.orchestrator.run(start_timeline=True)
+        end()
+    finally:
+        get_settings().set("/app/player/playSimulations", True)
+    assert item.executions == 3
+    assert sizes[:30] == [1.0] * 30
+    assert sorted(set(sizes)) == [1.0, 2.0, 3.0, 4.0]
+    # It fired for the last frame, and with that the run was over.
+    assert sizes.count(4.0) == 1
+
+
+@pytest.mark.parametrize("make", [rep.trigger.on_time, rep.trigger.on_time_end])
+def test_capture_on_play_is_switched_on_when_the_line_runs(make):
+    rep.orchestrator.set_capture_on_play(False)
+    make(enable_capture_on_play=False)
+    assert get_settings().get_as_bool("/omni/replicator/captureOnPlay") is False
+    make()
+    assert get_settings().get_as_bool("/omni/replicator/captureOnPlay") is True
+
+
+def test_an_interval_must_be_positive():
+    with pytest.raises(GraphError, match="on_time: interval=0 must be above 0"):
+        rep.trigger.on_time(interval=0)
+    with pytest.raises(GraphError, match="on_time_end: interval=-1 must be above 0"):
+        rep.trigger.on_time_end(interval=-1)
+
+
+def height(prim: Usd.Prim) -> float:
+    return UsdGeom.XformCache().GetLocalToWorldTransform(prim).ExtractTranslation()[2]
+
+
+def falling(stage: Usd.Stage):
+    UsdGeom.SetStageUpAxis(stage, "Z")
+    cube = create.cube(position=(0, 0, 10))
+    physics.create_physics_scene()
+    physics.apply_rigid_body(cube)
+    return cube
+
+
+def played(cube: Usd.Prim, frames: int) -> list[float]:
+    get_timeline().play()
+    heights = []
+    for _ in range(frames):
+        get_app().update()
+        heights.append(height(cube))
+    return heights
+
+
+def test_physics_is_put_back_at_each_firing(stage):
+    cube = falling(stage)
+    with rep.trigger.on_time(interval=0.2, enable_capture_on_play=False):
+        rep.modify.attribute("size", 1.0, attribute_type="double", input_prims="/Cube")
+    heights = played(cube, 40)
+    first = heights[:12]
+    # The evaluation that fires comes before the step of its frame: from there on everything happens as it did first.
+    assert first == sorted(first, reverse=True)
+    assert heights[12:24] == first
+    assert heights[24:36] == first
+
+
+def test_what_the_trigger_draws_comes_after_the_reset(stage):
+    cube = falling(stage)
+    with rep.trigger.on_time(interval=0.2, enable_capture_on_play=False):
+        rep.modify.pose(position=rep.distribution.sequence([(0, 0, 20), (0, 0, 30)]), input_prims="/Cube")
+    heights = played(cube, 30)
+    falls = np.array(heights[:12]) - 10
+    assert np.array(heights[12:24]) - 20 == pytest.approx(falls, abs=1e-4)
+    assert heights[24] == pytest.approx(30 + falls[0], abs=1e-4)
+
+
+def test_without_reset_physics_bodies_fall_on(stage):
+    cube = falling(stage)
+    item = rep.trigger.on_time(interval=0.2, enable_capture_on_play=False, reset_physics=False)
+    heights = played(cube, 30)
+    assert item.executions == 2
+    assert heights == sorted(heights, reverse=True)
+
+
+def test_a_saved_trigger_resets_as_the_first_did():
+    made = [rep.trigger.on_time(), rep.trigger.on_time(reset_physics=False), rep.trigger.on_time_end()]
+    again = [trigger_of(item.node) for item in made]
+    assert [trigger.prepare is None for trigger in again] == [False, True, True]
+    assert not again[2].due(evaluate.Moment(-1, 0.0, frozenset(), preview=True))
+    assert again[2].due(evaluate.Moment(0, 1.0 - FRAME, frozenset()))
