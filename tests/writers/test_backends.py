@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from usdsdg.errors import OutputNotWritable, Unsupported, UsdsdgWarning, WriterError, WriterRegistryError
+from usdsdg.errors import OutputNotWritable, UsdsdgWarning, WriterError, WriterRegistryError
 from usdsdg.writers import BackendDispatch, BackendGroup, BaseBackend, DiskBackend, backends, files, set_disk_root
 from usdsdg.writers.io_queue import IoQueue
 from usdsdg.writers.whole_file import write_whole
@@ -82,8 +82,6 @@ def test_dispatch_takes_old_and_new_arguments(tmp_path):
     backend.write_array("x.npy", np.zeros(2))
     backend.wait_until_done()
     assert names(tmp_path / "b") == ["x.npy", "x.png"]
-    with pytest.raises(Unsupported, match="S3"):
-        BackendDispatch(output_dir=tmp_path, bucket="mine")
     with pytest.raises(WriterError, match="output_dir"):
         BackendDispatch()
 
@@ -308,17 +306,6 @@ def test_the_queue_of_all_backends_is_bounded_by_name(tmp_path, monkeypatch):
     assert queue.max_jobs == 8
     backends.io_queue.wait_until_done()
     assert backends.io_queue.is_done_writing()
-
-
-def test_s3_says_which_extra_it_needs():
-    for ask in (
-        lambda: backends.S3Backend("mine", "key"),
-        lambda: backends.get("S3Backend", {"bucket": "mine", "key_prefix": "key", "region": "eu"}),
-        lambda: BackendDispatch(bucket="mine", key_prefix="key"),
-        lambda: BackendDispatch({"paths": {"s3_bucket": "mine"}}),
-    ):
-        with pytest.raises(Unsupported, match=r"'mine'.*extra 's3'"):
-            ask()
 
 
 def test_a_users_backend_is_registered_and_found_under_its_class_name(tmp_path):

@@ -11,7 +11,7 @@ from tests.annotators.scenes import mask_of, street
 from tests.annotators.test_skeleton import add_character
 from usdsdg import annotators, writers
 from usdsdg.annotators.colors import colors_of_ids
-from usdsdg.errors import ConfigError, Unsupported, WriterError
+from usdsdg.errors import ConfigError, WriterError
 from usdsdg.stage.context import set_stage
 from usdsdg.writers.writer_basic import colorize_depth
 
@@ -233,7 +233,6 @@ def test_what_describes_a_file_is_written_after_it(frame):
     ("options", "error", "message"),
     [
         ({"semantic_types": ["class"], "semantic_filter_predicate": "class:*"}, WriterError, "exclude"),
-        ({"s3_bucket": "b"}, Unsupported, "S3"),
         ({"rbg": True}, WriterError, "'rbg'. Did you mean 'rgb'"),
         ({"rgb": "false"}, WriterError, "rgb is 'false'; expected true or false"),
         ({"semantic_types": [1]}, WriterError, "expected a list of text"),

@@ -471,7 +471,7 @@ def test_the_overlay_draws_edges_where_their_points_are(around_the_camera, tmp_p
         ({"format": "dopey"}, WriterError, "'dopey' does not exist"),
         ({"image_output_format": "bmp"}, WriterError, "'png'"),
         ({"image_output_format": "exr"}, Unsupported, "exr"),
-        ({"use_s3": True, "s3_bucket": "b"}, Unsupported, "S3"),
+        ({"use_s3": True}, WriterError, "use_s3 needs a bucket; give s3_bucket"),
         ({"backend": "disk"}, WriterError, "BaseBackend"),
     ],
 )

@@ -1,9 +1,7 @@
-"""Where bytes go. A backend takes blobs by relative path; writers hand it jobs, which run on the I/O queue."""
+"""Where bytes go: folders, buckets, several places at once; and backends by name (`rep.backends`)."""
 
 from __future__ import annotations
 
-import functools
-import inspect
 import itertools
 import os
 import weakref
@@ -11,12 +9,11 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from usdsdg.errors import Unsupported, WriterError, WriterRegistryError, warn_once
+from usdsdg.errors import WriterError, WriterRegistryError, warn_once
 from usdsdg.registry import Registry
-from usdsdg.writers import files
+from usdsdg.writers.backend import BaseBackend
 from usdsdg.writers.io_queue import io_queue
+from usdsdg.writers.s3 import S3Backend
 from usdsdg.writers.whole_file import check_writable, write_whole
 
 _disk_root: Path | None = None
@@ -31,65 +28,6 @@ def set_disk_root(path: str | os.PathLike | None) -> None:
 def disk_root() -> Path:
     """The folder that relative output folders are under; without a setting ~/omni.replicator_out."""
     return _disk_root or Path.home() / "omni.replicator_out"
-
-
-class BaseBackend:
-    """A place for files. Subclasses write `write_blob` and, if they can, `read_blob`."""
-
-    def initialize(self, **kwargs: Any) -> None:
-        """Run `__init__` again, for a backend that came from `get`."""
-        self.__init__(**kwargs)
-
-    def write_blob(self, path: str, data: bytes) -> None:
-        """Store `data` under `path`, wholly or not at all."""
-        raise NotImplementedError(f"{self.get_name()} does not write blobs")
-
-    def read_blob(self, path: str) -> bytes:
-        """What `write_blob` stored under `path`."""
-        raise NotImplementedError(f"{self.get_name()} does not read blobs")
-
-    def schedule(self, fn: Callable[..., None], *args: Any, **kwargs: Any) -> None:
-        """Call `fn(*args, **kwargs)` soon on another thread, with `backend_instance=self` if it takes that.
-
-        The arguments must not change any more. Blocks while the queue is full; raises what an earlier job of this
-        backend failed with.
-        """
-        what = str(kwargs.get("path") or (args[0] if args and isinstance(args[0], str) else _name_of(fn)))
-        if _takes_backend(fn):
-            kwargs.setdefault("backend_instance", self)
-        job = functools.partial(fn, *args, **kwargs)
-        io_queue.submit(job, what=what, size=_size_of((args, kwargs)), owner=self)
-
-    def schedule_together(self, steps: Sequence[Callable[..., None]]) -> None:
-        """Run `steps` one after the other as one job: a file that names others goes last, and if one fails the rest are
-        not written. Each step is a `functools.partial` of a function that takes `backend_instance`.
-        """
-        self.schedule(_run_in_order, steps=tuple(steps))
-
-    def is_done_writing(self) -> bool:
-        """Whether nothing of this backend waits or runs."""
-        return io_queue.is_done_writing(self)
-
-    def wait_until_done(self) -> None:
-        """Return when all is written; raises the first failure (a WriterError)."""
-        io_queue.wait_until_done(self)
-
-    def get_name(self) -> str:
-        return type(self).__name__
-
-    # The older spelling: one method per kind of file.
-
-    def write_image(self, path: str, data: Any, **options: Any) -> None:
-        """Schedule a picture."""
-        self.schedule(files.write_image, path=path, data=data, **options)
-
-    def write_array(self, path: str, data: Any) -> None:
-        """Schedule a .npy array."""
-        self.schedule(files.write_np, path=path, data=data)
-
-    def write_exr(self, path: str, data: Any, **options: Any) -> None:
-        """Schedule an EXR picture."""
-        self.schedule(files.write_exr, path=path, data=data, **options)
 
 
 class DiskBackend(BaseBackend):
@@ -175,36 +113,32 @@ class BackendDispatch(BackendGroup):
         endpoint_url: str | None = None,
         overwrite: bool = True,
     ) -> None:
-        """config: {"paths": {"out_dir": folder}}, an alternative to `output_dir`."""
+        """To a folder, to a bucket, or to both.
+
+        config: {"paths": {"out_dir": folder, "s3_bucket": name}}, an alternative to `output_dir` and `bucket`.
+        key_prefix: what keys in the bucket begin with; default, `output_dir`, and then no files go into that folder.
+        region, endpoint_url: of the bucket; see `S3Backend`.
+
+        Raises:
+            WriterError: there is neither a folder nor a bucket.
+            OutputNotWritable, Unsupported: as `DiskBackend` and `S3Backend`.
+        """
         paths = (config or {}).get("paths", {})
-        folder = output_dir or paths.get("out_dir")
-        if bucket := bucket or paths.get("s3_bucket"):
-            S3Backend(bucket, key_prefix, region, endpoint_url, overwrite)
-        if not folder:
-            raise WriterError("BackendDispatch has nowhere to write: give output_dir.")
-        super().__init__([DiskBackend(folder, overwrite)])
+        folder, bucket = output_dir or paths.get("out_dir"), bucket or paths.get("s3_bucket")
+        backends: list[BaseBackend] = []
+        if folder and (key_prefix or not bucket):
+            backends.append(DiskBackend(folder, overwrite))
+        if bucket:
+            prefix = key_prefix or (folder and os.fspath(folder))
+            backends.append(S3Backend(bucket, prefix, region, endpoint_url, overwrite))
+        if not backends:
+            raise WriterError("BackendDispatch has nowhere to write: give output_dir, or bucket and key_prefix.")
+        super().__init__(backends)
 
     @staticmethod
     def set_max_queue_size(jobs: int) -> None:
         """How many jobs of all backends may wait before `schedule` blocks."""
         io_queue.set_max_queue_size(jobs)
-
-
-class S3Backend(BaseBackend):
-    """Unsupported: object storage."""
-
-    def __init__(
-        self,
-        bucket: str,
-        key_prefix: str | None,
-        region: str | None = None,
-        endpoint_url: str | None = None,
-        overwrite: bool = False,
-    ) -> None:
-        raise Unsupported(
-            f"S3 bucket {bucket!r}: writing to S3 needs the extra 's3', which this version does not have yet. Write "
-            "to a folder (output_dir) and copy it."
-        )
 
 
 registered: Registry[type[BaseBackend]] = Registry("backend", WriterRegistryError)
@@ -228,18 +162,27 @@ def get(name: str, init_params: Mapping[str, Any] | None = None) -> BaseBackend:
 
 
 def make_backend(
-    writer: str, output_dir: Any, backend: BaseBackend | None, *, bucket: str | None = None, region: str | None = None
+    writer: str,
+    output_dir: Any,
+    backend: BaseBackend | None,
+    *,
+    bucket: str | None = None,
+    region: str | None = None,
+    endpoint_url: str | None = None,
 ) -> BaseBackend:
-    """Where a writer writes: the backend given, the folder, or both.
+    """Where a writer writes: the backend given, the folder, or both; `bucket` takes the folder's place, below
+    `output_dir` as a prefix.
 
     Raises:
-        WriterError: neither is given, or the backend is none.
+        WriterError: none is given, or the backend is none.
     """
     if backend is not None and not isinstance(backend, BaseBackend):
         raise WriterError(
             f"{writer}: backend must be a BaseBackend, such as backends.get('DiskBackend'); got {backend!r}."
         )
-    folder = BackendDispatch(output_dir=output_dir, bucket=bucket, region=region) if output_dir or bucket else None
+    folder = None
+    if output_dir or bucket:
+        folder = BackendDispatch(output_dir=output_dir, bucket=bucket, region=region, endpoint_url=endpoint_url)
     if folder is None and backend is None:
         raise WriterError(f"{writer} has nowhere to write: give output_dir, or backend.")
     if folder is None or backend is None:
@@ -286,36 +229,3 @@ def _warn_of_sharing(backend: DiskBackend) -> None:
             f"{backend.output_dir} is written to by several writers: files of the same names, such as metadata.txt, "
             "replace each other. Give each writer an output_dir of its own."
         )
-
-
-def _run_in_order(steps: Sequence[Callable[..., None]], backend_instance: BaseBackend) -> None:
-    for step in steps:
-        step(backend_instance=backend_instance)
-
-
-@functools.lru_cache(maxsize=256)
-def _takes_backend(fn: Callable) -> bool:
-    try:
-        parameters = inspect.signature(fn).parameters.values()
-    except (TypeError, ValueError):  # built-ins need not have one
-        return False
-    return any(p.name == "backend_instance" or p.kind is p.VAR_KEYWORD for p in parameters)
-
-
-def _name_of(fn: Callable) -> str:
-    return getattr(fn, "__name__", repr(fn))
-
-
-def _size_of(value: Any, depth: int = 4) -> int:
-    """Bytes of the arrays in `value`, roughly."""
-    if isinstance(value, np.ndarray):
-        return value.nbytes
-    if isinstance(value, (bytes, bytearray)):
-        return len(value)
-    if depth and isinstance(value, functools.partial):
-        return _size_of((value.args, value.keywords), depth - 1)
-    if depth and isinstance(value, Mapping):
-        return sum(_size_of(item, depth - 1) for item in value.values())
-    if depth and isinstance(value, (list, tuple)):
-        return sum(_size_of(item, depth - 1) for item in value)
-    return 0

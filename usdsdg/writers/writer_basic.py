@@ -67,6 +67,7 @@ class BasicWriter(Writer):
         backend: BaseBackend | None = None,
     ) -> None:
         """
+        s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
         semantic_types, semantic_filter_predicate: which labels count, as types or as a predicate; default "class:*".
         pointcloud_include_unlabelled: keep points of things without such labels.
         colorize_depth: also write each depth as a grey picture, near white, on a logarithmic scale to 100 m.
@@ -75,8 +76,8 @@ class BasicWriter(Writer):
 
         Raises:
             WriterError: two options exclude each other, a value does not exist, or there is nowhere to write.
-            OutputNotWritable: output_dir cannot be written to.
-            Unsupported: S3.
+            OutputNotWritable: output_dir or the bucket cannot be written to.
+            Unsupported: a bucket without boto3.
         """
         if semantic_types and semantic_filter_predicate:
             raise WriterError("BasicWriter: semantic_types and semantic_filter_predicate exclude each other; give one.")
@@ -101,7 +102,9 @@ class BasicWriter(Writer):
             "skeleton_data": (skeleton_data, {}),
         }
         self.annotators = [catalogue.get(name, params) for name, (asked, params) in wanted.items() if asked]
-        self.backend = make_backend("BasicWriter", output_dir, backend, bucket=s3_bucket, region=s3_region)
+        self.backend = make_backend(
+            "BasicWriter", output_dir, backend, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint
+        )
         self._image_format = checked_image_format(image_output_format)
         self._colorize_depth = colorize_depth
         self._padding = checked_padding(frame_padding)

@@ -63,16 +63,22 @@ class PoseWriter(Writer):
         visibility_threshold: objects of which no larger share is visible are left out.
         skip_empty_frames: write nothing for a picture without objects.
         format: None, "dope" or "centerpose".
+        use_s3: write to the bucket `s3_bucket`, below `output_dir` as a prefix; s3_endpoint_url, s3_region: see
+            `S3Backend`.
         exact_camera_frame: poses in the camera's frame that fit keypoints and picture, instead of Replicator's.
 
         Raises:
             WriterError: an option has a value that does not exist, or there is nowhere to write.
-            OutputNotWritable: output_dir cannot be written to.
+            OutputNotWritable: output_dir or the bucket cannot be written to.
+            Unsupported: a bucket without boto3.
         """
         self._format = _checked_format(format)
         self._image_format = checked_image_format(image_output_format)
+        if use_s3 and not s3_bucket:
+            raise WriterError("PoseWriter: use_s3 needs a bucket; give s3_bucket.")
+        bucket = s3_bucket if use_s3 else None
         self.backend = make_backend(
-            "PoseWriter", output_dir, backend, bucket=s3_bucket or "?" if use_s3 else None, region=s3_region
+            "PoseWriter", output_dir, backend, bucket=bucket, region=s3_region, endpoint_url=s3_endpoint_url
         )
         self._use_subfolders = use_subfolders
         self._threshold = visibility_threshold
