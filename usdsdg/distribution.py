@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import abc
 import copy
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from numbers import Real
+from numbers import Integral, Real
 from statistics import NormalDist
 from typing import Any, Self
 
@@ -17,8 +17,10 @@ import numpy as np
 
 from usdsdg.errors import GraphError
 from usdsdg.graph.node import Node, ReplicatorItem, plain, script_line
-from usdsdg.graph.sampling import generator, get_global_seed, uniforms
+from usdsdg.graph.sampling import generator, get_global_seed, own_seed, uniforms
+from usdsdg.registry import near_misses
 from usdsdg.user_functions import enter
+from usdsdg.values import shown
 
 _GAUSS = NormalDist()
 
@@ -29,10 +31,10 @@ class Distribution(ReplicatorItem, abc.ABC):
     def __init__(self, kind: str, seed: int | None, name: str | None, **inputs: Any) -> None:
         given = {role: plain(value) for role, value in {**inputs, "seed": seed}.items() if value is not None}
         super().__init__(Node(kind=kind, inputs=given, name=name, line=script_line()))
-        self._seed = seed
+        self._seed = self._checked(lambda: own_seed(seed))
 
     def seed(self) -> int:
-        return get_global_seed() if self._seed is None or self._seed < 0 else int(self._seed)
+        return get_global_seed() if self._seed is None else self._seed
 
     def seeded(self, seed: int) -> Self:
         """This distribution, and those that it draws from, with `seed` instead of the global one.
@@ -41,7 +43,7 @@ class Distribution(ReplicatorItem, abc.ABC):
             GraphError: it was made with another seed.
         """
         own = self._seed
-        if own is not None and own >= 0 and own != seed:
+        if own is not None and own != seed:
             raise GraphError(f"{self.node.describe()} has seed={own}, its randomizer seed={seed}; give one of them")
         twin = copy.copy(self)
         twin._seed = seed
@@ -52,11 +54,34 @@ class Distribution(ReplicatorItem, abc.ABC):
         """Draw with another bound, choice or seed from the next execution on.
 
         Raises:
-            GraphError: the value does not go with the other inputs.
+            GraphError: there is no such input, or the value does not go with the others.
         """
+        name = name.removeprefix("inputs:")
+        if name not in (known := INPUTS[self.node.kind]):
+            near = near_misses(name, known)
+            hint = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(known)}"
+            raise GraphError(f"{self.node.describe()} has no input {name!r}; {hint}")
         changed = from_inputs(self.node.kind, {**self.node.inputs, name: value}, self.node.name)
         super().set_input(name, value)
         self.__dict__.update({key: own for key, own in changed.__dict__.items() if key != "node"})
+
+    def _checked(self, make: Callable[[], Any]) -> Any:
+        """What `make` gives; what it raises says which distribution of the script it is."""
+        try:
+            return make()
+        except GraphError as error:
+            raise GraphError(f"{self.node.describe()}: {error}") from None
+
+    def _listed(self, name: str, given: Any) -> list[Any]:
+        """The values of an argument that is several: of an item its prims."""
+        if isinstance(given, ReplicatorItem) and not isinstance(given, Distribution):
+            given = given.prims
+        # The letters of a single path are not meant.
+        if isinstance(given, (str, bytes, Distribution)) or not isinstance(given, Iterable):
+            raise GraphError(f"{self.node.describe()}: {name} is {shown(given)}; expected a list")
+        if not (items := list(given)):
+            raise GraphError(f"{self.node.describe()}: {name} is empty")
+        return items
 
     @abc.abstractmethod
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray | list[Any]:
@@ -67,12 +92,21 @@ class _Numeric(Distribution):
     """Draws numbers: a scalar per prim, or a tuple where a bound is a tuple."""
 
     def _shape(self, first: Any, second: Any, names: tuple[str, str]) -> tuple[np.ndarray, np.ndarray, bool]:
-        a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
+        a, b = self._numbers(names[0], first), self._numbers(names[1], second)
         if a.ndim > 1 or b.ndim > 1 or (a.ndim and b.ndim and a.shape != b.shape):
             raise GraphError(f"{self.node.describe()}: {names[0]}={first!r} and {names[1]}={second!r} differ in length")
         scalar = a.ndim == 0 and b.ndim == 0
         a, b = np.broadcast_arrays(np.atleast_1d(a), np.atleast_1d(b))
         return a, b, scalar
+
+    def _numbers(self, name: str, value: Any) -> np.ndarray:
+        try:
+            numbers = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            numbers = np.full(1, np.nan)
+        if numbers.size == 0 or not np.isfinite(numbers).all():
+            raise GraphError(f"{self.node.describe()}: {name} is {shown(value)}; expected a number, or some numbers")
+        return numbers
 
     def _uniforms(self, consumer: str, execution: int, prims: Sequence[str], components: int) -> np.ndarray:
         return uniforms(self.seed(), consumer, execution, prims, components)
@@ -107,10 +141,10 @@ class Normal(_Numeric):
 
 class LogUniform(Uniform):
     def __init__(self, lower: Any, upper: Any, seed: int | None, name: str | None) -> None:
-        if np.any(np.asarray(lower) <= 0):
-            raise GraphError(f"log_uniform (made at {script_line()}): lower={lower!r} must be above 0")
         super().__init__(lower, upper, seed, name)
         self.node.kind = "OgnSampleLogUniform"
+        if np.any(self._lower <= 0):
+            raise GraphError(f"{self.node.describe()}: lower={lower!r} must be above 0")
         self._lower, self._upper = np.log(self._lower), np.log(self._upper)
 
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray:
@@ -119,14 +153,15 @@ class LogUniform(Uniform):
 
 class Choice(Distribution):
     def __init__(self, choices: Any, weights: Any, with_replacements: bool, seed: int | None, name: str | None) -> None:
-        items = list(choices.prims) if isinstance(choices, ReplicatorItem) else list(choices)
-        inputs = dict(choices=items, weights=weights, withReplacements=with_replacements)
-        super().__init__("OgnSampleChoice", seed, name, **inputs)
-        if not items:
-            raise GraphError(f"{self.node.describe()}: choices is empty")
+        super().__init__("OgnSampleChoice", seed, name, weights=weights, withReplacements=with_replacements)
+        items = self._listed("choices", choices)
+        self.node.inputs["choices"] = plain(items)
         self._items, self._with_replacements = items, with_replacements
-        p = np.ones(len(items)) if weights is None else np.asarray(weights, dtype=np.float64)
-        if p.shape != (len(items),) or np.any(p < 0) or p.sum() <= 0:
+        try:
+            p = np.ones(len(items)) if weights is None else np.asarray(weights, dtype=np.float64)
+        except (TypeError, ValueError):
+            p = np.zeros(0)
+        if p.shape != (len(items),) or not np.isfinite(p).all() or np.any(p < 0) or p.sum() <= 0:
             raise GraphError(
                 f"{self.node.describe()}: weights={weights!r} must be {len(items)} numbers >= 0, not all 0"
             )
@@ -142,8 +177,8 @@ class Choice(Distribution):
             u = uniforms(self.seed(), consumer, execution, prims, 1)[:, 0]
             picks = np.minimum(np.searchsorted(np.cumsum(self._weights), u, side="right"), len(self._items) - 1)
         else:
-            if len(prims) > np.count_nonzero(self._weights):
-                raise GraphError(f"{self.node.describe()}: {len(prims)} prims but only {len(self._items)} choices")
+            if len(prims) > (there_are := np.count_nonzero(self._weights)):
+                raise GraphError(f"{self.node.describe()}: {len(prims)} prims but only {there_are} choices")
             rng = generator(self.seed(), consumer, execution)
             picks = rng.choice(len(self._items), size=len(prims), replace=False, p=self._weights)
         return [self._resolved(self._items[pick], consumer, execution, prim) for pick, prim in zip(picks, prims)]
@@ -154,11 +189,11 @@ class Choice(Distribution):
 
 class Sequence_(Distribution):
     def __init__(self, items: Any, ordered: bool, stride: int | None, seed: int | None, name: str | None) -> None:
-        items = list(items.prims) if isinstance(items, ReplicatorItem) else list(items)
-        super().__init__("OgnSampleSequence", seed, name, items=items, ordered=ordered, stride=stride)
-        if not items:
-            raise GraphError(f"{self.node.describe()}: items is empty")
-        self._items, self._ordered, self._stride = items, ordered, stride
+        super().__init__("OgnSampleSequence", seed, name, ordered=ordered, stride=stride)
+        self._items, self._ordered, self._stride = self._listed("items", items), ordered, stride
+        self.node.inputs["items"] = plain(self._items)
+        if stride is not None and not isinstance(stride, Integral):
+            raise GraphError(f"{self.node.describe()}: stride is {shown(stride)}; expected a whole number")
 
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> list[Any]:
         first = execution * (len(prims) if self._stride is None else self._stride)
@@ -174,8 +209,12 @@ class Sequence_(Distribution):
 
 class Combine(Distribution):
     def __init__(self, distributions: Sequence[Any], name: str | None) -> None:
-        super().__init__("OgnCombine", None, name, distributions=list(distributions))
-        self._parts = list(distributions)
+        super().__init__("OgnCombine", None, name)
+        self._parts = self._listed("distributions", distributions)
+        self.node.inputs["distributions"] = plain(self._parts)
+        for part in self._parts:
+            if not isinstance(part, (Distribution, Real)):
+                raise GraphError(f"{self.node.describe()}: {shown(part)} is neither a number nor a distribution")
 
     def seeded(self, seed: int) -> Self:
         twin = super().seeded(seed)
@@ -189,7 +228,22 @@ class Combine(Distribution):
             else np.full(len(prims), float(part))
             for axis, part in enumerate(self._parts)
         ]
+        if wide := [axis for axis, column in enumerate(columns) if column.ndim != 1]:
+            raise GraphError(
+                f"{self.node.describe()}: distribution {wide[0]} draws several numbers; give one for each axis"
+            )
         return np.stack(columns, axis=1)
+
+
+# The inputs of each type of node, as a saved graph and `set_input` name them.
+INPUTS = {
+    "OgnSampleUniform": ("lower", "upper", "seed"),
+    "OgnSampleNormal": ("mean", "std", "seed"),
+    "OgnSampleLogUniform": ("lower", "upper", "seed"),
+    "OgnSampleChoice": ("choices", "weights", "withReplacements", "seed"),
+    "OgnSampleSequence": ("items", "ordered", "stride", "seed"),
+    "OgnCombine": ("distributions",),
+}
 
 
 def _all_seeded(items: Sequence[Any], seed: int) -> list[Any]:
@@ -273,8 +327,8 @@ def one_of(options: Any, seed: int | None) -> Distribution:
     Raises:
         GraphError: `options` is a distribution that was made with another seed.
     """
-    drawn = options if isinstance(options, Distribution) else choice(options)
-    return drawn if seed is None or seed < 0 else drawn.seeded(seed)
+    drawn, own = options if isinstance(options, Distribution) else choice(options), own_seed(seed)
+    return drawn if own is None else drawn.seeded(own)
 
 
 def draw(value: Any, node: Node, execution: int, role: str) -> list[Any]:

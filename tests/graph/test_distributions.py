@@ -80,6 +80,96 @@ def test_combine_takes_one_axis_from_each():
 @pytest.mark.parametrize(
     "make",
     [
+        lambda seed: distribution.uniform((0, 0), (1, 1), seed=seed),
+        lambda seed: distribution.normal((0, 0), (1, 1), seed=seed),
+        lambda seed: distribution.log_uniform((1, 1), (2, 2), seed=seed),
+        lambda seed: distribution.choice(range(100), seed=seed),
+        lambda seed: distribution.sequence(range(100), ordered=False, seed=seed),
+    ],
+    ids=["uniform", "normal", "log_uniform", "choice", "sequence"],
+)
+def test_a_seed_replaces_the_global_one(make):
+    def drawn(seed):
+        return np.array(make(seed).sample("n", 3, PRIMS[:20])).tolist()
+
+    own = drawn(0)
+    assert drawn(7) != own
+    everyones = drawn(None)
+    assert drawn(11) == drawn(-1) == everyones
+    set_global_seed(12)
+    assert drawn(0) == own
+    assert drawn(None) != everyones
+
+
+@pytest.mark.parametrize(("stride", "expected"), [(None, "def"), (1, "bcd"), (0, "abc"), (5, "fab"), (-1, "fab")])
+def test_a_sequence_goes_on_by_its_stride(stride, expected):
+    items = distribution.sequence(list("abcdef"), stride=stride)
+    assert items.sample("n", 0, PRIMS[:3]) == ["a", "b", "c"]
+    assert items.sample("n", 1, PRIMS[:3]) == list(expected)
+
+
+def test_draws_of_a_vector_do_not_follow_each_other():
+    values = distribution.combine([distribution.normal(0, 1), distribution.normal(0, 1)]).sample("n", 0, PRIMS)
+    # The correlation of 3000 independent pairs lies within four standard errors of 1 / sqrt(3000).
+    assert abs(np.corrcoef(values.T)[0, 1]) < 4 / np.sqrt(len(PRIMS))
+
+
+def test_one_number_beside_several_stands_for_all():
+    values = distribution.uniform(0, (1, 2, 3)).sample("n", 0, PRIMS)
+    np.testing.assert_allclose(values.max(0), (1, 2, 3), rtol=0.01)
+    assert (values >= 0).all()
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: distribution.uniform("low", 1), "lower is 'low'; expected a number"),
+        (lambda: distribution.uniform(0, None), "upper is None; expected a number"),
+        (lambda: distribution.uniform(0, float("inf")), "upper is inf"),
+        (lambda: distribution.normal(0, [1, float("nan")]), r"std is \[1, nan\]"),
+        (lambda: distribution.log_uniform((), 1), r"lower is \(\)"),
+        (lambda: distribution.uniform(0, 1, seed="x"), "seed is 'x'; expected a whole number, or None"),
+        (lambda: distribution.normal(0, 1, seed=1.5), "seed is 1.5"),
+        (lambda: distribution.choice("/World/a.usd"), "choices is '/World/a.usd'; expected a list"),
+        (lambda: distribution.choice(5), "choices is 5; expected a list"),
+        (lambda: distribution.choice(distribution.uniform(0, 1)), "choices is .*; expected a list"),
+        (lambda: distribution.choice([1, 2], weights=["a", 1]), "weights=.* must be 2 numbers"),
+        (lambda: distribution.choice([1, 2], weights=[float("nan"), 1]), "weights=.* must be 2 numbers"),
+        (lambda: distribution.sequence("abc"), "items is 'abc'; expected a list"),
+        (lambda: distribution.sequence([1], stride="all"), "stride is 'all'; expected a whole number"),
+        (lambda: distribution.combine(3), "distributions is 3; expected a list"),
+        (lambda: distribution.combine([1, "x"]), "'x' is neither a number nor a distribution"),
+    ],
+)
+def test_arguments_of_another_kind_are_told(make, message):
+    with pytest.raises(GraphError, match=rf"\(made at test_distributions\.py:\d+\): {message}"):
+        make()
+
+
+def test_what_cannot_be_drawn_is_told():
+    with pytest.raises(GraphError, match="distribution 1 draws several numbers; give one for each axis"):
+        distribution.combine([0, distribution.uniform((0, 0), (1, 1))]).sample("n", 0, PRIMS[:2])
+    once = distribution.choice(list("abc"), weights=[1, 1, 0], with_replacements=False)
+    with pytest.raises(GraphError, match="3 prims but only 2 choices"):
+        once.sample("n", 0, PRIMS[:3])
+
+
+def test_inputs_can_be_set_with_or_without_their_prefix():
+    drawn = distribution.uniform(0, 1)
+    drawn.set_input("inputs:upper", 20)
+    drawn.set_input("lower", 10)
+    values = drawn.sample("n", 0, PRIMS)
+    assert ((values >= 10) & (values < 20)).all()
+    assert drawn.get_inputs() == {"lower": 10, "upper": 20}
+    with pytest.raises(GraphError, match=r"OgnSampleUniform .* has no input 'uper'; did you mean 'upper'\?"):
+        drawn.set_input("uper", 3)
+    with pytest.raises(GraphError, match="lower=30 is above upper=20"):
+        drawn.set_input("lower", 30)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
         lambda: distribution.uniform(2, 1),
         lambda: distribution.uniform((0, 0), (1, 1, 1)),
         lambda: distribution.normal(0, -1),

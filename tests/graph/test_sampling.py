@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from usdsdg.errors import GraphError
 from usdsdg.graph.sampling import generator, get_global_seed, set_global_seed, uniforms
+from usdsdg.settings import get_settings
 
 PRIMS = [f"/World/prim_{i}" for i in range(4000)]
 
@@ -54,5 +56,25 @@ def test_generators_differ_by_every_part_of_their_key():
 def test_zero_is_a_seed_and_negative_is_not():
     set_global_seed(0)
     assert get_global_seed() == 0
-    with pytest.raises(ValueError, match="-1"):
+    with pytest.raises(GraphError, match="-1"):
         set_global_seed(-1)
+
+
+@pytest.mark.parametrize("seed", ["three", 1.5, None])
+def test_a_seed_is_a_whole_number(seed):
+    set_global_seed(5)
+    with pytest.raises(ValueError, match=f"global seed is {seed!r}; expected a whole number"):
+        set_global_seed(seed)
+    assert get_global_seed() == 5
+
+
+def test_the_setting_of_the_seed_is_the_seed():
+    settings = get_settings()
+    set_global_seed(5)
+    assert settings.get("/omni/replicator/globalSeed") == 5
+    settings.set("/omni/replicator/globalSeed", 9)
+    assert get_global_seed() == 9
+    settings.set("/omni/replicator/globalSeed", -1)
+    drawn = get_global_seed()
+    assert 0 <= drawn < 2**31
+    assert get_global_seed() == drawn

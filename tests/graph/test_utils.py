@@ -115,6 +115,43 @@ def test_nodes_made_by_type_run_and_can_be_retargeted(stage):
         rep.utils.get_graph("/World/graph")
 
 
+def test_a_node_that_has_run_can_be_retargeted(stage):
+    first, second = (str(stage.DefinePrim(f"/World/{name}", "Cube").GetPath()) for name in "ab")
+    with rep.trigger.on_custom_event("go"):
+        nodes = [
+            rep.modify.pose(position=rep.distribution.sequence([(1, 0, 0), (2, 0, 0)]), input_prims=first),
+            rep.modify.attribute("size", rep.distribution.sequence([5, 6]), input_prims=first),
+            rep.physics.rigid_body(rep.distribution.sequence([(3, 0, 0), (4, 0, 0)]), input_prims=first),
+        ]
+    rep.physics.rigid_body(input_prims=second)
+    for targets in (first, second):
+        for node in nodes:
+            rep.utils.set_target_prims(node, "inputs:prims", [targets])
+        rep.utils.send_og_event("go")
+        evaluate.graph().evaluate()
+
+    def written(path):
+        names = ("xformOp:translate", "size", "physics:velocity")
+        return [stage.GetPrimAtPath(path).GetAttribute(name).Get() for name in names]
+
+    assert written(first) == [(1, 0, 0), 5, (3, 0, 0)]
+    assert written(second) == [(2, 0, 0), 6, (4, 0, 0)]
+    with pytest.raises(BadPrim, match="/World/c"):
+        rep.utils.set_target_prims(nodes[0], "inputs:prims", ["/World/c"])
+
+
+def test_inputs_of_nodes_are_set_with_or_without_their_prefix(stage):
+    cube = rep.create.cube()
+    item = rep.modify.pose(position=(1, 1, 1), input_prims=cube)
+    item.set_input("inputs:position", (5, 5, 5))
+    item.set_input("scale", 2)
+    evaluate.graph().evaluate()
+    prim = stage.GetPrimAtPath(cube.prims[0])
+    assert prim.GetAttribute("xformOp:translate").Get() == (5, 5, 5)
+    assert prim.GetAttribute("xformOp:scale").Get() == (2, 2, 2)
+    assert item.get_input("inputs:position") == (5, 5, 5)
+
+
 def test_order_is_the_order_of_the_script(stage):
     cube = rep.create.cube()
     with rep.utils.sequential():

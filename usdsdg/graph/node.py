@@ -121,9 +121,10 @@ class ReplicatorItem:
         return _named(self.node, self.outputs, name, "outputs:")
 
     def set_input(self, name: str, value: Any) -> None:
-        """Change an input from the next execution on."""
+        """Change an input, with or without the `inputs:` prefix, from the next execution on."""
         from usdsdg.graph.authoring import author_input
 
+        name = name.removeprefix("inputs:")
         self.node.inputs[name] = plain(value)
         author_input(self.node, name)
 

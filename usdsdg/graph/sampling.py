@@ -8,10 +8,15 @@ removing or reordering randomizers leaves every other draw as it was. The mixing
 from __future__ import annotations
 
 import hashlib
+import operator
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
+
+from usdsdg.errors import GraphError
+from usdsdg.settings import get_settings
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
@@ -68,22 +73,51 @@ def generator(seed: int, node: str, execution: int, *parts: str) -> np.random.Ge
     return np.random.Generator(np.random.Philox(key=int(state[0])))
 
 
+def own_seed(seed: Any) -> int | None:
+    """The `seed` argument of a node: None stands for the global seed, and so does a negative number.
+
+    Raises:
+        GraphError: (a ValueError) it is no whole number.
+    """
+    number = None if seed is None else _whole("seed", seed, "a whole number, or None for the global seed")
+    return None if number is None or number < 0 else number
+
+
+def _whole(name: str, value: Any, expected: str) -> int:
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise GraphError(f"{name} is {value!r}; expected {expected}") from None
+
+
+_SETTING = "/omni/replicator/globalSeed"
 _global_seed: int | None = None
 
 
 def set_global_seed(seed: int) -> None:
-    """The one seed of a run (`rep.set_global_seed`). Zero is a seed like any other."""
-    global _global_seed
-    if int(seed) < 0:
-        raise ValueError(f"global seed {seed}: must not be negative")
-    _global_seed = int(seed)
-    from usdsdg.settings import get_settings
+    """The one seed of a run, also the setting `/omni/replicator/globalSeed`. Mirrors `rep.set_global_seed`.
 
-    get_settings().set("/omni/replicator/globalSeed", int(seed))
+    Zero is a seed like any other.
+
+    Raises:
+        GraphError: (a ValueError) it is no whole number, or negative.
+    """
+    number = _whole("global seed", seed, "a whole number, 0 or more")
+    if number < 0:
+        raise GraphError(f"global seed is {number}; expected a whole number, 0 or more")
+    get_settings().set(_SETTING, number)
+
+
+def _follow(setting: Any) -> None:
+    global _global_seed
+    _global_seed = own_seed(setting)
+
+
+get_settings().on_change(_SETTING, _follow)
 
 
 def get_global_seed() -> int:
-    """The global seed; one is drawn and kept when none was set (`rep.get_global_seed`)."""
+    """The global seed; one from 0 to 2³¹-1 is drawn and kept when none was set. Mirrors `rep.get_global_seed`."""
     global _global_seed
     if _global_seed is None:
         _global_seed = int(np.random.SeedSequence().generate_state(1)[0] & 0x7FFFFFFF)

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from pxr import Usd, UsdGeom, UsdShade
 
 from usdsdg.distribution import Distribution, draw
-from usdsdg.errors import GraphError
+from usdsdg.errors import BadPrim, GraphError
 from usdsdg.graph.evaluate import act, act_now
 from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.modify.prims import prim_at
 from usdsdg.stage import semantics as labels
-from usdsdg.values import labels_per_prim
+from usdsdg.values import labels_per_prim, shown
 
 
 def semantics(semantics: Any = None, input_prims: Any = None, mode: str = "add") -> ReplicatorItem:
@@ -38,7 +39,14 @@ def _write_semantics(node: Node, execution: int) -> None:
 
 
 def visibility(value: Any = None, input_prims: Any = None, name: str | None = None) -> ReplicatorItem:
-    """Show or hide prims; None draws yes or no for each."""
+    """Show or hide prims.
+
+    Args:
+        value: True, False, a list with one per prim, or a distribution over these; None draws yes or no for each.
+
+    Raises:
+        GraphError: it is something else; of what a distribution draws, at execution.
+    """
     from usdsdg.distribution import choice
 
     chosen = choice([True, False]) if value is None else value
@@ -49,13 +57,27 @@ def visibility(value: Any = None, input_prims: Any = None, name: str | None = No
 
 @action("OgnWriteVisibility")
 def _write_visibility(node: Node, execution: int) -> None:
-    for path, visible in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
+    value = node.inputs["value"]
+    # Ones and zeros are no vector here.
+    shows = (
+        value if isinstance(value, list) and len(value) == len(node.prims) else draw(value, node, execution, "value")
+    )
+    if not all(isinstance(visible, (bool, np.bool_)) or visible in (0, 1) for visible in shows):
+        raise GraphError(f"visibility is {shown(value)}; expected True or False, or a list with one per prim")
+    for path, visible in zip(node.prims, shows):
         imageable = UsdGeom.Imageable(prim_at(path))
         (imageable.MakeVisible if visible else imageable.MakeInvisible)()
 
 
 def material(value: Any, input_prims: Any = None, name: str | None = None) -> ReplicatorItem:
-    """Bind a material (a path, prim, item, or a distribution over these), stronger than what is bound below."""
+    """Bind a material, stronger than what is bound below.
+
+    Args:
+        value: path, prim or item of a material, a list with one per prim, or a distribution over these.
+
+    Raises:
+        BadPrim: it is not on the stage, or no material. GraphError: likewise, at the execution of a distribution.
+    """
     if isinstance(value, Distribution):
         return act("OgnWriteMaterial", input_prims, name=name, value=value)
     return act_now("OgnWriteMaterial", input_prims, value=value)
@@ -68,13 +90,27 @@ def _write_material(node: Node, execution: int) -> None:
 
 
 def bind_material(prim: Usd.Prim, bound: Usd.Prim) -> None:
-    """Bind so that it wins over bindings of descendants, as the randomizers need."""
+    """Bind so that it wins over bindings of descendants, as the randomizers need.
+
+    Raises:
+        BadPrim: `bound` is no material.
+    """
+    if not bound.IsA(UsdShade.Material):
+        raise BadPrim(f"{bound.GetPath()} is a {bound.GetTypeName() or 'prim without a type'}, not a Material")
     binding = UsdShade.MaterialBindingAPI.Apply(prim)
     binding.Bind(UsdShade.Material(bound), UsdShade.Tokens.strongerThanDescendants)
 
 
 def variant(name: str, value: Any, input_prims: Any = None) -> ReplicatorItem:
-    """Select a variant of variant set `name`."""
+    """Select a variant of each prim at each firing.
+
+    Args:
+        name: of the variant set.
+        value: name of the variant, a list with one per prim, or a distribution over names.
+
+    Raises:
+        GraphError: at execution, a prim has no such variant set, or the set no such variant; names those there are.
+    """
     return act("OgnWriteVariant", input_prims, attribute=name, value=value)
 
 

@@ -19,6 +19,9 @@ from usdsdg.registry import near_misses
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.values import shown, vector
 
+_KINDS = [getattr(Sdf.ValueTypeNames, name) for name in dir(Sdf.ValueTypeNames)]
+VALUE_TYPES = [str(kind) for kind in _KINDS if isinstance(kind, Sdf.ValueTypeName)]
+
 
 def _attribute(prim: Usd.Prim, name: str, attribute_type: str | None) -> Usd.Attribute:
     for candidate in (name, f"inputs:{name}"):
@@ -33,7 +36,9 @@ def _attribute(prim: Usd.Prim, name: str, attribute_type: str | None) -> Usd.Att
         )
     type_name = Sdf.ValueTypeNames.Find(attribute_type)
     if not type_name:
-        raise GraphError(f"attribute_type={attribute_type!r} is not a USD value type such as 'float' or 'color3f'")
+        near = near_misses(attribute_type, VALUE_TYPES)
+        hint = f"; did you mean {' or '.join(near)}?" if near else " such as 'float' or 'color3f'"
+        raise GraphError(f"attribute_type={attribute_type!r} is not a USD value type{hint}")
     return prim.CreateAttribute(name, type_name, custom=True)
 
 
@@ -81,14 +86,30 @@ def _set(attribute: Usd.Attribute, value: Any) -> bool:
 
 
 def attribute(name: str, value: Any, attribute_type: str | None = None, input_prims: Any = None) -> ReplicatorItem:
-    """Write `value` (constant, one per prim, or a distribution) to attribute `name`, or `inputs:<name>`."""
+    """Write an attribute of the prims at each firing; of an object, that of the child which has it.
+
+    Args:
+        name: of the attribute, `<name>` or `inputs:<name>`.
+        value: one for all, a list of one per prim, or a distribution. Whole numbers are rounded down where the
+            attribute holds them, and one number fills a vector.
+        attribute_type: USD's name of a type, such as "float" or "color3f", for an attribute that is to be made.
+
+    Raises:
+        GraphError: at execution, a prim has no such attribute and no type is given, there is no such type, or the
+            attribute does not take the value; names near misses and the script line.
+    """
     return act("OgnWritePrimAttribute", input_prims, attribute=name, value=value, attributeType=attribute_type)
 
 
 @action("OgnWritePrimAttribute")
 def _write_attribute(node: Node, execution: int) -> None:
     name, type_name = node.inputs["attribute"], node.inputs.get("attributeType")
-    values = draw(node.inputs["value"], node, execution, "value")
+    value = node.inputs["value"]
+    values = (
+        _per_prim(name, value, prims_of(node), type_name)
+        if isinstance(value, list)
+        else draw(value, node, execution, "value")
+    )
 
     def find() -> list[Usd.Attribute]:
         owners = [_owners(prim, name) for prim in prims_of(node)]
@@ -109,9 +130,11 @@ def apply_or_schedule(name: str, value: Any, prims: Sequence[Usd.Prim]) -> None:
         set_attribute(prim, name, one)
 
 
-def _per_prim(name: str, value: Any, prims: Sequence[Usd.Prim]) -> list[Any]:
+def _per_prim(name: str, value: Any, prims: Sequence[Usd.Prim], type_name: str | None = None) -> list[Any]:
     if not isinstance(value, list) or len(value) != len(prims):
         return [value] * len(prims)
-    # Three numbers are one colour, also for three prims.
-    one_for_all = is_vector(value) and len(value) == _dimension(_attribute(prims[0], name, None))
+    owners = _owners(prims[0], name) if is_vector(value) else []
+    # Three numbers are one colour, also for three prims, and some numbers one array.
+    held = [_attribute(owner, name, type_name) for owner in owners[:1]]
+    one_for_all = any(len(value) == _dimension(each) or each.GetTypeName().isArray for each in held)
     return [value] * len(prims) if one_for_all else value

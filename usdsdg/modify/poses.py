@@ -52,7 +52,7 @@ def pose(
         pivot: point that is placed and turned about; -1 to 1 on each axis of the prim's own box (0: its middle).
         look_at: a point of the world, a prim, or several prims, whose middle is looked at. Cameras turn their view
             there, everything else its -Z.
-        look_at_up_axis: direction of the world that is up in the picture; the stage's up axis by default.
+        look_at_up_axis: direction of the world that is up in the picture of `look_at`; the stage's up axis by default.
 
     Raises:
         GraphError: (a ValueError) position with a single axis of it, rotation likewise, scale with size, rotation with
@@ -93,12 +93,13 @@ def apply_or_schedule_pose(item: ReplicatorItem, **pose_values: Any) -> None:
     """Constants now; distributions at every firing."""
     given = {role: value for role, value in pose_values.items() if value is not None}
     later = {role: value for role, value in given.items() if isinstance(value, Distribution)}
+    if "look_at" in later or "look_at_up_axis" in later:
+        # Both or none: a direction that is up means nothing without the other.
+        later |= {role: given[role] for role in ("look_at", "look_at_up_axis") if role in given}
     now = {role: value for role, value in given.items() if role not in later}
     if now:
         write_pose(Node(kind="OgnWritePose", inputs={r: plain(v) for r, v in now.items()}, prims=item.prims), 0)
     if later:
-        if "look_at" in later and "look_at_up_axis" in now:
-            later["look_at_up_axis"] = now["look_at_up_axis"]
         pose(**later, input_prims=item)
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pxr import Usd
 
-from usdsdg.errors import BadPrim
 from usdsdg.graph.node import Node
+from usdsdg.stage import paths
 from usdsdg.stage.context import current_stage
 
 
@@ -13,12 +13,9 @@ def prim_at(path: str) -> Usd.Prim:
     """The prim at `path` of the current stage.
 
     Raises:
-        BadPrim: there is none.
+        BadPrim: there is none; names what is there instead.
     """
-    prim = current_stage().GetPrimAtPath(path)
-    if not prim:
-        raise BadPrim(f"{path} is not on the stage (was it removed after the graph was built?)")
-    return prim
+    return paths.prim_at(current_stage(), path)
 
 
 def prims_of(node: Node) -> list[Usd.Prim]:

@@ -8,7 +8,7 @@ from typing import Any
 from pxr import Gf, Sdf, UsdGeom, Vt
 
 from usdsdg import modify
-from usdsdg.distribution import Choice, Distribution, choice, draw
+from usdsdg.distribution import Choice, Distribution, choice, draw, one_of
 from usdsdg.errors import AssetError, BadPrim, GraphError
 from usdsdg.graph.evaluate import graph
 from usdsdg.graph.kinds import action
@@ -73,13 +73,13 @@ def _choice(given: Any, weights: Any, with_replacements: bool, seed: int | None)
     if isinstance(given, Distribution):
         if weights is not None:
             raise GraphError("randomizer.instantiate: give weights to the distribution, not beside it")
-        return given if seed is None or seed < 0 else given.seeded(seed)
+        return one_of(given, seed)
     options = list(prim_paths(given))
     if not options:
         raise GraphError("randomizer.instantiate: paths is empty")
     for option in options:
         _source(option)
-    return choice(options, weights=weights, seed=-1 if seed is None else seed, with_replacements=with_replacements)
+    return choice(options, weights=weights, seed=seed, with_replacements=with_replacements)
 
 
 def _source(path: str) -> tuple[str, bool]:

@@ -12,7 +12,7 @@ from usdsdg.errors import GraphError
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
-from usdsdg.graph.sampling import get_global_seed, uniforms
+from usdsdg.graph.sampling import get_global_seed, own_seed, uniforms
 from usdsdg.modify import prim_at
 from usdsdg.scatter import surface, volume
 from usdsdg.scatter.bounds import Bounds
@@ -53,7 +53,7 @@ def scatter_2d(
     surfaces = _some("scatter_2d", "surface_prims", surface_prims)
     return act(
         "OgnScatter2D", input_prims, name=name, attribute="position", surfacePrims=surfaces,
-        noCollPrims=list(prim_paths(no_coll_prims)) or None, offset=float(offset), seed=_seed(seed),
+        noCollPrims=list(prim_paths(no_coll_prims)) or None, offset=float(offset), seed=own_seed(seed),
         checkForCollisions=bool(check_for_collisions), **_bounds(min_samp, max_samp),
     )  # fmt: skip
 
@@ -104,7 +104,7 @@ def scatter_3d(
         "OgnScatter3D", input_prims, name=name, attribute="position", volumePrims=volumes or None,
         noCollPrims=list(prim_paths(no_coll_prims)) or None,
         volumeExclPrims=list(prim_paths(volume_excl_prims)) or None,
-        resolutionScaling=float(resolution_scaling), voxelSize=float(voxel_size), seed=_seed(seed),
+        resolutionScaling=float(resolution_scaling), voxelSize=float(voxel_size), seed=own_seed(seed),
         checkForCollisions=bool(check_for_collisions), preventVolOverlap=bool(prevent_vol_overlap),
         vizSampledVoxels=bool(viz_sampled_voxels), **bounds,
     )  # fmt: skip
@@ -156,10 +156,6 @@ def _some(function: str, argument: str, prims: Any) -> list[str]:
     if not paths:
         raise GraphError(f"randomizer.{function}: {argument} is {prims!r}; give at least one prim")
     return paths
-
-
-def _seed(seed: int | None) -> int | None:
-    return None if seed is None or seed < 0 else int(seed)
 
 
 def _bounds(min_samp: Bound, max_samp: Bound) -> dict[str, list[float]]:

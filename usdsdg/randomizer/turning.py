@@ -7,14 +7,16 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.errors import GraphError
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem
-from usdsdg.graph.sampling import get_global_seed, uniforms
+from usdsdg.graph.sampling import get_global_seed, own_seed, uniforms
 from usdsdg.modify.prims import prims_of
 from usdsdg.stage import transforms
 from usdsdg.stage.populations import author_orientations, instance_names, is_population
 from usdsdg.stage.pose_batch import Rotations, author_poses
+from usdsdg.values import vector
 
 
 def rotation(
@@ -23,9 +25,20 @@ def rotation(
     seed: int | None = None,
     input_prims: Any = None,
 ) -> ReplicatorItem:
-    """Rotate each prim: uniformly over all rotations by default, else Euler angles [degrees] within the bounds."""
-    angles = dict(minAngle=tuple(min_angle), maxAngle=tuple(max_angle))
-    return act("OgnRotation", input_prims, attribute="rotation", seed=seed, **angles)
+    """Rotate each prim: uniformly over all rotations by default, else by angles that are uniform within the bounds.
+
+    Args:
+        min_angle: lowest angles about x, y, z [degrees], or one for all; `max_angle` the highest.
+        seed: replaces the global seed.
+
+    Raises:
+        GraphError: a bound is not three numbers or is above the other one, or the seed is no whole number.
+    """
+    lower, upper = vector("min_angle", min_angle), vector("max_angle", max_angle)
+    if any(low > high for low, high in zip(lower, upper)):
+        raise GraphError(f"randomizer.rotation: min_angle={min_angle!r} is above max_angle={max_angle!r}")
+    angles = dict(minAngle=tuple(lower), maxAngle=tuple(upper))
+    return act("OgnRotation", input_prims, attribute="rotation", seed=own_seed(seed), **angles)
 
 
 @action("OgnRotation")

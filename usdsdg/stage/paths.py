@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 
 from pxr import Sdf, Tf, Usd
@@ -60,7 +61,7 @@ def prim_at(stage: Usd.Stage, path: str | Sdf.Path) -> Usd.Prim:
     """The prim at `path`.
 
     Raises:
-        BadPrim: there is none; the message says how far the path exists and what lies there.
+        BadPrim: there is none; the message says how far the path exists, what lies there, and names near misses.
     """
     wanted = prim_path(path)
     if prim := stage.GetPrimAtPath(wanted):
@@ -69,5 +70,8 @@ def prim_at(stage: Usd.Stage, path: str | Sdf.Path) -> Usd.Prim:
     while not stage.GetPrimAtPath(ancestor):
         ancestor = ancestor.GetParentPath()
     names = stage.GetPrimAtPath(ancestor).GetAllChildrenNames()
+    missing = wanted.GetPrefixes()[ancestor.pathElementCount].name
+    near = [str(ancestor.AppendChild(name)) for name in difflib.get_close_matches(missing, names, 3, 0.6)]
+    hint = f" (did you mean {' or '.join(near)}?)" if near else ""
     listing = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "") if names else "nothing"
-    raise BadPrim(f"there is no prim {wanted} on the stage; {ancestor} has {listing} below it")
+    raise BadPrim(f"there is no prim {wanted} on the stage; {ancestor} has {listing} below it{hint}")

@@ -94,6 +94,8 @@ def set_target_prims(node: Any, attribute: str, target_prims: Any) -> None:
         ReplicatorItem(node).set_input(name, list(targets))
         return
     node.prims = targets
+    # What the node remembers is of the prims that it had.
+    node.state.clear()
     if prim := node.path and current_stage().GetPrimAtPath(node.path):
         relation = prim.CreateRelationship("inputs:prims", custom=False)
         relation.SetTargets([Sdf.Path(path) for path in targets])
