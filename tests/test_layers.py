@@ -17,6 +17,7 @@ ALLOWED = {
     "usdsdg/annotators": (
         "usdsdg.annotators",
         "usdsdg.graph.sampling",  # the only source of randomness
+        "usdsdg.settings",
         "usdsdg.stage",
         "usdsdg.errors",
         "usdsdg.registry",

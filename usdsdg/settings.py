@@ -23,6 +23,7 @@ DEFAULTS: dict[str, Any] = {
     "/rtx/pathtracing/totalSpp": 64,
     "/rtx/pathtracing/maxBounces": 3,
     "/rtx/pathtracing/optixDenoiser/enabled": True,
+    "/rtx/pathtracing/multimatte/channelCount": 0,
     "/rtx/post/tonemap/filmIso": 100.0,
     "/rtx/post/tonemap/cameraShutter": 50.0,
     "/rtx/post/tonemap/fNumber": 5.0,

@@ -87,6 +87,24 @@ def test_materials_in_the_types_of_replicator(frame):
     np.testing.assert_array_equal(glow[seen][0], np.float16((0, 20, 65504, 1)))
 
 
+def test_light_of_surfaces_and_where_there_are_any(frame):
+    data = compute(frame, "EmissionAndForegroundMask").data
+    assert (data.dtype, data.shape) == (np.float16, (48, 64, 4))
+    np.testing.assert_array_equal(data[..., :3], compute(frame, "PtSelfIllumination").data[..., :3])
+    np.testing.assert_array_equal(data[..., 3], frame.aovs["instance"] >= 0)
+    assert len(np.unique(data[..., 3])) == 2
+
+
+def test_motion_has_three_names(frame):
+    moved = np.random.default_rng(0).normal(size=(48, 64, 2)).astype(np.float32)
+    frame = dataclasses.replace(frame, aovs={**frame.aovs, "motion_vectors": moved}, memo={})
+    for name in ("motion_vectors", "MotionVectors", "Motion2d"):
+        data = compute(frame, name).data
+        assert data.dtype == np.float32
+        np.testing.assert_array_equal(data[..., :2], moved)
+        assert not data[..., 2:].any()
+
+
 def test_the_background_is_what_is_seen_beside_things(frame):
     seen = frame.aovs["instance"] >= 0
     data = compute(frame, "PtBackground").data

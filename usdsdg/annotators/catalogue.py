@@ -31,12 +31,8 @@ _unsupported(
 )
 _unsupported(
     "the renderer does not separate this part of the light",
-    "AmbientOcclusion DirectDiffuse DirectSpecular IndirectDiffuse Motion2d Reflections EmissionAndForegroundMask "
+    "AmbientOcclusion DirectDiffuse DirectSpecular IndirectDiffuse Reflections "
     "PtDirectIllumation PtGlobalIllumination PtReflections PtRefractions PtVolumes PtRefractionFilter",
-)
-_unsupported(
-    "mattes by id are not implemented; semantic_segmentation with a mapping gives masks in colours of your choice",
-    " ".join(f"PtMultiMatte{number}" for number in range(8)),
 )
 
 _composed: Registry[Annotator] = Registry("annotator", AnnotatorRegistryError)

@@ -45,9 +45,12 @@ def normals(frame: Frame, params: Params) -> Annotation:
     return Annotation(_four_channels(frame.aov("normals"), 1.0))
 
 
-@define("motion_vectors", "MotionVectors", aovs=["motion_vectors"], dtype=np.float32)
+@define("motion_vectors", "MotionVectors", "Motion2d", aovs=["motion_vectors"], dtype=np.float32)
 def motion_vectors(frame: Frame, params: Params) -> Annotation:
-    """Motion since the last frame [pixels], float32 (H, W, 4): +x moved left, +y moved up, the rest 0."""
+    """Motion since the last frame [pixels], float32 (H, W, 4): +x moved left, +y moved up, the rest 0.
+
+    Of Motion2d Replicator documents the format alone; here it is the same picture.
+    """
     return Annotation(_four_channels(frame.aov("motion_vectors"), 0.0))
 
 
@@ -96,6 +99,18 @@ def self_illumination(frame: Frame, params: Params) -> Annotation:
     The fourth channel is 1.
     """
     return Annotation(_four_channels(np.minimum(frame.aov("emission"), _HALF_MAX).astype(np.float16), 1.0))
+
+
+@define("EmissionAndForegroundMask", aovs=["emission", "instance"], dtype=np.float16)
+def emission_and_foreground_mask(frame: Frame, params: Params) -> Annotation:
+    """Light that the surface itself gives [nits], linear, float16 (H, W, 4), as seen through the pixel's centre.
+
+    The fourth channel is the mask: 1 where there is geometry, 0 where nothing is hit. Replicator's page lists a single
+    channel, which is not enough for both.
+    """
+    glow = _four_channels(np.minimum(frame.aov("emission"), _HALF_MAX).astype(np.float16), 0.0)
+    glow[..., 3] = frame.aov("instance") >= 0
+    return Annotation(glow)
 
 
 @define("PtBackground", aovs=["instance"], needs_picture=True, dtype=np.float16)
