@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from pxr import Sdf, Usd
 
 _ABSENT = object()
@@ -28,25 +30,35 @@ class Backup:
                 self._made.append((layer, prim_path))
                 prim_path = prim_path.GetParentPath()
 
+    def put_back(self, prims: Collection[str]) -> None:
+        """Put the remembered opinions of some prims back, and go on remembering them."""
+        with Sdf.ChangeBlock():
+            for layer, path in self._values:
+                if str(path.GetPrimPath().StripAllVariantSelections()) in prims:
+                    self._put_back(layer, path)
+
     def restore(self) -> None:
         """Put every remembered opinion back and forget it."""
         with Sdf.ChangeBlock():
-            for (layer, path), value in self._values.items():
-                spec = layer.GetAttributeAtPath(path)
-                if value is _ABSENT:
-                    if spec is not None:
-                        spec.owner.RemoveProperty(spec)
-                elif spec is not None:
-                    if value is None:
-                        spec.ClearDefaultValue()
-                    else:
-                        spec.default = value
+            for layer, path in self._values:
+                self._put_back(layer, path)
             for layer, path in self._made:
                 spec = layer.GetPrimAtPath(path)
                 if spec is not None and _says_nothing(spec):
                     del (spec.nameParent or layer.pseudoRoot).nameChildren[spec.name]
         self._values.clear()
         self._made.clear()
+
+    def _put_back(self, layer: Sdf.Layer, path: Sdf.Path) -> None:
+        value, spec = self._values[layer, path], layer.GetAttributeAtPath(path)
+        if spec is None:
+            return
+        if value is _ABSENT:
+            spec.owner.RemoveProperty(spec)
+        elif value is None:
+            spec.ClearDefaultValue()
+        else:
+            spec.default = value
 
 
 def _says_nothing(spec: Sdf.PrimSpec) -> bool:

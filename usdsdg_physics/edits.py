@@ -28,6 +28,7 @@ from usdsdg_physics.shapes import read_shape
 _VELOCITIES = frozenset({"physics:velocity", "physics:angularVelocity"})
 _LIVE = frozenset({"physxRigidBody:disableGravity", "physxRigidBody:linearDamping", "physxRigidBody:angularDamping"})
 _SWITCH = "physics:collisionEnabled"
+_AT_START = "physics:startsAsleep"
 _GRAVITY = frozenset({"physics:gravityDirection", "physics:gravityMagnitude"})
 _STRUCTURE = ("physics:", "physxRigidBody:", "physxCollision:", "physxConvex", "material:binding:physics")
 _GEOMETRY = frozenset(
@@ -110,7 +111,7 @@ class EditReader:
     def _read_known(self, path: str, names: set[str], cache: UsdGeom.XformCache, edits: Edits) -> None:
         prim = self._stage.GetPrimAtPath(path)
         body, collider = self._scene.bodies.get(path), self._scene.colliders.get(path)
-        structure = names - _VELOCITIES - _LIVE - {_SWITCH}
+        structure = names - _VELOCITIES - _LIVE - {_SWITCH, _AT_START}
         edits.rebuild |= any(name.startswith(_STRUCTURE) for name in structure)
         edits.rebuild |= collider is not None and bool(structure & _GEOMETRY)
         if collider is not None and _SWITCH in names:

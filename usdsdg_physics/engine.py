@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 from pxr import Usd
@@ -62,6 +62,38 @@ class NewtonEngine:
             self._session.end(restore=restore)
             self._session = None
 
+    def reset(self, bodies: Collection[str] | None = None) -> None:
+        """Begin anew with poses and velocities as they were before `play`: all bodies, or those at the paths given.
+
+        Does nothing while stopped.
+        """
+        if self._session is None:
+            return
+        if bodies is not None:
+            self._session.reset(bodies)
+            return
+        self.stop()
+        self.play()
+
+    def put_to_sleep(self, bodies: Collection[str]) -> None:
+        """Take the speed of the bodies at these paths and hold them where they are, gravity or not.
+
+        One wakes when a body that moves faster than its own sleepThreshold touches it, when one that it touches wakes,
+        when somebody sets its pose, velocity or gravity, and by `wake_up`. Kinematic bodies stay as they are.
+
+        Raises:
+            PhysicsError: `play` has not been called; bodies that sleep from the start have physics:startsAsleep.
+        """
+        self._playing("put_to_sleep").put_to_sleep(bodies)
+
+    def wake_up(self, bodies: Collection[str]) -> None:
+        """Let the bodies at these paths move again, whether they were put to sleep or came to rest.
+
+        Raises:
+            PhysicsError: `play` has not been called.
+        """
+        self._playing("wake_up").wake_up(bodies)
+
     def close(self) -> None:
         """Let go of the stage without writing to it."""
         self.stop(restore=False)
@@ -77,8 +109,7 @@ class NewtonEngine:
         Raises:
             PhysicsError: `play` has not been called, or the step rate is not positive.
         """
-        if self._session is None:
-            raise PhysicsError("the simulation is stopped; call play() before advance()")
+        self._playing("advance")
         self._elapsed += seconds
         steps = 0
         # A listener may stop the simulation.
@@ -128,6 +159,11 @@ class NewtonEngine:
             return self._session.queries, self._session.poses
         scene = parse(self._stage, self._hulls)
         return Queries(scene), initial_poses(scene)
+
+    def _playing(self, what: str) -> Session:
+        if self._session is None:
+            raise PhysicsError(f"the simulation is stopped; call play() before {what}()")
+        return self._session
 
     def _meters(self, vector: Sequence[float]) -> np.ndarray:
         return np.array([float(component) for component in vector]) * meters_per_unit(self._stage)

@@ -13,6 +13,7 @@ def settle(
     pulled_by_gravity: wp.array[wp.int32],
     gyration: wp.array[wp.float32],
     sleep_threshold: wp.array[wp.float32],
+    asleep: wp.array[wp.int32],
     max_velocity: wp.array[wp.float32],
     max_angular_velocity: wp.array[wp.float32],
     before: wp.array[wp.transform],
@@ -34,7 +35,7 @@ def settle(
     `fall_energy`, which is less than gravity alone would give it in one step: only a supported body can be quiet for
     longer than an instant, and one that loses its support leaves at once. After `rest_after` seconds it is held where
     it was, so that the last millimetres per second of the contact solver do not show as creep.
-    `gyration` is inertia over mass [m²].
+    Those that were put to sleep (`asleep`) are held at once. `gyration` is inertia over mass [m²].
     """
     body = wp.tid()
     if dynamic[body] == 0:
@@ -49,6 +50,8 @@ def settle(
     hold = int(0)
     if not (wp.isfinite(speed) and wp.isfinite(spin) and finite_transform(pose)):
         broken[body] = broken[body] + 1
+        hold = 1
+    elif asleep[body] != 0:
         hold = 1
     elif pulled_by_gravity[body] != 0 and energy < wp.min(sleep_threshold[body], fall_energy):
         quiet[body] = quiet[body] + dt

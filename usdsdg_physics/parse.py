@@ -88,6 +88,7 @@ def read_body(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units) -> Body:
         max_angular_velocity=_limit(max_angular, np.pi / 180.0, 100.0),
         max_depenetration_velocity=_limit(authored(prim, "physxRigidBody:maxDepenetrationVelocity"), units.meters, 3.0),
         sleep_threshold=_sleep_threshold(prim, units),
+        starts_asleep=bool(value(prim, "physics:startsAsleep", False)),
         mass=read_mass(prim, units, to_frame),
     )
 

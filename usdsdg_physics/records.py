@@ -95,6 +95,7 @@ class Body:
     max_angular_velocity: float = 100.0  # rad/s
     max_depenetration_velocity: float = 3.0  # m/s
     sleep_threshold: float = 5e-5  # kinetic energy per mass below which it may come to rest, m²/s²
+    starts_asleep: bool = False
     mass: MassSpec = MassSpec()
 
 

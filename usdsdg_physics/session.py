@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 from pxr import Usd
 
@@ -35,20 +37,35 @@ class Session:
         self._capacity = 1.0
         self._outgrown = False
         self.world: World | None = None
+        self._asleep: set[str] = set()  # of bodies, for when the world is built
+        self._met: set[str] = set()  # bodies that have been simulated
         self._read_stage()
 
     def step(self, dt: float) -> None:
         """Take over what users changed, advance by `dt` seconds, show the result on the stage."""
-        self._take_edits()
-        if self.world is None:
-            self.world = World(self.scene, device=self._device, capacity=self._capacity, progress=self._progress)
-        if not self.world.bodies:
+        world = self._world_as_edited()
+        if not world.bodies:
             return
-        self.world.step(dt)
-        self._look_after(self.world)
-        self.poses, velocities = self.world.poses(), self.world.velocities()
-        with self._tracker.muted():
-            self._writer.write(self.poses, velocities)
+        world.step(dt)
+        self._look_after(world)
+        self._show(world)
+
+    def put_to_sleep(self, bodies: Collection[str]) -> None:
+        """Take the speed of bodies, here and on the stage, and hold them until something that moves touches them."""
+        world = self._world_as_edited()
+        rows = [world.body_index[path] for path in bodies if path in world.body_index]
+        if rows:
+            world.put_to_sleep(rows)
+            self._show(world)
+
+    def wake_up(self, bodies: Collection[str]) -> None:
+        """Let bodies that sleep or rest move again."""
+        world = self._world_as_edited()
+        world.wake([world.body_index[path] for path in bodies if path in world.body_index])
+
+    def reset(self, bodies: Collection[str]) -> None:
+        """Give bodies the poses and velocities back that they had before this play; takes effect at the next step."""
+        self._backup.put_back(bodies)
 
     def steps_per_second(self) -> float:
         """The PhysicsScene's step rate, as it is now.
@@ -72,9 +89,24 @@ class Session:
         if restore:
             self._backup.restore()
 
+    def _world_as_edited(self) -> World:
+        self._take_edits()
+        if self.world is None:
+            self.world = World(self.scene, device=self._device, capacity=self._capacity, progress=self._progress)
+            self.world.put_to_sleep([self.world.body_index[path] for path in self._asleep & self.scene.bodies.keys()])
+            self._met |= self.scene.bodies.keys()
+        return self.world
+
+    def _show(self, world: World) -> None:
+        self.poses = world.poses()
+        with self._tracker.muted():
+            self._writer.write(self.poses, world.velocities())
+
     def _read_stage(self) -> None:
         self._units = Units.of(self._stage)
         self.scene = parse(self._stage, self._hulls)
+        new = {path for path, body in self.scene.bodies.items() if body.starts_asleep and path not in self._met}
+        self._asleep = new | set(self.world.asleep() if self.world is not None else ())
         self._tracker.take()
         self._reader = EditReader(self._stage, self.scene, self._hulls)
         self.queries = Queries(self.scene)

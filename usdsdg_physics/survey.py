@@ -107,7 +107,6 @@ def _has_rigid_body(stage: Usd.Stage, path: Sdf.Path) -> bool:
 def warn_unsupported(found: Survey) -> None:
     """Name what is on the stage and will not be simulated, or not as authored, each once and with its remedy."""
     _warn_left_out(found)
-    _warn_asleep(found.bodies)
     _warn_sampled(found)
 
 
@@ -146,15 +145,6 @@ def _warn_left_out(found: Survey) -> None:
         names = _some([str(prim.GetPath()) for prim in found.scenes])
         warn_once(
             f"the stage has several PhysicsScenes ({names}); everything is simulated in the first. Remove the others."
-        )
-
-
-def _warn_asleep(bodies: list[Usd.Prim]) -> None:
-    asleep = [str(prim.GetPath()) for prim in bodies if value(prim, "physics:startsAsleep", False)]
-    if asleep:
-        warn_once(
-            f"physics:startsAsleep is ignored, these bodies start awake: {_some(asleep)}. A body that nothing "
-            "supports stays in place with physxRigidBody:disableGravity or physics:kinematicEnabled.",
         )
 
 

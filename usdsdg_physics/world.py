@@ -13,6 +13,7 @@ from usdsdg_physics.extents import half_thickness, world_box
 from usdsdg_physics.intruders import Intruders
 from usdsdg_physics.records import Scene
 from usdsdg_physics.sides import Sides
+from usdsdg_physics.sleepers import Sleepers
 from usdsdg_physics.warmup import Progress
 
 # A step of 1/60 s takes two substeps, the 1/320 s steps of motion blur one.
@@ -59,6 +60,7 @@ class World:
         self._gyration = wp.array(built.gyration, dtype=wp.float32, device=where)
         self._sleep_threshold = wp.array([b.sleep_threshold for b in bodies], dtype=wp.float32, device=where)
         self._quiet = wp.zeros(count, dtype=wp.float32, device=where)
+        self._sleepers = Sleepers(self.model, self._gyration, self._sleep_threshold)
         self._broken = wp.zeros(count, dtype=wp.int32, device=where)
         self._meshes = {built.shape_index[c.path]: c.shape for c in scene.colliders.values() if c.shape.kind == "mesh"}
         self._box_meshes()
@@ -107,13 +109,25 @@ class World:
         self.wake(indices)
 
     def wake(self, indices: Sequence[int] | np.ndarray | None = None) -> None:
-        """Let bodies (None = all) move again that were held at rest."""
+        """Let bodies move again that were held at rest or put to sleep; None: all that were held at rest."""
         if indices is None:
             self._quiet.zero_()
             return
         quiet = self._quiet.numpy().copy()
         quiet[indices] = 0.0
         self._quiet.assign(quiet)
+        self._sleepers.put(indices, asleep=False)
+
+    def put_to_sleep(self, indices: Sequence[int]) -> None:
+        """Take the speed of bodies and hold them where they are; kinematic ones stay as they are."""
+        dynamic = [index for index in indices if self._dynamic[index]]
+        if dynamic:
+            self.set_velocities(dynamic, np.zeros((len(dynamic), 6)))
+            self._sleepers.put(dynamic, asleep=True)
+
+    def asleep(self) -> list[str]:
+        """Paths of the bodies that sleep."""
+        return [self.bodies[index] for index in self._sleepers.indices()]
 
     def forget_contacts(self) -> None:
         """Drop what the solver remembers of earlier contacts; after a teleport it would pull bodies back."""
@@ -190,6 +204,7 @@ class World:
             self._sides.apply(self._contacts, self._state)
             if self._intruders.any:
                 self._intruders.push(self._contacts, self._state)
+            self._sleepers.rouse(self._contacts, self._state, h)
             self.solver.step(self._state, self._next, self._control, self._contacts, h)
             wp.launch(
                 settle,
@@ -199,6 +214,7 @@ class World:
                     self._pulled_wp,
                     self._gyration,
                     self._sleep_threshold,
+                    self._sleepers.asleep,
                     self._max_velocity,
                     self._max_angular,
                     self._state.body_q,

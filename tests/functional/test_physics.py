@@ -238,6 +238,62 @@ def test_reset_puts_bodies_back_while_the_timeline_plays(stage, cube):
     assert world(cube)[3, 2] == 10
 
 
+def played(frames):
+    from usdsdg.app import get_app
+
+    get_timeline().play()
+    for _ in range(frames):
+        get_app().update()
+
+
+def test_reset_of_one_body_leaves_the_others(stage, cube):
+    other = create.sphere(parent="/World", position=(3, 0, 10), as_mesh=False)
+    physics.apply_rigid_body([cube, other], velocity=(1, 0, 0))
+    played(10)
+    fallen, sped = world(other)[3, :3], other.GetAttribute("physics:velocity").Get()
+    first = world(cube)[3, :3]
+    physics.reset(cube)
+    assert world(cube)[3, :3] == pytest.approx((0, 0, 10))
+    assert cube.GetAttribute("physics:velocity").Get() == Gf.Vec3f(1, 0, 0)
+    assert (world(other)[3, :3] == fallen).all()
+    assert other.GetAttribute("physics:velocity").Get() == sped
+    played(10)
+    # It falls again as it fell first, and the other one twice as long.
+    assert world(cube)[3, :3] == pytest.approx(first, abs=1e-5)
+    assert world(other)[3, 0] == pytest.approx(3 + 20 / 60, abs=1e-4)
+    get_timeline().stop()
+    assert world(cube)[3, :3] == pytest.approx((0, 0, 10))
+    assert world(other)[3, :3] == pytest.approx((3, 0, 10))
+
+
+def test_a_sleeper_stays_in_the_air_until_it_is_woken(stage, cube):
+    physics.apply_rigid_body(cube)
+    played(10)
+    height = world(cube)[3, 2]
+    physics.put_to_sleep(cube)
+    assert cube.GetAttribute("physics:velocity").Get() == Gf.Vec3f(0)
+    played(20)
+    assert world(cube)[3, 2] == height
+    physics.wake_up(cube)
+    played(6)
+    # From standstill: g t² / 2 after 0.1 s, up to the step of the integration.
+    assert height - world(cube)[3, 2] == pytest.approx(9.81 * 0.1**2 / 2, rel=0.1)
+    get_timeline().stop()
+    assert not cube.GetAttribute("physics:startsAsleep").Get()
+
+
+def test_put_to_sleep_before_a_simulation_lasts_into_it(stage, cube):
+    physics.apply_rigid_body(cube)
+    physics.put_to_sleep([cube])
+    assert cube.GetAttribute("physics:startsAsleep").Get() is True
+    physics.simulate(0.5)
+    assert world(cube)[3, 2] == 10
+    physics.wake_up(cube)
+    assert cube.GetAttribute("physics:startsAsleep").Get() is False
+    physics.simulate(0.5)
+    assert world(cube)[3, 2] < 9.5
+
+
 def test_what_the_simulation_cannot_do_is_told(stage, cube):
     physics.apply_rigid_body(cube)
     with pytest.raises(PhysicsError, match="time is 0"):
@@ -248,13 +304,9 @@ def test_what_the_simulation_cannot_do_is_told(stage, cube):
     physics.create_physics_scene("/Second")
     with pytest.raises(Unsupported, match="only the first scene, /First"):
         physics.simulate(1, 1 / 60, "/Second")
-    with pytest.raises(Unsupported, match="put_to_sleep"):
-        physics.put_to_sleep(cube)
-    with pytest.raises(Unsupported, match="prims cannot be reset one by one"):
-        physics.reset(cube)
-    physics.wake_up(cube)
-    with pytest.raises(BadPrim, match="/World is no rigid body"):
-        physics.wake_up("/World")
+    for function in (physics.put_to_sleep, physics.wake_up, physics.reset):
+        with pytest.raises(BadPrim, match="/World is no rigid body"):
+            function("/World")
 
 
 # --- cameras ---

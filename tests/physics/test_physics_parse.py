@@ -289,10 +289,6 @@ def _two_frictions(stage):
     add(stage, "/World/box", material=material)
 
 
-def _asleep(stage):
-    UsdPhysics.RigidBodyAPI(add(stage, "/World/box")).CreateStartsAsleepAttr(True)
-
-
 def _sampled_ancestor(stage):
     platform = UsdGeom.Xform.Define(stage, "/World/platform")
     platform.AddTranslateOp().Set(Gf.Vec3d(0, 0, 1), 0)
@@ -309,7 +305,6 @@ def _sampled_kinematic(stage):
 @pytest.mark.parametrize(
     ("author", "words"),
     [
-        (_asleep, "startsAsleep.*/World/box"),
         (_sampled_ancestor, "time samples.*/World/platform/top.*default time"),
         (_sampled_kinematic, "time samples.*/World/slider.*before each step"),
         (_joint, "/World/joint"),

@@ -50,38 +50,68 @@ def simulate(time: float, step_dt: float | None = None, physics_scene: Any = Non
 
 
 def reset(prims: Any = None) -> None:
-    """Put all bodies back to where they were when the timeline began to play; without a running simulation do nothing.
+    """Put bodies back to the poses and velocities that they had when the timeline began to play.
 
-    Raises:
-        Unsupported: `prims` are given.
-    """
-    from usdsdg import engines
-
-    if prims is not None:
-        raise Unsupported("reset: prims cannot be reset one by one; leave prims out to reset all bodies")
-    engine = engines.physics_if_made()
-    if engine is not None and engine.is_playing:
-        engine.stop()
-        engine.play()
-
-
-def put_to_sleep(prims: Any) -> None:
-    """Unsupported: bodies cannot be told to sleep."""
-    raise Unsupported(
-        "put_to_sleep: usdsdg rests bodies by itself and cannot be told to. Hold a body where it is with "
-        "functional.physics.modify_attribute(prim, 'physics:kinematicEnabled', True)"
-    )
-
-
-def wake_up(prims: Any) -> None:
-    """Let bodies move again that were put to sleep. Since none ever is (see `put_to_sleep`), this only checks them.
+    Without `prims` all of them, and the simulation begins anew; with `prims` those alone, while the others go on.
+    Kinematic bodies, which the simulation does not move, stay. Without a running simulation nothing happens.
 
     Raises:
         BadPrim: a prim is no rigid body.
     """
-    for prim in prims_of(prims):
+    from usdsdg import engines
+
+    bodies = None if prims is None else _bodies(prims)
+    engine = engines.physics_if_made()
+    if engine is not None:
+        engine.reset(None if bodies is None else [str(body.GetPath()) for body in bodies])
+
+
+def put_to_sleep(prims: Any) -> None:
+    """Take the speed of rigid bodies and hold them where they are, gravity or not, until something wakes them.
+
+    A body wakes when another one that moves faster than its own `sleepThreshold` (1 cm/s by default) touches it, when a
+    sleeping body that it touches wakes, when its pose, velocity or gravity switch is set, and by `wake_up`. Unlike
+    PhysX's, it does not wake when a static collider below it is switched off. Kinematic bodies stay as they are.
+
+    While the timeline is stopped, `physics:startsAsleep` is set: the bodies sleep from the start of what is simulated
+    next, be it with the timeline or by `simulate`.
+
+    Raises:
+        BadPrim: a prim is no rigid body.
+    """
+    _let_sleep(_bodies(prims), True)
+
+
+def wake_up(prims: Any) -> None:
+    """Let rigid bodies move again that were put to sleep or have come to rest, from standstill.
+
+    While the timeline is stopped, bodies that `physics:startsAsleep` will start awake instead.
+
+    Raises:
+        BadPrim: a prim is no rigid body.
+    """
+    _let_sleep(_bodies(prims), False)
+
+
+def _let_sleep(bodies: list[Usd.Prim], asleep: bool) -> None:
+    from usdsdg import engines
+
+    engine = engines.physics_if_made()
+    if engine is not None and engine.is_playing:
+        (engine.put_to_sleep if asleep else engine.wake_up)([str(body.GetPath()) for body in bodies])
+        return
+    for body in bodies:
+        attribute = UsdPhysics.RigidBodyAPI(body).GetStartsAsleepAttr()
+        if bool(attribute.Get()) != asleep:
+            attribute.Set(asleep)
+
+
+def _bodies(prims: Any) -> list[Usd.Prim]:
+    found = prims_of(prims)
+    for prim in found:
         if not prim.HasAPI(UsdPhysics.RigidBodyAPI):
             raise BadPrim(f"{prim.GetPath()} is no rigid body; make it one with functional.physics.apply_rigid_body")
+    return found
 
 
 @contextmanager
