@@ -5,150 +5,28 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Usd, UsdGeom
 
 from usdsdg import errors
 
+from .mesh_source import MeshSource, Primvar
+from .refinement import refine_mesh
 from .scene import Prototype
 from .triangulate import Corners, triangulate
 
-# UV sets that files use when the material does not say which.
-UV_NAMES = ("st", "st0", "st_0", "UVMap", "map1", "uv", "st1", "UVW")
-EMPTY = np.zeros(0, np.int32)
 # A triangle thinner than this against its longest edge squared is a line in float32.
 DEGENERATE_RATIO = 1e-7
 
 
-class Primvar(NamedTuple):
-    """Values as authored, with what is needed to look them up at a corner."""
-
-    values: np.ndarray
-    indices: np.ndarray  # empty: not indexed
-    interpolation: str
-
-
-class MeshSource(NamedTuple):
-    """The attributes of a mesh that decide its triangles, as zero-copy views of USD's arrays."""
-
-    points: np.ndarray
-    counts: np.ndarray
-    indices: np.ndarray
-    holes: np.ndarray
-    normals: Primvar | None
-    uvs: Primvar | None
-    subsets: tuple[np.ndarray, ...]
-    left_handed: bool
-    scheme: str
-
-    def arrays(self) -> tuple[np.ndarray, ...]:
-        primvars = [a for p in (self.normals, self.uvs) if p is not None for a in (p.values, p.indices)]
-        return (self.points, self.counts, self.indices, self.holes, *self.subsets, *primvars)
-
-    def form(self) -> tuple:
-        """What decides the triangles beside the arrays."""
-        return (
-            self.left_handed,
-            self.scheme,
-            self.normals.interpolation if self.normals else None,
-            self.uvs.interpolation if self.uvs else None,
-            len(self.subsets),
-        )
-
-
-def read_mesh(
-    prim: Usd.Prim, time: Usd.TimeCode, *, uv_name: str = "", subsets: list[Usd.Prim] | None = None
-) -> MeshSource | None:
-    """Attributes of a mesh at `time`. None (with a warning) when it has no points or faces.
-
-    `uv_name` is the primvar that the material reads; empty or absent, the usual names are tried, then any texCoord2f.
-    """
-    points = _array(prim, "points", time, (3,))
-    counts = _array(prim, "faceVertexCounts", time, ())
-    indices = _array(prim, "faceVertexIndices", time, ())
-    if points is None or counts is None or indices is None or not (len(points) and len(counts) and len(indices)):
-        errors.warn_once(
-            f"{prim.GetPath()}: the mesh is empty (no points or no faces) and is not drawn. Author points, "
-            f"faceVertexCounts and faceVertexIndices, or remove the prim."
-        )
-        return None
-    holes = _array(prim, "holeIndices", time, ())
-    return MeshSource(
-        points=points,
-        counts=counts,
-        indices=indices,
-        holes=EMPTY if holes is None else holes,
-        normals=_normals(prim, time),
-        uvs=_uvs(prim, time, uv_name),
-        subsets=tuple(_subset_faces(subset, time) for subset in subsets or ()),
-        left_handed=prim.GetAttribute("orientation").Get(time) == "leftHanded",
-        scheme=str(prim.GetAttribute("subdivisionScheme").Get(time) or "catmullClark"),
-    )
-
-
-def value_at(attribute: Usd.Attribute, time: Usd.TimeCode):
-    """Value at `time`, or at the first sample when the default time is asked and only samples exist."""
-    value = attribute.Get(time)
-    if value is None and time.IsDefault():
-        value = attribute.Get(Usd.TimeCode.EarliestTime())
-    return value
-
-
-def _array(prim: Usd.Prim, name: str, time: Usd.TimeCode, tail: tuple[int, ...]) -> np.ndarray | None:
-    attribute = prim.GetAttribute(name)
-    value = value_at(attribute, time) if attribute else None
-    if value is None:
-        return None
-    array = np.asarray(value)
-    if array.ndim == 1 + len(tail) and array.shape[1:] == tail:
-        return array
-    errors.warn_once(
-        f"{attribute.GetPath()}: the value is a {type(value).__name__}, not an array of the declared "
-        f"{attribute.GetTypeName()}; it is ignored. Correct its type."
-    )
-    return None
-
-
-def _subset_faces(subset: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:
-    faces = _array(subset, "indices", time, ())
-    return EMPTY if faces is None else faces
-
-
-def _primvar(prim: Usd.Prim, name: str, time: Usd.TimeCode, width: int) -> Primvar | None:
-    values = _array(prim, name, time, (width,))
-    if values is None or not len(values):
-        return None
-    indices = _array(prim, f"{name}:indices", time, ())
-    interpolation = prim.GetAttribute(name).GetMetadata("interpolation")
-    return Primvar(values, EMPTY if indices is None else indices, str(interpolation or "constant"))
-
-
-def _normals(prim: Usd.Prim, time: Usd.TimeCode) -> Primvar | None:
-    """primvars:normals wins over normals, whose interpolation is `vertex` unless authored (UsdGeomPointBased)."""
-    primvar = _primvar(prim, "primvars:normals", time, 3)
-    if primvar is not None:
-        return primvar
-    values = _array(prim, "normals", time, (3,))
-    if values is None or not len(values):
-        return None
-    interpolation = prim.GetAttribute("normals").GetMetadata("interpolation")
-    return Primvar(values, EMPTY, str(interpolation or "vertex"))
-
-
-def _uvs(prim: Usd.Prim, time: Usd.TimeCode, uv_name: str) -> Primvar | None:
-    names = (uv_name, *UV_NAMES) if uv_name and uv_name not in UV_NAMES[:1] else UV_NAMES
-    for name in names:
-        primvar = _primvar(prim, f"primvars:{name}", time, 2)
-        if primvar is not None:
-            return primvar
-    for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues():
-        if str(primvar.GetTypeName()).startswith("texCoord2"):
-            return _primvar(prim, str(primvar.GetName()), time, 2)
-    return None
-
-
 def build_prototype(path: str, source: MeshSource) -> Prototype | None:
     """Triangles of `source`; None (with a warning) when nothing is left after dropping what is broken."""
+    slots, slot_count = _slots(path, source)
     faces = _usable_faces(path, source)
+    parents = None  # of refined faces
+    if source.refinement is not None and (refined := refine_mesh(path, source, faces.kept, faces.starts)):
+        source, parents = refined
+        counts = source.counts.astype(np.int64)
+        faces = _Faces(np.arange(len(counts)), np.cumsum(counts) - counts, faces.points_broken)
+    faces = _without_holes(faces, source.holes)
     counts = source.counts[faces.kept].astype(np.int64)
     triangles = triangulate(source.points, counts, source.indices, faces.starts)
     corners = triangles.corners[:, ::-1] if source.left_handed else triangles.corners
@@ -156,7 +34,7 @@ def build_prototype(path: str, source: MeshSource) -> Prototype | None:
     points = np.ascontiguousarray(source.points, np.float32)
     vertices = source.indices[corners]
     face_normals, flat = _triangle_normals(points, vertices)
-    _warn_of_flat_faces(path, face, flat)
+    _warn_of_flat_faces(path, face if parents is None else parents[face], flat)
     solid = ~flat
     if not solid.any():
         errors.warn_once(f"{path}: no face of the mesh has an area, so it is not drawn. Check its points and indices.")
@@ -164,7 +42,7 @@ def build_prototype(path: str, source: MeshSource) -> Prototype | None:
     if flat.any():
         corners, face, vertices, face_normals = corners[solid], face[solid], vertices[solid], face_normals[solid]
     corner = Corners(corners, face)
-    slots, slot_count = _slots(path, source)
+    origin = face if parents is None else parents[face]
     if faces.points_broken:
         points, vertices = _compact(points, vertices)
     return Prototype(
@@ -173,8 +51,8 @@ def build_prototype(path: str, source: MeshSource) -> Prototype | None:
         triangles=np.ascontiguousarray(vertices, np.int32),
         corner_normals=_corner_normals(path, source, corner, points, vertices, face_normals),
         corner_uvs=_corner_uvs(path, source, corner),
-        triangle_slots=slots[face] if slot_count else np.zeros(len(face), np.int32),
-        triangle_faces=face.astype(np.int32),
+        triangle_slots=slots[origin] if slot_count else np.zeros(len(origin), np.int32),
+        triangle_faces=origin.astype(np.int32),
     )
 
 
@@ -185,7 +63,7 @@ class _Faces(NamedTuple):
 
 
 def _usable_faces(path: str, source: MeshSource) -> _Faces:
-    """Faces with enough, existing, finite vertices that are not holes."""
+    """Faces with enough, existing, finite vertices."""
     counts = source.counts.astype(np.int64)
     starts = np.cumsum(np.maximum(counts, 0)) - np.maximum(counts, 0)
     usable = counts >= 3
@@ -212,10 +90,14 @@ def _usable_faces(path: str, source: MeshSource) -> _Faces:
         bad = _faces_with(broken, starts, counts, usable)
         _warn_dropped(path, bad, "have a NaN or infinite point", "Correct the points.")
         usable &= ~bad
-    if len(source.holes):
-        inside = source.holes[(source.holes >= 0) & (source.holes < len(counts))]
-        usable[inside] = False
     return _Faces(np.flatnonzero(usable), starts[usable], not finite.all())
+
+
+def _without_holes(faces: _Faces, holes: np.ndarray) -> _Faces:
+    if not len(holes):
+        return faces
+    drawn = ~np.isin(faces.kept, holes)
+    return faces._replace(kept=faces.kept[drawn], starts=faces.starts[drawn])
 
 
 def _faces_with(bad_vertex: np.ndarray, starts: np.ndarray, counts: np.ndarray, usable: np.ndarray) -> np.ndarray:
@@ -321,7 +203,7 @@ def _corner_uvs(path: str, source: MeshSource, corner: Corners) -> np.ndarray:
 def _corner_normals(path, source: MeshSource, corner: Corners, points, vertices, face_normals) -> np.ndarray:
     """Unit normals: authored ones where usable, else smooth for subdivision surfaces and flat for polygons.
 
-    Subdivision surfaces are not refined, so authored normals count for them too.
+    Subdivision surfaces that are not refined are drawn as they are, so authored normals count for them too.
     """
     normals = None
     if source.normals is not None:

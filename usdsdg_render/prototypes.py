@@ -10,7 +10,8 @@ import numpy as np
 from pxr import Sdf, Usd
 
 from . import shapes
-from .geometry import MeshSource, build_prototype, read_mesh
+from .geometry import build_prototype
+from .mesh_source import MeshSource, read_mesh
 from .scene import Prototype
 from .stage_tree import IGNORED_PREFIXES
 

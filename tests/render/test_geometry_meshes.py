@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
-from usdsdg_render.geometry import build_prototype, read_mesh
+from usdsdg_render.geometry import build_prototype
+from usdsdg_render.mesh_source import read_mesh
 from usdsdg_render.triangulate import clip_ears
 
 DEFAULT = Usd.TimeCode.Default()
