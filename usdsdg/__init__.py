@@ -29,7 +29,17 @@ from usdsdg.create import mesh_decal as create_mesh_decal
 from usdsdg.graph.sampling import get_global_seed, set_global_seed
 from usdsdg.layers import new_layer
 from usdsdg.stage.context import open_stage
-from usdsdg.writers import BasicWriter, PoseWriter, Writer, WriterRegistry, WriterRegistryError
+from usdsdg.writers import (
+    BasicWriter,
+    CocoWriter,
+    CosmosWriter,
+    FPSWriter,
+    KittiWriter,
+    PoseWriter,
+    Writer,
+    WriterRegistry,
+    WriterRegistryError,
+)
 
 __version__ = "0.1.0"
 
@@ -39,7 +49,8 @@ __all__ = [
     "create_mesh_decal",
     # what comes out
     "annotators", "AnnotatorRegistry", "NodeConnectionTemplate", "annotators_default", "augmentations_default",
-    "writers", "Writer", "WriterRegistry", "WriterRegistryError", "BasicWriter", "PoseWriter", "writers_default",
+    "writers", "Writer", "WriterRegistry", "WriterRegistryError", "BasicWriter", "PoseWriter",
+    "CocoWriter", "KittiWriter", "CosmosWriter", "FPSWriter", "writers_default",
     "backends", "BackendDispatch",
     # what runs it
     "orchestrator", "settings", "utils", "get_global_seed", "set_global_seed", "open_stage", "new_layer",

@@ -32,6 +32,20 @@ GET_TYPE = (
     "path_pattern=None, path_pattern_exclusion=None, semantics=None, semantics_exclusion=None, cache_result=True, "
     "name=None, path_match=None"
 )
+COCO_WRITER = (
+    "output_dir, semantic_types=None, coco_categories=None, s3_bucket=None, s3_region=None, s3_endpoint=None, "
+    "dataset_id=None, frame_padding=4, image_output_format='png', coco_license_info=None"
+)
+KITTI_WRITER = (
+    "output_dir, s3_bucket=None, s3_region=None, s3_endpoint=None, semantic_types=None, omit_semantic_type=False, "
+    "bbox_height_threshold=25, partly_occluded_threshold=0.5, fully_visible_threshold=0.95, renderproduct_idxs=None, "
+    "mapping_path=None, mapping_dict=None, colorize_instance_segmentation=False, semantic_filter_predicate=None, "
+    "use_kitti_dir_names=False"
+)
+COSMOS_WRITER = (
+    "backend=None, output_dir=None, segmentation_mapping=None, use_instance_id=True, canny_threshold_low=10, "
+    "canny_threshold_high=100"
+)
 REGISTER = "register(fn, override=True, fn_name=None)"
 TYPES_OF_PRIMS = [
     "camera", "curve", "geomsubset", "graph", "light", "listener", "material", "mesh", "physics", "renderproduct",
@@ -50,7 +64,7 @@ def block(section: str, module: str, lines: str) -> None:
 block(
     "a.1",
     "",
-    """
+    f"""
     module annotators
     module annotators_default
     module augmentations_default
@@ -78,10 +92,10 @@ block(
     class WriterRegistry
     class WriterRegistryError
     class BasicWriter
-    class CocoWriter
-    class KittiWriter
-    class FPSWriter
-    class CosmosWriter
+    class CocoWriter({COCO_WRITER})
+    class KittiWriter({KITTI_WRITER})
+    class FPSWriter()
+    class CosmosWriter({COSMOS_WRITER})
     create_mesh_decal
     get_global_seed() -> number
     set_global_seed(seed) -> none

@@ -85,8 +85,8 @@ def test_options_of_a_users_writer_are_checked_by_name():
 def test_unknown_and_unsupported_names():
     with pytest.raises(WriterRegistryError, match="Did you mean 'PoseWriter'"):
         writers.get("PoseWritter")
-    with pytest.raises(Unsupported, match="CocoWriter"):
-        writers.get("CocoWriter")
+    with pytest.raises(Unsupported, match="DOPEWriter"):
+        writers.get("DOPEWriter")
     with pytest.raises(WriterRegistryError, match="not a subclass"):
         writers.register_writer(dict)
 

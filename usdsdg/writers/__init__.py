@@ -12,9 +12,13 @@ from usdsdg.writers.catalogue import (
     unregister_writer,
 )
 from usdsdg.writers.writer_basic import BasicWriter
+from usdsdg.writers.writer_coco import CocoWriter
+from usdsdg.writers.writer_cosmos import CosmosWriter
+from usdsdg.writers.writer_fps import FPSWriter
+from usdsdg.writers.writer_kitti import KittiWriter
 from usdsdg.writers.writer_pose import PoseWriter
 
-for _writer in (BasicWriter, PoseWriter):
+for _writer in (BasicWriter, PoseWriter, CocoWriter, KittiWriter, CosmosWriter, FPSWriter):
     register_writer(_writer)
 
 __all__ = [
@@ -22,7 +26,11 @@ __all__ = [
     "BackendGroup",
     "BaseBackend",
     "BasicWriter",
+    "CocoWriter",
+    "CosmosWriter",
     "DiskBackend",
+    "FPSWriter",
+    "KittiWriter",
     "OutputNotWritable",
     "PoseWriter",
     "Writer",

@@ -38,6 +38,11 @@ def set_global_seed(seed: int | None) -> None:
     _global_seed = seed
 
 
+def global_seed() -> int | None:
+    """The seed of the run; None before its first frame."""
+    return _global_seed
+
+
 class Writer(ABC):
     """Base of all writers. A subclass sets `annotators` (names or Annotators) and `backend`, and writes `write`.
 

@@ -17,11 +17,7 @@ _categories: dict[str, str | None] = {}
 UNSUPPORTED: dict[str, str] = {
     "DOPEWriter": "it is deprecated; use PoseWriter with format='dope'",
     "YCBVideoWriter": "it is deprecated; use PoseWriter or BasicWriter",
-    "CocoWriter": "it is not implemented yet; BasicWriter gives boxes and instance masks",
-    "KittiWriter": "it is not implemented yet; BasicWriter gives boxes and depth",
-    "CosmosWriter": "it is not implemented yet; BasicWriter gives colour, depth and segmentation",
     "DataVisualizationWriter": "it is not implemented yet; PoseWriter with write_debug_images draws boxes",
-    "FPSWriter": "it is not implemented; a run prints its rate",
     "PytorchWriter": "it is not implemented; read annotators with get_data()",
 }
 

@@ -1,4 +1,4 @@
-"""Values to files: pictures, arrays, JSON. Each function encodes and hands the bytes to a backend.
+"""Values to files: pictures, arrays, JSON, text. Each function encodes and hands the bytes to a backend.
 
 A backend's `schedule` runs them later: `backend.schedule(write_image, path="rgb_0000.png", data=rgb)`.
 """
@@ -91,6 +91,11 @@ def read_exr(path: str, backend_instance: Any = None) -> np.ndarray:
 def write_json(path: str, data: Any, backend_instance: BlobSink | None = None, **options: Any) -> None:
     """Write JSON in the key order of `data`; NumPy values become numbers and lists. `options` go to `json.dumps`."""
     _put(backend_instance, path, json.dumps(data, default=_plain, **options).encode())
+
+
+def write_text(path: str, text: str, backend_instance: BlobSink | None = None) -> None:
+    """Write text as UTF-8."""
+    _put(backend_instance, path, text.encode())
 
 
 def write_np(path: str, data: Any, backend_instance: BlobSink | None = None, allow_pickle: bool = True) -> None:

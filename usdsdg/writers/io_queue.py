@@ -8,6 +8,7 @@ import logging
 import os
 import sys
 import threading
+import weakref
 from collections import Counter, deque
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -38,6 +39,7 @@ class IoQueue:
         self._open: Counter[int] = Counter()  # jobs waiting or running, by id of their owner
         self._failures: list[tuple[Any, UsdsdgError]] = []
         self._workers: set[threading.Thread] = set()
+        self._at_exit: list[weakref.WeakMethod] = []
 
     def submit(self, run: Callable[[], None], *, what: str, size: int, owner: Any) -> None:
         """Run `run` later.
@@ -83,6 +85,10 @@ class IoQueue:
     def set_max_queue_size(self, jobs: int) -> None:
         """How many jobs may wait before `submit` blocks."""
         self.max_jobs = max(1, int(jobs))
+
+    def call_at_exit(self, method: Callable[[], None]) -> None:
+        """Call `method`, bound to an object that still exists then, when the program ends; it may submit last jobs."""
+        self._at_exit.append(weakref.WeakMethod(method))
 
     def _count(self, owner: Any) -> int:
         return self._open.total() if owner is None else self._open[id(owner)]
@@ -130,11 +136,13 @@ class IoQueue:
     def _finish(self) -> None:
         """At exit: write what waits, and make the program fail if something could not be written and nobody asked."""
         global _failed_at_exit
-        try:
-            self.wait_until_done()
-        except UsdsdgError as error:
-            print(f"error: {error}", file=sys.stderr)
-            _failed_at_exit = True
+        last = [method for each in self._at_exit if (method := each()) is not None]
+        for step in (*last, self.wait_until_done):
+            try:
+                step()
+            except UsdsdgError as error:
+                print(f"error: {error}", file=sys.stderr)
+                _failed_at_exit = True
 
 
 _failed_at_exit = False

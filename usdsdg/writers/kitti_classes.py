@@ -1,0 +1,104 @@
+"""KITTI's classes: which of them a label is, with its id and colour."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from usdsdg.annotators.colors import colors_of_ids
+from usdsdg.errors import AssetUnreadable, WriterError
+
+UNLABELLED, BACKGROUND = "class:unlabelled", "class:background"
+
+
+class KittiClass(NamedTuple):
+    """What pixels of a class are in the pictures of classes."""
+
+    id: int  # 0 to 255
+    color: tuple[int, int, int, int]  # RGBA
+
+
+class KittiClasses:
+    """Classes by "type:label", whatever its case."""
+
+    def __init__(self, mapping: Mapping[str, Any] | None = None) -> None:
+        """mapping: (r, g, b, a), or an id, by label or "type:label"; ids count its entries where they are not given.
+
+        Without one, the classes of Cityscapes, which KITTI's segmentation has. What it leaves out of "unlabelled" and
+        "background" is added, before and behind.
+
+        Raises:
+            WriterError: a value is neither a colour nor an id to 255.
+        """
+        named = {_key(label): value for label, value in (_cityscapes() if mapping is None else mapping).items()}
+        if UNLABELLED not in named:
+            named = {UNLABELLED: (0, 0, 0, 0), **named}
+        named.setdefault(BACKGROUND, (0, 0, 0, 0))
+        self._by_key = {key: _class(key, value, place) for place, (key, value) in enumerate(named.items())}
+
+    def of(self, labels: Mapping[str, str]) -> KittiClass:
+        """The class of {type: "label[,label]"}: of several known labels the last one's, of none "unlabelled"."""
+        keys = [f"{kind}:{name}".lower() for kind, text in labels.items() for name in (text, *text.split(","))]
+        known = [self._by_key[key] for key in keys if key in self._by_key]
+        return known[-1] if known else self._by_key[UNLABELLED]
+
+    def ids(self) -> dict[str, int]:
+        """The id of each "type:label"."""
+        return {key: each.id for key, each in self._by_key.items()}
+
+
+def read_mapping(path: str | os.PathLike) -> dict[str, Any]:
+    """The mapping of a JSON file.
+
+    Raises:
+        AssetUnreadable: it cannot be read, or holds no mapping.
+    """
+    try:
+        mapping = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise AssetUnreadable(f"mapping_path {path} cannot be read: {error}") from error
+    if not isinstance(mapping, dict):
+        raise AssetUnreadable(f'mapping_path {path} holds no mapping like {{"car": [0, 0, 142, 255]}}.')
+    return mapping
+
+
+def _key(label: str) -> str:
+    return (label if ":" in label else f"class:{label}").lower()
+
+
+def _class(key: str, value: Any, place: int) -> KittiClass:
+    is_id = isinstance(value, int) and not isinstance(value, bool)
+    number = value if is_id else place
+    color = colors_of_ids(np.array([number])).tolist()[0] if is_id and number >= 0 else value
+    right = isinstance(color, (list, tuple)) and len(color) == 4
+    if not right or not all(isinstance(part, int) and 0 <= part <= 255 for part in (number, *color)):
+        raise WriterError(
+            f"KittiWriter: {key!r} is mapped to {value!r} as entry {place}; expected a colour (r, g, b, a) or an "
+            "id, from 0 to 255, in one of the first 256 entries."
+        )
+    return KittiClass(number, tuple(color))
+
+
+def _cityscapes() -> dict[str, tuple[int, int, int, int]]:
+    """Colours by label, in the order of their ids; the void ones are transparent, and background is the sky."""
+    found = {}
+    for line in _TABLE.strip().splitlines():
+        for member in line.split("; "):
+            label, _, color = member.partition("=")
+            found[label] = (*(int(part) for part in color.split(",")), 255) if color else (0, 0, 0, 0)
+    return found
+
+
+_TABLE = """
+unlabelled; ego vehicle; rectification border; out of roi; static; dynamic=111,74,0; ground=81,0,81; road=128,64,128
+sidewalk=244,35,232; parking=250,170,160; rail track=230,150,140; building=70,70,70; wall=102,102,156
+fence=190,153,153; guard rail=180,165,180; bridge=150,100,100; tunnel=150,120,90; pole=153,153,153
+polegroup=153,153,153; traffic light=250,170,30; traffic sign=220,220,0; vegetation=107,142,35; terrain=152,251,152
+background=70,130,180; person=220,20,60; rider=255,0,0; car=0,0,142; truck=0,0,70; bus=0,60,100; caravan=0,0,90
+trailer=0,0,110; train=0,80,100; motorcycle=0,0,230; bicycle=119,11,32; license plate=0,0,142
+"""
