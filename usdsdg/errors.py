@@ -1,7 +1,7 @@
 """Everything that usdsdg raises or warns about.
 
 UsdsdgError                     the one to catch; the command line prints it without a traceback
-├── StageError                  a stage or prim that cannot be used as asked (BadPrim, BadValue, DegenerateFrame)
+├── StageError                  a stage or prim that cannot be used as asked (BadPrim, NotAPrim, BadValue, ...)
 ├── AssetError                  a file that is missing or unreadable (AssetNotFound, AssetUnreadable)
 ├── ConfigError                 a configuration file with wrong keys, types or values
 ├── GraphError                  a node, trigger, distribution or event that cannot work as written
@@ -32,6 +32,10 @@ class StageError(UsdsdgError):
 
 class BadPrim(StageError, ValueError):
     """A prim path is missing, invalid or of the wrong type."""
+
+
+class NotAPrim(BadPrim, TypeError):
+    """Something was given for a prim that is neither one, nor a path or an item."""
 
 
 class BadValue(StageError, ValueError):

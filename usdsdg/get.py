@@ -16,6 +16,7 @@ from usdsdg.functional import get as find
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.stage.context import current_stage
 from usdsdg.stage.node_prims import PIPELINE
+from usdsdg.stage.paths import prim_at
 from usdsdg.user_functions import enter
 
 
@@ -64,12 +65,13 @@ def prim_at_path(path: Any, name: str | None = None) -> ReplicatorItem:
     """The prims at a path, or at those of a list, of prims or of another item.
 
     Raises:
-        BadPrim: one of them is not on the stage.
+        BadPrim: one of them is not on the stage; names near misses.
     """
     wanted = prim_paths(path)
-    missing = [each for each in wanted if not current_stage().GetPrimAtPath(each)]
-    if missing or not wanted:
-        raise BadPrim(f"get.prim_at_path: not on the stage: {', '.join(missing[:5]) or repr(path)}")
+    if not wanted:
+        raise BadPrim(f"get.prim_at_path: path is {path!r}; give at least one")
+    for each in wanted:
+        prim_at(current_stage(), each)
     return ReplicatorItem(Node(kind="OgnGetPrimAtPath", prims=wanted, name=name))
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
 
-from usdsdg.errors import BadPrim, RenderError
+from usdsdg.errors import BadPrim, GraphError, RenderError
 from usdsdg.graph.node import prim_paths
 from usdsdg.stage import default_view, paths, render_products
 from usdsdg.stage.context import current_stage
@@ -22,20 +22,30 @@ LISTED = 8
 def render_product(
     camera: Any, resolution: Any, force_new: bool = False, name: Any = None, render_vars: Any = None
 ) -> HydraTexture | list[HydraTexture]:
-    """One product per camera: a handle for one, a list for several.
+    """One product per camera, below `/Render/HydraTextures` in the session layer: a handle for one, a list for several.
 
-    `camera` is a path, prim, item, or a list of these; `resolution` is (width, height). A product of the same camera
-    and resolution is used again unless `force_new` or `name` is given. `render_vars` changes nothing: what is rendered
-    is what annotators and writers read.
+    Args:
+        camera: path, prim or item of a camera, of the object that holds one, or a list of these.
+        resolution: (width, height) [pixels].
+        force_new: make another one, also where there is a product of the same camera and resolution. Without this and
+            without `name` that one is used again.
+        name: of the product, or a list with one for each camera; "Replicator" by default. A name that is taken gets a
+            number.
+        render_vars: changes nothing: what is rendered is what annotators and writers read.
 
     Raises:
         TypeError: resolution is not a pair of whole numbers.
         RenderError: a picture of this size cannot be made.
-        BadPrim: a camera path is not a camera on the stage.
+        BadPrim: a path is not a camera on the stage, there is none, or `name` cannot be the name of a prim.
+        GraphError: there is another number of names than cameras.
     """
     size = _size(resolution)
     cameras = [_camera_below(path) for path in prim_paths(camera)]
     names = name if isinstance(name, (list, tuple)) else [name] * len(cameras)
+    if not cameras:
+        raise BadPrim(f"render_product: camera is {camera!r}; give at least one. {_cameras_there_are().capitalize()}")
+    if len(names) != len(cameras):
+        raise GraphError(f"render_product: name has {len(names)} entries for {len(cameras)} cameras; give one for each")
     handles = [_product(path, size, force_new, one) for path, one in zip(cameras, names)]
     return handles[0] if len(handles) == 1 else handles
 
@@ -43,8 +53,12 @@ def render_product(
 def _size(resolution: Any) -> tuple[int, int]:
     try:
         width, height = (int(n) for n in resolution)
+        if (width, height) != tuple(resolution):
+            raise ValueError("not whole numbers")
     except (TypeError, ValueError):
-        raise TypeError(f"render_product: resolution must be (width, height), got {resolution!r}") from None
+        raise TypeError(
+            f"render_product: resolution must be (width, height) in whole pixels, got {resolution!r}"
+        ) from None
     if problem := render_products.size_problem(width, height):
         raise RenderError(f"render_product: {problem}")
     return width, height

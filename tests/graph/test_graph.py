@@ -1,5 +1,7 @@
 """What fires when, in which order, and that randomizers do not disturb each other."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from pxr import Sdf, UsdGeom, UsdLux
@@ -133,16 +135,19 @@ def test_a_light_in_a_trigger_is_made_once_and_redrawn(stage):
     assert sum(prim.IsA(UsdLux.SphereLight) for prim in stage.Traverse()) == 3
 
 
-def test_dome_textures_and_rotation_are_written_where_they_belong(stage):
+def test_dome_textures_and_rotation_are_written_where_they_belong(stage, tmp_path):
+    skies = [str(tmp_path / name) for name in ("a.hdr", "b.hdr")]
+    for sky in skies:
+        Path(sky).write_bytes(b"")
     with trigger.on_custom_event("dome"):
         dome = create.light(light_type="Dome")
         with dome:
-            modify.attribute("inputs:texture:file", distribution.choice(["/a.hdr", "/b.hdr"]))
+            modify.attribute("inputs:texture:file", distribution.choice(skies))
             randomizer.rotation()
     utils.send_og_event("dome")
     evaluate.graph().evaluate()
     light = stage.GetPrimAtPath("/Replicator/DomeLight_Xform/DomeLight")
-    assert light.GetAttribute("inputs:texture:file").Get().path in ("/a.hdr", "/b.hdr")
+    assert light.GetAttribute("inputs:texture:file").Get().path in skies
     assert light.GetParent().GetAttribute("xformOp:rotateXYZ").Get() is not None
 
 

@@ -199,6 +199,27 @@ def test_misspelt_attributes_and_types_are_told_with_near_misses(stage):
             evaluate.graph().evaluate()
 
 
+def test_colours_of_prims_are_written_and_drawn(stage):
+    with rep.trigger.on_custom_event("go"), rep.create.cube(count=20) as cubes:
+        rep.modify.attribute("primvars:displayColor", rep.distribution.uniform((0, 0, 0.5), (1, 0, 1)))
+    fire()
+    drawn = [stage.GetPrimAtPath(f"{path}/Cube").GetAttribute("primvars:displayColor").Get() for path in cubes.prims]
+    assert len({tuple(colors[0]) for colors in drawn}) == 20
+    assert all(len(colors) == 1 and colors[0][1] == 0 and colors[0][2] >= 0.5 for colors in drawn)
+
+
+def test_strings_for_assets_are_files_below_the_root(stage, tmp_path):
+    (tmp_path / "night.hdr").write_bytes(b"")
+    dome = rep.create.light(light_type="dome")
+    rep.modify.attribute("texture:file", str(tmp_path / "night.hdr"), input_prims=dome)
+    evaluate.graph().evaluate()
+    file = stage.GetPrimAtPath(f"{dome.prims[0]}/DomeLight").GetAttribute("inputs:texture:file").Get()
+    assert file.path == str(tmp_path / "night.hdr")
+    rep.modify.attribute("texture:file", rep.distribution.choice([str(tmp_path / "nigt.hdr")]), input_prims=dome)
+    with pytest.raises(GraphError, match=r"test_modify\.py:\d+.*did you mean night\.hdr"):
+        evaluate.graph().evaluate()
+
+
 # --- labels ---
 
 

@@ -6,23 +6,25 @@ from typing import Any
 
 from usdsdg import modify
 from usdsdg.create.objects import new_object, posed
-from usdsdg.errors import BadPrim
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
-from usdsdg.stage.context import current_stage
+from usdsdg.modify import prim_at
 from usdsdg.values import count_of
 
 
 def group(items: Any, semantics: Any = None, name: str | None = None) -> ReplicatorItem:
     """Prims to be randomized together, in the order given.
 
+    Args:
+        items: items, paths, prims, or a list of these.
+        semantics: labels of all, or a list with those of each.
+        name: of the node, of which writers tell.
+
     Raises:
-        BadPrim: a path is not on the stage.
+        BadPrim: (a ValueError) something is no item, path or prim, or a path is not on the stage.
     """
     targets = prim_paths(items)
-    stage = current_stage()
-    missing = [path for path in targets if not stage.GetPrimAtPath(path)]
-    if missing:
-        raise BadPrim(f"create.group: not on the stage: {', '.join(missing[:5])}")
+    for path in targets:
+        prim_at(path)
     item = ReplicatorItem(Node(kind="OgnGroup", prims=targets, name=name))
     if semantics is not None:
         modify.semantics(semantics, input_prims=item)
@@ -33,7 +35,16 @@ def xform(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
     semantics: Any = None, visible: Any = True, count: int = 1, name: str | None = None, parent: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """`count` empty transforms."""
+    """`count` empty transforms.
+
+    Args:
+        position: in the space of `parent` [stage units]; `scale` are factors and `rotation` angles [degrees].
+        look_at: a point of the world [stage units] or prims, which -Z points to.
+        semantics: labels of all, or a list with those of each.
+
+    Raises:
+        GraphError: a value has another shape, or `count` is no whole number. BadPrim: `parent` is not on the stage.
+    """
     objects = [new_object("Xform", name, parent)[0] for _ in range(count_of(count))]
     return posed(
         objects, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,

@@ -22,6 +22,8 @@ LIGHT_SCHEMAS = {
     "sphere": UsdLux.SphereLight,
 }
 
+_TEXTURED = (UsdLux.DomeLight, UsdLux.RectLight)
+
 
 def light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
@@ -31,14 +33,25 @@ def light(
     """UsdLux lights: cylinder, disk, distant, dome, rect or sphere (any case).
 
     Made once, when this line runs; arguments that are distributions are drawn again at every firing of the enclosing
-    trigger. `intensity` is in nits (distant: lux), `temperature` in kelvin; None switches colour temperature off.
+    trigger.
+
+    Args:
+        position: in the space of `parent` [stage units]; `scale` are factors and `rotation` angles [degrees].
+        look_at: a point of the world [stage units] or prims, to which the light shines.
+        color: linear RGB.
+        intensity: nits (of a distant light: lux), doubled by each unit of `exposure`.
+        temperature: kelvin; None switches colour temperature off.
+        texture: picture of a dome or rect light, a file or a URL below the assets root.
 
     Raises:
-        GraphError: unknown light_type.
+        GraphError: an unknown light_type, or a texture for a light that has none.
+        AssetNotFound: there is no such texture; names near misses.
     """
     schema = LIGHT_SCHEMAS.get(str(light_type).lower())
     if schema is None:
         raise GraphError(f"create.light: light_type={light_type!r}; known: {', '.join(LIGHT_SCHEMAS)}")
+    if texture is not None and schema not in _TEXTURED:
+        raise GraphError(f"create.light: a {light_type} light has no texture; give it to a dome or rect light")
     stage = current_stage()
     objects, lights = [], []
     for _ in range(count_of(count)):

@@ -8,7 +8,6 @@ from typing import Any
 from pxr import Sdf, Usd
 
 from usdsdg import modify
-from usdsdg.errors import BadPrim
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.stage import paths
 from usdsdg.stage.context import current_stage
@@ -17,13 +16,16 @@ ROOT = "/Replicator"
 
 
 def new_object(kind: str, name: str | None, parent: Any) -> tuple[Usd.Prim, str]:
-    """A new object Xform and the path its child shall have."""
+    """A new object Xform and the path its child shall have.
+
+    Raises:
+        BadPrim: `parent` is not on the stage, or `name` cannot be the name of a prim.
+    """
     stage = current_stage()
     root = prim_paths(parent)[0] if parent is not None else ROOT
     if parent is None and not stage.GetPrimAtPath(ROOT):
         stage.DefinePrim(ROOT, "Scope")
-    if not stage.GetPrimAtPath(root):
-        raise BadPrim(f"create.{kind.lower()}: parent {root} is not on the stage")
+    paths.prim_at(stage, root)
     label = name or kind
     path = paths.next_free_path(stage, f"{root}/{label}_Xform")
     prim = stage.DefinePrim(path, "Xform")

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Gf, Sdf, Usd
 
-from usdsdg.errors import BadPrim, GraphError
+from usdsdg.errors import BadPrim, GraphError, NotAPrim
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.stage.context import current_stage
 from usdsdg.stage.paths import prim_at
@@ -32,7 +32,7 @@ def prims_of(prims: Any) -> list[Usd.Prim]:
 
     Raises:
         BadPrim: a path is not on the stage, or a prim does not exist any more.
-        TypeError: something else was given.
+        NotAPrim: (a BadPrim and a TypeError) something else was given.
     """
     if isinstance(prims, Usd.Prim):
         prims = [prims]
@@ -47,7 +47,7 @@ def prims_of(prims: Any) -> list[Usd.Prim]:
         return [prim_at(current_stage(), prims)]
     if isinstance(prims, Sequence):
         return [prim for each in prims for prim in prims_of(each)]
-    raise TypeError(f"expected a prim, a path or a list of these, got {type(prims).__name__}: {shown(prims)}")
+    raise NotAPrim(f"expected a prim, a path or a list of these, got {type(prims).__name__}: {shown(prims)}")
 
 
 def one_prim(name: str, value: Any) -> Usd.Prim:

@@ -9,6 +9,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from usdsdg.errors import NotAPrim
+
 _PACKAGE = str(Path(__file__).resolve().parents[1])
 
 
@@ -155,7 +157,7 @@ def prim_paths(items: Any) -> tuple[str, ...]:
     """Prim paths of an item, a path, a prim, or a (nested) sequence of these; in order.
 
     Raises:
-        TypeError: something else was given; the message names it.
+        NotAPrim: (a BadPrim and a TypeError) something else was given; the message names it.
     """
     if items is None:
         return ()
@@ -169,7 +171,7 @@ def prim_paths(items: Any) -> tuple[str, ...]:
         return (items.pathString,)
     if isinstance(items, Sequence):
         return tuple(path for item in items for path in prim_paths(item))
-    raise TypeError(f"expected a ReplicatorItem, prim, path or a list of these, got {type(items).__name__}: {items!r}")
+    raise NotAPrim(f"expected an item, prim, path or a list of these, got {type(items).__name__}: {items!r}")
 
 
 def plain(value: Any) -> Any:

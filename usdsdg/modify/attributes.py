@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-from pxr import Sdf, Tf, Usd
+from pxr import Sdf, Usd
 
 from usdsdg.distribution import Distribution, draw, is_vector
-from usdsdg.errors import GraphError
+from usdsdg.errors import BadValue, GraphError
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.modify.prims import non_xform_prims, prims_of
 from usdsdg.registry import near_misses
 from usdsdg.stage.attribute_batch import write_batch
-from usdsdg.values import shown, vector
+from usdsdg.stage.attributes import set_value
+from usdsdg.values import vector
 
 _KINDS = [getattr(Sdf.ValueTypeNames, name) for name in dir(Sdf.ValueTypeNames)]
 VALUE_TYPES = [str(kind) for kind in _KINDS if isinstance(kind, Sdf.ValueTypeName)]
@@ -42,22 +41,6 @@ def _attribute(prim: Usd.Prim, name: str, attribute_type: str | None) -> Usd.Att
     return prim.CreateAttribute(name, type_name, custom=True)
 
 
-def _as_usd(value: Any, attribute: Usd.Attribute) -> Any:
-    """A drawn value in the attribute's own type; a scalar fills all components of a vector."""
-    default = attribute.GetTypeName().defaultValue
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(default, Sdf.AssetPath):
-        return Sdf.AssetPath(str(value))
-    if size := _dimension(attribute):
-        return type(default)(*vector(attribute.GetName().removeprefix("inputs:"), value, size))
-    if isinstance(default, bool):
-        return bool(value)
-    if isinstance(default, int):
-        return math.floor(value)
-    return value
-
-
 def _dimension(attribute: Usd.Attribute) -> int:
     """Numbers in one value of a vector attribute; 0 for every other type."""
     size = getattr(type(attribute.GetTypeName().defaultValue), "dimension", 0)
@@ -65,11 +48,20 @@ def _dimension(attribute: Usd.Attribute) -> int:
 
 
 def set_attribute(prim: Usd.Prim, name: str, value: Any, attribute_type: str | None = None) -> None:
-    """Author one value on the prim that has the attribute (the prim itself, else the object's children)."""
+    """Author one value on the prim that has the attribute (the prim itself, else the object's children).
+
+    Raises:
+        GraphError: there is no such attribute and no type for a new one, or it does not take the value.
+        AssetNotFound: a string for an asset attribute is no file, nor one below the assets root.
+    """
     for owner in _owners(prim, name):
         target = _attribute(owner, name, attribute_type)
-        if not _set(target, _as_usd(value, target)):
-            raise GraphError(f"{target.GetPath()} is a {target.GetTypeName()}; it does not take {shown(value)}")
+        size = _dimension(target)
+        held = vector(target.GetName().removeprefix("inputs:"), value, size) if size else value
+        try:
+            set_value(target, held)
+        except BadValue as error:
+            raise GraphError(str(error)) from None
 
 
 def _owners(prim: Usd.Prim, name: str) -> list[Usd.Prim]:
@@ -78,20 +70,13 @@ def _owners(prim: Usd.Prim, name: str) -> list[Usd.Prim]:
     return non_xform_prims(prim)
 
 
-def _set(attribute: Usd.Attribute, value: Any) -> bool:
-    try:
-        return attribute.Set(value)
-    except (Tf.ErrorException, TypeError):  # a value of a type that USD does not convert
-        return False
-
-
 def attribute(name: str, value: Any, attribute_type: str | None = None, input_prims: Any = None) -> ReplicatorItem:
     """Write an attribute of the prims at each firing; of an object, that of the child which has it.
 
     Args:
         name: of the attribute, `<name>` or `inputs:<name>`.
-        value: one for all, a list of one per prim, or a distribution. Whole numbers are rounded down where the
-            attribute holds them, and one number fills a vector.
+        value: one for all, a list of one per prim, or a distribution. Numbers are rounded down where the attribute
+            holds whole ones, and one number fills a vector. Strings for assets are files or URLs below the assets root.
         attribute_type: USD's name of a type, such as "float" or "color3f", for an attribute that is to be made.
 
     Raises:
