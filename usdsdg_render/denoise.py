@@ -5,7 +5,7 @@ from __future__ import annotations
 import warp as wp
 
 from usdsdg_render.kernels.denoise import combine, separate, smooth
-from usdsdg_render.kernels.path import FilmArrays
+from usdsdg_render.kernels.film import FilmArrays
 from usdsdg_render.parallel import launch_rows
 
 # Tap distances of the passes: together they reach 62 pixels.

@@ -8,7 +8,8 @@ import warp as wp
 from usdsdg.errors import warn_once
 from usdsdg_render.denoise import denoise
 from usdsdg_render.kernels.develop import develop_pixels
-from usdsdg_render.kernels.path import FilmArrays
+from usdsdg_render.kernels.film import FilmArrays
+from usdsdg_render.kernels.path_state import PARTS
 from usdsdg_render.parallel import launch_rows
 from usdsdg_render.settings import ToneSettings
 
@@ -23,6 +24,7 @@ class Film:
         self.arrays.color = self._zeros(wp.vec4)
         self.arrays.dropped = self._zeros(wp.int32)
         self.has_features = False
+        self.has_parts = False
 
     def _zeros(self, dtype) -> wp.array:
         return wp.zeros((self.height, self.width), dtype=dtype, device=self.device)
@@ -34,6 +36,18 @@ class Film:
             self.arrays.normal_depth = self._zeros(wp.vec4)
             self.arrays.square = self._zeros(wp.float32)
             self.has_features = True
+
+    def want_parts(self) -> None:
+        """Make room for the light by where it came from; samples added before have none, so ask before the first."""
+        if not self.has_parts:
+            shape = (len(PARTS), self.height, self.width)
+            self.arrays.parts = wp.zeros(shape, dtype=wp.vec3, device=self.device)
+            self.has_parts = True
+
+    def parts(self) -> dict[str, np.ndarray]:
+        """Mean radiance by where it came from, (height, width, 3) float32 [nits] each; see `PathSettings.parts`."""
+        samples = np.maximum(self.arrays.color.numpy()[..., 3:], 1.0)
+        return dict(zip(PARTS, self.arrays.parts.numpy() / samples, strict=True)) if self.has_parts else {}
 
     @property
     def dropped(self) -> int:

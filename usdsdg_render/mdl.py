@@ -17,8 +17,6 @@ from .shading import Input, Material, Network, UvTransform
 from .textures import TextureUse
 
 WHITE = (1.0, 1.0, 1.0)
-# A pane of glass without refraction: what hits it goes straight on, except for this part.
-GLASS_OPACITY = 0.15
 
 
 def mdl_name(shader: UsdShade.Shader) -> str:
@@ -160,16 +158,17 @@ def _omni_pbr_clearcoat(network: Network, shader: UsdShade.Shader) -> Material:
 
 
 def _omni_glass(network: Network, shader: UsdShade.Shader) -> Material:
-    network.warn(
-        shader,
-        "glass is approximated by a thin tinted surface without refraction; choose a UsdPreviewSurface if that "
-        "matters.",
-    )
+    colour = network.floats(shader, "glass_color", WHITE)
+    texture = _texture(network, shader, "glass_color_texture", colour=True)
+    ior = network.number(shader, "glass_ior", 1.491)
     return Material(
-        base_color=Input(network.floats(shader, "glass_color", WHITE)),
+        base_color=Input(colour) if texture is None else Input(WHITE, texture, 0, colour),
         roughness=Input((network.number(shader, "frosting_roughness", 0.0),)),
-        specular=Input((reflectance(network.number(shader, "glass_ior", 1.491)),) * 3),
-        opacity=Input((GLASS_OPACITY,)),
+        specular=Input((reflectance(ior),) * 3),
+        transmission=1.0,
+        ior=ior,
+        thin=network.flag(shader, "thin_walled", False),
+        normal=_texture(network, shader, "normal_map_texture", colour=False),
     )
 
 

@@ -13,7 +13,8 @@ from usdsdg_render import coverage, labels
 from usdsdg_render.camera import camera_record
 from usdsdg_render.device import DeviceScene
 from usdsdg_render.film import Film, develop
-from usdsdg_render.kernels.path import PathOptions, add_samples
+from usdsdg_render.kernels.path import add_samples
+from usdsdg_render.kernels.path_state import PathOptions
 from usdsdg_render.motion import interpolate
 from usdsdg_render.parallel import launch_rows
 from usdsdg_render.precompile import precompile
@@ -127,6 +128,8 @@ class WarpRenderer:
             warn_once("the scene has no light, so pictures are black: add a UsdLux light, for example a DomeLight")
         if settings.denoise:
             film.want_features()
+        if settings.parts:
+            film.want_parts()
         camera = camera_record(view)
         options = path_options(settings, film)
         most = samples if self.device == "cpu" else CUDA_SAMPLES_PER_LAUNCH
@@ -153,6 +156,7 @@ def path_options(settings: PathSettings, film: Film) -> PathOptions:
     options.clamp = settings.clamp
     options.regularization = settings.regularization
     options.features = int(film.has_features)
+    options.parts = int(film.has_parts)
     return options
 
 

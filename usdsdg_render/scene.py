@@ -37,6 +37,9 @@ MATERIAL = np.dtype(
         ("opacity_texture", "i4"),
         ("opacity_channel", "i4"),
         ("opacity_threshold", "f4"),  # > 0: cut-out; 0: stochastic transparency
+        ("transmission", "f4"),  # share of what is not mirrored that goes through, as through glass
+        ("ior", "f4"),  # index of refraction of the glass
+        ("thin", "i4"),  # 1 = a pane: nothing is bent
         ("emission", "f4", 3),  # nits
         ("emission_texture", "i4"),
         ("normal_texture", "i4"),  # tangent space; texel * 2 - 1

@@ -46,6 +46,9 @@ class Material:
     specular: Input = Input((0.04, 0.04, 0.04))
     opacity: Input = Input((1.0,))
     opacity_threshold: float = 0.0
+    transmission: float = 0.0  # 1 = glass
+    ior: float = 1.5  # of the glass
+    thin: bool = False  # a pane: light goes straight through
     emission: Input = Input((0.0, 0.0, 0.0))
     normal: TextureUse | None = None
     normal_scale: float = 1.0

@@ -411,9 +411,12 @@ def test_omnipbr_coordinates_and_normal_map(tmp_path):
 def test_other_mdl_names():
     glass = Mdl("OmniGlass")
     glass.set("glass_color", T.Color3f, Gf.Vec3f(0.5, 1, 0.5))
-    with pytest.warns(UserWarning, match="/Looks/M/Shader.*glass"):
-        row, _ = glass.row()
-    assert 0 < row["opacity"] < 1
+    glass.set("glass_ior", T.Float, 1.6)
+    glass.set("thin_walled", T.Bool, True)
+    row, _ = glass.row()
+    assert (row["transmission"], row["thin"], row["opacity"]) == (1, 1, 1)
+    assert row["ior"] == np.float32(1.6)
+    np.testing.assert_allclose(row["specular"], (0.6 / 2.6) ** 2, rtol=1e-6)
     np.testing.assert_allclose(row["base_color"], (0.5, 1, 0.5))
     coat = Mdl("OmniPBR_ClearCoat")
     coat.set("clearcoat_weight", T.Float, 0.5)

@@ -9,6 +9,7 @@ visible GGX normals with spherical caps", 2023).
 
 import warp as wp
 
+from usdsdg_render.kernels.path_state import luminance
 from usdsdg_render.kernels.surface import Surface
 from usdsdg_render.kernels.trig import cos_sin
 from usdsdg_render.kernels.types import Material
@@ -46,11 +47,6 @@ class Scattered:
     diffuse: wp.vec3
     specular: wp.vec3
     pdf: wp.float32
-
-
-@wp.func
-def luminance(color: wp.vec3):
-    return 0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2]
 
 
 @wp.func
@@ -93,7 +89,7 @@ def bsdf_at(
     multiple = wp.vec3(1.0) + b.f0 * (1.0 / (terms[0] + terms[1]) - 1.0)
     reflected = wp.cw_mul(b.f0 * terms[0] + wp.vec3(b.f90 * terms[1]), multiple)
     b.specular_scale = multiple
-    b.diffuse = wp.cw_mul(surface.base, wp.vec3(1.0) - reflected) * (1.0 - metallic)
+    b.diffuse = wp.cw_mul(surface.base, wp.vec3(1.0) - reflected) * ((1.0 - metallic) * (1.0 - material.transmission))
     b.coat_alpha = 1.0
     coat_albedo = float(0.0)
     if material.clearcoat > 0.0:

@@ -8,6 +8,8 @@ keeps the memory alive.
 
 import warp as wp
 
+from usdsdg_render.kernels.lens import Lens
+
 
 @wp.struct
 class Triangle:
@@ -186,7 +188,7 @@ class SceneTables:
 
 @wp.struct
 class Camera:
-    """A pinhole or thin-lens camera: looks along -z of its frame, +y up, pixel row 0 at the top."""
+    """A camera: looks along -z of its frame, +y up, pixel row 0 at the top."""
 
     origin: wp.vec3
     rotation: wp.mat33  # camera to world, columns x, y, z
@@ -199,8 +201,9 @@ class Camera:
     near: wp.float32  # clipping range along the axis [stage units]
     far: wp.float32
     orthographic: wp.int32  # 1 = parallel rays; fx, fy are then pixels per stage unit
-    lens_radius: wp.float32  # 0 = pinhole
+    lens_radius: wp.float32  # 0 = all is sharp
     focus_distance: wp.float32
+    lens: Lens  # of kind NONE for pinhole and orthographic cameras
 
 
 @wp.struct

@@ -12,6 +12,8 @@ MAX_LAYERS = wp.constant(64)
 # What decides at a surface that is neither opaque nor a cut-out.
 BY_THRESHOLD = wp.constant(0)
 BY_CHANCE = wp.constant(1)
+# By chance too, but glass is there: it mirrors or bends what meets it.
+REFRACTING = wp.constant(2)
 
 # A CPU query goes on behind a hit exactly; Warp's CUDA query starts from a rounded point and needs a gap.
 _BEHIND = """
@@ -58,6 +60,14 @@ def opacity_at(tables: SceneTables, material: Material, uv: wp.vec2):
 
 
 @wp.func
+def clearness(material: Material):
+    """Share of light that goes straight through glass, where it is not bent: past both of its faces' reflections."""
+    c = material.base_color
+    f0 = material.specular[0]
+    return material.transmission * (1.0 - f0) * (0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2])
+
+
+@wp.func
 def opacity_of_hit(tables: SceneTables, hit: Hit, mode: int):
     """Chance that a hit is there: 0 or 1 at cut-outs and, in mode BY_THRESHOLD, everywhere."""
     instance = tables.tree.instances[hit.instance]
@@ -67,7 +77,9 @@ def opacity_of_hit(tables: SceneTables, hit: Hit, mode: int):
     material = tables.materials[tables.slots[instance.slot_offset + triangle.slot]]
     opacity = opacity_at(tables, material, corner_uv(triangle, hit.u, hit.v))
     threshold = material.opacity_threshold
-    if mode == BY_CHANCE and threshold <= 0.0:
+    if mode == BY_CHANCE:
+        opacity *= 1.0 - clearness(material)
+    if mode != BY_THRESHOLD and threshold <= 0.0:
         return opacity
     if threshold <= 0.0:
         # Glass is there for labels however clear it is; a leaf's alpha is there where it is more than half.
