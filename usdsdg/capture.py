@@ -13,15 +13,15 @@ from usdsdg.annotators.annotator import Annotator, Requirements, attached_annota
 from usdsdg.annotators.entities import EntityReader
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.payload import build_payload
-from usdsdg.errors import warn_once
+from usdsdg.errors import Unsupported, warn_once
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.graph_outputs import distribution_outputs, trigger_outputs
 from usdsdg.progress import report, say
 from usdsdg.render_product import HydraTexture, products
 from usdsdg.render_settings import RenderMode
 from usdsdg.settings import get_settings
-from usdsdg.stage.cameras import CameraView, read_camera
 from usdsdg.stage.context import current_stage
+from usdsdg.tiled_picture import joined, view_of, views_of
 from usdsdg.writers import base as writer_base
 from usdsdg.writers.base import Writer, attached_writers
 from usdsdg.writers.io_queue import io_queue
@@ -42,7 +42,7 @@ class Capture:
         self._entities: EntityReader | None = None
         self._wanted: dict[str, list[Annotator]] = {}
         self._due: list[Writer] = []
-        self._films: dict[str, Any] = {}
+        self._films: dict[str, list[Any]] = {}  # of each product, one per tile
         self._mode: RenderMode | None = None
         self._announced: set[tuple[str, str]] = set()
         self.expected_frames: int | None = None  # for progress, where somebody knows
@@ -76,6 +76,7 @@ class Capture:
                 "it to another render product."
             )
         elif product.updates_enabled:
+            _check_tiles(product, annotators, who)
             self._wanted.setdefault(product.path, []).extend(annotators)
 
     def open_shutter(self) -> None:
@@ -108,10 +109,11 @@ class Capture:
         for product in self._active():
             if not requirements(self._wanted[product.path]).picture:
                 continue
+            views, settings = views_of(view_of(product)), _path_settings(mode, frame)
             if product.path not in self._films:
-                self._films[product.path] = renderer.new_film(product.width, product.height)
-            settings = _path_settings(mode, frame)
-            renderer.accumulate(self._films[product.path], _view(product), samples=mode.samples, settings=settings)
+                self._films[product.path] = [renderer.new_film(view.width, view.height) for view in views]
+            for film, view in zip(self._films[product.path], views):
+                renderer.accumulate(film, view, samples=mode.samples, settings=settings)
         if mode.path_tracing:
             report(f"frame {frame}: samples per pixel", min(mode.first_sample + mode.samples, total), total)
 
@@ -133,13 +135,15 @@ class Capture:
     def _frame(self, product: HydraTexture, index: int, seconds: float) -> Frame:
         renderer = engines.renderer()
         needs = requirements(self._wanted[product.path])
-        view = _view(product)
+        view = view_of(product)
+        views = views_of(view)
         entities = self._read_entities(renderer.gprims, needs)
-        aovs = renderer.labels(view, needs.aovs)
+        aovs = joined(view, [renderer.labels(each, needs.aovs) for each in views])
         if product.path in self._films:
             assert self._mode is not None
-            aovs |= renderer.develop(self._films.pop(product.path), _tone_settings(self._mode))
-        coverage = renderer.coverage(view, entities.groups if needs.coverage else [])
+            tone = _tone_settings(self._mode)
+            aovs |= joined(view, [renderer.develop(film, tone) for film in self._films.pop(product.path)])
+        coverage = renderer.coverage(views[0], entities.groups if needs.coverage else [])
         return Frame(
             index=index, camera=view, render_product=product.path, aovs=aovs, gprims=renderer.gprims,
             entities=entities, coverage=coverage, reference_time=(round(seconds * TICKS), TICKS),
@@ -183,8 +187,13 @@ class Capture:
         io_queue.wait_until_done()
 
 
-def _view(product: HydraTexture) -> CameraView:
-    return read_camera(current_stage(), product.camera_path, product.resolution)
+def _check_tiles(product: HydraTexture, annotators: list[Annotator], who: str) -> None:
+    needing = [annotator.get_name() for annotator in annotators if annotator.needs_coverage]
+    if product.tiles is not None and needing:
+        raise Unsupported(
+            f"{who}: {', '.join(needing)} cannot be told of {product.path}, which shows {len(product.tiles.cameras)} "
+            "cameras in tiles. Attach to a render product of each camera (create.render_product)."
+        )
 
 
 def _path_settings(mode: RenderMode, frame: int) -> Any:

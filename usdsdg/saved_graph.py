@@ -13,7 +13,7 @@ from usdsdg.graph import evaluate
 from usdsdg.graph.kinds import action_of
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.graph.sampling import get_global_seed
-from usdsdg.render_product import products
+from usdsdg.render_product import HydraTexture, products
 from usdsdg.settings import get_settings
 from usdsdg.stage.node_prims import PIPELINE, Link, NodeRecord, define_node, read_node
 from usdsdg.writers.base import attached_writers
@@ -37,7 +37,8 @@ class SavedRun:
 class SavedWriter:
     name: str
     arguments: dict[str, Any]
-    products: dict[str, tuple[str, tuple[int, int]]]  # path -> camera, resolution
+    # path -> camera and resolution, or cameras and resolution of each tile
+    products: dict[str, tuple[str | list[str], tuple[int, int]]]
 
 
 # --- to the stage ---
@@ -70,7 +71,7 @@ def _plain_settings() -> dict[str, Any]:
 def _author_writer(stage: Usd.Stage, writer: Any) -> None:
     known = {product.path: product for product in products()}
     shown = [known[path] for path in writer.render_products if path in known]
-    seen = [[product.path, product.camera_path, list(product.resolution)] for product in shown]
+    seen = [[product.path, *_shown(product)] for product in shown]
     inputs = {"writerName": type(writer).__name__, "parameters": writer.parameters, "renderProducts": seen}
     if not stage.GetPrimAtPath(WRITERS):
         stage.DefinePrim(WRITERS, "OmniGraph")
@@ -80,6 +81,12 @@ def _author_writer(stage: Usd.Stage, writer: Any) -> None:
     except TypeError as error:
         stage.RemovePrim(path)
         warn_once(f"the saved stage does not say how to make its writer: {error}. Give its arguments as plain values.")
+
+
+def _shown(product: HydraTexture) -> tuple[str | list[str], list[int]]:
+    if product.tiles is not None:
+        return list(product.tiles.cameras), list(product.tiles.size)
+    return product.camera_path, list(product.resolution)
 
 
 # --- from the stage ---

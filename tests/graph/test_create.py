@@ -112,8 +112,6 @@ def test_lenses_that_do_not_exist(stage):
         rep.create.camera(projection_type="wide")
     with pytest.raises(Unsupported, match="tick_rate"):
         rep.create.camera(tick_rate=30)
-    with pytest.raises(Unsupported, match=r"create\.render_product"):
-        rep.create.render_product_tiled([], (8, 8))
 
 
 def test_functions_of_scripts_join_create(stage):

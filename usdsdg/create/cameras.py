@@ -111,16 +111,6 @@ def stereo_camera(
     return item
 
 
-def render_product_tiled(
-    cameras: Any, tile_resolution: Any, force_new: bool = False, name: str | None = None
-) -> ReplicatorItem:
-    """Not available: every camera has a picture of its own."""
-    raise Unsupported(
-        "create.render_product_tiled: pictures of several cameras are not tiled into one; give the cameras to "
-        "create.render_product, which makes one product each"
-    )
-
-
 def _no_tick_rate(tick_rate: Any) -> None:
     if tick_rate is not None:
         raise Unsupported(

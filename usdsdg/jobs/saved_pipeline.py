@@ -10,7 +10,7 @@ from usdsdg import orchestrator, saved_graph
 from usdsdg.errors import ConfigError, GraphError
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.registry import near_misses
-from usdsdg.render_product import render_product
+from usdsdg.render_product import render_product, render_product_tiled
 from usdsdg.settings import get_settings
 from usdsdg.stage import context
 from usdsdg.writers import WriterRegistry
@@ -81,7 +81,8 @@ def _attach(saved: saved_graph.SavedWriter, overrides: Overrides) -> None:
         arguments["output_dir"] = str(Path(overrides.output_dir).absolute())
     writer = WriterRegistry.get(saved.name)
     writer.initialize(**arguments)
-    products = [
-        render_product(camera, size, name=path.rsplit("/", 1)[-1]) for path, (camera, size) in saved.products.items()
-    ]
+    products = []
+    for path, (camera, size) in saved.products.items():
+        make = render_product_tiled if isinstance(camera, list) else render_product
+        products.append(make(camera, size, name=path.rsplit("/", 1)[-1]))
     writer.attach(products)

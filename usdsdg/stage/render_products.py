@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from dataclasses import dataclass
 
 from usdsdg import errors
 
@@ -20,13 +21,25 @@ def size_problem(width: int, height: int) -> str | None:
     )
 
 
-class HydraTexture:
-    """The handle that Replicator scripts get: its own `hydra_texture`, to be switched on and off between captures."""
+@dataclass(frozen=True)
+class Tiles:
+    """Cameras whose pictures stand side by side in one, row by row from the top left; places left over stay empty."""
 
-    def __init__(self, path: str, camera_path: str, resolution: tuple[int, int]) -> None:
+    cameras: tuple[str, ...]
+    size: tuple[int, int]  # width, height of each
+
+
+class HydraTexture:
+    """The handle that Replicator scripts get: its own `hydra_texture`, to be switched on and off between captures.
+
+    `tiles` is None for the picture of one camera; else `camera_path` is that of the first tile.
+    """
+
+    def __init__(self, path: str, camera_path: str, resolution: tuple[int, int], *, tiles: Tiles | None = None) -> None:
         self.path = path
         self.camera_path = camera_path
         self.resolution = resolution
+        self.tiles = tiles
         self.updates_enabled = True
 
     @property

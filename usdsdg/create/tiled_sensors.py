@@ -1,0 +1,63 @@
+"""The deprecated form of tiled pictures. Mirrors `rep.create.tiled_sensor`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from usdsdg.create.cameras import camera
+from usdsdg.create.groups import xform
+from usdsdg.errors import GraphError, warn_once
+from usdsdg.graph.node import ReplicatorItem, prim_paths
+from usdsdg.render_product import camera_below
+from usdsdg.stage.context import current_stage
+from usdsdg.stage.render_products import Tiles
+from usdsdg.stage.tiled_sensors import author_tiled_sensor
+
+OUTPUT_TYPES = ("rgb", "depth")
+
+
+def tiled_sensor(
+    cameras: Any,
+    camera_resolution: Sequence[int],
+    tiled_resolution: Sequence[int],
+    output_types: Sequence[str] | None = None,
+    name: str | None = None,
+    parent: Any = None,
+) -> ReplicatorItem:
+    """A camera that stands for several; deprecated, since `create.render_product_tiled` does the same in one call.
+
+    Give it to `create.render_product` with `tiled_resolution`. Any annotator that works pixel by pixel gives the tiled
+    array, row by row from the top left; Replicator has only "RtxSensorGpu" for it, whose raw buffer is not made here.
+
+    Args:
+        cameras: paths, prims or items.
+        camera_resolution: (width, height) of each tile.
+        tiled_resolution: (width, height) of the whole, a multiple of `camera_resolution` with room for all cameras.
+        output_types: "rgb" (the default) and "depth"; noted on the stage. Annotators say what is rendered.
+        name: of the camera; "tiled_sensor" by default.
+        parent: prim below which it is made.
+
+    Raises:
+        GraphError: a resolution is not a multiple, has no room for all cameras, or an output type is unknown.
+        BadPrim: a camera is not on the stage.
+    """
+    warn_once("create.tiled_sensor is deprecated; use create.render_product_tiled(cameras, tile_resolution)")
+    types = ["rgb"] if output_types is None else list(output_types)
+    if not types or not set(types) <= set(OUTPUT_TYPES):
+        raise GraphError(f"tiled_sensor: output_types is {types!r}; expected some of {', '.join(OUTPUT_TYPES)}")
+    paths = tuple(camera_below(path) for path in prim_paths(cameras))
+    (width, height), whole = (int(n) for n in camera_resolution), (int(tiled_resolution[0]), int(tiled_resolution[1]))
+    if whole[0] % width or whole[1] % height:
+        raise GraphError(
+            f"tiled_sensor: tiled_resolution {whole} is not a multiple of camera_resolution {(width, height)}"
+        )
+    if (room := (whole[0] // width) * (whole[1] // height)) < len(paths):
+        raise GraphError(f"tiled_sensor: tiled_resolution {whole} has room for {room} tiles, not for {len(paths)}")
+    sensor = camera(name=name or "tiled_sensor", parent=parent)
+    stage = current_stage()
+    bridge = stage.GetPrimAtPath(xform().prims[0])
+    author_tiled_sensor(
+        stage.GetPrimAtPath(camera_below(sensor.prims[0])), bridge, Tiles(paths, (width, height)), whole, types
+    )
+    return sensor
