@@ -12,8 +12,8 @@ from usdsdg.errors import warn_once
 from usdsdg_render import sky
 from usdsdg_render.energy import albedo_table
 from usdsdg_render.kernels import types
-from usdsdg_render.light_power import extents, strengths
-from usdsdg_render.scene import LIGHT_DISTANT, Prototype, Scene, Texture
+from usdsdg_render.light_tables import LightTables
+from usdsdg_render.scene import Prototype, Scene, Texture
 from usdsdg_render.trace.build import BottomTree, TopTree, build_bottom, build_top
 from usdsdg_render.trace.flatten import FlattenedMesh
 
@@ -51,6 +51,7 @@ class DeviceScene:
         self._prototypes: dict[int, _PrototypeMemory] = {}
         self._textures: dict[int, tuple[Texture, wp.array]] = {}
         self.lit = False  # whether anything shines
+        self._lights = LightTables(device)
         self._light = 0.0
         self._top: TopTree | None = None
         self._mesh, self._shadow_mesh = FlattenedMesh(device), FlattenedMesh(device)
@@ -186,19 +187,9 @@ class DeviceScene:
         return tables, mesh
 
     def _upload_lights(self, scene: Scene) -> None:
-        # Lights that a ray can meet first: the loop over them then ends early.
-        delta = (scene.lights["kind"] == LIGHT_DISTANT) & (scene.lights["cos_angle"] >= 1.0)
-        lights = scene.lights[np.argsort(delta, kind="stable")]
-        rows = records(types.Light, len(lights))
-        for name in lights.dtype.names or ():
-            if name != "power":
-                rows[name] = lights[name]
-        rows["strength"], rows["extent"] = strengths(lights), extents(lights)
-        self.tables.surface_count = int((~delta).sum())
-        self.tables.lights = self._array(rows, types.Light)
-        self.tables.light_count = len(rows)
+        self._lights.upload(scene, self.tables)
         self.tables.dome = sky.upload(scene.dome, self.device)
-        self._light = float(rows["strength"].sum()) + self.tables.dome.strength
+        self._light = self._lights.total + self.tables.dome.strength
 
 
 def _triangle_records(prototype: Prototype) -> np.ndarray:

@@ -17,7 +17,10 @@ from pxr import Usd, UsdGeom
 from usdsdg import errors
 
 from . import images
-from .lights import emitted_colour, light_value, linear_rgb
+from .light_pictures import layout_of, linear_rgb, resample, to_latlong
+from .light_rules import is_linked
+from .light_values import emitted_colour, light_number, light_value
+from .lights import warn_of_filters
 from .scene import Dome
 
 # Rows take a direction of the dome's own space to the frame of `scene.Dome`, where column u lies at angle 2 pi u.
@@ -26,6 +29,7 @@ POLE_FRAMES = {
     "Z": np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
 }
 
+LAYOUTS = ("latlong", "mirroredBall", "angular", "cubeMapVerticalCross")
 UNIFORM = np.ones((1, 2, 3), np.float32)
 
 
@@ -38,6 +42,9 @@ class DomeLight(NamedTuple):
     colour: tuple[float, float, float]  # what a texel of 1 radiates [nits]
     dome_from_world: bytes  # (3, 3) float64; bytes, so that domes can be compared
     visible: bool
+    layout: str  # of the file: one of LAYOUTS or automatic
+    diffuse: float
+    specular: float
 
     @property
     def frame(self) -> np.ndarray:
@@ -54,12 +61,7 @@ def read_dome(prim: Usd.Prim, local_to_world: np.ndarray) -> DomeLight | None:
         errors.warn_once(f"{prim.GetPath()}: the dome's transform is NaN or scaled to zero; it is off. Correct it.")
         return None
     frame = POLE_FRAMES[_pole(prim)] @ rotation
-    picture_format = str(light_value(prim, "texture:format", "automatic"))
-    if picture_format not in ("automatic", "latlong"):
-        errors.warn_once(
-            f"{prim.GetPath()}: texture format {picture_format} is not supported; the file is read as "
-            f"latlong. Convert it."
-        )
+    _warn_of_the_rest(prim)
     file = _file(prim)
     visible = prim.GetAttribute("visibleInPrimaryRay")
     return DomeLight(
@@ -69,7 +71,29 @@ def read_dome(prim: Usd.Prim, local_to_world: np.ndarray) -> DomeLight | None:
         colour=(float(colour[0]), float(colour[1]), float(colour[2])),
         dome_from_world=np.ascontiguousarray(frame, np.float64).tobytes(),
         visible=not (visible and visible.Get() is False),
+        layout=_layout(prim),
+        diffuse=max(light_number(prim, "diffuse", 1.0), 0.0),
+        specular=max(light_number(prim, "specular", 1.0), 0.0),
     )
+
+
+def _layout(prim: Usd.Prim) -> str:
+    layout = str(light_value(prim, "texture:format", "automatic"))
+    if layout in (*LAYOUTS, "automatic"):
+        return layout
+    errors.warn_once(
+        f"{prim.GetPath()}: texture format {layout} is none of {', '.join(LAYOUTS)}; the file is read as latlong."
+    )
+    return "latlong"
+
+
+def _warn_of_the_rest(prim: Usd.Prim) -> None:
+    """Say what a dome cannot do here."""
+    warn_of_filters(prim)
+    if light_value(prim, "shadow:enable", True) is False:
+        errors.warn_once(f"{prim.GetPath()}: a dome light always casts shadows; inputs:shadow:enable is ignored.")
+    if is_linked(prim):
+        errors.warn_once(f"{prim.GetPath()}: a dome light reaches everything; its light and shadow links are ignored.")
 
 
 def _pole(prim: Usd.Prim) -> str:
@@ -113,7 +137,7 @@ class DomeBuilder:
     KEPT_BYTES = 1 << 29
 
     def __init__(self) -> None:
-        self._pictures: dict[tuple[str, tuple[int, int]], np.ndarray] = {}
+        self._pictures: dict[tuple[str, tuple[int, int], str], np.ndarray] = {}
 
     def build(self, domes: list[DomeLight]) -> Dome | None:
         """All domes added up in the first one's frame; None without any."""
@@ -130,25 +154,30 @@ class DomeBuilder:
             elif dome.dome_from_world != first.dome_from_world or picture.shape[:2] != (height, width):
                 picture = resample(picture, first.frame, dome.frame, (height, width))
             radiance += picture * np.array(dome.colour, np.float32)
-        if len(domes) > 1 and len({dome.visible for dome in domes}) > 1:
-            errors.warn_once(
-                f"{first.path}: some dome lights are hidden from the camera and some are not; all are shown. "
-                f"Give them the same visibleInPrimaryRay."
-            )
+        for name in ("visible", "diffuse", "specular"):
+            if len({getattr(dome, name) for dome in domes}) > 1:
+                errors.warn_once(
+                    f"{first.path}: dome lights are added up before anything sees them, but they differ in "
+                    f"{'visibleInPrimaryRay' if name == 'visible' else 'inputs:' + name}; the largest is used for all. "
+                    f"Give them the same."
+                )
         return Dome(
             radiance=radiance,
             dome_from_world=first.frame.astype(np.float32),
             visible=any(dome.visible for dome in domes),
+            diffuse=max(dome.diffuse for dome in domes),
+            specular=max(dome.specular for dome in domes),
         )
 
     def _picture(self, dome: DomeLight) -> np.ndarray:
         """(H, W, 3) linear; UNIFORM for a dome without a picture."""
         if not dome.file:
             return UNIFORM
-        key = (dome.file, dome.modified)
+        key = (dome.file, dome.modified, dome.layout)
         if key not in self._pictures:
             try:
                 picture = linear_rgb(images.read(dome.file))
+                picture = to_latlong(picture, layout_of(picture) if dome.layout == "automatic" else dome.layout)
             except errors.AssetUnreadable as error:
                 errors.warn_once(f"{dome.path}: the sky cannot be read ({error}); the dome is uniform.")
                 picture = UNIFORM
@@ -157,28 +186,3 @@ class DomeBuilder:
                 size -= self._pictures.pop(next(iter(self._pictures))).nbytes
             self._pictures[key] = picture
         return self._pictures[key]
-
-
-def directions(height: int, width: int) -> np.ndarray:
-    """(height, width, 3) unit vectors through the texel centres, in the frame of `scene.Dome`."""
-    theta = (np.arange(height) + 0.5) * (np.pi / height)
-    phi = (np.arange(width) + 0.5) * (2.0 * np.pi / width)
-    sine = np.sin(theta)[:, None]
-    up = np.broadcast_to(np.cos(theta)[:, None], (height, width))
-    return np.stack([sine * np.cos(phi), sine * np.sin(phi), up], axis=-1)
-
-
-def resample(picture: np.ndarray, to_frame: np.ndarray, from_frame: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """`picture`, given in `from_frame`, as seen in `to_frame` (both dome_from_world), bilinear."""
-    wanted = directions(*shape) @ (to_frame @ from_frame.T)
-    height, width = picture.shape[:2]
-    row = np.arccos(np.clip(wanted[..., 2], -1.0, 1.0)) / np.pi * height - 0.5
-    column = np.arctan2(wanted[..., 1], wanted[..., 0]) / (2.0 * np.pi) % 1.0 * width - 0.5
-    top, left = np.floor(row).astype(int), np.floor(column).astype(int)
-    down = (row - top)[..., None].astype(np.float32)
-    right = (column - left)[..., None].astype(np.float32)
-    rows = np.clip([top, top + 1], 0, height - 1)
-    columns = np.array([left, left + 1]) % width
-    upper = picture[rows[0], columns[0]] * (1 - right) + picture[rows[0], columns[1]] * right
-    lower = picture[rows[1], columns[0]] * (1 - right) + picture[rows[1], columns[1]] * right
-    return upper * (1 - down) + lower * down

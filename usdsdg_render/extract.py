@@ -18,12 +18,13 @@ from usdsdg.stage.changes import ChangeTracker
 from . import stage_tree
 from .domes import DomeBuilder, DomeLight, read_dome
 from .gprims import Gprim, Placements, display_colour, find_gprims
-from .lights import metres_per_unit, read_light
+from .light_reader import read_lights
+from .lights import metres_per_unit
 from .materials import MaterialLibrary, bound_materials, build_table, stand_in
 from .mesh_lights import glowing, is_light
 from .plan import Plan, Planner, is_below
 from .prototypes import PrototypeCache
-from .scene import LIGHT, Instances, Prototype, Scene
+from .scene import Instances, Prototype, Scene
 from .shading import Material
 from .stage_tree import DOME, SHAPE, Tree
 from .textures import Progress, TexturePool
@@ -55,6 +56,7 @@ class SceneExtractor:
         self._slots: dict[Sdf.Path, tuple[Material, ...]] = {}  # of gprims drawn now or lately
         self._domes: list[DomeLight] = []
         self._light_matrices = b""
+        self._linked_instances: tuple[str, ...] | None = None  # by which light links were read
 
     def update(self) -> None:
         """Bring `scene` up to date with the stage."""
@@ -243,16 +245,15 @@ class SceneExtractor:
         tree = self._tree
         nodes = [node for node in tree.of_kind(stage_tree.LIGHT, DOME)]
         matrices = tree.world[nodes].tobytes()
-        if not always and matrices == self._light_matrices:
+        instances = self.scene.instances.paths
+        same_links = self._linked_instances is None or self._linked_instances is instances
+        if not always and same_links and matrices == self._light_matrices:
             return
         self._light_matrices = matrices
-        units = metres_per_unit(self._stage)
         lights = [node for node in nodes if tree.kinds[node] == stage_tree.LIGHT]
-        rows = [read_light(tree.prims[node], tree.world[node], units) for node in lights]
-        table = np.array([row for row in rows if row is not None], LIGHT)
-        if table.tobytes() != self.scene.lights.tobytes():
-            self.scene.lights = table
-            self.scene.touch("lights")
+        read = read_lights([tree.prims[k] for k in lights], tree.world[lights], metres_per_unit(self._stage), instances)
+        read.write(self.scene)
+        self._linked_instances = instances if read.linked else None
         domes = [read_dome(tree.prims[node], tree.world[node]) for node in nodes if tree.kinds[node] == DOME]
         present = [dome for dome in domes if dome is not None]
         if present != self._domes:

@@ -7,8 +7,8 @@ Distant lights: intensity is the illuminance [lux] of a surface that faces the l
 UsdLux without `normalize` means nits over the light's cone, which at the fallback angle of 0.53 degrees makes 400 a
 night (0.03 lux); scenes made for Omniverse author a few hundred to a few thousand and expect daylight.
 
-Non-uniform scale: a sphere, disk or cylinder stays one, with a mean radius; its area for `normalize` is exact for disks
-and to 1 % for ellipsoids and elliptic cylinders.
+Scale makes ellipses and ellipsoids of disks, tubes and spheres; their area for `normalize` is exact for disks and to
+1 % for the others. `treatAsPoint` and `treatAsLine` shrink a light to a millimetre, with the flux of its authored size.
 """
 
 from __future__ import annotations
@@ -16,20 +16,23 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdLux
+from pxr import Usd, UsdGeom
 
 from usdsdg import errors
 
-from . import images
+from .light_areas import ellipse_perimeter, ellipsoid_area
+from .light_values import emitted_colour, light_number, light_value
 from .scene import (
     LIGHT,
     LIGHT_CYLINDER,
     LIGHT_DISK,
     LIGHT_DISTANT,
+    LIGHT_ELLIPSOID,
     LIGHT_RECT,
     LIGHT_SPHERE,
+    NO_PATTERN,
+    NO_RULES,
 )
-from .textures import srgb_to_linear
 
 KINDS = {
     "SphereLight": LIGHT_SPHERE,
@@ -49,53 +52,12 @@ NOMINAL_RADIUS = 5.0
 # Scales that differ by less are rounding.
 UNIFORM = 1e-3
 
-_WHITE = np.array(UsdLux.BlackbodyTemperatureAsRgb(6500.0))
-
-
-def light_value(prim: Usd.Prim, name: str, default):
-    """Value of `inputs:<name>`, or of `<name>` as files before USD 21.02 wrote it."""
-    attribute = prim.GetAttribute(f"inputs:{name}")
-    if not (attribute and attribute.HasAuthoredValue()):
-        old = prim.GetAttribute(name)
-        if old and old.HasAuthoredValue():
-            attribute = old
-    value = attribute.Get() if attribute else None
-    return default if value is None else value
-
-
-def light_number(prim: Usd.Prim, name: str, default: float) -> float:
-    """A finite number; `default` (with a warning) for NaN and infinity."""
-    value = float(light_value(prim, name, default))
-    if math.isfinite(value):
-        return value
-    errors.warn_once(f"{prim.GetPath()}: inputs:{name} = {value} is not usable; {default} is used. Correct it.")
-    return default
-
-
-def emitted_colour(prim: Usd.Prim, fallback_intensity: float = 1.0) -> np.ndarray | None:
-    """(3,) intensity * 2^exposure * color * temperature; None (with a warning) if it is no light."""
-    colour = np.array(light_value(prim, "color", (1.0, 1.0, 1.0)), np.float64)
-    colour = colour * float(light_value(prim, "intensity", fallback_intensity))
-    with np.errstate(over="ignore", invalid="ignore"):
-        colour = colour * np.exp2(float(light_value(prim, "exposure", 0.0)))
-    if light_value(prim, "enableColorTemperature", False):
-        colour = colour * temperature_colour(light_number(prim, "colorTemperature", 6500.0))
-    if not np.isfinite(colour).all() or (colour < 0.0).any():
-        errors.warn_once(
-            f"{prim.GetPath()}: intensity, exposure and color give {colour.tolist()}, which is no light; it is off. "
-            f"Author finite values >= 0."
-        )
-        return None
-    return colour
-
-
-def temperature_colour(kelvin: float) -> np.ndarray:
-    """(3,) linear Rec.709 of a black body, white at 6500 K as the schema asks."""
-    return np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin)) / _WHITE
-
 
 def read_light(prim: Usd.Prim, local_to_world: np.ndarray, metres_per_unit: float) -> np.ndarray | None:
-    """One row of `scene.LIGHT`; None for a light that gives none or (with a warning) cannot be read."""
+    """One row of `scene.LIGHT`, without pattern and rules; None for a light that gives none or cannot be read.
+
+    What cannot be read is named in a warning.
+    """
     kind = KINDS[str(prim.GetTypeName())]
     luminance = emitted_colour(prim, 50000.0 if kind == LIGHT_DISTANT else 1.0)
     axes, scale = _frame(local_to_world)
@@ -105,7 +67,7 @@ def read_light(prim: Usd.Prim, local_to_world: np.ndarray, metres_per_unit: floa
         errors.warn_once(f"{prim.GetPath()}: the light's transform is NaN or scaled to zero; it is off. Correct it.")
         return None
     row = np.zeros((), LIGHT)
-    row["kind"] = kind
+    row["kind"], row["pattern"], row["rules"], row["aspect"] = kind, NO_PATTERN, NO_RULES, 1.0
     row["x_axis"], row["y_axis"], row["z_axis"] = axes
     row["position"] = local_to_world[3, :3]
     _read_shaping(prim, row)
@@ -113,7 +75,8 @@ def read_light(prim: Usd.Prim, local_to_world: np.ndarray, metres_per_unit: floa
     row["specular"] = max(light_number(prim, "specular", 1.0), 0.0)
     visible = prim.GetAttribute("visibleInPrimaryRay")
     row["visible"] = 0 if visible and visible.Get() is False else 1
-    _warn_of_the_rest(prim)
+    warn_of_filters(prim)
+    _warn_of_shear(prim, local_to_world, scale)
     with np.errstate(over="ignore", invalid="ignore"):
         if kind == LIGHT_DISTANT:
             light = _distant(prim, row, luminance, metres_per_unit)
@@ -164,31 +127,10 @@ def distant_size_factor(cosine: float) -> float:
 def _area_light(
     prim: Usd.Prim, row: np.ndarray, luminance: np.ndarray, scale: np.ndarray, metres_per_unit: float
 ) -> np.ndarray | None:
-    sx, sy, sz = scale
     kind = int(row["kind"])
     normalize = bool(light_value(prim, "normalize", False))
-    point = POINT_RADIUS / metres_per_unit
-    if kind == LIGHT_RECT:
-        width, height = (_size(prim, "width", 1.0) * sx, _size(prim, "height", 1.0) * sy)
-        row["width"], row["height"] = max(width, point), max(height, point)
-        area = emitting = width * height
-        mean = rect_texture_mean(prim)
-        luminance = luminance if mean is None else luminance * mean
-    elif kind == LIGHT_CYLINDER:
-        radius, length = _size(prim, "radius", 0.5), _size(prim, "length", 1.0) * sx
-        row["radius"], row["height"] = max(radius * math.sqrt(sy * sz), point), max(length, point)
-        _warn_of_scale(prim, sy, sz)
-        area = emitting = length * ellipse_perimeter(radius * sy, radius * sz)
-    elif kind == LIGHT_DISK:
-        radius = _size(prim, "radius", 0.5)
-        row["radius"] = max(radius * math.sqrt(sx * sy), point)
-        _warn_of_scale(prim, sx, sy)
-        area = emitting = math.pi * radius * radius * sx * sy
-    else:
-        radius = _size(prim, "radius", 0.5)
-        row["radius"] = max(radius * (sx * sy * sz) ** (1.0 / 3.0), point)
-        _warn_of_scale(prim, sx, sy, sz)
-        area = emitting = ellipsoid_area(radius * sx, radius * sy, radius * sz)
+    area, half = _shape(prim, kind, scale)
+    _write_shape(prim, row, half, POINT_RADIUS / metres_per_unit)
     drawn = _drawn_area(row)
     if normalize:
         luminance = luminance / (area if area > 0.0 else drawn)
@@ -198,19 +140,52 @@ def _area_light(
             f"to keep its power at any size."
         )
         return None
-    # What is drawn may differ from the true area (mean radius, smallest size): keep the flux.
-    row["radiance"] = luminance * (emitting / drawn if emitting > 0.0 else 1.0)
+    # What is drawn may differ from the true area (smallest size, points and lines): keep the flux.
+    row["radiance"] = luminance * (area / drawn if area > 0.0 else 1.0)
     row["power"] = _brightness(np.asarray(row["radiance"], np.float64)) * math.pi * drawn
     return row
 
 
+def _shape(prim: Usd.Prim, kind: int, scale: np.ndarray) -> tuple[float, np.ndarray]:
+    """World area of a light, and its half extents along x, y, z."""
+    if kind == LIGHT_RECT:
+        half = scale * (_size(prim, "width", 1.0) / 2.0, _size(prim, "height", 1.0) / 2.0, 0.0)
+        return 4.0 * half[0] * half[1], half
+    radius = _size(prim, "radius", 0.5)
+    if kind == LIGHT_CYLINDER:
+        half = scale * (_size(prim, "length", 1.0) / 2.0, radius, radius)
+        return 2.0 * half[0] * ellipse_perimeter(half[1], half[2]), half
+    half = scale * radius
+    return math.pi * half[0] * half[1] if kind == LIGHT_DISK else ellipsoid_area(*half), half
+
+
+def _write_shape(prim: Usd.Prim, row: np.ndarray, half: np.ndarray, point: float) -> None:
+    """The row's sizes, none smaller than `point`; hints that a light is a point or a line are taken."""
+    kind = int(row["kind"])
+    hint = {LIGHT_SPHERE: "treatAsPoint", LIGHT_CYLINDER: "treatAsLine"}.get(kind)
+    if hint and prim.HasAttribute(hint) and prim.GetAttribute(hint).Get():
+        half = half * (0.0 if kind == LIGHT_SPHERE else (1.0, 0.0, 0.0))
+    x, y, z = np.maximum(half, point)
+    if kind == LIGHT_RECT:
+        row["width"], row["height"] = 2.0 * x, 2.0 * y
+    elif kind == LIGHT_CYLINDER:
+        row["radius"], row["aspect"][0], row["height"] = y, z / y, 2.0 * x
+    else:
+        row["radius"] = x
+        if kind == LIGHT_DISK:
+            row["aspect"][0] = y / x
+        elif max(x, y, z) > min(x, y, z) * (1.0 + UNIFORM):
+            row["kind"], row["aspect"] = LIGHT_ELLIPSOID, (y / x, z / x)
+
+
 def _drawn_area(row: np.ndarray) -> float:
     kind, radius = int(row["kind"]), float(row["radius"])
+    second, third = radius * row["aspect"].astype(float)
     if kind == LIGHT_RECT:
         return float(row["width"]) * float(row["height"])
     if kind == LIGHT_CYLINDER:
-        return 2.0 * math.pi * radius * float(row["height"])
-    return math.pi * radius * radius * (4.0 if kind == LIGHT_SPHERE else 1.0)
+        return ellipse_perimeter(radius, second) * float(row["height"])
+    return math.pi * radius * second if kind == LIGHT_DISK else ellipsoid_area(radius, second, third)
 
 
 def _size(prim: Usd.Prim, name: str, default: float) -> float:
@@ -219,17 +194,6 @@ def _size(prim: Usd.Prim, name: str, default: float) -> float:
         return value
     errors.warn_once(f"{prim.GetPath()}: inputs:{name} = {value} is no size; 0 is used. Author a value > 0.")
     return 0.0
-
-
-def ellipse_perimeter(a: float, b: float) -> float:
-    """Ramanujan's first approximation, exact for circles."""
-    return math.pi * (3.0 * (a + b) - math.sqrt((3.0 * a + b) * (a + 3.0 * b)))
-
-
-def ellipsoid_area(a: float, b: float, c: float) -> float:
-    """Thomsen's approximation, exact for spheres, within 1.1 % otherwise."""
-    p = 1.6075
-    return 4.0 * math.pi * (((a * b) ** p + (a * c) ** p + (b * c) ** p) / 3.0) ** (1.0 / p)
 
 
 def _brightness(colour: np.ndarray) -> float:
@@ -242,63 +206,23 @@ def _read_shaping(prim: Usd.Prim, row: np.ndarray) -> None:
     row["shaping_cos"] = math.cos(math.radians(min(max(angle, 0.0), 180.0)))
     row["shaping_softness"] = min(max(light_number(prim, "shaping:cone:softness", 0.0), 0.0), 1.0)
     row["shaping_focus"] = max(light_number(prim, "shaping:focus", 0.0), 0.0)
-    if row["shaping_focus"] > 0.0 and any(light_value(prim, "shaping:focusTint", (0.0, 0.0, 0.0))):
-        _warn_ignored(prim, "inputs:shaping:focusTint", "black is used")
+    tint = np.array(light_value(prim, "shaping:focusTint", (0.0, 0.0, 0.0)), float)
+    row["focus_tint"] = np.clip(np.nan_to_num(tint), 0.0, None)
 
 
-def _warn_of_scale(prim: Usd.Prim, *scale: float) -> None:
-    if max(scale) > min(scale) * (1.0 + UNIFORM):
+def _warn_of_shear(prim: Usd.Prim, local_to_world: np.ndarray, scale: np.ndarray) -> None:
+    rows = local_to_world[:3, :3] / scale[:, None]
+    if np.abs(rows @ rows.T - np.eye(3)).max() > UNIFORM:
         errors.warn_once(
-            f"{prim.GetPath()}: the light is scaled by {', '.join(f'{s:.4g}' for s in scale)}; it keeps its "
-            f"round shape with the mean radius and the same flux. Scale it uniformly."
+            f"{prim.GetPath()}: the light is sheared; its axes are made perpendicular. Scale it along its own axes."
         )
 
 
-def _warn_of_the_rest(prim: Usd.Prim) -> None:
-    ies = light_value(prim, "shaping:ies:file", None)
-    if ies is not None and ies.path:
-        _warn_ignored(prim, "inputs:shaping:ies:file", "the light shines evenly")
-    if light_value(prim, "shadow:enable", True) is False:
-        _warn_ignored(prim, "inputs:shadow:enable = false", "it casts shadows")
-    for collection in ("lightLink", "shadowLink"):
-        for kind in ("includes", "excludes"):
-            links = prim.GetRelationship(f"collection:{collection}:{kind}")
-            if links and links.HasAuthoredTargets():
-                _warn_ignored(prim, f"collection:{collection}", "the light reaches everything")
-
-
-def _warn_ignored(prim: Usd.Prim, name: str, instead: str) -> None:
-    errors.warn_once(f"{prim.GetPath()}: {name} is not supported and is ignored: {instead}. Remove it to silence this.")
-
-
-def rect_texture_mean(prim: Usd.Prim) -> np.ndarray | None:
-    """(3,) linear mean of a rect light's texture, which stands for it; None without one."""
-    attribute = prim.GetAttribute("inputs:texture:file")
-    authored, file = images.asset_file(attribute) if attribute else ("", "")
-    if not authored:
-        return None
-    try:
-        picture = images.read(file) if file else None
-    except errors.AssetUnreadable:
-        picture = None
-    if picture is None:
-        errors.warn_once(f"{prim.GetPath()}: the light's texture {authored} cannot be read; it is ignored. Correct it.")
-        return None
-    errors.warn_once(
-        f"{prim.GetPath()}: a rect light's texture is replaced by its mean colour. Remove it to silence this."
-    )
-    return linear_rgb(picture).reshape(-1, 3).mean(axis=0)
-
-
-def linear_rgb(picture: images.Picture) -> np.ndarray:
-    """(H, W, 3) float32 linear, NaN, infinite and negative texels replaced."""
-    texels = picture.texels[..., :3]
-    if texels.dtype.kind == "f":
-        clean = np.nan_to_num(texels, nan=0.0, posinf=65504.0, neginf=0.0)
-        return np.maximum(clean, 0.0)
-    values = np.arange(np.iinfo(texels.dtype).max + 1, dtype=np.float32) / np.iinfo(texels.dtype).max
-    table = srgb_to_linear(values) if texels.dtype == np.uint8 else values
-    return table.astype(np.float32)[texels]
+def warn_of_filters(prim: Usd.Prim) -> None:
+    """Say that a light has filters, which are not applied."""
+    filters = prim.GetRelationship("light:filters")
+    if filters and filters.HasAuthoredTargets():
+        errors.warn_once(f"{prim.GetPath()}: light:filters are not supported and are ignored. Remove them.")
 
 
 def metres_per_unit(stage: Usd.Stage) -> float:

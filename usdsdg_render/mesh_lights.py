@@ -11,7 +11,7 @@ from pxr import Usd, UsdLux
 
 from usdsdg import errors
 
-from .lights import emitted_colour, light_value
+from .light_values import emitted_colour, light_value
 from .shading import Input, Material
 
 BLACK = (0.0, 0.0, 0.0)

@@ -7,6 +7,7 @@ units, angles radians, colours linear Rec.709, light in nits (cd/m²). Matrices 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -16,7 +17,9 @@ import numpy as np
 NO_INSTANCE = -1
 NO_TEXTURE = -1
 
-LIGHT_SPHERE, LIGHT_DISTANT, LIGHT_RECT, LIGHT_DISK, LIGHT_CYLINDER = range(5)
+LIGHT_SPHERE, LIGHT_DISTANT, LIGHT_RECT, LIGHT_DISK, LIGHT_CYLINDER, LIGHT_ELLIPSOID = range(6)
+# Of a light that shines evenly, and of one that reaches everything and casts full shadows.
+NO_PATTERN = NO_RULES = -1
 
 WRAP_REPEAT, WRAP_CLAMP, WRAP_MIRROR, WRAP_BLACK = range(4)
 
@@ -64,7 +67,10 @@ LIGHT = np.dtype(
         ("z_axis", "f4", 3),
         ("position", "f4", 3),
         ("radiance", "f4", 3),  # nits of the surface; for distant: nits over its cone
-        ("radius", "f4"),  # sphere, disk, cylinder [stage units, world scale applied]
+        # Half axes [stage units, world scale applied] are radius and aspect times radius: of a disk x, y, of an
+        # ellipsoid x, y, z, of a cylinder y, z; a sphere has the radius alone.
+        ("radius", "f4"),
+        ("aspect", "f4", 2),
         ("width", "f4"),  # rect: x extent
         ("height", "f4"),  # rect: y extent; cylinder: x extent (its length)
         ("cos_angle", "f4"),  # distant: cosine of half its angle; 1 = a delta light, then radiance holds lux
@@ -72,12 +78,38 @@ LIGHT = np.dtype(
         ("shaping_cos", "f4"),  # cosine of shaping:cone:angle; -1 = no cone
         ("shaping_softness", "f4"),
         ("shaping_focus", "f4"),
+        ("focus_tint", "f4", 3),
+        ("pattern", "i4"),  # row of Scene.light_patterns, or NO_PATTERN
+        ("rules", "i4"),  # row of Scene.light_rules, or NO_RULES
         ("diffuse", "f4"),
         ("specular", "f4"),
         ("visible", "i4"),  # 1 = seen by camera rays
     ],
     align=True,
 )
+
+
+@dataclass(frozen=True, eq=False)
+class LightPattern:
+    """How what leaves a light differs by direction and by place; shared by every light that has it, by identity."""
+
+    # (H, W) float32 factor by direction: row k at k pi / (H - 1) from the light's -z, column k at 2 pi k / W about z,
+    # from -x towards -y; W = 1 is the same all around.
+    profile: np.ndarray | None = None
+    # (H, W, 3) float32 linear, on a rectangle: its first texel lies at the corner +x +y, the last at -x -y.
+    picture: np.ndarray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class LightRules:
+    """What a light reaches, and how its shadows look (UsdLuxShadowAPI and light linking)."""
+
+    lit: np.ndarray | None = None  # (instances,) bool: which ones it shines on; None = all
+    casting: np.ndarray | None = None  # (instances,) bool: which ones cast its shadow; None = all
+    shadow_color: tuple[float, float, float] = (0.0, 0.0, 0.0)  # what is left of it in the shadow
+    shadow_distance: float = math.inf  # to the occluder, at most [stage units]
+    shadow_falloff: float = 0.0  # up to that distance the shadow fades over so much
+    shadow_gamma: float = 1.0
 
 
 class Texture(NamedTuple):
@@ -134,6 +166,8 @@ class Dome:
     radiance: np.ndarray  # (H, W, 3) float32, nits
     dome_from_world: np.ndarray  # (3, 3) float32
     visible: bool = True
+    diffuse: float = 1.0
+    specular: float = 1.0
 
 
 @dataclass
@@ -146,6 +180,8 @@ class Scene:
     material_slots: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     textures: list[Texture] = field(default_factory=list)
     lights: np.ndarray = field(default_factory=lambda: np.zeros(0, LIGHT))
+    light_patterns: list[LightPattern] = field(default_factory=list)
+    light_rules: list[LightRules] = field(default_factory=list)
     dome: Dome | None = None
     versions: dict[str, int] = field(
         default_factory=lambda: dict.fromkeys(

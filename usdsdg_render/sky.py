@@ -60,6 +60,7 @@ def upload(dome: Dome | None, device: str) -> types.Dome:
     record.grid_height, record.grid_width = grid.density.shape
     record.dome_from_world = wp.mat33(dome.dome_from_world.astype(np.float32))
     record.visible = int(dome.visible)
+    record.diffuse, record.specular = dome.diffuse, dome.specular
     # A surface sees half the sky, at half its projected area on average.
     record.strength = grid.irradiance / 4.0
     return record

@@ -8,7 +8,8 @@ from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
 from usdsdg.stage.transforms import local_to_world
-from usdsdg_render.domes import DomeBuilder, directions, read_dome, resample
+from usdsdg_render.domes import DomeBuilder, read_dome
+from usdsdg_render.light_pictures import directions, resample
 
 HEIGHT, WIDTH = 16, 32
 ALIVE = []  # a prim does not keep its stage
@@ -172,10 +173,80 @@ def test_skies_that_cannot_be_read_are_named_and_uniform(name, tmp_path):
 
 def test_unsupported_formats_are_named_and_hidden_domes_stay_hidden(tmp_path):
     light = UsdLux.DomeLight.Define(make_stage(), "/Sky")
-    light.CreateTextureFormatAttr("mirroredBall")
+    light.CreateTextureFormatAttr("octahedron")
     light.GetPrim().CreateAttribute("visibleInPrimaryRay", Sdf.ValueTypeNames.Bool).Set(False)
-    with pytest.warns(UserWarning, match="mirroredBall"):
+    with pytest.warns(UserWarning, match="octahedron"):
         assert dome_of(light.GetPrim()).visible is False
+
+
+def sky(direction):
+    """A smooth sky in the space of a dome with a Y pole: ahead is +Z, where lat-long pictures have their middle."""
+    x, y, z = np.moveaxis(direction, -1, 0)
+    return np.stack([1.5 + x + 0.3 * y, 1.5 + y - 0.2 * z, 1.5 + z + 0.4 * x], -1) / 3
+
+
+def drawn(layout, size):
+    """The smooth sky in one of UsdLux's formats, by the definition of each seen from the picture's side."""
+    if layout == "cubeMapVerticalCross":
+        picture = np.zeros((4 * size, 3 * size, 3))
+        a = (np.arange(size) + 0.5) / size * 2 - 1
+        u, v = np.meshgrid(a, -a)  # right and up on the face
+        one = np.ones_like(u)
+        faces = {  # (row, column): direction by right, up of the face; the right hand of +Z ahead is -X
+            (1, 1): (-u, v, one),
+            (1, 0): (one, v, u),
+            (1, 2): (-one, v, -u),
+            (0, 1): (-u, one, -v),
+            (2, 1): (-u, -one, v),
+            (3, 1): (-u, -v, -one),
+        }
+        for (row, column), face in faces.items():
+            d = np.stack(face, -1)
+            d /= np.linalg.norm(d, axis=-1, keepdims=True)
+            picture[row * size : (row + 1) * size, column * size : (column + 1) * size] = sky(d)
+        return picture
+    a = (np.arange(size) + 0.5) / size * 2 - 1
+    u, v = np.meshgrid(a, -a)
+    radius = np.minimum(np.hypot(u, v), 1.0)
+    turn = np.arctan2(v, u)
+    if layout == "mirroredBall":
+        # Reflect the view, which goes along -Z towards a ball lit from all around, at the ball's normal. On the right
+        # of its picture is +X.
+        normal = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1 - radius**2)], -1)
+        view = np.array([0.0, 0.0, -1.0])
+        return sky(view - 2 * (normal @ view)[..., None] * normal)
+    angle = np.pi * radius
+    return sky(np.stack([-np.sin(angle) * np.cos(turn), np.sin(angle) * np.sin(turn), np.cos(angle)], -1))
+
+
+@pytest.mark.parametrize("layout", ["mirroredBall", "angular", "cubeMapVerticalCross"])
+def test_other_layouts_show_the_same_sky(layout, tmp_path):
+    picture = drawn(layout, 128)
+    Image.fromarray((picture * 65535)[..., 0].astype(np.uint16)).save(tmp_path / "sky.png")
+    dome = UsdLux.DomeLight.Define(make_stage("Y"), "/Sky")
+    dome.CreateTextureFileAttr(str(tmp_path / "sky.png"))
+    dome.CreateTextureFormatAttr("automatic" if layout == "cubeMapVerticalCross" else layout)
+    read = dome_of(dome.GetPrim())
+    height, width = read.radiance.shape[:2]
+    assert width == 2 * height
+    world = directions(height, width) @ read.dome_from_world.astype(float)
+    expected = sky(world)[..., 0]
+    # Right behind a ball one texel shows a wide angle.
+    clear = world[..., 2] > -0.95
+    np.testing.assert_allclose(read.radiance[..., 0][clear], expected[clear], atol=0.02)
+
+
+def test_what_domes_cannot_do_is_named():
+    light = UsdLux.DomeLight.Define(make_stage(), "/Sky")
+    light.CreateDiffuseAttr(0.25)
+    light.CreateSpecularAttr(2.0)
+    UsdLux.ShadowAPI.Apply(light.GetPrim()).CreateShadowEnableAttr(False)
+    with pytest.warns(UserWarning, match="/Sky.*shadow:enable"):
+        dome = dome_of(light.GetPrim())
+    assert (dome.diffuse, dome.specular) == (0.25, 2.0)
+    UsdLux.LightAPI(light).GetLightLinkCollectionAPI().ExcludePath("/Other")
+    with pytest.warns(UserWarning, match="/Sky.*links"):
+        dome_of(light.GetPrim())
 
 
 def test_dark_domes_are_none():

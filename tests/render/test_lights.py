@@ -5,9 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.render import scenes
+from tests.render import light_oracle, scenes
 from tests.render.pictures import radiance
-from usdsdg_render.scene import LIGHT_CYLINDER, LIGHT_DISK, LIGHT_DISTANT, LIGHT_RECT, LIGHT_SPHERE, Dome
+from usdsdg_render.scene import (
+    LIGHT_CYLINDER,
+    LIGHT_DISK,
+    LIGHT_DISTANT,
+    LIGHT_ELLIPSOID,
+    LIGHT_RECT,
+    LIGHT_SPHERE,
+    Dome,
+    LightPattern,
+)
 
 ALBEDO = 0.5
 SAMPLES = 512
@@ -19,10 +28,13 @@ def matt_floor(**scene) -> scenes.Scene:
     return scenes.scene_of([(scenes.square(), scenes.moved(scale=1000.0), 0)], materials=[floor], **scene)
 
 
-def floor_irradiance(light: np.ndarray, *, seed=0) -> float:
+def floor_irradiance(light: np.ndarray, *, seed=0, samples=SAMPLES, pattern: LightPattern | None = None) -> float:
     """Irradiance at the origin of the floor, seen from obliquely above in one pixel."""
     view = scenes.view_from((0.0, -6.0, 0.3), size=(1, 1), focal_length=50000.0)
-    picture = radiance(matt_floor(lights=[light]), view, samples=SAMPLES, bounces=1, seed=seed)
+    scene = matt_floor(lights=[light])
+    if pattern is not None:
+        scene.light_patterns, scene.lights["pattern"] = [pattern], 0
+    picture = radiance(scene, view, samples=samples, bounces=1, seed=seed)
     return float(picture.mean() * np.pi / ALBEDO)
 
 
@@ -72,20 +84,78 @@ def test_flat_lights_shine_from_one_side_only():
         assert floor_irradiance(below) == 0.0
 
 
-def test_cylinder_light():
-    # Reference by quadrature over the tube's surface that faces the point.
-    height, radius, length = 1.5, 0.2, 2.0
-    light = scenes.light(LIGHT_CYLINDER, radiance=100.0, position=(0, 0, height), radius=radius, height=length)
-    x = (np.arange(400) + 0.5) / 400 * length - length / 2
-    angle = (np.arange(800) + 0.5) / 800 * 2 * np.pi
-    x, angle = np.meshgrid(x, angle)
-    outward = np.stack([0 * x, np.cos(angle), np.sin(angle)], -1)
-    at = np.stack([x, radius * np.cos(angle), height + radius * np.sin(angle)], -1)
-    d2 = (at**2).sum(-1)
-    cos_light = np.maximum(-(at * outward).sum(-1), 0) / np.sqrt(d2)
-    patch = (length / 400) * (radius * 2 * np.pi / 800)
-    expected = (100.0 * cos_light * at[..., 2] / np.sqrt(d2) / d2).sum() * patch
-    assert close(floor_irradiance(light), expected)
+SHAPES = {
+    "sphere": (LIGHT_SPHERE, dict(axes=(0.7, 0.7, 0.7)), dict(radius=0.7)),
+    "ellipsoid": (LIGHT_ELLIPSOID, dict(axes=(0.3, 1.2, 0.6)), dict(radius=0.3, aspect=(4.0, 2.0))),
+    "rect": (LIGHT_RECT, dict(width=2.0, height=0.8), dict(width=2.0, height=0.8)),
+    "disk": (LIGHT_DISK, dict(axes=(0.5, 1.0)), dict(radius=0.5, aspect=(2.0, 1.0))),
+    "cylinder": (LIGHT_CYLINDER, dict(axes=(0.3, 0.3), length=2.0), dict(radius=0.3, height=2.0)),
+    "elliptic cylinder": (
+        LIGHT_CYLINDER,
+        dict(axes=(0.4, 0.1), length=2.0),
+        dict(radius=0.4, aspect=(0.25, 1.0), height=2.0),
+    ),
+}
+# (position, turn about y, turn about x): overhead, far, tilted, aside, crossing the horizon, from below it upwards.
+POSES = {
+    "overhead": ((0.0, 0.0, 1.5), 0.0, 0.0),
+    "far": ((3.0, -4.0, 9.0), 20.0, -30.0),
+    "tilted": ((0.5, -0.4, 1.4), 35.0, 50.0),
+    "low": ((2.0, 0.0, 0.9), 60.0, 0.0),
+    "crossing": ((1.5, 0.6, 0.1), 75.0, 20.0),
+    "mostly below": ((1.2, 0.0, -0.2), 90.0, 10.0),
+}
+
+
+def turned(y: float, x: float) -> np.ndarray:
+    """Rows are the axes of a frame turned about y, then about x [degrees]."""
+    y, x = np.radians([y, x])
+    about_y = np.array([[np.cos(y), 0, -np.sin(y)], [0, 1, 0], [np.sin(y), 0, np.cos(y)]])
+    about_x = np.array([[1, 0, 0], [0, np.cos(x), np.sin(x)], [0, -np.sin(x), np.cos(x)]])
+    return about_y @ about_x
+
+
+@pytest.mark.parametrize("pose", POSES)
+@pytest.mark.parametrize("shape", SHAPES)
+def test_every_shape_in_every_pose_gives_what_its_surface_integrates_to(shape, pose):
+    kind, size, values = SHAPES[shape]
+    position, *turns = POSES[pose]
+    frame = turned(*turns)
+    axes = dict(zip(("x_axis", "y_axis", "z_axis"), frame, strict=True))
+    light = scenes.light(kind, radiance=100.0, position=position, visible=0, **axes, **values)
+    points, areas = light_oracle.patches("ellipsoid" if "here" in shape else shape.split()[-1], **size)
+    expected = light_oracle.irradiance(points @ frame + position, areas @ frame, 100.0)
+    measured = floor_irradiance(light, samples=8192)
+    # Half of a light below the horizon wastes half of the samples.
+    np.testing.assert_allclose(measured, expected, rtol=0.015, atol=0.02)
+
+
+@pytest.mark.parametrize("pose", POSES)
+def test_rect_light_agrees_with_lamberts_polygon(pose):
+    position, *turns = POSES[pose]
+    frame = turned(*turns)
+    corners = np.array([(x, y, 0) for x, y in ((-1, -0.4), (1, -0.4), (1, 0.4), (-1, 0.4))]) @ frame + position
+    points, areas = light_oracle.patches("rect", width=2.0, height=0.8)
+    by_surface = light_oracle.irradiance(points @ frame + position, areas @ frame, 1.0)
+    lit = frame[2] @ position > 0
+    np.testing.assert_allclose(by_surface, light_oracle.lambert_polygon(corners) * lit, rtol=3e-3)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 0.53, 40.0, 180.0, 270.0, 360.0])
+@pytest.mark.parametrize("tilt", [0.0, 60.0, 120.0, 180.0])
+def test_distant_cones_of_every_angle_light_surfaces_of_every_tilt(degrees, tilt):
+    cosine = np.cos(np.radians(degrees / 2))
+    tilt = np.radians(tilt)
+    axis = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
+    light = scenes.light(LIGHT_DISTANT, radiance=10.0, cos_angle=cosine, z_axis=axis, x_axis=(0, 1, 0), visible=0)
+    up, turn = np.meshgrid((np.arange(1000) + 0.5) / 1000, (np.arange(2000) + 0.5) * 2 * np.pi / 2000)
+    out = np.sqrt(1 - up**2)
+    inside = out * np.cos(turn) * axis[0] + up * axis[2] > np.float32(cosine)
+    expected = 10.0 * (inside * up).mean() * 2 * np.pi if degrees > 1 else 0.0
+    if degrees <= 1:
+        solid = 1.0 if degrees == 0 else 2 * np.pi * (1 - float(np.float32(cosine)))
+        expected = 10.0 * max(axis[2], 0.0) * solid
+    np.testing.assert_allclose(floor_irradiance(light, samples=4096), expected, rtol=0.02, atol=0.01)
 
 
 def test_uniform_dome():
@@ -107,32 +177,131 @@ def test_several_lights_add_up():
     np.testing.assert_allclose(together.mean(), sum(each.mean() for each in alone), rtol=0.01)
 
 
-def test_glossy_surfaces_see_lights_the_same_by_either_way_of_sampling():
-    # bounces=1 has only light sampling; one more surface-free segment adds the other half of MIS.
-    floor = scenes.material(base_color=0.0, metallic=0.0, specular=0.5, roughness=0.3)
-    light = scenes.sphere_light(100.0, (0, 2, 2), 0.7)
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("roughness", [0.5, 0.7, 1.0])
+def test_light_sampling_alone_and_with_surfaces_sampled_too_agree(shape, roughness):
+    """On its last bounce a rough surface samples lights only; with one more, both ways, weighted."""
+    kind, _, values = SHAPES[shape]
+    frame = dict(zip(("x_axis", "y_axis", "z_axis"), turned(-20.0, 40.0), strict=True))
+    light = scenes.light(kind, radiance=100.0, position=(0.2, 1.6, 1.3), visible=0, **frame, **values)
+    floor = scenes.material(base_color=0.3, specular=0.3, roughness=roughness)
     scene = scenes.scene_of([(scenes.square(), scenes.moved(scale=50.0), 0)], materials=[floor], lights=[light])
-    view = scenes.view_from((0.0, -2.0, 2.0), size=(4, 4), focal_length=100.0)
-    few = radiance(scene, view, samples=2048, bounces=2)
-    again = radiance(scene, view, samples=2048, bounces=2, seed=5)
-    np.testing.assert_allclose(few.mean(), again.mean(), rtol=0.01)
-    assert few.mean() > 1.0
+    view = scenes.view_from((0.0, -2.0, 1.5), size=(4, 4), focal_length=100.0)
+    alone = radiance(scene, view, samples=2048, bounces=1)
+    both = radiance(scene, view, samples=2048, bounces=2)
+    np.testing.assert_allclose(both.mean(), alone.mean(), rtol=0.01)
+
+
+@pytest.mark.parametrize("roughness", [0.1, 0.3, 0.6])
+def test_a_sphere_light_equals_a_glowing_ball(roughness):
+    """Light of a ball is found by following surfaces alone, of a light also by sampling it."""
+    floor = scenes.material(base_color=0.3, specular=0.3, roughness=roughness)
+    glow = scenes.material(base_color=0.0, specular=0.0, emission=40.0)
+    ground = (scenes.square(), scenes.moved(scale=50.0), 0)
+    ball = (scenes.sphere(rings=96), scenes.moved((0.2, 2.0, 1.6), scale=1.2), 1)
+    light = scenes.sphere_light(40.0, (0.2, 2.0, 1.6), 1.2)
+    view = scenes.view_from((0.0, -2.0, 1.5), size=(4, 4), focal_length=100.0)
+    by_light = radiance(
+        scenes.scene_of([ground], materials=[floor], lights=[light]), view, samples=4096, bounces=2
+    ).mean()
+    by_ball = radiance(scenes.scene_of([ground, ball], materials=[floor, glow]), view, samples=16384, bounces=2).mean()
+    np.testing.assert_allclose(by_light, by_ball, rtol=0.01)
+
+
+def shaped(c: np.ndarray, *, cone=180.0, softness=0.0, focus=0.0, tint=0.0) -> np.ndarray:
+    """UsdLuxShapingAPI's formulas, for the cosine of the angle off the light's axis."""
+    off = np.degrees(np.arccos(np.clip(c, -1, 1)))
+    t = np.clip((off - cone * (1 - softness)) / max(cone * softness, 1e-9), 0, 1)
+    factor = np.abs(c) ** focus
+    return (1 - t * t * (3 - 2 * t)) * (tint + (1 - tint) * factor)
 
 
 @pytest.mark.parametrize(
-    ("shaping", "seen"),
+    "shaping",
     [
-        (dict(shaping_cos=np.cos(np.radians(20.0))), 0.0),
-        (dict(shaping_cos=np.cos(np.radians(60.0))), 1.0),
-        (dict(shaping_focus=2.0), 0.5),
+        dict(cone=30.0),
+        dict(cone=60.0, softness=0.5),
+        dict(cone=75.0, softness=1.0),
+        dict(focus=2.0),
+        dict(focus=8.0, tint=0.3),
+        dict(cone=70.0, softness=0.3, focus=1.5, tint=0.5),
     ],
 )
-def test_shaping_cuts_and_focuses(shaping, seen):
-    # The light hangs so that the origin lies 45 degrees off its axis.
-    light = scenes.sphere_light(100.0, (0, 3, 3), 0.1)
-    shaped = scenes.sphere_light(100.0, (0, 3, 3), 0.1, **shaping)
-    measured, plain = floor_irradiance(shaped), floor_irradiance(light)
-    np.testing.assert_allclose(measured / plain, seen, atol=0.04)
+@pytest.mark.parametrize("shape", ["sphere", "rect", "cylinder"])
+@pytest.mark.parametrize("turn", [0.0, 40.0, 140.0])
+def test_shaping_cuts_focuses_and_tints(shape, shaping, turn):
+    kind, size, values = SHAPES[shape]
+    position, frame = np.array([0.3, 0.2, 2.0]), turned(turn, 10.0)
+    light = scenes.light(
+        kind,
+        radiance=100.0,
+        position=position,
+        visible=0,
+        shaping_cos=np.cos(np.radians(shaping.get("cone", 180.0))),
+        shaping_softness=shaping.get("softness", 0.0),
+        shaping_focus=shaping.get("focus", 0.0),
+        focus_tint=shaping.get("tint", 0.0),
+        **dict(zip(("x_axis", "y_axis", "z_axis"), frame, strict=True)),
+        **values,
+    )
+    points, areas = light_oracle.patches("ellipsoid" if "here" in shape else shape, **size)
+    points = points @ frame + position
+    cosine = (points @ frame[2]) / np.linalg.norm(points, axis=-1)
+    expected = light_oracle.irradiance(points, areas @ frame, 100.0 * shaped(cosine, **shaping))
+    np.testing.assert_allclose(floor_irradiance(light, samples=8192), expected, rtol=0.02, atol=0.1)
+
+
+def test_a_profile_shines_by_the_angles_that_the_scene_says():
+    """Down is -z; around it angles count from -x towards -y."""
+    profile = np.zeros((181, 360), np.float32)
+    vertical, horizontal = np.arange(181)[:, None], np.arange(360)[None, :]
+    profile[:] = (1 + vertical / 180) * (2 + np.cos(np.radians(horizontal - 50)))
+    for off, turn in ((0.0, 0.0), (30.0, 0.0), (30.0, 50.0), (60.0, 140.0), (75.3, 301.7)):
+        towards = np.sin(np.radians(off)) * np.array([np.cos(np.radians(turn)), np.sin(np.radians(turn)), 0])
+        # From the light to the origin along the angle's direction: off -z, turned from -x towards -y.
+        leaving = np.array([-towards[0], -towards[1], -np.cos(np.radians(off))])
+        light = scenes.sphere_light(1e4, -5 * leaving, 0.01, visible=0)
+        plain = floor_irradiance(light)
+        expected = (1 + off / 180) * (2 + np.cos(np.radians(turn - 50)) if off else 1)
+        measured = floor_irradiance(light, pattern=LightPattern(profile=profile)) / plain
+        if off:
+            np.testing.assert_allclose(measured, expected, rtol=1e-3)
+        even = LightPattern(profile=profile[:, :1])
+        wanted = (1 + off / 180) * (2 + np.cos(np.radians(50)))
+        np.testing.assert_allclose(floor_irradiance(light, pattern=even) / plain, wanted, rtol=1e-3)
+
+
+def test_a_picture_on_a_rectangle_is_upright_on_its_lit_side():
+    """Seen from where it shines, with its +y up, the picture's first texel is at the top left."""
+    picture = np.array([[(1, 0, 0), (0, 1, 0)], [(0, 0, 1), (1, 1, 1)]], np.float32)
+    light = scenes.light(LIGHT_RECT, radiance=10.0, width=2.0, height=2.0)
+    scene = scenes.scene_of([], lights=[light])
+    scene.light_patterns, scene.lights["pattern"] = [LightPattern(picture=picture)], 0
+    view = scenes.view_from((0, 0, -5), up=(0, 1, 0), size=(41, 41), focal_length=50.0)
+    seen = radiance(scene, view, samples=16)
+    lit = seen.sum(-1) > 0
+    rows, columns = np.flatnonzero(lit.any(1)), np.flatnonzero(lit.any(0))
+    top, bottom, left, right = rows[1], rows[-2], columns[1], columns[-2]
+    np.testing.assert_allclose(seen[top, left], (10, 0, 0), atol=1e-4)
+    np.testing.assert_allclose(seen[top, right], (0, 10, 0), atol=1e-4)
+    np.testing.assert_allclose(seen[bottom, left], (0, 0, 10), atol=1e-4)
+    np.testing.assert_allclose(seen[bottom, right], (10, 10, 10), atol=1e-4)
+
+
+def test_a_picture_lights_as_its_texels_integrate_to():
+    rng = np.random.default_rng(3)
+    picture = rng.uniform(0, 2, (9, 15, 1)).astype(np.float32) ** 3 * np.ones(3, np.float32)
+    light = scenes.light(LIGHT_RECT, radiance=100.0, position=(0.2, 0.1, 0.6), width=2.0, height=0.8, visible=0)
+    points, areas = light_oracle.patches("rect", width=2.0, height=0.8)
+    x, y = (0.5 - points[:, 0] / 2.0) * 15 - 0.5, (0.5 - points[:, 1] / 0.8) * 9 - 0.5
+    x, y = np.clip(x, 0, 14), np.clip(y, 0, 8)
+    left, top = np.minimum(x.astype(int), 13), np.minimum(y.astype(int), 7)
+    fx, fy, grey = x - left, y - top, picture[..., 0]
+    value = (grey[top, left] * (1 - fx) + grey[top, left + 1] * fx) * (1 - fy)
+    value += (grey[top + 1, left] * (1 - fx) + grey[top + 1, left + 1] * fx) * fy
+    expected = light_oracle.irradiance(points + np.array([0.2, 0.1, 0.6]), areas, 100.0 * value)
+    measured = floor_irradiance(light, samples=16384, pattern=LightPattern(picture=picture))
+    np.testing.assert_allclose(measured, expected, rtol=0.015)
 
 
 def test_visible_lights_are_seen_and_hidden_ones_are_not():
@@ -205,6 +374,21 @@ def test_lights_dim_their_diffuse_and_specular_parts():
         light = scenes.light(LIGHT_SPHERE, **base, **multipliers)
         scene = scenes.scene_of([(scenes.square(), scenes.moved(scale=50.0), 0)], materials=[floor], lights=[light])
         return radiance(scene, view, samples=2048, bounces=2).mean()
+
+    both, diffuse, specular = seen(), seen(specular=0.0), seen(diffuse=0.0)
+    np.testing.assert_allclose(diffuse + specular, both, rtol=0.02)
+    assert diffuse > 0.05 * both
+    assert specular > 0.05 * both
+
+
+def test_domes_dim_their_diffuse_and_specular_parts():
+    view = scenes.view_from((0.0, -2.0, 2.0), size=(2, 2), focal_length=100.0)
+
+    def seen(**multipliers) -> float:
+        floor = scenes.material(base_color=0.5, specular=0.3, roughness=0.4)
+        dome = Dome(np.full((4, 8, 3), 5.0, np.float32), np.eye(3, dtype=np.float32), **multipliers)
+        scene = scenes.scene_of([(scenes.square(), scenes.moved(scale=50.0), 0)], materials=[floor], dome=dome)
+        return radiance(scene, view, samples=1024, bounces=2).mean()
 
     both, diffuse, specular = seen(), seen(specular=0.0), seen(diffuse=0.0)
     np.testing.assert_allclose(diffuse + specular, both, rtol=0.02)

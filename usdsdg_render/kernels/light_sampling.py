@@ -1,4 +1,4 @@
-"""Light arriving at a point: drawing a direction towards a light, and what a ray sees of lights.
+"""Light arriving at a point: choosing a light and drawing a direction towards it.
 
 Lights are not geometry: they hide nothing, except that a camera ray stops at the first light it sees. One light is
 chosen for each point, with its share of what all would give there if nothing were in the way.
@@ -6,18 +6,24 @@ chosen for each point, with its share of what all would give there if nothing we
 
 import warp as wp
 
-from usdsdg_render import scene
 from usdsdg_render.kernels.bsdf import perpendicular
+from usdsdg_render.kernels.light_shapes import (
+    CYLINDER,
+    DISK,
+    DISTANT,
+    ELLIPSOID,
+    RECT,
+    SPHERE,
+    emitted,
+    half_axes,
+    hit_light,
+    in_frame,
+)
 from usdsdg_render.kernels.texture import cell_density, cell_radiance, sky_radiance
 from usdsdg_render.kernels.trig import cos_sin, half_turns_from_pole
 from usdsdg_render.kernels.types import Dome, Light, SceneTables
 from usdsdg_render.kernels.visibility import FAR_AWAY
 
-SPHERE = wp.constant(scene.LIGHT_SPHERE)
-DISTANT = wp.constant(scene.LIGHT_DISTANT)
-RECT = wp.constant(scene.LIGHT_RECT)
-DISK = wp.constant(scene.LIGHT_DISK)
-CYLINDER = wp.constant(scene.LIGHT_CYLINDER)
 PI = wp.constant(wp.pi)
 
 # The last cell in [start, start + count) whose running sum is at most `number`: by halves to 32 cells, then at once.
@@ -61,15 +67,6 @@ class LightSample:
 
 
 @wp.struct
-class LightHit:
-    """Where a ray meets a light, and with which density `sample_one` finds it; distance < 0 = nowhere."""
-
-    distance: wp.float32
-    radiance: wp.vec3
-    pdf: wp.float32
-
-
-@wp.struct
 class LightChoice:
     """A light chosen for a point: its row, or the number of lights for the dome, or -1 for none."""
 
@@ -80,140 +77,15 @@ class LightChoice:
 
 
 @wp.func
-def shaping(light: Light, leaving: wp.vec3):
-    """Share of the light's radiance that leaves along a unit direction, by its cone and focus (UsdLuxShapingAPI)."""
-    c = -wp.dot(leaving, light.z_axis)
-    share = float(1.0)
-    if light.shaping_cos > -1.0:
-        if c <= light.shaping_cos:
-            return 0.0
-        if light.shaping_softness > 0.0:
-            cutoff = wp.acos(wp.clamp(light.shaping_cos, -1.0, 1.0))
-            start = cutoff * (1.0 - wp.min(light.shaping_softness, 1.0))
-            share = 1.0 - wp.smoothstep(start, cutoff, wp.acos(wp.clamp(c, -1.0, 1.0)))
-    if light.shaping_focus > 0.0:
-        share *= wp.pow(wp.max(c, 0.0), light.shaping_focus)
-    return share
-
-
-@wp.func
-def cone_density(sin2: float):
-    """Uniform density over a cone, from the squared sine of its half angle; exact for thin cones."""
-    return 1.0 / (2.0 * PI * (sin2 / (1.0 + wp.sqrt(wp.max(0.0, 1.0 - sin2)))))
-
-
-@wp.func
-def in_cone(axis: wp.vec3, sin2: float, r: wp.vec2):
-    """A uniform direction in a cone about a unit axis."""
-    one_minus_cos = r[0] * (sin2 / (1.0 + wp.sqrt(wp.max(0.0, 1.0 - sin2))))
+def in_cone(axis: wp.vec3, height: float, r: wp.vec2):
+    """A uniform direction in a cone about a unit axis; `height` is one minus the cosine of its half angle."""
+    one_minus_cos = r[0] * height
     c = 1.0 - one_minus_cos
     s = wp.sqrt(wp.max(0.0, one_minus_cos * (2.0 - one_minus_cos)))
     around = cos_sin(r[1])
     across = perpendicular(axis)
     along = wp.cross(axis, across)
     return wp.normalize(across * (s * around[0]) + along * (s * around[1]) + axis * c)
-
-
-@wp.func
-def hit_sphere(light: Light, origin: wp.vec3, direction: wp.vec3):
-    hit = LightHit()
-    hit.distance = -1.0
-    to_center = light.position - origin
-    d2 = wp.dot(to_center, to_center)
-    r2 = light.radius * light.radius
-    along = wp.dot(to_center, direction)
-    off_axis = to_center - direction * along
-    q = r2 - wp.dot(off_axis, off_axis)
-    if q <= 0.0:
-        return hit
-    if d2 > r2:
-        hit.distance = along - wp.sqrt(q)
-        hit.pdf = cone_density(r2 / d2)
-    else:
-        hit.distance = along + wp.sqrt(q)
-        hit.pdf = 1.0 / (4.0 * PI)
-    return hit
-
-
-@wp.func
-def hit_plane(light: Light, origin: wp.vec3, direction: wp.vec3):
-    """Rectangle or disk: both shine from their -z side only."""
-    hit = LightHit()
-    hit.distance = -1.0
-    c = wp.dot(direction, light.z_axis)
-    if c <= 1.0e-7:
-        return hit
-    t = wp.dot(light.position - origin, light.z_axis) / c
-    if t <= 0.0:
-        return hit
-    p = origin + direction * t - light.position
-    x = wp.dot(p, light.x_axis)
-    y = wp.dot(p, light.y_axis)
-    area = light.width * light.height
-    if light.kind == DISK:
-        area = PI * light.radius * light.radius
-        if x * x + y * y > light.radius * light.radius:
-            return hit
-    elif wp.abs(x) > 0.5 * light.width or wp.abs(y) > 0.5 * light.height:
-        return hit
-    hit.distance = t
-    hit.pdf = t * t / (area * c)
-    return hit
-
-
-@wp.func
-def hit_cylinder(light: Light, origin: wp.vec3, direction: wp.vec3):
-    """The outside of an open tube about x."""
-    hit = LightHit()
-    hit.distance = -1.0
-    to_origin = origin - light.position
-    oy = wp.dot(to_origin, light.y_axis)
-    oz = wp.dot(to_origin, light.z_axis)
-    dy = wp.dot(direction, light.y_axis)
-    dz = wp.dot(direction, light.z_axis)
-    a = dy * dy + dz * dz
-    b = oy * dy + oz * dz
-    # Distance of the ray from the axis, taken across the ray: no cancellation far away.
-    cross = oy * dz - oz * dy
-    q = light.radius * light.radius * a - cross * cross
-    if q <= 0.0 or b >= 0.0 or a < 1.0e-12:
-        return hit
-    root = wp.sqrt(q)
-    t = (-b - root) / a
-    x = wp.dot(to_origin, light.x_axis) + t * wp.dot(direction, light.x_axis)
-    if t <= 0.0 or wp.abs(x) > 0.5 * light.height:
-        return hit
-    hit.distance = t
-    # root / radius is the cosine at the surface.
-    hit.pdf = t * t / (2.0 * PI * light.height * root)
-    return hit
-
-
-@wp.func
-def hit_light(light: Light, origin: wp.vec3, direction: wp.vec3):
-    """Where a ray meets a light that has a surface, or the disk of a distant light."""
-    hit = LightHit()
-    hit.distance = -1.0
-    if light.kind != DISTANT:
-        # Most rays pass the ball that holds the light.
-        to_center = light.position - origin
-        along = wp.max(wp.dot(to_center, direction), 0.0)
-        nearest = to_center - direction * along
-        if wp.dot(nearest, nearest) > 1.0001 * light.extent * light.extent:
-            return hit
-    if light.kind == SPHERE:
-        hit = hit_sphere(light, origin, direction)
-    elif light.kind == CYLINDER:
-        hit = hit_cylinder(light, origin, direction)
-    elif light.kind == DISTANT:
-        if wp.dot(direction, light.z_axis) > light.cos_angle:
-            hit.distance = FAR_AWAY
-            hit.pdf = 1.0 / (2.0 * PI * (1.0 - light.cos_angle))
-    else:
-        hit = hit_plane(light, origin, direction)
-    if hit.distance >= 0.0:
-        hit.radiance = light.radiance * shaping(light, -direction)
-    return hit
 
 
 @wp.func
@@ -225,8 +97,21 @@ def on_plane(light: Light, r: wp.vec2):
         radius = light.radius * wp.sqrt(r[0])
         around = cos_sin(r[1])
         x = radius * around[0]
-        y = radius * around[1]
+        y = radius * around[1] * light.aspect[0]
     return light.position + light.x_axis * x + light.y_axis * y
+
+
+@wp.func
+def towards_sphere(center: wp.vec3, radius: float, r: wp.vec2):
+    """A direction from the origin: in the cone that a sphere fills, any from inside it."""
+    d2 = wp.dot(center, center)
+    sin2 = radius * radius / d2
+    if sin2 < 1.0:
+        return in_cone(center / wp.sqrt(d2), sin2 / (1.0 + wp.sqrt(1.0 - sin2)), r)
+    z = 1.0 - 2.0 * r[0]
+    c = wp.sqrt(wp.max(0.0, 1.0 - z * z))
+    around = cos_sin(r[1])
+    return wp.vec3(c * around[0], c * around[1], z)
 
 
 @wp.func
@@ -240,27 +125,24 @@ def sample_one(light: Light, point: wp.vec3, r: wp.vec2):
         s.direction = light.z_axis
         s.pdf = -1.0
         if light.cos_angle < 1.0:
-            s.direction = in_cone(light.z_axis, 1.0 - light.cos_angle * light.cos_angle, r)
+            s.direction = in_cone(light.z_axis, 1.0 - light.cos_angle, r)
             s.pdf = 1.0 / (2.0 * PI * (1.0 - light.cos_angle))
-        s.radiance = light.radiance * shaping(light, -s.direction)
+        s.radiance = emitted(light, s.direction, light.position)
         return s
     if light.kind == SPHERE:
-        to_center = light.position - point
-        d2 = wp.dot(to_center, to_center)
-        sin2 = light.radius * light.radius / d2
-        if sin2 < 1.0:
-            s.direction = in_cone(to_center / wp.sqrt(d2), sin2, r)
-        else:
-            z = 1.0 - 2.0 * r[0]
-            c = wp.sqrt(wp.max(0.0, 1.0 - z * z))
-            around = cos_sin(r[1])
-            s.direction = wp.vec3(c * around[0], c * around[1], z)
+        s.direction = towards_sphere(light.position - point, light.radius, r)
+    elif light.kind == ELLIPSOID:
+        axes = half_axes(light)
+        center = wp.cw_div(in_frame(light, light.position - point), axes)
+        d = wp.cw_mul(towards_sphere(center, 1.0, r), axes)
+        s.direction = wp.normalize(light.x_axis * d[0] + light.y_axis * d[1] + light.z_axis * d[2])
     elif light.kind == CYLINDER:
         around = cos_sin(r[1])
-        outward = light.y_axis * around[0] + light.z_axis * around[1]
-        on = light.position + light.x_axis * ((r[0] - 0.5) * light.height) + outward * light.radius
+        on = light.y_axis * around[0] + light.z_axis * (around[1] * light.aspect[0])
+        on = light.position + light.x_axis * ((r[0] - 0.5) * light.height) + on * light.radius
         s.direction = wp.normalize(on - point)
         # The far side of the tube faces away; the same ray meets the near side with the same density, so it is dropped.
+        outward = light.y_axis * around[0] + light.z_axis * (around[1] / light.aspect[0])
         if wp.dot(s.direction, outward) >= 0.0:
             return s
     else:
@@ -305,8 +187,8 @@ def sample_sky(dome: Dome, r: wp.vec2, fine: bool):
         distance=FAR_AWAY,
         radiance=radiance,
         pdf=cell_density(dome, cell),
-        diffuse=1.0,
-        specular=1.0,
+        diffuse=dome.diffuse,
+        specular=dome.specular,
     )
 
 

@@ -40,7 +40,8 @@ class Path:
     # Of the direction: its density, -1 for the camera's, and the glossy share of its weight.
     pdf: wp.float32
     glossy: wp.float32
-    # Of the point that it leaves: normal, and sum of the weights of all lights.
+    # Of the point that it leaves: instance, normal, and sum of the weights of all lights.
+    instance: wp.int32
     normal: wp.vec3
     all_lights: wp.float32
     fine_sky: wp.int32
@@ -94,6 +95,7 @@ def begin_path(ray: Ray):
     path.tmax = ray.tmax
     path.throughput = wp.vec3(1.0)
     path.pdf = -1.0
+    path.instance = -1
     path.refracting = 1
     if ray.tmin <= ray.tmax:
         path.alive = 1

@@ -8,6 +8,7 @@ import warp as wp
 
 from usdsdg_render.kernels.bsdf import Bsdf, bsdf_at, sample_direction, scatter
 from usdsdg_render.kernels.glass import through_glass
+from usdsdg_render.kernels.light_rules import by_rules, has_rules
 from usdsdg_render.kernels.light_sampling import choose_light, hit_light, sample_light, weight_at
 from usdsdg_render.kernels.path_state import (
     Connection,
@@ -111,6 +112,10 @@ def arrive(tables: SceneTables, options: PathOptions, path: Path, parts: Parts, 
             inside = on_light.distance >= path.tmin and on_light.distance < reach
             if light.kind == 1 and hit.instance < 0 and on_light.distance > 0.0:
                 inside = True
+            if light.rules != wp.uint64(0) and path.pdf >= 0.0 and on_light.distance > 0.0:
+                through = by_rules(tables, light, path.instance, path.origin, path.direction, on_light.distance)
+                on_light.radiance = wp.cw_mul(on_light.radiance, through)
+                inside = True
             if inside:
                 if path.pdf < 0.0:
                     reach = on_light.distance
@@ -136,6 +141,7 @@ def arrive(tables: SceneTables, options: PathOptions, path: Path, parts: Parts, 
             else:
                 cell = sky_cell(dome, uv)
                 weight = mis(path.pdf, cell_density(dome, cell) * (dome.strength / path.all_lights))
+                weight *= dome.diffuse * (1.0 - path.glossy) + dome.specular * path.glossy
                 sky = wp.vec3(0.0)
                 if path.fine_sky != 0:
                     sky = sky_radiance(dome, uv)
@@ -207,6 +213,7 @@ def depart(
     pair = PAIR_FIRST_SEGMENT + PAIRS_PER_SEGMENT * bounce
     d.path.tmin = 0.0
     d.path.tmax = FAR_AWAY
+    d.path.instance = hit.instance
     if material.transmission > 0.0 and path.refracting != 0:
         chances = sample_pair(seed, index, pair + PAIR_OPACITY)
         if chances[1] < material.transmission:
@@ -237,6 +244,11 @@ def depart(
                 weight *= mis(density, out.pdf)
             d.connection.direction = to_light.direction
             d.connection.distance = to_light.distance
+            if has_rules(tables, chosen.index):
+                light = tables.lights[chosen.index]
+                through = by_rules(tables, light, hit.instance, d.path.origin, to_light.direction, to_light.distance)
+                to_light.radiance = wp.cw_mul(to_light.radiance, through)
+                d.connection.distance = 0.0
             arriving = wp.cw_mul(to_light.radiance, weighted) * weight
             d.connection.light = wp.cw_mul(path.throughput, arriving)
             if bounce > 0:

@@ -1,0 +1,54 @@
+"""Values of UsdLux attributes, and the light that they add up to."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from pxr import Usd, UsdLux
+
+from usdsdg import errors
+
+_WHITE = np.array(UsdLux.BlackbodyTemperatureAsRgb(6500.0))
+
+
+def light_value(prim: Usd.Prim, name: str, default):
+    """Value of `inputs:<name>`, or of `<name>` as files before USD 21.02 wrote it."""
+    attribute = prim.GetAttribute(f"inputs:{name}")
+    if not (attribute and attribute.HasAuthoredValue()):
+        old = prim.GetAttribute(name)
+        if old and old.HasAuthoredValue():
+            attribute = old
+    value = attribute.Get() if attribute else None
+    return default if value is None else value
+
+
+def light_number(prim: Usd.Prim, name: str, default: float) -> float:
+    """A finite number; `default` (with a warning) for NaN and infinity."""
+    value = float(light_value(prim, name, default))
+    if math.isfinite(value):
+        return value
+    errors.warn_once(f"{prim.GetPath()}: inputs:{name} = {value} is not usable; {default} is used. Correct it.")
+    return default
+
+
+def emitted_colour(prim: Usd.Prim, fallback_intensity: float = 1.0) -> np.ndarray | None:
+    """(3,) intensity * 2^exposure * color * temperature; None (with a warning) if it is no light."""
+    colour = np.array(light_value(prim, "color", (1.0, 1.0, 1.0)), np.float64)
+    colour = colour * float(light_value(prim, "intensity", fallback_intensity))
+    with np.errstate(over="ignore", invalid="ignore"):
+        colour = colour * np.exp2(float(light_value(prim, "exposure", 0.0)))
+    if light_value(prim, "enableColorTemperature", False):
+        colour = colour * temperature_colour(light_number(prim, "colorTemperature", 6500.0))
+    if not np.isfinite(colour).all() or (colour < 0.0).any():
+        errors.warn_once(
+            f"{prim.GetPath()}: intensity, exposure and color give {colour.tolist()}, which is no light; it is off. "
+            f"Author finite values >= 0."
+        )
+        return None
+    return colour
+
+
+def temperature_colour(kelvin: float) -> np.ndarray:
+    """(3,) linear Rec.709 of a black body, white at 6500 K as the schema asks."""
+    return np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin)) / _WHITE
