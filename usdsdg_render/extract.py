@@ -16,6 +16,7 @@ from usdsdg import errors
 from usdsdg.stage.changes import ChangeTracker
 
 from . import stage_tree
+from .animation import Animation
 from .domes import DomeBuilder, DomeLight, read_dome
 from .gprims import Gprim, Placements, display_colour, find_gprims
 from .light_reader import read_lights
@@ -37,7 +38,8 @@ class SceneExtractor:
         self.scene = Scene()
         self._stage = stage
         self._progress = progress
-        self._time = Usd.TimeCode.Default() if time is None else time
+        self._asked_time = self._time = Usd.TimeCode.Default() if time is None else time
+        self._animation = Animation(stage)
         self._tracker = ChangeTracker(stage)
         self._tree: Tree | None = None
         self._library = MaterialLibrary(stage)
@@ -47,6 +49,8 @@ class SceneExtractor:
         self._known: dict[Sdf.Path, tuple[str, Prototype | None]] = {}  # gprim -> (UV primvar, prototype)
         self._stand_ins: dict[Sdf.Path, Material] = {}
         self._gprims: list[Gprim] = []
+        self._skinned: set[Sdf.Path] = set()
+        self._own: set[Sdf.Path] = set()  # gprims that share no geometry by their specs
         self._placements = Placements()
         self._nodes = np.zeros(0, np.int64)  # tree node of each placement
         self._points = np.zeros(0, np.int64)  # placements that are point instances
@@ -58,8 +62,10 @@ class SceneExtractor:
         self._light_matrices = b""
         self._linked_instances: tuple[str, ...] | None = None  # by which light links were read
 
-    def update(self) -> None:
-        """Bring `scene` up to date with the stage."""
+    def update(self, time: Usd.TimeCode | None = None) -> None:
+        """Bring `scene` up to date with the stage as it is at `time` (None: the time that was asked for last)."""
+        if time is not None:
+            self._asked_time = time
         plan = self._make_plan()
         if plan.everything:
             self._library.forget_all()
@@ -67,24 +73,54 @@ class SceneExtractor:
             self._stand_ins.clear()
         if plan.materials or plan.roots:
             self._library.forget(plan.materials | plan.roots)
+        if plan.skinned or plan.roots:
+            self._prototypes.skinning.forget()
         if plan.structure:
+            plan.gprims |= plan.shapes
             self._forget_gprims(plan)
             self._tree = Tree(self._stage, self._time)
             self._gprims, self._placements = find_gprims(self._tree)
+            self._note_own_shapes()
         elif plan.moved:
             self._tree.move(plan.moved)
         if plan.structure or plan.materials:
             self._read_gprims()
-        if plan.structure or plan.materials or plan.moved:
-            self._place(structure=plan.structure or bool(plan.materials))
+        if plan.shapes and not plan.structure:
+            self._read_shapes(plan.shapes)
+        if plan.structure or plan.materials or plan.moved or plan.shapes:
+            self._place(structure=plan.structure or bool(plan.materials) or bool(plan.shapes))
         if plan.structure or plan.lights or plan.moved:
             self._read_lights(always=plan.lights or plan.structure)
 
     def _make_plan(self) -> Plan:
         changes = self._tracker.take()
-        if self._tree is None:
-            return Plan(structure=True, everything=True, lights=True)
-        return Planner(self._stage, self._tree, has_points=bool(self._placements.offsets)).plan(changes)
+        was_animated = self._animation.animated
+        self._animation.notice(changes)
+        # Where nothing has a time, all times are one.
+        now = self._asked_time if self._animation.animated else Usd.TimeCode.Default()
+        before, self._time = self._time, now
+        if self._tree is None or was_animated != self._animation.animated:
+            return Plan(structure=True, everything=True, lights=True, skinned=True)
+        plan = Planner(self._stage, self._tree, has_points=bool(self._placements.offsets)).plan(changes)
+        if now != before:
+            self._tree.set_time(now)
+            self._animation.add_to(plan, now)
+            plan.skinned |= bool(self._tree.skeletons)
+        if plan.skinned:
+            plan.shapes |= self._skinned
+        return plan
+
+    def _note_own_shapes(self) -> None:
+        """Gprims whose geometry is not what their specs say alone."""
+        skinning = self._prototypes.skinning
+        self._skinned = {
+            gprim.path for gprim in self._gprims if self._tree.skeletons and skinning.is_skinned(gprim.prim)
+        }
+        self._own = set(self._skinned)
+        if self._animation.animated:
+            points = bool(self._placements.offsets)
+            self._animation.survey(self._tree, self._gprims, points=points, time=self._time)
+            self._own |= self._animation.shapes
 
     def close(self) -> None:
         """Stop listening to the stage."""
@@ -113,6 +149,19 @@ class SceneExtractor:
                 self._progress("geometry", done, new)
         self._write_prototypes()
         self._write_materials()
+        self._note_placements()
+
+    def _read_shapes(self, paths: set[Sdf.Path]) -> None:
+        """The geometry of some gprims; their materials are what they were."""
+        self._prototypes.begin_pass()
+        for gprim in self._gprims:
+            if gprim.path in paths:
+                self._known.pop(gprim.path, None)
+                self._read_prototype(gprim)
+        self._write_prototypes()
+        self._note_placements()
+
+    def _note_placements(self) -> None:
         placed = self._placements.gprims
         self._nodes = np.array(self._placements.nodes, np.int64)
         self._points = np.array(list(self._placements.offsets), np.int64)
@@ -155,7 +204,8 @@ class SceneExtractor:
             if gprim.kind == SHAPE:
                 prototype = self._prototypes.shape(gprim.prim, self._time)
             else:
-                prototype = self._prototypes.mesh(gprim.prim, self._time, uv_name, gprim.subsets)
+                own = gprim.path in self._own
+                prototype = self._prototypes.mesh(gprim.prim, self._time, uv_name, gprim.subsets, own=own)
             known = self._known[gprim.path] = (uv_name, prototype)
         gprim.prototype = known[1]
 

@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Usd
 
+from usdsdg.stage.skinning import Skinning
+
 from . import shapes
 from .geometry import build_prototype
 from .mesh_source import MeshSource, read_mesh
 from .scene import Prototype
+from .skinned_mesh import posed
 from .stage_tree import IGNORED_PREFIXES
 
 # Prototypes that nothing uses any more are kept while they are few, for scripts that hide and show objects.
@@ -28,6 +31,7 @@ class PrototypeCache:
     """
 
     def __init__(self) -> None:
+        self.skinning = Skinning()
         self._by_specs: dict[tuple, Prototype | None] = {}
         self._by_address: dict[tuple, tuple[MeshSource, Prototype | None]] = {}
         self._by_content: dict[bytes, Prototype | None] = {}
@@ -37,9 +41,15 @@ class PrototypeCache:
         """The stage may have changed since the last pass, so where a value comes from no longer tells which it is."""
         self._by_specs.clear()
 
-    def mesh(self, prim: Usd.Prim, time: Usd.TimeCode, uv_name: str, subsets: list[Usd.Prim]) -> Prototype | None:
-        """The prototype of a mesh; None (with a warning) when it has no surface."""
-        if not time.IsDefault():  # layer offsets may give references of one layer different times
+    def mesh(
+        self, prim: Usd.Prim, time: Usd.TimeCode, uv_name: str, subsets: list[Usd.Prim], *, own: bool = False
+    ) -> Prototype | None:
+        """The prototype of a mesh; None (with a warning) when it has no surface.
+
+        own: it is not what its specs say alone: it varies with time, and layer offsets may give references of one layer
+            different times, or a skeleton shapes it.
+        """
+        if own:
             return self._read_mesh(prim, time, uv_name, subsets)
         specs = (uv_name, _specs(prim), *(_specs(subset) for subset in subsets))
         if specs not in self._by_specs:
@@ -50,6 +60,7 @@ class PrototypeCache:
         source = read_mesh(prim, time, uv_name=uv_name, subsets=subsets)
         if source is None:
             return None
+        source = posed(source, prim, time, self.skinning)
         addresses = (*(_address(array) for array in source.arrays()), source.form())
         entry = self._by_address.get(addresses)
         if entry is None:

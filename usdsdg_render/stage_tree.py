@@ -104,6 +104,8 @@ class Tree:
         self.index: dict[Sdf.Path, int] = {}
         self.drawn: list[bool] = []  # purpose is default or render
         self.subsets: dict[int, list[Usd.Prim]] = {}
+        self.blinking: list[Usd.Attribute] = []  # visibilities that vary with time, also of prims that are hidden now
+        self.skeletons: set[Sdf.Path] = set()  # SkelRoots
         # Without an authored range nothing is animated; saves a question per prim.
         self._sampled = time.IsDefault() and stage.HasAuthoredTimeCodeRange()
         self._cache = UsdGeom.XformCache(time)
@@ -133,7 +135,7 @@ class Tree:
                 if parent >= 0 and self.kinds[parent] == MESH and is_material_subset(prim):
                     self.subsets.setdefault(parent, []).append(prim)
                 continue
-            if kind == SKIP or is_invisible(prim, self.time):
+            if kind == SKIP or self._is_hidden(prim):
                 iterator.PruneChildren()
                 continue
             purpose = purpose_of(prim, purpose)
@@ -150,7 +152,34 @@ class Tree:
             elif kind in (UNDRAWN, NO_LIGHT) and self.drawn[-1]:
                 _warn_unsupported(prim)
             elif kind == PASS:
-                _warn_of_look(prim)
+                self._note_look(prim)
+
+    def _is_hidden(self, prim: Usd.Prim) -> bool:
+        attribute = prim.GetAttribute("visibility")
+        if not attribute:
+            return False
+        if not self.time.IsDefault() and attribute.ValueMightBeTimeVarying():
+            self.blinking.append(attribute)
+        return attribute.Get(self.time) == UsdGeom.Tokens.invisible
+
+    def _note_look(self, prim: Usd.Prim) -> None:
+        """Schemas that change how what is below looks."""
+        if prim.GetTypeName() == "SkelRoot":
+            self.skeletons.add(prim.GetPath())
+        if prim.HasAPI(UsdGeom.ModelAPI):
+            mode = prim.GetAttribute("model:drawMode").Get()
+            if mode in ("cards", "bounds", "origin"):
+                errors.warn_once(f"{prim.GetPath()}: draw mode {mode} is not supported; the full geometry is drawn.")
+
+    def is_in_skeleton(self, node: int) -> bool:
+        """Whether a prim stands below a SkelRoot, where it may be a joint's frame or a mesh on it."""
+        path = self.prims[node].GetPath()
+        return any(path != root and path.HasPrefix(root) for root in self.skeletons)
+
+    def set_time(self, time: Usd.TimeCode) -> None:
+        """What `move` reads from now on is of this time."""
+        self.time = time
+        self._cache.SetTime(time)
 
     def of_kind(self, *kinds: int) -> list[int]:
         return [k for k, kind in enumerate(self.kinds) if kind in kinds]
@@ -187,19 +216,6 @@ def is_material_subset(subset: Usd.Prim) -> bool:
     family = subset.GetAttribute("familyName").Get()
     element = subset.GetAttribute("elementType").Get()
     return family == UsdShade.Tokens.materialBind and element in (None, UsdGeom.Tokens.face)
-
-
-def _warn_of_look(prim: Usd.Prim) -> None:
-    """Schemas that change how what is below looks."""
-    if prim.GetTypeName() == "SkelRoot":
-        errors.warn_once(
-            f"{prim.GetPath()}: skinning and blend shapes are not applied; meshes are drawn as authored. "
-            f"Bake them with UsdSkel.BakeSkinning."
-        )
-    if prim.HasAPI(UsdGeom.ModelAPI):
-        mode = prim.GetAttribute("model:drawMode").Get()
-        if mode in ("cards", "bounds", "origin"):
-            errors.warn_once(f"{prim.GetPath()}: draw mode {mode} is not supported; the full geometry is drawn.")
 
 
 def _warn_unsupported(prim: Usd.Prim) -> None:

@@ -164,3 +164,11 @@ def test_influences_that_do_not_fit_are_named():
     UsdSkel.BindingAPI(mesh.GetPrim()).CreateJointWeightsPrimvar(False, 2).Set([1.0, 0.0])
     with pytest.warns(UserWarning, match="/Character/Body.*joints cannot be read"):
         assert Skinning().skin(mesh.GetPrim(), Usd.TimeCode(0)) is None
+
+
+def test_a_lost_skel_root_is_named():
+    stage = Usd.Stage.CreateInMemory()
+    mesh = add_character(stage)
+    stage.GetPrimAtPath("/Character").SetTypeName("Xform")
+    with pytest.warns(UserWarning, match="/Character/Body.*SkelRoot"):
+        assert Skinning().skin(mesh.GetPrim(), Usd.TimeCode(0)) is None

@@ -92,6 +92,11 @@ class Skinning:
     def _binding(self, prim: Usd.Prim) -> _Binding | None:
         root = UsdSkel.Root.Find(prim)
         if not root:
+            if prim.HasAttribute("primvars:skel:jointIndices"):
+                warn_once(
+                    f"{prim.GetPath()}: no SkelRoot stands above it, so its joints do not move it and it is drawn as "
+                    f"authored. Give the prim that holds mesh and skeleton the type SkelRoot."
+                )
             return None
         path = root.GetPath()
         if path not in self._bindings:
@@ -184,8 +189,14 @@ def _for_normals(matrix: Gf.Matrix4d) -> Gf.Matrix3d:
 def _skeleton_to_mesh(skeleton: Usd.Prim, mesh: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:
     """(4, 4) from the skeleton's frame to the mesh's; the identity where the mesh's own cannot be inverted."""
     cache = UsdGeom.XformCache(time)
-    to_world = np.array(cache.GetLocalToWorldTransform(skeleton))
-    of_mesh = np.array(cache.GetLocalToWorldTransform(mesh))
+    root = UsdSkel.Root.Find(mesh).GetPrim()
+    placed = [cache.GetLocalToWorldTransform(prim) for prim in (skeleton, mesh)]
+    if skeleton.GetPath().HasPrefix(root.GetPath()):
+        # By the root, so that copies of a character are the same bit for bit wherever they stand.
+        relative = [cache.ComputeRelativeTransform(prim, root) for prim in (skeleton, mesh)]
+        if not any(resets for _, resets in relative):
+            placed = [matrix for matrix, _ in relative]
+    of_skeleton, of_mesh = (np.array(matrix) for matrix in placed)
     if not np.isfinite(of_mesh).all() or abs(np.linalg.det(of_mesh[:3, :3])) == 0.0:
         return np.eye(4)
-    return to_world @ np.linalg.inv(of_mesh)
+    return of_skeleton @ np.linalg.inv(of_mesh)
