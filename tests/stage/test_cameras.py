@@ -156,8 +156,17 @@ def test_all_attributes_are_read(stage):
     assert view.projection_type == "fisheyePolynomial"
     assert view.attributes["fthetaMaxFov"] == 200.0
     assert not {"focalLength", "clippingRange", "xformOp:translate"} & set(view.attributes)
-    for use in (lambda: view.projection_matrix, lambda: view.project(np.zeros((1, 3)))):
-        with pytest.raises(Unsupported, match=r"/World/cam.*fisheyePolynomial"):
+    assert view.lens is not None and view.lens.model == "fisheyePolynomial"
+    with pytest.raises(Unsupported, match=r"/World/cam.*fisheyePolynomial"):
+        _ = view.projection_matrix
+
+
+def test_lenses_without_a_formula_say_so(stage):
+    prim = make(stage).GetPrim()
+    prim.CreateAttribute("cameraProjectionType", Sdf.ValueTypeNames.Token).Set("omniDirectionalStereo")
+    view = cameras.read_camera(stage, "/World/cam", RESOLUTION)
+    for use in (lambda: view.lens, lambda: view.project(np.zeros((1, 3))), lambda: view.rays(np.zeros((1, 2)))):
+        with pytest.raises(Unsupported, match=r"/World/cam.*omniDirectionalStereo.*there are pinhole"):
             use()
 
 

@@ -10,11 +10,13 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
+from usdsdg.stage.lens_attributes import LensParameters, read_lens
+from usdsdg.stage.lenses import STRAIGHT, Lens, make_lens
 from usdsdg.stage.paths import prim_at
 from usdsdg.stage.transforms import as_array, local_to_world, meters_per_unit
 
 # Projections whose pixels a 4x4 matrix can give.
-LINEAR_PROJECTIONS = ("pinhole", "orthographic")
+LINEAR_PROJECTIONS = STRAIGHT
 
 # Apertures are in tenths of a stage unit.
 _APERTURE_UNIT = 0.1
@@ -35,8 +37,8 @@ class CameraView:
     """A camera as seen through one render product. The camera looks along its -Z with +Y up.
 
     Focal length and apertures are in tenths of stage units; clipping range and focus distance in stage units.
-    Pixels are
-    square: the horizontal aperture spans the width, and the vertical one is reported but not used.
+    Pixels are square: the horizontal aperture spans the width, and the vertical one is reported but not used. That, and
+    `fx` to `cy`, hold for pinhole and orthographic cameras; others have a `lens`.
     """
 
     prim_path: str
@@ -51,7 +53,8 @@ class CameraView:
     clipping_range: tuple[float, float] = (1.0, 1000000.0)
     f_stop: float = 0.0
     focus_distance: float = 0.0
-    projection_type: str = "pinhole"
+    projection_type: str = "pinhole"  # by Replicator's names, whichever schema says it
+    lens_parameters: LensParameters = LensParameters()
     meters_per_unit: float = 1.0
     attributes: dict[str, Any] = field(default_factory=dict)  # all other camera attributes, by USD name
 
@@ -59,6 +62,25 @@ class CameraView:
     def world_to_camera(self) -> np.ndarray:
         """(4, 4) float64: p_camera = p_world @ world_to_camera."""
         return np.linalg.inv(self.local_to_world)
+
+    @cached_property
+    def lens(self) -> Lens | None:
+        """The lens model; None for pinhole and orthographic cameras.
+
+        Raises:
+            Unsupported: there is no formula for the projection, or its calibration gives no picture.
+        """
+        try:
+            return make_lens(
+                self.projection_type,
+                self.lens_parameters,
+                (self.width, self.height),
+                focal_length=self.focal_length,
+                horizontal_aperture=self.horizontal_aperture,
+                centre=(self.cx, self.cy),
+            )
+        except errors.Unsupported as problem:
+            raise errors.Unsupported(f"{self.prim_path}: {problem}") from None
 
     @property
     def fx(self) -> float:
@@ -108,21 +130,41 @@ class CameraView:
         """Pixels (N, 2) as (column, row) from the top left corner, and depths (N,) along the axis [stage
         units].
 
-        A point in or behind a pinhole camera's plane (depth <= 0) has no pixel: NaN.
+        A point that the lens does not see has no pixel: NaN. For a pinhole camera those are the points in or behind its
+        plane (depth <= 0); a fisheye may see some of them.
 
         Raises:
-            Unsupported: the projection is not linear.
+            Unsupported: there is no formula for the lens.
         """
-        self._require_linear("pixels of points")
         points = np.asarray(points_world, np.float64).reshape(-1, 3)
         in_camera = points @ self.world_to_camera[:3, :3] + self.world_to_camera[3, :3]
         depth = -in_camera[:, 2]
+        if self.lens is not None:
+            return self.lens.to_pixels(in_camera), depth
         divisor = np.ones_like(depth)
         if self.projection_type == "pinhole":
             divisor = np.where(depth > 0, depth, np.nan)
         columns = self.cx + self.fx * in_camera[:, 0] / divisor
         rows = self.cy - self.fy * in_camera[:, 1] / divisor
         return np.stack([columns, rows], -1), depth
+
+    def rays(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Origins and unit directions (N, 3) in the camera's frame of pixels (N, 2), given as (column, row) from the
+        top left corner; directions are NaN where the lens lets no light in.
+
+        Raises:
+            Unsupported: there is no formula for the lens.
+        """
+        pixels = np.asarray(pixels, np.float64).reshape(-1, 2)
+        origins = np.zeros((len(pixels), 3))
+        if self.lens is not None:
+            return origins, self.lens.to_directions(pixels)
+        plane = (pixels - (self.cx, self.cy)) / (self.fx, -self.fy)
+        if self.projection_type == "orthographic":
+            origins[:, :2] = plane
+            return origins, np.broadcast_to((0.0, 0.0, -1.0), origins.shape)
+        towards = np.concatenate([plane, -np.ones((len(pixels), 1))], axis=1)
+        return origins, towards / np.linalg.norm(towards, axis=1, keepdims=True)
 
     def _require_linear(self, what: str) -> None:
         if self.projection_type not in LINEAR_PROJECTIONS:
@@ -143,13 +185,15 @@ def read_camera(stage: Usd.Stage, path: str | Sdf.Path, resolution: tuple[int, i
     width, height = (int(size) for size in resolution)
     values = {attribute.GetName(): attribute.Get() for attribute in prim.GetAttributes()}
     near, far = values["clippingRange"]
+    projection_type, lens_parameters = read_lens(values)
     view = CameraView(
         prim_path=str(prim.GetPath()),
         width=width,
         height=height,
         local_to_world=_without_scale(as_array(local_to_world(prim))),
         clipping_range=(float(near), float(far)),
-        projection_type=_projection_type(values),
+        projection_type=projection_type,
+        lens_parameters=lens_parameters,
         meters_per_unit=meters_per_unit(stage),
         attributes={name: value for name, value in values.items() if _is_other(name)},
         **{ours: float(values[name]) for name, ours in _FIELDS.items()},
@@ -171,12 +215,6 @@ def _camera_at(stage: Usd.Stage, path: str | Sdf.Path) -> Usd.Prim:
     raise errors.BadPrim(
         f"{prim.GetPath()} is a {prim.GetTypeName() or 'typeless prim'}, not a camera; cameras {where}: {names}"
     )
-
-
-def _projection_type(values: dict[str, Any]) -> str:
-    if values.get("projection") == UsdGeom.Tokens.orthographic:
-        return "orthographic"
-    return str(values.get("cameraProjectionType") or "pinhole")
 
 
 def _is_other(name: str) -> bool:

@@ -1,9 +1,21 @@
-"""Lenses of cameras: Replicator's projections, and the USD attribute of each of its camera arguments."""
+"""Lenses of cameras: Replicator's projections, and the USD attributes that calibrate them, of both generations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pxr import Usd
 
 PROJECTIONS = (
     "pinhole", "pinholeOpenCV", "fisheyePolynomial", "fisheyeSpherical", "fisheyeKannalaBrandtK3", "fisheyeOpenCV",
     "fisheyeRadTanThinPrism", "omniDirectionalStereo", "generalizedProjection",
 )  # fmt: skip
+# Removed from Replicator in 1.11.21; scripts for 4.2 still say them.
+OLD_PROJECTIONS = ("fisheyeOrthographic", "fisheyeEquidistant", "fisheyeEquisolid")
+# Rays that do not meet in one point, or come from textures.
+NOT_DRAWN = ("omniDirectionalStereo", "generalizedProjection")
 
 # Attributes of UsdGeomCamera.
 OPTICS = {
@@ -26,3 +38,102 @@ LENS = {
     **{f"fisheye_polynomial_{letter}": f"fthetaPoly{letter.upper()}" for letter in "abcdef"},
     **{f"fisheye_{name}": name for name in ("p0", "p1", "s0", "s1", "s2", "s3")},
 }
+
+# The attribute of the OmniLensDistortion…API schemas that says which of them counts, and for each of its values the
+# projection it stands for and the names of its coefficients: polynomial, tangential, thin prism.
+SCHEMA_MODEL = "omni:lensdistortion:model"
+_SCHEMAS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "ftheta": ("fisheyePolynomial", ("k0 k1 k2 k3 k4", "", "")),
+    "kannalaBrandtK3": ("fisheyeKannalaBrandtK3", ("k0 k1 k2 k3", "", "")),
+    "radTanThinPrism": ("fisheyeRadTanThinPrism", ("k0 k1 k2 k3 k4 k5", "p0 p1", "s0 s1 s2 s3")),
+    "opencvFisheye": ("fisheyeOpenCV", ("k1 k2 k3 k4", "", "")),
+    "opencvPinhole": ("pinholeOpenCV", ("k1 k2 k3 k4 k5 k6", "p1 p2", "s1 s2 s3 s4")),
+    "lut": ("generalizedProjection", ("", "", "")),
+    "omniDirectionalStereo": ("omniDirectionalStereo", ("", "", "")),
+}
+
+
+@dataclass(frozen=True)
+class LensParameters:
+    """What calibrates a lens model. Lengths are in pixels of the nominal size, from its top left corner.
+
+    A camera without the attributes has these values, as in Replicator.
+    """
+
+    nominal_size: tuple[float, float] = (1936.0, 1216.0)  # 0 = the picture's
+    centre: tuple[float, float] = (970.94244, 600.37482)
+    focal: tuple[float, float] = (731.78788, 731.78789)  # of OpenCV's models
+    max_fov: float = 200.0  # degrees, across
+    polynomial: tuple[float, ...] = (0.0, 0.00245, 0.0, 0.0, 0.0, 0.0)
+    tangential: tuple[float, ...] = (-0.00037, -0.00074)
+    thin_prism: tuple[float, ...] = (-0.00058, -0.00022, 0.00019, -0.0002)
+
+
+def read_lens(values: Mapping[str, Any]) -> tuple[str, LensParameters]:
+    """Projection type, by Replicator's names, and calibration of a camera with these attributes.
+
+    A lens distortion schema counts more than the older `cameraProjectionType`, an orthographic `projection` more than
+    both.
+    """
+    model = str(values.get(SCHEMA_MODEL) or "")
+    older = str(values.get("cameraProjectionType") or "pinhole")
+    if values.get("projection") == "orthographic":
+        return "orthographic", _older_parameters(values)
+    if model in ("", "pinhole"):
+        return older, _older_parameters(values)
+    if model not in _SCHEMAS:
+        return model, LensParameters()
+    projection, coefficients = _SCHEMAS[model]
+    return projection, _schema_parameters(values, model, coefficients)
+
+
+def _older_parameters(values: Mapping[str, Any]) -> LensParameters:
+    unset = LensParameters()
+
+    def several(names: tuple[str, ...], defaults: tuple[float, ...]) -> tuple[float, ...]:
+        found = [values.get(name) for name in names]
+        return tuple(float(d if v is None else v) for v, d in zip(found, defaults, strict=True))
+
+    return LensParameters(
+        nominal_size=several(("fthetaWidth", "fthetaHeight"), unset.nominal_size),  # type: ignore[arg-type]
+        centre=several(("fthetaCx", "fthetaCy"), unset.centre),  # type: ignore[arg-type]
+        focal=several(("openCVFx", "openCVFy"), unset.focal),  # type: ignore[arg-type]
+        max_fov=several(("fthetaMaxFov",), (unset.max_fov,))[0],
+        polynomial=several(tuple(f"fthetaPoly{letter}" for letter in "ABCDEF"), unset.polynomial),
+        tangential=several(("p0", "p1"), unset.tangential),
+        thin_prism=several(("s0", "s1", "s2", "s3"), unset.thin_prism),
+    )
+
+
+def _schema_parameters(values: Mapping[str, Any], model: str, coefficients: tuple[str, ...]) -> LensParameters:
+    def value(name: str) -> Any:
+        full = f"omni:lensdistortion:{model}:{name}"
+        found = values.get(full)
+        return _fallback(model, full) if found is None else found
+
+    def several(names: str, count: int) -> tuple[float, ...]:
+        found = [float(value(name)) for name in names.split()]
+        return tuple(found + [0.0] * (count - len(found)))
+
+    opencv = model.startswith("opencv")
+    if model in ("lut", "omniDirectionalStereo"):
+        return LensParameters()
+    return LensParameters(
+        nominal_size=_pair(value("imageSize")) if opencv else (value("nominalWidth"), value("nominalHeight")),
+        centre=(value("cx"), value("cy")) if opencv else _pair(value("opticalCenter")),
+        focal=(value("fx"), value("fy")) if opencv else LensParameters.focal,
+        max_fov=360.0 if opencv else float(value("maxFov")),
+        polynomial=several(coefficients[0], 6),
+        tangential=several(coefficients[1], 2),
+        thin_prism=several(coefficients[2], 4),
+    )
+
+
+def _pair(value: Any) -> tuple[float, float]:
+    return float(value[0]), float(value[1])
+
+
+def _fallback(model: str, name: str) -> Any:
+    """The schema's own default, for attributes written without applying the schema."""
+    schema = f"OmniLensDistortion{model[0].upper()}{model[1:]}API".replace("Opencv", "OpenCv")
+    return Usd.SchemaRegistry().FindAppliedAPIPrimDefinition(schema).GetAttributeFallbackValue(name)

@@ -203,7 +203,8 @@ class Camera:
     orthographic: wp.int32  # 1 = parallel rays; fx, fy are then pixels per stage unit
     lens_radius: wp.float32  # 0 = all is sharp
     focus_distance: wp.float32
-    lens: Lens  # of kind NONE for pinhole and orthographic cameras
+    lens_kind: wp.int32  # NONE for pinhole and orthographic cameras, else that of `lens`
+    lens: Lens
 
 
 @wp.struct

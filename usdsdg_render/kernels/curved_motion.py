@@ -1,0 +1,65 @@
+"""Motion vectors through lenses that are no pinholes.
+
+A kernel of its own, because the way back from points to pixels would make the label pass slower for all cameras.
+"""
+
+import warp as wp
+
+from usdsdg_render.kernels.aov import Past, pixel_of
+from usdsdg_render.kernels.camera import camera_ray
+from usdsdg_render.kernels.lens import NONE, PANORAMA, lens_plane, panorama_place
+from usdsdg_render.kernels.types import Camera, SceneTables
+from usdsdg_render.kernels.visibility import BY_THRESHOLD, closest, triangle_of
+
+
+@wp.func
+def place_of(camera: Camera, point: wp.vec3, at_infinity: bool):
+    """(column, row, 1), or (0, 0, 0) for a point that has no pixel. A direction stands for a point at infinity."""
+    if camera.lens_kind == NONE:
+        return pixel_of(camera, point, at_infinity)
+    p = point
+    if not at_infinity:
+        p = point - camera.origin
+    p = wp.transpose(camera.rotation) * p
+    if camera.lens_kind == PANORAMA:
+        place = panorama_place(p)
+        return wp.vec3(place[0] * float(camera.width), place[1] * float(camera.height), 1.0)
+    q = lens_plane(camera.lens, p)
+    return wp.vec3(camera.cx + camera.fx * q[0], camera.cy + camera.fy * q[1], 1.0) * q[2]
+
+
+@wp.kernel(enable_backward=False)
+def label_curved_motion(
+    tables: SceneTables,
+    camera: Camera,
+    past: Past,
+    first_row: int,
+    # out
+    motion_vectors: wp.array2d(dtype=wp.vec2),
+):
+    y, x = wp.tid()
+    y += first_row
+    ray = camera_ray(camera, float(x) + 0.5, float(y) + 0.5, wp.vec2(0.0))
+    if ray.tmax < ray.tmin:
+        return
+    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, BY_THRESHOLD, 0.5)
+    now = ray.direction
+    before = ray.direction
+    at_infinity = hit.instance < 0
+    if not at_infinity:
+        if past.known[hit.instance] == 0:
+            return
+        instance = tables.tree.instances[hit.instance]
+        triangle = triangle_of(instance, hit.triangle)
+        local = triangle.p0 * (1.0 - hit.u - hit.v) + triangle.p1 * hit.u + triangle.p2 * hit.v
+        now = instance.local_to_world * local + instance.world_origin
+        before = past.local_to_world[hit.instance] * local + past.world_origin[hit.instance]
+    a = place_of(camera, now, at_infinity)
+    b = place_of(past.camera, before, at_infinity)
+    if a[2] == 0.0 or b[2] == 0.0:
+        return
+    moved = wp.vec2(b[0] - a[0], b[1] - a[1])
+    if camera.lens_kind == PANORAMA:
+        # The shorter way around.
+        moved = wp.vec2(moved[0] - float(camera.width) * wp.round(moved[0] / float(camera.width)), moved[1])
+    motion_vectors[y, x] = moved
