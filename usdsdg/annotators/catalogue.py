@@ -22,10 +22,6 @@ def _unsupported(reason: str, names: str) -> None:
 
 
 _unsupported(
-    "the depth-sensor model is not implemented; distance_to_image_plane gives exact depth",
-    "DepthSensorDistance DepthSensorPointCloudPosition DepthSensorPointCloudColor DepthSensorImager",
-)
-_unsupported(
     "lidar and radar are out of scope",
     "RtxSensorCpu RtxSensorGpu GenericModelOutput RtxSensorMetadata StableIdMap",
 )
