@@ -28,6 +28,7 @@ class Skinned(NamedTuple):
 
 class _Binding(NamedTuple):
     skeleton: UsdSkel.SkeletonQuery
+    skeleton_prim: Usd.Prim  # of an instance where the query knows its prototype only
     mesh: UsdSkel.SkinningQuery
 
 
@@ -77,10 +78,10 @@ class Skinning:
         if not joints or not binding.mesh.ComputeSkinnedPoints(joints, points, time):
             warn_once(
                 f"{prim.GetPath()}: its joints cannot be read, so it is drawn as authored. Correct its skel:joints, "
-                f"jointIndices and jointWeights, and the joints of {binding.skeleton.GetPrim().GetPath()}."
+                f"jointIndices and jointWeights, and the joints of {binding.skeleton_prim.GetPath()}."
             )
             return None
-        to_mesh = _skeleton_to_mesh(binding.skeleton.GetPrim(), prim, time)
+        to_mesh = _skeleton_to_mesh(binding.skeleton_prim, prim, time)
         if turned is not None and vertices is not None:
             turned = _skin_normals(binding.mesh, joints, turned, vertices, len(points), time)
         if turned is not None:
@@ -116,7 +117,7 @@ class Skinning:
                 )
                 continue
             for mesh in binding.GetSkinningTargets():
-                found[mesh.GetPrim().GetPath()] = _Binding(skeleton, mesh)
+                found[mesh.GetPrim().GetPath()] = _Binding(skeleton, binding.GetSkeleton().GetPrim(), mesh)
         return found
 
     @staticmethod
