@@ -8,10 +8,12 @@ from typing import Any
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 from usdsdg.distribution import draw
-from usdsdg.errors import GraphError
+from usdsdg.errors import GraphError, NoCollider, warn_once
+from usdsdg.functional.physics import apply_collider
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, prim_paths
+from usdsdg.modify.numbers import draw_numbers
 from usdsdg.modify.prims import prim_at, prims_of
 from usdsdg.physics_properties import drive_properties, physics_material
 from usdsdg.physics_steps import reset, simulate
@@ -22,23 +24,17 @@ from usdsdg.values import vector
 __all__ = ["collider", "drive_properties", "mass", "physics_material", "reset", "rigid_body", "simulate"]
 
 
-def _gprims(prim: Usd.Prim) -> list[Usd.Prim]:
-    return [child for child in Usd.PrimRange(prim) if child.IsA(UsdGeom.Gprim)]
+def _colliders(prim: Usd.Prim) -> list[Usd.Prim]:
+    below = Usd.PrimRange(prim, Usd.TraverseInstanceProxies())
+    return [child for child in below if child.IsA(UsdGeom.Gprim) and child.HasAPI(UsdPhysics.CollisionAPI)]
 
 
-def _apply_collider(
-    prim: Usd.Prim, approximation: str | None, contact_offset: float | None, rest_offset: float | None
-) -> None:
-    for gprim in _gprims(prim):
-        UsdPhysics.CollisionAPI.Apply(gprim).CreateCollisionEnabledAttr(True)
-        if gprim.IsA(UsdGeom.Mesh) and approximation is not None:
-            UsdPhysics.MeshCollisionAPI.Apply(gprim).CreateApproximationAttr(approximation)
-        if contact_offset is not None or rest_offset is not None:
-            api = physx.PhysxCollisionAPI.Apply(gprim)
-            if contact_offset is not None:
-                api.CreateContactOffsetAttr(float(contact_offset))
-            if rest_offset is not None:
-                api.CreateRestOffsetAttr(float(rest_offset))
+def _collide(prim: Usd.Prim, approximation: str | None, **attributes: Any) -> None:
+    try:
+        apply_collider(prim, None, approximation, **attributes)
+    except NoCollider as error:
+        # A group may hold lights and cameras beside things.
+        warn_once(str(error))
 
 
 def _scene_path(physics_scene: Any) -> str | None:
@@ -60,19 +56,28 @@ def collider(
     approximation_shape: str = "convexHull", contact_offset: float | None = None, rest_offset: float | None = None,
     physics_scene: Any = None, input_prims: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Make every gprim below the prims collide; meshes through `approximation_shape`.
+    """Make every shape at and below the prims collide, now. A prim without a shape is left out, with a warning.
 
-    `physics_scene` becomes their simulationOwner. Our own engine simulates everything in the stage's first scene, and
-    warns where there are several.
+    Instances become ordinary prims, with a warning, since the shapes inside of an instance cannot be edited.
+
+    Args:
+        approximation_shape: of meshes, as for `functional.physics.apply_collider`.
+        contact_offset: distance at which contacts are made [stage units].
+        rest_offset: distance that things keep when they lie on each other [stage units].
+        physics_scene: item, prim or path, which becomes their simulationOwner. Our own engine simulates everything in
+            the stage's first scene, and warns where there are several.
 
     Raises:
         BadPrim: there is no prim at `physics_scene`.
-        GraphError: it is not a PhysicsScene.
+        GraphError: it is not a PhysicsScene, there is no such approximation, or there are no prims.
     """
     prims, scene = prim_paths(input_prims) or current_prims(), _scene_path(physics_scene)
-    for path in prims:
-        _apply_collider(prim_at(path), approximation_shape, contact_offset, rest_offset)
-        _assign_scene(_gprims(prim_at(path)), scene)
+    if not prims:
+        raise GraphError("physics.collider has no prims: call it inside `with <group or prims>:` or pass input_prims")
+    offsets = dict(contactOffset=contact_offset, restOffset=rest_offset)
+    for prim in map(prim_at, prims):
+        _collide(prim, approximation_shape, collisionEnabled=True, **offsets)
+        _assign_scene(_colliders(prim), scene)
     return ReplicatorItem(Node(kind="OgnCollider", prims=prims))
 
 
@@ -80,19 +85,29 @@ def rigid_body(
     velocity: Any = (0.0, 0.0, 0.0), angular_velocity: Any = None, contact_offset: float | None = None,
     rest_offset: float | None = None, overwrite: bool = False, physics_scene: Any = None, input_prims: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Make prims rigid bodies (with colliders where they have none) and set their velocities at each firing.
+    """Make prims rigid bodies, with convex colliders where they have none, and set their velocities at each firing.
 
-    `velocity` is in stage units per second and `angular_velocity` in degrees per second, both along world axes.
-    `physics_scene` is as for `collider`.
+    Args:
+        velocity: (x, y, z) along world axes [stage units / s], for all, per prim or drawn.
+        angular_velocity: about world axes [degrees / s], likewise.
+        contact_offset: of the colliders, also of those that were there, as is `rest_offset`; see `collider`.
+        overwrite: give prims new colliders and a new body where they have some.
+        physics_scene: as for `collider`.
+
+    Raises:
+        BadPrim, GraphError: as `collider`; GraphError at execution, where a velocity is not three numbers.
     """
-
     scene = _scene_path(physics_scene)
+    offsets = dict(contactOffset=contact_offset, restOffset=rest_offset)
     velocities = dict(velocity=velocity, angular_velocity=angular_velocity)
     item = act("OgnRigidBody", input_prims, attribute="physics:velocity", **velocities)
     for path in item.prims:
         prim = prim_at(path)
-        if overwrite or not any(gprim.HasAPI(UsdPhysics.CollisionAPI) for gprim in _gprims(prim)):
-            _apply_collider(prim, "convexHull", contact_offset, rest_offset)
+        if overwrite or not (there := _colliders(prim)):
+            _collide(prim, "convexHull", collisionEnabled=True, **offsets)
+        elif any(offset is not None for offset in offsets.values()):
+            for shape in there:
+                _collide(shape, None, **offsets)
         if overwrite or not prim.HasAPI(UsdPhysics.RigidBodyAPI):
             UsdPhysics.RigidBodyAPI.Apply(prim).CreateRigidBodyEnabledAttr(True)
             physx.PhysxRigidBodyAPI.Apply(prim)
@@ -120,7 +135,7 @@ def mass(
     mass: Any = None, density: Any = None, center_of_mass: Any = None, diagonal_inertia: Any = None,
     principal_axes: Any = None, input_prims: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Author mass properties at each firing.
+    """Author mass properties at each firing; each is one for all, a list of one per prim, or a distribution.
 
     Args:
         mass: kilograms, in units of the stage's kilogramsPerUnit.
@@ -128,6 +143,9 @@ def mass(
         center_of_mass: (x, y, z) in the prim's own space [stage units].
         diagonal_inertia: moments of inertia about the principal axes [mass × stage units²].
         principal_axes: rotation from the prim's axes to the principal ones, as a quaternion (w, x, y, z).
+
+    Raises:
+        GraphError: at execution, a value has another shape.
     """
     given = dict(
         mass=mass, density=density, centerOfMass=center_of_mass, diagonalInertia=diagonal_inertia,
@@ -140,7 +158,9 @@ def mass(
 def _write_mass(node: Node, execution: int) -> None:
     for name, value in node.inputs.items():
         if name in _MASS:
-            _write_mass_property(node, name, draw(value, node, execution, name))
+            of_numbers = name in ("mass", "density")
+            drawn = draw_numbers(name, node, execution).tolist() if of_numbers else draw(value, node, execution, name)
+            _write_mass_property(node, name, drawn)
 
 
 # The attributes of MassAPI that `mass` writes, by input.

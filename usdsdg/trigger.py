@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable
+from numbers import Real
 from typing import Any
 
 from usdsdg.errors import GraphError, Unsupported
@@ -13,6 +15,7 @@ from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.settings import get_settings
 from usdsdg.timeline import get_timeline
 from usdsdg.user_functions import enter
+from usdsdg.values import shown, whole_number
 
 # After so many captures without being true a condition no longer counts as something that will end a run.
 PATIENCE = 1000
@@ -28,11 +31,17 @@ def on_frame(
     The preview at initialisation already ran the body once, so frame 0 shows that draw and the first capture only
     records the baseline, as in Replicator.
 
+    Args:
+        interval: captures.
+        num_frames: the older name of `max_execs`.
+        name: of the node, in draws, in the payload of writers and in messages.
+        rt_subframes: at least so many sub-frames at the capture that it fires for.
+        max_execs: a run without a number of frames ends when all triggers that have one have run out.
+
     Raises:
-        GraphError: `interval` is below 1.
+        GraphError: `interval` is no whole number or below 1, or another one is no whole number.
     """
-    if interval < 1:
-        raise GraphError(f"trigger.on_frame: interval={interval!r} must be at least 1")
+    whole_number("interval", interval, least=1)
     return _add("OgnOnFrame", name, interval=interval, maxExecs=max_execs or num_frames, rtSubframes=rt_subframes)
 
 
@@ -88,7 +97,7 @@ def on_time_end(
 
 
 def _timed(function: str, name: str, capture_on_play: bool, *, interval: float, **inputs: Any) -> ReplicatorItem:
-    if interval <= 0:
+    if not isinstance(interval, Real) or not interval > 0:
         raise GraphError(f"trigger.{function}: interval={interval!r} must be above 0")
     if capture_on_play:
         get_settings().set("/omni/replicator/captureOnPlay", True)
@@ -96,9 +105,13 @@ def _timed(function: str, name: str, capture_on_play: bool, *, interval: float, 
 
 
 def on_custom_event(event_name: str) -> ReplicatorItem:
-    """Fire at the evaluation after `rep.utils.send_og_event(event_name)`."""
-    if not event_name:
-        raise GraphError("trigger.on_custom_event: event_name is empty")
+    """Fire at the evaluation after `rep.utils.send_og_event(event_name)`: at the next app update or step.
+
+    Raises:
+        GraphError: `event_name` is no text, or empty.
+    """
+    if not isinstance(event_name, str) or not event_name:
+        raise GraphError(f"trigger.on_custom_event: event_name is {event_name!r}; expected a name")
     return _add("OnCustomEvent", event_name, eventName=event_name)
 
 
@@ -106,7 +119,12 @@ def on_condition(condition: Callable[[], bool], max_execs: int = 0, rt_subframes
     """Fire at every capture for which `condition()` is true.
 
     The function is Python and does not go into a saved stage; such a stage names it and needs the script.
+    `max_execs` and `rt_subframes` are as in `on_frame`.
+
+    Raises:
+        GraphError: `condition` is no function, or needs arguments.
     """
+    _check_condition(condition)
     name = getattr(condition, "__name__", "condition")
     misses = [0]
 
@@ -122,11 +140,31 @@ def on_condition(condition: Callable[[], bool], max_execs: int = 0, rt_subframes
         return "" if patient else f"trigger.on_condition {name!r} was false at the last {misses[0]} captures"
 
     inputs = {"maxExecs": max_execs, "rtSubframes": rt_subframes}
+    whole_number("max_execs", max_execs)
+    whole_number("rt_subframes", rt_subframes)
     node = Node("OgnConditionScript", inputs, name=name)
     return graph().add_trigger(Trigger(node, due, max_execs, rt_subframes, blocked=blocked))
 
 
+def _check_condition(condition: Any) -> None:
+    if not callable(condition):
+        raise GraphError(f"trigger.on_condition: condition is {shown(condition)}; expected a function")
+    try:
+        parameters = inspect.signature(condition).parameters.values()
+    except ValueError:  # of some built-in functions nobody knows
+        return
+    optional = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+    needed = [each.name for each in parameters if each.default is each.empty and each.kind not in optional]
+    if needed:
+        raise GraphError(
+            f"trigger.on_condition: {getattr(condition, '__name__', 'condition')} needs {', '.join(needed)}, and it is "
+            "called without arguments; give defaults"
+        )
+
+
 def _add(kind: str, name: str, **inputs: Any) -> ReplicatorItem:
+    for role in ("maxExecs", "rtSubframes"):
+        whole_number({"maxExecs": "max_execs", "rtSubframes": "rt_subframes"}[role], inputs.get(role, 0))
     return graph().add_trigger(trigger_of(Node(kind, inputs, name=name)))
 
 

@@ -39,8 +39,19 @@ def count_of(value: Any) -> int:
     Raises:
         GraphError: `value` is no whole number, or negative.
     """
-    if not isinstance(value, Integral) or isinstance(value, bool) or value < 0:
-        raise GraphError(f"count is {shown(value)}; expected a whole number, 0 or more")
+    return whole_number("count", value, least=0)
+
+
+def whole_number(name: str, value: Any, *, least: int | None = None) -> int:
+    """An argument that counts something.
+
+    Raises:
+        GraphError: `value` is no whole number, or below `least`.
+    """
+    if not isinstance(value, Integral) or isinstance(value, bool) or (least is not None and value < least):
+        raise GraphError(
+            f"{name} is {shown(value)}; expected a whole number" + ("" if least is None else f", {least} or more")
+        )
     return int(value)
 
 

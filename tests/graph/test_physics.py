@@ -3,8 +3,9 @@
 import pytest
 from pxr import UsdGeom, UsdPhysics, UsdShade
 
-from usdsdg import distribution, physics, trigger, utils
-from usdsdg.errors import BadPrim, GraphError
+from usdsdg import create, distribution, physics, trigger, utils
+from usdsdg.errors import BadPrim, GraphError, UsdsdgWarning
+from usdsdg.functional import create as shapes
 from usdsdg.graph import evaluate
 from usdsdg.stage.context import new_stage
 
@@ -41,6 +42,88 @@ def test_what_is_no_physics_scene_is_named(stage):
         physics.rigid_body(physics_scene="/World/nowhere", input_prims="/World/box")
 
 
+@pytest.fixture
+def shelf(stage):
+    """An Xform with a mesh and a sphere."""
+    stage.DefinePrim("/World/shelf", "Xform")
+    shapes.cube(parent="/World/shelf", name="board")
+    shapes.sphere(parent="/World/shelf", name="ball", as_mesh=False)
+    return stage.GetPrimAtPath("/World/shelf"), *stage.GetPrimAtPath("/World/shelf").GetChildren()
+
+
+def offsets(prim):
+    return [prim.GetAttribute(f"physxCollision:{name}").Get() for name in ("contactOffset", "restOffset")]
+
+
+def test_every_shape_below_collides_with_the_offsets_given(shelf):
+    group, board, ball = shelf
+    physics.collider("boundingCube", contact_offset=0.25, rest_offset=0.125, input_prims=group)
+    for shape in (board, ball):
+        assert UsdPhysics.CollisionAPI(shape).GetCollisionEnabledAttr().Get() is True
+        assert offsets(shape) == [0.25, 0.125]
+    assert UsdPhysics.MeshCollisionAPI(board).GetApproximationAttr().Get() == "boundingCube"
+    assert not ball.HasAPI(UsdPhysics.MeshCollisionAPI)
+    assert not group.HasAPI(UsdPhysics.CollisionAPI)
+    with create.group(group):
+        physics.collider()
+    assert UsdPhysics.MeshCollisionAPI(board).GetApproximationAttr().Get() == "convexHull"
+    assert offsets(board) == [0.25, 0.125]
+
+
+def test_a_body_gets_colliders_only_where_it_has_none(shelf):
+    group, board, ball = shelf
+    physics.collider("none", rest_offset=0.125, input_prims=board)
+    physics.rigid_body(contact_offset=0.5, input_prims=group)
+    assert group.HasAPI(UsdPhysics.RigidBodyAPI)
+    assert offsets(board) == [0.5, 0.125]
+    assert UsdPhysics.MeshCollisionAPI(board).GetApproximationAttr().Get() == "none"
+    assert not ball.HasAPI(UsdPhysics.CollisionAPI)
+    physics.rigid_body(overwrite=True, rest_offset=0.25, input_prims=group)
+    assert UsdPhysics.MeshCollisionAPI(board).GetApproximationAttr().Get() == "convexHull"
+    assert offsets(board) == [0.5, 0.25]
+    assert ball.HasAPI(UsdPhysics.CollisionAPI)
+
+
+def test_velocities_are_written_when_the_trigger_fires(stage):
+    spin = distribution.uniform((0, 0, 90), (0, 0, 180))
+    with trigger.on_custom_event("go"):
+        physics.rigid_body(velocity=(1, 2, 3), angular_velocity=spin, input_prims="/World/box")
+    assert stage.GetPrimAtPath("/World/box").HasAPI(UsdPhysics.RigidBodyAPI)
+    assert values(stage, "/World/box", "velocity") == [(0, 0, 0)]
+    turns = set()
+    for _ in range(2):
+        utils.send_og_event("go")
+        evaluate.graph().evaluate()
+        velocity, turning = values(stage, "/World/box", "velocity", "angularVelocity")
+        assert velocity == (1, 2, 3)
+        assert turning[0] == turning[1] == 0
+        assert 90 <= turning[2] < 180
+        turns.add(turning[2])
+    assert len(turns) == 2
+
+
+def test_instances_are_opened_for_their_colliders(stage, shelf):
+    copy = stage.DefinePrim("/World/copy")
+    copy.GetReferences().AddInternalReference("/World/shelf")
+    copy.SetInstanceable(True)
+    with pytest.warns(UsdsdgWarning, match="/World/copy is an instance"):
+        physics.rigid_body(input_prims="/World/copy")
+    assert all(child.HasAPI(UsdPhysics.CollisionAPI) for child in copy.GetChildren())
+
+
+def test_what_cannot_collide_is_told(stage):
+    light = create.light()
+    with pytest.warns(UsdsdgWarning, match=f"{light.prims[0]} has no shape or mesh"):
+        physics.collider(input_prims=[*light.prims, "/World/box"])
+    assert stage.GetPrimAtPath("/World/box").HasAPI(UsdPhysics.CollisionAPI)
+    with pytest.raises(GraphError, match=r"approximation is 'convexHul'; did you mean 'convexHull'\?"):
+        physics.collider("convexHul", input_prims="/World/box")
+    with pytest.raises(GraphError, match=r"physics\.collider has no prims"):
+        physics.collider()
+    with pytest.raises(BadPrim, match="no prim /World/boks"):
+        physics.collider(input_prims="/World/boks")
+
+
 def values(stage, path, *names):
     return [stage.GetPrimAtPath(path).GetAttribute(f"physics:{name}").Get() for name in names]
 
@@ -57,6 +140,20 @@ def test_all_mass_properties_are_written(stage):
     assert (mass, tuple(center), tuple(inertia)) == (2.0, (0, 0, 0.5), (1, 2, 3))
     # Real part first, and of unit length.
     assert (axes.GetReal(), tuple(axes.GetImaginary())) == (0, (0, 0, 1))
+
+
+def test_densities_are_written_and_drawn_masses_differ(stage):
+    stage.DefinePrim("/World/other", "Cube")
+    both = ["/World/box", "/World/other"]
+    with trigger.on_custom_event("go"):
+        physics.mass(mass=distribution.uniform(1, 2), density=[10, 20], input_prims=both)
+    utils.send_og_event("go")
+    evaluate.graph().evaluate()
+    (first, ten), (second, twenty) = (values(stage, path, "mass", "density") for path in both)
+    assert 1 <= first < 2
+    assert 1 <= second < 2
+    assert first != second
+    assert (ten, twenty) == (10, 20)
 
 
 def test_drives_of_joints(stage):
@@ -80,10 +177,11 @@ def test_physics_materials_are_made_where_there_is_none(stage):
     both = ["/World/box", "/World/ball"]
     shared = UsdShade.Material.Define(stage, "/World/rubber")
     UsdShade.MaterialBindingAPI.Apply(stage.GetPrimAtPath("/World/ball")).Bind(shared, materialPurpose="physics")
-    physics.physics_material(static_friction=[0.2, 0.9], restitution=0.5, input_prims=both)
+    physics.physics_material(static_friction=[0.2, 0.9], dynamic_friction=0.1, restitution=0.5, input_prims=both)
     evaluate.graph().evaluate()
-    assert values(stage, "/World/box/PhysicsMaterial", "staticFriction", "restitution") == pytest.approx([0.2, 0.5])
-    assert values(stage, "/World/rubber", "staticFriction", "restitution") == pytest.approx([0.9, 0.5])
+    written = ("staticFriction", "dynamicFriction", "restitution")
+    assert values(stage, "/World/box/PhysicsMaterial", *written) == pytest.approx([0.2, 0.1, 0.5])
+    assert values(stage, "/World/rubber", *written) == pytest.approx([0.9, 0.1, 0.5])
     bound, binding = UsdShade.MaterialBindingAPI(stage.GetPrimAtPath("/World/box")).ComputeBoundMaterial("physics")
     assert str(bound.GetPath()) == "/World/box/PhysicsMaterial"
     assert UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(binding) == "weakerThanDescendants"

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from usdsdg.modify.appearance import bind_material, material, semantics, variant, visibility
+from usdsdg.modify.appearance import bind_material, check_material, material, semantics, variant, visibility
 from usdsdg.modify.attributes import apply_or_schedule, attribute, set_attribute
 from usdsdg.modify.clock import animation, frame, time, timeline
 from usdsdg.modify.placing import pose_camera_relative, pose_orbit
@@ -18,7 +18,8 @@ __all__ = [  # noqa: RUF022
     "projection_material", "register",
     "semantics", "time", "timeline", "variant", "visibility",
     # what the other families use
-    "apply_or_schedule", "apply_or_schedule_pose", "bind_material", "non_xform_prims", "prim_at", "set_attribute",
+    "apply_or_schedule", "apply_or_schedule_pose", "bind_material", "check_material", "non_xform_prims", "prim_at",
+    "set_attribute",
 ]  # fmt: skip
 
 

@@ -95,10 +95,15 @@ def bind_material(prim: Usd.Prim, bound: Usd.Prim) -> None:
     Raises:
         BadPrim: `bound` is no material.
     """
-    if not bound.IsA(UsdShade.Material):
-        raise BadPrim(f"{bound.GetPath()} is a {bound.GetTypeName() or 'prim without a type'}, not a Material")
+    check_material(bound)
     binding = UsdShade.MaterialBindingAPI.Apply(prim)
     binding.Bind(UsdShade.Material(bound), UsdShade.Tokens.strongerThanDescendants)
+
+
+def check_material(prim: Usd.Prim) -> None:
+    """Raises BadPrim for a prim that is no material."""
+    if not prim.IsA(UsdShade.Material):
+        raise BadPrim(f"{prim.GetPath()} is a {prim.GetTypeName() or 'prim without a type'}, not a Material")
 
 
 def variant(name: str, value: Any, input_prims: Any = None) -> ReplicatorItem:

@@ -12,7 +12,7 @@ from usdsdg.errors import AssetNotFound
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
-from usdsdg.modify import bind_material, material, prim_at
+from usdsdg.modify import bind_material, check_material, material, prim_at
 from usdsdg.stage import assets, paths
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.context import current_stage
@@ -24,11 +24,16 @@ LOOKS = "/Replicator/Looks"
 def color(colors: Any, per_sub_mesh: bool = False, seed: int | None = None, input_prims: Any = None) -> ReplicatorItem:
     """Give each prim (or, with `per_sub_mesh`, each mesh below it) an OmniPBR material of a drawn linear colour.
 
+    The material lies below `/Replicator/Looks`, is bound stronger than what is bound below, and is used again at the
+    next executions. Instances become ordinary prims.
+
     Args:
         colors: a distribution, a list of colours to choose from, or one colour for all.
+        seed: replaces the global seed.
 
     Raises:
-        GraphError: `seed` is given and `colors` is a distribution with another one.
+        GraphError: `seed` is no whole number, or `colors` is a distribution with another one. At execution: a colour is
+            not three numbers.
     """
     single = not isinstance(colors, Distribution) and is_vector(colors)
     drawn = colors if single else one_of(colors, seed)
@@ -39,11 +44,19 @@ def texture(
     textures: Any, texture_scale: Any = None, texture_rotate: Any = None, per_sub_mesh: bool = False,
     project_uvw: bool = False, seed: int | None = None, input_prims: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Give each prim an OmniPBR material with a drawn texture.
+    """Give each prim an OmniPBR material with a drawn texture, as `color` does with a drawn colour.
+
+    Args:
+        textures: pictures to choose from, files or URLs below the assets root, or a distribution over these.
+        texture_scale: repetitions along u and v, or one for both; larger numbers show smaller pictures.
+        texture_rotate: degrees.
+        per_sub_mesh: a material for each mesh below the prim.
+        project_uvw: project the picture along the axes of the object instead of using its UVs.
+        seed: replaces the global seed.
 
     Raises:
-        AssetNotFound: a texture path does not exist.
-        GraphError: `seed` is given and `textures` is a distribution with another one.
+        AssetNotFound: a picture does not exist; names near misses.
+        GraphError: `seed` is no whole number, or `textures` is a distribution with another one.
     """
     drawn = one_of(textures, seed)
     for path in drawn.node.inputs.get("choices") or []:
@@ -163,12 +176,21 @@ def materials(
     materials: Any, seed: int | None = None, max_cached_materials: int = 0, input_prims: Any = None,
     name: str | None = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Bind one of `materials` (items, prims or paths) to each prim.
+    """Bind a drawn material to each prim, stronger than what is bound below.
 
-    `max_cached_materials` changes nothing: all materials are on the stage already and none is ever copied or dropped.
+    Args:
+        materials: items, prims or paths of materials, or a distribution over these.
+        seed: replaces the global seed.
+        max_cached_materials: changes nothing: all materials are on the stage already and none is ever copied or
+            dropped.
 
     Raises:
-        GraphError: `seed` is given and `materials` is a distribution with another one.
+        BadPrim: one is not on the stage, or no material.
+        GraphError: `seed` is no whole number, or `materials` is a distribution with another one.
     """
-    drawn = one_of(materials if isinstance(materials, Distribution) else prim_paths(materials), seed)
-    return material(drawn, input_prims=input_prims, name=name)
+    if isinstance(materials, Distribution):
+        return material(one_of(materials, seed), input_prims=input_prims, name=name)
+    paths = prim_paths(materials)
+    for path in paths:
+        check_material(prim_at(path))
+    return material(one_of(paths, seed), input_prims=input_prims, name=name)

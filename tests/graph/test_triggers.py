@@ -1,0 +1,130 @@
+"""What each trigger fires for, how often, and what it asks of the capture."""
+
+import pytest
+
+import usdsdg as rep
+from usdsdg.errors import GraphError
+from usdsdg.graph import evaluate
+from usdsdg.settings import get_settings
+from usdsdg.stage import context
+
+
+@pytest.fixture(autouse=True)
+def stage():
+    evaluate.reset()
+    stage = context.new_stage()
+    get_settings().set("/app/player/playSimulations", False)
+    yield stage
+    rep.orchestrator.stop()
+    get_settings().set("/app/player/playSimulations", True)
+
+
+def firings(count, **moments):
+    """Which of `count` captures after the preview fire anything."""
+    graph = evaluate.graph()
+    graph.evaluate(preview=True)
+    return [bool(graph.evaluate(capture=capture)) for capture in range(count)]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        # The first capture shows what the preview drew.
+        ({}, [0, 1, 1, 1, 1, 1]),
+        ({"interval": 2}, [0, 0, 1, 0, 1, 0]),
+        ({"max_execs": 2}, [0, 1, 0, 0, 0, 0]),
+        ({"num_frames": 2}, [0, 1, 0, 0, 0, 0]),
+        ({"num_frames": 2, "max_execs": 3}, [0, 1, 1, 0, 0, 0]),
+    ],
+)
+def test_frames_fire_every_interval_and_so_often(arguments, expected):
+    rep.trigger.on_frame(**arguments)
+    assert firings(6) == expected
+
+
+@pytest.mark.parametrize(("arguments", "count"), [({}, 4), ({"max_execs": 3}, 3), ({"max_execs": 0}, 4)])
+def test_a_condition_is_asked_once_a_capture_and_fires_where_it_is_true(arguments, count):
+    asked = []
+
+    def even():
+        asked.append(None)
+        return len(asked) % 2 == 1
+
+    trigger = rep.trigger.on_condition(even, **arguments)
+    fired = firings(8)
+    assert fired == [index % 2 == 0 and index // 2 < count for index in range(8)]
+    assert trigger.executions == count
+    assert len(asked) == (8 if count == 4 else 5)
+
+
+def test_events_are_told_apart():
+    one, other = rep.trigger.on_custom_event("one"), rep.trigger.on_custom_event(event_name="other")
+    for event in ("one", "other", "one"):
+        rep.utils.send_og_event(event)
+    evaluate.graph().evaluate()
+    assert (one.executions, other.executions) == (2, 1)
+
+
+@pytest.fixture
+def subframes(monkeypatch):
+    """The sub-frames that each capture is drawn with."""
+    from usdsdg import frame_loop
+
+    asked = []
+    draw = frame_loop.render_mode
+    monkeypatch.setattr(frame_loop, "render_mode", lambda count: asked.append(count) or draw(count))
+    return asked
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: rep.trigger.on_frame(interval=2, rt_subframes=7),
+        lambda: rep.trigger.on_condition(lambda: rep.orchestrator.get_orchestrator().captures == 2, rt_subframes=7),
+    ],
+    ids=["on_frame", "on_condition"],
+)
+def test_a_trigger_asks_for_sub_frames_of_the_capture_that_it_fires_for(subframes, make):
+    make()
+    for _ in range(4):
+        rep.orchestrator.step()
+    assert subframes == [1, 1, 7, 1]
+
+
+def test_sub_frames_are_the_most_that_somebody_asks_for(subframes):
+    rep.trigger.on_frame(rt_subframes=3)
+    settings = get_settings()
+    rep.orchestrator.step(rt_subframes=5)
+    settings.set("/omni/replicator/RTSubframes", 4)
+    rep.orchestrator.step()
+    rep.orchestrator.step(rt_subframes=2)
+    settings.set("/omni/replicator/RTSubframes", 1)
+    for function in (rep.orchestrator.set_next_rt_subframes, rep.orchestrator.set_minimum_next_rt_subframes):
+        function(6)
+        rep.orchestrator.step()
+        rep.orchestrator.step()
+    assert subframes == [5, 4, 3, 6, 3, 6, 3]
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: rep.trigger.on_frame(interval=0), "interval is 0; expected a whole number, 1 or more"),
+        (lambda: rep.trigger.on_frame(interval="often"), "interval is 'often'"),
+        (lambda: rep.trigger.on_frame(interval=1.5), "interval is 1.5"),
+        (lambda: rep.trigger.on_frame(max_execs="3"), "max_execs is '3'; expected a whole number"),
+        (lambda: rep.trigger.on_frame(rt_subframes=None), "rt_subframes is None"),
+        (lambda: rep.trigger.on_time(interval="soon"), "interval='soon' must be above 0"),
+        (lambda: rep.trigger.on_time(interval=0), "interval=0 must be above 0"),
+        (lambda: rep.trigger.on_condition(True), "condition is True; expected a function"),
+        (lambda: rep.trigger.on_condition(lambda frame: frame > 3), "<lambda> needs frame, and it is called without"),
+        (lambda: rep.trigger.on_condition(bool, max_execs=2.5), "max_execs is 2.5"),
+        (lambda: rep.trigger.on_custom_event(""), "event_name is ''; expected a name"),
+        (lambda: rep.trigger.on_custom_event(5), "event_name is 5; expected a name"),
+    ],
+)
+def test_what_is_no_trigger_is_told_and_leaves_none(stage, make, message):
+    with pytest.raises(GraphError, match=message):
+        make()
+    assert evaluate.graph().triggers == []
+    assert not stage.GetPrimAtPath("/Replicator/SDGPipeline")
