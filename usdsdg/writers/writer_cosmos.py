@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators import catalogue
-from usdsdg.errors import WriterError
+from usdsdg.errors import WriterError, warn_once
 from usdsdg.stage.context import current_stage
-from usdsdg.writers.backends import BaseBackend, make_backend
+from usdsdg.writers.backends import BackendGroup, BaseBackend, make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import write_image
 from usdsdg.writers.motion_jpeg import encode_picture, encode_video
@@ -96,9 +96,12 @@ class CosmosWriter(Writer):
         """Write the videos of the clip so far, unless they have been."""
         backend = self.backend
         assert backend is not None
-        if self._frame_id == self._in_videos or not _reads(backend):
+        if self._frame_id == self._in_videos:
             return
         self._in_videos = self._frame_id
+        if not _reads(backend):
+            warn_once(f"CosmosWriter: {backend.get_name()} has no read_blob, so there are pictures and no videos.")
+            return
         backend.wait_until_done()
         rate = float(current_stage().GetTimeCodesPerSecond())
         for path, (size, pictures) in self._videos.items():
@@ -145,6 +148,8 @@ def _times_fired(trigger_outputs: Mapping[str, Any]) -> int | None:
 
 
 def _reads(backend: BaseBackend) -> bool:
+    if isinstance(backend, BackendGroup):
+        return all(map(_reads, backend._backends))
     return type(backend).read_blob is not BaseBackend.read_blob
 
 
