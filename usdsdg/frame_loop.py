@@ -31,6 +31,8 @@ class OrchestratorError(UsdsdgError, RuntimeError):
 
 
 class Status(enum.Enum):
+    """Where the orchestrator stands. Mirrors `rep.orchestrator.Status`."""
+
     STOPPED = 0
     STARTED = 1
     STARTING = 2
@@ -52,9 +54,11 @@ class StatusCallback:
         self.number = next(self._made)
 
     def register(self) -> None:
+        """Hear of changes from now on."""
         get_orchestrator().status_callbacks.add(self)
 
     def unregister(self) -> None:
+        """Hear of no more changes."""
         get_orchestrator().status_callbacks.discard(self)
 
 

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from numbers import Real
+from typing import Any
 
 from usdsdg.app import get_app
+from usdsdg.errors import GraphError
 from usdsdg.frame_loop import Orchestrator, OrchestratorError, Status, StatusCallback, get_orchestrator
 from usdsdg.settings import get_settings
+from usdsdg.values import whole_number
 
 __all__ = [
     "Orchestrator", "OrchestratorError", "Status", "StatusCallback", "get_is_paused", "get_is_started",
@@ -27,12 +31,22 @@ def step(
     """Capture one frame with every enabled render product that a writer or annotator is attached to.
 
     Args:
-        rt_subframes: Sub-frames of the fast mode, each a few samples per pixel; -1 takes the setting.
+        rt_subframes: Sub-frames of the fast mode, each a few samples per pixel; -1 takes the setting
+            /omni/replicator/RTSubframes. Triggers that fire, and `set_next_rt_subframes`, may ask for more.
         pause_timeline: Pause a playing timeline afterwards, until the next step.
         delta_time: Seconds to move the playing timeline first; None moves by one time code, 0.0 not at all. The first
             captured frame does not move, unless motion blur spreads it over `delta_time`.
         wait_for_render: Frames are always complete when this returns, so both values mean the same here.
+
+    Raises:
+        OrchestratorError: `rt_subframes` is no whole number, or `delta_time` no number of seconds, 0 or more.
+        GraphError: a node failed; says which script line made it.
     """
+    _check_whole("rt_subframes", rt_subframes)
+    if delta_time is not None and not (isinstance(delta_time, Real) and delta_time >= 0):
+        raise OrchestratorError(
+            f"orchestrator.step: delta_time is {delta_time!r}; expected seconds, 0 or more, or None"
+        )
     get_orchestrator().step(rt_subframes, pause_timeline, delta_time)
     get_app().turn_loop()
 
@@ -60,10 +74,14 @@ async def preview_async() -> None:
 def run(num_frames: int | None = None, start_timeline: bool = False) -> None:
     """Capture `num_frames` frames, or until every trigger with `max_execs` has run out.
 
+    Args:
+        num_frames: 0 captures nothing.
+        start_timeline: Play the timeline first.
+
     Raises:
-        OrchestratorError: without `num_frames`, no trigger would ever end the run.
+        OrchestratorError: without `num_frames`, no trigger would ever end the run; or it is no whole number, 0 or more.
     """
-    for _ in get_orchestrator().run(num_frames, start_timeline):
+    for _ in _run(num_frames, start_timeline):
         get_app().turn_loop()
         if get_is_paused():
             # Only a task can resume; meanwhile leave it the processor.
@@ -75,11 +93,24 @@ run_until_complete = run
 
 async def run_async(num_frames: int | None = None, start_timeline: bool = False) -> None:
     """`run` for coroutines; other tasks run between the frames."""
-    for _ in get_orchestrator().run(num_frames, start_timeline):
+    for _ in _run(num_frames, start_timeline):
         await asyncio.sleep(0)
 
 
 run_until_complete_async = run_async
+
+
+def _run(num_frames: int | None, start_timeline: bool) -> Iterator[None]:
+    if num_frames is not None:
+        _check_whole("num_frames", num_frames, least=0)
+    return get_orchestrator().run(num_frames, start_timeline)
+
+
+def _check_whole(name: str, value: Any, *, least: int | None = None) -> None:
+    try:
+        whole_number(name, value, least=least)
+    except GraphError as error:
+        raise OrchestratorError(f"orchestrator: {error}") from None
 
 
 def wait_until_complete() -> None:
@@ -118,7 +149,12 @@ def set_capture_on_play(value: bool) -> None:
     """Whether every app update of a playing timeline is captured, as it is until somebody says False.
 
     Then stopping the timeline ends the run.
+
+    Raises:
+        OrchestratorError: `value` is neither True nor False.
     """
+    if not isinstance(value, bool):
+        raise OrchestratorError(f"orchestrator.set_capture_on_play: value is {value!r}; expected True or False")
     get_settings().set("/omni/replicator/captureOnPlay", bool(value))
 
 
@@ -128,7 +164,12 @@ def get_sim_times_to_write() -> list[float]:
 
 
 def set_next_rt_subframes(rt_subframes: int) -> None:
-    """At least this many sub-frames at the next capture."""
+    """At least this many sub-frames at the next capture.
+
+    Raises:
+        OrchestratorError: it is no whole number.
+    """
+    _check_whole("rt_subframes", rt_subframes)
     get_orchestrator().set_next_subframes(rt_subframes)
 
 
@@ -141,14 +182,17 @@ def get_status() -> Status:
 
 
 def get_is_started() -> bool:
+    """Whether a run has begun and neither ended nor been paused."""
     return get_status() in (Status.STARTED, Status.STEPPING, Status.STEPPED)
 
 
 def get_is_stopped() -> bool:
+    """Whether no run has begun, or the last one has ended."""
     return get_status() is Status.STOPPED
 
 
 def get_is_paused() -> bool:
+    """Whether `pause` was called and `resume` not yet."""
     return get_status() is Status.PAUSED
 
 

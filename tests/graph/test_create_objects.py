@@ -5,7 +5,7 @@ import pytest
 from pxr import Gf, Usd, UsdGeom, UsdLux, UsdShade
 
 import usdsdg as rep
-from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported, UsdsdgWarning
+from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported
 from usdsdg.graph import evaluate
 from usdsdg.stage import context, semantics
 from usdsdg.stage.lens_attributes import LENS, OPTICS
@@ -190,8 +190,7 @@ NUMBERS = OPTICS | LENS
 
 @pytest.mark.parametrize("argument", NUMBERS)
 def test_each_number_of_a_lens_reaches_its_attribute(stage, argument):
-    with pytest.warns(UsdsdgWarning):
-        item = rep.create.camera(projection_type="fisheye_polynomial", count=2, **{argument: [0.25, 0.75]})
+    item = rep.create.camera(projection_type="fisheye_polynomial", count=2, **{argument: [0.25, 0.75]})
     found = [stage.GetPrimAtPath(f"{path}/Camera").GetAttribute(NUMBERS[argument]).Get() for path in item.prims]
     assert found == [0.25, 0.75]
 

@@ -1,0 +1,168 @@
+"""The functions of `rep.orchestrator` one by one, in their standalone and their asynchronous forms."""
+
+import asyncio
+
+import pytest
+
+import usdsdg as rep
+from usdsdg.frame_loop import Status
+from usdsdg.orchestrator import OrchestratorError
+from usdsdg.settings import get_settings
+from usdsdg.stage.context import new_stage
+from usdsdg.timeline import get_timeline
+
+
+class Counting(rep.Writer):
+    """Notes the time of each frame that it gets, and whether the run has ended."""
+
+    def __init__(self) -> None:
+        self.annotators = ["camera_params"]
+        self.times: list[float] = []
+        self.ended = 0
+
+    def write(self, data) -> None:
+        self.times.append(get_timeline().get_current_time())
+
+    def on_final_frame(self) -> None:
+        self.ended += 1
+
+
+@pytest.fixture
+def writer(monkeypatch):
+    """Attached to a camera of a new stage whose timeline moves without physics."""
+    from usdsdg import engines
+
+    monkeypatch.setattr(engines, "physics", lambda: type("Still", (), {"play": lambda self: None})())
+    new_stage()
+    get_settings().set("/app/player/playSimulations", False)
+    rep.orchestrator.set_capture_on_play(False)
+    counting = Counting()
+    counting.attach(rep.create.render_product(rep.create.camera(position=(5, 0, 0), look_at=(0, 0, 0)), (16, 12)))
+    yield counting
+    counting.detach()
+    rep.orchestrator.stop()
+    get_timeline().stop()
+    get_settings().set("/app/player/playSimulations", True)
+    rep.orchestrator.set_capture_on_play(True)
+
+
+# Each function as a plain call, whichever of its two forms is meant.
+FORMS = ["standalone", "asynchronous"]
+
+
+def call(form, name, *args, **kwargs):
+    if form == "standalone":
+        return getattr(rep.orchestrator, name)(*args, **kwargs)
+    return asyncio.run(getattr(rep.orchestrator, f"{name}_async")(*args, **kwargs))
+
+
+def states():
+    asked = (rep.orchestrator.get_is_stopped, rep.orchestrator.get_is_started, rep.orchestrator.get_is_paused)
+    return [ask() for ask in asked]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_step_is_one_frame_and_the_run_goes_on_until_it_is_stopped(writer, form):
+    assert states() == [True, False, False]
+    for count in (1, 2):
+        call(form, "step")
+        assert len(writer.times) == count
+        assert states() == [False, True, False]
+    assert rep.orchestrator.get_status() is Status.STEPPED
+    assert writer.ended == 0
+    call(form, "stop")
+    assert states() == [True, False, False]
+    assert writer.ended == 1
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_waiting_ends_the_run(writer, form):
+    call(form, "step")
+    call(form, "wait_until_complete")
+    assert writer.ended == 1
+    assert rep.orchestrator.get_is_stopped()
+    assert rep.orchestrator.get_sim_times_to_write() == []
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("name", ["run", "run_until_complete"])
+def test_a_run_has_its_number_of_frames_or_that_of_its_triggers(writer, form, name):
+    call(form, name, num_frames=3)
+    assert len(writer.times) == 3
+    assert rep.orchestrator.get_is_stopped()
+    trigger = rep.trigger.on_frame(max_execs=2)
+    call(form, name)
+    assert len(writer.times) == 5
+    assert trigger.executions == 2
+    call(form, name, num_frames=0)
+    assert len(writer.times) == 5
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_run_can_start_the_timeline(writer, form):
+    call(form, "run", num_frames=3, start_timeline=True)
+    # The first captured frame does not move.
+    assert writer.times == pytest.approx([0, 1 / 60, 2 / 60])
+    get_timeline().stop()
+    call(form, "run", num_frames=2)
+    assert writer.times[3:] == [0, 0]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_preview_draws_without_a_frame(writer, form):
+    cube = rep.create.cube()
+    with rep.trigger.on_frame(), cube:
+        item = rep.modify.pose(position=rep.distribution.sequence([(1, 0, 0), (2, 0, 0), (3, 0, 0)]))
+    for count in (1, 2):
+        call(form, "preview")
+        assert item.get_output("execCount") == count
+    assert writer.times == []
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("wait_for_render", [True, False])
+def test_a_step_moves_a_playing_timeline_by_what_it_is_told(writer, form, wait_for_render):
+    get_timeline().play()
+    for delta in (0.5, None, 0.0, 0.25):
+        call(form, "step", delta_time=delta, wait_for_render=wait_for_render)
+    # The first captured frame does not move; None is one time code.
+    assert writer.times == pytest.approx([0, 1 / 60, 1 / 60, 1 / 60 + 0.25])
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("pause", [True, False])
+def test_the_timeline_stands_still_after_a_step_unless_told_otherwise(writer, form, pause):
+    get_timeline().play()
+    for _ in range(2):
+        call(form, "step", pause_timeline=pause)
+        assert get_timeline().is_playing() is not pause
+    assert writer.times == pytest.approx([0, 1 / 60])
+
+
+def test_pausing_before_a_run_does_nothing(writer):
+    rep.orchestrator.pause()
+    assert states() == [True, False, False]
+    rep.orchestrator.step()
+    rep.orchestrator.pause()
+    assert states() == [False, False, True]
+    rep.orchestrator.resume()
+    assert states() == [False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "message"),
+    [
+        ("step", {"rt_subframes": "many"}, "rt_subframes is 'many'; expected a whole number"),
+        ("step", {"delta_time": "soon"}, "delta_time is 'soon'; expected seconds, 0 or more, or None"),
+        ("step", {"delta_time": -0.1}, "delta_time is -0.1"),
+        ("run", {"num_frames": "5"}, "num_frames is '5'; expected a whole number, 0 or more"),
+        ("run_until_complete", {"num_frames": -1}, "num_frames is -1"),
+        ("set_next_rt_subframes", {"rt_subframes": 2.5}, "rt_subframes is 2.5"),
+        ("set_capture_on_play", {"value": "no"}, "value is 'no'; expected True or False"),
+    ],
+)
+def test_arguments_of_another_kind_are_told_and_capture_nothing(writer, name, arguments, message):
+    with pytest.raises(OrchestratorError, match=message):
+        getattr(rep.orchestrator, name)(**arguments)
+    assert writer.times == []
+    assert rep.orchestrator.get_is_stopped()
