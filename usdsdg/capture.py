@@ -8,6 +8,8 @@ from __future__ import annotations
 import time
 from typing import Any
 
+from pxr import Usd
+
 from usdsdg import engines
 from usdsdg.annotators.annotator import Annotator, Requirements, attached_annotators, requirements
 from usdsdg.annotators.entities import EntityReader
@@ -22,9 +24,11 @@ from usdsdg.render_settings import RenderMode
 from usdsdg.settings import get_settings
 from usdsdg.stage.context import current_stage
 from usdsdg.tiled_picture import joined, view_of, views_of
+from usdsdg.timeline import get_timeline
 from usdsdg.writers import base as writer_base
 from usdsdg.writers.base import Writer, attached_writers
 from usdsdg.writers.io_queue import io_queue
+from usdsdg_render.settings import PARTS, PathSettings, ToneSettings
 
 # Ticks per second of reference times.
 TICKS = 1_000_000
@@ -82,7 +86,7 @@ class Capture:
     def open_shutter(self) -> None:
         """Note where things are when a blurred exposure begins."""
         if self._wanted:
-            engines.renderer().sync()
+            engines.renderer().sync(_now())
 
     def expose(self, mode: RenderMode, frame: int) -> None:
         """Add samples to the film of every product whose picture is wanted.
@@ -92,7 +96,7 @@ class Capture:
         if not self._wanted:
             return
         self._mode = mode
-        engines.renderer().sync()
+        engines.renderer().sync(_now())
         if not mode.motion_blur:
             # In several calls only so that progress can be told; the picture is the same bit for bit.
             for share in mode.split(-(-mode.samples // SAMPLES_PER_CALL)):
@@ -107,9 +111,11 @@ class Capture:
     def _add_samples(self, mode: RenderMode, frame: int, total: int) -> None:
         renderer = engines.renderer()
         for product in self._active():
-            if not requirements(self._wanted[product.path]).picture:
+            needs = requirements(self._wanted[product.path])
+            if not needs.picture:
                 continue
-            views, settings = views_of(view_of(product)), _path_settings(mode, frame)
+            views = views_of(view_of(product, engines.renderer().time))
+            settings = _path_settings(mode, frame, with_parts=not needs.aovs.isdisjoint(PARTS))
             if product.path not in self._films:
                 self._films[product.path] = [renderer.new_film(view.width, view.height) for view in views]
             for film, view in zip(self._films[product.path], views):
@@ -135,10 +141,11 @@ class Capture:
     def _frame(self, product: HydraTexture, index: int, seconds: float) -> Frame:
         renderer = engines.renderer()
         needs = requirements(self._wanted[product.path])
-        view = view_of(product)
+        view = view_of(product, engines.renderer().time)
         views = views_of(view)
         entities = self._read_entities(renderer.gprims, needs)
-        aovs = joined(view, [renderer.labels(each, needs.aovs) for each in views])
+        wanted = needs.aovs.difference(PARTS)
+        aovs = joined(view, [renderer.labels(each, wanted) for each in views])
         if product.path in self._films:
             assert self._mode is not None
             tone = _tone_settings(self._mode)
@@ -152,7 +159,7 @@ class Capture:
     def _read_entities(self, gprims: tuple[str, ...], needs: Requirements) -> Any:
         if self._entities is None:
             self._entities = EntityReader(current_stage())
-        return self._entities.read(gprims, needs.filters)
+        return self._entities.read(gprims, needs.filters, time=engines.renderer().time)
 
     def _write(self, writer: Writer, frames: dict[str, Frame]) -> None:
         seen = {path: frames[path] for path in writer.render_products if path in frames}
@@ -196,19 +203,21 @@ def _check_tiles(product: HydraTexture, annotators: list[Annotator], who: str) -
         )
 
 
-def _path_settings(mode: RenderMode, frame: int) -> Any:
-    from usdsdg_render.settings import PathSettings
+def _now() -> Usd.TimeCode:
+    """The timeline's time as a time code of the stage."""
+    return Usd.TimeCode(get_timeline().get_current_time() * current_stage().GetTimeCodesPerSecond())
 
-    keys = {"seed": get_global_seed(), "frame": frame, "first_sample": mode.first_sample}
+
+def _path_settings(mode: RenderMode, frame: int, *, with_parts: bool) -> PathSettings:
+    settings = get_settings()
+    keys = {"seed": get_global_seed(), "frame": frame, "first_sample": mode.first_sample, "parts": with_parts}
+    keys["glass_bounces"] = settings.get_as_int("/rtx/pathtracing/maxSpecularAndTransmissionBounces")
     if not mode.path_tracing:
         return PathSettings.fast(**keys)
-    bounces = get_settings().get_as_int("/rtx/pathtracing/maxBounces")
-    return PathSettings(bounces=bounces, denoise=mode.denoise, **keys)
+    return PathSettings(bounces=settings.get_as_int("/rtx/pathtracing/maxBounces"), denoise=mode.denoise, **keys)
 
 
-def _tone_settings(mode: RenderMode) -> Any:
-    from usdsdg_render.settings import ToneSettings
-
+def _tone_settings(mode: RenderMode) -> ToneSettings:
     settings = get_settings()
     return ToneSettings(
         film_iso=settings.get_as_float("/rtx/post/tonemap/filmIso"),

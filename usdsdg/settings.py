@@ -22,6 +22,7 @@ DEFAULTS: dict[str, Any] = {
     "/rtx/pathtracing/spp": 1,
     "/rtx/pathtracing/totalSpp": 64,
     "/rtx/pathtracing/maxBounces": 3,
+    "/rtx/pathtracing/maxSpecularAndTransmissionBounces": 6,
     "/rtx/pathtracing/optixDenoiser/enabled": True,
     "/rtx/pathtracing/multimatte/channelCount": 0,
     "/rtx/post/tonemap/filmIso": 100.0,

@@ -33,12 +33,15 @@ AOVS = {
     "specular": Aov(np.float32, (3,), 0.0, "reflectance at normal incidence, linear Rec.709"),
     "roughness": Aov(np.float32, (), 0.0, "from 0, a mirror, to 1"),
     "emission": Aov(np.float32, (3,), 0.0, "light that the surface gives [nits], linear Rec.709"),
+    "transmission": Aov(np.float32, (3,), 0.0, "share of light that glass lets through, linear Rec.709"),
+    "ambient_occlusion": Aov(np.float32, (), 1.0, "how open the surface is within AMBIENT_REACH, 1 = wholly"),
     "motion_vectors": Aov(np.float32, (2,), 0.0, "pixels since this camera last looked: +x moved left, +y moved up"),
 }
 
 
 # Those that read all textures of a material.
-MATERIAL_AOVS = frozenset({"bump_normals", "diffuse", "specular", "roughness", "emission"})
+MATERIAL_AOVS = frozenset({"bump_normals", "diffuse", "specular", "roughness", "emission", "transmission"})
+AMBIENT_REACH = 0.35  # [m], as the reference's default
 
 
 def check_names(names: Collection[str]) -> tuple[str, ...]:

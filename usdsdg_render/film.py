@@ -9,9 +9,8 @@ from usdsdg.errors import warn_once
 from usdsdg_render.denoise import denoise
 from usdsdg_render.kernels.develop import develop_pixels
 from usdsdg_render.kernels.film import FilmArrays
-from usdsdg_render.kernels.path_state import PARTS
 from usdsdg_render.parallel import launch_rows
-from usdsdg_render.settings import ToneSettings
+from usdsdg_render.settings import PARTS, ToneSettings
 
 
 class Film:
@@ -68,11 +67,11 @@ def develop(film: Film, tone: ToneSettings, *, threads: int | None = None) -> di
     shape = (film.height, film.width)
     hdr = wp.empty(shape, dtype=wp.vec4h, device=film.device)
     ldr = wp.empty(shape, dtype=wp.vec4ub, device=film.device)
-    inputs = [radiance, tone.exposure, int(tone.enabled)]
+    inputs = [radiance, film.arrays.color, tone.exposure, int(tone.enabled)]
     launch_rows(develop_pixels, shape, inputs, [hdr, ldr], device=film.device, threads=threads, band_rows=64)
     if film.dropped:
         warn_once(
             f"{film.dropped} samples of a {film.width}x{film.height} picture were not finite and were left out",
             key="dropped samples",
         )
-    return {"HdrColor": hdr.numpy(), "LdrColor": ldr.numpy()}
+    return {"HdrColor": hdr.numpy(), "LdrColor": ldr.numpy(), **film.parts()}

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import warp as wp
 
-from usdsdg_render.aov import AOVS, MATERIAL_AOVS, check_names
+from usdsdg_render.aov import AMBIENT_REACH, AOVS, MATERIAL_AOVS, check_names
 from usdsdg_render.camera import camera_record
 from usdsdg_render.device import DeviceScene
+from usdsdg_render.kernels.ambient_aov import label_ambient
 from usdsdg_render.kernels.aov import AovArrays, Past, label_pixels
+from usdsdg_render.kernels.curved_motion import label_curved_motion
+from usdsdg_render.kernels.lens import NONE
 from usdsdg_render.kernels.material_aov import MaterialArrays, label_materials
 from usdsdg_render.parallel import launch_rows
 from usdsdg_render.scene import Instances, Scene
@@ -21,6 +24,8 @@ if TYPE_CHECKING:
 
 _DTYPES = {(np.int32, ()): wp.int32, (np.float32, ()): wp.float32}
 _DTYPES |= {(np.float32, (2,)): wp.vec2, (np.float32, (3,)): wp.vec3}
+
+_OPENNESS = frozenset({"ambient_occlusion"})
 
 
 class History:
@@ -68,21 +73,28 @@ def render(
     names = check_names(aovs)
     device = device_scene.device
     camera = camera_record(view)
-    out, of_material = AovArrays(), MaterialArrays()
-    for name in names:
-        aov = AOVS[name]
-        dtype = _DTYPES[aov.dtype, aov.channels]
-        arrays = of_material if name in MATERIAL_AOVS else out
-        setattr(arrays, name, wp.zeros((view.height, view.width), dtype=dtype, device=device))
+    shape = (view.height, view.width)
+    made = {
+        name: wp.zeros(shape, dtype=_DTYPES[AOVS[name].dtype, AOVS[name].channels], device=device) for name in names
+    }
     wants_motion = "motion_vectors" in names
     past = history.past_of(view, scene.instances) if wants_motion else Past()
+    curved_motion = {"motion_vectors"} if wants_motion and camera.lens_kind + past.camera.lens_kind != NONE else set()
+    out, of_material = AovArrays(), MaterialArrays()
+    for name in made.keys() - _OPENNESS - curved_motion:
+        setattr(of_material if name in MATERIAL_AOVS else out, name, made[name])
     inputs = [device_scene.tables, camera, past, float(view.meters_per_unit)]
-    shape = (view.height, view.width)
-    if not MATERIAL_AOVS.issuperset(names):
+    if not (MATERIAL_AOVS | _OPENNESS).issuperset(names):
         launch_rows(label_pixels, shape, inputs, [out], device=device, threads=threads, band_rows=16)
     if not MATERIAL_AOVS.isdisjoint(names):
         inputs = [device_scene.tables, camera]
         launch_rows(label_materials, shape, inputs, [of_material], device=device, threads=threads, band_rows=16)
+    for name in _OPENNESS.intersection(names):
+        inputs = [device_scene.tables, camera, AMBIENT_REACH / float(view.meters_per_unit)]
+        launch_rows(label_ambient, shape, inputs, [made[name]], device=device, threads=threads)
+    for name in curved_motion:
+        inputs = [device_scene.tables, camera, past]
+        launch_rows(label_curved_motion, shape, inputs, [made[name]], device=device, threads=threads, band_rows=16)
     if wants_motion:
         history.remember(view, scene.instances)
-    return {name: getattr(of_material if name in MATERIAL_AOVS else out, name).numpy() for name in names}
+    return {name: array.numpy() for name, array in made.items()}

@@ -7,7 +7,17 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 
 import warp as wp
 
-from usdsdg_render.kernels import aov, coverage, denoise, develop, flatten, material_aov, path
+from usdsdg_render.kernels import (
+    ambient_aov,
+    aov,
+    coverage,
+    curved_motion,
+    denoise,
+    develop,
+    flatten,
+    material_aov,
+    path,
+)
 from usdsdg_render.parallel import CUDA_BLOCK, available_threads
 from usdsdg_render.trace import build
 
@@ -20,8 +30,8 @@ def precompile(device: str = "cpu", progress: Progress | None = None) -> None:
     if device in _ready:
         return
     kernels = [build.build_tree] if device == "cpu" else [flatten.place_triangles]
-    kernels += [path.add_samples, aov.label_pixels, material_aov.label_materials]
-    kernels += [coverage.cover_strips, develop.develop_pixels, denoise.smooth]
+    kernels += [path.add_samples, aov.label_pixels, material_aov.label_materials, ambient_aov.label_ambient]
+    kernels += [curved_motion.label_curved_motion, coverage.cover_strips, develop.develop_pixels, denoise.smooth]
     block_dim = 1 if device == "cpu" else CUDA_BLOCK
     modules = [kernel.module for kernel in kernels]
     label = "render kernels (compiled on first use)"

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 # Luminance that the default exposure shows as white [nits]; clamps are multiples of it.
 DEFAULT_WHITE = 1500.0
+# Parts of the light in a picture, by what its first surface did with it; see `PathSettings.parts`.
+PARTS = ("direct_diffuse", "direct_specular", "indirect_diffuse", "reflections", "refractions")
 
 
 @dataclass(frozen=True)
@@ -18,6 +20,7 @@ class PathSettings:
     """
 
     bounces: int = 3  # surfaces that a path may meet: 1 = direct light only
+    glass_bounces: int = 6  # faces of glass that it may meet besides
     seed: int = 0
     frame: int = 0
     first_sample: int = 0
@@ -27,7 +30,7 @@ class PathSettings:
     regularization: float = 0.3
     # Sum what `develop(denoise=True)` needs as well.
     denoise: bool = False
-    # Sum the light by where it came from as well. What a first surface scatters straight from lights is
+    # Sum the PARTS as well. What a first surface scatters straight from lights is
     # "direct_diffuse" or "direct_specular" (mirrored); what it scatters from other surfaces "indirect_diffuse" or
     # "reflections"; what comes through glass "refractions". The rest of a picture is what the first surface, a light
     # or the sky gives off itself.

@@ -11,6 +11,7 @@ from usdsdg.annotators import EntityReader, Frame
 from usdsdg.stage import render_products
 from usdsdg.stage.cameras import CameraView, read_camera
 from usdsdg.stage.semantics import add_labels
+from usdsdg_render.settings import PARTS
 
 CAMERA = "/World/Camera"
 PRODUCT = "/Render/HydraTextures/Replicator"
@@ -95,6 +96,9 @@ class RayCaster:
             "specular": np.where(seen[:, None], (0.04, 0.5, 1.0), 0).astype(np.float32).reshape(*shape, 3),
             "roughness": np.where(seen, 0.3, 0).astype(np.float32).reshape(shape),
             "emission": np.where(seen[:, None], (0.0, 20.0, 1e6), 0).astype(np.float32).reshape(*shape, 3),
+            "transmission": np.where(seen[:, None], (0.0, 0.25, 1.0), 0).astype(np.float32).reshape(*shape, 3),
+            "ambient_occlusion": np.where(seen, 0.75, 1).astype(np.float32).reshape(shape),
+            **{part: np.full((*shape, 3), 10.0 * k, np.float32) for k, part in enumerate(PARTS)},
             "motion_vectors": np.zeros((*shape, 2), np.float32),
             "LdrColor": color.reshape(*shape, 4),
             "HdrColor": (color.astype(np.float32) / 255).astype(np.float16).reshape(*shape, 4),

@@ -68,8 +68,8 @@ def test_attaching_such_an_annotator_calls_back():
 def test_aovs_that_do_not_exist_are_told_with_near_misses():
     with pytest.raises(AnnotatorRegistryError, match=r"'DepthLinearised'\. Did you mean 'DepthLinearized'"):
         AnnotatorRegistry.register_annotator_from_aov("DepthLinearised", name="mine")
-    with pytest.raises(Unsupported, match="AOV 'AmbientOcclusion': the renderer does not"):
-        AnnotatorRegistry.register_annotator_from_aov("AmbientOcclusion")
+    with pytest.raises(Unsupported, match="AOV 'GenericModelOutput': lidar and radar are out of scope"):
+        AnnotatorRegistry.register_annotator_from_aov("GenericModelOutput")
     assert "mine" not in annotators.get_registered_annotators()
 
 

@@ -26,6 +26,8 @@ AOVS: Mapping[str, type] = {
     "specular": np.float32,
     "roughness": np.float32,
     "emission": np.float32,
+    "transmission": np.float32,
+    "ambient_occlusion": np.float32,
     "motion_vectors": np.float32,
 }
 # What Omniverse calls them besides.

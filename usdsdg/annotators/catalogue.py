@@ -25,11 +25,6 @@ _unsupported(
     "lidar and radar are out of scope",
     "RtxSensorCpu RtxSensorGpu GenericModelOutput RtxSensorMetadata StableIdMap",
 )
-_unsupported(
-    "the renderer does not separate this part of the light",
-    "AmbientOcclusion DirectDiffuse DirectSpecular IndirectDiffuse Reflections "
-    "PtDirectIllumation PtGlobalIllumination PtReflections PtRefractions PtVolumes PtRefractionFilter",
-)
 
 _composed: Registry[Annotator] = Registry("annotator", AnnotatorRegistryError)
 

@@ -42,7 +42,7 @@ def distance_to_image_plane(frame: Frame, params: Params) -> Annotation:
 @define("normals", "SmoothNormal", "PtWorldNormal", aovs=["normals"], dtype=np.float32)
 def normals(frame: Frame, params: Params) -> Annotation:
     """Unit normals in the world, float32 (H, W, 4); 0 0 0 where nothing is hit. The fourth channel is 1."""
-    return Annotation(_four_channels(frame.aov("normals"), 1.0))
+    return Annotation(four_channels(frame.aov("normals"), 1.0))
 
 
 @define("motion_vectors", "MotionVectors", "Motion2d", aovs=["motion_vectors"], dtype=np.float32)
@@ -51,45 +51,45 @@ def motion_vectors(frame: Frame, params: Params) -> Annotation:
 
     Of Motion2d Replicator documents the format alone; here it is the same picture.
     """
-    return Annotation(_four_channels(frame.aov("motion_vectors"), 0.0))
+    return Annotation(four_channels(frame.aov("motion_vectors"), 0.0))
 
 
 @define("PtWorldPos", aovs=["position"], dtype=np.float32)
 def world_position(frame: Frame, params: Params) -> Annotation:
     """The point seen, in the world [stage units], float32 (H, W, 4); the fourth channel is 1."""
-    return Annotation(_four_channels(frame.aov("position"), 1.0))
+    return Annotation(four_channels(frame.aov("position"), 1.0))
 
 
 @define("DiffuseAlbedo", aovs=["albedo"], dtype=np.uint8)
 def diffuse_albedo(frame: Frame, params: Params) -> Annotation:
     """Base colour, linear, uint8 (H, W, 4)."""
     albedo = np.clip(frame.aov("albedo"), 0, 1) * 255 + 0.5
-    return Annotation(_four_channels(albedo.astype(np.uint8), 255))
+    return Annotation(four_channels(albedo.astype(np.uint8), 255))
 
 
 @define("SpecularAlbedo", "PtReflectionFilter", aovs=["specular"], dtype=np.float16)
 def specular_albedo(frame: Frame, params: Params) -> Annotation:
     """Share of light that is mirrored at normal incidence, linear, float16 (H, W, 4); the fourth channel is 1."""
-    return Annotation(_four_channels(frame.aov("specular").astype(np.float16), 1.0))
+    return Annotation(four_channels(frame.aov("specular").astype(np.float16), 1.0))
 
 
 @define("PtDiffuseFilter", aovs=["diffuse"], dtype=np.float16)
 def diffuse_filter(frame: Frame, params: Params) -> Annotation:
     """Share of light that is scattered, linear, float16 (H, W, 4): 0 for metals; the fourth channel is 1."""
-    return Annotation(_four_channels(frame.aov("diffuse").astype(np.float16), 1.0))
+    return Annotation(four_channels(frame.aov("diffuse").astype(np.float16), 1.0))
 
 
 @define("Roughness", aovs=["roughness"], dtype=np.uint8)
 def roughness(frame: Frame, params: Params) -> Annotation:
     """Roughness, uint8 (H, W, 4): from 0, a mirror, to 255 in three equal channels, and 255."""
     values = np.clip(frame.aov("roughness"), 0, 1) * 255 + 0.5
-    return Annotation(_four_channels(np.repeat(values.astype(np.uint8)[..., None], 3, axis=2), 255))
+    return Annotation(four_channels(np.repeat(values.astype(np.uint8)[..., None], 3, axis=2), 255))
 
 
 @define("BumpNormal", aovs=["bump_normals"], dtype=np.float32)
 def bump_normals(frame: Frame, params: Params) -> Annotation:
     """As normals, with the material's normal map."""
-    return Annotation(_four_channels(frame.aov("bump_normals"), 1.0))
+    return Annotation(four_channels(frame.aov("bump_normals"), 1.0))
 
 
 @define("PtSelfIllumination", aovs=["emission"], dtype=np.float16)
@@ -98,7 +98,7 @@ def self_illumination(frame: Frame, params: Params) -> Annotation:
 
     The fourth channel is 1.
     """
-    return Annotation(_four_channels(np.minimum(frame.aov("emission"), _HALF_MAX).astype(np.float16), 1.0))
+    return Annotation(four_channels(np.minimum(frame.aov("emission"), _HALF_MAX).astype(np.float16), 1.0))
 
 
 @define("EmissionAndForegroundMask", aovs=["emission", "instance"], dtype=np.float16)
@@ -108,7 +108,7 @@ def emission_and_foreground_mask(frame: Frame, params: Params) -> Annotation:
     The fourth channel is the mask: 1 where there is geometry, 0 where nothing is hit. Replicator's page lists a single
     channel, which is not enough for both.
     """
-    glow = _four_channels(np.minimum(frame.aov("emission"), _HALF_MAX).astype(np.float16), 0.0)
+    glow = four_channels(np.minimum(frame.aov("emission"), _HALF_MAX).astype(np.float16), 0.0)
     glow[..., 3] = frame.aov("instance") >= 0
     return Annotation(glow)
 
@@ -130,7 +130,13 @@ def rgb_without_alpha(frame: Frame, params: Params) -> Annotation:
     return Annotation(np.ascontiguousarray(frame.aov("LdrColor")[..., :3]))
 
 
-def _four_channels(image: np.ndarray, fill: float) -> np.ndarray:
+def half(image: np.ndarray) -> np.ndarray:
+    """(H, W, 3) as float16 (H, W, 4) with 1 as its fourth channel; the largest number for what is too large."""
+    return four_channels(np.minimum(image, _HALF_MAX).astype(np.float16), 1.0)
+
+
+def four_channels(image: np.ndarray, fill: float) -> np.ndarray:
+    """(H, W, C) as (H, W, 4): what is missing is 0, and the fourth channel `fill`."""
     out = np.zeros((*image.shape[:2], 4), image.dtype)
     out[..., : image.shape[2]] = image
     out[..., 3] = fill

@@ -24,7 +24,7 @@ class FilmArrays:
     normal_depth: wp.array2d(dtype=wp.vec4)  # world normal, distance of the first hit [stage units], 0 on no hit
     square: wp.array2d(dtype=wp.float32)  # squared luminance of radiance over albedo
     dropped: wp.array2d(dtype=wp.int32)  # samples that were not finite
-    parts: wp.array3d(dtype=wp.vec3)  # radiance by `path_state.PARTS`, (len(PARTS), height, width)
+    parts: wp.array3d(dtype=wp.vec3)  # radiance by `settings.PARTS`, (len(PARTS), height, width)
 
 
 @wp.struct

@@ -20,6 +20,7 @@ class MaterialArrays:
     specular: wp.array2d(dtype=wp.vec3)
     roughness: wp.array2d(dtype=wp.float32)
     emission: wp.array2d(dtype=wp.vec3)
+    transmission: wp.array2d(dtype=wp.vec3)
 
 
 @wp.kernel(enable_backward=False)
@@ -53,3 +54,5 @@ def label_materials(
         out.roughness[y, x] = surface.roughness
     if out.emission.shape[0] > 0:
         out.emission[y, x] = surface.emission
+    if out.transmission.shape[0] > 0:
+        out.transmission[y, x] = surface.base * material.transmission

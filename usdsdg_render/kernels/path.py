@@ -27,10 +27,12 @@ def trace_path(
     if camera.lens_radius > 0.0:
         lens = sample_pair(seed, index, PAIR_LENS)
     path = begin_path(camera_ray(camera, column, row, lens))
+    if path.alive == 0:
+        return sums
     parts = Parts()
     feature = Feature(albedo=wp.vec3(1.0), normal=wp.vec3(0.0), depth=0.0)
     # The last surface may need a segment more, on which only lights count.
-    for bounce in range(options.bounces + 1):
+    for bounce in range(options.bounces + options.glass_bounces + 1):
         if path.alive == 0:
             break
         hit = next_hit(tables, path, bounce, seed, index)

@@ -4,13 +4,12 @@ import warp as wp
 
 from usdsdg_render.kernels.camera import Ray
 
-# Where light of the first surface comes from; what a film sums of each when it holds parts.
+# Rows of `FilmArrays.parts`, in the order of `settings.PARTS`.
 DIRECT_DIFFUSE = wp.constant(0)
 DIRECT_SPECULAR = wp.constant(1)
 INDIRECT_DIFFUSE = wp.constant(2)
 REFLECTIONS = wp.constant(3)
 REFRACTIONS = wp.constant(4)
-PARTS = ("direct_diffuse", "direct_specular", "indirect_diffuse", "reflections", "refractions")
 
 
 @wp.struct
@@ -18,6 +17,7 @@ class PathOptions:
     """`settings.PathSettings` as kernels read it."""
 
     bounces: wp.int32  # surfaces a path may meet
+    glass_bounces: wp.int32  # and faces of glass besides
     samples: wp.int32
     first_sample: wp.int32
     seed: wp.uint32
@@ -47,6 +47,7 @@ class Path:
     fine_sky: wp.int32
     least_alpha: wp.float32
     refracting: wp.int32  # 1 = nothing rough was met yet, so glass bends the path; else it goes straight through
+    met: wp.int32  # surfaces so far, without glass
     alive: wp.int32
     radiance: wp.vec3  # so far
 

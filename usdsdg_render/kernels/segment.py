@@ -96,7 +96,7 @@ def arrive(tables: SceneTables, options: PathOptions, path: Path, parts: Parts, 
     """Light on the way to the hit: of lights that the ray meets, and of the sky where it meets nothing; path dead."""
     a = Arrival(path=path, parts=parts)
     most = float(0.0)
-    if bounce > 1:
+    if path.met > 1:
         most = options.clamp
     reach = path.tmax
     if hit.instance >= 0:
@@ -148,7 +148,7 @@ def arrive(tables: SceneTables, options: PathOptions, path: Path, parts: Parts, 
                 else:
                     sky = cell_radiance(dome, cell)
                 a = with_light(a, limited(wp.cw_mul(path.throughput, sky) * weight, most), bounce, options.parts)
-    elif bounce == options.bounces:
+    elif path.met == options.bounces:
         a.path.alive = 0
     return a
 
@@ -202,7 +202,7 @@ def depart(
     bent = facing(shading, surface.horizon, wo)
     bsdf = bsdf_at(tables.albedo_table, surface, material, bent, wo, path.least_alpha)
     most = float(0.0)
-    if bounce > 1:
+    if path.met > 1:
         most = options.clamp
     emitted = limited(wp.cw_mul(path.throughput, surface.emission), most)
     d.path.radiance += emitted
@@ -222,7 +222,8 @@ def depart(
 
     # A rough last surface finds its light by sampling lights alone; a sharp lobe has to look for them as well.
     sharpest = wp.min(bsdf.alpha, bsdf.coat_alpha)
-    last = bounce + 1 == options.bounces and sharpest > LAST_ALPHA
+    d.path.met += 1
+    last = d.path.met == options.bounces and sharpest > LAST_ALPHA
 
     # Light that arrives straight from a light.
     numbers = sample_pair(seed, index, pair + PAIR_LIGHT)
@@ -251,7 +252,7 @@ def depart(
                 d.connection.distance = 0.0
             arriving = wp.cw_mul(to_light.radiance, weighted) * weight
             d.connection.light = wp.cw_mul(path.throughput, arriving)
-            if bounce > 0:
+            if path.met > 0:
                 d.connection.most = options.clamp
             d.connection.diffuse = wp.cw_div(diffuse, wp.max(weighted, wp.vec3(1.0e-30)))
     if last:
