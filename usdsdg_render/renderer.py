@@ -72,11 +72,21 @@ class WarpRenderer:
         """Prim path of every value of the instance AOV."""
         return self._scene.instances.paths
 
-    def sync(self) -> None:
-        """Read what changed on the stage since the last call."""
+    @property
+    def time(self) -> Usd.TimeCode:
+        """The time of the last sync: the default time where nothing on the stage varies."""
+        from pxr import Usd
+
+        return Usd.TimeCode.Default() if self._extractor is None else self._extractor.time
+
+    def sync(self, time: Usd.TimeCode | None = None) -> None:
+        """Read what changed on the stage since the last call, and what varies with time as it is at `time`.
+
+        Without a time it is the one of the last call, at first the default time.
+        """
         before = self._scene.instances.paths, self._scene.instances.local_to_world.copy()
         if self._extractor is not None:
-            self._extractor.update()
+            self._extractor.update(time)
         self._on_device.sync(self._scene)
         # Rows mean the same things as before only while the paths are the same; else nothing moves.
         now = self._scene.instances
@@ -142,7 +152,7 @@ class WarpRenderer:
         film.samples += samples
 
     def develop(self, film: Film, tone: ToneSettings | None = None) -> dict[str, np.ndarray]:
-        """HdrColor, (H, W, 4) float16 radiance [nits], and LdrColor, (H, W, 4) uint8 sRGB."""
+        """HdrColor, (H, W, 4) float16 radiance [nits], LdrColor, (H, W, 4) uint8 sRGB, and the film's parts."""
         return develop(film, tone or ToneSettings(), threads=self.threads)
 
 
@@ -150,6 +160,7 @@ def path_options(settings: PathSettings, film: Film) -> PathOptions:
     """Settings as kernels read them."""
     options = PathOptions()
     options.bounces = max(1, settings.bounces)
+    options.glass_bounces = max(0, settings.glass_bounces)
     options.first_sample = settings.first_sample
     options.seed = settings.seed & 0xFFFFFFFF
     options.frame = settings.frame & 0xFFFFFFFF
