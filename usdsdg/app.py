@@ -10,6 +10,8 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from typing import Any
 
+from pxr import Usd
+
 from usdsdg import engines, render_product
 from usdsdg.graph import evaluate
 from usdsdg.script_loop import ScriptLoop
@@ -136,8 +138,11 @@ class App:
         elif event == "stop" and (physics := engines.physics_if_made()) is not None:
             physics.stop()
 
-    def _on_new_stage(self, *_: Any) -> None:
+    def _on_new_stage(self, stage: Usd.Stage) -> None:
         get_timeline().reset()
+        if stage.HasAuthoredTimeCodeRange():
+            rate = stage.GetTimeCodesPerSecond()
+            get_timeline().follow(stage.GetStartTimeCode() / rate, stage.GetEndTimeCode() / rate, rate)
         engines.reset()
         evaluate.reset()
         render_product.reset()

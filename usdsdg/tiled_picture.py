@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from pxr import Usd
 
 from usdsdg.errors import Unsupported
 from usdsdg.render_product import HydraTexture
@@ -36,12 +37,13 @@ class TiledView:
         )
 
 
-def view_of(product: HydraTexture) -> Any:
-    """The camera of a product as it is now, or a `TiledView`."""
+def view_of(product: HydraTexture, time: Usd.TimeCode) -> Any:
+    """The camera of a product as it is at `time`, or a `TiledView`."""
     if product.tiles is None:
-        return read_camera(current_stage(), product.camera_path, product.resolution)
+        return read_camera(current_stage(), product.camera_path, product.resolution, time=time)
     size = product.tiles.size
-    return TiledView(product, [read_camera(current_stage(), camera, size) for camera in product.tiles.cameras])
+    views = [read_camera(current_stage(), camera, size, time=time) for camera in product.tiles.cameras]
+    return TiledView(product, views)
 
 
 def views_of(view: Any) -> tuple[CameraView, ...]:

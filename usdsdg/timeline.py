@@ -164,6 +164,12 @@ class Timeline:
         for listener in list(self._listeners):
             listener(event)
 
+    def follow(self, start: float, end: float, time_codes_per_second: float) -> None:
+        """Stand at the start of an animation from `start` to `end` [s]."""
+        self._start, self._end = float(start), float(end)
+        self.time_codes_per_second = float(time_codes_per_second)
+        self.set_current_time(self._start)
+
     def reset(self) -> None:
         """Back to the state of a new stage; listeners stay."""
         self.stop()

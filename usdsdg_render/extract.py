@@ -62,6 +62,11 @@ class SceneExtractor:
         self._light_matrices = b""
         self._linked_instances: tuple[str, ...] | None = None  # by which light links were read
 
+    @property
+    def time(self) -> Usd.TimeCode:
+        """The time that `scene` shows: the default time where nothing on the stage varies."""
+        return self._time
+
     def update(self, time: Usd.TimeCode | None = None) -> None:
         """Bring `scene` up to date with the stage as it is at `time` (None: the time that was asked for last)."""
         if time is not None:

@@ -22,6 +22,9 @@ def render(
     ] = None,
     width: Annotated[int, typer.Option(min=1)] = 640,
     height: Annotated[int, typer.Option(min=1)] = 480,
+    time: Annotated[
+        float | None, typer.Option(help="Time code to render.", show_default="where the stage's animation begins")
+    ] = None,
     spp: Annotated[int, typer.Option(min=1, help="Samples per pixel.")] = 64,
     assets_root: AssetsRoot = None,
     device: Device = None,
@@ -35,6 +38,8 @@ def render(
 
         seed_everything(seed)
         opened = context.open_stage(stage)
+        if time is not None:
+            rep.timeline.get_timeline().set_current_time(time / opened.GetTimeCodesPerSecond())
         path = camera or _camera(opened, width / height)
         if not default_view.has_light(opened):
             print("the stage has no light: a plain sky and a sun are added for this picture", file=sys.stderr)

@@ -54,7 +54,7 @@ class CameraView:
     f_stop: float = 0.0
     focus_distance: float = 0.0
     projection_type: str = "pinhole"  # by Replicator's names, whichever schema says it
-    lens_parameters: LensParameters = LensParameters()
+    lens_parameters: LensParameters = field(default_factory=LensParameters)
     meters_per_unit: float = 1.0
     attributes: dict[str, Any] = field(default_factory=dict)  # all other camera attributes, by USD name
 
@@ -174,8 +174,10 @@ class CameraView:
             )
 
 
-def read_camera(stage: Usd.Stage, path: str | Sdf.Path, resolution: tuple[int, int]) -> CameraView:
-    """The camera at `path`, or the only camera below it, for pictures of (width, height).
+def read_camera(
+    stage: Usd.Stage, path: str | Sdf.Path, resolution: tuple[int, int], *, time: Usd.TimeCode | None = None
+) -> CameraView:
+    """The camera at `path`, or the only camera below it, for pictures of (width, height), at `time` (or the default).
 
     Raises:
         BadPrim: there is no camera at or below `path`, or more than one below it.
@@ -183,14 +185,15 @@ def read_camera(stage: Usd.Stage, path: str | Sdf.Path, resolution: tuple[int, i
     """
     prim = _camera_at(stage, path)
     width, height = (int(size) for size in resolution)
-    values = {attribute.GetName(): attribute.Get() for attribute in prim.GetAttributes()}
+    time = Usd.TimeCode.Default() if time is None else time
+    values = {attribute.GetName(): attribute.Get(time) for attribute in prim.GetAttributes()}
     near, far = values["clippingRange"]
     projection_type, lens_parameters = read_lens(values)
     view = CameraView(
         prim_path=str(prim.GetPath()),
         width=width,
         height=height,
-        local_to_world=_without_scale(as_array(local_to_world(prim))),
+        local_to_world=_without_scale(as_array(local_to_world(prim, time))),
         clipping_range=(float(near), float(far)),
         projection_type=projection_type,
         lens_parameters=lens_parameters,
