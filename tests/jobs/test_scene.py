@@ -15,6 +15,7 @@ from usdsdg.errors import AssetNotFound, WriterError
 from usdsdg.jobs import cameras, environment, object_based, objects, randomizers
 from usdsdg.jobs.config import ObjectBasedConfig
 from usdsdg.jobs.draws import Draws
+from usdsdg.jobs.output_place import placed
 from usdsdg.stage import assets, context, semantics
 from usdsdg.stage.schemas import physx
 from usdsdg.stage.transforms import local_to_world
@@ -325,6 +326,22 @@ def test_output_folders_are_relative_to_where_the_program_runs(tmp_path, monkeyp
     # The configuration itself stays as it was written.
     assert chosen.writer_kwargs == given
     assert not any(path.name.startswith("~") for path in tmp_path.rglob("*"))
+
+
+@pytest.mark.parametrize(
+    ("bucket", "stays"),
+    [
+        ({"s3_bucket": "mine"}, True),
+        ({"s3_bucket": "mine", "use_s3": True}, True),
+        ({"s3_bucket": "mine", "use_s3": False}, False),
+        ({}, False),
+    ],
+)
+def test_prefixes_in_a_bucket_are_left_as_they_are(tmp_path, monkeypatch, bucket, stays):
+    monkeypatch.chdir(tmp_path)
+    assert placed({"output_dir": "runs/7", **bucket}) == {
+        "output_dir": "runs/7" if stays else str(tmp_path / "runs/7"), **bucket
+    }  # fmt: skip
 
 
 @pytest.mark.parametrize(

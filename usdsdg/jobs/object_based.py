@@ -5,12 +5,9 @@ The steps and their order are those of Isaac Sim's object-based example; the ran
 
 from __future__ import annotations
 
-import os
 import sys
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import usdsdg as rep
 from usdsdg.app import get_app
@@ -20,6 +17,7 @@ from usdsdg.jobs import cameras, capture, environment, objects, randomizers
 from usdsdg.jobs.capture import Scene
 from usdsdg.jobs.config import ObjectBasedConfig
 from usdsdg.jobs.draws import Draws
+from usdsdg.jobs.output_place import placed
 from usdsdg.orchestrator import get_orchestrator
 from usdsdg.stage import assets
 from usdsdg.timeline import get_timeline
@@ -120,7 +118,7 @@ def make_writer(config: ObjectBasedConfig) -> Writer | None:
     if config.writer_type is None:
         print("no writer_type in the config: frames are captured, but nothing is written", file=sys.stderr)
         return None
-    return rep.writers.get(config.writer_type, init_params=_absolute_output(config.writer_kwargs))
+    return rep.writers.get(config.writer_type, init_params=placed(config.writer_kwargs))
 
 
 def add_randomizers(config: ObjectBasedConfig, scene: Scene, draws: Draws):
@@ -131,14 +129,6 @@ def add_randomizers(config: ObjectBasedConfig, scene: Scene, draws: Draws):
     randomizers.on_lights(config)
     randomizers.on_background()
     return stop_bouncing
-
-
-def _absolute_output(arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """The writer's arguments, a relative `output_dir` below the folder that the program was started in."""
-    output_dir = arguments.get("output_dir")
-    if not output_dir or not isinstance(output_dir, str):
-        return dict(arguments)
-    return {**arguments, "output_dir": os.path.abspath(os.path.expanduser(output_dir))}
 
 
 def _folder_of(writer: Writer | None) -> str | None:

@@ -9,6 +9,7 @@ from typing import Any
 from usdsdg import orchestrator, saved_graph
 from usdsdg.errors import ConfigError, GraphError
 from usdsdg.graph.sampling import set_global_seed
+from usdsdg.jobs.output_place import placed
 from usdsdg.registry import near_misses
 from usdsdg.render_product import render_product, render_product_tiled
 from usdsdg.settings import get_settings
@@ -78,7 +79,7 @@ def run(stage_file: Path, overrides: Overrides) -> None:
 def _attach(saved: saved_graph.SavedWriter, overrides: Overrides) -> None:
     arguments = dict(saved.arguments)
     if overrides.output_dir is not None:
-        arguments["output_dir"] = str(Path(overrides.output_dir).absolute())
+        arguments = placed({**arguments, "output_dir": overrides.output_dir})
     writer = WriterRegistry.get(saved.name)
     writer.initialize(**arguments)
     products = []

@@ -1,0 +1,16 @@
+"""Where a job's files go: folders are below the one that the program was started in, prefixes in a bucket are not."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+
+def placed(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """A writer's arguments with an absolute `output_dir`, unless it is a prefix in a bucket."""
+    output_dir = arguments.get("output_dir")
+    in_bucket = arguments.get("use_s3", arguments.get("s3_bucket"))
+    if not output_dir or not isinstance(output_dir, str) or in_bucket:
+        return dict(arguments)
+    return {**arguments, "output_dir": os.path.abspath(os.path.expanduser(output_dir))}
