@@ -154,7 +154,7 @@ class LogUniform(Uniform):
 class Choice(Distribution):
     def __init__(self, choices: Any, weights: Any, with_replacements: bool, seed: int | None, name: str | None) -> None:
         super().__init__("OgnSampleChoice", seed, name, weights=weights, withReplacements=with_replacements)
-        items = self._listed("choices", choices)
+        items = self._listed("choices", [choices] if isinstance(choices, Distribution) else choices)
         self.node.inputs["choices"] = plain(items)
         self._items, self._with_replacements = items, with_replacements
         try:
@@ -278,7 +278,7 @@ def choice(
     with_replacements: bool = True,
     name: str | None = None,
 ):
-    """One of `choices` per prim: values, paths, prims, a group, or other distributions.
+    """One of `choices` per prim: values, paths, prims, a group, other distributions, or what one distribution draws.
 
     `num_samples` is as in `uniform`.
     """

@@ -188,15 +188,15 @@ def set_render_pathtraced(samples_per_pixel: int = 64) -> None:
     _settings.set("/rtx/pathtracing/totalSpp", int(samples_per_pixel))
 
 
-def set_stage_up_axis(axis: str) -> None:
+def set_stage_up_axis(up_axis: str) -> None:
     """Author the stage's up axis, "Y" or "Z"."""
     from pxr import UsdGeom
 
     from usdsdg.stage.context import current_stage
 
-    if axis.upper() not in ("Y", "Z"):
-        raise ValueError(f"up axis {axis!r}: expected 'Y' or 'Z'")
-    UsdGeom.SetStageUpAxis(current_stage(), axis.upper())
+    if up_axis.upper() not in ("Y", "Z"):
+        raise ValueError(f"up axis {up_axis!r}: expected 'Y' or 'Z'")
+    UsdGeom.SetStageUpAxis(current_stage(), up_axis.upper())
 
 
 def set_stage_meters_per_unit(meters_per_unit: float) -> None:

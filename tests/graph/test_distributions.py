@@ -132,7 +132,6 @@ def test_one_number_beside_several_stands_for_all():
         (lambda: distribution.normal(0, 1, seed=1.5), "seed is 1.5"),
         (lambda: distribution.choice("/World/a.usd"), "choices is '/World/a.usd'; expected a list"),
         (lambda: distribution.choice(5), "choices is 5; expected a list"),
-        (lambda: distribution.choice(distribution.uniform(0, 1)), "choices is .*; expected a list"),
         (lambda: distribution.choice([1, 2], weights=["a", 1]), "weights=.* must be 2 numbers"),
         (lambda: distribution.choice([1, 2], weights=[float("nan"), 1]), "weights=.* must be 2 numbers"),
         (lambda: distribution.sequence("abc"), "items is 'abc'; expected a list"),
@@ -182,3 +181,8 @@ def test_inputs_can_be_set_with_or_without_their_prefix():
 def test_impossible_parameters_name_the_script_line(make):
     with pytest.raises(GraphError, match=r"test_distributions\.py:\d+"):
         make()
+
+
+def test_the_choice_of_one_distribution_is_what_it_draws():
+    drawn = distribution.choice(distribution.sequence(["a", "b", "c"]), num_samples=9).sample("n", 1, PRIMS[:4])
+    assert set(drawn) <= {"a", "b", "c"}

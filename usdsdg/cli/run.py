@@ -1,4 +1,4 @@
-"""`usdsdg run SCRIPT`: an existing Replicator or Isaac Sim script, unchanged."""
+"""`usdsdg run SCRIPT`: an existing Replicator or Isaac Sim script, or a Replicator YAML file, unchanged."""
 
 from __future__ import annotations
 
@@ -12,9 +12,16 @@ import typer
 
 from usdsdg.cli.session import AssetsRoot, Device, Quiet, SaveStage, Seed, seed_everything, session
 
+YAML = (".yaml", ".yml")
+
 
 def run(
-    script: Annotated[Path, typer.Argument(metavar="SCRIPT", help="The script, standalone or from the Script Editor.")],
+    script: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SCRIPT", help="A Python script, standalone or from the Script Editor, or a Replicator YAML file."
+        ),
+    ],
     arguments: Annotated[
         list[str] | None,
         typer.Argument(metavar="ARGS", help="What the script finds in sys.argv.", show_default=False),
@@ -27,6 +34,8 @@ def run(
 ) -> None:
     """Run an existing Replicator or Isaac Sim script unchanged; it ends when its tasks have ended.
 
+    A Replicator YAML file (.yaml, .yml) is run until every trigger with max_execs has run out.
+
     Options of usdsdg come before SCRIPT; what follows it belongs to the script, but for --assets-root and --save-stage,
     which may stand on either side. All that follows a -- is the script's.
     """
@@ -37,7 +46,10 @@ def run(
         raise typer.Exit(1)
     with session(assets_root=assets_root, device=device, quiet=quiet, save_stage=save_stage):
         seed_everything(seed)
-        execute(script, arguments)
+        if script.suffix.lower() in YAML:
+            _execute_yaml(script, arguments)
+        else:
+            execute(script, arguments)
 
 
 def _without_own(arguments: list[str]) -> tuple[list[str], dict[str, Path]]:
@@ -82,6 +94,15 @@ def execute(script: Path, arguments: list[str]) -> None:
     except Exception as error:  # noqa: BLE001 - whatever the script raised is the script's to show
         _print_from(error, script)
         raise typer.Exit(1) from None
+
+
+def _execute_yaml(script: Path, arguments: list[str]) -> None:
+    from usdsdg.errors import ConfigError
+    from usdsdg.replicator_yaml import run_file
+
+    if arguments:
+        raise ConfigError(f"{script} is a YAML file, which takes no arguments: {' '.join(arguments)}")
+    run_file(script)
 
 
 def _main_module(script: Path) -> ModuleType:

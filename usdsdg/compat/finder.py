@@ -17,7 +17,11 @@ from usdsdg.errors import Unsupported
 
 ROOTS = ("omni", "carb", "usdrt", "isaacsim")
 # Longest prefix first: these are not mirrored as files, they are the product itself.
-ALIASES = (("omni.replicator.core.scripts", "usdsdg"), ("omni.replicator.core", "usdsdg"))
+ALIASES = (
+    ("omni.replicator.core.scripts", "usdsdg"),
+    ("omni.replicator.core", "usdsdg"),
+    ("omni.replicator.replicator_yaml", "usdsdg.replicator_yaml"),
+)
 
 
 def real_name(name: str) -> str:

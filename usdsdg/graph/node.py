@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -14,8 +15,23 @@ from usdsdg.errors import NotAPrim
 _PACKAGE = str(Path(__file__).resolve().parents[1])
 
 
+_lines: list[str] = []
+
+
+@contextmanager
+def made_at(line: str) -> Iterator[None]:
+    """Nodes that are made inside come from `line` of a file that is no Python: "scene.yaml:12"."""
+    _lines.append(line)
+    try:
+        yield
+    finally:
+        _lines.pop()
+
+
 def script_line() -> str:
-    """`my_script.py:41`: the nearest caller outside usdsdg."""
+    """`my_script.py:41`: what `made_at` says, or the nearest caller outside usdsdg."""
+    if _lines:
+        return _lines[-1]
     frame = sys._getframe(1)
     # "<string>" is the __init__ that dataclasses generate.
     while frame is not None and frame.f_code.co_filename.startswith((_PACKAGE, "<string>")):

@@ -16,20 +16,10 @@ from pydantic import BaseModel, ValidationError
 
 from usdsdg.errors import ConfigError
 from usdsdg.jobs.config_problems import Place, Problem, problems_of, suggestion
+from usdsdg.yaml_numbers import NumbersLoader
 
 Model = TypeVar("Model", bound=BaseModel)
 SUFFIXES = (".yaml", ".yml", ".json")
-
-
-class _Loader(yaml.SafeLoader):
-    """YAML 1.2 numbers: `1e-3` is a number, which YAML 1.1 reads as text."""
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"),
-    list("-+0123456789."),
-)
 
 
 @dataclass
@@ -101,7 +91,7 @@ def _parse(file: Path) -> _Source:
     source = _Source(values)
     # JSON indented with tabs is no YAML: problems are then told without their lines.
     with contextlib.suppress(yaml.YAMLError):
-        _note_lines(yaml.compose(text, Loader=_Loader), (), source)
+        _note_lines(yaml.compose(text, Loader=NumbersLoader), (), source)
     return source
 
 
@@ -111,8 +101,8 @@ def _load_yaml(text: str) -> Any:
     Raises:
         yaml.MarkedYAMLError: it is no YAML, or a part of it contains itself through an anchor.
     """
-    _refuse_cycles(yaml.compose(text, Loader=_Loader), ())
-    return yaml.load(text, Loader=_Loader)
+    _refuse_cycles(yaml.compose(text, Loader=NumbersLoader), ())
+    return yaml.load(text, Loader=NumbersLoader)
 
 
 def _refuse_cycles(node: yaml.Node | None, around: tuple[yaml.Node, ...]) -> None:

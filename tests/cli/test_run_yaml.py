@@ -1,0 +1,82 @@
+"""`usdsdg run` with Replicator YAML files."""
+
+import re
+import textwrap
+
+import pytest
+
+from tests.scripts.conftest import usdsdg
+
+SCENE = """
+    cube:
+      create.cube:
+        semantics: [["class", "cube"]]
+    camera:
+      create.camera:
+        position: [5, 0, 0]
+        look_at: [0, 0, 0]
+    render_product:
+      create.render_product:
+        camera: camera
+        resolution: [16, 12]
+    writer:
+      writers.get:
+        name: "BasicWriter"
+        init_params:
+          output_dir: "OUT"
+          bounding_box_2d_tight: True
+        render_products: render_product
+    trigger:
+      TRIGGER
+    with_trigger:
+      with.trigger:
+        with.cube:
+          modify.pose:
+            position:
+              distribution.uniform:
+                lower: [0, -1, -1]
+                upper: [0, 1, 1]
+    """
+
+
+def run(folder, trigger, *options, expect=0):
+    text = textwrap.dedent(SCENE).replace("OUT", str(folder / "out")).replace("TRIGGER", trigger)
+    (folder / "scene.yaml").write_text(text)
+    done = usdsdg("run", "--quiet", *options, "scene.yaml", cwd=folder, expect=expect)
+    return done, sorted(path.name for path in (folder / "out").glob("bounding_box_2d_tight_*.npy"))
+
+
+def test_a_file_runs_until_its_triggers_have_run_out(tmp_path):
+    _, files = run(tmp_path, "trigger.on_frame: {max_execs: 3}", "--save-stage", "last.usda")
+    assert len({(tmp_path / "out" / name).read_bytes() for name in files}) == len(files) == 3
+    assert 'usdsdg:line = "scene.yaml:' in (tmp_path / "last.usda").read_text()
+
+
+def test_the_timeline_plays_for_triggers_of_times(tmp_path):
+    _, files = run(tmp_path, "trigger.on_time: {interval: 0.05, max_execs: 2}")
+    assert len({(tmp_path / "out" / name).read_bytes() for name in files}) == 3
+    assert [name for name in files if "tight_2_" in name]
+
+
+def test_a_file_without_an_end_is_refused(tmp_path):
+    done, files = run(tmp_path, "trigger.on_frame: {interval: 1}", expect=1)
+    assert "no trigger has max_execs" in done.stderr
+    assert files == []
+
+
+@pytest.mark.parametrize(
+    ("trigger", "words"),
+    [
+        ("trigger.on_fram: null", "line 21: there is no function trigger.on_fram; did you mean 'on_frame'"),
+        ("trigger.on_frame: {max_execs: 2, intervall: 3}", "line 21: .*'intervall'; did you mean 'interval'"),
+    ],
+)
+def test_mistakes_end_with_one_line(tmp_path, trigger, words):
+    done, _ = run(tmp_path, trigger, expect=1)
+    assert re.search(words, done.stderr)
+    assert "Traceback" not in done.stderr
+
+
+def test_a_file_takes_no_arguments(tmp_path):
+    (tmp_path / "scene.yaml").write_text("a: 1\n")
+    assert "takes no arguments: 1 2" in usdsdg("run", "scene.yaml", "1", "2", cwd=tmp_path, expect=1).stderr

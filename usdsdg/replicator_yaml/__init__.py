@@ -1,0 +1,6 @@
+"""Replicator scripts as YAML files, in the form that docs/yaml.md tells. Mirrors `omni.replicator.replicator_yaml`."""
+
+from usdsdg.replicator_yaml.errors import ParserError
+from usdsdg.replicator_yaml.script import parse, run_file
+
+__all__ = ["ParserError", "parse", "run_file"]

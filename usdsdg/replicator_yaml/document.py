@@ -1,0 +1,169 @@
+"""The groups of a file and of the profiles that it inherits from, as YAML nodes, which know their lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from usdsdg.registry import near_misses
+from usdsdg.replicator_yaml.errors import ParserError, fail
+from usdsdg.yaml_numbers import NumbersLoader
+
+Groups = dict[str, yaml.Node]
+
+# Keys of a file that are not groups.
+PROFILES, FILE_ROOT, NUCLEUS = "profiles", "file_root_dir", "nucleus_server"
+INHERIT = "inherit"
+
+
+@dataclass
+class Document:
+    """One file: its groups in order, those that only serve others, and where relative paths begin."""
+
+    path: Path
+    groups: Groups = field(default_factory=dict)  # to be run, from first to last
+    templates: Groups = field(default_factory=dict)  # of profiles, and those that other groups inherit from
+    file_root: Path = Path()
+    nucleus: str | None = None
+
+    def group(self, name: yaml.Node) -> yaml.Node:
+        """The group that a node names.
+
+        Raises:
+            ParserError: there is none; names near misses.
+        """
+        known = self.templates | self.groups
+        if plain(name) not in known:
+            fail(name, f"there is no group {plain(name)!r} to inherit from{hint(str(plain(name)), known)}")
+        return known[plain(name)]
+
+
+def read_document(path: Path, *, root: Path | None, nucleus: str | None) -> Document:
+    """Read a file and its profiles; relative paths begin at `root`, else at the file's folder.
+
+    Raises:
+        ParserError: a file cannot be read, is no mapping of names, or has a name twice.
+    """
+    groups = _read(path)
+    document = Document(path, file_root=root or path.parent, nucleus=nucleus)
+    if (said := groups.pop(FILE_ROOT, None)) is not None:
+        document.file_root = document.file_root / str(plain(said))
+    if (said := groups.pop(NUCLEUS, None)) is not None and nucleus is None:
+        document.nucleus = str(plain(said))
+    for profile in items(groups.pop(PROFILES, None), "profiles"):
+        where = document.file_root / str(plain(profile)).lstrip("/")
+        if Path(str(plain(profile))).is_file():
+            where = Path(str(plain(profile)))
+        if not where.is_file():
+            fail(profile, f"there is no profile {where}")
+        inner = read_document(where, root=document.file_root, nucleus=nucleus)
+        document.templates |= inner.templates | inner.groups
+    try:
+        served = {name for group in groups.values() for name in _inherited(group)}
+    except RecursionError:
+        raise ParserError(f"Error parsing {path}: an alias stands inside the value that it stands for") from None
+    document.templates |= {name: group for name, group in groups.items() if name in served}
+    document.groups = {name: group for name, group in groups.items() if name not in served}
+    return document
+
+
+def entries(node: yaml.Node, what: str) -> dict[str, yaml.Node]:
+    """The entries of a mapping, in order; none where there is nothing.
+
+    Raises:
+        ParserError: it is no mapping of names, or has a name twice.
+    """
+    if isinstance(node, yaml.ScalarNode) and plain(node) is None:
+        return {}
+    if not isinstance(node, yaml.MappingNode):
+        fail(node, f"{what} must be a mapping, not {plain(node)!r}")
+    _flatten(node)
+    found: dict[str, yaml.Node] = {}
+    for key, value in node.value:
+        name = plain(key)
+        if not isinstance(name, str):
+            fail(key, f"{name!r} is no name")
+        if name in found:
+            fail(key, f"{name!r} stands twice in {what}; the first is in line {found[name].start_mark.line + 1}")
+        # The line of a call is that of its name.
+        value.start_mark = key.start_mark if isinstance(value, yaml.CollectionNode) else value.start_mark
+        found[name] = value
+    return found
+
+
+def items(node: yaml.Node | None, what: str) -> list[yaml.Node]:
+    """The elements of a list; none where there is nothing."""
+    if node is None or plain(node) is None:
+        return []
+    if not isinstance(node, yaml.SequenceNode):
+        fail(node, f"{what} must be a list")
+    return list(node.value)
+
+
+def plain(node: yaml.Node) -> Any:
+    """The value of a node, whatever it holds."""
+    loader = yaml.SafeLoader("")
+    try:
+        return loader.construct_object(node, deep=True)
+    finally:
+        loader.dispose()
+
+
+def hint(name: str, known: Any) -> str:
+    """`; did you mean ...?` for a name that is not among those known, or nothing."""
+    close = near_misses(name, known)
+    return f"; did you mean {' or '.join(map(repr, close))}?" if close else ""
+
+
+def merged(child: dict[str, yaml.Node], parent: dict[str, yaml.Node]) -> dict[str, yaml.Node]:
+    """The entries of a group that inherits: the child's count, and arguments of one function come together."""
+    both = parent | child
+    for name in child.keys() & parent.keys():
+        if isinstance(child[name], yaml.MappingNode) and isinstance(parent[name], yaml.MappingNode):
+            both[name] = _joined(child[name], parent[name])
+    return both
+
+
+def _joined(child: yaml.MappingNode, parent: yaml.MappingNode) -> yaml.MappingNode:
+    own = {plain(key) for key, _ in child.value}
+    inherited = [(key, value) for key, value in parent.value if plain(key) not in own]
+    return yaml.MappingNode(child.tag, inherited + child.value, child.start_mark, child.end_mark)
+
+
+def _flatten(node: yaml.MappingNode) -> None:
+    """Put what YAML's own `<<: *anchor` brings in among the entries, where a mapping does not say so itself."""
+    if any(key.tag == "tag:yaml.org,2002:merge" for key, _ in node.value):
+        yaml.SafeLoader("").flatten_mapping(node)
+        last = {plain(key): (key, value) for key, value in node.value}
+        node.value = list(last.values())
+
+
+def _inherited(node: yaml.Node) -> set[str]:
+    """Names of the groups that something below a node inherits from."""
+    if isinstance(node, yaml.SequenceNode):
+        return {name for each in node.value for name in _inherited(each)}
+    if not isinstance(node, yaml.MappingNode):
+        return set()
+    below = {name for _, value in node.value for name in _inherited(value)}
+    return below | {str(plain(value)) for key, value in node.value if key.value == INHERIT}
+
+
+def _read(path: Path) -> dict[str, yaml.Node]:
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ParserError(f"Error parsing {path}: it cannot be read: {error}") from error
+    loader = NumbersLoader(text)
+    loader.name = str(path)
+    try:
+        root = loader.get_single_node()
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f", line {mark.line + 1}" if mark else ""
+        raise ParserError(f"Error parsing {path}{where}: {getattr(error, 'problem', error)}") from error
+    finally:
+        loader.dispose()
+    return {} if root is None else entries(root, "the file")
