@@ -78,7 +78,7 @@ class SceneExtractor:
             self._stand_ins.clear()
         if plan.materials or plan.roots:
             self._library.forget(plan.materials | plan.roots)
-        if plan.skinned or plan.roots:
+        if plan.skinned:
             self._prototypes.skinning.forget()
         if plan.structure:
             plan.gprims |= plan.shapes
@@ -107,10 +107,11 @@ class SceneExtractor:
         if self._tree is None or was_animated != self._animation.animated:
             return Plan(structure=True, everything=True, lights=True, skinned=True)
         plan = Planner(self._stage, self._tree, has_points=bool(self._placements.offsets)).plan(changes)
+        plan.skinned = self._prototypes.skinning.concerns(self._stage, changes)
         if now != before:
             self._tree.set_time(now)
             self._animation.add_to(plan, now)
-            plan.skinned |= bool(self._tree.skeletons)
+            plan.shapes |= self._skinned
         if plan.skinned:
             plan.shapes |= self._skinned
         return plan
@@ -119,7 +120,7 @@ class SceneExtractor:
         """Gprims whose geometry is not what their specs say alone."""
         skinning = self._prototypes.skinning
         self._skinned = {
-            gprim.path for gprim in self._gprims if self._tree.skeletons and skinning.is_skinned(gprim.prim)
+            gprim.path for gprim in self._gprims if self._tree.has_skeletons and skinning.is_skinned(gprim.prim)
         }
         self._own = set(self._skinned)
         if self._animation.animated:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from pxr import Sdf, Usd
 
 from usdsdg.stage.changes import Changes
-from usdsdg.stage.skinning import SKEL_PREFIXES, SKEL_TYPES
 
 from .stage_tree import (
     DOME,
@@ -60,8 +59,6 @@ class Planner:
             plan.everything = any(map(_is_all, plan.roots))
         for path, names in changes.changed.items():
             self._plan_prim(path, names)
-        if self._tree.skeletons:
-            plan.skinned |= bool(plan.roots) or any(self._tree.is_in_skeleton(node) for node in plan.moved)
         return plan
 
     def _plan_prim(self, path: Sdf.Path, names: set[str]) -> None:
@@ -84,8 +81,6 @@ class Planner:
                 plan.structure = True
             elif name in IGNORED_NAMES or name.startswith(IGNORED_PREFIXES):
                 continue
-            elif self._tree.skeletons and (name.startswith(SKEL_PREFIXES) or self._is_of_skeleton(path)):
-                plan.skinned = True
             elif kind in (LIGHT, DOME):
                 plan.lights = True
             elif kind in (MESH, SHAPE):
@@ -95,10 +90,6 @@ class Planner:
                 plan.structure = True
             else:
                 self._plan_other(path, name)
-
-    def _is_of_skeleton(self, path: Sdf.Path) -> bool:
-        prim = self._stage.GetPrimAtPath(path)
-        return bool(prim) and prim.GetTypeName() in SKEL_TYPES
 
     def _plan_other(self, path: Sdf.Path, name: str) -> None:
         """A property of a prim that is not drawn itself: of a shader, a subset, an inherited primvar, or nothing."""

@@ -105,7 +105,7 @@ class Tree:
         self.drawn: list[bool] = []  # purpose is default or render
         self.subsets: dict[int, list[Usd.Prim]] = {}
         self.blinking: list[Usd.Attribute] = []  # visibilities that vary with time, also of prims that are hidden now
-        self.skeletons: set[Sdf.Path] = set()  # SkelRoots
+        self.has_skeletons = False  # there is a SkelRoot
         # Without an authored range nothing is animated; saves a question per prim.
         self._sampled = time.IsDefault() and stage.HasAuthoredTimeCodeRange()
         self._cache = UsdGeom.XformCache(time)
@@ -165,16 +165,11 @@ class Tree:
     def _note_look(self, prim: Usd.Prim) -> None:
         """Schemas that change how what is below looks."""
         if prim.GetTypeName() == "SkelRoot":
-            self.skeletons.add(prim.GetPath())
+            self.has_skeletons = True
         if prim.HasAPI(UsdGeom.ModelAPI):
             mode = prim.GetAttribute("model:drawMode").Get()
             if mode in ("cards", "bounds", "origin"):
                 errors.warn_once(f"{prim.GetPath()}: draw mode {mode} is not supported; the full geometry is drawn.")
-
-    def is_in_skeleton(self, node: int) -> bool:
-        """Whether a prim stands below a SkelRoot, where it may be a joint's frame or a mesh on it."""
-        path = self.prims[node].GetPath()
-        return any(path != root and path.HasPrefix(root) for root in self.skeletons)
 
     def set_time(self, time: Usd.TimeCode) -> None:
         """What `move` reads from now on is of this time."""

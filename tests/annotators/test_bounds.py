@@ -8,11 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pxr import Gf, Usd, UsdGeom
 
+from tests.stage.characters import LENGTH, add_character
 from usdsdg.annotators import bounds as hulls
+from usdsdg.stage.skinning import Skinning
 
 
 def read_hull(prim, time) -> Any:
-    return hulls.read_hull(prim, time)
+    return hulls.read_hull(prim, time, Skinning())
 
 
 _TURN = np.linspace(0, 2 * np.pi, 721)
@@ -117,3 +119,12 @@ def test_points_that_are_not_numbers_do_not_count():
 
 def test_a_mesh_without_points_has_no_bounds():
     assert read_hull(_mesh([], []), Usd.TimeCode.Default()) is None
+
+
+def test_a_skinned_mesh_is_as_large_as_its_skeleton_makes_it():
+    stage = Usd.Stage.CreateInMemory()
+    mesh = add_character(stage).GetPrim()
+    upright, bent = (read_hull(mesh, Usd.TimeCode(code))(np.eye(4)) for code in (0, 24))
+    np.testing.assert_allclose(upright, [[-0.3, -0.3, 0], [0.3, 0.3, LENGTH]], atol=1e-6)
+    np.testing.assert_allclose(bent[:, 0], [-0.3, 0.3], atol=1e-6)
+    np.testing.assert_allclose([bent[0, 1], bent[0, 2]], [-LENGTH / 2, -0.5], atol=1e-6)

@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pxr import Gf, UsdGeom
+from pxr import Gf, Usd, UsdGeom, UsdSkel
 
 from tests.annotators.ray_caster import RayCaster, add_cube, add_sphere, new_stage, place
+from tests.stage.characters import LENGTH, add_character
 from usdsdg.annotators import EntityReader
 from usdsdg.stage.semantics import add_labels, remove_labels
 
@@ -310,3 +311,21 @@ def test_readers_with_different_filters_take_turns(car_with_wheel, monkeypatch):
     assert entities.select("class:*").labels == ({"class": "car"},)
     assert entities.select("part:*").labels == ({"part": "wheel"},)
     assert reader.read(gprims, [None]).select(None).member_of_gprim.tolist() == [0, 1]
+
+
+def test_boxes_of_characters_follow_time_and_edits(stage):
+    mesh = add_character(stage, "/World/Man")
+    add_labels(stage.GetPrimAtPath("/World/Man"), {"class": ["man"]})
+    reader = EntityReader(stage)
+
+    def highest(code):
+        return reader.read((str(mesh.GetPath()),), time=Usd.TimeCode(code)).bounds[0, 1, 2]
+
+    assert highest(0) == pytest.approx(LENGTH)
+    bent = highest(24)
+    assert bent < LENGTH - 0.5
+    skeleton = stage.GetPrimAtPath("/World/Man/Skeleton")
+    UsdGeom.Xformable(skeleton).AddTranslateOp().Set(Gf.Vec3d(0, 0, 7))
+    assert highest(24) == pytest.approx(bent + 7, abs=1e-5)
+    UsdSkel.BindingAPI(skeleton).GetAnimationSourceRel().ClearTargets(True)
+    assert highest(24) == pytest.approx(LENGTH + 7, abs=1e-5)

@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 from PIL import Image
+from pxr import Usd
 
 import usdsdg as rep
 from tests.annotators.ray_caster import RayCaster, add_cube, known, make_frame
@@ -79,7 +80,9 @@ class StandIn(RayCaster):
     def __init__(self):
         super().__init__(current_stage())
 
-    def sync(self):
+    time = Usd.TimeCode.Default()
+
+    def sync(self, time):
         self.gprims = RayCaster(current_stage()).gprims
 
     def labels(self, view, aovs):

@@ -11,25 +11,28 @@ from collections.abc import Callable
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from usdsdg.stage.skinning import Skinning
+
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 
 # A hull is what a gprim needs to bound itself under any affine map: (matrix) → (2, 3) min and max.
 Hull = Callable[[np.ndarray], np.ndarray]
 
 
-def read_hull(prim: Usd.Prim, time: Usd.TimeCode) -> Hull | None:
-    """The hull of a gprim in its own frame [stage units], or None when it has no finite extent."""
+def read_hull(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Hull | None:
+    """The hull of a gprim in its own frame [stage units], or None when it has no finite extent.
+
+    A skinned mesh is as large as its skeleton makes it at `time`.
+    """
     kind = prim.GetTypeName()
     if kind in _QUADRICS:
         return _QUADRICS[kind](prim, time)
-    points = _corner_points(prim, kind, time)
+    points = _mesh_points(UsdGeom.Mesh(prim), time, skinning) if kind == "Mesh" else _corner_points(prim, kind, time)
     points = points[np.isfinite(points).all(axis=1)]
     return _points_hull(points) if len(points) else None
 
 
 def _corner_points(prim: Usd.Prim, kind: str, time: Usd.TimeCode) -> np.ndarray:
-    if kind == "Mesh":
-        return _mesh_points(UsdGeom.Mesh(prim), time)
     if kind == "Cube":
         half = _number(prim, "size", 2.0, time) / 2
         return _box_corners((-half,) * 3, (half,) * 3)
@@ -41,8 +44,10 @@ def _corner_points(prim: Usd.Prim, kind: str, time: Usd.TimeCode) -> np.ndarray:
     return _box_corners(extent[0], extent[1])
 
 
-def _mesh_points(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> np.ndarray:
-    points = np.asarray(mesh.GetPointsAttr().Get(time) or (), np.float64).reshape(-1, 3)
+def _mesh_points(mesh: UsdGeom.Mesh, time: Usd.TimeCode, skinning: Skinning) -> np.ndarray:
+    skinned = skinning.skin(mesh.GetPrim(), time)
+    points = mesh.GetPointsAttr().Get(time) if skinned is None else skinned.points
+    points = np.asarray(() if points is None else points, np.float64).reshape(-1, 3)
     used = np.asarray(mesh.GetFaceVertexIndicesAttr().Get(time) or (), np.int64)
     if not len(used):
         return points

@@ -18,6 +18,7 @@ from usdsdg.annotators.ownership import LabelledStage, Labels, Owner, group_by_o
 from usdsdg.annotators.point_instances import PointFrames, Steps, prim_path
 from usdsdg.errors import warn_once
 from usdsdg.stage.changes import Changes, ChangeTracker
+from usdsdg.stage.skinning import Skinning
 from usdsdg.stage.transforms import as_array
 
 # Attributes that shape a gprim, or place point instances.
@@ -92,6 +93,7 @@ class EntityReader:
         self._changes = ChangeTracker(stage)
         self._labels = LabelledStage(stage)
         self._hulls: dict[Sdf.Path, Hull | None] = {}
+        self._skinning = Skinning()
         self._bounds: dict[Sdf.Path, dict[tuple[Owner, tuple[int, ...]], np.ndarray]] = {}  # by path of the owner
         self._ownership: _Ownership | None = None
         self._filters: dict[str | None, None] = {None: None}  # every one announced so far; no filter comes first
@@ -183,7 +185,7 @@ class EntityReader:
         path, steps = prim_path(self._ownership.gprims[gprim]), self._ownership.steps[gprim]
         prim = self._stage.GetPrimAtPath(path)
         if path not in self._hulls:
-            self._hulls[path] = read_hull(prim, cache.GetTime())
+            self._hulls[path] = read_hull(prim, cache.GetTime(), self._skinning)
         hull = self._hulls[path]
         if hull is None:
             return None
@@ -200,6 +202,10 @@ class EntityReader:
         # What changed in a prototype changed in all its instances, whose own paths are not told.
         if any(Usd.Prim.IsPathInPrototype(path) for path in (*changes.resynced, *changes.changed)):
             changes = Changes({Sdf.Path.absoluteRootPath})
+        if self._skinning.concerns(self._stage, changes):
+            self._skinning.forget()
+            self._hulls.clear()
+            self._bounds.clear()
         for root in changes.resynced:
             self._ownership = None
             self._labels.forget(root)

@@ -13,10 +13,11 @@ import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdsdg.errors import warn_once
+from usdsdg.stage.changes import Changes
 
 # Properties and types of prims that say how meshes are skinned, or where their joints are.
 SKEL_PREFIXES = ("skel:", "primvars:skel:")
-SKEL_TYPES = ("SkelRoot", "Skeleton", "SkelAnimation", "BlendShape")
+SKEL_TYPES = ("Skeleton", "SkelAnimation", "BlendShape")
 
 
 class Skinned(NamedTuple):
@@ -43,6 +44,13 @@ class Skinning:
         """Read everything again: schemas, relationships or animations changed."""
         self._bindings.clear()
         self._cache = UsdSkel.Cache()
+
+    def concerns(self, stage: Usd.Stage, changes: Changes) -> bool:
+        """Whether what changed may move what is skinned; then `forget` and ask again."""
+        if changes.resynced:
+            return bool(self._bindings)
+        roots = [root for root, meshes in self._bindings.items() if meshes]
+        return bool(roots) and any(_concerns(stage, path, names, roots) for path, names in changes.changed.items())
 
     def is_skinned(self, prim: Usd.Prim) -> bool:
         """Whether a skeleton shapes the prim."""
@@ -145,6 +153,18 @@ class Skinning:
         bent = Vt.Vec3fArray.FromNumpy(np.zeros((len(points), 3), np.float32))
         query.ComputeDeformedPoints(*active, where, _normal_offsets(query), bent)
         return normals + np.array(bent)[vertices]
+
+
+def _concerns(stage: Usd.Stage, path: Sdf.Path, names: set[str], roots: list[Sdf.Path]) -> bool:
+    if any(name.startswith(SKEL_PREFIXES) for name in names):
+        return True
+    # Meshes and skeletons count by where they stand below their root.
+    if any(name.startswith("xformOp") for name in names) and any(
+        path != root and path.HasPrefix(root) for root in roots
+    ):
+        return True
+    prim = stage.GetPrimAtPath(path)
+    return bool(prim) and prim.GetTypeName() in SKEL_TYPES
 
 
 def _normal_offsets(query: UsdSkel.BlendShapeQuery) -> list[Vt.Vec3fArray]:
