@@ -128,6 +128,11 @@ def test_the_imager_is_the_luminance_of_the_picture(stage):
     grey = compute(frame, "Imager")
     assert grey.dtype == np.float32
     np.testing.assert_array_equal(grey, stereo.luminance(frame.aovs["LdrColor"]))
+    annotators.AnnotatorRegistry.register_annotator_from_aov("DepthSensorLeftImager", np.float32, name="left")
+    try:
+        np.testing.assert_array_equal(annotators.get("left").compute(frame).data, grey)
+    finally:
+        annotators.unregister_annotator("left")
 
 
 def test_noise_is_a_function_of_seed_frame_and_render_product(stage):

@@ -37,6 +37,7 @@ _SYNONYMS = {
     "NormalSD": "normals",
     "TargetMotionSD": "MotionVectors",
     "CrossCorrespondenceSD": "CrossCorrespondence",
+    "DepthSensorLeftImager": "DepthSensorImager",
 }
 
 

@@ -25,7 +25,7 @@ REQUIRED = [
     "typer",
     "rich",
 ]
-OPTIONAL = {"OpenEXR": "reads .exr skies and textures"}
+OPTIONAL = {"OpenEXR": "reads .exr skies and textures", "boto3": "writes to buckets of S3"}
 
 
 def doctor() -> None:
