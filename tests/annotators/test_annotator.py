@@ -47,6 +47,52 @@ def test_types_and_predicate_exclude_each_other():
         annotators.get("occlusion", init_params={"semanticTypes": ["class"], "semanticFilter": "class:*"})
 
 
+@pytest.mark.parametrize(
+    ("params", "message"),
+    [
+        ({"semanticTypes": 5}, r"semanticTypes is 5; expected a list of types"),
+        ({"semanticTypes": ["class", 3]}, r"semanticTypes is \['class', 3\]"),
+        ({"semanticFilter": ["class"]}, r"semanticFilter is \['class'\]; expected a predicate such as 'class:\*'"),
+    ],
+)
+def test_filters_of_another_kind_are_told(params, message):
+    with pytest.raises(AnnotatorError, match=message):
+        annotators.get("bounding_box_3d", init_params=params)
+
+
+@pytest.mark.parametrize(
+    ("params", "message"),
+    [
+        ({"semanticTypes": ["clas"]}, r"'clas:\*' selects none .*did you mean class\? there are: .*class:apple"),
+        ({"semanticFilter": "class:aple"}, "'class:aple' selects none .*did you mean apple"),
+        ({"semanticFilter": "part:*"}, r"'part:\*' selects none of the labels on the stage; there are: "),
+    ],
+)
+def test_a_filter_that_selects_nothing_is_told_once_with_near_misses(params, message):
+    annotator = annotators.get("bounding_box_3d", init_params=params)
+    scene = street()
+    forget_warnings()
+    with pytest.warns(UsdsdgWarning, match=message):
+        frame = make_frame(scene, (16, 12), filters=[annotator.label_filter])
+    assert len(annotator.compute(frame).data) == 0
+
+
+@pytest.mark.parametrize("mapping", ["{bad", "/nowhere/colours.json", 5])
+def test_a_mapping_that_cannot_be_read_is_told(frame, mapping):
+    annotator = annotators.get("semantic_segmentation", init_params={"mapping": mapping})
+    with pytest.raises(AnnotatorError, match="mapping"):
+        annotator.compute(frame)
+
+
+def test_what_an_annotator_is_called(frame):
+    annotator = annotators.get("rgb").augment(lambda data: data, name="mine")
+    assert (annotator.get_name(), annotator.name, annotator.template_name) == ("mine", "mine", "rgb")
+    assert annotator.get_node() is annotator
+    assert "uint8 (H, W, 4)" in annotator.documentation
+    assert not annotator.is_attached
+    assert annotator.attach(PRODUCT, render_product_idxs=[0]).is_attached
+
+
 def test_data_before_attaching_is_an_error():
     with pytest.raises(AnnotatorError, match="attach"):
         annotators.get("rgb").get_data()

@@ -25,6 +25,38 @@ def test_pictures_and_arrays_come_back(tmp_path):
     np.testing.assert_array_equal(np.load(tmp_path / "e.npy"), picture)
 
 
+def test_options_of_files_are_obeyed(tmp_path):
+    picture = np.random.default_rng(0).integers(0, 255, (64, 64, 3), np.uint8)
+    sizes, errors = [], []
+    from PIL import Image
+
+    for quality in (10, 75, 95):
+        path = tmp_path / f"{quality}.jpg"
+        rep.functional.write_jpeg(str(path), picture, quality=quality)
+        sizes.append(path.stat().st_size)
+        errors.append(np.abs(np.array(Image.open(path)).astype(int) - picture).mean())
+    assert sizes == sorted(sizes)
+    assert errors == sorted(errors, reverse=True)
+    rep.functional.write_image(str(tmp_path / "default.jpg"), picture)
+    assert (tmp_path / "default.jpg").read_bytes() == (tmp_path / "75.jpg").read_bytes()
+    rep.functional.write_json(str(tmp_path / "a.json"), {"b": 1, "a": 2}, indent=1, sort_keys=True)
+    assert (tmp_path / "a.json").read_text() == '{\n "a": 2,\n "b": 1\n}'
+    rep.functional.write_pickle(str(tmp_path / "b.pkl"), {"x": 1}, protocol=0)
+    assert b"\x80" not in (tmp_path / "b.pkl").read_bytes()
+    things = np.array([{"a": 1}, None], dtype=object)
+    with pytest.raises(ValueError, match="allow_pickle"):
+        rep.functional.write_np(str(tmp_path / "c.npy"), things, allow_pickle=False)
+    rep.functional.write_np(str(tmp_path / "c.npy"), things)
+    assert np.load(tmp_path / "c.npy", allow_pickle=True)[0] == {"a": 1}
+
+
+def test_half_precision_is_half_as_exact(tmp_path):
+    depth = np.full((2, 2), 1 / 3, np.float32)
+    rep.functional.write_exr(str(tmp_path / "half.exr"), depth, half_precision=True)
+    found = rep.functional.read_exr(str(tmp_path / "half.exr"))
+    assert found[0, 0] == np.float16(1 / 3) != np.float32(1 / 3)
+
+
 def test_values_come_back(tmp_path):
     rep.functional.write_json(path=str(tmp_path / "a.json"), data={"x": np.float32(1), "y": np.arange(2)})
     assert json.loads((tmp_path / "a.json").read_text()) == {"x": 1, "y": [0, 1]}

@@ -67,6 +67,17 @@ def test_a_backend_from_the_registry_has_to_be_initialised(tmp_path):
         backends.get("DiscBackend")
 
 
+def test_misspelt_backends_and_arguments_are_told_with_near_misses(tmp_path):
+    with pytest.raises(WriterRegistryError, match="Did you mean 'DiskBackend'"):
+        backends.get("DiskBackent")
+    with pytest.raises(WriterError, match=r"DiskBackend has no option 'outputdir'\. Did you mean 'output_dir'"):
+        backends.get("DiskBackend", init_params={"outputdir": str(tmp_path)})
+    with pytest.raises(WriterError, match="DiskBackend needs output_dir"):
+        backends.get("DiskBackend", init_params={})
+    with pytest.raises(WriterRegistryError, match="'DiskBackend' is not a subclass of BaseBackend"):
+        backends.register("DiskBackend")
+
+
 def test_a_group_writes_everywhere(tmp_path):
     group = BackendGroup([DiskBackend(tmp_path / "a"), DiskBackend(tmp_path / "b")])
     group.schedule(files.write_json, path="x.json", data={})

@@ -8,7 +8,7 @@ import pytest
 
 from tests.annotators.ray_caster import make_frame
 from tests.annotators.scenes import street
-from usdsdg import annotators, writers
+from usdsdg import annotators, get, writers
 from usdsdg.capture import Capture
 from usdsdg.errors import (
     AnnotatorRegistryError,
@@ -167,6 +167,15 @@ def test_without_a_trigger_only_scheduled_frames_are_written(recorder):
     assert not recorder.is_due()
     assert recorder.get_data() == {"x": 1}
     assert recorder.num_written == 1
+
+
+def test_what_never_fires_is_no_trigger(recorder):
+    with pytest.raises(WriterError, match="is no trigger and never fires"):
+        recorder.attach(PRODUCT, trigger=get.prims())
+    with pytest.raises(WriterError, match="is no writer trigger"):
+        recorder.attach(PRODUCT, trigger=5)
+    with pytest.raises(Unsupported, match="'OgnOnFram': there is no OmniGraph; give a function, or"):
+        recorder.attach(PRODUCT, trigger="OgnOnFram")
 
 
 def test_metadata_is_written_once_before_the_first_frame(tmp_path):

@@ -86,10 +86,19 @@ def define(
 
 
 def predicate_of(params: Mapping[str, Any]) -> str | None:
-    """The label filter that `semanticTypes` or `semanticFilter` asks for; None lets every label pass."""
+    """The label filter that `semanticTypes` or `semanticFilter` asks for; None lets every label pass.
+
+    Raises:
+        AnnotatorError: both are given, or one is of another type.
+    """
     types, predicate = params.get("semanticTypes"), params.get("semanticFilter")
+    names = [types] if types is None or isinstance(types, str) else types
+    if not isinstance(names, (list, tuple, set)) or not all(name is None or isinstance(name, str) for name in names):
+        raise AnnotatorError(f"semanticTypes is {types!r}; expected a list of types such as ['class'].")
+    if not isinstance(predicate, (str, type(None))):
+        raise AnnotatorError(f"semanticFilter is {predicate!r}; expected a predicate such as 'class:*'.")
     if types and predicate:
         raise AnnotatorError("semanticTypes and semanticFilter exclude each other; give one.")
     if types:
-        return ";".join(f"{kind}:*" for kind in ([types] if isinstance(types, str) else types))
+        return ";".join(f"{kind}:*" for kind in names)
     return predicate or None

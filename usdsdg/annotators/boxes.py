@@ -48,7 +48,12 @@ _CORNERS_2D = ("x_min", "y_min", "x_max", "y_max")
 
 @define("bounding_box_2d_tight", dtype=BOX_2D, **_NEEDS)
 def bounding_box_2d_tight(frame: Frame, params: Params) -> Annotation:
-    """Boxes of the visible pixels; what is fully hidden or out of view is left out."""
+    """Boxes of the visible pixels [pixels, inclusive]; what is fully hidden or out of view is left out.
+
+    Structured (N,): semanticId uint32 (from 0), x_min, y_min, x_max, y_max int32, occlusionRatio float32; info:
+    idToLabels, bboxIds uint32 (N,) and primPaths in the order of the rows. semanticTypes (list of types) or
+    semanticFilter (predicate) choose the labels that count.
+    """
     return _tight(frame, params, str)
 
 
@@ -60,7 +65,7 @@ def bounding_box_2d_tight_fast(frame: Frame, params: Params) -> Annotation:
 
 @define("bounding_box_2d_loose", dtype=BOX_2D, **_NEEDS)
 def bounding_box_2d_loose(frame: Frame, params: Params) -> Annotation:
-    """Boxes of the pixels that each thing would cover alone; what is out of view is left out."""
+    """As bounding_box_2d_tight, of the pixels that each thing would cover alone; what is out of view is left out."""
     return _loose(frame, params, str)
 
 
@@ -72,7 +77,11 @@ def bounding_box_2d_loose_fast(frame: Frame, params: Params) -> Annotation:
 
 @define("bounding_box_3d", dtype=BOX_3D, **_NEEDS)
 def bounding_box_3d(frame: Frame, params: Params) -> Annotation:
-    """Boxes in each prim's own frame with its local-to-world transform; only of what is in view."""
+    """Boxes in each prim's own frame [stage units] with its local-to-world transform; only of what is in view.
+
+    Structured (N,): semanticId uint32 (from 0), x_min, y_min, z_min, x_max, y_max, z_max float32, transform float32
+    (4, 4) for row vectors, occlusionRatio float32; info and parameters as bounding_box_2d_tight.
+    """
     return _boxes_3d(frame, params, str, everywhere=False)
 
 
@@ -90,7 +99,11 @@ def bounding_box_3d_360(frame: Frame, params: Params) -> Annotation:
 
 @define("occlusion", dtype=OCCLUSION, **_NEEDS)
 def occlusion(frame: Frame, params: Params) -> Annotation:
-    """Ids and the hidden share of everything in view."""
+    """Ids and the hidden share of everything in view.
+
+    Structured (N,): instanceId and semanticId uint32, those of the segmentations, and occlusionRatio float32 from 0
+    (all visible) to 1.
+    """
     listed = np.flatnonzero(_alone(frame, params) > 0)
     selection = frame.selection(predicate_of(params))
     _, id_of_member = unique_labels(selection.labels)

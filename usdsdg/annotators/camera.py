@@ -35,7 +35,9 @@ _THIN_PRISM = {"s0": -0.00058, "s1": -0.00022, "s2": 0.00019, "s3": -0.0002}
 
 @define("camera_params", "CameraParams")
 def camera_params(frame: Frame, params: Mapping[str, Any]) -> Annotation:
-    """Everything of the camera as Replicator names it; matrices are 16 numbers, row by row, for row vectors.
+    """Everything of the camera as Replicator names it, a dict; matrices are float64 (16,), row by row, for row vectors.
+
+    cameraViewTransform maps from the world to the camera; lengths are in the units of the prim's attributes.
 
     The projection maps to clip space with reversed Z: depth 1 on the near plane, 0 on the far one. For lenses that no
     matrix describes it is that of the pinhole with the same focal length, as in Replicator.
@@ -45,7 +47,7 @@ def camera_params(frame: Frame, params: Mapping[str, Any]) -> Annotation:
 
 @define("ReferenceTime")
 def reference_time(frame: Frame, params: Mapping[str, Any]) -> Annotation:
-    """Time of the frame as a fraction of seconds."""
+    """Time of the frame [s] as the integers referenceTimeNumerator and referenceTimeDenominator."""
     numerator, denominator = frame.reference_time
     return Annotation(None, {"referenceTimeNumerator": int(numerator), "referenceTimeDenominator": int(denominator)})
 

@@ -14,7 +14,15 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.annotators.bounds import Hull, read_hull
-from usdsdg.annotators.ownership import LabelledStage, Labels, Owner, group_by_owner, parse_filter, passed
+from usdsdg.annotators.ownership import (
+    LabelledStage,
+    Labels,
+    Owner,
+    group_by_owner,
+    parse_filter,
+    passed,
+    warn_of_nothing,
+)
 from usdsdg.annotators.point_instances import PointFrames, Steps, prim_path
 from usdsdg.errors import warn_once
 from usdsdg.stage.changes import Changes, ChangeTracker
@@ -159,6 +167,8 @@ class EntityReader:
                 rows.append(row_of[key])
                 printed.append(passed(labels[row_of[key]], label_filter))
             selections[predicate] = Selection(np.array(rows, np.int64), members, tuple(printed))
+            if not rows:
+                warn_of_nothing(predicate, [labels for _, chain in found for _, labels in chain])
         owners, groups = (tuple(key[part] for key in row_of) for part in (0, 1))
         return _Ownership(gprims, [steps for steps, _ in found], owners, tuple(labels), groups, selections)
 

@@ -9,9 +9,14 @@ from typing import NamedTuple
 from pxr import Sdf, Usd
 
 from usdsdg.annotators.point_instances import Steps, find_steps, prim_path
+from usdsdg.errors import warn_once
+from usdsdg.registry import near_misses
 from usdsdg.stage.semantics import LabelFilter, get_labels, inherited_labels
 
 Labels = Mapping[str, Sequence[str]]
+
+# Labels that a warning lists.
+LISTED = 8
 
 
 class Owner(NamedTuple):
@@ -84,6 +89,21 @@ def group_by_owner(
 def parse_filter(predicate: str | None) -> LabelFilter | None:
     """The filter; labels in it are compared in lower case, as labels are read."""
     return LabelFilter(re.sub(r":[^,;]*", lambda labels: labels[0].lower(), predicate)) if predicate else None
+
+
+def warn_of_nothing(predicate: str | None, owned: Sequence[Labels]) -> None:
+    """Say which types and labels there are, where a filter selects none of them."""
+    there = {f"{kind}:{label}" for own in owned for kind, values in own.items() for label in values}
+    if not there or not predicate:
+        return
+    types, values = ({pair.split(":", 1)[part] for pair in there} for part in (0, 1))
+    clauses = [clause.split(":", 1) for clause in re.split(r"[;,]", predicate)]
+    asked = [(kind.strip(), types) for kind, _ in clauses]
+    asked += [(label.strip(), values) for _, labels in clauses for label in re.split(r"[|&!]", labels)]
+    near = dict.fromkeys(hit for word, known in asked if word not in known for hit in near_misses(word, known, count=1))
+    hint = f"did you mean {' or '.join(near)}? " if near else ""
+    some = ", ".join(sorted(there)[:LISTED]) + (", ..." if len(there) > LISTED else "")
+    warn_once(f"the semantic filter {predicate!r} selects none of the labels on the stage; {hint}there are: {some}")
 
 
 def passed(labels: Labels, label_filter: LabelFilter | None) -> dict[str, str]:

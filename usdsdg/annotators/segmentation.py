@@ -147,8 +147,11 @@ def _as_is(value: Any) -> Any:
 
 def _read_mapping(mapping: Any) -> Mapping[str, Any]:
     if isinstance(mapping, str):
-        text = mapping if mapping.lstrip().startswith("{") else Path(mapping).read_text(encoding="utf-8")
-        mapping = json.loads(text)
+        try:
+            text = mapping if mapping.lstrip().startswith("{") else Path(mapping).read_text(encoding="utf-8")
+            mapping = json.loads(text)
+        except (OSError, ValueError) as error:
+            raise AnnotatorError(f"mapping is {mapping!r}, which cannot be read as JSON: {error}.") from error
     if not isinstance(mapping, Mapping):
         raise AnnotatorError(
             f"mapping must be {{'type:label': RGBA or id}}, a JSON text or file of it, not {mapping!r}."

@@ -55,20 +55,21 @@ class BaseBackend:
         io_queue.wait_until_done(self)
 
     def get_name(self) -> str:
+        """The name of its class."""
         return type(self).__name__
 
     # The older spelling: one method per kind of file.
 
     def write_image(self, path: str, data: Any, **options: Any) -> None:
-        """Schedule a picture."""
+        """Schedule a picture; arguments and errors are those of `functional.write_image`."""
         self.schedule(files.write_image, path=path, data=data, **options)
 
     def write_array(self, path: str, data: Any) -> None:
-        """Schedule a .npy array."""
+        """Schedule a .npy array; see `functional.write_np`."""
         self.schedule(files.write_np, path=path, data=data)
 
     def write_exr(self, path: str, data: Any, **options: Any) -> None:
-        """Schedule an EXR picture."""
+        """Schedule an EXR picture; arguments and errors are those of `functional.write_exr`."""
         self.schedule(files.write_exr, path=path, data=data, **options)
 
 

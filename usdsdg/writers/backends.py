@@ -13,6 +13,7 @@ from usdsdg.errors import WriterError, WriterRegistryError, warn_once
 from usdsdg.registry import Registry
 from usdsdg.writers.backend import BaseBackend
 from usdsdg.writers.io_queue import io_queue
+from usdsdg.writers.options import check_names
 from usdsdg.writers.s3 import S3Backend
 from usdsdg.writers.whole_file import check_writable, write_whole
 
@@ -31,7 +32,7 @@ def disk_root() -> Path:
 
 
 class DiskBackend(BaseBackend):
-    """Files in a folder of this machine."""
+    """Files in a folder of this machine. Mirrors `rep.backends.DiskBackend`."""
 
     def __init__(self, output_dir: str | os.PathLike, overwrite: bool = True) -> None:
         """Make the folder; warns where it has files already.
@@ -49,7 +50,11 @@ class DiskBackend(BaseBackend):
 
     @property
     def output_dir(self) -> str:
-        """The folder, absolute."""
+        """The folder, absolute.
+
+        Raises:
+            WriterError: the backend was not initialised.
+        """
         folder = self.__dict__.get("_folder")
         if folder is None:
             raise WriterError("This DiskBackend has no folder yet: call initialize(output_dir=...) first.")
@@ -68,7 +73,7 @@ class DiskBackend(BaseBackend):
 
 
 class BackendGroup(BaseBackend):
-    """Several backends that all get everything."""
+    """Several backends that all get everything; read is from the first. Mirrors `rep.backends.BackendGroup`."""
 
     def __init__(self, backends: Sequence[BaseBackend]) -> None:
         self._backends = list(backends)
@@ -101,7 +106,7 @@ class BackendGroup(BaseBackend):
 
 
 class BackendDispatch(BackendGroup):
-    """A backend from loose arguments, as older writers make it."""
+    """A backend from loose arguments, as older writers make it. Mirrors `rep.BackendDispatch`."""
 
     def __init__(
         self,
@@ -145,18 +150,36 @@ registered: Registry[type[BaseBackend]] = Registry("backend", WriterRegistryErro
 
 
 def register(backend: type[BaseBackend]) -> None:
+    """Make a subclass of BaseBackend available under its class name.
+
+    Raises:
+        WriterRegistryError: it is no such class.
+    """
+    if not isinstance(backend, type) or not issubclass(backend, BaseBackend):
+        raise WriterRegistryError(f"{backend!r} is not a subclass of BaseBackend.")
     registered.add(backend.__name__, backend)
 
 
 def unregister(name: str) -> None:
+    """Forget a backend; those that exist go on.
+
+    Raises:
+        WriterRegistryError: there is no such backend; the message lists near misses.
+    """
     registered.remove(name)
 
 
 def get(name: str, init_params: Mapping[str, Any] | None = None) -> BaseBackend:
-    """A backend by name; without `init_params` it still has to be initialised."""
+    """A backend by name; without `init_params` it still has to be initialised.
+
+    Raises:
+        WriterRegistryError: there is no such backend; the message lists near misses.
+        WriterError: it takes no such argument, or needs one that is not there.
+    """
     kind = registered.get(name)
     backend = kind.__new__(kind)
     if init_params is not None:
+        check_names(name, kind.__init__, init_params)
         backend.initialize(**init_params)
     return backend
 

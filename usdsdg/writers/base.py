@@ -273,6 +273,8 @@ def _checked_trigger(trigger: Any) -> Any:
         if trigger.rsplit(".", 1)[-1] != ON_FRAME.rsplit(".", 1)[-1]:
             raise Unsupported(f"Writer trigger {trigger!r}: there is no OmniGraph; give a function, or {ON_FRAME!r}.")
         return ON_FRAME
+    if getattr(trigger, "_trigger", trigger) is None:
+        raise WriterError(f"{trigger!r} is no trigger and never fires: give what trigger.on_frame or another returns.")
     counted = getattr(trigger, "trigger", None) or getattr(trigger, "_trigger", None) or trigger
     if not hasattr(counted, "executions"):
         raise WriterError(f"{trigger!r} is no writer trigger: give a function, what trigger.on_frame returns, or None.")

@@ -29,6 +29,11 @@ def write_image(path: str, data: Any, backend_instance: BlobSink | None = None, 
 
     data: (H, W[, C]) array, or anything with `.numpy()` or an array interface, such as a Pillow image. uint32 ids are
         written as 16-bit grey.
+    backend_instance: where to; without one `path` is a file on this machine.
+    options: those of `write_png`, `write_jpeg` or `write_exr`.
+
+    Raises:
+        WriterError: another extension, or a type or shape that the format does not hold.
     """
     kind = PurePath(path).suffix.lower()
     if kind not in _ENCODERS:
@@ -37,7 +42,13 @@ def write_image(path: str, data: Any, backend_instance: BlobSink | None = None, 
 
 
 def write_png(path: str, data: Any, backend_instance: BlobSink | None = None, compress_level: int = 3) -> None:
-    """Write a PNG. `compress_level` is accepted and ignored: the encoder has one, fast, level."""
+    """Write a PNG of uint8, uint16 or ids: (H, W), (H, W, 3) or (H, W, 4); `data` and the rest are as in `write_image`.
+
+    `compress_level` is accepted and ignored: the encoder has one, fast, level.
+
+    Raises:
+        WriterError: floats, ids above 65535, or another shape.
+    """
     image = _png_ready(path, as_array(data))
     try:
         _put(backend_instance, path, encode_png(image))
@@ -46,7 +57,13 @@ def write_png(path: str, data: Any, backend_instance: BlobSink | None = None, co
 
 
 def write_jpeg(path: str, data: Any, backend_instance: BlobSink | None = None, quality: int = 75) -> None:
-    """Write a JPEG of a uint8 picture; alpha is dropped."""
+    """Write a JPEG of a uint8 picture, (H, W[, C]); alpha is dropped. `data` and the rest are as in `write_image`.
+
+    quality: 1 (smallest file) to 100.
+
+    Raises:
+        WriterError: another type or shape.
+    """
     from PIL import Image
 
     image = as_array(data)
@@ -99,14 +116,14 @@ def write_text(path: str, text: str, backend_instance: BlobSink | None = None) -
 
 
 def write_np(path: str, data: Any, backend_instance: BlobSink | None = None, allow_pickle: bool = True) -> None:
-    """Write a .npy array."""
+    """Write an array as .npy; `allow_pickle` False refuses arrays of objects with a ValueError."""
     buffer = io.BytesIO()
     np.save(buffer, as_array(data), allow_pickle=allow_pickle)
     _put(backend_instance, path, buffer.getvalue())
 
 
 def write_pickle(path: str, data: Any, backend_instance: BlobSink | None = None, **options: Any) -> None:
-    """Write a pickle."""
+    """Write anything that can be pickled; `options` go to `pickle.dumps`."""
     _put(backend_instance, path, pickle.dumps(data, **options))
 
 
