@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage
 
 # Weights of red, green and blue in luminance (Rec. 709).
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
@@ -121,6 +120,8 @@ def without_outliers(source: np.ndarray, read: np.ndarray) -> np.ndarray:
     A gap of one column, as reprojection leaves in a surface, takes the farther of the pixels to its left and right; a
     measured pixel with no measured one among the eight around it goes.
     """
+    from scipy import ndimage
+
     has = source >= 0
     left, right = np.roll(source, 1, 1), np.roll(source, -1, 1)
     gap = ~has & (left >= 0) & (right >= 0)
@@ -140,6 +141,8 @@ def luminance(color: np.ndarray) -> np.ndarray:
 
 def texture(grey: np.ndarray) -> np.ndarray:
     """(H, W) float32, 0 to 1: Sobel's gradient of the luminance [grey levels], saturated."""
+    from scipy import ndimage
+
     return np.minimum(np.hypot(ndimage.sobel(grey, 0, mode="nearest"), ndimage.sobel(grey, 1, mode="nearest")), 1)
 
 
