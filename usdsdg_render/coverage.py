@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import warp as wp
 
+from usdsdg_render import cones
 from usdsdg_render.camera import camera_record
 from usdsdg_render.device import DeviceScene, records
 from usdsdg_render.kernels.coverage import Strip, cover_strips
@@ -54,6 +55,8 @@ def reachable(view: CameraView, lower: np.ndarray, upper: np.ndarray) -> np.ndar
 
     A box that reaches the near plane or lies around the camera gets the whole picture; one out of sight an empty one.
     """
+    if view.lens is not None:
+        return cones.reachable(view, lower.astype(np.float64), upper.astype(np.float64))
     corner = np.stack(np.meshgrid(*[(0, 1)] * 3, indexing="ij"), -1).reshape(8, 3)
     points = np.where(corner, upper[:, None], lower[:, None]).astype(np.float64)
     pixels, depth = view.project(points.reshape(-1, 3))

@@ -14,6 +14,8 @@ from numpy.polynomial import Polynomial
 ODD, POWER, RATIONAL, SINE, HALF_SINE = "odd", "power", "rational", "sine", "half_sine"
 # A rational curve without an end of its own ends here: the tangent of 89.9 degrees.
 STEEPEST = 500.0
+# More than any angle, tangent or number of pixels that a lens has to do with.
+_FARTHEST = 1e4
 _STEPS = 100
 
 
@@ -73,7 +75,8 @@ def cut(kind: str, k: tuple[float, ...] = (0.0,) * 6, *, t_most: float = np.inf,
     if kind not in (SINE, HALF_SINE):
         above, below = _fraction(kind, k)
         turns = above.deriv() * below - above * below.deriv()
-        limit = min(limit, _first_root(turns), _first_root(below)) if turns(0.0) > 0.0 else 0.0
+        # At a pole the value has no end.
+        limit = min(limit, _first_root(turns), 0.999 * _first_root(below)) if turns(0.0) > 0.0 else 0.0
         if np.isfinite(value_most):
             limit = min(limit, _first_root(above - value_most * below))
     return Curve(kind, tuple(k), float(limit))
@@ -93,12 +96,13 @@ def _odd(k: tuple[float, ...]) -> Polynomial:
 
 
 def _first_root(polynomial: Polynomial) -> float:
-    """The smallest positive root; infinity where there is none."""
-    coefficients = np.trim_zeros(polynomial.coef, "b")
-    if len(coefficients) < 2 or not np.isfinite(coefficients).all():
+    """The smallest positive root; infinity where there is none below `_FARTHEST`."""
+    scaled = polynomial.coef * _FARTHEST ** np.arange(len(polynomial.coef), dtype=np.float64)
+    # High powers that change nothing up to there would only spoil the search.
+    counted = np.flatnonzero(np.abs(scaled) > 1e-14 * np.abs(scaled).max(initial=0.0))
+    if not len(counted) or counted[-1] == 0:
         return np.inf
-    # Coefficients of high powers may be tiny; a common scale keeps the roots' companion matrix balanced.
-    roots = Polynomial(coefficients).roots()
+    roots = Polynomial(scaled[: counted[-1] + 1]).roots() * _FARTHEST
     real = roots.real[np.abs(roots.imag) <= 1e-7 * np.abs(roots.real)]
     positive = real[real > 1e-9]
     return float(positive.min()) if len(positive) else np.inf

@@ -9,8 +9,9 @@ from usdsdg_render.kernels.types import Camera
 
 @wp.struct
 class Ray:
-    """origin + t * direction, unit direction; the clipping range is tmin < t < tmax, and tmax < tmin where the lens lets
-    no light in.
+    """origin + t * direction, unit direction; the clipping range is tmin < t < tmax.
+
+    Where the lens lets no light in, tmax < tmin.
     """
 
     origin: wp.vec3

@@ -19,6 +19,9 @@ def srgb_encoded(x: float):
 @wp.kernel(enable_backward=False)
 def develop_pixels(
     radiance: wp.array2d(dtype=wp.vec4),  # sums, and number of samples
+    film: wp.array2d(
+        dtype=wp.vec4
+    ),  # the same before any filter: a pixel without samples, outside of the lens, is clear
     exposure: float,
     curve: int,  # 1 = filmic, 0 = clip
     first_row: int,
@@ -39,5 +42,10 @@ def develop_pixels(
     # Half floats end at 65504.
     most = wp.vec3(65504.0)
     mean = wp.min(wp.vec3(pixel[0], pixel[1], pixel[2]) * scale, most)
-    hdr[y, x] = wp.vec4h(wp.float16(mean[0]), wp.float16(mean[1]), wp.float16(mean[2]), wp.float16(1.0))
-    ldr[y, x] = wp.vec4ub(wp.uint8(encoded[0]), wp.uint8(encoded[1]), wp.uint8(encoded[2]), wp.uint8(255))
+    alpha = float(1.0)
+    if film[y, x][3] == 0.0:
+        alpha = 0.0
+        mean = wp.vec3(0.0)
+        encoded = wp.vec3(0.0)
+    hdr[y, x] = wp.vec4h(wp.float16(mean[0]), wp.float16(mean[1]), wp.float16(mean[2]), wp.float16(alpha))
+    ldr[y, x] = wp.vec4ub(wp.uint8(encoded[0]), wp.uint8(encoded[1]), wp.uint8(encoded[2]), wp.uint8(255.0 * alpha))

@@ -1,5 +1,6 @@
-"""Lenses that are no pinholes: from points of the picture to directions and back. `usdsdg.stage.lenses` has the formulas
-in NumPy, and the meaning of the record's fields.
+"""Lenses that are no pinholes: from points of the picture to directions and back.
+
+`usdsdg.stage.lenses` has the formulas in NumPy, and the meaning of the record's fields.
 """
 
 import warp as wp
