@@ -108,6 +108,25 @@ def test_a_light_with_rules_leaves_others_alone():
     np.testing.assert_allclose(seen([plain, ruled]), seen([plain]), rtol=0.02)
 
 
+def test_glass_shows_a_light_with_rules_once():
+    """Every face of a slab has its own ray towards the light behind it; only the last one shows it."""
+    glass = scenes.material(base_color=1.0, specular=0.04, roughness=0.0, transmission=1.0, ior=1.5)
+    light = scenes.light(LIGHT_RECT, radiance=10.0, position=(0, 0, -4.0), width=6.0, height=6.0)
+    light["z_axis"], light["y_axis"] = (0, 0, -1), (0, -1, 0)
+    slab = (scenes.cube(), scenes.moved(scale=(2.0, 2.0, 0.2)), 0)
+    view = scenes.view_from((0.0, 0.1, 5.0), size=(4, 4), focal_length=100.0)
+
+    def seen(rules: int) -> float:
+        light["rules"] = rules
+        scene = scenes.scene_of([slab], materials=[glass], lights=[light])
+        scene.light_rules = [LightRules(casting=np.array([True]))]
+        return radiance(scene, view, samples=512, bounces=4).mean()
+
+    plain = seen(-1)
+    assert 8.0 < plain < 10.0
+    assert seen(0) == pytest.approx(plain, rel=0.01)
+
+
 # From USD
 
 

@@ -112,7 +112,7 @@ def arrive(tables: SceneTables, options: PathOptions, path: Path, parts: Parts, 
             inside = on_light.distance >= path.tmin and on_light.distance < reach
             if light.kind == 1 and hit.instance < 0 and on_light.distance > 0.0:
                 inside = True
-            if light.rules != wp.uint64(0) and path.pdf >= 0.0 and on_light.distance > 0.0:
+            if light.rules != wp.uint64(0) and path.pdf >= 0.0 and path.pdf < CERTAIN and on_light.distance > 0.0:
                 through = by_rules(tables, light, path.instance, path.origin, path.direction, on_light.distance)
                 on_light.radiance = wp.cw_mul(on_light.radiance, through)
                 inside = True
