@@ -4,6 +4,7 @@ import dataclasses
 import json
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,8 @@ from tests.writers.test_run_length import decoded
 from usdsdg import annotators, writers
 from usdsdg.errors import UsdsdgWarning, WriterError, forget_warnings
 from usdsdg.writers.coco_categories import Categories
+from usdsdg.writers.coco_file import CocoFile
+from usdsdg.writers.files import write_text
 
 ROOT = Path(__file__).resolve().parents[2]
 PRODUCT = "/Render/HydraTextures/rp1"
@@ -209,6 +212,25 @@ def test_the_file_is_whole_and_names_only_what_is_there_at_any_time(frame, tmp_p
     writer.backend.wait_until_done()
     assert set(counts) >= {1, 26}
     assert counts == sorted(counts)
+
+
+def test_the_file_waits_for_its_pictures():
+    class Slow(writers.BaseBackend):
+        def __init__(self):
+            self.paths = []
+
+        def write_blob(self, path, data):
+            if path.endswith("png"):
+                time.sleep(0.2)
+            self.paths.append(path)
+
+    backend = Slow()
+    file = CocoFile(backend, {})
+    file.path = "coco.json"
+    backend.schedule(write_text, path="picture.png", text="")
+    file.add({"id": 0}, [], [])
+    backend.wait_until_done()
+    assert backend.paths == ["picture.png", "coco.json"]
 
 
 def test_the_id_follows_the_seed(frame, tmp_path):
