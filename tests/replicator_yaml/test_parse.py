@@ -322,6 +322,8 @@ def test_nodes_know_their_line_also_in_a_saved_stage(parsed, tmp_path):
         ("a: {create.cube: {position: {distribution.uniform: {}}}}\n", 1, "uniform needs a value for lower, upper"),
         ("a:\n  inherit: b\nb:\n  inherit: c\nc:\n  inherit: b\n", 6, "inherits from itself"),
         ("a: [1, 2\nb: 3\n", 2, "expected"),
+        ("a:\n  randomizer.register:\n    two words:\n      create.cube: null\n", 3, "'two words' cannot be the name"),
+        ("a:\n  randomizer.register:\n    f:\n      inputs:\n        b.c: 3\n", 5, "'b.c' cannot be the name"),
         ("- 1\n", 1, "the file must be a mapping"),
         ("profiles: [nowhere.yaml]\n", 1, "no profile .*nowhere.yaml"),
         ("a: {value: x, property: file}\n", 1, "expected file_path or nucleus_path"),

@@ -127,6 +127,9 @@ class Script:
         for name, body in entries(node, "randomizer.register").items():
             block = self._entries(body)
             inputs = entries(block.pop("inputs"), "inputs") if "inputs" in block else {}
+            for each, where in ((name, body), *inputs.items()):
+                if not each.isidentifier():
+                    fail(where, f"randomizer.register: {each!r} cannot be the name of a function or an argument")
             defaults = {key: self._value(value, scope) for key, value in inputs.items()}
             usdsdg.randomizer.register(self._function(name, defaults, block, scope), fn_name=name)
 
