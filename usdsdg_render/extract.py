@@ -27,7 +27,7 @@ from .plan import Plan, Planner, is_below
 from .prototypes import PrototypeCache
 from .scene import Instances, Prototype, Scene
 from .shading import Material
-from .stage_tree import DOME, SHAPE, Tree
+from .stage_tree import DOME, MESH, SHAPE, Tree
 from .textures import Progress, TexturePool
 
 
@@ -201,9 +201,8 @@ class SceneExtractor:
         return own if material is None else material.with_base_color(own.base_color.value)
 
     def _read_prototype(self, gprim: Gprim) -> None:
-        if gprim.kind == SHAPE:
-            uv_name = ""
-        else:
+        uv_name = ""
+        if gprim.kind == MESH:
             uv_name = next((material.uv_primvar for material in gprim.materials if material.uv_primvar), "")
         known = self._known.get(gprim.path)
         if known is None or known[0] != uv_name:
@@ -211,7 +210,7 @@ class SceneExtractor:
                 prototype = self._prototypes.shape(gprim.prim, self._time)
             else:
                 own = gprim.path in self._own
-                prototype = self._prototypes.mesh(gprim.prim, self._time, uv_name, gprim.subsets, own=own)
+                prototype = self._prototypes.points(gprim.prim, self._time, uv_name, gprim.subsets, own=own)
             known = self._known[gprim.path] = (uv_name, prototype)
         gprim.prototype = known[1]
 

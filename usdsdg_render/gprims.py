@@ -12,7 +12,7 @@ from usdsdg import errors
 from .instancer import expand
 from .scene import Prototype
 from .shading import Material
-from .stage_tree import INSTANCER, MESH, SHAPE, Tree, kind_of
+from .stage_tree import GPRIMS, INSTANCER, Tree, kind_of
 
 
 @dataclass
@@ -50,7 +50,7 @@ def find_gprims(tree: Tree) -> tuple[list[Gprim], Placements]:
     gprims: list[Gprim] = []
     placements = Placements()
     drawn_by_points: dict[Sdf.Path, int] = {}
-    for node in tree.of_kind(MESH, SHAPE, INSTANCER):
+    for node in tree.of_kind(*GPRIMS, INSTANCER):
         if not tree.drawn[node]:
             continue
         prim = tree.prims[node]

@@ -77,16 +77,16 @@ def read_mesh(
 
     `uv_name` is the primvar that the material reads; empty or absent, the usual names are tried, then any texCoord2f.
     """
-    points = _array(prim, "points", time, (3,))
-    counts = _array(prim, "faceVertexCounts", time, ())
-    indices = _array(prim, "faceVertexIndices", time, ())
+    points = read_array(prim, "points", time, (3,))
+    counts = read_array(prim, "faceVertexCounts", time, ())
+    indices = read_array(prim, "faceVertexIndices", time, ())
     if points is None or counts is None or indices is None or not (len(points) and len(counts) and len(indices)):
         errors.warn_once(
             f"{prim.GetPath()}: the mesh is empty (no points or no faces) and is not drawn. Author points, "
             f"faceVertexCounts and faceVertexIndices, or remove the prim."
         )
         return None
-    holes = _array(prim, "holeIndices", time, ())
+    holes = read_array(prim, "holeIndices", time, ())
     scheme = str(prim.GetAttribute("subdivisionScheme").Get(time) or "catmullClark")
     return MeshSource(
         points=points,
@@ -104,7 +104,7 @@ def read_mesh(
 
 def _refinement(prim: Usd.Prim, time: Usd.TimeCode) -> Refinement | None:
     """What Omniverse's override asks for; without it, a surface with creases or corners is refined, others are not."""
-    sharp = [_array(prim, name, time, ()) for name in _SHARP]
+    sharp = [read_array(prim, name, time, ()) for name in _SHARP]
     override = prim.GetAttribute("refinementEnableOverride")
     level = None
     if override and override.Get(time) is True:
@@ -129,7 +129,8 @@ def value_at(attribute: Usd.Attribute, time: Usd.TimeCode):
     return value
 
 
-def _array(prim: Usd.Prim, name: str, time: Usd.TimeCode, tail: tuple[int, ...]) -> np.ndarray | None:
+def read_array(prim: Usd.Prim, name: str, time: Usd.TimeCode, tail: tuple[int, ...]) -> np.ndarray | None:
+    """An array of rows of shape `tail`; None where there is none, or (with a warning) one of another shape."""
     attribute = prim.GetAttribute(name)
     value = value_at(attribute, time) if attribute else None
     if value is None:
@@ -145,25 +146,26 @@ def _array(prim: Usd.Prim, name: str, time: Usd.TimeCode, tail: tuple[int, ...])
 
 
 def _subset_faces(subset: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:
-    faces = _array(subset, "indices", time, ())
+    faces = read_array(subset, "indices", time, ())
     return EMPTY if faces is None else faces
 
 
-def _primvar(prim: Usd.Prim, name: str, time: Usd.TimeCode, width: int) -> Primvar | None:
-    values = _array(prim, name, time, (width,))
+def read_primvar(prim: Usd.Prim, name: str, time: Usd.TimeCode, tail: tuple[int, ...]) -> Primvar | None:
+    """A primvar with rows of shape `tail`, by its attribute's name; None where there is none."""
+    values = read_array(prim, name, time, tail)
     if values is None or not len(values):
         return None
-    indices = _array(prim, f"{name}:indices", time, ())
+    indices = read_array(prim, f"{name}:indices", time, ())
     interpolation = prim.GetAttribute(name).GetMetadata("interpolation")
     return Primvar(values, EMPTY if indices is None else indices, str(interpolation or "constant"))
 
 
 def _normals(prim: Usd.Prim, time: Usd.TimeCode) -> Primvar | None:
     """primvars:normals wins over normals, whose interpolation is `vertex` unless authored (UsdGeomPointBased)."""
-    primvar = _primvar(prim, "primvars:normals", time, 3)
+    primvar = read_primvar(prim, "primvars:normals", time, (3,))
     if primvar is not None:
         return primvar
-    values = _array(prim, "normals", time, (3,))
+    values = read_array(prim, "normals", time, (3,))
     if values is None or not len(values):
         return None
     interpolation = prim.GetAttribute("normals").GetMetadata("interpolation")
@@ -173,10 +175,10 @@ def _normals(prim: Usd.Prim, time: Usd.TimeCode) -> Primvar | None:
 def _uvs(prim: Usd.Prim, time: Usd.TimeCode, uv_name: str) -> Primvar | None:
     names = (uv_name, *UV_NAMES) if uv_name and uv_name not in UV_NAMES[:1] else UV_NAMES
     for name in names:
-        primvar = _primvar(prim, f"primvars:{name}", time, 2)
+        primvar = read_primvar(prim, f"primvars:{name}", time, (2,))
         if primvar is not None:
             return primvar
     for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues():
         if str(primvar.GetTypeName()).startswith("texCoord2"):
-            return _primvar(prim, str(primvar.GetName()), time, 2)
+            return read_primvar(prim, str(primvar.GetName()), time, (2,))
     return None

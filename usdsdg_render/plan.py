@@ -11,12 +11,11 @@ from usdsdg.stage.changes import Changes
 
 from .stage_tree import (
     DOME,
+    GPRIMS,
     IGNORED_PREFIXES,
     INSTANCER,
     LIGHT,
-    MESH,
     PASS,
-    SHAPE,
     SKIP,
     SUBSET,
     Tree,
@@ -83,7 +82,7 @@ class Planner:
                 continue
             elif kind in (LIGHT, DOME):
                 plan.lights = True
-            elif kind in (MESH, SHAPE):
+            elif kind in GPRIMS:
                 plan.gprims.add(path)
                 plan.structure = True
             elif kind == INSTANCER:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from typing import Any
 
 import numpy as np
@@ -11,12 +11,12 @@ from pxr import Sdf, Usd
 
 from usdsdg.stage.skinning import Skinning
 
-from . import shapes
+from . import shapes, tubes
 from .geometry import build_prototype
 from .mesh_source import MeshSource, read_mesh
 from .scene import Prototype
 from .skinned_mesh import posed
-from .stage_tree import IGNORED_PREFIXES
+from .stage_tree import CURVES, IGNORED_PREFIXES, MESH, kind_of
 
 # Prototypes that nothing uses any more are kept while they are few, for scripts that hide and show objects.
 IDLE_TRIANGLES = 2_000_000
@@ -41,20 +41,43 @@ class PrototypeCache:
         """The stage may have changed since the last pass, so where a value comes from no longer tells which it is."""
         self._by_specs.clear()
 
-    def mesh(
+    def points(
         self, prim: Usd.Prim, time: Usd.TimeCode, uv_name: str, subsets: list[Usd.Prim], *, own: bool = False
     ) -> Prototype | None:
-        """The prototype of a mesh; None (with a warning) when it has no surface.
+        """The prototype of a mesh, of curves or of points; None (with a warning) when it has no surface.
 
         own: it is not what its specs say alone: it varies with time, and layer offsets may give references of one layer
             different times, or a skeleton shapes it.
         """
         if own:
-            return self._read_mesh(prim, time, uv_name, subsets)
-        specs = (uv_name, _specs(prim), *(_specs(subset) for subset in subsets))
+            return self._read(prim, time, uv_name, subsets)
+        specs = (kind_of(prim), uv_name, _specs(prim), *(_specs(subset) for subset in subsets))
         if specs not in self._by_specs:
-            self._by_specs[specs] = self._read_mesh(prim, time, uv_name, subsets)
+            self._by_specs[specs] = self._read(prim, time, uv_name, subsets)
         return self._by_specs[specs]
+
+    def _read(self, prim: Usd.Prim, time: Usd.TimeCode, uv_name: str, subsets: list[Usd.Prim]) -> Prototype | None:
+        kind = kind_of(prim)
+        if kind == MESH:
+            return self._read_mesh(prim, time, uv_name, subsets)
+        draw = tubes.curves if kind == CURVES else tubes.points
+        return self._read_round(str(prim.GetPath()), draw(prim, time, self.skinning))
+
+    def _read_round(self, path: str, surface: tubes.Round | None) -> Prototype | None:
+        if surface is None:
+            return None
+        content = _digest("round", surface)
+        if content not in self._by_content:
+            self._by_content[content] = Prototype(
+                name=path,
+                points=surface.points,
+                triangles=surface.triangles,
+                corner_normals=surface.corner_normals,
+                corner_uvs=surface.corner_uvs,
+                triangle_slots=np.zeros(len(surface.triangles), np.int32),
+                triangle_faces=surface.owners,
+            )
+        return self._by_content[content]
 
     def _read_mesh(self, prim: Usd.Prim, time: Usd.TimeCode, uv_name: str, subsets: list[Usd.Prim]) -> Prototype | None:
         source = read_mesh(prim, time, uv_name=uv_name, subsets=subsets)
@@ -116,8 +139,12 @@ def _address(array: np.ndarray) -> tuple[Any, ...]:
 
 
 def _content(source: MeshSource) -> bytes:
-    digest = hashlib.blake2b(repr(source.form()).encode(), digest_size=16)
-    for array in source.arrays():
+    return _digest(repr(source.form()), source.arrays())
+
+
+def _digest(form: str, arrays: Iterable[np.ndarray]) -> bytes:
+    digest = hashlib.blake2b(form.encode(), digest_size=16)
+    for array in arrays:
         digest.update(f"{array.dtype.str}{array.shape}".encode())
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.digest()

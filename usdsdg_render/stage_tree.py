@@ -13,8 +13,8 @@ from .lights import DOMES, KINDS, UNSUPPORTED
 from .shapes import PARAMETERS
 
 # What a prim is to the renderer.
-PASS, MESH, SHAPE, LIGHT, DOME, INSTANCER, SUBSET, SKIP, UNDRAWN, NO_LIGHT = range(10)
-GPRIMS = (MESH, SHAPE)
+PASS, MESH, SHAPE, CURVES, POINTS, LIGHT, DOME, INSTANCER, SUBSET, SKIP, UNDRAWN, NO_LIGHT = range(12)
+GPRIMS = (MESH, SHAPE, CURVES, POINTS)
 DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 
 # Properties that change nothing that is drawn; other engines and scripts write them all the time.
@@ -22,6 +22,10 @@ IGNORED_PREFIXES = ("physics:", "physx", "semantic", "newton:", "ui:", "userProp
 
 _KNOWN = {
     "Mesh": MESH,
+    "BasisCurves": CURVES,
+    "HermiteCurves": CURVES,
+    "NurbsCurves": CURVES,
+    "Points": POINTS,
     "PointInstancer": INSTANCER,
     "GeomSubset": SUBSET,
     **dict.fromkeys(PARAMETERS, SHAPE),
