@@ -12,7 +12,6 @@ from usdsdg_render import cones
 from usdsdg_render.camera import camera_record
 from usdsdg_render.device import DeviceScene, records
 from usdsdg_render.kernels.coverage import Strip, cover_strips
-from usdsdg_render.kernels.types import SceneTables
 from usdsdg_render.parallel import launch_rows
 
 if TYPE_CHECKING:
@@ -109,27 +108,13 @@ def _launch(
     ]
     covered = wp.empty(len(strips), dtype=wp.vec3i, device=device)
 
-    def launch(tables: SceneTables, part: slice) -> None:
-        some = wp.array(strips[part], dtype=Strip, device=device)
-        launch_rows(
-            cover_strips,
-            some.shape,
-            [tables, *inputs, some],
-            [covered[part]],
-            device=device,
-            threads=threads,
-            band_rows=STRIPS_PER_BAND,
-        )
-
-    if device == "cpu":
-        launch(device_scene.tables, slice(0, len(strips)))
-    else:
-        # One mesh of each group alone, so that rays meet the very triangles of the label pass.
-        firsts = np.searchsorted(strips["group"], np.arange(len(groups) + 1)).tolist()
-        for group, first, end in zip(groups, firsts[:-1], firsts[1:], strict=True):
-            if end > first:
-                tables, mesh = device_scene.only(group)
-                launch(tables, slice(first, end))
-                wp.synchronize_device(device)
-                del mesh
+    launch_rows(
+        cover_strips,
+        strips.shape,
+        [device_scene.tables, *inputs, wp.array(strips, dtype=Strip, device=device)],
+        [covered],
+        device=device,
+        threads=threads,
+        band_rows=STRIPS_PER_BAND,
+    )
     return covered.numpy()

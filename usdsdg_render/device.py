@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,8 +13,7 @@ from usdsdg_render.energy import albedo_table
 from usdsdg_render.kernels import types
 from usdsdg_render.light_tables import LightTables
 from usdsdg_render.scene import Prototype, Scene, Texture
-from usdsdg_render.trace.build import BottomTree, TopTree, build_bottom, build_top
-from usdsdg_render.trace.flatten import FlattenedMesh
+from usdsdg_render.trace.forest import BottomTree, TopTree
 
 
 def records(struct: Any, count: int) -> np.ndarray:
@@ -24,16 +22,14 @@ def records(struct: Any, count: int) -> np.ndarray:
 
 
 class _PrototypeMemory:
-    """What stays on the device for one prototype: triangle records, and on a CPU its tree."""
+    """What stays on the device for one prototype: triangle records, and its tree."""
 
     def __init__(self, prototype: Prototype, device: str) -> None:
         self.prototype = prototype  # keeps its identity from being reused
         self.triangles = wp.array(_triangle_records(prototype), dtype=types.Triangle, device=device)
-        self.tree: BottomTree | None = None
+        self.tree = BottomTree(prototype.points, prototype.triangles, device)
         used = prototype.points[prototype.triangles].reshape(-1, 3)
         self.lower, self.upper = used.min(0), used.max(0)
-        if device == "cpu":
-            self.tree = build_bottom(prototype.points, prototype.triangles)
 
 
 class DeviceScene:
@@ -54,10 +50,9 @@ class DeviceScene:
         self._lights = LightTables(device)
         self._light = 0.0
         self._top: TopTree | None = None
-        self._mesh, self._shadow_mesh = FlattenedMesh(device), FlattenedMesh(device)
         self._rows = records(types.Instance, 0)
         self._local_boxes = np.zeros((0, 3)), np.zeros((0, 3))
-        self._faces = self._face_counts = np.zeros(0, np.int64)
+        self._filled = np.zeros(0, bool)  # per instance: whether it has triangles
 
     def sync(self, scene: Scene) -> None:
         """Bring the device up to date with what changed in `scene` since the last call."""
@@ -118,17 +113,14 @@ class DeviceScene:
         instances = scene.instances
         memories = [self._prototypes.get(id(prototype)) for prototype in scene.prototypes]
         parts = records(types.Instance, len(memories))
-        # Per prototype: box, number of triangles, number of material slots.
+        # Per prototype: box, and number of material slots.
         lower, upper = np.zeros((2, len(memories), 3))
-        faces, slots = np.zeros((2, len(memories)), np.int64)
+        slots = np.zeros(len(memories), np.int64)
         for k, memory in enumerate(memories):
             if memory is not None:
                 parts[k]["triangles"] = memory.triangles.ptr
-                if memory.tree is not None:
-                    parts[k]["nodes"] = memory.tree.nodes.ctypes.data
-                    parts[k]["blocks"] = memory.tree.blocks.ctypes.data
+                parts[k]["nodes"], parts[k]["blocks"] = memory.tree.nodes, memory.tree.blocks
                 lower[k], upper[k] = memory.lower, memory.upper
-                faces[k] = len(memory.prototype.triangles)
                 slots[k] = memory.prototype.triangle_slots.max(initial=0) + 1
         rows = parts[instances.prototype]
         rows["slot_offset"] = instances.slot_offset
@@ -138,7 +130,7 @@ class DeviceScene:
         )
         self._rows = rows
         self._local_boxes = lower[instances.prototype], upper[instances.prototype]
-        self._faces = faces[instances.prototype]
+        self._filled = np.array([memory is not None for memory in memories], bool)[instances.prototype]
         self.tables.slots = self._array(scene.material_slots, wp.int32)
 
     def place(self, scene: Scene, local_to_world: np.ndarray) -> None:
@@ -150,41 +142,15 @@ class DeviceScene:
         rows["local_to_world"] = matrices[:, :3, :3].transpose(0, 2, 1)
         rows["world_origin"] = matrices[:, 3, :3]
         rows["world_to_local"] = inverse[:, :3, :3].transpose(0, 2, 1)
-        self.placed = solid & (self._faces > 0)
+        self.placed = solid & self._filled
         self.lower, self.upper = _world_boxes(*self._local_boxes, matrices)
-        self._face_counts = self._faces * self.placed
-        self._build_tree(self.placed)
-
-    def _build_tree(self, solid: np.ndarray) -> None:
-        tree, rows = self.tables.tree, self._rows
-        tree.instance_count = int(solid.sum())
-        if self.device != "cpu":
-            casting = self._face_counts * (rows["casts_shadow"] != 0)
-            same = bool((casting == self._face_counts).all())
-            if not same:
-                self._shadow_mesh.place(rows, casting)
-            self._mesh.place(rows, self._face_counts)
-            tree.mesh, tree.shadow_mesh = self._mesh.id, self._mesh.id if same else self._shadow_mesh.id
-            tree.face_instance = self._mesh.face_instance
-        elif solid.any():
-            self._top = build_top(self.lower[solid], self.upper[solid], np.flatnonzero(solid))
-            tree.nodes = self._top.nodes.ctypes.data
+        tree = self.tables.tree
+        tree.instance_count = int(self.placed.sum())
+        if tree.instance_count:
+            kept = np.flatnonzero(self.placed)
+            self._top = TopTree(self.lower[kept], self.upper[kept], kept, self.device)
+            tree.nodes, tree.order = self._top.nodes, self._top.order
         tree.instances = self._array(rows, types.Instance)
-
-    def only(self, instances: Sequence[int]) -> tuple[types.SceneTables, FlattenedMesh]:
-        """CUDA: tables of a scene that holds these instances alone, and the mesh to keep alive while they are used."""
-        rows = self._rows.copy()
-        counts = np.zeros_like(self._face_counts)
-        counts[list(instances)] = self._face_counts[list(instances)]
-        mesh = FlattenedMesh(self.device)
-        mesh.place(rows, counts)
-        tables = types.SceneTables()
-        for name in ("slots", "materials", "textures", "texel_values", "cutouts"):
-            setattr(tables, name, getattr(self.tables, name))
-        tables.tree.instances = self._array(rows, types.Instance)
-        tables.tree.mesh = tables.tree.shadow_mesh = mesh.id
-        tables.tree.face_instance = mesh.face_instance
-        return tables, mesh
 
     def _upload_lights(self, scene: Scene) -> None:
         self._lights.upload(scene, self.tables)

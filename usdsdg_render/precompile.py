@@ -14,7 +14,6 @@ from usdsdg_render.kernels import (
     curved_motion,
     denoise,
     develop,
-    flatten,
     material_aov,
     path,
 )
@@ -29,17 +28,18 @@ def precompile(device: str = "cpu", progress: Progress | None = None) -> None:
     """Compile or load every kernel of the renderer for a device; says so through `progress`."""
     if device in _ready:
         return
-    kernels = [build.build_tree] if device == "cpu" else [flatten.place_triangles]
-    kernels += [path.add_samples, aov.label_pixels, material_aov.label_materials, ambient_aov.label_ambient]
+    kernels = [path.add_samples, aov.label_pixels, material_aov.label_materials, ambient_aov.label_ambient]
     kernels += [curved_motion.label_curved_motion, coverage.cover_strips, develop.develop_pixels, denoise.smooth]
-    block_dim = 1 if device == "cpu" else CUDA_BLOCK
-    modules = [kernel.module for kernel in kernels]
+    target = wp.get_device(device)
+    # Trees are built on the CPU for either device.
+    loads = [(build.build_tree.module, wp.get_device("cpu"), 1)]
+    loads += [(kernel.module, target, CUDA_BLOCK if target.is_cuda else 1) for kernel in kernels]
     label = "render kernels (compiled on first use)"
     report = progress or (lambda *_: None)
-    report(label, 0, len(modules))
-    with ThreadPoolExecutor(min(len(modules), available_threads())) as pool:
-        loads = [pool.submit(module.load, wp.get_device(device), block_dim) for module in modules]
-        for done, load in enumerate(as_completed(loads)):
+    report(label, 0, len(loads))
+    with ThreadPoolExecutor(min(len(loads), available_threads())) as pool:
+        running = [pool.submit(module.load, *where) for module, *where in loads]
+        for done, load in enumerate(as_completed(running)):
             load.result()
-            report(label, done + 1, len(modules))
+            report(label, done + 1, len(loads))
     _ready.add(device)

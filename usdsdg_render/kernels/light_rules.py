@@ -3,7 +3,7 @@
 import warp as wp
 
 from usdsdg_render.kernels.types import Light, LightRules, SceneTables
-from usdsdg_render.kernels.visibility import BY_CHANCE, MAX_LAYERS, behind, opacity_of_hit
+from usdsdg_render.kernels.visibility import BY_CHANCE, MAX_LAYERS, opacity_of_hit
 from usdsdg_render.trace.query import unpack, wide_closest
 
 LIT = wp.constant(1)
@@ -56,5 +56,5 @@ def by_rules(tables: SceneTables, light: Light, instance: int, origin: wp.vec3, 
             # One solid thing casts one shadow, however many of its surfaces are in the way.
             if opacity >= 1.0:
                 break
-        t = behind(hit.t)
+        t = hit.t
     return wp.vec3(share) + rules.shadow_color * (1.0 - share)

@@ -34,12 +34,11 @@ class Instance:
     world_to_local: wp.mat33
     local_to_world: wp.mat33
     world_origin: wp.vec3
-    nodes: wp.uint64  # bottom-level tree (CPU only)
-    blocks: wp.uint64  # its triangles in blocks of eight (CPU only)
+    nodes: wp.uint64  # bottom-level tree
+    blocks: wp.uint64  # its triangles: in blocks of eight on a CPU, one by one on CUDA
     triangles: wp.uint64  # Triangle records
     slot_offset: wp.int32
     casts_shadow: wp.int32
-    first_face: wp.int32  # of this instance in the flattened mesh (CUDA only)
     cutout: wp.int32  # 1 = some of its materials may let a ray through
 
 
@@ -47,12 +46,10 @@ class Instance:
 class Tree:
     """What a ray is traced against."""
 
-    nodes: wp.uint64  # top-level tree (CPU only)
+    nodes: wp.uint64  # top-level tree
     instances: wp.array(dtype=Instance)
     instance_count: wp.int32
-    mesh: wp.uint64  # flattened wp.Mesh (CUDA only)
-    shadow_mesh: wp.uint64  # the same without instances that cast no shadow (CUDA only)
-    face_instance: wp.array(dtype=wp.int32)
+    order: wp.array(dtype=wp.int32)  # instances as the leaves count them (CUDA only)
 
 
 @wp.struct

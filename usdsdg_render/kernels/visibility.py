@@ -15,19 +15,6 @@ BY_CHANCE = wp.constant(1)
 # By chance too, but glass is there: it mirrors or bends what meets it.
 REFRACTING = wp.constant(2)
 
-# A CPU query goes on behind a hit exactly; Warp's CUDA query starts from a rounded point and needs a gap.
-_BEHIND = """
-#if defined(__CUDA_ARCH__)
-    return t * (1.0f + 4.0e-6f) + 1.0e-9f;
-#else
-    return t;
-#endif
-"""
-
-
-@wp.func_native(_BEHIND)
-def behind(t: float) -> float: ...
-
 
 @wp.func
 def triangle_of(instance: Instance, index: int):
@@ -117,7 +104,7 @@ def closest(
             break
         # What is left of the number is uniform again.
         number = (number - opacity) / (1.0 - opacity)
-        t = behind(hit.t)
+        t = hit.t
     return hit
 
 
@@ -134,7 +121,7 @@ def closest_in_instance(
             break
         if opacity_of_hit(tables, hit, BY_THRESHOLD) > 0.0:
             break
-        t = behind(hit.t)
+        t = hit.t
     return hit
 
 
@@ -155,5 +142,5 @@ def transmitted(tables: SceneTables, origin: wp.vec3, direction: wp.vec3, tmax: 
             share *= 1.0 - opacity_of_hit(tables, hit, BY_CHANCE)
         if share <= 0.0:
             break
-        t = behind(hit.t)
+        t = hit.t
     return share

@@ -1,4 +1,7 @@
-"""Trees for the CPU back end: one per prototype over its triangles, one over the boxes of all instances."""
+"""Trees to trace: one per prototype over its triangles, one over the boxes of all instances.
+
+A CPU reads them as they are built; CUDA reads them compressed.
+"""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,6 +10,7 @@ import numpy as np
 import warp as wp
 
 from usdsdg.errors import RenderError
+from usdsdg_render.trace.compress import LEAF_ITEMS, CompressedTree, compress
 from usdsdg_render.trace.query import MAX_BOTTOM_DEPTH, MAX_TOP_DEPTH
 
 LANES = 8
@@ -81,13 +85,40 @@ def build_top(lower: np.ndarray, upper: np.ndarray, instances: np.ndarray) -> To
     return TopTree(nodes, depth)
 
 
+def compress_bottom(points: np.ndarray, triangles: np.ndarray) -> tuple[CompressedTree, np.ndarray]:
+    """As `build_bottom` for CUDA, and (T, 3, 4) float32 corners in the tree's order, the first with its triangle."""
+    corners = points[triangles]
+    nodes, members, _ = _build(corners.min(1), corners.max(1), LEAF_ITEMS, LEAF_ITEMS, MAX_BOTTOM_DEPTH)
+    children = nodes[:, 48:56].view(np.int32)
+    children[children < 0] >>= 2  # a leaf is one block
+    tree = compress(*_boxes(nodes), children, members)
+    rows = np.zeros((len(tree.order), 3, 4), np.float32)
+    rows[..., :3] = corners[tree.order]
+    rows[:, 0, 3] = tree.order.view(np.float32)
+    return tree, rows
+
+
+def compress_top(lower: np.ndarray, upper: np.ndarray, instances: np.ndarray) -> CompressedTree:
+    """As `build_top` for CUDA."""
+    nodes, _, _ = _build(lower, upper, 1, 1, MAX_TOP_DEPTH)
+    members = np.full((len(instances), LEAF_ITEMS), -1, np.int32)
+    members[:, 0] = instances
+    return compress(*_boxes(nodes), nodes[:, 48:56].view(np.int32), members)
+
+
+def _boxes(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper corners of the children, (N, 8, 3) each."""
+    boxes = nodes[:, :48].reshape(-1, 2, 3, LANES).transpose(1, 0, 3, 2)
+    return boxes[0], boxes[1]
+
+
 def _build(lower: np.ndarray, upper: np.ndarray, block: int, leaf: int, max_depth: int):
     n = len(lower)
     if 8**max_depth < n:
         raise RenderError(f"{n} objects do not fit a tree {max_depth} levels deep. Split the scene.")
     # An inner node has at least two children, so there are fewer of them than boxes.
     nodes = np.empty((max(1, n), _NODE_WORDS), np.float32)
-    members = np.empty((max(1, n), LANES), np.int32) if block > 1 else np.empty((0, LANES), np.int32)
+    members = np.empty((max(1, n) if block > 1 else 0, block), np.int32)
     order, counts = np.empty(n, np.int32), np.zeros(3, np.int32)
     task = Task()
     task.lowers, task.uppers = _shared(lower), _shared(upper)

@@ -1,4 +1,4 @@
-"""`wide_closest` and friends: one ray against a `Tree`, compiled for CPU or CUDA.
+"""`wide_closest` and friends: one ray against a `Tree`, compiled for CPU or CUDA; both give the same hits.
 
 Results are packed in five words: t, u, v (bit patterns of floats), instance or -1, triangle. The parameter t is in
 lengths of `direction`; only hits with tmin < t < tmax count, so a query repeated with tmin = t goes on behind a hit.
@@ -15,21 +15,23 @@ MAX_TOP_DEPTH = 12
 MAX_BOTTOM_DEPTH = 20
 STACK_SIZE = 256
 assert 7 * (MAX_TOP_DEPTH + MAX_BOTTOM_DEPTH) + 8 <= STACK_SIZE
+# A group of nodes stands for what is left of a level; an instance is entered over two groups.
+CUDA_STACK_SIZE = 40
+assert MAX_TOP_DEPTH + MAX_BOTTOM_DEPTH + 2 <= CUDA_STACK_SIZE
 
 Packed = wp.types.vector(length=5, dtype=wp.int32)
 
 _TRAVERSE = Path(__file__).with_name("traverse.cpp").read_text()
-_FLATTENED = Path(__file__).with_name("flattened.cpp").read_text()
+_COMPRESSED = Path(__file__).with_name("compressed.cpp").read_text()
 
 
 def _snippet(*, any_hit: bool, one_instance: bool) -> str:
-    flags = (
-        f"constexpr bool ANY_HIT = {str(any_hit).lower()}, ONE_INSTANCE = {str(one_instance).lower()};\n"
-        f"constexpr int STACK_SIZE = {STACK_SIZE};\n"
-    )
+    flags = f"constexpr bool ANY_HIT = {str(any_hit).lower()}, ONE_INSTANCE = {str(one_instance).lower()};\n"
     if not one_instance:
         flags += "constexpr int only_instance = 0;\n"
-    return f"{flags}#if defined(__CUDA_ARCH__)\n{_FLATTENED}\n#else\n{_TRAVERSE}\n#endif\n"
+    cuda = f"constexpr int STACK_SIZE = {CUDA_STACK_SIZE};\n{_COMPRESSED}"
+    cpu = f"constexpr int STACK_SIZE = {STACK_SIZE};\n{_TRAVERSE}"
+    return f"{flags}#if defined(__CUDA_ARCH__)\n{cuda}\n#else\n{cpu}\n#endif\n"
 
 
 @wp.func_native(_snippet(any_hit=False, one_instance=False))
