@@ -159,17 +159,20 @@ def _capsule(radius: float, height: float) -> Surface:
 
 
 def _tapered_capsule(bottom: float, top: float, height: float) -> Surface:
-    """Two spheres and the cone that touches both; the larger sphere alone where it holds the other."""
-    if abs(bottom - top) >= height:
-        surface = _sphere(max(bottom, top))
-        offset = np.float32(-height / 2 if bottom >= top else height / 2)
-        return surface._replace(points=surface.points + np.array([0, 0, offset], np.float32))
-    tangent = math.asin((bottom - top) / height)
-    arcs = bottom * (tangent + math.pi / 2), height * math.cos(tangent), top * (math.pi / 2 - tangent)
+    """The frustum between the two radii, and at its ends what is left of the spheres that touch it there.
+
+    UsdGeomCapsule_1 computes its extent so: a sphere is larger than the ring that it goes on from.
+    """
+    if height == 0.0:
+        return _sphere(max(bottom, top))
+    slope = (bottom - top) / height
+    tangent, widening = math.atan(slope), math.hypot(1.0, slope)
+    low, high = (-height / 2 - bottom * slope, bottom * widening), (height / 2 - top * slope, top * widening)
+    arcs = low[1] * (tangent + math.pi / 2), height * widening, high[1] * (math.pi / 2 - tangent)
     v_low, v_high = arcs[0] / sum(arcs), (arcs[0] + arcs[1]) / sum(arcs)
     half = RINGS // 2
-    lower = _cap_rings(bottom, -height / 2, -math.pi / 2, tangent, half, 0.0, v_low)
-    upper = _cap_rings(top, height / 2, tangent, math.pi / 2, half, v_high, 1.0)
+    lower = _cap_rings(low[1], low[0], -math.pi / 2, tangent, half, 0.0, v_low)
+    upper = _cap_rings(high[1], high[0], tangent, math.pi / 2, half, v_high, 1.0)
     return _revolve([lower + upper])
 
 

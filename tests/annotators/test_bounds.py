@@ -128,3 +128,15 @@ def test_a_skinned_mesh_is_as_large_as_its_skeleton_makes_it():
     np.testing.assert_allclose(upright, [[-0.3, -0.3, 0], [0.3, 0.3, LENGTH]], atol=1e-6)
     np.testing.assert_allclose(bent[:, 0], [-0.3, 0.3], atol=1e-6)
     np.testing.assert_allclose([bent[0, 1], bent[0, 2]], [-LENGTH / 2, -0.5], atol=1e-6)
+
+
+@pytest.mark.parametrize("radii", [(0.8, 0.3), (0.2, 0.9), (0.5, 0.5), (0.4, 0.0)])
+def test_a_tapered_capsule_is_as_large_as_usd_says(radii):
+    stage = Usd.Stage.CreateInMemory()
+    capsule = UsdGeom.Capsule_1.Define(stage, "/Capsule")
+    capsule.CreateHeightAttr(2.0)
+    capsule.CreateRadiusBottomAttr(radii[0])
+    capsule.CreateRadiusTopAttr(radii[1])
+    extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(capsule), Usd.TimeCode.Default())
+    found = read_hull(capsule.GetPrim(), Usd.TimeCode.Default())(np.eye(4))
+    np.testing.assert_allclose(found, np.array(extent), atol=1e-6)

@@ -107,9 +107,15 @@ def _capsule(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
 
 
 def _tapered_capsule(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
+    """The balls that touch the frustum at its ends from within."""
     along, half = _spine(prim, 1.0, time)
     bottom, top = _number(prim, "radiusBottom", 0.5, time), _number(prim, "radiusTop", 0.5, time)
-    return _discs_hull([(-along * half, None, bottom), (along * half, None, top)])
+    if half == 0.0:
+        return _discs_hull([(np.zeros(3), None, max(bottom, top))])
+    slope = (bottom - top) / (2 * half)
+    widening = np.hypot(1.0, slope)
+    low, high = -along * (half + bottom * slope), along * (half - top * slope)
+    return _discs_hull([(low, None, bottom * widening), (high, None, top * widening)])
 
 
 def _tapered_cylinder(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
