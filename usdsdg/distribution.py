@@ -251,22 +251,25 @@ def _all_seeded(items: Sequence[Any], seed: int) -> list[Any]:
 
 
 def uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
-    """Uniform between `lower` and `upper`, scalars or tuples.
+    """Uniform from `lower` to `upper`: numbers, or tuples of one length, one number standing for all beside a tuple.
 
     Draws are floats, also between whole numbers: scripts write colours as (0, 0, 0) to (1, 1, 1). Written to an
     attribute of whole numbers they are rounded down, so `upper` itself is not drawn. `num_samples` changes nothing:
-    there is one draw for each prim.
+    there is one draw for each prim. `seed` replaces the global seed, and a draw with a `name` is told to writers.
+
+    Raises:
+        GraphError: a bound is no number, above the other one, or they differ in length; the seed is no whole number.
     """
     return Uniform(lower, upper, seed, name)
 
 
 def normal(mean: Any, std: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
-    """Gaussian with `mean` and standard deviation `std`, scalars or tuples; `num_samples` as in `uniform`."""
+    """Gaussian with `mean` and standard deviation `std` >= 0; `num_samples` and the rest as in `uniform`."""
     return Normal(mean, std, seed, name)
 
 
 def log_uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
-    """Uniform in the logarithm, between `lower` > 0 and `upper`; `num_samples` as in `uniform`."""
+    """Uniform in the logarithm, from `lower` > 0 to `upper`; `num_samples` and the rest as in `uniform`."""
     return LogUniform(lower, upper, seed, name)
 
 
@@ -280,7 +283,14 @@ def choice(
 ):
     """One of `choices` per prim: values, paths, prims, a group, other distributions, or what one distribution draws.
 
-    `num_samples` is as in `uniform`.
+    Args:
+        weights: chances, numbers >= 0 of any sum; by default all the same.
+        with_replacements: False draws no choice twice in one execution.
+        seed: as in `uniform`, as are `num_samples` and `name`.
+
+    Raises:
+        GraphError: there are no choices, or the weights do not fit them. At execution, without replacements: there are
+            more prims than choices.
     """
     return Choice(choices, weights, with_replacements, seed, name)
 
@@ -288,12 +298,26 @@ def choice(
 def sequence(
     items: Any, ordered: bool = True, seed: int | None = -1, name: str | None = None, stride: int | None = None
 ):
-    """Step through `items`, `stride` (default: the number of prims) further at each execution."""
+    """Step through `items` again and again, one for each prim, `stride` further at each execution.
+
+    Args:
+        items: values, or an item, whose prims they are.
+        ordered: False shuffles every lap.
+        stride: by default the number of prims.
+        seed: of the shuffle, as in `uniform`, as is `name`.
+
+    Raises:
+        GraphError: there are no items, or the stride is no whole number.
+    """
     return Sequence_(items, ordered, stride, seed, name)
 
 
 def combine(distributions: Sequence[Any], name: str | None = None):
-    """One vector from one distribution (or number) per axis."""
+    """One vector from one distribution, or number, per axis; `name` as in `uniform`.
+
+    Raises:
+        GraphError: one of them is neither. At execution: one draws several numbers.
+    """
     return Combine(distributions, name)
 
 

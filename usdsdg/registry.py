@@ -51,6 +51,7 @@ class Registry(Generic[Member]):
         return member
 
     def names(self) -> list[str]:
+        """All names, in the order in which they were added."""
         return list(self._members)
 
     def __contains__(self, name: object) -> bool:

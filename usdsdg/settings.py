@@ -7,7 +7,10 @@ toggle many that only matter to a user interface.
 from __future__ import annotations
 
 from collections.abc import Callable
+from numbers import Integral, Real
 from typing import Any
+
+from usdsdg.errors import ConfigError
 
 DEFAULTS: dict[str, Any] = {
     "/app/player/playSimulations": True,
@@ -93,15 +96,19 @@ class Settings:
 
     # carb.settings has one getter and setter per type.
     def get_as_int(self, path: str) -> int:
+        """The value as a whole number; 0 where nothing was set."""
         return int(self.get(path) or 0)
 
     def get_as_float(self, path: str) -> float:
+        """The value as a number; 0.0 where nothing was set."""
         return float(self.get(path) or 0.0)
 
     def get_as_bool(self, path: str) -> bool:
+        """The value as true or false; False where nothing was set."""
         return bool(self.get(path))
 
     def get_as_string(self, path: str) -> str:
+        """The value as text; "" where nothing was set."""
         value = self.get(path)
         return "" if value is None else str(value)
 
@@ -163,46 +170,69 @@ def set_physx_timestep(timestep: float) -> None:
     """Author how long a physics step is [s], on the stage's first PhysicsScene, made where there is none.
 
     Raises:
-        ValueError: it is not above 0.
+        ConfigError: (a ValueError) it is not above 0.
     """
     from usdsdg.stage.context import current_stage
     from usdsdg.stage.physics_scene import set_steps_per_second
 
-    if not timestep > 0:
-        raise ValueError(f"settings.set_physx_timestep: {timestep!r} must be above 0 seconds")
+    if not isinstance(timestep, Real) or not timestep > 0:
+        raise ConfigError(f"settings.set_physx_timestep: {timestep!r} must be above 0 seconds")
     set_steps_per_second(current_stage(), 1.0 / timestep)
 
 
 def set_render_rtx_realtime(antialiasing: str = "FXAA") -> None:
-    """Capture in the fast mode: few samples per pixel, then an edge-preserving filter."""
+    """Capture in the fast mode: few samples per pixel, then an edge-preserving filter.
+
+    `antialiasing` (off, TAA, FXAA, DLSS, DLAA) goes to `/rtx/post/aa/op` as its number in Omniverse; pictures are
+    filtered alike for all of them.
+
+    Raises:
+        ConfigError: (a ValueError) another antialiasing.
+    """
     operations = {"off": 0, "taa": 1, "fxaa": 2, "dlss": 3, "dlaa": 4}
-    if antialiasing.lower() not in operations:
-        raise ValueError(f"antialiasing {antialiasing!r}: expected one of {', '.join(operations)}")
+    if str(antialiasing).lower() not in operations:
+        raise ConfigError(f"antialiasing is {antialiasing!r}; expected one of {', '.join(operations)}")
     _settings.set("/rtx/rendermode", "RaytracedLighting")
-    _settings.set("/rtx/post/aa/op", operations[antialiasing.lower()])
+    _settings.set("/rtx/post/aa/op", operations[str(antialiasing).lower()])
 
 
 def set_render_pathtraced(samples_per_pixel: int = 64) -> None:
-    """Capture with the path tracer at `samples_per_pixel`."""
+    """Capture with the path tracer at `samples_per_pixel`.
+
+    Raises:
+        ConfigError: (a ValueError) it is no whole number, or below 1.
+    """
+    if not isinstance(samples_per_pixel, Integral) or samples_per_pixel < 1:
+        raise ConfigError(f"samples_per_pixel is {samples_per_pixel!r}; expected a whole number, 1 or more")
     _settings.set("/rtx/rendermode", "PathTracing")
     _settings.set("/rtx/pathtracing/totalSpp", int(samples_per_pixel))
 
 
 def set_stage_up_axis(up_axis: str) -> None:
-    """Author the stage's up axis, "Y" or "Z"."""
+    """Author the stage's up axis, "Y" or "Z" (any case).
+
+    Raises:
+        ConfigError: (a ValueError) another axis.
+    """
     from pxr import UsdGeom
 
     from usdsdg.stage.context import current_stage
 
-    if up_axis.upper() not in ("Y", "Z"):
-        raise ValueError(f"up axis {up_axis!r}: expected 'Y' or 'Z'")
+    if str(up_axis).upper() not in ("Y", "Z"):
+        raise ConfigError(f"up axis is {up_axis!r}; expected 'Y' or 'Z'")
     UsdGeom.SetStageUpAxis(current_stage(), up_axis.upper())
 
 
 def set_stage_meters_per_unit(meters_per_unit: float) -> None:
-    """Author the stage's linear unit [metres]."""
+    """Author the stage's linear unit [metres]: 0.01 for centimetres.
+
+    Raises:
+        ConfigError: (a ValueError) it is not above 0.
+    """
     from pxr import UsdGeom
 
     from usdsdg.stage.context import current_stage
 
+    if not isinstance(meters_per_unit, Real) or not meters_per_unit > 0:
+        raise ConfigError(f"metres per unit is {meters_per_unit!r}; expected a number above 0")
     UsdGeom.SetStageMetersPerUnit(current_stage(), float(meters_per_unit))

@@ -216,6 +216,7 @@ class Annotator:
         return twin
 
     def get_name(self) -> str:
+        """What it is called: its key in a writer's payload."""
         return self._name
 
     def get_node(self) -> Annotator:
@@ -224,18 +225,22 @@ class Annotator:
 
     @property
     def name(self) -> str:
+        """As `get_name`."""
         return self._name
 
     @property
     def template_name(self) -> str:
+        """The name that its kind was registered under, whatever it is called itself."""
         return self._kind.name
 
     @property
     def is_attached(self) -> bool:
+        """Whether it watches a render product."""
         return self._render_product is not None
 
     @property
     def documentation(self) -> str:
+        """What it gives: shape, type, units, parameters."""
         return self._kind.documentation
 
 

@@ -58,6 +58,7 @@ def get(
 
 
 def get_registered_annotators() -> list[str]:
+    """Names of all annotators that `get` makes, those of scripts last."""
     return [*kinds.names(), *_composed.names()]
 
 

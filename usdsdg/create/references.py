@@ -20,8 +20,16 @@ def from_usd(
 ) -> ReplicatorItem:  # fmt: skip
     """`count` references to a USD file: `/Replicator/Ref_Xform/Ref`.
 
+    Args:
+        usd: a file, or a URL below the assets root.
+        position: in the space of `parent` [stage units]; `scale` are factors and `rotation` angles [degrees]. These,
+            `look_at` (a point of the world or prims) and `look_at_up_axis` may be distributions.
+        semantics: labels of all, or a list with those of each.
+        name: of the references; their objects are `<parent>/<name>_Xform`, by default below `/Replicator`.
+
     Raises:
-        AssetError: the file is missing or has no prim to reference.
+        AssetNotFound: there is no such file; names near misses. AssetError: it cannot be referenced.
+        BadPrim: `parent` is not on the stage. GraphError: a value has another shape.
     """
     stage, file = current_stage(), assets.resolve(usd)
     objects = []

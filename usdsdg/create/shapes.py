@@ -2,6 +2,18 @@
 
 Meshes are one metre across, in whatever units the stage has, and stand on its up axis. With `as_mesh=False` a shape is
 the UsdGeom prim in USD's own default size, two stage units across, as in Replicator.
+
+Arguments that all of them share; each but the last four is one for all, a list of one per prim, or a distribution:
+
+position: in the space of `parent` [stage units]; of `pivot` where that is given.
+scale: factors, or one for all axes. rotation: angles about x, y, z [degrees], x first.
+pivot: point that is placed and turned about, -1 to 1 on each axis of the shape's own box.
+look_at: a point of the world [stage units] or prims, which -Z points to; look_at_up_axis: direction that is up then.
+semantics: [("class", "cube")] or {"class": "cube"}. visible: False hides. material: item, prim or path.
+as_mesh, count: how it is made, and how many. name, parent: the first object is `<parent>/<name>_Xform`, further ones
+    get _01, _02, ...; by default `/Replicator/<Type>_Xform`.
+
+Errors: GraphError for a value of another shape and for `count`, BadPrim for a parent or material that is not there.
 """
 
 from __future__ import annotations
@@ -35,31 +47,31 @@ def _shape(kind: str, arguments: dict[str, Any]) -> ReplicatorItem:
 
 def sphere(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
            material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Spheres of one metre diameter."""
+    """Spheres of one metre diameter; the module says what the arguments are."""
     return _shape("Sphere", locals())
 
 
 def cube(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
          material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Cubes of one metre edge."""
+    """Cubes of one metre edge; the module says what the arguments are."""
     return _shape("Cube", locals())
 
 
 def cylinder(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
              material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Cylinders of one metre height and diameter, along the stage's up axis."""
+    """Cylinders of one metre height and diameter, along the up axis; the module says what the arguments are."""
     return _shape("Cylinder", locals())
 
 
 def cone(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
          material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Cones of one metre height and base diameter, pointing up."""
+    """Cones of one metre height and base diameter, pointing up; the module says what the arguments are."""
     return _shape("Cone", locals())
 
 
 def torus(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
           material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Tori of one metre outer diameter around the up axis.
+    """Tori of one metre outer diameter around the up axis; the module says what the arguments are.
 
     Raises:
         Unsupported: as_mesh=False, since UsdGeom has no torus.
@@ -69,7 +81,7 @@ def torus(position=None, scale=None, pivot=None, rotation=None, look_at=None, lo
 
 def disk(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
          material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Flat discs of one metre diameter, facing up.
+    """Flat discs of one metre diameter, facing up; the module says what the arguments are.
 
     Raises:
         Unsupported: as_mesh=False, since UsdGeom has no disc.
@@ -79,5 +91,5 @@ def disk(position=None, scale=None, pivot=None, rotation=None, look_at=None, loo
 
 def plane(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
           material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Flat squares of one metre edge, facing up."""
+    """Flat squares of one metre edge, facing up; the module says what the arguments are."""
     return _shape("Plane", locals())

@@ -94,9 +94,11 @@ class ReplicatorItem:
 
     @property
     def prims(self) -> tuple[str, ...]:
+        """Paths of the prims that it made, selects or acts on, in order."""
         return self.node.prims
 
     def get_output_prims(self) -> dict[str, list[str]]:
+        """{"prims": paths}; the prims that a node acts on are those that it gives on."""
         return {"prims": list(self.prims)}
 
     get_input_prims = get_output_prims
@@ -117,9 +119,11 @@ class ReplicatorItem:
         return self.node.executions if self._trigger is None else self._trigger.executions
 
     def get_inputs(self) -> dict[str, Any]:
+        """A copy of `inputs`."""
         return dict(self.inputs)
 
     def get_outputs(self) -> dict[str, Any]:
+        """As `outputs`."""
         return self.outputs
 
     def get_input(self, name: str) -> Any:
@@ -147,6 +151,7 @@ class ReplicatorItem:
         author_input(self.node, name)
 
     def __enter__(self) -> ReplicatorItem:
+        """Inside, new nodes run when this trigger fires, or act on these prims."""
         if self._trigger is not None:
             _triggers.append(self._trigger)
         else:
@@ -156,6 +161,7 @@ class ReplicatorItem:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        """Outside, new nodes belong to what was around it."""
         (_triggers if self._trigger is not None else _targets).pop()
 
     def __repr__(self) -> str:

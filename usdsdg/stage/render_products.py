@@ -49,14 +49,17 @@ class HydraTexture:
 
     @property
     def width(self) -> int:
+        """Of its pictures [pixels]."""
         return self.resolution[0]
 
     @property
     def height(self) -> int:
+        """Of its pictures [pixels]."""
         return self.resolution[1]
 
     @property
     def hydra_texture(self) -> HydraTexture:
+        """Itself: Replicator has two objects here."""
         return self
 
     def set_updates_enabled(self, enabled: bool) -> None:
@@ -64,6 +67,7 @@ class HydraTexture:
         self.updates_enabled = bool(enabled)
 
     def get_render_product_path(self) -> str:
+        """Path of its UsdRender prim, in the session layer."""
         return self.path
 
     def destroy(self) -> None:

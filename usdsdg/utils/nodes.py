@@ -53,7 +53,11 @@ def create_node(
 ) -> Node:
     """Add a node of one of our types (`omni.replicator.core.OgnWritePose`) under the current trigger.
 
-    `graph` changes nothing: there is one graph per stage.
+    Args:
+        graph: changes nothing: there is one graph per stage.
+        node_name: replaces what draws are keyed by, as the `name` of a rep function does.
+        input_prims: the targets: items, prims or paths.
+        attributes: inputs of the node, with or without the `inputs:` prefix.
 
     Raises:
         Unsupported: a type that is not ours; register a Python function with rep.randomizer.register instead.

@@ -21,11 +21,19 @@ class BaseBackend:
         self.__init__(**kwargs)
 
     def write_blob(self, path: str, data: bytes) -> None:
-        """Store `data` under `path`, wholly or not at all."""
+        """Store `data` under `path`, wholly or not at all.
+
+        Raises:
+            NotImplementedError: the subclass does not say how.
+        """
         raise NotImplementedError(f"{self.get_name()} does not write blobs")
 
     def read_blob(self, path: str) -> bytes:
-        """What `write_blob` stored under `path`."""
+        """What `write_blob` stored under `path`.
+
+        Raises:
+            NotImplementedError: the subclass does not say how.
+        """
         raise NotImplementedError(f"{self.get_name()} does not read blobs")
 
     def schedule(self, fn: Callable[..., None], *args: Any, **kwargs: Any) -> None:

@@ -30,6 +30,10 @@ def get(
 ) -> Writer:
     """A writer by name, made without `__init__`; initialised and attached when the arguments for that are given.
 
+    Args:
+        init_params: arguments of `Writer.initialize`.
+        render_products: handles, paths, or a list, for `Writer.attach`; `trigger` says which frames are written.
+
     Raises:
         WriterRegistryError: there is no such writer; the message lists near misses.
         Unsupported: Replicator has it and usdsdg does not.
@@ -46,7 +50,11 @@ def get(
 
 
 def register_writer(cls: type[Writer], category: str | None = None) -> None:
-    """Make a subclass of Writer available under its class name."""
+    """Make a subclass of Writer available under its class name, and in `get_writers(category)`.
+
+    Raises:
+        WriterRegistryError: it is no such class.
+    """
     kind = cls if isinstance(cls, type) else type(cls)
     if not issubclass(kind, Writer):
         raise WriterRegistryError(f"{kind.__name__} is not a subclass of Writer.")
