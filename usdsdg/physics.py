@@ -18,6 +18,7 @@ from usdsdg.modify.prims import prim_at, prims_of
 from usdsdg.physics_properties import drive_properties, physics_material
 from usdsdg.physics_steps import reset, simulate
 from usdsdg.stage.attribute_batch import write_batch
+from usdsdg.stage.populations import SAMPLED
 from usdsdg.stage.schemas import physx
 from usdsdg.values import vector
 
@@ -87,6 +88,8 @@ def rigid_body(
 ) -> ReplicatorItem:  # fmt: skip
     """Make prims rigid bodies, with convex colliders where they have none, and set their velocities at each firing.
 
+    What `randomizer.instantiate` draws later gets colliders too, at the firing that shows it.
+
     Args:
         velocity: (x, y, z) along world axes [stage units / s], for all, per prim or drawn.
         angular_velocity: about world axes [degrees / s], likewise.
@@ -100,7 +103,7 @@ def rigid_body(
     scene = _scene_path(physics_scene)
     offsets = dict(contactOffset=contact_offset, restOffset=rest_offset)
     velocities = dict(velocity=velocity, angular_velocity=angular_velocity)
-    item = act("OgnRigidBody", input_prims, attribute="physics:velocity", **velocities)
+    item = act("OgnRigidBody", input_prims, attribute="physics:velocity", **velocities, **offsets)
     for path in item.prims:
         prim = prim_at(path)
         if overwrite or not (there := _colliders(prim)):
@@ -115,8 +118,17 @@ def rigid_body(
     return item
 
 
+def _collide_drawn(node: Node) -> None:
+    """Give colliders to members of populations that show another asset by now."""
+    offsets = {name: node.inputs.get(name) for name in ("contactOffset", "restOffset")}
+    for path in node.prims:
+        if path.startswith(f"{SAMPLED}/") and not _colliders(prim_at(path)):
+            _collide(prim_at(path), "convexHull", collisionEnabled=True, **offsets)
+
+
 @action("OgnRigidBody")
 def _write_velocities(node: Node, execution: int) -> None:
+    _collide_drawn(node)
     linear = draw(node.inputs["velocity"], node, execution, "velocity")
     turning = node.inputs.get("angular_velocity")
     angular = None if turning is None else draw(turning, node, execution, "angular_velocity")

@@ -1,7 +1,7 @@
 """What `randomizer.instantiate` leaves on the stage."""
 
 import pytest
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 import usdsdg as rep
 from usdsdg.errors import AssetNotFound, GraphError
@@ -187,3 +187,20 @@ def test_point_instances_are_turned_and_scattered_one_by_one_and_apart(stage, fi
 def test_what_cannot_be_instantiated(stage, files, arguments, error, message):
     with pytest.raises(error, match=message):
         rep.randomizer.instantiate(**{"paths": files, "size": 2, **arguments})
+
+
+def test_what_is_drawn_later_collides_too(stage, files):
+    with rep.trigger.on_frame():
+        population = rep.randomizer.instantiate(rep.distribution.sequence(files), size=2)
+        with population:
+            rep.physics.rigid_body(contact_offset=0.02)
+    shown = set()
+    for _ in range(4):
+        evaluate.graph().evaluate(preview=True)
+        for path in population.prims:
+            (shape,) = [each for each in Usd.PrimRange(stage.GetPrimAtPath(path)) if each.IsA(UsdGeom.Gprim)]
+            shown.add(shape.GetTypeName())
+            assert shape.HasAPI(UsdPhysics.CollisionAPI), path
+            assert shape.GetAttribute("physxCollision:contactOffset").Get() == pytest.approx(0.02)
+            assert stage.GetPrimAtPath(path).HasAPI(UsdPhysics.RigidBodyAPI)
+    assert shown == {"Cube", "Sphere", "Cone"}

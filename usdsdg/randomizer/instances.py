@@ -15,12 +15,11 @@ from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.stage import assets, paths
 from usdsdg.stage.context import current_stage
-from usdsdg.stage.populations import POPULATION
+from usdsdg.stage.populations import POPULATION, SAMPLED
 from usdsdg.values import count_of
 
 MODES = ("scene_instance", "point_instance", "reference")
-ROOT = "/Replicator/SampledAssets"
-CACHE = f"{ROOT}/Cache"
+CACHE = f"{SAMPLED}/Cache"
 
 
 def instantiate(
@@ -91,10 +90,10 @@ def _source(path: str) -> tuple[str, bool]:
 
 def _new_root(name: str | None) -> str:
     stage = current_stage()
-    for scope in ("/Replicator", ROOT):
+    for scope in ("/Replicator", SAMPLED):
         if not stage.GetPrimAtPath(scope):
             stage.DefinePrim(scope, "Scope")
-    path = paths.next_free_path(stage, f"{ROOT}/{paths.valid_name(name) if name else 'Population'}")
+    path = paths.next_free_path(stage, f"{SAMPLED}/{paths.valid_name(name) if name else 'Population'}")
     stage.DefinePrim(path, "Xform")
     return path
 

@@ -1,4 +1,4 @@
-"""Point instancers whose instances are objects of their own, to be posed and scattered one by one."""
+"""Populations of drawn assets: where they stand, and point instancers whose instances are objects of their own."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from pxr import Gf, Usd, UsdGeom, Vt
 
 from usdsdg.stage.transforms import as_array, gf_quat, local_to_world, world_to_local
 
-# In the custom data of such a PointInstancer.
+# Where populations are made.
+SAMPLED = "/Replicator/SampledAssets"
+# In the custom data of a PointInstancer whose instances are posed and scattered one by one.
 POPULATION = "usdsdg:population"
 
 
