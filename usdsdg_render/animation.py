@@ -21,6 +21,7 @@ class Animation:
         self._tree: Tree | None = None
         self._moving: list[int] = []  # tree nodes
         self._shapes: set[Sdf.Path] = set()  # gprims
+        self._materials: set[Sdf.Path] = set()
         self._lights = self._structure = False
         self._seen: tuple[object, ...] = ()  # visibilities when last asked
         self.animated = False
@@ -61,6 +62,13 @@ class Animation:
             self._structure |= any(name.startswith("primvars:display") for name in names)
         self._seen = self._visibilities(time)
 
+    def survey_materials(self, paths: Iterable[Sdf.Path]) -> None:
+        """Note which of the bound materials vary."""
+        prims = (self._stage.GetPrimAtPath(path) for path in paths)
+        self._materials = {
+            prim.GetPath() for prim in prims if prim and any(_varying(each) for each in Usd.PrimRange(prim))
+        }
+
     @property
     def shapes(self) -> set[Sdf.Path]:
         """Gprims whose own attributes vary, as of the last survey."""
@@ -71,6 +79,7 @@ class Animation:
         plan.moved |= set(self._moving)
         plan.shapes |= self._shapes
         plan.lights |= self._lights
+        plan.materials |= self._materials
         seen = self._visibilities(time)
         plan.structure |= self._structure or seen != self._seen
         self._seen = seen

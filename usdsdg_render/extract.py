@@ -23,6 +23,7 @@ from .light_reader import read_lights
 from .lights import metres_per_unit
 from .materials import MaterialLibrary, bound_materials, build_table, stand_in
 from .mesh_lights import glowing, is_light
+from .moment import reading_at
 from .plan import Plan, Planner, is_below
 from .prototypes import PrototypeCache
 from .scene import Instances, Prototype, Scene
@@ -72,6 +73,10 @@ class SceneExtractor:
         if time is not None:
             self._asked_time = time
         plan = self._make_plan()
+        with reading_at(self._time):
+            self._carry_out(plan)
+
+    def _carry_out(self, plan: Plan) -> None:
         if plan.everything:
             self._library.forget_all()
             self._known.clear()
@@ -190,6 +195,8 @@ class SceneExtractor:
             if is_light(gprim.prim):
                 gprim.materials = [glowing(material, gprim.prim) for material in gprim.materials]
         self._library.keep_only(used)
+        if self._animation.animated:
+            self._animation.survey_materials(used)
 
     def _finished(self, gprim: Gprim, material: Material | None) -> Material:
         """The material, with the gprim's own colour where it asks for that or there is no material."""

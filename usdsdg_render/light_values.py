@@ -9,6 +9,8 @@ from pxr import Usd, UsdLux
 
 from usdsdg import errors
 
+from .moment import value_now
+
 _WHITE = np.array(UsdLux.BlackbodyTemperatureAsRgb(6500.0))
 
 
@@ -19,7 +21,7 @@ def light_value(prim: Usd.Prim, name: str, default):
         old = prim.GetAttribute(name)
         if old and old.HasAuthoredValue():
             attribute = old
-    value = attribute.Get() if attribute else None
+    value = value_now(attribute) if attribute else None
     return default if value is None else value
 
 

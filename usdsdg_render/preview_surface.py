@@ -7,6 +7,7 @@ import math
 from pxr import Ar, Sdf, Usd, UsdShade
 
 from . import images
+from .moment import value_now
 from .scene import WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT
 from .shading import Input, Material, Network, Source, UvTransform, shader_id
 from .textures import ONES, ZEROS, TextureUse
@@ -57,7 +58,7 @@ def reflectance(ior: float) -> float:
 def _input(network: Network, surface: UsdShade.Shader, name: str, default: tuple[float, ...]) -> Input:
     source = network.source(surface, name)
     if source.attribute is not None:
-        return Input(network.as_floats(surface, name, source.attribute.Get(), default))
+        return Input(network.as_floats(surface, name, value_now(source.attribute), default))
     if source.shader is None:
         return Input(default)
     kind = shader_id(source.shader)

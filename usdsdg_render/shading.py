@@ -10,6 +10,7 @@ from pxr import Sdf, Usd, UsdShade
 
 from usdsdg import errors
 
+from .moment import value_now
 from .textures import TextureUse
 
 
@@ -120,7 +121,7 @@ class Network:
     def value(self, shader: UsdShade.Shader, name: str):
         """Constant value of an input, None where there is none or a shader computes it."""
         attribute = self.source(shader, name).attribute
-        return None if attribute is None else attribute.Get()
+        return None if attribute is None else value_now(attribute)
 
     def floats(self, shader: UsdShade.Shader, name: str, default: tuple[float, ...]) -> tuple[float, ...]:
         """Constant value as that many floats as the default has, or the default."""

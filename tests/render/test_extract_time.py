@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade, UsdSkel
 
-from tests.render.test_extract_scene import TRIANGLE, add_mesh, base_colours, make_stage
+from tests.render.test_extract_scene import TRIANGLE, add_material, add_mesh, base_colours, bind, make_stage
 from tests.stage.characters import LENGTH, SIDES, add_character
 from usdsdg.stage.transforms import local_to_world
 from usdsdg_render.extract import SceneExtractor
@@ -218,3 +218,40 @@ def test_instanced_characters_are_skinned(tmp_path):
     body = scene.prototypes[0].points[-SIDES:].mean(axis=0)
     np.testing.assert_allclose(body, [0, -LENGTH / 2, LENGTH / 2 - 0.5], atol=1e-6)
     assert scene.instances.local_to_world[:, 3, 0].tolist() == [0, 5]
+
+
+def test_lights_follow_the_time():
+    stage = make_stage()
+    lamp = UsdLux.SphereLight.Define(stage, "/Lamp")
+    lamp.CreateIntensityAttr().Set(0.0, 0)
+    lamp.GetIntensityAttr().Set(100.0, 10)
+    extractor = SceneExtractor(stage)
+    at(extractor, 0)
+    scene, touched = at(extractor, 5)
+    np.testing.assert_allclose(scene.lights[0]["radiance"], 50.0)
+    assert touched == {"lights"}
+
+
+def test_domes_follow_the_time():
+    stage = make_stage()
+    sky = UsdLux.DomeLight.Define(stage, "/Sky")
+    sky.CreateIntensityAttr().Set(300.0, 0)
+    sky.GetIntensityAttr().Set(100.0, 10)
+    extractor = SceneExtractor(stage)
+    np.testing.assert_allclose(at(extractor, 0)[0].dome.radiance, 300.0)
+    assert at(extractor, 5)[0].dome.radiance.max() == pytest.approx(200.0)
+
+
+def test_materials_follow_the_time():
+    stage = make_stage()
+    material, still = add_material(stage, "/Looks/M"), add_material(stage, "/Looks/Still", (0, 0, 1))
+    colour = UsdShade.Shader(stage.GetPrimAtPath("/Looks/M/Surface")).GetInput("diffuseColor")
+    colour.Set(Gf.Vec3f(0, 0, 0), 0)
+    colour.Set(Gf.Vec3f(1, 1, 0), 10)
+    for path, bound in (("/A", material), ("/B", still)):
+        bind(stage.DefinePrim(path, "Cube"), bound)
+    extractor = SceneExtractor(stage)
+    at(extractor, 0)
+    scene, touched = at(extractor, 5)
+    assert [base_colours(scene, k)[0] for k in range(2)] == [[0.5, 0.5, 0], [0, 0, 1]]
+    assert touched == {"materials"}
