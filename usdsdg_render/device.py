@@ -47,6 +47,7 @@ class DeviceScene:
         self._prototypes: dict[int, _PrototypeMemory] = {}
         self._textures: dict[int, tuple[Texture, wp.array]] = {}
         self.lit = False  # whether anything shines
+        self.has_glass = False
         self._lights = LightTables(device)
         self._light = 0.0
         self._top: TopTree | None = None
@@ -99,6 +100,7 @@ class DeviceScene:
         self.tables.materials = self._array(rows, types.Material)
         see_through = _see_through(scene)
         self.tables.cutouts = int(see_through.any())
+        self.has_glass = bool((scene.materials["transmission"] > 0).any())
 
     def _upload_prototypes(self, scene: Scene) -> None:
         kept = {}

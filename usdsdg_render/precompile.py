@@ -16,6 +16,7 @@ from usdsdg_render.kernels import (
     develop,
     material_aov,
     path,
+    wavefront,
 )
 from usdsdg_render.parallel import CUDA_BLOCK, available_threads
 from usdsdg_render.trace import build
@@ -28,7 +29,8 @@ def precompile(device: str = "cpu", progress: Progress | None = None) -> None:
     """Compile or load every kernel of the renderer for a device; says so through `progress`."""
     if device in _ready:
         return
-    kernels = [path.add_samples, aov.label_pixels, material_aov.label_materials, ambient_aov.label_ambient]
+    kernels = [path.add_samples if device == "cpu" else wavefront.trace]
+    kernels += [aov.label_pixels, material_aov.label_materials, ambient_aov.label_ambient]
     kernels += [curved_motion.label_curved_motion, coverage.cover_strips, develop.develop_pixels, denoise.smooth]
     target = wp.get_device(device)
     # Trees are built on the CPU for either device.

@@ -20,6 +20,7 @@ from usdsdg_render.parallel import launch_rows
 from usdsdg_render.precompile import precompile
 from usdsdg_render.scene import Scene
 from usdsdg_render.settings import PathSettings, ToneSettings
+from usdsdg_render.waves import Waves
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
     from usdsdg.stage.cameras import CameraView
 
 Progress = Callable[[str, int, "int | None"], None]
-# A CUDA launch is kept short enough for a driver that also draws a desktop.
-CUDA_SAMPLES_PER_LAUNCH = 32
 
 
 class WarpRenderer:
@@ -65,6 +64,7 @@ class WarpRenderer:
         precompile(self.device, progress)
         self._on_device = DeviceScene(self.device)
         self._history = labels.History(self.device)
+        self._waves = Waves(self.device)
         self._before = np.zeros((0, 4, 4))  # transforms at the sync before the last
 
     @property
@@ -142,13 +142,15 @@ class WarpRenderer:
             film.want_parts()
         camera = camera_record(view)
         options = path_options(settings, film)
-        most = samples if self.device == "cpu" else CUDA_SAMPLES_PER_LAUNCH
-        shape = (film.height, film.width)
-        for done in range(0, samples, max(most, 1)):
-            options.first_sample = settings.first_sample + done
-            options.samples = min(most, samples - done)
+        if not self._on_device.has_glass:
+            options.glass_bounces = 0
+        if self.device == "cpu":
+            options.samples = samples
             inputs = [self._on_device.tables, options, camera]
+            shape = (film.height, film.width)
             launch_rows(add_samples, shape, inputs, [film.arrays], device=self.device, threads=self.threads)
+        else:
+            self._waves.add_samples(self._on_device.tables, options, camera, film.arrays, samples)
         film.samples += samples
 
     def develop(self, film: Film, tone: ToneSettings | None = None) -> dict[str, np.ndarray]:
