@@ -101,6 +101,30 @@ def test_scatter_3d_fills_volumes_and_boxes(stage):
     assert ((placed >= (5, 5, 5)) & (placed <= (6, 6, 7))).all()
 
 
+def test_voxels_overlaps_and_obstacles_of_scatter_3d(stage):
+    volumes = create_batch.cube(count=2, position=[(0, 0, 0), (1, 0, 0)], scale=(2, 1, 1))
+    prims, shares = create_batch.xform(count=400), []
+    for once in (True, False):
+        randomizer.scatter_3d(prims, volumes, prevent_vol_overlap=once, rng=ReplicatorRNG(2))
+        shares.append(((positions(prims)[:, 0] > 0) & (positions(prims)[:, 0] < 1)).mean())
+    # Binomial with n = 400: five standard deviations are 0.12.
+    np.testing.assert_allclose(shares, (1 / 3, 1 / 2), atol=0.12)
+    assert shares[0] < (1 / 3 + 1 / 2) / 2 < shares[1]
+    for arguments, edge in (({"resolution_scaling": 0.5}, 2 / 15), ({"input_voxel_size": 0.25}, 0.25)):
+        randomizer.scatter_3d(prims, volumes, viz_sampled_voxels=True, rng=ReplicatorRNG(2), **arguments)
+        voxel = stage.GetPrimAtPath("/Replicator/SampledVoxels/Voxel")
+        assert voxel.GetAttribute("size").Get() == pytest.approx(edge, rel=0.01)
+    balls = create_batch.sphere(count=20, scale=0.2)
+    randomizer.scatter_3d(
+        balls, no_collision_prims=volumes, extents=((-2, -1, -1), (3, 1, 1)), check_for_collisions=True,
+        rng=ReplicatorRNG(2),
+    )  # fmt: skip
+    placed = positions(balls)
+    apart = np.linalg.norm(placed[:, None] - placed[None], axis=-1) + np.eye(20)
+    assert apart.min() > 0.19
+    assert not ((np.abs(placed - (0.5, 0, 0)) < (1.5, 0.5, 0.5)).all(1)).any()
+
+
 def test_scatter_repeats_with_its_generator(stage):
     floor, prims = create.plane(), create_batch.xform(count=3)
 

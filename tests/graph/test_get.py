@@ -6,7 +6,7 @@ import usdsdg as rep
 from usdsdg import get
 from usdsdg.errors import BadPrim, GraphError, UsdsdgWarning
 from usdsdg.graph import evaluate
-from usdsdg.stage import context
+from usdsdg.stage import context, semantics
 
 
 @pytest.fixture
@@ -57,6 +57,28 @@ def test_types_and_labels(stage):
 def test_each_type_has_a_function(stage, kind, found):
     assert list(getattr(get, kind)().prims) == found
     assert getattr(get, kind)(path_pattern="nowhere").prims == ()
+
+
+@pytest.mark.parametrize(
+    ("function", "type_name"),
+    [
+        ("camera", "Camera"), ("curve", "BasisCurves"), ("geomsubset", "GeomSubset"), ("light", "DomeLight"),
+        ("listener", "OmniListener"), ("material", "Material"), ("mesh", "Mesh"), ("physics", "PhysicsScene"),
+        ("renderproduct", "RenderProduct"), ("rendervar", "RenderVar"), ("scope", "Scope"), ("shader", "Shader"),
+        ("shape", "Cube"), ("skelanimation", "SkelAnimation"), ("skeleton", "Skeleton"), ("sound", "OmniSound"),
+        ("xform", "Xform"),
+    ],
+)  # fmt: skip
+def test_functions_by_type_take_the_other_conditions_too(function, type_name):
+    stage, find = context.new_stage(), getattr(get, function)
+    for name, label in (("one", "red"), ("two", "blue")):
+        semantics.add_labels(stage.DefinePrim(f"/There/{name}", type_name), {"color": [label]})
+    stage.DefinePrim("/There/other", "Mesh" if function == "xform" else "Xform")
+    assert find(path_match="there/").prims == ("/There/one", "/There/two")
+    assert find(path_pattern="(one|two)$", path_pattern_exclusion="two").prims == ("/There/one",)
+    assert find(semantics=[("color", "blue")]).prims == ("/There/two",)
+    assert find(path_match="there/", semantics_exclusion={"color": "blue"}, name="mine").prims == ("/There/one",)
+    assert find(name="mine").node.name == "mine"
 
 
 def test_what_is_found_can_be_acted_on(stage):

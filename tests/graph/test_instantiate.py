@@ -118,10 +118,19 @@ def test_prims_of_the_stage_are_members_too(stage):
     }
 
 
-def test_own_seeds_repeat(stage, files):
-    first, second, other = (rep.randomizer.instantiate(files, size=12, seed=seed, name="a") for seed in (5, 5, 6))
-    assert kinds(stage, first) != kinds(stage, other)
-    assert len(kinds(stage, second)) == 12
+def test_own_seeds_replace_the_global_one(files):
+    def drawn(seed, own):
+        evaluate.reset()
+        stage = context.new_stage()
+        rep.set_global_seed(seed)
+        item = rep.randomizer.instantiate(files, size=12, seed=own, name="toys")
+        assert item.prims[0].startswith("/Replicator/SampledAssets/toys/")
+        return kinds(stage, item)
+
+    own = drawn(1, own=5)
+    assert drawn(2, own=5) == drawn(5, own=None) == drawn(5, own=-1) == own
+    assert drawn(1, own=6) != own
+    assert drawn(1, own=None) != drawn(2, own=None)
 
 
 def test_point_instances_draw_their_prototypes(stage, files):
@@ -175,9 +184,29 @@ def test_point_instances_are_turned_and_scattered_one_by_one_and_apart(stage, fi
     assert not any(collide(bodies[i], bodies[j], origins[j] - origins[i]) for i in range(40) for j in range(i + 1, 40))
 
 
+def test_point_instances_take_no_other_poses(stage, files):
+    item = rep.randomizer.instantiate(files, size=3, mode="point_instance")
+    rep.modify.pose(look_at=(0, 0, 1), input_prims=item)
+    with pytest.raises(GraphError, match="look_at cannot be given to point instances; use position, rotation, scale"):
+        evaluate.graph().evaluate()
+
+
+def test_a_distribution_of_assets_is_drawn_from(stage, files):
+    with rep.trigger.on_custom_event("go"):
+        item = rep.randomizer.instantiate(rep.distribution.sequence(files), size=2)
+    seen = []
+    for _ in range(3):
+        fire()
+        seen += kinds(stage, item)
+    assert seen == ["Cube", "Sphere", "Cone"] * 2
+    with pytest.raises(GraphError, match="give weights to the distribution"):
+        rep.randomizer.instantiate(rep.distribution.choice(files), size=2, weights=[1, 2, 3])
+
+
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
+        ({"seed": "x"}, GraphError, "seed is 'x'; expected a whole number"),
         ({"mode": "copies"}, GraphError, "mode='copies'; known: scene_instance"),
         ({"size": -1}, GraphError, "count is -1"),
         ({"paths": []}, GraphError, "paths is empty"),

@@ -154,6 +154,70 @@ def test_decals_are_drawn_again(stage, textures):
     assert len(seen) == 3
 
 
+def test_every_texture_of_a_group_reaches_its_input(stage, tmp_path):
+    roles = {
+        "diffuse": ("diffuse_texture", None),
+        "normal": ("normalmap_texture", None),
+        "roughness": ("reflectionroughness_texture", ("reflection_roughness_texture_influence", 1)),
+        "metallic": ("metallic_texture", ("metallic_texture_influence", 1)),
+        "opacity": ("opacity_texture", ("enable_opacity", True)),
+    }
+    files = {role: str(tmp_path / f"{role}.png") for role in roles}
+    for file in files.values():
+        open(file, "wb").close()
+    floor = rep.create.plane(scale=4)
+    decal = rep.create.mesh_decal(**files, name="logo", offset_normal=50, input_prims=floor)
+    assert decal.prims == ("/Replicator/logo_Xform",)
+    # Half a metre above.
+    np.testing.assert_allclose(baked(stage, decal)[0][..., 2], 0.5, atol=1e-6)
+
+    def shader(item):
+        material, _ = UsdShade.MaterialBindingAPI(stage.GetPrimAtPath(item.prims[0])).ComputeBoundMaterial()
+        return material.ComputeSurfaceSource("mdl")[0]
+
+    single = {role: file for role, file in files.items() if role != "opacity"}
+    moved = rep.create.mesh_decal(input_prims=floor)
+    rep.modify.projection_material(**single, input_prims=moved)
+    group = rep.create.mesh_decal(texture_group=files, input_prims=floor)
+    evaluate.graph().evaluate()
+    for item, given in ((decal, files), (moved, single), (group, files)):
+        for role, file in given.items():
+            name, influence = roles[role]
+            assert shader(item).GetInput(name).Get().path == file
+            assert influence is None or shader(item).GetInput(influence[0]).Get() == influence[1]
+
+
+def test_a_decal_may_bring_its_material(stage):
+    floor, look = rep.create.plane(scale=4), rep.create.material_omnipbr(diffuse=(1, 0, 0))
+    decal = rep.create.mesh_decal(material=look, input_prims=floor)
+    other = rep.create.projection_material(rep.create.xform(), material=look.prims[0], name="paint", input_prims=floor)
+    assert other.prims == ("/Replicator/paint_Xform",)
+    for item in (decal, other):
+        bound, _ = UsdShade.MaterialBindingAPI(stage.GetPrimAtPath(item.prims[0])).ComputeBoundMaterial()
+        assert str(bound.GetPath()) == look.prims[0]
+    assert rep.create_mesh_decal is rep.create.mesh_decal
+
+
+def test_a_projector_is_turned_and_stretched(stage):
+    floor = rep.create.plane(scale=10)
+    item = rep.create.mesh_decal(input_prims=floor)
+    rep.modify.projection_material(position=(1, 2, 0), rotation=(0, 0, 90), scale=(3, 1, 1), input_prims=item)
+    evaluate.graph().evaluate()
+    points, _ = baked(stage, item)
+    np.testing.assert_allclose(np.ptp(points.reshape(-1, 3), axis=0)[:2], (1, 3), atol=1e-5)
+    np.testing.assert_allclose((points.min((0, 1)) + points.max((0, 1)))[:2] / 2, (1, 2), atol=1e-5)
+
+
+def test_wrong_texture_groups_are_told(stage, textures):
+    floor = rep.create.plane(scale=4)
+    with pytest.raises(GraphError, match=r"texture_group is \{'difuse': 'a\.png'\}; expected a mapping with the keys"):
+        rep.create.mesh_decal(texture_group={"difuse": "a.png"}, input_prims=floor)
+    item = rep.create.mesh_decal(input_prims=floor)
+    rep.modify.projection_material(diffuse=textures[0]["diffuse"].replace("rust", "rost"), input_prims=item)
+    with pytest.raises(GraphError, match=r"did you mean rust_diffuse\.png"):
+        evaluate.graph().evaluate()
+
+
 def test_what_cannot_be_projected(stage, textures):
     floor, proxy = rep.create.plane(), rep.create.xform()
     with pytest.raises(GraphError, match="0 targets"):

@@ -184,6 +184,36 @@ def test_sampled_voxels_are_shown_where_objects_are(stage):
     assert (np.abs(middles - places(balls)) <= 0.25 + 1e-6).all()
 
 
+@pytest.mark.parametrize(("once", "share"), [(True, 1 / 3), (False, 1 / 2)])
+def test_overlapping_volumes_are_denser_only_where_asked(stage, once, share):
+    volumes = rep.create.cube(count=2, position=[(0, 0, 0), (1, 0, 0)], scale=(2, 1, 1))
+    balls = rep.create.xform(count=400)
+    rep.randomizer.scatter_3d(volumes, prevent_vol_overlap=once, input_prims=balls)
+    run()
+    inside_both = (places(balls)[:, 0] > 0) & (places(balls)[:, 0] < 1)
+    # Binomial with n = 400: five standard deviations are 0.12.
+    assert inside_both.mean() == pytest.approx(share, abs=0.12)
+    assert (inside_both.mean() > (1 / 3 + 1 / 2) / 2) == (not once)
+
+
+def test_voxels_are_as_fine_as_asked(stage):
+    block, balls = rep.create.cube(scale=3), rep.create.xform(count=5)
+    for arguments, edge in (({}, 0.1), ({"resolution_scaling": 0.5}, 0.2), ({"voxel_size": 0.25}, 0.25)):
+        rep.randomizer.scatter_3d(block, viz_sampled_voxels=True, input_prims=balls, **arguments)
+        run()
+        found = stage.GetPrimAtPath("/Replicator/SampledVoxels/Voxel").GetAttribute("size").Get()
+        assert found == pytest.approx(edge, rel=0.01)
+
+
+def test_things_in_a_volume_keep_off_obstacles(stage):
+    block, post = rep.create.cube(scale=3), rep.create.cylinder(scale=(1, 1, 4))
+    balls = rep.create.sphere(count=30, scale=0.3)
+    rep.randomizer.scatter_3d(block, no_coll_prims=post, min_samp=(None, None, 0), input_prims=balls, name="toss")
+    run()
+    assert (np.hypot(*places(balls)[:, :2].T) > 0.64).all()
+    assert (places(balls)[:, 2] >= 0).all()
+
+
 def test_a_thousand_executions_of_a_shape_read_it_once(stage):
     floor, balls = rep.create.plane(scale=5), rep.create.sphere(count=3, scale=0.1)
     item = rep.randomizer.scatter_2d(floor, check_for_collisions=True, input_prims=balls)

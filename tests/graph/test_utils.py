@@ -37,6 +37,9 @@ def test_prims_below_and_their_variants(stage):
     assert rep.utils.find_prims(["/World"]) == ["/World/copy"]
     assert rep.utils.find_prims("/World", mode="prototypes") == [str(copy.GetPrototype().GetPath())]
     assert rep.utils.find_prims("/Replicator", mode="meshes") == [f"{cube.prims[0]}/Cube"]
+    look = rep.create.material_omnipbr()
+    assert rep.utils.find_prims("/Replicator/Looks", mode="materials") == list(look.prims)
+    assert rep.utils.find_prims(cube.prims[0], mode="prims") == [cube.prims[0], f"{cube.prims[0]}/Cube"]
     assert rep.utils.get_non_xform_prims(cube) == [f"{cube.prims[0]}/Cube"]
     assert rep.utils.get_prims_from_paths(["/World"]) == [stage.GetPrimAtPath("/World")]
     with pytest.raises(GraphError, match="mode='shapes'; known: instances"):
@@ -82,6 +85,10 @@ def test_textures_that_belong_together(folder):
     assert [sorted(group) for group in groups] == [["diffuse"], ["diffuse", "normal"]]
     assert groups[1]["diffuse"].endswith("rust_Diffuse.PNG")
     assert len(rep.utils.get_files_group(str(folder), ["diffuse"], ignore_case=False)) == 1
+    (jpeg,) = rep.utils.get_files_group(str(folder), ["_diffuse"], file_type="jpg")
+    assert jpeg["_diffuse"].endswith("rust_diffuse.jpg")
+    with pytest.raises(AssetNotFound, match=r"notes\.txt is a file, not a folder"):
+        rep.utils.get_files_group(str(folder / "notes.txt"))
 
 
 def test_references_of_a_folder(stage, folder):
