@@ -68,8 +68,9 @@ class DeviceScene:
             self._upload_instances(scene)
         if changed & {"prototypes", "instances", "transforms", "materials"}:
             self.place(scene, scene.instances.local_to_world)
-        if changed & {"lights", "dome"}:
-            self._upload_lights(scene)
+        glowing = bool((scene.materials["emission"] > 0).any()) or self.tables.emitter_count > 0
+        if changed & {"lights", "dome"} or (glowing and changed):
+            self._upload_lights(scene, dome="dome" in changed)
         if changed & {"lights", "dome", "materials"}:
             self.lit = self._light > 0 or bool((scene.materials["emission"] > 0).any())
         self._versions = dict(scene.versions)
@@ -154,9 +155,10 @@ class DeviceScene:
             tree.nodes, tree.order = self._top.nodes, self._top.order
         tree.instances = self._array(rows, types.Instance)
 
-    def _upload_lights(self, scene: Scene) -> None:
+    def _upload_lights(self, scene: Scene, *, dome: bool) -> None:
         self._lights.upload(scene, self.tables)
-        self.tables.dome = sky.upload(scene.dome, self.device)
+        if dome:
+            self.tables.dome = sky.upload(scene.dome, self.device)
         self._light = self._lights.total + self.tables.dome.strength
 
 

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from usdsdg_render.emitters import Emitter, find_emitters
 from usdsdg_render.kernels import types
 from usdsdg_render.light_power import extents, strengths
-from usdsdg_render.scene import LIGHT_DISTANT, LightPattern, LightRules, Scene
+from usdsdg_render.scene import LIGHT_DISTANT, LIGHT_MESH, LightPattern, LightRules, Scene
 
 _LIT, _CASTING = 1, 2
 
@@ -22,13 +23,17 @@ class LightTables:
         self.total = 0.0  # sum of the strengths of all lights
         self._patterns: dict[int, tuple[LightPattern, wp.array, list[wp.array]]] = {}
         self._rules: list[wp.array] = []
+        self._shares: list[wp.array] = []
 
     def upload(self, scene: Scene, tables: Any) -> None:
         """Fill the lights of `types.SceneTables`."""
         # Lights that a ray can meet first: the loop over them then ends early.
         delta = (scene.lights["kind"] == LIGHT_DISTANT) & (scene.lights["cos_angle"] >= 1.0)
         lights = scene.lights[np.argsort(delta, kind="stable")]
-        rows = np.zeros(len(lights), types.Light.numpy_dtype())
+        emitters = find_emitters(scene)
+        count = len(lights)
+        table = np.zeros(count + len(emitters), types.Light.numpy_dtype())
+        rows = table[:count]
         for name in lights.dtype.names or ():
             if name not in ("power", "pattern", "rules"):
                 rows[name] = lights[name]
@@ -36,10 +41,22 @@ class LightTables:
         # The last address stands for none, which is row -1.
         rows["pattern"] = np.array([*self._upload_patterns(scene.light_patterns), 0], np.uint64)[lights["pattern"]]
         rows["rules"] = np.array([*self._upload_rules(scene.light_rules), 0], np.uint64)[lights["rules"]]
+        self._write_emitters(emitters, table[count:])
         tables.surface_count = int((~delta).sum())
-        tables.lights = wp.array(rows, dtype=types.Light, device=self.device)
-        tables.light_count = len(rows)
-        self.total = float(rows["strength"].sum())
+        tables.instance_light = self._array(_rows_of(emitters, count, len(scene.instances)), wp.int32)
+        tables.emitter_count = len(emitters)
+        tables.lights = self._array(table, types.Light)
+        tables.light_count = len(table)
+        self.total = float(table["strength"].sum())
+
+    def _write_emitters(self, emitters: list[Emitter], rows: np.ndarray) -> None:
+        self._shares = [self._array(each.shares, wp.float32) for each in emitters]
+        for row, each, shares in zip(rows, emitters, self._shares, strict=True):
+            row["kind"], row["instance"], row["glow"] = LIGHT_MESH, each.instance, each.glow
+            row["faces"], row["face_count"] = shares.ptr, len(each.shares) - 1
+            row["position"], row["extent"] = each.center, each.radius
+            # Half of what glows faces a point, on average at half its area, from both of its sides.
+            row["strength"] = each.glow / 2.0
 
     def _array(self, values: np.ndarray, dtype: Any) -> wp.array:
         return wp.array(values, dtype=dtype, device=self.device)
@@ -79,3 +96,11 @@ class LightTables:
             addresses.append(held[-1].ptr)
         self._rules = held
         return addresses
+
+
+def _rows_of(emitters: list[Emitter], first: int, instances: int) -> np.ndarray:
+    """Per instance its row in the table of lights, or -1; empty without emitters."""
+    rows = np.full(instances if emitters else 0, -1, np.int32)
+    for k, each in enumerate(emitters):
+        rows[each.instance] = first + k
+    return rows

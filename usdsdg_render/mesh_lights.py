@@ -1,7 +1,4 @@
-"""Gprims with UsdLux's LightAPI: drawn as surfaces that emit.
-
-Paths find them by hitting them, so a small one makes more noise than a light of its own type would.
-"""
+"""Gprims with UsdLux's LightAPI: drawn as surfaces that emit, and like all of them drawn from (see `emitters`)."""
 
 from __future__ import annotations
 

@@ -18,6 +18,8 @@ NO_INSTANCE = -1
 NO_TEXTURE = -1
 
 LIGHT_SPHERE, LIGHT_DISTANT, LIGHT_RECT, LIGHT_DISK, LIGHT_CYLINDER, LIGHT_ELLIPSOID = range(6)
+# A glowing instance: the device makes these rows, from the materials.
+LIGHT_MESH = 6
 # Of a light that shines evenly, and of one that reaches everything and casts full shadows.
 NO_PATTERN = NO_RULES = -1
 

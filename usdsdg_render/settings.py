@@ -30,7 +30,7 @@ class PathSettings:
     regularization: float = 0.3
     # Sum what `develop(denoise=True)` needs as well.
     denoise: bool = False
-    # Sum the PARTS as well. What a first surface scatters straight from lights is
+    # Sum the PARTS as well. What a first surface scatters straight from lights, or from what glows, is
     # "direct_diffuse" or "direct_specular" (mirrored); what it scatters from other surfaces "indirect_diffuse" or
     # "reflections"; what comes through glass "refractions". The rest of a picture is what the first surface, a light
     # or the sky gives off itself.

@@ -6,6 +6,7 @@ import numpy as np
 
 from tests.render import scenes
 from tests.render.pictures import EXACT, renderer_of
+from usdsdg_render.scene import LIGHT_RECT
 from usdsdg_render.settings import PathSettings
 
 VIEW = scenes.view_from((0, -4, 2), size=(24, 18))
@@ -67,12 +68,19 @@ def test_a_mirror_shows_lights_as_direct_and_surfaces_as_reflections():
     lamp = scenes.material(base_color=0.0, specular=0.0, emission=2.0)
     floor = [(scenes.square(), scenes.moved(scale=10), 0)]
     ceiling = (scenes.square(), scenes.moved((0, 0, 3), scale=10), 1)
+    # Between both, it lights the ceiling and shows its dark back to the floor.
+    upwards = scenes.light(LIGHT_RECT, radiance=50.0, position=(0, 2, 0.5), z_axis=(0, 0, -1), y_axis=(0, -1, 0))
     view = scenes.view_from((0, -4, 2), size=(8, 6), focal_length=80.0)
     sky, parts = parts_of(scenes.scene_of(floor, materials=[mirror], dome=scenes.white_dome()), view=view)
     np.testing.assert_allclose(parts["direct_specular"], sky, rtol=1e-4)
     shown, parts = parts_of(scenes.scene_of([*floor, ceiling], materials=[mirror, lamp]), view=view)
-    np.testing.assert_allclose(parts["reflections"], shown, rtol=1e-4)
+    np.testing.assert_allclose(parts["direct_specular"], shown, rtol=1e-4)
     np.testing.assert_allclose(shown.mean(), 2.0, rtol=0.02)
+    matt = scenes.material(base_color=0.5, specular=0.0)
+    lit = scenes.scene_of([*floor, ceiling], materials=[mirror, matt], lights=[upwards])
+    shown, parts = parts_of(lit, view=view)
+    np.testing.assert_allclose(parts["reflections"], shown, rtol=1e-4)
+    assert shown.mean() > 0.1
 
 
 def test_what_is_seen_through_glass_is_refractions():

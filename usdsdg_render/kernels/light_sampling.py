@@ -7,6 +7,8 @@ chosen for each point, with its share of what all would give there if nothing we
 import warp as wp
 
 from usdsdg_render.kernels.bsdf import perpendicular
+from usdsdg_render.kernels.cdf import invert_cdf
+from usdsdg_render.kernels.emitters import MESH, sample_emitter
 from usdsdg_render.kernels.light_shapes import (
     CYLINDER,
     DISK,
@@ -14,6 +16,7 @@ from usdsdg_render.kernels.light_shapes import (
     ELLIPSOID,
     RECT,
     SPHERE,
+    LightSample,
     emitted,
     half_axes,
     hit_light,
@@ -25,45 +28,6 @@ from usdsdg_render.kernels.types import Dome, Light, SceneTables
 from usdsdg_render.kernels.visibility import FAR_AWAY
 
 PI = wp.constant(wp.pi)
-
-# The last cell in [start, start + count) whose running sum is at most `number`: by halves to 32 cells, then at once.
-_INVERT_CDF = """
-    const float* sums = cdf.data + start;
-    int first = 0, left = count;
-#if !defined(__CUDA_ARCH__)
-    typedef float float8 __attribute__((ext_vector_type(8), aligned(4)));
-    typedef int int8 __attribute__((ext_vector_type(8)));
-    while (left > 32) {
-        const int half = left / 2;
-        first = sums[first + half] <= number ? first + half : first;
-        left -= half;
-    }
-    if (left == 32) {
-        const float* p = sums + first;
-        const int8 below = (*(const float8*)p <= number) + (*(const float8*)(p + 8) <= number)
-            + (*(const float8*)(p + 16) <= number) + (*(const float8*)(p + 24) <= number);
-        return start + first - __builtin_reduce_add(below) - 1;
-    }
-#endif
-    while (left > 1) {
-        const int half = left / 2;
-        first = sums[first + half] <= number ? first + half : first;
-        left -= half;
-    }
-    return start + first;
-"""
-
-
-@wp.struct
-class LightSample:
-    """A direction towards a light; pdf 0 = none, pdf < 0 = the only direction of a delta light."""
-
-    direction: wp.vec3
-    distance: wp.float32
-    radiance: wp.vec3  # nits; of a delta light lux
-    pdf: wp.float32
-    diffuse: wp.float32
-    specular: wp.float32
 
 
 @wp.struct
@@ -153,10 +117,6 @@ def sample_one(light: Light, point: wp.vec3, r: wp.vec2):
         s.radiance = hit.radiance
         s.pdf = hit.pdf
     return s
-
-
-@wp.func_native(_INVERT_CDF)
-def invert_cdf(cdf: wp.array(dtype=wp.float32), start: int, count: int, number: float) -> int: ...
 
 
 @wp.func
@@ -250,5 +210,7 @@ def sample_light(tables: SceneTables, index: int, point: wp.vec3, r: wp.vec2, fi
     if index < 0:
         return LightSample()
     if index < tables.light_count:
+        if tables.lights[index].kind == MESH:
+            return sample_emitter(tables, tables.lights[index], point, r)
         return sample_one(tables.lights[index], point, r)
     return sample_sky(tables.dome, r, fine_sky)

@@ -17,6 +17,18 @@ PI = wp.constant(wp.pi)
 
 
 @wp.struct
+class LightSample:
+    """A direction towards a light; pdf 0 = none, pdf < 0 = the only direction of a delta light."""
+
+    direction: wp.vec3
+    distance: wp.float32
+    radiance: wp.vec3  # nits; of a delta light lux
+    pdf: wp.float32
+    diffuse: wp.float32
+    specular: wp.float32
+
+
+@wp.struct
 class LightHit:
     """Where a ray meets a light, and with which density `sample_one` finds it; distance < 0 = nowhere."""
 

@@ -7,6 +7,7 @@ which runs each step for many paths at a time (`wavefront`).
 import warp as wp
 
 from usdsdg_render.kernels.bsdf import Bsdf, bsdf_at, sample_direction, scatter
+from usdsdg_render.kernels.emitters import emitter_density, is_emitter
 from usdsdg_render.kernels.glass import through_glass
 from usdsdg_render.kernels.light_rules import by_rules, has_rules
 from usdsdg_render.kernels.light_sampling import choose_light, hit_light, sample_light, weight_at
@@ -148,7 +149,7 @@ def arrive(tables: SceneTables, options: PathOptions, path: Path, parts: Parts, 
                 else:
                     sky = cell_radiance(dome, cell)
                 a = with_light(a, limited(wp.cw_mul(path.throughput, sky) * weight, most), bounce, options.parts)
-    elif path.met == options.bounces:
+    elif path.met == options.bounces and not is_emitter(tables, hit.instance):
         a.path.alive = 0
     return a
 
@@ -204,12 +205,23 @@ def depart(
     most = float(0.0)
     if path.met > 1:
         most = options.clamp
-    emitted = limited(wp.cw_mul(path.throughput, surface.emission), most)
+    # Light of a surface that is also drawn from as a light counts by what following the path is worth.
+    sampled = path.pdf >= 0.0 and is_emitter(tables, hit.instance)
+    share = float(1.0)
+    if sampled:
+        light = tables.lights[tables.instance_light[hit.instance]]
+        chance = weight_at(light, path.origin, path.normal) / path.all_lights
+        share = mis(path.pdf, emitter_density(light, material, surface.geometric, path.direction, hit.t) * chance)
+    emitted = limited(wp.cw_mul(path.throughput, surface.emission) * share, most)
     d.path.radiance += emitted
+    if path.met == options.bounces:
+        d.path.alive = 0
     if bounce == 0:
         d.feature = Feature(albedo=bsdf.albedo, normal=bsdf.normal, depth=hit.t)
     else:
-        d.parts = with_part(d.parts, emitted, wp.vec3(1.0) - d.parts.mirrored, bounce)
+        d.parts = with_part(d.parts, emitted, wp.vec3(1.0) - d.parts.mirrored, wp.where(sampled, bounce - 1, bounce))
+    if d.path.alive == 0:
+        return d
     pair = PAIR_FIRST_SEGMENT + PAIRS_PER_SEGMENT * bounce
     d.path.tmin = 0.0
     d.path.tmax = FAR_AWAY

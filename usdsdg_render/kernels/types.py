@@ -116,6 +116,12 @@ class Light:
     focus_tint: wp.vec3
     pattern: wp.uint64  # one LightPattern; 0 = shines evenly
     rules: wp.uint64  # one LightRules; 0 = reaches everything and casts full shadows
+    # Of a glowing instance: its row, running sums of the shares of its triangles, their number, and luminance times
+    # area of all [nit * stage unit^2].
+    instance: wp.int32
+    faces: wp.uint64
+    face_count: wp.int32
+    glow: wp.float32
     diffuse: wp.float32
     specular: wp.float32
     visible: wp.int32
@@ -179,6 +185,8 @@ class SceneTables:
     lights: wp.array(dtype=Light)
     light_count: wp.int32
     surface_count: wp.int32  # the first so many are lights that a ray can meet
+    instance_light: wp.array(dtype=wp.int32)  # row of a glowing instance in `lights`, or -1; empty where none glows
+    emitter_count: wp.int32  # lights that are instances
     dome: Dome
     cutouts: wp.int32  # 1 = some material may let a ray through
 
