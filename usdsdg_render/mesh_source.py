@@ -113,6 +113,11 @@ def _refinement(prim: Usd.Prim, time: Usd.TimeCode) -> Refinement | None:
             return None
     elif not any(array is not None and len(array) for array in sharp):
         return None
+    if prim.GetAttribute("triangleSubdivisionRule").Get(time) == "smooth":
+        errors.warn_once(
+            f"{prim.GetPath()}: triangleSubdivisionRule smooth is not supported; its triangles are refined like other "
+            f"faces. Set it to catmullClark."
+        )
     return Refinement(
         level,
         str(prim.GetAttribute("interpolateBoundary").Get(time) or "edgeAndCorner"),

@@ -23,7 +23,7 @@ from .stage_tree import (
 )
 
 # Properties that change nothing that is drawn, beside those with IGNORED_PREFIXES.
-IGNORED_NAMES = {"extent", "extentsHint", "velocities", "accelerations", "angularVelocities", "kind", ""}
+IGNORED_NAMES = {"extent", "extentsHint", "kind", ""}
 
 
 @dataclass

@@ -61,7 +61,7 @@ def refine_mesh(path: str, source: MeshSource, faces: np.ndarray, starts: np.nda
         indices=indices,
         holes=EMPTY,
         normals=Primvar(normals.reshape(-1, size, 3)[drawn].reshape(-1, 3), EMPTY, "faceVarying"),
-        uvs=_refined_uvs(source, cage, where, faces, levels, drawn, loop=loop),
+        uvs=_refined_uvs(path, source, cage, where, faces, levels, drawn, loop=loop),
         refinement=None,
     )
     return Refined(refined, parents[drawn])
@@ -184,7 +184,15 @@ def _crease_edges(path: str, asked: Refinement, count: int) -> tuple[np.ndarray,
 
 
 def _refined_uvs(
-    source: MeshSource, cage: Cage, where: np.ndarray, faces: np.ndarray, levels: int, drawn: np.ndarray, *, loop: bool
+    path: str,
+    source: MeshSource,
+    cage: Cage,
+    where: np.ndarray,
+    faces: np.ndarray,
+    levels: int,
+    drawn: np.ndarray,
+    *,
+    loop: bool,
 ) -> Primvar | None:
     """At the corners of the refined faces. Those that do not fit the mesh are handed on, to be named later."""
     uvs = source.uvs
@@ -204,7 +212,7 @@ def _refined_uvs(
     if uvs.interpolation == "vertex" and cage.values.shape[1] == 5:
         flat = cage
     else:
-        flat = _texture_cage(source, cage, at_corners, linear=uvs.interpolation in ("varying", "uniform"))
+        flat = _texture_cage(path, source, cage, at_corners, linear=uvs.interpolation in ("varying", "uniform"))
     surface = refine(flat, levels, loop=loop)
     values = limit(surface, loop=loop)[:, -2:]
     size = 3 if loop else 4
@@ -212,7 +220,7 @@ def _refined_uvs(
     return Primvar(corners.astype(np.float32), EMPTY, "faceVarying")
 
 
-def _texture_cage(source: MeshSource, cage: Cage, uvs: np.ndarray, *, linear: bool) -> Cage:
+def _texture_cage(path: str, source: MeshSource, cage: Cage, uvs: np.ndarray, *, linear: bool) -> Cage:
     """Texture coordinates (N, 2) on a topology of their own, which ends at seams."""
     asked = source.refinement
     assert asked is not None
@@ -224,6 +232,11 @@ def _texture_cage(source: MeshSource, cage: Cage, uvs: np.ndarray, *, linear: bo
     rule = asked.face_varying
     if linear or rule == "all":
         return _everywhere_sharp(flat)
+    if rule == "cornersPlus2":
+        errors.warn_once(
+            f"{path}: faceVaryingLinearInterpolation cornersPlus2 is refined as cornersPlus1, which differs where a "
+            f"seam ends or turns inwards. Set it to cornersPlus1 or all."
+        )
     pinned = np.zeros(len(welded), bool)
     if rule == "boundaries":
         pinned = boundary_vertices(flat)

@@ -146,6 +146,8 @@ def test_point_instancers_follow_positions_and_velocities():
         scene, _ = at(extractor, code)
         # 20 units a second at 10 codes a second
         np.testing.assert_allclose(scene.instances.local_to_world[:, 3, :2], [[2.0 * code, 0], [0, 5]])
+    velocities.Set([Gf.Vec3f(40, 0, 0), Gf.Vec3f(0)], 0)
+    assert at(extractor, 3)[0].instances.local_to_world[0, 3, 0] == pytest.approx(12.0)
 
 
 def test_skinned_meshes_bend_and_the_rest_stays():

@@ -247,3 +247,15 @@ def test_broken_faces_are_dropped_before_refinement():
         prototype = prototype_of(mesh)
     assert np.isfinite(prototype.points).all()
     assert set(prototype.triangle_faces) == set(range(6))
+
+
+def test_rules_that_are_not_ours_are_named():
+    _, mesh = open_grid()
+    mesh.CreateTriangleSubdivisionRuleAttr("smooth")
+    mesh.CreateFaceVaryingLinearInterpolationAttr("cornersPlus2")
+    add_uvs(mesh, np.zeros((64, 2)), "faceVarying")
+    with pytest.warns(UserWarning, match="/Mesh") as caught:
+        prototype_of(mesh)
+    said = [str(warning.message) for warning in caught]
+    assert ["triangleSubdivisionRule" in each for each in said].count(True) == 1
+    assert ["cornersPlus2" in each for each in said].count(True) == 1
