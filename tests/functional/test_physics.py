@@ -332,6 +332,17 @@ def test_the_shapes_in_front_of_a_camera(y_up_stage):
         physics.create_camera_collision_prims("/World")
 
 
+def test_the_cone_in_front_of_a_fisheye_is_as_wide_as_it_sees(y_up_stage):
+    camera = create.camera(projection_type="fisheyePolynomial", fisheye_max_fov=100)
+    _, cone = physics.create_camera_collision_prims(camera, 0.1, 0.4)
+    points = np.c_[np.array(UsdGeom.Mesh(cone).GetPointsAttr().Get()), np.ones(len(cone.GetAttribute("points").Get()))]
+    seen = (points @ world(cone) @ np.linalg.inv(world(camera)))[:, :3]
+    assert np.abs(seen[:, 0]).max() == pytest.approx(40 * np.tan(np.radians(50)), rel=0.05)
+    wide = create.camera(projection_type="fisheyePolynomial", name="wide")
+    with pytest.raises(Unsupported, match="/wide sees more than 80 degrees to a side"):
+        physics.create_camera_collision_prims(wide)
+
+
 def test_poses_of_bodies_set_between_simulations_count(stage, cube):
     physics.apply_rigid_body(cube)
     physics.simulate(0.1)

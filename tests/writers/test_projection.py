@@ -6,8 +6,9 @@ from pxr import Sdf, UsdGeom
 
 from tests.annotators.ray_caster import CAMERA, new_stage
 from tests.annotators.scenes import add_camera
+from tests.stage.lens_cases import LENSES
 from usdsdg.annotators.camera import read_params
-from usdsdg.stage.cameras import read_camera
+from usdsdg.stage.cameras import CameraView, read_camera
 from usdsdg.writers.projection import clip_to_front, project
 
 coordinates = st.floats(-5, 5)
@@ -114,6 +115,8 @@ def test_the_opencv_pinhole_has_its_own_focal_length():
         fthetaCy=25.0,
         openCVFx=50.0,
         openCVFy=40.0,
+        **{f"fthetaPoly{letter}": 0.0 for letter in "AB"},
+        **{name: 0.0 for name in ("p0", "p1", "s0", "s1", "s2", "s3")},
     )
     np.testing.assert_allclose(project(np.array([[0.2, 0.1, -2.0]]), params), [[30 + 5, 25 - 2]])
 
@@ -129,3 +132,24 @@ def test_the_camera_of_the_ray_caster_is_the_one_projected_with():
     points = (origins + 3 * directions) @ view.world_to_camera[:3, :3] + view.world_to_camera[3, :3]
     v, u = np.mgrid[0:12, 0:16]
     np.testing.assert_allclose(project(points, read_params(view)), np.stack([u + 0.5, v + 0.5], -1).reshape(-1, 2))
+
+
+@pytest.mark.parametrize("case", LENSES.values(), ids=LENSES)
+def test_every_lens_projects_as_the_camera_itself(case):
+    view = CameraView("/C", 640, 400, np.eye(4), clipping_range=(0.1, 100.0), **case)
+    points = np.random.default_rng(3).normal(size=(500, 3)) * (1, 1, 2)
+    expected = view.project(points)[0]
+    if case["projection_type"] == "pinholeOpenCV":
+        expected[-points[:, 2] < 0.1] = np.nan
+    seen = np.isfinite(expected).all(axis=1)
+    pixels = project(points, read_params(view))
+    # The payload is float32.
+    np.testing.assert_allclose(pixels[seen], expected[seen], atol=0.02)
+    assert np.isfinite(pixels).all()
+
+
+def test_a_lens_that_is_never_drawn_is_a_pinhole_as_in_replicator():
+    _, plain = camera()
+    _, params = camera(cameraProjectionType="generalizedProjection")
+    points = np.random.default_rng(3).normal(size=(50, 3))
+    np.testing.assert_array_equal(project(points, params), project(points, plain))

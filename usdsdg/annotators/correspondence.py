@@ -26,11 +26,11 @@ def cross_correspondence(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     are -1 where nothing is hit.
 
     The reference is the camera whose name (or whose parent's) is the camera's attribute `crossCameraReferenceName`; it
-    has a render product of its own. Both are pinhole or orthographic.
+    has a render product of its own.
 
     Raises:
         AnnotatorError: the attribute is not set, or no render product has such a camera.
-        Unsupported: the lens of the reference camera is not linear.
+        Unsupported: there is no formula for the lens of the reference camera.
     """
     reference = _reference_of(frame.camera)
     seen = frame.aov("instance") >= 0
@@ -38,7 +38,9 @@ def cross_correspondence(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     pixels, depths = reference.project(frame.aov("position")[seen])
     size = np.array([reference.width, reference.height])
     with np.errstate(invalid="ignore"):
-        inside = ((pixels >= 0) & (pixels < size)).all(axis=1) & (depths > 0)
+        inside = ((pixels >= 0) & (pixels < size)).all(axis=1)
+    if reference.lens is None:
+        inside &= depths > 0
     shift = (pixels - np.stack([columns + 0.5, rows + 0.5], axis=-1)) / size
     out = np.full((*seen.shape, 4), -1, np.float32)
     out[seen, :2] = np.nan_to_num(shift, nan=-1.0)

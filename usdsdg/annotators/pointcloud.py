@@ -11,30 +11,29 @@ from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_o
 from usdsdg.annotators.colors import FIRST_LABELLED, UNLABELLED
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.segmentation import unique_labels
-from usdsdg.errors import Unsupported
-from usdsdg.stage.cameras import LINEAR_PROJECTIONS
 
 
-@define("DistanceToImagePlaneSDIsaacConvertDepthToPointCloud", aovs=["distance_to_image_plane"], dtype=np.float32)
+@define(
+    "DistanceToImagePlaneSDIsaacConvertDepthToPointCloud",
+    aovs=["distance_to_image_plane", "distance_to_camera"],
+    dtype=np.float32,
+)
 def depth_to_pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     """One point per pixel, row by row: float32 (H * W, 3) in the camera's optical frame [m]: x right, y down, z ahead.
 
-    All three are +inf where nothing is hit.
-
-    Raises:
-        Unsupported: the lens is not linear.
+    All three are +inf where nothing is hit. A fisheye sees points with z < 0.
     """
     camera, depth = frame.camera, frame.aov("distance_to_image_plane").astype(np.float64)
-    if camera.projection_type not in LINEAR_PROJECTIONS:
-        raise Unsupported(f"{camera.prim_path}: points of depths need a linear lens, not {camera.projection_type!r}.")
-    rows, columns = np.mgrid[: camera.height, : camera.width] + 0.5
     seen = np.isfinite(depth)
-    # Pixels are rays through the pinhole, or parallel ones with `fx` pixels per stage unit.
-    spread = np.where(seen, depth, 0) if camera.projection_type == "pinhole" else camera.meters_per_unit
+    rows, columns = np.nonzero(seen)
+    origins, directions = camera.rays(np.stack([columns, rows], axis=-1) + 0.5)
+    if camera.lens is None:
+        along = depth[seen] / -directions[:, 2]
+    else:
+        # Rays that go sideways have no depth to tell their length.
+        along = frame.aov("distance_to_camera")[seen].astype(np.float64)
     points = np.full((*depth.shape, 3), np.inf, np.float32)
-    points[seen, 0] = ((columns - camera.cx) / camera.fx * spread)[seen]
-    points[seen, 1] = ((rows - camera.cy) / camera.fy * spread)[seen]
-    points[seen, 2] = depth[seen]
+    points[seen] = (origins * camera.meters_per_unit + along[:, None] * directions) * (1.0, -1.0, -1.0)
     return Annotation(points.reshape(-1, 3))
 
 

@@ -7,9 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdsdg.inspect.records import EDGES
+from usdsdg.stage.lenses import Lens
 
 # What is nearer to the camera's plane than this [stage units] is cut off.
 NEAR = 1e-3
+# In which an edge is drawn that the lens bends.
+_PIECES = 24
 
 # Corners (indices into KEYPOINTS) of the faces towards local +x, +y and +z, in circular order.
 _FACES = ((5, 6, 8, 7), (3, 4, 8, 7), (2, 4, 8, 6))
@@ -33,6 +36,17 @@ class Pinhole:
 
 
 @dataclass(frozen=True)
+class Curved:
+    """A camera with a lens that is no pinhole. `view` is world to camera for row vectors."""
+
+    lens: Lens
+    view: np.ndarray
+
+    def to_camera(self, points_in_world: np.ndarray) -> np.ndarray:
+        return points_in_world @ self.view[:3, :3] + self.view[3, :3]
+
+
+@dataclass(frozen=True)
 class Drawn:
     """A cuboid in the picture; see SeenObject for the parts."""
 
@@ -41,9 +55,11 @@ class Drawn:
     axes: np.ndarray | None
 
 
-def drawn(keypoints_in_camera: np.ndarray, camera: Pinhole) -> Drawn:
+def drawn(keypoints_in_camera: np.ndarray, camera: Pinhole | Curved) -> Drawn:
     """What can be drawn of (9, 3) keypoints in the camera's frame."""
     points = np.asarray(keypoints_in_camera, dtype=float)
+    if isinstance(camera, Curved):
+        return _bent(points, camera.lens)
     behind = points[:, 2] > -NEAR
     if behind[1:].all():
         return Drawn(None, None, None)
@@ -51,6 +67,19 @@ def drawn(keypoints_in_camera: np.ndarray, camera: Pinhole) -> Drawn:
     if behind.any():
         return Drawn(None, _clipped_edges(points, camera), axes)
     return Drawn(camera.project(points), None, axes)
+
+
+def _bent(points: np.ndarray, lens: Lens) -> Drawn:
+    """Edges in short pieces, of which those are kept that the lens sees; and axes where it sees all of them."""
+    share = np.linspace(0.0, 1.0, _PIECES + 1)[:, None]
+    edges = [points[a] + share * (points[b] - points[a]) for a, b in EDGES]
+    pixels = [lens.to_pixels(edge) for edge in edges]
+    pieces = np.concatenate([np.concatenate([each[:-1], each[1:]], axis=1) for each in pixels])
+    # A piece across the seam of a panorama would go all the way back.
+    with np.errstate(invalid="ignore"):
+        kept = pieces[np.abs(pieces[:, :2] - pieces[:, 2:]).max(axis=1) < lens.width / 2]
+    axes = lens.to_pixels(np.array([points[0], *(points[list(face)].mean(axis=0) for face in _FACES)]))
+    return Drawn(None, kept if len(kept) else None, axes if np.isfinite(axes).all() else None)
 
 
 def axes_of(cuboid: np.ndarray) -> np.ndarray:

@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 
 from usdsdg.inspect import cuboids
-from usdsdg.inspect.cuboids import Pinhole
+from usdsdg.inspect.cuboids import Curved, Pinhole
 from usdsdg.inspect.listing import UNREADABLE, read_array, read_json
 from usdsdg.inspect.records import CORNERS, Dataset, Frame, Problem, SeenObject
+from usdsdg.stage.lenses import CURVED
+from usdsdg.writers.projection import lens_of
 
 LOOKED_FOR = "BasicWriter's rgb_NNNN.png, bounding_box_2d_tight_NNNN.npy and the like"
 
@@ -33,6 +35,8 @@ _FILE = re.compile(
 )
 
 Parts = dict[str, Path]
+# Camera, metres per unit and picture size.
+Seen = tuple[Pinhole | Curved, float, tuple[int, int]]
 
 
 def read(dataset: Dataset, files: list[Path]) -> list[Path]:
@@ -130,7 +134,7 @@ def _label(dataset: Dataset, frame: Frame, labels: Mapping[str, Any], row: np.vo
     return str(known)
 
 
-def _add_box(seen: SeenObject, kind: str, row: np.void, camera: tuple[Pinhole, float, tuple[int, int]] | None) -> None:
+def _add_box(seen: SeenObject, kind: str, row: np.void, camera: Seen | None) -> None:
     occlusion = float(row["occlusionRatio"])
     # -1 stands for unknown, nan for out of view.
     if 0.0 <= occlusion <= 1.0:
@@ -147,7 +151,7 @@ def _add_box(seen: SeenObject, kind: str, row: np.void, camera: tuple[Pinhole, f
         seen.loose = box
 
 
-def _add_cuboid(seen: SeenObject, row: np.void, camera: Pinhole, meters: float, size: tuple[int, int]) -> None:
+def _add_cuboid(seen: SeenObject, row: np.void, camera: Pinhole | Curved, meters: float, size: tuple[int, int]) -> None:
     low, high = (np.array([row[f"{axis}_{end}"] for axis in "xyz"], float) for end in ("min", "max"))
     corners = [[(low if name[axis] in "LDB" else high)[axis] for axis in range(3)] for name in CORNERS]
     local = np.array([(low + high) / 2.0, *corners])
@@ -161,7 +165,7 @@ def _add_cuboid(seen: SeenObject, row: np.void, camera: Pinhole, meters: float, 
         seen.loose = cuboids.bounds(drawn.reshape(-1, 2), size)
 
 
-def _camera(dataset: Dataset, frame: Frame, parts: Parts) -> tuple[Pinhole, float, tuple[int, int]] | None:
+def _camera(dataset: Dataset, frame: Frame, parts: Parts) -> Seen | None:
     """Camera, metres per unit and picture size; None where boxes in space cannot be drawn."""
     if "camera_params/json" not in parts:
         _note(dataset, "Boxes in space are not drawn where camera_params is missing: write it along with them.")
@@ -170,15 +174,20 @@ def _camera(dataset: Dataset, frame: Frame, parts: Parts) -> tuple[Pinhole, floa
     if values is None:
         return None
     model = str(values.get("cameraModel", "pinhole"))
+    width, height = (int(part) for part in values["renderProductResolution"])
+    view = np.reshape(np.array(values["cameraViewTransform"], float), (4, 4))
+    meters = float(values.get("metersPerSceneUnit", 1.0))
+    if model in CURVED:
+        lens = lens_of(values)
+        assert lens is not None
+        return Curved(lens, view), meters, (width, height)
     if model != "pinhole":
         _note(dataset, f"Boxes in space are not drawn for the camera model {model}.")
         return None
-    width, height = (int(part) for part in values["renderProductResolution"])
     projection = np.reshape(np.array(values["cameraProjection"], float), (4, 4))
     centre = ((1.0 - projection[2, 0]) * width / 2.0, (1.0 + projection[2, 1]) * height / 2.0)
     focal = width * float(values["cameraFocalLength"]) / float(values["cameraAperture"][0])
-    view = np.reshape(np.array(values["cameraViewTransform"], float), (4, 4))
-    return Pinhole(focal, centre, view), float(values.get("metersPerSceneUnit", 1.0)), (width, height)
+    return Pinhole(focal, centre, view), meters, (width, height)
 
 
 def _note(dataset: Dataset, text: str) -> None:

@@ -17,6 +17,11 @@ from usdsdg.inspect.records import KEYPOINTS, Dataset, Frame, Problem, SeenObjec
 LOOKED_FOR = "PoseWriter's NNNNNN.png with NNNNNN.json"
 _FILE = re.compile(r"^(?P<number>\d+)(?P<overlay>_overlay)?\.(?P<kind>png|jpe?g|json)$", re.IGNORECASE)
 
+# Per format the keypoints in the camera's frame and in the picture.
+_POINTS = {
+    "default": ("cuboid_keypoints_camera_frame", "cuboid_keypoints_projected"),
+    "centerpose": ("keypoints_3d", "projected_cuboid"),
+}
 # `location` of an object is usable where it projects to within this many pixels of the cuboid's middle.
 _NEAR_ENOUGH = 2.5
 DOPE_NOTE = (
@@ -89,10 +94,12 @@ def _object(values: Mapping[str, Any], file: Mapping[str, Any]) -> SeenObject:
         visibility=_number(values.get("visibility")),
         truncation=_number(values.get("truncation_ratio")),
     )
-    points_key = {"default": "cuboid_keypoints_camera_frame", "centerpose": "keypoints_3d"}.get(_format(file))
-    if points_key is not None:
-        points = np.array(values[points_key], dtype=float)[place]
+    keys = _POINTS.get(_format(file))
+    if keys is not None:
+        points, pixels = (np.array(values[key], dtype=float)[place] for key in keys)
         made = cuboids.drawn(points, camera)
+        if not _is_pinhole(points, pixels, camera):
+            made = cuboids.Drawn(pixels, None, cuboids.axes_of(pixels))
         seen.cuboid, seen.edges, seen.axes = made.cuboid, made.edges, made.axes
         seen.distance = float(np.linalg.norm(points[0])) * float(file["camera_data"].get("meters_per_scene_unit", 1.0))
     else:
@@ -103,6 +110,14 @@ def _object(values: Mapping[str, Any], file: Mapping[str, Any]) -> SeenObject:
     if drawn is not None and len(drawn):
         seen.loose = cuboids.bounds(drawn.reshape(-1, 2), _size(file["camera_data"]))
     return seen
+
+
+def _is_pinhole(points: np.ndarray, pixels: np.ndarray, camera: Pinhole) -> bool:
+    """Whether keypoints lie in the picture where the file's intrinsics put them; a fisheye's, as files tell only those
+    of a pinhole, lie elsewhere.
+    """
+    ahead = points[:, 2] < -cuboids.NEAR
+    return bool(np.abs(camera.project(points[ahead]) - pixels[ahead]).max(initial=0.0) <= _NEAR_ENOUGH)
 
 
 def _camera(camera: Mapping[str, Any]) -> Pinhole:

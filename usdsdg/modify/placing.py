@@ -33,7 +33,8 @@ def pose_camera_relative(
         vertical_location: -1 (bottom edge) to 1 (top edge).
 
     Raises:
-        GraphError: `camera` is not one camera, or `render_product` has no resolution.
+        GraphError: `camera` is not one camera, or `render_product` has no resolution. At execution: the place lies
+            outside of what the camera's lens sees.
     """
     cameras = prim_paths(camera)
     if len(cameras) != 1:
@@ -60,9 +61,14 @@ def _write_camera_relative(node: Node, execution: int) -> None:
     x, y, distance = (draw_numbers(role, node, execution) for role in roles)
     # Pixels are centred on the optical axis only where the lens has no shift.
     columns, rows = view.width * (1 + x) / 2, view.height * (1 - y) / 2
-    rays = np.stack([(columns - view.cx) / view.fx, (view.cy - rows) / view.fy, -np.ones(len(x))], axis=1)
-    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    points = (rays * distance[:, None]) @ view.local_to_world[:3, :3] + view.local_to_world[3, :3]
+    origins, directions = view.rays(np.stack([columns, rows], axis=1))
+    unseen = np.flatnonzero(~np.isfinite(directions).all(axis=1))
+    if len(unseen):
+        raise GraphError(
+            f"modify.pose_camera_relative: {view.prim_path} sees nothing at horizontal_location {x[unseen[0]]:g}, "
+            f"vertical_location {y[unseen[0]]:g}: its lens, {view.projection_type}, ends before that"
+        )
+    points = (origins + directions * distance[:, None]) @ view.local_to_world[:3, :3] + view.local_to_world[3, :3]
     for path, point in zip(node.prims, points):
         local_pose.author_world_position(prim_at(path), point)
 

@@ -8,6 +8,7 @@ fisheyes of textbooks. `usdsdg_render/kernels/lens.py` has the same for kernels.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -18,6 +19,8 @@ from usdsdg.stage.lens_curves import ODD, POWER, RATIONAL, Curve
 
 # Projections that need no lens model: a straight line for every pixel.
 STRAIGHT = ("pinhole", "orthographic")
+# Those that have one here.
+CURVED = tuple(each for each in (*PROJECTIONS, *OLD_PROJECTIONS) if each not in (*STRAIGHT, *NOT_DRAWN))
 
 _STEPS = 50
 _IDEAL = {
@@ -184,6 +187,7 @@ class Lens:
         return np.stack([level * np.sin(longitude), np.sin(latitude), -level * np.cos(longitude)], axis=1)
 
 
+@lru_cache(maxsize=64)
 def make_lens(
     model: str,
     parameters: LensParameters,
@@ -205,9 +209,9 @@ def make_lens(
     """
     if model in STRAIGHT:
         return None
-    if model in NOT_DRAWN or model not in (*PROJECTIONS, *OLD_PROJECTIONS):
-        known = (*(each for each in PROJECTIONS if each not in NOT_DRAWN), *OLD_PROJECTIONS)
-        raise errors.Unsupported(f"projection {model!r} is not available; there are {', '.join(known)}")
+    if model not in CURVED:
+        known = ", ".join((*STRAIGHT, *CURVED))
+        raise errors.Unsupported(f"projection {model!r} is not available; there are {known}")
     width, height = size
     if model == "fisheyeSpherical":
         return Lens(model, width, height)

@@ -75,6 +75,9 @@ def _draw_segment(canvas: Canvas, segment: np.ndarray, color: Color, params: Map
     points = segment[0] + np.linspace(0, 1, pieces + 1)[:, None] * (segment[1] - segment[0])
     in_front = clip_to_front(np.stack([points[:-1], points[1:]], axis=1), params)
     pixels = project(in_front, params).reshape(-1, 2, 2)
+    if pieces > 1:
+        # What crosses the seam of a panorama would go all the way back.
+        pixels = pixels[np.abs(pixels[:, 1] - pixels[:, 0]).max(axis=1) < canvas.width / 2]
     # A thin dark seam keeps the line apart from a background of its own colour.
     for start, end in pixels:
         canvas.line(start, end, _SHADOW, width=_LINE_WIDTH + 1.5, opacity=0.35)

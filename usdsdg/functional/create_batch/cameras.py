@@ -10,7 +10,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 from usdsdg.errors import GraphError, Unsupported
 from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.new_prims import define, dress, new_paths, numbers
-from usdsdg.stage.lens_attributes import LENS, OPTICS, PROJECTIONS
+from usdsdg.stage.lens_attributes import LENS, OLD_PROJECTIONS, OPTICS, PROJECTIONS
 from usdsdg.values import shown
 
 
@@ -62,7 +62,7 @@ def camera(
 def _projection(name: Any) -> str:
     first, *others = str(name).split("_")
     known = first + "".join(part.capitalize() for part in others)
-    if known not in PROJECTIONS:
+    if known not in (*PROJECTIONS, *OLD_PROJECTIONS):
         raise GraphError(f"projection_type is {name!r}; expected one of {', '.join(PROJECTIONS)}")
     return known
 

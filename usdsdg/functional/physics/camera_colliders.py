@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from pxr import Usd, UsdGeom
 
-from usdsdg.errors import BadPrim
+from usdsdg.errors import BadPrim, Unsupported
 from usdsdg.functional import create_batch
 from usdsdg.functional.arguments import one_prim
+from usdsdg.stage.cameras import read_camera
 from usdsdg.stage.transforms import meters_per_unit
+
+# Any will do: lenses are calibrated for a nominal size, or for the picture's width.
+_PICTURE = (1024, 768)
+_WIDEST = 80.0  # degrees from the axis
 
 
 def create_camera_collision_prims(
@@ -23,15 +29,15 @@ def create_camera_collision_prims(
 
     Raises:
         BadPrim: it is no camera, nor the object of one.
+        Unsupported: its lens sees more than a cone along its axis can hold.
     """
     camera = _camera(one_prim("camera_prim", camera_prim))
+    half_width = _half_width(camera)
     stage, unit = camera.GetStage(), 1.0 / meters_per_unit(camera.GetStage())
     parent = camera.GetParent()
     for name in ("cameraSphere", "cameraCone"):
         if stage.GetPrimAtPath(parent.GetPath().AppendChild(name)):
             stage.RemovePrim(parent.GetPath().AppendChild(name))
-    lens = UsdGeom.Camera(camera)
-    half_width = 0.5 * lens.GetHorizontalApertureAttr().Get() / lens.GetFocalLengthAttr().Get()
     length, diameter = camera_coll_view_dist, 2.0 * half_width * camera_coll_view_dist
     up_is_y = UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.y
     # The apex, in the middle of the top of the cone, lies at the camera; the base in front of it.
@@ -49,3 +55,19 @@ def _camera(prim: Usd.Prim) -> Usd.Prim:
     if not cameras:
         raise BadPrim(f"{prim.GetPath()} is a {prim.GetTypeName() or 'prim without a type'}, not a camera")
     return cameras[0]
+
+
+def _half_width(camera: Usd.Prim) -> float:
+    """Half the width of what the camera sees, at distance one."""
+    view = read_camera(camera.GetStage(), camera.GetPath(), _PICTURE)
+    if view.lens is None:
+        return 0.5 * view.horizontal_aperture / view.focal_length
+    columns = np.linspace(0.0, _PICTURE[0], 2049)
+    _, directions = view.rays(np.stack([columns, np.full(2049, _PICTURE[1] / 2)], axis=1))
+    directions = directions[np.isfinite(directions).all(axis=1)]
+    if (-directions[:, 2] < np.cos(np.radians(_WIDEST))).any():
+        raise Unsupported(
+            f"create_camera_collision_prims: {camera.GetPath()} sees more than {_WIDEST:g} degrees to a side, and no "
+            "cone is that wide; give it a longer lens, or colliders of your own"
+        )
+    return float(np.abs(directions[:, 0] / directions[:, 2]).max(initial=0.0))
