@@ -94,9 +94,8 @@ def test_a_stereo_pair_of_a_y_up_stage(stage):
 
 
 @pytest.mark.parametrize("name", ["fisheyePolynomial", "fisheye_polynomial"])
-def test_other_lenses_are_authored_with_a_warning(stage, name):
-    with pytest.warns(UsdsdgWarning, match="no fisheyePolynomial lens"):
-        item = rep.create.camera(projection_type=name, fisheye_polynomial_b=0.003, fisheye_max_fov=180)
+def test_other_lenses_are_authored(stage, name):
+    item = rep.create.camera(projection_type=name, fisheye_polynomial_b=0.003, fisheye_max_fov=180)
     prim = stage.GetPrimAtPath(f"{item.prims[0]}/Camera")
     values = {name: prim.GetAttribute(name).Get() for name in ("cameraProjectionType", "fthetaMaxFov", "fthetaPolyB")}
     assert values == {
@@ -105,6 +104,13 @@ def test_other_lenses_are_authored_with_a_warning(stage, name):
         "fthetaPolyB": pytest.approx(0.003),
     }
     assert read_camera(stage, prim.GetPath(), (8, 8)).projection_type == "fisheyePolynomial"
+
+
+def test_lenses_that_are_not_drawn_are_authored_with_a_warning(stage):
+    with pytest.warns(UsdsdgWarning, match="no omniDirectionalStereo lens"):
+        item = rep.create.camera(projection_type="omni_directional_stereo")
+    prim = stage.GetPrimAtPath(f"{item.prims[0]}/Camera")
+    assert prim.GetAttribute("cameraProjectionType").Get() == "omniDirectionalStereo"
 
 
 def test_lenses_that_do_not_exist(stage):

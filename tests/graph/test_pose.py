@@ -196,6 +196,26 @@ def test_camera_relative_places_project_to_where_they_were_asked(stage, place):
     assert np.linalg.norm(point - view.local_to_world[3, :3]) == pytest.approx(4.0)
 
 
+def test_camera_relative_places_follow_the_lens(stage):
+    camera = rep.create.camera(position=(3, 2, 1), look_at=(0, 0, 0.5), projection_type="fisheyePolynomial")
+    product = rep.create.render_product(camera, (640, 400))
+    ball = rep.create.sphere()
+    rep.modify.pose_camera_relative(camera, product, 4.0, 0.4, -0.6, input_prims=ball)
+    run()
+    view = read_camera(stage, product.camera_path, (640, 400))
+    point = matrix(stage, ball.prims[0])[None, 3, :3]
+    np.testing.assert_allclose(view.project(point)[0][0], (640 * 0.7, 400 * 0.8), atol=1e-3)
+    assert np.linalg.norm(point - view.local_to_world[3, :3]) == pytest.approx(4.0)
+
+
+def test_camera_relative_places_outside_of_the_lens_are_refused(stage):
+    camera = rep.create.camera(projection_type="fisheyePolynomial")
+    product = rep.create.render_product(camera, (640, 400))
+    rep.modify.pose_camera_relative(camera, product, 4.0, 1.0, 1.0, input_prims=rep.create.sphere())
+    with pytest.raises(GraphError, match=r"Camera sees nothing at horizontal_location 1, vertical_location 1"):
+        run()
+
+
 def test_orbits_keep_their_distance_and_look_inwards(stage):
     middle = rep.create.sphere(position=(1, 2, 3))
     cameras = rep.create.camera(count=20)
