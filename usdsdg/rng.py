@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.graph.sampling import get_global_seed
+from usdsdg.graph.sampling import get_global_seed, own_seed
 from usdsdg.settings import get_settings
 
 __all__ = ["ReplicatorRNG", "generator_of", "reset_all"]
@@ -31,7 +31,12 @@ class ReplicatorRNG:
         _alive.add(self)
 
     def initialize(self, seed: int | None, node: Any = None, node_id: int | None = None) -> None:
-        """Begin anew with another seed, and for another node if one is given; `node_id` tells nodes apart."""
+        """Begin anew with another seed, and for another node if one is given; `node_id` tells nodes apart.
+
+        Raises:
+            GraphError: (a ValueError) `seed` is no whole number.
+        """
+        own_seed(seed)
         self._seed = None if seed is None else int(seed)
         self._node = self._node if node is None else node
         self._node_id = self._node_id if node_id is None else int(node_id)

@@ -12,9 +12,11 @@ def enter(
     """Put `fn` into the names of a family's module, under its own name or `fn_name`.
 
     Raises:
-        ValueError: the name is no identifier, or taken while `override` is False.
+        ValueError: `fn` is no function, the name is no identifier, or taken while `override` is False.
     """
-    name = fn_name or fn.__name__
+    if not callable(fn):
+        raise ValueError(f"{family_name}.register: {fn!r} is no function")
+    name = fn_name or getattr(fn, "__name__", type(fn).__name__)
     if not name.isidentifier():
         raise ValueError(f"{family_name}.register: {name!r} is not a valid name; pass fn_name='a_valid_name'")
     if name in family and not override:

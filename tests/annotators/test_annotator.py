@@ -52,12 +52,14 @@ def test_types_and_predicate_exclude_each_other():
     [
         ({"semanticTypes": 5}, r"semanticTypes is 5; expected a list of types"),
         ({"semanticTypes": ["class", 3]}, r"semanticTypes is \['class', 3\]"),
+        ({"colorize": "yes"}, "colorize is 'yes'; expected True or False"),
         ({"semanticFilter": ["class"]}, r"semanticFilter is \['class'\]; expected a predicate such as 'class:\*'"),
     ],
 )
 def test_filters_of_another_kind_are_told(params, message):
+    name = "semantic_segmentation" if "colorize" in params else "bounding_box_3d"
     with pytest.raises(AnnotatorError, match=message):
-        annotators.get("bounding_box_3d", init_params=params)
+        annotators.get(name, init_params=params)
 
 
 @pytest.mark.parametrize(

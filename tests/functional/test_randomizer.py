@@ -200,6 +200,12 @@ def test_nodes_have_streams_of_their_own():
     assert ReplicatorRNG(5, node="a").generator.uniform() == seeded
 
 
+@pytest.mark.parametrize("seed", ["three", 1.5])
+def test_a_seed_of_a_generator_is_a_whole_number(seed):
+    with pytest.raises(GraphError, match=f"seed is {seed!r}; expected a whole number"):
+        ReplicatorRNG(seed)
+
+
 def test_a_new_seed_begins_anew():
     rng = ReplicatorRNG(1)
     rng.generator.uniform()

@@ -159,6 +159,44 @@ def test_inputs_of_nodes_are_set_with_or_without_their_prefix(stage):
     assert item.get_input("inputs:position") == (5, 5, 5)
 
 
+def test_items_tell_their_prims(stage):
+    cubes = rep.create.cube(count=2)
+    item = rep.modify.pose(position=1, input_prims=cubes)
+    assert item.get_output_prims() == item.get_input_prims() == {"prims": list(cubes.prims)}
+    assert item.outputs["prims"] == item.get_outputs()["prims"] == list(cubes.prims)
+    given = item.get_inputs()
+    given["position"] = 2
+    assert item.inputs["position"] == 1
+    with pytest.raises(KeyError, match="no outputs:samples; it has prims, execCount"):
+        item.get_output("samples")
+
+
+def test_wires_between_nodes_cannot_be_taken_away():
+    from usdsdg.utils.utils import _disconnect
+
+    with pytest.raises(Unsupported, match="run in the order of the script"):
+        _disconnect("/a.outputs:execOut", "/b.inputs:execIn")
+
+
+@pytest.mark.parametrize("family", ["create", "get", "modify", "randomizer", "distribution", "trigger"])
+def test_every_family_takes_functions_of_scripts(family):
+    module = getattr(rep, family)
+
+    def lucky(number):
+        return number + 1
+
+    module.register(lucky)
+    module.register(lucky, fn_name="other")
+    assert (module.lucky(6), module.other(7)) == (7, 8)
+    with pytest.raises(ValueError, match=f"{family}.register: 'lucky' exists"):
+        module.register(lucky, override=False)
+    module.register(abs, fn_name="lucky")
+    assert module.lucky(-6) == 6
+    del module.lucky, module.other
+    with pytest.raises(ValueError, match="5 is no function"):
+        module.register(5)
+
+
 def test_order_is_the_order_of_the_script(stage):
     cube = rep.create.cube()
     with rep.utils.sequential():

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from usdsdg.errors import OutputNotWritable, UsdsdgWarning, WriterError, WriterRegistryError
 from usdsdg.writers import BackendDispatch, BackendGroup, BaseBackend, DiskBackend, backends, files, set_disk_root
@@ -89,10 +90,16 @@ def test_a_group_writes_everywhere(tmp_path):
 def test_dispatch_takes_old_and_new_arguments(tmp_path):
     assert BackendDispatch({"paths": {"out_dir": str(tmp_path / "a")}}).output_dir == str(tmp_path / "a")
     backend = BackendDispatch(output_dir=tmp_path / "b")
-    backend.write_image("x.png", np.zeros((2, 2), np.uint8))
-    backend.write_array("x.npy", np.zeros(2))
+    backend.write_image("x.png", np.full((2, 2), 7, np.uint8))
+    backend.write_array("x.npy", np.arange(2))
+    backend.write_exr("x.exr", np.full((2, 2), 0.5, np.float32), half_precision=True)
+    backend.write_blob("x.txt", b"seven")
     backend.wait_until_done()
-    assert names(tmp_path / "b") == ["x.npy", "x.png"]
+    assert names(tmp_path / "b") == ["x.exr", "x.npy", "x.png", "x.txt"]
+    assert np.asarray(Image.open(tmp_path / "b" / "x.png")).tolist() == [[7, 7], [7, 7]]
+    assert np.load(tmp_path / "b" / "x.npy").tolist() == [0, 1]
+    assert files.read_exr(str(tmp_path / "b" / "x.exr")).tolist() == [[0.5, 0.5], [0.5, 0.5]]
+    assert backend.read_blob("x.txt") == b"seven"
     with pytest.raises(WriterError, match="output_dir"):
         BackendDispatch()
 

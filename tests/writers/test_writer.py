@@ -194,6 +194,31 @@ def test_metadata_is_written_once_before_the_first_frame(tmp_path):
     assert "\n" not in text
 
 
+def test_what_a_writer_tells_of_itself(recorder):
+    assert recorder.get_metadata() == {"name": "Recorder", "version": "1.2.3", "replicator_global_seed:": None}
+    assert (recorder.get_data(), recorder.num_written, recorder.get_node()) == (None, 0, recorder)
+    recorder.attach(PRODUCT)
+    for index in range(2):
+        recorder.receive({"index": index})
+    assert (recorder.get_data(), recorder.num_written) == ({"index": 1}, 2)
+    recorder.reset()
+    assert recorder.num_written == 0
+    assert [each if isinstance(each, str) else each.get_name() for each in recorder.get_annotators()] == [
+        "rgb", "occlusion",
+    ]  # fmt: skip
+
+
+def test_a_writer_attached_by_name_takes_parameters_and_a_trigger(tmp_path):
+    WriterRegistry.attach("Recorder", PRODUCT, {"output_dir": str(tmp_path)}, trigger=None)
+    (writer,) = WriterRegistry.get_attached_writers("Recorder")
+    assert writer.backend.output_dir == str(tmp_path)
+    assert not writer.is_due()
+    with pytest.raises(WriterRegistryError, match="Did you mean 'Recorder'"):
+        WriterRegistry.attach("Recordr", PRODUCT)
+    with pytest.raises(WriterError, match=r"Recorder has no option 'outputdir'\. Did you mean 'output_dir'"):
+        WriterRegistry.attach("Recorder", PRODUCT, {"outputdir": str(tmp_path)})
+
+
 def test_a_users_writer_reads_the_legacy_payload(recorder):
     frame = make_frame(street(), (16, 12))
     recorder.attach(PRODUCT)

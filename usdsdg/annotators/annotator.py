@@ -91,7 +91,7 @@ class Annotator:
         """Set init parameters; only before attaching.
 
         Raises:
-            AnnotatorError: it is attached, or has no such parameter, or two exclude each other.
+            AnnotatorError: it is attached, has no such parameter, two exclude each other, or a value does not fit.
             ConfigError: the label filter does not follow the grammar.
         """
         if self._render_product is not None:
@@ -102,6 +102,9 @@ class Annotator:
                 known = ", ".join(self._kind.params) or "none"
                 hint = f"Did you mean {close[0]!r}?" if close else f"It has: {known}."
                 raise AnnotatorError(f"Annotator {self._name!r} has no init parameter {key!r}. {hint}")
+            given, switch = init_params[key], isinstance(self._kind.params[key], bool)
+            if switch and not isinstance(given, (bool, np.bool_)) and given not in (0, 1):
+                raise AnnotatorError(f"Annotator {self._name!r}: {key} is {given!r}; expected True or False.")
         self._params.update(init_params)
         parse_filter(predicate_of(self._params))
         return self

@@ -17,7 +17,7 @@ import numpy as np
 from usdsdg.annotators.base import Annotation
 from usdsdg.annotators.frame import Frame
 from usdsdg.errors import AnnotatorRegistryError, AugmentationError, Unsupported, warn_once
-from usdsdg.graph.sampling import get_global_seed, uniforms
+from usdsdg.graph.sampling import get_global_seed, own_seed, uniforms
 from usdsdg.registry import Registry, near_misses
 
 # Seeds lie below this, so that every generator takes them.
@@ -255,7 +255,8 @@ def seed_of_frame(seed: Any, key: str, execution: int) -> int:
 
     seed: of its own; None or negative: the global one.
     """
-    own = get_global_seed() if seed is None or int(seed) < 0 else int(seed)
+    own = own_seed(seed)
+    own = get_global_seed() if own is None else own
     return int(uniforms(own, key, execution, [""], 1)[0, 0] * SEEDS)
 
 
