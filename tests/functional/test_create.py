@@ -7,6 +7,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade
 from tests.functional.poses import local, ops, value, world
 from usdsdg.errors import AssetError, AssetNotFound, BadPrim, GraphError, Unsupported, UsdsdgWarning
 from usdsdg.functional import create, create_batch
+from usdsdg.stage.lens_attributes import LENS, OPTICS
 from usdsdg.stage.semantics import get_labels
 from usdsdg.stage.transforms import compose_euler
 
@@ -177,6 +178,12 @@ def test_the_arguments_of_a_camera_reach_its_attributes(stage):
     assert not create.camera().HasAttribute("crossCameraReferenceName")
 
 
+@pytest.mark.parametrize("argument", OPTICS | LENS)
+def test_each_number_of_a_lens_reaches_its_attribute(stage, argument):
+    cameras = create_batch.camera(count=2, **{argument: [0.25, 0.75]})
+    assert [camera.GetAttribute((OPTICS | LENS)[argument]).Get() for camera in cameras] == [0.25, 0.75]
+
+
 def test_cameras_may_differ(stage):
     cameras = create_batch.camera(count=2, focal_length=[20, 30], clipping_range=[(1, 2), (3, 4)])
     assert [each.GetAttribute("focalLength").Get() for each in cameras] == [20, 30]
@@ -293,6 +300,23 @@ def test_a_reference_without_ops_gets_the_standard_ones(stage, tmp_path):
     made.SetDefaultPrim(made.DefinePrim("/Bare", "Xform"))
     made.Save()
     assert ops(create.reference(str(tmp_path / "bare.usda"))) == STANDARD_OPS
+
+
+def test_references_and_clones_take_what_all_take(stage, file):
+    rig = create.xform(position=(1, 0, 0))
+    labels = {"class": "x"}
+    made = (
+        create.reference(file, relative_to=rig, visible=False, pivot=(0, 0, -1), semantics=labels, parent="/World"),
+        create.clone(create.cube(), relative_to=rig, pivot=(0, 0, -1), look_at=(1, 9, 0)),
+        *create_batch.clone("/Cube", count=1, semantics=labels, visible=False, name="hidden", parent="/World"),
+    )
+    middle = np.array([[0, 0, -1, 1], [0, 0, -0.5, 1]])
+    for prim, foot in zip(made, middle):
+        np.testing.assert_allclose(foot @ world(prim), (1, 0, 0, 1), atol=1e-6)
+    np.testing.assert_allclose(-world(made[1])[2, :3], (0, 1, 0), atol=1e-6)
+    for prim in (made[0], made[2]):
+        assert get_labels(prim) == {"class": ["x"]}
+        assert UsdGeom.Imageable(prim).ComputeVisibility() == "invisible"
 
 
 def test_wrong_references_are_told(stage, file, tmp_path):

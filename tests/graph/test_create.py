@@ -6,7 +6,7 @@ from pxr import Sdf, UsdGeom, UsdShade
 
 import usdsdg as rep
 from usdsdg import layers
-from usdsdg.errors import AssetNotFound, GraphError, Unsupported, UsdsdgWarning
+from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported, UsdsdgWarning
 from usdsdg.graph import evaluate
 from usdsdg.stage import context, semantics
 from usdsdg.stage.cameras import read_camera
@@ -46,6 +46,47 @@ def test_omnipbr_writes_the_inputs_that_are_given(stage, tmp_path):
         assert semantics.get_labels(stage.GetPrimAtPath(path)) == {"material": ["wood"]}
 
 
+@pytest.mark.parametrize(
+    ("argument", "value", "name", "held"),
+    [
+        ("diffuse", (0.25, 0.5, 1), "diffuse_color_constant", (0.25, 0.5, 1)),
+        ("roughness", 0.25, "reflection_roughness_constant", 0.25),
+        ("metallic", 0.5, "metallic_constant", 0.5),
+        ("specular", 0.75, "specular_level", 0.75),
+        ("emissive_color", (1, 0, 0.5), "emissive_color", (1, 0, 0.5)),
+        ("emissive_intensity", 40, "emissive_intensity", 40),
+        ("project_uvw", True, "project_uvw", True),
+    ],
+)
+def test_each_constant_of_omnipbr_reaches_its_input(stage, argument, value, name, held):
+    one = shader_of(stage, rep.create.material_omnipbr(**{argument: value}).prims[0])
+    assert one.GetAttribute(f"inputs:{name}").Get() == held
+    assert bool(one.GetAttribute("inputs:enable_emission").Get()) == argument.startswith("emissive")
+    drawn = rep.create.material_omnipbr(**{argument: rep.distribution.choice([value])}, count=2)
+    evaluate.graph().evaluate()
+    assert [shader_of(stage, path).GetAttribute(f"inputs:{name}").Get() for path in drawn.prims] == [held, held]
+
+
+@pytest.mark.parametrize(
+    ("argument", "name"),
+    [
+        ("diffuse_texture", "diffuse_texture"),
+        ("roughness_texture", "reflectionroughness_texture"),
+        ("metallic_texture", "metallic_texture"),
+        ("emissive_texture", "emissive_color_texture"),
+    ],
+)
+def test_each_texture_of_omnipbr_reaches_its_input(stage, tmp_path, argument, name):
+    (tmp_path / "wood.png").write_bytes(b"")
+    item = rep.create.material_omnipbr(**{argument: str(tmp_path / "wood.png")})
+    shader = shader_of(stage, item.prims[0])
+    assert shader.GetAttribute(f"inputs:{name}").Get().path == str(tmp_path / "wood.png")
+    if argument in ("roughness_texture", "metallic_texture"):
+        influence = {"roughness_texture": "reflection_roughness", "metallic_texture": "metallic"}[argument]
+        assert shader.GetAttribute(f"inputs:{influence}_texture_influence").Get() == 1
+    assert bool(shader.GetAttribute("inputs:enable_emission").Get()) == (argument == "emissive_texture")
+
+
 def test_omnipbr_draws_again_at_every_firing_and_can_be_bound(stage):
     with rep.trigger.on_custom_event("go"):
         looks = rep.create.material_omnipbr(diffuse=rep.distribution.uniform((0, 0, 0), (1, 1, 1)), count=4)
@@ -82,6 +123,16 @@ def test_a_stereo_pair_is_its_baseline_apart_and_looks_one_way(stage):
     np.testing.assert_allclose(-left.local_to_world[2, :3], (1, 0, 0), atol=1e-6)
     middle = (left.local_to_world[3, :3] + right.local_to_world[3, :3]) / 2
     np.testing.assert_allclose(middle, (1, 2, 3), atol=1e-6)
+
+
+def test_stereo_pairs_have_parents_and_numbers(stage):
+    pairs = rep.create.stereo_camera(1.0, parent="/World", position=[(0, 0, 1), (0, 0, 2)], count=2)
+    assert pairs.prims == ("/World/StereoCam", "/World/StereoCam_01")
+    for path, height in zip(pairs.prims, (1, 2)):
+        middle = [read_camera(stage, f"{path}/StereoCam_{side}", (8, 8)).local_to_world[3, :3] for side in "LR"]
+        np.testing.assert_allclose(np.mean(middle, axis=0), (0, 0, height), atol=1e-9)
+    with pytest.raises(BadPrim, match="/Wrld"):
+        rep.create.stereo_camera(1.0, parent="/Wrld")
 
 
 def test_a_stereo_pair_of_a_y_up_stage(stage):

@@ -244,6 +244,44 @@ def test_azimuth_turns_around_the_up_axis(stage, cube, up, expected):
     np.testing.assert_allclose(matrix(stage, cube)[:3, :3], np.eye(3), atol=1e-6)
 
 
+def test_each_prim_may_have_its_own_orbit_and_place(stage):
+    balls = rep.create.sphere(count=2)
+    rep.modify.pose_orbit([(0, 0, 0), (5, 0, 0)], [1, 2], [0, 90], [90, 0], input_prims=balls)
+    run()
+    np.testing.assert_allclose([matrix(stage, path)[3, :3] for path in balls.prims], [(0, 0, 1), (5, 2, 0)], atol=1e-6)
+    camera = rep.create.camera()
+    product = rep.create.render_product(camera, (64, 64))
+    rep.modify.pose_camera_relative(camera, product, [1, 2], input_prims=balls)
+    run()
+    np.testing.assert_allclose([matrix(stage, path)[3, :3] for path in balls.prims], [(1, 0, 0), (2, 0, 0)], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda cube: rep.modify.pose_orbit((0, 0, 0), "far", 0, 0, input_prims=cube), "distance is 'far'"),
+        (lambda cube: rep.modify.pose_orbit((0, 0), 1, 0, 0, input_prims=cube), r"barycentre is \(0, 0\)"),
+        (lambda cube: rep.modify.pose(position_x=[1, 2], input_prims=cube), r"position_x is \[1, 2\]; expected one"),
+        (lambda cube: rep.modify.pose(look_at="/World/nothing", input_prims=cube), "no prim /World/nothing"),
+    ],
+)
+def test_places_that_make_no_sense_name_the_line(stage, cube, make, message):
+    make(cube)
+    with pytest.raises(GraphError, match=rf"test_pose\.py:\d+\).*{message}"):
+        run()
+
+
+def test_a_place_in_a_picture_needs_one_camera_and_a_product(stage, cube):
+    cameras = rep.create.camera(count=2)
+    product = rep.create.render_product(cameras.prims[0], (8, 8))
+    with pytest.raises(GraphError, match="camera is 2 prims; give one"):
+        rep.modify.pose_camera_relative(cameras, product, 1.0, input_prims=cube)
+    with pytest.raises(BadPrim, match="/Render/HydraTextures/Nothing"):
+        rep.modify.pose_camera_relative(cameras.prims[0], "/Render/HydraTextures/Nothing", 1.0, input_prims=cube)
+    with pytest.raises(GraphError, match="render_product /World has no resolution"):
+        rep.modify.pose_camera_relative(cameras.prims[0], "/World", 1.0, input_prims=cube)
+
+
 def test_the_timeline_takes_seconds_and_frames(stage):
     clock = get_timeline()
     clock.reset()
