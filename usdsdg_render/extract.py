@@ -17,8 +17,9 @@ from usdsdg.stage.changes import ChangeTracker
 
 from . import stage_tree
 from .animation import Animation
+from .corner_colors import ColorPictures
 from .domes import DomeBuilder, DomeLight, read_dome
-from .gprims import Gprim, Placements, display_colour, find_gprims
+from .gprims import Gprim, Placements, display_colour, find_gprims, warn_of_mean
 from .light_reader import read_lights
 from .lights import metres_per_unit
 from .materials import MaterialLibrary, bound_materials, build_table, stand_in
@@ -47,8 +48,10 @@ class SceneExtractor:
         self._textures = TexturePool()
         self._prototypes = PrototypeCache()
         self._dome_builder = DomeBuilder()
-        self._known: dict[Sdf.Path, tuple[str, Prototype | None]] = {}  # gprim -> (UV primvar, prototype)
-        self._stand_ins: dict[Sdf.Path, Material] = {}
+        # gprim -> (UV primvar, whether with its own colours, prototype)
+        self._known: dict[Sdf.Path, tuple[str, bool, Prototype | None]] = {}
+        self._stand_ins: dict[Sdf.Path, tuple[Material, bool]] = {}  # and whether its colour varies over the gprim
+        self._colors = ColorPictures()
         self._gprims: list[Gprim] = []
         self._skinned: set[Sdf.Path] = set()
         self._own: set[Sdf.Path] = set()  # gprims that share no geometry by their specs
@@ -159,16 +162,21 @@ class SceneExtractor:
             if self._progress is not None and new:
                 self._progress("geometry", done, new)
         self._write_prototypes()
+        self._paint()
         self._write_materials()
         self._note_placements()
 
     def _read_shapes(self, paths: set[Sdf.Path]) -> None:
         """The geometry of some gprims; their materials are what they were."""
+        changed = [gprim for gprim in self._gprims if gprim.path in paths]
+        for gprim in changed:
+            self._known.pop(gprim.path, None)
+        if any(gprim.colored for gprim in changed):  # their materials show the triangles that they have now
+            self._read_gprims()
+            return
         self._prototypes.begin_pass()
-        for gprim in self._gprims:
-            if gprim.path in paths:
-                self._known.pop(gprim.path, None)
-                self._read_prototype(gprim)
+        for gprim in changed:
+            self._read_prototype(gprim)
         self._write_prototypes()
         self._note_placements()
 
@@ -185,6 +193,7 @@ class SceneExtractor:
         used: set[Sdf.Path] = set()
         for gprim in self._gprims:
             gprim.materials = []
+            gprim.colored = gprim.kind != SHAPE
             for _ in range(len(gprim.subsets) + 1):
                 prim = next(bound)
                 material = None
@@ -201,10 +210,14 @@ class SceneExtractor:
     def _finished(self, gprim: Gprim, material: Material | None) -> Material:
         """The material, with the gprim's own colour where it asks for that or there is no material."""
         if material is not None and not material.colour_from_gprim:
+            gprim.colored = False
             return material
         if gprim.path not in self._stand_ins:
-            self._stand_ins[gprim.path] = stand_in(*display_colour(gprim.prim, self._time))
-        own = self._stand_ins[gprim.path]
+            *mean, varies = display_colour(gprim.prim, self._time)
+            self._stand_ins[gprim.path] = stand_in(*mean), varies
+        own, varies = self._stand_ins[gprim.path]
+        if not varies or (material is not None and material.textures()):
+            gprim.colored = False
         return own if material is None else material.with_base_color(own.base_color.value)
 
     def _read_prototype(self, gprim: Gprim) -> None:
@@ -212,14 +225,28 @@ class SceneExtractor:
         if gprim.kind == MESH:
             uv_name = next((material.uv_primvar for material in gprim.materials if material.uv_primvar), "")
         known = self._known.get(gprim.path)
-        if known is None or known[0] != uv_name:
+        if known is None or known[:2] != (uv_name, gprim.colored):
             if gprim.kind == SHAPE:
                 prototype = self._prototypes.shape(gprim.prim, self._time)
             else:
                 own = gprim.path in self._own
-                prototype = self._prototypes.points(gprim.prim, self._time, uv_name, gprim.subsets, own=own)
-            known = self._known[gprim.path] = (uv_name, prototype)
-        gprim.prototype = known[1]
+                prototype = self._prototypes.points(
+                    gprim.prim, self._time, uv_name, gprim.subsets, own=own, colored=gprim.colored
+                )
+            known = self._known[gprim.path] = (uv_name, gprim.colored, prototype)
+        gprim.prototype = known[2]
+
+    def _paint(self) -> None:
+        """Give gprims their varying colours; those that cannot have them are named."""
+        for gprim in self._gprims:
+            colors = gprim.prototype is not None and gprim.prototype.corner_colors is not None
+            if colors:
+                gprim.materials = [self._colors.painted(material, gprim.prototype) for material in gprim.materials]
+            elif gprim.path in self._stand_ins and self._stand_ins[gprim.path][1] and gprim.prototype is not None:
+                warn_of_mean(gprim.prim)
+        self._colors.keep_only(set(self._index_of))
+        for use, texture in self._colors.textures():
+            self._textures.keep(use, texture)
 
     def _write_prototypes(self) -> None:
         """Old prototypes keep their order, also idle ones for as long as the cache has them; new ones follow."""

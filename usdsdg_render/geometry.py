@@ -8,6 +8,7 @@ import numpy as np
 
 from usdsdg import errors
 
+from .corner_colors import block_uvs
 from .mesh_source import MeshSource, Primvar
 from .refinement import refine_mesh
 from .scene import Prototype
@@ -15,6 +16,7 @@ from .triangulate import Corners, triangulate
 
 # A triangle thinner than this against its longest edge squared is a line in float32.
 DEGENERATE_RATIO = 1e-7
+DEFAULT_COLOR = 0.5  # of a gprim with displayOpacity only
 
 
 def build_prototype(path: str, source: MeshSource) -> Prototype | None:
@@ -45,14 +47,16 @@ def build_prototype(path: str, source: MeshSource) -> Prototype | None:
     origin = face if parents is None else parents[face]
     if faces.points_broken:
         points, vertices = _compact(points, vertices)
+    colors = _corner_colors(source, corner)
     return Prototype(
         name=path,
         points=points,
         triangles=np.ascontiguousarray(vertices, np.int32),
         corner_normals=_corner_normals(path, source, corner, points, vertices, face_normals),
-        corner_uvs=_corner_uvs(path, source, corner),
+        corner_uvs=_corner_uvs(path, source, corner) if colors is None else block_uvs(len(face)),
         triangle_slots=slots[origin] if slot_count else np.zeros(len(origin), np.int32),
         triangle_faces=origin.astype(np.int32),
+        corner_colors=colors,
     )
 
 
@@ -198,6 +202,21 @@ def _corner_uvs(path: str, source: MeshSource, corner: Corners) -> np.ndarray:
         errors.warn_once(f"{path}: some texture coordinates are NaN or infinite; 0 is used there. Correct the primvar.")
         uvs = np.nan_to_num(uvs, nan=0.0, posinf=0.0, neginf=0.0)
     return uvs
+
+
+def _corner_colors(source: MeshSource, corner: Corners) -> np.ndarray | None:
+    """(T, 3, 4) displayColor and displayOpacity; None where there are none, or too few for the mesh."""
+    if source.colors is None and source.opacities is None:
+        return None
+    result = np.ones((len(corner.faces), 3, 4), np.float32)
+    result[..., :3] = DEFAULT_COLOR
+    for primvar, part in ((source.colors, slice(0, 3)), (source.opacities, slice(3, 4))):
+        if primvar is not None:
+            values = _at_corners(primvar, corner, source)
+            if values is None:
+                return None
+            result[..., part] = np.nan_to_num(values.reshape(*corner.corners.shape, -1))
+    return result
 
 
 def _corner_normals(path, source: MeshSource, corner: Corners, points, vertices, face_normals) -> np.ndarray:

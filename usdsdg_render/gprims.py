@@ -25,6 +25,7 @@ class Gprim:
     subsets: list[Usd.Prim]
     casts_shadow: int
     materials: list[Material] = field(default_factory=list)  # one a slot
+    colored: bool = False  # drawn with its own displayColor, which varies
     prototype: Prototype | None = None
 
 
@@ -74,9 +75,10 @@ def _gprim(prim: Usd.Prim, subsets: list[Usd.Prim]) -> Gprim:
     return Gprim(prim, prim.GetPath(), kind_of(prim), subsets, casts)
 
 
-def display_colour(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[float, ...] | None, float | None]:
-    """(displayColor, displayOpacity) as one value each: the mean (with a warning) where they vary over a gprim."""
+def display_colour(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[float, ...] | None, float | None, bool]:
+    """(displayColor, displayOpacity, whether one of them varies) as one value each: the mean where they vary."""
     values: list[tuple[float, ...] | None] = []
+    varies = False
     for name, width in (("displayColor", 3), ("displayOpacity", 1)):
         primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
         value = primvar.Get(time) if primvar else None
@@ -84,11 +86,15 @@ def display_colour(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[float, ...
         if array is None or not np.isfinite(array).all():
             values.append(None)
             continue
-        if (array != array[0]).any():
-            errors.warn_once(
-                f"{prim.GetPath()}: {name} varies over the gprim; its mean is used. Bind a material with a "
-                f"texture instead."
-            )
+        varies |= bool((array != array[0]).any())
         values.append(tuple(np.clip(array.mean(axis=0), 0.0, None).tolist()))
     colour, opacity = values
-    return colour, None if opacity is None else opacity[0]
+    return colour, None if opacity is None else opacity[0], varies
+
+
+def warn_of_mean(prim: Usd.Prim) -> None:
+    """Say that a colour that varies is not drawn so."""
+    errors.warn_once(
+        f"{prim.GetPath()}: displayColor or displayOpacity varies over the gprim; its mean is used. Bind a "
+        f"material with a texture instead, or none where other inputs have textures."
+    )

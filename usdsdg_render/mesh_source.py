@@ -52,30 +52,40 @@ class MeshSource(NamedTuple):
     left_handed: bool
     scheme: str
     refinement: Refinement | None = None  # None: drawn as it is
+    colors: Primvar | None = None  # displayColor, where it is drawn varying
+    opacities: Primvar | None = None
 
     def arrays(self) -> tuple[np.ndarray, ...]:
-        primvars = [a for p in (self.normals, self.uvs) if p is not None for a in (p.values, p.indices)]
+        primvars = [a for p in self.primvars() if p is not None for a in (p.values, p.indices)]
         sharp = self.refinement.arrays() if self.refinement is not None else ()
         return (self.points, self.counts, self.indices, self.holes, *self.subsets, *primvars, *sharp)
+
+    def primvars(self) -> tuple[Primvar | None, ...]:
+        return self.normals, self.uvs, self.colors, self.opacities
 
     def form(self) -> tuple:
         """What decides the triangles beside the arrays."""
         return (
             self.left_handed,
             self.scheme,
-            self.normals.interpolation if self.normals else None,
-            self.uvs.interpolation if self.uvs else None,
+            *(primvar.interpolation if primvar else None for primvar in self.primvars()),
             len(self.subsets),
             self.refinement[:3] if self.refinement is not None else None,
         )
 
 
 def read_mesh(
-    prim: Usd.Prim, time: Usd.TimeCode, *, uv_name: str = "", subsets: list[Usd.Prim] | None = None
+    prim: Usd.Prim,
+    time: Usd.TimeCode,
+    *,
+    uv_name: str = "",
+    subsets: list[Usd.Prim] | None = None,
+    colored: bool = False,
 ) -> MeshSource | None:
     """Attributes of a mesh at `time`. None (with a warning) when it has no points or faces.
 
     `uv_name` is the primvar that the material reads; empty or absent, the usual names are tried, then any texCoord2f.
+    `colored`: with displayColor and displayOpacity, which take the place of texture coordinates.
     """
     points = read_array(prim, "points", time, (3,))
     counts = read_array(prim, "faceVertexCounts", time, ())
@@ -94,11 +104,13 @@ def read_mesh(
         indices=indices,
         holes=EMPTY if holes is None else holes,
         normals=_normals(prim, time),
-        uvs=_uvs(prim, time, uv_name),
+        uvs=None if colored else _uvs(prim, time, uv_name),
         subsets=tuple(_subset_faces(subset, time) for subset in subsets or ()),
         left_handed=prim.GetAttribute("orientation").Get(time) == "leftHanded",
         scheme=scheme,
         refinement=None if scheme == "none" else _refinement(prim, time),
+        colors=read_primvar(prim, "primvars:displayColor", time, (3,)) if colored else None,
+        opacities=read_primvar(prim, "primvars:displayOpacity", time, ()) if colored else None,
     )
 
 

@@ -12,6 +12,7 @@ from pxr import Sdf, Usd
 from usdsdg.stage.skinning import Skinning
 
 from . import shapes, tubes
+from .corner_colors import block_uvs, of_elements
 from .geometry import build_prototype
 from .mesh_source import MeshSource, read_mesh
 from .scene import Prototype
@@ -42,45 +43,66 @@ class PrototypeCache:
         self._by_specs.clear()
 
     def points(
-        self, prim: Usd.Prim, time: Usd.TimeCode, uv_name: str, subsets: list[Usd.Prim], *, own: bool = False
+        self,
+        prim: Usd.Prim,
+        time: Usd.TimeCode,
+        uv_name: str,
+        subsets: list[Usd.Prim],
+        *,
+        own: bool = False,
+        colored: bool = False,
     ) -> Prototype | None:
         """The prototype of a mesh, of curves or of points; None (with a warning) when it has no surface.
 
         own: it is not what its specs say alone: it varies with time, and layer offsets may give references of one layer
             different times, or a skeleton shapes it.
+        colored: with its displayColor and displayOpacity, which vary.
         """
         if own:
-            return self._read(prim, time, uv_name, subsets)
-        specs = (kind_of(prim), uv_name, _specs(prim), *(_specs(subset) for subset in subsets))
+            return self._read(prim, time, uv_name, subsets, colored)
+        specs = (kind_of(prim), uv_name, colored, _specs(prim), *(_specs(subset) for subset in subsets))
         if specs not in self._by_specs:
-            self._by_specs[specs] = self._read(prim, time, uv_name, subsets)
+            self._by_specs[specs] = self._read(prim, time, uv_name, subsets, colored)
         return self._by_specs[specs]
 
-    def _read(self, prim: Usd.Prim, time: Usd.TimeCode, uv_name: str, subsets: list[Usd.Prim]) -> Prototype | None:
+    def _read(
+        self, prim: Usd.Prim, time: Usd.TimeCode, uv_name: str, subsets: list[Usd.Prim], colored: bool
+    ) -> Prototype | None:
         kind = kind_of(prim)
         if kind == MESH:
-            return self._read_mesh(prim, time, uv_name, subsets)
+            return self._read_mesh(prim, time, uv_name, subsets, colored)
         draw = tubes.curves if kind == CURVES else tubes.points
-        return self._read_round(str(prim.GetPath()), draw(prim, time, self.skinning))
-
-    def _read_round(self, path: str, surface: tubes.Round | None) -> Prototype | None:
+        surface = draw(prim, time, self.skinning)
         if surface is None:
             return None
-        content = _digest("round", surface)
+        colors = None
+        if colored:
+            # Points have a colour each; curves that change their colour on the way are drawn with the mean.
+            elements = ("uniform",) if kind == CURVES else ("vertex", "varying")
+            colors = of_elements(prim, time, surface.owners, elements)
+        return self._share_round(str(prim.GetPath()), surface, colors)
+
+    def _share_round(self, path: str, surface: tubes.Round, colors: np.ndarray | None) -> Prototype:
+        content = _digest("round", surface if colors is None else (*surface, colors))
         if content not in self._by_content:
             self._by_content[content] = Prototype(
                 name=path,
                 points=surface.points,
                 triangles=surface.triangles,
                 corner_normals=surface.corner_normals,
-                corner_uvs=surface.corner_uvs,
+                corner_uvs=surface.corner_uvs if colors is None else block_uvs(len(surface.triangles)),
                 triangle_slots=np.zeros(len(surface.triangles), np.int32),
                 triangle_faces=surface.owners,
+                corner_colors=None if colors is None else np.repeat(colors[:, None], 3, axis=1),
             )
-        return self._by_content[content]
+        found = self._by_content[content]
+        assert found is not None
+        return found
 
-    def _read_mesh(self, prim: Usd.Prim, time: Usd.TimeCode, uv_name: str, subsets: list[Usd.Prim]) -> Prototype | None:
-        source = read_mesh(prim, time, uv_name=uv_name, subsets=subsets)
+    def _read_mesh(
+        self, prim: Usd.Prim, time: Usd.TimeCode, uv_name: str, subsets: list[Usd.Prim], colored: bool
+    ) -> Prototype | None:
+        source = read_mesh(prim, time, uv_name=uv_name, subsets=subsets, colored=colored)
         if source is None:
             return None
         source = posed(source, prim, time, self.skinning)

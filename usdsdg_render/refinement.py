@@ -62,6 +62,8 @@ def refine_mesh(path: str, source: MeshSource, faces: np.ndarray, starts: np.nda
         holes=EMPTY,
         normals=Primvar(normals.reshape(-1, size, 3)[drawn].reshape(-1, 3), EMPTY, "faceVarying"),
         uvs=_refined_uvs(path, source, cage, where, faces, levels, drawn, loop=loop),
+        colors=_refined_linearly(source.colors, cage, where, faces, levels, drawn, loop=loop),
+        opacities=_refined_linearly(source.opacities, cage, where, faces, levels, drawn, loop=loop),
         refinement=None,
     )
     return Refined(refined, parents[drawn])
@@ -183,6 +185,43 @@ def _crease_edges(path: str, asked: Refinement, count: int) -> tuple[np.ndarray,
 # Texture coordinates
 
 
+def _refined_linearly(
+    primvar: Primvar | None,
+    cage: Cage,
+    where: np.ndarray,
+    faces: np.ndarray,
+    levels: int,
+    drawn: np.ndarray,
+    *,
+    loop: bool,
+) -> Primvar | None:
+    """Colours at the corners of the refined faces, blended over the faces of the cage."""
+    if primvar is None or primvar.interpolation == "constant":
+        return primvar
+    elements = _elements(primvar, cage, where, faces)
+    if elements is None:
+        return primvar
+    rows = np.nan_to_num(primvar.values[elements].reshape(len(elements), -1).astype(np.float64))
+    apart = Cage(rows, np.zeros(len(rows)), cage.counts, np.arange(len(rows)), np.zeros(len(rows)))
+    surface = refine(_everywhere_sharp(apart), levels, loop=loop)
+    size = 3 if loop else 4
+    corners = surface.values[surface.indices].reshape(-1, size, rows.shape[1])[drawn].reshape(-1, rows.shape[1])
+    return Primvar(corners.astype(np.float32), EMPTY, "faceVarying")
+
+
+def _elements(primvar: Primvar, cage: Cage, where: np.ndarray, faces: np.ndarray) -> np.ndarray | None:
+    """(N,) which value each corner of the cage has; None where there are too few."""
+    if primvar.interpolation == "uniform":
+        elements = np.repeat(faces, cage.counts)
+    else:
+        elements = where if primvar.interpolation == "faceVarying" else cage.indices
+    if len(primvar.indices):
+        if elements.max() >= len(primvar.indices):
+            return None
+        elements = primvar.indices[elements]
+    return elements if elements.max() < len(primvar.values) and elements.min() >= 0 else None
+
+
 def _refined_uvs(
     path: str,
     source: MeshSource,
@@ -198,15 +237,8 @@ def _refined_uvs(
     uvs = source.uvs
     if uvs is None or uvs.interpolation == "constant":
         return uvs
-    if uvs.interpolation == "uniform":
-        elements = np.repeat(faces, cage.counts)
-    else:
-        elements = where if uvs.interpolation == "faceVarying" else cage.indices
-    if len(uvs.indices):
-        if elements.max() >= len(uvs.indices):
-            return uvs
-        elements = uvs.indices[elements]
-    if elements.max() >= len(uvs.values) or elements.min() < 0:
+    elements = _elements(uvs, cage, where, faces)
+    if elements is None:
         return uvs
     at_corners = np.nan_to_num(uvs.values[elements].astype(np.float64), posinf=0.0, neginf=0.0)
     if uvs.interpolation == "vertex" and cage.values.shape[1] == 5:

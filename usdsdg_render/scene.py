@@ -140,6 +140,7 @@ class Prototype:
     corner_uvs: np.ndarray  # (T, 3, 2) float32; zeros when the mesh has none
     triangle_slots: np.ndarray  # (T,) int32: which of the instance's material slots
     triangle_faces: np.ndarray  # (T,) int32: face of the source mesh
+    corner_colors: np.ndarray | None = None  # (T, 3, 4) float32 linear displayColor, displayOpacity where drawn varying
 
 
 @dataclass

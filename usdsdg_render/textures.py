@@ -76,6 +76,10 @@ class TexturePool:
         textures = {use: self._textures[key] for use, key in keys.items()}
         return self._table, {use: place_of[_same(t)] for use, t in textures.items() if t is not None}
 
+    def keep(self, use: TextureUse, texture: Texture) -> None:
+        """Hold a texture that no file has."""
+        self._textures[use, images.modified(use.file)] = texture
+
     def _arrange(self) -> dict[tuple, int]:
         """Put each different texture into the table once; where each is."""
         present = {_same(texture): texture for texture in self._textures.values() if texture is not None}

@@ -245,12 +245,12 @@ def test_gprims_without_material_show_their_display_colour():
     assert scene.materials["opacity"][scene.material_slots[scene.instances.slot_offset[1]]] == 0.5
 
 
-def test_varying_display_colour_becomes_its_mean_and_is_named():
+def test_varying_display_colours_of_shapes_become_their_mean_and_are_named():
     stage = make_stage()
-    mesh = add_mesh(stage, "/Mesh")
-    colour = mesh.CreateDisplayColorPrimvar("vertex")
+    ball = UsdGeom.Sphere.Define(stage, "/Ball")
+    colour = ball.CreateDisplayColorPrimvar("vertex")
     colour.Set([Gf.Vec3f(1, 0, 0), Gf.Vec3f(0, 1, 0), Gf.Vec3f(0, 0, 1)])
-    with pytest.warns(UserWarning, match="/Mesh.*displayColor"):
+    with pytest.warns(UserWarning, match="/Ball.*displayColor"):
         scene = extract(stage)
     np.testing.assert_allclose(base_colours(scene, 0)[0], 1 / 3, rtol=1e-6)
 
