@@ -219,6 +219,12 @@ def is_material_subset(subset: Usd.Prim) -> bool:
 
 def _warn_unsupported(prim: Usd.Prim) -> None:
     kind = prim.GetTypeName()
+    if kind == "PortalLight":
+        errors.warn_once(
+            f"{prim.GetPath()}: PortalLight is not supported and changes nothing: it would only guide how a dome light "
+            f"is sampled. Give the picture more samples where light comes through openings."
+        )
+        return
     what = "shines no light" if kind_of(prim) == NO_LIGHT else "is not drawn"
     remedy = (
         "Use one of the lights " + ", ".join((*KINDS, *DOMES)) if kind_of(prim) == NO_LIGHT else "Convert it to a Mesh"

@@ -103,6 +103,17 @@ def test_light_of_glossy_floors_does_not_depend_on_how_it_is_found(roughness):
     np.testing.assert_allclose(sampled, followed, rtol=0.015)
 
 
+def test_only_lamps_that_matter_are_drawn_from():
+    lamps = [(scenes.square(), scenes.moved((k, 0, 3.0), scale=size), 1) for k, size in enumerate((1.0, 0.01, 2.0))]
+    scene = scenes.scene_of([GROUND, *lamps], materials=[FLOOR, glow()])
+    found = find_emitters(scene)
+    assert [each.instance for each in found] == [3, 1]
+    # A square of side 2 and of side 4, of 40 nits.
+    np.testing.assert_allclose([each.glow for each in found], [40 * 16.0, 40 * 4.0])
+    np.testing.assert_allclose(found[1].center, (0, 0, 3.0))
+    assert found[1].radius == pytest.approx(np.sqrt(2))
+
+
 def test_a_small_lamp_makes_little_noise():
     """A lamp of 5 cm at 2 m, found by chance, would leave nearly all of 16 samples dark."""
     matrix = scenes.moved((0, 0, 2.0), scale=0.05)
