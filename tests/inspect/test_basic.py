@@ -192,3 +192,36 @@ def test_layers_of_another_size_are_problems(tmp_path):
         "distance_to_camera_0000.npy is 32 x 24, the picture 64 x 48 pixels"
         in page(tmp_path).problems()["sizes differ"][0]
     )
+
+
+def equidistant(points) -> np.ndarray:
+    """Pixels of points in the frame of a fisheye with 60 degrees from the axis to the left and right edge."""
+    x, y, z = np.asarray(points, float).T
+    across = np.hypot(x, y)
+    radius = np.degrees(np.arctan2(across, -z)) / 60.0 * WIDTH / 2
+    return np.stack([WIDTH / 2 + radius * x / across, HEIGHT / 2 - radius * y / across], axis=1)
+
+
+def test_edges_of_boxes_bend_with_the_lens(tmp_path):
+    folder = BasicFolder(tmp_path)
+    folder.rgb(0)
+    lens = dict(
+        cameraModel="fisheyeEquidistant", cameraFocalLength=10.0 / np.tan(np.radians(60)), cameraApertureOffset=[0, 0],
+        cameraFisheyeOpticalCentre=[0, 0], cameraFisheyeNominalWidth=0, cameraFisheyeNominalHeight=0,
+        cameraFisheyeMaxFOV=200.0, cameraFisheyePolynomial=[0] * 5, cameraFisheyeLensP=[0] * 2,
+        cameraFisheyeLensS=[0] * 4,
+    )  # fmt: skip
+    folder.camera(0, **lens)
+    # The camera stands at (1, 2, 5).
+    folder.boxes("bounding_box_3d", 0, [box_row(shifted(1.5, 2.3, 4.0), (-0.25,) * 3, (0.25,) * 3)])
+    seen = page(tmp_path).frame("0000")["objects"][0]
+    assert "cuboid" not in seen
+    ends = np.array(seen["edges"]).reshape(-1, 2)
+    corners = np.array(keypoints_in_camera([0.5, 0.3, -1.0], [0.5] * 3))[1:]
+    for corner in equidistant(corners):
+        assert np.abs(ends - corner).max(axis=1).min() < 0.06
+    middle = equidistant([corners[:2].mean(axis=0)])
+    # A straight line between the corners would miss the middle of their edge.
+    assert np.abs(equidistant(corners[:2]).mean(axis=0) - middle).max() > 0.1
+    assert np.abs(ends - middle).max(axis=1).min() < 0.06
+    assert seen["axes"][0] == pytest.approx(equidistant([(0.5, 0.3, -1.0)])[0], abs=0.06)

@@ -149,3 +149,13 @@ def test_a_sound_dataset_has_no_problems(tmp_path):
     assert made.values["notes"] == []
     assert made.values["metadata"]["replicator_global_seed:"] == 7
     assert len(made.values["frames"]) == 3
+
+
+@pytest.mark.parametrize("style", [None, "centerpose"])
+def test_keypoints_of_another_lens_are_taken_from_the_picture(tmp_path, style):
+    seen_by_fisheye = pose_object(style, "mug", *MUG)
+    key = "projected_cuboid" if style else "cuboid_keypoints_projected"
+    seen_by_fisheye[key] = [[10 + 2 * k, 30 - k] for k in range(9)]
+    write_pose(tmp_path, 0, [seen_by_fisheye], style)
+    seen = page(tmp_path).frame("000000")["objects"][0]
+    assert sorted(map(tuple, seen["cuboid"])) == [(10.0 + 2 * k, 30.0 - k) for k in range(9)]
