@@ -108,7 +108,7 @@ class WarpRenderer:
 
         Raises:
             RenderError: an AOV is not known.
-            Unsupported: the camera's projection is neither pinhole nor orthographic.
+            Unsupported: there is no formula for the camera's lens.
         """
         return labels.render(self._on_device, self._history, self._scene, view, aovs, threads=self.threads)
 
