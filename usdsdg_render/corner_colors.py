@@ -1,8 +1,9 @@
 """displayColor and displayOpacity that vary over a gprim, as a picture of their own.
 
-Every triangle has a block of two by two texels, the colours of its corners and their continuation, between whose
-centres the renderer's bilinear look-up is the interpolation over the triangle. The texture coordinates of the gprim
-point there; it has no other use for them, since only gprims without textures are drawn so.
+Every triangle has a block of texels whose colours continue those of its corners over a square, so that the renderer's
+bilinear look-up is the interpolation over the triangle. Beyond the far edge the continuation may leave [0, 1] and is
+clipped, which shows the less the finer the block. The texture coordinates of the gprim point there; it has no other use
+for them, since only gprims without textures are drawn so.
 """
 
 from __future__ import annotations
@@ -18,35 +19,40 @@ from .scene import WRAP_CLAMP, Prototype, Texture
 from .shading import Input, Material, UvTransform
 from .textures import TextureUse, linear_to_srgb
 
-BLOCKS_IN_A_ROW = 2048
-# Texel of a block that has the colour of each corner of its triangle, (column, row).
-_CORNERS = np.array([[0, 0], [1, 0], [0, 1]])
+# (most triangles, texels along a side of a block): the finest that fits counts.
+SIDES = ((50_000, 8), (500_000, 4), (10**12, 2))
+WIDTH = 4096  # texels in a row, at most
 
 
 def block_uvs(count: int) -> np.ndarray:
     """(T, 3, 2) float32: the texels' centres for the corners of so many triangles."""
-    width, height = _size(count)
+    side, columns, rows = _layout(count)
     block = np.arange(count)
-    origin = 2 * np.stack([block % BLOCKS_IN_A_ROW, block // BLOCKS_IN_A_ROW], axis=-1)
-    texel = origin[:, None] + _CORNERS + 0.5
-    return np.stack([texel[..., 0] / width, 1.0 - texel[..., 1] / height], axis=-1).astype(np.float32)
+    origin = side * np.stack([block % columns, block // columns], axis=-1)
+    corner = np.array([[0, 0], [side - 1, 0], [0, side - 1]])
+    texel = origin[:, None] + corner + 0.5
+    return np.stack([texel[..., 0] / (columns * side), 1.0 - texel[..., 1] / (rows * side)], -1).astype(np.float32)
 
 
 def picture(colors: np.ndarray) -> np.ndarray:
     """(H, W, 4) uint8 sRGB-coded texels of (T, 3, 4) linear colours and opacities; row 0 is the top."""
-    width, height = _size(len(colors))
-    fourth = np.clip(colors[:, 1] + colors[:, 2] - colors[:, 0], 0.0, 1.0)
-    block = np.stack([colors[:, 0], colors[:, 1], colors[:, 2], fourth], axis=1).reshape(-1, 2, 2, 4)
-    block = np.clip(block.astype(np.float32), 0.0, 1.0)
+    side, columns, rows = _layout(len(colors))
+    step = np.arange(side, dtype=np.float32) / (side - 1)
+    first, along, down = colors[:, 0], colors[:, 1] - colors[:, 0], colors[:, 2] - colors[:, 0]
+    block = first[:, None, None] + along[:, None, None] * step[:, None] + down[:, None, None] * step[:, None, None]
+    block = np.clip(block, 0.0, 1.0)
     block[..., :3] = linear_to_srgb(block[..., :3])
-    columns, rows = width // 2, height // 2
-    padded = np.zeros((rows * columns, 2, 2, 4), np.uint8)
+    padded = np.zeros((rows * columns, side, side, 4), np.uint8)
     padded[: len(block)] = np.round(block * 255.0)
-    return padded.reshape(rows, columns, 2, 2, 4).transpose(0, 2, 1, 3, 4).reshape(height, width, 4)
+    blocks = padded.reshape(rows, columns, side, side, 4)
+    return np.ascontiguousarray(blocks.transpose(0, 2, 1, 3, 4)).reshape(rows * side, columns * side, 4)
 
 
-def _size(count: int) -> tuple[int, int]:
-    return 2 * min(count, BLOCKS_IN_A_ROW), 2 * -(-count // BLOCKS_IN_A_ROW)
+def _layout(count: int) -> tuple[int, int, int]:
+    """Texels along a side of a block, blocks in a row, rows of blocks."""
+    side = next(side for most, side in SIDES if count <= most)
+    columns = min(count, WIDTH // side)
+    return side, columns, -(-count // columns)
 
 
 def of_elements(prim: Usd.Prim, time: Usd.TimeCode, elements: np.ndarray, interpolations: tuple[str, ...]):
