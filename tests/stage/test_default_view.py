@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pxr import Gf, Usd, UsdGeom, UsdLux
 
+from tests.stage.characters import LENGTH, add_character
 from usdsdg.errors import StageError
 from usdsdg.stage import default_view
 from usdsdg.stage.cameras import read_camera
@@ -116,3 +117,12 @@ def test_an_animated_stage_is_framed_where_it_begins():
 def test_a_stage_without_geometry_says_so():
     with pytest.raises(StageError, match="no visible geometry"):
         default_view.add_camera(Usd.Stage.CreateInMemory(), 1.0)
+
+
+def test_a_bent_character_is_framed_as_it_is_at_the_time():
+    stage = Usd.Stage.CreateInMemory()
+    add_character(stage)
+    UsdGeom.Xformable(stage.GetPrimAtPath("/Character")).AddTranslateOp().Set(Gf.Vec3d(0, 0, 10))
+    upright, bent = (default_view.world_bounds(stage, Usd.TimeCode(code)) for code in (0, 24))
+    np.testing.assert_allclose(upright, [[-0.3, -0.3, 10], [0.3, 0.3, 10 + LENGTH]], atol=1e-5)
+    np.testing.assert_allclose([bent[0][1], bent[0][2]], [-LENGTH / 2, 9.5], atol=1e-5)

@@ -40,7 +40,7 @@ def render(
         opened = context.open_stage(stage)
         if time is not None:
             rep.timeline.get_timeline().set_current_time(time / opened.GetTimeCodesPerSecond())
-        path = camera or _camera(opened, width / height)
+        path = camera or _camera(opened, width / height, time)
         if not default_view.has_light(opened):
             print("the stage has no light: a plain sky and a sun are added for this picture", file=sys.stderr)
             default_view.add_sky(opened)
@@ -56,12 +56,14 @@ def render(
     print(output.absolute())
 
 
-def _camera(stage: Usd.Stage, aspect: float) -> str:
-    """The stage's first camera, or one that sees all of it."""
+def _camera(stage: Usd.Stage, aspect: float, time: float | None) -> str:
+    """The stage's first camera, or one that sees all of it at a time code."""
+    from pxr import Usd
+
     from usdsdg.stage import default_view
 
     there_are = default_view.cameras(stage)
     if there_are:
         return there_are[0]
     print("the stage has no camera: this picture shows everything from a three-quarter view", file=sys.stderr)
-    return default_view.add_camera(stage, aspect)
+    return default_view.add_camera(stage, aspect, None if time is None else Usd.TimeCode(time))

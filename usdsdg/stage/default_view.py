@@ -11,7 +11,8 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdLux
 
 from usdsdg.errors import StageError
-from usdsdg.stage.transforms import as_array, look_at, up_axis
+from usdsdg.stage.skinning import Skinning
+from usdsdg.stage.transforms import as_array, local_to_world, look_at, up_axis
 
 ROOT = "/DefaultView"
 CAMERA, SKY, SUN = (f"{ROOT}/{name}" for name in ("Camera", "Sky", "Sun"))
@@ -36,13 +37,15 @@ def has_light(stage: Usd.Stage) -> bool:
     return any(prim.HasAPI(UsdLux.LightAPI) for prim in _prims(stage))
 
 
-def add_camera(stage: Usd.Stage, aspect: float) -> str:
+def add_camera(stage: Usd.Stage, aspect: float, time: Usd.TimeCode | None = None) -> str:
     """A camera that sees all visible geometry in a picture of `aspect` = width / height; returns its path.
+
+    time: when to look; None is where an animated stage begins.
 
     Raises:
         StageError: there is no visible geometry.
     """
-    low, high = world_bounds(stage)
+    low, high = world_bounds(stage, time)
     center, towards = (low + high) / 2, _direction(stage, _TO_CAMERA)
     to_world = as_array(look_at(towards, (0, 0, 0), up=_axes(stage)[2]))
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * (high - low) + low
@@ -75,20 +78,32 @@ def add_sky(stage: Usd.Stage) -> None:
         sun.AddTransformOp().Set(look_at(_direction(stage, _TO_SUN), (0, 0, 0), up=_axes(stage)[2]))
 
 
-def world_bounds(stage: Usd.Stage) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest corner (3,) of all visible geometry [stage units], where an animated stage begins.
+def world_bounds(stage: Usd.Stage, time: Usd.TimeCode | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest corner (3,) of all visible geometry [stage units], at `time` or where an animation begins.
 
     Raises:
         StageError: there is none.
     """
-    for time in _times(stage):
-        cache = UsdGeom.BBoxCache(time, _DRAWN)
-        ranges = [cache.ComputeWorldBound(prim).ComputeAlignedRange() for prim in _prims(stage) if _is_seen(prim, time)]
-        boxes = np.array([[box.GetMin(), box.GetMax()] for box in ranges if not box.IsEmpty()]).reshape(-1, 2, 3)
+    skinning = Skinning()
+    for when in _times(stage) if time is None else [time]:
+        cache = UsdGeom.BBoxCache(when, _DRAWN)
+        found = [_bounds(prim, when, cache, skinning) for prim in _prims(stage) if _is_seen(prim, when)]
+        boxes = np.array([box for box in found if box is not None]).reshape(-1, 2, 3)
         boxes = boxes[np.isfinite(boxes).all(axis=(1, 2))]
         if len(boxes):
             return boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     raise StageError(f"{stage.GetRootLayer().identifier} has no visible geometry, so there is nothing to look at")
+
+
+def _bounds(prim: Usd.Prim, time: Usd.TimeCode, cache: UsdGeom.BBoxCache, skinning: Skinning) -> np.ndarray | None:
+    """(2, 3) lowest and highest corner in the world; None of what is empty."""
+    skinned = skinning.skin(prim, time)
+    if skinned is not None:
+        to_world = as_array(local_to_world(prim, time))
+        points = skinned.points @ to_world[:3, :3] + to_world[3, :3]
+        return np.stack([points.min(axis=0), points.max(axis=0)])
+    box = cache.ComputeWorldBound(prim).ComputeAlignedRange()
+    return None if box.IsEmpty() else np.array([box.GetMin(), box.GetMax()])
 
 
 def _times(stage: Usd.Stage) -> list[Usd.TimeCode]:
