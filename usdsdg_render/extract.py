@@ -22,6 +22,7 @@ from .domes import DomeBuilder, DomeLight, read_dome
 from .gprims import Gprim, Placements, display_colour, find_gprims, warn_of_mean
 from .light_reader import read_lights
 from .lights import metres_per_unit
+from .material_slots import MaterialSlots
 from .materials import MaterialLibrary, bound_materials, build_table, stand_in
 from .mesh_lights import glowing, is_light
 from .moment import reading_at
@@ -61,7 +62,7 @@ class SceneExtractor:
         self._point_matrices = np.zeros((0, 4, 4))  # of those, to the instancer
         self._has_surface = np.zeros(0, bool)
         self._drawn = np.zeros(0, np.int64)  # placements that became instances
-        self._slots: dict[Sdf.Path, tuple[Material, ...]] = {}  # of gprims drawn now or lately
+        self._slots = MaterialSlots()
         self._domes: list[DomeLight] = []
         self._light_matrices = b""
         self._linked_instances: tuple[str, ...] | None = None  # by which light links were read
@@ -262,32 +263,13 @@ class SceneExtractor:
         self._index_of = {id(prototype): k for k, prototype in enumerate(prototypes)}
 
     def _write_materials(self) -> None:
-        """One row for each different material, and for each gprim a run of slots, one for each of its materials.
-
-        Runs keep their place when materials change, and those of gprims that are hidden stay while they are few, so
-        that hiding and showing touches no material.
-        """
-        slots = self._slots
-        if len(slots) > 2 * len(self._gprims) + 64:
-            drawn = {gprim.path for gprim in self._gprims}
-            slots = {path: run for path, run in slots.items() if path in drawn}
-        slots.update((gprim.path, tuple(gprim.materials)) for gprim in self._gprims)
-        self._slots = slots
-        ends = np.cumsum([len(run) for run in slots.values()], dtype=np.int64)
-        begins = {path: end - len(run) for (path, run), end in zip(slots.items(), ends)}
-        self._slot_offset = np.array([begins[gprim.path] for gprim in self._gprims], np.int32)
-        # By identity first: comparing whole materials costs more.
-        unique = {id(material): material for run in slots.values() for material in run}
-        rows: dict[Material, int] = {}
-        row_of = {number: rows.setdefault(material, len(rows)) for number, material in unique.items()}
-        material_slots = np.array([row_of[id(material)] for run in slots.values() for material in run], np.int32)
-        scene = self.scene
-        table, textures = build_table(list(rows), self._textures, self._progress)
+        scene, slots = self.scene, self._slots
+        table, textures = build_table(slots.assign(self._gprims), self._textures, self._progress)
         if not _same_objects(scene.textures, textures):
             scene.textures = list(textures)
             scene.touch("textures")
-        if not np.array_equal(material_slots, scene.material_slots) or table.tobytes() != scene.materials.tobytes():
-            scene.materials, scene.material_slots = table, material_slots
+        if not np.array_equal(slots.rows, scene.material_slots) or table.tobytes() != scene.materials.tobytes():
+            scene.materials, scene.material_slots = table, slots.rows
             scene.touch("materials")
 
     # Where it is drawn
@@ -319,7 +301,7 @@ class SceneExtractor:
             paths=tuple(placements.paths[k] for k in drawn),
             prototype=np.array([self._index_of[id(gprim.prototype)] for gprim in gprims], np.int32),
             local_to_world=old.local_to_world,
-            slot_offset=self._slot_offset[np.array(placements.gprims, np.int64)[drawn]],
+            slot_offset=self._slots.begins[np.array(placements.gprims, np.int64)[drawn]],
             casts_shadow=np.array([gprim.casts_shadow for gprim in gprims], np.int32),
         )
         self._drawn = drawn
