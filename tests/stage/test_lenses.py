@@ -8,7 +8,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 
 import usdsdg.stage.context  # noqa: F401  registers the schemas
 from tests.stage.lens_cases import CASES, F_THETA, LENSES
-from usdsdg.errors import Unsupported
+from usdsdg.errors import RenderError, Unsupported
 from usdsdg.stage.cameras import CameraView, read_camera
 from usdsdg.stage.lens_attributes import LensParameters
 from usdsdg.stage.lens_curves import HALF_SINE, ODD, POWER, RATIONAL, SINE, cut
@@ -222,8 +222,27 @@ def test_a_lens_without_a_picture():
     for values in (dict(polynomial=(0.0,) * 6), dict(polynomial=(0.0, -1.0, 0.0, 0.0, 0.0, 0.0))):
         with pytest.raises(Unsupported, match=r"/cam: the lens fisheyePolynomial cannot be drawn.*does not grow"):
             _ = view(projection_type="fisheyePolynomial", lens_parameters=LensParameters(**values)).lens
-    with pytest.raises(Unsupported, match="focal length is not positive"):
-        _ = view(projection_type="fisheyeOpenCV", lens_parameters=LensParameters(focal=(0.0, 1.0))).lens
+    for values in (dict(focal=(0.0, 1.0)), dict(max_fov=0.0), dict(polynomial=(np.nan,) * 6)):
+        with pytest.raises(Unsupported, match="fisheyeOpenCV cannot be drawn: its focal length or its field of view"):
+            _ = view(projection_type="fisheyeOpenCV", lens_parameters=LensParameters(**values)).lens
+    for name in ("fisheyeEquisolid", "fisheyeKannalaBrandtK3"):
+        with pytest.raises(Unsupported, match=f"{name} cannot be drawn: its focalLength is 0"):
+            _ = view(projection_type=name, focal_length=0.0).lens
+    hardly = view(
+        projection_type="fisheyePolynomial", lens_parameters=LensParameters(polynomial=(0.0, 1e-20, 0, 0, 0, 0))
+    )
+    assert np.isfinite(hardly.rays(places())[1]).all()
+
+
+def test_a_fisheye_that_clips_everything():
+    stage = Usd.Stage.CreateInMemory()
+    camera = UsdGeom.Camera.Define(stage, "/cam")
+    camera.GetPrim().CreateAttribute("cameraProjectionType", Sdf.ValueTypeNames.Token).Set("fisheyeSpherical")
+    camera.CreateClippingRangeAttr(Gf.Vec2f(5, 5))
+    with pytest.raises(RenderError, match="/cam gives no picture: clippingRange"):
+        read_camera(stage, "/cam", SIZE)
+    camera.CreateClippingRangeAttr(Gf.Vec2f(0, 5))
+    assert read_camera(stage, "/cam", SIZE).lens is not None
 
 
 def schema_camera(schema: str, **values) -> CameraView:

@@ -11,7 +11,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
 from usdsdg.stage.lens_attributes import LensParameters, read_lens
-from usdsdg.stage.lenses import STRAIGHT, Lens, make_lens
+from usdsdg.stage.lenses import CURVED, STRAIGHT, Lens, make_lens
 from usdsdg.stage.paths import prim_at
 from usdsdg.stage.transforms import as_array, local_to_world, meters_per_unit
 
@@ -241,6 +241,8 @@ def _check(view: CameraView) -> None:
         problem = f"focalLength {view.focal_length}"
     elif not 0 < view.clipping_range[0] < view.clipping_range[1] and view.projection_type == "pinhole":
         problem = f"clippingRange {view.clipping_range} (near must be positive and below far)"
+    elif not 0 <= view.clipping_range[0] < view.clipping_range[1] and view.projection_type in CURVED:
+        problem = f"clippingRange {view.clipping_range} (near must be below far)"
     elif abs(np.linalg.det(view.local_to_world[:3, :3])) < 1e-9:
         problem = "a scale of zero in its transform"
     if problem:

@@ -71,7 +71,7 @@ class Curve:
 
 def cut(kind: str, k: tuple[float, ...] = (0.0,) * 6, *, t_most: float = np.inf, value_most: float = np.inf) -> Curve:
     """The curve up to where it stops growing, and no farther than `t_most` and `value_most`."""
-    limit = min(t_most, {SINE: np.pi / 2, HALF_SINE: np.pi, RATIONAL: STEEPEST}.get(kind, np.inf))
+    limit = min(t_most, _FARTHEST, {SINE: np.pi / 2, HALF_SINE: np.pi, RATIONAL: STEEPEST}.get(kind, np.inf))
     if kind not in (SINE, HALF_SINE):
         above, below = _fraction(kind, k)
         turns = above.deriv() * below - above * below.deriv()

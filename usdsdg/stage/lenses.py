@@ -17,6 +17,8 @@ from usdsdg.stage import lens_curves
 from usdsdg.stage.lens_attributes import NOT_DRAWN, OLD_PROJECTIONS, PROJECTIONS, LensParameters
 from usdsdg.stage.lens_curves import ODD, POWER, RATIONAL, Curve
 
+# Calibrations that tell no focal length.
+_WITHOUT_FOCAL = ("fisheyeKannalaBrandtK3", "fisheyeRadTanThinPrism")
 # Projections that need no lens model: a straight line for every pixel.
 STRAIGHT = ("pinhole", "orthographic")
 # Those that have one here.
@@ -215,6 +217,8 @@ def make_lens(
     width, height = size
     if model == "fisheyeSpherical":
         return Lens(model, width, height)
+    if model in (*_IDEAL, *_WITHOUT_FOCAL) and not focal_length > 0:
+        raise errors.Unsupported(f"the lens {model} cannot be drawn: its focalLength is {focal_length:g}")
     if model in _IDEAL:
         # The edge of the picture is as far from the axis as a pinhole's of the same focal length and aperture.
         edge = np.arctan(horizontal_aperture / (2.0 * focal_length))
@@ -225,8 +229,9 @@ def make_lens(
     assert lens.curve is not None
     if not lens.curve.limit > 0 or not min(lens.focal) > 0:
         raise errors.Unsupported(
-            f"the lens {model} cannot be drawn: its focal length is not positive, or the polynomial "
-            f"{', '.join(f'{each:g}' for each in parameters.polynomial)} does not grow from the picture's centre"
+            f"the lens {model} cannot be drawn: its focal length or its field of view of {parameters.max_fov:g} "
+            f"degrees is not positive, or the polynomial {', '.join(f'{each:g}' for each in parameters.polynomial)} does not "
+            "grow from the picture's centre"
         )
     return lens
 
