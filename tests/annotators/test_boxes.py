@@ -92,6 +92,15 @@ def test_semantic_ids_of_boxes_count_from_zero(frame):
     assert all(isinstance(key, str) for key in compute(frame, "bounding_box_3d").info["idToLabels"])
 
 
+@pytest.mark.parametrize("name", ["bounding_box_2d_tight", "bounding_box_2d_loose", "bounding_box_3d"])
+def test_fast_boxes_differ_in_the_keys_alone(frame, name):
+    one, fast = compute(frame, name), compute(frame, f"{name}_fast")
+    np.testing.assert_array_equal(one.data, fast.data)
+    assert one.info["primPaths"] == fast.info["primPaths"]
+    assert one.info["idToLabels"] == {str(key): labels for key, labels in fast.info["idToLabels"].items()}
+    assert all(isinstance(key, int) for key in fast.info["idToLabels"])
+
+
 def test_boxes_carry_the_ids_of_the_instance_segmentation(frame):
     boxes, masks = compute(frame, "bounding_box_2d_tight"), compute(frame, "instance_segmentation_fast")
     for path, identifier in zip(boxes.info["primPaths"], boxes.info["bboxIds"]):

@@ -64,6 +64,13 @@ def test_lens_attributes_are_read_from_the_prim(stage):
     assert params["cameraProjection"].reshape(4, 4)[0, 0] == pytest.approx(2 * 24.0 / 20.955)
 
 
+def test_both_names_tell_the_same(stage):
+    one, other = (annotators.get(n).compute(make_frame(stage, (8, 6))).info for n in ("camera_params", "CameraParams"))
+    assert one.keys() == other.keys()
+    for key in one:
+        np.testing.assert_array_equal(one[key], other[key])
+
+
 def test_reference_time(stage):
     assert annotators.get("ReferenceTime").compute(make_frame(stage, (4, 4), index=7)).info == {
         "referenceTimeNumerator": 7,

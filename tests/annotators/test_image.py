@@ -38,6 +38,40 @@ def test_images_are_their_aov(frame, name, aov, shape, dtype):
     np.testing.assert_array_equal(data[..., : source.shape[2]] if source.ndim == 3 else data, source)
 
 
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("distance_to_image_plane", "DepthLinearized"),
+        ("normals", "SmoothNormal"),
+        ("rgb", "LdrColor"),
+    ],
+)
+def test_twins_are_one_picture(frame, names):
+    one, other = (compute(frame, name).data for name in names)
+    assert one.dtype == other.dtype
+    np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize(
+    ("name", "aov"), [("PtZDepth", "distance_to_image_plane"), ("PtWorldNormal", "normals"), ("PtWorldPos", "position")]
+)
+def test_pictures_of_the_path_tracer_are_of_half_precision(frame, name, aov):
+    data, source = compute(frame, name).data, frame.aovs[aov]
+    assert (data.dtype, data.shape) == (np.float16, (48, 64, 4))
+    for channel in range(3):
+        expected = source if source.ndim == 2 else source[..., channel]
+        # Eleven bits.
+        np.testing.assert_allclose(data[..., channel], expected, rtol=2**-11, atol=1e-7)
+    assert (data[..., 3] == 1).all()
+
+
+def test_the_base_colour_in_bytes(frame):
+    data = compute(frame, "DiffuseAlbedo").data
+    assert (data.dtype, data.shape) == (np.uint8, (48, 64, 4))
+    assert np.abs(data[..., :3] / 255.0 - np.clip(frame.aovs["albedo"], 0, 1)).max() <= 0.5 / 255 + 1e-6
+    assert (data[..., 3] == 255).all()
+
+
 def test_an_aov_that_was_not_rendered_is_named(frame):
     with pytest.raises(AnnotatorError, match="'normals' was not rendered"):
         compute(dataclasses.replace(frame, aovs={}, memo={}), "normals")

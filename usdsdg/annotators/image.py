@@ -33,13 +33,26 @@ def distance_to_camera(frame: Frame, params: Params) -> Annotation:
     return Annotation(frame.aov("distance_to_camera"))
 
 
-@define("distance_to_image_plane", "DepthLinearized", "PtZDepth", aovs=["distance_to_image_plane"], dtype=np.float32)
+@define("distance_to_image_plane", "DepthLinearized", aovs=["distance_to_image_plane"], dtype=np.float32)
 def distance_to_image_plane(frame: Frame, params: Params) -> Annotation:
     """Distance along the optical axis [m], float32 (H, W); +inf where nothing is hit."""
     return Annotation(frame.aov("distance_to_image_plane"))
 
 
-@define("normals", "SmoothNormal", "PtWorldNormal", aovs=["normals"], dtype=np.float32)
+@define("PtZDepth", aovs=["distance_to_image_plane"], dtype=np.float16)
+def z_depth(frame: Frame, params: Params) -> Annotation:
+    """distance_to_image_plane [m] as float16 (H, W, 4), in the first three channels; the fourth is 1."""
+    depth = _halves(frame.aov("distance_to_image_plane"))
+    return Annotation(four_channels(np.repeat(depth[..., None], 3, axis=2), 1.0))
+
+
+@define("PtWorldNormal", aovs=["normals"], dtype=np.float16)
+def world_normals(frame: Frame, params: Params) -> Annotation:
+    """As normals, float16 (H, W, 4)."""
+    return Annotation(four_channels(_halves(frame.aov("normals")), 1.0))
+
+
+@define("normals", "SmoothNormal", aovs=["normals"], dtype=np.float32)
 def normals(frame: Frame, params: Params) -> Annotation:
     """Unit normals in the world, float32 (H, W, 4); 0 0 0 where nothing is hit. The fourth channel is 1."""
     return Annotation(four_channels(frame.aov("normals"), 1.0))
@@ -54,10 +67,19 @@ def motion_vectors(frame: Frame, params: Params) -> Annotation:
     return Annotation(four_channels(frame.aov("motion_vectors"), 0.0))
 
 
-@define("PtWorldPos", aovs=["position"], dtype=np.float32)
+@define("PtWorldPos", aovs=["position"], dtype=np.float16)
 def world_position(frame: Frame, params: Params) -> Annotation:
-    """The point seen, in the world [stage units], float32 (H, W, 4); the fourth channel is 1."""
-    return Annotation(four_channels(frame.aov("position"), 1.0))
+    """The point seen, in the world [stage units], float16 (H, W, 4); the fourth channel is 1.
+
+    Half precision is that of Replicator's path tracer; pointcloud has the points in float32.
+    """
+    return Annotation(four_channels(_halves(frame.aov("position")), 1.0))
+
+
+def _halves(numbers: np.ndarray) -> np.ndarray:
+    """As float16, infinite beyond its range."""
+    with np.errstate(over="ignore"):
+        return numbers.astype(np.float16)
 
 
 @define("DiffuseAlbedo", aovs=["albedo"], dtype=np.uint8)
