@@ -228,10 +228,10 @@ def make_lens(
     lens = _calibrated(model, parameters, size, focal_length / horizontal_aperture)
     assert lens.curve is not None
     if not lens.curve.limit > 0 or not min(lens.focal) > 0:
+        polynomial = ", ".join(f"{each:g}" for each in parameters.polynomial)
         raise errors.Unsupported(
             f"the lens {model} cannot be drawn: its focal length or its field of view of {parameters.max_fov:g} "
-            f"degrees is not positive, or the polynomial {', '.join(f'{each:g}' for each in parameters.polynomial)} does not "
-            "grow from the picture's centre"
+            f"degrees is not positive, or the polynomial {polynomial} does not grow from the picture's centre"
         )
     return lens
 
