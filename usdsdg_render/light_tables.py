@@ -54,7 +54,7 @@ class LightTables:
         for row, each, shares in zip(rows, emitters, self._shares, strict=True):
             row["kind"], row["instance"], row["glow"] = LIGHT_MESH, each.instance, each.glow
             row["faces"], row["face_count"] = shares.ptr, len(each.shares) - 1
-            row["position"], row["extent"] = each.center, each.radius
+            row["position"], row["extent"], row["shaping_cos"] = each.center, each.radius, -1.0
             # Half of what glows faces a point, on average at half its area, from both of its sides.
             row["strength"] = each.glow / 2.0
 

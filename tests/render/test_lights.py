@@ -251,6 +251,31 @@ def test_shaping_cuts_focuses_and_tints(shape, shaping, turn):
     np.testing.assert_allclose(floor_irradiance(light, samples=8192), expected, rtol=0.02, atol=0.1)
 
 
+def test_spots_make_no_noise_where_they_do_not_shine():
+    """Eight spots light eight places of a floor; each place looks as if its spot were alone."""
+    cone = dict(radius=0.05, shaping_cos=np.cos(np.radians(15.0)), visible=0)
+    spots = [scenes.sphere_light(5000.0, (2.0 * k, 0.0, 3.0), **cone) for k in range(8)]
+    view = scenes.view_from((0.0, -6.0, 0.3), size=(8, 8), focal_length=50000.0)
+    alone, together = (radiance(matt_floor(lights=lights), view, samples=16) for lights in (spots[:1], spots))
+    np.testing.assert_allclose(together.mean(), alone.mean(), rtol=0.01)
+    assert together.std() < 1.5 * alone.std() + 1e-3 * alone.mean()
+
+
+@pytest.mark.parametrize("radius", [0.02, 0.5])
+@pytest.mark.parametrize("aside", [0.0, 0.7, 0.9, 1.2, 1.6])
+def test_spots_shine_up_to_their_edge(radius, aside):
+    """Chosen by weight among others, a spot gives what it gives alone also where its cone only just reaches."""
+    light = scenes.sphere_light(1000.0, (aside, 0, 2.0), radius, shaping_cos=np.cos(np.radians(25.0)), visible=0)
+    other = scenes.sphere_light(300.0, (0, 1.0, 3.0), 0.2, visible=0)
+    points, areas = light_oracle.patches("ellipsoid", axes=3 * (radius,))
+    points = points + np.array([aside, 0, 2.0])
+    cosine = points[:, 2] / np.linalg.norm(points, axis=-1)
+    expected = light_oracle.irradiance(points, areas, 1000.0 * (cosine > np.cos(np.radians(25.0))))
+    view = scenes.view_from((0.0, -6.0, 0.3), size=(1, 1), focal_length=50000.0)
+    both = radiance(matt_floor(lights=[light, other]), view, samples=16384, bounces=1).mean() * np.pi / ALBEDO
+    np.testing.assert_allclose(both - floor_irradiance(other), expected, rtol=0.03, atol=0.3)
+
+
 def test_a_profile_shines_by_the_angles_that_the_scene_says():
     """Down is -z; around it angles count from -x towards -y."""
     profile = np.zeros((181, 360), np.float32)
