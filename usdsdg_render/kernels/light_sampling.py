@@ -165,9 +165,9 @@ def weight_at(light: Light, point: wp.vec3, normal: wp.vec3):
     per_distance = 1.0 / wp.sqrt(d2)
     slack = light.extent * per_distance
     # Outside of its cone, as seen from any of its points.
-    if light.shaping_cos > -1.0:
-        if wp.dot(to_light, light.z_axis) * per_distance + 2.0 * slack <= light.shaping_cos:
-            return 0.0
+    off_axis = wp.dot(to_light, light.z_axis) * per_distance + 2.0 * slack
+    if light.shaping_cos > -1.0 and off_axis <= light.shaping_cos:
+        return 0.0
     facing = wp.clamp(wp.dot(normal, to_light) * per_distance + slack, 0.0, 1.0)
     if light.kind == RECT or light.kind == DISK:
         facing *= wp.clamp(wp.dot(to_light, light.z_axis) * per_distance + slack, 0.0, 1.0)
