@@ -6,7 +6,7 @@ from pxr import Gf, Usd, UsdGeom, UsdSkel
 
 from tests.annotators.ray_caster import RayCaster, add_cube, add_sphere, new_stage, place
 from tests.stage.characters import LENGTH, add_character
-from usdsdg.annotators import EntityReader
+from usdsdg.annotators import EntityReader, bounds, entities
 from usdsdg.stage.semantics import add_labels, remove_labels
 
 
@@ -329,3 +329,25 @@ def test_boxes_of_characters_follow_time_and_edits(stage):
     assert highest(24) == pytest.approx(bent + 7, abs=1e-5)
     UsdSkel.BindingAPI(skeleton).GetAnimationSourceRel().ClearTargets(True)
     assert highest(24) == pytest.approx(LENGTH + 7, abs=1e-5)
+
+
+def test_a_new_time_reads_the_geometry_of_what_varies_alone(stage, monkeypatch):
+    for name in ("Still", "Growing"):
+        add_labels(add_cube(stage, f"/World/{name}"), {"class": [name]})
+    size = UsdGeom.Cube(stage.GetPrimAtPath("/World/Growing")).GetSizeAttr()
+    size.Set(1.0, 0)
+    size.Set(3.0, 10)
+    reader = EntityReader(stage)
+    gprims = RayCaster(stage).gprims
+    reader.read(gprims, time=Usd.TimeCode(0))
+    seen = []
+
+    def noted(prim, *rest):
+        seen.append(prim.GetName())
+        return bounds.read_hull(prim, *rest)
+
+    monkeypatch.setattr(entities, "read_hull", noted)
+    found = reader.read(gprims, time=Usd.TimeCode(5))
+    assert seen == ["Growing"]
+    widths = dict(zip(found.prim_paths, found.bounds[:, 1, 0] - found.bounds[:, 0, 0]))
+    assert widths["/World/Growing"] == pytest.approx(2.0)

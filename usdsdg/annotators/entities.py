@@ -101,6 +101,7 @@ class EntityReader:
         self._changes = ChangeTracker(stage)
         self._labels = LabelledStage(stage)
         self._hulls: dict[Sdf.Path, Hull | None] = {}
+        self._still: set[Sdf.Path] = set()  # gprims with a hull that has no time
         self._skinning = Skinning()
         self._bounds: dict[Sdf.Path, dict[tuple[Owner, tuple[int, ...]], np.ndarray]] = {}  # by path of the owner
         self._ownership: _Ownership | None = None
@@ -122,7 +123,7 @@ class EntityReader:
         self._forget_changed(self._changes.take())
         time = Usd.TimeCode.Default() if time is None else time
         if time != self._time:
-            self._hulls.clear()
+            self._hulls = {path: hull for path, hull in self._hulls.items() if path in self._still}
             self._bounds.clear()
             self._time = time
         gprims = tuple(gprims)
@@ -196,6 +197,7 @@ class EntityReader:
         prim = self._stage.GetPrimAtPath(path)
         if path not in self._hulls:
             self._hulls[path] = read_hull(prim, cache.GetTime(), self._skinning)
+            self._note_still(prim)
         hull = self._hulls[path]
         if hull is None:
             return None
@@ -205,6 +207,16 @@ class EntityReader:
                 return hull(as_array(relative))
         # Points of an instancer, or `resetXformStack`, between the two: only the world knows how they stand.
         return hull(frames.to_world(path, steps) @ np.linalg.inv(frames.to_world(owner.path, owner.steps)))
+
+    def _note_still(self, prim: Usd.Prim) -> None:
+        varies = any(
+            attribute.GetName() in _GEOMETRY and attribute.ValueMightBeTimeVarying()
+            for attribute in prim.GetAuthoredAttributes()
+        )
+        if varies or self._skinning.is_skinned(prim):
+            self._still.discard(prim.GetPath())
+        else:
+            self._still.add(prim.GetPath())
 
     # Changes
 
