@@ -1,106 +1,152 @@
-"""How fast rays are: camera rays, shadow rays and diffuse bounces of the benchmark scene.
+"""Rays against the benchmark scene beside Embree: the same rays, on one thread, and how many hits differ.
 
-`python -m benchmarks.render_rays`: millions of rays per second of CPU time, on one thread. Where `embreex` is installed
-the same rays go through Embree as well.
+    python -m benchmarks.render_rays [--rounds 5] [--quick]
+
+Camera rays go through all pixel centres of both views. From what they meet start bounded shadow rays to the sphere
+lights, and rays in directions drawn by the cosine, which look for the closest surface (diffuse) or for any (sky).
 """
 
 from __future__ import annotations
 
-import importlib.util
-import time
+import argparse
+from typing import NamedTuple
 
 import numpy as np
 import warp as wp
 
-from benchmarks import render_scene
+from benchmarks import peers, render_scene, report
+from benchmarks.embree_scene import EmbreeScene
+from benchmarks.scene_meshes import FlatMesh, flattened
+from benchmarks.timing import in_turns
 from usdsdg_render.device import DeviceScene
 from usdsdg_render.kernels.rays import trace_rays
 from usdsdg_render.kernels.types import Hit
-from usdsdg_render.scene import Scene
+from usdsdg_render.scene import LIGHT_SPHERE, Scene
 
-REPEATS = 3
-
-
-def ours(device_scene: DeviceScene, rays: tuple[np.ndarray, np.ndarray, np.ndarray], any_hit: bool) -> tuple:
-    """Hits, and millions of rays per CPU second (the best of some repeats)."""
-    origins, directions, reach = rays
-    inputs = [wp.array(each, dtype=wp.vec3, device="cpu") for each in (origins, directions)]
-    hits = wp.zeros(len(reach), dtype=Hit, device="cpu")
-    best = np.inf
-    for _ in range(REPEATS):
-        start = time.process_time()
-        wp.launch(
-            trace_rays,
-            dim=len(reach),
-            inputs=[device_scene.tables, int(any_hit), 0, *inputs, wp.array(reach, dtype=wp.float32, device="cpu")],
-            outputs=[hits],
-            device="cpu",
-        )
-        best = min(best, time.process_time() - start)
-    return hits.numpy(), len(reach) / best / 1e6
+FAR = np.float32(1e30)
+# Secondary rays start so far above what was hit, and shadow rays end so far before the light [m].
+GAP, SHORT = 1e-4, 1e-3
 
 
-def embree(scene: Scene, rays: tuple[np.ndarray, np.ndarray, np.ndarray], any_hit: bool) -> float:
-    """Millions of rays per CPU second through Embree over the flattened scene."""
-    from embreex import rtcore_scene
-    from embreex.mesh_construction import TriangleMesh
+class Rays(NamedTuple):
+    """What a query takes; contiguous float32."""
 
-    target = rtcore_scene.EmbreeScene()
-    for which, matrix in zip(scene.instances.prototype, scene.instances.local_to_world, strict=True):
-        prototype = scene.prototypes[which]
-        points = (prototype.points @ matrix[:3, :3] + matrix[3, :3]).astype(np.float32)
-        TriangleMesh(target, points[prototype.triangles])
-    query = "OCCLUDED" if any_hit else "INTERSECT"
-    best = np.inf
-    for _ in range(REPEATS + 1):
-        start = time.process_time()
-        target.run(rays[0], rays[1], dists=rays[2], query=query)
-        best = min(best, time.process_time() - start)
-    return len(rays[2]) / best / 1e6
+    origins: np.ndarray  # (N, 3)
+    directions: np.ndarray  # (N, 3), unit
+    reach: np.ndarray  # (N,)
+    any_hit: bool
+    at_least: float  # times Embree's rate
 
 
-def camera_rays(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Through all pixel centres of both views."""
+class WideTrees:
+    """Our queries, of rays that already lie where kernels read them."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = DeviceScene("cpu")
+        self._scene.sync(scene)
+
+    def bind(self, rays: Rays):
+        """A function that traces the rays and returns their hits."""
+        inputs = [wp.array(each, dtype=wp.vec3, device="cpu") for each in rays[:2]]
+        inputs.append(wp.array(rays.reach, dtype=wp.float32, device="cpu"))
+        hits = wp.zeros(len(rays.reach), dtype=Hit, device="cpu")
+
+        def trace(_round: int) -> np.ndarray:
+            arguments = [self._scene.tables, int(rays.any_hit), 0, *inputs]
+            wp.launch(trace_rays, dim=len(rays.reach), inputs=arguments, outputs=[hits], device="cpu")
+            return hits.numpy()
+
+        return trace
+
+
+def camera_rays(scene: Scene, size: tuple[int, int]) -> Rays:
+    """Through all pixel centres of both views, row by row."""
     origins, directions = [], []
-    for view in render_scene.views(scene):
+    for view in render_scene.views(scene, size):
         x, y = np.meshgrid(np.arange(view.width) + 0.5, np.arange(view.height) + 0.5)
         d = np.stack([(x - view.cx) / view.fx, (view.cy - y) / view.fy, np.full_like(x, -1)], -1).reshape(-1, 3)
-        d = d @ view.local_to_world[:3, :3]
-        directions.append(d / np.linalg.norm(d, axis=1, keepdims=True))
+        directions.append(d @ view.local_to_world[:3, :3])
         origins.append(np.broadcast_to(view.local_to_world[3, :3], d.shape))
-    count = sum(len(each) for each in directions)
-    return (
-        np.concatenate(origins).astype(np.float32),
-        np.concatenate(directions).astype(np.float32),
-        np.full(count, 1e30, np.float32),
-    )
+    return rays_of(np.concatenate(origins), np.concatenate(directions), at_least=0.95)
+
+
+def rays_of(origins, directions, *, reach=None, any_hit: bool = False, at_least: float) -> Rays:
+    """Rays in the layout that both sides take."""
+    directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    reach = np.full(len(origins), FAR) if reach is None else reach
+    arrays = (np.ascontiguousarray(each, np.float32) for each in (origins, directions, reach))
+    return Rays(*arrays, any_hit, at_least)
+
+
+def secondary_rays(scene: Scene, mesh: FlatMesh, first: Rays, hits: np.ndarray) -> dict[str, Rays]:
+    """What a path tracer would ask next at the hits of camera rays."""
+    rng = np.random.default_rng(0)
+    hit = hits["instance"] >= 0
+    corners = mesh.points[mesh.triangles[mesh.first[hits["instance"][hit]] + hits["triangle"][hit]]].astype(np.float64)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    normals *= -np.sign(np.sum(normals * first.directions[hit], axis=1, keepdims=True))
+    points = first.origins[hit] + first.directions[hit] * hits["t"][hit][:, None] + GAP * normals
+
+    lights = scene.lights[scene.lights["kind"] == LIGHT_SPHERE]
+    light = lights[rng.integers(len(lights), size=len(points))]
+    to_light = light["position"] + light["radius"][:, None] * on_sphere(rng, len(points)) - points
+    scattered = normals + on_sphere(rng, len(points))
+    reach = np.linalg.norm(to_light, axis=1) - SHORT
+    return {
+        "any: shadow to a light": rays_of(points, to_light, reach=reach, any_hit=True, at_least=0.9),
+        "any: sky": rays_of(points, scattered, any_hit=True, at_least=0.9),
+        "closest: diffuse": rays_of(points, scattered, at_least=0.95),
+    }
+
+
+def on_sphere(rng: np.random.Generator, count: int) -> np.ndarray:
+    """(count, 3) uniform directions."""
+    directions = rng.normal(size=(count, 3))
+    return directions / np.linalg.norm(directions, axis=1, keepdims=True)
+
+
+def differing(rays: Rays, ours: np.ndarray, theirs: np.ndarray, mesh: FlatMesh) -> float:
+    """Share of rays that meet another triangle, or of which one side alone meets something."""
+    if rays.any_hit:
+        return float(np.mean((ours["instance"] >= 0) != (theirs >= 0)))
+    ours_flat = np.where(ours["instance"] >= 0, mesh.first[ours["instance"]] + ours["triangle"], -1)
+    return float(np.mean(ours_flat != theirs))
+
+
+def compare(name: str, rays: Rays, trees: WideTrees, embree: EmbreeScene | None, mesh: FlatMesh, rounds: int) -> None:
+    """One row: millions of rays per CPU second of both."""
+    contenders = {"ours": trees.bind(rays)}
+    if embree is not None:
+        query = embree.occluded if rays.any_hit else embree.closest
+        contenders["embree"] = lambda _round: query(*rays[:3])
+    timings = in_turns(contenders, rounds=rounds)
+    rate = {key: len(rays.reach) / each.cpu / 1e6 for key, each in timings.items()}
+    ours = f"{rate['ours']:.2f} Mrays/CPU-s"
+    if embree is None:
+        report.row(name, ours, peers.NO_PEER)
+        return
+    differs = differing(rays, timings["ours"].results[-1], timings["embree"].results[-1], mesh)
+    ratio, target = rate["ours"] / rate["embree"], f"at least {rays.at_least}x"
+    report.row(name, ours, f"Embree {rate['embree']:.2f}", ratio=ratio, target=target)
+    print(f"    {len(rays.reach)} rays, {differs:.3%} meet something else")
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--quick", action="store_true", help="pictures of 160x120")
+    options = parser.parse_args()
+    report.begin()
     scene = render_scene.build()
-    device_scene = DeviceScene("cpu")
-    device_scene.sync(scene)
-    first = camera_rays(scene)
-    hits, _ = ours(device_scene, first, False)
-    hit = hits["instance"] >= 0
-    points = first[0][hit] + first[1][hit] * (hits["t"][hit] * (1 - 1e-4))[:, None]
-    to_light = scene.lights["position"][1] - points
-    distance = np.linalg.norm(to_light, axis=1)
-    # Some direction on the near side of the surface stands for a diffuse bounce.
-    scattered = np.random.default_rng(0).normal(size=points.shape)
-    scattered /= np.linalg.norm(scattered, axis=1, keepdims=True)
-    scattered -= first[1][hit]
-    scattered /= np.linalg.norm(scattered, axis=1, keepdims=True)
-    sets = {
-        "camera": (first, False),
-        "shadow": ((points, (to_light / distance[:, None]).astype(np.float32), distance.astype(np.float32)), True),
-        "bounce": ((points, scattered.astype(np.float32), np.full(len(points), 1e30, np.float32)), False),
-    }
-    for name, (rays, any_hit) in sets.items():
-        line = f"{name}: {len(rays[2])} rays, {ours(device_scene, rays, any_hit)[1]:.2f} Mrays/CPU-s"
-        if importlib.util.find_spec("embreex"):
-            line += f", Embree {embree(scene, rays, any_hit):.2f}"
-        print(line)
+    mesh = flattened(scene)
+    print(f"{len(scene.instances)} objects, {len(mesh.triangles)} triangles flattened")
+    trees = WideTrees(scene)
+    embree = EmbreeScene(mesh) if peers.find("embreex") else None
+    first = camera_rays(scene, (160, 120) if options.quick else (640, 480))
+    sets = {"closest: camera": first, **secondary_rays(scene, mesh, first, trees.bind(first)(0))}
+    for name, rays in sets.items():
+        compare(name, rays, trees, embree, mesh, options.rounds)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,32 @@
+"""How benchmarks print: the machine first, then a line for each number beside its peer's."""
+
+from __future__ import annotations
+
+import logging
+import os
+import platform
+from datetime import date
+from pathlib import Path
+
+import warp as wp
+
+
+def begin() -> None:
+    """Print what a number means nothing without: processor, threads, load of the last minute, day."""
+    wp.config.log_level = logging.WARNING
+    name = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        lines = info.read_text(encoding="utf-8").splitlines()
+        name = next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), name)
+    print(f"{name}, {os.cpu_count()} threads, load {os.getloadavg()[0]:.1f}, {date.today().isoformat()}")
+
+
+def row(what: str, ours: str, peer: str = "", *, ratio: float | None = None, target: str = "") -> None:
+    """One line: our number, the peer's, how many times better ours is, and what it should be."""
+    line = f"{what:<28} {ours:>24} {peer:>32}"
+    if ratio is not None:
+        line += f" {ratio:6.2f}x"
+    if target:
+        line += f"  ({target})"
+    print(line.rstrip(), flush=True)
