@@ -1,103 +1,86 @@
 """From USD to the renderer's tables: the whole benchmark scene, 337 new poses, and one character that bends.
 
-python -m benchmarks.extraction
+    python -m benchmarks.extraction [--rounds 9]
+
+Poses are followed twice: on a real stage, where notices tell of them, and in the renderer's own `Scene`, as a
+simulation may write them.
 """
 
 from __future__ import annotations
 
+import argparse
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt
+from pxr import Usd
 
-import usdsdg.stage  # first: it registers schemas  # noqa: F401
+from benchmarks import report
 from benchmarks.render_scene import build
+from benchmarks.render_stage import author, random_poses, write_poses
+from benchmarks.timing import Timings, alone
 from tests.stage.characters import add_character
 from usdsdg_render.extract import SceneExtractor
-from usdsdg_render.scene import Prototype, Scene
-
-REPEATS = 9
-
-
-def write_asset(folder: Path, prototype: Prototype) -> str:
-    """A prototype as a crate file with one mesh below its default prim."""
-    file = str(folder / f"{prototype.name.strip('/')}.usdc")
-    stage = Usd.Stage.CreateNew(file)
-    stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/Asset").GetPrim())
-    mesh = UsdGeom.Mesh.Define(stage, "/Asset/Mesh")
-    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(prototype.points))
-    mesh.CreateFaceVertexCountsAttr(Vt.IntArray(len(prototype.triangles), 3))
-    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(prototype.triangles.ravel()))
-    mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(prototype.corner_normals.reshape(-1, 3)))
-    mesh.SetNormalsInterpolation("faceVarying")
-    uvs = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, "faceVarying")
-    uvs.Set(Vt.Vec2fArray.FromNumpy(prototype.corner_uvs.reshape(-1, 2)))
-    mesh.CreateSubdivisionSchemeAttr("none")
-    stage.Save()
-    return file
+from usdsdg_render.renderer import WarpRenderer
+from usdsdg_render.scene import Scene
 
 
-def author(scene: Scene, folder: Path) -> tuple[Usd.Stage, list[Usd.Attribute]]:
-    """The scene's objects as references with a material each, and their transform attributes."""
-    files = [write_asset(folder, prototype) for prototype in scene.prototypes]
-    stage = Usd.Stage.CreateInMemory()
-    ops = []
-    with Sdf.ChangeBlock():
-        layer = stage.GetRootLayer()
-        for k, which in enumerate(scene.instances.prototype):
-            spec = Sdf.CreatePrimInLayer(layer, f"/World/object_{k}")
-            spec.specifier, spec.typeName = Sdf.SpecifierDef, "Xform"
-            spec.referenceList.prependedItems = [Sdf.Reference(files[which])]
-    for k, matrix in enumerate(scene.instances.local_to_world):
-        prim = stage.GetPrimAtPath(f"/World/object_{k}")
-        op = UsdGeom.Xformable(prim).AddTransformOp()
-        op.Set(Gf.Matrix4d(matrix.tolist()))
-        ops.append(op.GetAttr())
-        material = UsdShade.Material.Define(stage, f"/World/object_{k}/Look")
-        shader = UsdShade.Shader.Define(stage, f"/World/object_{k}/Look/Surface")
-        shader.CreateIdAttr("UsdPreviewSurface")
-        shader.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(k / 337)
-        material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
-        UsdShade.MaterialBindingAPI.Apply(prim).Bind(material)
-    return stage, ops
+def print_timings(name: str, timings: Timings, target: str = "") -> None:
+    """One row: the median of the clock, and of CPU time."""
+    report.row(name, f"{1e3 * timings.wall:.2f} ms", f"{1e3 * timings.cpu:.2f} ms CPU", target=target)
 
 
-def milliseconds(work, repeats: int = REPEATS) -> float:
-    """The best of some runs."""
-    best = np.inf
-    for _ in range(repeats):
-        begin = time.perf_counter()
-        work()
-        best = min(best, time.perf_counter() - begin)
-    return 1000 * best
+def poses_on_a_stage(stage: Usd.Stage, ops: list[Usd.Attribute], rounds: int) -> None:
+    """What 337 new poses cost: their writing, their reading, and all until rays can be traced."""
+
+    def write(number: int) -> None:
+        write_poses(ops, random_poses(len(ops), number))
+
+    print_timings("writing them, nobody listens", alone(write, rounds=rounds))
+    extractor = SceneExtractor(stage)
+    extractor.update()
+    print_timings("writing them, we listen", alone(write, rounds=rounds))
+    reading = alone(lambda _: extractor.update(), rounds=rounds, before=write)
+    print_timings(f"update of {len(ops)} poses", reading, "at most 3 ms")
+    renderer = WarpRenderer(stage, device="cpu")
+    renderer.sync()
+    synced = alone(lambda _: renderer.sync(), rounds=rounds, before=write)
+    print_timings("the same, ready for rays", synced)
+
+
+def poses_in_a_scene(scene: Scene, rounds: int) -> None:
+    """The same without a stage."""
+    renderer = WarpRenderer.of_scene(scene, device="cpu")
+    renderer.sync()
+
+    def move(number: int) -> None:
+        scene.instances.local_to_world = random_poses(len(scene.instances), number)
+        scene.touch("transforms")
+
+    print_timings("poses of a Scene, ready", alone(lambda _: renderer.sync(), rounds=rounds, before=move))
+
+
+def a_character(stage: Usd.Stage, rounds: int) -> None:
+    """One skinned mesh that bends among the others."""
+    extractor = SceneExtractor(stage)
+    add_character(stage, "/World/Man")
+    codes = np.linspace(1, 23, rounds + 1)
+    extractor.update(Usd.TimeCode(0))
+    print_timings("a character that bends", alone(lambda k: extractor.update(Usd.TimeCode(codes[k])), rounds=rounds))
 
 
 def main() -> None:
-    scene = build()
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rounds", type=int, default=9)
+    rounds = parser.parse_args().rounds
+    report.begin()
     with tempfile.TemporaryDirectory() as folder:
-        stage, ops = author(scene, Path(folder))
-        print(f"extraction of {len(ops)} objects: {milliseconds(lambda: SceneExtractor(stage).update()):.0f} ms")
-        extractor = SceneExtractor(stage)
-        extractor.update()
-        rng = np.random.default_rng(0)
-
-        def poses() -> None:
-            with Sdf.ChangeBlock():
-                for op in ops:
-                    op.Set(Gf.Matrix4d(1.0).SetTranslate(Gf.Vec3d(*rng.normal(size=3))))
-
-        best = np.inf
-        for _ in range(REPEATS):
-            poses()
-            best = min(best, milliseconds(extractor.update, 1))
-        print(f"update of {len(ops)} poses: {best:.1f} ms")
-        add_character(stage, "/World/Man")
-        codes = iter(np.linspace(1, 23, REPEATS + 1))
-        extractor.update(Usd.TimeCode(0))
-        bending = milliseconds(lambda: extractor.update(Usd.TimeCode(next(codes))))
-        print(f"a character that bends among them: {bending:.1f} ms")
+        stage, ops = author(build(), Path(folder))
+        whole = alone(lambda _: SceneExtractor(stage).update(), rounds=rounds)
+        print_timings(f"extraction of {len(ops)} objects", whole, "at most 100 ms")
+        poses_on_a_stage(stage, ops, rounds)
+        a_character(stage, rounds)
+    poses_in_a_scene(build(), rounds)
 
 
 if __name__ == "__main__":

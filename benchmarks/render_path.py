@@ -27,19 +27,28 @@ AT_LEAST = {"Mitsuba": 1.3, "Cycles": 3.0}
 BRIGHTEST = 20.0
 
 
-class Quality(NamedTuple):
-    """What a tracer's pictures of one view are like."""
+class Outcome(NamedTuple):
+    """What a tracer did with one view."""
 
-    picture: np.ndarray  # (H, W, 3) mean of all rounds, in units of white
-    mean: np.ndarray  # (3,) of what is not brighter than BRIGHTEST
+    name: str
+    rate: float  # million samples a second
     noise: float  # standard deviation of one picture's compressed values
+    mean: np.ndarray  # (3,) of what is not brighter than BRIGHTEST, in units of white
+    picture: np.ndarray  # (H, W, 3) mean of all rounds, in units of white
+
+    @property
+    def cost(self) -> float:
+        """What a picture of given noise takes, up to a factor that all tracers share."""
+        return self.noise**2 / self.rate
 
 
-def quality_of(timings: Timings) -> Quality:
-    """Of all rounds' pictures, the one to warm up included."""
+def outcome_of(name: str, timings: Timings, samples: int, *, on_cpu: bool) -> Outcome:
+    """Pictures are those of all rounds, the one to warm up included; time is CPU time or that of the clock."""
     pictures = np.stack(timings.results) / DEFAULT_WHITE
+    rate = samples * pictures[0, ..., 0].size / 1e6 / (timings.cpu if on_cpu else timings.wall)
     variance = (pictures / (1 + pictures)).var(axis=0, ddof=1).mean()
-    return Quality(pictures.mean(0), np.minimum(pictures, BRIGHTEST).mean((0, 1, 2)), float(np.sqrt(variance)))
+    mean = np.minimum(pictures, BRIGHTEST).mean((0, 1, 2))
+    return Outcome(name, rate, float(np.sqrt(variance)), mean, pictures.mean(0))
 
 
 def tracers(scene: Scene, threads: int, device: str) -> list[PathTracer]:
@@ -56,33 +65,36 @@ def tracers(scene: Scene, threads: int, device: str) -> list[PathTracer]:
     return found
 
 
-def compare(view: CameraView, contenders: list[PathTracer], options: argparse.Namespace) -> list[Quality]:
-    """Print one view's rows; the quality of every contender's pictures."""
+def compare(view: CameraView, contenders: list[PathTracer], options: argparse.Namespace) -> list[Outcome]:
+    """Draw one view with all contenders and print a row for each, the first of which is ours."""
     works = {each.name: lambda seed, each=each: each.picture(view, options.samples, seed) for each in contenders}
     timings = in_turns(works, rounds=options.rounds)
-    qualities = [quality_of(timings[each.name]) for each in contenders]
-    million = view.width * view.height * options.samples / 1e6
     on_cpu = options.device == "cpu"
-    cost: list[float] = []
+    outcomes = [outcome_of(name, each, options.samples, on_cpu=on_cpu) for name, each in timings.items()]
     print(f"{view.prim_path}, {view.width}x{view.height}, {options.samples} samples a pixel, {options.rounds} rounds")
-    for each, quality in zip(contenders, qualities, strict=True):
-        taken = timings[each.name].cpu if on_cpu else timings[each.name].wall
-        cost.append(taken * quality.noise**2)
-        family = each.name.split()[0]
-        target = f"at least {AT_LEAST[family]}x, equal noise" if family in AT_LEAST else ""
-        rate = f"{million / taken:.3f} Msamples/{'CPU-' if on_cpu else ''}s"
-        ratio = cost[-1] / cost[0] if len(cost) > 1 else None
-        report.row(each.name, rate, f"noise {quality.noise:.4f}", ratio=ratio, target=target)
-        difference = quality.mean / qualities[0].mean - 1
-        print("    mean " + " ".join(f"{m:.4f} ({d:+.1%})" for m, d in zip(quality.mean, difference, strict=True)))
-    return qualities
+    for each in outcomes:
+        print_outcome(each, outcomes[0], "Msamples/CPU-s" if on_cpu else "Msamples/s")
+    return outcomes
 
 
-def save(prefix: str, view: CameraView, qualities: list[Quality]) -> None:
+def print_outcome(outcome: Outcome, ours: Outcome, unit: str) -> None:
+    """A row with the ratio at equal noise, and a line with means beside ours."""
+    rate, noise = f"{outcome.rate:.3f} {unit}", f"noise {outcome.noise:.4f}"
+    if outcome is ours:
+        report.row(outcome.name, rate, noise)
+    else:
+        target = f"equal noise; at least {AT_LEAST[outcome.name.split()[0]]:g}x"
+        beside = f"{ours.rate / outcome.rate:.2f}x a sample, {noise}"
+        report.row(outcome.name, rate, beside, ratio=outcome.cost / ours.cost, target=target)
+    differences = outcome.mean / ours.mean - 1
+    print("    mean " + " ".join(f"{m:.4f} ({d:+.1%})" for m, d in zip(outcome.mean, differences, strict=True)))
+
+
+def save(prefix: str, view: CameraView, outcomes: list[Outcome]) -> None:
     """All tracers' pictures of a view side by side, in sRGB."""
     from PIL import Image
 
-    shown = np.clip(np.concatenate([each.picture for each in qualities], 1), 0, 1)
+    shown = np.clip(np.concatenate([each.picture for each in outcomes], 1), 0, 1)
     encoded = np.where(shown <= 0.0031308, 12.92 * shown, 1.055 * shown ** (1 / 2.4) - 0.055)
     Image.fromarray((encoded * 255 + 0.5).astype(np.uint8)).save(f"{prefix}{view.prim_path.rsplit('/', 1)[1]}.png")
 
@@ -102,9 +114,9 @@ def main() -> None:
     contenders = tracers(scene, options.threads, options.device)
     width, height = (int(each) for each in ("160x120" if options.quick else options.size).split("x"))
     for view in render_scene.views(scene, (width, height)):
-        qualities = compare(view, contenders, options)
+        outcomes = compare(view, contenders, options)
         if options.png:
-            save(options.png, view, qualities)
+            save(options.png, view, outcomes)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ Work = Callable[[int], object]
 
 @dataclass
 class Timings:
-    """Seconds of each round [s], and what each call returned."""
+    """Seconds of each round; results are those of all calls, the one to warm up included."""
 
     cpus: list[float] = field(default_factory=list)
     walls: list[float] = field(default_factory=list)
@@ -40,16 +40,24 @@ class Timings:
         self.results.append(result)
 
 
-def in_turns(contenders: Mapping[str, Work], *, rounds: int = 5) -> dict[str, Timings]:
-    """Timings of every contender: a round to warm up, number 0, that is not timed, then rounds 1, 2, …"""
-    warm = {name: [work(0)] for name, work in contenders.items()}
-    timings = {name: Timings(results=warm[name]) for name in contenders}
-    for number in range(1, rounds + 1):
+def in_turns(contenders: Mapping[str, Work], *, rounds: int = 5, before: Work | None = None) -> dict[str, Timings]:
+    """Timings of every contender: a round to warm up, number 0, that is not timed, then rounds 1, 2, …
+
+    Args:
+        before: called with the round's number before each contender, in time that is not counted.
+    """
+    timings = {name: Timings() for name in contenders}
+    for number in range(rounds + 1):
         for name, work in contenders.items():
-            timings[name].add(work, number)
+            if before is not None:
+                before(number)
+            if number == 0:
+                timings[name].results.append(work(0))
+            else:
+                timings[name].add(work, number)
     return timings
 
 
-def alone(work: Work, *, rounds: int = 5) -> Timings:
+def alone(work: Work, *, rounds: int = 5, before: Work | None = None) -> Timings:
     """Timings of one contender."""
-    return in_turns({"": work}, rounds=rounds)[""]
+    return in_turns({"": work}, rounds=rounds, before=before)[""]

@@ -1,0 +1,87 @@
+"""The label pass beside newton's SensorCamera, and what amodal boxes and pixel counts of all objects cost on top.
+
+    python -m benchmarks.render_labels [--rounds 7] [--quick]
+
+Ours makes every AOV of one ray a pixel with motion vectors and base colour; SensorCamera colour with texture and one
+shadow, distance, normals and ids. Both draw two views on one thread.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+
+from benchmarks import peers, render_scene, report
+from benchmarks.timing import in_turns
+from usdsdg.stage.cameras import CameraView
+from usdsdg_render.aov import AOVS, MATERIAL_AOVS
+from usdsdg_render.renderer import WarpRenderer
+
+# Not of the pass: what reads all textures of a material, and what traces rays of its own.
+LABELS = tuple(name for name in AOVS if name not in MATERIAL_AOVS and name != "ambient_occlusion")
+AT_LEAST, AMODAL_AT_MOST = 4.0, 0.4
+
+
+def labels_of(renderer: WarpRenderer, views: list[CameraView]) -> list[dict[str, np.ndarray]]:
+    return [renderer.labels(view, LABELS) for view in views]
+
+
+def amodal_of(renderer: WarpRenderer, views: list[CameraView]) -> list[np.ndarray]:
+    """Pixels and bounds of every object as if it were alone."""
+    groups = [[k] for k in range(len(renderer.gprims))]
+    return [renderer.coverage(view, groups) for view in views]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--quick", action="store_true", help="pictures of 160x120")
+    options = parser.parse_args()
+    report.begin()
+    scene = render_scene.build()
+    views = render_scene.views(scene, (160, 120) if options.quick else (640, 480))
+    renderer = WarpRenderer.of_scene(scene, device="cpu")
+    renderer.threads = 1
+    renderer.sync()
+    contenders = {
+        "labels": lambda _: labels_of(renderer, views),
+        "instance alone": lambda _: [renderer.labels(view, ["instance"]) for view in views],
+        "amodal": lambda _: amodal_of(renderer, views),
+    }
+    if peers.find("newton"):
+        from benchmarks.sensor_camera import SensorCameras
+
+        cameras = SensorCameras(scene, views)
+        contenders["newton"] = lambda _: cameras.render().copy()
+    timings = in_turns(contenders, rounds=options.rounds)
+
+    million = sum(view.width * view.height for view in views) / 1e6
+    cpu = {name: each.cpu for name, each in timings.items()}
+    rate = f"{million / cpu['labels']:.2f} Mpixel/CPU-s"
+    print(f"{len(views)} views of {views[0].width}x{views[0].height}: {', '.join(LABELS)}")
+    if "newton" in cpu:
+        peer, ratio = f"SensorCamera {million / cpu['newton']:.2f}", cpu["newton"] / cpu["labels"]
+        report.row("labels", rate, peer, ratio=ratio, target=f"at least {AT_LEAST:g}x")
+        print_agreement(timings["labels"].results[-1], timings["newton"].results[-1])
+    else:
+        report.row("labels", rate, peers.NO_PEER)
+    report.row("instance alone", f"{million / cpu['instance alone']:.2f} Mpixel/CPU-s")
+    share = cpu["amodal"] / cpu["labels"]
+    milliseconds = f"{1e3 * cpu['amodal']:.0f} ms"
+    report.row("amodal, all objects", milliseconds, target=f"adds {share:.0%}, at most {AMODAL_AT_MOST:.0%}")
+
+
+def print_agreement(ours: list[dict[str, np.ndarray]], theirs: np.ndarray) -> None:
+    """How alike what both see is."""
+    distance = np.stack([each["distance_to_camera"] for each in ours])
+    both = np.isfinite(distance) & (theirs > 0)
+    one = np.isfinite(distance) != (theirs > 0)
+    alike = np.abs(distance[both] - theirs[both]) < 1e-3 * distance[both]
+    print(
+        f"    {both.mean():.1%} of pixels are hit in both, {one.mean():.2%} in one; {alike.mean():.2%} at one distance"
+    )
+
+
+if __name__ == "__main__":
+    main()
