@@ -16,7 +16,7 @@ from pxr import Usd
 
 from .mesh_source import read_primvar
 from .scene import WRAP_CLAMP, Prototype, Texture
-from .shading import Input, Material, UvTransform
+from .shading import Input, Material
 from .textures import TextureUse, linear_to_srgb
 
 # (most triangles, texels along a side of a block): the finest that fits counts.
@@ -88,9 +88,7 @@ class ColorPictures:
         """The material with the prototype's colours, and its opacities where the material has none of its own."""
         assert prototype.corner_colors is not None
         _, use, _ = self._of(prototype)
-        painted = replace(
-            material, base_color=Input((1.0, 1.0, 1.0), texture=use), uv=UvTransform(), uv_primvar="",
-        )  # fmt: skip
+        painted = replace(material, base_color=Input((1.0, 1.0, 1.0), texture=use), uv_primvar="")
         if material.name == "displayColor" and (prototype.corner_colors[..., 3] < 1.0).any():
             painted = replace(painted, opacity=Input((1.0,), texture=use, channel=3))
         return painted

@@ -12,7 +12,15 @@ from usdsdg_render import sky
 from usdsdg_render.energy import albedo_table
 from usdsdg_render.kernels import types
 from usdsdg_render.light_tables import LightTables
-from usdsdg_render.scene import Prototype, Scene, Texture
+from usdsdg_render.scene import (
+    TEXELS_HALF,
+    TEXELS_RAW,
+    TEXELS_SHORT,
+    TEXELS_SRGB,
+    Prototype,
+    Scene,
+    Texture,
+)
 from usdsdg_render.trace.forest import BottomTree, TopTree
 
 
@@ -46,6 +54,7 @@ class DeviceScene:
         self._versions: dict[str, int] = {}
         self._prototypes: dict[int, _PrototypeMemory] = {}
         self._textures: dict[int, tuple[Texture, wp.array]] = {}
+        self._tile_tables: list[wp.array] = []
         self.lit = False  # whether anything shines
         self.has_glass = False
         self._lights = LightTables(device)
@@ -79,20 +88,25 @@ class DeviceScene:
         return wp.array(values, dtype=dtype, device=self.device)
 
     def _upload_textures(self, scene: Scene) -> None:
-        rows = records(types.Texture, len(scene.textures))
+        """Rows of the scene's textures, then those of their tiles."""
+        tiles = [tile for texture in scene.textures for _, tile in texture.tiles]
+        rows = records(types.Texture, len(scene.textures) + len(tiles))
         kept = {}
-        for row, texture in zip(rows, scene.textures, strict=True):
-            height, width = texture.texels.shape[:2]
-            held = self._textures.get(id(texture.texels))
+        for row, texture in zip(rows, [*scene.textures, *tiles], strict=True):
+            held = kept.get(id(texture.texels)) or self._textures.get(id(texture.texels))
             if held is None:
-                words = np.ascontiguousarray(texture.texels).view(np.uint32).reshape(-1)
-                # On a CPU the kernels read the decoded image itself.
-                held = (texture, wp.array(words, dtype=wp.uint32, device=self.device, copy=self.device != "cpu"))
+                held = (texture, self._texel_memory(texture.texels))
             kept[id(texture.texels)] = held
-            row["texels"], row["width"], row["height"] = held[1].ptr, width, height
-            row["wrap_s"], row["wrap_t"], row["srgb"] = texture.wrap_s, texture.wrap_t, texture.srgb
+            fill_texture(row, texture)
+            row["texels"] = held[1].ptr
         self._textures = kept
+        self._tile_tables = _tile_tables(scene.textures, rows, self.device)
         self.tables.textures = self._array(rows, types.Texture)
+
+    def _texel_memory(self, texels: np.ndarray) -> wp.array:
+        """On a CPU the kernels read the decoded image itself."""
+        words = np.ascontiguousarray(texels).view(np.uint32).reshape(-1)
+        return wp.array(words, dtype=wp.uint32, device=self.device, copy=self.device != "cpu")
 
     def _upload_materials(self, scene: Scene) -> None:
         rows = records(types.Material, len(scene.materials))
@@ -160,6 +174,35 @@ class DeviceScene:
         if dome:
             self.tables.dome = sky.upload(scene.dome, self.device)
         self._light = self._lights.total + self.tables.dome.strength
+
+
+def fill_texture(row: Any, texture: Texture) -> None:
+    """All of a texture's record but where its texels and tiles are."""
+    row["height"], row["width"] = texture.texels.shape[:2]
+    row["format"] = {"uint16": TEXELS_SHORT, "float16": TEXELS_HALF}.get(
+        texture.texels.dtype.name, TEXELS_SRGB if texture.srgb else TEXELS_RAW
+    )
+    row["wrap_s"], row["wrap_t"] = texture.wrap_s, texture.wrap_t
+    row["u_row"], row["v_row"] = texture.transform
+    row["scale"], row["bias"] = texture.scale, texture.bias
+    row["adjusted"] = any(factor != 1.0 for factor in texture.scale) or any(texture.bias)
+
+
+def _tile_tables(textures: list[Texture], rows: np.ndarray, device: str) -> list[wp.array]:
+    """Point the records of tiled textures to their tables of tiles."""
+    tables = []
+    next_row = len(textures)
+    for k, texture in enumerate(textures):
+        if not texture.tiles:
+            continue
+        tile_rows = max(place for place, _ in texture.tiles) // 10 + 1
+        # Beyond the tiles the image of the texture itself is read.
+        table = np.full(10 * tile_rows + 1, k, np.int32)
+        table[[place for place, _ in texture.tiles]] = np.arange(next_row, next_row + len(texture.tiles))
+        next_row += len(texture.tiles)
+        tables.append(wp.array(table, dtype=wp.int32, device=device))
+        rows[k]["tiles"], rows[k]["tile_rows"] = tables[-1].ptr, tile_rows
+    return tables
 
 
 def _triangle_records(prototype: Prototype) -> np.ndarray:

@@ -210,6 +210,8 @@ class SceneExtractor:
 
     def _finished(self, gprim: Gprim, material: Material | None) -> Material:
         """The material, with the gprim's own colour where it asks for that or there is no material."""
+        if material is not None and material.from_gprim:
+            material = material.of_gprim(gprim.prim, self._time)
         if material is not None and not material.colour_from_gprim:
             gprim.colored = False
             return material

@@ -16,6 +16,7 @@ from usdsdg.stage import assets
 from . import hdr
 
 EXR_MAGIC = b"\x76\x2f\x31\x01"
+UDIM, FIRST_TILE, TILES = "<UDIM>", 1001, 100
 
 
 class Picture(NamedTuple):
@@ -32,7 +33,8 @@ class Picture(NamedTuple):
 def asset_file(attribute: Usd.Attribute) -> tuple[str, str]:
     """(path as authored, file it means or "" if there is none) of an asset-valued attribute.
 
-    Paths that USD cannot resolve are looked up under the assets root, as references are.
+    Paths that USD cannot resolve are looked up under the assets root, as references are. That of a set of tiles still
+    holds <UDIM>.
     """
     value = attribute.Get()
     if isinstance(value, str):
@@ -43,6 +45,8 @@ def asset_file(attribute: Usd.Attribute) -> tuple[str, str]:
         return value.path, value.resolvedPath
     stack = attribute.GetPropertyStack()
     anchored = Sdf.ComputeAssetPathRelativeToLayer(stack[0].layer, value.path) if stack else value.path
+    if UDIM in value.path:
+        return value.path, anchored if tiles(anchored) else ""
     resolved = Ar.GetResolver().Resolve(anchored)
     if resolved:
         return value.path, resolved.GetPathString()
@@ -52,8 +56,24 @@ def asset_file(attribute: Usd.Attribute) -> tuple[str, str]:
         return value.path, ""
 
 
+def tiles(path: str) -> list[tuple[int, str]]:
+    """(place, file) of a picture: for <UDIM> those that exist of the tiles 1001 to 1100, which have the places 0 to 99,
+    else the file alone."""
+    if UDIM not in path:
+        return [(0, path)]
+    resolver = Ar.GetResolver()
+    named = ((place, path.replace(UDIM, str(FIRST_TILE + place))) for place in range(TILES))
+    return [(place, file) for place, file in named if resolver.Resolve(file)]
+
+
 def modified(path: str) -> tuple[int, int]:
-    """(time stamp in ns, size) of a file or of the package it lies in; (0, 0) if there is none."""
+    """(time stamp in ns, size) of a file or of the package it lies in; (0, 0) if there is none. Of all tiles the
+    newest, and the sum."""
+    stamps, sizes = zip(*(_modified(file) for _, file in tiles(path) or [(0, path)]))
+    return max(stamps), sum(sizes)
+
+
+def _modified(path: str) -> tuple[int, int]:
     try:
         status = os.stat(Ar.SplitPackageRelativePathOuter(path)[0] if "[" in path else path)
     except OSError:

@@ -15,7 +15,7 @@ from .plan import is_below
 from .preview_surface import read_preview_surface
 from .scene import MATERIAL, NO_TEXTURE, Texture
 from .shading import Input, Material, Network, shader_id
-from .textures import Progress, TexturePool, TextureUse, srgb_to_linear
+from .textures import Progress, TexturePool, TextureUse
 
 # UsdImaging's fallback displayColor.
 DEFAULT_COLOUR = (0.5, 0.5, 0.5)
@@ -192,11 +192,11 @@ def build_table(
     textures, indices = pool.load(uses, progress)
     table = np.zeros(len(materials), MATERIAL)
     for k, material in enumerate(materials):
-        table[k] = _row(material, indices, textures)
+        table[k] = _row(material, indices)
     return table, textures
 
 
-def _row(material: Material, indices: dict[TextureUse, int], textures: list[Texture]) -> tuple:
+def _row(material: Material, indices: dict[TextureUse, int]) -> tuple:
     def constant(value: Input) -> tuple[float, ...]:
         if value.texture is None or value.texture in indices:
             return value.value
@@ -205,56 +205,37 @@ def _row(material: Material, indices: dict[TextureUse, int], textures: list[Text
     def texture(value: Input) -> int:
         return NO_TEXTURE if value.texture is None else indices.get(value.texture, NO_TEXTURE)
 
-    def mean(value: Input) -> tuple[float, ...]:
-        if texture(value) == NO_TEXTURE:
-            return constant(value)
-        return _mean(material, value, textures[texture(value)])
-
     def unit(value: float) -> float:
         return min(max(value, 0.0), 1.0)
 
     def positive(values: tuple[float, ...]) -> tuple[float, ...]:
         return tuple(max(value, 0.0) for value in values)
 
-    normal = NO_TEXTURE if material.normal is None else indices.get(material.normal, NO_TEXTURE)
+    def normal_map(use: TextureUse | None) -> int:
+        return NO_TEXTURE if use is None else indices.get(use, NO_TEXTURE)
+
+    def scalar(value: Input) -> tuple[float, int, int]:
+        factor = constant(value)[0]
+        return (unit(factor) if texture(value) == NO_TEXTURE else max(factor, 0.0)), texture(value), value.channel
+
     return (
         positive(constant(material.base_color)),
         texture(material.base_color),
-        unit(constant(material.metallic)[0]),
-        texture(material.metallic),
-        material.metallic.channel,
-        unit(constant(material.roughness)[0]),
-        texture(material.roughness),
-        material.roughness.channel,
-        tuple(map(unit, mean(material.specular))),
-        unit(constant(material.opacity)[0]),
-        texture(material.opacity),
-        material.opacity.channel,
+        *scalar(material.metallic),
+        *scalar(material.roughness),
+        tuple(map(unit, constant(material.specular))),
+        texture(material.specular),
+        *scalar(material.opacity),
         unit(material.opacity_threshold),
         unit(material.transmission),
         material.ior,
         int(material.thin),
         positive(constant(material.emission)),
         texture(material.emission),
-        normal,
+        normal_map(material.normal),
         material.normal_scale,
-        unit(mean(material.clearcoat)[0]),
-        unit(mean(material.clearcoat_roughness)[0]),
-        material.uv.scale,
-        material.uv.rotation,
-        material.uv.translation,
+        normal_map(material.detail),
+        material.detail_scale,
+        *scalar(material.clearcoat),
+        *scalar(material.clearcoat_roughness),
     )
-
-
-def _mean(material: Material, value: Input, texture: Texture) -> tuple[float, ...]:
-    """Linear mean of a texture, for inputs that the kernels take as constants."""
-    use = value.texture
-    errors.warn_once(
-        f"{use.shader if use else material.name}: a texture on specular or clearcoat is replaced by its mean. "
-        f"Author a constant to choose the value."
-    )
-    texels = texture.texels.reshape(-1, 4)[:, :3].astype(np.float32) / 255.0
-    average = (srgb_to_linear(texels) if texture.srgb else texels).mean(axis=0)
-    if len(value.value) == 1:
-        return (value.value[0] * float(average[min(value.channel, 2)]),)
-    return tuple(float(a * b) for a, b in zip(value.value, average))

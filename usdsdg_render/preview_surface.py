@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
-from pxr import Ar, Sdf, Usd, UsdShade
+from pxr import UsdShade
 
 from . import images
+from .images import UDIM
 from .moment import value_now
-from .scene import WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT
-from .shading import Input, Material, Network, Source, UvTransform, shader_id
+from .scene import WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
+from .shading import FromGprim, Input, Material, Network, Source, shader_id
 from .textures import ONES, ZEROS, TextureUse
 
 # PNG and JPEG carry no wrap mode, so `useMetadata`, the fallback, means repeat here, as in Omniverse.
@@ -17,36 +19,66 @@ WRAPS = {"repeat": WRAP_REPEAT, "clamp": WRAP_CLAMP, "mirror": WRAP_MIRROR, "bla
 CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
 COLOUR_SPACES = {"sRGB": "sRGB", "raw": "raw", "auto": "auto", "srgb_texture": "sRGB", "lin_rec709": "raw"}
 BLACK = (0.0, 0.0, 0.0)
+UP = (0.0, 0.0, 1.0)
+CLEAR_PANE = 2
+FIELDS = {
+    "diffuseColor": "base_color",
+    "specularColor": "specular",
+    "emissiveColor": "emission",
+    "clearcoatRoughness": "clearcoat_roughness",
+}
 
 
 def read_preview_surface(network: Network, surface: UsdShade.Shader) -> Material:
     """Occlusion is not read, since rays find it; displacement and a constant normal are named and ignored."""
     base = _input(network, surface, "diffuseColor", (0.18, 0.18, 0.18))
     specular_workflow = bool(network.number(surface, "useSpecularWorkflow", 0.0))
+    ior = network.number(surface, "ior", 1.5)
     if specular_workflow:
         metallic, specular = Input((0.0,)), _input(network, surface, "specularColor", BLACK)
     else:
         metallic = _input(network, surface, "metallic", (0.0,))
-        specular = Input((reflectance(network.number(surface, "ior", 1.5)),) * 3)
-    if network.source(surface, "displacement").shader is not None:
-        network.warn(surface, "displacement is not supported and is ignored. Bake it into the mesh.")
+        specular = Input((reflectance(ior),) * 3)
+    _warn_of_ignored(network, surface)
     material = Material(
         name=str(network.material.GetPath()),
         base_color=base,
         metallic=metallic,
         roughness=_input(network, surface, "roughness", (0.5,)),
         specular=specular,
+        ior=max(ior, 0.0),
         opacity=_input(network, surface, "opacity", (1.0,)),
         opacity_threshold=max(network.number(surface, "opacityThreshold", 0.0), 0.0),
         emission=_input(network, surface, "emissiveColor", BLACK),
         normal=_normal(network, surface),
         clearcoat=_input(network, surface, "clearcoat", (0.0,)),
         clearcoat_roughness=_input(network, surface, "clearcoatRoughness", (0.01,)),
-        uv=network.uv or UvTransform(),
         uv_primvar=network.uv_primvar or "",
         colour_from_gprim=network.colour_from_gprim,
+        from_gprim=tuple(network.from_gprim),
     )
-    return material
+    if str(network.value(surface, "opacityMode") or "transparent") == "presence":
+        return material
+    return see_through(material)
+
+
+def see_through(material: Material) -> Material:
+    """A constant opacity as that of a clear pane, which mirrors however little of it there is.
+
+    One of zero leaves nothing, as an invisible prim, and one with a texture or a threshold is where there is a surface.
+    """
+    opacity = material.opacity.value[0]
+    if material.opacity.texture is not None or material.opacity_threshold > 0.0 or not 0.0 < opacity < 1.0:
+        return material
+    return replace(material, opacity=Input((1.0,)), transmission=1.0 - opacity, thin=CLEAR_PANE)
+
+
+def _warn_of_ignored(network: Network, surface: UsdShade.Shader) -> None:
+    displacement = network.source(surface, "displacement")
+    if displacement.shader is not None or network.number(surface, "displacement", 0.0) != 0.0:
+        network.warn(surface, "displacement is not supported and is ignored. Bake it into the mesh.")
+    if network.source(surface, "normal").shader is None and network.floats(surface, "normal", UP) != UP:
+        network.warn(surface, "a constant normal is ignored. Author the normals of the mesh or connect a texture.")
 
 
 def reflectance(ior: float) -> float:
@@ -75,16 +107,12 @@ def _input(network: Network, surface: UsdShade.Shader, name: str, default: tuple
 
 
 def _from_primvar(network: Network, reader: UsdShade.Shader, name: str, default: tuple[float, ...]) -> Input:
-    variable = str(network.value(reader, "varname") or "")
+    variable = str(network.value(reader, "varname") or "").removeprefix("primvars:")
     fallback = network.floats(reader, "fallback", default)
     if name == "diffuseColor" and variable == "displayColor":
         network.colour_from_gprim = True
     else:
-        network.warn(
-            reader,
-            f"primvar '{variable}' as {name} is not supported; its fallback {fallback} is used. Only displayColor as "
-            f"diffuseColor is read.",
-        )
+        network.from_gprim.append(FromGprim(FIELDS.get(name, name), variable, fallback))
     return Input(fallback)
 
 
@@ -94,32 +122,33 @@ def _textured(network: Network, source: Source, default: tuple[float, ...]) -> I
     colour = len(default) > 1
     missing = network.floats(texture, "fallback", (*default, 1.0)[:4] if colour else default * 4)
     channel = CHANNELS.get(source.output, 0)
-    missing = missing[: len(default)] if colour else (missing[channel],)
-    if colour and source.output != "rgb":
-        network.warn(
-            texture, f"its output {source.output} feeds a colour; rgb is used. Connect outputs:rgb or a grey file."
-        )
-    scale, bias = network.floats(texture, "scale", ONES), network.floats(texture, "bias", ZEROS)
+    spread = channel if colour and source.output in CHANNELS else -1
     use = texture_use(network, texture, colour=colour or source.output == "a")
+    scale, bias = network.floats(texture, "scale", ONES), network.floats(texture, "bias", ZEROS)
+    if spread >= 0:
+        scale, bias, missing = ((values[channel],) * 4 for values in (scale, bias, (*missing, 1.0)[:4]))
+    missing = missing[: len(default)] if colour else (missing[channel],)
     if use is None:
         return Input(missing)
-    if any(bias):  # a product cannot express it, so it goes into the texels
-        use = TextureUse(**{**use.__dict__, "scale": scale, "bias": bias})
+    if any(bias) or UDIM in use.file:  # a product cannot express it
+        beyond = (*missing, 1.0) if colour else missing * 4
+        use = replace(use, scale=scale, bias=bias, beyond=beyond)
         scale = ONES
     factor = scale[: len(default)] if colour else (scale[channel],)
-    return Input(factor, use, channel, missing)
+    return Input(factor, replace(use, spread=spread), channel, missing)
 
 
 def texture_use(network: Network, texture: UsdShade.Shader, *, colour: bool) -> TextureUse | None:
     """File, colour space, wrap modes and coordinates of a UsdUVTexture; None (with a warning) without a file."""
     file = texture_file(network, texture, "file")
-    _note_coordinates(network, texture)
+    transform = _coordinates(network, texture)
     if not file:
         return None
     return TextureUse(
         file=file,
         colour_space=_colour_space(network, texture),
         colour=colour,
+        transform=transform,
         wrap_s=WRAPS.get(str(network.value(texture, "wrapS")), WRAP_REPEAT),
         wrap_t=WRAPS.get(str(network.value(texture, "wrapT")), WRAP_REPEAT),
         shader=str(texture.GetPath()),
@@ -132,23 +161,11 @@ def texture_file(network: Network, shader: UsdShade.Shader, name: str) -> str:
     if attribute is None:
         return ""
     authored, file = images.asset_file(attribute)
-    if "<UDIM>" in authored:
-        file = _first_tile(attribute, authored)
-        network.warn(
-            shader, f"UDIM textures are not supported; tile 1001 of {authored} covers all. Merge the tiles into one."
-        )
     if authored and not file:
         network.warn(
             shader, f"inputs:{name} names {authored}, which does not exist; the fallback is used. Correct the path."
         )
     return file
-
-
-def _first_tile(attribute: Usd.Attribute, authored: str) -> str:
-    stack = attribute.GetPropertyStack()
-    tile = authored.replace("<UDIM>", "1001")
-    anchored = Sdf.ComputeAssetPathRelativeToLayer(stack[0].layer, tile) if stack else tile
-    return Ar.GetResolver().Resolve(anchored).GetPathString()
 
 
 def _colour_space(network: Network, texture: UsdShade.Shader) -> str:
@@ -159,14 +176,15 @@ def _colour_space(network: Network, texture: UsdShade.Shader) -> str:
     return COLOUR_SPACES.get(str(authored or "auto"), "auto")
 
 
-def _note_coordinates(network: Network, texture: UsdShade.Shader) -> None:
+def _coordinates(network: Network, texture: UsdShade.Shader) -> UvTransform:
+    """The texture's own transform; the primvar is noted, since all of a material share one."""
     transform = UvTransform()
     reader = network.source(texture, "st").shader
     if reader is not None and shader_id(reader) == "UsdTransform2d":
-        transform = UvTransform(
-            scale=network.floats(reader, "scale", (1.0, 1.0)),
-            rotation=math.radians(network.number(reader, "rotation", 0.0)),
-            translation=network.floats(reader, "translation", (0.0, 0.0)),
+        transform = UvTransform.of(
+            network.floats(reader, "scale", (1.0, 1.0)),
+            math.radians(network.number(reader, "rotation", 0.0)),
+            network.floats(reader, "translation", (0.0, 0.0)),
         )
         reader = network.source(reader, "in").shader
     primvar = "st"
@@ -176,11 +194,12 @@ def _note_coordinates(network: Network, texture: UsdShade.Shader) -> None:
         network.warn(
             reader, f"shader '{shader_id(reader)}' as texture coordinates is not supported; primvars:st is used."
         )
-    network.use_uv(texture, primvar.removeprefix("primvars:"), transform)
+    network.use_uv(texture, primvar.removeprefix("primvars:"))
+    return transform
 
 
 def _normal(network: Network, surface: UsdShade.Shader) -> TextureUse | None:
-    """Normal maps are never sRGB, whatever the colour space says; scale and bias other than 2, -1 are baked."""
+    """Normal maps are never sRGB, whatever the colour space says; its scale and bias are usually 2, -1."""
     source = network.source(surface, "normal")
     if source.shader is None:
         return None
@@ -196,7 +215,7 @@ def _normal(network: Network, surface: UsdShade.Shader) -> TextureUse | None:
     bias = network.floats(source.shader, "bias", (-1.0, -1.0, -1.0, 0.0))
     if scale[:3] == ONES[:3] and bias[:3] == ZEROS[:3]:  # left at the fallback: a normal map all the same
         scale, bias = (2.0, 2.0, 2.0, 1.0), (-1.0, -1.0, -1.0, 0.0)
-    # The kernel reads texel * 2 - 1, so what is stored is (normal + 1) / 2.
-    baked_scale = (*(s / 2.0 for s in scale[:3]), 1.0)
-    baked_bias = (*((b + 1.0) / 2.0 for b in bias[:3]), 0.0)
-    return TextureUse(**{**use.__dict__, "colour_space": "raw", "scale": baked_scale, "bias": baked_bias})
+    # The kernel reads value * 2 - 1, so what it looks up is (normal + 1) / 2.
+    halved = (*(s / 2.0 for s in scale[:3]), 1.0)
+    raised = (*((b + 1.0) / 2.0 for b in bias[:3]), 0.0)
+    return replace(use, colour_space="raw", scale=halved, bias=raised, beyond=(0.5, 0.5, 1.0, 1.0))

@@ -8,6 +8,7 @@ units, angles radians, colours linear Rec.709, light in nits (cd/m²). Matrices 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -24,6 +25,7 @@ LIGHT_MESH = 6
 NO_PATTERN = NO_RULES = -1
 
 WRAP_REPEAT, WRAP_CLAMP, WRAP_MIRROR, WRAP_BLACK = range(4)
+TEXELS_SRGB, TEXELS_RAW, TEXELS_SHORT, TEXELS_HALF = range(4)
 
 MATERIAL = np.dtype(
     [
@@ -38,23 +40,26 @@ MATERIAL = np.dtype(
         ("roughness_texture", "i4"),
         ("roughness_channel", "i4"),
         ("specular", "f4", 3),  # reflectance at normal incidence of the dielectric part
+        ("specular_texture", "i4"),
         ("opacity", "f4"),
         ("opacity_texture", "i4"),
         ("opacity_channel", "i4"),
         ("opacity_threshold", "f4"),  # > 0: cut-out; 0: stochastic transparency
         ("transmission", "f4"),  # share of what is not mirrored that goes through, as through glass
         ("ior", "f4"),  # index of refraction of the glass
-        ("thin", "i4"),  # 1 = a pane: nothing is bent
+        ("thin", "i4"),  # 1 = a pane: nothing is bent; 2 = nor blurred or tinted
         ("emission", "f4", 3),  # nits
         ("emission_texture", "i4"),
         ("normal_texture", "i4"),  # tangent space; texel * 2 - 1
         ("normal_scale", "f4"),
+        ("detail_texture", "i4"),  # a second normal map, whose slopes are added
+        ("detail_scale", "f4"),
         ("clearcoat", "f4"),
+        ("clearcoat_texture", "i4"),
+        ("clearcoat_channel", "i4"),
         ("clearcoat_roughness", "f4"),
-        # uv' = rotate(uv * uv_scale, uv_rotation) + uv_translation, as UsdTransform2d
-        ("uv_scale", "f4", 2),
-        ("uv_rotation", "f4"),
-        ("uv_translation", "f4", 2),
+        ("clearcoat_roughness_texture", "i4"),
+        ("clearcoat_roughness_channel", "i4"),
     ],
     align=True,
 )
@@ -114,14 +119,39 @@ class LightRules:
     shadow_gamma: float = 1.0
 
 
+class UvTransform(NamedTuple):
+    """Texture coordinates of an image, (u, v, 1) of the surface times each row."""
+
+    u_row: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    v_row: tuple[float, float, float] = (0.0, 1.0, 0.0)
+
+    @classmethod
+    def of(cls, scale: Sequence[float], rotation: float, translation: Sequence[float]) -> UvTransform:
+        """As UsdTransform2d: scale, then rotation [radians, counter-clockwise], then translation."""
+        cos, sin = math.cos(rotation), math.sin(rotation)
+        return cls((cos * scale[0], -sin * scale[1], translation[0]), (sin * scale[0], cos * scale[1], translation[1]))
+
+
+AS_IT_IS = UvTransform()
+
+
 class Texture(NamedTuple):
-    """One image: (H, W, 4) uint8, row 0 at v = 1 (the top), straight alpha."""
+    """How one image is looked up.
+
+    `texels` are (H, W, 4) uint8, uint16 or float16, row 0 at v = 1 (the top), straight alpha. What is read is their
+    linear value times `scale` plus `bias`. With `tiles`, (place, texture) where place = 10 row + column (UDIM - 1001),
+    the image is what lies beyond them.
+    """
 
     path: str
     texels: np.ndarray
-    srgb: bool
+    srgb: bool  # of uint8 texels alone
     wrap_s: int
     wrap_t: int
+    transform: UvTransform = AS_IT_IS
+    scale: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
+    bias: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    tiles: tuple[tuple[int, Texture], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from pxr import Sdf, Usd, UsdShade
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg import errors
 
@@ -27,13 +28,12 @@ class Input:
     missing: tuple[float, ...] | None = None
 
 
-@dataclass(frozen=True)
-class UvTransform:
-    """As UsdTransform2d: scale, then rotation [radians, counter-clockwise], then translation."""
+class FromGprim(NamedTuple):
+    """An input of a material that is a primvar of the gprim."""
 
-    scale: tuple[float, float] = (1.0, 1.0)
-    rotation: float = 0.0
-    translation: tuple[float, float] = (0.0, 0.0)
+    field: str  # of Material
+    primvar: str
+    fallback: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -49,23 +49,49 @@ class Material:
     opacity_threshold: float = 0.0
     transmission: float = 0.0  # 1 = glass
     ior: float = 1.5  # of the glass
-    thin: bool = False  # a pane: light goes straight through
+    thin: int = 0  # 1 = a pane: light goes straight through; 2 = neither blurred nor tinted
     emission: Input = Input((0.0, 0.0, 0.0))
     normal: TextureUse | None = None
     normal_scale: float = 1.0
+    detail: TextureUse | None = None  # a second normal map, whose slopes are added
+    detail_scale: float = 1.0
     clearcoat: Input = Input((0.0,))
     clearcoat_roughness: Input = Input((0.01,))
-    uv: UvTransform = UvTransform()
     uv_primvar: str = ""
     colour_from_gprim: bool = False  # base colour is the gprim's displayColor
+    from_gprim: tuple[FromGprim, ...] = ()
 
     def textures(self) -> list[TextureUse]:
         inputs = (self.base_color, self.metallic, self.roughness, self.specular, self.opacity, self.emission)
         inputs += (self.clearcoat, self.clearcoat_roughness)
-        return [use for use in (*(i.texture for i in inputs), self.normal) if use is not None]
+        return [use for use in (*(i.texture for i in inputs), self.normal, self.detail) if use is not None]
+
+    def of_gprim(self, prim: Usd.Prim, time: Usd.TimeCode) -> Material:
+        """The material with the values of the gprim's primvars; those that vary over it are replaced by their mean."""
+        found = {each.field: Input(_primvar(prim, each, time)) for each in self.from_gprim}
+        return replace(self, from_gprim=(), **found)
 
     def with_base_color(self, colour: tuple[float, ...]) -> Material:
         return replace(self, base_color=Input(colour))
+
+
+def _primvar(prim: Usd.Prim, wanted: FromGprim, time: Usd.TimeCode) -> tuple[float, ...]:
+    primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(wanted.primvar)
+    value = primvar.Get(time) if primvar else None
+    width = len(wanted.fallback)
+    try:
+        array = np.atleast_1d(np.asarray(value, np.float64))
+        array = array.reshape(-1, width if array.size % width == 0 else 1)
+    except (TypeError, ValueError):
+        return wanted.fallback
+    if not array.size or not np.isfinite(array).all():
+        return wanted.fallback
+    if (array != array[0]).any():
+        errors.warn_once(
+            f"{prim.GetPath()}: primvars:{wanted.primvar} varies over the gprim; as {wanted.field} of its material its "
+            f"mean is used. Only displayColor as diffuseColor may vary."
+        )
+    return tuple(np.broadcast_to(array.mean(axis=0), width).tolist())
 
 
 class Source(NamedTuple):
@@ -85,9 +111,9 @@ class Network:
 
     material: Usd.Prim
     visited: set[Sdf.Path] = field(default_factory=set)
-    uv: UvTransform | None = None
     uv_primvar: str | None = None
     colour_from_gprim: bool = False
+    from_gprim: list[FromGprim] = field(default_factory=list)
     _inputs: dict[Sdf.Path, dict[str, UsdShade.Input]] = field(default_factory=dict)
 
     def connected(self, shader: UsdShade.Shader) -> list[str]:
@@ -146,15 +172,15 @@ class Network:
             return default
         return numbers[: len(default)]
 
-    def use_uv(self, shader: UsdShade.Shader, primvar: str, transform: UvTransform) -> None:
-        """Note how a texture is looked up; a material has one set of texture coordinates."""
-        if self.uv is None:
-            self.uv, self.uv_primvar = transform, primvar
-        elif (self.uv, self.uv_primvar) != (transform, primvar):
+    def use_uv(self, shader: UsdShade.Shader, primvar: str) -> None:
+        """Note which coordinates a texture is looked up by; a material has one set of them."""
+        if self.uv_primvar is None:
+            self.uv_primvar = primvar
+        elif self.uv_primvar != primvar:
             self.warn(
                 shader,
-                f"this texture has other coordinates than the rest of the material {self.material.GetPath()}, whose "
-                f"first texture's are used for all. Give them the same UsdPrimvarReader and UsdTransform2d.",
+                f"this texture asks for primvars:{primvar}, others of {self.material.GetPath()} for "
+                f"primvars:{self.uv_primvar}, which is used for all. Give them the same texture coordinates.",
             )
 
 

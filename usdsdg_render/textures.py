@@ -1,4 +1,8 @@
-"""Texture files to the 8-bit RGBA that the kernels read, decoded once and shared."""
+"""Texture files to the texels that the kernels read, decoded once and shared.
+
+Colours are kept in eight sRGB-coded bits, data in as many as the file has (8 or 16), and what does not fit either, such
+as light brighter than one, in half floats.
+"""
 
 from __future__ import annotations
 
@@ -7,51 +11,78 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from usdsdg import errors
 
 from . import images
-from .scene import WRAP_REPEAT, Texture
+from .scene import AS_IT_IS, WRAP_CLAMP, WRAP_REPEAT, Texture, UvTransform
 
 Progress = Callable[[str, int, int | None], None]
 ONES = (1.0, 1.0, 1.0, 1.0)
 ZEROS = (0.0, 0.0, 0.0, 0.0)
 # Decoded textures that no material uses any more are kept up to this size, for scripts that swap textures.
 IDLE_BYTES = 1 << 30
+MOST_HALF = 65504.0
 
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 
+class Decoding(NamedTuple):
+    """What decides the texels of a use."""
+
+    file: str
+    colour_space: str
+    colour: bool
+    desaturation: float
+    spread: int
+
+
 @dataclass(frozen=True)
 class TextureUse:
-    """How a shader looks at a file; equal uses share one `Texture`.
+    """How a shader looks at a file; equal uses share one `Texture`, and those that differ in the last lines alone its
+    texels.
 
-    Where `scale`, `bias` or `desaturation` differ from nothing they are baked into the texels: in linear values,
-    `clamp(texel * scale + bias, 0, 1)`.
+    What is read is the linear texel, desaturated, times `scale` plus `bias`.
     """
 
-    file: str  # resolved
+    file: str  # resolved; with <UDIM> for a set of tiles
     colour_space: str = "auto"  # auto | sRGB | raw
     colour: bool = True  # a colour for the eye (8 bits are then sRGB-coded), not data
+    desaturation: float = 0.0
+    spread: int = -1  # the channel (0-3) that stands for all of a colour; -1 = none
     wrap_s: int = WRAP_REPEAT
     wrap_t: int = WRAP_REPEAT
+    transform: UvTransform = AS_IT_IS
     scale: tuple[float, ...] = ONES
     bias: tuple[float, ...] = ZEROS
-    desaturation: float = 0.0
+    beyond: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0)  # where a set of tiles has none
     shader: str = field(default="", compare=False)  # prim path, for messages
 
     @property
-    def is_baked(self) -> bool:
-        return self.scale != ONES or self.bias != ZEROS or self.desaturation != 0.0
+    def decoding(self) -> Decoding:
+        return Decoding(self.file, self.colour_space, self.colour, self.desaturation, self.spread)
+
+
+class Tile(NamedTuple):
+    """Decoded texels; those of a single picture have the place 0."""
+
+    place: int
+    texels: np.ndarray
+    srgb: bool
+
+
+_Key = tuple[Decoding, tuple[int, int]]
 
 
 class TexturePool:
-    """Decoded textures by (use, file time stamp)."""
+    """Decoded texels by (what decides them, file time stamp), and the textures that look at them."""
 
     def __init__(self) -> None:
-        self._textures: OrderedDict[tuple[TextureUse, tuple[int, int]], Texture | None] = OrderedDict()
+        self._decoded: OrderedDict[_Key, list[Tile] | None] = OrderedDict()
+        self._kept: dict[TextureUse, Texture] = {}
         self._table: list[Texture] = []
 
     def load(
@@ -62,95 +93,132 @@ class TexturePool:
         A file that cannot be read is missing from the result, with one warning. Textures keep their order, idle ones
         too until they are too large.
         """
-        keys = {use: (use, images.modified(use.file)) for use in uses}
-        by_file: dict[str, list[TextureUse]] = {}
+        uses = list(uses)
+        self._kept = {use: self._kept[use] for use in uses if use in self._kept}
+        keys = {use: (use.decoding, images.modified(use.file)) for use in uses if use not in self._kept}
+        by_file: dict[str, dict[_Key, TextureUse]] = {}
         for use, key in keys.items():
-            if key not in self._textures:
-                by_file.setdefault(use.file, []).append(use)
+            if key not in self._decoded:
+                by_file.setdefault(use.file, {}).setdefault(key, use)
         if by_file:
-            self._decode(by_file, keys, progress)
+            self._decode(list(by_file.values()), progress)
         for key in keys.values():
-            self._textures.move_to_end(key)
+            self._decoded.move_to_end(key)
         self._forget_idle(set(keys.values()))
-        place_of = self._arrange()
-        textures = {use: self._textures[key] for use, key in keys.items()}
-        return self._table, {use: place_of[_same(t)] for use, t in textures.items() if t is not None}
+        textures = dict(self._kept)
+        for use, key in keys.items():
+            tiles = self._decoded[key]
+            if tiles is not None:
+                textures[use] = _texture(use, tiles)
+        place_of = self._arrange(textures.values())
+        return self._table, {use: place_of[_same(texture)] for use, texture in textures.items()}
 
     def keep(self, use: TextureUse, texture: Texture) -> None:
-        """Hold a texture that no file has."""
-        self._textures[use, images.modified(use.file)] = texture
+        """Hold a texture that no file has, for as long as every `load` asks for it."""
+        self._kept[use] = texture
 
-    def _arrange(self) -> dict[tuple, int]:
-        """Put each different texture into the table once; where each is."""
-        present = {_same(texture): texture for texture in self._textures.values() if texture is not None}
+    def _arrange(self, textures: Iterable[Texture]) -> dict[tuple, int]:
+        """Put each different texture into the table once; where each is.
+
+        Idle ones stay while their texels are held, unless something else looks at those now.
+        """
+        present = {_same(texture): texture for texture in textures}
         listed = {_same(texture) for texture in self._table}
-        kept = [texture for texture in self._table if _same(texture) in present]
+        seen = {id(texels) for texture in present.values() for texels in _texels(texture)}
+        idle = {id(tile.texels) for tiles in self._decoded.values() for tile in tiles or ()} - seen
+        kept = [
+            texture
+            for texture in self._table
+            if _same(texture) in present or all(id(texels) in idle for texels in _texels(texture))
+        ]
         new = [texture for same, texture in present.items() if same not in listed]
         if new or len(kept) != len(self._table):
-            self._table = kept + sorted(
-                new, key=lambda texture: (texture.path, texture.srgb, texture.wrap_s, texture.wrap_t)
-            )
+            self._table = kept + sorted(new, key=lambda texture: (texture.path, *_look(texture)))
         return {_same(texture): k for k, texture in enumerate(self._table)}
 
-    def _decode(self, by_file, keys, progress: Progress | None) -> None:
-        with ThreadPoolExecutor(min(len(by_file), os.cpu_count() or 1)) as pool:
-            for done, (uses, result) in enumerate(zip(by_file.values(), pool.map(_textures_of, by_file.values()))):
+    def _decode(self, files: list[dict[_Key, TextureUse]], progress: Progress | None) -> None:
+        with ThreadPoolExecutor(min(len(files), os.cpu_count() or 1)) as pool:
+            results = pool.map(_tiles_of, [list(file.values()) for file in files])
+            for done, (file, result) in enumerate(zip(files, results)):
                 if isinstance(result, errors.AssetUnreadable):
-                    errors.warn_once(
-                        f"{uses[0].shader}: the texture cannot be read ({result}); the fallback colour is used."
-                    )
-                    result = [None] * len(uses)
-                for use, texture in zip(uses, result):
-                    self._textures[keys[use]] = texture
+                    shader = next(iter(file.values())).shader
+                    errors.warn_once(f"{shader}: the texture cannot be read ({result}); the fallback colour is used.")
+                    result = [None] * len(file)
+                for key, tiles in zip(file, result):
+                    self._decoded[key] = tiles
                 if progress is not None:
-                    progress("textures", done + 1, len(by_file))
+                    progress("textures", done + 1, len(files))
 
-    def _forget_idle(self, used: set) -> None:
-        idle = [key for key in self._textures if key not in used]
-        size = sum(_size(self._textures[key]) for key in idle)
+    def _forget_idle(self, used: set[_Key]) -> None:
+        idle = [key for key in self._decoded if key not in used]
+        size = sum(_size(self._decoded[key]) for key in idle)
         for key in idle:  # least recently used first
             if size <= IDLE_BYTES:
                 break
-            size -= _size(self._textures.pop(key))
+            size -= _size(self._decoded.pop(key))
 
 
 def _same(texture: Texture) -> tuple:
-    """Two uses that need no baking share their texels."""
-    return id(texture.texels), texture.srgb, texture.wrap_s, texture.wrap_t
+    """Equal uses share their record."""
+    return *map(id, _texels(texture)), *_look(texture)
 
 
-def _size(texture: Texture | None) -> int:
-    return texture.texels.nbytes if texture is not None else 0
+def _texels(texture: Texture) -> list[np.ndarray]:
+    return [tile.texels for _, tile in texture.tiles] if texture.tiles else [texture.texels]
 
 
-def _textures_of(uses: list[TextureUse]) -> list[Texture] | errors.AssetUnreadable:
-    """Textures of several uses of one file; runs on a worker thread, so an error is returned, not raised."""
+def _look(texture: Texture) -> tuple:
+    first = texture.tiles[0][1] if texture.tiles else texture
+    beyond = tuple(map(float, texture.texels[0, 0])) if texture.tiles else ()
+    return first.srgb, first.wrap_s, first.wrap_t, texture.transform, first.scale, first.bias, beyond
+
+
+def _size(tiles: list[Tile] | None) -> int:
+    return sum(tile.texels.nbytes for tile in tiles or ())
+
+
+def _tiles_of(uses: list[TextureUse]) -> list[list[Tile]] | errors.AssetUnreadable:
+    """Texels of several uses of one file; runs on a worker thread, so an error is returned, not raised."""
     try:
-        picture = images.read(uses[0].file)
+        pictures = [(place, images.read(file)) for place, file in images.tiles(uses[0].file)]
     except errors.AssetUnreadable as error:
         return error
-    return [to_texture(picture, use) for use in uses]
+    return [[Tile(place, *to_texels(picture, use)) for place, picture in pictures] for use in uses]
 
 
-def to_texture(picture: images.Picture, use: TextureUse) -> Texture:
-    """8-bit texels of `picture` as `use` looks at it."""
+def _texture(use: TextureUse, tiles: list[Tile]) -> Texture:
+    if "<UDIM>" not in use.file:
+        _, texels, srgb = tiles[0]
+        return Texture(use.file, texels, srgb, use.wrap_s, use.wrap_t, use.transform, use.scale, use.bias)
+    parts = tuple(
+        (place, Texture(use.file, texels, srgb, WRAP_CLAMP, WRAP_CLAMP, scale=use.scale, bias=use.bias))
+        for place, texels, srgb in tiles
+    )
+    beyond = np.array(use.beyond, np.float16).reshape(1, 1, 4)
+    return Texture(use.file, beyond, False, WRAP_CLAMP, WRAP_CLAMP, use.transform, tiles=parts)
+
+
+def to_texels(picture: images.Picture, use: TextureUse) -> tuple[np.ndarray, bool]:
+    """(H, W, 4) texels of `picture` as `use` looks at it, and whether they are sRGB-coded."""
     srgb = is_srgb(picture, use)
     texels = picture.texels
-    if texels.dtype == np.uint8 and not use.is_baked:
-        return _texture(use, texels, srgb)
+    if use.spread >= 0:
+        srgb = srgb and use.spread != 3  # alpha is never coded
+        texels = np.concatenate([np.repeat(texels[..., use.spread, None], 3, axis=-1), texels[..., 3:]], axis=-1)
     if texels.dtype == np.uint8 and not use.desaturation:
-        return _texture(use, _bake_by_table(texels, srgb, use), srgb)
+        return np.ascontiguousarray(texels), srgb
+    if texels.dtype == np.uint16 and not (use.colour or srgb):
+        return np.ascontiguousarray(texels), False
     linear = _linear(texels, srgb)
     if use.desaturation:
         grey = linear[..., :3] @ _LUMINANCE
         linear[..., :3] += use.desaturation * (grey[..., None] - linear[..., :3])
-    linear = linear * np.array(use.scale, np.float32) + np.array(use.bias, np.float32)
-    # Eight linear bits would band in the dark, so a colour is stored sRGB-coded whatever it was.
-    return _texture(use, _to_bytes(linear, srgb or use.colour), srgb or use.colour)
-
-
-def _texture(use: TextureUse, texels: np.ndarray, srgb: bool) -> Texture:
-    return Texture(use.file, np.ascontiguousarray(texels), srgb, use.wrap_s, use.wrap_t)
+    if texels.dtype == np.uint16 and not use.colour:
+        return np.round(linear * 65535.0).astype(np.uint16), False
+    if use.colour and linear.min(initial=0.0) >= 0.0 and linear.max(initial=0.0) <= 1.0:
+        # Eight linear bits would band in the dark, so a colour is stored sRGB-coded whatever it was.
+        return _to_bytes(linear), True
+    return linear.astype(np.float16), False
 
 
 def is_srgb(picture: images.Picture, use: TextureUse) -> bool:
@@ -171,7 +239,8 @@ def linear_to_srgb(values: np.ndarray) -> np.ndarray:
 
 def _linear(texels: np.ndarray, srgb: bool) -> np.ndarray:
     if texels.dtype.kind == "f":
-        linear = np.nan_to_num(texels.astype(np.float32), nan=0.0, posinf=1.0, neginf=0.0)
+        linear = np.nan_to_num(texels.astype(np.float32), nan=0.0, posinf=MOST_HALF, neginf=-MOST_HALF)
+        linear = np.clip(linear, -MOST_HALF, MOST_HALF)
     else:
         linear = texels.astype(np.float32) / np.iinfo(texels.dtype).max
     if srgb:
@@ -179,16 +248,7 @@ def _linear(texels: np.ndarray, srgb: bool) -> np.ndarray:
     return linear
 
 
-def _to_bytes(linear: np.ndarray, srgb: bool) -> np.ndarray:
+def _to_bytes(linear: np.ndarray) -> np.ndarray:
     values = np.clip(linear, 0.0, 1.0)
-    if srgb:
-        values[..., :3] = linear_to_srgb(values[..., :3])
+    values[..., :3] = linear_to_srgb(values[..., :3])
     return np.round(values * 255.0).astype(np.uint8)
-
-
-def _bake_by_table(texels: np.ndarray, srgb: bool, use: TextureUse) -> np.ndarray:
-    """Scale and bias of 8-bit texels: 256 values a channel instead of all texels."""
-    ramp = np.repeat(np.arange(256, dtype=np.uint8)[:, None], 4, axis=1)[None]
-    linear = _linear(ramp, srgb) * np.array(use.scale, np.float32) + np.array(use.bias, np.float32)
-    table = _to_bytes(linear, srgb)[0]
-    return np.stack([table[:, k][texels[..., k]] for k in range(4)], axis=-1)

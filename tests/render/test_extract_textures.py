@@ -9,7 +9,7 @@ from PIL import Image
 
 from usdsdg import errors
 from usdsdg_render import images
-from usdsdg_render.scene import WRAP_CLAMP
+from usdsdg_render.scene import WRAP_CLAMP, UvTransform
 from usdsdg_render.textures import TexturePool, TextureUse, linear_to_srgb, srgb_to_linear
 
 RED = (200, 100, 50)
@@ -25,15 +25,21 @@ def texture(path, **options):
     return table[next(iter(places.values()))]
 
 
+def seen(loaded):
+    """(N, 4) linear values that a texture shows, texel by texel."""
+    most = {"uint8": 255.0, "uint16": 65535.0, "float16": 1.0}[loaded.texels.dtype.name]
+    values = loaded.texels.reshape(-1, 4) / np.float64(most)
+    if loaded.srgb:
+        values[:, :3] = srgb_to_linear(values[:, :3])
+    return np.maximum(values * loaded.scale + loaded.bias, 0.0)
+
+
 def flat(path, **options):
     """The one colour of a flat texture, linear, and whether it is stored sRGB-coded."""
     loaded = texture(path, **options)
-    texels = loaded.texels.reshape(-1, 4)
-    np.testing.assert_array_equal(texels, np.broadcast_to(texels[0], texels.shape))
-    values = texels[0] / 255.0
-    if loaded.srgb:
-        values[:3] = srgb_to_linear(values[:3])
-    return values, loaded.srgb
+    values = seen(loaded)
+    np.testing.assert_array_equal(values, np.broadcast_to(values[0], values.shape))
+    return values[0], loaded.srgb
 
 
 def test_srgb_curve_is_the_standard_one_and_its_inverse():
@@ -93,8 +99,8 @@ def test_sixteen_bit_grey(space, tmp_path):
     expected = srgb_to_linear(np.array(stored)) if space == "sRGB" else stored
     np.testing.assert_allclose(values[:3], expected, rtol=0.02)
     data, coded = flat(path, colour_space=space, colour=False)
-    np.testing.assert_allclose(data[:3], expected, atol=0.002)
-    assert coded is (space == "sRGB")
+    np.testing.assert_allclose(data[:3], expected, atol=1e-5)
+    assert not coded, "data keeps its sixteen bits"
 
 
 def test_sixteen_bit_colour_pngs_keep_their_high_bytes(tmp_path):
@@ -122,7 +128,7 @@ def test_float_pictures_are_linear_whatever_their_file(tmp_path):
 def test_radiance_pictures_serve_as_textures(tmp_path):
     (tmp_path / "a.hdr").write_bytes(b"#?RADIANCE\n\n-Y 1 +X 1\n" + bytes([64, 32, 255, 129]))
     values, _ = flat(tmp_path / "a.hdr")
-    np.testing.assert_allclose(values[:3], [0.5, 0.25, 1.0], atol=0.01)
+    np.testing.assert_allclose(values[:3], [0.5, 0.25, 255 / 128], rtol=1e-3)
 
 
 @pytest.mark.parametrize("space", ["raw", "sRGB"])
@@ -156,7 +162,9 @@ def test_equal_uses_share_and_the_table_keeps_its_order(tmp_path):
     again, more = pool.load([TextureUse(b), data])
     assert again[0] is table[0]
     assert more[data] == places[data]
-    assert len(again) == 3, "idle textures stay while they are small"
+    assert len(again) == 2, "another look at the same texels is replaced"
+    last, _ = pool.load([TextureUse(b)])
+    assert last[0] is table[0], "idle textures stay while they are small"
 
 
 def test_a_rewritten_file_is_read_again(tmp_path):
@@ -205,3 +213,45 @@ def test_progress_counts_files(tmp_path):
     uses = [TextureUse(save(tmp_path / f"{k}.png", np.zeros((2, 2, 3), np.uint8))) for k in range(3)]
     TexturePool().load(uses, lambda *step: calls.append(step))
     assert calls == [("textures", 1, 3), ("textures", 2, 3), ("textures", 3, 3)]
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.5])
+def test_another_transform_decodes_nothing_again(turn, tmp_path):
+    path = save(tmp_path / "a.png", np.zeros((2, 2, 3), np.uint8))
+    pool = TexturePool()
+    (before,), _ = pool.load([TextureUse(path)])
+    after, places = pool.load([TextureUse(path, transform=UvTransform.of((2.0, 2.0), turn, (0.1, 0.0)))])
+    (place,) = places.values()
+    assert after[place].texels is before.texels
+    assert len(after) == 1
+
+
+def test_brighter_than_one_and_negative_values_stay(tmp_path):
+    values = np.array([[0.001, -0.5], [12.5, 1e9]], np.float32)
+    Image.fromarray(values).save(tmp_path / "f.tiff")
+    loaded = texture(tmp_path / "f.tiff")
+    assert loaded.texels.dtype == np.float16
+    np.testing.assert_allclose(loaded.texels[..., 0], [[0.001, -0.5], [12.5, 65504.0]], rtol=1e-3)
+
+
+@pytest.mark.parametrize(("channel", "expected"), [(0, 0.2), (1, 0.4), (3, 0.8)])
+def test_one_channel_stands_for_a_colour(channel, expected, tmp_path):
+    path = save(tmp_path / "a.png", np.full((2, 2, 4), (51, 102, 153, 204), np.uint8))
+    values, _ = flat(path, colour_space="raw", spread=channel)
+    np.testing.assert_allclose(values, [expected] * 3 + [0.8], atol=1e-6)
+    coded, _ = flat(path, colour_space="sRGB", spread=channel)
+    linear = expected if channel == 3 else srgb_to_linear(np.array(expected))
+    np.testing.assert_allclose(coded[:3], linear, atol=1e-6)
+
+
+def test_tiles_are_textures_in_one_table(tmp_path):
+    for tile in (1001, 1002, 1013):
+        save(tmp_path / f"t.{tile}.png", np.full((2, 2, 3), tile - 1000, np.uint8))
+    use = TextureUse(f"{tmp_path}/t.<UDIM>.png", "raw", beyond=(0.25, 0.5, 0.75, 1.0))
+    (loaded,), places = TexturePool().load([use])
+    assert places == {use: 0}
+    assert [(place, tile.texels[0, 0, 0]) for place, tile in loaded.tiles] == [(0, 1), (1, 2), (12, 13)]
+    np.testing.assert_array_equal(loaded.texels, [[[0.25, 0.5, 0.75, 1.0]]])
+    stamp = images.modified(use.file)
+    save(tmp_path / "t.1014.png", np.zeros((2, 2, 3), np.uint8))
+    assert images.modified(use.file) != stamp

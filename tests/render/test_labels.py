@@ -9,7 +9,7 @@ from tests.render import scenes
 from tests.render.pictures import radiance, renderer_of
 from usdsdg.errors import RenderError, Unsupported
 from usdsdg_render.aov import AOVS
-from usdsdg_render.scene import NO_INSTANCE, WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, Texture
+from usdsdg_render.scene import NO_INSTANCE, WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, Texture, UvTransform
 
 
 def some_scene() -> scenes.Scene:
@@ -108,7 +108,7 @@ def checker(texels, *, wrap=0, **values):
     texels = np.asarray(texels, np.uint8)
     rgba = np.full((*texels.shape[:2], 4), 255, np.uint8)
     rgba[..., : texels.shape[2]] = texels
-    texture = Texture("checker", rgba, values.pop("srgb", False), wrap, wrap)
+    texture = Texture("checker", rgba, values.pop("srgb", False), wrap, wrap, values.pop("transform", UvTransform()))
     matt = scenes.material(base_texture=0, **values)
     scene = scenes.scene_of([(scenes.square(), scenes.moved(), 0)], materials=[matt], textures=[texture])
     view = scenes.view_from((0, 0, 5), up=(0, 1, 0), size=(64, 64), focal_length=20.0 * 5 / 2)
@@ -141,7 +141,7 @@ def wrapped(index: int, count: int, wrap: int) -> int | None:
 def test_wrap_modes_are_those_of_a_plain_bilinear_look_up(wrap):
     texels = np.random.default_rng(2).integers(0, 256, (3, 4, 3))
     scale, shift = 4.0, -1.6
-    albedo = checker(texels, wrap=wrap, uv_scale=scale, uv_translation=shift)
+    albedo = checker(texels, wrap=wrap, transform=UvTransform.of((scale, scale), 0.0, (shift, shift)))
     for row, column in np.random.default_rng(3).integers(0, 64, (60, 2)):
         u, v = (column + 0.5) / 64 * scale + shift, (63.5 - row) / 64 * scale + shift
         x, y = u * 4 - 0.5, (1 - v) * 3 - 0.5
@@ -156,7 +156,8 @@ def test_wrap_modes_are_those_of_a_plain_bilinear_look_up(wrap):
 
 def test_textures_turn_and_shift_as_uv_transforms_say():
     # UsdTransform2d: a quarter turn takes (u, v) to (-v, u); the shift brings it back into the image.
-    albedo = checker([[RED, GREEN], [BLUE, WHITE]], uv_rotation=np.pi / 2, uv_translation=(1.0, 0.0))
+    turned = UvTransform.of((1.0, 1.0), np.pi / 2, (1.0, 0.0))
+    albedo = checker([[RED, GREEN], [BLUE, WHITE]], transform=turned)
     # The pixel at (u, v) = (0.75, 0.75), upper right, reads (1 - 0.75, 0.75): upper left.
     np.testing.assert_allclose(albedo[16, 47], np.array(RED) / 255, atol=0.05)
     np.testing.assert_allclose(albedo[16, 16], np.array(BLUE) / 255, atol=0.05)

@@ -22,6 +22,9 @@ def flat(material: types.Material, up: wp.vec3):
     surface.base = material.base_color
     surface.metallic = material.metallic
     surface.roughness = material.roughness
+    surface.specular = material.specular
+    surface.clearcoat = material.clearcoat
+    surface.clearcoat_roughness = material.clearcoat_roughness
     return surface
 
 

@@ -5,7 +5,7 @@ import warp as wp
 from usdsdg_render.kernels.camera import camera_ray
 from usdsdg_render.kernels.surface import base_color_at, surface_at
 from usdsdg_render.kernels.types import Camera, SceneTables
-from usdsdg_render.kernels.visibility import BY_THRESHOLD, closest, material_uv, triangle_of
+from usdsdg_render.kernels.visibility import BY_THRESHOLD, closest, triangle_of
 
 
 @wp.struct
@@ -96,7 +96,7 @@ def label_pixels(
             out.position[y, x] = surface.position
         if out.albedo.shape[0] > 0:
             material = tables.materials[surface.material]
-            out.albedo[y, x] = base_color_at(tables, material, material_uv(material, surface.uv))
+            out.albedo[y, x] = base_color_at(tables, material, surface.uv)
     if out.motion_vectors.shape[0] > 0:
         moved = wp.vec2(0.0)
         if past.known[hit.instance] != 0:

@@ -13,6 +13,7 @@ from usdsdg_render.kernels.path_state import luminance
 from usdsdg_render.kernels.surface import Surface
 from usdsdg_render.kernels.trig import cos_sin
 from usdsdg_render.kernels.types import Material
+from usdsdg_render.kernels.visibility import clearness
 
 PI = wp.constant(wp.pi)
 # A mirror is this rough [GGX alpha]: sharper lobes overflow float32.
@@ -65,6 +66,14 @@ def albedo_terms(table: wp.array(dtype=wp.vec2), cos_o: float, alpha: float):
 
 
 @wp.func
+def opaque_share(material: Material):
+    """How much of the diffuse light is left where a path did not go through the material as through glass."""
+    if material.transmission <= 0.0:
+        return 1.0
+    return (1.0 - material.transmission) / wp.max(1.0 - clearness(material), 1.0e-6)
+
+
+@wp.func
 def bsdf_at(
     table: wp.array(dtype=wp.vec2),
     surface: Surface,
@@ -82,19 +91,19 @@ def bsdf_at(
     roughness = wp.clamp(surface.roughness, 0.0, 1.0)
     metallic = wp.clamp(surface.metallic, 0.0, 1.0)
     b.alpha = wp.max(wp.max(roughness * roughness, MIN_ALPHA), least_alpha)
-    b.f0 = material.specular * (1.0 - metallic) + surface.base * metallic
+    b.f0 = surface.specular * (1.0 - metallic) + surface.base * metallic
     # What reflects nothing head on (an index of refraction of 1) reflects nothing at grazing angles either.
     b.f90 = wp.min(1.0, 50.0 * wp.max(wp.max(b.f0[0], b.f0[1]), b.f0[2]))
     terms = albedo_terms(table, b.cos_o, b.alpha)
     multiple = wp.vec3(1.0) + b.f0 * (1.0 / (terms[0] + terms[1]) - 1.0)
     reflected = wp.cw_mul(b.f0 * terms[0] + wp.vec3(b.f90 * terms[1]), multiple)
     b.specular_scale = multiple
-    b.diffuse = wp.cw_mul(surface.base, wp.vec3(1.0) - reflected) * ((1.0 - metallic) * (1.0 - material.transmission))
+    b.diffuse = wp.cw_mul(surface.base, wp.vec3(1.0) - reflected) * ((1.0 - metallic) * opaque_share(material))
     b.coat_alpha = 1.0
     coat_albedo = float(0.0)
-    if material.clearcoat > 0.0:
-        coat_roughness = wp.clamp(material.clearcoat_roughness, 0.0, 1.0)
-        b.coat = wp.min(material.clearcoat, 1.0)
+    if surface.clearcoat > 0.0:
+        coat_roughness = wp.clamp(surface.clearcoat_roughness, 0.0, 1.0)
+        b.coat = wp.min(surface.clearcoat, 1.0)
         b.coat_alpha = wp.max(wp.max(coat_roughness * coat_roughness, MIN_ALPHA), least_alpha)
         coat_terms = albedo_terms(table, b.cos_o, b.coat_alpha)
         coat_albedo = b.coat * (COAT_F0 * coat_terms[0] + coat_terms[1])

@@ -8,7 +8,7 @@ from usdsdg_render.kernels.cdf import invert_cdf
 from usdsdg_render.kernels.light_shapes import LightSample
 from usdsdg_render.kernels.texture import lookup
 from usdsdg_render.kernels.types import Hit, Light, Material, SceneTables
-from usdsdg_render.kernels.visibility import BY_CHANCE, corner_uv, material_uv, opacity_of_hit, triangle_of
+from usdsdg_render.kernels.visibility import BY_CHANCE, corner_uv, opacity_of_hit, triangle_of
 
 MESH = wp.constant(scene.LIGHT_MESH)
 # A shadow ray ends before the point that it goes to, so that its own triangle is not in the way.
@@ -59,7 +59,7 @@ def sample_emitter(tables: SceneTables, light: Light, point: wp.vec3, r: wp.vec2
     s.distance = distance * ALMOST
     s.radiance = material.emission
     if material.emission_texture >= 0:
-        rgba = lookup(tables, material.emission_texture, material_uv(material, corner_uv(triangle, u, v)))
+        rgba = lookup(tables, material.emission_texture, corner_uv(triangle, u, v))
         s.radiance = wp.cw_mul(s.radiance, wp.vec3(rgba[0], rgba[1], rgba[2]))
     if tables.cutouts != 0:
         hit = Hit(t=distance, u=u, v=v, instance=light.instance, triangle=face)

@@ -9,6 +9,7 @@ import warp as wp
 from usdsdg_render.kernels.bsdf import Bsdf, perpendicular, sample_facet, smith_root
 from usdsdg_render.kernels.surface import Surface
 from usdsdg_render.kernels.types import Material
+from usdsdg_render.kernels.visibility import CLEAR
 
 
 @wp.struct
@@ -48,6 +49,11 @@ def through_glass(surface: Surface, material: Material, b: Bsdf, number: float, 
         # Between the two faces of a pane light is mirrored to and fro.
         share = 2.0 * share / (1.0 + share)
     side = float(1.0)
+    if number >= share and material.thin == CLEAR:
+        ray.crossed = 1
+        ray.direction = -b.wo
+        ray.weight = wp.vec3(1.0)
+        return ray
     if number < share:
         ray.direction = mirrored
         ray.weight = wp.vec3(1.0)

@@ -8,7 +8,7 @@ import warp as wp
 from usdsdg_render.kernels.camera import camera_ray
 from usdsdg_render.kernels.surface import bumped, surface_at, with_material
 from usdsdg_render.kernels.types import Camera, SceneTables
-from usdsdg_render.kernels.visibility import BY_THRESHOLD, closest, material_uv
+from usdsdg_render.kernels.visibility import BY_THRESHOLD, closest
 
 
 @wp.struct
@@ -39,17 +39,16 @@ def label_materials(
         return
     surface = surface_at(tables, hit, ray.direction)
     material = tables.materials[surface.material]
-    uv = material_uv(material, surface.uv)
-    surface = with_material(tables, surface, material, uv)
+    surface = with_material(tables, surface, material)
     if out.bump_normals.shape[0] > 0:
         normal = surface.normal
-        if material.normal_texture >= 0:
-            normal = bumped(tables, hit, surface, material, uv)
+        if material.normal_texture >= 0 or material.detail_texture >= 0:
+            normal = bumped(tables, hit, surface, material)
         out.bump_normals[y, x] = normal
     if out.diffuse.shape[0] > 0:
         out.diffuse[y, x] = surface.base * (1.0 - surface.metallic)
     if out.specular.shape[0] > 0:
-        out.specular[y, x] = material.specular * (1.0 - surface.metallic) + surface.base * surface.metallic
+        out.specular[y, x] = surface.specular * (1.0 - surface.metallic) + surface.base * surface.metallic
     if out.roughness.shape[0] > 0:
         out.roughness[y, x] = surface.roughness
     if out.emission.shape[0] > 0:

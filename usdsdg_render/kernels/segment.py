@@ -39,7 +39,7 @@ from usdsdg_render.kernels.texture import (
     sky_radiance,
 )
 from usdsdg_render.kernels.types import Hit, Material, SceneTables
-from usdsdg_render.kernels.visibility import BY_CHANCE, FAR_AWAY, REFRACTING, closest, material_uv
+from usdsdg_render.kernels.visibility import BY_CHANCE, FAR_AWAY, REFRACTING, closest
 
 # Surfaces with a sharper lobe than this see the sky's picture; rougher ones a coarse one that stays in cache.
 FINE_SKY_ALPHA = wp.constant(0.04)
@@ -194,12 +194,11 @@ def depart(
     d.parts = parts
     surface = surface_at(tables, hit, path.direction)
     material = tables.materials[surface.material]
-    uv = material_uv(material, surface.uv)
-    surface = with_material(tables, surface, material, uv)
+    surface = with_material(tables, surface, material)
     wo = -path.direction
     shading = surface.normal
-    if material.normal_texture >= 0:
-        shading = bumped(tables, hit, surface, material, uv)
+    if material.normal_texture >= 0 or material.detail_texture >= 0:
+        shading = bumped(tables, hit, surface, material)
     bent = facing(shading, surface.horizon, wo)
     bsdf = bsdf_at(tables.albedo_table, surface, material, bent, wo, path.least_alpha)
     most = float(0.0)

@@ -29,6 +29,9 @@ class Surface:
     base: wp.vec3
     metallic: wp.float32
     roughness: wp.float32
+    specular: wp.vec3
+    clearcoat: wp.float32
+    clearcoat_roughness: wp.float32
     emission: wp.vec3
 
 
@@ -92,12 +95,11 @@ def surface_at(tables: SceneTables, hit: Hit, direction: wp.vec3):
 
 
 @wp.func
-def base_color_at(tables: SceneTables, material: Material, uv: wp.vec2):
-    color = material.base_color
-    if material.base_texture >= 0:
-        rgba = lookup(tables, material.base_texture, uv)
-        color = wp.cw_mul(color, wp.vec3(rgba[0], rgba[1], rgba[2]))
-    return color
+def color_at(tables: SceneTables, value: wp.vec3, texture: int, uv: wp.vec2):
+    if texture < 0:
+        return value
+    rgba = lookup(tables, texture, uv)
+    return wp.cw_mul(value, wp.vec3(rgba[0], rgba[1], rgba[2]))
 
 
 @wp.func
@@ -108,23 +110,46 @@ def scalar_at(tables: SceneTables, value: float, texture: int, index: int, uv: w
 
 
 @wp.func
-def with_material(tables: SceneTables, surface: Surface, material: Material, uv: wp.vec2):
+def base_color_at(tables: SceneTables, material: Material, uv: wp.vec2):
+    return color_at(tables, material.base_color, material.base_texture, uv)
+
+
+@wp.func
+def with_material(tables: SceneTables, surface: Surface, material: Material):
     """Add what the material's textures say at this point."""
+    uv = surface.uv
     surface.base = base_color_at(tables, material, uv)
     surface.metallic = scalar_at(tables, material.metallic, material.metallic_texture, material.metallic_channel, uv)
     surface.roughness = scalar_at(
         tables, material.roughness, material.roughness_texture, material.roughness_channel, uv
     )
-    surface.emission = material.emission
-    if material.emission_texture >= 0:
-        rgba = lookup(tables, material.emission_texture, uv)
-        surface.emission = wp.cw_mul(surface.emission, wp.vec3(rgba[0], rgba[1], rgba[2]))
+    surface.specular = color_at(tables, material.specular, material.specular_texture, uv)
+    surface.emission = color_at(tables, material.emission, material.emission_texture, uv)
+    surface.clearcoat = material.clearcoat
+    if material.clearcoat > 0.0:
+        surface.clearcoat = scalar_at(
+            tables, material.clearcoat, material.clearcoat_texture, material.clearcoat_channel, uv
+        )
+        surface.clearcoat_roughness = scalar_at(
+            tables,
+            material.clearcoat_roughness,
+            material.clearcoat_roughness_texture,
+            material.clearcoat_roughness_channel,
+            uv,
+        )
     return surface
 
 
 @wp.func
-def bumped(tables: SceneTables, hit: Hit, surface: Surface, material: Material, uv: wp.vec2):
-    """The normal after the material's normal map; tangents follow the gradients of the mesh's UVs."""
+def tilt_at(tables: SceneTables, texture: int, uv: wp.vec2, scale: float):
+    """What a normal map says, in its tangent space; x and y scaled."""
+    rgba = lookup(tables, texture, uv)
+    return wp.vec3((rgba[0] * 2.0 - 1.0) * scale, (rgba[1] * 2.0 - 1.0) * scale, rgba[2] * 2.0 - 1.0)
+
+
+@wp.func
+def bumped(tables: SceneTables, hit: Hit, surface: Surface, material: Material):
+    """The normal after the material's normal maps; tangents follow the gradients of the mesh's UVs."""
     instance = tables.tree.instances[hit.instance]
     triangle = triangle_of(instance, hit.triangle)
     a = triangle.uv1 - triangle.uv0
@@ -147,11 +172,13 @@ def bumped(tables: SceneTables, hit: Hit, surface: Surface, material: Material, 
     v = wp.cross(n, t)
     if wp.dot(v, along_v) < 0.0:
         v = -v
-    rgba = lookup(tables, material.normal_texture, uv)
-    x = (rgba[0] * 2.0 - 1.0) * material.normal_scale
-    y = (rgba[1] * 2.0 - 1.0) * material.normal_scale
-    z = wp.max(rgba[2] * 2.0 - 1.0, 1.0e-3)
-    return wp.normalize(t * x + v * y + n * z) * side
+    tilt = wp.vec3(0.0, 0.0, 1.0)
+    if material.normal_texture >= 0:
+        tilt = tilt_at(tables, material.normal_texture, surface.uv, material.normal_scale)
+    if material.detail_texture >= 0:
+        detail = tilt_at(tables, material.detail_texture, surface.uv, material.detail_scale)
+        tilt += wp.vec3(detail[0], detail[1], 0.0)
+    return wp.normalize(t * tilt[0] + v * tilt[1] + n * wp.max(tilt[2], 1.0e-3)) * side
 
 
 @wp.func

@@ -1,4 +1,4 @@
-"""Looking up textures and the sky: bilinear, with USD's wrap modes."""
+"""Looking up textures and the sky: bilinear, with USD's wrap modes; textures with a transform each."""
 
 from pathlib import Path
 
@@ -34,7 +34,7 @@ def lookup_texture(
 
 @wp.func
 def lookup(tables: SceneTables, index: int, uv: wp.vec2):
-    """RGBA of a texture at uv, linear, in [0, 1]; v = 1 is the top row."""
+    """RGBA of a texture at a surface's uv, linear, not negative; v = 1 is the top row."""
     return lookup_texture(tables.textures, tables.texel_values, index, uv[0], uv[1])
 
 

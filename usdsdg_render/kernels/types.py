@@ -54,7 +54,7 @@ class Tree:
 
 @wp.struct
 class Material:
-    """A row of `scene.MATERIAL`, with the sine and cosine of the UV rotation."""
+    """A row of `scene.MATERIAL`."""
 
     base_color: wp.vec3
     base_texture: wp.int32
@@ -65,6 +65,7 @@ class Material:
     roughness_texture: wp.int32
     roughness_channel: wp.int32
     specular: wp.vec3
+    specular_texture: wp.int32
     opacity: wp.float32
     opacity_texture: wp.int32
     opacity_channel: wp.int32
@@ -76,23 +77,35 @@ class Material:
     emission_texture: wp.int32
     normal_texture: wp.int32
     normal_scale: wp.float32
+    detail_texture: wp.int32
+    detail_scale: wp.float32
     clearcoat: wp.float32
+    clearcoat_texture: wp.int32
+    clearcoat_channel: wp.int32
     clearcoat_roughness: wp.float32
-    uv_scale: wp.vec2
-    uv_rotation: wp.float32
-    uv_translation: wp.vec2
+    clearcoat_roughness_texture: wp.int32
+    clearcoat_roughness_channel: wp.int32
 
 
 @wp.struct
 class Texture:
-    """One image: texels are little-endian RGBA packed in 32 bits, row 0 at the top."""
+    """How one image is looked up: texels are little-endian RGBA, 8 or 16 bits each, row 0 at the top."""
 
     texels: wp.uint64
     width: wp.int32
     height: wp.int32
+    format: wp.int32  # scene.TEXELS_*
     wrap_s: wp.int32
     wrap_t: wp.int32
-    srgb: wp.int32
+    # In the image's coordinates (u, v, 1) of the surface is (u_row, v_row) times it.
+    u_row: wp.vec3
+    v_row: wp.vec3
+    adjusted: wp.int32  # 1 = texels are scaled and biased
+    scale: wp.vec4
+    bias: wp.vec4
+    # Rows of ten tiles (UDIM), each the index of a texture, and last the one for everywhere else; 0 = one image
+    tiles: wp.uint64
+    tile_rows: wp.int32
 
 
 @wp.struct

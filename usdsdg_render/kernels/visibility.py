@@ -12,6 +12,8 @@ MAX_LAYERS = wp.constant(64)
 # What decides at a surface that is neither opaque nor a cut-out.
 BY_THRESHOLD = wp.constant(0)
 BY_CHANCE = wp.constant(1)
+# A pane of this kind is clear: it bends, blurs and tints nothing.
+CLEAR = wp.constant(2)
 # By chance too, but glass is there: it mirrors or bends what meets it.
 REFRACTING = wp.constant(2)
 
@@ -28,30 +30,21 @@ def corner_uv(triangle: Triangle, u: float, v: float):
 
 
 @wp.func
-def material_uv(material: Material, uv: wp.vec2):
-    """UVs after the material's UsdTransform2d: scale, rotate, translate."""
-    if material.uv_rotation == 0.0:
-        return wp.cw_mul(uv, material.uv_scale) + material.uv_translation
-    s = wp.cw_mul(uv, material.uv_scale)
-    c = wp.cos(material.uv_rotation)
-    n = wp.sin(material.uv_rotation)
-    return wp.vec2(c * s[0] - n * s[1], n * s[0] + c * s[1]) + material.uv_translation
-
-
-@wp.func
 def opacity_at(tables: SceneTables, material: Material, uv: wp.vec2):
     if material.opacity_texture < 0:
         return material.opacity
-    rgba = lookup(tables, material.opacity_texture, material_uv(material, uv))
+    rgba = lookup(tables, material.opacity_texture, uv)
     return material.opacity * channel(rgba, material.opacity_channel)
 
 
 @wp.func
 def clearness(material: Material):
     """Share of light that goes straight through glass, where it is not bent: past both of its faces' reflections."""
+    share = material.transmission * (1.0 - material.specular[0])
+    if material.thin == CLEAR:
+        return share
     c = material.base_color
-    f0 = material.specular[0]
-    return material.transmission * (1.0 - f0) * (0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2])
+    return share * (0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2])
 
 
 @wp.func
