@@ -154,11 +154,11 @@ class DeviceScene:
         """Put the instances somewhere, (N, 4, 4) as in `Instances`: where the scene has them, or between."""
         rows = self._rows
         matrices, solid = _invertible(local_to_world, scene.instances.paths)
-        inverse = np.linalg.inv(matrices)
+        inverse = np.linalg.inv(matrices[:, :3, :3])
         # Rows times matrix on the host, matrix times column in kernels.
         rows["local_to_world"] = matrices[:, :3, :3].transpose(0, 2, 1)
         rows["world_origin"] = matrices[:, 3, :3]
-        rows["world_to_local"] = inverse[:, :3, :3].transpose(0, 2, 1)
+        rows["world_to_local"] = inverse.transpose(0, 2, 1)
         self.placed = solid & self._filled
         self.lower, self.upper = _world_boxes(*self._local_boxes, matrices)
         tree = self.tables.tree

@@ -15,6 +15,8 @@ from usdsdg_render.kernels.segment import arrive, connected, depart, next_hit
 from usdsdg_render.kernels.types import Camera, Hit, SceneTables
 from usdsdg_render.kernels.visibility import transmitted
 
+BAND = wp.constant(4)
+
 # The threads of a warp take their places together. On a CPU, for tests, there is one thread.
 _TAKE_PLACE = """
 #if defined(__CUDA_ARCH__)
@@ -62,11 +64,20 @@ class Place:
 
 
 @wp.func
+def pixel_at(camera: Camera, number: int):
+    """(x, y) of a pixel by its number: along columns of bands of four rows, so that a warp looks one way."""
+    band = number // (BAND * camera.width)
+    rows = wp.min(BAND, camera.height - BAND * band)
+    inside = number - BAND * band * camera.width
+    return wp.vec2i(inside // rows, BAND * band + inside % rows)
+
+
+@wp.func
 def place_of(wave: Wave, options: PathOptions, camera: Camera, number: int):
-    pixel = wave.first_pixel + number % wave.pixels
+    pixel = pixel_at(camera, wave.first_pixel + number % wave.pixels)
     place = Place()
-    place.x = pixel % camera.width
-    place.y = pixel // camera.width
+    place.x = pixel[0]
+    place.y = pixel[1]
     place.seed = pixel_seed(options.seed, options.frame, place.x, place.y)
     place.index = wp.uint32(options.first_sample + number // wave.pixels)
     return place
@@ -158,9 +169,9 @@ def connect(tables: SceneTables, wave: Wave, step: int):
 @wp.kernel(enable_backward=False)
 def gather(options: PathOptions, camera: Camera, wave: Wave, film: FilmArrays):
     i = wp.tid()
-    pixel = wave.first_pixel + i
-    x = pixel % camera.width
-    y = pixel // camera.width
+    pixel = pixel_at(camera, wave.first_pixel + i)
+    x = pixel[0]
+    y = pixel[1]
     sums = load_pixel(film, options, y, x)
     for k in range(wave.samples):
         number = k * wave.pixels + i

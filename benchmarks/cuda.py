@@ -1,0 +1,145 @@
+"""The renderer on CUDA: rays, paths, labels and updates of the benchmark scene, and whether both devices agree.
+
+    python -m benchmarks.cuda [--device cuda:0] [--rounds 5]
+
+Seconds are those of the clock around work that is waited for, medians of the rounds after one to warm up.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+
+import numpy as np
+import warp as wp
+
+from benchmarks import render_scene
+from benchmarks.timing import in_turns
+from tests.stage.lens_cases import CASES
+from usdsdg.stage.cameras import CameraView
+from usdsdg_render.kernels.rays import trace_rays
+from usdsdg_render.kernels.types import Hit
+from usdsdg_render.renderer import WarpRenderer
+from usdsdg_render.settings import PathSettings
+
+BLOCK = 128
+CAMERAS = 16
+SAMPLES = 128
+AOVS = ("instance", "distance_to_camera", "distance_to_image_plane", "normals", "position", "albedo")
+
+
+class Bench:
+    """One renderer on the device, and its clock."""
+
+    def __init__(self, device: str, rounds: int) -> None:
+        self.device, self.rounds = device, rounds
+        self.scene = render_scene.build()
+        self.views = render_scene.views(self.scene)
+        self.renderer = WarpRenderer.of_scene(self.scene, device=device)
+        self.renderer.sync()
+
+    def seconds(self, work) -> float:
+        def waited(_: int) -> None:
+            work()
+            wp.synchronize_device(self.device)
+
+        return in_turns({"": waited}, rounds=self.rounds)[""].wall
+
+    def update(self) -> None:
+        def moved() -> None:
+            self.scene.touch("transforms")
+            self.renderer.sync()
+
+        print(f"update of {len(self.renderer.gprims)} poses: {1e3 * self.seconds(moved):.2f} ms")
+
+    def rays(self) -> None:
+        for view in self.views:
+            origins, directions = camera_rays(view)
+            hits = self._trace(np.tile(origins, (CAMERAS, 1)), np.tile(directions, (CAMERAS, 1)), "primary")
+            hits = hits[: len(origins)]
+            met = hits["instance"] >= 0
+            points = origins[met] + directions[met] * (hits["t"][met, None] * (1 - 1e-4))
+            rng = np.random.default_rng(0)
+            points = np.tile(points, (CAMERAS, 1))
+            bounced = rng.normal(size=points.shape)
+            bounced *= np.sign((bounced * np.tile(-directions[met], (CAMERAS, 1))).sum(1, keepdims=True))
+            self._trace(points, bounced / np.linalg.norm(bounced, axis=1, keepdims=True), "diffuse")
+            to_light = np.array([0.3, 0.2, 1.0]) - points
+            far = np.linalg.norm(to_light, axis=1)
+            self._trace(points, to_light / far[:, None], "shadow", far)
+
+    def _trace(self, origins, directions, name: str, reach=None) -> np.ndarray:
+        count = len(origins)
+        arrays = [
+            wp.array(np.ascontiguousarray(each, np.float32), dtype=wp.vec3, device=self.device)
+            for each in (origins, directions)
+        ]
+        reaches = wp.array(np.full(count, 1e30) if reach is None else reach, dtype=wp.float32, device=self.device)
+        hits = wp.zeros(count, dtype=Hit, device=self.device)
+        inputs = [self.renderer._on_device.tables, int(reach is not None), 0, *arrays, reaches]
+
+        def launch() -> None:
+            wp.launch(trace_rays, dim=count, inputs=inputs, outputs=[hits], device=self.device, block_dim=BLOCK)
+
+        print(f"  {name} rays: {count / self.seconds(launch) / 1e6:.0f} M/s")
+        return hits.numpy()
+
+    def paths(self) -> None:
+        for view in self.views:
+            film = self.renderer.new_film(view.width, view.height)
+
+            def trace(view=view, film=film) -> None:
+                self.renderer.accumulate(film, view, samples=SAMPLES, settings=PathSettings())
+
+            seconds = self.seconds(trace)
+            rate = view.width * view.height * SAMPLES / seconds / 1e6
+            print(f"{view.prim_path}: {SAMPLES} spp in {seconds:.3f} s, {rate:.0f} Msamples/s")
+
+    def labels(self) -> None:
+        view = self.views[1]
+        for names in (AOVS, ("instance",)):
+            seconds = self.seconds(lambda names=names: self.renderer.labels(view, names))
+            print(f"labels {', '.join(names)}, fetched: {1e3 * seconds:.2f} ms a view")
+        groups = [[k] for k in range(len(self.renderer.gprims))]
+        print(f"coverage of all objects: {1e3 * self.seconds(lambda: self.renderer.coverage(view, groups)):.2f} ms a view")
+
+    def agreement(self) -> None:
+        """Share of pixels with the ids of the CPU, over all lenses, and how far depths are apart."""
+        cpu = WarpRenderer.of_scene(self.scene, device="cpu")
+        cpu.sync()
+        same = pixels = 0
+        worst = 0.0
+        for view in self.views:
+            for values in CASES.values():
+                lens = replace(view, **values)
+                ours, theirs = (r.labels(lens, ["instance", "distance_to_camera"]) for r in (self.renderer, cpu))
+                equal = ours["instance"] == theirs["instance"]
+                same, pixels = same + equal.sum(), pixels + equal.size
+                seen = equal & (theirs["instance"] >= 0)
+                near, far = ours["distance_to_camera"][seen], theirs["distance_to_camera"][seen]
+                worst = max(worst, float(np.abs(near / far - 1).max(initial=0)))
+        print(f"ids as on the CPU: {same / pixels:.6%} of {pixels} pixels; depths within {worst:.1e} of theirs")
+
+
+def camera_rays(view: CameraView) -> tuple[np.ndarray, np.ndarray]:
+    """Rays through pixel centres in the order of the path tracer: along columns of bands of four rows."""
+    y, x = np.mgrid[0 : view.height, 0 : view.width].reshape(2, view.height // 4, 4, view.width).swapaxes(2, 3)
+    x, y = x.ravel() + 0.5, y.ravel() + 0.5
+    towards = np.stack([(x - view.cx) / view.fx, (view.cy - y) / view.fy, -np.ones_like(x)], -1)
+    towards /= np.linalg.norm(towards, axis=1, keepdims=True)
+    origins = np.broadcast_to(view.local_to_world[3, :3], towards.shape)
+    return origins, towards @ view.local_to_world[:3, :3]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--device", default="cuda:0")
+    parser.add_argument("--rounds", type=int, default=5)
+    options = parser.parse_args()
+    bench = Bench(options.device, options.rounds)
+    for part in (bench.update, bench.rays, bench.paths, bench.labels, bench.agreement):
+        part()
+
+
+if __name__ == "__main__":
+    main()
