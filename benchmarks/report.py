@@ -24,7 +24,7 @@ def begin() -> None:
 
 def row(what: str, ours: str, peer: str = "", *, ratio: float | None = None, target: str = "") -> None:
     """One line: our number, the peer's, how many times better ours is, and what it should be."""
-    line = f"{what:<28} {ours:>24} {peer:>32}"
+    line = f"{what:<28} {ours:>24} {peer:>36}"
     if ratio is not None:
         line += f" {ratio:6.2f}x"
     if target:
