@@ -1,4 +1,4 @@
-"""Picture files to arrays: what Pillow reads, Radiance HDR, and OpenEXR when its module is installed."""
+"""Picture files to arrays: what Pillow reads, deep PNG, Radiance HDR, and OpenEXR when its module is installed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pxr import Ar, Sdf, Usd
 from usdsdg import errors
 from usdsdg.stage import assets
 
-from . import hdr
+from . import deep_png, hdr
 
 EXR_MAGIC = b"\x76\x2f\x31\x01"
 UDIM, FIRST_TILE, TILES = "<UDIM>", 1001, 100
@@ -111,6 +111,9 @@ def read(path: str) -> Picture:
         return Picture(_with_alpha(hdr.decode(data, name=path)), 3)
     if data.startswith(EXR_MAGIC):
         return _read_exr(data, path)
+    deep = deep_png.decode(data, name=path)
+    if deep is not None:
+        return Picture(_with_alpha(deep), deep.shape[2])
     try:
         with Image.open(io.BytesIO(data)) as image:
             image.load()
@@ -141,6 +144,8 @@ def _with_alpha(values: np.ndarray) -> np.ndarray:
         values = np.repeat(values[..., None], 3, axis=-1)
     if values.shape[-1] == 4:
         return values
+    if values.shape[-1] == 2:
+        return values[..., [0, 0, 0, 1]]
     opaque = 1.0 if values.dtype.kind == "f" else np.iinfo(values.dtype).max
     return np.concatenate([values, np.full((*values.shape[:2], 1), opaque, values.dtype)], axis=-1)
 

@@ -8,6 +8,7 @@ from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg_render import scene
+from usdsdg_render.extract import SceneExtractor
 from usdsdg_render.materials import MaterialLibrary, bound_materials, build_table, stand_in
 from usdsdg_render.textures import TexturePool
 
@@ -239,6 +240,107 @@ def test_unreadable_textures_are_named_and_the_fallback_counts(file, fallback, t
     np.testing.assert_allclose(row["base_color"], fallback[:3] if fallback else (0.18,) * 3, rtol=1e-6)
 
 
+def test_specular_and_coat_textures_are_looked_up(tmp_path):
+    looks = Looks()
+    looks.set("useSpecularWorkflow", T.Int, 1)
+    file = save(tmp_path / "s.png", (9, 9, 9))
+    looks.connect("specularColor", looks.texture(file, scale=Gf.Vec4f(0.4, 0.2, 0.1, 1)))
+    coat = looks.texture(file, "Coat", sourceColorSpace="raw")
+    looks.connect("clearcoat", coat, "g")
+    looks.connect("clearcoatRoughness", coat, "b")
+    row, textures = looks.row()
+    np.testing.assert_allclose(row["specular"], (0.4, 0.2, 0.1), rtol=1e-6)
+    assert textures[row["specular_texture"]].srgb
+    assert row["clearcoat_texture"] == row["clearcoat_roughness_texture"] != row["specular_texture"]
+    assert (row["clearcoat_channel"], row["clearcoat_roughness_channel"]) == (1, 2)
+
+
+def test_a_channel_may_be_a_colour(tmp_path):
+    looks = Looks()
+    looks.connect(
+        "diffuseColor", looks.texture(save(tmp_path / "a.png", (10, 20, 30, 40)), sourceColorSpace="raw"), "a"
+    )
+    row, textures = looks.row()
+    assert textures[row["base_texture"]].texels[0, 0].tolist() == [40, 40, 40, 40]
+
+
+def test_tiles_are_read_and_the_fallback_lies_beyond(tmp_path):
+    for tile in (1001, 1012):
+        save(tmp_path / f"a.{tile}.png", (9, 9, 9))
+    looks = Looks()
+    looks.connect("diffuseColor", looks.texture(tmp_path / "a.<UDIM>.png", fallback=Gf.Vec4f(0.5, 0.25, 0.125, 1)))
+    row, textures = looks.row()
+    used = textures[row["base_texture"]]
+    assert [place for place, _ in used.tiles] == [0, 11]
+    np.testing.assert_allclose(used.texels[0, 0], (0.5, 0.25, 0.125, 1))
+
+
+def test_every_texture_has_its_transform_and_one_set_of_coordinates_is_asked_for(tmp_path):
+    looks = Looks()
+    file = save(tmp_path / "a.png", (1, 2, 3))
+    for name, output, size, primvar in (("diffuseColor", "rgb", 2.0, "st"), ("roughness", "r", 5.0, "st1")):
+        texture = looks.texture(file, name)
+        reader = looks.shader(f"/Looks/M/{name}Reader", "UsdPrimvarReader_float2")
+        reader.CreateInput("varname", T.String).Set(primvar)
+        transform = looks.shader(f"/Looks/M/{name}Transform", "UsdTransform2d")
+        transform.CreateInput("scale", T.Float2).Set(Gf.Vec2f(size))
+        transform.CreateInput("in", T.Float2).ConnectToSource(reader.ConnectableAPI(), "result")
+        texture.CreateInput("st", T.Float2).ConnectToSource(transform.ConnectableAPI(), "result")
+        looks.connect(name, texture, output)
+    with pytest.warns(UserWarning, match="/Looks/M/roughness: .*st1"):
+        row, textures = looks.row()
+    assert textures[row["base_texture"]].transform.u_row[0] == 2
+    assert textures[row["roughness_texture"]].transform.u_row[0] == 5
+
+
+@pytest.mark.parametrize(
+    ("values", "opacity", "transmission", "thin"),
+    [
+        ({"opacity": 0.25}, 1.0, 0.75, 2),
+        ({"opacity": 0.25, "opacityMode": "presence"}, 0.25, 0.0, 0),
+        ({"opacity": 0.25, "opacityMode": "transparent"}, 1.0, 0.75, 2),
+        ({"opacity": 0.25, "opacityThreshold": 0.1}, 0.25, 0.0, 0),
+        ({"opacity": 0.0}, 0.0, 0.0, 0),
+    ],
+)
+def test_opacity_is_that_of_a_pane_or_of_being_there(values, opacity, transmission, thin):
+    looks = Looks()
+    for name, value in values.items():
+        looks.set(name, T.Token if isinstance(value, str) else T.Float, value)
+    row, _ = looks.row()
+    assert (row["opacity"], row["transmission"], row["thin"]) == (opacity, transmission, thin)
+
+
+def test_primvars_of_the_gprim_are_inputs():
+    looks = Looks()
+    for name, kind, primvar in (
+        ("diffuseColor", "float3", "tint"),
+        ("roughness", "float", "rough"),
+        ("metallic", "float", "no"),
+    ):
+        reader = looks.shader(f"/Looks/M/{primvar}", f"UsdPrimvarReader_{kind}")
+        reader.CreateInput("varname", T.String).Set(primvar)
+        reader.CreateInput("fallback", T.Float3 if kind == "float3" else T.Float).Set(
+            Gf.Vec3f(0.25) if kind == "float3" else 0.25
+        )
+        looks.surface.CreateInput(name, T.Float).ConnectToSource(reader.ConnectableAPI(), "result")
+    group = UsdGeom.Xform.Define(looks.stage, "/W").GetPrim()
+    ball = UsdGeom.Sphere.Define(looks.stage, "/W/Ball").GetPrim()
+    UsdGeom.PrimvarsAPI(group).CreatePrimvar("tint", T.Color3f, "constant").Set(Gf.Vec3f(0.1, 0.2, 0.3))
+    UsdGeom.PrimvarsAPI(ball).CreatePrimvar("rough", T.FloatArray, "vertex").Set([0.25, 0.75])
+    UsdShade.MaterialBindingAPI.Apply(ball).Bind(looks.material)
+    extractor = SceneExtractor(looks.stage)
+    with pytest.warns(UserWarning, match="/W/Ball: primvars:rough"):
+        extractor.update()
+    row = extractor.scene.materials[extractor.scene.material_slots[0]]
+    np.testing.assert_allclose(row["base_color"], (0.1, 0.2, 0.3), rtol=1e-6)
+    assert (row["roughness"], row["metallic"]) == (0.5, 0.25)
+    group.GetAttribute("primvars:tint").Set(Gf.Vec3f(0.9, 0.8, 0.7))
+    extractor.update()
+    row = extractor.scene.materials[extractor.scene.material_slots[0]]
+    np.testing.assert_allclose(row["base_color"], (0.9, 0.8, 0.7), rtol=1e-6)
+
+
 def test_unknown_nodes_are_named_and_the_default_counts():
     looks = Looks()
     noise = looks.shader("/Looks/M/Noise", "PxrFractal")
@@ -415,6 +517,181 @@ def test_unknown_mdl_beside_a_preview_surface_is_no_loss():
     surface.CreateInput("metallic", T.Float).Set(1.0)
     looks.material.CreateSurfaceOutput().ConnectToSource(surface.ConnectableAPI(), "surface")
     assert looks.row()[0]["metallic"] == 1.0
+
+
+def gltf(**inputs) -> Mdl:
+    looks = Mdl("gltf_material")
+    looks.surface.SetSourceAsset("gltf/pbr.mdl", "mdl")
+    for name, value in inputs.items():
+        kind = T.Color3f if isinstance(value, tuple) else T.Int if isinstance(value, int) else T.Float
+        looks.set(name, kind, Gf.Vec3f(*value) if isinstance(value, tuple) else value)
+    return looks
+
+
+def gltf_texture(looks, name, file, **inputs):
+    lookup = UsdShade.Shader.Define(looks.stage, f"/Looks/M/{name}")
+    lookup.GetImplementationSourceAttr().Set("sourceAsset")
+    lookup.SetSourceAsset("gltf/pbr.mdl", "mdl")
+    lookup.SetSourceAssetSubIdentifier("gltf_texture_lookup", "mdl")
+    lookup.CreateInput("texture", T.Asset).Set(str(file))
+    for key, value in inputs.items():
+        kind = T.Float2 if isinstance(value, tuple) else T.Int if isinstance(value, int) else T.Float
+        lookup.CreateInput(key, kind).Set(Gf.Vec2f(*value) if isinstance(value, tuple) else value)
+    looks.surface.CreateInput(name, T.Float3).ConnectToSource(lookup.ConnectableAPI(), "out")
+
+
+def test_gltf_defaults_are_those_of_gltf():
+    row, _ = gltf().row()
+    np.testing.assert_allclose(row["base_color"], 1.0)
+    assert (row["metallic"], row["roughness"], row["opacity"], row["transmission"]) == (1, 1, 1, 0)
+    np.testing.assert_allclose(row["specular"], 0.04, rtol=1e-6)
+    assert (row["emission"] == 0).all()
+
+
+def test_gltf_factors():
+    row, _ = gltf(
+        base_color_factor=(0.1, 0.2, 0.3), metallic_factor=0.25, roughness_factor=0.75, emissive_factor=(1.0, 0.5, 0.0),
+        emissive_strength=8.0, clearcoat_factor=0.5, clearcoat_roughness_factor=0.125, transmission_factor=0.5,
+        ior=2.0, specular_factor=0.5, specular_color_factor=(1.0, 0.5, 0.0),
+    ).row()  # fmt: skip
+    np.testing.assert_allclose(row["base_color"], (0.1, 0.2, 0.3), rtol=1e-6)
+    assert (row["metallic"], row["roughness"]) == (0.25, 0.75)
+    np.testing.assert_allclose(row["emission"], (8, 4, 0))
+    assert (row["clearcoat"], row["clearcoat_roughness"]) == (0.5, 0.125)
+    assert (row["transmission"], row["ior"], row["thin"]) == (0.5, 2.0, 1)
+    np.testing.assert_allclose(row["specular"], np.array([1, 0.5, 0]) * 0.5 / 9, rtol=1e-6)
+    assert gltf(thickness_factor=1.0).row()[0]["thin"] == 0
+
+
+def test_gltf_textures_have_their_channels_and_wraps(tmp_path):
+    looks = gltf()
+    colour, packed = save(tmp_path / "c.png", (9, 9, 9, 9)), save(tmp_path / "p.png", (1, 2, 3))
+    gltf_texture(looks, "base_color_texture", colour, wrap_s=33071, wrap_t=33648)
+    gltf_texture(looks, "metallic_roughness_texture", packed)
+    gltf_texture(looks, "normal_texture", packed)
+    row, textures = looks.row()
+    base = textures[row["base_texture"]]
+    assert (base.srgb, base.wrap_s, base.wrap_t) == (True, scene.WRAP_CLAMP, scene.WRAP_MIRROR)
+    assert row["metallic_texture"] == row["roughness_texture"] == row["normal_texture"] >= 0
+    assert (row["metallic_channel"], row["roughness_channel"]) == (2, 1)
+    assert not textures[row["normal_texture"]].srgb
+
+
+@pytest.mark.parametrize(("mode", "threshold", "textured"), [(0, 0.0, False), (1, 0.25, True), (2, 0.0, True)])
+def test_gltf_alpha_modes(mode, threshold, textured, tmp_path):
+    looks = gltf(alpha_mode=mode, alpha_cutoff=0.25, base_alpha=0.75)
+    gltf_texture(looks, "base_color_texture", save(tmp_path / "c.png", (9, 9, 9, 9)))
+    row, _ = looks.row()
+    assert row["opacity_threshold"] == threshold
+    assert (row["opacity_texture"] >= 0) == textured
+    assert (row["opacity"], row["opacity_channel"]) == ((0.75, 3) if textured else (1.0, 0))
+
+
+def test_gltf_transforms_are_those_of_khr_texture_transform(tmp_path):
+    looks = gltf()
+    offset, rotation, size = np.array([0.2, 0.3]), 0.6, np.array([2.0, 0.5])
+    gltf_texture(
+        looks, "base_color_texture", save(tmp_path / "c.png", (9, 9, 9)),
+        offset=tuple(offset), rotation=rotation, scale=tuple(size),
+    )  # fmt: skip
+    row, textures = looks.row()
+    found = np.array(textures[row["base_texture"]].transform)
+    # glTF's v runs downwards, and it turns the picture's coordinates counter-clockwise as they are seen.
+    turn = np.array([[np.cos(rotation), np.sin(rotation)], [-np.sin(rotation), np.cos(rotation)]])
+    for u, v in ((0, 0), (1, 0), (0.3, 0.9)):
+        there = offset + turn @ (size * [u, 1 - v])
+        np.testing.assert_allclose(found @ [u, v, 1], (there[0], 1 - there[1]), atol=1e-6)
+
+
+def test_gltf_says_what_it_leaves_out():
+    with pytest.warns(UserWarning, match="/Looks/M/Shader.*sheen_color_factor"):
+        gltf(sheen_color_factor=(1.0, 0.0, 0.0)).row()
+
+
+def test_omnipbr_adjusts_its_texture_exactly(tmp_path):
+    looks = Mdl()
+    looks.set("diffuse_texture", T.Asset, str(save(tmp_path / "a.png", (200, 100, 50))))
+    looks.set("albedo_brightness", T.Float, 1.5)
+    looks.set("albedo_add", T.Float, -0.125)
+    looks.set("diffuse_tint", T.Color3f, Gf.Vec3f(1, 0.5, 0.25))
+    row, textures = looks.row()
+    used = textures[row["base_texture"]]
+    np.testing.assert_allclose(row["base_color"], (1, 0.5, 0.25))
+    assert (used.scale, used.bias) == ((1.5, 1.5, 1.5, 1.0), (-0.125, -0.125, -0.125, 0.0))
+
+
+@pytest.mark.parametrize(("u", "v"), [(None, None), (True, False), (False, False)])
+def test_omnipbr_turns_normal_maps_round_as_told(u, v, tmp_path):
+    looks = Mdl()
+    for name in ("normalmap_texture", "detail_normalmap_texture"):
+        looks.set(name, T.Asset, str(save(tmp_path / "n.png", (128, 64, 255))))
+    looks.set("detail_bump_factor", T.Float, 0.75)
+    looks.set("detail_texture_scale", T.Float2, Gf.Vec2f(8, 4))
+    for name, turn in (("flip_tangent_u", u), ("flip_tangent_v", v)):
+        if turn is not None:
+            looks.set(name, T.Bool, turn)
+    row, textures = looks.row()
+    normal, detail = textures[row["normal_texture"]], textures[row["detail_texture"]]
+    x, y = bool(u), v is None or v
+    assert normal.scale == detail.scale == (-1.0 if x else 1.0, -1.0 if y else 1.0, 1.0, 1.0)
+    assert normal.bias == (float(x), float(y), 0.0, 0.0)
+    assert row["detail_scale"] == 0.75
+    assert (detail.transform.u_row[0], detail.transform.v_row[1]) == (8, 4)
+
+
+def test_omnipbr_emission_mask(tmp_path):
+    looks = Mdl()
+    looks.set("enable_emission", T.Bool, True)
+    looks.set("emissive_mask_texture", T.Asset, str(save(tmp_path / "m.png", (9, 9, 9))))
+    row, textures = looks.row()
+    np.testing.assert_allclose(row["emission"], (40, 4, 4), rtol=1e-6)
+    assert not textures[row["emission_texture"]].srgb
+
+
+def test_omniglass_frost_and_its_texture(tmp_path):
+    glass = Mdl("OmniGlass")
+    glass.set("frosting_roughness", T.Float, 0.4)
+    glass.set("roughness_texture", T.Asset, str(save(tmp_path / "r.png", (9, 9, 9))))
+    glass.set("roughness_texture_influence", T.Float, 0.25)
+    glass.set("reflection_color", T.Color3f, Gf.Vec3f(1, 0, 0))
+    with pytest.warns(UserWarning, match="/Looks/M/Shader.*reflection_color"):
+        row, textures = glass.row()
+    used = textures[row["roughness_texture"]]
+    assert (used.scale[0], used.bias[0]) == pytest.approx((0.25, 0.3))
+    glass.set("enable_opacity", T.Bool, True)
+    glass.set("cutout_opacity", T.Float, 0.5)
+    assert glass.row()[0]["opacity"] == 0.5
+
+
+def test_omnisurface():
+    looks = Mdl("OmniSurface")
+    row, _ = looks.row()
+    np.testing.assert_allclose(row["base_color"], 0.8, rtol=1e-6)
+    assert (row["roughness"], row["transmission"], row["opacity"]) == (np.float32(0.2), 0, 1)
+    looks.set("specular_reflection_weight", T.Float, 0.5)
+    looks.set("specular_reflection_color", T.Color3f, Gf.Vec3f(1, 0.5, 0))
+    looks.set("enable_specular_transmission", T.Bool, True)
+    looks.set("specular_transmission_weight", T.Float, 0.75)
+    looks.set("specular_transmission_color", T.Color3f, Gf.Vec3f(0, 0.8, 0))
+    looks.set("coat_weight", T.Float, 0.25)
+    row, _ = looks.row()
+    np.testing.assert_allclose(row["specular"], np.array([1, 0.5, 0]) * 0.02, rtol=1e-6)
+    np.testing.assert_allclose(row["base_color"], (0.2, 0.8, 0.2), rtol=1e-6)
+    assert (row["transmission"], row["clearcoat"]) == (0.75, 0.25)
+
+
+def test_omnisurface_images_and_what_scatters_below(tmp_path):
+    looks = Mdl("OmniSurfaceLite")
+    for name in ("specular_reflection_roughness", "metalness", "coat_weight"):
+        looks.set(f"{name}_image", T.Asset, str(save(tmp_path / "r.png", (9, 9, 9))))
+    row, _ = looks.row()
+    assert row["roughness_texture"] == row["metallic_texture"] == row["clearcoat_texture"] >= 0
+    assert row["roughness"] == row["metallic"] == row["clearcoat"] == 1
+    skin = Mdl("OmniSurface")
+    skin.set("enable_diffuse_transmission", T.Bool, True)
+    skin.set("subsurface_weight", T.Float, 0.5)
+    skin.set("subsurface_scattering_color", T.Color3f, Gf.Vec3f(1, 0.4, 0.2))
+    np.testing.assert_allclose(skin.row()[0]["base_color"], (0.9, 0.6, 0.5), rtol=1e-6)
 
 
 # Bindings

@@ -1,7 +1,9 @@
 """Picture files to texels: formats, colour spaces, baking, sharing, damage."""
 
 import io
+import struct
 import zipfile
+import zlib
 
 import numpy as np
 import pytest
@@ -103,18 +105,54 @@ def test_sixteen_bit_grey(space, tmp_path):
     assert not coded, "data keeps its sixteen bits"
 
 
-def test_sixteen_bit_colour_pngs_keep_their_high_bytes(tmp_path):
-    import struct
-    import zlib
+def deep_png(values: np.ndarray, filters) -> bytes:
+    """A PNG of (H, W, n) uint16 values, whose rows are filtered as told: the specification, byte by byte."""
 
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
-    row = b"\0" + struct.pack(">6H", 65535, 32768, 0, 1000, 2000, 60000)
-    png = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", 2, 1, 16, 2, 0, 0, 0))
-    (tmp_path / "x.png").write_bytes(png + chunk(b"IDAT", zlib.compress(row)) + chunk(b"IEND", b""))
-    texels = texture(tmp_path / "x.png").texels
-    np.testing.assert_allclose(texels[0, :, :3], [[255, 127.5, 0], [3.9, 7.8, 233.5]], atol=1.0)
+    height, width, channels = values.shape
+    size = 2 * channels
+    rows = values.astype(">u2").view(np.uint8).reshape(height, width * size).astype(int)
+    stored = b""
+    for y, kind in zip(range(height), filters):
+        line = bytearray([kind])
+        for k in range(width * size):
+            a = rows[y, k - size] if k >= size else 0
+            b = rows[y - 1, k] if y else 0
+            c = rows[y - 1, k - size] if y and k >= size else 0
+            p = a + b - c
+            paeth = min((abs(p - a), 0, a), (abs(p - b), 1, b), (abs(p - c), 2, c))[2]
+            line.append((rows[y, k] - (0, a, b, (a + b) // 2, paeth)[kind]) % 256)
+        stored += bytes(line)
+    kinds = {2: 4, 3: 2, 4: 6}
+    head = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 16, kinds[channels], 0, 0, 0))
+    body = zlib.compress(stored)
+    cut = len(body) // 2
+    parts = chunk(b"IDAT", body[:cut]) + chunk(b"IDAT", body[cut:])
+    return b"\x89PNG\r\n\x1a\n" + head + parts + chunk(b"IEND", b"")
+
+
+@pytest.mark.parametrize("channels", [2, 3, 4])
+@pytest.mark.parametrize("filters", [(0,) * 6, (1,) * 6, (2,) * 6, (3,) * 6, (4,) * 6, (4, 1, 3, 0, 2, 4)])
+def test_sixteen_bit_pngs_keep_all_bits(filters, channels, tmp_path):
+    values = np.random.default_rng(7).integers(0, 65536, (6, 9, channels)).astype(np.uint16)
+    (tmp_path / "x.png").write_bytes(deep_png(values, filters))
+    with Image.open(tmp_path / "x.png") as image:  # a picture to others too
+        assert np.asarray(image.convert("RGBA")).shape == (6, 9, 4)
+    texels = texture(tmp_path / "x.png", colour=False, colour_space="raw").texels
+    assert texels.dtype == np.uint16
+    expected = values[..., [0, 0, 0, 1]] if channels == 2 else values
+    np.testing.assert_array_equal(texels[..., : expected.shape[2]], expected)
+    if channels == 3:
+        assert (texels[..., 3] == 65535).all()
+
+
+def test_cut_off_sixteen_bit_pngs_are_named(tmp_path):
+    whole = deep_png(np.zeros((4, 4, 3), np.uint16), (0,) * 4)
+    (tmp_path / "x.png").write_bytes(whole[:50])
+    with pytest.raises(errors.AssetUnreadable, match=r"x\.png"):
+        images.read(str(tmp_path / "x.png"))
 
 
 def test_float_pictures_are_linear_whatever_their_file(tmp_path):

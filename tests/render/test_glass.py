@@ -95,3 +95,32 @@ def test_glass_lets_light_through_to_what_stands_behind_it():
         for some in (placed[:1], placed)
     ]  # fmt: skip
     np.testing.assert_allclose(lit[1] / lit[0], 0.96, rtol=0.01)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.9])
+@pytest.mark.parametrize("thin", [0, 1, 2])
+def test_partly_clear_things_gain_no_energy_and_lose_little(share, thin):
+    # White, so that what does not go through is scattered: nothing is absorbed.
+    scene = scenes.scene_of(
+        [(scenes.sphere(rings=48), scenes.moved(), 0)],
+        materials=[glass(roughness=0.0, transmission=share, thin=thin)],
+        dome=scenes.white_dome(),
+    )
+    picture = radiance(scene, scenes.view_from((0, -6, 0), size=(12, 12)), samples=256, bounces=16, glass_bounces=24)
+    assert picture[3:9, 3:9].mean() < 1.01
+    assert picture[3:9, 3:9].mean() > 0.9
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.5])
+@pytest.mark.parametrize("opacity", [0.25, 0.75])
+def test_a_clear_pane_neither_blurs_nor_tints(opacity, roughness):
+    # What is left of the light behind: the share that is not opaque, without what both faces mirror head on.
+    pane = glass(roughness=roughness, base_color=0.0, transmission=1.0 - opacity, thin=2)
+    behind = scenes.material(base_color=0.0, specular=0.0, emission=(10.0, 5.0, 1.0))
+    placed = [(scenes.square(), facing(0), 0), (scenes.square(), facing(3, 0.3), 1)]
+    scene = scenes.scene_of(placed, materials=[pane, behind])
+    view = scenes.view_from((0, -4, 0), size=(5, 5), focal_length=400.0)
+    picture = radiance(scene, view, samples=4096, bounces=2)
+    mirrored = 0.08 / 1.04  # hardly less where facets are tilted
+    expected = (1.0 - opacity) * (1 - mirrored) * np.array([10.0, 5.0, 1.0])
+    np.testing.assert_allclose(picture.mean((0, 1)), expected, rtol=0.03)

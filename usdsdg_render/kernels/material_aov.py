@@ -8,7 +8,7 @@ import warp as wp
 from usdsdg_render.kernels.camera import camera_ray
 from usdsdg_render.kernels.surface import bumped, surface_at, with_material
 from usdsdg_render.kernels.types import Camera, SceneTables
-from usdsdg_render.kernels.visibility import BY_THRESHOLD, closest
+from usdsdg_render.kernels.visibility import BY_THRESHOLD, CLEAR, closest
 
 
 @wp.struct
@@ -54,4 +54,7 @@ def label_materials(
     if out.emission.shape[0] > 0:
         out.emission[y, x] = surface.emission
     if out.transmission.shape[0] > 0:
-        out.transmission[y, x] = surface.base * material.transmission
+        tint = surface.base
+        if material.thin == CLEAR:
+            tint = wp.vec3(1.0)
+        out.transmission[y, x] = tint * material.transmission

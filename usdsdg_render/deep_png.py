@@ -1,0 +1,89 @@
+"""PNG of sixteen bits a channel, of which Pillow keeps the high eight where there are several channels.
+
+After https://www.w3.org/TR/png-3/: every byte was stored as the difference to a guess from its neighbours to the left,
+above, and above on the left. Pixels of one diagonal are restored together, since they do not depend on each other.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+
+import numpy as np
+
+from usdsdg import errors
+
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
+# Channels by colour type; grey without alpha is left to Pillow, which reads it whole.
+CHANNELS = {2: 3, 4: 2, 6: 4}
+LEFT, ABOVE, MEAN, PAETH = 1, 2, 3, 4
+
+
+def decode(data: bytes, *, name: str) -> np.ndarray | None:
+    """(H, W, 2, 3 or 4) uint16 of a file with that many channels of sixteen bits, None of any other file.
+
+    Interlaced files are left to others too.
+
+    Raises:
+        AssetUnreadable: it is such a file, but damaged.
+    """
+    if not data.startswith(SIGNATURE) or len(data) < 33:
+        return None
+    width, height, depth, colour_type, _, _, interlaced = struct.unpack(">IIBBBBB", data[16:29])
+    if depth != 16 or colour_type not in CHANNELS or interlaced:
+        return None
+    channels = CHANNELS[colour_type]
+    try:
+        raw = np.frombuffer(zlib.decompress(_image_data(data)), np.uint8)
+    except (zlib.error, struct.error) as error:
+        raise errors.AssetUnreadable(f"{name}: {error}") from error
+    if len(raw) != height * (1 + 2 * width * channels) or not len(raw):
+        raise errors.AssetUnreadable(f"{name}: the picture is cut off")
+    rows = raw.reshape(height, -1)
+    stored = rows[:, 1:].reshape(height, width, 2 * channels)
+    restored = _restored(rows[:, 0], stored)
+    return restored.reshape(height, width, channels, 2).view(">u2")[..., 0].astype(np.uint16)
+
+
+def _image_data(data: bytes) -> bytes:
+    parts = []
+    at = len(SIGNATURE)
+    while at + 8 <= len(data):
+        (length,) = struct.unpack(">I", data[at : at + 4])
+        if data[at + 4 : at + 8] == b"IDAT":
+            parts.append(data[at + 8 : at + 8 + length])
+        at += length + 12
+    return b"".join(parts)
+
+
+def _restored(filters: np.ndarray, stored: np.ndarray) -> np.ndarray:
+    """(H, W, bytes a pixel) uint8 bytes from what was stored; one filter a row."""
+    height, width, size = stored.shape
+    if not filters.any():
+        return np.ascontiguousarray(stored)
+    # [x + y, y + 1] holds the pixel (x, y); what was never written is the zero outside the picture.
+    skewed = np.zeros((width + height, height + 1, size), np.uint8)
+    for y in range(height):
+        skewed[y : y + width, y + 1] = stored[y]
+    chosen = [(filters == kind)[:, None] for kind in range(5)]
+    for diagonal in range(width + height - 1):
+        rows = slice(max(0, diagonal - width + 1), min(height, diagonal + 1))
+        here, up = slice(rows.start + 1, rows.stop + 1), rows
+        left = skewed[diagonal - 1, here].astype(np.int16)
+        above = skewed[diagonal - 1, up].astype(np.int16)
+        corner = skewed[diagonal - 2, up].astype(np.int16)
+        guess = np.where(chosen[LEFT][rows], left, 0)
+        guess = np.where(chosen[ABOVE][rows], above, guess)
+        guess = np.where(chosen[MEAN][rows], (left + above) >> 1, guess)
+        guess = np.where(chosen[PAETH][rows], _nearest(left, above, corner), guess)
+        skewed[diagonal, here] += guess.astype(np.uint8)
+    return np.stack([skewed[y : y + width, y + 1] for y in range(height)])
+
+
+def _nearest(left: np.ndarray, above: np.ndarray, corner: np.ndarray) -> np.ndarray:
+    """The one of three neighbours that is nearest to left + above - corner."""
+    to_left, to_above = np.abs(above - corner), np.abs(left - corner)
+    to_corner = np.abs(left + above - 2 * corner)
+    return np.where(
+        (to_left <= to_above) & (to_left <= to_corner), left, np.where(to_above <= to_corner, above, corner)
+    )
