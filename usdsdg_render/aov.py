@@ -23,6 +23,9 @@ class Aov:
 
 AOVS = {
     "instance": Aov(np.int32, (), NO_INSTANCE, "index into WarpRenderer.gprims"),
+    "prim": Aov(np.int32, (), -1, "face of the source mesh; of shapes that are no mesh, of the mesh drawn for them"),
+    "barycentrics": Aov(np.float32, (3,), 0.0, "weights of the corners of the triangle, which sum to 1"),
+    "uv": Aov(np.float32, (2,), 0.0, "texture coordinates of the surface, before any transform of a texture"),
     "distance_to_camera": Aov(np.float32, (), np.inf, "distance from the camera's centre [m]"),
     "distance_to_image_plane": Aov(np.float32, (), np.inf, "distance along the optical axis [m]"),
     "normals": Aov(np.float32, (3,), 0.0, "interpolated normal in the world, towards the camera"),

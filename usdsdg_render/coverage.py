@@ -1,4 +1,9 @@
-"""The coverage pass on the host: which pixels each instance can reach at all, and sums over the strips tested."""
+"""The coverage pass on the host: which pixels each instance can reach at all, and the words of bits of each group.
+
+A ray is not followed from surface to surface: faces of two instances that coincide lie at one distance, so that going
+on behind the first would pass by the second. Each instance is asked on its own whether the ray meets it, by the same
+test of the same triangles as when it is alone.
+"""
 
 from __future__ import annotations
 
@@ -8,45 +13,44 @@ from typing import TYPE_CHECKING
 import numpy as np
 import warp as wp
 
+from usdsdg.stage.outlines import STRIP, WORD, Outlines
 from usdsdg_render import cones
 from usdsdg_render.camera import camera_record
 from usdsdg_render.device import DeviceScene, records
-from usdsdg_render.kernels.coverage import Strip, cover_strips
+from usdsdg_render.kernels.coverage import Strip, cover_strips, find_spans
 from usdsdg_render.parallel import launch_rows
 
 if TYPE_CHECKING:
     from usdsdg.stage.cameras import CameraView
 
-STRIP_PIXELS = 64
-STRIPS_PER_BAND = 256
+STRIPS_PER_BAND = 512
+BOXES_PER_BAND = 16
 # Pixels around a projected box, for rounding.
 MARGIN = 1
 
 
 def render(
-    device_scene: DeviceScene, view: CameraView, groups: Sequence[Sequence[int]], *, threads: int | None
-) -> np.ndarray:
-    """See `WarpRenderer.coverage`."""
-    result = np.full((len(groups), 5), -1, np.int64)
-    result[:, 0] = 0
-    rectangles = reachable(view, device_scene.lower, device_scene.upper)
-    rectangles[~device_scene.placed] = 0
-    strips = _strips(rectangles, groups)
-    if len(strips) == 0:
-        return result
-    covered = _launch(device_scene, view, groups, rectangles, strips, threads)
-    hit = covered[:, 0] > 0
-    for group in np.unique(strips["group"][hit]):
-        mine = hit & (strips["group"] == group)
-        counts, rows = covered[mine], strips["row"][mine]
-        result[group] = (
-            counts[:, 0].sum(),
-            counts[:, 1].min(),
-            rows.min(),
-            counts[:, 2].max(),
-            rows.max(),
-        )
-    return result
+    device_scene: DeviceScene,
+    view: CameraView,
+    groups: Sequence[Sequence[int]],
+    shown: np.ndarray,
+    *,
+    mode: int,
+    threads: int | None,
+) -> Outlines:
+    """See `WarpRenderer.outlines`; `shown` is the instance AOV of the same view and mode."""
+    members = np.array([each for group in groups for each in group], np.int64)
+    tested = np.unique(members)
+    rectangles = reachable(view, device_scene.lower[tested], device_scene.upper[tested])
+    rectangles[~device_scene.placed[tested]] = 0
+    in_view = (rectangles[:, 2] > rectangles[:, 0]) & (rectangles[:, 3] > rectangles[:, 1])
+    tested, rectangles = tested[in_view], rectangles[in_view]
+    if len(tested) == 0:
+        return Outlines.nothing((view.height, view.width), len(groups))
+    strips = _strips(_spans(device_scene, view, tested, rectangles, threads), tested)
+    owners = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
+    by_instance = _cover(device_scene, view, shown, strips, mode, threads)
+    return Outlines((view.height, view.width), len(groups), _merged(by_instance, members, owners))
 
 
 def reachable(view: CameraView, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
@@ -72,49 +76,78 @@ def reachable(view: CameraView, lower: np.ndarray, upper: np.ndarray) -> np.ndar
     return np.concatenate([first, last], 1).astype(np.int32)
 
 
-def _strips(rectangles: np.ndarray, groups: Sequence[Sequence[int]]) -> np.ndarray:
-    """Strips of pixels that cover, for each group, the rows and columns that any of its instances can reach."""
-    parts = []
-    for index, group in enumerate(groups):
-        mine = rectangles[np.asarray(group, int)].reshape(-1, 4)
-        mine = mine[(mine[:, 2] > mine[:, 0]) & (mine[:, 3] > mine[:, 1])]
-        if len(mine) == 0:
-            continue
-        (x0, y0), (x1, y1) = mine[:, :2].min(0), mine[:, 2:].max(0)
-        rows, firsts = np.meshgrid(np.arange(y0, y1), np.arange(x0, x1, STRIP_PIXELS), indexing="ij")
-        part = records(Strip, rows.size)
-        part["group"], part["row"], part["first"] = index, rows.ravel(), firsts.ravel()
-        part["last"] = np.minimum(part["first"] + STRIP_PIXELS, x1)
-        parts.append(part)
-    return np.concatenate(parts) if parts else records(Strip, 0)
-
-
-def _launch(
-    device_scene: DeviceScene,
-    view: CameraView,
-    groups: Sequence[Sequence[int]],
-    rectangles: np.ndarray,
-    strips: np.ndarray,
-    threads: int | None,
+def _spans(
+    device_scene: DeviceScene, view: CameraView, tested: np.ndarray, rectangles: np.ndarray, threads: int | None
 ) -> np.ndarray:
+    """(I, H, 2) columns [first, last) of each row that each of the instances can reach."""
     device = device_scene.device
-    members = np.full((len(groups), 1 + max(len(group) for group in groups)), -1, np.int32)
-    for row, group in zip(members, groups, strict=True):
-        row[: len(group)] = group
-    inputs = [
-        camera_record(view),
-        wp.array(members, dtype=wp.int32, device=device),
-        wp.array(rectangles, dtype=wp.vec4i, device=device),
-    ]
-    covered = wp.empty(len(strips), dtype=wp.vec3i, device=device)
+    in_camera = device_scene.corners(view.local_to_world[3, :3])[tested] @ view.world_to_camera[:3, :3]
+    corners = wp.array(in_camera.astype(np.float32), dtype=wp.vec3, device=device)
+    spans = wp.empty((len(tested), view.height), dtype=wp.vec2i, device=device)
+    inputs = [camera_record(view), corners, wp.array(rectangles, dtype=wp.vec4i, device=device)]
+    launch_rows(find_spans, spans.shape, inputs, [spans], device=device, threads=threads, band_rows=BOXES_PER_BAND)
+    return spans.numpy()
 
+
+def _strips(spans: np.ndarray, tested: np.ndarray) -> np.ndarray:
+    """What to test, ordered by instance, row and column, cut at the ends of words."""
+    first, last = spans[..., 0], spans[..., 1]
+    box, row = np.nonzero(last > first)
+    first, last = first[box, row], last[box, row]
+    words = (last - 1) // WORD - first // WORD + 1
+    span = np.repeat(np.arange(len(box)), words)
+    word = first[span] // WORD + np.arange(len(span)) - np.repeat(np.cumsum(words) - words, words)
+    strips = records(Strip, len(span))
+    strips["instance"], strips["row"] = tested[box[span]], row[span]
+    strips["first"] = np.maximum(first[span], word * WORD)
+    strips["last"] = np.minimum(last[span], (word + 1) * WORD)
+    return strips
+
+
+def _cover(
+    device_scene: DeviceScene, view: CameraView, shown: np.ndarray, strips: np.ndarray, mode: int, threads: int | None
+) -> np.ndarray:
+    """STRIP rows of what is met, whose group is the instance."""
+    device = device_scene.device
+    covered, visible = (wp.empty(len(strips), dtype=wp.uint64, device=device) for _ in range(2))
+    inputs = [
+        device_scene.tables,
+        camera_record(view),
+        mode,
+        wp.array(shown, dtype=wp.int32, device=device),
+        wp.array(strips, dtype=Strip, device=device),
+    ]
     launch_rows(
         cover_strips,
         strips.shape,
-        [device_scene.tables, *inputs, wp.array(strips, dtype=Strip, device=device)],
-        [covered],
+        inputs,
+        [covered, visible],
         device=device,
         threads=threads,
         band_rows=STRIPS_PER_BAND,
     )
-    return covered.numpy()
+    met = np.flatnonzero(covered.numpy())
+    result = np.zeros(len(met), STRIP)
+    result["group"], result["row"] = strips["instance"][met], strips["row"][met]
+    result["word"] = strips["first"][met] // WORD
+    result["covered"], result["visible"] = covered.numpy()[met], visible.numpy()[met]
+    return result
+
+
+def _merged(by_instance: np.ndarray, members: np.ndarray, owners: np.ndarray) -> np.ndarray:
+    """STRIP rows of the groups `owners` from those of their instances `members`: a pixel counts once."""
+    begin = np.searchsorted(by_instance["group"], members)
+    length = np.searchsorted(by_instance["group"], members, side="right") - begin
+    rows = np.repeat(begin - (np.cumsum(length) - length), length) + np.arange(length.sum())
+    strips = by_instance[rows]
+    strips["group"] = np.repeat(owners, length)
+    keys = [strips[name].astype(np.int64) for name in ("group", "row", "word")]
+    key = (keys[0] << 42) + (keys[1] << 21) + keys[2]
+    if np.all(key[1:] > key[:-1]):
+        return strips
+    order = np.argsort(key, kind="stable")
+    _, first = np.unique(key[order], return_index=True)
+    merged = strips[order[first]]
+    for name in ("covered", "visible"):
+        merged[name] = np.bitwise_or.reduceat(strips[name][order], first)
+    return merged

@@ -169,6 +169,21 @@ class DeviceScene:
             tree.nodes, tree.order = self._top.nodes, self._top.order
         tree.instances = self._array(rows, types.Instance)
 
+    def corners(self, origin: np.ndarray) -> np.ndarray:
+        """(N, 8, 3) corners of the instances' own boxes in the world, from `origin`, rounded outwards.
+
+        Corner k is at the upper end of axis a where bit a of k is set.
+        """
+        lower, upper = self._local_boxes
+        matrices = self._rows["local_to_world"].transpose(0, 2, 1).astype(np.float64)
+        away = self._rows["world_origin"] - origin
+        far = np.abs(self._rows["world_origin"]).max(1) + np.abs(origin).max() + np.abs(self.upper - self.lower).max(1)
+        # More than a ray's own rounding, along each axis of the instance.
+        margin = 1e-5 * far[:, None] * np.linalg.norm(self._rows["world_to_local"], axis=2)
+        bits = np.arange(8)[:, None] >> np.arange(3) & 1
+        local = np.where(bits, (upper + margin)[:, None], (lower - margin)[:, None])
+        return local @ matrices + away[:, None]
+
     def _upload_lights(self, scene: Scene, *, dome: bool) -> None:
         self._lights.upload(scene, self.tables)
         if dome:
@@ -213,6 +228,7 @@ def _triangle_records(prototype: Prototype) -> np.ndarray:
         rows[f"n{k}"] = prototype.corner_normals[:, k]
         rows[f"uv{k}"] = prototype.corner_uvs[:, k]
     rows["slot"] = prototype.triangle_slots
+    rows["face"] = prototype.triangle_faces
     return rows
 
 

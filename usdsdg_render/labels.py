@@ -67,9 +67,10 @@ def render(
     view: CameraView,
     aovs: Collection[str],
     *,
+    mode: int,
     threads: int | None,
 ) -> dict[str, np.ndarray]:
-    """See `WarpRenderer.labels`."""
+    """See `WarpRenderer.labels`; `mode` as for kernels.visibility.closest."""
     names = check_names(aovs)
     device = device_scene.device
     camera = camera_record(view)
@@ -83,17 +84,17 @@ def render(
     out, of_material = AovArrays(), MaterialArrays()
     for name in made.keys() - _OPENNESS - curved_motion:
         setattr(of_material if name in MATERIAL_AOVS else out, name, made[name])
-    inputs = [device_scene.tables, camera, past, float(view.meters_per_unit)]
+    inputs = [device_scene.tables, camera, past, float(view.meters_per_unit), mode]
     if not (MATERIAL_AOVS | _OPENNESS).issuperset(names):
         launch_rows(label_pixels, shape, inputs, [out], device=device, threads=threads, band_rows=16)
     if not MATERIAL_AOVS.isdisjoint(names):
-        inputs = [device_scene.tables, camera]
+        inputs = [device_scene.tables, camera, mode]
         launch_rows(label_materials, shape, inputs, [of_material], device=device, threads=threads, band_rows=16)
     for name in _OPENNESS.intersection(names):
-        inputs = [device_scene.tables, camera, AMBIENT_REACH / float(view.meters_per_unit)]
+        inputs = [device_scene.tables, camera, AMBIENT_REACH / float(view.meters_per_unit), mode]
         launch_rows(label_ambient, shape, inputs, [made[name]], device=device, threads=threads)
     for name in curved_motion:
-        inputs = [device_scene.tables, camera, past]
+        inputs = [device_scene.tables, camera, past, mode]
         launch_rows(label_curved_motion, shape, inputs, [made[name]], device=device, threads=threads, band_rows=16)
     if wants_motion:
         history.remember(view, scene.instances)

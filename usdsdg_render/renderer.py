@@ -15,6 +15,7 @@ from usdsdg_render.device import DeviceScene
 from usdsdg_render.film import Film, develop
 from usdsdg_render.kernels.path import add_samples
 from usdsdg_render.kernels.path_state import PathOptions
+from usdsdg_render.kernels.visibility import BEHIND_GLASS, BY_THRESHOLD
 from usdsdg_render.motion import interpolate
 from usdsdg_render.parallel import launch_rows
 from usdsdg_render.precompile import precompile
@@ -26,8 +27,11 @@ if TYPE_CHECKING:
     from pxr import Usd
 
     from usdsdg.stage.cameras import CameraView
+    from usdsdg.stage.outlines import Outlines
 
 Progress = Callable[[str, int, "int | None"], None]
+
+_LABEL_MODES = {"surface": BY_THRESHOLD, "behind": BEHIND_GLASS}
 
 
 class WarpRenderer:
@@ -66,11 +70,28 @@ class WarpRenderer:
         self._history = labels.History(self.device)
         self._waves = Waves(self.device)
         self._before = np.zeros((0, 4, 4))  # transforms at the sync before the last
+        self.glass_labels = "surface"
 
     @property
     def gprims(self) -> tuple[str, ...]:
         """Prim path of every value of the instance AOV."""
         return self._scene.instances.paths
+
+    @property
+    def glass_labels(self) -> str:
+        """What carries labels where glass is: its "surface", or what is "behind" it.
+
+        Glass is what lets more than half of the light through, by opacity or transmission. In both cases labels show
+        what is straight behind holes: opacity below `opacityThreshold`, below a half in an opacity texture without
+        threshold, or zero.
+        """
+        return next(name for name, mode in _LABEL_MODES.items() if mode == self._label_mode)
+
+    @glass_labels.setter
+    def glass_labels(self, value: str) -> None:
+        if value not in _LABEL_MODES:
+            raise RenderError(f"glass_labels is {value!r}; it may be {' or '.join(map(repr, _LABEL_MODES))}.")
+        self._label_mode = _LABEL_MODES[value]
 
     @property
     def time(self) -> Usd.TimeCode:
@@ -110,7 +131,23 @@ class WarpRenderer:
             RenderError: an AOV is not known.
             Unsupported: there is no formula for the camera's lens.
         """
-        return labels.render(self._on_device, self._history, self._scene, view, aovs, threads=self.threads)
+        mode = self._label_mode
+        return labels.render(self._on_device, self._history, self._scene, view, aovs, mode=mode, threads=self.threads)
+
+    def outlines(
+        self, view: CameraView, groups: Sequence[Sequence[int]], *, instance: np.ndarray | None = None
+    ) -> Outlines:
+        """Pixels that each group of gprims would cover if it were alone, and those in which it is seen.
+
+        A group's pixel counts once, however many of its gprims are met there; groups may share gprims. What is met is
+        exactly what `labels` of a stage with that group alone would show.
+
+        Args:
+            instance: the AOV of that name that `labels` gave of this view; None makes it.
+        """
+        if instance is None:
+            instance = self.labels(view, ["instance"])["instance"]
+        return coverage.render(self._on_device, view, groups, instance, mode=self._label_mode, threads=self.threads)
 
     def coverage(self, view: CameraView, groups: Sequence[Sequence[int]]) -> np.ndarray:
         """Pixels that each group of gprims would cover if it were alone.
@@ -118,7 +155,7 @@ class WarpRenderer:
         Returns:
             (len(groups), 5) int64: pixels, x_min, y_min, x_max, y_max (inclusive); -1 bounds for no pixels.
         """
-        return coverage.render(self._on_device, view, groups, threads=self.threads)
+        return self.outlines(view, groups).coverage
 
     def new_film(self, width: int, height: int) -> Film:
         """An empty film."""

@@ -16,6 +16,9 @@ from usdsdg.registry import near_misses
 # The renderer's AOVs and what they are of; pictures come under the names of their annotators.
 AOVS: Mapping[str, type] = {
     "instance": np.int32,
+    "prim": np.int32,
+    "barycentrics": np.float32,
+    "uv": np.float32,
     "distance_to_camera": np.float32,
     "distance_to_image_plane": np.float32,
     "normals": np.float32,

@@ -8,7 +8,7 @@ from usdsdg_render.kernels.sampler import pixel_seed, sample_pair
 from usdsdg_render.kernels.surface import facing, surface_at
 from usdsdg_render.kernels.trig import cos_sin
 from usdsdg_render.kernels.types import Camera, SceneTables
-from usdsdg_render.kernels.visibility import BY_THRESHOLD, closest, transmitted
+from usdsdg_render.kernels.visibility import closest, transmitted
 
 AMBIENT_RAYS = wp.constant(64)
 
@@ -18,6 +18,7 @@ def label_ambient(
     tables: SceneTables,
     camera: Camera,
     reach: float,  # how far things darken each other [stage units]
+    mode: int,
     first_row: int,
     # out
     openness: wp.array2d(dtype=wp.float32),
@@ -25,7 +26,7 @@ def label_ambient(
     y, x = wp.tid()
     y += first_row
     ray = camera_ray(camera, float(x) + 0.5, float(y) + 0.5, wp.vec2(0.0))
-    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, BY_THRESHOLD, 0.5)
+    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, mode, 0.5)
     openness[y, x] = 1.0
     if hit.instance < 0:
         return

@@ -5,7 +5,7 @@ import warp as wp
 from usdsdg_render.kernels.camera import camera_ray
 from usdsdg_render.kernels.surface import base_color_at, surface_at
 from usdsdg_render.kernels.types import Camera, SceneTables
-from usdsdg_render.kernels.visibility import BY_THRESHOLD, closest, triangle_of
+from usdsdg_render.kernels.visibility import closest, corner_uv, triangle_of
 
 
 @wp.struct
@@ -13,6 +13,9 @@ class AovArrays:
     """Outputs, (height, width); an array of no rows is not asked for."""
 
     instance: wp.array2d(dtype=wp.int32)
+    prim: wp.array2d(dtype=wp.int32)
+    barycentrics: wp.array2d(dtype=wp.vec3)
+    uv: wp.array2d(dtype=wp.vec2)
     distance_to_camera: wp.array2d(dtype=wp.float32)
     distance_to_image_plane: wp.array2d(dtype=wp.float32)
     normals: wp.array2d(dtype=wp.vec3)
@@ -63,6 +66,7 @@ def label_pixels(
     camera: Camera,
     past: Past,
     meters_per_unit: float,
+    mode: int,
     first_row: int,
     # out
     out: AovArrays,
@@ -70,10 +74,12 @@ def label_pixels(
     y, x = wp.tid()
     y += first_row
     ray = camera_ray(camera, float(x) + 0.5, float(y) + 0.5, wp.vec2(0.0))
-    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, BY_THRESHOLD, 0.5)
+    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, mode, 0.5)
     if out.instance.shape[0] > 0:
         out.instance[y, x] = hit.instance
     if hit.instance < 0:
+        if out.prim.shape[0] > 0:
+            out.prim[y, x] = -1
         if out.distance_to_camera.shape[0] > 0:
             out.distance_to_camera[y, x] = wp.inf
         if out.distance_to_image_plane.shape[0] > 0:
@@ -81,6 +87,14 @@ def label_pixels(
         if out.motion_vectors.shape[0] > 0:
             out.motion_vectors[y, x] = motion(camera, past, ray.direction, ray.direction, True)
         return
+    if out.barycentrics.shape[0] > 0:
+        out.barycentrics[y, x] = wp.vec3(1.0 - hit.u - hit.v, hit.u, hit.v)
+    if out.prim.shape[0] + out.uv.shape[0] > 0:
+        triangle = triangle_of(tables.tree.instances[hit.instance], hit.triangle)
+        if out.prim.shape[0] > 0:
+            out.prim[y, x] = triangle.face
+        if out.uv.shape[0] > 0:
+            out.uv[y, x] = corner_uv(triangle, hit.u, hit.v)
     if out.distance_to_camera.shape[0] > 0:
         out.distance_to_camera[y, x] = hit.t * meters_per_unit
     if out.distance_to_image_plane.shape[0] > 0:

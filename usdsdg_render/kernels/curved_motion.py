@@ -9,7 +9,7 @@ from usdsdg_render.kernels.aov import Past, pixel_of
 from usdsdg_render.kernels.camera import camera_ray
 from usdsdg_render.kernels.lens import NONE, PANORAMA, lens_plane, panorama_place
 from usdsdg_render.kernels.types import Camera, SceneTables
-from usdsdg_render.kernels.visibility import BY_THRESHOLD, closest, triangle_of
+from usdsdg_render.kernels.visibility import closest, triangle_of
 
 
 @wp.func
@@ -33,6 +33,7 @@ def label_curved_motion(
     tables: SceneTables,
     camera: Camera,
     past: Past,
+    mode: int,
     first_row: int,
     # out
     motion_vectors: wp.array2d(dtype=wp.vec2),
@@ -42,7 +43,7 @@ def label_curved_motion(
     ray = camera_ray(camera, float(x) + 0.5, float(y) + 0.5, wp.vec2(0.0))
     if ray.tmax < ray.tmin:
         return
-    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, BY_THRESHOLD, 0.5)
+    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, mode, 0.5)
     now = ray.direction
     before = ray.direction
     at_infinity = hit.instance < 0

@@ -8,7 +8,7 @@ import warp as wp
 from usdsdg_render.kernels.camera import camera_ray
 from usdsdg_render.kernels.surface import bumped, surface_at, with_material
 from usdsdg_render.kernels.types import Camera, SceneTables
-from usdsdg_render.kernels.visibility import BY_THRESHOLD, CLEAR, closest
+from usdsdg_render.kernels.visibility import CLEAR, closest
 
 
 @wp.struct
@@ -27,6 +27,7 @@ class MaterialArrays:
 def label_materials(
     tables: SceneTables,
     camera: Camera,
+    mode: int,
     first_row: int,
     # out
     out: MaterialArrays,
@@ -34,7 +35,7 @@ def label_materials(
     y, x = wp.tid()
     y += first_row
     ray = camera_ray(camera, float(x) + 0.5, float(y) + 0.5, wp.vec2(0.0))
-    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, BY_THRESHOLD, 0.5)
+    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, mode, 0.5)
     if hit.instance < 0:
         return
     surface = surface_at(tables, hit, ray.direction)

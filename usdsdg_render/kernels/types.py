@@ -25,6 +25,7 @@ class Triangle:
     uv1: wp.vec2
     uv2: wp.vec2
     slot: wp.int32
+    face: wp.int32  # of the source mesh
 
 
 @wp.struct

@@ -4,7 +4,13 @@ import warp as wp
 
 from usdsdg_render.kernels.texture import channel, lookup
 from usdsdg_render.kernels.types import Hit, Instance, Material, SceneTables, Triangle
-from usdsdg_render.trace.query import unpack, wide_closest, wide_closest_in_instance, wide_occluded
+from usdsdg_render.trace.query import (
+    unpack,
+    wide_closest,
+    wide_closest_in_instance,
+    wide_meets_instance,
+    wide_occluded,
+)
 
 FAR_AWAY = wp.constant(1.0e30)
 # Rays stop looking through transparent layers after so many, and take the next one as opaque.
@@ -12,10 +18,12 @@ MAX_LAYERS = wp.constant(64)
 # What decides at a surface that is neither opaque nor a cut-out.
 BY_THRESHOLD = wp.constant(0)
 BY_CHANCE = wp.constant(1)
-# A pane of this kind is clear: it bends, blurs and tints nothing.
-CLEAR = wp.constant(2)
 # By chance too, but glass is there: it mirrors or bends what meets it.
 REFRACTING = wp.constant(2)
+# As by threshold, but labels look through glass.
+BEHIND_GLASS = wp.constant(3)
+# A pane of this kind is clear: it bends, blurs and tints nothing.
+CLEAR = wp.constant(2)
 
 
 @wp.func
@@ -49,7 +57,7 @@ def clearness(material: Material):
 
 @wp.func
 def opacity_of_hit(tables: SceneTables, hit: Hit, mode: int):
-    """Chance that a hit is there: 0 or 1 at cut-outs and, in mode BY_THRESHOLD, everywhere."""
+    """Chance that a hit is there: 0 or 1 at cut-outs and, in modes BY_THRESHOLD and BEHIND_GLASS, everywhere."""
     instance = tables.tree.instances[hit.instance]
     if instance.cutout == 0:
         return 1.0
@@ -59,11 +67,14 @@ def opacity_of_hit(tables: SceneTables, hit: Hit, mode: int):
     threshold = material.opacity_threshold
     if mode == BY_CHANCE:
         opacity *= 1.0 - clearness(material)
-    if mode != BY_THRESHOLD and threshold <= 0.0:
+    if mode != BY_THRESHOLD and mode != BEHIND_GLASS and threshold <= 0.0:
         return opacity
+    if mode == BEHIND_GLASS and material.transmission > 0.5:
+        return 0.0
     if threshold <= 0.0:
-        # Glass is there for labels however clear it is; a leaf's alpha is there where it is more than half.
-        if material.opacity_texture >= 0:
+        # Glass is there for labels however clear it is, unless they look through it; a leaf's alpha is there where it
+        # is more than half.
+        if material.opacity_texture >= 0 or mode == BEHIND_GLASS:
             threshold = 0.5
         else:
             threshold = 1.0e-6
@@ -102,20 +113,21 @@ def closest(
 
 
 @wp.func
-def closest_in_instance(
-    tables: SceneTables, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float, instance: int
+def meets_instance(
+    tables: SceneTables, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float, instance: int, mode: int
 ):
-    """As `closest` by threshold, as if the scene held one instance alone."""
-    hit = Hit()
+    """Whether `closest` by labels would meet anything if the scene held one instance alone."""
+    if tables.tree.instances[instance].cutout == 0:
+        return wide_meets_instance(tables.tree, origin, direction, tmin, tmax, instance)[3] >= 0
     t = tmin
     for _layer in range(MAX_LAYERS):
         hit = unpack(wide_closest_in_instance(tables.tree, origin, direction, t, tmax, instance))
-        if tables.cutouts == 0 or hit.instance < 0:
-            break
-        if opacity_of_hit(tables, hit, BY_THRESHOLD) > 0.0:
-            break
+        if hit.instance < 0:
+            return False
+        if opacity_of_hit(tables, hit, mode) > 0.5:
+            return True
         t = hit.t
-    return hit
+    return True
 
 
 @wp.func

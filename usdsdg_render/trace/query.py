@@ -48,6 +48,12 @@ def wide_closest_in_instance(
 ) -> Packed: ...
 
 
+@wp.func_native(_snippet(any_hit=True, one_instance=True))
+def wide_meets_instance(
+    tree: Tree, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float, only_instance: int
+) -> Packed: ...
+
+
 @wp.func
 def unpack(packed: Packed):
     return Hit(
