@@ -8,7 +8,11 @@ from functools import partial
 
 from pxr import Sdf, UsdShade
 
+from usdsdg import errors
+
+from . import images
 from .gltf_material import read_gltf
+from .mdl_module import Preset, read_preset
 from .omni_pbr import read_omni_pbr, read_omni_pbr_clearcoat
 from .omni_surface import read_omni_glass, read_omni_surface
 from .shading import Material, Network
@@ -26,7 +30,10 @@ def mdl_name(shader: UsdShade.Shader) -> str:
 
 
 def read_mdl(network: Network, shader: UsdShade.Shader, name: str) -> Material | None:
-    """The material if `name`, its MDL name, is one we know, else None."""
+    """The material if `name`, its MDL name, is one we know or its file says that it is such a one, else None."""
+    if name not in _READERS:
+        network.preset = _preset(network, shader, name)
+        name = "" if network.preset is None else network.preset.template
     reader = _READERS.get(name)
     if reader is None:
         return None
@@ -34,6 +41,23 @@ def read_mdl(network: Network, shader: UsdShade.Shader, name: str) -> Material |
     if reader is not read_gltf:
         _warn_of_connections(network, shader)
     return material
+
+
+def _preset(network: Network, shader: UsdShade.Shader, name: str) -> Preset | None:
+    attribute = shader.GetPrim().GetAttribute("info:mdl:sourceAsset")
+    asset = attribute.Get() if attribute else None
+    if not isinstance(asset, Sdf.AssetPath):
+        return None
+    file = asset.resolvedPath
+    if not file and "/" in asset.path:  # a bare name is a module that Omniverse brings along
+        file = images.asset_file(attribute)[1]
+    if not file.endswith((".mdl", ".mdl]")):
+        return None
+    try:
+        return read_preset(file, name, shader.GetPath())
+    except errors.AssetUnreadable as error:
+        network.warn(shader, f"its MDL file cannot be read: {error}")
+        return None
 
 
 def _warn_of_connections(network: Network, shader: UsdShade.Shader) -> None:

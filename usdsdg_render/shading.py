@@ -11,6 +11,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg import errors
 
+from .mdl_module import Preset
 from .moment import value_now
 from .textures import TextureUse
 
@@ -114,6 +115,7 @@ class Network:
     uv_primvar: str | None = None
     colour_from_gprim: bool = False
     from_gprim: list[FromGprim] = field(default_factory=list)
+    preset: Preset | None = None  # for inputs of the surface that are not authored
     _inputs: dict[Sdf.Path, dict[str, UsdShade.Input]] = field(default_factory=dict)
 
     def connected(self, shader: UsdShade.Shader) -> list[str]:
@@ -132,7 +134,7 @@ class Network:
             self._inputs[path] = {i.GetBaseName(): i for i in shader.GetInputs(onlyAuthored=True)}
         shader_input = self._inputs[path].get(name)
         if shader_input is None:
-            return NOTHING
+            return self._preset_value(path, name)
         attributes = shader_input.GetValueProducingAttributes()
         if not attributes:
             return NOTHING
@@ -143,6 +145,12 @@ class Network:
         if base_name.startswith("outputs:") and prim.GetTypeName() == "Shader":
             return Source(None, UsdShade.Shader(prim), base_name[len("outputs:") :])
         return Source(attribute, None, "")
+
+    def _preset_value(self, path: Sdf.Path, name: str) -> Source:
+        if self.preset is None or path != self.preset.prim.GetPath():
+            return NOTHING
+        attribute = self.preset.prim.GetAttribute(f"inputs:{name}")
+        return Source(attribute, None, "") if attribute else NOTHING
 
     def value(self, shader: UsdShade.Shader, name: str):
         """Constant value of an input, None where there is none or a shader computes it."""

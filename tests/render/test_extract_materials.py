@@ -694,6 +694,60 @@ def test_omnisurface_images_and_what_scatters_below(tmp_path):
     np.testing.assert_allclose(skin.row()[0]["base_color"], (0.9, 0.6, 0.5), rtol=1e-6)
 
 
+OAK = """
+mdl 1.4;
+using ::OmniPBR import OmniPBR;  // a template
+/* export material Oak(*) = OmniGlass(); */
+export material Oak(*) [[ anno::display_name("Oak (light)"), anno::author("A, B") ]]
+= OmniPBR(
+    diffuse_color_constant: color(0.25f, 0.5, 0.75),
+    diffuse_tint: color(0.5f),
+    diffuse_texture: texture_2d("./oak (1), new.png", ::tex::gamma_srgb),
+    reflectionroughness_texture: texture_2d(),
+    reflection_roughness_constant: .125f,
+    enable_emission: true,
+    emissive_intensity: 1e2,
+    texture_scale: float2(2.f, 4.0f),
+    opacity_mode: mono_alpha,
+    bump_factor: 0.5f);
+export material Plywood(*) = Layers(a: 1.0);
+"""
+
+
+@pytest.mark.parametrize("authored", [None, 0.75])
+def test_mdl_files_that_fill_in_a_template_are_read(authored, tmp_path):
+    (tmp_path / "Wood.mdl").write_text(OAK)
+    save(tmp_path / "oak (1), new.png", (1, 2, 3))
+    looks = Mdl("Oak")
+    looks.surface.SetSourceAsset(str(tmp_path / "Wood.mdl"), "mdl")
+    if authored is not None:
+        looks.set("reflection_roughness_constant", T.Float, authored)
+    row, textures = looks.row()
+    np.testing.assert_allclose(row["base_color"], 0.5)
+    base = textures[row["base_texture"]]
+    assert base.srgb
+    assert (base.transform.u_row[0], base.transform.v_row[1]) == (2, 4)
+    assert row["roughness"] == (authored or 0.125)
+    assert (row["roughness_texture"], row["normal_scale"]) == (scene.NO_TEXTURE, 0.5)
+    np.testing.assert_allclose(row["emission"], (100, 10, 10), rtol=1e-6)
+    (tmp_path / "oak (1), new.png").unlink()
+    np.testing.assert_allclose(looks_without_texture(looks, tmp_path), np.array([0.25, 0.5, 0.75]) * 0.5)
+
+
+def looks_without_texture(looks, folder):
+    with pytest.warns(UserWarning, match="oak"):
+        return looks.row()[0]["base_color"]
+
+
+@pytest.mark.parametrize("name", ["Plywood", "Steel"])
+def test_mdl_files_that_say_more_are_named(name, tmp_path):
+    (tmp_path / "Wood.mdl").write_text(OAK)
+    looks = Mdl(name)
+    looks.surface.SetSourceAsset(str(tmp_path / "Wood.mdl"), "mdl")
+    with pytest.warns(UserWarning, match=f"/Looks/M.*{name}"):
+        assert looks.read() is None
+
+
 # Bindings
 
 
