@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.path_tracers import SURFACES
+from benchmarks.path_tracers import SURFACES, View
 from benchmarks.scene_meshes import is_flat, material_of, turned_sky
-from usdsdg.stage.cameras import CameraView
 from usdsdg_render.scene import LIGHT_DISTANT, LIGHT_SPHERE, Prototype, Scene
 
 
@@ -39,13 +35,12 @@ class Cycles:
         self._add_sky(scene.dome.radiance)
         self._configure(threads)
 
-    def picture(self, view: CameraView, samples: int, seed: int) -> np.ndarray:
+    def picture(self, view: View, samples: int, seed: int) -> np.ndarray:
         bpy, target = self._bpy, self._target
         self._look(view)
         target.cycles.samples, target.cycles.seed = samples, seed
         target.render.filepath = str(Path(self._folder.name) / "picture.exr")
-        with _silence():
-            bpy.ops.render.render(write_still=True)
+        bpy.ops.render.render(write_still=True)
         image = bpy.data.images.load(target.render.filepath)
         pixels = np.empty(view.width * view.height * image.channels, np.float32)
         image.pixels.foreach_get(pixels)
@@ -53,7 +48,7 @@ class Cycles:
         bpy.data.images.remove(image)
         return pixels.reshape(view.height, view.width, channels)[::-1, :, :3].copy()
 
-    def _look(self, view: CameraView) -> None:
+    def _look(self, view: View) -> None:
         bpy, target = self._bpy, self._target
         lens = bpy.data.cameras.get("camera")
         if lens is None:
@@ -162,16 +157,3 @@ def _matrix(local_to_world: np.ndarray) -> Any:
     from mathutils import Matrix
 
     return Matrix(local_to_world.T.tolist())
-
-
-@contextmanager
-def _silence() -> Iterator[None]:
-    """Blender tells of every picture that it saves, below Python's own output."""
-    kept = os.dup(1)
-    with open(os.devnull, "wb") as nothing:
-        os.dup2(nothing.fileno(), 1)
-    try:
-        yield
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)

@@ -1,18 +1,41 @@
-"""Path tracers that draw the benchmark scene: what they have in common, and ours."""
+"""Path tracers that draw the benchmark scene: what they have in common, and a process of its own for each.
+
+A process of its own because threads that one of them leaves spinning would be counted for the others, and because
+Blender's libraries do not get along with those of USD. Only records without USD cross over.
+"""
 
 from __future__ import annotations
 
-from typing import Protocol
+import os
+import pickle
+import subprocess
+import sys
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from usdsdg.stage.cameras import CameraView
-from usdsdg_render.renderer import WarpRenderer
-from usdsdg_render.scene import Scene
-from usdsdg_render.settings import PathSettings
-
 # Surfaces that a path may meet.
 SURFACES = 3
+
+
+class View(NamedTuple):
+    """A pinhole camera that looks along -z; lengths as in `CameraView`."""
+
+    prim_path: str
+    width: int
+    height: int
+    local_to_world: np.ndarray  # (4, 4), row vectors
+    focal_length: float
+    horizontal_aperture: float
+    clipping_range: tuple[float, float]
+
+
+class Drawn(NamedTuple):
+    """A picture and what it took."""
+
+    picture: np.ndarray  # (H, W, 3) float32 mean radiance [nits]
+    cpu: float  # seconds of the tracer's process, all threads together
+    wall: float
 
 
 class PathTracer(Protocol):
@@ -20,23 +43,37 @@ class PathTracer(Protocol):
 
     name: str
 
-    def picture(self, view: CameraView, samples: int, seed: int) -> np.ndarray:
+    def picture(self, view: View, samples: int, seed: int) -> np.ndarray:
         """(H, W, 3) float32 mean radiance [nits]; each seed gives noise of its own."""
         ...
 
 
-class Ours:
-    """usdsdg's, without what its presets leave out of a picture: no clamp, no widened lobes."""
+class TracerProcess:
+    """A path tracer at the other end of a pipe; it ends with this object's `close`.
 
-    name = "usdsdg"
+    Args:
+        kind: "module:class" of the tracer, which takes the scene and the options.
+    """
 
-    def __init__(self, scene: Scene, *, threads: int, device: str = "cpu") -> None:
-        self._renderer = WarpRenderer.of_scene(scene, device=device)
-        self._renderer.threads = threads
-        self._renderer.sync()
+    def __init__(self, kind: str, scene: Any, **options: Any) -> None:
+        # Threads of linear algebra spin for a while after each call.
+        environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+        command = [sys.executable, "-m", "benchmarks.tracer_process", kind]
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment)
+        self.name: str = self._ask((scene, options))
 
-    def picture(self, view: CameraView, samples: int, seed: int) -> np.ndarray:
-        settings = PathSettings(bounces=SURFACES, clamp=0.0, regularization=0.0, seed=seed)
-        film = self._renderer.new_film(view.width, view.height)
-        self._renderer.accumulate(film, view, samples=samples, settings=settings)
-        return film.radiance()
+    def draw(self, view: View, samples: int, seed: int) -> Drawn:
+        return Drawn(*self._ask((view, samples, seed)))
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.stdin.close()
+        self._process.wait()
+
+    def _ask(self, question: Any) -> Any:
+        pickle.dump(question, self._process.stdin)
+        self._process.stdin.flush()
+        try:
+            return pickle.load(self._process.stdout)
+        except EOFError:
+            raise RuntimeError(f"{self._process.args[-1]} ended with {self._process.wait()}, see above") from None

@@ -23,8 +23,14 @@ LABELS = tuple(name for name in AOVS if name not in MATERIAL_AOVS and name != "a
 AT_LEAST, AMODAL_AT_MOST = 4.0, 0.4
 
 
-def labels_of(renderer: WarpRenderer, views: list[CameraView]) -> list[dict[str, np.ndarray]]:
-    return [renderer.labels(view, LABELS) for view in views]
+def labels_of(renderer: WarpRenderer, views: list[CameraView]) -> np.ndarray:
+    """Distances of all views; the other labels are let go, as a frame's are once they are written."""
+    return np.stack([renderer.labels(view, LABELS)["distance_to_camera"] for view in views])
+
+
+def instances_of(renderer: WarpRenderer, views: list[CameraView]) -> None:
+    for view in views:
+        renderer.labels(view, ["instance"])
 
 
 def amodal_of(renderer: WarpRenderer, views: list[CameraView]) -> list[np.ndarray]:
@@ -46,10 +52,10 @@ def main() -> None:
     renderer.sync()
     contenders = {
         "labels": lambda _: labels_of(renderer, views),
-        "instance alone": lambda _: [renderer.labels(view, ["instance"]) for view in views],
+        "instance alone": lambda _: instances_of(renderer, views),
         "amodal": lambda _: amodal_of(renderer, views),
     }
-    if peers.find("newton"):
+    if peers.installed("newton"):
         from benchmarks.sensor_camera import SensorCameras
 
         cameras = SensorCameras(scene, views)
@@ -72,9 +78,8 @@ def main() -> None:
     report.row("amodal, all objects", milliseconds, target=f"adds {share:.0%}, at most {AMODAL_AT_MOST:.0%}")
 
 
-def print_agreement(ours: list[dict[str, np.ndarray]], theirs: np.ndarray) -> None:
-    """How alike what both see is."""
-    distance = np.stack([each["distance_to_camera"] for each in ours])
+def print_agreement(distance: np.ndarray, theirs: np.ndarray) -> None:
+    """How alike what both see is, (views, H, W) each."""
     both = np.isfinite(distance) & (theirs > 0)
     one = np.isfinite(distance) != (theirs > 0)
     alike = np.abs(distance[both] - theirs[both]) < 1e-3 * distance[both]

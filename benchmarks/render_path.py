@@ -11,14 +11,14 @@ alone, and rates are per second of the clock.
 from __future__ import annotations
 
 import argparse
+import statistics
 from typing import NamedTuple
 
 import numpy as np
 
 from benchmarks import peers, render_scene, report
-from benchmarks.path_tracers import Ours, PathTracer
+from benchmarks.path_tracers import TracerProcess, View
 from benchmarks.timing import Timings, in_turns
-from usdsdg.stage.cameras import CameraView
 from usdsdg_render.scene import Scene
 from usdsdg_render.settings import DEFAULT_WHITE
 
@@ -44,30 +44,35 @@ class Outcome(NamedTuple):
 
 def outcome_of(name: str, timings: Timings, samples: int, *, on_cpu: bool) -> Outcome:
     """Pictures are those of all rounds, the one to warm up included; time is CPU time or that of the clock."""
-    pictures = np.stack(timings.results) / DEFAULT_WHITE
-    rate = samples * pictures[0, ..., 0].size / 1e6 / (timings.cpu if on_cpu else timings.wall)
+    pictures = np.stack([drawn.picture for drawn in timings.results]) / DEFAULT_WHITE
+    taken = statistics.median(drawn.cpu if on_cpu else drawn.wall for drawn in timings.results[1:])
+    rate = samples * pictures[0, ..., 0].size / 1e6 / taken
     variance = (pictures / (1 + pictures)).var(axis=0, ddof=1).mean()
     mean = np.minimum(pictures, BRIGHTEST).mean((0, 1, 2))
     return Outcome(name, rate, float(np.sqrt(variance)), mean, pictures.mean(0))
 
 
-def tracers(scene: Scene, threads: int, device: str) -> list[PathTracer]:
+def tracers(scene: Scene, threads: int, device: str) -> list[TracerProcess]:
     """Ours first, then the peers that are installed."""
-    found: list[PathTracer] = [Ours(scene, threads=threads, device=device)]
-    if device == "cpu" and peers.find("mitsuba"):
-        from benchmarks.mitsuba_scene import Mitsuba
-
-        found.append(Mitsuba(scene, threads=threads))
-    if device == "cpu" and peers.find("bpy"):
-        from benchmarks.cycles_scene import Cycles
-
-        found.append(Cycles(scene, threads=threads))
+    found = [TracerProcess("benchmarks.our_paths:Ours", scene, threads=threads, device=device)]
+    if device == "cpu" and peers.installed("mitsuba"):
+        found.append(TracerProcess("benchmarks.mitsuba_scene:Mitsuba", scene, threads=threads))
+    if device == "cpu" and peers.installed("bpy"):
+        found.append(TracerProcess("benchmarks.cycles_scene:Cycles", scene, threads=threads))
     return found
 
 
-def compare(view: CameraView, contenders: list[PathTracer], options: argparse.Namespace) -> list[Outcome]:
+def views_of(scene: Scene, size: str) -> list[View]:
+    """Both views, in a size like "320x240"."""
+    width, height = (int(each) for each in size.split("x"))
+    return [
+        View(*(getattr(each, name) for name in View._fields)) for each in render_scene.views(scene, (width, height))
+    ]
+
+
+def compare(view: View, contenders: list[TracerProcess], options: argparse.Namespace) -> list[Outcome]:
     """Draw one view with all contenders and print a row for each, the first of which is ours."""
-    works = {each.name: lambda seed, each=each: each.picture(view, options.samples, seed) for each in contenders}
+    works = {each.name: lambda seed, each=each: each.draw(view, options.samples, seed) for each in contenders}
     timings = in_turns(works, rounds=options.rounds)
     on_cpu = options.device == "cpu"
     outcomes = [outcome_of(name, each, options.samples, on_cpu=on_cpu) for name, each in timings.items()]
@@ -90,7 +95,7 @@ def print_outcome(outcome: Outcome, ours: Outcome, unit: str) -> None:
     print("    mean " + " ".join(f"{m:.4f} ({d:+.1%})" for m, d in zip(outcome.mean, differences, strict=True)))
 
 
-def save(prefix: str, view: CameraView, outcomes: list[Outcome]) -> None:
+def save(prefix: str, view: View, outcomes: list[Outcome]) -> None:
     """All tracers' pictures of a view side by side, in sRGB."""
     from PIL import Image
 
@@ -112,11 +117,12 @@ def main() -> None:
     report.begin()
     scene = render_scene.build()
     contenders = tracers(scene, options.threads, options.device)
-    width, height = (int(each) for each in ("160x120" if options.quick else options.size).split("x"))
-    for view in render_scene.views(scene, (width, height)):
+    for view in views_of(scene, "160x120" if options.quick else options.size):
         outcomes = compare(view, contenders, options)
         if options.png:
             save(options.png, view, outcomes)
+    for each in contenders:
+        each.close()
 
 
 if __name__ == "__main__":

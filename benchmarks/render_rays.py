@@ -142,7 +142,7 @@ def main() -> None:
     mesh = flattened(scene)
     print(f"{len(scene.instances)} objects, {len(mesh.triangles)} triangles flattened")
     trees = WideTrees(scene)
-    embree = EmbreeScene(mesh) if peers.find("embreex") else None
+    embree = EmbreeScene(mesh) if peers.installed("embreex") else None
     first = camera_rays(scene, (160, 120) if options.quick else (640, 480))
     sets = {"closest: camera": first, **secondary_rays(scene, mesh, first, trees.bind(first)(0))}
     for name, rays in sets.items():

@@ -12,8 +12,6 @@ import zlib
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
-import numpy as np
-
 from benchmarks import render_scene, report
 from benchmarks.render_labels import LABELS
 from benchmarks.timing import in_turns
@@ -61,9 +59,10 @@ def main() -> None:
             film = renderer.new_film(view.width, view.height)
             renderer.accumulate(film, view, samples=options.samples, settings=PathSettings())
 
-    def labels(threads: int) -> list[dict[str, np.ndarray]]:
+    def labels(threads: int) -> None:
         renderer.threads = threads
-        return [renderer.labels(view, LABELS) for view in views]
+        for view in views:
+            renderer.labels(view, LABELS)
 
     target = f"at least {AT_LEAST}x" if options.threads == 2 else ""
     compare("paths", paths, options.threads, options.rounds, target)

@@ -1,0 +1,36 @@
+"""The far end of `path_tracers.TracerProcess`: makes a tracer, then draws what it is asked for."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import pickle
+import sys
+import time
+
+
+def main() -> None:
+    # What tracers print must not get among the answers.
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    module, name = sys.argv[1].split(":")
+    scene, options = pickle.load(sys.stdin.buffer)
+    tracer = getattr(importlib.import_module(module), name)(scene, **options)
+    answer(answers, tracer.name)
+    while True:
+        try:
+            question = pickle.load(sys.stdin.buffer)
+        except EOFError:
+            return
+        cpu, wall = time.process_time(), time.perf_counter()
+        picture = tracer.picture(*question)
+        answer(answers, (picture, time.process_time() - cpu, time.perf_counter() - wall))
+
+
+def answer(answers, what: object) -> None:
+    pickle.dump(what, answers)
+    answers.flush()
+
+
+if __name__ == "__main__":
+    main()
