@@ -20,9 +20,10 @@ from usdsdg.graph.sampling import get_global_seed
 from usdsdg.graph_outputs import distribution_outputs, trigger_outputs
 from usdsdg.progress import report, say
 from usdsdg.render_product import HydraTexture, products
-from usdsdg.render_settings import RenderMode
+from usdsdg.render_settings import RenderMode, glass_labels
 from usdsdg.settings import get_settings
 from usdsdg.stage.context import current_stage
+from usdsdg.stage.outlines import Outlines
 from usdsdg.tiled_picture import joined, view_of, views_of
 from usdsdg.timeline import get_timeline
 from usdsdg.writers import base as writer_base
@@ -143,6 +144,7 @@ class Capture:
         needs = requirements(self._wanted[product.path])
         view = view_of(product, engines.renderer().time)
         views = views_of(view)
+        renderer.glass_labels = glass_labels()
         entities = self._read_entities(renderer.gprims, needs)
         wanted = needs.aovs.difference(PARTS)
         aovs = joined(view, [renderer.labels(each, wanted) for each in views])
@@ -150,10 +152,12 @@ class Capture:
             assert self._mode is not None
             tone = _tone_settings(self._mode)
             aovs |= joined(view, [renderer.develop(film, tone) for film in self._films.pop(product.path)])
-        coverage = renderer.coverage(views[0], entities.groups if needs.coverage else [])
+        outlines = Outlines.nothing((view.height, view.width), len(entities))
+        if needs.coverage:
+            outlines = renderer.outlines(views[0], entities.groups, instance=aovs.get("instance"))
         return Frame(
             index=index, camera=view, render_product=product.path, aovs=aovs, gprims=renderer.gprims,
-            entities=entities, coverage=coverage, reference_time=(round(seconds * TICKS), TICKS),
+            entities=entities, outlines=outlines, reference_time=(round(seconds * TICKS), TICKS),
         )  # fmt: skip
 
     def _read_entities(self, gprims: tuple[str, ...], needs: Requirements) -> Any:

@@ -14,6 +14,7 @@ import numpy as np
 from usdsdg.progress import report
 from usdsdg.stage.cameras import CameraView
 from usdsdg.stage.context import current_stage
+from usdsdg.stage.outlines import Outlines
 
 
 class PhysicsEngine(Protocol):
@@ -43,6 +44,8 @@ class PhysicsEngine(Protocol):
 class Renderer(Protocol):
     """A stage seen by cameras; see `usdsdg_render.renderer` for the meaning of each call."""
 
+    glass_labels: str
+
     @property
     def gprims(self) -> tuple[str, ...]: ...
 
@@ -55,7 +58,9 @@ class Renderer(Protocol):
 
     def labels(self, view: CameraView, aovs: Collection[str]) -> dict[str, np.ndarray]: ...
 
-    def coverage(self, view: CameraView, groups: Sequence[Sequence[int]]) -> np.ndarray: ...
+    def outlines(
+        self, view: CameraView, groups: Sequence[Sequence[int]], *, instance: np.ndarray | None = None
+    ) -> Outlines: ...
 
     def new_film(self, width: int, height: int) -> Any: ...
 

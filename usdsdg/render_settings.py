@@ -54,3 +54,12 @@ def render_mode(rt_subframes: int) -> RenderMode:
             f"/rtx/rendermode {name!r} is not known; using RaytracedLighting. Known: PathTracing, RaytracedLighting."
         )
     return RenderMode(False, LEAST_SAMPLES + rt_subframes, 1, False, True)
+
+
+def glass_labels() -> str:
+    """What labels show where glass is, by `/usdsdg/labels/glass`: its "surface", or what is "behind" it."""
+    name = get_settings().get_as_string("/usdsdg/labels/glass") or "surface"
+    if name not in ("surface", "behind"):
+        warn_once(f"/usdsdg/labels/glass {name!r} is not known; using surface. Known: surface, behind.")
+        return "surface"
+    return name

@@ -44,6 +44,7 @@ DEFAULTS: dict[str, Any] = {
     "/rtx/post/depthSensor/maxDistance": 10000000.0,
     "/rtx/post/depthSensor/rgbDepthOutputMode": 0,
     "/rtx/post/depthSensor/showDistance": False,
+    "/usdsdg/labels/glass": "surface",
     "/syntheticdata/sensors/perSubsetSegmentation": False,
 }
 

@@ -10,6 +10,7 @@ from pxr import Gf, Usd, UsdGeom
 from usdsdg.annotators import EntityReader, Frame
 from usdsdg.stage import render_products
 from usdsdg.stage.cameras import CameraView, read_camera
+from usdsdg.stage.outlines import STRIP, WORD, Outlines
 from usdsdg.stage.semantics import add_labels
 from usdsdg_render.settings import PARTS
 
@@ -104,19 +105,24 @@ class RayCaster:
             "HdrColor": (color.astype(np.float32) / 255).astype(np.float16).reshape(*shape, 4),
         }
 
-    def coverage(self, view: CameraView, groups: Sequence[Sequence[int]]) -> np.ndarray:
-        """(len(groups), 5): pixels, x_min, y_min, x_max, y_max of each group alone."""
+    def outlines(self, view: CameraView, groups: Sequence[Sequence[int]]) -> Outlines:
+        """What each group covers alone, and where one of it comes first."""
         origins, directions = rays(view)
-        out = np.full((len(groups), 5), -1, np.int64)
+        everything = range(len(self.gprims))
+        hits = [self._intersect(index, origins, directions, view.clipping_range)[0] for index in everything]
+        instance = self.labels(view)["instance"].ravel()
+        strips = []
         for row, group in enumerate(groups):
-            mask = np.zeros(len(origins), bool)
-            for index in group:
-                mask |= np.isfinite(self._intersect(index, origins, directions, view.clipping_range)[0])
-            y, x = np.nonzero(mask.reshape(view.height, view.width))
-            out[row, 0] = len(x)
-            if len(x):
-                out[row, 1:] = x.min(), y.min(), x.max(), y.max()
-        return out
+            covered = np.isfinite([hits[index] for index in group]).any(0)
+            for y, x in np.argwhere(covered.reshape(view.height, view.width)):
+                shown = int(instance[y * view.width + x]) in group
+                strips.append((row, y, x // WORD, 1 << int(x % WORD), shown << int(x % WORD)))
+        single = np.array(strips, STRIP)
+        keys, first = np.unique(single[["group", "row", "word"]], return_index=True)
+        merged = single[first]
+        for name in ("covered", "visible"):
+            merged[name] = np.bitwise_or.reduceat(single[name], first) if len(keys) else merged[name]
+        return Outlines((view.height, view.width), len(groups), merged)
 
     def _intersect(self, index: int, origins, directions, clipping) -> tuple[np.ndarray, np.ndarray]:
         """Distances along the (unit) rays, inf for a miss, and world normals."""
@@ -188,6 +194,6 @@ def make_frame(
         aovs=caster.labels(view),
         gprims=caster.gprims,
         entities=entities,
-        coverage=caster.coverage(view, entities.groups),
+        outlines=caster.outlines(view, entities.groups),
         reference_time=(index, 60),
     )

@@ -10,6 +10,7 @@ from tests.annotators.ray_caster import CAMERA, known, make_frame, new_stage
 from tests.annotators.scenes import add_camera, street
 from usdsdg import annotators
 from usdsdg.stage import context, render_products
+from usdsdg.stage.outlines import Outlines
 
 NAMES = annotators.get_registered_annotators()
 PICTURE = {"LdrColor", "HdrColor"}
@@ -44,9 +45,9 @@ def tree(value):
 def test_it_needs_no_more_than_it_declares(name, frame):
     annotator = get(name)
     given = set(annotator.aovs) | (PICTURE if annotator.needs_picture else set())
-    coverage = frame.coverage if annotator.needs_coverage else np.zeros((0, 5), np.int64)
+    outlines = frame.outlines if annotator.needs_coverage else Outlines.nothing(frame.shape)
     bare = dataclasses.replace(
-        frame, aovs={k: v for k, v in frame.aovs.items() if k in given}, coverage=coverage, memo={}
+        frame, aovs={k: v for k, v in frame.aovs.items() if k in given}, outlines=outlines, memo={}
     )
     assert tree(annotator.compute(bare).flat()) == tree(get(name).compute(frame).flat())
 

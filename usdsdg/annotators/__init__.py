@@ -2,6 +2,7 @@
 
 # Members of the family register themselves when imported.
 from usdsdg.annotators import (
+    amodal,
     augmentation_table,
     boxes,
     camera,
@@ -51,6 +52,7 @@ __all__ = [
     "Frame",
     "NodeConnectionTemplate",
     "Requirements",
+    "amodal",
     "attached_annotators",
     "augment",
     "augment_compose",

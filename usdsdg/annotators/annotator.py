@@ -54,7 +54,7 @@ class Annotator:
 
     @property
     def needs_coverage(self) -> bool:
-        """Whether it reads `Frame.coverage`."""
+        """Whether it reads `Frame.outlines`."""
         return self._kind.needs_coverage
 
     @property

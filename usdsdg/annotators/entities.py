@@ -51,7 +51,7 @@ class Selection:
 class Entities:
     """One row per labelled prim that owns gprims; more rows where a filter gives a prim a larger group of gprims.
 
-    `groups` is what a renderer's coverage pass takes.
+    `groups` is what a renderer's `outlines` takes.
     """
 
     prim_paths: tuple[str, ...] = ()

@@ -13,6 +13,7 @@ from usdsdg.errors import AnnotatorError
 if TYPE_CHECKING:
     from usdsdg.annotators.entities import Entities, Selection
     from usdsdg.stage.cameras import CameraView
+    from usdsdg.stage.outlines import Outlines
 
 # Columns of `Frame.coverage`.
 PIXELS, X_MIN, Y_MIN, X_MAX, Y_MAX = range(5)
@@ -31,7 +32,7 @@ class Frame:
     aovs: Mapping[str, np.ndarray]  # name → (H, W[, C]); see the renderer's list
     gprims: tuple[str, ...]  # prim path of every value of the "instance" AOV; -1 there means no hit
     entities: Entities
-    coverage: np.ndarray  # (len(entities), 5) int64: pixels, x_min, y_min, x_max, y_max that each would cover alone
+    outlines: Outlines  # of all entities, by row
     reference_time: tuple[int, int] = (0, 1)
     memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
@@ -53,6 +54,11 @@ class Frame:
     def shape(self) -> tuple[int, int]:
         """(height, width) in pixels."""
         return self.camera.height, self.camera.width
+
+    @property
+    def coverage(self) -> np.ndarray:
+        """(len(entities), 5) int64: pixels, x_min, y_min, x_max, y_max that each would cover alone."""
+        return self.outlines.coverage
 
     def selection(self, predicate: str | None) -> Selection:
         """The entities whose labels pass the filter `predicate`; None lets every label pass."""
