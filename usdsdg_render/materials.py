@@ -10,6 +10,7 @@ from pxr import Sdf, Usd, UsdShade
 
 from usdsdg import errors
 
+from .material_x import SURFACES, read_material_x
 from .mdl import mdl_name, read_mdl
 from .plan import is_below
 from .preview_surface import read_preview_surface
@@ -162,12 +163,16 @@ def _read_surface(network: Network) -> Material | None:
     if universal is not None and shader_id(universal) == "UsdPreviewSurface":
         network.visited.add(universal.GetPath())
         return read_preview_surface(network, universal)
-    surface = mdl or universal
+    for surface in (universal, _surface(material, "mtlx")):
+        if surface is not None and shader_id(surface) in SURFACES:
+            network.visited.add(surface.GetPath())
+            return read_material_x(network, surface)
+    surface = mdl or universal or _surface(material, "mtlx")
     name = name or (shader_id(surface) if surface is not None else "")
     what = f"its surface shader '{name}' is not supported" if surface is not None else "it has no surface shader"
     errors.warn_once(
         f"{network.material.GetPath()}: {what}; the displayColor of each mesh is used. Give the material a "
-        f"UsdPreviewSurface or an OmniPBR."
+        f"UsdPreviewSurface or an OmniPBR, or reference its MaterialX as USD."
     )
     return None
 

@@ -694,6 +694,65 @@ def test_omnisurface_images_and_what_scatters_below(tmp_path):
     np.testing.assert_allclose(skin.row()[0]["base_color"], (0.9, 0.6, 0.5), rtol=1e-6)
 
 
+def material_x(surface):
+    looks = Looks(f"ND_{surface}_surfaceshader")
+    looks.material.GetSurfaceOutput().GetAttr().ClearConnections()
+    looks.material.CreateSurfaceOutput("mtlx").ConnectToSource(looks.surface.ConnectableAPI(), "out")
+    return looks
+
+
+def test_standard_surface():
+    looks = material_x("standard_surface")
+    row, _ = looks.row()
+    np.testing.assert_allclose(row["base_color"], 0.8, rtol=1e-6)
+    assert (row["roughness"], row["opacity"], row["transmission"]) == (np.float32(0.2), 1, 0)
+    for name, value in (("base", 0.5), ("metalness", 0.25), ("specular", 0.5), ("coat", 0.75), ("emission", 4.0)):
+        looks.set(name, T.Float, value)
+    looks.set("base_color", T.Color3f, Gf.Vec3f(1, 0.5, 0))
+    looks.set("emission_color", T.Color3f, Gf.Vec3f(1, 0, 0.5))
+    row, _ = looks.row()
+    np.testing.assert_allclose(row["base_color"], (0.5, 0.25, 0))
+    np.testing.assert_allclose(row["specular"], 0.02, rtol=1e-6)
+    np.testing.assert_allclose(row["emission"], (4, 0, 2))
+    assert (row["metallic"], row["clearcoat"], row["clearcoat_roughness"]) == (0.25, 0.75, np.float32(0.1))
+
+
+def test_open_pbr_images_and_their_channels(tmp_path):
+    looks = material_x("open_pbr_surface")
+    image = looks.shader("/Looks/M/Image", "ND_tiledimage_color3")
+    file = image.CreateInput("file", T.Asset)
+    file.Set(str(save(tmp_path / "a.png", (10, 20, 30))))
+    file.GetAttr().SetColorSpace("srgb_texture")
+    image.CreateInput("uvtiling", T.Float2).Set(Gf.Vec2f(2, 3))
+    image.CreateInput("uaddressmode", T.String).Set("mirror")
+    where = looks.shader("/Looks/M/Where", "ND_geompropvalue_vector2")
+    where.CreateInput("geomprop", T.String).Set("UVMap")
+    image.CreateInput("texcoord", T.Float2).ConnectToSource(where.ConnectableAPI(), "out")
+    pick = looks.shader("/Looks/M/Pick", "ND_separate3_color3")
+    pick.CreateInput("in", T.Color3f).ConnectToSource(image.ConnectableAPI(), "out")
+    bump = looks.shader("/Looks/M/Bump", "ND_normalmap")
+    bump.CreateInput("in", T.Float3).ConnectToSource(image.ConnectableAPI(), "out")
+    looks.connect("base_color", image, "out")
+    looks.connect("specular_roughness", pick, "outg")
+    looks.connect("geometry_normal", bump, "out")
+    looks.set("base_weight", T.Float, 0.5)
+    row, textures = looks.row()
+    base = textures[row["base_texture"]]
+    assert (base.srgb, base.wrap_s, base.transform.u_row[0], base.transform.v_row[1]) == (True, scene.WRAP_MIRROR, 2, 3)
+    np.testing.assert_allclose(row["base_color"], 0.5)
+    assert row["roughness_channel"] == 1
+    assert row["roughness_texture"] >= 0
+    assert not textures[row["normal_texture"]].srgb
+    assert looks.read().uv_primvar == "UVMap"
+
+
+def test_other_material_x_nodes_are_named():
+    looks = material_x("standard_surface")
+    looks.connect("base_color", looks.shader("/Looks/M/Noise", "ND_noise2d_color3"), "out")
+    with pytest.warns(UserWarning, match="/Looks/M/Noise: MaterialX node 'ND_noise2d_color3'"):
+        np.testing.assert_allclose(looks.row()[0]["base_color"], 0.8, rtol=1e-6)
+
+
 OAK = """
 mdl 1.4;
 using ::OmniPBR import OmniPBR;  // a template
