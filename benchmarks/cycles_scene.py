@@ -138,7 +138,8 @@ class Cycles:
     def _configure(self, threads: int) -> None:
         render, cycles = self._target.render, self._target.cycles
         render.engine = "CYCLES"
-        render.threads_mode, render.threads = "FIXED", threads
+        # With one thread alone Cycles keeps another one spinning, which would count as CPU time.
+        render.threads_mode, render.threads = "FIXED", max(2, threads)
         render.use_persistent_data = True
         render.image_settings.file_format, render.image_settings.color_depth = "OPEN_EXR", "32"
         cycles.device, cycles.use_denoising, cycles.use_adaptive_sampling = "CPU", False, False

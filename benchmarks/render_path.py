@@ -109,7 +109,7 @@ def main() -> None:
     parser.add_argument("--size", default="320x240")
     parser.add_argument("--samples", type=int, default=64)
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--device", default="cpu")
     parser.add_argument("--quick", action="store_true", help="pictures of 160x120")
     parser.add_argument("--png", help="prefix of pictures to write, all tracers side by side")
