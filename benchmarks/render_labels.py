@@ -1,8 +1,8 @@
-"""The label pass beside newton's SensorCamera, and what amodal boxes and pixel counts of all objects cost on top.
+"""The label pass beside newton's SensorCamera, and what amodal outlines of all objects cost on top.
 
     python -m benchmarks.render_labels [--rounds 7] [--quick]
 
-Ours makes every AOV of one ray a pixel with motion vectors and base colour; SensorCamera colour with texture and one
+Ours makes every AOV of one ray a pixel, with motion vectors and base colour; SensorCamera colour with texture and one
 shadow, distance, normals and ids. Both draw two views on one thread.
 """
 
@@ -33,10 +33,11 @@ def instances_of(renderer: WarpRenderer, views: list[CameraView]) -> None:
         renderer.labels(view, ["instance"])
 
 
-def amodal_of(renderer: WarpRenderer, views: list[CameraView]) -> list[np.ndarray]:
-    """Pixels and bounds of every object as if it were alone."""
+def amodal_of(renderer: WarpRenderer, views: list[CameraView], instances: list[np.ndarray]) -> None:
+    """Where every object would be seen if it were alone, and where it is, beside the labels that there are already."""
     groups = [[k] for k in range(len(renderer.gprims))]
-    return [renderer.coverage(view, groups) for view in views]
+    for view, instance in zip(views, instances, strict=True):
+        renderer.outlines(view, groups, instance=instance)
 
 
 def main() -> None:
@@ -50,10 +51,11 @@ def main() -> None:
     renderer = WarpRenderer.of_scene(scene, device="cpu")
     renderer.threads = 1
     renderer.sync()
+    instances = [renderer.labels(view, ["instance"])["instance"] for view in views]
     contenders = {
         "labels": lambda _: labels_of(renderer, views),
         "instance alone": lambda _: instances_of(renderer, views),
-        "amodal": lambda _: amodal_of(renderer, views),
+        "amodal": lambda _: amodal_of(renderer, views, instances),
     }
     if peers.installed("newton"):
         from benchmarks.sensor_camera import SensorCameras
