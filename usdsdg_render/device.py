@@ -24,6 +24,10 @@ from usdsdg_render.scene import (
 from usdsdg_render.trace.forest import BottomTree, TopTree
 
 
+# Flags of a texture's record, as `lookup.cpp` reads them
+ADJUSTED, TILED = 1, 2
+
+
 def records(struct: Any, count: int) -> np.ndarray:
     """An array of zeroed rows with the memory layout of a Warp struct."""
     return np.zeros(count, struct.numpy_dtype())
@@ -200,7 +204,8 @@ def fill_texture(row: Any, texture: Texture) -> None:
     row["wrap_s"], row["wrap_t"] = texture.wrap_s, texture.wrap_t
     row["u_row"], row["v_row"] = texture.transform
     row["scale"], row["bias"] = texture.scale, texture.bias
-    row["adjusted"] = any(factor != 1.0 for factor in texture.scale) or any(texture.bias)
+    adjusted = any(factor != 1.0 for factor in texture.scale) or any(texture.bias)
+    row["special"] = (ADJUSTED if adjusted else 0) + (TILED if texture.tiles else 0)
 
 
 def _tile_tables(textures: list[Texture], rows: np.ndarray, device: str) -> list[wp.array]:

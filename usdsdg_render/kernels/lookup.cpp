@@ -4,7 +4,7 @@ using wp::uint32;
 using wp::uint64;
 constexpr int REPEAT = 0, MIRROR = 2, BLACK = 3;
 constexpr int SRGB = 0, RAW = 1, SHORTS = 2;
-constexpr int TILES_IN_A_ROW = 10;
+constexpr int TILES_IN_A_ROW = 10, ADJUSTED = 1, TILED = 2;
 using Records = decltype(textures.data);
 
 struct Sampler {
@@ -36,7 +36,7 @@ struct Sampler {
         auto* texture = textures + index;
         float u = texture->u_row[0] * s + texture->u_row[1] * t + texture->u_row[2];
         float v = texture->v_row[0] * s + texture->v_row[1] * t + texture->v_row[2];
-        if (texture->tiles) {
+        if (texture->special & TILED) {
             const float column = ::floorf(u), row = ::floorf(v);
             const bool inside = column >= 0.0f && column < TILES_IN_A_ROW && row >= 0.0f && row < texture->tile_rows;
             const int tile = TILES_IN_A_ROW * (inside ? (int)row : texture->tile_rows) + (inside ? (int)column : 0);
@@ -73,7 +73,7 @@ struct Sampler {
                 }
             }
         }
-        if (texture->adjusted)
+        if (texture->special & ADJUSTED)
             for (int c = 0; c < 4; ++c) sum[c] = wp::max(sum[c] * texture->scale[c] + texture->bias[c], 0.0f);
         return sum;
     }

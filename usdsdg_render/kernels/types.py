@@ -101,7 +101,7 @@ class Texture:
     # In the image's coordinates (u, v, 1) of the surface is (u_row, v_row) times it.
     u_row: wp.vec3
     v_row: wp.vec3
-    adjusted: wp.int32  # 1 = texels are scaled and biased
+    special: wp.int32  # 1 = texels are scaled and biased, 2 = has tiles, 3 = both
     scale: wp.vec4
     bias: wp.vec4
     # Rows of ten tiles (UDIM), each the index of a texture, and last the one for everywhere else; 0 = one image
