@@ -23,7 +23,6 @@ from usdsdg_render.scene import (
 )
 from usdsdg_render.trace.forest import BottomTree, TopTree
 
-
 # Flags of a texture's record, as `lookup.cpp` reads them
 ADJUSTED, TILED = 1, 2
 
