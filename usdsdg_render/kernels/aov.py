@@ -4,7 +4,7 @@ import warp as wp
 
 from usdsdg_render.kernels.camera import camera_ray
 from usdsdg_render.kernels.surface import base_color_at, surface_at
-from usdsdg_render.kernels.types import Camera, SceneTables
+from usdsdg_render.kernels.types import Camera, Hit, SceneTables
 from usdsdg_render.kernels.visibility import closest, corner_uv, triangle_of
 
 
@@ -32,6 +32,20 @@ class Past:
     known: wp.array(dtype=wp.int32)  # per instance: 1 = it was there
     local_to_world: wp.array(dtype=wp.mat33)
     world_origin: wp.array(dtype=wp.vec3)
+    corners: wp.array(
+        dtype=wp.uint64
+    )  # per instance: where the corners of its triangles were (vec3); 0 = where they are
+
+
+@wp.func
+def past_point(past: Past, hit: Hit, local: wp.vec3):
+    """Where in the world the point of a hit was, that is at `local` in its instance's frame now."""
+    p = local
+    if past.corners[hit.instance] != wp.uint64(0):
+        first = 3 * hit.triangle
+        corners = wp.array(ptr=past.corners[hit.instance], shape=(first + 3,), dtype=wp.vec3)
+        p = corners[first] * (1.0 - hit.u - hit.v) + corners[first + 1] * hit.u + corners[first + 2] * hit.v
+    return past.local_to_world[hit.instance] * p + past.world_origin[hit.instance]
 
 
 @wp.func
@@ -118,6 +132,6 @@ def label_pixels(
             triangle = triangle_of(instance, hit.triangle)
             local = triangle.p0 * (1.0 - hit.u - hit.v) + triangle.p1 * hit.u + triangle.p2 * hit.v
             now = instance.local_to_world * local + instance.world_origin
-            before = past.local_to_world[hit.instance] * local + past.world_origin[hit.instance]
+            before = past_point(past, hit, local)
             moved = motion(camera, past, now, before, False)
         out.motion_vectors[y, x] = moved

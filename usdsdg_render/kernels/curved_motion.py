@@ -5,7 +5,7 @@ A kernel of its own, because the way back from points to pixels would make the l
 
 import warp as wp
 
-from usdsdg_render.kernels.aov import Past, pixel_of
+from usdsdg_render.kernels.aov import Past, past_point, pixel_of
 from usdsdg_render.kernels.camera import camera_ray
 from usdsdg_render.kernels.lens import NONE, PANORAMA, lens_plane, panorama_place
 from usdsdg_render.kernels.types import Camera, SceneTables
@@ -54,7 +54,7 @@ def label_curved_motion(
         triangle = triangle_of(instance, hit.triangle)
         local = triangle.p0 * (1.0 - hit.u - hit.v) + triangle.p1 * hit.u + triangle.p2 * hit.v
         now = instance.local_to_world * local + instance.world_origin
-        before = past.local_to_world[hit.instance] * local + past.world_origin[hit.instance]
+        before = past_point(past, hit, local)
     a = place_of(camera, now, at_infinity)
     b = place_of(past.camera, before, at_infinity)
     if a[2] == 0.0 or b[2] == 0.0:
