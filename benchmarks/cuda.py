@@ -14,7 +14,10 @@ import numpy as np
 import warp as wp
 
 from benchmarks import render_scene
+from benchmarks.render_labels import LABELS
+from benchmarks.sensor_camera import SensorCameras
 from benchmarks.timing import in_turns
+from tests.render.test_waves import VIEW, everything
 from tests.stage.lens_cases import CASES
 from usdsdg.stage.cameras import CameraView
 from usdsdg_render.kernels.rays import trace_rays
@@ -25,7 +28,6 @@ from usdsdg_render.settings import PathSettings
 BLOCK = 128
 CAMERAS = 16
 SAMPLES = 128
-AOVS = ("instance", "distance_to_camera", "distance_to_image_plane", "normals", "position", "albedo")
 
 
 class Bench:
@@ -96,12 +98,25 @@ class Bench:
             print(f"{view.prim_path}: {SAMPLES} spp in {seconds:.3f} s, {rate:.0f} Msamples/s")
 
     def labels(self) -> None:
-        view = self.views[1]
-        for names in (AOVS, ("instance",)):
-            seconds = self.seconds(lambda names=names: self.renderer.labels(view, names))
-            print(f"labels {', '.join(names)}, fetched: {1e3 * seconds:.2f} ms a view")
+        """Every AOV of one ray a pixel, and what fetching them to the host adds; newton's SensorCamera beside it."""
+        views = [self.views[k % 2] for k in range(CAMERAS)]
+        for names in (LABELS, ("instance", "distance_to_image_plane")):
+
+            def fetched(names=names) -> None:
+                for view in views:
+                    self.renderer.labels(view, names)
+
+            seconds = self.seconds(fetched)
+            with wp.ScopedTimer("", print=False, cuda_filter=wp.TIMING_KERNEL) as timer:
+                fetched()
+            kernels = sum(result.elapsed for result in timer.timing_results) / 1e3
+            rates = f"{CAMERAS / seconds:.0f} views/s fetched, {CAMERAS / max(kernels, 1e-9):.0f} in kernels alone"
+            print(f"{len(names)} AOVs of {CAMERAS} views: {1e3 * seconds:.1f} ms, {rates}")
+        cameras = SensorCameras(self.scene, views, self.device)
+        print(f"SensorCamera, {CAMERAS} views: {1e3 * self.seconds(cameras.render):.1f} ms, its depth fetched")
         groups = [[k] for k in range(len(self.renderer.gprims))]
-        print(f"coverage of all objects: {1e3 * self.seconds(lambda: self.renderer.coverage(view, groups)):.2f} ms a view")
+        amodal = self.seconds(lambda: self.renderer.coverage(views[0], groups))
+        print(f"amodal counts and boxes of all objects: {1e3 * amodal:.2f} ms a view")
 
     def agreement(self) -> None:
         """Share of pixels with the ids of the CPU, over all lenses, and how far depths are apart."""
@@ -120,6 +135,18 @@ class Bench:
                 worst = max(worst, float(np.abs(near / far - 1).max(initial=0)))
         print(f"ids as on the CPU: {same / pixels:.6%} of {pixels} pixels; depths within {worst:.1e} of theirs")
 
+    def pictures(self) -> None:
+        """How far the pictures of both devices are apart, with glass, mirrors, a lamp, a sky and a lens."""
+        films = []
+        for device in (self.device, "cpu"):
+            renderer = WarpRenderer.of_scene(everything(), device=device)
+            renderer.sync()
+            film = renderer.new_film(VIEW.width, VIEW.height)
+            renderer.accumulate(film, VIEW, samples=256, settings=PathSettings(parts=True))
+            films.append([film.radiance(), *film.parts().values()])
+        apart = max(abs(ours.mean() - theirs.mean()) / theirs.mean() for ours, theirs in zip(*films, strict=True))
+        print(f"mean of a picture and of its parts: within {apart:.1e} of the CPU's")
+
 
 def camera_rays(view: CameraView) -> tuple[np.ndarray, np.ndarray]:
     """Rays through pixel centres in the order of the path tracer: along columns of bands of four rows."""
@@ -137,7 +164,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=5)
     options = parser.parse_args()
     bench = Bench(options.device, options.rounds)
-    for part in (bench.update, bench.rays, bench.paths, bench.labels, bench.agreement):
+    for part in (bench.update, bench.rays, bench.paths, bench.labels, bench.agreement, bench.pictures):
         part()
 
 

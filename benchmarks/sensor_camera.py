@@ -16,11 +16,11 @@ from usdsdg_render.scene import Scene
 class SensorCameras:
     """Colour with texture and shadow, distance, normals and ids of all views in one call."""
 
-    def __init__(self, scene: Scene, views: list[CameraView]) -> None:
+    def __init__(self, scene: Scene, views: list[CameraView], device: str = "cpu") -> None:
         import newton
         from newton.sensors import SensorCamera
 
-        model = _model(newton, scene)
+        model = _model(newton, scene, device)
         self._state = model.state()
         self._sensor = SensorCamera(model)
         self._sensor.create_default_light(enable_shadows=True)
@@ -35,11 +35,11 @@ class SensorCameras:
             focal_length=view.focal_length,
             horizontal_aperture=view.horizontal_aperture,
             vertical_aperture=view.horizontal_aperture * view.height / view.width,
-            device="cpu",
+            device=device,
         )
         poses = [_pose(each.local_to_world) for each in views]
-        self._poses = wp.array(poses, dtype=wp.transformf, device="cpu")
-        self._worlds = wp.zeros(count, dtype=wp.int32, device="cpu")
+        self._poses = wp.array(poses, dtype=wp.transformf, device=device)
+        self._worlds = wp.zeros(count, dtype=wp.int32, device=device)
         self._images = {
             "color_image": self._sensor.allocate_image_color(*size),
             "depth_image": self._sensor.allocate_image_depth(*size),
@@ -60,7 +60,7 @@ class SensorCameras:
         return self._images["depth_image"].numpy()
 
 
-def _model(newton: Any, scene: Scene) -> Any:
+def _model(newton: Any, scene: Scene, device: str) -> Any:
     builder = newton.ModelBuilder()
     meshes = {}
     for k, which in enumerate(scene.instances.prototype):
@@ -78,7 +78,7 @@ def _model(newton: Any, scene: Scene) -> Any:
                 texels = scene.textures[row["base_texture"]].texels[..., :3]
                 meshes[which] = _mesh(newton, welded(prototype), np.ascontiguousarray(texels))
             builder.add_shape_mesh(body, mesh=meshes[which], scale=wp.vec3(scale))
-    return builder.finalize(device="cpu")
+    return builder.finalize(device=device)
 
 
 def _mesh(newton: Any, mesh: Any, texels: np.ndarray) -> Any:
