@@ -136,15 +136,15 @@ def _input(
 
 
 def _image(network: Network, source: Source, *, colour: bool) -> tuple[TextureUse, int] | None:
-    """The image behind a connection, and which of its channels."""
+    """The image behind a connection, directly or through a node that picks a channel, and which of its channels."""
     node = source.shader
+    channel = 0
+    if node is not None and shader_id(node).startswith(PICKERS):
+        channel = CHANNELS.get(source.output, int(network.number(node, "index", 0.0)))
+        node = network.source(node, "in").shader
     if node is None:
         return None
     kind = shader_id(node)
-    if kind.startswith(PICKERS):
-        found = _image(network, network.source(node, "in"), colour=colour)
-        channel = CHANNELS.get(source.output, int(network.number(node, "index", 0.0)))
-        return found and (found[0], channel)
     if not kind.startswith(IMAGES):
         network.warn(node, f"MaterialX node '{kind}' is not evaluated; what it feeds has its default. Bake an image.")
         return None
@@ -167,7 +167,7 @@ def _image(network: Network, source: Source, *, colour: bool) -> tuple[TextureUs
         ),
         shader=str(node.GetPath()),
     )
-    return use, 0
+    return use, channel
 
 
 def _coordinates(network: Network, node: UsdShade.Shader) -> str:

@@ -751,6 +751,11 @@ def test_other_material_x_nodes_are_named():
     looks.connect("base_color", looks.shader("/Looks/M/Noise", "ND_noise2d_color3"), "out")
     with pytest.warns(UserWarning, match="/Looks/M/Noise: MaterialX node 'ND_noise2d_color3'"):
         np.testing.assert_allclose(looks.row()[0]["base_color"], 0.8, rtol=1e-6)
+    circle = looks.shader("/Looks/M/Circle", "ND_extract_color3")
+    circle.CreateInput("in", T.Color3f).ConnectToSource(circle.ConnectableAPI(), "out")
+    looks.connect("metalness", circle, "out")
+    with pytest.warns(UserWarning, match="/Looks/M/Circle"):
+        assert looks.row()[0]["metallic"] == 0
 
 
 OAK = """
@@ -855,6 +860,41 @@ def test_collections_bind():
     UsdShade.MaterialBindingAPI.Apply(group).Bind(collection, materials["c"], "shiny")
     assert bound_name(ball) == "c"
     assert stage
+
+
+def test_instances_have_the_material_of_their_variant():
+    stage = Usd.Stage.CreateInMemory()
+    asset = UsdGeom.Xform.Define(stage, "/Asset").GetPrim()
+    ball = UsdGeom.Sphere.Define(stage, "/Asset/Ball").GetPrim()
+    look = asset.GetVariantSets().AddVariantSet("look")
+    UsdShade.MaterialBindingAPI.Apply(ball)
+    for name, colour in (("red", (1, 0, 0)), ("blue", (0, 0, 1))):
+        material = UsdShade.Material.Define(stage, f"/Asset/{name}")
+        shader = UsdShade.Shader.Define(stage, f"/Asset/{name}/Surface")
+        shader.CreateIdAttr("UsdPreviewSurface")
+        shader.CreateInput("diffuseColor", T.Color3f).Set(Gf.Vec3f(*colour))
+        material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
+        look.AddVariant(name)
+        look.SetVariantSelection(name)
+        with look.GetVariantEditContext():
+            UsdShade.MaterialBindingAPI(ball).Bind(material)
+    for k, name in enumerate(("red", "blue")):
+        placed = UsdGeom.Xform.Define(stage, f"/Placed{k}").GetPrim()
+        placed.GetReferences().AddInternalReference("/Asset")
+        placed.GetVariantSet("look").SetVariantSelection(name)
+        placed.SetInstanceable(True)
+    extractor = SceneExtractor(stage)
+
+    def colours():
+        extractor.update()
+        instances, table = extractor.scene.instances, extractor.scene.materials["base_color"]
+        rows = extractor.scene.material_slots[instances.slot_offset]
+        return {path: tuple(table[row]) for path, row in zip(instances.paths, rows)}
+
+    before = colours()
+    assert (before["/Placed0/Ball"], before["/Placed1/Ball"]) == ((1, 0, 0), (0, 0, 1))
+    stage.GetPrimAtPath("/Placed1").GetVariantSet("look").SetVariantSelection("red")
+    assert colours()["/Placed1/Ball"] == (1, 0, 0)
 
 
 def test_a_binding_to_nothing_is_named():
