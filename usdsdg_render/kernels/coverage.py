@@ -5,7 +5,10 @@ import warp as wp
 from usdsdg_render.kernels.camera import camera_ray
 from usdsdg_render.kernels.lens import NONE
 from usdsdg_render.kernels.types import Camera, SceneTables
-from usdsdg_render.kernels.visibility import meets_instance
+from usdsdg_render.kernels.visibility import meets_cutout
+from usdsdg_render.trace.query import wide_meets_instance
+
+ROUNDING = wp.constant(0.01)  # pixels
 
 vec12 = wp.types.vector(length=12, dtype=wp.float32)
 
@@ -59,10 +62,11 @@ def span_of_box(corners: wp.array2d(dtype=wp.vec3), box: int, camera: Camera, ro
                     right = wp.max(right, at_near)
     if left > right:
         return wp.vec2i(0, 0)
+    # Pixels whose centres lie between.
     most = float(camera.width) + 1.0
-    first = wp.clamp(camera.cx + camera.fx * left - 0.5, -1.0, most)
-    last = wp.clamp(camera.cx + camera.fx * right + 0.5, -1.0, most)
-    return wp.vec2i(int(wp.floor(first)), int(wp.ceil(last)))
+    first = wp.clamp(camera.cx + camera.fx * left - 0.5 - ROUNDING, -1.0, most)
+    last = wp.clamp(camera.cx + camera.fx * right - 0.5 + ROUNDING, -1.0, most)
+    return wp.vec2i(int(wp.ceil(first)), int(wp.floor(last)) + 1)
 
 
 @wp.kernel(enable_backward=False)
@@ -100,6 +104,7 @@ def cover_strips(
 ):
     s = first_strip + wp.tid()
     strip = strips[s]
+    solid = tables.tree.instances[strip.instance].cutout == 0
     met = wp.uint64(0)
     seen = wp.uint64(0)
     for x in range(strip.first, strip.last):
@@ -108,7 +113,13 @@ def cover_strips(
             seen = seen | bit
         else:
             ray = camera_ray(camera, float(x) + 0.5, float(strip.row) + 0.5, wp.vec2(0.0))
-            if meets_instance(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, strip.instance, mode):
+            if solid:
+                if (
+                    wide_meets_instance(tables.tree, ray.origin, ray.direction, ray.tmin, ray.tmax, strip.instance)[3]
+                    >= 0
+                ):
+                    met = met | bit
+            elif meets_cutout(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, strip.instance, mode):
                 met = met | bit
     covered[s] = met | seen
     visible[s] = seen

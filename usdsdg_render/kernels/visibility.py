@@ -8,7 +8,6 @@ from usdsdg_render.trace.query import (
     unpack,
     wide_closest,
     wide_closest_in_instance,
-    wide_meets_instance,
     wide_occluded,
 )
 
@@ -113,12 +112,10 @@ def closest(
 
 
 @wp.func
-def meets_instance(
+def meets_cutout(
     tables: SceneTables, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float, instance: int, mode: int
 ):
     """Whether `closest` by labels would meet anything if the scene held one instance alone."""
-    if tables.tree.instances[instance].cutout == 0:
-        return wide_meets_instance(tables.tree, origin, direction, tmin, tmax, instance)[3] >= 0
     t = tmin
     for _layer in range(MAX_LAYERS):
         hit = unpack(wide_closest_in_instance(tables.tree, origin, direction, t, tmax, instance))
