@@ -235,6 +235,24 @@ def test_exr_without_its_module_names_the_extra(tmp_path, monkeypatch):
         images.read(str(tmp_path / "a.exr"))
 
 
+@pytest.mark.parametrize(
+    ("names", "kind"), [("RGB", np.float32), ("RGBA", np.float32), ("RGB", np.float16), ("Y", np.float32)]
+)
+def test_exr_files_keep_their_values(names, kind, tmp_path):
+    exr = pytest.importorskip("OpenEXR", reason="OpenEXR is an extra")
+    values = np.random.default_rng(0).uniform(-1, 30, (5, 6, len(names))).astype(kind)
+    header = {"compression": exr.ZIP_COMPRESSION, "type": exr.scanlineimage}
+    with exr.File(header, {names: values[..., 0].copy() if names == "Y" else values.copy()}) as file:
+        file.write(str(tmp_path / "a.exr"))
+    shown = images.read(str(tmp_path / "a.exr")).texels
+    expected = np.repeat(values, 3, axis=2) if names == "Y" else values
+    np.testing.assert_array_equal(shown[..., : expected.shape[2]], expected.astype(np.float32))
+    assert texture(tmp_path / "a.exr").texels.dtype == np.float16
+    (tmp_path / "cut.exr").write_bytes((tmp_path / "a.exr").read_bytes()[:200])
+    with pytest.raises(errors.AssetUnreadable, match=r"cut\.exr"):
+        images.read(str(tmp_path / "cut.exr"))
+
+
 def test_files_inside_a_package_are_read(tmp_path):
     picture = io.BytesIO()
     Image.new("RGB", (3, 2), RED).save(picture, "PNG")
