@@ -105,17 +105,19 @@ class RayCaster:
             "HdrColor": (color.astype(np.float32) / 255).astype(np.float16).reshape(*shape, 4),
         }
 
-    def outlines(self, view: CameraView, groups: Sequence[Sequence[int]]) -> Outlines:
+    def outlines(
+        self, view: CameraView, groups: Sequence[Sequence[int]], *, instance: np.ndarray | None = None
+    ) -> Outlines:
         """What each group covers alone, and where one of it comes first."""
         origins, directions = rays(view)
         everything = range(len(self.gprims))
         hits = [self._intersect(index, origins, directions, view.clipping_range)[0] for index in everything]
-        instance = self.labels(view)["instance"].ravel()
+        seen = RayCaster.labels(self, view)["instance"] if instance is None else instance
         strips = []
         for row, group in enumerate(groups):
             covered = np.isfinite([hits[index] for index in group]).any(0)
             for y, x in np.argwhere(covered.reshape(view.height, view.width)):
-                shown = int(instance[y * view.width + x]) in group
+                shown = int(seen[y, x]) in group
                 strips.append((row, y, x // WORD, 1 << int(x % WORD), shown << int(x % WORD)))
         single = np.array(strips, STRIP)
         keys, first = np.unique(single[["group", "row", "word"]], return_index=True)

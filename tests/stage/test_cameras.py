@@ -156,7 +156,8 @@ def test_all_attributes_are_read(stage):
     assert view.projection_type == "fisheyePolynomial"
     assert view.attributes["fthetaMaxFov"] == 200.0
     assert not {"focalLength", "clippingRange", "xformOp:translate"} & set(view.attributes)
-    assert view.lens is not None and view.lens.model == "fisheyePolynomial"
+    assert view.lens is not None
+    assert view.lens.model == "fisheyePolynomial"
     with pytest.raises(Unsupported, match=r"/World/cam.*fisheyePolynomial"):
         _ = view.projection_matrix
 

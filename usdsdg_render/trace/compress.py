@@ -6,9 +6,9 @@ A node is five rows of four words, as `compressed.cpp` reads them:
     index of the first child that is a node, and of the first item; eight bytes, one for each child
     eight bytes each of lower x, lower y, lower z, upper x, upper y, upper z
 
-A child's byte is 0 for none, 32 + 24 + slot for a node, and for a leaf a one for each of its items, of which it has room
-for three, above five bits of their place. Children sit in the slots that suit their direction from the middle of the
-node, so that the slot number alone, compared with the signs of a ray, orders them from near to far.
+A child's byte is 0 for none, 32 + 24 + slot for a node, and for a leaf a one for each of its items, of which there is
+room for three, above five bits of their place. Children sit in the slots that suit their direction from the middle of
+the node, so that the slot number alone, compared with the signs of a ray, orders them from near to far.
 """
 
 from __future__ import annotations
