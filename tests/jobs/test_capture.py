@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 
 import pytest
@@ -227,7 +226,7 @@ def test_ctrl_c_finishes_the_frame_and_then_stops(physics, monkeypatch, capsys):
 
     def step(**_):
         if len(captured) == 1:
-            os.kill(os.getpid(), signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
         captured.append("whole frame")
 
     monkeypatch.setattr(rep.orchestrator, "step", step)
@@ -241,8 +240,9 @@ def test_ctrl_c_finishes_the_frame_and_then_stops(physics, monkeypatch, capsys):
 
 def test_a_second_ctrl_c_stops_at_once(physics, monkeypatch):
     def step(**_):
-        os.kill(os.getpid(), signal.SIGINT)
-        os.kill(os.getpid(), signal.SIGINT)
+        # In this thread and handled at once: two signals from outside may arrive as one.
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
 
     monkeypatch.setattr(rep.orchestrator, "step", step)
     chosen = config(num_frames=5)
