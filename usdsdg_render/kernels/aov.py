@@ -74,6 +74,9 @@ def motion(camera: Camera, past: Past, now: wp.vec3, before: wp.vec3, at_infinit
     return wp.vec2(b[0] - a[0], b[1] - a[1])
 
 
+LABEL_BAND = wp.constant(4)
+
+
 @wp.kernel(enable_backward=False)
 def label_pixels(
     tables: SceneTables,
@@ -81,12 +84,15 @@ def label_pixels(
     past: Past,
     meters_per_unit: float,
     mode: int,
-    first_row: int,
+    first_band: int,
     # out
     out: AovArrays,
 ):
-    y, x = wp.tid()
-    y += first_row
+    # Along columns of bands of four rows, so that the rays of a warp look one way.
+    band, x, row = wp.tid()
+    y = LABEL_BAND * (first_band + band) + row
+    if y >= camera.height:
+        return
     ray = camera_ray(camera, float(x) + 0.5, float(y) + 0.5, wp.vec2(0.0))
     hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, mode, 0.5)
     if out.instance.shape[0] > 0:
