@@ -12,7 +12,8 @@ from usdsdg_render.aov import AMBIENT_REACH, AOVS, MATERIAL_AOVS, check_names
 from usdsdg_render.camera import camera_record
 from usdsdg_render.device import DeviceScene
 from usdsdg_render.kernels.ambient_aov import label_ambient
-from usdsdg_render.kernels.aov import LABEL_BAND, AovArrays, Past, label_pixels
+from usdsdg_render.kernels.aov import AovArrays, Past, label_pixels
+from usdsdg_render.kernels.camera import BAND
 from usdsdg_render.kernels.curved_motion import label_curved_motion
 from usdsdg_render.kernels.lens import NONE
 from usdsdg_render.kernels.material_aov import MaterialArrays, label_materials
@@ -118,7 +119,7 @@ def render(
         setattr(of_material if name in MATERIAL_AOVS else out, name, made[name])
     inputs = [device_scene.tables, camera, past, float(view.meters_per_unit), mode]
     if not (MATERIAL_AOVS | _OPENNESS).issuperset(names):
-        bands = (-(-view.height // LABEL_BAND), view.width, LABEL_BAND)
+        bands = (-(-view.height // BAND), view.width, BAND)
         launch_rows(label_pixels, bands, inputs, [out], device=device, threads=threads, band_rows=4)
     if not MATERIAL_AOVS.isdisjoint(names):
         inputs = [device_scene.tables, camera, mode]

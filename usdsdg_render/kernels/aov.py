@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from usdsdg_render.kernels.camera import camera_ray
+from usdsdg_render.kernels.camera import BAND, camera_ray
 from usdsdg_render.kernels.surface import base_color_at, surface_at
 from usdsdg_render.kernels.types import Camera, Hit, SceneTables
 from usdsdg_render.kernels.visibility import closest, corner_uv, triangle_of
@@ -32,9 +32,8 @@ class Past:
     known: wp.array(dtype=wp.int32)  # per instance: 1 = it was there
     local_to_world: wp.array(dtype=wp.mat33)
     world_origin: wp.array(dtype=wp.vec3)
-    corners: wp.array(
-        dtype=wp.uint64
-    )  # per instance: where the corners of its triangles were (vec3); 0 = where they are
+    # Per instance: where the corners of its triangles were (vec3); 0 = where they are.
+    corners: wp.array(dtype=wp.uint64)
 
 
 @wp.func
@@ -74,9 +73,6 @@ def motion(camera: Camera, past: Past, now: wp.vec3, before: wp.vec3, at_infinit
     return wp.vec2(b[0] - a[0], b[1] - a[1])
 
 
-LABEL_BAND = wp.constant(4)
-
-
 @wp.kernel(enable_backward=False)
 def label_pixels(
     tables: SceneTables,
@@ -88,9 +84,8 @@ def label_pixels(
     # out
     out: AovArrays,
 ):
-    # Along columns of bands of four rows, so that the rays of a warp look one way.
     band, x, row = wp.tid()
-    y = LABEL_BAND * (first_band + band) + row
+    y = BAND * (first_band + band) + row
     if y >= camera.height:
         return
     ray = camera_ray(camera, float(x) + 0.5, float(y) + 0.5, wp.vec2(0.0))

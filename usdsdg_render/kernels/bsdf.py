@@ -9,7 +9,7 @@ visible GGX normals with spherical caps", 2023).
 
 import warp as wp
 
-from usdsdg_render.kernels.path_state import luminance
+from usdsdg_render.kernels.color import luminance
 from usdsdg_render.kernels.surface import Surface
 from usdsdg_render.kernels.trig import cos_sin
 from usdsdg_render.kernels.types import Material

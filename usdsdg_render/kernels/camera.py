@@ -6,6 +6,9 @@ from usdsdg_render.kernels.lens import FLAT, NONE, PANORAMA, lens_direction, pan
 from usdsdg_render.kernels.trig import cos_sin
 from usdsdg_render.kernels.types import Camera
 
+# Neighbouring threads take pixels along columns of bands of so many rows, so that the rays of a warp look one way.
+BAND = wp.constant(4)
+
 
 @wp.struct
 class Ray:

@@ -6,16 +6,13 @@ An à-trous wavelet (Dammertz et al., HPG 2010) whose weights know how noisy eac
 
 import warp as wp
 
+from usdsdg_render.kernels.color import luminance
+
 # How many standard deviations two pixels may differ and still count as the same light.
 LIGHT_SIGMAS = wp.constant(3.0)
 NORMAL_POWER = wp.constant(64.0)
 # Least albedo that light is divided by.
 DARKEST = wp.constant(0.02)
-
-
-@wp.func
-def brightness(color: wp.vec3):
-    return 0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2]
 
 
 @wp.func
@@ -40,7 +37,7 @@ def separate(
     n = wp.max(color[y, x][3], 1.0)
     base = wp.max(albedo[y, x] / n, wp.vec3(DARKEST))
     mean = wp.cw_div(xyz(color[y, x]) / n, base)
-    level = brightness(mean)
+    level = luminance(mean)
     # One sample says nothing of its own variance; count it as wholly uncertain.
     variance = wp.max(square[y, x] / n - level * level, 0.0) / n
     if n < 2.0:
@@ -101,7 +98,7 @@ def smooth(
         return
     depth = guide[y, x][3]
     slope = steepness(guide, y, x)
-    level = brightness(xyz(here))
+    level = luminance(xyz(here))
     tolerance = LIGHT_SIGMAS * wp.sqrt(steady_variance(light, y, x)) + 1.0e-4 * level + 1.0e-8
     total = wp.vec3(0.0)
     variance = float(0.0)
@@ -121,7 +118,7 @@ def smooth(
                     w *= wp.where(b == 0, 0.375, wp.where(b == 1, 0.25, 0.0625))
                     reach = slope * float(step * (a + b)) + 2.0e-3 * depth + 1.0e-12
                     there = light[v, u]
-                    apart = wp.abs(depth - other[3]) / reach + wp.abs(level - brightness(xyz(there))) / tolerance
+                    apart = wp.abs(depth - other[3]) / reach + wp.abs(level - luminance(xyz(there))) / tolerance
                     w *= wp.pow(alike, NORMAL_POWER) * wp.exp(-apart)
                     total += xyz(there) * w
                     variance += there[3] * w * w

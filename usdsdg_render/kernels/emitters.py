@@ -3,8 +3,8 @@
 import warp as wp
 
 from usdsdg_render import scene
-from usdsdg_render.kernels.bsdf import luminance
 from usdsdg_render.kernels.cdf import invert_cdf
+from usdsdg_render.kernels.color import luminance
 from usdsdg_render.kernels.light_shapes import LightSample
 from usdsdg_render.kernels.texture import lookup
 from usdsdg_render.kernels.types import Hit, Light, Material, SceneTables

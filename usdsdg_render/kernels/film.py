@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from usdsdg_render.kernels.color import luminance
 from usdsdg_render.kernels.path_state import (
     DIRECT_DIFFUSE,
     DIRECT_SPECULAR,
@@ -11,7 +12,6 @@ from usdsdg_render.kernels.path_state import (
     Feature,
     Parts,
     PathOptions,
-    luminance,
 )
 
 

@@ -49,7 +49,7 @@ def trace_path(
             if light[0] + light[1] + light[2] > 0.0:
                 share = transmitted(tables, path.origin, left.connection.direction, left.connection.distance)
                 if share > 0.0:
-                    arrival = connected(path, parts, left.connection, share, bounce, options.parts)
+                    arrival = connected(path, parts, left.connection, share, bounce)
                     path = arrival.path
                     parts = arrival.parts
     return with_sample(sums, options, path.radiance, feature, parts)

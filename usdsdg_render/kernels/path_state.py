@@ -3,6 +3,7 @@
 import warp as wp
 
 from usdsdg_render.kernels.camera import Ray
+from usdsdg_render.kernels.color import luminance
 
 # Rows of `FilmArrays.parts`, in the order of `settings.PARTS`.
 DIRECT_DIFFUSE = wp.constant(0)
@@ -54,7 +55,11 @@ class Path:
 
 @wp.struct
 class Parts:
-    """The radiance of a path by what its first surface did with the light, without what that gives off itself."""
+    """The radiance of a path by what its first surface did with the light, without what that gives off itself.
+
+    They are always counted and stored only on demand: a flag within the loop over a path's surfaces makes the compiler
+    double the loop, which costs more than the sums.
+    """
 
     direct_diffuse: wp.vec3
     direct_specular: wp.vec3
@@ -101,11 +106,6 @@ def begin_path(ray: Ray):
     if ray.tmin <= ray.tmax:
         path.alive = 1
     return path
-
-
-@wp.func
-def luminance(color: wp.vec3):
-    return 0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2]
 
 
 @wp.func

@@ -7,6 +7,7 @@ which runs each step for many paths at a time (`wavefront`).
 import warp as wp
 
 from usdsdg_render.kernels.bsdf import Bsdf, bsdf_at, sample_direction, scatter
+from usdsdg_render.kernels.color import luminance
 from usdsdg_render.kernels.emitters import emitter_density, is_emitter
 from usdsdg_render.kernels.glass import through_glass
 from usdsdg_render.kernels.light_rules import by_rules, has_rules
@@ -18,7 +19,6 @@ from usdsdg_render.kernels.path_state import (
     Path,
     PathOptions,
     limited,
-    luminance,
     with_part,
 )
 from usdsdg_render.kernels.sampler import (
@@ -84,7 +84,7 @@ def next_hit(tables: SceneTables, path: Path, bounce: int, seed: wp.uint32, inde
 
 
 @wp.func
-def with_light(arrival: Arrival, light: wp.vec3, bounce: int, with_parts: int):
+def with_light(arrival: Arrival, light: wp.vec3, bounce: int):
     """Count light that the path's ray brings to the surface that it left."""
     arrival.path.radiance += light
     if bounce > 0:
@@ -127,7 +127,7 @@ def arrive(tables: SceneTables, options: PathOptions, path: Path, parts: Parts, 
                     chance = weight_at(light, path.origin, path.normal) / path.all_lights
                     weight = mis(path.pdf, on_light.pdf * chance) * dim
                     found = limited(wp.cw_mul(path.throughput, on_light.radiance) * weight, most)
-                    a = with_light(a, found, bounce, options.parts)
+                    a = with_light(a, found, bounce)
     if stopped:
         a.path.radiance = seen
         a.path.alive = 0
@@ -148,7 +148,7 @@ def arrive(tables: SceneTables, options: PathOptions, path: Path, parts: Parts, 
                     sky = sky_radiance(dome, uv)
                 else:
                     sky = cell_radiance(dome, cell)
-                a = with_light(a, limited(wp.cw_mul(path.throughput, sky) * weight, most), bounce, options.parts)
+                a = with_light(a, limited(wp.cw_mul(path.throughput, sky) * weight, most), bounce)
     elif path.met == options.bounces and not is_emitter(tables, hit.instance):
         a.path.alive = 0
     return a
@@ -293,7 +293,7 @@ def depart(
 
 
 @wp.func
-def connected(path: Path, parts: Parts, connection: Connection, share: float, bounce: int, with_parts: int):
+def connected(path: Path, parts: Parts, connection: Connection, share: float, bounce: int):
     """Add the light of a connection of which `share` came through."""
     a = Arrival(path=path, parts=parts)
     light = limited(connection.light * share, connection.most)

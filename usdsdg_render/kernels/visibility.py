@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from usdsdg_render.kernels.color import luminance
 from usdsdg_render.kernels.texture import channel, lookup
 from usdsdg_render.kernels.types import Hit, Instance, Material, SceneTables, Triangle
 from usdsdg_render.trace.query import (
@@ -50,8 +51,7 @@ def clearness(material: Material):
     share = material.transmission * (1.0 - material.specular[0])
     if material.thin == CLEAR:
         return share
-    c = material.base_color
-    return share * (0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2])
+    return share * luminance(material.base_color)
 
 
 @wp.func

@@ -7,15 +7,13 @@ run to run, but each path keeps its own sums, and they are added to the film in 
 
 import warp as wp
 
-from usdsdg_render.kernels.camera import camera_ray
+from usdsdg_render.kernels.camera import BAND, camera_ray
 from usdsdg_render.kernels.film import FilmArrays, load_pixel, store_pixel, with_sample
 from usdsdg_render.kernels.path_state import Connection, Feature, Parts, Path, PathOptions, begin_path
 from usdsdg_render.kernels.sampler import PAIR_LENS, PAIR_PIXEL, pixel_seed, sample_pair
 from usdsdg_render.kernels.segment import arrive, connected, depart, next_hit
 from usdsdg_render.kernels.types import Camera, Hit, SceneTables
 from usdsdg_render.kernels.visibility import transmitted
-
-BAND = wp.constant(4)
 
 # The threads of a warp take their places together. On a CPU, for tests, there is one thread.
 _TAKE_PLACE = """
@@ -159,10 +157,9 @@ def connect(tables: SceneTables, wave: Wave, step: int):
     connection = wave.connections[number]
     share = transmitted(tables, path.origin, connection.direction, connection.distance)
     if share > 0.0:
-        with_parts = wp.where(wave.parts.shape[0] > 0, 1, 0)
-        arrival = connected(path, parts_of(wave, number), connection, share, step, with_parts)
+        arrival = connected(path, parts_of(wave, number), connection, share, step)
         wave.paths[number].radiance = arrival.path.radiance
-        if with_parts != 0:
+        if wave.parts.shape[0] > 0:
             wave.parts[number] = arrival.parts
 
 
