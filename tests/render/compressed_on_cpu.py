@@ -29,6 +29,13 @@ static constexpr auto __clz = [](unsigned a) { return __builtin_clz(a); };
 static constexpr auto __popc = [](unsigned a) { return __builtin_popcount(a); };
 static constexpr auto __ldg = [](const auto* p) { return *p; };
 static constexpr auto __uint_as_float = [](unsigned a) { return __builtin_bit_cast(float, a); };
+static constexpr auto __int_as_float = [](int a) { return __builtin_bit_cast(float, a); };
+static constexpr auto __vimax3_s32 = [](int a, int b, int c) { return a > b ? (a > c ? a : c) : (b > c ? b : c); };
+static constexpr auto __vimin3_s32 = [](int a, int b, int c) { return a < b ? (a < c ? a : c) : (b < c ? b : c); };
+static constexpr auto __byte_perm = [](unsigned x, unsigned y, unsigned s) {
+    const auto byte = [=](unsigned k) { return (k < 4 ? x >> 8 * k : y >> 8 * (k - 4)) & 255u; };
+    return byte(s & 7) | byte(s >> 4 & 7) << 8 | byte(s >> 8 & 7) << 16 | byte(s >> 12 & 7) << 24;
+};
 static constexpr auto __float_as_int = [](float a) { return __builtin_bit_cast(int, a); };
 """
 

@@ -16,7 +16,18 @@ auto dot3 = [](float a, float b, float c, float x, float y, float z) {
     return __fadd_rn(__fadd_rn(__fmul_rn(a, x), __fmul_rn(b, y)), __fmul_rn(c, z));
 };
 auto cross2 = [](float ax, float ay, float bx, float by) { return __fsub_rn(__fmul_rn(ax, by), __fmul_rn(ay, bx)); };
-auto byte_of = [](uint32 word, int k) { return (float)(word >> (8 * k) & 255u); };
+// Byte k of a word as 1 + byte / FINE: put together in one step, where a conversion takes the time of four.
+constexpr float FINE = 32768.0f;
+auto one_and_byte = [](uint32 word, int k) {
+    return __uint_as_float(__byte_perm(word, 0x3f800000u, 0x7604u + (k << 4)));
+};
+// The largest and the smallest of three floats, by their bits: right where it is positive, and negative where it is not.
+auto largest = [](float a, float b, float c) {
+    return __int_as_float(__vimax3_s32(__float_as_int(a), __float_as_int(b), __float_as_int(c)));
+};
+auto smallest = [](float a, float b, float c) {
+    return __int_as_float(__vimin3_s32(__float_as_int(a), __float_as_int(b), __float_as_int(c)));
+};
 
 float best_t = tmax, best_u = 0.0f, best_v = 0.0f;
 int best_instance = -1, best_triangle = -1;
@@ -128,12 +139,12 @@ for (;;) {
         const uint4 head = __ldg(node), links = __ldg(node + 1);
         const uint4 low_xy = __ldg(node + 2), mixed = __ldg(node + 3), high_yz = __ldg(node + 4);
         // Boxes count in steps of a power of two from the node's corner.
-        const float adx = __uint_as_float((head.w & 255u) << 23) * rx;
-        const float ady = __uint_as_float((head.w >> 8 & 255u) << 23) * ry;
-        const float adz = __uint_as_float((head.w >> 16 & 255u) << 23) * rz;
-        const float cx = (__uint_as_float(head.x) - ox) * rx;
-        const float cy = (__uint_as_float(head.y) - oy) * ry;
-        const float cz = (__uint_as_float(head.z) - oz) * rz;
+        const float adx = __uint_as_float((head.w & 255u) << 23) * (rx * FINE);
+        const float ady = __uint_as_float((head.w >> 8 & 255u) << 23) * (ry * FINE);
+        const float adz = __uint_as_float((head.w >> 16 & 255u) << 23) * (rz * FINE);
+        const float cx = (__uint_as_float(head.x) - ox) * rx - adx;
+        const float cy = (__uint_as_float(head.y) - oy) * ry - ady;
+        const float cz = (__uint_as_float(head.z) - oz) * rz - adz;
         uint32 hits = 0u;
 #pragma unroll
         for (int half = 0; half < 2; ++half) {
@@ -150,12 +161,12 @@ for (;;) {
             const uint32 near_z = rz < 0 ? hz : lz, far_z = rz < 0 ? lz : hz;
 #pragma unroll
             for (int k = 0; k < 4; ++k) {
-                const float t_near = fmaxf(
-                    fmaxf(fmaf(byte_of(near_x, k), adx, cx), fmaf(byte_of(near_y, k), ady, cy)),
-                    fmaxf(fmaf(byte_of(near_z, k), adz, cz), tmin));
-                const float t_far = fminf(
-                    fminf(fmaf(byte_of(far_x, k), adx, cx), fmaf(byte_of(far_y, k), ady, cy)),
-                    fmaf(byte_of(far_z, k), adz, cz));
+                const float t_near = fmaxf(tmin, largest(
+                    fmaf(one_and_byte(near_x, k), adx, cx), fmaf(one_and_byte(near_y, k), ady, cy),
+                    fmaf(one_and_byte(near_z, k), adz, cz)));
+                const float t_far = smallest(
+                    fmaf(one_and_byte(far_x, k), adx, cx), fmaf(one_and_byte(far_y, k), ady, cy),
+                    fmaf(one_and_byte(far_z, k), adz, cz));
                 if (t_near <= fminf(t_far * WIDEN, best_t))
                     hits |= (child_bits >> (8 * k) & 255u) << (bit_index >> (8 * k) & 255u);
             }
