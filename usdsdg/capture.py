@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from typing import Any
 
+import numpy as np
 from pxr import Usd
 
 from usdsdg import engines
@@ -128,7 +129,11 @@ class Capture:
         """Make the labels, then let annotators compute and writers write."""
         if not self._wanted:
             return
-        frames = {product.path: self._frame(product, index, seconds) for product in self._active()}
+        renderer = engines.renderer()
+        renderer.glass_labels = glass_labels()
+        views = {product.path: view_of(product, renderer.time) for product in self._active()}
+        labels = self._labels(views)
+        frames = {path: self._frame(path, view, labels[path], index, seconds) for path, view in views.items()}
         for annotator in attached_annotators():
             if annotator.render_product in frames:
                 annotator.compute(frames[annotator.render_product])
@@ -139,24 +144,34 @@ class Capture:
     def _active(self) -> list[HydraTexture]:
         return [product for product in products() if product.path in self._wanted]
 
-    def _frame(self, product: HydraTexture, index: int, seconds: float) -> Frame:
+    def _labels(self, views: dict[str, Any]) -> dict[str, list[dict[str, np.ndarray]]]:
+        """The label AOVs that are wanted of each product, one dictionary per camera; those alike are drawn together."""
+        products_by_aovs: dict[frozenset[str], list[str]] = {}
+        for path in views:
+            wanted = frozenset(requirements(self._wanted[path]).aovs.difference(PARTS))
+            products_by_aovs.setdefault(wanted, []).append(path)
+        labels = {}
+        for wanted, paths in products_by_aovs.items():
+            cameras = [views_of(views[path]) for path in paths]
+            drawn = iter(engines.renderer().labels_of([each for some in cameras for each in some], wanted))
+            labels |= {path: [next(drawn) for _ in some] for path, some in zip(paths, cameras, strict=True)}
+        return labels
+
+    def _frame(self, path: str, view: Any, labels: list[dict[str, np.ndarray]], index: int, seconds: float) -> Frame:
+        """What annotators see of the product at `path`, whose cameras' label AOVs there are already."""
         renderer = engines.renderer()
-        needs = requirements(self._wanted[product.path])
-        view = view_of(product, engines.renderer().time)
-        views = views_of(view)
-        renderer.glass_labels = glass_labels()
+        needs = requirements(self._wanted[path])
         entities = self._read_entities(renderer.gprims, needs)
-        wanted = needs.aovs.difference(PARTS)
-        aovs = joined(view, [renderer.labels(each, wanted) for each in views])
-        if product.path in self._films:
+        aovs = joined(view, labels)
+        if path in self._films:
             assert self._mode is not None
             tone = _tone_settings(self._mode)
-            aovs |= joined(view, [renderer.develop(film, tone) for film in self._films.pop(product.path)])
+            aovs |= joined(view, [renderer.develop(film, tone) for film in self._films.pop(path)])
         outlines = Outlines.nothing((view.height, view.width), len(entities))
         if needs.coverage:
-            outlines = renderer.outlines(views[0], entities.groups, instance=aovs.get("instance"))
+            outlines = renderer.outlines(views_of(view)[0], entities.groups, instance=aovs.get("instance"))
         return Frame(
-            index=index, camera=view, render_product=product.path, aovs=aovs, gprims=renderer.gprims,
+            index=index, camera=view, render_product=path, aovs=aovs, gprims=renderer.gprims,
             entities=entities, outlines=outlines, reference_time=(round(seconds * TICKS), TICKS),
         )  # fmt: skip
 
@@ -228,4 +243,6 @@ def _tone_settings(mode: RenderMode) -> ToneSettings:
         shutter=settings.get_as_float("/rtx/post/tonemap/cameraShutter"),
         f_number=settings.get_as_float("/rtx/post/tonemap/fNumber"),
         denoise=mode.denoise,
+        denoiser=mode.denoiser,
+        noisy_share=mode.noisy_share,
     )

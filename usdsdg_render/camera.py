@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -49,6 +50,11 @@ def camera_record(view: CameraView) -> Camera:
         camera.lens_kind = camera.lens.kind
         (camera.fx, camera.fy), (camera.cx, camera.cy) = view.lens.focal, view.lens.centre
     return camera
+
+
+def camera_array(views: Sequence[CameraView], device: str) -> wp.array:
+    """(len(views),) records of the kernels' cameras."""
+    return wp.array([camera_record(view) for view in views], dtype=Camera, device=device)
 
 
 def _lens_record(lens: Lens) -> kernel.Lens:

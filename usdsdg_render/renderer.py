@@ -10,12 +10,15 @@ import warp as wp
 
 from usdsdg.errors import RenderError, warn_once
 from usdsdg_render import coverage, labels
+from usdsdg_render.aov import check_names
 from usdsdg_render.camera import camera_record
 from usdsdg_render.device import DeviceScene
 from usdsdg_render.film import Film, develop
+from usdsdg_render.history import History
 from usdsdg_render.kernels.path import add_samples
 from usdsdg_render.kernels.path_state import PathOptions
 from usdsdg_render.kernels.visibility import BEHIND_GLASS, BY_THRESHOLD
+from usdsdg_render.label_batch import LabelBatch
 from usdsdg_render.motion import interpolate
 from usdsdg_render.parallel import launch_rows
 from usdsdg_render.precompile import precompile
@@ -30,6 +33,9 @@ if TYPE_CHECKING:
     from usdsdg.stage.outlines import Outlines
 
 Progress = Callable[[str, int, "int | None"], None]
+
+# Of the label pass in one launch; all AOVs take about 100 bytes of each.
+BATCH_PIXELS = 1 << 24
 
 _LABEL_MODES = {"surface": BY_THRESHOLD, "behind": BEHIND_GLASS}
 
@@ -67,7 +73,7 @@ class WarpRenderer:
         self.threads: int | None = None  # None: all CPUs that this process may use
         precompile(self.device, progress)
         self._on_device = DeviceScene(self.device)
-        self._history = labels.History(self.device)
+        self._history = History(self.device)
         self._waves = Waves(self.device)
         self._before = np.zeros((0, 4, 4))  # transforms at the sync before the last
         self.glass_labels = "surface"
@@ -109,6 +115,7 @@ class WarpRenderer:
         if self._extractor is not None:
             self._extractor.update(time)
         self._on_device.sync(self._scene)
+        self._history.advance()
         # Rows mean the same things as before only while the paths are the same; else nothing moves.
         now = self._scene.instances
         self._before = before[1] if before[0] == now.paths else now.local_to_world
@@ -125,14 +132,41 @@ class WarpRenderer:
     def labels(self, view: CameraView, aovs: Collection[str]) -> dict[str, np.ndarray]:
         """One ray through each pixel centre; see `aov.AOVS` for names, units and values.
 
-        Motion vectors count from the last call with this camera that asked for them.
+        Motion vectors count from when this camera last asked for them, before the last `sync` or in another place.
 
         Raises:
             RenderError: an AOV is not known.
             Unsupported: there is no formula for the camera's lens.
         """
-        mode = self._label_mode
-        return labels.render(self._on_device, self._history, self._scene, view, aovs, mode=mode, threads=self.threads)
+        return self.labels_of([view], aovs)[0]
+
+    def labels_of(self, views: Sequence[CameraView], aovs: Collection[str]) -> list[dict[str, np.ndarray]]:
+        """`labels` of many views, drawn together where they have one size."""
+        results: list[dict[str, np.ndarray]] = [{} for _ in views]
+        for places in _batches(views):
+            batch = self.label_batch([views[k] for k in places], aovs)
+            for k, arrays in zip(places, batch.numpy(), strict=True):
+                results[k] = arrays
+        return results
+
+    def label_batch(self, views: Sequence[CameraView], aovs: Collection[str]) -> LabelBatch:
+        """`labels` of views of one size in one launch, left on the device.
+
+        Raises:
+            RenderError: the views are of several sizes, or there is none.
+        """
+        names = check_names(aovs)
+        if len({_format(view) for view in views}) != 1:
+            sizes = sorted({f"{view.width}x{view.height}" for view in views})
+            raise RenderError(
+                f"a batch of labels wants views of one size of one stage; these are {', '.join(sizes) or 'none'}"
+            )
+        arrays = labels.render(
+            self._on_device, self._history, self._scene, views, names, mode=self._label_mode, threads=self.threads
+        )
+        if "motion_vectors" in names:
+            self._history.remember(views, self._scene)
+        return LabelBatch(len(views), arrays, self.threads)
 
     def outlines(
         self, view: CameraView, groups: Sequence[Sequence[int]], *, instance: np.ndarray | None = None
@@ -193,6 +227,23 @@ class WarpRenderer:
     def develop(self, film: Film, tone: ToneSettings | None = None) -> dict[str, np.ndarray]:
         """HdrColor, (H, W, 4) float16 radiance [nits], LdrColor, (H, W, 4) uint8 sRGB, and the film's parts."""
         return develop(film, tone or ToneSettings(), threads=self.threads)
+
+
+def _batches(views: Sequence[CameraView]) -> list[list[int]]:
+    """Indices of views that may be drawn together: of one size, and of no more pixels than memory has room for."""
+    alike: dict[tuple[int, int, float], list[int]] = {}
+    for k, view in enumerate(views):
+        alike.setdefault(_format(view), []).append(k)
+    batches = []
+    for (width, height, _), places in alike.items():
+        most = max(1, BATCH_PIXELS // (width * height))
+        batches += [places[first : first + most] for first in range(0, len(places), most)]
+    return batches
+
+
+def _format(view: CameraView) -> tuple[int, int, float]:
+    """What the views of a batch have in common."""
+    return view.width, view.height, view.meters_per_unit
 
 
 def path_options(settings: PathSettings, film: Film) -> PathOptions:

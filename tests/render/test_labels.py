@@ -255,7 +255,7 @@ def test_motion_vectors_point_back():
     np.testing.assert_allclose(labels["motion_vectors"][moved], before - now, atol=1e-3)
     assert (labels["motion_vectors"][moved][:, 0] < 0).all()
     assert (labels["motion_vectors"][moved][:, 1] > 0).all()
-    # Then the camera moves left: everything moves right in the picture, the near cube more.
+    # Then the camera moves left, without a sync between: everything moves right in the picture, the near cube more.
     labels = renderer.labels(scenes.view_from((-0.3, -10, 0), (-0.3, 0, 0)), ["motion_vectors", "instance"])
     cube, wall = (labels["motion_vectors"][labels["instance"] == k][:, 0].mean() for k in (0, 1))
     assert cube < wall < 0

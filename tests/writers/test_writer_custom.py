@@ -85,8 +85,8 @@ class StandIn(RayCaster):
     def sync(self, time):
         self.gprims = RayCaster(current_stage()).gprims
 
-    def labels(self, view, aovs):
-        return {name: aov for name, aov in super().labels(view).items() if name in aovs}
+    def labels_of(self, views, aovs):
+        return [{name: aov for name, aov in self.labels(view).items() if name in aovs} for view in views]
 
     def new_film(self, width, height):
         return {}
@@ -95,7 +95,7 @@ class StandIn(RayCaster):
         film["view"] = view
 
     def develop(self, film, tone):
-        return {name: RayCaster.labels(self, film["view"])[name] for name in ("LdrColor", "HdrColor")}
+        return {name: self.labels(film["view"])[name] for name in ("LdrColor", "HdrColor")}
 
 
 @pytest.fixture

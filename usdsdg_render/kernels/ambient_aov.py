@@ -3,12 +3,12 @@
 import warp as wp
 
 from usdsdg_render.kernels.bsdf import perpendicular
-from usdsdg_render.kernels.camera import camera_ray
 from usdsdg_render.kernels.sampler import pixel_seed, sample_pair
 from usdsdg_render.kernels.surface import facing, surface_at
 from usdsdg_render.kernels.trig import cos_sin
-from usdsdg_render.kernels.types import Camera, SceneTables
-from usdsdg_render.kernels.visibility import closest, transmitted
+from usdsdg_render.kernels.types import SceneTables
+from usdsdg_render.kernels.views import Views, meet_centre, picture_row
+from usdsdg_render.kernels.visibility import transmitted
 
 AMBIENT_RAYS = wp.constant(64)
 
@@ -16,18 +16,19 @@ AMBIENT_RAYS = wp.constant(64)
 @wp.kernel(enable_backward=False)
 def label_ambient(
     tables: SceneTables,
-    camera: Camera,
+    views: Views,
     reach: float,  # how far things darken each other [stage units]
     mode: int,
-    first_row: int,
-    # out
-    openness: wp.array2d(dtype=wp.float32),
+    first_band: int,
+    # out: (views, height, width)
+    openness: wp.array3d(dtype=wp.float32),
 ):
-    y, x = wp.tid()
-    y += first_row
-    ray = camera_ray(camera, float(x) + 0.5, float(y) + 0.5, wp.vec2(0.0))
-    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, mode, 0.5)
-    openness[y, x] = 1.0
+    band, x, row = wp.tid()
+    v, y = picture_row(views, first_band + band, row)
+    if y >= views.height:
+        return
+    ray, hit = meet_centre(tables, views.cameras[v], x, y, mode)
+    openness[v, y, x] = 1.0
     if hit.instance < 0:
         return
     surface = surface_at(tables, hit, ray.direction)
@@ -44,4 +45,4 @@ def label_ambient(
         direction = across * (s * around[0]) + along * (s * around[1]) + normal * wp.sqrt(1.0 - r[0])
         if wp.dot(direction, surface.horizon) > 0.0:
             free += transmitted(tables, origin, direction, reach)
-    openness[y, x] = free / float(AMBIENT_RAYS)
+    openness[v, y, x] = free / float(AMBIENT_RAYS)

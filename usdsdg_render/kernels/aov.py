@@ -2,49 +2,56 @@
 
 import warp as wp
 
-from usdsdg_render.kernels.camera import BAND, camera_ray
 from usdsdg_render.kernels.surface import base_color_at, surface_at
 from usdsdg_render.kernels.types import Camera, Hit, SceneTables
-from usdsdg_render.kernels.visibility import closest, corner_uv, triangle_of
+from usdsdg_render.kernels.views import Views, meet_centre, picture_row
+from usdsdg_render.kernels.visibility import corner_uv, triangle_of
 
 
 @wp.struct
 class AovArrays:
-    """Outputs, (height, width); an array of no rows is not asked for."""
+    """Outputs, (views, height, width); an empty array is not asked for."""
 
-    instance: wp.array2d(dtype=wp.int32)
-    prim: wp.array2d(dtype=wp.int32)
-    barycentrics: wp.array2d(dtype=wp.vec3)
-    uv: wp.array2d(dtype=wp.vec2)
-    distance_to_camera: wp.array2d(dtype=wp.float32)
-    distance_to_image_plane: wp.array2d(dtype=wp.float32)
-    normals: wp.array2d(dtype=wp.vec3)
-    position: wp.array2d(dtype=wp.vec3)
-    albedo: wp.array2d(dtype=wp.vec3)
-    motion_vectors: wp.array2d(dtype=wp.vec2)
+    instance: wp.array3d(dtype=wp.int32)
+    prim: wp.array3d(dtype=wp.int32)
+    barycentrics: wp.array3d(dtype=wp.vec3)
+    uv: wp.array3d(dtype=wp.vec2)
+    distance_to_camera: wp.array3d(dtype=wp.float32)
+    distance_to_image_plane: wp.array3d(dtype=wp.float32)
+    normals: wp.array3d(dtype=wp.vec3)
+    position: wp.array3d(dtype=wp.vec3)
+    albedo: wp.array3d(dtype=wp.vec3)
+    motion_vectors: wp.array3d(dtype=wp.vec2)
+
+
+@wp.struct
+class Was:
+    """Where an instance was at some moment."""
+
+    known: wp.int32  # 1 = it was there
+    local_to_world: wp.mat33
+    world_origin: wp.vec3
+    corners: wp.uint64  # where the corners of its triangles were (vec3); 0 = where they are
 
 
 @wp.struct
 class Past:
-    """Where things were when this camera last looked."""
+    """Where cameras and things were when each of the cameras last looked."""
 
-    camera: Camera
-    known: wp.array(dtype=wp.int32)  # per instance: 1 = it was there
-    local_to_world: wp.array(dtype=wp.mat33)
-    world_origin: wp.array(dtype=wp.vec3)
-    # Per instance: where the corners of its triangles were (vec3); 0 = where they are.
-    corners: wp.array(dtype=wp.uint64)
+    cameras: wp.array(dtype=Camera)
+    moments: wp.array(dtype=wp.int32)  # per camera: row of `places`
+    places: wp.array2d(dtype=Was)  # (moments, instances)
 
 
 @wp.func
-def past_point(past: Past, hit: Hit, local: wp.vec3):
+def past_point(was: Was, hit: Hit, local: wp.vec3):
     """Where in the world the point of a hit was, that is at `local` in its instance's frame now."""
     p = local
-    if past.corners[hit.instance] != wp.uint64(0):
+    if was.corners != wp.uint64(0):
         first = 3 * hit.triangle
-        corners = wp.array(ptr=past.corners[hit.instance], shape=(first + 3,), dtype=wp.vec3)
+        corners = wp.array(ptr=was.corners, shape=(first + 3,), dtype=wp.vec3)
         p = corners[first] * (1.0 - hit.u - hit.v) + corners[first + 1] * hit.u + corners[first + 2] * hit.v
-    return past.local_to_world[hit.instance] * p + past.world_origin[hit.instance]
+    return was.local_to_world * p + was.world_origin
 
 
 @wp.func
@@ -64,10 +71,10 @@ def pixel_of(camera: Camera, point: wp.vec3, at_infinity: bool):
 
 
 @wp.func
-def motion(camera: Camera, past: Past, now: wp.vec3, before: wp.vec3, at_infinity: bool):
+def motion(camera: Camera, past_camera: Camera, now: wp.vec3, before: wp.vec3, at_infinity: bool):
     """Pixels moved: +x to the left, +y upwards."""
     a = pixel_of(camera, now, at_infinity)
-    b = pixel_of(past.camera, before, at_infinity)
+    b = pixel_of(past_camera, before, at_infinity)
     if a[2] == 0.0 or b[2] == 0.0:
         return wp.vec2(0.0)
     return wp.vec2(b[0] - a[0], b[1] - a[1])
@@ -76,7 +83,7 @@ def motion(camera: Camera, past: Past, now: wp.vec3, before: wp.vec3, at_infinit
 @wp.kernel(enable_backward=False)
 def label_pixels(
     tables: SceneTables,
-    camera: Camera,
+    views: Views,
     past: Past,
     meters_per_unit: float,
     mode: int,
@@ -85,54 +92,55 @@ def label_pixels(
     out: AovArrays,
 ):
     band, x, row = wp.tid()
-    y = BAND * (first_band + band) + row
-    if y >= camera.height:
+    v, y = picture_row(views, first_band + band, row)
+    if y >= views.height:
         return
-    ray = camera_ray(camera, float(x) + 0.5, float(y) + 0.5, wp.vec2(0.0))
-    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, mode, 0.5)
+    camera = views.cameras[v]
+    ray, hit = meet_centre(tables, camera, x, y, mode)
     if out.instance.shape[0] > 0:
-        out.instance[y, x] = hit.instance
+        out.instance[v, y, x] = hit.instance
     if hit.instance < 0:
         if out.prim.shape[0] > 0:
-            out.prim[y, x] = -1
+            out.prim[v, y, x] = -1
         if out.distance_to_camera.shape[0] > 0:
-            out.distance_to_camera[y, x] = wp.inf
+            out.distance_to_camera[v, y, x] = wp.inf
         if out.distance_to_image_plane.shape[0] > 0:
-            out.distance_to_image_plane[y, x] = wp.inf
+            out.distance_to_image_plane[v, y, x] = wp.inf
         if out.motion_vectors.shape[0] > 0:
-            out.motion_vectors[y, x] = motion(camera, past, ray.direction, ray.direction, True)
+            out.motion_vectors[v, y, x] = motion(camera, past.cameras[v], ray.direction, ray.direction, True)
         return
     if out.barycentrics.shape[0] > 0:
-        out.barycentrics[y, x] = wp.vec3(1.0 - hit.u - hit.v, hit.u, hit.v)
+        out.barycentrics[v, y, x] = wp.vec3(1.0 - hit.u - hit.v, hit.u, hit.v)
     if out.prim.shape[0] + out.uv.shape[0] > 0:
         triangle = triangle_of(tables.tree.instances[hit.instance], hit.triangle)
         if out.prim.shape[0] > 0:
-            out.prim[y, x] = triangle.face
+            out.prim[v, y, x] = triangle.face
         if out.uv.shape[0] > 0:
-            out.uv[y, x] = corner_uv(triangle, hit.u, hit.v)
+            out.uv[v, y, x] = corner_uv(triangle, hit.u, hit.v)
     if out.distance_to_camera.shape[0] > 0:
-        out.distance_to_camera[y, x] = hit.t * meters_per_unit
+        out.distance_to_camera[v, y, x] = hit.t * meters_per_unit
     if out.distance_to_image_plane.shape[0] > 0:
         depth = hit.t * (
             -wp.dot(ray.direction, wp.vec3(camera.rotation[0, 2], camera.rotation[1, 2], camera.rotation[2, 2]))
         )
-        out.distance_to_image_plane[y, x] = depth * meters_per_unit
+        out.distance_to_image_plane[v, y, x] = depth * meters_per_unit
     if out.normals.shape[0] + out.position.shape[0] + out.albedo.shape[0] > 0:
         surface = surface_at(tables, hit, ray.direction)
         if out.normals.shape[0] > 0:
-            out.normals[y, x] = surface.normal
+            out.normals[v, y, x] = surface.normal
         if out.position.shape[0] > 0:
-            out.position[y, x] = surface.position
+            out.position[v, y, x] = surface.position
         if out.albedo.shape[0] > 0:
             material = tables.materials[surface.material]
-            out.albedo[y, x] = base_color_at(tables, material, surface.uv)
+            out.albedo[v, y, x] = base_color_at(tables, material, surface.uv)
     if out.motion_vectors.shape[0] > 0:
         moved = wp.vec2(0.0)
-        if past.known[hit.instance] != 0:
+        was = past.places[past.moments[v], hit.instance]
+        if was.known != 0:
             instance = tables.tree.instances[hit.instance]
             triangle = triangle_of(instance, hit.triangle)
             local = triangle.p0 * (1.0 - hit.u - hit.v) + triangle.p1 * hit.u + triangle.p2 * hit.v
             now = instance.local_to_world * local + instance.world_origin
-            before = past_point(past, hit, local)
-            moved = motion(camera, past, now, before, False)
-        out.motion_vectors[y, x] = moved
+            before = past_point(was, hit, local)
+            moved = motion(camera, past.cameras[v], now, before, False)
+        out.motion_vectors[v, y, x] = moved

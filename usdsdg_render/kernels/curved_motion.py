@@ -6,10 +6,10 @@ A kernel of its own, because the way back from points to pixels would make the l
 import warp as wp
 
 from usdsdg_render.kernels.aov import Past, past_point, pixel_of
-from usdsdg_render.kernels.camera import camera_ray
 from usdsdg_render.kernels.lens import NONE, PANORAMA, lens_plane, panorama_place
 from usdsdg_render.kernels.types import Camera, SceneTables
-from usdsdg_render.kernels.visibility import closest, triangle_of
+from usdsdg_render.kernels.views import Views, meet_centre, picture_row
+from usdsdg_render.kernels.visibility import triangle_of
 
 
 @wp.func
@@ -31,36 +31,40 @@ def place_of(camera: Camera, point: wp.vec3, at_infinity: bool):
 @wp.kernel(enable_backward=False)
 def label_curved_motion(
     tables: SceneTables,
-    camera: Camera,
+    views: Views,
     past: Past,
     mode: int,
-    first_row: int,
-    # out
-    motion_vectors: wp.array2d(dtype=wp.vec2),
+    first_band: int,
+    # out: (views, height, width)
+    motion_vectors: wp.array3d(dtype=wp.vec2),
 ):
-    y, x = wp.tid()
-    y += first_row
-    ray = camera_ray(camera, float(x) + 0.5, float(y) + 0.5, wp.vec2(0.0))
+    band, x, row = wp.tid()
+    v, y = picture_row(views, first_band + band, row)
+    if y >= views.height:
+        return
+    camera = views.cameras[v]
+    past_camera = past.cameras[v]
+    ray, hit = meet_centre(tables, camera, x, y, mode)
     if ray.tmax < ray.tmin:
         return
-    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, mode, 0.5)
     now = ray.direction
     before = ray.direction
     at_infinity = hit.instance < 0
     if not at_infinity:
-        if past.known[hit.instance] == 0:
+        was = past.places[past.moments[v], hit.instance]
+        if was.known == 0:
             return
         instance = tables.tree.instances[hit.instance]
         triangle = triangle_of(instance, hit.triangle)
         local = triangle.p0 * (1.0 - hit.u - hit.v) + triangle.p1 * hit.u + triangle.p2 * hit.v
         now = instance.local_to_world * local + instance.world_origin
-        before = past_point(past, hit, local)
+        before = past_point(was, hit, local)
     a = place_of(camera, now, at_infinity)
-    b = place_of(past.camera, before, at_infinity)
+    b = place_of(past_camera, before, at_infinity)
     if a[2] == 0.0 or b[2] == 0.0:
         return
     moved = wp.vec2(b[0] - a[0], b[1] - a[1])
     if camera.lens_kind == PANORAMA:
         # The shorter way around.
         moved = wp.vec2(moved[0] - float(camera.width) * wp.round(moved[0] / float(camera.width)), moved[1])
-    motion_vectors[y, x] = moved
+    motion_vectors[v, y, x] = moved

@@ -20,8 +20,8 @@ import numpy as np
 SLOTS = 8
 LEAF_ITEMS = 2  # on an H200 8 % faster than three
 _WORDS = 20
-# Children's boxes grow by these shares of their parent and of its place, for the rounding of a ray's distances: one step
-# of 255 is known to 2^-9 of it.
+# Children's boxes grow by these shares of their parent and of its place, for the rounding of a ray's distances: a step
+# of 255 is known to 2^-9.
 _SLACK, _SLACK_OF_PLACE = 2e-5, 1e-6
 
 

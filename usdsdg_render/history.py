@@ -1,0 +1,131 @@
+"""What each camera saw before: the past that motion vectors count from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import warp as wp
+
+from usdsdg_render.camera import camera_array
+from usdsdg_render.device import records
+from usdsdg_render.kernels.aov import Past, Was
+from usdsdg_render.scene import Prototype, Scene
+
+if TYPE_CHECKING:
+    from usdsdg.stage.cameras import CameraView
+
+
+class _Moment(NamedTuple):
+    """Where all instances were, in what shape."""
+
+    matrices: dict[str, np.ndarray]  # local to world, by path of the instance
+    prototypes: dict[str, Prototype]
+
+
+class _Look(NamedTuple):
+    """A camera's view at some moment."""
+
+    view: CameraView
+    moment: _Moment
+
+
+class _Looks(NamedTuple):
+    """The last two of one camera, and after which sync the later one was."""
+
+    before: _Look
+    last: _Look
+    sync: int
+
+
+_NOTHING = _Moment({}, {})
+
+
+class History:
+    """Per camera and size of its picture: what it saw when motion vectors were last asked for.
+
+    Asked again where neither the scene was synced nor the camera has moved, the answer is the same.
+    """
+
+    def __init__(self, device: str) -> None:
+        self.device = device
+        self._looks: dict[tuple[str, int, int], _Looks] = {}
+        self._sync = 0
+        self._now: _Moment | None = None
+        self._corners: list[wp.array] = []  # what the last `Past` points to
+
+    def advance(self) -> None:
+        """The scene was synced: what cameras saw until now is their past."""
+        self._sync += 1
+        self._now = None
+
+    def past_of(self, views: Sequence[CameraView], scene: Scene) -> Past:
+        """The past of cameras in the order of the present instances; the present where there is none."""
+        looks = [self._past_look(view) for view in views]
+        moments = {id(look.moment): look.moment for look in looks}
+        rows = {key: row for row, key in enumerate(moments)}
+        past = Past()
+        past.cameras = camera_array([look.view for look in looks], self.device)
+        past.moments = wp.array([rows[id(look.moment)] for look in looks], dtype=wp.int32, device=self.device)
+        self._corners = []
+        places = records(Was, len(moments) * len(scene.instances.paths)).reshape(len(moments), -1)
+        for row, moment in zip(places, moments.values(), strict=True):
+            self._place(row, moment, scene)
+        past.places = wp.array(places, dtype=Was, device=self.device)
+        return past
+
+    def have_lens(self, views: Sequence[CameraView]) -> bool:
+        """Whether one of these cameras is no pinhole, or was none."""
+        return any(view.lens is not None or self._past_look(view).view.lens is not None for view in views)
+
+    def remember(self, views: Sequence[CameraView], scene: Scene) -> None:
+        """Make the present the past of these cameras, for when they or the scene have moved."""
+        if self._now is None:
+            instances = scene.instances
+            prototypes = [scene.prototypes[index] for index in instances.prototype]
+            self._now = _Moment(
+                dict(zip(instances.paths, instances.local_to_world.copy(), strict=True)),
+                dict(zip(instances.paths, prototypes, strict=True)),
+            )
+        for view in views:
+            self._looks[_key(view)] = _Looks(self._past_look(view), _Look(view, self._now), self._sync)
+
+    def _past_look(self, view: CameraView) -> _Look:
+        looks = self._looks.get(_key(view))
+        if looks is None:
+            return _Look(view, _NOTHING)
+        again = looks.sync == self._sync and np.array_equal(looks.last.view.local_to_world, view.local_to_world)
+        return looks.before if again else looks.last
+
+    def _place(self, rows: np.ndarray, moment: _Moment, scene: Scene) -> None:
+        """Fill (instances,) records of Was."""
+        instances = scene.instances
+        rows["known"] = [path in moment.matrices for path in instances.paths]
+        now = zip(instances.paths, instances.local_to_world, strict=True)
+        matrices = np.array([moment.matrices.get(path, here) for path, here in now]).reshape(-1, 4, 4)
+        rows["local_to_world"] = matrices[:, :3, :3].transpose(0, 2, 1)
+        rows["world_origin"] = matrices[:, 3, :3]
+        rows["corners"] = self._past_corners(moment, scene)
+
+    def _past_corners(self, moment: _Moment, scene: Scene) -> np.ndarray:
+        """(instances,) uint64 addresses of the corners of those that had another shape of the same triangles."""
+        uploaded: dict[tuple[int, int], wp.array | None] = {}
+        addresses = np.zeros(len(scene.instances.paths), np.uint64)
+        for k, (path, index) in enumerate(zip(scene.instances.paths, scene.instances.prototype, strict=True)):
+            before, now = moment.prototypes.get(path), scene.prototypes[index]
+            if before is None or before is now:
+                continue
+            key = id(before), id(now)
+            if key not in uploaded:
+                same = np.array_equal(before.triangles, now.triangles)
+                corners = before.points[before.triangles].reshape(-1, 3) if same else None
+                uploaded[key] = None if corners is None else wp.array(corners, dtype=wp.vec3, device=self.device)
+            held = uploaded[key]
+            addresses[k] = 0 if held is None else held.ptr
+        self._corners += [each for each in uploaded.values() if each is not None]
+        return addresses
+
+
+def _key(view: CameraView) -> tuple[str, int, int]:
+    return view.prim_path, view.width, view.height
