@@ -14,6 +14,7 @@ from pxr import Sdf, Usd
 
 from usdsdg import errors
 from usdsdg.stage.changes import ChangeTracker
+from usdsdg.stage.transforms import meters_per_unit
 
 from . import stage_tree
 from .animation import Animation
@@ -21,7 +22,6 @@ from .corner_colors import ColorPictures
 from .domes import DomeBuilder, DomeLight, read_dome
 from .gprims import Gprim, Placements, display_colour, find_gprims, warn_of_mean
 from .light_reader import read_lights
-from .lights import metres_per_unit
 from .material_slots import MaterialSlots
 from .materials import MaterialLibrary, bound_materials, build_table, stand_in
 from .mesh_lights import glowing, is_light
@@ -324,7 +324,7 @@ class SceneExtractor:
             return
         self._light_matrices = matrices
         lights = [node for node in nodes if tree.kinds[node] == stage_tree.LIGHT]
-        read = read_lights([tree.prims[k] for k in lights], tree.world[lights], metres_per_unit(self._stage), instances)
+        read = read_lights([tree.prims[k] for k in lights], tree.world[lights], meters_per_unit(self._stage), instances)
         read.write(self.scene)
         self._linked_instances = instances if read.linked else None
         domes = [read_dome(tree.prims[node], tree.world[node]) for node in nodes if tree.kinds[node] == DOME]

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Usd
 
 from usdsdg import errors
 
@@ -223,9 +223,3 @@ def warn_of_filters(prim: Usd.Prim) -> None:
     filters = prim.GetRelationship("light:filters")
     if filters and filters.HasAuthoredTargets():
         errors.warn_once(f"{prim.GetPath()}: light:filters are not supported and are ignored. Remove them.")
-
-
-def metres_per_unit(stage: Usd.Stage) -> float:
-    """Positive, whatever the stage says."""
-    value = UsdGeom.GetStageMetersPerUnit(stage)
-    return value if math.isfinite(value) and value > 0.0 else 1.0

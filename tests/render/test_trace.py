@@ -36,6 +36,24 @@ def soup(rng: np.random.Generator, kind: str) -> scenes.Prototype:
     return scenes.prototype(points, np.arange(len(points)).reshape(-1, 3))
 
 
+@pytest.mark.parametrize("any_hit", [False, True])
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf, 3e38])
+def test_rays_that_are_no_rays_meet_nothing_and_leave_the_others_alone(wrong, any_hit):
+    mesh = soup(np.random.default_rng(3), "small")
+    turned = scenes.moved((0, 0, -3), scale=1e-3, rotation=random_rotation(np.random.default_rng(4)))
+    scene = scenes.scene_of([(mesh, turned, 0), (scenes.square(), scenes.moved(), 0)])
+    origins = np.tile([0.2, 0.1, 5.0], (7, 1))
+    directions = np.tile([0.0, 0.0, -1.0], (7, 1))
+    for k in range(3):
+        origins[1 + k, k] = wrong
+        directions[4 + k, k] = wrong
+    found = trace(scene, origins, directions, any_hit=any_hit)["instance"]
+    assert found[0] == (0 if any_hit else 1)
+    assert (found[1:4] == -1).all()
+    if not abs(wrong) < np.inf:
+        assert (found == -1).sum() == 6
+
+
 @pytest.mark.parametrize("kind", ["small", "slivers", "coplanar", "all in one place", "degenerate"])
 def test_the_tree_finds_what_brute_force_finds(kind):
     rng = np.random.default_rng(7)

@@ -1,12 +1,15 @@
 """Cameras against Gf.Camera and Gf.Frustum, which know nothing of pixels."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pxr import Gf, Sdf, Usd, UsdGeom
 
-from usdsdg.errors import BadPrim, RenderError, Unsupported
+from usdsdg import errors
+from usdsdg.errors import BadPrim, RenderError, Unsupported, UsdsdgWarning
 from usdsdg.stage import cameras, transforms
 
 RESOLUTION = (640, 360)
@@ -207,6 +210,12 @@ def test_what_is_no_camera_is_refused_with_those_that_are(stage):
         ({"focalLength": 0.0}, RESOLUTION, "focalLength"),
         ({"clippingRange": Gf.Vec2f(1, 1)}, RESOLUTION, "clippingRange"),
         ({"clippingRange": Gf.Vec2f(0, 1)}, RESOLUTION, "clippingRange"),
+        ({"clippingRange": Gf.Vec2f(2, 1), "projection": "orthographic"}, RESOLUTION, "clippingRange"),
+        ({"focalLength": math.inf}, RESOLUTION, "focalLength inf"),
+        ({"horizontalAperture": math.inf}, RESOLUTION, "horizontalAperture inf"),
+        ({"horizontalApertureOffset": math.nan}, RESOLUTION, "horizontalApertureOffset nan"),
+        ({"fStop": math.nan}, RESOLUTION, "fStop nan"),
+        ({"fStop": 2.0, "focusDistance": math.inf}, RESOLUTION, "focusDistance inf"),
         ({}, (0, 10), "resolution"),
     ],
 )
@@ -214,6 +223,28 @@ def test_cameras_without_a_picture(stage, attributes, resolution, what):
     make(stage, **attributes)
     with pytest.raises(RenderError, match=f"/World/cam gives no picture.*{what}"):
         cameras.read_camera(stage, "/World/cam", resolution)
+
+
+@pytest.mark.parametrize("attributes", [{"focusDistance": math.inf}, {"clippingRange": Gf.Vec2f(1, math.inf)}])
+def test_cameras_with_an_infinity_that_harms_nothing(stage, attributes):
+    make(stage, **attributes)
+    assert cameras.read_camera(stage, "/World/cam", RESOLUTION).fx > 0
+
+
+@pytest.mark.parametrize("wrong", [math.nan, math.inf])
+def test_a_camera_that_is_nowhere(stage, wrong):
+    make(stage).AddTranslateOp(opSuffix="away").Set(Gf.Vec3d(0, wrong, 0))
+    with pytest.raises(RenderError, match="/World/cam gives no picture: a transform that is NaN or infinite"):
+        cameras.read_camera(stage, "/World/cam", RESOLUTION)
+
+
+@pytest.mark.parametrize("unit", [0.0, -1.0, math.nan])
+def test_a_unit_that_is_no_length_is_named_and_a_metre(stage, unit):
+    errors.forget_warnings()
+    make(stage)
+    stage.SetMetadata("metersPerUnit", unit)
+    with pytest.warns(UsdsdgWarning, match="metersPerUnit .* is no length; 1 is used"):
+        assert cameras.read_camera(stage, "/World/cam", RESOLUTION).meters_per_unit == 1.0
 
 
 def test_a_camera_scaled_to_zero(stage):

@@ -227,8 +227,19 @@ def _is_other(name: str) -> bool:
 def _without_scale(matrix: np.ndarray) -> np.ndarray:
     """A camera's rays do not depend on its scale, and depths must stay in stage units."""
     lengths = np.linalg.norm(matrix[:3, :3], axis=1, keepdims=True)
-    matrix[:3, :3] /= np.where(lengths > 0, lengths, 1.0)
+    with np.errstate(invalid="ignore"):
+        matrix[:3, :3] /= np.where(lengths > 0, lengths, 1.0)
     return matrix
+
+
+def _not_finite(view: CameraView) -> str | None:
+    """The first value that counts and is NaN or infinite; the far clipping plane may be."""
+    if not np.isfinite(view.local_to_world).all():
+        return "a transform that is NaN or infinite"
+    values = {usd: getattr(view, ours) for usd, ours in _FIELDS.items() if usd != "verticalAperture"}
+    if view.f_stop == 0.0:
+        del values["focusDistance"]
+    return next((f"{name} {value}" for name, value in values.items() if not np.isfinite(value)), None)
 
 
 def _check(view: CameraView) -> None:
@@ -241,8 +252,12 @@ def _check(view: CameraView) -> None:
         problem = f"focalLength {view.focal_length}"
     elif not 0 < view.clipping_range[0] < view.clipping_range[1] and view.projection_type == "pinhole":
         problem = f"clippingRange {view.clipping_range} (near must be positive and below far)"
-    elif not 0 <= view.clipping_range[0] < view.clipping_range[1] and view.projection_type in CURVED:
+    elif view.clipping_range[0] < 0 and view.projection_type in CURVED:
+        problem = f"clippingRange {view.clipping_range} (near must not be negative)"
+    elif not view.clipping_range[0] < view.clipping_range[1]:
         problem = f"clippingRange {view.clipping_range} (near must be below far)"
+    elif (broken := _not_finite(view)) is not None:
+        problem = broken
     elif abs(np.linalg.det(view.local_to_world[:3, :3])) < 1e-9:
         problem = "a scale of zero in its transform"
     if problem:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from pxr import Gf, Usd, UsdGeom
 
-from usdsdg.errors import DegenerateFrame
+from usdsdg.errors import DegenerateFrame, warn_once
 from usdsdg.stage.rotations import (
     Pose,
     compose,
@@ -63,8 +65,12 @@ def as_array(matrix: Gf.Matrix4d) -> np.ndarray:
 
 
 def meters_per_unit(stage: Usd.Stage) -> float:
-    """Length of one stage unit [m]."""
-    return float(UsdGeom.GetStageMetersPerUnit(stage))
+    """Length of one stage unit [m]; 1 (with a warning) where the stage says what is no length."""
+    value = float(UsdGeom.GetStageMetersPerUnit(stage))
+    if math.isfinite(value) and value > 0.0:
+        return value
+    warn_once(f"{stage.GetRootLayer().identifier}: metersPerUnit {value} is no length; 1 is used. Author a value > 0.")
+    return 1.0
 
 
 def up_axis(stage: Usd.Stage) -> str:

@@ -169,7 +169,9 @@ while (open) {
             box[8 * axis + k] = b.lo[axis];
             box[24 + 8 * axis + k] = b.hi[axis];
         }
-        code[k] = code[8 + k] = 0;
+        // Only NaN meets an empty child: a leaf without blocks, or the first box again, but never the root.
+        code[k] = ~0;
+        code[8 + k] = 0;
         if (k >= children) continue;
         if (child[k].size() <= task.leaf_limit) {
             code[k] = leaf_code(child[k]);

@@ -23,6 +23,18 @@ Packed = wp.types.vector(length=5, dtype=wp.int32)
 
 _TRAVERSE = Path(__file__).with_name("traverse.cpp").read_text()
 _COMPRESSED = Path(__file__).with_name("compressed.cpp").read_text()
+# A ray of NaN or infinity would pass every test of a box: it meets nothing.
+_ONLY_FINITE = """
+{
+    float zero = 0.0f;
+    for (int k = 0; k < 3; ++k) zero += 0.0f * origin[k] + 0.0f * direction[k];
+    if (!(zero == 0.0f)) {
+        wp::vec_t<5, int> nothing;
+        nothing[3] = -1;
+        return nothing;
+    }
+}
+"""
 
 
 def _snippet(*, any_hit: bool, one_instance: bool) -> str:
@@ -31,7 +43,7 @@ def _snippet(*, any_hit: bool, one_instance: bool) -> str:
         flags += "constexpr int only_instance = 0;\n"
     cuda = f"constexpr int STACK_SIZE = {CUDA_STACK_SIZE};\n{_COMPRESSED}"
     cpu = f"constexpr int STACK_SIZE = {STACK_SIZE};\n{_TRAVERSE}"
-    return f"{flags}#if defined(__CUDA_ARCH__)\n{cuda}\n#else\n{cpu}\n#endif\n"
+    return f"{_ONLY_FINITE}{flags}#if defined(__CUDA_ARCH__)\n{cuda}\n#else\n{cpu}\n#endif\n"
 
 
 @wp.func_native(_snippet(any_hit=False, one_instance=False))
