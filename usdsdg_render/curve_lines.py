@@ -59,7 +59,14 @@ def read_lines(prim: Usd.Prim, time: Usd.TimeCode, points: np.ndarray | None, st
         which = np.flatnonzero(curves.counts == count)
         where = starts[which, None] + np.arange(count)
         lines += reader[str(prim.GetTypeName())](prim, time, curves, which, where, steps)
-    return [kept for kept in map(_finite, lines) if len(kept.points)]
+    kept = [_whole(each) for each in lines]
+    lost = sum(len(each.points) for each in lines) - sum(len(each.points) for each in kept)
+    if lost:
+        errors.warn_once(
+            f"{prim.GetPath()}: {lost} curves have points or widths that are NaN or infinite, or no width > 0, and are "
+            f"not drawn. Correct them."
+        )
+    return [each for each in kept if len(each.points)]
 
 
 def count_segments(prim: Usd.Prim, time: Usd.TimeCode) -> int:
@@ -103,8 +110,10 @@ def read_widths(prim: Usd.Prim, time: Usd.TimeCode) -> Primvar:
     return Primvar(values, np.zeros(0, np.int32), "constant" if len(values) == 1 else str(said or "vertex"))
 
 
-def _finite(lines: Lines) -> Lines:
+def _whole(lines: Lines) -> Lines:
+    """Those that can be drawn: a width of zero here and there is a tip."""
     good = np.isfinite(lines.points).all(axis=(1, 2)) & np.isfinite(lines.radii).all(axis=1)
+    good &= (lines.radii > 0.0).any(axis=1)
     return Lines(lines.points[good], lines.radii[good], lines.closed, lines.curves[good])
 
 
@@ -156,8 +165,8 @@ def _widths_at(
 def _basis_lines(prim, time, curves: _Curves, which: np.ndarray, where: np.ndarray, steps: int) -> list[Lines]:
     schema = UsdGeom.BasisCurves(prim)
     linear = schema.GetTypeAttr().Get(time) == UsdGeom.Tokens.linear
-    basis = "linear" if linear else str(schema.GetBasisAttr().Get(time) or "bezier")
-    wrap = str(schema.GetWrapAttr().Get(time) or "nonperiodic")
+    basis = "linear" if linear else _token(prim, "basis", time, tuple(BASES))
+    wrap = _token(prim, "wrap", time, ("nonperiodic", "periodic", "pinned"))
     closed = wrap == "periodic"
     count = where.shape[1]
     least = 2 if linear or (wrap == "pinned" and basis != "bezier") else 3 if closed else 4
@@ -182,6 +191,17 @@ def _basis_lines(prim, time, curves: _Curves, which: np.ndarray, where: np.ndarr
         vertices = (segment[:, None] * step + np.arange(4)) % values.shape[1]
         samples = _cubic(values, BASES[basis], vertices, t)
     return [Lines(samples[..., :3], _radii(samples, widths, kind, segment, t) / 2.0, closed, which)]
+
+
+def _token(prim: Usd.Prim, name: str, time: Usd.TimeCode, known: tuple[str, ...]) -> str:
+    """A token of a prim, the first that is known (with a warning) for any other."""
+    value = str(prim.GetAttribute(name).Get(time) or known[0])
+    if value in known:
+        return value
+    errors.warn_once(
+        f"{prim.GetPath()}: {name} {value!r} is none of {', '.join(known)}; {known[0]} is used. Correct it."
+    )
+    return known[0]
 
 
 def _ends(basis: str, wrap: str, counts: np.ndarray) -> np.ndarray:

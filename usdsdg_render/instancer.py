@@ -6,24 +6,32 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
 
 from .stage_tree import (
+    DOME,
     DRAWN_PURPOSES,
     GPRIMS,
     INSTANCER,
+    LIGHT,
     MESH,
+    NO_LIGHT,
     SKIP,
     SUBSET,
+    UNDRAWN,
     is_invisible,
     is_material_subset,
     kind_of,
     local_matrix,
     matrix_product,
     purpose_of,
+    warn_unsupported,
 )
+
+# Arrays with one value for each point, where they have any.
+PER_POINT = ("positions", "scales", "orientations", "orientationsf")
 
 
 class PointInstance(NamedTuple):
@@ -40,23 +48,21 @@ def source_path(path: str) -> str:
     return path.split("[", 1)[0]
 
 
-def expand(instancer: Usd.Prim, time: Usd.TimeCode) -> list[PointInstance]:
-    """All gprims that a point instancer draws, in the order of its points; nested instancers included."""
+def expand(instancer: Usd.Prim, time: Usd.TimeCode, above: tuple[Sdf.Path, ...] = ()) -> list[PointInstance]:
+    """All gprims that a point instancer draws, in the order of its points; nested instancers included.
+
+    above: the instancers that it is a prototype of.
+    """
     schema = UsdGeom.PointInstancer(instancer)
-    targets = schema.GetPrototypesRel().GetForwardedTargets()
-    roots = [instancer.GetStage().GetPrimAtPath(path) for path in targets]
     indices = schema.GetProtoIndicesAttr().Get(time)
     indices = np.asarray(indices) if indices is not None and len(indices) else np.zeros(0, np.int32)
-    matrices, mask = _matrices(instancer, schema, time)
-    if len(matrices) != len(indices):
-        errors.warn_once(
-            f"{instancer.GetPath()}: {len(indices)} protoIndices but {len(matrices)} positions; the point "
-            f"instancer is not drawn. Give its per-instance arrays equal lengths."
-        )
+    if not _fits(schema, time, len(indices)):
         return []
+    _warn_of_colours(instancer)
+    parts = _prototypes(instancer, schema, time, (*above, instancer.GetPath()))
+    matrices, mask = _matrices(schema, time)
     ids = schema.GetIdsAttr().Get(time)
     numbers = list(ids) if ids is not None and len(ids) == len(indices) else range(len(indices))
-    parts = [list(_gprims_below(root, time)) if root else [] for root in roots]
     if (bad := (indices < 0) | (indices >= len(parts))).any():
         errors.warn_once(
             f"{instancer.GetPath()}: {int(bad.sum())} protoIndices lie outside its {len(parts)} prototypes; "
@@ -70,7 +76,48 @@ def expand(instancer: Usd.Prim, time: Usd.TimeCode) -> list[PointInstance]:
     ]
 
 
-def _matrices(instancer: Usd.Prim, schema: UsdGeom.PointInstancer, time: Usd.TimeCode) -> tuple[np.ndarray, list[bool]]:
+def _fits(schema: UsdGeom.PointInstancer, time: Usd.TimeCode, count: int) -> bool:
+    """Whether there is one of everything for each point: USD makes up transforms where arrays are too short."""
+    arrays = {name: schema.GetPrim().GetAttribute(name).Get(time) for name in PER_POINT}
+    lengths = {name: len(values) for name, values in arrays.items() if values is not None and len(values)}
+    wrong = [f"{length} {name}" for name, length in lengths.items() if length != count]
+    if "positions" not in lengths and count:
+        wrong.insert(0, "0 positions")
+    if wrong:
+        errors.warn_once(
+            f"{schema.GetPath()}: {count} protoIndices but {', '.join(wrong)}; the point instancer is not drawn. Give "
+            f"its per-instance arrays equal lengths."
+        )
+    return not wrong
+
+
+def _warn_of_colours(instancer: Usd.Prim) -> None:
+    for name in ("primvars:displayColor", "primvars:displayOpacity"):
+        attribute = instancer.GetAttribute(name)
+        if attribute and attribute.GetMetadata("interpolation") in ("vertex", "varying", "uniform"):
+            errors.warn_once(
+                f"{instancer.GetPath()}: {name} of each point is not supported; points look like their prototypes. "
+                f"Give points of another colour a prototype of their own."
+            )
+
+
+def _prototypes(
+    instancer: Usd.Prim, schema: UsdGeom.PointInstancer, time: Usd.TimeCode, above: tuple[Sdf.Path, ...]
+) -> list[list[PointInstance]]:
+    """What each target of `prototypes` draws, in the frame that it stands in."""
+    parts = []
+    for path in schema.GetPrototypesRel().GetForwardedTargets():
+        root = instancer.GetStage().GetPrimAtPath(path)
+        if not root:
+            errors.warn_once(
+                f"{instancer.GetPath()}: its prototype {path} does not exist, so nothing is drawn for it. Correct "
+                f"prototypes."
+            )
+        parts.append(list(_gprims_below(root, time, above)) if root else [])
+    return parts
+
+
+def _matrices(schema: UsdGeom.PointInstancer, time: Usd.TimeCode) -> tuple[np.ndarray, list[bool]]:
     """(N, 4, 4) point to instancer, without the prototype's own matrix, and which points are shown."""
     matrices = schema.ComputeInstanceTransformsAtTime(
         time, time, UsdGeom.PointInstancer.ExcludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
@@ -80,7 +127,7 @@ def _matrices(instancer: Usd.Prim, schema: UsdGeom.PointInstancer, time: Usd.Tim
     return matrices, mask or [True] * len(matrices)
 
 
-def _gprims_below(root: Usd.Prim, time: Usd.TimeCode) -> Iterator[PointInstance]:
+def _gprims_below(root: Usd.Prim, time: Usd.TimeCode, instancers: tuple[Sdf.Path, ...]) -> Iterator[PointInstance]:
     """Drawable gprims of a prototype, with matrices to the frame that its root stands in."""
     cache = UsdGeom.XformCache(time)
     above: list[tuple[int, np.ndarray, str]] = []
@@ -102,9 +149,22 @@ def _gprims_below(root: Usd.Prim, time: Usd.TimeCode) -> Iterator[PointInstance]
             continue
         if kind == INSTANCER:
             iterator.PruneChildren()
-            for inner in expand(prim, time):
+            if prim.GetPath() in instancers:
+                errors.warn_once(
+                    f"{instancers[-1]}: {prim.GetPath()} is among its prototypes and draws it in turn, so it is not "
+                    f"drawn there. Take it out of prototypes."
+                )
+                continue
+            for inner in expand(prim, time, instancers):
                 yield inner._replace(to_instancer=matrix_product(inner.to_instancer, matrix))
         elif kind in GPRIMS:
             children = prim.GetFilteredChildren(Usd.TraverseInstanceProxies()) if kind == MESH else []
             subsets = [child for child in children if kind_of(child) == SUBSET and is_material_subset(child)]
             yield PointInstance(str(prim.GetPath()), prim, subsets, matrix)
+        elif kind in (LIGHT, DOME):
+            errors.warn_once(
+                f"{prim.GetPath()}: lights in the prototypes of a point instancer are not supported; it shines no "
+                f"light. Place lights without an instancer."
+            )
+        elif kind in (UNDRAWN, NO_LIGHT):
+            warn_unsupported(prim)

@@ -154,7 +154,7 @@ class Tree:
             if kind == INSTANCER:  # its prototypes are drawn through it only
                 iterator.PruneChildren()
             elif kind in (UNDRAWN, NO_LIGHT) and self.drawn[-1]:
-                _warn_unsupported(prim)
+                warn_unsupported(prim)
             elif kind == PASS:
                 self._note_look(prim)
 
@@ -217,7 +217,8 @@ def is_material_subset(subset: Usd.Prim) -> bool:
     return family == UsdShade.Tokens.materialBind and element in (None, UsdGeom.Tokens.face)
 
 
-def _warn_unsupported(prim: Usd.Prim) -> None:
+def warn_unsupported(prim: Usd.Prim) -> None:
+    """Name a gprim or light of a kind that is not drawn."""
     kind = prim.GetTypeName()
     if kind == "PortalLight":
         errors.warn_once(

@@ -36,7 +36,14 @@ def curves(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Round | No
     steps, sides = next((steps, sides) for most, steps, sides in TUBES if segments <= most)
     skinned = skinning.skin(prim, time)
     lines = read_lines(prim, time, None if skinned is None else skinned.points, steps)
-    return _joined([_tube(each, sides) for each in lines])
+    tubes = [tube for tube in (_tube(each, sides) for each in lines) if tube is not None]
+    surface = _joined(tubes)
+    if surface is None and lines:
+        errors.warn_once(
+            f"{prim.GetPath()}: its curves are too thin or too short for 32-bit numbers, so nothing is drawn. Make "
+            f"them wider or remove the prim."
+        )
+    return surface
 
 
 def points(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Round | None:
@@ -57,6 +64,11 @@ def points(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Round | No
         values = np.full(len(centres), values[0])
     radii = values[: len(centres)] / 2.0
     good = np.isfinite(centres).all(axis=1) & np.isfinite(radii) & (radii > 0.0)
+    if not good.all():
+        errors.warn_once(
+            f"{prim.GetPath()}: {int((~good).sum())} points are NaN or infinite or have no width > 0, and are not drawn. "
+            f"Correct points and widths."
+        )
     return _spheres(np.asarray(centres, np.float64)[good], radii[good], np.flatnonzero(good)) if good.any() else None
 
 
@@ -88,7 +100,7 @@ def _ball(levels: int) -> tuple[np.ndarray, np.ndarray]:
     return cage.values, cage.indices.reshape(-1, 3)
 
 
-def _tube(lines: Lines, sides: int) -> Round:
+def _tube(lines: Lines, sides: int) -> Round | None:
     tangent, across = _frames(lines)
     aside = np.cross(tangent, across)
     angle = np.arange(sides) * (2 * np.pi / sides)
@@ -115,9 +127,7 @@ def _tube(lines: Lines, sides: int) -> Round:
         np.tile(uv.reshape(-1, 3, 2), (count, 1, 1)).astype(np.float32),
         np.repeat(lines.curves, len(quads)).astype(np.int32),
     )
-    whole = tube if lines.closed else _joined([tube, *_caps(lines, tangent, rings)])
-    assert whole is not None
-    return whole
+    return tube if lines.closed else _joined([tube, *_caps(lines, tangent, rings)])
 
 
 def _caps(lines: Lines, tangent: np.ndarray, rings: np.ndarray) -> list[Round]:

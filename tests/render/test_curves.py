@@ -220,6 +220,14 @@ def test_they_come_into_the_scene_like_every_gprim():
         ({"normals": [Gf.Vec3f(0, 0, 1)] * 7, "type": "linear"}, "ribbons"),
         ({"kind": "Points", "widths": None}, "no widths"),
         ({"kind": "Points", "widths": [1, 2], "interpolation": "vertex"}, "too few for 7 points"),
+        ({"kind": "Points", "widths": [0]}, "7 points are NaN or infinite or have no width"),
+        ({"widths": [0]}, "1 curves have points or widths that are NaN or infinite, or no width > 0"),
+        ({"widths": [-1]}, "no width > 0"),
+        ({"widths": [np.nan]}, "1 curves have"),
+        ({"widths": [1e-30]}, "too thin or too short"),
+        ({"vertices": np.full((4, 3), np.inf)}, "1 curves have"),
+        ({"basis": "bogus"}, "basis 'bogus' is none of bezier, bspline, catmullRom; bezier is used"),
+        ({"wrap": "bogus"}, "wrap 'bogus' is none of"),
     ],
 )
 def test_what_cannot_be_drawn_is_named(changes, said):
@@ -230,7 +238,12 @@ def test_what_cannot_be_drawn_is_named(changes, said):
 
 def test_broken_points_and_widths_leave_the_others():
     _, prim = make("Points", [(0, 0, 0), (np.nan, 0, 0), (1, 0, 0)], widths=[1, 1, -1], interpolation="vertex")
-    assert set(points(prim, DEFAULT, Skinning()).owners) == {0}
+    with pytest.warns(UserWarning, match="2 points are NaN"):
+        assert set(points(prim, DEFAULT, Skinning()).owners) == {0}
+    vertices = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (np.nan, 1, 0)]
+    _, prim = make(vertices=vertices, counts=[2, 2], widths=[0, 1, 1, 1], interpolation="vertex", type="linear")
+    with pytest.warns(UserWarning, match="1 curves have points"):
+        assert set(curves(prim, DEFAULT, Skinning()).owners) == {0}
     _, prim = make(vertices=[(0, 0, 0), (0, 0, 0), (0, 0, 0)], type="linear")
     surface = curves(prim, DEFAULT, Skinning())
     assert surface is None or np.isfinite(surface.corner_normals).all()

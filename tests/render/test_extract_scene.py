@@ -403,6 +403,58 @@ def test_inconsistent_point_instancers_are_named(indices):
     assert len(scene.instances) <= 1
 
 
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("positions", [Gf.Vec3f(0)] * 3),
+        ("scales", [Gf.Vec3f(1)]),
+        ("orientations", [Gf.Quath(1)]),
+        ("orientationsf", [Gf.Quatf(1)] * 3),
+    ],
+)
+def test_point_instancers_with_arrays_of_other_lengths_are_named(name, values):
+    stage = make_stage()
+    instancer = make_instancer(stage, [(0, 0, 0), (1, 0, 0)])
+    instancer.GetPrim().GetAttribute(name).Set(values)
+    with pytest.warns(UserWarning, match=f"/Points: 2 protoIndices but {len(values)} {name}; .* not drawn"):
+        assert not len(extract(stage).instances)
+
+
+def test_point_instancers_that_draw_each_other_end():
+    stage = make_stage()
+    first = make_instancer(stage, [(0, 0, 0), (1, 0, 0)])
+    second = UsdGeom.PointInstancer.Define(stage, "/Other")
+    second.CreatePositionsAttr([Gf.Vec3f(0)])
+    second.CreateProtoIndicesAttr([0])
+    second.CreatePrototypesRel().SetTargets(["/Points"])
+    first.CreatePrototypesRel().SetTargets(["/Other", "/Points/Protos/Box"])
+    with pytest.warns(UserWarning, match="/Points is among its prototypes and draws it in turn"):
+        paths = extract(stage).instances.paths
+    assert "/Points/Protos/Box[1]" in paths
+
+
+@pytest.mark.parametrize(
+    ("add", "named"),
+    [
+        (lambda stage, instancer: instancer.CreatePrototypesRel().SetTargets(["/Gone", "/Points/Protos/Box"]), "/Gone"),
+        (lambda stage, _: UsdLux.SphereLight.Define(stage, "/Points/Protos/Pair/Lamp"), "Pair/Lamp: lights in the"),
+        (lambda stage, _: stage.DefinePrim("/Points/Protos/Pair/Patch", "NurbsPatch"), "Pair/Patch: NurbsPatch is not"),
+        (
+            lambda _, instancer: UsdGeom.PrimvarsAPI(instancer).CreatePrimvar(
+                "displayColor", Sdf.ValueTypeNames.Color3fArray, "vertex"
+            ),
+            "/Points: primvars:displayColor of each point",
+        ),
+    ],
+)
+def test_what_point_instancers_cannot_draw_is_named(add, named):
+    stage = make_stage()
+    instancer = make_instancer(stage, [(0, 0, 0), (1, 0, 0)])
+    add(stage, instancer)
+    with pytest.warns(UserWarning, match=named):
+        assert "/Points/Protos/Box[1]" in extract(stage).instances.paths
+
+
 def test_samples_count_where_there_is_no_default():
     stage = make_stage()
     stage.SetStartTimeCode(1)
