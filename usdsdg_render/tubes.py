@@ -66,8 +66,8 @@ def points(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Round | No
     good = np.isfinite(centres).all(axis=1) & np.isfinite(radii) & (radii > 0.0)
     if not good.all():
         errors.warn_once(
-            f"{prim.GetPath()}: {int((~good).sum())} points are NaN or infinite or have no width > 0, and are not drawn. "
-            f"Correct points and widths."
+            f"{prim.GetPath()}: {int((~good).sum())} points are NaN or infinite or have no width > 0, and are not "
+            f"drawn. Correct points and widths."
         )
     return _spheres(np.asarray(centres, np.float64)[good], radii[good], np.flatnonzero(good)) if good.any() else None
 

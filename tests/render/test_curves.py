@@ -224,7 +224,7 @@ def test_they_come_into_the_scene_like_every_gprim():
         ({"widths": [0]}, "1 curves have points or widths that are NaN or infinite, or no width > 0"),
         ({"widths": [-1]}, "no width > 0"),
         ({"widths": [np.nan]}, "1 curves have"),
-        ({"widths": [1e-30]}, "too thin or too short"),
+        ({"vertices": np.zeros((4, 3)), "type": "linear", "wrap": "periodic"}, "too thin or too short"),
         ({"vertices": np.full((4, 3), np.inf)}, "1 curves have"),
         ({"basis": "bogus"}, "basis 'bogus' is none of bezier, bspline, catmullRom; bezier is used"),
         ({"wrap": "bogus"}, "wrap 'bogus' is none of"),
