@@ -8,9 +8,10 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.changes import Changes
 
-from .gprims import Gprim
+from .gprims import Gprims
 from .plan import Plan
-from .stage_tree import DOME, INSTANCER, LIGHT, Tree
+from .prim_kinds import DOME, INSTANCER, LIGHT, is_below
+from .stage_tree import Tree
 
 
 class Animation:
@@ -18,13 +19,17 @@ class Animation:
 
     def __init__(self, stage: Usd.Stage) -> None:
         self._stage = stage
+        self._varying: dict[Sdf.Path, list[str]] = {}  # attributes of prims asked so far
         self._tree: Tree | None = None
-        self._moving: list[int] = []  # tree nodes
+        self._moving: list[Sdf.Path] = []
         self._shapes: set[Sdf.Path] = set()  # gprims
+        self._inherited: set[Sdf.Path] = set()  # prims that hand values to the gprims below
         self._materials: set[Sdf.Path] = set()
-        self._lights = self._structure = False
-        self._seen: tuple[object, ...] = ()  # visibilities when last asked
+        self._instancers: set[Sdf.Path] = set()
+        self._lights: set[Sdf.Path] = set()
+        self._seen: dict[Sdf.Path, object] = {}  # visibilities when last asked
         self.animated = False
+        self.is_surveyed = False  # the survey still holds
         self.look()
 
     def look(self) -> None:
@@ -33,41 +38,42 @@ class Animation:
         self.animated = any(layer.ListAllTimeSamples() for layer in layers)
 
     def notice(self, changes: Changes) -> None:
-        """A script may author the first time samples of a stage."""
+        """A script may author the first time samples of a stage, or of an attribute."""
         if changes.resynced:
             self.look()
-        if self.animated:
-            return
         samples_of = self._stage.GetEditTarget().GetLayer().GetNumTimeSamplesForPath
-        self.animated = any(
-            samples_of(path.AppendProperty(name))
+        sampled = {
+            path
             for path, names in changes.changed.items()
-            for name in names
-            if name and path.IsPrimPath()
-        )
+            if path.IsPrimPath()
+            and (self._varying.get(path) or any(samples_of(path.AppendProperty(name)) for name in names if name))
+        }
+        self.animated = self.animated or bool(sampled)
+        if stale := changes.resynced | sampled:
+            self._varying = {path: names for path, names in self._varying.items() if not is_below(path, stale)}
+            self.is_surveyed = False
 
-    def survey(self, tree: Tree, gprims: Iterable[Gprim], *, points: bool, time: Usd.TimeCode) -> None:
+    def survey(self, tree: Tree, gprims: Gprims) -> None:
         """Note what varies among what is drawn, for `add_to`."""
         self._tree = tree
-        varying = [bool(_varying(prim)) for prim in tree.prims]
-        self._moving = [k for k, prim in enumerate(tree.prims) if varying[k] and _moves(prim)]
-        self._lights = any(varying[k] for k in tree.of_kind(LIGHT, DOME))
-        # Points may carry anything that varies in their prototypes, which are not in the tree; colours are materials.
-        self._structure = points or any(varying[k] for k in tree.of_kind(INSTANCER))
+        varying = {path: names for path, prim in zip(tree.paths, tree.prims) if (names := self._names(path, prim))}
+        self._moving = [path for path in varying if _moves(tree.prims[tree.index[path]])]
+        self._lights = {path for path in varying if tree.kinds[tree.index[path]] in (LIGHT, DOME)}
+        # Points may carry anything that varies in their prototypes, which are not in the tree.
+        instancers = {tree.paths[k] for k in tree.of_kind(INSTANCER)}
+        self._instancers = instancers if gprims.sources else instancers & varying.keys()
+        self._inherited = {path for path, names in varying.items() if any(n.startswith("primvars:") for n in names)}
         self._shapes = set()
-        for gprim in gprims:
-            names = [name for prim in (gprim.prim, *gprim.subsets) for name in _varying(prim)]
+        for gprim in gprims.drawn:
+            names = [n for prim in (gprim.prim, *gprim.subsets) for n in self._names(prim.GetPath(), prim)]
             if any(name != "visibility" and not name.startswith("xformOp") for name in names):
                 self._shapes.add(gprim.path)
-            self._structure |= any(name.startswith("primvars:display") for name in names)
-        self._seen = self._visibilities(time)
+        self._seen = self._visibilities(tree.time)
+        self.is_surveyed = True
 
     def survey_materials(self, paths: Iterable[Sdf.Path]) -> None:
         """Note which of the bound materials vary."""
-        prims = (self._stage.GetPrimAtPath(path) for path in paths)
-        self._materials = {
-            prim.GetPath() for prim in prims if prim and any(_varying(each) for each in Usd.PrimRange(prim))
-        }
+        self._materials = {path for path in paths if self._is_varying(path)}
 
     @property
     def shapes(self) -> set[Sdf.Path]:
@@ -76,21 +82,31 @@ class Animation:
 
     def add_to(self, plan: Plan, time: Usd.TimeCode) -> None:
         """What to read again because it is `time` now."""
-        plan.moved |= set(self._moving)
-        plan.shapes |= self._shapes
+        plan.moved.update(self._moving)
+        plan.gprims |= self._shapes
+        plan.below |= self._inherited - self._shapes
+        plan.instancers |= self._instancers
         plan.lights |= self._lights
         plan.materials |= self._materials
         seen = self._visibilities(time)
-        plan.structure |= self._structure or seen != self._seen
+        plan.shown.update(path for path, value in seen.items() if self._seen.get(path) != value)
         self._seen = seen
 
-    def _visibilities(self, time: Usd.TimeCode) -> tuple[object, ...]:
-        return tuple(attribute.Get(time) for attribute in self._tree.blinking) if self._tree is not None else ()
+    def _names(self, path: Sdf.Path, prim: Usd.Prim) -> list[str]:
+        """Names of the attributes that may vary."""
+        if path not in self._varying:
+            attributes = prim.GetAuthoredAttributes()
+            self._varying[path] = [a.GetName() for a in attributes if a.ValueMightBeTimeVarying()]
+        return self._varying[path]
 
+    def _is_varying(self, material: Sdf.Path) -> bool:
+        prim = self._stage.GetPrimAtPath(material)
+        return bool(prim) and any(self._names(each.GetPath(), each) for each in Usd.PrimRange(prim))
 
-def _varying(prim: Usd.Prim) -> list[str]:
-    """Names of the attributes that may vary."""
-    return [a.GetName() for a in prim.GetAuthoredAttributes() if a.ValueMightBeTimeVarying()]
+    def _visibilities(self, time: Usd.TimeCode) -> dict[Sdf.Path, object]:
+        if self._tree is None:
+            return {}
+        return {path: attribute.Get(time) for path, attribute in self._tree.blinking.items()}
 
 
 def _moves(prim: Usd.Prim) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,36 +10,47 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
 
-from .instancer import expand
+from .instancer import PointInstance, expand
+from .plan import Plan
+from .prim_kinds import GPRIMS, INSTANCER, is_below, kind_of
 from .scene import Prototype
 from .shading import Material
-from .stage_tree import GPRIMS, INSTANCER, Tree, kind_of
+from .stage_tree import Tree
 
 
-@dataclass
+@dataclass(eq=False)
 class Gprim:
-    """One gprim to draw, however often."""
+    """One gprim to draw, however often, and what is known of it; None is what must be read."""
 
     prim: Usd.Prim
     path: Sdf.Path
+    name: str  # the path
     kind: int
     subsets: list[Usd.Prim]
     casts_shadow: int
-    materials: list[Material] = field(default_factory=list)  # one a slot
+    bound: list[Sdf.Path | None] = field(default_factory=list)  # a material for each slot, or none
+    is_bound: bool = False  # `bound` still holds
+    materials: list[Material] | None = None  # one a slot
+    stand_in: tuple[Material, bool] | None = None  # and whether its colour varies over the gprim
     colored: bool = False  # drawn with its own displayColor, which varies
-    prototype: Prototype | None = None
+    geometry: tuple[str, bool, Prototype | None] | None = None  # UV primvar, whether with its own colours
+
+    @property
+    def prototype(self) -> Prototype | None:
+        """None where it has no surface."""
+        return None if self.geometry is None else self.geometry[2]
 
 
 @dataclass
 class Placements:
     """Where gprims are drawn, in stage order; point instances carry a matrix to their instancer."""
 
-    gprims: list[int] = field(default_factory=list)
+    gprims: list[Gprim] = field(default_factory=list)
     paths: list[str] = field(default_factory=list)
     nodes: list[int] = field(default_factory=list)
     offsets: dict[int, np.ndarray] = field(default_factory=dict)
 
-    def add(self, gprim: int, path: str, node: int, offset: np.ndarray | None = None) -> None:
+    def add(self, gprim: Gprim, path: str, node: int, offset: np.ndarray | None = None) -> None:
         if offset is not None:
             self.offsets[len(self.gprims)] = offset
         self.gprims.append(gprim)
@@ -46,33 +58,84 @@ class Placements:
         self.nodes.append(node)
 
 
-def find_gprims(tree: Tree) -> tuple[list[Gprim], Placements]:
-    """All gprims with a drawn purpose, in stage order."""
-    gprims: list[Gprim] = []
-    placements = Placements()
-    drawn_by_points: dict[Sdf.Path, int] = {}
-    for node in tree.of_kind(*GPRIMS, INSTANCER):
-        if not tree.drawn[node]:
-            continue
-        prim = tree.prims[node]
-        if tree.kinds[node] != INSTANCER:
-            placements.add(len(gprims), prim.GetPath().pathString, node)
-            gprims.append(_gprim(prim, tree.subsets.get(node, [])))
-            continue
-        for point in expand(prim, tree.time):
-            path = point.prim.GetPath()
-            if path not in drawn_by_points:
-                drawn_by_points[path] = len(gprims)
-                gprims.append(_gprim(point.prim, point.subsets))
-            placements.add(drawn_by_points[path], point.path, node, point.to_instancer)
-    return gprims, placements
+class Gprims:
+    """All gprims with a drawn purpose. Hidden ones are kept while they are few, because what hides shows again."""
 
+    def __init__(self) -> None:
+        self.drawn: list[Gprim] = []  # each once, in stage order
+        self.placements = Placements()
+        self.known: dict[Sdf.Path, Gprim] = {}
+        self._points: dict[Sdf.Path, list[PointInstance]] = {}  # of instancers
+        self._sources: dict[Sdf.Path, set[Sdf.Path]] = {}  # prims that they draw with all below
 
-def _gprim(prim: Usd.Prim, subsets: list[Usd.Prim]) -> Gprim:
-    # Omniverse's primvar: nothing in UsdGeom says so.
-    shadowless = prim.GetAttribute("primvars:doNotCastShadows")
-    casts = 0 if shadowless and shadowless.Get() is True else 1
-    return Gprim(prim, prim.GetPath(), kind_of(prim), subsets, casts)
+    @property
+    def sources(self) -> dict[Sdf.Path, list[Sdf.Path]]:
+        """Which instancers draw a prim with all below it."""
+        found: dict[Sdf.Path, list[Sdf.Path]] = {}
+        for instancer, sources in self._sources.items():
+            for source in sources:
+                found.setdefault(source, []).append(instancer)
+        return found
+
+    def forget(self, plan: Plan) -> None:
+        """Read again what a plan says."""
+        for path in plan.gprims:
+            self.known.pop(path, None)
+        if stale := plan.roots | plan.below:
+            for path in [path for path in self.known if is_below(path, stale)]:
+                del self.known[path]
+        if plan.bound:
+            for path, gprim in self.known.items():
+                gprim.is_bound = gprim.is_bound and not is_below(path, plan.bound)
+        if stale := plan.roots | plan.instancers:
+            for path in [path for path in self._points if is_below(path, stale)]:
+                del self._points[path], self._sources[path]
+
+    def forget_looks(self, materials: Set[Sdf.Path]) -> None:
+        """Look again at what has one of these materials."""
+        for gprim in self.known.values():
+            if not materials.isdisjoint(gprim.bound):
+                gprim.materials = None
+
+    def forget_hidden(self) -> None:
+        """Keep only what is drawn: nobody follows what else changes with time."""
+        self.known = {gprim.path: gprim for gprim in self.drawn}
+
+    def find(self, tree: Tree) -> None:
+        """List what is drawn, and where."""
+        self.placements = Placements()
+        drawn: dict[Sdf.Path, Gprim] = {}
+        points, self._points = self._points, {}
+        for node in tree.of_kind(*GPRIMS, INSTANCER):
+            if not tree.drawn[node]:
+                continue
+            prim, path = tree.prims[node], tree.paths[node]
+            if tree.kinds[node] != INSTANCER:
+                gprim = drawn[path] = self._gprim(prim, path, tree.subsets.get(path, []))
+                self.placements.add(gprim, gprim.name, node)
+                continue
+            if path not in points:
+                sources = self._sources[path] = set()
+                points[path] = expand(prim, tree.time, sources)
+            self._points[path] = points[path]
+            for point in points[path]:
+                source = point.prim.GetPath()
+                if source not in drawn:
+                    drawn[source] = self._gprim(point.prim, source, point.subsets)
+                self.placements.add(drawn[source], point.path, node, point.to_instancer)
+        self._sources = {path: self._sources[path] for path in self._points}
+        self.drawn = list(drawn.values())
+        if len(self.known) > 2 * len(drawn) + 64:
+            self.known = drawn
+
+    def _gprim(self, prim: Usd.Prim, path: Sdf.Path, subsets: list[Usd.Prim]) -> Gprim:
+        gprim = self.known.get(path)
+        if gprim is None:
+            # Omniverse's primvar: nothing in UsdGeom says so.
+            shadowless = prim.GetAttribute("primvars:doNotCastShadows")
+            casts = 0 if shadowless and shadowless.Get() is True else 1
+            gprim = self.known[path] = Gprim(prim, path, path.pathString, kind_of(prim), subsets, casts)
+        return gprim
 
 
 def display_colour(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[float, ...] | None, float | None, bool]:

@@ -10,7 +10,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
 
-from .stage_tree import (
+from .prim_kinds import (
     DOME,
     DRAWN_PURPOSES,
     GPRIMS,
@@ -48,9 +48,12 @@ def source_path(path: str) -> str:
     return path.split("[", 1)[0]
 
 
-def expand(instancer: Usd.Prim, time: Usd.TimeCode, above: tuple[Sdf.Path, ...] = ()) -> list[PointInstance]:
+def expand(
+    instancer: Usd.Prim, time: Usd.TimeCode, sources: set[Sdf.Path], above: tuple[Sdf.Path, ...] = ()
+) -> list[PointInstance]:
     """All gprims that a point instancer draws, in the order of its points; nested instancers included.
 
+    sources: gets the paths of the prototypes, there or not: what is at and below them decides the result too.
     above: the instancers that it is a prototype of.
     """
     schema = UsdGeom.PointInstancer(instancer)
@@ -59,7 +62,7 @@ def expand(instancer: Usd.Prim, time: Usd.TimeCode, above: tuple[Sdf.Path, ...] 
     if not _fits(schema, time, len(indices)):
         return []
     _warn_of_colours(instancer)
-    parts = _prototypes(instancer, schema, time, (*above, instancer.GetPath()))
+    parts = _prototypes(schema, time, sources, (*above, instancer.GetPath()))
     matrices, mask = _matrices(schema, time)
     ids = schema.GetIdsAttr().Get(time)
     numbers = list(ids) if ids is not None and len(ids) == len(indices) else range(len(indices))
@@ -102,18 +105,19 @@ def _warn_of_colours(instancer: Usd.Prim) -> None:
 
 
 def _prototypes(
-    instancer: Usd.Prim, schema: UsdGeom.PointInstancer, time: Usd.TimeCode, above: tuple[Sdf.Path, ...]
+    schema: UsdGeom.PointInstancer, time: Usd.TimeCode, sources: set[Sdf.Path], above: tuple[Sdf.Path, ...]
 ) -> list[list[PointInstance]]:
     """What each target of `prototypes` draws, in the frame that it stands in."""
     parts = []
     for path in schema.GetPrototypesRel().GetForwardedTargets():
-        root = instancer.GetStage().GetPrimAtPath(path)
+        sources.add(path)
+        root = schema.GetPrim().GetStage().GetPrimAtPath(path)
         if not root:
             errors.warn_once(
-                f"{instancer.GetPath()}: its prototype {path} does not exist, so nothing is drawn for it. Correct "
+                f"{schema.GetPath()}: its prototype {path} does not exist, so nothing is drawn for it. Correct "
                 f"prototypes."
             )
-        parts.append(list(_gprims_below(root, time, above)) if root else [])
+        parts.append(list(_gprims_below(root, time, sources, above)) if root else [])
     return parts
 
 
@@ -127,7 +131,9 @@ def _matrices(schema: UsdGeom.PointInstancer, time: Usd.TimeCode) -> tuple[np.nd
     return matrices, mask or [True] * len(matrices)
 
 
-def _gprims_below(root: Usd.Prim, time: Usd.TimeCode, instancers: tuple[Sdf.Path, ...]) -> Iterator[PointInstance]:
+def _gprims_below(
+    root: Usd.Prim, time: Usd.TimeCode, sources: set[Sdf.Path], instancers: tuple[Sdf.Path, ...]
+) -> Iterator[PointInstance]:
     """Drawable gprims of a prototype, with matrices to the frame that its root stands in."""
     cache = UsdGeom.XformCache(time)
     above: list[tuple[int, np.ndarray, str]] = []
@@ -155,7 +161,7 @@ def _gprims_below(root: Usd.Prim, time: Usd.TimeCode, instancers: tuple[Sdf.Path
                     f"drawn there. Take it out of prototypes."
                 )
                 continue
-            for inner in expand(prim, time, instancers):
+            for inner in expand(prim, time, sources, instancers):
                 yield inner._replace(to_instancer=matrix_product(inner.to_instancer, matrix))
         elif kind in GPRIMS:
             children = prim.GetFilteredChildren(Usd.TraverseInstanceProxies()) if kind == MESH else []

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Usd
+from pxr import Sdf, Usd
 
 from .instancer import source_path
 from .light_patterns import read_pattern
 from .light_rules import is_linked, read_rules
 from .lights import read_light
+from .prim_kinds import is_below
 from .scene import LIGHT, LightPattern, LightRules, Scene
 
 
@@ -33,28 +34,69 @@ class Lights(NamedTuple):
         scene.touch("lights")
 
 
-def read_lights(
-    prims: Sequence[Usd.Prim], local_to_world: Sequence[np.ndarray], metres_per_unit: float, instances: Sequence[str]
-) -> Lights:
-    """Read the lights at `prims`; `instances` are the paths of `scene.Instances`."""
+class _Light(NamedTuple):
+    """One light as it was read; without a row it gives no light."""
+
+    matrix: bytes
+    instances: Sequence[str] | None  # by which its links were read; None without links
+    row: np.ndarray | None
+    pattern: LightPattern | None
+    rules: LightRules | None
+
+
+class LightReader:
+    """Reads lights, and each again only when told to `forget` it, when it moved, or when links may mean others."""
+
+    def __init__(self) -> None:
+        self._known: dict[Sdf.Path, _Light] = {}
+
+    def forget(self, roots: Collection[Sdf.Path]) -> None:
+        """Forget the lights at and below `roots`."""
+        self._known = {path: light for path, light in self._known.items() if not is_below(path, roots)}
+
+    def read(
+        self,
+        prims: Sequence[Usd.Prim],
+        local_to_world: Sequence[np.ndarray],
+        metres_per_unit: float,
+        instances: Sequence[str],
+    ) -> Lights:
+        """The lights at `prims`; `instances` are the paths of `scene.Instances`."""
+        before, self._known = self._known, {}
+        sources: list[str] = []
+        for prim, matrix in zip(prims, local_to_world):
+            path, place = prim.GetPath(), matrix.tobytes()
+            light = before.get(path)
+            same_links = light is not None and (light.instances is None or light.instances is instances)
+            if light is None or light.matrix != place or not same_links:
+                linked = is_linked(prim)
+                if linked and not sources:
+                    sources = [source_path(each) for each in instances]
+                light = _Light(
+                    place,
+                    instances if linked else None,
+                    read_light(prim, matrix, metres_per_unit),
+                    read_pattern(prim),
+                    read_rules(prim, sources),
+                )
+            self._known[path] = light
+        return _together(self._known.values())
+
+
+def _together(lights: Iterable[_Light]) -> Lights:
     rows, rules = [], []
     patterns: dict[int, tuple[int, LightPattern]] = {}
-    sources: list[str] | None = None
     linked = False
-    for prim, matrix in zip(prims, local_to_world):
-        row = read_light(prim, matrix, metres_per_unit)
-        if row is None:
+    for light in lights:
+        if light.row is None:
             continue
-        pattern = read_pattern(prim)
-        if pattern is not None:
-            row["pattern"] = patterns.setdefault(id(pattern), (len(patterns), pattern))[0]
-        if is_linked(prim):
-            linked = True
-            sources = sources or [source_path(path) for path in instances]
-        rule = read_rules(prim, sources or ())
-        if rule is not None:
+        linked = linked or light.instances is not None
+        row = light.row.copy()
+        if light.pattern is not None:
+            row["pattern"] = patterns.setdefault(id(light.pattern), (len(patterns), light.pattern))[0]
+        if light.rules is not None:
             row["rules"] = len(rules)
-            rules.append(rule)
+            rules.append(light.rules)
         rows.append(row)
     return Lights(np.array(rows, LIGHT), [pattern for _, pattern in patterns.values()], rules, linked)
 

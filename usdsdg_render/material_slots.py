@@ -20,7 +20,7 @@ class MaterialSlots:
 
     def __init__(self) -> None:
         self._runs: dict[Sdf.Path, tuple[Material, ...]] = {}  # of gprims drawn now or lately
-        self.begins = np.zeros(0, np.int32)  # of each gprim, as last assigned
+        self.begins: dict[Sdf.Path, int] = {}  # of each gprim, as last assigned
         self.rows = np.zeros(0, np.int32)  # of each slot, in what `assign` gave
 
     def assign(self, gprims: Sequence[Gprim]) -> list[Material]:
@@ -29,10 +29,9 @@ class MaterialSlots:
             drawn = {gprim.path for gprim in gprims}
             self._runs = {path: run for path, run in self._runs.items() if path in drawn}
         runs = self._runs
-        runs.update((gprim.path, tuple(gprim.materials)) for gprim in gprims)
+        runs.update((gprim.path, tuple(gprim.materials or ())) for gprim in gprims)
         ends = np.cumsum([len(run) for run in runs.values()], dtype=np.int64)
-        begins = {path: end - len(run) for (path, run), end in zip(runs.items(), ends)}
-        self.begins = np.array([begins[gprim.path] for gprim in gprims], np.int32)
+        self.begins = {path: end - len(run) for (path, run), end in zip(runs.items(), ends.tolist())}
         # By identity first: comparing whole materials costs more.
         unique = {id(material): material for run in runs.values() for material in run}
         rows: dict[Material, int] = {}

@@ -12,8 +12,8 @@ from usdsdg import errors
 
 from .material_x import SURFACES, read_material_x
 from .mdl import mdl_name, read_mdl
-from .plan import is_below
 from .preview_surface import read_preview_surface
+from .prim_kinds import is_below
 from .scene import MATERIAL, NO_TEXTURE, Texture
 from .shading import Input, Material, Network, shader_id
 from .textures import Progress, TexturePool, TextureUse
@@ -95,23 +95,30 @@ class MaterialLibrary:
             self._by_path[path] = entry
         return entry.material
 
-    def forget(self, paths: Collection[Sdf.Path]) -> None:
-        """Read again what depends on a prim of `paths`: materials below it, above it, and those that read it.
+    def forget(self, changed: Collection[Sdf.Path], roots: Collection[Sdf.Path]) -> set[Sdf.Path]:
+        """Read again what depends on a prim of `changed`, or on one at or below `roots`; returns those materials.
 
         A shading prim that no material is known to read may sit between shaders of any, so then all are read again.
         """
-        stale = {path for path in self._by_path if is_below(path, paths)}
+        known, readers = self._by_path, self._readers()
+        stale = {path for path in known if is_below(path, roots)}
+        stale.update(*(found for visited, found in readers.items() if is_below(visited, roots)))
+        for path in [*changed, *roots]:
+            found = readers.get(path, set()) | {prefix for prefix in path.GetPrefixes() if prefix in known}
+            if not found and path not in stale and self._is_shading(path):
+                stale = set(known)
+                break
+            stale |= found
+        self._drop(stale)
+        return stale
+
+    def _readers(self) -> dict[Sdf.Path, set[Sdf.Path]]:
+        """The materials that depend on each prim."""
         readers: dict[Sdf.Path, set[Sdf.Path]] = {}
         for material, entry in self._by_path.items():
             for visited in entry.visited:
                 readers.setdefault(visited, set()).add(material)
-        for path in paths:
-            found = readers.get(path, set()) | {p for p in path.GetPrefixes() if p in self._by_path}
-            if not found and path not in stale and self._is_shading(path):
-                self.forget_all()
-                return
-            stale |= found
-        self._drop(stale)
+        return readers
 
     def _drop(self, paths: Iterable[Sdf.Path]) -> None:
         """With what they share: nobody would tell us of its changes."""
@@ -123,10 +130,6 @@ class MaterialLibrary:
     def _is_shading(self, path: Sdf.Path) -> bool:
         prim = self._stage.GetPrimAtPath(path)
         return bool(prim) and not prim.IsA(UsdShade.Material) and UsdShade.ConnectableAPI(prim).IsContainer()
-
-    def forget_all(self) -> None:
-        self._by_path.clear()
-        self._by_specs.clear()
 
     def keep_only(self, paths: set[Sdf.Path]) -> None:
         """Drop materials that nothing is bound to any more."""
@@ -189,16 +192,28 @@ def _surface(material: UsdShade.Material, context: str) -> UsdShade.Shader | Non
     return None
 
 
-def build_table(
-    materials: Sequence[Material], pool: TexturePool, progress: Progress | None = None
-) -> tuple[np.ndarray, list[Texture]]:
-    """Rows of `scene.MATERIAL`, one a material, and the textures that they index."""
-    uses = dict.fromkeys(use for material in materials for use in material.textures())
-    textures, indices = pool.load(uses, progress)
-    table = np.zeros(len(materials), MATERIAL)
-    for k, material in enumerate(materials):
-        table[k] = _row(material, indices)
-    return table, textures
+class MaterialTable:
+    """Rows of `scene.MATERIAL`; those of materials that stay are made once."""
+
+    def __init__(self) -> None:
+        # With where its textures were, and the bytes of the row.
+        self._rows: dict[Material, tuple[tuple[int | None, ...], bytes]] = {}
+
+    def build(
+        self, materials: Sequence[Material], pool: TexturePool, progress: Progress | None = None
+    ) -> tuple[np.ndarray, list[Texture]]:
+        """One row a material, and the textures that they index."""
+        uses = dict.fromkeys(use for material in materials for use in material.textures)
+        textures, indices = pool.load(uses, progress)
+        before, self._rows = self._rows, {}
+        for material in materials:
+            places = tuple(indices.get(use) for use in material.textures)
+            row = before.get(material)
+            if row is None or row[0] != places:
+                row = places, np.array(_row(material, indices), MATERIAL).tobytes()
+            self._rows[material] = row
+        table = b"".join(self._rows[material][1] for material in materials)
+        return np.frombuffer(table, MATERIAL).copy(), textures
 
 
 def _row(material: Material, indices: dict[TextureUse, int]) -> tuple:

@@ -1,126 +1,162 @@
-"""From what changed on the stage to what the extractor must read again."""
+"""From what changed on the stage to what the extractor must read again: the one place that says what a change means."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from pxr import Sdf, Usd
 
 from usdsdg.stage.changes import Changes
 
-from .stage_tree import (
+from .prim_kinds import (
     DOME,
     GPRIMS,
     IGNORED_PREFIXES,
     INSTANCER,
     LIGHT,
+    MESH,
     PASS,
     SKIP,
     SUBSET,
-    Tree,
+    is_below,
     kind_of,
 )
+from .stage_tree import Tree
 
+ROOT = Sdf.Path.absoluteRootPath
 # Properties that change nothing that is drawn, beside those with IGNORED_PREFIXES.
 IGNORED_NAMES = {"extent", "extentsHint", "kind", ""}
 
 
 @dataclass
 class Plan:
-    """What to read again."""
+    """What to read again, as paths. Of a subtree the root is named; "/" names everything of its kind."""
 
-    structure: bool = False  # which prims are drawn, with what
-    everything: bool = False
+    roots: set[Sdf.Path] = field(default_factory=set)  # subtrees in which prims came, went, or changed as a whole
+    shown: set[Sdf.Path] = field(default_factory=set)  # subtrees that were hidden or shown, or got another purpose
+    bound: set[Sdf.Path] = field(default_factory=set)  # subtrees in which other materials may be bound
+    below: set[Sdf.Path] = field(default_factory=set)  # subtrees whose gprims inherit something else
     gprims: set[Sdf.Path] = field(default_factory=set)
-    roots: set[Sdf.Path] = field(default_factory=set)  # whole subtrees
-    shapes: set[Sdf.Path] = field(default_factory=set)  # gprims of which the geometry alone changed
+    instancers: set[Sdf.Path] = field(default_factory=set)  # where they put what
+    materials: set[Sdf.Path] = field(default_factory=set)  # prims of shading networks
+    moved: set[Sdf.Path] = field(default_factory=set)
+    lights: set[Sdf.Path] = field(default_factory=set)  # domes too; and subtrees of lights
     skinned: bool = False  # how skeletons shape meshes
-    materials: set[Sdf.Path] = field(default_factory=set)
-    moved: set[int] = field(default_factory=set)  # nodes of the tree
-    lights: bool = False
+
+    @classmethod
+    def of_everything(cls) -> Plan:
+        return cls(roots={ROOT}, bound={ROOT}, lights={ROOT}, skinned=True)
+
+    @property
+    def everything(self) -> bool:
+        return ROOT in self.roots
+
+    @property
+    def regrown(self) -> set[Sdf.Path]:
+        """Subtrees in which other prims may be drawn."""
+        return self.roots | self.shown
+
+    @property
+    def drawn(self) -> bool:
+        """Whether any gprim is another one, looks different or is drawn elsewhere by points."""
+        return bool(self.roots or self.shown or self.bound or self.below or self.gprims or self.instancers)
 
 
 class Planner:
-    """Sorts changed properties into a `Plan`, by what their prim is in the tree."""
+    """Sorts changes into a `Plan`, by what their prims are in the tree.
 
-    def __init__(self, stage: Usd.Stage, tree: Tree, *, has_points: bool) -> None:
+    Args:
+        sources: for each prim that point instancers draw with all below it, the instancers that do.
+    """
+
+    def __init__(self, stage: Usd.Stage, tree: Tree, sources: Mapping[Sdf.Path, Collection[Sdf.Path]]) -> None:
         self._stage = stage
         self._tree = tree
-        # Prims outside the tree are drawn only by point instancers, so without one they do not matter.
-        self._has_points = has_points
+        self._sources = sources
+        self._has_prototypes = bool(stage.GetPrototypes())
         self._plan = Plan()
 
     def plan(self, changes: Changes) -> Plan:
-        plan = self._plan = Plan(roots=set(changes.resynced))
+        plan = self._plan = Plan()
+        for root in changes.resynced:
+            plan.roots.update(map(self._owner, self._places(root)))
         if plan.roots:
-            plan.structure = True
-            plan.everything = any(map(_is_all, plan.roots))
+            self._plan_roots()
         for path, names in changes.changed.items():
-            self._plan_prim(path, names)
+            if path == ROOT:  # up axis, units
+                plan.lights.add(ROOT)
+                continue
+            for place in self._places(path):
+                self._plan_prim(place, names)
         return plan
+
+    def _places(self, path: Sdf.Path) -> Iterator[Sdf.Path]:
+        """The path, and where instances show it if it lies in a prototype that they share."""
+        yield path
+        if not self._has_prototypes or not Usd.Prim.IsPathInPrototype(path):
+            return
+        top = path.GetPrefixes()[0]
+        prototype = self._stage.GetPrimAtPath(top)
+        for instance in prototype.GetInstances() if prototype else ():
+            yield from self._places(path.ReplacePrefix(top, instance.GetPath()))
+
+    def _owner(self, path: Sdf.Path) -> Sdf.Path:
+        """The mesh where `path` is its subset: what stands below a mesh says something of it."""
+        above = path.GetParentPath()
+        return above if path != ROOT and self._kind_at(above) == MESH else path
+
+    def _plan_roots(self) -> None:
+        plan = self._plan
+        # A material or a collection that came or went may count anywhere.
+        plan.bound.add(ROOT)
+        plan.lights |= plan.roots
+        for source, instancers in self._sources.items():
+            if is_below(source, plan.roots) or any(root.HasPrefix(source) for root in plan.roots):
+                plan.instancers.update(instancers)
 
     def _plan_prim(self, path: Sdf.Path, names: set[str]) -> None:
         plan = self._plan
-        if path == Sdf.Path.absoluteRootPath:  # up axis, units
-            plan.lights = True
-            return
-        if _is_all(path):
-            plan.everything = plan.structure = True
-            return
-        node = self._tree.index.get(path)
-        kind = PASS if node is None else self._tree.kinds[node]
+        kind = self._kind_at(path)
         for name in names:
             if name.startswith("xformOp"):
-                if node is None:
-                    self._plan_hidden(path)
-                else:
-                    plan.moved.add(node)
-            elif name in ("visibility", "purpose") or name.startswith(("material:binding", "collection:")):
-                plan.structure = True
+                plan.moved.add(path)
+                self._plan_points(path)
+            elif name in ("visibility", "purpose"):
+                plan.shown.add(path)
+                self._plan_points(path)
+            elif name.startswith("material:binding"):
+                plan.bound.add(path)
+            elif name.startswith("collection:"):  # anybody may refer to it
+                plan.bound.add(ROOT)
+                plan.lights.add(ROOT)
             elif name in IGNORED_NAMES or name.startswith(IGNORED_PREFIXES):
                 continue
             elif kind in (LIGHT, DOME):
-                plan.lights = True
+                plan.lights.add(path)
             elif kind in GPRIMS:
                 plan.gprims.add(path)
-                plan.structure = True
             elif kind == INSTANCER:
-                plan.structure = True
-            else:
-                self._plan_other(path, name)
+                plan.instancers.add(path)
+                self._plan_points(path)
+            elif kind == SKIP:
+                plan.materials.add(path)
+            elif kind == SUBSET:
+                # Which subsets count is noted in the tree.
+                plan.roots.add(path.GetParentPath())
+                self._plan_points(path)
+            elif name.startswith("primvars:"):
+                plan.below.add(path)
 
-    def _plan_other(self, path: Sdf.Path, name: str) -> None:
-        """A property of a prim that is not drawn itself: of a shader, a subset, an inherited primvar, or nothing."""
-        plan = self._plan
+    def _kind_at(self, path: Sdf.Path) -> int:
+        node = self._tree.index.get(path)
+        if node is not None:
+            return self._tree.kinds[node]
         prim = self._stage.GetPrimAtPath(path)
-        kind = kind_of(prim) if prim else PASS
-        if kind == SKIP:
-            plan.materials.add(path)
-        elif kind == SUBSET:
-            plan.gprims.add(path.GetParentPath())
-            plan.structure = True
-        elif name.startswith("primvars:"):
-            plan.roots.add(path)
-            plan.structure = True
-        else:
-            self._plan_hidden(path)
+        return kind_of(prim) if prim else PASS
 
-    def _plan_hidden(self, path: Sdf.Path) -> None:
-        if self._has_points:
-            self._plan.gprims.add(path)
-            self._plan.structure = True
-
-
-def _is_all(path: Sdf.Path) -> bool:
-    """The whole stage, or inside a prototype that instances share, where one edit shows in many places."""
-    return path == Sdf.Path.absoluteRootPath or path.pathString.startswith("/__Prototype_")
-
-
-def is_below(path: Sdf.Path, roots: Collection[Sdf.Path]) -> bool:
-    """Whether `path` is one of `roots` or below one."""
-    while path != Sdf.Path.absoluteRootPath and not path.isEmpty:
-        if path in roots:
-            return True
-        path = path.GetParentPath()
-    return False
+    def _plan_points(self, path: Sdf.Path) -> None:
+        """What point instancers draw, they place and show themselves."""
+        if self._sources:
+            for prefix in path.GetPrefixes():
+                self._plan.instancers.update(self._sources.get(prefix, ()))

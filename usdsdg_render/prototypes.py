@@ -15,9 +15,9 @@ from . import shapes, tubes
 from .corner_colors import block_uvs, of_elements
 from .geometry import build_prototype
 from .mesh_source import MeshSource, read_mesh
+from .prim_kinds import CURVES, IGNORED_PREFIXES, MESH, kind_of
 from .scene import Prototype
 from .skinned_mesh import posed
-from .stage_tree import CURVES, IGNORED_PREFIXES, MESH, kind_of
 
 # Prototypes that nothing uses any more are kept while they are few, for scripts that hide and show objects.
 IDLE_TRIANGLES = 2_000_000

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -62,10 +63,20 @@ class Material:
     colour_from_gprim: bool = False  # base colour is the gprim's displayColor
     from_gprim: tuple[FromGprim, ...] = ()
 
-    def textures(self) -> list[TextureUse]:
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        """Tables are made of materials every time that one changes, and there is much in each."""
+        return hash(tuple(getattr(self, each.name) for each in fields(self)))
+
+    @cached_property
+    def textures(self) -> tuple[TextureUse, ...]:
+        """How all its textures are looked at."""
         inputs = (self.base_color, self.metallic, self.roughness, self.specular, self.opacity, self.emission)
         inputs += (self.clearcoat, self.clearcoat_roughness)
-        return [use for use in (*(i.texture for i in inputs), self.normal, self.detail) if use is not None]
+        return tuple(use for use in (*(i.texture for i in inputs), self.normal, self.detail) if use is not None)
 
     def of_gprim(self, prim: Usd.Prim, time: Usd.TimeCode) -> Material:
         """The material with the values of the gprim's primvars; those that vary over it are replaced by their mean."""

@@ -1,101 +1,52 @@
-"""The drawable part of a stage as a tree of prims with their matrices: one traversal, then only what moved."""
+"""The drawable part of a stage as a tree of prims with their matrices: one traversal, then only what changed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
-from pxr import Sdf, Tf, Usd, UsdGeom, UsdLux, UsdShade
+from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
 
-from .lights import DOMES, KINDS, UNSUPPORTED
-from .shapes import PARAMETERS
-
-# What a prim is to the renderer.
-PASS, MESH, SHAPE, CURVES, POINTS, LIGHT, DOME, INSTANCER, SUBSET, SKIP, UNDRAWN, NO_LIGHT = range(12)
-GPRIMS = (MESH, SHAPE, CURVES, POINTS)
-DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
-
-# Properties that change nothing that is drawn; other engines and scripts write them all the time.
-IGNORED_PREFIXES = ("physics:", "physx", "semantic", "newton:", "ui:", "userProperties:", "state:", "drive:")
-
-_KNOWN = {
-    "Mesh": MESH,
-    "BasisCurves": CURVES,
-    "HermiteCurves": CURVES,
-    "NurbsCurves": CURVES,
-    "Points": POINTS,
-    "PointInstancer": INSTANCER,
-    "GeomSubset": SUBSET,
-    **dict.fromkeys(PARAMETERS, SHAPE),
-    **dict.fromkeys(KINDS, LIGHT),
-    **dict.fromkeys(DOMES, DOME),
-    **dict.fromkeys(UNSUPPORTED, NO_LIGHT),
-    "Material": SKIP,
-    "Shader": SKIP,
-    "NodeGraph": SKIP,
-}
+from .prim_kinds import (
+    DRAWN_PURPOSES,
+    INSTANCER,
+    MESH,
+    NO_LIGHT,
+    PASS,
+    SKIP,
+    SUBSET,
+    UNDRAWN,
+    is_below,
+    is_material_subset,
+    kind_of,
+    local_matrix,
+    matrix_product,
+    purpose_of,
+    warn_unsupported,
+)
 
 
-def kind_of(prim: Usd.Prim) -> int:
-    """What the prim is, by its type name; types that we have not met are asked once for what they derive from."""
-    name = str(prim.GetTypeName())
-    kind = _KNOWN.get(name)
-    if kind is None:
-        if prim.IsA(UsdGeom.Mesh):
-            kind = MESH
-        elif prim.IsA(UsdGeom.PointInstancer):
-            kind = INSTANCER
-        elif prim.IsA(UsdGeom.Gprim):
-            kind = UNDRAWN
-        elif prim.IsA(UsdLux.NonboundableLightBase) or prim.IsA(UsdLux.BoundableLightBase):
-            kind = NO_LIGHT
-        elif prim.IsA(UsdShade.NodeGraph):
-            kind = SKIP
-        else:
-            kind = PASS
-        _KNOWN[name] = kind
-    return kind
+class Node(NamedTuple):
+    """One prim of the tree."""
+
+    prim: Usd.Prim
+    path: Sdf.Path
+    kind: int
+    purpose: str  # its own or inherited; "" = none authored
+    depth: int  # elements of its path
 
 
-def purpose_of(prim: Usd.Prim, inherited: str) -> str:
-    """Purpose authored here, else the parent's. The empty string stands for "none authored"."""
-    attribute = prim.GetAttribute("purpose")
-    if attribute and attribute.HasAuthoredValue():
-        return str(attribute.Get())
-    return inherited
+class Place(NamedTuple):
+    """Where a subtree goes: instead of the nodes `first` to `last`, or between two where they are the same."""
 
-
-def is_invisible(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
-    attribute = prim.GetAttribute("visibility")
-    return bool(attribute) and attribute.Get(time) == UsdGeom.Tokens.invisible
-
-
-def local_matrix(cache: UsdGeom.XformCache, prim: Usd.Prim, sampled: bool) -> tuple[np.ndarray, bool]:
-    """((4, 4) local matrix, whether it starts a new transform stack).
-
-    At the default time, a prim whose ops have only samples is where its first sample puts it. Ops that USD refuses give
-    NaN, so that what they place is dropped by name.
-    """
-    try:
-        matrix, resets = cache.GetLocalTransformation(prim)
-    except Tf.ErrorException as failure:
-        errors.warn_once(f"{prim.GetPath()}: its xformOps cannot be read. Correct xformOpOrder and its ops. {failure}")
-        return np.full((4, 4), np.nan), False
-    if sampled:
-        xformable = UsdGeom.Xformable(prim)
-        if xformable and xformable.TransformMightBeTimeVarying():
-            ops = xformable.GetOrderedXformOps()
-            if not any(op.Get() is not None for op in ops):
-                matrix = xformable.GetLocalTransformation(Usd.TimeCode.EarliestTime())
-    return np.array(matrix), bool(resets)
-
-
-def matrix_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """a @ b, quietly: what is NaN or infinite is dropped by name where it would be drawn."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        return a @ b
+    first: int
+    last: int
+    order: tuple[int, ...]  # among subtrees that go to the same place
+    prim: Usd.Prim | None  # None: it is gone
+    purpose: str  # above it
 
 
 class Tree:
@@ -104,104 +55,173 @@ class Tree:
     def __init__(self, stage: Usd.Stage, time: Usd.TimeCode) -> None:
         self.time = time
         self.prims: list[Usd.Prim] = []
+        self.paths: list[Sdf.Path] = []
         self.kinds: list[int] = []
         self.index: dict[Sdf.Path, int] = {}
         self.drawn: list[bool] = []  # purpose is default or render
-        self.subsets: dict[int, list[Usd.Prim]] = {}
-        self.blinking: list[Usd.Attribute] = []  # visibilities that vary with time, also of prims that are hidden now
-        self.has_skeletons = False  # there is a SkelRoot
-        # Without an authored range nothing is animated; saves a question per prim.
-        self._sampled = time.IsDefault() and stage.HasAuthoredTimeCodeRange()
+        self.subsets: dict[Sdf.Path, list[Usd.Prim]] = {}  # of meshes
+        # Visibilities that vary with time, also of prims that are hidden now.
+        self.blinking: dict[Sdf.Path, Usd.Attribute] = {}
+        self.skeletons: set[Sdf.Path] = set()  # prims that are a SkelRoot
+        self.local = self.world = np.zeros((0, 4, 4))
+        self.resets = np.zeros(0, bool)
+        self._stage = stage
+        self._children_of: dict[Sdf.Path, list[str]] = {}  # names, during one `regrow`
         self._cache = UsdGeom.XformCache(time)
-        self._parents: list[int] = []
-        self._depths: list[int] = []
-        self._walk(stage)
-        count = len(self.prims)
-        self.local = np.broadcast_to(np.eye(4), (count, 4, 4)).copy()
-        self.resets = np.zeros(count, bool)
-        self._read_local(range(count))
-        self.world = self.local.copy()
-        self._levels = self._make_levels()
-        self._compose()
+        self._nodes: list[Node] = []
+        self.regrow({Sdf.Path.absoluteRootPath})
 
-    def _walk(self, stage: Usd.Stage) -> None:
-        open_prims: list[tuple[int, int, str]] = []  # (depth, index, purpose) from the root to here
-        iterator = iter(Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()))
-        next(iterator, None)  # the pseudo-root
+    def regrow(self, roots: Iterable[Sdf.Path]) -> None:
+        """Walk subtrees again in which prims came, went, or were hidden or shown; all other nodes stay."""
+        roots = set(Sdf.Path.RemoveDescendentPaths(list(roots)))
+        self._forget(roots)
+        self._children_of.clear()
+        places = sorted((place for root in roots if (place := self._place_of(root))), key=lambda p: p[:3])
+        nodes: list[Node] = []
+        kept: list[np.ndarray] = []  # (new, old) numbers of nodes that stay
+        begin = 0
+        for place in [*places, Place(len(self._nodes), len(self._nodes), (), None, "")]:
+            old = np.arange(begin, place.first)
+            kept.append(np.stack([old - begin + len(nodes), old]))
+            nodes += self._nodes[begin : place.first]
+            if place.prim is not None:
+                self._walk(place.prim, place.purpose, nodes)
+            begin = place.last
+        self._number(nodes, *np.concatenate(kept, axis=1))
+
+    def _forget(self, roots: set[Sdf.Path]) -> None:
+        """What is noted of prims at and below `roots`."""
+        for table in (self.subsets, self.blinking):
+            for path in [path for path in table if is_below(path, roots)]:
+                del table[path]
+        self.skeletons = {path for path in self.skeletons if not is_below(path, roots)}
+
+    def _place_of(self, root: Sdf.Path) -> Place | None:
+        """None for what is not drawn, nor was."""
+        if root == Sdf.Path.absoluteRootPath:
+            return Place(0, len(self._nodes), (), self._stage.GetPseudoRoot(), "")
+        above = root.GetParentPath()
+        node = self.index.get(above, -1)
+        if above != Sdf.Path.absoluteRootPath and (node < 0 or self.kinds[node] == INSTANCER):
+            return None
+        prim = self._stage.GetPrimAtPath(root)
+        if prim and prim.GetName() not in self._children(above):
+            prim = None
+        purpose = self._nodes[node].purpose if node >= 0 else ""
+        first = self.index.get(root)
+        if first is not None:
+            return Place(first, self._end(first), (), prim or None, purpose)
+        if not prim:
+            return None
+        first = self._behind_siblings(above, prim.GetName())
+        order = tuple(self._children(path.GetParentPath()).index(path.name) for path in root.GetPrefixes())
+        return Place(first, first, order, prim, purpose)
+
+    def _children(self, path: Sdf.Path) -> list[str]:
+        if path not in self._children_of:
+            prim = self._stage.GetPrimAtPath(path)
+            self._children_of[path] = prim.GetFilteredChildrenNames(Usd.TraverseInstanceProxies())
+        return self._children_of[path]
+
+    def _behind_siblings(self, above: Sdf.Path, name: str) -> int:
+        """Where a new child goes: after the nearest sibling before it that is in the tree, else first."""
+        names = self._children(above)
+        for sibling in reversed(names[: names.index(name)]):
+            node = self.index.get(above.AppendChild(sibling))
+            if node is not None:
+                return self._end(node)
+        return self.index.get(above, -1) + 1
+
+    def _end(self, node: int) -> int:
+        """The first node behind a subtree."""
+        depth = self._nodes[node].depth
+        node += 1
+        while node < len(self._nodes) and self._nodes[node].depth > depth:
+            node += 1
+        return node
+
+    def _walk(self, root: Usd.Prim, purpose: str, nodes: list[Node]) -> None:
+        """Append the nodes of a subtree."""
+        above: list[Node] = []  # from the root to here
+        iterator = iter(Usd.PrimRange(root, Usd.TraverseInstanceProxies()))
+        if root.IsPseudoRoot():
+            next(iterator, None)
         for prim in iterator:
             kind = kind_of(prim)
             path = prim.GetPath()
             depth = path.pathElementCount
-            while open_prims and open_prims[-1][0] >= depth:
-                open_prims.pop()
-            _, parent, purpose = open_prims[-1] if open_prims else (0, -1, "")
+            while above and above[-1].depth >= depth:
+                above.pop()
             if kind == SUBSET:
-                if parent >= 0 and self.kinds[parent] == MESH and is_material_subset(prim):
-                    self.subsets.setdefault(parent, []).append(prim)
+                if above and above[-1].kind == MESH and is_material_subset(prim):
+                    self.subsets.setdefault(above[-1].path, []).append(prim)
                 continue
-            if kind == SKIP or self._is_hidden(prim):
+            if kind == SKIP or self._is_hidden(prim, path):
                 iterator.PruneChildren()
                 continue
-            purpose = purpose_of(prim, purpose)
-            here = len(self.prims)
-            self.prims.append(prim)
-            self.kinds.append(kind)
-            self.index[path] = here
-            self.drawn.append(not purpose or purpose in DRAWN_PURPOSES)
-            self._parents.append(parent)
-            self._depths.append(depth)
-            open_prims.append((depth, here, purpose))
+            node = Node(prim, path, kind, purpose_of(prim, above[-1].purpose if above else purpose), depth)
+            nodes.append(node)
+            above.append(node)
             if kind == INSTANCER:  # its prototypes are drawn through it only
                 iterator.PruneChildren()
-            elif kind in (UNDRAWN, NO_LIGHT) and self.drawn[-1]:
+            elif kind in (UNDRAWN, NO_LIGHT) and _is_drawn(node):
                 warn_unsupported(prim)
             elif kind == PASS:
-                self._note_look(prim)
+                self._note_look(prim, path)
 
-    def _is_hidden(self, prim: Usd.Prim) -> bool:
+    def _number(self, nodes: list[Node], new: np.ndarray, old: np.ndarray) -> None:
+        """Make the lists and arrays of `nodes`, of which those numbered `new` had the numbers `old`."""
+        self._nodes = nodes
+        self.prims = [node.prim for node in nodes]
+        self.paths = [node.path for node in nodes]
+        self.kinds = [node.kind for node in nodes]
+        self.drawn = [_is_drawn(node) for node in nodes]
+        self.index = {path: k for k, path in enumerate(self.paths)}
+        self._levels = _levels(nodes)
+        local, resets = np.broadcast_to(np.eye(4), (len(nodes), 4, 4)).copy(), np.zeros(len(nodes), bool)
+        local[new], resets[new] = self.local[old], self.resets[old]
+        self.local, self.resets = local, resets
+        self.world = local.copy()
+        self._cache.Clear()
+        self._read_local(np.setdiff1d(np.arange(len(nodes)), new, assume_unique=True).tolist())
+        self._compose()
+
+    def _is_hidden(self, prim: Usd.Prim, path: Sdf.Path) -> bool:
         attribute = prim.GetAttribute("visibility")
         if not attribute:
             return False
         if not self.time.IsDefault() and attribute.ValueMightBeTimeVarying():
-            self.blinking.append(attribute)
+            self.blinking[path] = attribute
         return attribute.Get(self.time) == UsdGeom.Tokens.invisible
 
-    def _note_look(self, prim: Usd.Prim) -> None:
+    def _note_look(self, prim: Usd.Prim, path: Sdf.Path) -> None:
         """Schemas that change how what is below looks."""
         if prim.GetTypeName() == "SkelRoot":
-            self.has_skeletons = True
+            self.skeletons.add(path)
         if prim.HasAPI(UsdGeom.ModelAPI):
             mode = prim.GetAttribute("model:drawMode").Get()
             if mode in ("cards", "bounds", "origin"):
-                errors.warn_once(f"{prim.GetPath()}: draw mode {mode} is not supported; the full geometry is drawn.")
+                errors.warn_once(f"{path}: draw mode {mode} is not supported; the full geometry is drawn.")
 
     def set_time(self, time: Usd.TimeCode) -> None:
-        """What `move` reads from now on is of this time."""
+        """What is read from now on is of this time."""
         self.time = time
         self._cache.SetTime(time)
 
     def of_kind(self, *kinds: int) -> list[int]:
         return [k for k, kind in enumerate(self.kinds) if kind in kinds]
 
-    def move(self, moved: Iterable[int]) -> None:
-        """Read the local matrices of prims again and everything below them."""
+    def move(self, moved: Iterable[Sdf.Path]) -> None:
+        """Read the local matrices of prims again, where they are in the tree, and everything below them."""
         self._cache.Clear()
-        self._read_local(moved)
+        self._read_local([node for path in moved if (node := self.index.get(path)) is not None])
         self._compose()
 
     def _read_local(self, which: Iterable[int]) -> None:
+        # Without an authored range nothing is animated; saves a question per prim.
+        sampled = self.time.IsDefault() and self._stage.HasAuthoredTimeCodeRange()
         for k in which:
-            self.local[k], self.resets[k] = local_matrix(self._cache, self.prims[k], self._sampled)
-
-    def _make_levels(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """(children, their parents) for each depth below the first, top down."""
-        depths, parents = np.array(self._depths, np.int64), np.array(self._parents, np.int64)
-        levels = []
-        for depth in np.unique(depths):
-            children = np.flatnonzero((depths == depth) & (parents >= 0))
-            if len(children):
-                levels.append((children, parents[children]))
-        return levels
+            self.local[k], self.resets[k] = local_matrix(self._cache, self.prims[k], sampled)
 
     def _compose(self) -> None:
         self.world[...] = self.local
@@ -210,24 +230,20 @@ class Tree:
             self.world[children] = np.where(self.resets[children, None, None], self.local[children], worlds)
 
 
-def is_material_subset(subset: Usd.Prim) -> bool:
-    """Whether a GeomSubset partitions the faces of its mesh for materials."""
-    family = subset.GetAttribute("familyName").Get()
-    element = subset.GetAttribute("elementType").Get()
-    return family == UsdShade.Tokens.materialBind and element in (None, UsdGeom.Tokens.face)
+def _is_drawn(node: Node) -> bool:
+    return not node.purpose or node.purpose in DRAWN_PURPOSES
 
 
-def warn_unsupported(prim: Usd.Prim) -> None:
-    """Name a gprim or light of a kind that is not drawn."""
-    kind = prim.GetTypeName()
-    if kind == "PortalLight":
-        errors.warn_once(
-            f"{prim.GetPath()}: PortalLight is not supported and changes nothing: it would only guide how a dome light "
-            f"is sampled. Give the picture more samples where light comes through openings."
-        )
-        return
-    what = "shines no light" if kind_of(prim) == NO_LIGHT else "is not drawn"
-    remedy = (
-        "Use one of the lights " + ", ".join((*KINDS, *DOMES)) if kind_of(prim) == NO_LIGHT else "Convert it to a Mesh"
-    )
-    errors.warn_once(f"{prim.GetPath()}: {kind} is not supported and {what}. {remedy}.")
+def _levels(nodes: Sequence[Node]) -> list[tuple[np.ndarray, np.ndarray]]:
+    """(children, their parents) for each depth below the first, top down; nodes are in stage order."""
+    levels: dict[int, tuple[list[int], list[int]]] = {}
+    above: list[tuple[int, int]] = []  # (depth, number) from the root to here
+    for k, node in enumerate(nodes):
+        while above and above[-1][0] >= node.depth:
+            above.pop()
+        if above:
+            children, parents = levels.setdefault(node.depth, ([], []))
+            children.append(k)
+            parents.append(above[-1][1])
+        above.append((node.depth, k))
+    return [(np.array(children), np.array(parents)) for _, (children, parents) in sorted(levels.items())]

@@ -9,7 +9,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 from usdsdg.stage.transforms import local_to_world
 from usdsdg_render import scene
 from usdsdg_render.light_areas import ellipse_perimeter, ellipsoid_area
-from usdsdg_render.light_reader import read_lights
+from usdsdg_render.light_reader import LightReader
 from usdsdg_render.light_values import temperature_colour
 from usdsdg_render.lights import read_light
 
@@ -277,7 +277,7 @@ def test_what_is_ignored_is_named(author, name):
     _, prim = light("SphereLight")
     author(prim)
     with pytest.warns(UserWarning, match=f"/Light.*{name}"):
-        lights = read_lights([prim], [np.array(local_to_world(prim))], 1.0, [])
+        lights = LightReader().read([prim], [np.array(local_to_world(prim))], 1.0, [])
     assert len(lights.table) == 1
     assert not lights.patterns
     assert not lights.rules

@@ -9,7 +9,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg_render import scene
 from usdsdg_render.extract import SceneExtractor
-from usdsdg_render.materials import MaterialLibrary, bound_materials, build_table, stand_in
+from usdsdg_render.materials import MaterialLibrary, MaterialTable, bound_materials, stand_in
 from usdsdg_render.textures import TexturePool
 
 T = Sdf.ValueTypeNames
@@ -48,7 +48,7 @@ class Looks:
         return MaterialLibrary(self.stage).read(self.material.GetPrim())
 
     def row(self):
-        table, textures = build_table([self.read()], TexturePool())
+        table, textures = MaterialTable().build([self.read()], TexturePool())
         return table[0], textures
 
 
@@ -366,7 +366,7 @@ def test_unknown_surfaces_are_named_and_none(surface):
 
 
 def test_stand_ins_are_grey_or_their_colour():
-    table, _ = build_table([stand_in(None, None), stand_in((1.0, 0.5, 0.0), 0.25)], TexturePool())
+    table, _ = MaterialTable().build([stand_in(None, None), stand_in((1.0, 0.5, 0.0), 0.25)], TexturePool())
     np.testing.assert_allclose(table["base_color"], [(0.5, 0.5, 0.5), (1.0, 0.5, 0.0)])
     assert table["opacity"].tolist() == [1.0, 0.25]
 
