@@ -108,6 +108,7 @@ def test_of_a_mesh_whose_points_have_samples():
     assert np.abs(expected).max() > 2
     np.testing.assert_allclose(labels["motion_vectors"][mine], expected, atol=3e-3)
     # Nothing has changed since.
+    renderer.sync()
     assert np.abs(renderer.labels(view, NAMES)["motion_vectors"]).max() < 1e-3
 
 
