@@ -21,6 +21,8 @@ class RenderMode:
     motion_blur: bool
     denoise: bool
     first_sample: int = 0
+    denoiser: str = "wavelet"
+    noisy_share: float = 0.0  # of the picture before it was denoised
 
     def split(self, parts: int) -> list[RenderMode]:
         """The samples in `parts` shares that follow each other, the first ones taking the remainder; none is empty."""
@@ -48,12 +50,41 @@ def render_mode(rt_subframes: int) -> RenderMode:
         sub_frames = max(settings.get_as_int("/omni/replicator/pathTracedMotionBlurSubSamples"), 1)
         blur = settings.get_as_bool("/omni/replicator/captureMotionBlur")
         denoise = settings.get_as_bool("/rtx/pathtracing/optixDenoiser/enabled")
-        return RenderMode(True, samples, min(sub_frames, samples), blur, denoise)
+        filtering = {"denoiser": _denoiser("oidn"), "noisy_share": _noisy_share()} if denoise else {}
+        return RenderMode(True, samples, min(sub_frames, samples), blur, denoise, **filtering)
     if name not in ("RaytracedLighting", "RayTracedLighting", "RealTimePathTracing"):
         warn_once(
             f"/rtx/rendermode {name!r} is not known; using RaytracedLighting. Known: PathTracing, RaytracedLighting."
         )
-    return RenderMode(False, LEAST_SAMPLES + rt_subframes, 1, False, True)
+    return RenderMode(False, LEAST_SAMPLES + rt_subframes, 1, False, True, denoiser=_denoiser("wavelet"))
+
+
+def _denoiser(best: str) -> str:
+    """What filters pictures, by `/usdsdg/denoiser`; "auto" is `best` where that is installed."""
+    from usdsdg_render import oidn
+
+    name = get_settings().get_as_string("/usdsdg/denoiser") or "auto"
+    if name not in ("auto", "wavelet", "oidn"):
+        warn_once(f"/usdsdg/denoiser {name!r} is not known; using auto. Known: auto, wavelet, oidn.")
+        name = "auto"
+    if name != "auto":
+        return name
+    if best == "oidn" and not oidn.is_installed():
+        warn_once(
+            "path-traced pictures are cleaned by the filter of the fast mode, which leaves the noise of depth of field "
+            "and motion blur. pip install 'usdsdg[denoise]' cleans them with Open Image Denoise; with the setting "
+            "/usdsdg/denoiser at 'wavelet' this filter stays and this line goes."
+        )
+        return "wavelet"
+    return best
+
+
+def _noisy_share() -> float:
+    key = "/rtx/pathtracing/optixDenoiser/blendFactor"
+    share = get_settings().get_as_float(key)
+    if not 0.0 <= share <= 1.0:
+        warn_once(f"{key} is {share:g}; it may be 0 (all denoised) to 1 (not at all), and the nearer of them is taken.")
+    return min(max(share, 0.0), 1.0)
 
 
 def glass_labels() -> str:

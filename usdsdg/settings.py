@@ -27,6 +27,7 @@ DEFAULTS: dict[str, Any] = {
     "/rtx/pathtracing/maxBounces": 3,
     "/rtx/pathtracing/maxSpecularAndTransmissionBounces": 6,
     "/rtx/pathtracing/optixDenoiser/enabled": True,
+    "/rtx/pathtracing/optixDenoiser/blendFactor": 0.0,
     "/rtx/pathtracing/multimatte/channelCount": 0,
     "/rtx/post/tonemap/filmIso": 100.0,
     "/rtx/post/tonemap/cameraShutter": 50.0,
@@ -44,6 +45,7 @@ DEFAULTS: dict[str, Any] = {
     "/rtx/post/depthSensor/maxDistance": 10000000.0,
     "/rtx/post/depthSensor/rgbDepthOutputMode": 0,
     "/rtx/post/depthSensor/showDistance": False,
+    "/usdsdg/denoiser": "auto",
     "/usdsdg/labels/glass": "surface",
     "/syntheticdata/sensors/perSubsetSegmentation": False,
 }

@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
-from usdsdg.errors import warn_once
-from usdsdg_render.denoise import denoise
+from usdsdg.errors import RenderError, warn_once
+from usdsdg_render import denoise, oidn
+from usdsdg_render.kernels.denoise import mix
 from usdsdg_render.kernels.develop import develop_pixels
 from usdsdg_render.kernels.film import FilmArrays
 from usdsdg_render.parallel import launch_rows
 from usdsdg_render.settings import PARTS, ToneSettings
+
+_DENOISERS = {"wavelet": denoise.denoise, "oidn": oidn.denoise}
 
 
 class Film:
@@ -63,7 +66,7 @@ def develop(film: Film, tone: ToneSettings, *, threads: int | None = None) -> di
     """See `WarpRenderer.develop`."""
     radiance = film.arrays.color
     if film.has_features and tone.denoise is not False:
-        radiance = denoise(film.arrays, film.device, threads=threads)
+        radiance = _denoised(film, tone, threads)
     shape = (film.height, film.width)
     hdr = wp.empty(shape, dtype=wp.vec4h, device=film.device)
     ldr = wp.empty(shape, dtype=wp.vec4ub, device=film.device)
@@ -75,3 +78,15 @@ def develop(film: Film, tone: ToneSettings, *, threads: int | None = None) -> di
             key="dropped samples",
         )
     return {"HdrColor": hdr.numpy(), "LdrColor": ldr.numpy(), **film.parts()}
+
+
+def _denoised(film: Film, tone: ToneSettings, threads: int | None) -> wp.array:
+    if tone.denoiser not in _DENOISERS:
+        raise RenderError(f"denoiser is {tone.denoiser!r}; it may be {' or '.join(map(repr, _DENOISERS))}.")
+    clean = _DENOISERS[tone.denoiser](film.arrays, film.device, threads=threads)
+    if tone.noisy_share == 0.0:
+        return clean
+    mixed = wp.empty_like(clean)
+    inputs = [film.arrays.color, clean, tone.noisy_share]
+    launch_rows(mix, clean.shape, inputs, [mixed], device=film.device, threads=threads)
+    return mixed

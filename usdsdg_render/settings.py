@@ -52,6 +52,8 @@ class ToneSettings:
     f_number: float = 5.0
     exposure_compensation: float = 0.0  # stops
     denoise: bool | None = None  # None: denoise when the film holds what it takes
+    denoiser: str = "wavelet"  # that of the fast mode; or "oidn", Open Image Denoise of the extra `usdsdg[denoise]`
+    noisy_share: float = 0.0  # of what the picture was before it was denoised: 0 = nothing, 1 = as if it was not
 
     @property
     def white(self) -> float:

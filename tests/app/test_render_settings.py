@@ -1,17 +1,27 @@
 """How many samples a frame gets, and how they are shared out."""
 
+import warnings
+
 import pytest
 
-from usdsdg.errors import UsdsdgWarning
+from usdsdg.errors import UsdsdgWarning, forget_warnings
 from usdsdg.render_settings import RenderMode, render_mode
 from usdsdg.settings import Settings
+from usdsdg_render import oidn
 
 
 @pytest.fixture
 def settings(monkeypatch):
     fresh = Settings()
     monkeypatch.setattr("usdsdg.render_settings.get_settings", lambda: fresh)
+    forget_warnings()
     return fresh
+
+
+@pytest.fixture(params=[True, False], ids=["with oidn", "without"])
+def has_oidn(request, monkeypatch):
+    monkeypatch.setattr(oidn, "is_installed", lambda: request.param)
+    return request.param
 
 
 @pytest.mark.parametrize(("samples", "parts"), [(128, 8), (10, 4), (3, 8), (1, 1)])
@@ -41,3 +51,69 @@ def test_an_unknown_mode_is_named(settings):
     settings.set("/rtx/rendermode", "Wireframe")
     with pytest.warns(UsdsdgWarning, match="Wireframe"):
         render_mode(1)
+
+
+@pytest.mark.filterwarnings("ignore::usdsdg.errors.UsdsdgWarning")
+def test_path_traced_pictures_take_the_best_denoiser_there_is(settings, has_oidn):
+    assert render_mode(1).denoiser == "wavelet"
+    settings.set("/rtx/rendermode", "PathTracing")
+    assert (render_mode(1).denoise, render_mode(1).denoiser) == (True, "oidn" if has_oidn else "wavelet")
+
+
+@pytest.mark.parametrize("name", ["wavelet", "oidn"])
+@pytest.mark.parametrize("mode", ["PathTracing", "RaytracedLighting"])
+def test_a_denoiser_that_is_named_is_taken_without_a_word(settings, has_oidn, mode, name):
+    settings.set("/rtx/rendermode", mode)
+    settings.set("/usdsdg/denoiser", name)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert render_mode(1).denoiser == name
+
+
+def test_a_better_denoiser_that_is_missing_is_named_once(settings, monkeypatch):
+    monkeypatch.setattr(oidn, "is_installed", lambda: False)
+    settings.set("/rtx/rendermode", "PathTracing")
+    settings.set("/rtx/pathtracing/optixDenoiser/enabled", True)
+    with pytest.warns(UsdsdgWarning, match=r"pip install 'usdsdg\[denoise\]'"):
+        render_mode(1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        render_mode(1)
+
+
+def test_pictures_that_are_not_denoised_need_no_denoiser(settings, monkeypatch):
+    monkeypatch.setattr(oidn, "is_installed", lambda: False)
+    settings.set("/rtx/rendermode", "PathTracing")
+    settings.set("/rtx/pathtracing/optixDenoiser/enabled", False)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert not render_mode(1).denoise
+
+
+def test_an_unknown_denoiser_is_named(settings, monkeypatch):
+    monkeypatch.setattr(oidn, "is_installed", lambda: True)
+    settings.set("/usdsdg/denoiser", "optix")
+    with pytest.warns(UsdsdgWarning, match="'optix' is not known; using auto"):
+        assert render_mode(1).denoiser == "wavelet"
+
+
+@pytest.mark.parametrize(("given", "taken"), [(0.0, 0.0), (0.25, 0.25), (1, 1.0)])
+def test_the_blend_factor_is_the_share_of_the_noisy_picture(settings, monkeypatch, given, taken):
+    monkeypatch.setattr(oidn, "is_installed", lambda: True)
+    settings.set("/rtx/rendermode", "PathTracing")
+    settings.set("/rtx/pathtracing/optixDenoiser/blendFactor", given)
+    assert render_mode(1).noisy_share == taken
+
+
+@pytest.mark.parametrize(("given", "taken"), [(1.5, 1.0), (-1, 0.0)])
+def test_blend_factors_beyond_their_range_are_named(settings, monkeypatch, given, taken):
+    monkeypatch.setattr(oidn, "is_installed", lambda: True)
+    settings.set("/rtx/rendermode", "PathTracing")
+    settings.set("/rtx/pathtracing/optixDenoiser/blendFactor", given)
+    with pytest.warns(UsdsdgWarning, match="blendFactor is .*; it may be 0"):
+        assert render_mode(1).noisy_share == taken
+
+
+def test_the_fast_mode_has_no_blend_factor(settings):
+    settings.set("/rtx/pathtracing/optixDenoiser/blendFactor", 0.5)
+    assert render_mode(1).noisy_share == 0.0

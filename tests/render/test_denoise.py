@@ -2,39 +2,18 @@
 
 import numpy as np
 import pytest
-import warp as wp
 
+from tests.render.films import film_of, rms
+from usdsdg.errors import RenderError
 from usdsdg_render.denoise import denoise
-from usdsdg_render.film import Film, develop
+from usdsdg_render.film import develop
 from usdsdg_render.settings import ToneSettings
 
-SIZE, SAMPLES = 48, 8
-
-
-def film_of(light, *, albedo=None, normal=(0.0, 0.0, 1.0), depth=2.0, noise=0.3, seed=0):
-    """A film of SAMPLES noisy samples of `light` (H, W, 3) on surfaces of `albedo`."""
-    shape = light.shape[:2]
-    albedo = np.broadcast_to(np.ones(3) if albedo is None else albedo, light.shape)
-    factors = np.random.default_rng(seed).gamma(1 / noise**2, noise**2, (SAMPLES, *shape, 1))
-    samples = light * factors
-    film = Film(shape[1], shape[0], "cpu")
-    film.want_features()
-    color = np.concatenate([(samples * albedo).sum(0), np.full((*shape, 1), SAMPLES)], -1)
-    brightness = samples @ np.array([0.2126, 0.7152, 0.0722])
-    normal_depth = np.concatenate([np.broadcast_to(normal, light.shape), np.broadcast_to(depth, shape)[..., None]], -1)
-    film.arrays.color = wp.array(color, dtype=wp.vec4, device="cpu")
-    film.arrays.albedo = wp.array(albedo * SAMPLES, dtype=wp.vec3, device="cpu")
-    film.arrays.normal_depth = wp.array(normal_depth * SAMPLES, dtype=wp.vec4, device="cpu")
-    film.arrays.square = wp.array((brightness**2).sum(0), dtype=wp.float32, device="cpu")
-    return film
+SIZE = 48
 
 
 def filtered(film):
     return denoise(film.arrays, "cpu").numpy()[..., :3]
-
-
-def rms(image, truth):
-    return np.sqrt(((image - truth) ** 2).mean())
 
 
 def test_noise_falls_by_more_than_a_factor_of_five():
@@ -91,3 +70,17 @@ def test_developing_filters_unless_told_not_to():
     plain = develop(film, ToneSettings(denoise=False))["LdrColor"].astype(float)
     clean = develop(film, ToneSettings())["LdrColor"].astype(float)
     assert clean[..., :3].std() < plain[..., :3].std() / 3
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
+def test_a_share_of_the_noisy_picture_stays(share):
+    film = film_of(np.full((SIZE, SIZE, 3), 300.0))
+    got = develop(film, ToneSettings(noisy_share=share))["HdrColor"][..., :3]
+    expected = share * film.radiance() + (1 - share) * filtered(film)
+    np.testing.assert_allclose(got, expected, rtol=2**-10)  # half floats have eleven digits
+
+
+def test_a_denoiser_that_there_is_not_is_named():
+    film = film_of(np.full((4, 4, 3), 300.0))
+    with pytest.raises(RenderError, match="'median'; it may be 'wavelet' or 'oidn'"):
+        develop(film, ToneSettings(denoiser="median"))

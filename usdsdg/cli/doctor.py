@@ -25,7 +25,11 @@ REQUIRED = [
     "typer",
     "rich",
 ]
-OPTIONAL = {"OpenEXR": "reads .exr skies and textures", "boto3": "writes to buckets of S3"}
+OPTIONAL = {
+    "OpenEXR": "reads .exr skies and textures",
+    "boto3": "writes to buckets of S3",
+    "mitsuba-oidn": "cleans path-traced pictures with Open Image Denoise",
+}
 
 
 def doctor() -> None:

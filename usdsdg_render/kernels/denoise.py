@@ -1,4 +1,5 @@
 """The edge-avoiding filter of the fast mode: light without its surface colours is smoothed, then put back on them.
+At the end, what another filter takes instead of it, and mixing a filtered picture with what it was.
 
 An à-trous wavelet (Dammertz et al., HPG 2010) whose weights know how noisy each pixel is (Schied et al., "SVGF", HPG
 2017), over one frame alone: nothing is carried from frame to frame, so a picture never depends on the one before.
@@ -13,6 +14,8 @@ LIGHT_SIGMAS = wp.constant(3.0)
 NORMAL_POWER = wp.constant(64.0)
 # Least albedo that light is divided by.
 DARKEST = wp.constant(0.02)
+# Side of the blocks of pixels whose brightness `levels` tells.
+LEVEL_PIXELS = wp.constant(16)
 
 
 @wp.func
@@ -138,4 +141,71 @@ def combine(
     y, x = wp.tid()
     y += first_row
     radiance = wp.cw_mul(xyz(light[y, x]), surface[y, x])
+    color[y, x] = wp.vec4(radiance[0], radiance[1], radiance[2], 1.0)
+
+
+@wp.func
+def mirrored(i: int, length: int):
+    """The place in 0 … length - 1 that a mirror at either end shows at `i`."""
+    if i < 0:
+        i = -1 - i
+    if i >= length:
+        i = 2 * length - 1 - i
+    return wp.clamp(i, 0, length - 1)
+
+
+@wp.kernel(enable_backward=False)
+def average(
+    color: wp.array2d(dtype=wp.vec4),  # sums, and number of samples
+    albedo: wp.array2d(dtype=wp.vec3),
+    normal_depth: wp.array2d(dtype=wp.vec4),
+    margin: int,  # pixels around the picture, mirrored
+    first_row: int,
+    # out, larger by the margin on each side
+    mean_color: wp.array2d(dtype=wp.vec4),  # radiance [nits], one sample
+    mean_albedo: wp.array2d(dtype=wp.vec3),  # 0 to 1
+    mean_normal: wp.array2d(dtype=wp.vec3),
+):
+    y, x = wp.tid()
+    y += first_row
+    v = mirrored(y - margin, color.shape[0])
+    u = mirrored(x - margin, color.shape[1])
+    n = wp.max(color[v, u][3], 1.0)
+    radiance = xyz(color[v, u]) / n
+    mean_color[y, x] = wp.vec4(radiance[0], radiance[1], radiance[2], 1.0)
+    mean_albedo[y, x] = wp.min(albedo[v, u] / n, wp.vec3(1.0))
+    mean_normal[y, x] = xyz(normal_depth[v, u]) / n
+
+
+@wp.kernel(enable_backward=False)
+def levels(
+    color: wp.array2d(dtype=wp.vec4),  # radiance [nits]
+    first_row: int,
+    # out
+    mean: wp.array2d(dtype=wp.float32),  # luminance of each block of pixels [nits]
+):
+    row, column = wp.tid()
+    row += first_row
+    total = float(0.0)
+    bottom = wp.min((row + 1) * LEVEL_PIXELS, color.shape[0])
+    right = wp.min((column + 1) * LEVEL_PIXELS, color.shape[1])
+    for y in range(row * LEVEL_PIXELS, bottom):
+        for x in range(column * LEVEL_PIXELS, right):
+            total += luminance(xyz(color[y, x]))
+    mean[row, column] = total / float((bottom - row * LEVEL_PIXELS) * (right - column * LEVEL_PIXELS))
+
+
+@wp.kernel(enable_backward=False)
+def mix(
+    noisy: wp.array2d(dtype=wp.vec4),  # sums, and number of samples
+    clean: wp.array2d(dtype=wp.vec4),  # radiance [nits], one sample
+    share: float,  # of the noisy picture, 0 to 1
+    first_row: int,
+    # out
+    color: wp.array2d(dtype=wp.vec4),  # radiance [nits], one sample
+):
+    y, x = wp.tid()
+    y += first_row
+    before = xyz(noisy[y, x]) / wp.max(noisy[y, x][3], 1.0)
+    radiance = before * share + xyz(clean[y, x]) * (1.0 - share)
     color[y, x] = wp.vec4(radiance[0], radiance[1], radiance[2], 1.0)
