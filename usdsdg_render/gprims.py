@@ -10,6 +10,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
 
+from .authored import as_array
 from .instancer import PointInstance, expand
 from .plan import Plan
 from .prim_kinds import GPRIMS, INSTANCER, is_below, kind_of
@@ -145,8 +146,13 @@ def display_colour(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[float, ...
     for name, width in (("displayColor", 3), ("displayOpacity", 1)):
         primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
         value = primvar.Get(time) if primvar else None
-        array = np.asarray(value, np.float64).reshape(-1, width) if value is not None and len(value) else None
-        if array is None or not np.isfinite(array).all():
+        array = as_array(primvar.GetAttr(), value, (3,) if width == 3 else ()) if primvar else None
+        if array is None or not len(array):
+            values.append(None)
+            continue
+        array = array.astype(np.float64).reshape(-1, width)
+        if not np.isfinite(array).all():
+            errors.warn_once(f"{primvar.GetAttr().GetPath()} holds NaN or infinity, so it is ignored. Correct it.")
             values.append(None)
             continue
         varies |= bool((array != array[0]).any())

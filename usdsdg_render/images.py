@@ -14,6 +14,7 @@ from usdsdg import errors
 from usdsdg.stage import assets
 
 from . import deep_png, hdr
+from .moment import value_now
 
 EXR_MAGIC = b"\x76\x2f\x31\x01"
 UDIM, FIRST_TILE, TILES = "<UDIM>", 1001, 100
@@ -36,9 +37,11 @@ def asset_file(attribute: Usd.Attribute) -> tuple[str, str]:
     Paths that USD cannot resolve are looked up under the assets root, as references are. That of a set of tiles still
     holds <UDIM>.
     """
-    value = attribute.Get()
+    value = value_now(attribute)
     if isinstance(value, str):
         value = Sdf.AssetPath(value)
+    if value is not None and not isinstance(value, Sdf.AssetPath):
+        return str(value), ""
     if value is None or not value.path:
         return "", ""
     if value.resolvedPath:

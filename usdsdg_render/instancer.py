@@ -10,6 +10,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
 
+from .authored import as_array
 from .prim_kinds import (
     DOME,
     DRAWN_PURPOSES,
@@ -32,6 +33,7 @@ from .prim_kinds import (
 
 # Arrays with one value for each point, where they have any.
 PER_POINT = ("positions", "scales", "orientations", "orientationsf")
+ROWS = {"protoIndices": (), "ids": (), "positions": (3,), "scales": (3,), "orientations": (4,), "orientationsf": (4,)}
 
 
 class PointInstance(NamedTuple):
@@ -57,15 +59,15 @@ def expand(
     above: the instancers that it is a prototype of.
     """
     schema = UsdGeom.PointInstancer(instancer)
-    indices = schema.GetProtoIndicesAttr().Get(time)
-    indices = np.asarray(indices) if indices is not None and len(indices) else np.zeros(0, np.int32)
+    indices = _per_point(instancer, "protoIndices", time)
+    indices = np.zeros(0, np.int32) if indices is None else indices
     if not _fits(schema, time, len(indices)):
         return []
     _warn_of_colours(instancer)
     parts = _prototypes(schema, time, sources, (*above, instancer.GetPath()))
     matrices, mask = _matrices(schema, time)
-    ids = schema.GetIdsAttr().Get(time)
-    numbers = list(ids) if ids is not None and len(ids) == len(indices) else range(len(indices))
+    ids = _per_point(instancer, "ids", time)
+    numbers = ids.tolist() if ids is not None and len(ids) == len(indices) else range(len(indices))
     if (bad := (indices < 0) | (indices >= len(parts))).any():
         errors.warn_once(
             f"{instancer.GetPath()}: {int(bad.sum())} protoIndices lie outside its {len(parts)} prototypes; "
@@ -81,7 +83,7 @@ def expand(
 
 def _fits(schema: UsdGeom.PointInstancer, time: Usd.TimeCode, count: int) -> bool:
     """Whether there is one of everything for each point: USD makes up transforms where arrays are too short."""
-    arrays = {name: schema.GetPrim().GetAttribute(name).Get(time) for name in PER_POINT}
+    arrays = {name: _per_point(schema.GetPrim(), name, time) for name in PER_POINT}
     lengths = {name: len(values) for name, values in arrays.items() if values is not None and len(values)}
     wrong = [f"{length} {name}" for name, length in lengths.items() if length != count]
     if "positions" not in lengths and count:
@@ -92,6 +94,11 @@ def _fits(schema: UsdGeom.PointInstancer, time: Usd.TimeCode, count: int) -> boo
             f"its per-instance arrays equal lengths."
         )
     return not wrong
+
+
+def _per_point(instancer: Usd.Prim, name: str, time: Usd.TimeCode) -> np.ndarray | None:
+    attribute = instancer.GetAttribute(name)
+    return as_array(attribute, attribute.Get(time), ROWS[name])
 
 
 def _warn_of_colours(instancer: Usd.Prim) -> None:

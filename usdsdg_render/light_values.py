@@ -9,6 +9,7 @@ from pxr import Usd, UsdLux
 
 from usdsdg import errors
 
+from .authored import as_floats
 from .moment import value_now
 
 _WHITE = np.array(UsdLux.BlackbodyTemperatureAsRgb(6500.0))
@@ -22,7 +23,23 @@ def light_value(prim: Usd.Prim, name: str, default):
         if old and old.HasAuthoredValue():
             attribute = old
     value = value_now(attribute) if attribute else None
-    return default if value is None else value
+    return default if value is None else _typed(prim, name, value, default)
+
+
+def _typed(prim: Usd.Prim, name: str, value, default):
+    """The value as the default's type, in floats unless that is a flag or a word; else (with a warning) the default."""
+    if isinstance(default, (bool, str)):
+        usable = value if isinstance(value, str) == isinstance(default, str) else None
+    else:
+        usable = as_floats(value, len(default) if isinstance(default, tuple) else 1)
+        if usable is not None and not isinstance(default, tuple):
+            usable = usable[0]
+    if usable is not None:
+        return usable
+    errors.warn_once(
+        f"{prim.GetPath()}: inputs:{name} = {value} is not of the schema's type; {default} is used. Correct it."
+    )
+    return default
 
 
 def light_number(prim: Usd.Prim, name: str, default: float) -> float:

@@ -9,6 +9,8 @@ from pxr import Usd, UsdGeom
 
 from usdsdg import errors
 
+from .authored import as_array
+
 # UV sets that files use when the material does not say which.
 UV_NAMES = ("st", "st0", "st_0", "UVMap", "map1", "uv", "st1", "UVW")
 EMPTY = np.zeros(0, np.int32)
@@ -147,19 +149,9 @@ def value_at(attribute: Usd.Attribute, time: Usd.TimeCode):
 
 
 def read_array(prim: Usd.Prim, name: str, time: Usd.TimeCode, tail: tuple[int, ...]) -> np.ndarray | None:
-    """An array of rows of shape `tail`; None where there is none, or (with a warning) one of another shape."""
+    """An array of rows of shape `tail`; None where there is none, or (with a warning) one of another type."""
     attribute = prim.GetAttribute(name)
-    value = value_at(attribute, time) if attribute else None
-    if value is None:
-        return None
-    array = np.asarray(value)
-    if array.ndim == 1 + len(tail) and array.shape[1:] == tail:
-        return array
-    errors.warn_once(
-        f"{attribute.GetPath()}: the value is a {type(value).__name__}, not an array of the declared "
-        f"{attribute.GetTypeName()}; it is ignored. Correct its type."
-    )
-    return None
+    return as_array(attribute, value_at(attribute, time), tail) if attribute else None
 
 
 def _subset_faces(subset: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:

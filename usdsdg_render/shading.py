@@ -12,6 +12,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg import errors
 
+from .authored import as_floats
 from .mdl_module import Preset
 from .moment import value_now
 from .textures import TextureUse
@@ -182,14 +183,11 @@ class Network:
     def as_floats(self, shader: UsdShade.Shader, name: str, value, default: tuple[float, ...]) -> tuple[float, ...]:
         if value is None:
             return default
-        try:
-            numbers = tuple(float(part) for part in value)
-        except TypeError:
-            numbers = (float(value),) * len(default) if isinstance(value, (int, float)) else ()
-        if len(numbers) < len(default) or not all(map(math.isfinite, numbers)):
+        numbers = as_floats(value, len(default))
+        if numbers is None or not all(map(math.isfinite, numbers)):
             self.warn(shader, f"inputs:{name} = {value} is not usable; {default} is used. Correct the value.")
             return default
-        return numbers[: len(default)]
+        return numbers
 
     def use_uv(self, shader: UsdShade.Shader, primvar: str) -> None:
         """Note which coordinates a texture is looked up by; a material has one set of them."""

@@ -16,6 +16,8 @@ from pxr import Usd
 
 from usdsdg import errors
 
+from .authored import as_floats
+
 SEGMENTS = 64  # around the axis
 RINGS = 32  # from pole to pole
 LARGEST = 1e15  # [stage units]; products of larger sizes leave 32-bit numbers
@@ -60,7 +62,7 @@ def shape_key(prim: Usd.Prim, time: Usd.TimeCode) -> ShapeKey | None:
     values = []
     for name, fallback in PARAMETERS[kind].items():
         value = prim.GetAttribute(name).Get(time)
-        values.append(fallback if value is None else float(value))
+        values.append(fallback if value is None else (as_floats(value, 1) or (math.nan,))[0])
     axis_attribute = prim.GetAttribute("axis")
     axis = str(axis_attribute.Get() or "Z") if axis_attribute else "Z"
     if not _has_surface(kind, values) or axis not in ("X", "Y", "Z"):

@@ -133,3 +133,38 @@ def test_no_value_of_any_attribute_breaks_the_scene(stage):
     assert tried > 500
     assert set(extractor.scene.instances.paths) == everything, "all are back once the values are"
     assert len(extractor.scene.lights) == 5
+
+
+@pytest.mark.parametrize(
+    ("kind", "value"),
+    [
+        (T.String, "x"),
+        (T.Matrix4d, Gf.Matrix4d(1)),
+        (T.Color3f, Gf.Vec3f(1)),
+        (T.StringArray, ["a", "b"]),
+        (T.Asset, Sdf.AssetPath("a.png")),
+    ],
+    ids=str,
+)
+def test_no_type_of_any_attribute_breaks_the_scene(stage, kind, value):
+    extractor = SceneExtractor(stage)
+    extractor.update()
+    everything = set(extractor.scene.instances.paths)
+    session, tried, checked = stage.GetSessionLayer(), 0, {}
+    for prim in stage.Traverse():
+        for attribute in prim.GetAttributes():
+            if attribute.GetTypeName() == kind:
+                continue
+            # A stage refuses a value of another type; a layer does not.
+            over = Sdf.CreatePrimInLayer(session, prim.GetPath())
+            spec = Sdf.AttributeSpec(over, attribute.GetName(), kind)
+            spec.default = value
+            extractor.update()
+            assert_sound(extractor.scene, checked)
+            assert "/Witness" in extractor.scene.instances.paths or prim.GetPath() == "/Witness"
+            over.RemoveProperty(spec)
+            tried += 1
+    extractor.update()
+    assert tried > 300
+    assert set(extractor.scene.instances.paths) == everything, "all are back once the values are"
+    assert len(extractor.scene.lights) == 5

@@ -231,6 +231,15 @@ def test_cameras_with_an_infinity_that_harms_nothing(stage, attributes):
     assert cameras.read_camera(stage, "/World/cam", RESOLUTION).fx > 0
 
 
+@pytest.mark.parametrize("name", ["focalLength", "clippingRange"])
+def test_a_camera_with_words_for_numbers(stage, name):
+    make(stage)
+    over = Sdf.CreatePrimInLayer(stage.GetSessionLayer(), "/World/cam")
+    Sdf.AttributeSpec(over, name, Sdf.ValueTypeNames.String).default = "long"
+    with pytest.raises(RenderError, match=f"/World/cam gives no picture: {name} 'long' is no"):
+        cameras.read_camera(stage, "/World/cam", RESOLUTION)
+
+
 @pytest.mark.parametrize("wrong", [math.nan, math.inf])
 def test_a_camera_that_is_nowhere(stage, wrong):
     make(stage).AddTranslateOp(opSuffix="away").Set(Gf.Vec3d(0, wrong, 0))

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg import errors
 from usdsdg.stage.lens_attributes import LensParameters, read_lens
@@ -187,22 +187,35 @@ def read_camera(
     width, height = (int(size) for size in resolution)
     time = Usd.TimeCode.Default() if time is None else time
     values = {attribute.GetName(): attribute.Get(time) for attribute in prim.GetAttributes()}
-    near, far = values["clippingRange"]
+    numbers = {name: _number(prim, name, values[name]) for name in _FIELDS}
+    near, far = _range(prim, values["clippingRange"])
     projection_type, lens_parameters = read_lens(values)
     view = CameraView(
         prim_path=str(prim.GetPath()),
         width=width,
         height=height,
         local_to_world=_without_scale(as_array(local_to_world(prim, time))),
-        clipping_range=(float(near), float(far)),
+        clipping_range=(near, far),
         projection_type=projection_type,
         lens_parameters=lens_parameters,
         meters_per_unit=meters_per_unit(stage),
         attributes={name: value for name, value in values.items() if _is_other(name)},
-        **{ours: float(values[name]) for name, ours in _FIELDS.items()},
+        **{ours: numbers[name] for name, ours in _FIELDS.items()},
     )
     _check(view)
     return view
+
+
+def _number(prim: Usd.Prim, name: str, value: Any) -> float:
+    if not isinstance(value, (int, float)):
+        raise errors.RenderError(f"the camera {prim.GetPath()} gives no picture: {name} {value!r} is no number")
+    return float(value)
+
+
+def _range(prim: Usd.Prim, value: Any) -> tuple[float, float]:
+    if not isinstance(value, (Gf.Vec2f, Gf.Vec2d, Gf.Vec2h)):
+        raise errors.RenderError(f"the camera {prim.GetPath()} gives no picture: clippingRange {value!r} is no pair")
+    return float(value[0]), float(value[1])
 
 
 def _camera_at(stage: Usd.Stage, path: str | Sdf.Path) -> Usd.Prim:

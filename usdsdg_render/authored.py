@@ -1,0 +1,39 @@
+"""Authored values as the numbers that a reader needs: a layer may hold a value of any type for any attribute."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pxr import Usd
+
+from usdsdg import errors
+
+
+def as_floats(value: Any, count: int) -> tuple[float, ...] | None:
+    """`count` floats: a number as often, or the first components of a vector; None for anything else."""
+    if isinstance(value, (int, float)):
+        return (float(value),) * count
+    if isinstance(value, str):
+        return None
+    try:
+        numbers = tuple(float(part) for part in value)
+    except (TypeError, ValueError):
+        return None
+    return numbers[:count] if len(numbers) >= count else None
+
+
+def as_array(attribute: Usd.Attribute, value: Any, tail: tuple[int, ...]) -> np.ndarray | None:
+    """A value of the attribute as an array of rows of shape `tail`; None where there is none, or (with a warning) one
+    of another shape or type."""
+    if value is None:
+        return None
+    array = np.asarray(value)
+    kinds = "iu" if str(attribute.GetTypeName()).startswith("int") else "fiu"
+    if array.ndim == 1 + len(tail) and array.shape[1:] == tail and array.dtype.kind in kinds:
+        return array
+    errors.warn_once(
+        f"{attribute.GetPath()}: the value is a {type(value).__name__}, not an array of the declared "
+        f"{attribute.GetTypeName()}; it is ignored. Correct its type."
+    )
+    return None
