@@ -23,6 +23,7 @@ from usdsdg.progress import report, say
 from usdsdg.render_product import HydraTexture, products
 from usdsdg.render_settings import RenderMode, glass_labels
 from usdsdg.settings import get_settings
+from usdsdg.stage.cameras import CameraView
 from usdsdg.stage.context import current_stage
 from usdsdg.stage.outlines import Outlines
 from usdsdg.tiled_picture import joined, view_of, views_of
@@ -112,16 +113,20 @@ class Capture:
 
     def _add_samples(self, mode: RenderMode, frame: int, total: int) -> None:
         renderer = engines.renderer()
+        alike: dict[bool, list[tuple[Any, CameraView]]] = {}  # films and their views, by whether parts are wanted
         for product in self._active():
             needs = requirements(self._wanted[product.path])
             if not needs.picture:
                 continue
-            views = views_of(view_of(product, engines.renderer().time))
-            settings = _path_settings(mode, frame, with_parts=not needs.aovs.isdisjoint(PARTS))
+            views = views_of(view_of(product, renderer.time))
             if product.path not in self._films:
                 self._films[product.path] = [renderer.new_film(view.width, view.height) for view in views]
-            for film, view in zip(self._films[product.path], views):
-                renderer.accumulate(film, view, samples=mode.samples, settings=settings)
+            exposed = alike.setdefault(not needs.aovs.isdisjoint(PARTS), [])
+            exposed += zip(self._films[product.path], views, strict=True)
+        for with_parts, exposed in alike.items():
+            films, views = zip(*exposed, strict=True)
+            settings = _path_settings(mode, frame, with_parts=with_parts)
+            renderer.accumulate_all(films, views, samples=mode.samples, settings=settings)
         if mode.path_tracing:
             report(f"frame {frame}: samples per pixel", min(mode.first_sample + mode.samples, total), total)
 

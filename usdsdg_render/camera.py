@@ -10,7 +10,9 @@ import warp as wp
 
 from usdsdg.stage import lens_curves
 from usdsdg_render.kernels import lens as kernel
+from usdsdg_render.kernels.camera import BAND
 from usdsdg_render.kernels.types import Camera
+from usdsdg_render.kernels.views import Views
 
 if TYPE_CHECKING:
     from usdsdg.stage.cameras import CameraView
@@ -50,6 +52,15 @@ def camera_record(view: CameraView) -> Camera:
         camera.lens_kind = camera.lens.kind
         (camera.fx, camera.fy), (camera.cx, camera.cy) = view.lens.focal, view.lens.centre
     return camera
+
+
+def views_record(views: Sequence[CameraView], device: str) -> Views:
+    """Views of one size as kernels read them."""
+    record = Views()
+    record.cameras = camera_array(views, device)
+    record.width, record.height = views[0].width, views[0].height
+    record.bands = -(-record.height // BAND)
+    return record
 
 
 def camera_array(views: Sequence[CameraView], device: str) -> wp.array:

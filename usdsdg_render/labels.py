@@ -9,7 +9,7 @@ import numpy as np
 import warp as wp
 
 from usdsdg_render.aov import AMBIENT_REACH, AOVS, MATERIAL_AOVS
-from usdsdg_render.camera import camera_array
+from usdsdg_render.camera import views_record
 from usdsdg_render.device import DeviceScene
 from usdsdg_render.history import History
 from usdsdg_render.kernels.ambient_aov import label_ambient
@@ -17,7 +17,6 @@ from usdsdg_render.kernels.aov import AovArrays, Past, label_pixels
 from usdsdg_render.kernels.camera import BAND
 from usdsdg_render.kernels.curved_motion import label_curved_motion
 from usdsdg_render.kernels.material_aov import MaterialArrays, label_materials
-from usdsdg_render.kernels.views import Views
 from usdsdg_render.parallel import launch_rows
 from usdsdg_render.scene import Scene
 
@@ -51,9 +50,7 @@ def render(
     made = {
         name: wp.zeros(shape, dtype=_DTYPES[AOVS[name].dtype, AOVS[name].channels], device=device) for name in names
     }
-    pictures = Views()
-    pictures.cameras = camera_array(views, device)
-    pictures.width, pictures.height, pictures.bands = width, height, -(-height // BAND)
+    pictures = views_record(views, device)
 
     def launch(kernel: Any, band_rows: int, *inputs: Any, out: Any) -> None:
         bands = (len(views) * pictures.bands, width, BAND)

@@ -9,9 +9,9 @@ import numpy as np
 import warp as wp
 
 from usdsdg.errors import RenderError, warn_once
-from usdsdg_render import coverage, labels
+from usdsdg_render import batches, coverage, labels
 from usdsdg_render.aov import check_names
-from usdsdg_render.camera import camera_record
+from usdsdg_render.camera import camera_record, views_record
 from usdsdg_render.device import DeviceScene
 from usdsdg_render.film import Film, develop
 from usdsdg_render.history import History
@@ -33,9 +33,6 @@ if TYPE_CHECKING:
     from usdsdg.stage.outlines import Outlines
 
 Progress = Callable[[str, int, "int | None"], None]
-
-# Of the label pass in one launch; all AOVs take about 100 bytes of each.
-BATCH_PIXELS = 1 << 24
 
 _LABEL_MODES = {"surface": BY_THRESHOLD, "behind": BEHIND_GLASS}
 
@@ -143,7 +140,7 @@ class WarpRenderer:
     def labels_of(self, views: Sequence[CameraView], aovs: Collection[str]) -> list[dict[str, np.ndarray]]:
         """`labels` of many views, drawn together where they have one size."""
         results: list[dict[str, np.ndarray]] = [{} for _ in views]
-        for places in _batches(views):
+        for places in batches.of_labels(views):
             batch = self.label_batch([views[k] for k in places], aovs)
             for k, arrays in zip(places, batch.numpy(), strict=True):
                 results[k] = arrays
@@ -156,7 +153,7 @@ class WarpRenderer:
             RenderError: the views are of several sizes, or there is none.
         """
         names = check_names(aovs)
-        if len({_format(view) for view in views}) != 1:
+        if len(batches.alike(views)) != 1:
             sizes = sorted({f"{view.width}x{view.height}" for view in views})
             raise RenderError(
                 f"a batch of labels wants views of one size of one stage; these are {', '.join(sizes) or 'none'}"
@@ -200,50 +197,52 @@ class WarpRenderer:
 
         For motion blur call this once per sub-frame with `first_sample` counting on.
         """
-        if (film.width, film.height) != (view.width, view.height):
-            raise RenderError(
-                f"the film is {film.width}x{film.height} but {view.prim_path} renders "
-                f"{view.width}x{view.height}: make a new film of that size"
-            )
+        self.accumulate_all([film], [view], samples=samples, settings=settings)
+
+    def accumulate_all(
+        self, films: Sequence[Film], views: Sequence[CameraView], *, samples: int, settings: PathSettings
+    ) -> None:
+        """`accumulate` for many views, each with its film; on CUDA those of one size are drawn together."""
+        for film, view in zip(films, views, strict=True):
+            _check_size(film, view)
+            if settings.denoise:
+                film.want_features()
+            if settings.parts:
+                film.want_parts()
         if not self._on_device.lit:
             warn_once("the scene has no light, so pictures are black: add a UsdLux light, for example a DomeLight")
-        if settings.denoise:
-            film.want_features()
-        if settings.parts:
-            film.want_parts()
-        camera = camera_record(view)
-        options = path_options(settings, film)
-        if not self._on_device.has_glass:
-            options.glass_bounces = 0
-        if self.device == "cpu":
-            options.samples = samples
-            inputs = [self._on_device.tables, options, camera]
+        for places in batches.alike(views, films):
+            options = path_options(settings, films[places[0]])
+            if not self._on_device.has_glass:
+                options.glass_bounces = 0
+            self._add_samples([films[k] for k in places], [views[k] for k in places], options, samples)
+        for film in films:
+            film.samples += samples
+
+    def _add_samples(
+        self, films: Sequence[Film], views: Sequence[CameraView], options: PathOptions, samples: int
+    ) -> None:
+        if self.device != "cpu":
+            pictures = views_record(views, self.device)
+            self._waves.add_samples(self._on_device.tables, options, pictures, [each.arrays for each in films], samples)
+            return
+        options.samples = samples
+        for film, view in zip(films, views, strict=True):
+            inputs = [self._on_device.tables, options, camera_record(view)]
             shape = (film.height, film.width)
             launch_rows(add_samples, shape, inputs, [film.arrays], device=self.device, threads=self.threads)
-        else:
-            self._waves.add_samples(self._on_device.tables, options, camera, film.arrays, samples)
-        film.samples += samples
 
     def develop(self, film: Film, tone: ToneSettings | None = None) -> dict[str, np.ndarray]:
         """HdrColor, (H, W, 4) float16 radiance [nits], LdrColor, (H, W, 4) uint8 sRGB, and the film's parts."""
         return develop(film, tone or ToneSettings(), threads=self.threads)
 
 
-def _batches(views: Sequence[CameraView]) -> list[list[int]]:
-    """Indices of views that may be drawn together: of one size, and of no more pixels than memory has room for."""
-    alike: dict[tuple[int, int, float], list[int]] = {}
-    for k, view in enumerate(views):
-        alike.setdefault(_format(view), []).append(k)
-    batches = []
-    for (width, height, _), places in alike.items():
-        most = max(1, BATCH_PIXELS // (width * height))
-        batches += [places[first : first + most] for first in range(0, len(places), most)]
-    return batches
-
-
-def _format(view: CameraView) -> tuple[int, int, float]:
-    """What the views of a batch have in common."""
-    return view.width, view.height, view.meters_per_unit
+def _check_size(film: Film, view: CameraView) -> None:
+    if (film.width, film.height) != (view.width, view.height):
+        raise RenderError(
+            f"the film is {film.width}x{film.height} but {view.prim_path} renders "
+            f"{view.width}x{view.height}: make a new film of that size"
+        )
 
 
 def path_options(settings: PathSettings, film: Film) -> PathOptions:

@@ -1,7 +1,8 @@
-"""The host's side of CUDA's path tracer: pictures cut into waves of paths, and their memory."""
+"""The host's side of CUDA's path tracer: pictures, many at once, cut into waves of paths, and their memory."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import warp as wp
@@ -9,7 +10,8 @@ import warp as wp
 from usdsdg_render.kernels import wavefront
 from usdsdg_render.kernels.film import FilmArrays
 from usdsdg_render.kernels.path_state import Connection, Feature, Parts, Path, PathOptions
-from usdsdg_render.kernels.types import Camera, Hit, SceneTables
+from usdsdg_render.kernels.types import Hit, SceneTables
+from usdsdg_render.kernels.views import Views
 
 # Paths in flight: enough to fill a large GPU, in about 200 bytes each.
 WAVE_PATHS = 1 << 21
@@ -26,25 +28,26 @@ class Waves:
         self._size = 0
 
     def add_samples(
-        self, tables: SceneTables, options: PathOptions, camera: Camera, film: FilmArrays, samples: int
+        self, tables: SceneTables, options: PathOptions, views: Views, films: Sequence[FilmArrays], samples: int
     ) -> None:
-        """Add samples to a film, numbered from `options.first_sample`."""
-        pixels = camera.width * camera.height
+        """Add samples to the film of each of the views, numbered from `options.first_sample`."""
+        pixels = len(films) * views.width * views.height
+        table = wp.array(films, dtype=FilmArrays, device=self.device)
         first = options.first_sample
         for first_pixel in range(0, pixels, self._most):
             count = min(self._most, pixels - first_pixel)
             at_once = min(samples, max(1, self._most // count))
             for done in range(0, samples, at_once):
                 options.first_sample = first + done
-                self._run(tables, options, camera, film, first_pixel, count, min(at_once, samples - done))
+                self._run(tables, options, views, table, first_pixel, count, min(at_once, samples - done))
         options.first_sample = first
 
     def _run(
         self,
         tables: SceneTables,
         options: PathOptions,
-        camera: Camera,
-        film: FilmArrays,
+        views: Views,
+        films: wp.array,
         first_pixel: int,
         pixels: int,
         samples: int,
@@ -54,12 +57,12 @@ class Waves:
         self._grow(size, options, steps)
         wave.first_pixel, wave.pixels, wave.samples = first_pixel, pixels, samples
         wave.counts.zero_()
-        self._launch(wavefront.begin, size, options, camera, wave)
+        self._launch(wavefront.begin, size, options, views, wave)
         for step in range(steps):
-            self._launch(wavefront.trace, size, tables, options, camera, wave, step)
-            self._launch(wavefront.shade, size, tables, options, camera, wave, step)
+            self._launch(wavefront.trace, size, tables, options, views, wave, step)
+            self._launch(wavefront.shade, size, tables, options, views, wave, step)
             self._launch(wavefront.connect, size, tables, wave, step)
-        self._launch(wavefront.gather, pixels, options, camera, wave, film)
+        self._launch(wavefront.gather, pixels, options, views, wave, films)
 
     def _launch(self, kernel: Any, size: int, *inputs: Any) -> None:
         wp.launch(kernel, dim=size, inputs=inputs, device=self.device, block_dim=BLOCK)

@@ -10,7 +10,7 @@ from tests.render.pictures import renderer_of
 from tests.render.test_labels import some_scene, some_view
 from tests.stage.lens_cases import CASES
 from usdsdg.errors import RenderError
-from usdsdg_render import renderer as module
+from usdsdg_render import batches
 from usdsdg_render.aov import AOVS
 
 
@@ -35,7 +35,7 @@ def assert_same(ours: dict, theirs: dict) -> None:
 
 @pytest.mark.parametrize("pixels", [1 << 24, 2500], ids=["in one launch", "in several"])
 def test_labels_of_many_views_are_those_of_each(pixels, monkeypatch):
-    monkeypatch.setattr(module, "BATCH_PIXELS", pixels)
+    monkeypatch.setattr(batches, "LABEL_PIXELS", pixels)
     scene, views = some_scene(), cameras()
     together, alone = renderer_of(scene), renderer_of(scene)
     for step in range(2):

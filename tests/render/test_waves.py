@@ -7,7 +7,7 @@ import pytest
 
 from tests.render import scenes
 from tests.render.pictures import renderer_of
-from usdsdg_render.camera import camera_record
+from usdsdg_render.camera import views_record
 from usdsdg_render.renderer import path_options
 from usdsdg_render.settings import PathSettings
 from usdsdg_render.waves import Waves
@@ -41,7 +41,9 @@ def test_waves_of_any_size_make_the_same_picture(most, wanted):
         other.want_features()
         other.want_parts()
     tables = renderer._on_device.tables
-    Waves("cpu", most).add_samples(tables, path_options(settings, other), camera_record(VIEW), other.arrays, 7)
+    Waves("cpu", most).add_samples(
+        tables, path_options(settings, other), views_record([VIEW], "cpu"), [other.arrays], 7
+    )
     extra = ("albedo", "normal_depth", "square", "parts") if wanted else ()
     for name in ("color", "dropped", *extra):
         np.testing.assert_array_equal(
@@ -56,5 +58,22 @@ def test_lenses_that_leave_pixels_dark():
     film, other = (renderer.new_film(12, 9) for _ in range(2))
     renderer.accumulate(film, view, samples=2, settings=PathSettings())
     options = path_options(PathSettings(), other)
-    Waves("cpu", 100).add_samples(renderer._on_device.tables, options, camera_record(view), other.arrays, 2)
+    Waves("cpu", 100).add_samples(renderer._on_device.tables, options, views_record([view], "cpu"), [other.arrays], 2)
     np.testing.assert_array_equal(other.arrays.color.numpy(), film.arrays.color.numpy())
+
+
+@pytest.mark.parametrize("most", [1 << 20, 150])
+def test_pictures_in_one_wave_are_those_that_each_has_alone(most):
+    renderer = renderer_of(everything())
+    eyes = [(0, -4, 2), (4, 0, 1), (1, 3, 3)]
+    views = [scenes.view_from(eye, size=(12, 9), f_stop=k, focus_distance=4.0) for k, eye in enumerate(eyes)]
+    films, others = ([renderer.new_film(12, 9) for _ in views] for _ in range(2))
+    renderer.accumulate_all(films, views, samples=3, settings=PathSettings())
+    options = path_options(PathSettings(), others[0])
+    tables, arrays = renderer._on_device.tables, [other.arrays for other in others]
+    Waves("cpu", most).add_samples(tables, options, views_record(views, "cpu"), arrays, 3)
+    for film, other, view in zip(films, others, views, strict=True):
+        alone = renderer.new_film(12, 9)
+        renderer.accumulate(alone, view, samples=3, settings=PathSettings())
+        for drawn in (film, other):
+            np.testing.assert_array_equal(drawn.arrays.color.numpy(), alone.arrays.color.numpy())

@@ -91,8 +91,9 @@ class StandIn(RayCaster):
     def new_film(self, width, height):
         return {}
 
-    def accumulate(self, film, view, **_):
-        film["view"] = view
+    def accumulate_all(self, films, views, **_):
+        for film, view in zip(films, views, strict=True):
+            film["view"] = view
 
     def develop(self, film, tone):
         return {name: self.labels(film["view"])[name] for name in ("LdrColor", "HdrColor")}

@@ -12,7 +12,8 @@ from usdsdg_render.kernels.film import FilmArrays, load_pixel, store_pixel, with
 from usdsdg_render.kernels.path_state import Connection, Feature, Parts, Path, PathOptions, begin_path
 from usdsdg_render.kernels.sampler import PAIR_LENS, PAIR_PIXEL, pixel_seed, sample_pair
 from usdsdg_render.kernels.segment import arrive, connected, depart, next_hit
-from usdsdg_render.kernels.types import Camera, Hit, SceneTables
+from usdsdg_render.kernels.types import Hit, SceneTables
+from usdsdg_render.kernels.views import Views
 from usdsdg_render.kernels.visibility import transmitted
 
 # The threads of a warp take their places together. On a CPU, for tests, there is one thread.
@@ -36,7 +37,10 @@ def take_place(counts: wp.array(dtype=wp.int32), which: int) -> int: ...
 
 @wp.struct
 class Wave:
-    """The paths of a wave; path number k is sample k / pixels of the pixel number first_pixel + k % pixels."""
+    """The paths of a wave; path number k is sample k / pixels of the pixel number first_pixel + k % pixels.
+
+    Pixels are counted through all pictures, one after the other.
+    """
 
     first_pixel: wp.int32
     pixels: wp.int32
@@ -55,6 +59,7 @@ class Wave:
 class Place:
     """Where a path began."""
 
+    picture: wp.int32
     x: wp.int32
     y: wp.int32
     seed: wp.uint32
@@ -62,20 +67,23 @@ class Place:
 
 
 @wp.func
-def pixel_at(camera: Camera, number: int):
-    """(x, y) of a pixel by its number: along columns of bands of four rows, so that a warp looks one way."""
-    band = number // (BAND * camera.width)
-    rows = wp.min(BAND, camera.height - BAND * band)
-    inside = number - BAND * band * camera.width
-    return wp.vec2i(inside // rows, BAND * band + inside % rows)
+def pixel_at(views: Views, number: int):
+    """(picture, x, y) of a pixel by its number: along columns of bands of four rows, so that a warp looks one way."""
+    picture = number // (views.width * views.height)
+    of_picture = number - picture * views.width * views.height
+    band = of_picture // (BAND * views.width)
+    rows = wp.min(BAND, views.height - BAND * band)
+    inside = of_picture - BAND * band * views.width
+    return wp.vec3i(picture, inside // rows, BAND * band + inside % rows)
 
 
 @wp.func
-def place_of(wave: Wave, options: PathOptions, camera: Camera, number: int):
-    pixel = pixel_at(camera, wave.first_pixel + number % wave.pixels)
+def place_of(wave: Wave, options: PathOptions, views: Views, number: int):
+    pixel = pixel_at(views, wave.first_pixel + number % wave.pixels)
     place = Place()
-    place.x = pixel[0]
-    place.y = pixel[1]
+    place.picture = pixel[0]
+    place.x = pixel[1]
+    place.y = pixel[2]
     place.seed = pixel_seed(options.seed, options.frame, place.x, place.y)
     place.index = wp.uint32(options.first_sample + number // wave.pixels)
     return place
@@ -89,9 +97,10 @@ def parts_of(wave: Wave, number: int):
 
 
 @wp.kernel(enable_backward=False)
-def begin(options: PathOptions, camera: Camera, wave: Wave):
+def begin(options: PathOptions, views: Views, wave: Wave):
     number = wp.tid()
-    place = place_of(wave, options, camera, number)
+    place = place_of(wave, options, views, number)
+    camera = views.cameras[place.picture]
     jitter = sample_pair(place.seed, place.index, PAIR_PIXEL)
     lens = wp.vec2(0.0)
     if camera.lens_radius > 0.0:
@@ -110,17 +119,17 @@ def begin(options: PathOptions, camera: Camera, wave: Wave):
 
 
 @wp.kernel(enable_backward=False)
-def trace(tables: SceneTables, options: PathOptions, camera: Camera, wave: Wave, step: int):
+def trace(tables: SceneTables, options: PathOptions, views: Views, wave: Wave, step: int):
     i = wp.tid()
     if i >= wave.counts[2 * step]:
         return
     number = wave.rays[step % 2, i]
-    place = place_of(wave, options, camera, number)
+    place = place_of(wave, options, views, number)
     wave.hits[number] = next_hit(tables, wave.paths[number], step, place.seed, place.index)
 
 
 @wp.kernel(enable_backward=False)
-def shade(tables: SceneTables, options: PathOptions, camera: Camera, wave: Wave, step: int):
+def shade(tables: SceneTables, options: PathOptions, views: Views, wave: Wave, step: int):
     i = wp.tid()
     if i >= wave.counts[2 * step]:
         return
@@ -130,7 +139,7 @@ def shade(tables: SceneTables, options: PathOptions, camera: Camera, wave: Wave,
     path = arrival.path
     parts = arrival.parts
     if path.alive != 0:
-        place = place_of(wave, options, camera, number)
+        place = place_of(wave, options, views, number)
         left = depart(tables, options, path, parts, hit, step, place.seed, place.index)
         path = left.path
         parts = left.parts
@@ -164,11 +173,12 @@ def connect(tables: SceneTables, wave: Wave, step: int):
 
 
 @wp.kernel(enable_backward=False)
-def gather(options: PathOptions, camera: Camera, wave: Wave, film: FilmArrays):
+def gather(options: PathOptions, views: Views, wave: Wave, films: wp.array(dtype=FilmArrays)):
     i = wp.tid()
-    pixel = pixel_at(camera, wave.first_pixel + i)
-    x = pixel[0]
-    y = pixel[1]
+    pixel = pixel_at(views, wave.first_pixel + i)
+    film = films[pixel[0]]
+    x = pixel[1]
+    y = pixel[2]
     sums = load_pixel(film, options, y, x)
     for k in range(wave.samples):
         number = k * wave.pixels + i
