@@ -8,7 +8,6 @@ import numpy as np
 import warp as wp
 
 from usdsdg.errors import warn_once
-from usdsdg_render import sky
 from usdsdg_render.energy import albedo_table
 from usdsdg_render.kernels import types
 from usdsdg_render.light_tables import LightTables
@@ -21,6 +20,7 @@ from usdsdg_render.scene import (
     Scene,
     Texture,
 )
+from usdsdg_render.sky import SkyMemory
 from usdsdg_render.trace.forest import BottomTree, TopTree
 
 # Flags of a texture's record, as `lookup.cpp` reads them
@@ -61,6 +61,7 @@ class DeviceScene:
         self.lit = False  # whether anything shines
         self.has_glass = False
         self._lights = LightTables(device)
+        self._sky = SkyMemory(device)
         self._light = 0.0
         self._top: TopTree | None = None
         self._rows = records(types.Instance, 0)
@@ -190,7 +191,7 @@ class DeviceScene:
     def _upload_lights(self, scene: Scene, *, dome: bool) -> None:
         self._lights.upload(scene, self.tables)
         if dome:
-            self.tables.dome = sky.upload(scene.dome, self.device)
+            self.tables.dome = self._sky.upload(scene.dome)
         self._light = self._lights.total + self.tables.dome.strength
 
 

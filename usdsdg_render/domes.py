@@ -143,6 +143,25 @@ class DomeBuilder:
         """All domes added up in the first one's frame; None without any."""
         if not domes:
             return None
+        first = domes[0]
+        for name in ("visible", "diffuse", "specular"):
+            if len({getattr(dome, name) for dome in domes}) > 1:
+                errors.warn_once(
+                    f"{first.path}: dome lights are added up before anything sees them, but they differ in "
+                    f"{'visibleInPrimaryRay' if name == 'visible' else 'inputs:' + name}; the largest is used for all. "
+                    f"Give them the same."
+                )
+        return Dome(
+            picture=self._picture(first) if len(domes) == 1 else self._sum(domes),
+            dome_from_world=first.frame.astype(np.float32),
+            visible=any(dome.visible for dome in domes),
+            diffuse=max(dome.diffuse for dome in domes),
+            specular=max(dome.specular for dome in domes),
+            color=first.colour if len(domes) == 1 else (1.0, 1.0, 1.0),
+        )
+
+    def _sum(self, domes: list[DomeLight]) -> np.ndarray:
+        """(H, W, 3) what several domes radiate together [nits], in the first one's frame."""
         pictures = [self._picture(dome) for dome in domes]
         height = max(picture.shape[0] for picture in pictures)
         width = max(picture.shape[1] for picture in pictures)
@@ -154,20 +173,7 @@ class DomeBuilder:
             elif dome.dome_from_world != first.dome_from_world or picture.shape[:2] != (height, width):
                 picture = resample(picture, first.frame, dome.frame, (height, width))
             radiance += picture * np.array(dome.colour, np.float32)
-        for name in ("visible", "diffuse", "specular"):
-            if len({getattr(dome, name) for dome in domes}) > 1:
-                errors.warn_once(
-                    f"{first.path}: dome lights are added up before anything sees them, but they differ in "
-                    f"{'visibleInPrimaryRay' if name == 'visible' else 'inputs:' + name}; the largest is used for all. "
-                    f"Give them the same."
-                )
-        return Dome(
-            radiance=radiance,
-            dome_from_world=first.frame.astype(np.float32),
-            visible=any(dome.visible for dome in domes),
-            diffuse=max(dome.diffuse for dome in domes),
-            specular=max(dome.specular for dome in domes),
-        )
+        return radiance
 
     def _picture(self, dome: DomeLight) -> np.ndarray:
         """(H, W, 3) linear; UNIFORM for a dome without a picture."""

@@ -196,11 +196,17 @@ class Dome:
     theta = acos(d.z), u = atan2(d.y, d.x) / 2pi.
     """
 
-    radiance: np.ndarray  # (H, W, 3) float32, nits
+    picture: np.ndarray  # (H, W, 3) float32; the same object for as long as it is the same
     dome_from_world: np.ndarray  # (3, 3) float32
     visible: bool = True
     diffuse: float = 1.0
     specular: float = 1.0
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)  # what a texel of 1 radiates [nits]
+
+    @property
+    def radiance(self) -> np.ndarray:
+        """(H, W, 3) float32 [nits]."""
+        return self.picture * np.array(self.color, np.float32)
 
 
 @dataclass

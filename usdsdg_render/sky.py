@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from typing import NamedTuple
 
 import numpy as np
@@ -41,29 +42,71 @@ def sampled(radiance: np.ndarray) -> SkyGrid:
     return SkyGrid(irradiance, density, row_cdf.astype(np.float32), cell_cdf.astype(np.float32))
 
 
-def upload(dome: Dome | None, device: str) -> types.Dome:
-    """The kernels' record of a dome."""
-    record = types.Dome()
-    record.dome_from_world = wp.mat33(np.eye(3))
-    if dome is None:
+class _Picture:
+    """A picture on the device, and what light is drawn from in the colour that it had last."""
+
+    def __init__(self, picture: np.ndarray, device: str) -> None:
+        self.device = device
+        radiance = np.maximum(np.nan_to_num(picture.astype(np.float32), posinf=0.0), 0.0)
+        self.unit = packing_unit(radiance)
+        self.texels = wp.array(packed(radiance, self.unit).reshape(-1), dtype=wp.uint32, device=device)
+        self.cells = resized(radiance)
+        self._words = packed(self.cells, self.unit)
+        self._tint = np.zeros(3)
+
+    def draw_by(self, tint: np.ndarray) -> None:
+        """Make the tables that light is drawn by, for a sky of that colour."""
+        if np.array_equal(self._tint, tint):
+            return
+        self._tint = tint
+        grid = sampled(self.cells * tint.astype(np.float32))
+        words = np.stack([self._words, grid.density.view(np.uint32)], -1)
+        self.irradiance = grid.irradiance
+        self.grid = wp.array(words.reshape(-1), dtype=wp.uint32, device=self.device)
+        self.row_cdf = wp.array(grid.row_cdf, dtype=wp.float32, device=self.device)
+        self.cell_cdf = wp.array(grid.cell_cdf.reshape(-1), dtype=wp.float32, device=self.device)
+
+
+class SkyMemory:
+    """Pictures of domes on the device, up to KEPT_BYTES of them for as long as somebody else holds them too."""
+
+    KEPT_BYTES = 1 << 28
+
+    def __init__(self, device: str) -> None:
+        self.device = device
+        self._pictures: dict[int, tuple[weakref.ref[np.ndarray], _Picture]] = {}  # the last used is the last
+
+    def upload(self, dome: Dome | None) -> types.Dome:
+        """The kernels' record of a dome."""
+        record = types.Dome()
+        record.dome_from_world = wp.mat33(np.eye(3))
+        if dome is None:
+            return record
+        sky = self._picture(dome.picture)
+        color = np.array(dome.color, np.float64)
+        brightness = color.max() or 1.0
+        sky.draw_by(color / brightness)
+        record.unit = wp.vec3(*(sky.unit * color))
+        record.texels, record.cells, record.row_cdf, record.cell_cdf = sky.texels, sky.grid, sky.row_cdf, sky.cell_cdf
+        record.height, record.width = dome.picture.shape[:2]
+        record.grid_height, record.grid_width = sky.cells.shape[:2]
+        record.dome_from_world = wp.mat33(dome.dome_from_world.astype(np.float32))
+        record.visible = int(dome.visible)
+        record.diffuse, record.specular = dome.diffuse, dome.specular
+        # A surface sees half the sky, at half its projected area on average.
+        record.strength = sky.irradiance * brightness / 4.0
         return record
-    radiance = np.maximum(np.nan_to_num(dome.radiance.astype(np.float32), posinf=0.0), 0.0)
-    cells = resized(radiance)
-    record.unit = packing_unit(radiance)
-    grid = sampled(cells)
-    words = np.stack([packed(cells, record.unit), grid.density.view(np.uint32)], -1)
-    record.texels = wp.array(packed(radiance, record.unit).reshape(-1), dtype=wp.uint32, device=device)
-    record.cells = wp.array(words.reshape(-1), dtype=wp.uint32, device=device)
-    record.row_cdf = wp.array(grid.row_cdf, dtype=wp.float32, device=device)
-    record.cell_cdf = wp.array(grid.cell_cdf.reshape(-1), dtype=wp.float32, device=device)
-    record.height, record.width = radiance.shape[:2]
-    record.grid_height, record.grid_width = grid.density.shape
-    record.dome_from_world = wp.mat33(dome.dome_from_world.astype(np.float32))
-    record.visible = int(dome.visible)
-    record.diffuse, record.specular = dome.diffuse, dome.specular
-    # A surface sees half the sky, at half its projected area on average.
-    record.strength = grid.irradiance / 4.0
-    return record
+
+    def _picture(self, picture: np.ndarray) -> _Picture:
+        self._pictures = {key: held for key, held in self._pictures.items() if held[0]() is not None}
+        held = self._pictures.pop(id(picture), None) or (weakref.ref(picture), _Picture(picture, self.device))
+        self._pictures[id(picture)] = held
+        while (
+            len(self._pictures) > 1
+            and sum(each.texels.size for _, each in self._pictures.values()) > self.KEPT_BYTES // 4
+        ):
+            del self._pictures[next(iter(self._pictures))]
+        return held[1]
 
 
 def packing_unit(radiance: np.ndarray) -> float:
@@ -78,11 +121,15 @@ def packed(radiance: np.ndarray, unit: float) -> np.ndarray:
     A quarter of the memory of floats keeps more of the sky in cache. Values are right to 1/512 of the texel's largest
     channel; the darkest step is 2^-40 of the brightest value.
     """
-    steps = radiance / np.float32(unit)
-    largest = np.maximum(steps.max(2), 1.0)
-    exponent = np.clip(np.ceil(np.log2(largest / 511.0)), 0, 31).astype(np.int32)
-    mantissa = np.minimum(np.rint(np.ldexp(steps, -exponent[..., None])), 511).astype(np.uint32)
-    return mantissa[..., 0] | mantissa[..., 1] << 9 | mantissa[..., 2] << 18 | exponent.astype(np.uint32) << 27
+    steps = [radiance[..., channel] * np.float32(1.0 / unit) for channel in range(3)]
+    largest = np.maximum(np.maximum(np.maximum(*steps[:2]), steps[2]), 1.0)
+    # ceil(log2) from the bits of a float: its exponent, one more where its mantissa is not zero.
+    exponent = np.clip(((largest / 511.0).view(np.int32) - 1 >> 23) - 126, 0, 31)
+    power = (127 - exponent << 23).view(np.float32)
+    words = exponent.astype(np.uint32) << 27
+    for channel, values in enumerate(steps):
+        words |= np.minimum(np.rint(values * power), 511).astype(np.uint32) << 9 * channel
+    return words
 
 
 def resized(radiance: np.ndarray) -> np.ndarray:

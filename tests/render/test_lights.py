@@ -419,3 +419,21 @@ def test_domes_dim_their_diffuse_and_specular_parts():
     np.testing.assert_allclose(diffuse + specular, both, rtol=0.02)
     assert diffuse > 0.05 * both
     assert specular > 0.05 * both
+
+
+def test_a_tinted_dome_is_the_dome_of_the_tinted_picture():
+    """What is seen of it, and what it lights; nine bits of a texel's largest channel are kept."""
+    rng = np.random.default_rng(2)
+    pixels = rng.uniform(0.2, 1.0, (16, 32, 3))
+    pixels = (pixels * rng.choice([1.0, 40.0], (16, 32, 1))).astype(np.float32)
+    color, frame = (300.0, 20.0, 90.0), np.eye(3, dtype=np.float32)
+    floor = [(scenes.square(), scenes.moved(scale=50.0), 0)]
+    seen, lit = [], []
+    for dome in (Dome(pixels, frame, color=color), Dome((pixels * color).astype(np.float32), frame)):
+        up = scenes.view_from((0, 0, 1), (3, 1, 2), size=(24, 16), focal_length=10.0)
+        down = scenes.view_from((0, -2, 4), size=(2, 2))
+        matt = scenes.material(base_color=1.0, specular=0.0)
+        seen.append(radiance(scenes.scene_of([], dome=dome), up, samples=4))
+        lit.append(radiance(scenes.scene_of(floor, materials=[matt], dome=dome), down, samples=4096).mean((0, 1)))
+    np.testing.assert_allclose(seen[0], seen[1], atol=0.01 * max(color), rtol=0.02)
+    np.testing.assert_allclose(lit[0], lit[1], rtol=0.02)

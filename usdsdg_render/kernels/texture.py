@@ -12,14 +12,14 @@ _UNPACKED = """
     const wp::uint32 word = words.data[index], bits = ((word >> 27) + 127u) << 23;
     float power;
     memcpy(&power, &bits, 4);
-    power *= unit;
     return wp::vec_t<3, wp::float32>(
-        (word & 511u) * power, ((word >> 9) & 511u) * power, ((word >> 18) & 511u) * power);
+        (word & 511u) * (power * unit[0]), ((word >> 9) & 511u) * (power * unit[1]),
+        ((word >> 18) & 511u) * (power * unit[2]));
 """
 
 
 @wp.func_native(_UNPACKED)
-def unpacked(words: wp.array(dtype=wp.uint32), unit: float, index: int) -> wp.vec3: ...
+def unpacked(words: wp.array(dtype=wp.uint32), unit: wp.vec3, index: int) -> wp.vec3: ...
 
 
 # One copy for all callers: inlined at each of them, look-ups crowd the path tracer out of the instruction cache.

@@ -171,7 +171,7 @@ class Dome:
     """A lat-long sky: the picture itself, and a coarse one of constant cells that light is drawn from (see `sky`)."""
 
     texels: wp.array(dtype=wp.uint32)  # width * height, packed by `sky.packed`
-    unit: wp.float32  # nits of one step at exponent 0
+    unit: wp.vec3  # nits of one step at exponent 0
     width: wp.int32
     height: wp.int32  # 0 = no dome
     dome_from_world: wp.mat33
