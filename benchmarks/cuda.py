@@ -28,6 +28,8 @@ from usdsdg_render.settings import PathSettings
 BLOCK = 128
 CAMERAS = 16
 SAMPLES = 128
+MANY = 256
+SMALL, SMALL_CAMERAS = 128, 64
 
 
 class Bench:
@@ -98,25 +100,51 @@ class Bench:
             print(f"{view.prim_path}: {SAMPLES} spp in {seconds:.3f} s, {rate:.0f} Msamples/s")
 
     def labels(self) -> None:
-        """Every AOV of one ray a pixel, and what fetching them to the host adds; newton's SensorCamera beside it."""
+        """Every AOV of one ray a pixel of many views in one launch; newton's SensorCamera beside it."""
         views = [self.views[k % 2] for k in range(CAMERAS)]
-        for names in (LABELS, ("instance", "distance_to_image_plane")):
-
-            def fetched(names=names) -> None:
-                for view in views:
-                    self.renderer.labels(view, names)
-
-            seconds = self.seconds(fetched)
-            with wp.ScopedTimer("", print=False, cuda_filter=wp.TIMING_KERNEL) as timer:
-                fetched()
-            kernels = sum(result.elapsed for result in timer.timing_results) / 1e3
-            rates = f"{CAMERAS / seconds:.0f} views/s fetched, {CAMERAS / max(kernels, 1e-9):.0f} in kernels alone"
-            print(f"{len(names)} AOVs of {CAMERAS} views: {1e3 * seconds:.1f} ms, {rates}")
+        for names in (LABELS, ("instance",)):
+            seconds = self.seconds(lambda names=names: self.renderer.label_batch(views, names))
+            pixels = CAMERAS * views[0].width * views[0].height
+            rate = f"{CAMERAS / seconds:.0f} views/s, {pixels / seconds / 1e6:.0f} M pixels/s"
+            print(f"{len(names)} AOVs of {CAMERAS} views: {1e3 * seconds:.2f} ms, {rate}")
+        fetched = self.seconds(lambda: self.renderer.labels_of(views, LABELS))
+        print(f"{len(LABELS)} AOVs of {CAMERAS} views, fetched: {1e3 * fetched:.1f} ms")
         cameras = SensorCameras(self.scene, views, self.device)
-        print(f"SensorCamera, {CAMERAS} views: {1e3 * self.seconds(cameras.render):.1f} ms, its depth fetched")
+        print(f"SensorCamera, {CAMERAS} views: {1e3 * self.seconds(cameras.draw):.2f} ms")
+
+    def many_views(self) -> None:
+        """Labels of a small training set in one launch, boxes and masks made where they are."""
+        views = [self.views[k % 2] for k in range(MANY)]
+        classes = np.arange(len(self.renderer.gprims)) % 15
+
+        def draw() -> None:
+            batch = self.renderer.label_batch(views, ("instance", "distance_to_image_plane", "normals"))
+            batch.masks(classes)
+            batch.boxes(len(classes))
+
+        seconds = self.seconds(draw)
+        what = f"ids, depths, normals, masks and boxes of {MANY} views"
+        print(f"{what}: {1e3 * seconds:.0f} ms, {MANY / seconds:.0f} views/s")
+
+    def amodal(self) -> None:
         groups = [[k] for k in range(len(self.renderer.gprims))]
-        amodal = self.seconds(lambda: self.renderer.coverage(views[0], groups))
-        print(f"amodal counts and boxes of all objects: {1e3 * amodal:.2f} ms a view")
+        seconds = self.seconds(lambda: self.renderer.coverage(self.views[0], groups))
+        print(f"amodal counts and boxes of all objects: {1e3 * seconds:.2f} ms a view")
+
+    def small_pictures(self) -> None:
+        """Pictures of many small cameras, as for learning by doing: together, and one after the other."""
+        views = [replace(self.views[k % 2], width=SMALL, height=SMALL) for k in range(SMALL_CAMERAS)]
+        films = [self.renderer.new_film(SMALL, SMALL) for _ in views]
+        settings = PathSettings.fast()
+
+        def one_by_one() -> None:
+            for film, view in zip(films, views, strict=True):
+                self.renderer.accumulate(film, view, samples=4, settings=settings)
+
+        together = self.seconds(lambda: self.renderer.accumulate_all(films, views, samples=4, settings=settings))
+        alone = self.seconds(one_by_one)
+        what = f"{SMALL_CAMERAS} pictures of {SMALL}x{SMALL} at 4 spp"
+        print(f"{what}: {1e3 * together:.1f} ms together, {1e3 * alone:.1f} ms one by one")
 
     def agreement(self) -> None:
         """Share of pixels with the ids of the CPU, over all lenses, and how far depths are apart."""
@@ -164,7 +192,8 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=5)
     options = parser.parse_args()
     bench = Bench(options.device, options.rounds)
-    for part in (bench.update, bench.rays, bench.paths, bench.labels, bench.agreement, bench.pictures):
+    parts = [bench.update, bench.rays, bench.paths, bench.labels, bench.many_views, bench.amodal]
+    for part in [*parts, bench.small_pictures, bench.agreement, bench.pictures]:
         part()
 
 

@@ -25,12 +25,11 @@ AT_LEAST, AMODAL_AT_MOST = 4.0, 0.4
 
 def labels_of(renderer: WarpRenderer, views: list[CameraView]) -> np.ndarray:
     """Distances of all views; the other labels are let go, as a frame's are once they are written."""
-    return np.stack([renderer.labels(view, LABELS)["distance_to_camera"] for view in views])
+    return np.stack([labels["distance_to_camera"] for labels in renderer.labels_of(views, LABELS)])
 
 
 def instances_of(renderer: WarpRenderer, views: list[CameraView]) -> None:
-    for view in views:
-        renderer.labels(view, ["instance"])
+    renderer.labels_of(views, ["instance"])
 
 
 def amodal_of(renderer: WarpRenderer, views: list[CameraView], instances: list[np.ndarray]) -> None:
@@ -51,7 +50,7 @@ def main() -> None:
     renderer = WarpRenderer.of_scene(scene, device="cpu")
     renderer.threads = 1
     renderer.sync()
-    instances = [renderer.labels(view, ["instance"])["instance"] for view in views]
+    instances = [labels["instance"] for labels in renderer.labels_of(views, ["instance"])]
     contenders = {
         "labels": lambda _: labels_of(renderer, views),
         "instance alone": lambda _: instances_of(renderer, views),

@@ -61,8 +61,7 @@ def main() -> None:
 
     def labels(threads: int) -> None:
         renderer.threads = threads
-        for view in views:
-            renderer.labels(view, LABELS)
+        renderer.labels_of(views, LABELS)
 
     target = f"at least {AT_LEAST}x" if options.threads == 2 else ""
     compare("paths", paths, options.threads, options.rounds, target)

@@ -49,6 +49,11 @@ class SensorCameras:
 
     def render(self) -> np.ndarray:
         """(views, H, W) float32 distances, not positive where nothing is met; the other images are made as well."""
+        self.draw()
+        return self._images["depth_image"].numpy()
+
+    def draw(self) -> None:
+        """Make all images, on the device."""
         self._sensor.update(
             self._state,
             self._poses,
@@ -57,7 +62,6 @@ class SensorCameras:
             world_indices=self._worlds,
             **self._images,
         )
-        return self._images["depth_image"].numpy()
 
 
 def _model(newton: Any, scene: Scene, device: str) -> Any:

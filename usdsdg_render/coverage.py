@@ -126,11 +126,12 @@ def _cover(
         threads=threads,
         band_rows=STRIPS_PER_BAND,
     )
-    met = np.flatnonzero(covered.numpy())
+    covered, visible = covered.numpy(), visible.numpy()
+    met = np.flatnonzero(covered)
     result = np.zeros(len(met), STRIP)
     result["group"], result["row"] = strips["instance"][met], strips["row"][met]
     result["word"] = strips["first"][met] // WORD
-    result["covered"], result["visible"] = covered.numpy()[met], visible.numpy()[met]
+    result["covered"], result["visible"] = covered[met], visible[met]
     return result
 
 
