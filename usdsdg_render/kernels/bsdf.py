@@ -66,23 +66,39 @@ def albedo_terms(table: wp.array(dtype=wp.vec2), cos_o: float, alpha: float):
 
 
 @wp.func
-def opaque_share(material: Material):
-    """How much of the diffuse light is left where a path did not go through the material as through glass."""
-    if material.transmission <= 0.0:
+def opaque_share(material: Material, refracting: int):
+    """How much of the diffuse light is left where a path did not go through the material as through glass.
+
+    Where glass is there by chance for paths that it does not bend, what is left is met more seldom already.
+    """
+    if material.transmission <= 0.0 or refracting != 0:
         return 1.0
     return (1.0 - material.transmission) / wp.max(1.0 - clearness(material), 1.0e-6)
+
+
+@wp.func
+def grazing(f0: wp.vec3):
+    """Reflectance at grazing incidence: what reflects nothing head on (an index of refraction of 1) has none there."""
+    return wp.min(1.0, 50.0 * wp.max(wp.max(f0[0], f0[1]), f0[2]))
+
+
+@wp.func
+def reflected_share(f0: wp.vec3, terms: wp.vec2):
+    """Directional albedo of the GGX lobe, with multiple scattering."""
+    multiple = wp.vec3(1.0) + f0 * (1.0 / (terms[0] + terms[1]) - 1.0)
+    return wp.cw_mul(f0 * terms[0] + wp.vec3(grazing(f0) * terms[1]), multiple)
 
 
 @wp.func
 def bsdf_at(
     table: wp.array(dtype=wp.vec2),
     surface: Surface,
-    material: Material,
+    opaque: float,
     normal: wp.vec3,
     wo: wp.vec3,
     least_alpha: float,
 ):
-    """Scattering of a textured surface; `least_alpha` widens every glossy lobe."""
+    """Scattering of a textured surface; `least_alpha` widens every glossy lobe, `opaque` dims the diffuse one."""
     b = Bsdf()
     b.normal = normal
     b.horizon = surface.horizon
@@ -92,13 +108,15 @@ def bsdf_at(
     metallic = wp.clamp(surface.metallic, 0.0, 1.0)
     b.alpha = wp.max(wp.max(roughness * roughness, MIN_ALPHA), least_alpha)
     b.f0 = surface.specular * (1.0 - metallic) + surface.base * metallic
-    # What reflects nothing head on (an index of refraction of 1) reflects nothing at grazing angles either.
-    b.f90 = wp.min(1.0, 50.0 * wp.max(wp.max(b.f0[0], b.f0[1]), b.f0[2]))
+    b.f90 = grazing(b.f0)
     terms = albedo_terms(table, b.cos_o, b.alpha)
-    multiple = wp.vec3(1.0) + b.f0 * (1.0 / (terms[0] + terms[1]) - 1.0)
-    reflected = wp.cw_mul(b.f0 * terms[0] + wp.vec3(b.f90 * terms[1]), multiple)
-    b.specular_scale = multiple
-    b.diffuse = wp.cw_mul(surface.base, wp.vec3(1.0) - reflected) * ((1.0 - metallic) * opaque_share(material))
+    # Half a metal reflects half of what a metal does and half of what a dielectric does, and only under the dielectric
+    # half is there something that its reflection is missing from.
+    dielectric = reflected_share(surface.specular, terms)
+    reflected = dielectric * (1.0 - metallic) + reflected_share(surface.base, terms) * metallic
+    tiny = wp.vec3(1.0e-12)
+    b.specular_scale = wp.cw_div(reflected + tiny, b.f0 * terms[0] + wp.vec3(b.f90 * terms[1]) + tiny)
+    b.diffuse = wp.cw_mul(surface.base, wp.vec3(1.0) - dielectric) * ((1.0 - metallic) * opaque)
     b.coat_alpha = 1.0
     coat_albedo = float(0.0)
     if surface.clearcoat > 0.0:

@@ -6,7 +6,7 @@ which runs each step for many paths at a time (`wavefront`).
 
 import warp as wp
 
-from usdsdg_render.kernels.bsdf import Bsdf, bsdf_at, sample_direction, scatter
+from usdsdg_render.kernels.bsdf import Bsdf, bsdf_at, opaque_share, sample_direction, scatter
 from usdsdg_render.kernels.color import luminance
 from usdsdg_render.kernels.emitters import emitter_density, is_emitter
 from usdsdg_render.kernels.glass import through_glass
@@ -200,7 +200,8 @@ def depart(
     if material.normal_texture >= 0 or material.detail_texture >= 0:
         shading = bumped(tables, hit, surface, material)
     bent = facing(shading, surface.horizon, wo)
-    bsdf = bsdf_at(tables.albedo_table, surface, material, bent, wo, path.least_alpha)
+    opaque = opaque_share(material, path.refracting)
+    bsdf = bsdf_at(tables.albedo_table, surface, opaque, bent, wo, path.least_alpha)
     most = float(0.0)
     if path.met > 1:
         most = options.clamp
