@@ -52,18 +52,35 @@ def test_a_clear_coat_adds_no_energy(roughness):
     assert black[5:7, 5:7].mean() < 0.06
 
 
-def test_a_closed_room_has_the_brightness_of_its_series():
-    # Inside an emitting grey box, radiance is E * (1 + a + a^2 ...): one term per surface met, and one more for the
+# Near the edges of a box, light that is drawn from its walls is noisier.
+@pytest.mark.parametrize(("shape", "tolerance"), [(scenes.cube, 0.02), (scenes.sphere, 0.002)])
+@pytest.mark.parametrize(("albedo", "bounces"), [(0.5, 6), (0.8, 1), (0.8, 3)])
+def test_a_closed_room_has_the_brightness_of_its_series(albedo, bounces, shape, tolerance):
+    # Between emitting grey walls, radiance is E * (1 + a + a^2 ...): one term per surface met, and one more for the
     # light that the last one gets straight from the walls.
-    albedo, bounces = 0.5, 6
     scene = scenes.scene_of(
-        [(scenes.cube(), scenes.moved(scale=3.0), 0)],
+        [(shape(), scenes.moved(scale=3.0), 0)],
         materials=[scenes.material(base_color=albedo, specular=0.0, roughness=1.0, emission=1.0)],
     )
     view = scenes.view_from((0.5, -1, 0.2), size=(8, 8))
-    picture = radiance(scene, view, samples=64, bounces=bounces)
+    picture = radiance(scene, view, samples=2048, bounces=bounces)
     expected = sum(albedo**k for k in range(bounces + 1))
-    np.testing.assert_allclose(picture.mean(), expected, rtol=0.04)
+    np.testing.assert_allclose(picture.mean(), expected, rtol=tolerance)
+
+
+@pytest.mark.parametrize(("albedo", "bounces"), [(0.5, 1), (0.9, 2), (0.9, 5)])
+def test_an_integrating_sphere_has_the_brightness_of_its_series(albedo, bounces):
+    # A lamp in the middle of a hollow ball gives every place the same, and so does every further bounce: lamps hide
+    # nothing.
+    lamp, size = scenes.sphere_light(500.0, (0, 0, 0), 0.05, visible=0), 2.0
+    scene = scenes.scene_of(
+        [(scenes.sphere(rings=96), scenes.moved(scale=size), 0)],
+        materials=[scenes.material(base_color=albedo, specular=0.0, roughness=1.0)],
+        lights=[lamp],
+    )
+    picture = radiance(scene, scenes.view_from((0.7, -1.1, 0.4), (2, 1, 0), size=(8, 8)), samples=256, bounces=bounces)
+    expected = 500.0 * (0.05 / size) ** 2 * sum(albedo**k for k in range(1, bounces + 1))
+    np.testing.assert_allclose(picture.mean(), expected, rtol=0.005)
 
 
 def test_metals_tint_reflections_and_plastics_do_not():

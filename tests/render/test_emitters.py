@@ -8,7 +8,7 @@ import pytest
 from tests.render import light_oracle, scenes
 from tests.render.pictures import EXACT, radiance, renderer_of
 from usdsdg_render.emitters import MOST_EMITTERS, find_emitters
-from usdsdg_render.scene import Texture
+from usdsdg_render.scene import WRAP_CLAMP, Texture
 from usdsdg_render.settings import PathSettings
 
 ALBEDO = 0.5
@@ -80,6 +80,31 @@ def test_textures_and_opacity_dim_what_glows():
             placed = [(scenes.square(), matrix, 1)]
             measured = floor_irradiance(placed, [glow(**values)], bounces=bounces, samples=8192, textures=[grey])
             np.testing.assert_allclose(measured, whole * 128 / 255, rtol=0.015)
+
+
+@pytest.mark.parametrize("bounces", [1, 2])
+@pytest.mark.parametrize("what", ["emission", "opacity"])
+def test_pictures_and_holes_of_what_glows_are_where_its_coordinates_say(what, bounces):
+    rng = np.random.default_rng(4)
+    texels = np.full((5, 7, 4), 255, np.uint8)
+    texels[..., :3] = texels[..., 3:] = rng.uniform(0, 1, (5, 7, 1)) ** 3 * 255
+    texture = Texture("uneven", texels, False, WRAP_CLAMP, WRAP_CLAMP)
+    values = dict(opacity_texture=0, opacity_channel=3) if what == "opacity" else dict(emission_texture=0)
+    # Close by, so that it matters which corner is bright.
+    matrix = scenes.moved((0.3, 0.2, 0.8), scale=(1.0, 0.8, 1.0), rotation=POSE)
+    points, areas = light_oracle.patches("rect", width=2.0, height=2.0)
+    column = np.clip((points[:, 0] + 1) / 2 * 7 - 0.5, 0, 6)
+    row = np.clip((1 - points[:, 1]) / 2 * 5 - 0.5, 0, 4)
+    left, top = np.minimum(column.astype(int), 5), np.minimum(row.astype(int), 3)
+    fx, fy, grey = column - left, row - top, texels[..., 0] / 255
+    value = (grey[top, left] * (1 - fx) + grey[top, left + 1] * fx) * (1 - fy)
+    value += (grey[top + 1, left] * (1 - fx) + grey[top + 1, left + 1] * fx) * fy
+    points = points @ matrix[:3, :3] + matrix[3, :3]
+    across = 0.8 * areas @ (POSE.T)
+    expected = max(light_oracle.irradiance(points, side * across, 40.0 * value) for side in (1, -1))
+    placed = [(scenes.square(), matrix, 1)]
+    measured = floor_irradiance(placed, [glow(**values)], bounces=bounces, samples=16384, textures=[texture])
+    np.testing.assert_allclose(measured, expected, rtol=0.015)
 
 
 @pytest.mark.parametrize("roughness", [0.05, 0.3, 0.7])

@@ -54,6 +54,20 @@ def test_tinted_glass_colours_what_lies_behind_it():
     np.testing.assert_allclose(colour / colour[0], (1.0, 0.5, 0.25), rtol=1e-4)
 
 
+def test_solid_glass_is_tinted_once():
+    # Where light enters, however thick it is.
+    behind = scenes.material(base_color=0.0, specular=0.0, emission=1.0)
+    slab = scenes.moved((0, 1, 0), scale=(5, 0.5, 5))
+    scene = scenes.scene_of(
+        [(scenes.cube(), slab, 0), (scenes.square(), facing(3), 1)],
+        materials=[glass(base_color=(1.0, 0.5, 0.25)), behind],
+    )
+    view = scenes.view_from((0, -4, 0), size=(5, 5), focal_length=400.0)
+    colour = radiance(scene, view, samples=4096, bounces=2).mean((0, 1))
+    # 0.96 of the light crosses each face; what is mirrored at both inner ones and comes after all is a tint more.
+    np.testing.assert_allclose(colour, 0.96**2 * np.array([1.0, 0.5, 0.25]), rtol=0.01)
+
+
 @pytest.mark.parametrize("ior", [1.2, 1.5, 2.0])
 def test_a_slab_bends_rays_by_snells_law(ior):
     # A ray that comes down at 45 degrees through (0, 0, 1) leaves a slab of thickness 1 at x = tan(asin(sin 45 / n)).

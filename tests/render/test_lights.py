@@ -177,6 +177,35 @@ def test_several_lights_add_up():
     np.testing.assert_allclose(together.mean(), sum(each.mean() for each in alone), rtol=0.01)
 
 
+@pytest.mark.parametrize("roughness", [0.15, 0.3, 0.6])
+def test_several_lights_add_up_on_glossy_floors(roughness):
+    """Lobes find lights that were chosen seldom: both ways to find one know how often it is chosen."""
+    floor = scenes.material(base_color=0.3, specular=0.3, roughness=roughness)
+    glow = scenes.material(base_color=0.0, specular=0.0, emission=400.0)
+    ground = (scenes.square(), scenes.moved(scale=50.0), 0)
+    # Aside, where it hides none of the others but some of the sky.
+    plate = (scenes.square(), scenes.moved((-2.5, 0.5, 1.0), rotation=turned(70.0, 0.0).T), 1)
+    lights = [
+        scenes.sphere_light(40.0, (0.2, 2.0, 1.6), 1.0, visible=0),
+        scenes.sphere_light(4e4, (3.0, 6.0, 9.0), 0.3, visible=0),
+        scenes.light(LIGHT_RECT, radiance=300.0, position=(1.0, 2.0, 2.5), visible=0),
+        scenes.light(LIGHT_DISTANT, radiance=300.0, cos_angle=np.cos(0.2), z_axis=(0.0, 0.6, 0.8), visible=0),
+    ]
+    view = scenes.view_from((0.0, -2.0, 1.5), size=(4, 4), focal_length=100.0)
+
+    sky = scenes.white_dome(10.0)
+
+    def seen(lights=(), dome=None, placed=(), samples=2048, glow=glow) -> float:
+        scene = scenes.scene_of([ground, *placed], materials=[floor, glow], lights=lights, dome=dome)
+        return float(radiance(scene, view, samples=samples, bounces=2).mean())
+
+    dark = glow.copy()
+    dark["emission"] = 0.0
+    parts = [seen([light]) for light in lights] + [seen(placed=[plate]), seen(dome=sky, placed=[plate], glow=dark)]
+    assert min(parts) > 0.02 * sum(parts)
+    np.testing.assert_allclose(seen(lights, sky, [plate], samples=8192), sum(parts), rtol=0.01)
+
+
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("roughness", [0.5, 0.7, 1.0])
 def test_light_sampling_alone_and_with_surfaces_sampled_too_agree(shape, roughness):
