@@ -20,9 +20,11 @@ class Animation:
     def __init__(self, stage: Usd.Stage) -> None:
         self._stage = stage
         self._varying: dict[Sdf.Path, list[str]] = {}  # attributes of prims asked so far
+        self._asked: dict[Sdf.Path, bool] = {}  # whether materials vary
         self._tree: Tree | None = None
         self._moving: list[Sdf.Path] = []
         self._shapes: set[Sdf.Path] = set()  # gprims
+        self._looks: set[Sdf.Path] = set()  # those of them that look different
         self._inherited: set[Sdf.Path] = set()  # prims that hand values to the gprims below
         self._materials: set[Sdf.Path] = set()
         self._instancers: set[Sdf.Path] = set()
@@ -51,6 +53,11 @@ class Animation:
         self.animated = self.animated or bool(sampled)
         if stale := changes.resynced | sampled:
             self._varying = {path: names for path, names in self._varying.items() if not is_below(path, stale)}
+            self._asked = {
+                path: varies
+                for path, varies in self._asked.items()
+                if not is_below(path, stale) and not any(each.HasPrefix(path) for each in stale)
+            }
             self.is_surveyed = False
 
     def survey(self, tree: Tree, gprims: Gprims) -> None:
@@ -63,11 +70,14 @@ class Animation:
         instancers = {tree.paths[k] for k in tree.of_kind(INSTANCER)}
         self._instancers = instancers if gprims.sources else instancers & varying.keys()
         self._inherited = {path for path, names in varying.items() if any(n.startswith("primvars:") for n in names)}
-        self._shapes = set()
+        self._shapes, self._looks = set(), set()
         for gprim in gprims.drawn:
             names = [n for prim in (gprim.prim, *gprim.subsets) for n in self._names(prim.GetPath(), prim)]
-            if any(name != "visibility" and not name.startswith("xformOp") for name in names):
+            names = [name for name in names if name != "visibility" and not name.startswith("xformOp")]
+            if names:
                 self._shapes.add(gprim.path)
+            if any(":" in name for name in names):
+                self._looks.add(gprim.path)
         self._seen = self._visibilities(tree.time)
         self.is_surveyed = True
 
@@ -83,7 +93,8 @@ class Animation:
     def add_to(self, plan: Plan, time: Usd.TimeCode) -> None:
         """What to read again because it is `time` now."""
         plan.moved.update(self._moving)
-        plan.gprims |= self._shapes
+        plan.gprims |= self._looks
+        plan.shapes |= self._shapes
         plan.below |= self._inherited - self._shapes
         plan.instancers |= self._instancers
         plan.lights |= self._lights
@@ -100,8 +111,11 @@ class Animation:
         return self._varying[path]
 
     def _is_varying(self, material: Sdf.Path) -> bool:
-        prim = self._stage.GetPrimAtPath(material)
-        return bool(prim) and any(self._names(each.GetPath(), each) for each in Usd.PrimRange(prim))
+        if material not in self._asked:
+            prim = self._stage.GetPrimAtPath(material)
+            names = (self._names(each.GetPath(), each) for each in Usd.PrimRange(prim)) if prim else ()
+            self._asked[material] = any(names)
+        return self._asked[material]
 
     def _visibilities(self, time: Usd.TimeCode) -> dict[Sdf.Path, object]:
         if self._tree is None:

@@ -102,7 +102,7 @@ class SceneExtractor:
             self._gprims.forget_hidden()
             self._animation.add_to(plan, now)
         if plan.skinned or now != before:
-            plan.gprims |= self._skinned
+            plan.shapes |= self._skinned
         return plan
 
     def _carry_out(self, plan: Plan) -> None:
@@ -110,7 +110,8 @@ class SceneExtractor:
             self._prototypes.skinning.forget()
         looks = self._library.forget(plan.materials, plan.roots) if plan.materials or plan.roots else set()
         self._gprims.forget(plan)
-        self._gprims.forget_looks(looks)
+        if looks:
+            self._gprims.forget_looks(looks)
         self._lights.forget(plan.lights)
         if plan.everything:
             self._tree = Tree(self._stage, self._time)
@@ -118,13 +119,13 @@ class SceneExtractor:
             self._tree.regrow(plan.regrown)
         if plan.moved:
             self._tree.move(plan.moved)
-        drawn = plan.drawn or bool(looks)
-        if drawn:
+        if plan.listed:
             self._gprims.find(self._tree)
-        if self._animation.animated and (drawn or not self._animation.is_surveyed):
+        if self._animation.animated and (plan.listed or not self._animation.is_surveyed):
             self._animation.survey(self._tree, self._gprims)
+        drawn = bool(plan.listed or plan.bound or plan.shapes or looks)
         if drawn:
-            self._read_gprims()
+            self._read_gprims(anew=plan.listed)
         if drawn or plan.moved:
             self._place(anew=drawn)
         if plan.regrown or plan.lights or plan.moved:
@@ -132,20 +133,28 @@ class SceneExtractor:
 
     # What is drawn
 
-    def _read_gprims(self) -> None:
-        """What is not known of them: their materials, and their geometry where the material asks for another UV set."""
+    def _read_gprims(self, *, anew: bool) -> None:
+        """What is not known of them: their materials, and their geometry where the material asks for another UV set.
+
+        anew: others may be drawn than before.
+        """
         drawn = self._gprims.drawn
-        skinning, has_skeletons = self._prototypes.skinning, bool(self._tree.skeletons)
-        known = self._gprims.known.values()
-        self._skinned = {g.path for g in known if has_skeletons and skinning.is_skinned(g.prim)}
         self._bind()
         changed = [gprim for gprim in drawn if gprim.materials is None]
         for gprim in changed:
             self._read_looks(gprim)
+        if anew:
+            skinning, has_skeletons = self._prototypes.skinning, bool(self._tree.skeletons)
+            known = self._gprims.known.values()
+            self._skinned = {g.path for g in known if has_skeletons and skinning.is_skinned(g.prim)}
         self._read_geometry(changed)
         self._write_prototypes()
-        self._paint(changed)
-        self._write_materials()
+        if anew or changed:
+            if self._animation.animated:
+                bound = {path for gprim in drawn for path in gprim.bound if path is not None}
+                self._animation.survey_materials(bound)
+            self._paint(changed)
+            self._write_materials()
         self._note_placements()
 
     def _bind(self) -> None:
@@ -158,8 +167,6 @@ class SceneExtractor:
             if bound != gprim.bound:
                 gprim.materials = None
             gprim.bound, gprim.is_bound = bound, True
-        if self._animation.animated:
-            self._animation.survey_materials({path for g in self._gprims.drawn for path in g.bound if path is not None})
         if unbound:
             self._library.keep_only({path for g in self._gprims.known.values() for path in g.bound if path is not None})
 
@@ -189,10 +196,9 @@ class SceneExtractor:
 
     def _read_geometry(self, changed: Sequence[Gprim]) -> None:
         """Prototypes of those that have none yet, or whose material asks for another one."""
-        forms = [(_uv_name(gprim), gprim.colored) for gprim in changed]
-        unread = [
-            (gprim, form) for gprim, form in zip(changed, forms) if gprim.geometry is None or gprim.geometry[:2] != form
-        ]
+        lost = (gprim for gprim in self._gprims.drawn if gprim.geometry is None)
+        forms = {gprim: (_uv_name(gprim), gprim.colored) for gprim in (*lost, *changed)}
+        unread = [(g, form) for g, form in forms.items() if g.geometry is None or g.geometry[:2] != form]
         self._prototypes.begin_pass()
         for done, (gprim, (uv_name, colored)) in enumerate(unread):
             if gprim.kind == SHAPE:

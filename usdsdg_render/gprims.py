@@ -82,6 +82,11 @@ class Gprims:
         """Read again what a plan says."""
         for path in plan.gprims:
             self.known.pop(path, None)
+        for path in plan.shapes & self.known.keys():
+            gprim = self.known[path]
+            gprim.geometry = None
+            if gprim.colored:  # its materials show the triangles that it has now
+                gprim.materials = None
         if stale := plan.roots | plan.below:
             for path in [path for path in self.known if is_below(path, stale)]:
                 del self.known[path]

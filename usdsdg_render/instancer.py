@@ -154,8 +154,8 @@ def _gprims_below(
         while above and above[-1][0] >= depth:
             above.pop()
         _, parent, purpose = above[-1] if above else (0, np.eye(4), "")
-        matrix, resets = local_matrix(cache, prim, False)
-        matrix = matrix if resets else matrix_product(matrix, parent)
+        local, resets = local_matrix(cache, prim, False)
+        matrix = np.array(local) if resets else matrix_product(np.array(local), parent)
         purpose = purpose_of(prim, purpose)
         above.append((depth, matrix, purpose))
         if purpose and purpose not in DRAWN_PURPOSES:

@@ -38,6 +38,7 @@ class Plan:
     bound: set[Sdf.Path] = field(default_factory=set)  # subtrees in which other materials may be bound
     below: set[Sdf.Path] = field(default_factory=set)  # subtrees whose gprims inherit something else
     gprims: set[Sdf.Path] = field(default_factory=set)
+    shapes: set[Sdf.Path] = field(default_factory=set)  # gprims of which the geometry alone changed
     instancers: set[Sdf.Path] = field(default_factory=set)  # where they put what
     materials: set[Sdf.Path] = field(default_factory=set)  # prims of shading networks
     moved: set[Sdf.Path] = field(default_factory=set)
@@ -58,9 +59,9 @@ class Plan:
         return self.roots | self.shown
 
     @property
-    def drawn(self) -> bool:
-        """Whether any gprim is another one, looks different or is drawn elsewhere by points."""
-        return bool(self.roots or self.shown or self.bound or self.below or self.gprims or self.instancers)
+    def listed(self) -> bool:
+        """Whether other gprims may be drawn, or elsewhere by points."""
+        return bool(self.roots or self.shown or self.below or self.gprims or self.instancers)
 
 
 class Planner:
@@ -87,14 +88,14 @@ class Planner:
             if path == ROOT:  # up axis, units
                 plan.lights.add(ROOT)
                 continue
-            for place in self._places(path):
+            for place in self._places(path) if self._has_prototypes else (path,):
                 self._plan_prim(place, names)
         return plan
 
     def _places(self, path: Sdf.Path) -> Iterator[Sdf.Path]:
         """The path, and where instances show it if it lies in a prototype that they share."""
         yield path
-        if not self._has_prototypes or not Usd.Prim.IsPathInPrototype(path):
+        if not Usd.Prim.IsPathInPrototype(path):
             return
         top = path.GetPrefixes()[0]
         prototype = self._stage.GetPrimAtPath(top)
@@ -117,12 +118,16 @@ class Planner:
 
     def _plan_prim(self, path: Sdf.Path, names: set[str]) -> None:
         plan = self._plan
+        if any(name.startswith("xformOp") for name in names):
+            plan.moved.add(path)
+            self._plan_points(path)
+            if len(names) == 1:
+                return
         kind = self._kind_at(path)
         for name in names:
             if name.startswith("xformOp"):
-                plan.moved.add(path)
-                self._plan_points(path)
-            elif name in ("visibility", "purpose"):
+                continue
+            if name in ("visibility", "purpose"):
                 plan.shown.add(path)
                 self._plan_points(path)
             elif name.startswith("material:binding"):
@@ -135,7 +140,8 @@ class Planner:
             elif kind in (LIGHT, DOME):
                 plan.lights.add(path)
             elif kind in GPRIMS:
-                plan.gprims.add(path)
+                # What UsdGeom says of a shape has no namespace; primvars and lights look like something.
+                (plan.gprims if ":" in name else plan.shapes).add(path)
             elif kind == INSTANCER:
                 plan.instancers.add(path)
                 self._plan_points(path)
@@ -157,6 +163,6 @@ class Planner:
 
     def _plan_points(self, path: Sdf.Path) -> None:
         """What point instancers draw, they place and show themselves."""
-        if self._sources:
+        if is_below(path, self._sources):
             for prefix in path.GetPrefixes():
                 self._plan.instancers.update(self._sources.get(prefix, ()))

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 
 import numpy as np
-from pxr import Sdf, Tf, Usd, UsdGeom, UsdLux, UsdShade
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdShade
 
 from usdsdg import errors
 
@@ -72,8 +73,8 @@ def is_invisible(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
     return bool(attribute) and attribute.Get(time) == UsdGeom.Tokens.invisible
 
 
-def local_matrix(cache: UsdGeom.XformCache, prim: Usd.Prim, sampled: bool) -> tuple[np.ndarray, bool]:
-    """((4, 4) local matrix, whether it starts a new transform stack).
+def local_matrix(cache: UsdGeom.XformCache, prim: Usd.Prim, sampled: bool) -> tuple[Gf.Matrix4d, bool]:
+    """(local matrix, whether it starts a new transform stack).
 
     At the default time, a prim whose ops have only samples is where its first sample puts it. Ops that USD refuses give
     NaN, so that what they place is dropped by name.
@@ -82,14 +83,14 @@ def local_matrix(cache: UsdGeom.XformCache, prim: Usd.Prim, sampled: bool) -> tu
         matrix, resets = cache.GetLocalTransformation(prim)
     except Tf.ErrorException as failure:
         errors.warn_once(f"{prim.GetPath()}: its xformOps cannot be read. Correct xformOpOrder and its ops. {failure}")
-        return np.full((4, 4), np.nan), False
+        return Gf.Matrix4d(*[math.nan] * 16), False
     if sampled:
         xformable = UsdGeom.Xformable(prim)
         if xformable and xformable.TransformMightBeTimeVarying():
             ops = xformable.GetOrderedXformOps()
             if not any(op.Get() is not None for op in ops):
                 matrix = xformable.GetLocalTransformation(Usd.TimeCode.EarliestTime())
-    return np.array(matrix), bool(resets)
+    return matrix, resets
 
 
 def matrix_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom, Vt
 
 from usdsdg import errors
 
@@ -217,11 +217,13 @@ class Tree:
         self._read_local([node for path in moved if (node := self.index.get(path)) is not None])
         self._compose()
 
-    def _read_local(self, which: Iterable[int]) -> None:
+    def _read_local(self, which: list[int]) -> None:
         # Without an authored range nothing is animated; saves a question per prim.
         sampled = self.time.IsDefault() and self._stage.HasAuthoredTimeCodeRange()
-        for k in which:
-            self.local[k], self.resets[k] = local_matrix(self._cache, self.prims[k], sampled)
+        found = [local_matrix(self._cache, self.prims[k], sampled) for k in which]
+        if found:
+            self.local[which] = np.array(Vt.Matrix4dArray([matrix for matrix, _ in found]))
+            self.resets[which] = [resets for _, resets in found]
 
     def _compose(self) -> None:
         self.world[...] = self.local
