@@ -61,7 +61,7 @@ def denoise(film: FilmArrays, device: str, *, threads: int | None = None) -> wp.
             _run(filters[name], {name: picture}, picture)
         filters["color"].input_scale = scale
         _run(filters["color"], {"color": color, "albedo": albedo, "normal": normal}, color)
-    inside: wp.array = color[MARGIN:-MARGIN, MARGIN:-MARGIN]
+    inside: Any = color[MARGIN:-MARGIN, MARGIN:-MARGIN]
     return inside.contiguous().to(device)
 
 

@@ -7,14 +7,16 @@ import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdShade
 
 import usdsdg as rep
+from usdsdg import settings
 from usdsdg.stage.context import current_stage, new_stage
 
 SIZE = (40, 30)
 
 
 @pytest.fixture
-def lit_ball():
+def lit_ball(monkeypatch):
     """Data of annotators of a ball on a floor under a sky: (names) → {name: array}."""
+    monkeypatch.setattr(settings.get_settings(), "_values", dict(settings.DEFAULTS))
     new_stage()
     rep.create.light(light_type="dome", intensity=800)
     rep.create.plane(scale=20)

@@ -166,4 +166,5 @@ def test_cuda_gives_the_same_picture_and_repeats_itself():
     for _ in range(3):
         assert np.array_equal(oidn.denoise(film.arrays, "cuda:0").numpy(), first)
     on_cpu = filtered(striped_film())
-    assert rms(first[..., :3], on_cpu) < 0.01 * rms(striped_film().radiance(), on_cpu)
+    # Networks run with half floats there.
+    assert rms(first[..., :3], on_cpu) < 0.05 * rms(striped_film().radiance(), on_cpu)
