@@ -22,7 +22,7 @@ def uneven_sky(seed: int) -> Dome:
 
 
 def seen_of(dome: Dome, directions: np.ndarray) -> np.ndarray:
-    """Bilinear radiance of world directions, (N, 3), by the words of `scene.Dome`: u goes round, v ends at the poles."""
+    """Bilinear radiance of world directions, (N, 3), as `scene.Dome` says: u goes round, v ends at the poles."""
     x, y, z = dome.dome_from_world.astype(float) @ directions.T
     height, width = dome.radiance.shape[:2]
     u, v = np.arctan2(y, x) / (2 * np.pi) % 1.0, np.arccos(np.clip(z, -1, 1)) / np.pi
