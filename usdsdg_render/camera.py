@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import warp as wp
 
 from usdsdg.stage import lens_curves
+from usdsdg_render.device import records
 from usdsdg_render.kernels import lens as kernel
 from usdsdg_render.kernels.camera import BAND
 from usdsdg_render.kernels.types import Camera
@@ -30,28 +31,41 @@ _CURVES = {
 }
 
 
-def camera_record(view: CameraView) -> Camera:
-    """The kernels' camera.
+def camera_records(views: Sequence[CameraView]) -> np.ndarray:
+    """(len(views),) records of the kernels' cameras.
 
     Raises:
-        Unsupported: there is no formula for the lens, or its calibration gives no picture.
+        Unsupported: there is no formula for a lens, or its calibration gives no picture.
     """
-    camera = Camera()
-    camera.origin = wp.vec3(*view.local_to_world[3, :3].tolist())
+    rows = records(Camera, len(views))
+    matrices = np.array([view.local_to_world for view in views]).reshape(-1, 4, 4)
+    rows["origin"] = matrices[:, 3, :3]
     # Rows of the row-vector matrix are the camera's axes; the kernel wants them as columns.
-    camera.rotation = wp.mat33(np.ascontiguousarray(view.local_to_world[:3, :3].T, np.float32))
-    camera.fx, camera.fy, camera.cx, camera.cy = view.fx, view.fy, view.cx, view.cy
-    camera.width, camera.height = view.width, view.height
-    camera.near, camera.far = view.clipping_range
-    camera.orthographic = int(view.projection_type == "orthographic")
-    if view.f_stop > 0 and view.focus_distance > 0:
-        camera.lens_radius = view.focal_length * FOCAL_UNIT / (2.0 * view.f_stop)
-        camera.focus_distance = view.focus_distance
-    if view.lens is not None:
-        camera.lens = _lens_record(view.lens)
-        camera.lens_kind = camera.lens.kind
-        (camera.fx, camera.fy), (camera.cx, camera.cy) = view.lens.focal, view.lens.centre
-    return camera
+    rows["rotation"] = matrices[:, :3, :3].transpose(0, 2, 1)
+    for row, view in zip(rows, views, strict=True):
+        row["width"], row["height"] = view.width, view.height
+        row["near"], row["far"] = view.clipping_range
+        row["orthographic"] = view.projection_type == "orthographic"
+        if view.f_stop > 0 and view.focus_distance > 0:
+            row["lens_radius"] = view.focal_length * FOCAL_UNIT / (2.0 * view.f_stop)
+            row["focus_distance"] = view.focus_distance
+        if view.lens is None:
+            row["fx"], row["fy"], row["cx"], row["cy"] = view.fx, view.fy, view.cx, view.cy
+        else:
+            (row["fx"], row["fy"]), (row["cx"], row["cy"]) = view.lens.focal, view.lens.centre
+            _fill_lens(row["lens"], view.lens)
+            row["lens_kind"] = row["lens"]["kind"]
+    return rows
+
+
+def camera_record(view: CameraView) -> Camera:
+    """As `camera_records`, of one view."""
+    return Camera.from_ptr(camera_records([view]).ctypes.data)
+
+
+def camera_array(views: Sequence[CameraView], device: str) -> wp.array:
+    """As `camera_records`, on a device."""
+    return wp.array(camera_records(views), dtype=Camera, device=device)
 
 
 def views_record(views: Sequence[CameraView], device: str) -> Views:
@@ -63,20 +77,13 @@ def views_record(views: Sequence[CameraView], device: str) -> Views:
     return record
 
 
-def camera_array(views: Sequence[CameraView], device: str) -> wp.array:
-    """(len(views),) records of the kernels' cameras."""
-    return wp.array([camera_record(view) for view in views], dtype=Camera, device=device)
-
-
-def _lens_record(lens: Lens) -> kernel.Lens:
-    record = kernel.Lens()
+def _fill_lens(row: Any, lens: Lens) -> None:
     if lens.curve is None:
-        record.kind = kernel.PANORAMA
-        return record
-    record.curve, record.kind = _CURVES[lens.curve.kind]
-    record.k0, record.k1, record.k2, record.k3, record.k4, record.k5 = lens.curve.k
-    record.limit, record.last = lens.curve.limit, lens.curve.last
-    record.bends = int(lens.bends)
-    record.p1, record.p2 = lens.tangential
-    record.s1, record.s2, record.s3, record.s4 = lens.thin_prism
-    return record
+        row["kind"] = kernel.PANORAMA
+        return
+    row["curve"], row["kind"] = _CURVES[lens.curve.kind]
+    row["k0"], row["k1"], row["k2"], row["k3"], row["k4"], row["k5"] = lens.curve.k
+    row["limit"], row["last"] = lens.curve.limit, lens.curve.last
+    row["bends"] = lens.bends
+    row["p1"], row["p2"] = lens.tangential
+    row["s1"], row["s2"], row["s3"], row["s4"] = lens.thin_prism
