@@ -19,7 +19,7 @@ from usdsdg.stage.transforms import meters_per_unit
 from .animation import Animation
 from .corner_colors import ColorPictures
 from .domes import DomeBuilder, DomeLight, read_dome
-from .gprims import Gprim, Gprims, display_colour, warn_of_mean
+from .gprims import Gprim, Gprims, display_colour, warn_of_mean, warn_of_no_coordinates
 from .light_reader import LightReader
 from .material_slots import MaterialSlots
 from .materials import MaterialLibrary, MaterialTable, bound_materials, stand_in
@@ -221,6 +221,9 @@ class SceneExtractor:
                 gprim.materials = [self._colors.painted(each, gprim.prototype) for each in gprim.materials or ()]
             elif gprim.stand_in is not None and gprim.stand_in[1]:
                 warn_of_mean(gprim.prim)
+            textured = gprim.kind == MESH and any(each.textures for each in gprim.materials or ())
+            if textured and not gprim.prototype.corner_uvs.any():
+                warn_of_no_coordinates(gprim.prim)
         self._colors.keep_only(set(self._index_of))
         for use, texture in self._colors.textures():
             self._textures.keep(use, texture)
@@ -267,8 +270,9 @@ class SceneExtractor:
         usable = invertible(world)
         for k in np.flatnonzero(self._has_surface & ~usable):
             errors.warn_once(
-                f"{placements.paths[k]}: its transform is NaN, infinite or scaled to zero, so it is not drawn. "
-                f"Correct the xformOps of it or of a prim above."
+                f"{placements.paths[k]}: its transform is NaN, infinite, scaled to zero or so far out of "
+                f"proportion that 32-bit numbers lose it, so it is not drawn. Correct the xformOps of it or of a prim "
+                f"above."
             )
         drawn = np.flatnonzero(self._has_surface & usable)
         if anew or not np.array_equal(drawn, self._drawn):
@@ -327,12 +331,14 @@ def _uv_name(gprim: Gprim) -> str:
 
 
 def invertible(matrices: np.ndarray) -> np.ndarray:
-    """(N,) which (N, 4, 4) matrices are finite and have an inverse, whatever their scale."""
+    """(N,) which (N, 4, 4) matrices are finite and have an inverse, in 32-bit numbers too."""
     linear = matrices[:, :3, :3]
     with np.errstate(invalid="ignore", over="ignore"):
         lengths = np.linalg.norm(linear, axis=2)
         volume = np.abs(np.einsum("ni,ni->n", linear[:, 0], np.cross(linear[:, 1], linear[:, 2])))
-        return np.isfinite(matrices).all(axis=(1, 2)) & (volume > 1e-9 * lengths.prod(axis=1))
+        product = lengths.prod(axis=1)
+        within = (np.abs(matrices) < 1e17).all(axis=(1, 2)) & (product > 1e-30)
+        return within & np.isfinite(matrices).all(axis=(1, 2)) & (volume > 1e-9 * product)
 
 
 def _same_objects(a: Sequence, b: Sequence) -> bool:

@@ -165,6 +165,12 @@ def _slots(path: str, source: MeshSource) -> tuple[np.ndarray, int]:
                 f"Correct its indices."
             )
             faces = faces[inside]
+        shared = int((slots[faces] != count).sum())
+        if shared:
+            errors.warn_once(
+                f"{path}: material subset {slot} names {shared} faces of the subsets before it; it wins. Give each "
+                f"face one material."
+            )
         slots[faces] = slot
     return slots, count
 
@@ -239,6 +245,10 @@ def _corner_normals(path, source: MeshSource, corner: Corners, points, vertices,
         return np.repeat(flat[:, None, :], 3, axis=1).astype(np.float32)
     normals, good = _unit(normals)
     if not good.all():
+        if source.normals is not None and not np.isfinite(source.normals.values).all():
+            errors.warn_once(
+                f"{path}: some normals are NaN or infinite; those of the faces are used there. Correct them."
+            )
         normals = np.where(good[..., None], normals, flat[:, None, :])
     return np.ascontiguousarray(normals, np.float32)
 

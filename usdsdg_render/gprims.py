@@ -15,7 +15,7 @@ from .instancer import PointInstance, expand
 from .plan import Plan
 from .prim_kinds import GPRIMS, INSTANCER, is_below, kind_of
 from .scene import Prototype
-from .shading import Material
+from .shading import BRIGHTEST, Material
 from .stage_tree import Tree
 
 
@@ -160,10 +160,21 @@ def display_colour(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[float, ...
             errors.warn_once(f"{primvar.GetAttr().GetPath()} holds NaN or infinity, so it is ignored. Correct it.")
             values.append(None)
             continue
+        if (array > BRIGHTEST).any():
+            errors.warn_once(f"{primvar.GetAttr().GetPath()}: more than {BRIGHTEST:g} counts as that. Correct it.")
+            array = np.minimum(array, BRIGHTEST)
         varies |= bool((array != array[0]).any())
         values.append(tuple(np.clip(array.mean(axis=0), 0.0, None).tolist()))
     colour, opacity = values
     return colour, None if opacity is None else opacity[0], varies
+
+
+def warn_of_no_coordinates(prim: Usd.Prim) -> None:
+    """Say that textures have nothing to be looked up by."""
+    errors.warn_once(
+        f"{prim.GetPath()}: its material has textures but the mesh no texture coordinates, so they show one texel. "
+        f"Author primvars:st."
+    )
 
 
 def warn_of_mean(prim: Usd.Prim) -> None:

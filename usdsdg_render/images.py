@@ -7,7 +7,7 @@ import os
 from typing import NamedTuple
 
 import numpy as np
-from PIL import Image
+from PIL import Image, UnidentifiedImageError
 from pxr import Ar, Sdf, Usd
 
 from usdsdg import errors
@@ -121,6 +121,8 @@ def read(path: str) -> Picture:
         with Image.open(io.BytesIO(data)) as image:
             image.load()
             return _from_pillow(image)
+    except UnidentifiedImageError:
+        raise errors.AssetUnreadable(f"{path}: it is no picture of a format that is read") from None
     except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError) as error:
         raise errors.AssetUnreadable(f"{path}: {error}") from error
 

@@ -15,7 +15,7 @@ from .mdl import mdl_name, read_mdl
 from .preview_surface import read_preview_surface
 from .prim_kinds import is_below
 from .scene import MATERIAL, NO_TEXTURE, Texture
-from .shading import Input, Material, Network, shader_id
+from .shading import BRIGHTEST, BRIGHTEST_GLOW, Input, Material, Network, shader_id
 from .textures import Progress, TexturePool, TextureUse
 
 # UsdImaging's fallback displayColor.
@@ -45,7 +45,12 @@ def _warn_of_missing(unbound: list[Usd.Prim]) -> None:
             seen.add(prim.GetPath())
             binding = prim.GetRelationship("material:binding")
             targets = binding.GetTargets() if binding else []
-            if targets and not UsdShade.Material(prim.GetStage().GetPrimAtPath(targets[0])):
+            if len(targets) > 1:
+                errors.warn_once(
+                    f"{prim.GetPath()}: material:binding names {len(targets)} materials, so none counts; displayColor "
+                    f"is used. Name one."
+                )
+            elif targets and not UsdShade.Material(prim.GetStage().GetPrimAtPath(targets[0])):
                 errors.warn_once(
                     f"{prim.GetPath()}: its material {targets[0]} does not exist; displayColor is used. Correct "
                     f"material:binding."
@@ -228,8 +233,13 @@ def _row(material: Material, indices: dict[TextureUse, int]) -> tuple:
     def unit(value: float) -> float:
         return min(max(value, 0.0), 1.0)
 
-    def positive(values: tuple[float, ...]) -> tuple[float, ...]:
-        return tuple(max(value, 0.0) for value in values)
+    def positive(values: tuple[float, ...], most: float) -> tuple[float, ...]:
+        if max(values) > most:
+            errors.warn_once(
+                f"{material.name}: a colour of {max(values):g} is more than 32-bit numbers can follow from surface to "
+                f"surface; {most:g} is used. Correct it."
+            )
+        return tuple(min(max(value, 0.0), most) for value in values)
 
     def normal_map(use: TextureUse | None) -> int:
         return NO_TEXTURE if use is None else indices.get(use, NO_TEXTURE)
@@ -239,7 +249,7 @@ def _row(material: Material, indices: dict[TextureUse, int]) -> tuple:
         return (unit(factor) if texture(value) == NO_TEXTURE else max(factor, 0.0)), texture(value), value.channel
 
     return (
-        positive(constant(material.base_color)),
+        positive(constant(material.base_color), BRIGHTEST),
         texture(material.base_color),
         *scalar(material.metallic),
         *scalar(material.roughness),
@@ -250,7 +260,7 @@ def _row(material: Material, indices: dict[TextureUse, int]) -> tuple:
         unit(material.transmission),
         material.ior,
         int(material.thin),
-        positive(constant(material.emission)),
+        positive(constant(material.emission), BRIGHTEST_GLOW),
         texture(material.emission),
         normal_map(material.normal),
         material.normal_scale,

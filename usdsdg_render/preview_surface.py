@@ -17,7 +17,11 @@ from .textures import ONES, ZEROS, TextureUse
 # PNG and JPEG carry no wrap mode, so `useMetadata`, the fallback, means repeat here, as in Omniverse.
 WRAPS = {"repeat": WRAP_REPEAT, "clamp": WRAP_CLAMP, "mirror": WRAP_MIRROR, "black": WRAP_BLACK}
 CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
-COLOUR_SPACES = {"sRGB": "sRGB", "raw": "raw", "auto": "auto", "srgb_texture": "sRGB", "lin_rec709": "raw"}
+COLOUR_SPACES = {
+    **dict.fromkeys(("auto", "unknown"), "auto"),
+    **dict.fromkeys(("sRGB", "srgb_texture", "srgb_rec709_scene"), "sRGB"),
+    **dict.fromkeys(("raw", "data", "identity", "linear", "lin_rec709", "lin_rec709_scene", "lin_srgb"), "raw"),
+}
 BLACK = (0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0)
 CLEAR_PANE = 2
@@ -143,14 +147,17 @@ def texture_use(network: Network, texture: UsdShade.Shader, *, colour: bool) -> 
     file = texture_file(network, texture, "file")
     transform = _coordinates(network, texture)
     if not file:
+        attribute = network.source(texture, "file").attribute
+        if attribute is None or images.asset_file(attribute) == ("", ""):
+            network.warn(texture, "it names no file; the fallback is used. Author inputs:file.")
         return None
     return TextureUse(
         file=file,
         colour_space=_colour_space(network, texture),
         colour=colour,
         transform=transform,
-        wrap_s=WRAPS.get(str(network.value(texture, "wrapS")), WRAP_REPEAT),
-        wrap_t=WRAPS.get(str(network.value(texture, "wrapT")), WRAP_REPEAT),
+        wrap_s=_wrap(network, texture, "wrapS"),
+        wrap_t=_wrap(network, texture, "wrapT"),
         shader=str(texture.GetPath()),
     )
 
@@ -173,7 +180,21 @@ def _colour_space(network: Network, texture: UsdShade.Shader) -> str:
     if authored is None:  # metadata of the file attribute, as some exporters write
         attribute = network.source(texture, "file").attribute
         authored = attribute.GetColorSpace() if attribute is not None else None
-    return COLOUR_SPACES.get(str(authored or "auto"), "auto")
+    name = str(authored or "auto")
+    if name not in COLOUR_SPACES:
+        network.warn(
+            texture,
+            f"colour space {name!r} is not supported; the file counts as sRGB where it is a colour of 8 bits, else as "
+            f"linear. Convert it and say sRGB or raw.",
+        )
+    return COLOUR_SPACES.get(name, "auto")
+
+
+def _wrap(network: Network, texture: UsdShade.Shader, name: str) -> int:
+    value = str(network.value(texture, name) or "useMetadata")
+    if value not in WRAPS and value != "useMetadata":
+        network.warn(texture, f"inputs:{name} {value!r} is none of {', '.join(WRAPS)}; repeat is used. Correct it.")
+    return WRAPS.get(value, WRAP_REPEAT)
 
 
 def _coordinates(network: Network, texture: UsdShade.Shader) -> UvTransform:

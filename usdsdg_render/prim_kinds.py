@@ -110,7 +110,15 @@ def is_material_subset(subset: Usd.Prim) -> bool:
     """Whether a GeomSubset partitions the faces of its mesh for materials."""
     family = subset.GetAttribute("familyName").Get()
     element = subset.GetAttribute("elementType").Get()
-    return family == UsdShade.Tokens.materialBind and element in (None, UsdGeom.Tokens.face)
+    if family == UsdShade.Tokens.materialBind and element in (None, UsdGeom.Tokens.face):
+        return True
+    binding = subset.GetRelationship("material:binding")
+    if binding and binding.HasAuthoredTargets():
+        errors.warn_once(
+            f"{subset.GetPath()}: its material does not count, since its familyName is {str(family or '')!r} and its "
+            f"elementType {element}. Give it the familyName materialBind and the elementType face."
+        )
+    return False
 
 
 def warn_unsupported(prim: Usd.Prim) -> None:

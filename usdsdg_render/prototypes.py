@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Usd
 
+from usdsdg import errors
 from usdsdg.stage.skinning import Skinning
 
 from . import shapes, tubes
@@ -21,6 +22,9 @@ from .skinned_mesh import posed
 
 # Prototypes that nothing uses any more are kept while they are few, for scripts that hide and show objects.
 IDLE_TRIANGLES = 2_000_000
+
+# Sizes that pictures show without fault [units of the prim].
+SMALLEST, LARGEST = 1e-8, 5e9
 
 
 class PrototypeCache:
@@ -85,15 +89,17 @@ class PrototypeCache:
     def _share_round(self, path: str, surface: tubes.Round, colors: np.ndarray | None) -> Prototype:
         content = _digest("round", surface if colors is None else (*surface, colors))
         if content not in self._by_content:
-            self._by_content[content] = Prototype(
-                name=path,
-                points=surface.points,
-                triangles=surface.triangles,
-                corner_normals=surface.corner_normals,
-                corner_uvs=surface.corner_uvs if colors is None else block_uvs(len(surface.triangles)),
-                triangle_slots=np.zeros(len(surface.triangles), np.int32),
-                triangle_faces=surface.owners,
-                corner_colors=None if colors is None else np.repeat(colors[:, None], 3, axis=1),
+            self._by_content[content] = _named_if_extreme(
+                Prototype(
+                    name=path,
+                    points=surface.points,
+                    triangles=surface.triangles,
+                    corner_normals=surface.corner_normals,
+                    corner_uvs=surface.corner_uvs if colors is None else block_uvs(len(surface.triangles)),
+                    triangle_slots=np.zeros(len(surface.triangles), np.int32),
+                    triangle_faces=surface.owners,
+                    corner_colors=None if colors is None else np.repeat(colors[:, None], 3, axis=1),
+                )
             )
         found = self._by_content[content]
         assert found is not None
@@ -111,7 +117,8 @@ class PrototypeCache:
         if entry is None:
             content = _content(source)
             if content not in self._by_content:
-                self._by_content[content] = build_prototype(str(prim.GetPath()), source)
+                prototype = build_prototype(str(prim.GetPath()), source)
+                self._by_content[content] = prototype and _named_if_extreme(prototype)
             entry = self._by_address[addresses] = (source, self._by_content[content])
         return entry[1]
 
@@ -123,14 +130,16 @@ class PrototypeCache:
         if key not in self._shapes:
             surface = shapes.tessellate(key)
             count = len(surface.triangles)
-            self._shapes[key] = Prototype(
-                name=str(prim.GetPath()),
-                points=surface.points,
-                triangles=surface.triangles,
-                corner_normals=surface.corner_normals,
-                corner_uvs=surface.corner_uvs,
-                triangle_slots=np.zeros(count, np.int32),
-                triangle_faces=np.arange(count, dtype=np.int32),
+            self._shapes[key] = _named_if_extreme(
+                Prototype(
+                    name=str(prim.GetPath()),
+                    points=surface.points,
+                    triangles=surface.triangles,
+                    corner_normals=surface.corner_normals,
+                    corner_uvs=surface.corner_uvs,
+                    triangle_slots=np.zeros(count, np.int32),
+                    triangle_faces=np.arange(count, dtype=np.int32),
+                )
             )
         return self._shapes[key]
 
@@ -145,6 +154,17 @@ class PrototypeCache:
         self._by_content = {k: prototype for k, prototype in self._by_content.items() if id(prototype) not in idle}
         self._shapes = {k: prototype for k, prototype in self._shapes.items() if id(prototype) in in_use}
         return in_use
+
+
+def _named_if_extreme(prototype: Prototype) -> Prototype:
+    """The prototype; 32-bit numbers cannot shade triangles whose sides to the fourth power are none."""
+    size = float(np.ptp(prototype.points, axis=0).max())
+    if not SMALLEST <= size <= LARGEST:
+        errors.warn_once(
+            f"{prototype.name}: it is {size:.1g} units large before any transform, and 32-bit numbers show "
+            f"{SMALLEST:g} to {LARGEST:g}: it may be black or missing. Author its points in other units, and scale the prim."
+        )
+    return prototype
 
 
 def _specs(prim: Usd.Prim) -> tuple:

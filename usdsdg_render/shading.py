@@ -17,6 +17,9 @@ from .mdl_module import Preset
 from .moment import value_now
 from .textures import TextureUse
 
+# Colours of surfaces and of what glows: light may meet a dozen of them and stay within 32-bit numbers.
+BRIGHTEST, BRIGHTEST_GLOW = 1e3, 1e20
+
 
 @dataclass(frozen=True)
 class Input:
@@ -149,6 +152,7 @@ class Network:
             return self._preset_value(path, name)
         attributes = shader_input.GetValueProducingAttributes()
         if not attributes:
+            self._warn_of_dangling(shader, shader_input)
             return NOTHING
         attribute = attributes[0]
         prim = attribute.GetPrim()
@@ -157,6 +161,15 @@ class Network:
         if base_name.startswith("outputs:") and prim.GetTypeName() == "Shader":
             return Source(None, UsdShade.Shader(prim), base_name[len("outputs:") :])
         return Source(attribute, None, "")
+
+    def _warn_of_dangling(self, shader: UsdShade.Shader, shader_input: UsdShade.Input) -> None:
+        connections = shader_input.GetAttr().GetConnections()
+        if connections:
+            self.warn(
+                shader,
+                f"{shader_input.GetFullName()} is connected to {connections[0]}, which gives no value; the default is "
+                f"used. Connect it to an output that exists, or author a value.",
+            )
 
     def _preset_value(self, path: Sdf.Path, name: str) -> Source:
         if self.preset is None or path != self.preset.prim.GetPath():

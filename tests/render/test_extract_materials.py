@@ -349,6 +349,56 @@ def test_unknown_nodes_are_named_and_the_default_counts():
         np.testing.assert_allclose(looks.row()[0]["base_color"], 0.18)
 
 
+@pytest.mark.parametrize("target", ["/Looks/Gone.outputs:rgb", "/Looks/M/Tex.outputs:rgb", "/Looks/M/Loop.outputs:a"])
+def test_connections_to_nothing_are_named_and_the_default_counts(target):
+    looks = Looks()
+    looks.texture("a.png")  # without the output that is asked for
+    loop = UsdShade.NodeGraph.Define(looks.stage, "/Looks/M/Loop")
+    ends = [loop.CreateOutput(name, T.Color3f) for name in "ab"]
+    ends[0].ConnectToSource(ends[1])
+    ends[1].ConnectToSource(ends[0])
+    looks.surface.CreateInput("diffuseColor", T.Color3f).GetAttr().SetConnections([target])
+    with pytest.warns(
+        UserWarning, match=f"/Looks/M/Surface: inputs:diffuseColor is connected to {target}, which gives no"
+    ):
+        np.testing.assert_allclose(looks.row()[0]["base_color"], 0.18)
+
+
+@pytest.mark.parametrize("file", [None, ""])
+def test_a_texture_without_a_file_is_named(file):
+    looks = Looks()
+    texture = looks.texture("")
+    if file is None:
+        texture.GetInput("file").GetAttr().Clear()
+    looks.connect("diffuseColor", texture)
+    with pytest.warns(UserWarning, match="/Looks/M/Tex: it names no file"):
+        np.testing.assert_allclose(looks.row()[0]["base_color"], 0.18)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "named"),
+    [
+        ({"sourceColorSpace": "ACEScg"}, "colour space 'ACEScg' is not supported"),
+        ({"wrapS": "spiral"}, "inputs:wrapS 'spiral' is none of repeat, clamp, mirror, black"),
+    ],
+)
+def test_unknown_words_of_a_texture_are_named(inputs, named, tmp_path):
+    looks = Looks()
+    looks.connect("diffuseColor", looks.texture(save(tmp_path / "a.png", (9, 9, 9)), **inputs))
+    with pytest.warns(UserWarning, match=f"/Looks/M/Tex: {named}"):
+        assert looks.row()[0]["base_texture"] == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "most"), [("diffuseColor", "base_color", 1e3), ("emissiveColor", "emission", 1e20)]
+)
+def test_colours_that_would_leave_32_bits_are_named(name, column, most):
+    looks = Looks()
+    looks.set(name, T.Color3f, Gf.Vec3f(1e30, 0.5, 0))
+    with pytest.warns(UserWarning, match="/Looks/M: a colour of 1e.30"):
+        np.testing.assert_allclose(looks.row()[0][column], (most, 0.5, 0))
+
+
 def test_impossible_values_are_named():
     looks = Looks()
     looks.set("roughness", T.Float, math.nan)
@@ -903,5 +953,14 @@ def test_a_binding_to_nothing_is_named():
     group.GetRelationship("material:binding") or group.CreateRelationship("material:binding")
     group.GetRelationship("material:binding").SetTargets(["/Looks/gone"])
     with pytest.warns(UserWarning, match="/Group: .*gone"):
+        assert bound_name(ball) is None
+    assert stage
+
+
+def test_a_binding_to_two_materials_is_named():
+    stage, group, ball, _ = bind_stage()
+    UsdShade.MaterialBindingAPI.Apply(group)
+    group.CreateRelationship("material:binding").SetTargets(["/Looks/red", "/Looks/green"])
+    with pytest.warns(UserWarning, match="/Group: material:binding names 2 materials, so none counts"):
         assert bound_name(ball) is None
     assert stage

@@ -1,9 +1,11 @@
 """Which prims become instances, where, with what: composition, visibility, purposes, instancing, broken transforms."""
 
 import math
+import warnings
 
 import numpy as np
 import pytest
+from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdShade
 
 from usdsdg.stage.transforms import local_to_world
@@ -518,3 +520,77 @@ def test_lights_and_domes_are_found():
         scene = extract(stage)
     assert scene.lights["kind"].tolist() == [0, 1, 2, 3, 4]
     assert scene.dome is not None
+
+
+@pytest.mark.parametrize(
+    ("family", "element", "faces", "named"),
+    [
+        ("other", "face", [0], "its familyName is 'other' and its elementType face"),
+        ("materialBind", "point", [0], "its familyName is 'materialBind' and its elementType point"),
+        ("materialBind", "face", [0, 0], None),
+    ],
+)
+def test_subsets_whose_material_does_not_count_are_named(family, element, faces, named):
+    stage = make_stage()
+    subset = UsdGeom.Subset.CreateGeomSubset(add_mesh(stage, "/Mesh"), "part", element, faces, family)
+    bind(subset, add_material(stage, "/Looks/Red"))
+    if named is None:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert base_colours(extract(stage), 0) == [[1, 0, 0]]
+        return
+    with pytest.warns(UserWarning, match=f"/Mesh/part: its material does not count, since {named}"):
+        assert base_colours(extract(stage), 0) == [[0.5, 0.5, 0.5]]
+
+
+def test_subsets_that_overlap_are_named():
+    stage = make_stage()
+    mesh = add_mesh(stage, "/Mesh")
+    for name, colour in (("a", (1, 0, 0)), ("b", (0, 1, 0))):
+        subset = UsdGeom.Subset.CreateGeomSubset(mesh, name, "face", [0], "materialBind")
+        bind(subset, add_material(stage, f"/Looks/{name}", colour))
+    with pytest.warns(UserWarning, match="/Mesh: material subset 1 names 1 faces of the subsets before it; it wins"):
+        assert base_colours(extract(stage), 0) == [[0, 1, 0]]
+
+
+@pytest.mark.parametrize("size", [1e-12, 1e12])
+def test_sizes_that_32_bits_cannot_shade_are_named(size):
+    stage = make_stage()
+    add_mesh(stage, "/Mesh", [size * point for point in TRIANGLE])
+    UsdGeom.Cube.Define(stage, "/Box").CreateSizeAttr(size)
+    with pytest.warns(UserWarning, match="32-bit numbers show") as told:
+        extract(stage)
+    named = sorted(str(each.message).split(" units")[0] for each in told)
+    assert named == [f"{path}: it is {size:.1g}" for path in ("/Box", "/Mesh")]
+
+
+@pytest.mark.parametrize("scale", [1e-12, 1e20])
+def test_transforms_that_32_bits_lose_are_named(scale):
+    stage = make_stage()
+    UsdGeom.Cube.Define(stage, "/Box").AddTransformOp().Set(Gf.Matrix4d().SetScale(scale))
+    with pytest.warns(UserWarning, match="/Box: its transform is .* so far out of proportion"):
+        assert not len(extract(stage).instances)
+
+
+@pytest.mark.parametrize(("value", "drawn"), [(1e30, 1e3), (math.nan, 0.5)])
+def test_display_colours_that_are_none_are_named(value, drawn):
+    stage = make_stage()
+    add_mesh(stage, "/Mesh").CreateDisplayColorAttr([Gf.Vec3f(value)])
+    with pytest.warns(UserWarning, match="/Mesh.primvars:displayColor"):
+        assert base_colours(extract(stage), 0) == [[drawn] * 3]
+
+
+def test_textures_on_a_mesh_without_coordinates_are_named(tmp_path):
+    Image.new("RGB", (2, 2)).save(tmp_path / "a.png")
+    stage = make_stage()
+    material = add_material(stage, "/Looks/M")
+    texture = UsdShade.Shader.Define(stage, "/Looks/M/Tex")
+    texture.CreateIdAttr("UsdUVTexture")
+    texture.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(str(tmp_path / "a.png"))
+    surface = UsdShade.Shader(stage.GetPrimAtPath("/Looks/M/Surface"))
+    surface.GetInput("diffuseColor").ConnectToSource(texture.ConnectableAPI(), "rgb")
+    bind(add_mesh(stage, "/Mesh"), material)
+    bind(UsdGeom.Sphere.Define(stage, "/Ball"), material)
+    with pytest.warns(UserWarning, match="they show one texel") as told:
+        extract(stage)
+    assert [str(each.message).split(":")[0] for each in told] == ["/Mesh"]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade, UsdSkel
 
 from tests.render.test_extract_scene import TRIANGLE, add_material, add_mesh, base_colours, bind, make_stage
@@ -257,3 +258,21 @@ def test_materials_follow_the_time():
     scene, touched = at(extractor, 5)
     assert [base_colours(scene, k)[0] for k in range(2)] == [[0.5, 0.5, 0], [0, 0, 1]]
     assert touched == {"materials"}
+
+
+def test_texture_files_follow_the_time(tmp_path):
+    stage = make_stage()
+    texture = UsdShade.Shader.Define(stage, "/Looks/M/Tex")
+    bind(stage.DefinePrim("/A", "Cube"), add_material(stage, "/Looks/M"))
+    texture.CreateIdAttr("UsdUVTexture")
+    file = texture.CreateInput("file", Sdf.ValueTypeNames.Asset)
+    for code in (0, 10):
+        Image.new("RGB", (2, 2), (code, 0, 0)).save(tmp_path / f"{code}.png")
+        file.Set(Sdf.AssetPath(str(tmp_path / f"{code}.png")), code)
+    surface = UsdShade.Shader(stage.GetPrimAtPath("/Looks/M/Surface"))
+    surface.GetInput("diffuseColor").ConnectToSource(texture.ConnectableAPI(), "rgb")
+    extractor = SceneExtractor(stage)
+    for code in (0, 10, 3):
+        scene, _ = at(extractor, code)
+        shown = scene.textures[scene.materials[scene.material_slots[0]]["base_texture"]]
+        assert shown.texels[0, 0, 0] == (10 if code == 10 else 0)
