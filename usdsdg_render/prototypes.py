@@ -162,7 +162,8 @@ def _named_if_extreme(prototype: Prototype) -> Prototype:
     if not SMALLEST <= size <= LARGEST:
         errors.warn_once(
             f"{prototype.name}: it is {size:.1g} units large before any transform, and 32-bit numbers show "
-            f"{SMALLEST:g} to {LARGEST:g}: it may be black or missing. Author its points in other units, and scale the prim."
+            f"{SMALLEST:g} to {LARGEST:g}: it may be black or missing. Author its points in "
+            f"other units, and scale the prim."
         )
     return prototype
 

@@ -78,6 +78,14 @@ def test_a_wrong_camera_is_answered_with_the_cameras_there_are(tmp_path):
         assert f"{asked} {told}; cameras on the stage: /Things/Eye" in done.stderr
 
 
+@pytest.mark.parametrize(("option", "told"), [("--time=nan", "--time nan is no time code"), ("--camera=", "is not on")])
+def test_options_that_mean_nothing_are_refused(tmp_path, option, told):
+    write(tmp_path)
+    done = usdsdg("render", "scene.usda", "out", option, *SMALL, cwd=tmp_path, expect=1)
+    assert told in done.stderr
+    assert "Traceback" not in done.stderr
+
+
 def test_a_picture_too_large_to_be_made_is_refused(tmp_path):
     write(tmp_path)
     done = usdsdg("render", "scene.usda", "out", "--width=100000", "--height=100000", cwd=tmp_path, expect=1)

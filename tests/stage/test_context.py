@@ -70,7 +70,13 @@ def test_opening_what_is_not_there():
 
 @pytest.mark.parametrize(
     ("name", "content", "why"),
-    [("a.usda", b"#usda 1.0\ndef Xform {", "a.usda:2"), ("a.usdc", b"PXR-USDC", "a.usdc"), ("a.png", b"x", "a.png")],
+    [
+        ("a.usda", b"#usda 1.0\ndef Xform {", "a.usda:2"),
+        ("a.usdc", b"PXR-USDC", "a.usdc"),
+        ("a.png", b"x", "a.png"),
+        ("a.usd", b"", "a.usd cannot be opened as a stage: it is empty or cut off"),
+        ("a.usdz", b"PK", "a.usdz cannot be opened as a stage: it is empty or cut off"),
+    ],
 )
 def test_opening_what_is_not_usd_gives_pxrs_reason(tmp_path, name, content, why):
     (tmp_path / name).write_bytes(content)
@@ -78,6 +84,12 @@ def test_opening_what_is_not_usd_gives_pxrs_reason(tmp_path, name, content, why)
     with pytest.raises(AssetUnreadable, match=why):
         context.open_stage(tmp_path / name)
     assert context.current_stage() == before
+
+
+def test_a_folder_is_no_stage(tmp_path):
+    (tmp_path / "a.usd").mkdir()
+    with pytest.raises(AssetUnreadable, match="a.usd cannot be opened as a stage: it is a folder"):
+        context.open_stage(tmp_path / "a.usd")
 
 
 @pytest.mark.parametrize("extension", [".usd", ".usda", ".usdc"])

@@ -112,6 +112,18 @@ def test_blend_shapes_come_before_the_joints(between):
     np.testing.assert_allclose(end, [0, -length * np.sqrt(0.5), LENGTH / 2 - 0.25 + length * np.sqrt(0.5)], atol=1e-6)
 
 
+def test_blend_shapes_that_do_not_fit_are_left_out_whole():
+    stage = Usd.Stage.CreateInMemory()
+    mesh = add_character(stage)
+    time = Usd.TimeCode(12)
+    without = Skinning().skin(mesh.GetPrim(), time).points
+    add_blend_shape(stage, mesh, between=False)
+    shape = UsdSkel.BlendShape(stage.GetPrimAtPath(mesh.GetPath().AppendChild("Longer")))
+    shape.GetPointIndicesAttr().Set([*shape.GetPointIndicesAttr().Get()[:-1], 9999])
+    with pytest.warns(UserWarning, match="/Character/Body: its blend shapes do not fit its points and are left out"):
+        np.testing.assert_array_equal(Skinning().skin(mesh.GetPrim(), time).points, without)
+
+
 @pytest.mark.parametrize("interpolation", ["vertex", "faceVarying"])
 @pytest.mark.parametrize("method", ["classicLinear", "dualQuaternion"])
 def test_normals_turn_with_the_surface(interpolation, method):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from usdsdg.cli.session import AssetsRoot, Device, Quiet, Seed, seed_everything, session
+from usdsdg.errors import StageError
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -36,11 +38,13 @@ def render(
         import usdsdg as rep
         from usdsdg.stage import context, default_view
 
+        if time is not None and not math.isfinite(time):
+            raise StageError(f"--time {time} is no time code: give a number")
         seed_everything(seed)
         opened = context.open_stage(stage)
         if time is not None:
             rep.timeline.get_timeline().set_current_time(time / opened.GetTimeCodesPerSecond())
-        path = camera or _camera(opened, width / height, time)
+        path = _camera(opened, width / height, time) if camera is None else camera
         if not default_view.has_light(opened):
             print("the stage has no light: a plain sky and a sun are added for this picture", file=sys.stderr)
             default_view.add_sky(opened)

@@ -45,6 +45,9 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
     file = assets.resolve(os.fspath(path))
     try:
         layer = Sdf.Layer.FindOrOpen(file)
+        if layer is None:  # pxr gives no reason where there is nothing to read
+            what = "it is a folder" if os.path.isdir(file) else "it is empty or cut off"
+            raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: {what}")
         if layer.dirty:
             layer.Reload(force=True)
         stage = Usd.Stage.Open(layer)

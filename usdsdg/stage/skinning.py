@@ -142,7 +142,9 @@ class Skinning:
         query = UsdSkel.BlendShapeQuery(UsdSkel.BindingAPI(prim))
         active = query.ComputeSubShapeWeights(own)
         where = query.ComputeBlendShapePointIndices()
+        authored = Vt.Vec3fArray(points)
         if not query.ComputeDeformedPoints(*active, where, query.ComputeSubShapePointOffsets(), points):
+            points[:] = authored  # some may have moved before the first that does not fit
             warn_once(
                 f"{prim.GetPath()}: its blend shapes do not fit its points and are left out. Give their offsets and "
                 f"pointIndices equal lengths, and indices that exist."
