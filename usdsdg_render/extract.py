@@ -232,7 +232,7 @@ class SceneExtractor:
         """Old prototypes keep their order, also idle ones for as long as the cache has them; new ones follow."""
         scene = self.scene
         used = {id(g.prototype): g.prototype for g in self._gprims.drawn if g.prototype is not None}
-        kept = self._prototypes.forget_idle(used.values())
+        kept = self._prototypes.forget_idle(used)
         prototypes = [prototype for prototype in scene.prototypes if id(prototype) in kept]
         listed = {id(prototype) for prototype in prototypes}
         prototypes += [prototype for number, prototype in used.items() if number not in listed]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,8 @@ from .scene import Prototype
 from .skinned_mesh import posed
 
 # Prototypes that nothing uses any more are kept while they are few, for scripts that hide and show objects.
-IDLE_TRIANGLES = 2_000_000
+IDLE_TRIANGLES = 1_000_000
+IDLE_LEAST = 1_000  # that each counts for besides its own
 
 # Sizes that pictures show without fault [units of the prim].
 SMALLEST, LARGEST = 1e-8, 5e9
@@ -41,6 +42,7 @@ class PrototypeCache:
         self._by_address: dict[tuple, tuple[MeshSource, Prototype | None]] = {}
         self._by_content: dict[bytes, Prototype | None] = {}
         self._shapes: dict[shapes.ShapeKey, Prototype] = {}
+        self._recent: dict[int, Prototype] = {}  # by id, the longest idle first
 
     def begin_pass(self) -> None:
         """The stage may have changed since the last pass, so where a value comes from no longer tells which it is."""
@@ -116,10 +118,12 @@ class PrototypeCache:
         entry = self._by_address.get(addresses)
         if entry is None:
             content = _content(source)
-            if content not in self._by_content:
-                prototype = build_prototype(str(prim.GetPath()), source)
-                self._by_content[content] = prototype and _named_if_extreme(prototype)
-            entry = self._by_address[addresses] = (source, self._by_content[content])
+            if content in self._by_content:
+                # One address for each is enough: a crate file unpacks to another one at every read.
+                return self._by_content[content]
+            prototype = build_prototype(str(prim.GetPath()), source)
+            prototype = self._by_content[content] = prototype and _named_if_extreme(prototype)
+            entry = self._by_address[addresses] = (source, prototype)
         return entry[1]
 
     def shape(self, prim: Usd.Prim, time: Usd.TimeCode) -> Prototype | None:
@@ -143,17 +147,27 @@ class PrototypeCache:
             )
         return self._shapes[key]
 
-    def forget_idle(self, used: Collection[Prototype]) -> set[int]:
-        """Drop prototypes that are not in `used` once they are many; ids of those that are kept."""
-        kept = {id(p) for table in (self._by_content, self._shapes) for p in table.values() if p is not None}
-        in_use = {id(prototype) for prototype in used}
-        idle = {id(p): len(p.triangles) for p in self._by_content.values() if p is not None and id(p) not in in_use}
-        if sum(idle.values()) <= IDLE_TRIANGLES:
-            return kept
-        self._by_address = {k: entry for k, entry in self._by_address.items() if id(entry[1]) not in idle}
-        self._by_content = {k: prototype for k, prototype in self._by_content.items() if id(prototype) not in idle}
-        self._shapes = {k: prototype for k, prototype in self._shapes.items() if id(prototype) in in_use}
-        return in_use
+    def forget_idle(self, used: Mapping[int, Prototype]) -> Collection[int]:
+        """Drop the longest idle prototypes, not in `used`, while idle ones are many; ids of those that are kept."""
+        for number, prototype in used.items():
+            self._recent.pop(number, None)
+            self._recent[number] = prototype
+        idle = {number: IDLE_LEAST + len(p.triangles) for number, p in self._recent.items() if number not in used}
+        size = sum(idle.values())
+        dropped = set()
+        for number, triangles in idle.items():
+            if size <= IDLE_TRIANGLES:
+                break
+            size -= triangles
+            dropped.add(number)
+            del self._recent[number]
+        if dropped:
+            self._by_address = {k: entry for k, entry in self._by_address.items() if id(entry[1]) not in dropped}
+            self._by_content = {
+                k: prototype for k, prototype in self._by_content.items() if id(prototype) not in dropped
+            }
+            self._shapes = {k: prototype for k, prototype in self._shapes.items() if id(prototype) not in dropped}
+        return self._recent.keys()
 
 
 def _named_if_extreme(prototype: Prototype) -> Prototype:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -85,7 +84,6 @@ def _has_surface(kind: str, values: list[float]) -> bool:
     return all(value > 0.0 for value in values)
 
 
-@lru_cache(maxsize=512)
 def tessellate(key: ShapeKey) -> Surface:
     """Triangles of the shape; `key` is what `shape_key` gave."""
     kind, axis, values = key

@@ -25,6 +25,7 @@ ONES = (1.0, 1.0, 1.0, 1.0)
 ZEROS = (0.0, 0.0, 0.0, 0.0)
 # Decoded textures that no material uses any more are kept up to this size, for scripts that swap textures.
 IDLE_BYTES = 1 << 30
+IDLE_LEAST = 1 << 20  # that each counts for besides its own
 MOST_HALF = 65504.0
 
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
@@ -151,11 +152,11 @@ class TexturePool:
 
     def _forget_idle(self, used: set[_Key]) -> None:
         idle = [key for key in self._decoded if key not in used]
-        size = sum(_size(self._decoded[key]) for key in idle)
+        size = sum(IDLE_LEAST + _size(self._decoded[key]) for key in idle)
         for key in idle:  # least recently used first
             if size <= IDLE_BYTES:
                 break
-            size -= _size(self._decoded.pop(key))
+            size -= IDLE_LEAST + _size(self._decoded.pop(key))
 
 
 def _same(texture: Texture) -> tuple:
