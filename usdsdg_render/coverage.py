@@ -17,6 +17,7 @@ from usdsdg.stage.outlines import STRIP, WORD, Outlines
 from usdsdg_render import cones
 from usdsdg_render.camera import camera_record
 from usdsdg_render.device import DeviceScene, records
+from usdsdg_render.fetch import fetch
 from usdsdg_render.kernels.coverage import Strip, cover_strips, find_spans
 from usdsdg_render.parallel import launch_rows
 
@@ -86,7 +87,7 @@ def _spans(
     spans = wp.empty((len(tested), view.height), dtype=wp.vec2i, device=device)
     inputs = [camera_record(view), corners, wp.array(rectangles, dtype=wp.vec4i, device=device)]
     launch_rows(find_spans, spans.shape, inputs, [spans], device=device, threads=threads, band_rows=BOXES_PER_BAND)
-    return spans.numpy()
+    return fetch({"spans": spans})["spans"]
 
 
 def _strips(spans: np.ndarray, tested: np.ndarray) -> np.ndarray:
@@ -126,7 +127,7 @@ def _cover(
         threads=threads,
         band_rows=STRIPS_PER_BAND,
     )
-    covered, visible = covered.numpy(), visible.numpy()
+    covered, visible = fetch({"covered": covered, "visible": visible}).values()
     met = np.flatnonzero(covered)
     result = np.zeros(len(met), STRIP)
     result["group"], result["row"] = strips["instance"][met], strips["row"][met]

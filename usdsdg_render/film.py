@@ -7,6 +7,7 @@ import warp as wp
 
 from usdsdg.errors import RenderError, warn_once
 from usdsdg_render import denoise, oidn
+from usdsdg_render.fetch import fetch
 from usdsdg_render.kernels.denoise import mix
 from usdsdg_render.kernels.develop import develop_pixels
 from usdsdg_render.kernels.film import FilmArrays
@@ -77,7 +78,7 @@ def develop(film: Film, tone: ToneSettings, *, threads: int | None = None) -> di
             f"{film.dropped} samples of a {film.width}x{film.height} picture were not finite and were left out",
             key="dropped samples",
         )
-    return {"HdrColor": hdr.numpy(), "LdrColor": ldr.numpy(), **film.parts()}
+    return {**fetch({"HdrColor": hdr, "LdrColor": ldr}), **film.parts()}
 
 
 def _denoised(film: Film, tone: ToneSettings, threads: int | None) -> wp.array:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from usdsdg_render.fetch import fetch
 from usdsdg_render.kernels.label_boxes import WORD, label_boxes, map_labels
 from usdsdg_render.parallel import launch_rows
 
@@ -28,7 +29,7 @@ class LabelBatch:
 
     def numpy(self) -> list[dict[str, np.ndarray]]:
         """The AOVs of each picture on the host, (H, W, *channels)."""
-        fetched = {name: array.numpy() for name, array in self.arrays.items()}
+        fetched = fetch(self.arrays)
         return [{name: array[k] for name, array in fetched.items()} for k in range(self.pictures)]
 
     def boxes(self, gprims: int) -> np.ndarray:
