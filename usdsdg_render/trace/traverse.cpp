@@ -20,8 +20,9 @@ constexpr int FINISHED = -2147483647 - 1;
 // The far side of a slab is moved out by three roundings, so that a box never hides what it contains (Ize, JCGT 2013).
 constexpr float WIDEN = 1.0000004f;
 
-// A direction component this small against the others acts like one that is not quite zero.
-auto reciprocal = [](float x) { return 1.0f / (x * x > 1e-36f ? x : (x < 0 ? -1e-18f : 1e-18f)); };
+// A direction component of zero acts like one that is not quite zero. It must not lead a ray out of a box that a corner
+// like (cos(pi / 2), 0, 1) made 6e-17 wider than its neighbour, however far it goes.
+auto reciprocal = [](float x) { return 1.0f / (x > 1e-37f || x < -1e-37f ? x : (x < 0 ? -1e-37f : 1e-37f)); };
 // One instruction each; the elementwise builtins would take care of NaN, which does not occur.
 auto larger = [](float8 a, float8 b) -> float8 { return a > b ? a : b; };
 auto smaller = [](float8 a, float8 b) -> float8 { return a < b ? a : b; };
