@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from tests.render import scenes
 from tests.render.rays import brute_force, trace, world_triangles
+from usdsdg_render.trace import build
 from usdsdg_render.trace.build import build_bottom, build_top
 from usdsdg_render.trace.query import MAX_BOTTOM_DEPTH, MAX_TOP_DEPTH
 
@@ -164,6 +168,75 @@ def test_trees_stay_within_their_depth_whatever_they_hold():
     assert tree.depth <= MAX_BOTTOM_DEPTH
     members = tree.blocks[:, 72:].view(np.int32)
     assert sorted(members[members >= 0]) == list(range(3000))
+
+
+def shells(sizes) -> scenes.Prototype:
+    """Cubes around the origin, one within the other."""
+    cube = scenes.cube()
+    points = np.concatenate([cube.points * np.float32(size) for size in sizes])
+    triangles = np.concatenate([cube.triangles + 8 * k for k in range(len(sizes))])
+    return scenes.prototype(points, triangles)
+
+
+def test_trees_of_nested_things_keep_every_hit():
+    """Boxes within boxes: a ray meets all children of all nodes, so that its stack is as full as can be."""
+    rng = np.random.default_rng(1)
+    inner, outer = 1.5 ** np.arange(-20.0, 21.0), 4.0 ** np.arange(-8.0, 9.0)
+    mesh = shells(np.tile(inner, 6))
+    placed = [(mesh, scenes.moved(scale=scale), 0) for scale in np.tile(outer, 25)]
+    sizes = (inner.astype(np.float32)[:, None] * outer).ravel()
+    origins = rng.normal(size=(1500, 3)) * 10.0 ** rng.uniform(-7, 5, (1500, 1))
+    directions = (
+        rng.normal(size=(1500, 3)) - origins * rng.uniform(0, 3, (1500, 1)) / np.linalg.norm(origins, axis=1)[:, None]
+    )
+    directions = (directions / np.linalg.norm(directions, axis=1, keepdims=True)).astype(np.float32)
+    origins = origins.astype(np.float32)
+    at, d = origins.astype(float)[:, None], directions.astype(float)[:, None]
+    near, far = (-np.sign(d) * sizes[:, None] - at) / d, (np.sign(d) * sizes[:, None] - at) / d
+    near, far = near.max(-1), far.min(-1)
+    t = np.where(near > 0, near, far)
+    expected = np.where((far > 0) & (near <= far), t, np.inf).min(1)
+    # In float32 a ray that just touches an edge may pass by it.
+    sure = ~((far > 0) & (np.abs(far - near) < 1e-4 * far)).any(1)
+    assert sure.mean() > 0.9
+    scene = scenes.scene_of(placed)
+    found = trace(scene, origins, directions)
+    met = np.isfinite(expected)
+    assert met.mean() > 0.9
+    np.testing.assert_array_equal((found["instance"] >= 0)[sure], met[sure])
+    off = np.abs(found["t"] - expected)[met & sure]
+    assert (off < (1e-4 * expected + 1e-6 * np.abs(origins).max(1))[met & sure]).all()
+    assert (trace(scene, origins[met], directions[met], any_hit=True)["instance"] >= 0).all()
+
+
+@pytest.mark.parametrize("apart", [1e-3, 1e-5])
+def test_the_first_of_many_thin_layers_is_found(apart):
+    rng = np.random.default_rng(2)
+    order = rng.permutation(200)
+    square = scenes.square()
+    points = np.concatenate([square.points + np.float32([0, 0, apart * k]) for k in order])
+    mesh = scenes.prototype(points, np.concatenate([square.triangles + 4 * k for k in range(200)]))
+    layers = [(square, scenes.moved((0, 0, apart * k)), 0) for k in order]
+    origins = np.concatenate([rng.uniform(-0.9, 0.9, (500, 2)), np.full((500, 1), 2.0)], 1)
+    for placed in ([(mesh, scenes.moved(), 0)], layers):
+        hits = trace(scenes.scene_of(placed), origins, (0, 0, -1))
+        np.testing.assert_allclose(hits["t"], 2 - apart * 199, atol=0.4 * apart)
+        below = trace(scenes.scene_of(placed), origins * (1, 1, -1), (0, 0, 1))
+        np.testing.assert_allclose(below["t"], 2.0, atol=0.4 * apart)
+
+
+def test_the_trees_know_no_structs_of_warps_headers():
+    """Of Warp's native types they name vectors, which every native function returns, and no mesh, tree or query."""
+    folder = Path(build.__file__).parent
+    sources = sorted(folder.glob("*.cpp"))
+    assert {each.name for each in sources} == {"build_tree.cpp", "compressed.cpp", "traverse.cpp"}
+    for source in sources:
+        code = re.sub(r"//[^\n]*", "", source.read_text())
+        assert set(re.findall(r"wp::(\w+)", code)) <= {"vec_t", "uint32"}, source.name
+        assert not re.search(r"#\s*include|bvh_|mesh_|\bBVH\b|\bMesh\b", code), source.name
+    for module in ("build", "compress", "forest", "query"):
+        code = (folder / f"{module}.py").read_text()
+        assert not re.search(r"wp\.(Mesh|Bvh|mesh_|bvh_)", code), module
 
 
 def test_tree_memory_starts_on_cache_lines():
