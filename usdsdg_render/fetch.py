@@ -66,9 +66,9 @@ _pool = Pool(lambda size: wp.empty(size, dtype=wp.uint8, device="cpu", pinned=Tr
 
 
 def fetch(arrays: Mapping[str, wp.array]) -> dict[str, np.ndarray]:
-    """Contiguous arrays on the host, vectors as a last axis; on a CPU they are the arrays themselves."""
+    """Contiguous arrays of one device on the host, vectors as a last axis; on a CPU they are the arrays themselves."""
     fetched: dict[str, np.ndarray] = {}
-    devices = set()
+    device = None
     for name, array in arrays.items():
         size = array.size * wp.types.type_size_in_bytes(array.dtype)
         buffer = _pool.take(size) if array.device.is_cuda and size else None
@@ -77,9 +77,9 @@ def fetch(arrays: Mapping[str, wp.array]) -> dict[str, np.ndarray]:
             continue
         lent = wp.array(ptr=buffer.ptr, shape=array.shape, dtype=array.dtype, device="cpu", copy=False, pinned=True)
         wp.copy(lent, array)
-        devices.add(array.device)
+        device = array.device
         like = lent.__array_interface__
         fetched[name] = np.asarray(Loan(_pool, buffer, size, like["shape"], like["typestr"]))
-    for device in devices:
+    if device is not None:
         wp.synchronize_stream(wp.get_stream(device))
     return fetched
