@@ -206,6 +206,29 @@ def test_several_lights_add_up_on_glossy_floors(roughness):
     np.testing.assert_allclose(seen(lights, sky, [plate], samples=8192), sum(parts), rtol=0.01)
 
 
+@pytest.mark.parametrize("what", ["sphere", "distant", "sky", "plate"])
+def test_a_light_that_is_chosen_seldom_gives_as_much(what):
+    """Beside a strong light of which nothing is scattered, what surfaces find by chance must make up for it."""
+    glow = scenes.material(base_color=0.0, specular=0.0, emission=40.0)
+    plate = (scenes.square(), scenes.moved((0.2, 2.0, 1.6), scale=0.7, rotation=turned(0.0, 110.0).T), 1)
+    kinds = {
+        "sphere": dict(lights=[scenes.sphere_light(40.0, (0.2, 2.0, 1.6), 1.0, visible=0)]),
+        "distant": dict(lights=[scenes.light(LIGHT_DISTANT, cos_angle=0.95, z_axis=(0.0, 0.8, 0.6), visible=0)]),
+        "sky": dict(dome=scenes.white_dome(3.0)),
+        "plate": dict(placed=[plate]),
+    }
+    silent = scenes.sphere_light(300.0, (0.0, 0.5, 6.0), 1.0, visible=0, diffuse=0.0, specular=0.0)
+    floor = scenes.material(base_color=0.3, specular=0.3, roughness=0.3)
+    view = scenes.view_from((0.0, -2.0, 1.5), size=(4, 4), focal_length=100.0)
+
+    def seen(*more, lights=(), dome=None, placed=()) -> float:
+        placed = [(scenes.square(), scenes.moved(scale=50.0), 0), *placed]
+        scene = scenes.scene_of(placed, materials=[floor, glow], lights=[*lights, *more], dome=dome)
+        return float(radiance(scene, view, samples=8192, bounces=2).mean())
+
+    np.testing.assert_allclose(seen(silent, **kinds[what]), seen(**kinds[what]), rtol=0.01)
+
+
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("roughness", [0.5, 0.7, 1.0])
 def test_light_sampling_alone_and_with_surfaces_sampled_too_agree(shape, roughness):
