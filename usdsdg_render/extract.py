@@ -87,7 +87,7 @@ class SceneExtractor:
         self._tracker.close()
 
     def _make_plan(self) -> Plan:
-        changes = self._tracker.take()
+        changes = self._tracker.take(matters=None if self._tree is None else self._tree.has_other_schemas)
         was_animated = self._animation.animated
         self._animation.notice(changes)
         # Where nothing has a time, all times are one.

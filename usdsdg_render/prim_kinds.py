@@ -21,6 +21,9 @@ DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 # Properties that change nothing that is drawn; other engines and scripts write them all the time.
 IGNORED_PREFIXES = ("physics:", "physx", "semantic", "newton:", "ui:", "userProperties:", "state:", "drive:")
 
+# And schemas that do not when they are applied.
+IGNORED_SCHEMAS = ("Semantics", "Physics", "Physx", "Newton")
+
 _KNOWN = {
     "Mesh": MESH,
     "BasisCurves": CURVES,
@@ -58,6 +61,12 @@ def kind_of(prim: Usd.Prim) -> int:
             kind = PASS
         _KNOWN[name] = kind
     return kind
+
+
+def schemas_of(prim: Usd.Prim) -> tuple[str, ...]:
+    """Applied schemas that may change what is drawn."""
+    names = prim.GetPrimTypeInfo().GetAppliedAPISchemas()
+    return tuple(name for name in names if not name.startswith(IGNORED_SCHEMAS)) if names else ()
 
 
 def purpose_of(prim: Usd.Prim, inherited: str) -> str:

@@ -25,6 +25,7 @@ from .prim_kinds import (
     local_matrix,
     matrix_product,
     purpose_of,
+    schemas_of,
     warn_unsupported,
 )
 
@@ -36,6 +37,7 @@ class Node(NamedTuple):
     path: Sdf.Path
     kind: int
     purpose: str  # its own or inherited; "" = none authored
+    schemas: tuple[str, ...]  # applied, those that matter
     depth: int  # elements of its path
 
 
@@ -159,7 +161,8 @@ class Tree:
             if kind == SKIP or self._is_hidden(prim, path):
                 iterator.PruneChildren()
                 continue
-            node = Node(prim, path, kind, purpose_of(prim, above[-1].purpose if above else purpose), depth)
+            own_purpose = purpose_of(prim, above[-1].purpose if above else purpose)
+            node = Node(prim, path, kind, own_purpose, schemas_of(prim), depth)
             nodes.append(node)
             above.append(node)
             if kind == INSTANCER:  # its prototypes are drawn through it only
@@ -202,6 +205,11 @@ class Tree:
             mode = prim.GetAttribute("model:drawMode").Get()
             if mode in ("cards", "bounds", "origin"):
                 errors.warn_once(f"{path}: draw mode {mode} is not supported; the full geometry is drawn.")
+
+    def has_other_schemas(self, path: Sdf.Path) -> bool:
+        """Whether the applied schemas of a prim are not what they were when it was walked."""
+        node, prim = self.index.get(path), self._stage.GetPrimAtPath(path)
+        return node is None or not prim or schemas_of(prim) != self._nodes[node].schemas
 
     def set_time(self, time: Usd.TimeCode) -> None:
         """What is read from now on is of this time."""

@@ -51,6 +51,23 @@ def test_several_attributes_of_several_prims(stage, tracker):
     assert changes.changed == {path("/World/a"): {"size", "visibility"}, path("/World/a/b"): {"size"}}
 
 
+def test_applied_schemas_count_where_they_matter(stage, tracker):
+    """A reader may say of which prims it does not care; other changes of these are told as ever."""
+    a, b, label = stage.GetPrimAtPath("/World/a"), stage.GetPrimAtPath("/World/a/b"), "SemanticsLabelsAPI:class"
+    a.AddAppliedSchema(label)
+    assert tracker.take() == Changes({path("/World/a")}, {})
+    a.RemoveAppliedSchema(label)
+    b.AddAppliedSchema(label)
+    asked = []
+    changes = tracker.take(matters=lambda prim: asked.append(prim) or prim == path("/World/a/b"))
+    assert changes == Changes({path("/World/a/b")}, {})
+    assert sorted(asked) == [path("/World/a"), path("/World/a/b")]
+    a.AddAppliedSchema(label)
+    stage.RemovePrim("/World/a")
+    assert tracker.take(matters=lambda prim: False) == Changes({path("/World/a")}, {})
+    assert not tracker.take()
+
+
 def test_a_new_attribute_is_a_change_of_its_prim(stage, tracker):
     stage.GetPrimAtPath("/World/a").CreateAttribute("primvars:x", Sdf.ValueTypeNames.Float)
     assert tracker.take() == Changes(set(), {path("/World/a"): {"primvars:x"}})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -35,14 +35,21 @@ class ChangeTracker:
         # Sets of raw paths: a notice costs one union here, and paths are sorted out only when somebody asks.
         self._resynced: set[Sdf.Path] = set()
         self._changed: set[Sdf.Path] = set()
+        self._reapplied: set[Sdf.Path] = set()  # prims of which the applied schemas alone changed
         self._muted = 0
         # pxr holds the method weakly, so that a forgotten tracker dies and its listener with it.
         self._listener: Tf.Notice.Listener | None = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._hear, stage)
 
-    def take(self) -> Changes:
-        """Everything since the last call; the next call starts from here."""
-        resynced, changed = self._resynced, self._changed
-        self._resynced, self._changed = set(), set()
+    def take(self, *, matters: Callable[[Sdf.Path], bool] | None = None) -> Changes:
+        """Everything since the last call; the next call starts from here.
+
+        Args:
+            matters: asked of prims that got or lost applied schemas and nothing else; those of which it says no are
+                left out. None: all are `resynced`.
+        """
+        resynced, changed, reapplied = self._resynced, self._changed, self._reapplied
+        self._resynced, self._changed, self._reapplied = set(), set(), set()
+        resynced |= {path for path in reapplied if matters is None or matters(path)}
         prims = {path for path in resynced if path.IsAbsoluteRootOrPrimPath()}
         roots = set(Sdf.Path.RemoveDescendentPaths(sorted(prims)))
         by_prim: defaultdict[Sdf.Path, set[str]] = defaultdict(set)
@@ -76,8 +83,8 @@ class ChangeTracker:
         if self._muted:
             return
         self._changed.update(notice.GetChangedInfoOnlyPaths())
-        if resynced := notice.GetResyncedPaths():
-            self._resynced.update(resynced)
+        for path in notice.GetResyncedPaths():
+            (self._reapplied if notice.GetChangedFields(path) == ["apiSchemas"] else self._resynced).add(path)
         if resolved := notice.GetResolvedAssetPathsResyncedPaths():
             self._resynced.update(resolved)
 
