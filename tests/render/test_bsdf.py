@@ -52,6 +52,42 @@ def test_a_clear_coat_adds_no_energy(roughness):
     assert black[5:7, 5:7].mean() < 0.06
 
 
+# Inputs, reflectance head on, and how much of that there is.
+SMOOTH = {
+    "plastic": (dict(base_color=0.0, specular=0.06), 0.06, 1.0),
+    "metal": (dict(base_color=(0.9, 0.5, 0.1), metallic=1.0), (0.9, 0.5, 0.1), 1.0),
+    "half a metal": (dict(base_color=0.0, specular=0.08, metallic=0.5), 0.08, 0.5),
+    "coat": (dict(base_color=0.0, specular=0.0, clearcoat=1.0, clearcoat_roughness=0.05), 0.04, 1.0),
+    "half a coat": (dict(base_color=0.0, specular=0.0, clearcoat=0.5, clearcoat_roughness=0.05), 0.04, 0.5),
+}
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_smooth_balls_mirror_what_schlick_says(name):
+    values, f0, share = SMOOTH[name]
+    ball = [(scenes.sphere(rings=96), scenes.moved(), 0)]
+    view = scenes.view_from((0, -6, 0), size=(24, 24), focal_length=62.0)
+    made = scenes.material(**{"roughness": 0.05, **values})
+    picture = radiance(scenes.scene_of(ball, materials=[made], dome=scenes.white_dome()), view, samples=512, bounces=2)
+    # The cosine at which the ray of each pixel meets the ball.
+    across = (np.mgrid[:24, :24] + 0.5 - 12) * 20.0 / 24 / 62.0
+    off2 = (across**2).sum(0)
+    off2 = 36 * off2 / (1 + off2)
+    cosine = np.sqrt(np.maximum(1 - off2, 0.0))[..., None]
+    expected = share * (np.array(f0) + (1 - np.array(f0)) * (1 - cosine) ** 5) * np.ones(3)
+    seen = np.broadcast_to(cosine > 0.5, picture.shape)  # nearer to the rim a pixel holds much
+    np.testing.assert_allclose(picture[seen], expected[seen], rtol=0.04, atol=0.003)
+    assert picture[10:14, 10:14].mean((0, 1)) == pytest.approx(expected[10:14, 10:14].mean((0, 1)), rel=0.02)
+
+
+def test_a_coat_hides_from_the_layers_below_what_it_reflects():
+    """White lamp light on metal under a coat: the metal gets, and gives, what the coat lets through."""
+    coat = furnace(base_color=0.0, specular=0.0, clearcoat=1.0, clearcoat_roughness=0.4)
+    metal = furnace(base_color=0.5, metallic=1.0, roughness=0.4)
+    both = furnace(base_color=0.5, metallic=1.0, roughness=0.4, clearcoat=1.0, clearcoat_roughness=0.4)
+    np.testing.assert_allclose(both, coat + (1 - coat) * metal, rtol=0.03)
+
+
 # Near the edges of a box, light that is drawn from its walls is noisier.
 @pytest.mark.parametrize(("shape", "tolerance"), [(scenes.cube, 0.02), (scenes.sphere, 0.002)])
 @pytest.mark.parametrize(("albedo", "bounces"), [(0.5, 6), (0.8, 1), (0.8, 3)])
