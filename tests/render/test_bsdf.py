@@ -104,6 +104,15 @@ def test_a_closed_room_has_the_brightness_of_its_series(albedo, bounces, shape, 
     np.testing.assert_allclose(picture.mean(), expected, rtol=tolerance)
 
 
+@pytest.mark.parametrize("bounces", [1, 3])
+def test_a_glowing_room_of_white_metal_adds_up_its_bounces(bounces):
+    # Shiny surfaces look for light by their lobe on the last bounce as well, and then end.
+    walls = scenes.material(base_color=1.0, metallic=1.0, roughness=0.25, emission=1.0)
+    scene = scenes.scene_of([(scenes.sphere(), scenes.moved(scale=3.0), 0)], materials=[walls])
+    picture = radiance(scene, scenes.view_from((0.5, -1, 0.2), size=(8, 8)), samples=512, bounces=bounces)
+    np.testing.assert_allclose(picture.mean(), bounces + 1.0, rtol=0.01)
+
+
 @pytest.mark.parametrize(("albedo", "bounces"), [(0.5, 1), (0.9, 2), (0.9, 5)])
 def test_an_integrating_sphere_has_the_brightness_of_its_series(albedo, bounces):
     # A lamp in the middle of a hollow ball gives every place the same, and so does every further bounce: lamps hide
