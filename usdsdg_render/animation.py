@@ -10,8 +10,11 @@ from usdsdg.stage.changes import Changes
 
 from .gprims import Gprims
 from .plan import Plan
-from .prim_kinds import DOME, INSTANCER, LIGHT, is_below
+from .prim_kinds import DOME, INSTANCER, LIGHT, is_below, kind_of
 from .stage_tree import Tree
+
+# One sample of these is enough to move points.
+SPEEDS = ("velocities", "accelerations", "angularVelocities")
 
 
 class Animation:
@@ -48,7 +51,10 @@ class Animation:
             path
             for path, names in changes.changed.items()
             if path.IsPrimPath()
-            and (self._varying.get(path) or any(samples_of(path.AppendProperty(name)) for name in names if name))
+            and (
+                self._varying.get(path)
+                or any(name in SPEEDS or samples_of(path.AppendProperty(name)) for name in names if name)
+            )
         }
         self.animated = self.animated or bool(sampled)
         if stale := changes.resynced | sampled:
@@ -66,9 +72,10 @@ class Animation:
         varying = {path: names for path, prim in zip(tree.paths, tree.prims) if (names := self._names(path, prim))}
         self._moving = [path for path in varying if _moves(tree.prims[tree.index[path]])]
         self._lights = {path for path in varying if tree.kinds[tree.index[path]] in (LIGHT, DOME)}
-        # Points may carry anything that varies in their prototypes, which are not in the tree.
-        instancers = {tree.paths[k] for k in tree.of_kind(INSTANCER)}
-        self._instancers = instancers if gprims.sources else instancers & varying.keys()
+        self._instancers = {path for path in varying if tree.kinds[tree.index[path]] == INSTANCER}
+        # What varies in their prototypes, points carry along.
+        sources = ((self._stage.GetPrimAtPath(path), instancers) for path, instancers in gprims.sources.items())
+        self._instancers.update(*(instancers for prim, instancers in sources if prim and self._varies_below(prim)))
         self._inherited = {path for path, names in varying.items() if any(n.startswith("primvars:") for n in names)}
         self._shapes, self._looks = set(), set()
         for gprim in gprims.drawn:
@@ -106,16 +113,23 @@ class Animation:
     def _names(self, path: Sdf.Path, prim: Usd.Prim) -> list[str]:
         """Names of the attributes that may vary."""
         if path not in self._varying:
+            speeds = SPEEDS if kind_of(prim) == INSTANCER else ()
             attributes = prim.GetAuthoredAttributes()
-            self._varying[path] = [a.GetName() for a in attributes if a.ValueMightBeTimeVarying()]
+            self._varying[path] = [
+                a.GetName() for a in attributes if a.ValueMightBeTimeVarying() or a.GetName() in speeds
+            ]
         return self._varying[path]
 
     def _is_varying(self, material: Sdf.Path) -> bool:
         if material not in self._asked:
             prim = self._stage.GetPrimAtPath(material)
-            names = (self._names(each.GetPath(), each) for each in Usd.PrimRange(prim)) if prim else ()
-            self._asked[material] = any(names)
+            self._asked[material] = bool(prim) and self._varies_below(prim)
         return self._asked[material]
+
+    def _varies_below(self, root: Usd.Prim) -> bool:
+        """Whether a prim or one below it varies."""
+        below = Usd.PrimRange(root, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate))
+        return any(self._names(prim.GetPath(), prim) for prim in below)
 
     def _visibilities(self, time: Usd.TimeCode) -> dict[Sdf.Path, object]:
         if self._tree is None:

@@ -93,7 +93,8 @@ class SceneExtractor:
         # Where nothing has a time, all times are one.
         now = self._asked_time if self._animation.animated else Usd.TimeCode.Default()
         before, self._time = self._time, now
-        if self._tree is None or was_animated != self._animation.animated:
+        # Between the default time and others even what has a single sample changes.
+        if self._tree is None or was_animated != self._animation.animated or now.IsDefault() != before.IsDefault():
             return Plan.of_everything()
         plan = Planner(self._stage, self._tree, self._gprims.sources).plan(changes)
         plan.skinned = self._prototypes.skinning.concerns(self._stage, changes)

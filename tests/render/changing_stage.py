@@ -264,6 +264,24 @@ def _bend(stage: Usd.Stage, k: int) -> None:
     animation.GetRotationsAttr().Set([Gf.Quatf(1), turn], 0)
 
 
+def _sample(path: str, *values: object) -> Edit:
+    """Values at time 0 and 24."""
+
+    def edit(stage: Usd.Stage, k: int) -> None:
+        attribute = stage.GetAttributeAtPath(path)
+        for code, value in ((0, values[k % len(values)]), (24, values[(k + 1) % len(values)])):
+            attribute.Set(value, code)
+
+    return edit
+
+
+def _drift(stage: Usd.Stage, k: int) -> None:
+    """Points fly on from their only sample."""
+    instancer = UsdGeom.PointInstancer(stage.GetPrimAtPath("/World/Points"))
+    instancer.CreateVelocitiesAttr().Set([Gf.Vec3f(0, 0, 0.2 * k)] * 3, -1)
+    instancer.GetPositionsAttr().Set([Gf.Vec3f(n - 1, 1.5, 0.1 * k) for n in range(3)], -1)
+
+
 def _rename(stage: Usd.Stage, k: int) -> None:
     editor = Usd.NamespaceEditor(stage)
     here = "/World/Renamed" if stage.GetPrimAtPath("/World/Renamed") else "/World/Parted2"
@@ -343,5 +361,17 @@ EDITS: dict[str, Edit] = {
     "the order of prims": _reorder,
     "a name": _rename,
     "a skeleton": _bend,
+    "samples of a place": _sample("/World/Balls/b1.xformOp:translate", Gf.Vec3d(0.2, 0, 0.5), Gf.Vec3d(0, 0.3, 0)),
+    "samples of a prototype of points": _sample(
+        "/World/Points/Grain.xformOp:translate", Gf.Vec3d(0, 0.2, 0.5), Gf.Vec3d(0, 0, 0.3)
+    ),
+    "samples of a shape": _sample("/World/Balls/b0.radius", 0.3, 0.5),
+    "samples of a colour": _sample("/World/Looks/plain/Surface.inputs:roughness", 0.1, 0.9),
+    "samples of a display colour": _sample("/World/Balls/b0.primvars:displayColor", COLORS[1:2], COLORS[2:]),
+    "samples of visibility": lambda stage, k: (
+        UsdGeom.Imageable(stage.GetPrimAtPath("/World/Balls/b2")).CreateVisibilityAttr().Set("invisible", k % 2)
+    ),
+    "samples of a light": _sample("/World/Lamp.inputs:intensity", 8000.0, 2000.0),
+    "velocities of points": _drift,
     "up axis": lambda stage, k: UsdGeom.SetStageUpAxis(stage, "YZ"[k % 2]),
 }
