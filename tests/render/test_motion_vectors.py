@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom, Vt
 
 from tests.render import scenes
 from tests.render.pictures import renderer_of
+from tests.render.test_lenses import SIZE, centres, inside, rays_in_world
 from tests.stage.characters import add_character
+from tests.stage.lens_cases import LENSES
 from usdsdg_render.renderer import WarpRenderer
 
 NAMES = ["instance", "prim", "barycentrics", "position", "motion_vectors"]
@@ -157,3 +161,22 @@ def test_of_a_mesh_that_gets_other_triangles_is_how_its_prim_moves():
     mine = labels["instance"] == 0
     expected = displacement(labels, mine, view, labels["position"][mine] - (0.5, 0, 0))
     np.testing.assert_allclose(labels["motion_vectors"][mine], expected, atol=2e-3)
+
+
+@pytest.mark.parametrize("case", LENSES.values(), ids=LENSES)
+def test_what_is_far_away_moves_as_a_lens_turns(case):
+    renderer = renderer_of(scenes.scene_of([], dome=scenes.white_dome()))
+    before = inside(case)
+    renderer.labels(before, ["motion_vectors"])
+    now = replace(before, local_to_world=scenes.view_from((3.0, 1.0, 0.0), (0.0, -2.3, 0.5)).local_to_world)
+    motion = renderer.labels(now, ["motion_vectors"])["motion_vectors"].reshape(-1, 2)
+    _, directions = rays_in_world(now)
+    moved = before.project(1e7 * directions + before.local_to_world[3, :3])[0] - centres()
+    error = moved - motion
+    error[:, 0] -= SIZE[0] * np.round(error[:, 0] / SIZE[0])  # panoramas go round
+    is_known, is_told = np.isfinite(moved).all(axis=1), motion.any(axis=1)
+    # Only at the edge of what the lens sees may single and double precision disagree.
+    assert (is_known & ~is_told).mean() < 0.01
+    assert (is_known & is_told).mean() > 0.3
+    assert np.abs(motion).max() > 20
+    assert np.quantile(np.abs(error[is_known & is_told]), 0.99) < 5e-3
