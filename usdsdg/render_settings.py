@@ -84,7 +84,8 @@ def _noisy_share() -> float:
     share = get_settings().get_as_float(key)
     if not 0.0 <= share <= 1.0:
         warn_once(f"{key} is {share:g}; it may be 0 (all denoised) to 1 (not at all), and the nearer of them is taken.")
-    return min(max(share, 0.0), 1.0)
+        return 1.0 if share > 1.0 else 0.0
+    return share
 
 
 def glass_labels() -> str:

@@ -105,7 +105,7 @@ def test_the_blend_factor_is_the_share_of_the_noisy_picture(settings, monkeypatc
     assert render_mode(1).noisy_share == taken
 
 
-@pytest.mark.parametrize(("given", "taken"), [(1.5, 1.0), (-1, 0.0)])
+@pytest.mark.parametrize(("given", "taken"), [(1.5, 1.0), (-1, 0.0), (float("nan"), 0.0)])
 def test_blend_factors_beyond_their_range_are_named(settings, monkeypatch, given, taken):
     monkeypatch.setattr(oidn, "is_installed", lambda: True)
     settings.set("/rtx/rendermode", "PathTracing")
