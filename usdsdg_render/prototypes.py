@@ -172,7 +172,7 @@ class PrototypeCache:
 
 def _named_if_extreme(prototype: Prototype) -> Prototype:
     """The prototype; 32-bit numbers cannot shade triangles whose sides to the fourth power are none."""
-    size = float(np.ptp(prototype.points, axis=0).max())
+    size = float((prototype.points.max(axis=0).astype(float) - prototype.points.min(axis=0)).max())
     if not SMALLEST <= size <= LARGEST:
         errors.warn_once(
             f"{prototype.name}: it is {size:.1g} units large before any transform, and 32-bit numbers show "

@@ -1,9 +1,18 @@
+import math
 import os
 
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdUtils
 
-from usdsdg.errors import AssetNotFound, AssetUnreadable, OutputNotWritable, StageError, Unsupported, UsdsdgWarning
+from usdsdg.errors import (
+    AssetNotFound,
+    AssetUnreadable,
+    BadValue,
+    OutputNotWritable,
+    StageError,
+    Unsupported,
+    UsdsdgWarning,
+)
 from usdsdg.stage import context
 from usdsdg.stage.schemas import physx
 
@@ -86,9 +95,29 @@ def test_opening_what_is_not_usd_gives_pxrs_reason(tmp_path, name, content, why)
     assert context.current_stage() == before
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("timeCodesPerSecond", 0.0),
+        ("timeCodesPerSecond", -24.0),
+        ("timeCodesPerSecond", math.nan),
+        ("startTimeCode", math.nan),
+        ("endTimeCode", math.inf),
+    ],
+)
+def test_a_stage_whose_times_are_none_is_refused(tmp_path, name, value):
+    stage = Usd.Stage.CreateNew(str(tmp_path / "a.usda"))
+    stage.SetMetadata(name, value)
+    stage.Save()
+    before = context.current_stage()
+    with pytest.raises(BadValue, match=f"a.usda: .*{name}.* Author"):
+        context.open_stage(tmp_path / "a.usda")
+    assert context.current_stage() == before
+
+
 def test_a_folder_is_no_stage(tmp_path):
     (tmp_path / "a.usd").mkdir()
-    with pytest.raises(AssetUnreadable, match="a.usd cannot be opened as a stage: it is a folder"):
+    with pytest.raises(AssetUnreadable, match=r"a\.usd cannot be opened as a stage: it is a folder"):
         context.open_stage(tmp_path / "a.usd")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -41,6 +42,7 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
     Raises:
         AssetNotFound: no such file.
         AssetUnreadable: the file is not USD, or it is damaged.
+        BadValue: its time codes or their rate are no times.
     """
     file = assets.resolve(os.fspath(path))
     try:
@@ -53,7 +55,16 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
         stage = Usd.Stage.Open(layer)
     except Tf.ErrorException as failure:
         raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: {_reason(failure)}") from failure
+    _check_times(stage, file)
     return set_stage(stage)
+
+
+def _check_times(stage: Usd.Stage, file: str) -> None:
+    rate, codes = stage.GetTimeCodesPerSecond(), (stage.GetStartTimeCode(), stage.GetEndTimeCode())
+    if not (math.isfinite(rate) and rate > 0.0):
+        raise errors.BadValue(f"{file}: timeCodesPerSecond {rate} is no rate. Author a value > 0.")
+    if not all(map(math.isfinite, codes)):
+        raise errors.BadValue(f"{file}: startTimeCode and endTimeCode {codes} are no times. Author finite numbers.")
 
 
 def set_stage(stage: Usd.Stage) -> Usd.Stage:
