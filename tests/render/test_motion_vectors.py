@@ -77,6 +77,26 @@ def test_cameras_remember_apart_and_what_is_new_stands_still():
     assert not labels["motion_vectors"][labels["instance"] == 1].any()
 
 
+def test_each_camera_of_a_frame_counts_from_when_it_last_looked():
+    scene = scenes.scene_of([(scenes.cube(), scenes.moved(), 0)])
+    renderer = renderer_of(scene)
+    views = [replace(scenes.view_from((x, -9, 1)), prim_path=f"/World/camera_{x}") for x in (0, 1, 2)]
+
+    def move() -> None:
+        scene.instances.local_to_world[0, 3, :3] += (0.3, 0.0, 0.1)
+        scene.touch("transforms")
+        renderer.sync()
+
+    for view in views[:2]:  # one after the other; the last one never looked
+        renderer.labels(view, ["motion_vectors"])
+        move()
+    drawn = renderer.labels_of(views, NAMES)
+    for view, labels, steps in zip(views, drawn, (2, 1, 0), strict=True):
+        mine = labels["instance"] == 0
+        expected = displacement(labels, mine, view, labels["position"][mine] - np.array((0.3, 0.0, 0.1)) * steps)
+        np.testing.assert_allclose(labels["motion_vectors"][mine], expected, atol=2e-3)
+
+
 def displacement(labels, mine, view, before: np.ndarray) -> np.ndarray:
     """Of points in the world, (N, 3), where they were."""
     rows, columns = np.nonzero(mine)

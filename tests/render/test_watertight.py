@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.render import compressed_on_cpu, scenes
+from tests.render.pictures import radiance
 from tests.render.rays import trace
 from tests.render.test_trace import random_rotation
 from usdsdg_render.device import DeviceScene
@@ -129,3 +130,17 @@ def test_a_seam_at_nearly_zero_holds_for_rays_in_its_plane():
         origins = np.stack([0 * up, 0 * up - away, up], -1)
         hits = trace(scenes.scene_of([(ball, scenes.moved(), 0)]), origins, (0, 1, 0))
         np.testing.assert_allclose(hits["t"], away - np.sqrt(1 - up**2), atol=2e-3 + 1e-6 * away)
+
+
+@pytest.mark.parametrize("place", ["as it is", "turned", "flat", "aside"])
+@pytest.mark.parametrize("shape", ["box", "bumpy"])
+def test_no_light_gets_in(shape, place):
+    """Paths start anew at every wall, also in corners; under a blinding sky they do not see it."""
+    matrix = PLACES[place]
+    walls = scenes.material(base_color=0.9, specular=0.0, roughness=1.0)
+    scene = scenes.scene_of([(SHAPES[shape](), matrix, 0)], materials=[walls], dome=scenes.white_dome(1e6))
+    eye, target = (np.array(at) @ matrix[:3, :3] + matrix[3, :3] for at in ((0.05, 0.02, -0.03), (0.9, 0.8, 0.85)))
+    view = scenes.view_from(eye, target, size=(48, 48), focal_length=8.0, clipping_range=(1e-6, 1e6))
+    lit = radiance(scene, view, samples=32, bounces=6).max(-1) > 0
+    # A start that is a millionth of the room's size off its wall may, once in a million, be beyond the next one.
+    assert lit.sum() <= 1
