@@ -18,6 +18,7 @@ from usdsdg_render.kernels.surface import Surface
 @wp.func
 def flat(material: types.Material, up: wp.vec3):
     surface = Surface()
+    surface.normal = up
     surface.horizon = up
     surface.base = material.base_color
     surface.metallic = material.metallic

@@ -26,6 +26,7 @@ class Bsdf:
     """Scattering at one point, for one direction `wo` to the viewer."""
 
     normal: wp.vec3
+    smooth: wp.vec3  # the normal without the material's normal maps
     horizon: wp.vec3
     wo: wp.vec3
     cos_o: wp.float32
@@ -101,6 +102,7 @@ def bsdf_at(
     """Scattering of a textured surface; `least_alpha` widens every glossy lobe, `opaque` dims the diffuse one."""
     b = Bsdf()
     b.normal = normal
+    b.smooth = surface.normal
     b.horizon = surface.horizon
     b.wo = wo
     b.cos_o = wp.max(wp.dot(normal, wo), 1.0e-4)
@@ -161,8 +163,12 @@ def fresnel(f0: wp.vec3, f90: float, cos_d: float):
 
 @wp.func
 def terminator(b: Bsdf, cos_i: float, wi: wp.vec3):
-    """Fades light that the surface hides before its bumped normal does (Chiang et al., 2019)."""
-    g = wp.dot(b.horizon, wi) / (cos_i * wp.max(wp.dot(b.horizon, b.normal), 1.0e-3))
+    """Fades light that the surface hides before its bumped normal does (Chiang et al., 2019).
+
+    Only what normal maps add counts: measured from the triangle instead, wavy meshes would show their facets and lose
+    light to no shadow.
+    """
+    g = wp.dot(b.smooth, wi) / (cos_i * wp.max(wp.dot(b.smooth, b.normal), 1.0e-3))
     if g >= 1.0:
         return 1.0
     g = wp.max(g, 0.0)

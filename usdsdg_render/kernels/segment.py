@@ -196,12 +196,12 @@ def depart(
     material = tables.materials[surface.material]
     surface = with_material(tables, surface, material)
     wo = -path.direction
-    shading = surface.normal
+    surface.normal = facing(surface.normal, surface.horizon, wo)
+    normal = surface.normal
     if material.normal_texture >= 0 or material.detail_texture >= 0:
-        shading = bumped(tables, hit, surface, material)
-    bent = facing(shading, surface.horizon, wo)
+        normal = facing(bumped(tables, hit, surface, material), surface.horizon, wo)
     opaque = opaque_share(material, path.refracting)
-    bsdf = bsdf_at(tables.albedo_table, surface, opaque, bent, wo, path.least_alpha)
+    bsdf = bsdf_at(tables.albedo_table, surface, opaque, normal, wo, path.least_alpha)
     most = float(0.0)
     if path.met > 1:
         most = options.clamp
