@@ -26,7 +26,7 @@ from .materials import MaterialLibrary, MaterialTable, bound_materials, stand_in
 from .mesh_lights import glowing, is_light
 from .moment import reading_at
 from .plan import Plan, Planner
-from .prim_kinds import DOME, LIGHT, MESH, SHAPE, matrix_product
+from .prim_kinds import DOME, LIGHT, MESH, SHAPE, is_below, matrix_product
 from .prototypes import PrototypeCache
 from .scene import Instances, Scene
 from .shading import Material
@@ -102,8 +102,9 @@ class SceneExtractor:
             self._tree.set_time(now)
             self._gprims.forget_hidden()
             self._animation.add_to(plan, now)
-        if plan.skinned or now != before:
             plan.shapes |= self._skinned
+        if plan.skinned:  # what was not may be now
+            plan.shapes.update(path for path in self._gprims.known if is_below(path, self._tree.skeletons))
         return plan
 
     def _carry_out(self, plan: Plan) -> None:

@@ -191,12 +191,6 @@ def _reference(stage: Usd.Stage, k: int) -> None:
         _add_reference(stage, path, folder, k % 4, instanceable=bool(k % 2))
 
 
-def _toggle_crate(stage: Usd.Stage, k: int) -> None:
-    """The first instance may be the one by which USD knows their prototype."""
-    prim = stage.GetPrimAtPath("/World/Crates/c1")
-    prim.SetActive(not prim.IsActive())
-
-
 def _label(stage: Usd.Stage, k: int) -> None:
     prim = stage.GetPrimAtPath("/World/Balls/b1")
     remove_labels(prim)
@@ -258,10 +252,20 @@ def _link(stage: Usd.Stage, k: int) -> None:
 
 
 def _bend(stage: Usd.Stage, k: int) -> None:
-    """Another pose at time 0."""
+    """Another pose at time 12."""
     turn = Gf.Quatf(Gf.Rotation(Gf.Vec3d(1, 0, 0), 20.0 * (k % 4)).GetQuat())
     animation = UsdSkel.Animation(stage.GetPrimAtPath("/World/Man/Bend"))
-    animation.GetRotationsAttr().Set([Gf.Quatf(1), turn], 0)
+    if animation:
+        animation.GetRotationsAttr().Set([Gf.Quatf(1), turn], 12)
+
+
+def _toggle_active(path: str) -> Edit:
+    def edit(stage: Usd.Stage, k: int) -> None:
+        prim = stage.GetPrimAtPath(path)
+        if prim:
+            prim.SetActive(not prim.IsActive())
+
+    return edit
 
 
 def _sample(path: str, *values: object) -> Edit:
@@ -322,7 +326,8 @@ EDITS: dict[str, Edit] = {
     ),
     "a reference": _reference,
     "an asset's own layer": _edit_asset,
-    "what USD calls a prototype": _toggle_crate,
+    # The first instance may be the one by which USD knows their prototype.
+    "an instance": _toggle_active("/World/Crates/c1"),
     "visibility": _toggle_visibility("/World/Balls/b1"),
     "visibility of many": _toggle_visibility("/World/Crates"),
     "visibility of what points draw": _toggle_visibility("/World/Points/Grain"),
@@ -361,12 +366,15 @@ EDITS: dict[str, Edit] = {
     "the order of prims": _reorder,
     "a name": _rename,
     "a skeleton": _bend,
+    "a skeleton's animation": _toggle_active("/World/Man/Bend"),
+    "a skeleton that goes": _toggle_active("/World/Man/Skeleton"),
+    "a character": _toggle_active("/World/Man"),
     "samples of a place": _sample("/World/Balls/b1.xformOp:translate", Gf.Vec3d(0.2, 0, 0.5), Gf.Vec3d(0, 0.3, 0)),
     "samples of a prototype of points": _sample(
         "/World/Points/Grain.xformOp:translate", Gf.Vec3d(0, 0.2, 0.5), Gf.Vec3d(0, 0, 0.3)
     ),
-    "samples of a shape": _sample("/World/Balls/b0.radius", 0.3, 0.5),
-    "samples of a colour": _sample("/World/Looks/plain/Surface.inputs:roughness", 0.1, 0.9),
+    "samples of a shape": _sample("/World/Balls/b0.radius", 0.3, 0.6),
+    "samples of a colour": _sample("/World/Looks/plain/Surface.inputs:roughness", 0.1, 0.7),
     "samples of a display colour": _sample("/World/Balls/b0.primvars:displayColor", COLORS[1:2], COLORS[2:]),
     "samples of visibility": lambda stage, k: (
         UsdGeom.Imageable(stage.GetPrimAtPath("/World/Balls/b2")).CreateVisibilityAttr().Set("invisible", k % 2)

@@ -31,6 +31,7 @@ class _Binding(NamedTuple):
     skeleton: UsdSkel.SkeletonQuery
     skeleton_prim: Usd.Prim  # of an instance where the query knows its prototype only
     mesh: UsdSkel.SkinningQuery
+    parts: tuple[Sdf.Path, ...]  # what it depends on outside of the mesh
 
 
 class Skinning:
@@ -47,10 +48,20 @@ class Skinning:
 
     def concerns(self, stage: Usd.Stage, changes: Changes) -> bool:
         """Whether what changed may move what is skinned; then `forget` and ask again."""
-        if changes.resynced:
-            return bool(self._bindings)
+        if self._bindings and any(self._is_within(stage, root) for root in changes.resynced):
+            return True
         roots = [root for root, meshes in self._bindings.items() if meshes]
         return bool(roots) and any(_concerns(stage, path, names, roots) for path, names in changes.changed.items())
+
+    def _is_within(self, stage: Usd.Stage, resynced: Sdf.Path) -> bool:
+        """Whether a subtree is part of what skins, has such a part, or brings one that was missing."""
+        roots = list(self._bindings)
+        parts = [path for meshes in self._bindings.values() for each in meshes.values() for path in each.parts]
+        if any(map(resynced.HasPrefix, roots)) or any(path.HasPrefix(resynced) for path in (*roots, *parts)):
+            return True
+        prim = stage.GetPrimAtPath(resynced)
+        below = Usd.PrimRange(prim, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)) if prim else ()
+        return any(each.GetTypeName() in SKEL_TYPES for each in below)
 
     def is_skinned(self, prim: Usd.Prim) -> bool:
         """Whether a skeleton shapes the prim."""
@@ -124,8 +135,11 @@ class Skinning:
                     f"as authored. Correct its joints, bindTransforms and restTransforms."
                 )
                 continue
+            animation = skeleton.GetAnimQuery()
+            prims = [binding.GetSkeleton().GetPrim(), *([animation.GetPrim()] if animation else [])]
+            parts = tuple(prim.GetPath() for prim in prims)
             for mesh in binding.GetSkinningTargets():
-                found[mesh.GetPrim().GetPath()] = _Binding(skeleton, binding.GetSkeleton().GetPrim(), mesh)
+                found[mesh.GetPrim().GetPath()] = _Binding(skeleton, prims[0], mesh, parts)
         return found
 
     @staticmethod
