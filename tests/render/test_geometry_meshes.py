@@ -287,6 +287,19 @@ def test_nan_normals_fall_back_to_the_face_and_nan_uvs_to_zero():
     assert (prototype.corner_uvs == [0, 0.5]).all()
 
 
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e4])
+def test_slivers_are_drawn_as_long_as_they_have_a_width(size, recwarn):
+    """A needle a hundred thousand times longer than wide is still a part of its surface, and a line is none."""
+    widths = 10.0 ** -np.arange(6)
+    points = [corner for w in widths for corner in ((0, 0, 0), (size, 0, 0), (0.5 * size, w * size, 0))]
+    _, mesh = make_mesh(points, [3] * len(widths), range(3 * len(widths)))
+    np.testing.assert_allclose(area_vectors(prototype_of(mesh))[:, 2], widths * size**2 / 2, rtol=1e-5)
+    assert not recwarn.list
+    _, lines = make_mesh([*points[:3], *points[:2], (0.5 * size, 1e-9 * size, 0)], [3, 3], range(6))
+    with pytest.warns(UserWarning, match="1 faces have no area"):
+        assert prototype_of(lines).triangle_faces.tolist() == [0]
+
+
 def test_collinear_vertices_of_a_polygon_are_no_fault(recwarn):
     points = [(0, 0, 0), (0.5, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
     _, mesh = make_mesh(points, [5], range(5))
