@@ -7,6 +7,7 @@ import pytest
 
 from tests.render import scenes
 from tests.render.pictures import radiance
+from usdsdg_render.scene import WRAP_REPEAT, Texture
 
 
 def furnace(view_size=(12, 12), samples=256, bounces=2, **values) -> np.ndarray:
@@ -144,3 +145,27 @@ def test_a_mirror_shows_what_lies_behind_the_camera():
     picture = radiance(scene, scenes.view_from((0, -4, 0), size=(9, 9)), samples=32)
     np.testing.assert_allclose(picture[4, 4], 50.0, rtol=0.05)
     assert picture[0, 0].max() < 1.0
+
+
+@pytest.mark.parametrize("values", [dict(specular=0.0), dict(), dict(metallic=1.0, roughness=0.3), dict(clearcoat=1.0)])
+def test_bumps_add_no_energy(values):
+    """Normals that lean away from the surface may lose light below it, but make none."""
+    lean = np.random.default_rng(0).normal(size=(16, 16, 2)) * 0.5
+    normals = np.concatenate([lean, np.ones((16, 16, 1))], -1)
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    rgba = np.full((16, 16, 4), 255, np.uint8)
+    rgba[..., :3] = (normals + 1) / 2 * 255
+    ball = scenes.sphere(rings=48)
+    x, y, z = ball.points.T
+    uvs = np.stack([np.arctan2(y, x) / np.pi, np.arccos(np.clip(z, -1, 1))], -1)[ball.triangles]
+    ball = scenes.prototype(ball.points, ball.triangles, normals=ball.corner_normals, uvs=uvs)
+    scene = scenes.scene_of(
+        [(ball, scenes.moved(), 0)],
+        materials=[scenes.material(normal_texture=0, **values)],
+        textures=[Texture("bumps", rgba, False, WRAP_REPEAT, WRAP_REPEAT)],
+        dome=scenes.white_dome(),
+    )
+    view = scenes.view_from((0, -6, 0), size=(12, 12), focal_length=110.0)
+    picture = radiance(scene, view, samples=512, bounces=3)
+    assert 0.85 < picture.mean() < 1.0
+    assert picture.max() < 1.02

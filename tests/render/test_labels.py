@@ -269,8 +269,8 @@ def test_odd_scenes_and_requests():
     assert empty.coverage(one, [[]]).tolist() == [[0, -1, -1, -1, -1]]
     with pytest.raises(RenderError, match="no such AOV: depht"):
         empty.labels(one, ["depht"])
-    with pytest.raises(Unsupported, match="omniDirectionalStereo"):
-        empty.labels(scenes.view_from((0, 0, 5), projection_type="omniDirectionalStereo"), ["instance"])
+    with pytest.raises(Unsupported, match="projection 'wide' is not available"):
+        empty.labels(scenes.view_from((0, 0, 5), projection_type="wide"), ["instance"])
 
 
 def test_half_transparent_surfaces_let_their_share_through():
