@@ -103,6 +103,35 @@ def test_the_clipping_range_cuts():
     assert seen.coverage(scenes.view_from((0, -5, 0), clipping_range=(0.1, 3.5)), [[0]])[0, 0] == 0
 
 
+@pytest.mark.parametrize(
+    ("lens", "shape"),
+    [
+        ({}, "wall"),
+        ({"projection_type": "orthographic", "horizontal_aperture": 100.0}, "wall"),
+        ({"projection_type": "pinholeOpenCV"}, "wall"),
+        ({"projection_type": "fisheyeEquidistant"}, "ball"),
+        ({"projection_type": "fisheyeSpherical"}, "ball"),
+    ],
+    ids=["pinhole", "orthographic", "pinholeOpenCV", "fisheye", "panorama"],
+)
+def test_the_clipping_range_is_a_plane_for_flat_lenses_and_a_ball_for_others(lens, shape):
+    """Also at the corners of the picture, where rays are longer than they reach deep."""
+    wall = (scenes.square(), scenes.moved((0, 0, -5), scale=100), 0)
+    ball = (scenes.sphere(rings=64), scenes.moved(scale=5), 0)
+    renderer = renderer_of(scenes.scene_of([wall if shape == "wall" else ball]))
+
+    def seen(near: float, far: float) -> set[bool]:
+        view = scenes.view_from(
+            (0, 0, 0), (0, 0, -1), up=(0, 1, 0), clipping_range=(near, far), **{"focal_length": 9.0, **lens}
+        )
+        shown = renderer.labels(view, ["instance"])["instance"] == 0
+        assert shown.any() == (renderer.coverage(view, [[0]])[0, 0] > 0)
+        return set(shown.ravel().tolist())
+
+    assert seen(4.95, 100.0) == seen(0.1, 5.05) == {True}
+    assert seen(5.05, 100.0) == seen(0.1, 4.95) == {False}
+
+
 def checker(texels, *, wrap=0, **values):
     """A square in front of the camera showing a texture, and its albedo."""
     texels = np.asarray(texels, np.uint8)
