@@ -225,6 +225,26 @@ def test_the_first_of_many_thin_layers_is_found(apart):
         np.testing.assert_allclose(below["t"], 2.0, atol=0.4 * apart)
 
 
+def test_the_first_grain_of_dust_is_found():
+    """Far away, thousands of boxes are entered within a thousandth of the distance of each other."""
+    rng = np.random.default_rng(9)
+    grains = rng.uniform(-0.03, 0.03, (3000, 1, 3)) + rng.normal(size=(3000, 3, 3)) * 2e-3
+    mesh = scenes.prototype(grains.reshape(-1, 3), np.arange(9000).reshape(-1, 3))
+    clouds = [scenes.moved(), scenes.moved((0.01, 0.02, -0.01), rotation=random_rotation(rng))]
+    scene = scenes.scene_of([(mesh, cloud, 0) for cloud in clouds])
+    origins = rng.normal(size=(600, 3))
+    origins *= 3 / np.linalg.norm(origins, axis=1, keepdims=True)
+    directions = rng.uniform(-0.03, 0.03, (600, 3)) - origins
+    origins = origins.astype(np.float32)
+    directions = (directions / np.linalg.norm(directions, axis=1, keepdims=True)).astype(np.float32)
+    expected, doubt = brute_force(world_triangles(scene)[0], origins.astype(float), directions.astype(float))
+    sure = doubt > 1e-3
+    assert (sure & np.isfinite(expected)).sum() > 100
+    found = trace(scene, origins, directions)
+    found = np.where(found["instance"] >= 0, found["t"], np.inf)
+    np.testing.assert_allclose(found[sure], expected[sure], rtol=3e-5)
+
+
 def test_the_trees_know_no_structs_of_warps_headers():
     """Of Warp's native types they name vectors, which every native function returns, and no mesh, tree or query."""
     folder = Path(build.__file__).parent
