@@ -123,6 +123,21 @@ def test_low_dynamic_range_skies_are_decoded_from_srgb(tmp_path):
     np.testing.assert_allclose(dome_of(light.GetPrim()).radiance, 0.5, atol=0.005)
 
 
+def test_texels_as_bright_as_a_file_can_say_stay_finite(tmp_path):
+    (tmp_path / "sky.hdr").write_bytes(b"#?RADIANCE\n\n-Y 1 +X 2\n" + bytes([255] * 8))
+    light = UsdLux.DomeLight.Define(make_stage(), "/Sky")
+    light.CreateTextureFileAttr(str(tmp_path / "sky.hdr"))
+    light.CreateIntensityAttr(1e4)
+    np.testing.assert_allclose(dome_of(light.GetPrim()).radiance, 1e16)
+
+
+def test_domes_brighter_than_numbers_are_named_and_off():
+    light = UsdLux.DomeLight.Define(make_stage(), "/Sky")
+    light.CreateExposureAttr(500.0)
+    with pytest.warns(UserWarning, match="/Sky: intensity, exposure and color give .* Author values from 0 to 1e.20"):
+        assert read_dome(light.GetPrim(), np.eye(4)) is None
+
+
 def test_a_dome_without_texture_is_uniform_and_tiny():
     light = UsdLux.DomeLight.Define(make_stage(), "/Sky")
     light.CreateIntensityAttr(30.0)

@@ -252,3 +252,23 @@ def test_edits_go_to_the_edit_target(stage, prim):
         semantics.add_labels(prim, {"class": "x"})
     assert not stage.GetRootLayer().GetPrimAtPath(Sdf.Path("/World/mug")).HasInfo("apiSchemas")
     assert semantics.get_labels(prim) == {"class": ["x"]}
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "labels"),
+    [(Sdf.ValueTypeNames.Token, "mug", ["mug"]), (Sdf.ValueTypeNames.String, "mug", ["mug"])],
+)
+def test_a_label_authored_alone_is_one_label(stage, prim, kind, value, labels):
+    UsdSemantics.LabelsAPI.Apply(prim, "class")
+    over = Sdf.CreatePrimInLayer(stage.GetSessionLayer(), prim.GetPath())
+    Sdf.AttributeSpec(over, "semantics:labels:class", kind).default = value
+    assert semantics.get_labels(prim) == {"class": labels}
+
+
+def test_labels_that_are_no_words_are_named(stage, prim):
+    forget_warnings()
+    UsdSemantics.LabelsAPI.Apply(prim, "class")
+    over = Sdf.CreatePrimInLayer(stage.GetSessionLayer(), prim.GetPath())
+    Sdf.AttributeSpec(over, "semantics:labels:class", Sdf.ValueTypeNames.Int).default = 5
+    with pytest.warns(UsdsdgWarning, match="/World/mug.semantics:labels:class: 5 is no label"):
+        assert not semantics.get_labels(prim).get("class")

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Literal
 
-from pxr import Sdf, Tf, Usd, UsdSemantics, UsdShade
+from pxr import Sdf, Tf, Usd, UsdSemantics, UsdShade, Vt
 
 from usdsdg import errors
 from usdsdg.stage.label_filter import LabelFilter
@@ -39,13 +39,25 @@ def get_labels(prim: Usd.Prim) -> Labels:
             continue
         kind, _, instance = schema.partition(":")
         if kind == _NEW:
-            values = prim.GetAttribute(f"semantics:labels:{instance}").Get() or ()
-            _extend(found, instance, (str(value) for value in values))
+            _extend(found, instance, _tokens(prim.GetAttribute(f"semantics:labels:{instance}")))
         elif kind == _OLD:
             semantic_type, label = _old_pair(prim, instance)
             if semantic_type and label:
                 _extend(found, semantic_type, (label,))
     return found
+
+
+def _tokens(attribute: Usd.Attribute) -> tuple[str, ...]:
+    """An array of tokens, or one that was authored alone; none (with a warning) of anything else."""
+    value = attribute.Get()
+    if value is None:
+        return ()
+    if isinstance(value, str):
+        return (value,)
+    if isinstance(value, (Vt.TokenArray, Vt.StringArray)):
+        return tuple(map(str, value))
+    errors.warn_once(f"{attribute.GetPath()}: {value} is no label. Author an array of tokens.")
+    return ()
 
 
 def inherited_labels(prim: Usd.Prim) -> Labels:
