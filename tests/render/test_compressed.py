@@ -7,7 +7,7 @@ import pytest
 
 from tests.render import compressed_on_cpu, scenes
 from tests.render.rays import trace
-from tests.render.test_trace import random_rotation, soup
+from tests.render.test_trace import random_rotation, shells, soup
 from usdsdg_render.device import DeviceScene
 from usdsdg_render.trace.build import compress_bottom
 from usdsdg_render.trace.compress import LEAF_ITEMS
@@ -63,6 +63,15 @@ def test_many_instances_near_and_far(scale):
     ]
     origins, directions = rays_through(rng, 4000, 5.0)
     assert_same_hits(scenes.scene_of(placed), origins * np.float32(scale), directions)
+
+
+def test_nested_things_fill_the_stack_and_lose_no_hit():
+    rng = np.random.default_rng(3)
+    mesh = shells(np.tile(1.5 ** np.arange(-20.0, 21.0), 6))
+    placed = [(mesh, scenes.moved(scale=scale), 0) for scale in np.tile(4.0 ** np.arange(-8.0, 9.0), 25)]
+    origins, directions = rays_through(rng, 1000, 1.0)
+    origins *= np.float32(10.0) ** rng.uniform(-7, 5, (1000, 1)).astype(np.float32)
+    assert_same_hits(scenes.scene_of(placed), origins, directions, overlapping=True)
 
 
 def test_every_triangle_is_in_one_leaf():
