@@ -47,7 +47,9 @@ class _Picture:
 
     def __init__(self, picture: np.ndarray, device: str) -> None:
         self.device = device
-        radiance = np.maximum(np.nan_to_num(picture.astype(np.float32), posinf=0.0), 0.0)
+        radiance = picture.astype(np.float32, copy=False)
+        if not (radiance.min(initial=0.0) >= 0.0 and radiance.max(initial=0.0) < np.inf):
+            radiance = np.maximum(np.nan_to_num(radiance, posinf=0.0), 0.0)
         self.unit = packing_unit(radiance)
         self.texels = wp.array(packed(radiance, self.unit).reshape(-1), dtype=wp.uint32, device=device)
         self.cells = resized(radiance)

@@ -139,7 +139,8 @@ class TexturePool:
 
     def _decode(self, files: list[dict[_Key, TextureUse]], progress: Progress | None) -> None:
         with ThreadPoolExecutor(min(len(files), os.cpu_count() or 1)) as pool:
-            results = pool.map(_tiles_of, [list(file.values()) for file in files])
+            # For one file a thread costs more than it saves.
+            results = (pool.map if len(files) > 1 else map)(_tiles_of, [list(file.values()) for file in files])
             for done, (file, result) in enumerate(zip(files, results)):
                 if isinstance(result, errors.AssetUnreadable):
                     shader = next(iter(file.values())).shader
