@@ -6,10 +6,11 @@ from usdsdg_render.kernels.texture import channel, lookup
 from usdsdg_render.kernels.types import Hit, Instance, Material, SceneTables, Triangle
 from usdsdg_render.kernels.visibility import corner_uv, triangle_of
 
-# Rounding of a hit position relative to its coordinates, and of taking it to the frame of its instance and back
-# relative to its distance from there: worst cases of random instances, with a third to spare. More shows: where things
-# touch far from the origin of the world, rays would start inside the neighbour.
-WORLD_ERROR = wp.constant(2.5e-7)
+# Rounding of a ray's origin relative to each of its coordinates: three sums, half a unit in the last place each. And of
+# taking it to the frame of its instance and back relative to its distance from there: the worst of random instances,
+# with a third to spare. More shows: where things touch far from the origin of the world, rays would start inside the
+# neighbour.
+WORLD_ERROR = wp.constant(1.8e-7)
 LOCAL_ERROR = wp.constant(7.5e-7)
 
 
@@ -76,8 +77,10 @@ def surface_at(tables: SceneTables, hit: Hit, direction: wp.vec3):
     to_normal = wp.transpose(instance.world_to_local)
     s = Surface()
     s.position = instance.local_to_world * local + instance.world_origin
-    s.gap = WORLD_ERROR * max_abs(s.position) + LOCAL_ERROR * max_abs(s.position - instance.world_origin)
     s.geometric = wp.normalize(to_normal * wp.cross(triangle.p1 - triangle.p0, triangle.p2 - triangle.p0))
+    # Of the rounding in the world only what lies along the normal can put a ray behind the surface.
+    s.gap = WORLD_ERROR * wp.dot(wp.abs(s.geometric), wp.abs(s.position))
+    s.gap += LOCAL_ERROR * max_abs(s.position - instance.world_origin)
     s.normal = wp.normalize(to_normal * (triangle.n0 * w + triangle.n1 * hit.u + triangle.n2 * hit.v))
     if wp.dot(s.normal, s.geometric) < 0.0:
         s.normal = -s.normal
