@@ -14,6 +14,7 @@ from usdsdg_render.kernels import lens as kernel
 from usdsdg_render.kernels.camera import BAND
 from usdsdg_render.kernels.types import Camera
 from usdsdg_render.kernels.views import Views
+from usdsdg_render.lens_memory import table_address
 
 if TYPE_CHECKING:
     from usdsdg.stage.cameras import CameraView
@@ -31,11 +32,12 @@ _CURVES = {
 }
 
 
-def camera_records(views: Sequence[CameraView]) -> np.ndarray:
-    """(len(views),) records of the kernels' cameras.
+def camera_records(views: Sequence[CameraView], device: str) -> np.ndarray:
+    """(len(views),) records of the cameras, for kernels of a device.
 
     Raises:
         Unsupported: there is no formula for a lens, or its calibration gives no picture.
+        AssetError: a texture that says what a lens is like is missing or unreadable.
     """
     rows = records(Camera, len(views))
     matrices = np.array([view.local_to_world for view in views]).reshape(-1, 4, 4)
@@ -53,19 +55,19 @@ def camera_records(views: Sequence[CameraView]) -> np.ndarray:
             row["fx"], row["fy"], row["cx"], row["cy"] = view.fx, view.fy, view.cx, view.cy
         else:
             (row["fx"], row["fy"]), (row["cx"], row["cy"]) = view.lens.focal, view.lens.centre
-            _fill_lens(row["lens"], view.lens)
+            _fill_lens(row["lens"], view.lens, device)
             row["lens_kind"] = row["lens"]["kind"]
     return rows
 
 
-def camera_record(view: CameraView) -> Camera:
+def camera_record(view: CameraView, device: str) -> Camera:
     """As `camera_records`, of one view."""
-    return Camera.from_ptr(camera_records([view]).ctypes.data)
+    return Camera.from_ptr(camera_records([view], device).ctypes.data)
 
 
 def camera_array(views: Sequence[CameraView], device: str) -> wp.array:
     """As `camera_records`, on a device."""
-    return wp.array(camera_records(views), dtype=Camera, device=device)
+    return wp.array(camera_records(views, device), dtype=Camera, device=device)
 
 
 def views_record(views: Sequence[CameraView], device: str) -> Views:
@@ -77,9 +79,13 @@ def views_record(views: Sequence[CameraView], device: str) -> Views:
     return record
 
 
-def _fill_lens(row: Any, lens: Lens) -> None:
+def _fill_lens(row: Any, lens: Lens, device: str) -> None:
+    if lens.table is not None:
+        row["kind"], row["table"] = kernel.TABLE, table_address(lens.table, device)
+        row["table_width"], row["table_height"] = lens.table.size
+        return
     if lens.curve is None:
-        row["kind"] = kernel.PANORAMA
+        row["kind"], row["eye"] = kernel.PANORAMA, lens.eye
         return
     row["curve"], row["kind"] = _CURVES[lens.curve.kind]
     row["k0"], row["k1"], row["k2"], row["k3"], row["k4"], row["k5"] = lens.curve.k

@@ -30,7 +30,9 @@ def reachable(view: CameraView, lower: np.ndarray, upper: np.ndarray) -> np.ndar
     result = np.zeros((len(lower), 4), np.int32)
     with np.errstate(divide="ignore", invalid="ignore"):
         in_camera = (lower + upper) / 2 @ view.world_to_camera[:3, :3] + view.world_to_camera[3, :3]
-        radius, away = np.linalg.norm(upper - lower, axis=1) / 2, np.linalg.norm(in_camera, axis=1)
+        # Seen from the circle that an eye goes round, a box is where one larger by its radius is from the middle.
+        radius = np.linalg.norm(upper - lower, axis=1) / 2 + abs(lens.eye)
+        away = np.linalg.norm(in_camera, axis=1)
         half = np.where(away > radius, np.arcsin(np.minimum(radius / away, 1.0)), np.pi)
         towards = np.where(away[:, None] > 0, in_camera / away[:, None], 0.0)
     for first in range(0, len(lower), _BOXES_AT_ONCE):

@@ -85,7 +85,7 @@ def _spans(
     in_camera = device_scene.corners(view.local_to_world[3, :3])[tested] @ view.world_to_camera[:3, :3]
     corners = wp.array(in_camera.astype(np.float32), dtype=wp.vec3, device=device)
     spans = wp.empty((len(tested), view.height), dtype=wp.vec2i, device=device)
-    inputs = [camera_record(view), corners, wp.array(rectangles, dtype=wp.vec4i, device=device)]
+    inputs = [camera_record(view, device), corners, wp.array(rectangles, dtype=wp.vec4i, device=device)]
     launch_rows(find_spans, spans.shape, inputs, [spans], device=device, threads=threads, band_rows=BOXES_PER_BAND)
     return fetch({"spans": spans})["spans"]
 
@@ -113,7 +113,7 @@ def _cover(
     covered, visible = (wp.empty(len(strips), dtype=wp.uint64, device=device) for _ in range(2))
     inputs = [
         device_scene.tables,
-        camera_record(view),
+        camera_record(view, device),
         mode,
         wp.array(shown, dtype=wp.int32, device=device),
         wp.array(strips, dtype=Strip, device=device),

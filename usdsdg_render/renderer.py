@@ -228,7 +228,7 @@ class WarpRenderer:
             return
         options.samples = samples
         for film, view in zip(films, views, strict=True):
-            inputs = [self._on_device.tables, options, camera_record(view)]
+            inputs = [self._on_device.tables, options, camera_record(view, self.device)]
             shape = (film.height, film.width)
             launch_rows(add_samples, shape, inputs, [film.arrays], device=self.device, threads=self.threads)
 

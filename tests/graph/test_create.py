@@ -6,7 +6,7 @@ from pxr import Sdf, UsdGeom, UsdShade
 
 import usdsdg as rep
 from usdsdg import layers
-from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported, UsdsdgWarning
+from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported
 from usdsdg.graph import evaluate
 from usdsdg.stage import context, semantics
 from usdsdg.stage.cameras import read_camera
@@ -157,11 +157,14 @@ def test_other_lenses_are_authored(stage, name):
     assert read_camera(stage, prim.GetPath(), (8, 8)).projection_type == "fisheyePolynomial"
 
 
-def test_lenses_that_are_not_drawn_are_authored_with_a_warning(stage):
-    with pytest.warns(UsdsdgWarning, match="no omniDirectionalStereo lens"):
-        item = rep.create.camera(projection_type="omni_directional_stereo")
+def test_lenses_whose_attributes_have_no_argument(stage):
+    item = rep.create.camera(projection_type="omni_directional_stereo")
     prim = stage.GetPrimAtPath(f"{item.prims[0]}/Camera")
     assert prim.GetAttribute("cameraProjectionType").Get() == "omniDirectionalStereo"
+    prim.CreateAttribute("isLeftEye", Sdf.ValueTypeNames.Bool).Set(True)
+    view = read_camera(stage, prim.GetPath(), (8, 8))
+    assert view.lens is not None
+    assert view.lens.eye == pytest.approx(-0.032 / view.meters_per_unit)
 
 
 def test_lenses_that_do_not_exist(stage):

@@ -148,7 +148,7 @@ def test_every_lens_projects_as_the_camera_itself(case):
     assert np.isfinite(pixels).all()
 
 
-def test_a_lens_that_is_never_drawn_is_a_pinhole_as_in_replicator():
+def test_a_generalized_projection_without_a_texture_is_a_pinhole_as_in_replicator():
     _, plain = camera()
     _, params = camera(cameraProjectionType="generalizedProjection")
     points = np.random.default_rng(3).normal(size=(50, 3))

@@ -11,6 +11,7 @@ import numpy as np
 from usdsdg.annotators.base import Annotation, define
 from usdsdg.annotators.frame import Frame
 from usdsdg.stage.cameras import LINEAR_PROJECTIONS, CameraView
+from usdsdg.stage.lens_attributes import EYE_DISTANCE, LEFT_EYE, TEXTURES
 
 
 @define("camera_params", "CameraParams")
@@ -21,7 +22,8 @@ def camera_params(frame: Frame, params: Mapping[str, Any]) -> Annotation:
 
     The projection maps to clip space with reversed Z: depth 1 on the near plane, 0 on the far one. For lenses that no
     matrix describes it is that of the pinhole with the same focal length, as in Replicator. Lens distortion schemas are
-    told under the names of the older attributes.
+    told under the names of the older attributes. interpupillaryDistance [cm] and isLeftEye are there for
+    omniDirectionalStereo, the paths of the two textures for generalizedProjection.
     """
     return Annotation(None, read_params(frame.camera))
 
@@ -58,7 +60,17 @@ def read_params(view: CameraView) -> dict[str, Any]:
         "metersPerSceneUnit": float(view.meters_per_unit),
         "renderProductResolution": np.array([view.width, view.height], np.int32),
     }
-    return dict(sorted(numbers.items()))
+    return dict(sorted((numbers | _own(view)).items()))
+
+
+def _own(view: CameraView) -> dict[str, Any]:
+    """What only one projection has, under the names of the attributes."""
+    lens = view.lens_parameters
+    if view.projection_type == "omniDirectionalStereo":
+        return {EYE_DISTANCE: lens.eye_distance * 100, LEFT_EYE: lens.left_eye}
+    if view.projection_type == "generalizedProjection":
+        return dict(zip(TEXTURES, (lens.direction_texture, lens.position_texture), strict=True))
+    return {}
 
 
 def _pinhole(view: CameraView) -> CameraView:

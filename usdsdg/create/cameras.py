@@ -8,11 +8,11 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg import modify
 from usdsdg.create.objects import ROOT, new_object, posed
-from usdsdg.errors import BadPrim, GraphError, Unsupported, warn_once
+from usdsdg.errors import BadPrim, GraphError, Unsupported
 from usdsdg.graph.node import ReplicatorItem, prim_paths
 from usdsdg.stage import paths, transforms
 from usdsdg.stage.context import current_stage
-from usdsdg.stage.lens_attributes import LENS, NOT_DRAWN, OLD_PROJECTIONS, OPTICS, PROJECTIONS
+from usdsdg.stage.lens_attributes import LENS, OLD_PROJECTIONS, OPTICS, PROJECTIONS
 from usdsdg.values import count_of, vector
 
 
@@ -37,8 +37,8 @@ def camera(
 
     Args:
         f_stop: 0 switches depth of field off.
-        projection_type: camelCase or snake_case; docs/lenses.md has the formulas. omniDirectionalStereo and
-            generalizedProjection are authored with a warning, and rendering refuses such a camera.
+        projection_type: camelCase or snake_case; docs/lenses.md has the formulas, and the attributes of
+            omniDirectionalStereo and generalizedProjection, which have no argument here.
         fisheye_nominal_width: pixels, as are nominal height, optical centre and OpenCV focal lengths.
         fisheye_max_fov: degrees.
         cross_camera_reference_name: the other camera of a stereo pair, for cross correspondence.
@@ -141,11 +141,6 @@ def _write_lens(cameras: list[Usd.Prim], lens: dict[str, Any]) -> None:
         UsdGeom.Camera(prim).CreateClippingRangeAttr(Gf.Vec2f(near, far))
     written = dict(OPTICS)
     if projection != "pinhole":
-        if projection in NOT_DRAWN:
-            warn_once(
-                f"create.camera: the renderer has no {projection} lens; the attributes are authored, and a picture by "
-                "this camera is refused. Use another projection_type to render."
-            )
         written |= LENS
         for prim in cameras:
             prim.CreateAttribute("cameraProjectionType", Sdf.ValueTypeNames.Token, custom=False).Set(projection)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.errors import AssetError, Unsupported
 from usdsdg.inspect import cuboids
 from usdsdg.inspect.cuboids import Curved, Pinhole
 from usdsdg.inspect.listing import UNREADABLE, read_array, read_json
@@ -178,9 +179,13 @@ def _camera(dataset: Dataset, frame: Frame, parts: Parts) -> Seen | None:
     view = np.reshape(np.array(values["cameraViewTransform"], float), (4, 4))
     meters = float(values.get("metersPerSceneUnit", 1.0))
     if model in CURVED:
-        lens = lens_of(values)
-        assert lens is not None
-        return Curved(lens, view), meters, (width, height)
+        try:
+            lens = lens_of(values)
+        except (AssetError, Unsupported) as problem:
+            _note(dataset, f"Boxes in space are not drawn where the texture of the lens is not there: {problem}")
+            return None
+        if lens is not None:
+            return Curved(lens, view), meters, (width, height)
     if model != "pinhole":
         _note(dataset, f"Boxes in space are not drawn for the camera model {model}.")
         return None

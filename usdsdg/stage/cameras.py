@@ -10,7 +10,7 @@ import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg import errors
-from usdsdg.stage.lens_attributes import LensParameters, read_lens
+from usdsdg.stage.lens_attributes import LensParameters, read_lens, unknown_names
 from usdsdg.stage.lenses import CURVED, STRAIGHT, Lens, make_lens
 from usdsdg.stage.paths import prim_at
 from usdsdg.stage.transforms import as_array, local_to_world, meters_per_unit
@@ -69,6 +69,7 @@ class CameraView:
 
         Raises:
             Unsupported: there is no formula for the projection, or its calibration gives no picture.
+            AssetError: a texture that says what the lens is like is missing or unreadable.
         """
         try:
             return make_lens(
@@ -78,9 +79,10 @@ class CameraView:
                 focal_length=self.focal_length,
                 horizontal_aperture=self.horizontal_aperture,
                 centre=(self.cx, self.cy),
+                meters_per_unit=self.meters_per_unit,
             )
-        except errors.Unsupported as problem:
-            raise errors.Unsupported(f"{self.prim_path}: {problem}") from None
+        except (errors.Unsupported, errors.AssetError) as problem:
+            raise type(problem)(f"{self.prim_path}: {problem}") from None
 
     @property
     def fx(self) -> float:
@@ -156,9 +158,9 @@ class CameraView:
             Unsupported: there is no formula for the lens.
         """
         pixels = np.asarray(pixels, np.float64).reshape(-1, 2)
-        origins = np.zeros((len(pixels), 3))
         if self.lens is not None:
-            return origins, self.lens.to_directions(pixels)
+            return self.lens.to_origins(pixels), self.lens.to_directions(pixels)
+        origins = np.zeros((len(pixels), 3))
         plane = (pixels - (self.cx, self.cy)) / (self.fx, -self.fy)
         if self.projection_type == "orthographic":
             origins[:, :2] = plane
@@ -190,6 +192,10 @@ def read_camera(
     numbers = {name: _number(prim, name, values[name]) for name in _FIELDS}
     near, far = _range(prim, values["clippingRange"])
     projection_type, lens_parameters = read_lens(values)
+    if unknown := unknown_names(values):
+        errors.warn_once(
+            f"{prim.GetPath()}: {', '.join(unknown)} do not count; write interpupillaryDistance [cm] and isLeftEye"
+        )
     view = CameraView(
         prim_path=str(prim.GetPath()),
         width=width,

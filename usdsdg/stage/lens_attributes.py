@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pxr import Usd
+from pxr import Sdf, Usd
 
 PROJECTIONS = (
     "pinhole", "pinholeOpenCV", "fisheyePolynomial", "fisheyeSpherical", "fisheyeKannalaBrandtK3", "fisheyeOpenCV",
@@ -14,8 +14,6 @@ PROJECTIONS = (
 )  # fmt: skip
 # Removed from Replicator in 1.11.21; scripts for 4.2 still say them.
 OLD_PROJECTIONS = ("fisheyeOrthographic", "fisheyeEquidistant", "fisheyeEquisolid")
-# Rays that do not meet in one point, or come from textures.
-NOT_DRAWN = ("omniDirectionalStereo", "generalizedProjection")
 
 # Attributes of UsdGeomCamera.
 OPTICS = {
@@ -38,6 +36,12 @@ LENS = {
     **{f"fisheye_polynomial_{letter}": f"fthetaPoly{letter.upper()}" for letter in "abcdef"},
     **{f"fisheye_{name}": name for name in ("p0", "p1", "s0", "s1", "s2", "s3")},
 }
+
+# Attributes that say which eye of omni-directional stereo a camera is, and how far the eyes are apart [cm].
+EYE_DISTANCE, LEFT_EYE, STEREO_ROLE = "interpupillaryDistance", "isLeftEye", "stereoRole"
+# Attributes that hold the textures of a generalized projection: directions of pixels, positions of directions.
+TEXTURES = ("generalizedProjectionDirectionTexturePath", "generalizedProjectionNDCTexturePath")
+_SCHEMA_TEXTURES = ("rayEnterDirectionTexture", "rayExitPositionTexture")
 
 # The attribute of the OmniLensDistortion…API schemas that says which of them counts, and for each of its values the
 # projection it stands for and the names of its coefficients: polynomial, tangential, thin prism.
@@ -67,6 +71,10 @@ class LensParameters:
     polynomial: tuple[float, ...] = (0.0, 0.00245, 0.0, 0.0, 0.0, 0.0)
     tangential: tuple[float, ...] = (-0.00037, -0.00074)
     thin_prism: tuple[float, ...] = (-0.00058, -0.00022, 0.00019, -0.0002)
+    eye_distance: float = 0.064  # of omni-directional stereo [m]
+    left_eye: bool = False
+    direction_texture: str = ""  # of a generalized projection: files, "" = none
+    position_texture: str = ""
 
 
 def read_lens(values: Mapping[str, Any]) -> tuple[str, LensParameters]:
@@ -87,6 +95,14 @@ def read_lens(values: Mapping[str, Any]) -> tuple[str, LensParameters]:
     return projection, _schema_parameters(values, model, coefficients)
 
 
+def unknown_names(values: Mapping[str, Any]) -> list[str]:
+    """Attributes of this camera's lens that say something, and nobody knows what."""
+    model = str(values.get(SCHEMA_MODEL) or "")
+    prefix = f"omni:lensdistortion:{model}:"
+    # No public page lists what OmniLensDistortionOmniDirectionalStereoAPI has.
+    return [name for name in values if model == "omniDirectionalStereo" and name.startswith(prefix)]
+
+
 def _older_parameters(values: Mapping[str, Any]) -> LensParameters:
     unset = LensParameters()
 
@@ -102,7 +118,24 @@ def _older_parameters(values: Mapping[str, Any]) -> LensParameters:
         polynomial=several(tuple(f"fthetaPoly{letter}" for letter in "ABCDEF"), unset.polynomial),
         tangential=several(("p0", "p1"), unset.tangential),
         thin_prism=several(("s0", "s1", "s2", "s3"), unset.thin_prism),
+        eye_distance=several((EYE_DISTANCE,), (unset.eye_distance * 100,))[0] / 100,
+        left_eye=_is_left(values),
+        direction_texture=_file(values.get(TEXTURES[0])),
+        position_texture=_file(values.get(TEXTURES[1])),
     )
+
+
+def _is_left(values: Mapping[str, Any]) -> bool:
+    """What Omniverse's attribute says, or else UsdGeomCamera's role; the right eye where neither does."""
+    said = values.get(LEFT_EYE)
+    return values.get(STEREO_ROLE) == "left" if said is None else bool(said)
+
+
+def _file(value: Any) -> str:
+    """Path of an asset: where USD found it, or else as it is written."""
+    if isinstance(value, Sdf.AssetPath):
+        return value.resolvedPath or value.path
+    return "" if value is None else str(value)
 
 
 def _schema_parameters(values: Mapping[str, Any], model: str, coefficients: tuple[str, ...]) -> LensParameters:
@@ -115,9 +148,16 @@ def _schema_parameters(values: Mapping[str, Any], model: str, coefficients: tupl
         found = [float(value(name)) for name in names.split()]
         return tuple(found + [0.0] * (count - len(found)))
 
+    if model == "omniDirectionalStereo":
+        return _older_parameters(values)
+    if model == "lut":
+        return LensParameters(
+            nominal_size=(value("nominalWidth"), value("nominalHeight")),
+            centre=_pair(value("opticalCenter")),
+            direction_texture=_file(value(_SCHEMA_TEXTURES[0])),
+            position_texture=_file(value(_SCHEMA_TEXTURES[1])),
+        )
     opencv = model.startswith("opencv")
-    if model in ("lut", "omniDirectionalStereo"):
-        return LensParameters()
     return LensParameters(
         nominal_size=_pair(value("imageSize")) if opencv else (value("nominalWidth"), value("nominalHeight")),
         centre=(value("cx"), value("cy")) if opencv else _pair(value("opticalCenter")),

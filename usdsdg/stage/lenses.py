@@ -2,7 +2,8 @@
 
 The formulas are OpenCV's for `pinholeOpenCV` and `fisheyeOpenCV`, those of Isaac Sim's writers for
 `fisheyePolynomial`, Project Aria's KannalaBrandtK3 and FisheyeRadTanThinPrism for the two of that name, and the ideal
-fisheyes of textbooks. `usdsdg_render/kernels/lens.py` has the same for kernels.
+fisheyes of textbooks; `lens_panoramas` and `lens_tables` have those without a formula of the angle.
+`usdsdg_render/kernels/lens.py` has the same for kernels.
 """
 
 from __future__ import annotations
@@ -13,16 +14,18 @@ from functools import lru_cache
 import numpy as np
 
 from usdsdg import errors
-from usdsdg.stage import lens_curves
-from usdsdg.stage.lens_attributes import NOT_DRAWN, OLD_PROJECTIONS, PROJECTIONS, LensParameters
+from usdsdg.stage import lens_curves, lens_panoramas
+from usdsdg.stage.lens_attributes import OLD_PROJECTIONS, PROJECTIONS, LensParameters
 from usdsdg.stage.lens_curves import ODD, POWER, RATIONAL, Curve
+from usdsdg.stage.lens_tables import LensTable
+from usdsdg.stage.lens_textures import read_table
 
 # Calibrations that tell no focal length.
 _WITHOUT_FOCAL = ("fisheyeKannalaBrandtK3", "fisheyeRadTanThinPrism")
 # Projections that need no lens model: a straight line for every pixel.
 STRAIGHT = ("pinhole", "orthographic")
 # Those that have one here.
-CURVED = tuple(each for each in (*PROJECTIONS, *OLD_PROJECTIONS) if each not in (*STRAIGHT, *NOT_DRAWN))
+CURVED = tuple(each for each in (*PROJECTIONS, *OLD_PROJECTIONS) if each not in STRAIGHT)
 
 _STEPS = 50
 _IDEAL = {
@@ -38,8 +41,10 @@ class Lens:
 
     A direction becomes a point of a plane, at a distance from its centre that `curve` tells: of the angle to the axis;
     for RATIONAL of the angle's tangent; POWER tells the angle of a distance. `tangential` and `thin_prism`, in OpenCV's
-    order and form, shift that point, and `focal` [pixels] and `centre` [pixels] place it in the picture. Without a
-    curve the picture is a panorama: longitude by latitude, all around.
+    order and form, shift that point, and `focal` [pixels] and `centre` [pixels] place it in the picture. Instead of a
+    curve there may be a `table`, whose places these two put into the picture. Without either, the picture is a
+    panorama, longitude by latitude, all around; its columns are seen by an eye that goes round a circle, `eye` [stage
+    units] right of the middle as it looks ahead.
     """
 
     model: str
@@ -50,6 +55,8 @@ class Lens:
     curve: Curve | None = None
     tangential: tuple[float, float] = (0.0, 0.0)
     thin_prism: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    eye: float = 0.0
+    table: LensTable | None = None
 
     @property
     def is_flat(self) -> bool:
@@ -68,8 +75,10 @@ class Lens:
         the picture, except for points in or behind the plane of a flat lens.
         """
         points = np.asarray(points, np.float64).reshape(-1, 3)
+        if self.table is not None:
+            return self.table.to_places(points, beyond=beyond) * self.focal + self.centre
         if self.curve is None:
-            return self._panorama(points)
+            return lens_panoramas.places(points, self.eye, beyond=beyond) * (self.width, self.height)
         across, ahead = np.hypot(points[:, 0], points[:, 1]), -points[:, 2]
         with np.errstate(divide="ignore", invalid="ignore"):
             side = np.where(across[:, None] > 0, points[:, :2] * (1.0, -1.0) / across[:, None], 0.0)
@@ -85,9 +94,11 @@ class Lens:
     def to_directions(self, pixels: np.ndarray) -> np.ndarray:
         """Unit directions (N, 3) in the camera's frame, of pixels (N, 2); NaN where no light comes through."""
         pixels = np.asarray(pixels, np.float64).reshape(-1, 2)
-        if self.curve is None:
-            return self._around(pixels)
         plane = (pixels - self.centre) / self.focal
+        if self.table is not None:
+            return self.table.to_directions(plane)
+        if self.curve is None:
+            return lens_panoramas.directions(pixels / (self.width, self.height))
         if self.bends:
             plane = self._straightened(plane)
         radius = np.hypot(plane[:, 0], plane[:, 1])
@@ -100,6 +111,11 @@ class Lens:
             side = np.where(radius[:, None] > 0, plane / radius[:, None], 0.0)
         sine = np.sin(angle)
         return np.stack([sine * side[:, 0], -sine * side[:, 1], -np.cos(angle)], axis=1)
+
+    def to_origins(self, pixels: np.ndarray) -> np.ndarray:
+        """Where (N, 3), in the camera's frame, the rays of pixels (N, 2) begin."""
+        pixels = np.asarray(pixels, np.float64).reshape(-1, 2)
+        return lens_panoramas.origins(pixels / (self.width, self.height), self.eye)
 
     def _is_seen(self, radius: np.ndarray, t: np.ndarray) -> np.ndarray:
         assert self.curve is not None
@@ -177,19 +193,7 @@ class Lens:
         )
         return growth[:, None] * point + self._shift(point) - wanted, jacobian
 
-    def _panorama(self, points: np.ndarray) -> np.ndarray:
-        longitude = np.arctan2(points[:, 0], -points[:, 2])
-        latitude = np.arctan2(points[:, 1], np.hypot(points[:, 0], points[:, 2]))
-        return np.stack([longitude / (2 * np.pi) + 0.5, 0.5 - latitude / np.pi], axis=1) * (self.width, self.height)
 
-    def _around(self, pixels: np.ndarray) -> np.ndarray:
-        longitude = (pixels[:, 0] / self.width - 0.5) * 2 * np.pi
-        latitude = (0.5 - pixels[:, 1] / self.height) * np.pi
-        level = np.cos(latitude)
-        return np.stack([level * np.sin(longitude), np.sin(latitude), -level * np.cos(longitude)], axis=1)
-
-
-@lru_cache(maxsize=64)
 def make_lens(
     model: str,
     parameters: LensParameters,
@@ -198,6 +202,7 @@ def make_lens(
     focal_length: float,
     horizontal_aperture: float,
     centre: tuple[float, float] | None = None,
+    meters_per_unit: float = 1.0,
 ) -> Lens | None:
     """The lens of a projection type for pictures of `size` (width, height); None for straight projections.
 
@@ -205,18 +210,52 @@ def make_lens(
         focal_length: as `horizontal_aperture`, in any unit: the models without a focal length of their own have it from
             these two.
         centre: of the ideal fisheyes [pixels]; the middle unless the aperture is shifted.
+        meters_per_unit: what brings the distance of two eyes to stage units.
 
     Raises:
-        Unsupported: the projection type has no formula here, or its calibration gives no picture.
+        Unsupported: the projection type is not known, or its calibration gives no picture.
+        AssetError: the texture of a generalized projection is missing or unreadable.
     """
     if model in STRAIGHT:
         return None
     if model not in CURVED:
         known = ", ".join((*STRAIGHT, *CURVED))
         raise errors.Unsupported(f"projection {model!r} is not available; there are {known}")
-    width, height = size
+    if model == "generalizedProjection":
+        return _by_table(model, parameters, size)
     if model == "fisheyeSpherical":
-        return Lens(model, width, height)
+        return Lens(model, *size)
+    if model == "omniDirectionalStereo":
+        if not np.isfinite(parameters.eye_distance):
+            raise errors.Unsupported(f"the lens {model} cannot be drawn: interpupillaryDistance is no number")
+        aside = parameters.eye_distance / 2 / meters_per_unit
+        return Lens(model, *size, eye=-aside if parameters.left_eye else aside)
+    return _by_curve(model, parameters, size, focal_length, horizontal_aperture, centre)
+
+
+def _by_table(model: str, parameters: LensParameters, size: tuple[int, int]) -> Lens:
+    table = read_table(parameters.direction_texture, parameters.position_texture)
+    scale = [own / texels for own, texels in zip(size, table.size, strict=True)]
+    # The texture's middle lies where the optical centre is.
+    middle = [_shared(c, n) * own for c, n, own in zip(parameters.centre, parameters.nominal_size, size, strict=True)]
+    centre = [at - (texels - 1) / 2 * each for at, texels, each in zip(middle, table.size, scale, strict=True)]
+    return Lens(model, *size, (scale[0], scale[1]), (centre[0], centre[1]), table=table)
+
+
+def _shared(centre: float, nominal: float) -> float:
+    return centre / nominal if centre != 0 and nominal > 0 else 0.5
+
+
+@lru_cache(maxsize=64)
+def _by_curve(
+    model: str,
+    parameters: LensParameters,
+    size: tuple[int, int],
+    focal_length: float,
+    horizontal_aperture: float,
+    centre: tuple[float, float] | None,
+) -> Lens:
+    width, height = size
     if model in (*_IDEAL, *_WITHOUT_FOCAL) and not focal_length > 0:
         raise errors.Unsupported(f"the lens {model} cannot be drawn: its focalLength is {focal_length:g}")
     if model in _IDEAL:

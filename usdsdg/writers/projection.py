@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.stage.lens_attributes import NOT_DRAWN, LensParameters
+from usdsdg.stage.lens_attributes import EYE_DISTANCE, LEFT_EYE, TEXTURES, LensParameters
 from usdsdg.stage.lenses import Lens, make_lens
 
 Params = Mapping[str, Any]
@@ -32,7 +32,7 @@ def is_straight(params: Params) -> bool:
 def project(points: np.ndarray, params: Params) -> np.ndarray:
     """Pixels (N, 2), as column and row from the top left corner, of points (N, 3) in the camera's frame.
 
-    Projections that have no formula, and are never drawn, are pinholes here, as in Replicator.
+    A generalized projection without a texture, which is never drawn, is a pinhole here, as in Replicator.
     """
     points = np.array(points, np.float64).reshape(-1, 3)
     if has_near_plane(params):
@@ -44,7 +44,8 @@ def project(points: np.ndarray, params: Params) -> np.ndarray:
 def lens_of(params: Params) -> Lens | None:
     """The lens that a payload describes; None for projections by a matrix."""
     model = str(params["cameraModel"])
-    if model in NOT_DRAWN:
+    texture, positions = (str(params.get(name, "")) for name in TEXTURES)
+    if model == "generalizedProjection" and not texture:
         return None
     width, height = (int(size) for size in params["renderProductResolution"])
     aperture, offset = float(params["cameraAperture"][0]), params["cameraApertureOffset"]
@@ -59,6 +60,10 @@ def lens_of(params: Params) -> Lens | None:
         polynomial=_floats(params["cameraFisheyePolynomial"], 6),
         tangential=_floats(params["cameraFisheyeLensP"], 2),
         thin_prism=_floats(params["cameraFisheyeLensS"], 4),
+        eye_distance=float(params.get(EYE_DISTANCE, unset.eye_distance * 100)) / 100,
+        left_eye=bool(params.get(LEFT_EYE, False)),
+        direction_texture=texture,
+        position_texture=positions,
     )
     return make_lens(
         model,
@@ -67,6 +72,7 @@ def lens_of(params: Params) -> Lens | None:
         focal_length=float(params["cameraFocalLength"]),
         horizontal_aperture=aperture,
         centre=(width * (0.5 - float(offset[0]) / aperture), height * 0.5 + width * float(offset[1]) / aperture),
+        meters_per_unit=float(params["metersPerSceneUnit"]),
     )
 
 

@@ -120,9 +120,10 @@ def label_pixels(
     if out.distance_to_camera.shape[0] > 0:
         out.distance_to_camera[v, y, x] = hit.t * meters_per_unit
     if out.distance_to_image_plane.shape[0] > 0:
-        depth = hit.t * (
-            -wp.dot(ray.direction, wp.vec3(camera.rotation[0, 2], camera.rotation[1, 2], camera.rotation[2, 2]))
-        )
+        back = wp.vec3(camera.rotation[0, 2], camera.rotation[1, 2], camera.rotation[2, 2])
+        depth = hit.t * -wp.dot(ray.direction, back)
+        if camera.lens.eye != 0.0:
+            depth -= wp.dot(ray.origin - camera.origin, back)
         out.distance_to_image_plane[v, y, x] = depth * meters_per_unit
     if out.normals.shape[0] + out.position.shape[0] + out.albedo.shape[0] > 0:
         surface = surface_at(tables, hit, ray.direction)

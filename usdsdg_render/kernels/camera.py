@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from usdsdg_render.kernels.lens import FLAT, NONE, PANORAMA, lens_direction, panorama_direction
+from usdsdg_render.kernels.lens import FLAT, NONE, PANORAMA, lens_direction, panorama_direction, panorama_eye
 from usdsdg_render.kernels.trig import cos_sin
 from usdsdg_render.kernels.types import Camera
 
@@ -34,8 +34,10 @@ def lens_point(camera: Camera, lens: wp.vec2):
 def curved_ray(camera: Camera, column: float, row: float, lens: wp.vec2):
     """`camera_ray` through a lens that is no pinhole."""
     towards = wp.vec3(0.0)
+    eye = wp.vec3(0.0)
     if camera.lens_kind == PANORAMA:
         towards = panorama_direction(column / float(camera.width), row / float(camera.height))
+        eye = panorama_eye(camera.lens.eye, column / float(camera.width))
     else:
         plane = wp.vec2((column - camera.cx) / camera.fx, (row - camera.cy) / camera.fy)
         towards = lens_direction(camera.lens, plane)
@@ -52,7 +54,7 @@ def curved_ray(camera: Camera, column: float, row: float, lens: wp.vec2):
         if camera.lens_kind == FLAT:
             per_depth = -1.0 / towards[2]
     return Ray(
-        origin=camera.origin + camera.rotation * start,
+        origin=camera.origin + camera.rotation * (eye + start),
         direction=camera.rotation * towards,
         tmin=camera.near * per_depth,
         tmax=camera.far * per_depth,

@@ -22,8 +22,9 @@ def place_of(camera: Camera, point: wp.vec3, at_infinity: bool):
         p = point - camera.origin
     p = wp.transpose(camera.rotation) * p
     if camera.lens_kind == PANORAMA:
-        place = panorama_place(p)
-        return wp.vec3(place[0] * float(camera.width), place[1] * float(camera.height), 1.0)
+        # From far away, the circle that the eye goes round is a point.
+        place = panorama_place(wp.where(at_infinity, 0.0, camera.lens.eye), p)
+        return wp.vec3(place[0] * float(camera.width), place[1] * float(camera.height), place[2])
     q = lens_plane(camera.lens, p)
     return wp.vec3(camera.cx + camera.fx * q[0], camera.cy + camera.fy * q[1], 1.0) * q[2]
 

@@ -5,12 +5,15 @@
 
 import warp as wp
 
+from usdsdg_render.kernels.lens_table import table_direction, table_place
+
 # Lens.kind
 NONE = wp.constant(0)
 FISHEYE = wp.constant(1)  # the curve tells a radius of an angle
 F_THETA = wp.constant(2)  # the curve tells an angle of a radius
 FLAT = wp.constant(3)  # the curve tells a radius of an angle's tangent
 PANORAMA = wp.constant(4)
+TABLE = wp.constant(5)  # texels tell directions; points of the plane are their places
 # Lens.curve
 ODD = wp.constant(0)
 POWER = wp.constant(1)
@@ -44,6 +47,10 @@ class Lens:
     s2: wp.float32
     s3: wp.float32
     s4: wp.float32
+    eye: wp.float32  # of a panorama: how far right of the middle it is seen from, where it looks ahead
+    table_width: wp.int32
+    table_height: wp.int32
+    table: wp.uint64  # address of what `lens_table` reads
 
 
 @wp.func
@@ -154,6 +161,8 @@ def side_of(p: wp.vec2, radius: float):
 @wp.func
 def lens_direction(lens: Lens, plane: wp.vec2):
     """Unit direction of a point of the plane, y down, in the camera's frame; zero where no light comes through."""
+    if lens.kind == TABLE:
+        return table_direction(lens.table, lens.table_width, lens.table_height, plane)
     p = plane
     if lens.bends != 0:
         found = straightened(lens, plane)
@@ -187,6 +196,8 @@ def lens_direction(lens: Lens, plane: wp.vec2):
 @wp.func
 def lens_plane(lens: Lens, p: wp.vec3):
     """Where the plane shows a direction, y down: (x, y, 1), or zero for what the lens does not see."""
+    if lens.kind == TABLE:
+        return table_place(lens.table, lens.table_width, lens.table_height, p)
     across = wp.sqrt(p[0] * p[0] + p[1] * p[1])
     side = side_of(wp.vec2(p[0], -p[1]), across)
     if lens.kind == FLAT:
@@ -221,8 +232,20 @@ def panorama_direction(across: float, down: float):
 
 
 @wp.func
-def panorama_place(p: wp.vec3):
-    """The place of a direction, as shares of width and height."""
-    longitude = wp.atan2(p[0], -p[2])
-    latitude = wp.atan2(p[1], wp.sqrt(p[0] * p[0] + p[2] * p[2]))
-    return wp.vec2(longitude / (2.0 * PI) + 0.5, 0.5 - latitude / PI)
+def panorama_eye(eye: float, across: float):
+    """Where the eye is that looks at a column, given as a share of the width."""
+    longitude = (across - 0.5) * 2.0 * PI
+    return wp.vec3(eye * wp.cos(longitude), 0.0, eye * wp.sin(longitude))
+
+
+@wp.func
+def panorama_place(eye: float, p: wp.vec3):
+    """Where a point is seen, as shares of width and height: (across, down, 1), or zero inside of the eye's circle."""
+    across = p[0] * p[0] + p[2] * p[2] - eye * eye
+    if across < 0.0:
+        return wp.vec3(0.0)
+    reach = wp.sqrt(across)
+    longitude = wp.atan2(p[0], -p[2]) - wp.atan2(eye, reach)
+    if wp.abs(longitude) > PI:
+        longitude -= wp.sign(longitude) * 2.0 * PI
+    return wp.vec3(longitude / (2.0 * PI) + 0.5, 0.5 - wp.atan2(p[1], reach) / PI, 1.0)
