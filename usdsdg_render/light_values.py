@@ -11,7 +11,9 @@ from usdsdg import errors
 
 from .authored import as_floats
 from .moment import value_now
-from .shading import BRIGHTEST_GLOW
+
+# More leaves 32-bit numbers somewhere on its way.
+BRIGHTEST = 1e20
 
 _WHITE = np.array(UsdLux.BlackbodyTemperatureAsRgb(6500.0))
 
@@ -60,10 +62,10 @@ def emitted_colour(prim: Usd.Prim, fallback_intensity: float = 1.0) -> np.ndarra
         colour = colour * np.exp2(float(light_value(prim, "exposure", 0.0)))
     if light_value(prim, "enableColorTemperature", False):
         colour = colour * temperature_colour(light_number(prim, "colorTemperature", 6500.0))
-    if not np.isfinite(colour).all() or (colour < 0.0).any() or (colour > BRIGHTEST_GLOW).any():
+    if not np.isfinite(colour).all() or (colour < 0.0).any() or (colour > BRIGHTEST).any():
         errors.warn_once(
             f"{prim.GetPath()}: intensity, exposure and color give {colour.tolist()}, which is no light; it is off. "
-            f"Author values from 0 to {BRIGHTEST_GLOW:g}."
+            f"Author values from 0 to {BRIGHTEST:g}."
         )
         return None
     return colour
