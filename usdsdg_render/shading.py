@@ -17,8 +17,8 @@ from .mdl_module import Preset
 from .moment import value_now
 from .textures import TextureUse
 
-# Colours of surfaces and of what glows [nits]: light may meet a dozen of them and be filtered within 32-bit numbers. The
-# sun has 1.6e9 nits.
+# Colours of surfaces and of what glows [nits]: light may meet a dozen of them and be filtered within 32-bit numbers.
+# The sun has 1.6e9 nits.
 BRIGHTEST, BRIGHTEST_GLOW = 1e3, 1e10
 
 
