@@ -21,6 +21,7 @@ from usdsdg_render.scene import (
     Texture,
 )
 from usdsdg_render.sky import SkyMemory
+from usdsdg_render.support import SUPPORT, support, world_boxes
 from usdsdg_render.trace.forest import BottomTree, TopTree
 
 # Flags of a texture's record, as `lookup.cpp` reads them
@@ -39,8 +40,10 @@ class _PrototypeMemory:
         self.prototype = prototype  # keeps its identity from being reused
         self.triangles = wp.array(_triangle_records(prototype), dtype=types.Triangle, device=device)
         self.tree = BottomTree(prototype.points, prototype.triangles, device)
-        used = prototype.points[prototype.triangles].reshape(-1, 3)
-        self.lower, self.upper = used.min(0), used.max(0)
+        used = np.zeros(len(prototype.points), bool)
+        used[prototype.triangles] = True
+        points = prototype.points[used]
+        self.lower, self.upper, self.support = points.min(0), points.max(0), support(points)
 
 
 class DeviceScene:
@@ -66,6 +69,7 @@ class DeviceScene:
         self._top: TopTree | None = None
         self._rows = records(types.Instance, 0)
         self._local_boxes = np.zeros((0, 3)), np.zeros((0, 3))
+        self._supports = np.zeros((0, *SUPPORT))  # of the prototypes
         self._filled = np.zeros(0, bool)  # per instance: whether it has triangles
 
     def sync(self, scene: Scene) -> None:
@@ -136,12 +140,13 @@ class DeviceScene:
         parts = records(types.Instance, len(memories))
         # Per prototype: box, and number of material slots.
         lower, upper = np.zeros((2, len(memories), 3))
+        self._supports = np.zeros((len(memories), *SUPPORT))
         slots = np.zeros(len(memories), np.int64)
         for k, memory in enumerate(memories):
             if memory is not None:
                 parts[k]["triangles"] = memory.triangles.ptr
                 parts[k]["nodes"], parts[k]["blocks"] = memory.tree.nodes, memory.tree.blocks
-                lower[k], upper[k] = memory.lower, memory.upper
+                lower[k], upper[k], self._supports[k] = memory.lower, memory.upper, memory.support
                 slots[k] = memory.prototype.triangle_slots.max(initial=0) + 1
         rows = parts[instances.prototype]
         rows["slot_offset"] = instances.slot_offset
@@ -164,7 +169,7 @@ class DeviceScene:
         rows["world_origin"] = matrices[:, 3, :3]
         rows["world_to_local"] = inverse.transpose(0, 2, 1)
         self.placed = solid & self._filled
-        self.lower, self.upper = _world_boxes(*self._local_boxes, matrices)
+        self.lower, self.upper = _rounded(*world_boxes(self._supports, scene.instances.prototype, matrices))
         tree = self.tables.tree
         tree.instance_count = int(self.placed.sum())
         if tree.instance_count:
@@ -258,10 +263,9 @@ def _invertible(local_to_world: np.ndarray, paths: tuple[str, ...]) -> tuple[np.
     return matrices, solid
 
 
-def _world_boxes(lower: np.ndarray, upper: np.ndarray, matrices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """World boxes of object-space boxes, (N, 3) each, rounded outwards by more than a ray's own rounding."""
-    center = np.einsum("ni,nij->nj", (lower + upper) / 2, matrices[:, :3, :3]) + matrices[:, 3, :3]
-    half = np.einsum("ni,nij->nj", (upper - lower) / 2, np.abs(matrices[:, :3, :3]))
+def _rounded(lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(N, 3) boxes in single precision, rounded outwards by more than a ray's own rounding."""
+    center, half = (lower + upper) / 2, (upper - lower) / 2
     half += 2e-6 * (np.abs(center) + half)
     return (center - half).astype(np.float32), (center + half).astype(np.float32)
 
