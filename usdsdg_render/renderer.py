@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str, int, "int | None"], None]
 
+# Of a GPU's memory that stay with the process between frames.
+KEPT_BYTES = 1 << 30
+
 _LABEL_MODES = {"surface": BY_THRESHOLD, "behind": BEHIND_GLASS}
 
 
@@ -69,6 +72,7 @@ class WarpRenderer:
         self.device = chosen_device(device)
         self.threads: int | None = None  # None: all CPUs that this process may use
         precompile(self.device, progress)
+        keep_memory(self.device)
         self._on_device = DeviceScene(self.device)
         self._history = History(self.device)
         self._waves = Waves(self.device)
@@ -258,6 +262,12 @@ def path_options(settings: PathSettings, film: Film) -> PathOptions:
     options.features = int(film.has_features)
     options.parts = int(film.has_parts)
     return options
+
+
+def keep_memory(device: str) -> None:
+    """Let arrays of one frame serve the next: to ask a driver for memory takes longer than to draw into it."""
+    if wp.get_device(device).is_mempool_enabled and wp.get_mempool_release_threshold(device) < KEPT_BYTES:
+        wp.set_mempool_release_threshold(device, KEPT_BYTES)
 
 
 def chosen_device(device: str | None) -> str:
