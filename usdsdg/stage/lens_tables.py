@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.ndimage import binary_dilation
-from scipy.spatial import cKDTree
 
 # Width and height of the map of directions that says where the search for a direction's texel begins.
 START_SIZE = 128
@@ -78,6 +76,9 @@ class LensTable:
     @cached_property
     def starts(self) -> np.ndarray:
         """(START_SIZE, START_SIZE, 2) float32: a lit place whose direction is close to that of an octahedral map."""
+        # Imported where it is needed: it takes long, and few scenes have such a lens.
+        from scipy.spatial import cKDTree
+
         lit = self.texels[..., 3] > 0
         step = max(1, int(np.sqrt(lit.sum() / _KNOWN)))
         rows, columns = np.nonzero(lit[::step, ::step])
@@ -154,7 +155,12 @@ class LensTable:
 def _grow(directions: np.ndarray, known: np.ndarray) -> None:
     """Let directions (height, width, 3) go on, in straight lines, to the texels beside those that are `known`."""
     height, width = known.shape
-    y, x = np.nonzero(binary_dilation(known) & ~known)
+    beside = np.zeros_like(known)
+    beside[1:] |= known[:-1]
+    beside[:-1] |= known[1:]
+    beside[:, 1:] |= known[:, :-1]
+    beside[:, :-1] |= known[:, 1:]
+    y, x = np.nonzero(beside & ~known)
     total, count = np.zeros((len(y), 3)), np.zeros((len(y), 1))
     for down, across in ((0, 1), (0, -1), (1, 0), (-1, 0)):
         near = np.clip(y + down, 0, height - 1), np.clip(x + across, 0, width - 1)

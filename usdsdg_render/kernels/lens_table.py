@@ -10,19 +10,8 @@ from usdsdg.stage.lens_tables import DARK, RINGS, START_SIZE
 SIDE = wp.constant(START_SIZE)
 SHARE_OF_DARK = wp.constant(DARK)
 AROUND = wp.constant(float(RINGS))
-STEPS = wp.constant(12)
+STEPS = wp.constant(20)  # more than Warp unrolls
 STILL = wp.constant(2.0e-4)  # texels
-
-
-@wp.func
-def table_cell(table: wp.uint64, width: int, height: int, place: wp.vec2):
-    """The four texels around a place, as rows, and how far across and down it is between them."""
-    texels = wp.array(ptr=table, shape=(width * height,), dtype=wp.vec4)
-    x = wp.clamp(int(wp.floor(place[0])), 0, width - 2)
-    y = wp.clamp(int(wp.floor(place[1])), 0, height - 2)
-    first = y * width + x
-    corners = wp.matrix_from_rows(texels[first], texels[first + 1], texels[first + width], texels[first + width + 1])
-    return corners, wp.vec2(place[0] - float(x), place[1] - float(y))
 
 
 @wp.func
@@ -35,10 +24,14 @@ def is_lit(width: int, height: int, place: wp.vec2, light: float):
 @wp.func
 def table_direction(table: wp.uint64, width: int, height: int, place: wp.vec2):
     """Unit direction at a place; zero where no light comes in."""
-    corners, at = table_cell(table, width, height, place)
-    u = at[0]
-    v = at[1]
-    seen = wp.vec4((1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v) * corners
+    texels = wp.array(ptr=table, shape=(width * height,), dtype=wp.vec4)
+    x = wp.clamp(int(wp.floor(place[0])), 0, width - 2)
+    y = wp.clamp(int(wp.floor(place[1])), 0, height - 2)
+    first = y * width + x
+    across = place[0] - float(x)
+    above = wp.lerp(texels[first], texels[first + 1], across)
+    below = wp.lerp(texels[first + width], texels[first + width + 1], across)
+    seen = wp.lerp(above, below, place[1] - float(y))
     if not is_lit(width, height, place, seen[3]):
         return wp.vec3(0.0)
     return wp.normalize(wp.vec3(seen[0], seen[1], seen[2]))
@@ -55,13 +48,18 @@ def table_place(table: wp.uint64, width: int, height: int, p: wp.vec3):
         other = wp.vec3(1.0, 0.0, 0.0)
     first = wp.normalize(wp.cross(target, other))
     second = wp.cross(target, first)
+    texels = wp.array(ptr=table, shape=(width * height,), dtype=wp.vec4)
     for _step in range(STEPS):
-        corners, at = table_cell(table, width, height, place)
-        u = at[0]
-        v = at[1]
-        seen = wp.vec4((1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v) * corners
-        across = wp.vec4(v - 1.0, 1.0 - v, -v, v) * corners
-        down = wp.vec4(u - 1.0, -u, 1.0 - u, u) * corners
+        x = wp.clamp(int(wp.floor(place[0])), 0, width - 2)
+        y = wp.clamp(int(wp.floor(place[1])), 0, height - 2)
+        corner = y * width + x
+        below = corner + width
+        share = place[1] - float(y)
+        left = wp.lerp(texels[corner], texels[below], share)
+        across = wp.lerp(texels[corner + 1], texels[below + 1], share) - left
+        share = place[0] - float(x)
+        down = wp.lerp(texels[below] - texels[corner], texels[below + 1] - texels[corner + 1], share)
+        seen = left + across * share
         miss = wp.vec2(along(first, seen), along(second, seen))
         a = along(first, across)
         b = along(first, down)
