@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 class _Moment(NamedTuple):
     """Where all instances were, in what shape."""
 
-    matrices: dict[str, np.ndarray]  # local to world, by path of the instance
-    prototypes: dict[str, Prototype]
+    paths: tuple[str, ...]
+    matrices: np.ndarray  # (instances, 4, 4) local to world
+    prototypes: tuple[Prototype, ...]
 
 
 class _Look(NamedTuple):
@@ -39,7 +40,7 @@ class _Looks(NamedTuple):
     sync: int
 
 
-_NOTHING = _Moment({}, {})
+_NOTHING = _Moment((), np.zeros((0, 4, 4)), ())
 
 
 class History:
@@ -53,7 +54,8 @@ class History:
         self._looks: dict[tuple[str, int, int], _Looks] = {}
         self._sync = 0
         self._now: _Moment | None = None
-        self._corners: list[wp.array] = []  # what the last `Past` points to
+        # What the last `Past` points to, by the shapes before and now.
+        self._corners: dict[tuple[int, int], wp.array] = {}
 
     def advance(self) -> None:
         """The scene was synced: what cameras saw until now is their past."""
@@ -68,7 +70,7 @@ class History:
         past = Past()
         past.cameras = camera_array([look.view for look in looks], self.device)
         past.moments = wp.array([rows[id(look.moment)] for look in looks], dtype=wp.int32, device=self.device)
-        self._corners = []
+        self._corners = {}
         places = records(Was, len(moments) * len(scene.instances.paths)).reshape(len(moments), -1)
         for row, moment in zip(places, moments.values(), strict=True):
             self._place(row, moment, scene)
@@ -83,11 +85,8 @@ class History:
         """Make the present the past of these cameras, for when they or the scene have moved."""
         if self._now is None:
             instances = scene.instances
-            prototypes = [scene.prototypes[index] for index in instances.prototype]
-            self._now = _Moment(
-                dict(zip(instances.paths, instances.local_to_world.copy(), strict=True)),
-                dict(zip(instances.paths, prototypes, strict=True)),
-            )
+            prototypes = tuple(scene.prototypes[index] for index in instances.prototype.tolist())
+            self._now = _Moment(instances.paths, instances.local_to_world.copy(), prototypes)
         for view in views:
             self._looks[_key(view)] = _Looks(self._past_look(view), _Look(view, self._now), self._sync)
 
@@ -101,30 +100,35 @@ class History:
     def _place(self, rows: np.ndarray, moment: _Moment, scene: Scene) -> None:
         """Fill (instances,) records of Was."""
         instances = scene.instances
-        rows["known"] = [path in moment.matrices for path in instances.paths]
-        now = zip(instances.paths, instances.local_to_world, strict=True)
-        matrices = np.array([moment.matrices.get(path, here) for path, here in now]).reshape(-1, 4, 4)
+        matrices = instances.local_to_world.copy()
+        here, there = _shared(instances.paths, moment.paths)
+        matrices[here] = moment.matrices[there]
+        rows["known"][here] = 1
         rows["local_to_world"] = matrices[:, :3, :3].transpose(0, 2, 1)
         rows["world_origin"] = matrices[:, 3, :3]
-        rows["corners"] = self._past_corners(moment, scene)
+        shapes = [scene.prototypes[index] for index in instances.prototype.tolist()]
+        changed = [(k, before) for k, before in zip(here, there) if shapes[k] is not moment.prototypes[before]]
+        for k, before in changed:
+            rows["corners"][k] = self._past_corners(moment.prototypes[before], shapes[k])
 
-    def _past_corners(self, moment: _Moment, scene: Scene) -> np.ndarray:
-        """(instances,) uint64 addresses of the corners of those that had another shape of the same triangles."""
-        uploaded: dict[tuple[int, int], wp.array | None] = {}
-        addresses = np.zeros(len(scene.instances.paths), np.uint64)
-        for k, (path, index) in enumerate(zip(scene.instances.paths, scene.instances.prototype, strict=True)):
-            before, now = moment.prototypes.get(path), scene.prototypes[index]
-            if before is None or before is now:
-                continue
-            key = id(before), id(now)
-            if key not in uploaded:
-                same = np.array_equal(before.triangles, now.triangles)
-                corners = before.points[before.triangles].reshape(-1, 3) if same else None
-                uploaded[key] = None if corners is None else wp.array(corners, dtype=wp.vec3, device=self.device)
-            held = uploaded[key]
-            addresses[k] = 0 if held is None else held.ptr
-        self._corners += [each for each in uploaded.values() if each is not None]
-        return addresses
+    def _past_corners(self, before: Prototype, now: Prototype) -> int:
+        """The address of the corners of a shape that had other points; 0 if it had other triangles."""
+        key = id(before), id(now)
+        if key not in self._corners:
+            same = np.array_equal(before.triangles, now.triangles)
+            corners = before.points[before.triangles].reshape(-1, 3) if same else np.zeros((0, 3), np.float32)
+            self._corners[key] = wp.array(corners, dtype=wp.vec3, device=self.device)
+        held = self._corners[key]
+        return int(held.ptr or 0)
+
+
+def _shared(now: tuple[str, ...], before: tuple[str, ...]) -> tuple[Sequence[int], Sequence[int]]:
+    """Where the paths that are in both stand, in one and in the other."""
+    if now == before:
+        return range(len(now)), range(len(now))
+    places = {path: k for k, path in enumerate(before)}
+    both = [(k, places[path]) for k, path in enumerate(now) if path in places]
+    return [k for k, _ in both], [k for _, k in both]
 
 
 def _key(view: CameraView) -> tuple[str, int, int]:
