@@ -49,6 +49,15 @@ class Bench:
 
         return in_turns({"": waited}, rounds=self.rounds)[""].wall
 
+    def kernel_seconds(self, work) -> float:
+        """What the device computes for, without the host and what it waits for."""
+        rounds = []
+        for _ in range(self.rounds):
+            with wp.ScopedTimer("", print=False, cuda_filter=wp.TIMING_KERNEL) as timer:
+                work()
+            rounds.append(sum(result.elapsed for result in timer.timing_results) / 1e3)
+        return float(np.median(rounds))
+
     def update(self) -> None:
         def moved() -> None:
             self.scene.touch("transforms")
@@ -105,12 +114,14 @@ class Bench:
         for names in (LABELS, ("instance",)):
             seconds = self.seconds(lambda names=names: self.renderer.label_batch(views, names))
             pixels = CAMERAS * views[0].width * views[0].height
-            rate = f"{CAMERAS / seconds:.0f} views/s, {pixels / seconds / 1e6:.0f} M pixels/s"
+            kernels = self.kernel_seconds(lambda names=names: self.renderer.label_batch(views, names))
+            rate = f"{1e3 * kernels:.2f} ms in kernels, {pixels / kernels / 1e6:.0f} M pixels/s"
             print(f"{len(names)} AOVs of {CAMERAS} views: {1e3 * seconds:.2f} ms, {rate}")
         fetched = self.seconds(lambda: self.renderer.labels_of(views, LABELS))
         print(f"{len(LABELS)} AOVs of {CAMERAS} views, fetched: {1e3 * fetched:.1f} ms")
         cameras = SensorCameras(self.scene, views, self.device)
-        print(f"SensorCamera, {CAMERAS} views: {1e3 * self.seconds(cameras.draw):.2f} ms")
+        seconds, kernels = self.seconds(cameras.draw), self.kernel_seconds(cameras.draw)
+        print(f"SensorCamera, {CAMERAS} views: {1e3 * seconds:.2f} ms, {1e3 * kernels:.2f} ms in kernels")
 
     def many_views(self) -> None:
         """Labels of a small training set in one launch, boxes and masks made where they are."""

@@ -19,13 +19,14 @@ from usdsdg_render.camera import camera_record
 from usdsdg_render.device import DeviceScene, records
 from usdsdg_render.fetch import fetch
 from usdsdg_render.kernels.coverage import Strip, cover_strips, find_spans
+from usdsdg_render.kernels.types import Camera
 from usdsdg_render.parallel import launch_rows
 
 if TYPE_CHECKING:
     from usdsdg.stage.cameras import CameraView
 
-STRIPS_PER_BAND = 512
-BOXES_PER_BAND = 16
+STRIPS_PER_BAND = 1024
+BOXES_PER_BAND = 64
 # Pixels around a projected box, for rounding.
 MARGIN = 1
 
@@ -48,9 +49,10 @@ def render(
     tested, rectangles = tested[in_view], rectangles[in_view]
     if len(tested) == 0:
         return Outlines.nothing((view.height, view.width), len(groups))
-    strips = _strips(_spans(device_scene, view, tested, rectangles, threads), tested)
+    camera = camera_record(view, device_scene.device)
+    strips = _strips(_spans(device_scene, view, camera, tested, rectangles, threads), tested)
     owners = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
-    by_instance = _cover(device_scene, view, shown, strips, mode, threads)
+    by_instance = _cover(device_scene, camera, shown, strips, mode, threads)
     return Outlines((view.height, view.width), len(groups), _merged(by_instance, members, owners))
 
 
@@ -78,14 +80,19 @@ def reachable(view: CameraView, lower: np.ndarray, upper: np.ndarray) -> np.ndar
 
 
 def _spans(
-    device_scene: DeviceScene, view: CameraView, tested: np.ndarray, rectangles: np.ndarray, threads: int | None
+    device_scene: DeviceScene,
+    view: CameraView,
+    camera: Camera,
+    tested: np.ndarray,
+    rectangles: np.ndarray,
+    threads: int | None,
 ) -> np.ndarray:
     """(I, H, 2) columns [first, last) of each row that each of the instances can reach."""
     device = device_scene.device
     in_camera = device_scene.corners(view.local_to_world[3, :3])[tested] @ view.world_to_camera[:3, :3]
     corners = wp.array(in_camera.astype(np.float32), dtype=wp.vec3, device=device)
     spans = wp.empty((len(tested), view.height), dtype=wp.vec2i, device=device)
-    inputs = [camera_record(view, device), corners, wp.array(rectangles, dtype=wp.vec4i, device=device)]
+    inputs = [camera, corners, wp.array(rectangles, dtype=wp.vec4i, device=device)]
     launch_rows(find_spans, spans.shape, inputs, [spans], device=device, threads=threads, band_rows=BOXES_PER_BAND)
     return fetch({"spans": spans})["spans"]
 
@@ -106,14 +113,14 @@ def _strips(spans: np.ndarray, tested: np.ndarray) -> np.ndarray:
 
 
 def _cover(
-    device_scene: DeviceScene, view: CameraView, shown: np.ndarray, strips: np.ndarray, mode: int, threads: int | None
+    device_scene: DeviceScene, camera: Camera, shown: np.ndarray, strips: np.ndarray, mode: int, threads: int | None
 ) -> np.ndarray:
     """STRIP rows of what is met, whose group is the instance."""
     device = device_scene.device
     covered, visible = (wp.empty(len(strips), dtype=wp.uint64, device=device) for _ in range(2))
     inputs = [
         device_scene.tables,
-        camera_record(view, device),
+        camera,
         mode,
         wp.array(shown, dtype=wp.int32, device=device),
         wp.array(strips, dtype=Strip, device=device),
@@ -138,6 +145,10 @@ def _cover(
 
 def _merged(by_instance: np.ndarray, members: np.ndarray, owners: np.ndarray) -> np.ndarray:
     """STRIP rows of the groups `owners` from those of their instances `members`: a pixel counts once."""
+    if len(members) == len(np.unique(owners)) and np.all(members[1:] > members[:-1]):
+        # One instance a group, and in their order.
+        by_instance["group"] = owners[np.searchsorted(members, by_instance["group"])]
+        return by_instance
     begin = np.searchsorted(by_instance["group"], members)
     length = np.searchsorted(by_instance["group"], members, side="right") - begin
     rows = np.repeat(begin - (np.cumsum(length) - length), length) + np.arange(length.sum())
