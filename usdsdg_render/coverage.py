@@ -18,17 +18,15 @@ from usdsdg_render import cones
 from usdsdg_render.camera import camera_record
 from usdsdg_render.device import DeviceScene, records
 from usdsdg_render.fetch import fetch
-from usdsdg_render.kernels.coverage import Strip, cover_strips, find_spans
+from usdsdg_render.kernels.coverage import Strip, cover_strips
 from usdsdg_render.kernels.types import Camera
 from usdsdg_render.parallel import launch_rows
+from usdsdg_render.tangents import octagons
 
 if TYPE_CHECKING:
     from usdsdg.stage.cameras import CameraView
 
 STRIPS_PER_BAND = 1024
-BOXES_PER_BAND = 64
-# Pixels around a projected box, for rounding.
-MARGIN = 1
 
 
 def render(
@@ -43,65 +41,50 @@ def render(
     """See `WarpRenderer.outlines`; `shown` is the instance AOV of the same view and mode."""
     members = np.array([each for group in groups for each in group], np.int64)
     tested = np.unique(members)
-    rectangles = reachable(view, device_scene.lower[tested], device_scene.upper[tested])
-    rectangles[~device_scene.placed[tested]] = 0
-    in_view = (rectangles[:, 2] > rectangles[:, 0]) & (rectangles[:, 3] > rectangles[:, 1])
-    tested, rectangles = tested[in_view], rectangles[in_view]
-    if len(tested) == 0:
+    tested = tested[device_scene.placed[tested]]
+    strips = _strips(*_spans(view, *_bounds(device_scene, view, tested)), tested)
+    if len(strips) == 0:
         return Outlines.nothing((view.height, view.width), len(groups))
     camera = camera_record(view, device_scene.device)
-    strips = _strips(_spans(device_scene, view, camera, tested, rectangles, threads), tested)
     owners = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
     by_instance = _cover(device_scene, camera, shown, strips, mode, threads)
     return Outlines((view.height, view.width), len(groups), _merged(by_instance, members, owners))
 
 
-def reachable(view: CameraView, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """(I, 4) int32 pixel rectangles x0, y0, x1, y1 (exclusive) that hold all of each world box.
-
-    A box that reaches the near plane or lies around the camera gets the whole picture; one out of sight an empty one.
-    """
-    if view.lens is not None:
-        return cones.reachable(view, lower.astype(np.float64), upper.astype(np.float64))
-    corner = np.stack(np.meshgrid(*[(0, 1)] * 3, indexing="ij"), -1).reshape(8, 3)
-    points = np.where(corner, upper[:, None], lower[:, None]).astype(np.float64)
-    pixels, depth = view.project(points.reshape(-1, 3))
-    pixels, depth = pixels.reshape(-1, 8, 2), depth.reshape(-1, 8)
-    near, far = view.clipping_range
-    whole = depth.min(1) <= max(near * 0.5, 1e-12) if view.projection_type == "pinhole" else np.zeros(len(lower), bool)
-    gone = (depth.max(1) < near * 0.999) | (depth.min(1) > far * 1.001)
-    size = np.array([view.width, view.height])
-    with np.errstate(invalid="ignore"):
-        first = np.clip(np.floor(pixels.min(1)) - MARGIN, 0, size)
-        last = np.clip(np.ceil(pixels.max(1)) + MARGIN, 0, size)
-    first[whole], last[whole] = 0, size
-    first[gone] = last[gone] = 0
-    return np.concatenate([first, last], 1).astype(np.int32)
+def _bounds(device_scene: DeviceScene, view: CameraView, tested: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(I, 4) lower and upper bounds over the pixels that instances can reach, of each of `tangents.LINES`."""
+    if view.lens is None:
+        return octagons(device_scene, view, tested)
+    lower, upper = np.full((len(tested), 4), -np.inf), np.full((len(tested), 4), np.inf)
+    world = (each[tested].astype(np.float64) for each in (device_scene.lower, device_scene.upper))
+    boxes = cones.reachable(view, *world)
+    lower[:, :2], upper[:, :2] = boxes[:, :2], boxes[:, 2:]
+    return lower, upper
 
 
-def _spans(
-    device_scene: DeviceScene,
-    view: CameraView,
-    camera: Camera,
-    tested: np.ndarray,
-    rectangles: np.ndarray,
-    threads: int | None,
-) -> np.ndarray:
-    """(I, H, 2) columns [first, last) of each row that each of the instances can reach."""
-    device = device_scene.device
-    in_camera = device_scene.corners(view.local_to_world[3, :3])[tested] @ view.world_to_camera[:3, :3]
-    corners = wp.array(in_camera.astype(np.float32), dtype=wp.vec3, device=device)
-    spans = wp.empty((len(tested), view.height), dtype=wp.vec2i, device=device)
-    inputs = [camera, corners, wp.array(rectangles, dtype=wp.vec4i, device=device)]
-    launch_rows(find_spans, spans.shape, inputs, [spans], device=device, threads=threads, band_rows=BOXES_PER_BAND)
-    return fetch({"spans": spans})["spans"]
+def _spans(view: CameraView, lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Box, row, first column and the one after the last, (S,) each, of the pixels whose centres are within bounds."""
+    top = _first_centre(lower[:, 1], view.height)
+    rows = np.maximum(_first_centre(upper[:, 1], view.height) - top, 0)
+    box = np.repeat(np.arange(len(rows)), rows)
+    row = top[box] + np.arange(len(box)) - np.repeat(np.cumsum(rows) - rows, rows)
+    middle = row + 0.5
+    low, high = lower[box], upper[box]
+    # Columns where column, column + row and column - row are all within their bounds.
+    first = np.maximum(np.maximum(low[:, 0], low[:, 2] - middle), low[:, 3] + middle)
+    last = np.minimum(np.minimum(high[:, 0], high[:, 2] - middle), high[:, 3] + middle)
+    first, last = _first_centre(first, view.width), _first_centre(last, view.width)
+    some = last > first
+    return box[some], row[some], first[some], last[some]
 
 
-def _strips(spans: np.ndarray, tested: np.ndarray) -> np.ndarray:
+def _first_centre(places: np.ndarray, size: int) -> np.ndarray:
+    """The first pixel of a row of `size` whose centre is not before each of these places; `size` if none is."""
+    return np.clip(np.ceil(places - 0.5), 0, size).astype(np.int64)
+
+
+def _strips(box: np.ndarray, row: np.ndarray, first: np.ndarray, last: np.ndarray, tested: np.ndarray) -> np.ndarray:
     """What to test, ordered by instance, row and column, cut at the ends of words."""
-    first, last = spans[..., 0], spans[..., 1]
-    box, row = np.nonzero(last > first)
-    first, last = first[box, row], last[box, row]
     words = (last - 1) // WORD - first // WORD + 1
     span = np.repeat(np.arange(len(box)), words)
     word = first[span] // WORD + np.arange(len(span)) - np.repeat(np.cumsum(words) - words, words)

@@ -21,7 +21,7 @@ from usdsdg_render.scene import (
     Texture,
 )
 from usdsdg_render.sky import SkyMemory
-from usdsdg_render.support import SUPPORT, support, world_boxes
+from usdsdg_render.support import SUPPORT, reach, support, world_boxes
 from usdsdg_render.trace.forest import BottomTree, TopTree
 
 # Flags of a texture's record, as `lookup.cpp` reads them
@@ -42,8 +42,7 @@ class _PrototypeMemory:
         self.tree = BottomTree(prototype.points, prototype.triangles, device)
         used = np.zeros(len(prototype.points), bool)
         used[prototype.triangles] = True
-        points = prototype.points[used]
-        self.lower, self.upper, self.support = points.min(0), points.max(0), support(points)
+        self.support = support(prototype.points[used])
 
 
 class DeviceScene:
@@ -68,8 +67,9 @@ class DeviceScene:
         self._light = 0.0
         self._top: TopTree | None = None
         self._rows = records(types.Instance, 0)
-        self._local_boxes = np.zeros((0, 3)), np.zeros((0, 3))
         self._supports = np.zeros((0, *SUPPORT))  # of the prototypes
+        self._prototype_of = np.zeros(0, np.int64)  # per instance
+        self._matrices = np.zeros((0, 4, 4))
         self._filled = np.zeros(0, bool)  # per instance: whether it has triangles
 
     def sync(self, scene: Scene) -> None:
@@ -138,15 +138,14 @@ class DeviceScene:
         instances = scene.instances
         memories = [self._prototypes.get(id(prototype)) for prototype in scene.prototypes]
         parts = records(types.Instance, len(memories))
-        # Per prototype: box, and number of material slots.
-        lower, upper = np.zeros((2, len(memories), 3))
+        # Per prototype: number of material slots.
         self._supports = np.zeros((len(memories), *SUPPORT))
         slots = np.zeros(len(memories), np.int64)
         for k, memory in enumerate(memories):
             if memory is not None:
                 parts[k]["triangles"] = memory.triangles.ptr
                 parts[k]["nodes"], parts[k]["blocks"] = memory.tree.nodes, memory.tree.blocks
-                lower[k], upper[k], self._supports[k] = memory.lower, memory.upper, memory.support
+                self._supports[k] = memory.support
                 slots[k] = memory.prototype.triangle_slots.max(initial=0) + 1
         rows = parts[instances.prototype]
         rows["slot_offset"] = instances.slot_offset
@@ -155,7 +154,7 @@ class DeviceScene:
             _see_through(scene)[scene.material_slots], rows["slot_offset"], slots[instances.prototype]
         )
         self._rows = rows
-        self._local_boxes = lower[instances.prototype], upper[instances.prototype]
+        self._prototype_of = instances.prototype
         self._filled = np.array([memory is not None for memory in memories], bool)[instances.prototype]
         self.tables.slots = self._array(scene.material_slots, wp.int32)
 
@@ -163,6 +162,7 @@ class DeviceScene:
         """Put the instances somewhere, (N, 4, 4) as in `Instances`: where the scene has them, or between."""
         rows = self._rows
         matrices, solid = _invertible(local_to_world, scene.instances.paths)
+        self._matrices = matrices
         inverse = np.linalg.inv(matrices[:, :3, :3])
         # Rows times matrix on the host, matrix times column in kernels.
         rows["local_to_world"] = matrices[:, :3, :3].transpose(0, 2, 1)
@@ -178,20 +178,18 @@ class DeviceScene:
             tree.nodes, tree.order = self._top.nodes, self._top.order
         tree.instances = self._array(rows, types.Instance)
 
-    def corners(self, origin: np.ndarray) -> np.ndarray:
-        """(N, 8, 3) corners of the instances' own boxes in the world, from `origin`, rounded outwards.
-
-        Corner k is at the upper end of axis a where bit a of k is set.
-        """
-        lower, upper = self._local_boxes
-        matrices = self._rows["local_to_world"].transpose(0, 2, 1).astype(np.float64)
-        away = self._rows["world_origin"] - origin
-        far = np.abs(self._rows["world_origin"]).max(1) + np.abs(origin).max() + np.abs(self.upper - self.lower).max(1)
-        # More than a ray's own rounding, along each axis of the instance.
-        margin = 1e-5 * far[:, None] * np.linalg.norm(self._rows["world_to_local"], axis=2)
-        bits = np.arange(8)[:, None] >> np.arange(3) & 1
-        local = np.where(bits, (upper + margin)[:, None], (lower - margin)[:, None])
-        return local @ matrices + away[:, None]
+    def reaches(self, instances: np.ndarray, directions: np.ndarray, origin: np.ndarray) -> np.ndarray:
+        """(I, K) how far from `origin` instances (I,) reach along directions (I, K, 3) in the world, rounded up."""
+        matrices = self._matrices[instances]
+        away = matrices[:, 3, :3] - origin
+        local = directions @ matrices[:, :3, :3].transpose(0, 2, 1)
+        which = np.repeat(self._prototype_of[instances], directions.shape[1])
+        reached = reach(self._supports, which, local.reshape(-1, 3)).reshape(local.shape[:2])
+        size = (self.upper - self.lower)[instances]
+        far = np.abs(matrices[:, 3, :3]).max(1) + np.abs(origin).max() + size.max(1)
+        # More than a ray's own rounding.
+        reached += 1e-5 * far[:, None] * np.linalg.norm(directions, axis=2)
+        return reached + np.einsum("nkj,nj->nk", directions, away)
 
     def _upload_lights(self, scene: Scene, *, dome: bool) -> None:
         self._lights.upload(scene, self.tables)

@@ -176,7 +176,7 @@ def test_a_bad_override_is_named_instead_of_a_line():
     ("name", "text", "expected"),
     [
         ("a.yaml", "seed: 0\nnum_frames: [1", "line 2: not valid YAML"),
-        ("a.json", '{"num_frames": 1,\n}', "line 2: not valid JSON"),
+        ("a.json", '{"num_frames": 1,\n"seed" 2}', "line 2: not valid JSON"),
         ("a.json", "[1]", "expected a mapping"),
         ("a.yaml", "seed: 0\nwriter_kwargs: &again {deeper: [*again]}", "line 2: not valid YAML: it contains itself"),
         ("a.yaml", "a: " + "[" * 5000, "nested too deeply"),

@@ -13,7 +13,7 @@ from tests.render.test_labels import coverage_one_by_one, some_scene
 from tests.stage.lens_cases import CASES, LENSES, PANORAMAS
 from usdsdg.stage.cameras import CameraView
 from usdsdg_render.aov import AOVS
-from usdsdg_render.coverage import reachable
+from usdsdg_render.cones import reachable
 from usdsdg_render.scene import NO_INSTANCE
 from usdsdg_render.settings import PathSettings
 
