@@ -238,7 +238,15 @@ def test_ctrl_c_finishes_the_frame_and_then_stops(physics, monkeypatch, capsys):
     assert signal.getsignal(signal.SIGINT) is handler
 
 
-def test_a_second_ctrl_c_stops_at_once(physics, monkeypatch):
+@pytest.fixture
+def interruptible():
+    """Python's own handler, also where the tests run in the background, with SIGINT ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_a_second_ctrl_c_stops_at_once(physics, interruptible, monkeypatch):
     def step(**_):
         # In this thread: two signals from outside may arrive as one. Each is handled where a loop begins anew.
         for _press in range(2):
