@@ -128,10 +128,6 @@ def _cover(
 
 def _merged(by_instance: np.ndarray, members: np.ndarray, owners: np.ndarray) -> np.ndarray:
     """STRIP rows of the groups `owners` from those of their instances `members`: a pixel counts once."""
-    if len(members) == len(np.unique(owners)) and np.all(members[1:] > members[:-1]):
-        # One instance a group, and in their order.
-        by_instance["group"] = owners[np.searchsorted(members, by_instance["group"])]
-        return by_instance
     begin = np.searchsorted(by_instance["group"], members)
     length = np.searchsorted(by_instance["group"], members, side="right") - begin
     rows = np.repeat(begin - (np.cumsum(length) - length), length) + np.arange(length.sum())

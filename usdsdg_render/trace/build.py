@@ -47,13 +47,11 @@ def build_tree(task: Task):
 
 @dataclass(frozen=True)
 class BottomTree:
-    """The tree over one prototype; `lower` and `upper` bound its points [object space]."""
+    """The tree over one prototype."""
 
     nodes: np.ndarray  # (N, 64) float32, lines of memory aligned
     blocks: np.ndarray  # (B, 80) float32: rows of eight x, y, z of three corners, then eight triangle indices
     depth: int
-    lower: np.ndarray
-    upper: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -74,7 +72,7 @@ def build_bottom(points: np.ndarray, triangles: np.ndarray) -> BottomTree:
     lanes = np.where(members[:, :, None, None] >= 0, corners[members], np.float32(0))
     blocks[:, :72] = lanes.transpose(0, 2, 3, 1).reshape(len(members), 72)
     blocks[:, 72:].view(np.int32)[:] = members
-    return BottomTree(nodes, blocks, depth, lower.min(0), upper.max(0))
+    return BottomTree(nodes, blocks, depth)
 
 
 def build_top(lower: np.ndarray, upper: np.ndarray, instances: np.ndarray) -> TopTree:
