@@ -29,6 +29,8 @@ BLOCK = 128
 CAMERAS = 16
 SAMPLES = 128
 MANY = 256
+# How SensorCamera's threads take pixels: its own choice, and the others that it has.
+ORDERS = ("PIXEL_PRIORITY", "VIEW_PRIORITY", "TILED")
 SMALL, SMALL_CAMERAS = 128, 64
 
 
@@ -110,7 +112,7 @@ class Bench:
 
     def labels(self) -> None:
         """Every AOV of one ray a pixel of many views in one launch; newton's SensorCamera beside it."""
-        views = [self.views[k % 2] for k in range(CAMERAS)]
+        views = render_scene.many_views(self.scene, CAMERAS)
         for names in (LABELS, ("instance",)):
             seconds = self.seconds(lambda names=names: self.renderer.label_batch(views, names))
             pixels = CAMERAS * views[0].width * views[0].height
@@ -119,13 +121,15 @@ class Bench:
             print(f"{len(names)} AOVs of {CAMERAS} views: {1e3 * seconds:.2f} ms, {rate}")
         fetched = self.seconds(lambda: self.renderer.labels_of(views, LABELS))
         print(f"{len(LABELS)} AOVs of {CAMERAS} views, fetched: {1e3 * fetched:.1f} ms")
-        cameras = SensorCameras(self.scene, views, self.device)
-        seconds, kernels = self.seconds(cameras.draw), self.kernel_seconds(cameras.draw)
-        print(f"SensorCamera, {CAMERAS} views: {1e3 * seconds:.2f} ms, {1e3 * kernels:.2f} ms in kernels")
+        for order in ORDERS:
+            cameras = SensorCameras(self.scene, views, self.device, order)
+            seconds, kernels = self.seconds(cameras.draw), self.kernel_seconds(cameras.draw)
+            what = f"SensorCamera, {CAMERAS} views, {order}"
+            print(f"{what}: {1e3 * seconds:.2f} ms, {1e3 * kernels:.2f} ms in kernels")
 
     def many_views(self) -> None:
         """Labels of a small training set in one launch, boxes and masks made where they are."""
-        views = [self.views[k % 2] for k in range(MANY)]
+        views = render_scene.many_views(self.scene, MANY)
         classes = np.arange(len(self.renderer.gprims)) % 15
 
         def draw() -> None:

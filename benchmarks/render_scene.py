@@ -154,8 +154,20 @@ def views(scene: Scene, size: tuple[int, int] = (640, 480)) -> list[CameraView]:
         backs /= np.linalg.norm(backs, axis=1, keepdims=True)
         eyes = centers[k] + distance * backs
         best = np.argmax(np.linalg.norm(eyes[:, None] - centers, axis=2).min(1))
-        view = view_from(
-            eyes[best], centers[k], size=size, focal_length=24.0, horizontal_aperture=20.955, clipping_range=(0.01, 1e5)
-        )
-        out.append(replace(view, prim_path=f"/World/camera_{k}"))
+        out.append(_view(k, eyes[best], centers[k], size))
     return out
+
+
+def many_views(scene: Scene, count: int, size: tuple[int, int] = (640, 480)) -> list[CameraView]:
+    """So many cameras, each of its own: at an object each, from 0.5 to 2 m in any direction."""
+    centers = scene.instances.local_to_world[:, 3, :3]
+    rng = np.random.default_rng(2)
+    backs = rng.normal(size=(count, 3))
+    backs *= rng.uniform(0.5, 2.0, (count, 1)) / np.linalg.norm(backs, axis=1, keepdims=True)
+    targets = centers[np.arange(count) % len(centers)] + rng.uniform(-0.15, 0.15, (count, 3))
+    return [_view(k, targets[k] + backs[k], targets[k], size) for k in range(count)]
+
+
+def _view(k: int, eye: np.ndarray, target: np.ndarray, size: tuple[int, int]) -> CameraView:
+    view = view_from(eye, target, size=size, focal_length=24.0, horizontal_aperture=20.955, clipping_range=(0.01, 1e5))
+    return replace(view, prim_path=f"/World/camera_{k}")

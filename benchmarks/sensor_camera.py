@@ -14,9 +14,12 @@ from usdsdg_render.scene import Scene
 
 
 class SensorCameras:
-    """Colour with texture and shadow, distance, normals and ids of all views in one call."""
+    """Colour with texture and shadow, distance, normals and ids of all views in one call.
 
-    def __init__(self, scene: Scene, views: list[CameraView], device: str = "cpu") -> None:
+    `order` is the name of the order in which its threads take pixels; newton's own choice without.
+    """
+
+    def __init__(self, scene: Scene, views: list[CameraView], device: str = "cpu", order: str = "") -> None:
         import newton
         from newton.sensors import SensorCamera
 
@@ -27,6 +30,8 @@ class SensorCameras:
         self._config = SensorCamera.RenderConfig(
             enable_textures=True, enable_shadows=True, enable_backface_culling=False
         )
+        if order:
+            self._config.render_order = SensorCamera.RenderOrder[order]
         view, count = views[0], len(views)
         size = (count, view.width, view.height)
         self._rays = SensorCamera.compute_camera_rays_pinhole(
