@@ -1,5 +1,5 @@
 """`python -m usdsdg` is the `usdsdg` program."""
 
-from usdsdg.cli import main
+from usdsdg_program import main
 
 main()

@@ -42,7 +42,7 @@ def _options(
 
 
 def main() -> None:
-    """Entry point of the `usdsdg` program."""
+    """Run the command that was typed."""
     # The interpreter would look for cycles in every module that goes: seconds, once newton is loaded.
     atexit.register(gc.freeze)
     app()

@@ -16,8 +16,8 @@ import typer
 
 from usdsdg import progress
 from usdsdg.errors import UsdsdgError, UsdsdgWarning
+from usdsdg_program import INTERRUPTED, let_commands_be_interrupted
 
-INTERRUPTED = 130
 REPEAT_SECONDS = 0.02
 
 AssetsRoot = Annotated[
@@ -44,6 +44,7 @@ def session(
     sys.unraisablehook = _interrupt_again
     progress.use_default(quiet)
     try:
+        let_commands_be_interrupted()
         keeper = _set_up(assets_root, device, save_stage)
         yield
         _finish_files()
