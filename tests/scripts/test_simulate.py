@@ -30,3 +30,10 @@ def test_a_stage_in_which_nothing_can_move_says_so_and_its_file_is_never_overwri
     refused = usdsdg("simulate", "still.usda", "./still.usda", "--device=cpu", cwd=tmp_path, expect=1)
     assert "give the result another name" in refused.stderr
     assert (tmp_path / "still.usda").read_bytes() == before
+
+
+def test_where_the_result_cannot_be_written_is_told_before_it_is_simulated(tmp_path):
+    (tmp_path / "still.usda").write_text('#usda 1.0\ndef Cube "box" {}\n')
+    (tmp_path / "file").write_text("not a folder")
+    done = usdsdg("simulate", "still.usda", "file/out.usda", cwd=tmp_path, expect=1)
+    assert done.stderr.startswith(f"error: the stage cannot be saved to {tmp_path / 'file' / 'out.usda'}: ")

@@ -102,6 +102,14 @@ def test_a_misspelt_relative_path_is_compared_with_the_working_folder_too(config
         assets.resolve("scen.usda")
 
 
+def test_a_misspelt_relative_path_is_no_business_of_the_stand_ins(tmp_path, monkeypatch):
+    assets.set_fallback_root(lambda: pytest.fail("stand-ins hold nothing but Isaac and NVIDIA"))
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.usda").touch()
+    with pytest.raises(AssetNotFound, match=rf"{tmp_path} has no scen\.usda \(did you mean scene\.usda\?\)"):
+        assets.resolve("scen.usda")
+
+
 def test_a_file_inside_a_package_needs_its_package(configured, tmp_path):
     (tmp_path / "pack.usdz").write_text("")
     inside = f"{tmp_path}/pack.usdz[textures/a.png]"

@@ -134,8 +134,8 @@ class _StageKeeper:
         from usdsdg.orchestrator import get_orchestrator
         from usdsdg.stage import flatten
 
-        flatten.check_extension(path)
         self._path = path.absolute()
+        flatten.check_place(self._path)
         self._layer: Any = None
         get_orchestrator().on_captured(self._remember)
 

@@ -23,11 +23,12 @@ def simulate(
         from usdsdg import engines
         from usdsdg.errors import OutputNotWritable
         from usdsdg.progress import report
-        from usdsdg.stage import context
+        from usdsdg.stage import context, flatten
         from usdsdg_physics import simulate as simulate_stage
 
         if output.resolve() == stage.resolve():
             raise OutputNotWritable(f"{output} is the stage that is read; give the result another name")
+        flatten.check_place(output.absolute())
         engines.hush_warp()
         opened = context.open_stage(stage)
         simulate_stage(opened, seconds, device=engines.physics_device(), progress=report)

@@ -28,6 +28,8 @@ _ONLY_THESE = (
     f"Of absolute paths, those under /{' and /'.join(TOP_FOLDERS)} are looked up under the assets root as well."
 )
 
+_NO_OTHER_PLACE = f"Relative paths are looked up under the assets root as well; {ROOT_VARIABLE} sets none."
+
 _UNRESOLVED = (Pcp.ErrorInvalidAssetPath, Pcp.ErrorInvalidSublayerPath, Pcp.ErrorUnresolvedPrimPath)
 
 _root: str | None = None
@@ -48,7 +50,7 @@ def assets_root() -> str:
     Raises:
         AssetNotFound: the folder does not exist, or there is neither a root nor a built-in one.
     """
-    if configured := _root or os.environ.get(ROOT_VARIABLE):
+    if configured := _configured_root():
         folder = os.path.abspath(os.path.expanduser(configured))
         if not os.path.isdir(folder):
             raise errors.AssetNotFound(f"the assets root {folder} is not a folder. {_HOW_TO_SET}")
@@ -97,8 +99,11 @@ def resolve(url: str | os.PathLike[str]) -> str:
     if _exists(here):
         return here
     relative = not os.path.isabs(path)
-    if not relative and path.lstrip("/").split("/", 1)[0] not in TOP_FOLDERS:
-        raise errors.AssetNotFound(f"no file for {text}: {_lacks(here)}. {_ONLY_THESE}")
+    if path.lstrip("/").split("/", 1)[0] not in TOP_FOLDERS:
+        if not relative:
+            raise errors.AssetNotFound(f"no file for {text}: {_lacks(here)}. {_ONLY_THESE}")
+        if not _configured_root():
+            raise errors.AssetNotFound(f"no file for {text}: {_lacks(here)}. {_NO_OTHER_PLACE}")
     there = os.path.join(assets_root(), path.lstrip("/"))
     if _exists(there):
         return there
@@ -134,8 +139,12 @@ def _exists(path: str) -> bool:
     return os.path.exists(Ar.SplitPackageRelativePathOuter(path)[0] if Ar.IsPackageRelativePath(path) else path)
 
 
+def _configured_root() -> str | None:
+    return _root or os.environ.get(ROOT_VARIABLE)
+
+
 def _known_root() -> str:
-    configured = _root or os.environ.get(ROOT_VARIABLE)
+    configured = _configured_root()
     return f" ({configured})" if configured else " (none is set)"
 
 

@@ -11,6 +11,7 @@ from pxr import Sdf, Tf, Usd, UsdGeom, UsdUtils
 
 from usdsdg import errors
 from usdsdg.stage import assets, flatten, schemas
+from usdsdg.stage.usd_errors import reason
 
 schemas.register()
 
@@ -45,16 +46,17 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
         BadValue: its time codes or their rate are no times.
     """
     file = assets.resolve(os.fspath(path))
+    if os.path.isdir(file):
+        raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: it is a folder")
     try:
         layer = Sdf.Layer.FindOrOpen(file)
         if layer is None:  # pxr gives no reason where there is nothing to read
-            what = "it is a folder" if os.path.isdir(file) else "it is empty or cut off"
-            raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: {what}")
+            raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: it is empty or cut off")
         if layer.dirty:
             layer.Reload(force=True)
         stage = Usd.Stage.Open(layer)
     except Tf.ErrorException as failure:
-        raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: {_reason(failure)}") from failure
+        raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: {reason(failure)}") from failure
     _check_times(stage, file)
     return set_stage(stage)
 
@@ -125,7 +127,7 @@ def save_stage(path: str | os.PathLike[str]) -> Path:
         OutputNotWritable: the folder or file cannot be written.
     """
     file = Path(path).absolute()
-    flatten.check_extension(file)
+    flatten.check_place(file)
     return flatten.write_layer(snapshot(file.parent), file)
 
 
@@ -139,8 +141,3 @@ def snapshot(folder: Path) -> Sdf.Layer:
 def before_saving(callback: Callable[[Usd.Stage], None]) -> None:
     """Call `callback(stage)` whenever the current stage is about to be saved, to author what belongs in the file."""
     _before_saving.append(callback)
-
-
-def _reason(failure: Tf.ErrorException) -> str:
-    """What pxr said, without its source positions."""
-    return "; ".join(error.commentary.strip() for error in failure.args) or str(failure)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import re
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 from pxr import Ar, Sdf, Tf, Usd, UsdUtils
 
 from usdsdg import errors
+from usdsdg.stage.usd_errors import reason
 
 EXTENSIONS = (".usd", ".usda", ".usdc")
 
@@ -28,20 +30,45 @@ def write_layer(layer: Sdf.Layer, path: Path) -> Path:
         Unsupported: the extension is not .usd, .usda or .usdc.
         OutputNotWritable: the folder or file cannot be written.
     """
-    check_extension(path)
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix.lower()}")
+    check_place(path)
+    temporary = _temporary(path)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         if not layer.Export(str(temporary)):
             raise OSError(f"USD could not write {temporary.name}")
         temporary.replace(path)
     except (OSError, Tf.ErrorException) as failure:
         with contextlib.suppress(OSError):
             temporary.unlink()
-        raise errors.OutputNotWritable(
-            f"the stage cannot be saved to {path}: {failure}. Check that the folder exists and is writable."
-        ) from failure
+        raise _not_writable(path, failure) from failure
     return path
+
+
+def check_place(path: Path) -> None:
+    """Make the folder of `path` and try whether a stage can be saved there.
+
+    Raises:
+        Unsupported: the extension is not .usd, .usda or .usdc.
+        OutputNotWritable: the folder or file cannot be written.
+    """
+    check_extension(path)
+    probe = _temporary(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        probe.touch()
+        probe.unlink()
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, "a folder of that name is in the way")
+    except OSError as failure:
+        raise _not_writable(path, failure) from failure
+
+
+def _temporary(path: Path) -> Path:
+    return path.with_name(f".{path.stem}.{os.getpid()}{path.suffix.lower()}")
+
+
+def _not_writable(path: Path, failure: OSError | Tf.ErrorException) -> errors.OutputNotWritable:
+    why = reason(failure) if isinstance(failure, Tf.ErrorException) else failure.strerror or str(failure)
+    return errors.OutputNotWritable(f"the stage cannot be saved to {path}: {why}. Choose another place.")
 
 
 def check_extension(path: Path) -> None:
