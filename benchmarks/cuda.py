@@ -142,9 +142,24 @@ class Bench:
         print(f"{what}: {1e3 * seconds:.0f} ms, {MANY / seconds:.0f} views/s")
 
     def amodal(self) -> None:
+        """Where every object would be seen if it were alone, of one view and of many at once, beside the ids."""
         groups = [[k] for k in range(len(self.renderer.gprims))]
-        seconds = self.seconds(lambda: self.renderer.coverage(self.views[0], groups))
-        print(f"amodal counts and boxes of all objects: {1e3 * seconds:.2f} ms a view")
+        pairs = [[k, k + 1] for k in range(0, len(groups) - 1, 2)]
+        for count in (1, CAMERAS):
+            views = render_scene.many_views(self.scene, count)
+            batch = self.renderer.label_batch(views, ("instance",))
+            for name, some in (("objects", groups), ("pairs of objects", pairs)):
+
+                def cover(views=views, some=some, batch=batch) -> None:
+                    self.renderer.coverage_batch(views, some, batch).sums()
+
+                seconds, kernels = self.seconds(cover), self.kernel_seconds(cover)
+                each = f"{1e3 * seconds / count:.2f} ms a view, {1e3 * kernels / count:.2f} in kernels"
+                print(f"amodal counts and boxes of all {name}, {count} views: {each}")
+        fetched = self.seconds(
+            lambda: [each.strips for each in self.renderer.outlined(views, ("instance",), groups)[1]]
+        )
+        print(f"ids and masks of all objects, {CAMERAS} views, fetched: {1e3 * fetched / CAMERAS:.2f} ms a view")
 
     def small_pictures(self) -> None:
         """Pictures of many small cameras, as for learning by doing: together, and one after the other."""

@@ -6,14 +6,14 @@ Films are exposed once per sub-frame; labels come from one centre-ray pass over 
 from __future__ import annotations
 
 import time
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pxr import Usd
 
 from usdsdg import engines
-from usdsdg.annotators.annotator import Annotator, Requirements, attached_annotators, requirements
-from usdsdg.annotators.entities import EntityReader
+from usdsdg.annotators.annotator import Annotator, attached_annotators, requirements
+from usdsdg.annotators.entities import Entities, EntityReader
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.payload import build_payload
 from usdsdg.errors import Unsupported, warn_once
@@ -40,6 +40,14 @@ BLUR_STEPS = 4
 SAMPLES_PER_CALL = 16
 # How often the queue of files is looked at while waiting for its end.
 DRAIN_SECONDS = 0.02
+
+
+class _Seen(NamedTuple):
+    """What one product shows, besides its picture."""
+
+    entities: Entities
+    labels: list[dict[str, np.ndarray]]  # per camera
+    outlines: Outlines  # of all entities; products of many cameras have none
 
 
 class Capture:
@@ -137,8 +145,8 @@ class Capture:
         renderer = engines.renderer()
         renderer.glass_labels = glass_labels()
         views = {product.path: view_of(product, renderer.time) for product in self._active()}
-        labels = self._labels(views)
-        frames = {path: self._frame(path, view, labels[path], index, seconds) for path, view in views.items()}
+        seen = self._seen(views)
+        frames = {path: self._frame(path, view, seen[path], index, seconds) for path, view in views.items()}
         for annotator in attached_annotators():
             if annotator.render_product in frames:
                 annotator.compute(frames[annotator.render_product])
@@ -149,41 +157,47 @@ class Capture:
     def _active(self) -> list[HydraTexture]:
         return [product for product in products() if product.path in self._wanted]
 
-    def _labels(self, views: dict[str, Any]) -> dict[str, list[dict[str, np.ndarray]]]:
-        """The label AOVs that are wanted of each product, one dictionary per camera; those alike are drawn together."""
-        products_by_aovs: dict[frozenset[str], list[str]] = {}
-        for path in views:
-            wanted = frozenset(requirements(self._wanted[path]).aovs.difference(PARTS))
-            products_by_aovs.setdefault(wanted, []).append(path)
-        labels = {}
-        for wanted, paths in products_by_aovs.items():
-            cameras = [views_of(views[path]) for path in paths]
-            drawn = iter(engines.renderer().labels_of([each for some in cameras for each in some], wanted))
-            labels |= {path: [next(drawn) for _ in some] for path, some in zip(paths, cameras, strict=True)}
-        return labels
-
-    def _frame(self, path: str, view: Any, labels: list[dict[str, np.ndarray]], index: int, seconds: float) -> Frame:
-        """What annotators see of the product at `path`, whose cameras' label AOVs there are already."""
+    def _seen(self, views: dict[str, Any]) -> dict[str, _Seen]:
+        """What labels want to know of each product; products that want the same are drawn together."""
         renderer = engines.renderer()
-        needs = requirements(self._wanted[path])
-        entities = self._read_entities(renderer.gprims, needs)
-        aovs = joined(view, labels)
+        paths_by_needs: dict[tuple[frozenset[str], bool, tuple[str | None, ...]], list[str]] = {}
+        for path in views:
+            needs = requirements(self._wanted[path])
+            key = needs.aovs.difference(PARTS), needs.coverage, needs.filters
+            paths_by_needs.setdefault(key, []).append(path)
+        seen = {}
+        for (aovs, coverage, filters), paths in paths_by_needs.items():
+            entities = self._read_entities(renderer.gprims, filters)
+            cameras = [views_of(views[path]) for path in paths]
+            flat = [each for some in cameras for each in some]
+            if coverage:
+                labels, outlines = renderer.outlined(flat, aovs, entities.groups)
+            else:
+                labels, outlines = renderer.labels_of(flat, aovs), []
+            drawn, around = iter(labels), iter(outlines)
+            for path, some in zip(paths, cameras, strict=True):
+                mine = [next(drawn) for _ in some]
+                nothing = Outlines.nothing((views[path].height, views[path].width), len(entities))
+                seen[path] = _Seen(entities, mine, next(around, nothing))
+        return seen
+
+    def _frame(self, path: str, view: Any, seen: _Seen, index: int, seconds: float) -> Frame:
+        """What annotators see of the product at `path`."""
+        renderer = engines.renderer()
+        aovs = joined(view, seen.labels)
         if path in self._films:
             assert self._mode is not None
             tone = _tone_settings(self._mode)
             aovs |= joined(view, [renderer.develop(film, tone) for film in self._films.pop(path)])
-        outlines = Outlines.nothing((view.height, view.width), len(entities))
-        if needs.coverage:
-            outlines = renderer.outlines(views_of(view)[0], entities.groups, instance=aovs.get("instance"))
         return Frame(
             index=index, camera=view, render_product=path, aovs=aovs, gprims=renderer.gprims,
-            entities=entities, outlines=outlines, reference_time=(round(seconds * TICKS), TICKS),
+            entities=seen.entities, outlines=seen.outlines, reference_time=(round(seconds * TICKS), TICKS),
         )  # fmt: skip
 
-    def _read_entities(self, gprims: tuple[str, ...], needs: Requirements) -> Any:
+    def _read_entities(self, gprims: tuple[str, ...], filters: tuple[str | None, ...]) -> Entities:
         if self._entities is None:
             self._entities = EntityReader(current_stage())
-        return self._entities.read(gprims, needs.filters, time=engines.renderer().time)
+        return self._entities.read(gprims, filters, time=engines.renderer().time)
 
     def _write(self, writer: Writer, frames: dict[str, Frame]) -> None:
         seen = {path: frames[path] for path in writer.render_products if path in frames}

@@ -8,138 +8,217 @@ test of the same triangles as when it is alone.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import warp as wp
 
 from usdsdg.stage.outlines import STRIP, WORD, Outlines
 from usdsdg_render import cones
-from usdsdg_render.camera import camera_record
-from usdsdg_render.device import DeviceScene, records
+from usdsdg_render.camera import camera_array
+from usdsdg_render.device import DeviceScene
 from usdsdg_render.fetch import fetch
-from usdsdg_render.kernels.coverage import Strip, cover_strips
-from usdsdg_render.kernels.types import Camera
+from usdsdg_render.kernels import coverage as kernels
+from usdsdg_render.kernels.coverage import BYTES, Strip
+from usdsdg_render.kernels.tangents import ANYWHERE, SIDES, draw_octagons
 from usdsdg_render.parallel import launch_rows
-from usdsdg_render.tangents import octagons
 
 if TYPE_CHECKING:
     from usdsdg.stage.cameras import CameraView
 
 STRIPS_PER_BAND = 1024
+# Of a group that covers nothing: pixels, x_min, y_min, x_max, y_max, visible pixels.
+_NOTHING = np.array([0, 1 << 30, 1 << 30, -1, -1, 0], np.int32)
 
 
-def render(
-    device_scene: DeviceScene,
-    view: CameraView,
-    groups: Sequence[Sequence[int]],
-    shown: np.ndarray,
-    *,
-    mode: int,
-    threads: int | None,
-) -> Outlines:
-    """See `WarpRenderer.outlines`; `shown` is the instance AOV of the same view and mode."""
-    members = np.array([each for group in groups for each in group], np.int64)
-    tested = np.unique(members)
-    tested = tested[device_scene.placed[tested]]
-    strips = _strips(*_spans(view, *_bounds(device_scene, view, tested)), tested)
-    if len(strips) == 0:
-        return Outlines.nothing((view.height, view.width), len(groups))
-    camera = camera_record(view, device_scene.device)
-    owners = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
-    by_instance = _cover(device_scene, camera, shown, strips, mode, threads)
-    return Outlines((view.height, view.width), len(groups), _merged(by_instance, members, owners))
+class _Words(NamedTuple):
+    """Strips on a device, with a bit for each of their pixels; ordered by picture, owner, row and word."""
+
+    strips: wp.array
+    covered: wp.array  # uint64
+    visible: wp.array  # uint64
 
 
-def _bounds(device_scene: DeviceScene, view: CameraView, tested: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(I, 4) lower and upper bounds over the pixels that instances can reach, of each of `tangents.LINES`."""
-    if view.lens is None:
-        return octagons(device_scene, view, tested)
-    lower, upper = np.full((len(tested), 4), -np.inf), np.full((len(tested), 4), np.inf)
-    world = (each[tested].astype(np.float64) for each in (device_scene.lower, device_scene.upper))
-    boxes = cones.reachable(view, *world)
-    lower[:, :2], upper[:, :2] = boxes[:, :2], boxes[:, 2:]
-    return lower, upper
+class Coverage:
+    """What groups of gprims cover in pictures of one size, drawn together.
 
+    Args:
+        views: of one size.
+        groups: gprims of each.
+        shown: (views, height, width) int32, the instance AOV of the same views and mode.
+    """
 
-def _spans(view: CameraView, lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Box, row, first column and the one after the last, (S,) each, of the pixels whose centres are within bounds."""
-    top = _first_centre(lower[:, 1], view.height)
-    rows = np.maximum(_first_centre(upper[:, 1], view.height) - top, 0)
-    box = np.repeat(np.arange(len(rows)), rows)
-    row = top[box] + np.arange(len(box)) - np.repeat(np.cumsum(rows) - rows, rows)
-    middle = row + 0.5
-    low, high = lower[box], upper[box]
-    # Columns where column, column + row and column - row are all within their bounds.
-    first = np.maximum(np.maximum(low[:, 0], low[:, 2] - middle), low[:, 3] + middle)
-    last = np.minimum(np.minimum(high[:, 0], high[:, 2] - middle), high[:, 3] + middle)
-    first, last = _first_centre(first, view.width), _first_centre(last, view.width)
-    some = last > first
-    return box[some], row[some], first[some], last[some]
+    def __init__(
+        self,
+        device_scene: DeviceScene,
+        views: Sequence[CameraView],
+        groups: Sequence[Sequence[int]],
+        shown: wp.array,
+        *,
+        mode: int,
+        threads: int | None,
+    ) -> None:
+        self._scene, self._views, self._groups = device_scene, views, len(groups)
+        self._device, self._threads = device_scene.device, threads
+        self._size = views[0].width, views[0].height
+        self._cameras = camera_array(views, self._device)
+        self._tested, members = _tested(groups, device_scene.placed)
+        self._tested_there = self._array(self._tested, wp.int32)
+        self._words = self._covered(self._cut(self._octagons()), shown, mode)
+        if members is not None:
+            self._words = self._merged(self._words, *members)
 
+    def sums(self) -> np.ndarray:
+        """(views, groups, 6) int32: amodal pixels, x_min, y_min, x_max, y_max (inclusive; -1 for no pixels), modal
+        pixels.
+        """
+        sums = self._array(np.tile(_NOTHING, (len(self._views), self._groups, 1)), wp.int32)
+        self._launch(kernels.sum_strips, len(self._words.strips), [*self._words], [sums])
+        result = sums.numpy()
+        result[result[..., 0] == 0, 1:5] = -1
+        return result
 
-def _first_centre(places: np.ndarray, size: int) -> np.ndarray:
-    """The first pixel of a row of `size` whose centre is not before each of these places; `size` if none is."""
-    return np.clip(np.ceil(places - 0.5), 0, size).astype(np.int64)
+    def outlines(self) -> list[Outlines]:
+        """Of each picture; their strips stay on the device until somebody looks at them."""
+        sums = self.sums().astype(np.int64)
+        strips = _Strips(self._words)
+        width, height = self._size
+        return [
+            Outlines((height, width), self._groups, partial(strips.of, k), coverage=each[:, :5], visible=each[:, 5])
+            for k, each in enumerate(sums)
+        ]
 
+    def _octagons(self) -> wp.array:
+        """(views, tested, SIDES) float32: where the pixels lie that instances can reach."""
+        octagons = self._empty((len(self._views), len(self._tested), SIDES), wp.float32)
+        inputs = [self._scene.tables, self._scene.supports, self._cameras, self._tested_there]
+        self._rows(draw_octagons, octagons.shape[:2], inputs, [octagons])
+        for k, view in enumerate(self._views):
+            if view.lens is not None:
+                wp.copy(octagons[k], self._array(self._through_lens(view), wp.float32))
+        return octagons
 
-def _strips(box: np.ndarray, row: np.ndarray, first: np.ndarray, last: np.ndarray, tested: np.ndarray) -> np.ndarray:
-    """What to test, ordered by instance, row and column, cut at the ends of words."""
-    words = (last - 1) // WORD - first // WORD + 1
-    span = np.repeat(np.arange(len(box)), words)
-    word = first[span] // WORD + np.arange(len(span)) - np.repeat(np.cumsum(words) - words, words)
-    strips = records(Strip, len(span))
-    strips["instance"], strips["row"] = tested[box[span]], row[span]
-    strips["first"] = np.maximum(first[span], word * WORD)
-    strips["last"] = np.minimum(last[span], (word + 1) * WORD)
-    return strips
+    def _through_lens(self, view: CameraView) -> np.ndarray:
+        """As `_octagons`, of one view whose camera is no pinhole: boxes, as octagons."""
+        some = self._tested >= 0
+        ends = np.full((len(some), SIDES), ANYWHERE)
+        ends[~some] = -ANYWHERE
+        world = (each[self._tested[some]].astype(np.float64) for each in (self._scene.lower, self._scene.upper))
+        boxes = cones.reachable(view, *world)
+        ends[some, :2], ends[some, 4:6] = boxes[:, 2:], -boxes[:, :2]
+        return ends
 
-
-def _cover(
-    device_scene: DeviceScene, camera: Camera, shown: np.ndarray, strips: np.ndarray, mode: int, threads: int | None
-) -> np.ndarray:
-    """STRIP rows of what is met, whose group is the instance."""
-    device = device_scene.device
-    covered, visible = (wp.empty(len(strips), dtype=wp.uint64, device=device) for _ in range(2))
-    inputs = [
-        device_scene.tables,
-        camera,
-        mode,
-        wp.array(shown, dtype=wp.int32, device=device),
-        wp.array(strips, dtype=Strip, device=device),
-    ]
-    launch_rows(
-        cover_strips,
-        strips.shape,
-        inputs,
-        [covered, visible],
-        device=device,
-        threads=threads,
-        band_rows=STRIPS_PER_BAND,
-    )
-    covered, visible = fetch({"covered": covered, "visible": visible}).values()
-    met = np.flatnonzero(covered)
-    result = np.zeros(len(met), STRIP)
-    result["group"], result["row"] = strips["instance"][met], strips["row"][met]
-    result["word"] = strips["first"][met] // WORD
-    result["covered"], result["visible"] = covered[met], visible[met]
-    return result
-
-
-def _merged(by_instance: np.ndarray, members: np.ndarray, owners: np.ndarray) -> np.ndarray:
-    """STRIP rows of the groups `owners` from those of their instances `members`: a pixel counts once."""
-    begin = np.searchsorted(by_instance["group"], members)
-    length = np.searchsorted(by_instance["group"], members, side="right") - begin
-    rows = np.repeat(begin - (np.cumsum(length) - length), length) + np.arange(length.sum())
-    strips = by_instance[rows]
-    strips["group"] = np.repeat(owners, length)
-    keys = [strips[name].astype(np.int64) for name in ("group", "row", "word")]
-    key = (keys[0] << 42) + (keys[1] << 21) + keys[2]
-    if np.all(key[1:] > key[:-1]):
+    def _cut(self, octagons: wp.array) -> wp.array:
+        """The strips that lie in octagons."""
+        shape = octagons.shape[:2]
+        counts, after = self._empty(shape, wp.int32), self._empty(shape, wp.int32)
+        none = self._empty(0, Strip)
+        inputs = [*self._size, octagons]
+        self._rows(kernels.cut_strips, shape, [*inputs, self._empty((0, 0), wp.int32)], [counts, none])
+        strips = self._empty(_running(counts, after), Strip)
+        self._rows(kernels.cut_strips, shape, [*inputs, after], [counts, strips])
         return strips
-    order = np.argsort(key, kind="stable")
-    _, first = np.unique(key[order], return_index=True)
-    merged = strips[order[first]]
-    for name in ("covered", "visible"):
-        merged[name] = np.bitwise_or.reduceat(strips[name][order], first)
-    return merged
+
+    def _covered(self, strips: wp.array, shown: wp.array, mode: int) -> _Words:
+        covered, visible = (self._empty(len(strips), wp.uint64) for _ in range(2))
+        # A thread of a CPU takes a whole strip, one of a GPU a byte of it.
+        threads = 1 if self._device == "cpu" else BYTES
+        inputs = [self._scene.tables, self._cameras, mode, shown, self._tested_there, strips, BYTES // threads]
+        shape = (len(strips), threads)
+        outputs = [_bytes(covered), _bytes(visible)]
+        self._rows(kernels.cover_strips, shape, inputs, outputs, band_rows=STRIPS_PER_BAND)
+        return _Words(strips, covered, visible)
+
+    def _merged(self, words: _Words, first_group: np.ndarray, groups_of: np.ndarray) -> _Words:
+        """Those of the groups from those of their instances: a pixel counts once."""
+        size, strips = (self._groups, *self._size), words.strips
+        first_there, groups_there = self._array(first_group, wp.int32), self._array(groups_of, wp.int32)
+        counts, after = (self._empty(len(strips), wp.int32) for _ in range(2))
+        self._launch(kernels.count_groups, len(strips), [strips, words.covered, first_there], [counts])
+        given = _running(counts, after)
+        # Sorting wants room for all twice.
+        keys, sources = self._empty(2 * given, wp.int64), self._empty(2 * given, wp.int32)
+        inputs = [strips, after, counts, first_there, groups_there, *size]
+        self._launch(kernels.give_to_groups, len(strips), inputs, [keys, sources])
+        wp.utils.radix_sort_pairs(keys, sources, given)
+        marks, places = self._empty(given, wp.int32), self._empty(given, wp.int32)
+        self._launch(kernels.mark_firsts, given, [keys], [marks])
+        count = _running(marks, places)
+        merged = _Words(*(self._empty(count, dtype) for dtype in (Strip, wp.uint64, wp.uint64)))
+        self._launch(kernels.merge_strips, given, [given, keys, sources, places, marks, *words, *size], [*merged])
+        return merged
+
+    def _array(self, values: np.ndarray, dtype: Any) -> wp.array:
+        return wp.array(values, dtype=dtype, device=self._device)
+
+    def _empty(self, shape: Any, dtype: Any) -> wp.array:
+        return wp.empty(shape, dtype=dtype, device=self._device)
+
+    def _rows(self, kernel: Any, shape: tuple[int, ...], inputs: list, outputs: list, *, band_rows: int = 1) -> None:
+        launch_rows(kernel, shape, inputs, outputs, device=self._device, threads=self._threads, band_rows=band_rows)
+
+    def _launch(self, kernel: Any, count: int, inputs: list, outputs: list) -> None:
+        wp.launch(kernel, dim=count, inputs=inputs, outputs=outputs, device=self._device)
+
+
+class _Strips:
+    """All strips of pictures on the host, fetched once."""
+
+    def __init__(self, words: _Words) -> None:
+        self._words: _Words | None = words
+        self._strips = np.zeros(0, STRIP)
+        self._pictures = np.zeros(0, np.int32)
+
+    def of(self, picture: int) -> np.ndarray:
+        """STRIP rows of one picture."""
+        if self._words is not None:
+            self._fetch(self._words)
+            self._words = None
+        first, last = np.searchsorted(self._pictures, [picture, picture + 1])
+        return self._strips[first:last]
+
+    def _fetch(self, words: _Words) -> None:
+        fetched = fetch(words._asdict())
+        met = np.flatnonzero(fetched["covered"])
+        strips = fetched["strips"][met]
+        self._strips = np.zeros(len(met), STRIP)
+        self._strips["group"], self._strips["row"] = strips["owner"], strips["row"]
+        self._strips["word"] = strips["first"] // WORD
+        for name in ("covered", "visible"):
+            self._strips[name] = fetched[name][met]
+        self._pictures = strips["picture"]
+
+
+def _tested(
+    groups: Sequence[Sequence[int]], placed: np.ndarray
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray] | None]:
+    """Which instances to test, and to which groups each of them belongs.
+
+    Where every group has one instance of its own at most, instances (or -1) stand in the order of the groups.
+    Else the second result is, per instance and once more, where its groups stand in a list, and that list.
+    """
+    members = np.array([each for group in groups for each in group], np.int64)
+    owners = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
+    members, owners = members[placed[members]], owners[placed[members]]
+    tested = np.unique(members)
+    if len(tested) == len(members) == len(np.unique(owners)):
+        of_group = np.full(len(groups), -1, np.int64)
+        of_group[owners] = members
+        return of_group, None
+    pairs = np.unique(np.stack([members, owners], axis=1), axis=0)
+    return tested, (np.searchsorted(pairs[:, 0], np.append(tested, len(placed))), pairs[:, 1])
+
+
+def _running(counts: wp.array, sums: wp.array) -> int:
+    """Fill `sums` with running sums of `counts`, and give the last."""
+    if counts.size == 0:
+        return 0
+    flat = sums.flatten()
+    wp.utils.array_scan(counts.flatten(), flat)
+    return int(flat[-1:].numpy()[0])
+
+
+def _bytes(words: wp.array) -> wp.array:
+    """(N, 8) uint8, the memory of words; little-endian, as all of Warp's devices are."""
+    return wp.array(ptr=words.ptr, shape=(len(words), BYTES), dtype=wp.uint8, device=words.device, copy=False)

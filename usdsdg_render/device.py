@@ -10,6 +10,7 @@ import warp as wp
 from usdsdg.errors import warn_once
 from usdsdg_render.energy import albedo_table
 from usdsdg_render.kernels import types
+from usdsdg_render.kernels.reach import Supports
 from usdsdg_render.light_tables import LightTables
 from usdsdg_render.scene import (
     TEXELS_HALF,
@@ -21,7 +22,7 @@ from usdsdg_render.scene import (
     Texture,
 )
 from usdsdg_render.sky import SkyMemory
-from usdsdg_render.support import SUPPORT, reach, support, world_boxes
+from usdsdg_render.support import SUPPORT, support, world_boxes
 from usdsdg_render.trace.forest import BottomTree, TopTree
 
 # Flags of a texture's record, as `lookup.cpp` reads them
@@ -68,8 +69,7 @@ class DeviceScene:
         self._top: TopTree | None = None
         self._rows = records(types.Instance, 0)
         self._supports = np.zeros((0, *SUPPORT))  # of the prototypes
-        self._prototype_of = np.zeros(0, np.int64)  # per instance
-        self._matrices = np.zeros((0, 4, 4))
+        self.supports = Supports()  # the same, as kernels read them
         self._filled = np.zeros(0, bool)  # per instance: whether it has triangles
 
     def sync(self, scene: Scene) -> None:
@@ -154,7 +154,8 @@ class DeviceScene:
             _see_through(scene)[scene.material_slots], rows["slot_offset"], slots[instances.prototype]
         )
         self._rows = rows
-        self._prototype_of = instances.prototype
+        self.supports.reaches = self._array(self._supports.reshape(len(memories), int(np.prod(SUPPORT))), wp.float32)
+        self.supports.prototype = self._array(instances.prototype, wp.int32)
         self._filled = np.array([memory is not None for memory in memories], bool)[instances.prototype]
         self.tables.slots = self._array(scene.material_slots, wp.int32)
 
@@ -162,7 +163,6 @@ class DeviceScene:
         """Put the instances somewhere, (N, 4, 4) as in `Instances`: where the scene has them, or between."""
         rows = self._rows
         matrices, solid = _invertible(local_to_world, scene.instances.paths)
-        self._matrices = matrices
         inverse = np.linalg.inv(matrices[:, :3, :3])
         # Rows times matrix on the host, matrix times column in kernels.
         rows["local_to_world"] = matrices[:, :3, :3].transpose(0, 2, 1)
@@ -177,19 +177,6 @@ class DeviceScene:
             self._top = TopTree(self.lower[kept], self.upper[kept], kept, self.device)
             tree.nodes, tree.order = self._top.nodes, self._top.order
         tree.instances = self._array(rows, types.Instance)
-
-    def reaches(self, instances: np.ndarray, directions: np.ndarray, origin: np.ndarray) -> np.ndarray:
-        """(I, K) how far from `origin` instances (I,) reach along directions (I, K, 3) in the world, rounded up."""
-        matrices = self._matrices[instances]
-        away = matrices[:, 3, :3] - origin
-        local = directions @ matrices[:, :3, :3].transpose(0, 2, 1)
-        which = np.repeat(self._prototype_of[instances], directions.shape[1])
-        reached = reach(self._supports, which, local.reshape(-1, 3)).reshape(local.shape[:2])
-        size = (self.upper - self.lower)[instances]
-        far = np.abs(matrices[:, 3, :3]).max(1) + np.abs(origin).max() + size.max(1)
-        # More than a ray's own rounding.
-        reached += 1e-5 * far[:, None] * np.linalg.norm(directions, axis=2)
-        return reached + np.einsum("nkj,nj->nk", directions, away)
 
     def _upload_lights(self, scene: Scene, *, dome: bool) -> None:
         self._lights.upload(scene, self.tables)

@@ -16,6 +16,7 @@ from usdsdg_render.kernels import (
     develop,
     material_aov,
     path,
+    tangents,
     wavefront,
 )
 from usdsdg_render.parallel import CUDA_BLOCK, available_threads
@@ -31,7 +32,8 @@ def precompile(device: str = "cpu", progress: Progress | None = None) -> None:
         return
     kernels = [path.add_samples if device == "cpu" else wavefront.trace]
     kernels += [aov.label_pixels, material_aov.label_materials, ambient_aov.label_ambient]
-    kernels += [curved_motion.label_curved_motion, coverage.cover_strips, develop.develop_pixels, denoise.smooth]
+    kernels += [curved_motion.label_curved_motion, tangents.draw_octagons, coverage.cover_strips]
+    kernels += [develop.develop_pixels, denoise.smooth]
     target = wp.get_device(device)
     # Trees are built on the CPU for either device.
     loads = [(build.build_tree.module, wp.get_device("cpu"), 1)]

@@ -9,9 +9,10 @@ import numpy as np
 import warp as wp
 
 from usdsdg.errors import RenderError, warn_once
-from usdsdg_render import batches, coverage, labels
+from usdsdg_render import batches, labels
 from usdsdg_render.aov import check_names
 from usdsdg_render.camera import camera_record, views_record
+from usdsdg_render.coverage import Coverage
 from usdsdg_render.device import DeviceScene
 from usdsdg_render.film import Film, develop
 from usdsdg_render.history import History
@@ -169,6 +170,18 @@ class WarpRenderer:
             self._history.remember(views, self._scene)
         return LabelBatch(len(views), arrays, self.threads)
 
+    def outlined(
+        self, views: Sequence[CameraView], aovs: Collection[str], groups: Sequence[Sequence[int]]
+    ) -> tuple[list[dict[str, np.ndarray]], list[Outlines]]:
+        """`labels_of`, and the outlines of the same groups of gprims in each of the views."""
+        results: dict[int, tuple[dict[str, np.ndarray], Outlines]] = {}
+        for places in batches.of_labels(views):
+            some = [views[k] for k in places]
+            batch = self.label_batch(some, {*aovs, "instance"})
+            covered = self.coverage_batch(some, groups, batch).outlines()
+            results |= dict(zip(places, zip(batch.numpy(), covered, strict=True), strict=True))
+        return [results[k][0] for k in range(len(views))], [results[k][1] for k in range(len(views))]
+
     def outlines(
         self, view: CameraView, groups: Sequence[Sequence[int]], *, instance: np.ndarray | None = None
     ) -> Outlines:
@@ -181,8 +194,16 @@ class WarpRenderer:
             instance: the AOV of that name that `labels` gave of this view; None makes it.
         """
         if instance is None:
-            instance = self.labels(view, ["instance"])["instance"]
-        return coverage.render(self._on_device, view, groups, instance, mode=self._label_mode, threads=self.threads)
+            return self.outlined([view], ["instance"], groups)[1][0]
+        shown = wp.array(instance[None], dtype=wp.int32, device=self.device)
+        return self.coverage_batch([view], groups, LabelBatch(1, {"instance": shown})).outlines()[0]
+
+    def coverage_batch(
+        self, views: Sequence[CameraView], groups: Sequence[Sequence[int]], batch: LabelBatch
+    ) -> Coverage:
+        """Outlines of views of one size, left on the device; `batch` holds their AOV `instance`."""
+        shown = batch.arrays["instance"]
+        return Coverage(self._on_device, views, groups, shown, mode=self._label_mode, threads=self.threads)
 
     def coverage(self, view: CameraView, groups: Sequence[Sequence[int]]) -> np.ndarray:
         """Pixels that each group of gprims would cover if it were alone.

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.render import scenes
 from tests.render.pictures import renderer_of
 from tests.render.rays import brute_force, world_triangles
+from tests.stage.lens_cases import CASES
 from usdsdg.errors import RenderError
+from usdsdg.stage.outlines import Outlines
 from usdsdg_render.scene import Instances, Texture
 
 GLASS = 1
@@ -242,3 +246,30 @@ def test_faces_of_polygons_are_those_of_the_mesh_and_not_of_its_triangles():
     expected = np.clip(np.floor(labels["position"][..., 0]), 0, 3).astype(int)
     assert set(expected[hit]) == {0, 2, 3}
     np.testing.assert_array_equal(labels["prim"][hit], expected[hit])
+
+
+def test_many_views_at_once_are_what_each_is_alone():
+    scene = crowded(2, count=30)
+    flat = [scenes.view_from(eye, size=(90, 61)) for eye in [(4, -5, 2), (0.2, 0.1, 0), (-3, 4, -5)]]
+    sharing = groups_of(scene)
+    for views in (flat, [*flat[:2], replace(flat[2], **CASES["fisheyeKannalaBrandtK3"])]):
+        for groups in (sharing, sharing[: len(scene.instances.paths)], [[3], [], [5, 6], [0]]):
+            renderer = renderer_of(scene)
+            labels, outlines = renderer.outlined(views, ["distance_to_camera"], groups)
+            for view, aovs, together in zip(views, labels, outlines, strict=True):
+                alone = renderer.outlines(view, groups)
+                np.testing.assert_array_equal(together.coverage, alone.coverage)
+                np.testing.assert_array_equal(together.visible, alone.visible)
+                assert together.strips.tobytes() == alone.strips.tobytes()
+                np.testing.assert_array_equal(
+                    aovs["distance_to_camera"], renderer.labels(view, aovs)["distance_to_camera"]
+                )
+
+
+def test_counts_made_with_the_strips_are_those_of_the_strips():
+    scene = crowded(8, count=25)
+    outlines = renderer_of(scene).outlines(scenes.view_from((3, -4, 2), size=(200, 77)), groups_of(scene))
+    counted = Outlines(outlines.shape, outlines.count, outlines.strips)
+    assert (counted.coverage[:, 0] > 0).sum() > 10
+    np.testing.assert_array_equal(outlines.coverage, counted.coverage)
+    np.testing.assert_array_equal(outlines.visible, counted.visible)

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import warp as wp
 
 from tests.render import scenes
+from usdsdg_render.camera import camera_array
 from usdsdg_render.device import DeviceScene
-from usdsdg_render.tangents import LINES, MARGIN, octagons
+from usdsdg_render.kernels.tangents import ANYWHERE, MARGIN, SIDES, draw_octagons
 
+# Weights of column and row, of sides and their opposites.
+LINES = np.array([(1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, -1.0)])
 SHAPES = [scenes.sphere(), scenes.cube()]
 
 
@@ -25,6 +29,17 @@ def placed(rng: np.random.Generator, count: int, spread: float):
     return on_device, points
 
 
+def octagons(on_device: DeviceScene, view, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """(count, 4) lower and upper bounds of each line, of all instances."""
+    ends = wp.empty((1, count, SIDES), dtype=wp.float32, device="cpu")
+    tested = wp.array(np.arange(count), dtype=wp.int32, device="cpu")
+    inputs = [on_device.tables, on_device.supports, camera_array([view], "cpu"), tested, 0]
+    wp.launch(draw_octagons, dim=(1, count), inputs=inputs, outputs=[ends], device="cpu")
+    bounds = ends.numpy()[0].astype(np.float64)
+    bounds[np.abs(bounds) > 0.5 * ANYWHERE] *= np.inf
+    return -bounds[:, 4:], bounds[:, :4]
+
+
 def values(view, points: np.ndarray) -> np.ndarray:
     """(V, 4) of each line for points in the world, which are all before the camera."""
     pixels, _ = view.project(points)
@@ -37,7 +52,7 @@ def test_shapes_before_the_camera(projection):
     wide = {"horizontal_aperture": 60.0} if projection == "orthographic" else {}
     offset = {"horizontal_aperture_offset": 2.0, "vertical_aperture_offset": -1.0}
     view = scenes.view_from((9, -4, 3), size=(640, 480), projection_type=projection, **offset, **wide)
-    lower, upper = octagons(on_device, view, np.arange(60))
+    lower, upper = octagons(on_device, view, 60)
     for k, shape in enumerate(points):
         seen = values(view, shape)
         assert (lower[k] <= seen.min(0) - MARGIN).all()
@@ -49,7 +64,7 @@ def test_shapes_before_the_camera(projection):
 def test_shapes_around_and_beside_the_camera():
     on_device, points = placed(np.random.default_rng(2), 300, 2.0)
     view = scenes.view_from((0, 0, 0), (1, 0.2, 0.1), size=(640, 480), clipping_range=(0.01, 100))
-    lower, upper = octagons(on_device, view, np.arange(300))
+    lower, upper = octagons(on_device, view, 300)
     bounded = 0
     for k, shape in enumerate(points):
         # Points of the triangles, too, not of the corners alone: some corners lie behind.
@@ -72,5 +87,5 @@ def test_out_of_range_is_nowhere():
     on_device, _ = placed(np.random.default_rng(3), 4, 0.1)
     for clipping in ((0.1, 5.0), (20.0, 100.0)):
         view = scenes.view_from((10, 0, 0), size=(64, 48), clipping_range=clipping)
-        lower, upper = octagons(on_device, view, np.arange(4))
+        lower, upper = octagons(on_device, view, 4)
         assert (lower > upper).all()

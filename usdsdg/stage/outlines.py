@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -13,13 +13,27 @@ WORD = 64  # pixels in a word
 STRIP = np.dtype([("group", "<i4"), ("row", "<i4"), ("word", "<i4"), ("covered", "<u8"), ("visible", "<u8")])
 
 
-@dataclass(frozen=True)
 class Outlines:
-    """Modal and amodal masks of some groups of gprims in one picture, in words of 64 pixels."""
+    """Modal and amodal masks of some groups of gprims in one picture, in words of 64 pixels.
 
-    shape: tuple[int, int]  # height, width [pixels]
-    count: int  # groups; several may share gprims
-    strips: np.ndarray  # STRIP, ordered by group, row and word, each at most once
+    Args:
+        shape: height, width [pixels].
+        count: groups; several may share gprims.
+        strips: STRIP, ordered by group, row and word, each at most once; or what fetches them.
+        coverage, visible: as the properties of these names, where they are known; else counted.
+    """
+
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        count: int,
+        strips: np.ndarray | Callable[[], np.ndarray],
+        *,
+        coverage: np.ndarray | None = None,
+        visible: np.ndarray | None = None,
+    ) -> None:
+        self.shape, self.count = shape, count
+        self._strips, self._coverage, self._visible = strips, coverage, visible
 
     @classmethod
     def nothing(cls, shape: tuple[int, int], count: int = 0) -> Outlines:
@@ -27,25 +41,19 @@ class Outlines:
         return cls(shape, count, np.zeros(0, STRIP))
 
     @cached_property
+    def strips(self) -> np.ndarray:
+        """STRIP, ordered by group, row and word."""
+        return self._strips() if callable(self._strips) else self._strips
+
+    @cached_property
     def coverage(self) -> np.ndarray:
         """(count, 5) int64: amodal pixels, x_min, y_min, x_max, y_max (inclusive); -1 bounds for no pixels."""
-        result = np.full((self.count, 5), -1, np.int64)
-        result[:, 0] = self._sums(self.strips["covered"])
-        groups, first = np.unique(self.strips["group"], return_index=True)
-        if len(groups) == 0:
-            return result
-        lowest, highest = _outermost_bits(self.strips["covered"])
-        columns = self.strips["word"].astype(np.int64) * WORD
-        result[groups, 1] = np.minimum.reduceat(columns + lowest, first)
-        result[groups, 2] = np.minimum.reduceat(self.strips["row"], first)
-        result[groups, 3] = np.maximum.reduceat(columns + highest, first)
-        result[groups, 4] = np.maximum.reduceat(self.strips["row"], first)
-        return result
+        return self._counted() if self._coverage is None else self._coverage
 
     @cached_property
     def visible(self) -> np.ndarray:
         """(count,) int64: modal pixels, in which the group is seen."""
-        return self._sums(self.strips["visible"])
+        return self._sums(self.strips["visible"]) if self._visible is None else self._visible
 
     def mask(self, group: int) -> np.ndarray:
         """(H, W) bool: pixels that the group would cover alone."""
@@ -62,6 +70,20 @@ class Outlines:
         strip, bit = np.nonzero(_bits(np.ascontiguousarray(behind[some])[:, None]))
         own = self.strips[some[strip]]
         return own["group"].astype(np.int64), own["row"].astype(np.int64), own["word"].astype(np.int64) * WORD + bit
+
+    def _counted(self) -> np.ndarray:
+        result = np.full((self.count, 5), -1, np.int64)
+        result[:, 0] = self._sums(self.strips["covered"])
+        groups, first = np.unique(self.strips["group"], return_index=True)
+        if len(groups) == 0:
+            return result
+        lowest, highest = _outermost_bits(self.strips["covered"])
+        columns = self.strips["word"].astype(np.int64) * WORD
+        result[groups, 1] = np.minimum.reduceat(columns + lowest, first)
+        result[groups, 2] = np.minimum.reduceat(self.strips["row"], first)
+        result[groups, 3] = np.maximum.reduceat(columns + highest, first)
+        result[groups, 4] = np.maximum.reduceat(self.strips["row"], first)
+        return result
 
     def _sums(self, words: np.ndarray) -> np.ndarray:
         """(count,) int64: bits set in the words of each group."""
