@@ -66,7 +66,7 @@ _pool = Pool(lambda size: wp.empty(size, dtype=wp.uint8, device="cpu", pinned=Tr
 
 
 def fetch(arrays: Mapping[str, wp.array]) -> dict[str, np.ndarray]:
-    """Contiguous arrays of one device on the host, vectors as a last axis; on a CPU they are the arrays themselves."""
+    """Contiguous arrays of one device on the host, vectors as a last axis, structs as records; on a CPU they are the arrays themselves."""
     fetched: dict[str, np.ndarray] = {}
     device = None
     for name, array in arrays.items():
@@ -79,7 +79,8 @@ def fetch(arrays: Mapping[str, wp.array]) -> dict[str, np.ndarray]:
         wp.copy(lent, array)
         device = array.device
         like = lent.__array_interface__
-        fetched[name] = np.asarray(Loan(_pool, buffer, size, like["shape"], like["typestr"]))
+        loan = Loan(_pool, buffer, size, like["shape"], like["typestr"])
+        fetched[name] = np.asarray(loan).view(lent.numpy().dtype)  # records have names again
     if device is not None:
         wp.synchronize_stream(wp.get_stream(device))
     return fetched

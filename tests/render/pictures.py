@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 
 from usdsdg.stage.cameras import CameraView
@@ -9,12 +11,14 @@ from usdsdg_render.renderer import WarpRenderer
 from usdsdg_render.scene import Scene
 from usdsdg_render.settings import PathSettings
 
+# Where the renderer's tests run; for example cuda:0.
+DEVICE = os.environ.get("USDSDG_TEST_DEVICE", "cpu")
 # No clamping and no widening: what a test compares with has neither.
 EXACT = dict(clamp=0.0, regularization=0.0)
 
 
 def renderer_of(scene: Scene, *, threads: int = 1) -> WarpRenderer:
-    renderer = WarpRenderer.of_scene(scene, device="cpu")
+    renderer = WarpRenderer.of_scene(scene, device=DEVICE)
     renderer.threads = threads
     renderer.sync()
     return renderer
