@@ -63,7 +63,7 @@ class Coverage:
         self._device, self._threads = device_scene.device, threads
         self._size = views[0].width, views[0].height
         self._cameras = camera_array(views, self._device)
-        self._tested, members = _tested(groups, device_scene.placed)
+        self._tested, members = _tested(groups, device_scene.placement.placed)
         self._tested_there = self._array(self._tested, wp.int32)
         self._words = self._covered(self._cut(self._octagons()), shown, mode)
         if members is not None:
@@ -104,7 +104,8 @@ class Coverage:
         some = self._tested >= 0
         ends = np.full((len(some), SIDES), ANYWHERE)
         ends[~some] = -ANYWHERE
-        world = (each[self._tested[some]].astype(np.float64) for each in (self._scene.lower, self._scene.upper))
+        placement, which = self._scene.placement, self._tested[some]
+        world = (each[which].astype(np.float64) for each in (placement.lower, placement.upper))
         boxes = cones.reachable(view, *world)
         ends[some, :2], ends[some, 4:6] = boxes[:, 2:], -boxes[:, :2]
         return ends

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from usdsdg.errors import warn_once
 from usdsdg_render.energy import albedo_table
 from usdsdg_render.kernels import types
 from usdsdg_render.kernels.reach import Supports
 from usdsdg_render.light_tables import LightTables
+from usdsdg_render.placement import Placement
 from usdsdg_render.scene import (
     TEXELS_HALF,
     TEXELS_RAW,
@@ -22,8 +22,8 @@ from usdsdg_render.scene import (
     Texture,
 )
 from usdsdg_render.sky import SkyMemory
-from usdsdg_render.support import SUPPORT, support, world_boxes
-from usdsdg_render.trace.forest import BottomTree, TopTree
+from usdsdg_render.support import SUPPORT, support
+from usdsdg_render.trace.forest import BottomTree
 
 # Flags of a texture's record, as `lookup.cpp` reads them
 ADJUSTED, TILED = 1, 2
@@ -54,9 +54,6 @@ class DeviceScene:
         self.tables = types.SceneTables()
         self.tables.texel_values = self._array(_texel_values(), wp.float32)
         self.tables.albedo_table = self._array(albedo_table().reshape(-1, 2), wp.vec2)
-        # Per instance: its box in the world, and whether a ray can meet it.
-        self.lower = self.upper = np.zeros((0, 3), np.float32)
-        self.placed = np.zeros(0, bool)
         self._versions: dict[str, int] = {}
         self._prototypes: dict[int, _PrototypeMemory] = {}
         self._textures: dict[int, tuple[Texture, wp.array]] = {}
@@ -66,11 +63,8 @@ class DeviceScene:
         self._lights = LightTables(device)
         self._sky = SkyMemory(device)
         self._light = 0.0
-        self._top: TopTree | None = None
-        self._rows = records(types.Instance, 0)
-        self._supports = np.zeros((0, *SUPPORT))  # of the prototypes
-        self.supports = Supports()  # the same, as kernels read them
-        self._filled = np.zeros(0, bool)  # per instance: whether it has triangles
+        self.placement = Placement(device)
+        self.supports = Supports()
 
     def sync(self, scene: Scene) -> None:
         """Bring the device up to date with what changed in `scene` since the last call."""
@@ -138,14 +132,13 @@ class DeviceScene:
         instances = scene.instances
         memories = [self._prototypes.get(id(prototype)) for prototype in scene.prototypes]
         parts = records(types.Instance, len(memories))
-        # Per prototype: number of material slots.
-        self._supports = np.zeros((len(memories), *SUPPORT))
-        slots = np.zeros(len(memories), np.int64)
+        supports = np.zeros((len(memories), *SUPPORT))
+        slots = np.zeros(len(memories), np.int64)  # how many each has
         for k, memory in enumerate(memories):
             if memory is not None:
                 parts[k]["triangles"] = memory.triangles.ptr
                 parts[k]["nodes"], parts[k]["blocks"] = memory.tree.nodes, memory.tree.blocks
-                self._supports[k] = memory.support
+                supports[k] = memory.support
                 slots[k] = memory.prototype.triangle_slots.max(initial=0) + 1
         rows = parts[instances.prototype]
         rows["slot_offset"] = instances.slot_offset
@@ -153,30 +146,15 @@ class DeviceScene:
         rows["cutout"] = _any_of(
             _see_through(scene)[scene.material_slots], rows["slot_offset"], slots[instances.prototype]
         )
-        self._rows = rows
-        self.supports.reaches = self._array(self._supports.reshape(len(memories), int(np.prod(SUPPORT))), wp.float32)
+        filled = np.array([memory is not None for memory in memories], bool)[instances.prototype]
+        self.placement.set_instances(rows, instances.prototype, supports, filled)
+        self.supports.reaches = self._array(supports.reshape(len(memories), int(np.prod(SUPPORT))), wp.float32)
         self.supports.prototype = self._array(instances.prototype, wp.int32)
-        self._filled = np.array([memory is not None for memory in memories], bool)[instances.prototype]
         self.tables.slots = self._array(scene.material_slots, wp.int32)
 
     def place(self, scene: Scene, local_to_world: np.ndarray) -> None:
         """Put the instances somewhere, (N, 4, 4) as in `Instances`: where the scene has them, or between."""
-        rows = self._rows
-        matrices, solid = _invertible(local_to_world, scene.instances.paths)
-        inverse = np.linalg.inv(matrices[:, :3, :3])
-        # Rows times matrix on the host, matrix times column in kernels.
-        rows["local_to_world"] = matrices[:, :3, :3].transpose(0, 2, 1)
-        rows["world_origin"] = matrices[:, 3, :3]
-        rows["world_to_local"] = inverse.transpose(0, 2, 1)
-        self.placed = solid & self._filled
-        self.lower, self.upper = _rounded(*world_boxes(self._supports, scene.instances.prototype, matrices))
-        tree = self.tables.tree
-        tree.instance_count = int(self.placed.sum())
-        if tree.instance_count:
-            kept = np.flatnonzero(self.placed)
-            self._top = TopTree(self.lower[kept], self.upper[kept], kept, self.device)
-            tree.nodes, tree.order = self._top.nodes, self._top.order
-        tree.instances = self._array(rows, types.Instance)
+        self.placement.place(self.tables.tree, local_to_world, scene.instances.paths)
 
     def _upload_lights(self, scene: Scene, *, dome: bool) -> None:
         self._lights.upload(scene, self.tables)
@@ -231,28 +209,6 @@ def _see_through(scene: Scene) -> np.ndarray:
     """Per material: whether a ray may pass."""
     rows = scene.materials
     return (rows["opacity"] < 1.0) | (rows["opacity_texture"] >= 0) | (rows["transmission"] > 0.0)
-
-
-def _invertible(local_to_world: np.ndarray, paths: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Matrices to invert, and which instances have a volume in the world; the others become the identity."""
-    matrices = local_to_world.copy()
-    scale = np.linalg.norm(matrices[:, :3, :3], axis=2).prod(1)
-    flatness = np.abs(np.linalg.det(matrices[:, :3, :3]))
-    solid = np.isfinite(matrices).all((1, 2)) & (flatness > 1e-12 * scale) & (scale > 1e-30)
-    for k in np.flatnonzero(~solid):
-        warn_once(
-            f"{paths[k]} is not in the picture: its transform is flat or not finite. Give it a non-zero scale.",
-            key=f"flat:{paths[k]}",
-        )
-    matrices[~solid] = np.eye(4)
-    return matrices, solid
-
-
-def _rounded(lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(N, 3) boxes in single precision, rounded outwards by more than a ray's own rounding."""
-    center, half = (lower + upper) / 2, (upper - lower) / 2
-    half += 2e-6 * (np.abs(center) + half)
-    return (center - half).astype(np.float32), (center + half).astype(np.float32)
 
 
 def _any_of(flags: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.ndarray:

@@ -16,11 +16,12 @@ from usdsdg_render.kernels import (
     develop,
     material_aov,
     path,
+    place,
     tangents,
     wavefront,
 )
 from usdsdg_render.parallel import CUDA_BLOCK, available_threads
-from usdsdg_render.trace import build
+from usdsdg_render.trace import build, compress
 
 Progress = Callable[[str, int, "int | None"], None]
 _ready: set[str] = set()
@@ -35,8 +36,9 @@ def precompile(device: str = "cpu", progress: Progress | None = None) -> None:
     kernels += [curved_motion.label_curved_motion, tangents.draw_octagons, coverage.cover_strips]
     kernels += [develop.develop_pixels, denoise.smooth]
     target = wp.get_device(device)
-    # Trees are built on the CPU for either device.
-    loads = [(build.build_tree.module, wp.get_device("cpu"), 1)]
+    # Instances are placed and trees are built on the CPU for either device.
+    host = [build.build_tree, place.place] + [compress.compress_tree] * target.is_cuda
+    loads = [(kernel.module, wp.get_device("cpu"), 1) for kernel in host]
     loads += [(kernel.module, target, CUDA_BLOCK if target.is_cuda else 1) for kernel in kernels]
     label = "render kernels (compiled on first use)"
     report = progress or (lambda *_: None)

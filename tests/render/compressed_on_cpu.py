@@ -10,7 +10,8 @@ import warp as wp
 
 from usdsdg_render.device import records
 from usdsdg_render.kernels import types
-from usdsdg_render.trace import build
+from usdsdg_render.trace import forest
+from usdsdg_render.trace.compress import NODE_WORDS
 from usdsdg_render.trace.query import _COMPRESSED, CUDA_STACK_SIZE, Packed
 
 _INTRINSICS = """
@@ -81,16 +82,17 @@ def trace(device_scene, scene, origins, directions, *, reach=None, any_hit=False
 
     trees = []
     for prototype in scene.prototypes:
-        tree, corners = build.compress_bottom(prototype.points, prototype.triangles)
-        trees.append((address(tree.nodes), address(corners)))
+        trees.append(tuple(map(address, forest.cuda_bottom(prototype.points, prototype.triangles))))
     rows = device_scene.tables.tree.instances.numpy().copy()
     for row, which in zip(rows, scene.instances.prototype, strict=True):
         row["nodes"], row["blocks"] = trees[which]
-    placed = np.flatnonzero(device_scene.placed)
-    top = build.compress_top(device_scene.lower[placed], device_scene.upper[placed], placed)
+    placement = device_scene.placement
+    placed = np.flatnonzero(placement.placed)
+    nodes, order = np.zeros((len(placed), NODE_WORDS), np.uint32), np.zeros(len(placed), np.int32)
+    forest.TopTree(placement.lower, placement.upper, nodes, order, "cuda").build(placed)
     tree = types.Tree()
-    tree.nodes, tree.instance_count = address(top.nodes), len(placed)
-    tree.order = wp.array(top.order, dtype=wp.int32, device="cpu")
+    tree.nodes, tree.instance_count = address(nodes), len(placed)
+    tree.order = wp.array(order, dtype=wp.int32, device="cpu")
     tree.instances = wp.array(rows, dtype=types.Instance, device="cpu")
     assert rows.dtype == records(types.Instance, 0).dtype
     reach = np.full(len(origins), 1e30) if reach is None else reach

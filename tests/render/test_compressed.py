@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.render import compressed_on_cpu, scenes
+from tests.render import compress_by_numpy, compressed_on_cpu, scenes
 from tests.render.rays import trace
 from tests.render.test_trace import random_rotation, shells, soup
 from usdsdg_render.device import DeviceScene
-from usdsdg_render.trace.build import compress_bottom
-from usdsdg_render.trace.compress import LEAF_ITEMS
+from usdsdg_render.trace.build import Builder
+from usdsdg_render.trace.compress import LEAF_ITEMS, NODE_WORDS, Compressor
+from usdsdg_render.trace.forest import cuda_bottom
 
 
 def rays_through(rng: np.random.Generator, count: int, size: float) -> tuple[np.ndarray, np.ndarray]:
@@ -76,12 +77,31 @@ def test_nested_things_fill_the_stack_and_lose_no_hit():
 
 def test_every_triangle_is_in_one_leaf():
     mesh = soup(np.random.default_rng(1), "small")
-    tree, corners = compress_bottom(mesh.points, mesh.triangles)
-    assert sorted(tree.order) == list(range(len(mesh.triangles)))
-    np.testing.assert_array_equal(corners[..., :3], mesh.points[mesh.triangles[tree.order]])
-    np.testing.assert_array_equal(corners[:, 0, 3].view(np.int32), tree.order)
-    meta = tree.nodes.view(np.uint8)[:, 24:32]
+    nodes, corners = cuda_bottom(mesh.points, mesh.triangles)
+    order = corners[:, 0, 3].view(np.int32)
+    assert sorted(order) == list(range(len(mesh.triangles)))
+    np.testing.assert_array_equal(corners[..., :3], mesh.points[mesh.triangles[order]])
+    meta = nodes.view(np.uint8)[:, 24:32]
     leaves = (meta > 0) & (meta & 24 != 24)
     items = np.array([bin(byte >> 5).count("1") for byte in meta[leaves]])
     assert items.sum() == len(mesh.triangles)
     assert items.max() <= LEAF_ITEMS
+
+
+@pytest.mark.parametrize(
+    ("count", "block", "scale"), [(1, 1, 1.0), (2, 2, 1.0), (9, 1, 1e-6), (700, 1, 1e5), (3000, 2, 1.0)]
+)
+def test_nodes_are_those_of_the_slow_twin(count, block, scale):
+    rng = np.random.default_rng(count)
+    middle, half = rng.normal(size=(count, 3)) * scale, rng.exponential(size=(count, 3)) * 0.05 * scale
+    lower, upper = (middle - half).astype(np.float32), (middle + half).astype(np.float32)
+    builder = Builder(lower, upper, count, block=block, leaf=block, max_depth=20)
+    nodes, order = np.full((count, NODE_WORDS), 7, np.uint32), np.empty(count, np.int32)
+    compressor = Compressor(builder, nodes, order)
+    for _ in range(2):  # memory that was used before makes no difference
+        built, blocks = builder.build()
+        used = nodes[: compressor.compress()]
+        expected, items = compress_by_numpy.compress(builder.nodes[:built], builder.members[:blocks], block)
+        np.testing.assert_array_equal(used, expected)
+        np.testing.assert_array_equal(order, items)
+        lower -= np.float32(scale) * rng.random((count, 3), np.float32)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import warp as wp
 from scipy.spatial.transform import Rotation
 
 from tests.render import scenes
 from usdsdg_render.device import DeviceScene
-from usdsdg_render.support import SUPPORT, reach, support, world_boxes
+from usdsdg_render.kernels.place import reach
+from usdsdg_render.support import support
 
 RNG = np.random.default_rng(4)
 SHAPES = {
@@ -21,13 +23,32 @@ SHAPES = {
 }
 
 
+@wp.kernel(enable_backward=False)
+def _reaches(
+    supports: wp.array2d(dtype=wp.float64),
+    directions: wp.array(dtype=wp.vec3d),
+    reaches: wp.array(dtype=wp.float64),
+):
+    i = wp.tid()
+    reaches[i] = reach(supports, 0, directions[i])
+
+
+def reaches_along(points: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """How far a shape reaches along (N, 3) directions."""
+    found = wp.zeros(len(directions), dtype=wp.float64, device="cpu")
+    supports = wp.array(support(points).reshape(1, -1), dtype=wp.float64, device="cpu")
+    inputs = [supports, wp.array(directions, dtype=wp.vec3d, device="cpu")]
+    wp.launch(_reaches, dim=len(directions), inputs=inputs, outputs=[found], device="cpu")
+    return found.numpy()
+
+
 @pytest.mark.parametrize("name", SHAPES)
 def test_no_point_is_beyond_the_reach(name):
     points = SHAPES[name].astype(np.float32)
     directions = RNG.normal(size=(3000, 3)) * 10.0 ** RNG.uniform(-6, 6, (3000, 1))
     directions[:100, RNG.integers(0, 3)] = 0.0
     directions[100:120, 1:] = RNG.choice([-1.0, 0.0, 1.0], (20, 2))
-    reaches = reach(support(points)[None], np.zeros(3000, np.int64), directions)
+    reaches = reaches_along(points, directions)
     exact = (points.astype(np.float64) @ directions.T).max(0)
     length = np.linalg.norm(directions, axis=1)
     rounding = 1e-12 * np.abs(points).max() * length
@@ -38,25 +59,9 @@ def test_no_point_is_beyond_the_reach(name):
 def test_at_the_nodes_of_the_grid_it_is_exact():
     points = SHAPES["cloud"].astype(np.float32)
     for direction in ((1, 0, 0), (0, -1, 0), (-1, 0.5, -1), (0.5, -0.5, 1)):
-        found = reach(support(points)[None], np.zeros(1, np.int64), np.array([direction], np.float64))
-        assert found[0] == pytest.approx((points @ np.array(direction)).max(), rel=2e-5)
-
-
-def test_boxes_in_the_world_hold_what_is_placed():
-    shapes = [points.astype(np.float32) for points in SHAPES.values()]
-    supports = np.stack([support(points) for points in shapes])
-    assert supports.shape[1:] == SUPPORT
-    which = RNG.integers(0, len(shapes), 200)
-    matrices = np.stack([np.eye(4)] * 200)
-    matrices[:, :3, :3] = Rotation.random(200, random_state=1).as_matrix() * RNG.uniform(-3, 3, (200, 1, 3))
-    matrices[:, :3, :3] += RNG.normal(size=(200, 3, 3)) * 0.3  # sheared
-    matrices[:, 3, :3] = RNG.normal(size=(200, 3)) * 50
-    lower, upper = world_boxes(supports, which, matrices)
-    for k, shape in enumerate(which):
-        placed = shapes[shape].astype(np.float64) @ matrices[k, :3, :3] + matrices[k, 3, :3]
-        slack = 1e-9 * np.abs(placed).max()
-        assert (lower[k] <= placed.min(0) + slack).all()
-        assert (upper[k] >= placed.max(0) - slack).all()
+        assert reaches_along(points, np.array([direction], np.float64))[0] == pytest.approx(
+            (points @ np.array(direction)).max(), rel=2e-5
+        )
 
 
 def test_a_turned_ball_gets_the_box_of_a_ball():
@@ -64,4 +69,4 @@ def test_a_turned_ball_gets_the_box_of_a_ball():
     scene = scenes.scene_of([(scenes.sphere(), scenes.moved((5, 0, 0), rotation=turned), 0)])
     on_device = DeviceScene("cpu")
     on_device.sync(scene)
-    np.testing.assert_allclose(on_device.upper[0] - on_device.lower[0], 2.0, rtol=0.03)
+    np.testing.assert_allclose(on_device.placement.upper[0] - on_device.placement.lower[0], 2.0, rtol=0.03)

@@ -11,7 +11,8 @@ import pytest
 from tests.render import scenes
 from tests.render.rays import brute_force, trace, world_triangles
 from usdsdg_render.trace import build
-from usdsdg_render.trace.build import build_bottom, build_top
+from usdsdg_render.trace.build import Builder
+from usdsdg_render.trace.forest import LANES, LEAF_TRIANGLES, cpu_bottom
 from usdsdg_render.trace.query import MAX_BOTTOM_DEPTH, MAX_TOP_DEPTH
 
 
@@ -162,11 +163,15 @@ def test_trees_stay_within_their_depth_whatever_they_hold():
     size = (4.0 ** np.arange(-20, 20))[:, None].astype(np.float32)
     lower, upper = np.repeat(-size, 3, 1), np.repeat(size, 3, 1)
     lower, upper = np.tile(lower, (50, 1)), np.tile(upper, (50, 1))
-    assert build_top(lower, upper, np.arange(len(lower))).depth <= MAX_TOP_DEPTH
-    points = (rng.normal(size=(3000, 3, 3)) * 10.0 ** rng.uniform(-12, 6, (3000, 1, 1))).reshape(-1, 3)
-    tree = build_bottom(points.astype(np.float32), np.arange(9000, dtype=np.int32).reshape(-1, 3))
-    assert tree.depth <= MAX_BOTTOM_DEPTH
-    members = tree.blocks[:, 72:].view(np.int32)
+    builder = Builder(lower, upper, len(lower), max_depth=MAX_TOP_DEPTH)
+    builder.build()
+    assert builder.depth <= MAX_TOP_DEPTH
+    corners = (rng.normal(size=(3000, 3, 3)) * 10.0 ** rng.uniform(-12, 6, (3000, 1, 1))).astype(np.float32)
+    lower, upper = corners.min(1), corners.max(1)
+    builder = Builder(lower, upper, 3000, block=LANES, leaf=LEAF_TRIANGLES, max_depth=MAX_BOTTOM_DEPTH)
+    _, blocks = builder.build()
+    assert builder.depth <= MAX_BOTTOM_DEPTH
+    members = builder.members[:blocks]
     assert sorted(members[members >= 0]) == list(range(3000))
 
 
@@ -249,7 +254,7 @@ def test_the_trees_know_no_structs_of_warps_headers():
     """Of Warp's native types they name vectors, which every native function returns, and no mesh, tree or query."""
     folder = Path(build.__file__).parent
     sources = sorted(folder.glob("*.cpp"))
-    assert {each.name for each in sources} == {"build_tree.cpp", "compressed.cpp", "traverse.cpp"}
+    assert {each.name for each in sources} == {"build_tree.cpp", "compress_tree.cpp", "compressed.cpp", "traverse.cpp"}
     for source in sources:
         code = re.sub(r"//[^\n]*", "", source.read_text())
         assert set(re.findall(r"wp::(\w+)", code)) <= {"vec_t", "uint32"}, source.name
@@ -261,6 +266,6 @@ def test_the_trees_know_no_structs_of_warps_headers():
 
 def test_tree_memory_starts_on_cache_lines():
     mesh = scenes.sphere(rings=12)
-    tree = build_bottom(mesh.points, mesh.triangles)
-    assert tree.nodes.ctypes.data % 64 == 0
-    assert tree.blocks.ctypes.data % 64 == 0
+    nodes, blocks = cpu_bottom(mesh.points, mesh.triangles)
+    assert nodes.ctypes.data % 64 == 0
+    assert blocks.ctypes.data % 64 == 0

@@ -1,38 +1,29 @@
-"""Trees to trace: one per prototype over its triangles, one over the boxes of all instances.
+"""Trees over boxes, as `build_tree.cpp` builds them."""
 
-A CPU reads them as they are built; CUDA reads them compressed.
-"""
-
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import warp as wp
 
 from usdsdg.errors import RenderError
-from usdsdg_render.trace.compress import LEAF_ITEMS, CompressedTree, compress
-from usdsdg_render.trace.query import MAX_BOTTOM_DEPTH, MAX_TOP_DEPTH
+from usdsdg_render.memory import aligned, shared
 
-LANES = 8
-LEAF_TRIANGLES = 16  # two blocks: measured faster than one, and half the nodes
-_NODE_WORDS = 64
-_BLOCK_WORDS = 80
-_LINE = 64  # bytes; vector loads of nodes and blocks assume this alignment
+NODE_WORDS = 64
 
 
 @wp.struct
 class Task:
-    """What `build_tree.cpp` reads and fills; boxes are three numbers each in `lowers` and `uppers`."""
+    """What `build_tree.cpp` reads and fills: see there."""
 
-    lowers: wp.array(dtype=wp.float32)
-    uppers: wp.array(dtype=wp.float32)
+    lowers: wp.array2d(dtype=wp.float32)
+    uppers: wp.array2d(dtype=wp.float32)
     block: wp.int32
     leaf_limit: wp.int32
     max_depth: wp.int32
-    # out
     order: wp.array(dtype=wp.int32)
-    nodes: wp.array(dtype=wp.float32)
-    members: wp.array(dtype=wp.int32)
+    # out
+    nodes: wp.array2d(dtype=wp.float32)
+    members: wp.array2d(dtype=wp.int32)
     counts: wp.array(dtype=wp.int32)
 
 
@@ -45,102 +36,61 @@ def build_tree(task: Task):
     _build_tree(task)
 
 
-@dataclass(frozen=True)
-class BottomTree:
-    """The tree over one prototype."""
+class Builder:
+    """Builds trees over boxes that stay where they are in memory, again after each change of them.
 
-    nodes: np.ndarray  # (N, 64) float32, lines of memory aligned
-    blocks: np.ndarray  # (B, 80) float32: rows of eight x, y, z of three corners, then eight triangle indices
-    depth: int
+    Args:
+        lower, upper: (N, 3) float32 corners of boxes.
+        count: how many of them a tree is over, > 0.
+        block: boxes that are tested at once.
+        leaf: boxes in a leaf, at most.
+        max_depth: levels of nodes, at most.
+        nodes: (count, NODE_WORDS) float32, aligned to lines of memory: room for the nodes, made here if None.
 
+    Attributes:
+        order: (count,) int32: which boxes; `build` brings it into the order of the leaves.
+        nodes: what was built, as `build_tree.cpp` describes it.
+        members: (count, block) int32: boxes of each block, -1 in empty lanes; empty where a block is one box.
+        depth: levels of nodes.
+    """
 
-@dataclass(frozen=True)
-class TopTree:
-    """The tree over all instances."""
+    def __init__(
+        self,
+        lower: np.ndarray,
+        upper: np.ndarray,
+        count: int,
+        *,
+        block: int = 1,
+        leaf: int = 1,
+        max_depth: int,
+        nodes: np.ndarray | None = None,
+    ) -> None:
+        if 8**max_depth < count:
+            raise RenderError(f"{count} objects do not fit a tree {max_depth} levels deep. Split the scene.")
+        self.block = block
+        self.depth = 0
+        self.order = np.arange(count, dtype=np.int32)
+        # An inner node has at least two children, so there are fewer of them than boxes.
+        self.nodes = aligned((count, NODE_WORDS), np.float32) if nodes is None else nodes
+        self.members = np.empty((count if block > 1 else 0, block), np.int32)
+        self._max_depth = max_depth
+        self._counts = np.zeros(3, np.int32)
+        task = Task()
+        task.lowers, task.uppers = shared(lower, wp.float32), shared(upper, wp.float32)
+        task.block, task.leaf_limit, task.max_depth = block, leaf, max_depth
+        task.nodes = shared(self.nodes, wp.float32)
+        task.order, task.members, task.counts = (
+            shared(each, wp.int32) for each in (self.order, self.members, self._counts)
+        )
+        self._launch = wp.launch(build_tree, dim=1, inputs=[task], device="cpu", record_cmd=True)
 
-    nodes: np.ndarray  # (N, 64) float32
-    depth: int
-
-
-def build_bottom(points: np.ndarray, triangles: np.ndarray) -> BottomTree:
-    """Build the tree of a prototype from (V, 3) float32 points and (T, 3) int32 triangles, T > 0."""
-    corners = points[triangles]
-    lower, upper = corners.min(1), corners.max(1)
-    nodes, members, depth = _build(lower, upper, LANES, LEAF_TRIANGLES, MAX_BOTTOM_DEPTH)
-    blocks = aligned((len(members), _BLOCK_WORDS), np.float32)
-    # Empty lanes hold the triangle 0 0 0, which the intersection test rejects.
-    lanes = np.where(members[:, :, None, None] >= 0, corners[members], np.float32(0))
-    blocks[:, :72] = lanes.transpose(0, 2, 3, 1).reshape(len(members), 72)
-    blocks[:, 72:].view(np.int32)[:] = members
-    return BottomTree(nodes, blocks, depth)
-
-
-def build_top(lower: np.ndarray, upper: np.ndarray, instances: np.ndarray) -> TopTree:
-    """Build the tree over boxes, (I, 3) float32 each, I > 0, of the instances with these row numbers."""
-    nodes, _, depth = _build(lower, upper, 1, 1, MAX_TOP_DEPTH)
-    children = nodes[:, 48:56].view(np.int32)
-    children[children < 0] = ~instances[~children[children < 0]]
-    return TopTree(nodes, depth)
-
-
-def compress_bottom(points: np.ndarray, triangles: np.ndarray) -> tuple[CompressedTree, np.ndarray]:
-    """As `build_bottom` for CUDA, and (T, 3, 4) float32 corners in the tree's order, the first with its triangle."""
-    corners = points[triangles]
-    nodes, members, _ = _build(corners.min(1), corners.max(1), LEAF_ITEMS, LEAF_ITEMS, MAX_BOTTOM_DEPTH)
-    children = nodes[:, 48:56].view(np.int32)
-    children[children < 0] >>= 2  # a leaf is one block
-    tree = compress(*_boxes(nodes), children, members)
-    rows = np.zeros((len(tree.order), 3, 4), np.float32)
-    rows[..., :3] = corners[tree.order]
-    rows[:, 0, 3] = tree.order.view(np.float32)
-    return tree, rows
-
-
-def compress_top(lower: np.ndarray, upper: np.ndarray, instances: np.ndarray) -> CompressedTree:
-    """As `build_top` for CUDA."""
-    nodes, _, _ = _build(lower, upper, 1, 1, MAX_TOP_DEPTH)
-    members = np.full((len(instances), LEAF_ITEMS), -1, np.int32)
-    members[:, 0] = instances
-    return compress(*_boxes(nodes), nodes[:, 48:56].view(np.int32), members)
-
-
-def _boxes(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper corners of the children, (N, 8, 3) each."""
-    boxes = nodes[:, :48].reshape(-1, 2, 3, LANES).transpose(1, 0, 3, 2)
-    return boxes[0], boxes[1]
-
-
-def _build(lower: np.ndarray, upper: np.ndarray, block: int, leaf: int, max_depth: int):
-    n = len(lower)
-    if 8**max_depth < n:
-        raise RenderError(f"{n} objects do not fit a tree {max_depth} levels deep. Split the scene.")
-    # An inner node has at least two children, so there are fewer of them than boxes.
-    nodes = np.empty((max(1, n), _NODE_WORDS), np.float32)
-    members = np.empty((max(1, n) if block > 1 else 0, block), np.int32)
-    order, counts = np.empty(n, np.int32), np.zeros(3, np.int32)
-    task = Task()
-    task.lowers, task.uppers = _shared(lower), _shared(upper)
-    task.block, task.leaf_limit, task.max_depth = block, leaf, max_depth
-    task.order, task.nodes, task.members, task.counts = map(_shared, (order, nodes, members, counts))
-    wp.launch(build_tree, dim=1, inputs=[task], device="cpu")
-    node_count, block_count, depth = counts.tolist()
-    if depth > max_depth:
-        raise RenderError(f"a tree over {n} boxes is {depth} levels deep, more than {max_depth}: are they finite?")
-    packed = aligned((node_count, _NODE_WORDS), np.float32)
-    packed[:] = nodes[:node_count]
-    return packed, members[:block_count], depth
-
-
-def _shared(values: np.ndarray) -> wp.array:
-    """A flat Warp view of a contiguous NumPy array, without a copy."""
-    flat = np.ascontiguousarray(values).reshape(-1)
-    dtype = wp.int32 if flat.dtype == np.int32 else wp.float32
-    return wp.array(flat, dtype=dtype, device="cpu", copy=False)
-
-
-def aligned(shape: tuple[int, ...], dtype) -> np.ndarray:
-    """An uninitialised array whose first element starts a cache line."""
-    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
-    raw = np.empty(size + _LINE, np.uint8)
-    start = -raw.ctypes.data % _LINE
-    return raw[start : start + size].view(dtype).reshape(shape)
+    def build(self) -> tuple[int, int]:
+        """Fill `nodes` and `members`; returns how many nodes and blocks there are."""
+        self._launch.launch()
+        nodes, blocks, self.depth = self._counts.tolist()
+        if self.depth > self._max_depth:
+            raise RenderError(
+                f"a tree over {len(self.order)} boxes is {self.depth} levels deep, more than {self._max_depth}: are "
+                f"they finite?"
+            )
+        return nodes, blocks

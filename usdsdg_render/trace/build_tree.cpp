@@ -1,10 +1,11 @@
 // Body of build_tree: an 8-wide bounding volume hierarchy over boxes, on one CPU thread.
 //
 // A node is opened by splitting its widest child in two (binned surface area heuristic, costs counted in blocks of
-// `block` boxes because a leaf is tested a block at a time) until it has eight. Outputs: nodes of 64 words (lower x y z,
-// upper x y z, eight children, unused), `members` = box indices per block, -1 in empty lanes, and
-// counts = nodes, blocks, depth. A child is a node (>= 0), or ~(first block << 2 | number of blocks), or with block = 1
-// ~(box index). Once the depth left would only just do, nodes split at the median, which makes `max_depth` a bound.
+// `block` boxes because a leaf is tested a block at a time) until it has eight. `order` names the boxes that count and
+// comes back in the order of the leaves. Outputs: nodes of 64 words (lower x y z, upper x y z, eight children, unused),
+// `members` = box indices per block, -1 in empty lanes, and counts = nodes, blocks, depth. A child is a node (>= 0), or
+// ~(first block << 2 | number of blocks), or with block = 1 ~(box index). Once the depth left would only just do, nodes
+// split at the median, which makes `max_depth` a bound.
 constexpr int BINS = 16;
 constexpr float FAR = 3.0e38f;
 
@@ -124,7 +125,6 @@ auto split_by_area = [&](const Range& r, Range& left, Range& right) {
 
 int node_count = 1, block_count = 0, deepest = 0;
 const int n = (int)task.order.shape[0];
-for (int i = 0; i < n; ++i) index[i] = i;
 auto leaf_code = [&](const Range& r) {
     if (block == 1) return ~index[r.begin];
     const int first = block_count;

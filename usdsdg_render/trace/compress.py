@@ -13,104 +13,60 @@ the node, so that the slot number alone, compared with the signs of a ray, order
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+import warp as wp
 
-SLOTS = 8
+from usdsdg_render.memory import shared
+from usdsdg_render.trace.build import Builder
+
 LEAF_ITEMS = 2  # on an H200 8 % faster than three
-_WORDS = 20
-# Children's boxes grow by these shares of their parent and of its place, for the rounding of a ray's distances: a step
-# of 255 is known to 2^-9.
-_SLACK, _SLACK_OF_PLACE = 2e-5, 1e-6
+NODE_WORDS = 20
 
 
-@dataclass(frozen=True)
-class CompressedTree:
-    """`order` lists the items (triangles or instances) as leaves count them."""
+@wp.struct
+class Compression:
+    """What `compress_tree.cpp` reads and fills: see there."""
 
-    nodes: np.ndarray  # (N, 20) uint32
-    order: np.ndarray  # (M,) int32
+    nodes: wp.array2d(dtype=wp.float32)
+    members: wp.array2d(dtype=wp.int32)
+    block: wp.int32
+    # out
+    places: wp.array(dtype=wp.int32)
+    compressed: wp.array2d(dtype=wp.uint32)
+    order: wp.array(dtype=wp.int32)
+    counts: wp.array(dtype=wp.int32)
 
 
-def compress(lower: np.ndarray, upper: np.ndarray, child: np.ndarray, members: np.ndarray) -> CompressedTree:
-    """Compress a tree of wide nodes whose root is node 0.
+@wp.func_native(Path(__file__).with_name("compress_tree.cpp").read_text())
+def _compress_tree(task: Compression): ...
+
+
+@wp.kernel(enable_backward=False)
+def compress_tree(task: Compression):
+    _compress_tree(task)
+
+
+class Compressor:
+    """Compresses what a builder has built, again after each time.
 
     Args:
-        lower, upper: (N, 8, 3) boxes of the children; lower > upper where there is none.
-        child: (N, 8) int32: a node, or ~leaf.
-        members: (L, LEAF_ITEMS) int32: items of the leaves, -1 in empty places at the end.
+        nodes: (N, NODE_WORDS) uint32, room for the nodes.
+        order: (M,) int32, room for the items (triangles or instances) as leaves count them.
     """
-    used = lower[..., 0] <= upper[..., 0]
-    corner = np.where(used[..., None], lower, np.inf).min(1).astype(np.float64)
-    extent = np.where(used[..., None], upper, -np.inf).max(1) - corner
-    slack = (_SLACK * extent + _SLACK_OF_PLACE * np.abs(corner))[:, None]
-    lower, upper = lower - slack, upper + slack
-    corner = np.nextafter(lower.min(1, where=used[..., None], initial=np.inf).astype(np.float32), np.float32(-np.inf))
-    extent = upper.max(1, where=used[..., None], initial=-np.inf) - corner
-    in_slot = np.take_along_axis
-    slots = _slots(0.5 * (lower + upper) - (corner + 0.5 * extent)[:, None], used)
-    used, child = in_slot(used, slots, 1), in_slot(child, slots, 1)
-    lower, upper = (in_slot(each, slots[..., None], 1) for each in (lower, upper))
 
-    inner = used & (child >= 0)
-    levels, base = _by_level(child, inner)
-    used, child, inner = used[levels], child[levels], inner[levels]
-    rows = members[~child[used & ~inner]]
-    order = rows[rows >= 0]
-    sizes = np.zeros(child.shape, np.int64)
-    sizes[used & ~inner] = (rows >= 0).sum(1)
+    def __init__(self, builder: Builder, nodes: np.ndarray, order: np.ndarray) -> None:
+        self._counts = np.zeros(2, np.int32)
+        task = Compression()
+        task.nodes, task.members = shared(builder.nodes, wp.float32), shared(builder.members, wp.int32)
+        task.block = builder.block
+        task.places = wp.empty(len(builder.nodes), dtype=wp.int32, device="cpu")
+        task.compressed, task.order = shared(nodes, wp.uint32), shared(order, wp.int32)
+        task.counts = shared(self._counts, wp.int32)
+        self._launch = wp.launch(compress_tree, dim=1, inputs=[task], device="cpu", record_cmd=True)
 
-    exponent = np.ceil(np.log2(np.maximum(extent[levels], 1e-30) / 255.0)).astype(np.int64)
-    step = 2.0**exponent
-    corner = corner[levels]
-    first = np.floor((lower[levels] - corner[:, None]) / step[:, None]).clip(0, 255)
-    last = np.ceil((upper[levels] - corner[:, None]) / step[:, None]).clip(0, 255)
-    first, last = (np.where(used[..., None], each, 0).astype(np.uint8) for each in (first, last))
-
-    nodes = np.zeros((len(child), _WORDS), np.uint32)
-    octets = nodes.view(np.uint8)  # little-endian
-    nodes[:, :3] = corner.astype(np.float32).view(np.uint32)
-    octets[:, 12:15] = exponent + 127
-    octets[:, 15] = np.packbits(inner, axis=1, bitorder="little")[:, 0]
-    nodes[:, 4] = base
-    nodes[:, 5] = np.cumsum(sizes.sum(1)) - sizes.sum(1)
-    place = np.cumsum(sizes, 1) - sizes
-    ones = (1 << sizes) - 1
-    octets[:, 24:32] = np.where(inner, 56 + np.arange(SLOTS), np.where(sizes > 0, ones << 5 | place, 0))
-    for axis in range(3):
-        octets[:, 32 + 8 * axis : 40 + 8 * axis] = first[..., axis]
-        octets[:, 56 + 8 * axis : 64 + 8 * axis] = last[..., axis]
-    return CompressedTree(nodes, order.astype(np.int32))
-
-
-def _slots(middle: np.ndarray, used: np.ndarray) -> np.ndarray:
-    """(N, 8): which child sits in each slot.
-
-    A slot stands for an octant: bit 2 for +x, bit 1 for +y, bit 0 for +z. Pairs of a child and a slot are settled one
-    after the other, the one that agrees best first.
-    """
-    bits = np.arange(SLOTS)[:, None] >> np.array([2, 1, 0]) & 1
-    agreement = middle @ (2.0 * bits - 1.0).T
-    agreement = np.where(used[..., None], agreement, -1e30)  # children that are not there take what is left
-    rows = np.arange(len(middle))
-    slots = np.zeros((len(middle), SLOTS), np.int64)
-    for _ in range(SLOTS):
-        best = agreement.reshape(len(middle), -1).argmax(1)
-        child, slot = best // SLOTS, best % SLOTS
-        slots[rows, slot] = child
-        agreement[rows, child] = -np.inf
-        agreement[rows, :, slot] = -np.inf
-    return slots
-
-
-def _by_level(child: np.ndarray, inner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(node numbers in an order that keeps siblings together, place of each one's first child in that order)."""
-    level, levels, firsts, end = np.zeros(1, np.int64), [], [], 1
-    while len(level):
-        counts = inner[level].sum(1)
-        levels.append(level)
-        firsts.append(end + np.cumsum(counts) - counts)
-        end += int(counts.sum())
-        level = child[level][inner[level]].astype(np.int64)
-    return np.concatenate(levels), np.concatenate(firsts)
+    def compress(self) -> int:
+        """Fill `nodes` and `order`; returns the number of nodes."""
+        self._launch.launch()
+        return int(self._counts[0])
