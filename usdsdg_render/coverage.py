@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from usdsdg.stage.cameras import CameraView
 
 STRIPS_PER_BAND = 1024
+ROW_PARTS = 16
 # Of a group that covers nothing: pixels, x_min, y_min, x_max, y_max, visible pixels.
 _NOTHING = np.array([0, 1 << 30, 1 << 30, -1, -1, 0], np.int32)
 
@@ -112,11 +113,12 @@ class Coverage:
 
     def _cut(self, octagons: wp.array) -> wp.array:
         """The strips that lie in octagons."""
-        shape = octagons.shape[:2]
+        # Threads of a GPU share the rows of an octagon.
+        shape = (*octagons.shape[:2], 1 if self._device == "cpu" else ROW_PARTS)
         counts, after = self._empty(shape, wp.int32), self._empty(shape, wp.int32)
         none = self._empty(0, Strip)
         inputs = [*self._size, octagons]
-        self._rows(kernels.cut_strips, shape, [*inputs, self._empty((0, 0), wp.int32)], [counts, none])
+        self._rows(kernels.cut_strips, shape, [*inputs, self._empty((0, 0, 0), wp.int32)], [counts, none])
         strips = self._empty(_running(counts, after), Strip)
         self._rows(kernels.cut_strips, shape, [*inputs, after], [counts, strips])
         return strips

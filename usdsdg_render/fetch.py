@@ -66,7 +66,10 @@ _pool = Pool(lambda size: wp.empty(size, dtype=wp.uint8, device="cpu", pinned=Tr
 
 
 def fetch(arrays: Mapping[str, wp.array]) -> dict[str, np.ndarray]:
-    """Contiguous arrays of one device on the host, vectors as a last axis, structs as records; on a CPU they are the arrays themselves."""
+    """Contiguous arrays of one device on the host, vectors as a last axis, structs as records.
+
+    On a CPU they are the arrays themselves.
+    """
     fetched: dict[str, np.ndarray] = {}
     device = None
     for name, array in arrays.items():

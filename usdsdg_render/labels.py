@@ -57,12 +57,9 @@ def render(
         inputs = (device_scene.tables, pictures, *inputs)
         launch_rows(kernel, bands, inputs, [out], device=device, threads=threads, band_rows=band_rows)
 
-    past, curved = Past(), set()
-    if _MOTION in names:
-        past = history.past_of(views, scene)
-        curved = {_MOTION} if history.have_lens(views) else set()
+    past = history.past_of(views, scene) if _MOTION in names else Past()
     plain, of_material = AovArrays(), MaterialArrays()
-    for name in made.keys() - {_OPENNESS} - curved:
+    for name in made.keys() - {_OPENNESS}:
         setattr(of_material if name in MATERIAL_AOVS else plain, name, made[name])
     if not (MATERIAL_AOVS | {_OPENNESS}).issuperset(names):
         launch(label_pixels, 4, past, float(views[0].meters_per_unit), mode, out=plain)
@@ -70,6 +67,6 @@ def render(
         launch(label_materials, 4, mode, out=of_material)
     if _OPENNESS in names:
         launch(label_ambient, 2, AMBIENT_REACH / float(views[0].meters_per_unit), mode, out=made[_OPENNESS])
-    if curved:
+    if _MOTION in names and history.have_lens(views):
         launch(label_curved_motion, 4, past, mode, out=made[_MOTION])
     return made

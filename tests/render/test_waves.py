@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.render import scenes
-from tests.render.pictures import renderer_of
+from tests.render.pictures import DEVICE, renderer_of
 from usdsdg_render.camera import views_record
 from usdsdg_render.renderer import path_options
 from usdsdg_render.settings import PathSettings
@@ -41,8 +41,8 @@ def test_waves_of_any_size_make_the_same_picture(most, wanted):
         other.want_features()
         other.want_parts()
     tables = renderer._on_device.tables
-    Waves("cpu", most).add_samples(
-        tables, path_options(settings, other), views_record([VIEW], "cpu"), [other.arrays], 7
+    Waves(DEVICE, most).add_samples(
+        tables, path_options(settings, other), views_record([VIEW], DEVICE), [other.arrays], 7
     )
     extra = ("albedo", "normal_depth", "square", "parts") if wanted else ()
     for name in ("color", "dropped", *extra):
@@ -58,7 +58,7 @@ def test_lenses_that_leave_pixels_dark():
     film, other = (renderer.new_film(12, 9) for _ in range(2))
     renderer.accumulate(film, view, samples=2, settings=PathSettings())
     options = path_options(PathSettings(), other)
-    Waves("cpu", 100).add_samples(renderer._on_device.tables, options, views_record([view], "cpu"), [other.arrays], 2)
+    Waves(DEVICE, 100).add_samples(renderer._on_device.tables, options, views_record([view], DEVICE), [other.arrays], 2)
     np.testing.assert_array_equal(other.arrays.color.numpy(), film.arrays.color.numpy())
 
 
@@ -71,7 +71,7 @@ def test_pictures_in_one_wave_are_those_that_each_has_alone(most):
     renderer.accumulate_all(films, views, samples=3, settings=PathSettings())
     options = path_options(PathSettings(), others[0])
     tables, arrays = renderer._on_device.tables, [other.arrays for other in others]
-    Waves("cpu", most).add_samples(tables, options, views_record(views, "cpu"), arrays, 3)
+    Waves(DEVICE, most).add_samples(tables, options, views_record(views, DEVICE), arrays, 3)
     for film, other, view in zip(films, others, views, strict=True):
         alone = renderer.new_film(12, 9)
         renderer.accumulate(alone, view, samples=3, settings=PathSettings())

@@ -46,20 +46,23 @@ def cut_strips(
     width: int,
     height: int,
     octagons: wp.array3d(dtype=wp.float32),  # (views, tested, sides)
-    after: wp.array2d(dtype=wp.int32),  # (views, tested): strips so far; empty where they are still to be counted
+    after: wp.array3d(dtype=wp.int32),  # as counts: strips so far; empty where they are still to be counted
     first_view: int,
     # out
-    counts: wp.array2d(dtype=wp.int32),
+    counts: wp.array3d(dtype=wp.int32),  # (views, tested, parts): strips in each part of the rows
     strips: wp.array(dtype=Strip),
 ):
-    v, k = wp.tid()
+    v, k, part = wp.tid()
     v += first_view
     ends = octagons[v, k]
+    top = first_centre(-ends[5], height)
+    rows = wp.max(first_centre(ends[1], height) - top, 0)
+    parts = counts.shape[2]
     place = int(0)
     if after.shape[0] > 0:
-        place = after[v, k] - counts[v, k]
+        place = after[v, k, part] - counts[v, k, part]
     count = int(0)
-    for row in range(first_centre(-ends[5], height), first_centre(ends[1], height)):
+    for row in range(top + rows * part / parts, top + rows * (part + 1) / parts):
         first, last = columns_of(ends, row, width)
         if first < last:
             for word in range(first / WORD, (last - 1) / WORD + 1):
@@ -73,7 +76,7 @@ def cut_strips(
                     )
                 count += 1
     if after.shape[0] == 0:
-        counts[v, k] = count
+        counts[v, k, part] = count
 
 
 @wp.func

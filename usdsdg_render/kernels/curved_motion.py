@@ -11,6 +11,9 @@ from usdsdg_render.kernels.types import Camera, SceneTables
 from usdsdg_render.kernels.views import Views, meet_centre, picture_row
 from usdsdg_render.kernels.visibility import triangle_of
 
+# What stands still has moved by exactly nothing: two places that are found by one formula are rounded alike.
+wp.set_module_options({"fuse_fp": False})
+
 
 @wp.func
 def place_of(camera: Camera, point: wp.vec3, at_infinity: bool):
@@ -36,7 +39,7 @@ def label_curved_motion(
     past: Past,
     mode: int,
     first_band: int,
-    # out: (views, height, width)
+    # out: (views, height, width); pinholes have theirs already
     motion_vectors: wp.array3d(dtype=wp.vec2),
 ):
     band, x, row = wp.tid()
@@ -45,6 +48,9 @@ def label_curved_motion(
         return
     camera = views.cameras[v]
     past_camera = past.cameras[v]
+    if camera.lens_kind == NONE and past_camera.lens_kind == NONE:
+        return
+    motion_vectors[v, y, x] = wp.vec2(0.0)
     ray, hit = meet_centre(tables, camera, x, y, mode)
     if ray.tmax < ray.tmin:
         return
