@@ -19,6 +19,7 @@ from usdsdg.app import get_app
 from usdsdg.capture import Capture
 from usdsdg.errors import UsdsdgError, warn_once
 from usdsdg.graph import evaluate
+from usdsdg.progress import report
 from usdsdg.render_settings import RenderMode, render_mode
 from usdsdg.settings import get_settings
 from usdsdg.stage import assets, context
@@ -190,6 +191,8 @@ class Orchestrator:
             yield
             if self.status is Status.STOPPED:
                 return
+        if num_frames is None:
+            report("frames captured", self.captures, self.captures)
         self.finish()
 
     def expect_frames(self, count: int | None) -> None:

@@ -39,10 +39,10 @@ SCENE = """
     """
 
 
-def run(folder, trigger, *options, expect=0):
+def run(folder, trigger, *options, expect=0, quiet=("--quiet",)):
     text = textwrap.dedent(SCENE).replace("OUT", str(folder / "out")).replace("TRIGGER", trigger)
     (folder / "scene.yaml").write_text(text)
-    done = usdsdg("run", "--quiet", *options, "scene.yaml", cwd=folder, expect=expect)
+    done = usdsdg("run", *quiet, *options, "scene.yaml", cwd=folder, expect=expect)
     return done, sorted(path.name for path in (folder / "out").glob("bounding_box_2d_tight_*.npy"))
 
 
@@ -50,6 +50,12 @@ def test_a_file_runs_until_its_triggers_have_run_out(tmp_path):
     _, files = run(tmp_path, "trigger.on_frame: {max_execs: 3}", "--save-stage", "last.usda")
     assert len({(tmp_path / "out" / name).read_bytes() for name in files}) == len(files) == 3
     assert 'usdsdg:line = "scene.yaml:' in (tmp_path / "last.usda").read_text()
+
+
+def test_the_last_line_counts_what_was_captured(tmp_path):
+    done, files = run(tmp_path, "trigger.on_frame: {max_execs: 3}", quiet=())
+    counts = [line for line in done.stderr.splitlines() if line.startswith("[usdsdg] frames captured: ")]
+    assert counts[-1].startswith(f"[usdsdg] frames captured: {len(files)}/{len(files)}")
 
 
 def test_the_timeline_plays_for_triggers_of_times(tmp_path):

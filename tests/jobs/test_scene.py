@@ -11,7 +11,7 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics
 import usdsdg as rep
 from usdsdg import engines
 from usdsdg.app import get_app
-from usdsdg.errors import AssetNotFound, WriterError
+from usdsdg.errors import AssetNotFound, WriterError, forget_warnings
 from usdsdg.jobs import cameras, environment, object_based, objects, randomizers
 from usdsdg.jobs.config import ObjectBasedConfig
 from usdsdg.jobs.draws import Draws
@@ -176,6 +176,24 @@ class Crowd:
     def overlap_sphere(self, radius, origin):
         self.asked.append(tuple(origin))
         return ["something"] if len(self.asked) <= self.taken else []
+
+
+@pytest.mark.parametrize(("near", "told"), [(0.3, True), (0.2, False)])
+def test_cameras_that_come_nearer_than_they_see_are_told(near, told, recwarn):
+    forget_warnings()
+    properties = {"clippingRange": (near, 100)}
+    object_based.build_scene(
+        config(camera_distance_to_target_min_max=(0.25, 0.75), camera_properties_kwargs=properties), Draws(0)
+    )
+    warnings = [str(warning.message) for warning in recwarn if "clipping plane" in str(warning.message)]
+    assert (
+        warnings
+        == [
+            "cameras come as near as 0.25 to what they look at and see nothing nearer than 0.3, their clipping plane: "
+            "add clippingRange: [0.01, 1000] to camera_properties_kwargs"
+        ]
+        * told
+    )
 
 
 def test_cameras_look_for_a_free_place(monkeypatch):

@@ -254,6 +254,15 @@ def test_empty_frames_are_skipped_and_take_no_number(frame, empty, tmp_path):
     assert writer.get_current_frame_id() == 2
 
 
+def test_it_says_so_where_all_frames_were_empty(frame, empty, tmp_path, recwarn):
+    forget_warnings()
+    write(tmp_path / "one", [empty, frame]).on_final_frame()
+    assert not [warning for warning in recwarn if "PoseWriter wrote none" in str(warning.message)]
+    writer = write(tmp_path / "none", [empty, empty])
+    with pytest.warns(UsdsdgWarning, match="PoseWriter wrote none of 2 pictures.*skip_empty_frames=False"):
+        writer.on_final_frame()
+
+
 def test_empty_frames_are_written_when_asked_for(empty, tmp_path):
     write(tmp_path, empty, skip_empty_frames=False, write_debug_images=True, frame_padding=3)
     assert read(tmp_path, "000.json")["objects"] == []

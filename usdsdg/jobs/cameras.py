@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 from usdsdg import engines
+from usdsdg.errors import warn_once
 from usdsdg.jobs import colliders
 from usdsdg.jobs.config import ObjectBasedConfig
 from usdsdg.jobs.draws import Draws
@@ -35,8 +36,19 @@ def add_cameras(stage: Usd.Stage, config: ObjectBasedConfig) -> Cameras:
     for prim in prims:
         for name, value in config.camera_properties_kwargs.items():
             prim.GetAttribute(name).Set(value)
+    _warn_of_clipping(prims, config)
     radius = config.camera_collider_radius
     return Cameras(prims, [_add_sphere(prim, radius) for prim in prims] if radius > 0.0 else [])
+
+
+def _warn_of_clipping(cameras: list[Usd.Prim], config: ObjectBasedConfig) -> None:
+    nearest = config.camera_distance_to_target_min_max[0]
+    near = max((UsdGeom.Camera(camera).GetClippingRangeAttr().Get()[0] for camera in cameras), default=0.0)
+    if nearest < round(near, 6):  # a float of 32 bits on the stage
+        warn_once(
+            f"cameras come as near as {nearest:g} to what they look at and see nothing nearer than {near:g}, their "
+            "clipping plane: add clippingRange: [0.01, 1000] to camera_properties_kwargs"
+        )
 
 
 def look_at_targets(

@@ -88,6 +88,7 @@ class PoseWriter(Writer):
         self._exact = exact_camera_frame
         self._order = ORDER_DOPE if self._format == "dope" else ORDER_DEFAULT
         self._frame_id = 0
+        self._pictures = self._left_out = 0
         self.annotators = [
             catalogue.get(RGB),
             catalogue.get(BOXES, init_params={"semanticTypes": ["class"]}),
@@ -101,7 +102,9 @@ class PoseWriter(Writer):
     def write(self, data: dict[str, Any]) -> None:
         for product, seen in data["renderProducts"].items():
             objects, drawn = self._read_objects(seen)
+            self._pictures += 1
             if not objects and self._skip_empty:
+                self._left_out += 1
                 continue
             folder = f"{product}/" if self._use_subfolders else ""
             self._write_frame(f"{folder}{self._frame_id:0{self._padding}d}", seen, objects, drawn)
@@ -109,6 +112,14 @@ class PoseWriter(Writer):
                 self._frame_id += 1
         if self._use_subfolders:
             self._frame_id += 1
+
+    def on_final_frame(self) -> None:
+        """Say so where no picture had an object, so that nothing is there."""
+        if self._pictures and self._left_out == self._pictures:
+            warn_once(
+                f"PoseWriter wrote none of {self._pictures} pictures, since no labelled object is seen in any; "
+                "skip_empty_frames=False writes them all the same"
+            )
 
     def _write_frame(
         self, stem: str, seen: Mapping[str, Any], objects: list[dict[str, Any]], drawn: list[PosedBox]
