@@ -37,6 +37,7 @@ class Names(NamedTuple):
     subsurface: str
     subsurface_color: tuple[str, tuple[float, ...]]
     coat: str
+    coat_ior: tuple[str, float]
     coat_roughness: tuple[str, float]
     emission: str
     opacity: str
@@ -56,6 +57,7 @@ STANDARD_SURFACE = Names(
     subsurface="subsurface",
     subsurface_color=("subsurface_color", WHITE),
     coat="coat",
+    coat_ior=("coat_IOR", 1.5),
     coat_roughness=("coat_roughness", 0.1),
     emission="emission",
     opacity="opacity",
@@ -74,6 +76,7 @@ OPEN_PBR = Names(
     subsurface="subsurface_weight",
     subsurface_color=("subsurface_color", (0.8, 0.8, 0.8)),
     coat="coat_weight",
+    coat_ior=("coat_ior", 1.6),
     coat_roughness=("coat_roughness", 0.0),
     emission="emission_luminance",
     opacity="geometry_opacity",
@@ -104,6 +107,8 @@ def read_material_x(network: Network, shader: UsdShade.Shader) -> Material:
         thin=int(network.flag(shader, names.thin, False)),
         emission=_input(network, shader, "emission_color", WHITE, factor=emission) if emission > 0.0 else Input(BLACK),
         normal=_normal(network, network.source(shader, names.normal)),
+        metal_edge=1.0,
+        coat_f0=reflectance(network.number(shader, *names.coat_ior)),
         clearcoat=_input(network, shader, names.coat, (0.0,)),
         clearcoat_roughness=_input(network, shader, names.coat_roughness[0], (names.coat_roughness[1],)),
         uv_primvar=network.uv_primvar or "",

@@ -253,6 +253,7 @@ def _row(material: Material, indices: dict[TextureUse, int]) -> tuple:
         texture(material.base_color),
         *scalar(material.metallic),
         *scalar(material.roughness),
+        unit(material.metal_edge),
         tuple(map(unit, constant(material.specular))),
         texture(material.specular),
         *scalar(material.opacity),
@@ -266,6 +267,7 @@ def _row(material: Material, indices: dict[TextureUse, int]) -> tuple:
         material.normal_scale,
         normal_map(material.detail),
         material.detail_scale,
+        unit(material.coat_f0),
         *scalar(material.clearcoat),
         *scalar(material.clearcoat_roughness),
     )

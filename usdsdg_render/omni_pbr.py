@@ -52,11 +52,10 @@ def read_omni_pbr_clearcoat(network: Network, shader: UsdShade.Shader, *, opacit
     if not network.flag(shader, "enable_clearcoat", True):
         weight = 0.0
     elif weight > 0.0:
-        # The coat of the renderer has the reflectance 0.04.
-        weight *= reflectance(network.number(shader, "clearcoat_ior", COAT_IOR)) / 0.04
         warn_where(network, shader, {"clearcoat_tint": WHITE, "clearcoat_transparency": (1.0,)})
     return replace(
         read_omni_pbr(network, shader, opacity_enabled=opacity_enabled),
+        coat_f0=reflectance(network.number(shader, "clearcoat_ior", COAT_IOR)),
         clearcoat=Input((weight,)),
         clearcoat_roughness=Input((network.number(shader, "clearcoat_reflection_roughness", 0.0),)),
     )

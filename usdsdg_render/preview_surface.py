@@ -55,6 +55,7 @@ def read_preview_surface(network: Network, surface: UsdShade.Shader) -> Material
         opacity_threshold=max(network.number(surface, "opacityThreshold", 0.0), 0.0),
         emission=_input(network, surface, "emissiveColor", BLACK),
         normal=_normal(network, surface),
+        coat_f0=reflectance(ior),
         clearcoat=_input(network, surface, "clearcoat", (0.0,)),
         clearcoat_roughness=_input(network, surface, "clearcoatRoughness", (0.01,)),
         uv_primvar=network.uv_primvar or "",

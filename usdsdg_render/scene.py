@@ -39,6 +39,7 @@ MATERIAL = np.dtype(
         ("roughness", "f4"),
         ("roughness_texture", "i4"),
         ("roughness_channel", "i4"),
+        ("metal_edge", "f4"),  # what a metal reflects at grazing incidence: 0 its colour, 1 everything
         ("specular", "f4", 3),  # reflectance at normal incidence of the dielectric part
         ("specular_texture", "i4"),
         ("opacity", "f4"),
@@ -54,6 +55,7 @@ MATERIAL = np.dtype(
         ("normal_scale", "f4"),
         ("detail_texture", "i4"),  # a second normal map, whose slopes are added
         ("detail_scale", "f4"),
+        ("coat_f0", "f4"),  # reflectance at normal incidence of the coat
         ("clearcoat", "f4"),
         ("clearcoat_texture", "i4"),
         ("clearcoat_channel", "i4"),

@@ -51,6 +51,7 @@ class Material:
     base_color: Input = Input((0.18, 0.18, 0.18))
     metallic: Input = Input((0.0,))
     roughness: Input = Input((0.5,))
+    metal_edge: float = 0.0  # what a metal reflects at grazing incidence: 0 its colour, 1 everything
     specular: Input = Input((0.04, 0.04, 0.04))
     opacity: Input = Input((1.0,))
     opacity_threshold: float = 0.0
@@ -62,6 +63,7 @@ class Material:
     normal_scale: float = 1.0
     detail: TextureUse | None = None  # a second normal map, whose slopes are added
     detail_scale: float = 1.0
+    coat_f0: float = 0.04  # reflectance of the coat
     clearcoat: Input = Input((0.0,))
     clearcoat_roughness: Input = Input((0.01,))
     uv_primvar: str = ""

@@ -83,7 +83,7 @@ def material(**values) -> np.ndarray:
     for name in MATERIAL.names or ():
         if name.endswith("_texture"):
             row[name] = NO_TEXTURE
-    defaults = dict(base_color=1.0, roughness=1.0, specular=0.04, opacity=1.0, ior=1.5, normal_scale=1.0)
+    defaults = dict(base_color=1.0, roughness=1.0, specular=0.04, opacity=1.0, ior=1.5, normal_scale=1.0, coat_f0=0.04)
     for name, value in {**defaults, **values}.items():
         row[name] = value
     return row

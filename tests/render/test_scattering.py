@@ -44,7 +44,7 @@ def scatter_between(
     k = wp.tid()
     material = materials[0]
     up = wp.vec3(0.0, 0.0, 1.0)
-    b = bsdf_at(table, flat(material, up), 1.0, up, seen_from[k], 0.0)
+    b = bsdf_at(table, flat(material, up), material, 1.0, up, seen_from[k], 0.0)
     out = scatter(b, lit_from[k])
     diffuse[k] = out.diffuse
     specular[k] = out.specular
@@ -64,7 +64,7 @@ def draw_directions(
     k = wp.tid()
     material = materials[0]
     up = wp.vec3(0.0, 0.0, 1.0)
-    directions[k] = sample_direction(bsdf_at(table, flat(material, up), 1.0, up, seen_from, 0.0), numbers[k])
+    directions[k] = sample_direction(bsdf_at(table, flat(material, up), material, 1.0, up, seen_from, 0.0), numbers[k])
 
 
 class Scattered(NamedTuple):

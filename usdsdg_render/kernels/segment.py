@@ -201,7 +201,7 @@ def depart(
     if material.normal_texture >= 0 or material.detail_texture >= 0:
         normal = facing(bumped(tables, hit, surface, material), surface.horizon, wo)
     opaque = opaque_share(material, path.refracting)
-    bsdf = bsdf_at(tables.albedo_table, surface, opaque, normal, wo, path.least_alpha)
+    bsdf = bsdf_at(tables.albedo_table, surface, material, opaque, normal, wo, path.least_alpha)
     most = float(0.0)
     if path.met > 1:
         most = options.clamp

@@ -65,6 +65,7 @@ class Material:
     roughness: wp.float32
     roughness_texture: wp.int32
     roughness_channel: wp.int32
+    metal_edge: wp.float32
     specular: wp.vec3
     specular_texture: wp.int32
     opacity: wp.float32
@@ -80,6 +81,7 @@ class Material:
     normal_scale: wp.float32
     detail_texture: wp.int32
     detail_scale: wp.float32
+    coat_f0: wp.float32
     clearcoat: wp.float32
     clearcoat_texture: wp.int32
     clearcoat_channel: wp.int32
