@@ -9,12 +9,12 @@ import numpy as np
 import warp as wp
 
 from usdsdg.stage import lens_curves
-from usdsdg_render.device import records
 from usdsdg_render.kernels import lens as kernel
 from usdsdg_render.kernels.camera import BAND
 from usdsdg_render.kernels.types import Camera
 from usdsdg_render.kernels.views import Views
 from usdsdg_render.lens_memory import table_address
+from usdsdg_render.records import records, uploaded
 
 if TYPE_CHECKING:
     from usdsdg.stage.cameras import CameraView
@@ -67,7 +67,7 @@ def camera_record(view: CameraView, device: str) -> Camera:
 
 def camera_array(views: Sequence[CameraView], device: str) -> wp.array:
     """As `camera_records`, on a device."""
-    return wp.array(camera_records(views, device), dtype=Camera, device=device)
+    return uploaded(camera_records(views, device), Camera, device)
 
 
 def views_record(views: Sequence[CameraView], device: str) -> Views:

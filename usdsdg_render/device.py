@@ -12,6 +12,7 @@ from usdsdg_render.kernels import types
 from usdsdg_render.kernels.reach import Supports
 from usdsdg_render.light_tables import LightTables
 from usdsdg_render.placement import Placement
+from usdsdg_render.records import records, uploaded
 from usdsdg_render.scene import (
     TEXELS_HALF,
     TEXELS_RAW,
@@ -29,17 +30,12 @@ from usdsdg_render.trace.forest import BottomTree
 ADJUSTED, TILED = 1, 2
 
 
-def records(struct: Any, count: int) -> np.ndarray:
-    """An array of zeroed rows with the memory layout of a Warp struct."""
-    return np.zeros(count, struct.numpy_dtype())
-
-
 class _PrototypeMemory:
     """What stays on the device for one prototype: triangle records, and its tree."""
 
     def __init__(self, prototype: Prototype, device: str) -> None:
         self.prototype = prototype  # keeps its identity from being reused
-        self.triangles = wp.array(_triangle_records(prototype), dtype=types.Triangle, device=device)
+        self.triangles = uploaded(_triangle_records(prototype), types.Triangle, device)
         self.tree = BottomTree(prototype.points, prototype.triangles, device)
         used = np.zeros(len(prototype.points), bool)
         used[prototype.triangles] = True
@@ -103,7 +99,7 @@ class DeviceScene:
             row["texels"] = held[1].ptr
         self._textures = kept
         self._tile_tables = _tile_tables(scene.textures, rows, self.device)
-        self.tables.textures = self._array(rows, types.Texture)
+        self.tables.textures = uploaded(rows, types.Texture, self.device)
 
     def _texel_memory(self, texels: np.ndarray) -> wp.array:
         """On a CPU the kernels read the decoded image itself."""
@@ -114,7 +110,7 @@ class DeviceScene:
         rows = records(types.Material, len(scene.materials))
         for name in rows.dtype.names or ():
             rows[name] = scene.materials[name]
-        self.tables.materials = self._array(rows, types.Material)
+        self.tables.materials = uploaded(rows, types.Material, self.device)
         see_through = _see_through(scene)
         self.tables.cutouts = int(see_through.any())
         self.has_glass = bool((scene.materials["transmission"] > 0).any())

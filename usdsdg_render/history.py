@@ -9,8 +9,8 @@ import numpy as np
 import warp as wp
 
 from usdsdg_render.camera import camera_array
-from usdsdg_render.device import records
 from usdsdg_render.kernels.aov import Past, Was
+from usdsdg_render.records import records, uploaded
 from usdsdg_render.scene import Prototype, Scene
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class History:
         places = records(Was, len(moments) * len(scene.instances.paths)).reshape(len(moments), -1)
         for row, moment in zip(places, moments.values(), strict=True):
             self._place(row, moment, scene)
-        past.places = wp.array(places, dtype=Was, device=self.device)
+        past.places = uploaded(places, Was, self.device)
         return past
 
     def have_lens(self, views: Sequence[CameraView]) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
-from usdsdg_render.device import records
+from usdsdg_render.records import records
 from usdsdg_render.kernels import types
 from usdsdg_render.trace import forest
 from usdsdg_render.trace.compress import NODE_WORDS
