@@ -47,15 +47,9 @@ class Animation:
         if changes.resynced:
             self.look()
         samples_of = self._stage.GetEditTarget().GetLayer().GetNumTimeSamplesForPath
-        sampled = {
-            path
-            for path, names in changes.changed.items()
-            if path.IsPrimPath()
-            and (
-                self._varying.get(path)
-                or any(name in SPEEDS or samples_of(path.AppendProperty(name)) for name in names if name)
-            )
-        }
+        sampled = {path.GetPrimPath() for path in changes.properties if samples_of(path)}
+        sampled |= {path for path, names in changes.changed.items() if not names.isdisjoint(SPEEDS)}
+        sampled |= {path for path in changes.changed.keys() & self._varying.keys() if self._varying[path]}
         self.animated = self.animated or bool(sampled)
         if stale := changes.resynced | sampled:
             self._varying = {path: names for path, names in self._varying.items() if not is_below(path, stale)}

@@ -13,7 +13,7 @@ import numpy as np
 from pxr import Sdf, Usd
 
 from usdsdg import errors
-from usdsdg.stage.changes import ChangeTracker
+from usdsdg.stage.changes import Changes, ChangeTracker
 from usdsdg.stage.transforms import meters_per_unit
 
 from .animation import Animation
@@ -87,7 +87,7 @@ class SceneExtractor:
         self._tracker.close()
 
     def _make_plan(self) -> Plan:
-        changes = self._tracker.take(matters=None if self._tree is None else self._tree.has_other_schemas)
+        changes = self._take_changes()
         was_animated = self._animation.animated
         self._animation.notice(changes)
         # Where nothing has a time, all times are one.
@@ -107,6 +107,14 @@ class SceneExtractor:
             plan.shapes.update(path for path in self._gprims.known if is_below(path, self._tree.skeletons))
         return plan
 
+    def _take_changes(self) -> Changes:
+        tree = self._tree
+        if tree is None:
+            return self._tracker.take()
+        # Skeletons and animations want to know of their own parts.
+        known = None if tree.skeletons or self._animation.animated else tree.movers
+        return self._tracker.take(matters=tree.has_other_schemas, known=known)
+
     def _carry_out(self, plan: Plan) -> None:
         if plan.skinned:
             self._prototypes.skinning.forget()
@@ -119,18 +127,20 @@ class SceneExtractor:
             self._tree = Tree(self._stage, self._time)
         if plan.regrown and not plan.everything:
             self._tree.regrow(plan.regrown)
-        if plan.moved:
-            self._tree.move(plan.moved)
+        moved = bool(plan.moved or plan.moved_nodes)
+        if moved:
+            self._tree.move(plan.moved, plan.moved_nodes)
         if plan.listed:
             self._gprims.find(self._tree)
+            self._tree.movers.clear()  # points may draw others
         if self._animation.animated and (plan.listed or not self._animation.is_surveyed):
             self._animation.survey(self._tree, self._gprims)
         drawn = bool(plan.listed or plan.bound or plan.shapes or looks)
         if drawn:
             self._read_gprims(anew=plan.listed)
-        if drawn or plan.moved:
+        if drawn or moved:
             self._place(anew=drawn)
-        if plan.regrown or plan.lights or plan.moved:
+        if plan.regrown or plan.lights or moved:
             self._read_lights(always=bool(plan.lights))
 
     # What is drawn
@@ -336,11 +346,10 @@ def invertible(matrices: np.ndarray) -> np.ndarray:
     """(N,) which (N, 4, 4) matrices are finite and have an inverse, in 32-bit numbers too."""
     linear = matrices[:, :3, :3]
     with np.errstate(invalid="ignore", over="ignore"):
-        lengths = np.linalg.norm(linear, axis=2)
-        volume = np.abs(np.einsum("ni,ni->n", linear[:, 0], np.cross(linear[:, 1], linear[:, 2])))
-        product = lengths.prod(axis=1)
-        within = (np.abs(matrices) < 1e17).all(axis=(1, 2)) & (product > 1e-30)
-        return within & np.isfinite(matrices).all(axis=(1, 2)) & (volume > 1e-9 * product)
+        volume = np.abs(np.linalg.det(linear))
+        product = np.sqrt(np.einsum("nij,nij->ni", linear, linear)).prod(axis=1)
+        within = np.abs(matrices).max(axis=(1, 2), initial=0.0) < 1e17  # not of NaN
+        return within & (product > 1e-30) & (volume > 1e-9 * product)
 
 
 def _same_objects(a: Sequence, b: Sequence) -> bool:

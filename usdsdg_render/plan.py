@@ -42,6 +42,7 @@ class Plan:
     instancers: set[Sdf.Path] = field(default_factory=set)  # where they put what
     materials: set[Sdf.Path] = field(default_factory=set)  # prims of shading networks
     moved: set[Sdf.Path] = field(default_factory=set)
+    moved_nodes: list[int] = field(default_factory=list)  # more of these, by number
     lights: set[Sdf.Path] = field(default_factory=set)  # domes too; and subtrees of lights
     skinned: bool = False  # how skeletons shape meshes
 
@@ -79,15 +80,14 @@ class Planner:
         self._plan = Plan()
 
     def plan(self, changes: Changes) -> Plan:
-        plan = self._plan = Plan()
+        plan = self._plan = Plan(moved_nodes=changes.known)
         for root in changes.resynced:
             plan.roots.update(map(self._owner, self._places(root)))
         if plan.roots:
             self._plan_roots()
+        if ROOT in changes.changed:  # up axis, units
+            plan.lights.add(ROOT)
         for path, names in changes.changed.items():
-            if path == ROOT:  # up axis, units
-                plan.lights.add(ROOT)
-                continue
             for place in self._places(path) if self._has_prototypes else (path,):
                 self._plan_prim(place, names)
         return plan
@@ -118,15 +118,13 @@ class Planner:
 
     def _plan_prim(self, path: Sdf.Path, names: set[str]) -> None:
         plan = self._plan
-        if any(name.startswith("xformOp") for name in names):
+        others = [name for name in names if not name.startswith("xformOp")]
+        if len(others) < len(names):
             plan.moved.add(path)
-            self._plan_points(path)
-            if len(names) == 1:
-                return
-        kind = self._kind_at(path)
-        for name in names:
-            if name.startswith("xformOp"):
-                continue
+            if not self._plan_points(path):
+                self._tree.note_movers(path, names.difference(others))
+        kind = self._kind_at(path) if others else PASS
+        for name in others:
             if name in ("visibility", "purpose"):
                 plan.shown.add(path)
                 self._plan_points(path)
@@ -161,8 +159,10 @@ class Planner:
         prim = self._stage.GetPrimAtPath(path)
         return kind_of(prim) if prim else PASS
 
-    def _plan_points(self, path: Sdf.Path) -> None:
-        """What point instancers draw, they place and show themselves."""
-        if is_below(path, self._sources):
-            for prefix in path.GetPrefixes():
-                self._plan.instancers.update(self._sources.get(prefix, ()))
+    def _plan_points(self, path: Sdf.Path) -> bool:
+        """What point instancers draw, they place and show themselves; whether this is such a thing."""
+        if not self._sources or not is_below(path, self._sources):
+            return False
+        for prefix in path.GetPrefixes():
+            self._plan.instancers.update(self._sources.get(prefix, ()))
+        return True

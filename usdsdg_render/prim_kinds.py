@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdShade
@@ -100,6 +100,18 @@ def local_matrix(cache: UsdGeom.XformCache, prim: Usd.Prim, sampled: bool) -> tu
             if not any(op.Get() is not None for op in ops):
                 matrix = xformable.GetLocalTransformation(Usd.TimeCode.EarliestTime())
     return matrix, resets
+
+
+def local_matrices(
+    cache: UsdGeom.XformCache, prims: Sequence[Usd.Prim], sampled: bool
+) -> list[tuple[Gf.Matrix4d, bool]]:
+    """`local_matrix` of many prims."""
+    if not sampled:
+        try:
+            return list(map(cache.GetLocalTransformation, prims))
+        except Tf.ErrorException:  # of one of them
+            pass
+    return [local_matrix(cache, prim, sampled) for prim in prims]
 
 
 def matrix_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:

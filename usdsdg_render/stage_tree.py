@@ -22,7 +22,7 @@ from .prim_kinds import (
     is_below,
     is_material_subset,
     kind_of,
-    local_matrix,
+    local_matrices,
     matrix_product,
     purpose_of,
     schemas_of,
@@ -65,6 +65,8 @@ class Tree:
         # Visibilities that vary with time, also of prims that are hidden now.
         self.blinking: dict[Sdf.Path, Usd.Attribute] = {}
         self.skeletons: set[Sdf.Path] = set()  # prims that are a SkelRoot
+        # Xform ops that were written before and do no more than move a node: most frames write the same ones again.
+        self.movers: dict[Sdf.Path, int] = {}
         self.local = self.world = np.zeros((0, 4, 4))
         self.resets = np.zeros(0, bool)
         self._stage = stage
@@ -76,8 +78,10 @@ class Tree:
     def regrow(self, roots: Iterable[Sdf.Path]) -> None:
         """Walk subtrees again in which prims came, went, or were hidden or shown; all other nodes stay."""
         roots = set(Sdf.Path.RemoveDescendentPaths(list(roots)))
-        self._forget(roots)
         self._children_of.clear()
+        if reordered := {above for above in {root.GetParentPath() for root in roots} if self._is_reordered(above)}:
+            roots = set(Sdf.Path.RemoveDescendentPaths([*roots, *reordered]))
+        self._forget(roots)
         places = sorted((place for root in roots if (place := self._place_of(root))), key=lambda p: p[:3])
         nodes: list[Node] = []
         kept: list[np.ndarray] = []  # (new, old) numbers of nodes that stay
@@ -98,18 +102,30 @@ class Tree:
                 del table[path]
         self.skeletons = {path for path in self.skeletons if not is_below(path, roots)}
 
+    def _is_reordered(self, above: Sdf.Path) -> bool:
+        """Whether children stand in another order than their nodes: one that went and came back is the last."""
+        if not self._has_nodes_below(above):
+            return False
+        nodes = (self.index.get(above.AppendChild(name)) for name in self._children(above))
+        known = [node for node in nodes if node is not None]
+        return known != sorted(known)
+
+    def _has_nodes_below(self, path: Sdf.Path) -> bool:
+        node = self.index.get(path, -1)
+        return path == Sdf.Path.absoluteRootPath or (node >= 0 and self.kinds[node] != INSTANCER)
+
     def _place_of(self, root: Sdf.Path) -> Place | None:
         """None for what is not drawn, nor was."""
         if root == Sdf.Path.absoluteRootPath:
             return Place(0, len(self._nodes), (), self._stage.GetPseudoRoot(), "")
         above = root.GetParentPath()
-        node = self.index.get(above, -1)
-        if above != Sdf.Path.absoluteRootPath and (node < 0 or self.kinds[node] == INSTANCER):
+        if not self._has_nodes_below(above):
             return None
         prim = self._stage.GetPrimAtPath(root)
         if prim and prim.GetName() not in self._children(above):
             prim = None
-        purpose = self._nodes[node].purpose if node >= 0 else ""
+        node = self.index.get(above)
+        purpose = "" if node is None else self._nodes[node].purpose
         first = self.index.get(root)
         if first is not None:
             return Place(first, self._end(first), (), prim or None, purpose)
@@ -180,6 +196,7 @@ class Tree:
         self.kinds = [node.kind for node in nodes]
         self.drawn = [_is_drawn(node) for node in nodes]
         self.index = {path: k for k, path in enumerate(self.paths)}
+        self.movers = {}
         self._levels = _levels(nodes)
         local, resets = np.broadcast_to(np.eye(4), (len(nodes), 4, 4)).copy(), np.zeros(len(nodes), bool)
         local[new], resets[new] = self.local[old], self.resets[old]
@@ -219,16 +236,23 @@ class Tree:
     def of_kind(self, *kinds: int) -> list[int]:
         return [k for k, kind in enumerate(self.kinds) if kind in kinds]
 
-    def move(self, moved: Iterable[Sdf.Path]) -> None:
-        """Read the local matrices of prims again, where they are in the tree, and everything below them."""
+    def note_movers(self, path: Sdf.Path, ops: Iterable[str]) -> None:
+        """Note that these ops of a prim do no more than move it."""
+        node = self.index.get(path)
+        if node is not None:
+            self.movers.update((path.AppendProperty(op), node) for op in ops)
+
+    def move(self, moved: Iterable[Sdf.Path], nodes: Iterable[int]) -> None:
+        """Read the local matrices of prims and nodes again, where they are in the tree, and everything below them."""
         self._cache.Clear()
-        self._read_local([node for path in moved if (node := self.index.get(path)) is not None])
+        found = {node for path in moved if (node := self.index.get(path)) is not None}
+        self._read_local(sorted(found.union(nodes)))
         self._compose()
 
     def _read_local(self, which: list[int]) -> None:
         # Without an authored range nothing is animated; saves a question per prim.
         sampled = self.time.IsDefault() and self._stage.HasAuthoredTimeCodeRange()
-        found = [local_matrix(self._cache, self.prims[k], sampled) for k in which]
+        found = local_matrices(self._cache, [self.prims[k] for k in which], sampled)
         if found:
             self.local[which] = np.array(Vt.Matrix4dArray([matrix for matrix, _ in found]))
             self.resets[which] = [resets for _, resets in found]

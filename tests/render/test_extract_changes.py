@@ -338,6 +338,73 @@ def test_random_edits_end_where_a_fresh_reading_does(stage, extractor, tmp_path)
         assert_fresh(extractor, stage)
 
 
+def _becomes_a_prototype(stage):
+    points = UsdGeom.PointInstancer.Define(stage, "/Points")
+    points.CreatePrototypesRel().SetTargets(["/World/b0"])
+    points.CreateProtoIndicesAttr([0, 0])
+    points.CreatePositionsAttr([Gf.Vec3f(0, 0, 3), Gf.Vec3f(0, 0, 5)])
+
+
+def _leaves_and_comes_back(stage):
+    stage.RemovePrim("/World/b0")
+    ball = UsdGeom.Sphere.Define(stage, "/World/b0")
+    ball.AddTranslateOp().Set(Gf.Vec3d(0, 9, 0))
+
+
+def _moves_over_to_another_order(stage):
+    ball = UsdGeom.Xformable(stage.GetPrimAtPath("/World/b0"))
+    ball.AddScaleOp().Set(Gf.Vec3f(2))
+    ball.SetXformOpOrder(list(reversed(ball.GetOrderedXformOps())))
+
+
+def _gets_time_samples(stage):
+    stage.GetAttributeAtPath("/World/b0.xformOp:translate").Set(Gf.Vec3d(0, 4, 0), 3.0)
+
+
+def _another_comes_before_it(stage):
+    UsdGeom.Cube.Define(stage, "/World/a_first")
+    UsdGeom.SetStageUpAxis(stage, "Y")
+    stage.GetPrimAtPath("/World").SetMetadata("primOrder", ["b1", "a_first", "b0"])
+
+
+def _is_hidden(stage):
+    UsdGeom.Imageable(stage.GetPrimAtPath("/World/b0")).MakeInvisible()
+
+
+def _gets_a_stronger_opinion(stage):
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        stage.GetAttributeAtPath("/World/b0.xformOp:translate").Set(Gf.Vec3d(0, 0, 8))
+
+
+@pytest.mark.parametrize(
+    "happens",
+    [
+        _becomes_a_prototype,
+        _leaves_and_comes_back,
+        _moves_over_to_another_order,
+        _gets_time_samples,
+        _another_comes_before_it,
+        _is_hidden,
+        _gets_a_stronger_opinion,
+    ],
+)
+def test_what_moves_again_and_again_is_followed_through_other_changes(happens, stage, extractor):
+    def move(x):
+        stage.GetAttributeAtPath("/World/b0.xformOp:translate").Set(Gf.Vec3d(x, 1, 0))
+        extractor.update()
+        assert_fresh(extractor, stage)
+
+    move(1)
+    move(2)
+    happens(stage)
+    extractor.update()
+    assert_fresh(extractor, stage)
+    move(3)
+    move(4)
+    UsdGeom.Imageable(stage.GetPrimAtPath("/World/b0")).MakeVisible()
+    move(5)
+
+
 def test_closing_stops_listening(stage, extractor):
     extractor.close()
     attribute(stage, "/World/b1.radius").Set(5.0)

@@ -42,6 +42,21 @@ def test_a_set_attribute_is_named_once(stage, tracker):
     assert not tracker.take()
 
 
+def test_known_properties_are_numbers_where_nothing_was_resynced(stage, tracker):
+    known = {path("/World/a.xformOp:translate"): 7, path("/World/b.xformOp:translate"): 8}
+    translate = stage.GetAttributeAtPath("/World/a.xformOp:translate")
+    translate.Set(Gf.Vec3d(1, 0, 0))
+    stage.GetPrimAtPath("/World/a").CreateAttribute("primvars:x", Sdf.ValueTypeNames.Float).Set(1.0)
+    changes = tracker.take(known=known)
+    assert changes == Changes(set(), {path("/World/a"): {"primvars:x"}}, [7])
+    assert set(changes.properties) == {path("/World/a.xformOp:translate"), path("/World/a.primvars:x")}
+    translate.Set(Gf.Vec3d(2, 0, 0))
+    assert tracker.take(known=known) == Changes(known=[7])
+    translate.Set(Gf.Vec3d(3, 0, 0))
+    stage.DefinePrim("/World/New")
+    assert tracker.take(known=known).changed == {path("/World/a"): {"xformOp:translate"}}
+
+
 def test_several_attributes_of_several_prims(stage, tracker):
     UsdGeom.Cube(stage.GetPrimAtPath("/World/a")).GetSizeAttr().Set(3.0)
     UsdGeom.Imageable(stage.GetPrimAtPath("/World/a")).MakeInvisible()
@@ -82,7 +97,9 @@ def test_relationship_targets_are_changes_of_the_relationship(stage, tracker):
     relationship = stage.GetPrimAtPath("/World/a").CreateRelationship("material:binding")
     relationship.AddTarget("/World/a/b")
     relationship.SetTargets(["/World"])
-    assert tracker.take() == Changes(set(), {path("/World/a"): {"material:binding"}})
+    changes = tracker.take()
+    assert changes == Changes(set(), {path("/World/a"): {"material:binding"}})
+    assert changes.properties == [path("/World/a.material:binding")]
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -19,13 +18,17 @@ class Changes:
     changed: prim path -> names of attributes and relationships that were set, added or removed. An empty set
         means metadata only; "/" stands for the stage's own (metersPerUnit, upAxis). Nothing below `resynced`
         is listed.
+    known: instead of names, the reader's own numbers of properties that it knows, see `ChangeTracker.take`.
+    properties: paths of all properties that were set, added or removed.
     """
 
     resynced: set[Sdf.Path] = field(default_factory=set)
     changed: dict[Sdf.Path, set[str]] = field(default_factory=dict)
+    known: list[int] = field(default_factory=list)
+    properties: list[Sdf.Path] = field(default_factory=list, compare=False)
 
     def __bool__(self) -> bool:
-        return bool(self.resynced or self.changed)
+        return bool(self.resynced or self.changed or self.known)
 
 
 class ChangeTracker:
@@ -40,26 +43,38 @@ class ChangeTracker:
         # pxr holds the method weakly, so that a forgotten tracker dies and its listener with it.
         self._listener: Tf.Notice.Listener | None = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._hear, stage)
 
-    def take(self, *, matters: Callable[[Sdf.Path], bool] | None = None) -> Changes:
+    def take(
+        self, *, matters: Callable[[Sdf.Path], bool] | None = None, known: Mapping[Sdf.Path, int] | None = None
+    ) -> Changes:
         """Everything since the last call; the next call starts from here.
 
         Args:
             matters: asked of prims that got or lost applied schemas and nothing else; those of which it says no are
                 left out. None: all are `resynced`.
+            known: numbers of properties of which it is enough to hear that they changed. It is not asked where
+                anything is `resynced`.
         """
         resynced, changed, reapplied = self._resynced, self._changed, self._reapplied
         self._resynced, self._changed, self._reapplied = set(), set(), set()
         resynced |= {path for path in reapplied if matters is None or matters(path)}
         prims = {path for path in resynced if path.IsAbsoluteRootOrPrimPath()}
         roots = set(Sdf.Path.RemoveDescendentPaths(sorted(prims)))
-        by_prim: defaultdict[Sdf.Path, set[str]] = defaultdict(set)
-        for path in changed | (resynced - prims):
-            prim = path if path.IsAbsoluteRootPath() else path.GetPrimPath()
-            if not roots or not _has_prefix(prim, roots):
-                names = by_prim[prim]
-                if path != prim:
-                    names.add(_property_name(path))
-        return Changes(roots, dict(by_prim))
+        told = list(changed | (resynced - prims))
+        numbers = list(map(known.get, told)) if known and not roots else [None] * len(told)
+        by_prim: dict[Sdf.Path, set[str]] = {}
+        properties = []
+        for path, number in zip(told, numbers):
+            if number is None:
+                prim = path if path.IsAbsoluteRootOrPrimPath() else path.GetPrimPath()
+                if roots and _has_prefix(prim, roots):
+                    continue
+                names = by_prim.setdefault(prim, set())
+                if prim is path:
+                    continue
+                path = path if path.IsPrimPropertyPath() else _property_of(path)
+                names.add(path.name)
+            properties.append(path)
+        return Changes(roots, by_prim, [number for number in numbers if number is not None], properties)
 
     @contextmanager
     def muted(self) -> Iterator[None]:
@@ -97,8 +112,8 @@ def _has_prefix(path: Sdf.Path, roots: set[Sdf.Path]) -> bool:
     return True
 
 
-def _property_name(path: Sdf.Path) -> str:
-    """The property of a path that may go deeper, as a relationship's target does."""
+def _property_of(path: Sdf.Path) -> Sdf.Path:
+    """The property of a path that goes deeper, as a relationship's target does."""
     while not path.IsPrimPropertyPath() and path.GetParentPath().ContainsPropertyElements():
         path = path.GetParentPath()
-    return path.name
+    return path
