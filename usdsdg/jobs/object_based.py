@@ -141,7 +141,7 @@ def _tell(summary: Summary) -> None:
         return
     rate = summary.frames / summary.seconds if summary.seconds > 0 else 0.0
     print(
-        f"{summary.frames} frames, {summary.pictures} pictures in {summary.seconds:.1f} s "
+        f"{summary.frames} frames, {summary.pictures} views in {summary.seconds:.1f} s "
         f"({rate:.2f} frames/s, {summary.simulated_seconds:.2f} s simulated)"
     )
     if summary.output_dir:
