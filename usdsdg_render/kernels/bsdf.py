@@ -97,6 +97,42 @@ def reflected_share(f0: wp.vec3, f90: wp.vec3, terms: wp.vec2):
 
 
 @wp.func
+def diffuse_above(b: Bsdf):
+    """How much of the diffuse lobe `terminator` leaves in a uniform world: within 1.3 % up to 75 degrees of tilt."""
+    cosine = wp.dot(b.smooth, b.normal)
+    sine = wp.sqrt(wp.max(1.0 - cosine * cosine, 0.0))
+    return 1.0 - sine * (0.231 + 0.199 * sine)
+
+
+@wp.func
+def facets_above(height: float, alpha: float):
+    """Share of GGX facets that mirror light above a plane over which their mean mirrors it at that sine."""
+    h = wp.clamp(height, 0.0, 1.0)
+    slope = h / (1.0 + wp.sqrt(1.0 - h * h))
+    return 0.5 + 0.5 * slope / wp.sqrt(slope * slope + alpha * alpha)
+
+
+@wp.func
+def glossy_above(b: Bsdf):
+    """How much of what the glossy lobe sends above the plane of its own normal is above that of the surface, too."""
+    height = 2.0 * b.cos_o * wp.dot(b.normal, b.smooth) - wp.dot(b.wo, b.smooth)
+    # Facets that are seen at a low angle mirror higher than their mean, and light near the horizon counts less the
+    # wider the lobe is. Fitted to the lobe: at most 5 % too little, and too much at low angles of rough lobes alone.
+    lifted = 1.2 * b.alpha * (1.0 - b.cos_o)
+    share = facets_above(height + lifted, b.alpha) / facets_above(b.cos_o + lifted, b.alpha)
+    return wp.pow(wp.clamp(share, 0.1, 1.0), 1.0 - 0.5 * b.alpha)
+
+
+@wp.func
+def gain(albedo: wp.vec3, above: float):
+    """What a lobe is to be scaled by where a normal map turns it partly into the surface.
+
+    What does not leave above meets bumps that are like it, and their share of it comes back: white stays white.
+    """
+    return wp.vec3(1.0) + wp.min(albedo, wp.vec3(1.0)) * (1.0 / above - 1.0)
+
+
+@wp.func
 def bsdf_at(
     table: wp.array(dtype=wp.vec2),
     surface: Surface,
@@ -143,6 +179,9 @@ def bsdf_at(
         b.diffuse = b.diffuse * through
         reflected = reflected * through
     b.albedo = b.diffuse + reflected + wp.vec3(coat_albedo)
+    if wp.dot(b.smooth, normal) < 0.9999:
+        b.diffuse = wp.cw_mul(b.diffuse, gain(b.albedo, diffuse_above(b)))
+        b.specular_scale = wp.cw_mul(b.specular_scale, gain(b.albedo, glossy_above(b)))
     diffuse_weight = luminance(b.diffuse)
     specular_weight = luminance(reflected)
     total = diffuse_weight + specular_weight + coat_albedo
