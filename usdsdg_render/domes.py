@@ -182,7 +182,7 @@ class DomeBuilder:
         key = (dome.file, dome.modified, dome.layout)
         if key not in self._pictures:
             try:
-                picture = linear_rgb(images.read(dome.file))
+                picture = linear_rgb(images.read_rgb(dome.file))
                 picture = to_latlong(picture, layout_of(picture) if dome.layout == "automatic" else dome.layout)
             except errors.AssetUnreadable as error:
                 errors.warn_once(f"{dome.path}: the sky cannot be read ({error}); the dome is uniform.")

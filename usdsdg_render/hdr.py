@@ -34,7 +34,10 @@ def decode(data: bytes, *, name: str) -> np.ndarray:
     if major * minor > MAX_PIXELS:
         raise errors.AssetUnreadable(f"{name}: {major} x {minor} pixels are more than the {MAX_PIXELS} that are read.")
     rgbe = _read_scanlines(data, offset, major, minor, name)
-    picture = rgbe[..., :3] * _SCALE[rgbe[..., 3]][..., None]
+    scale = _SCALE[rgbe[..., 3]]
+    picture = np.empty((*scale.shape, 3), np.float32)
+    for channel in range(3):
+        np.multiply(rgbe[..., channel], scale, out=picture[..., channel])
     if b"32-bit_rle_xyze" in header:
         picture = np.maximum(picture @ _XYZ_TO_RGB.T, 0.0)
     return _upright(picture, flips)

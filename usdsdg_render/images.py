@@ -109,14 +109,28 @@ def read(path: str) -> Picture:
     Raises:
         AssetUnreadable: unknown format or damaged file; OpenEXR without its module.
     """
+    values, channels = _decoded(path)
+    return Picture(_with_alpha(values), channels)
+
+
+def read_rgb(path: str) -> np.ndarray:
+    """The same without alpha: (H, W, 3)."""
+    values, _ = _decoded(path)
+    if values.ndim == 2:
+        values = values[..., None]
+    return values[..., [0, 0, 0]] if values.shape[-1] < 3 else values[..., :3]
+
+
+def _decoded(path: str) -> tuple[np.ndarray, int]:
+    """(H, W) grey or (H, W, 2 to 4) grey + alpha, RGB or RGBA, and the number of channels in the file."""
     data = read_bytes(path)
     if data.startswith(b"#?"):
-        return Picture(_with_alpha(hdr.decode(data, name=path)), 3)
+        return hdr.decode(data, name=path), 3
     if data.startswith(EXR_MAGIC):
         return _read_exr(data, path)
     deep = deep_png.decode(data, name=path)
     if deep is not None:
-        return Picture(_with_alpha(deep), deep.shape[2])
+        return deep, deep.shape[2]
     try:
         with Image.open(io.BytesIO(data)) as image:
             image.load()
@@ -127,20 +141,20 @@ def read(path: str) -> Picture:
         raise errors.AssetUnreadable(f"{path}: {error}") from error
 
 
-def _from_pillow(image: Image.Image) -> Picture:
+def _from_pillow(image: Image.Image) -> tuple[np.ndarray, int]:
     mode = image.mode
     if mode.startswith("I;16"):
-        return Picture(_with_alpha(np.asarray(image).astype(np.uint16)), 1)
+        return np.asarray(image).astype(np.uint16), 1
     if mode == "I":  # Pillow widens 16-bit grey PNGs to 32 bits
-        return Picture(_with_alpha(np.clip(np.asarray(image), 0, 65535).astype(np.uint16)), 1)
+        return np.clip(np.asarray(image), 0, 65535).astype(np.uint16), 1
     if mode == "F":
-        return Picture(_with_alpha(np.asarray(image, dtype=np.float32)), 1)
+        return np.asarray(image, dtype=np.float32), 1
     if mode == "P" or "transparency" in image.info:
         image = image.convert("RGBA")
         opaque = image.getextrema()[3][0] == 255
-        return Picture(np.array(image), 3 if opaque else 4)
+        return np.array(image), 3 if opaque else 4
     channels = {"1": 1, "L": 1, "LA": 2, "La": 2, "PA": 4, "RGBA": 4, "RGBa": 4}.get(mode, 3)
-    return Picture(np.array(image.convert("RGBA")), channels)
+    return np.array(image.convert("RGBA")), channels
 
 
 def _with_alpha(values: np.ndarray) -> np.ndarray:
@@ -155,7 +169,7 @@ def _with_alpha(values: np.ndarray) -> np.ndarray:
     return np.concatenate([values, np.full((*values.shape[:2], 1), opaque, values.dtype)], axis=-1)
 
 
-def _read_exr(data: bytes, path: str) -> Picture:
+def _read_exr(data: bytes, path: str) -> tuple[np.ndarray, int]:
     try:
         import OpenEXR  # pyright: ignore[reportMissingImports]
     except ImportError:
@@ -170,9 +184,9 @@ def _read_exr(data: bytes, path: str) -> Picture:
         raise errors.AssetUnreadable(f"{path}: {error}") from error
     for together in ("RGBA", "RGB"):
         if together in channels:
-            return Picture(_with_alpha(channels[together]), len(together))
+            return channels[together], len(together)
     names = [name for name in "RGBA" if name in channels] or sorted(channels)[:1]
     if names[:3] != list("RGB"):
         names = names[:1]
     values = np.stack([channels[name] for name in names], axis=-1)
-    return Picture(_with_alpha(values[..., 0] if len(names) == 1 else values), len(names))
+    return values[..., 0] if len(names) == 1 else values, len(names)

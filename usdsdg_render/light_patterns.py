@@ -64,4 +64,4 @@ def _profile(file: str, _modified: tuple[int, int], angle_scale: float, normaliz
 
 @lru_cache(maxsize=16)
 def _picture(file: str, _modified: tuple[int, int]) -> np.ndarray:
-    return linear_rgb(images.read(file))
+    return linear_rgb(images.read_rgb(file))

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import images
 from .textures import srgb_to_linear
 
 # Times any intensity this stays within 32-bit numbers; the sun has 1.6e9 nits.
 BRIGHTEST_TEXEL = 1e12
 
 
-def linear_rgb(picture: images.Picture) -> np.ndarray:
+def linear_rgb(texels: np.ndarray) -> np.ndarray:
     """(H, W, 3) float32 linear, NaN, infinite and negative texels replaced."""
-    texels = picture.texels[..., :3]
     if texels.dtype.kind == "f":
+        if texels.min(initial=0.0) >= 0.0 and texels.max(initial=0.0) <= BRIGHTEST_TEXEL:  # not of NaN
+            return np.ascontiguousarray(texels)
         clean = np.nan_to_num(texels, nan=0.0, posinf=65504.0, neginf=0.0)
         return np.clip(clean, 0.0, BRIGHTEST_TEXEL)
     values = np.arange(np.iinfo(texels.dtype).max + 1, dtype=np.float32) / np.iinfo(texels.dtype).max

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import warp as wp
@@ -13,6 +13,7 @@ from usdsdg_render.scene import Dome
 
 # Cells of the coarse sky: half a megabyte stays in a core's cache.
 GRID_HEIGHT, GRID_WIDTH = 256, 512
+_TEXELS_AT_ONCE = 1 << 14  # what stays in a cache
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
@@ -51,7 +52,7 @@ class _Picture:
         if not (radiance.min(initial=0.0) >= 0.0 and radiance.max(initial=0.0) < np.inf):
             radiance = np.maximum(np.nan_to_num(radiance, posinf=0.0), 0.0)
         self.unit = packing_unit(radiance)
-        self.texels = wp.array(packed(radiance, self.unit).reshape(-1), dtype=wp.uint32, device=device)
+        self.texels = self._array(packed(radiance, self.unit), wp.uint32)
         self.cells = resized(radiance)
         self._words = packed(self.cells, self.unit)
         self._tint = np.zeros(3)
@@ -64,9 +65,12 @@ class _Picture:
         grid = sampled(self.cells * tint.astype(np.float32))
         words = np.stack([self._words, grid.density.view(np.uint32)], -1)
         self.irradiance = grid.irradiance
-        self.grid = wp.array(words.reshape(-1), dtype=wp.uint32, device=self.device)
-        self.row_cdf = wp.array(grid.row_cdf, dtype=wp.float32, device=self.device)
-        self.cell_cdf = wp.array(grid.cell_cdf.reshape(-1), dtype=wp.float32, device=self.device)
+        self.grid = self._array(words, wp.uint32)
+        self.row_cdf, self.cell_cdf = self._array(grid.row_cdf, wp.float32), self._array(grid.cell_cdf, wp.float32)
+
+    def _array(self, values: np.ndarray, dtype: Any) -> wp.array:
+        """Values that nobody else writes, on the device."""
+        return wp.array(values.reshape(-1), dtype=dtype, device=self.device, copy=self.device != "cpu")
 
 
 class SkyMemory:
@@ -123,15 +127,24 @@ def packed(radiance: np.ndarray, unit: float) -> np.ndarray:
     A quarter of the memory of floats keeps more of the sky in cache. Values are right to 1/512 of the texel's largest
     channel; the darkest step is 2^-40 of the brightest value.
     """
+    height, width = radiance.shape[:2]
+    words = np.empty((height, width), np.uint32)
+    rows = max(1, _TEXELS_AT_ONCE // width)
+    for first in range(0, height, rows):
+        words[first : first + rows] = _packed(radiance[first : first + rows], unit)
+    return words
+
+
+def _packed(radiance: np.ndarray, unit: float) -> np.ndarray:
     steps = [radiance[..., channel] * np.float32(1.0 / unit) for channel in range(3)]
     largest = np.maximum(np.maximum(np.maximum(*steps[:2]), steps[2]), 1.0)
     # ceil(log2) from the bits of a float: its exponent, one more where its mantissa is not zero.
-    exponent = np.clip(((largest / 511.0).view(np.int32) - 1 >> 23) - 126, 0, 31)
+    exponent = np.minimum(np.maximum(((largest / 511.0).view(np.int32) - 1 >> 23) - 126, 0), 31)
     power = (127 - exponent << 23).view(np.float32)
-    words = exponent.astype(np.uint32) << 27
+    words = exponent << 27
     for channel, values in enumerate(steps):
-        words |= np.minimum(np.rint(values * power), 511).astype(np.uint32) << 9 * channel
-    return words
+        words |= np.minimum(np.rint(values * power), 511).astype(np.int32) << 9 * channel
+    return words.view(np.uint32)
 
 
 def resized(radiance: np.ndarray) -> np.ndarray:
@@ -155,8 +168,13 @@ def resized(radiance: np.ndarray) -> np.ndarray:
 def _averaged(values: np.ndarray, axis: int, most: int) -> np.ndarray:
     count = values.shape[axis]
     if count % most == 0:
-        shape = (*values.shape[:axis], most, count // most, *values.shape[axis + 1 :])
-        return values.reshape(shape).mean(axis + 1)
+        before = (slice(None),) * axis
+        first, second, *others = (values[*before, k :: count // most] for k in range(count // most))
+        mean = first + second
+        for each in others:
+            mean += each
+        mean /= np.float32(2 + len(others))
+        return mean
     running = np.insert(np.cumsum(values, axis, dtype=np.float64), 0, 0.0, axis)
     edges = np.linspace(0, count, most + 1)
     below = np.minimum(edges.astype(int), count - 1)

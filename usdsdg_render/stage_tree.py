@@ -79,7 +79,7 @@ class Tree:
         """Walk subtrees again in which prims came, went, or were hidden or shown; all other nodes stay."""
         roots = set(Sdf.Path.RemoveDescendentPaths(list(roots)))
         self._children_of.clear()
-        if reordered := {above for above in {root.GetParentPath() for root in roots} if self._is_reordered(above)}:
+        if reordered := [root.GetParentPath() for root in roots if self._has_changed_places(root)]:
             roots = set(Sdf.Path.RemoveDescendentPaths([*roots, *reordered]))
         self._forget(roots)
         places = sorted((place for root in roots if (place := self._place_of(root))), key=lambda p: p[:3])
@@ -102,13 +102,12 @@ class Tree:
                 del table[path]
         self.skeletons = {path for path in self.skeletons if not is_below(path, roots)}
 
-    def _is_reordered(self, above: Sdf.Path) -> bool:
-        """Whether children stand in another order than their nodes: one that went and came back is the last."""
-        if not self._has_nodes_below(above):
+    def _has_changed_places(self, root: Sdf.Path) -> bool:
+        """Whether siblings stand in another order than their nodes: a prim that went and came back is the last."""
+        node, above = self.index.get(root), root.GetParentPath()
+        if node is None or not self._has_nodes_below(above) or root.name not in self._children(above):
             return False
-        nodes = (self.index.get(above.AppendChild(name)) for name in self._children(above))
-        known = [node for node in nodes if node is not None]
-        return known != sorted(known)
+        return self._behind_siblings(above, root.name) != node
 
     def _has_nodes_below(self, path: Sdf.Path) -> bool:
         node = self.index.get(path, -1)
