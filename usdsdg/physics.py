@@ -12,7 +12,7 @@ from usdsdg.errors import GraphError, NoCollider, warn_once
 from usdsdg.functional.physics import apply_collider
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.kinds import action
-from usdsdg.graph.node import Node, ReplicatorItem, current_prims, prim_paths
+from usdsdg.graph.node import Node, ReplicatorItem, current_prims, prim_paths, why_no_prims
 from usdsdg.modify.numbers import draw_numbers
 from usdsdg.modify.prims import prim_at, prims_of
 from usdsdg.physics_properties import drive_properties, physics_material
@@ -74,7 +74,7 @@ def collider(
     """
     prims, scene = prim_paths(input_prims) or current_prims(), _scene_path(physics_scene)
     if not prims:
-        raise GraphError("physics.collider has no prims: call it inside `with <group or prims>:` or pass input_prims")
+        raise GraphError(f"physics.collider has no prims: {why_no_prims(input_prims)}")
     offsets = dict(contactOffset=contact_offset, restOffset=rest_offset)
     for prim in map(prim_at, prims):
         _collide(prim, approximation_shape, collisionEnabled=True, **offsets)

@@ -63,6 +63,23 @@ def test_a_syntax_error_is_shown_as_python_does(tmp_path):
     assert done.stderr.splitlines()[-1] == "SyntaxError: invalid syntax"
 
 
+def test_errors_are_shown_with_pythons_suggestions_and_causes(tmp_path):
+    script = """
+        import omni.replicator.core as rep
+        def make():
+            try:
+                rep.create.cub()
+            except AttributeError as error:
+                raise ValueError("no cube") from error
+        make()
+    """
+    lines = run(tmp_path, script, expect=1).stderr.splitlines()
+    assert "AttributeError: module 'usdsdg.create' has no attribute 'cub'. Did you mean: 'cube'?" in lines
+    assert "The above exception was the direct cause of the following exception:" in lines
+    assert lines[-1] == "ValueError: no cube"
+    assert all(line.startswith('  File "script.py", line ') for line in lines if line.startswith("  File "))
+
+
 def test_a_script_is_the_main_module(tmp_path):
     script = """
         import pickle

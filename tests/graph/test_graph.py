@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pxr import Sdf, UsdGeom, UsdLux
 
-from usdsdg import create, distribution, modify, randomizer, trigger, utils
+from usdsdg import create, distribution, get, modify, randomizer, trigger, utils
 from usdsdg.errors import GraphError, UsdsdgWarning
 from usdsdg.graph import evaluate
 from usdsdg.graph.sampling import set_global_seed
@@ -237,7 +237,12 @@ def test_failures_name_the_script_line(stage):
 
 
 def test_acting_on_nothing_is_an_error(stage):
-    with pytest.raises(GraphError, match="no prims to act on"):
+    with pytest.raises(GraphError, match="no prims to act on: call it inside"):
+        modify.attribute("size", 1.0)
+    found = get.prims(path_pattern="nowhere")
+    with pytest.raises(GraphError, match=r"no prims to act on: the item .* is empty"):
+        modify.attribute("size", 1.0, input_prims=found)
+    with found, pytest.raises(GraphError, match=r"no prims to act on: the item .* is empty"):
         modify.attribute("size", 1.0)
 
 

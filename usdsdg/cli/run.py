@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import sys
-import traceback
+from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, TracebackType
 from typing import Annotated
 
 import typer
@@ -120,21 +120,25 @@ def _exit_code(ended: SystemExit) -> int:
     return 1
 
 
-def _frames(error: BaseException, script: Path) -> list[traceback.FrameSummary]:
-    """The traceback from the script's first line on, else all of it below this file."""
-    frames = traceback.extract_tb(error.__traceback__)
-    first = next((i for i, frame in enumerate(frames) if frame.filename == str(script)), None)
-    return [frame for frame in frames if frame.filename != __file__] if first is None else list(frames[first:])
+def _inside(error: BaseException, script: Path) -> list[TracebackType]:
+    """What of the error's traceback lies in the script."""
+    return [each for each in _tracebacks(error) if each.tb_frame.f_code.co_filename == str(script)]
+
+
+def _tracebacks(error: BaseException) -> Iterator[TracebackType]:
+    each = error.__traceback__
+    while each is not None:
+        yield each
+        each = each.tb_next
 
 
 def _say_where(error: BaseException, script: Path) -> None:
-    lines = [frame for frame in _frames(error, script) if frame.filename == str(script)]
-    if lines:
-        print(f"{script}:{lines[-1].lineno}: in {lines[-1].name}", file=sys.stderr)
+    if inside := _inside(error, script):
+        print(f"{script}:{inside[-1].tb_lineno}: in {inside[-1].tb_frame.f_code.co_name}", file=sys.stderr)
 
 
 def _print_from(error: BaseException, script: Path) -> None:
-    if frames := _frames(error, script):
-        print("Traceback (most recent call last):", file=sys.stderr)
-        print("".join(traceback.format_list(frames)), end="", file=sys.stderr)
-    print("".join(traceback.format_exception_only(error)), end="", file=sys.stderr)
+    """Python's own report, with its suggestions and causes, from the script's first line on, else from below here."""
+    below = [each for each in _tracebacks(error) if each.tb_frame.f_code.co_filename != __file__]
+    first = next(iter(_inside(error, script) or below), None)
+    sys.__excepthook__(type(error), error.with_traceback(first), first)

@@ -14,7 +14,7 @@ from typing import Any
 from usdsdg.errors import GraphError, UsdsdgError
 from usdsdg.graph.authoring import author, author_impulse
 from usdsdg.graph.kinds import action_of
-from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, plain, prim_paths
+from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, plain, prim_paths, why_no_prims
 
 
 @dataclass(eq=False)
@@ -204,7 +204,5 @@ def act(kind: str, input_prims: Any = None, name: str | None = None, **inputs: A
     given = {role: plain(value) for role, value in inputs.items() if value is not None}
     node = Node(kind=kind, inputs=given, prims=prims, name=name)
     if not prims:
-        raise GraphError(
-            f"{node.describe()} has no prims to act on: call it inside `with <group or prims>:` or pass input_prims."
-        )
+        raise GraphError(f"{node.describe()} has no prims to act on: {why_no_prims(input_prims)}.")
     return ReplicatorItem(graph().add(node))

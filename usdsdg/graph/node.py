@@ -82,6 +82,13 @@ def current_prims() -> tuple[str, ...]:
     return _targets[-1] if _targets else ()
 
 
+def why_no_prims(input_prims: Any) -> str:
+    """Why a node that was given `input_prims` has nothing to act on, and what to do."""
+    if input_prims is not None or _targets:
+        return "the item that it was given is empty. rep.get finds what is on the stage when its line runs"
+    return "call it inside `with <group or prims>:` or pass input_prims"
+
+
 class ReplicatorItem:
     """What every `rep` function returns: a node plus the prims it made or selected. Works as a context manager.
 
