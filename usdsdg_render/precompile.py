@@ -25,27 +25,35 @@ from usdsdg_render.trace import build, compress
 
 Progress = Callable[[str, int, "int | None"], None]
 _ready: set[str] = set()
+# Each thread precompiles Warp's headers for itself, and two modules make up most of the work.
+MOST_THREADS = 3
 
 
 def precompile(device: str = "cpu", progress: Progress | None = None) -> None:
     """Compile or load every kernel of the renderer for a device; says so through `progress`."""
     if device in _ready:
         return
-    kernels = [path.add_samples if device == "cpu" else wavefront.trace]
-    kernels += [aov.label_pixels, material_aov.label_materials, ambient_aov.label_ambient]
-    kernels += [curved_motion.label_curved_motion, tangents.draw_octagons, coverage.cover_strips]
-    kernels += [develop.develop_pixels, denoise.smooth]
-    target = wp.get_device(device)
-    # Instances are placed and trees are built on the CPU for either device.
-    host = [build.build_tree, place.place] + [compress.compress_tree] * target.is_cuda
-    loads = [(kernel.module, wp.get_device("cpu"), 1) for kernel in host]
-    loads += [(kernel.module, target, CUDA_BLOCK if target.is_cuda else 1) for kernel in kernels]
+    loads = _loads(wp.get_device(device))
     label = "render kernels (compiled on first use)"
     report = progress or (lambda *_: None)
     report(label, 0, len(loads))
-    with ThreadPoolExecutor(min(len(loads), available_threads())) as pool:
+    with ThreadPoolExecutor(min(MOST_THREADS, available_threads())) as pool:
         running = [pool.submit(module.load, *where) for module, *where in loads]
         for done, load in enumerate(as_completed(running)):
             load.result()
             report(label, done + 1, len(loads))
     _ready.add(device)
+
+
+def _loads(target: wp.Device) -> list[tuple[wp.Module, wp.Device, int]]:
+    """Modules with the device and the size of a block that they are wanted for, those that take longest first."""
+    kernels = [wavefront.trace if target.is_cuda else path.add_samples]
+    kernels += [aov.label_pixels, material_aov.label_materials, ambient_aov.label_ambient]
+    kernels += [curved_motion.label_curved_motion, tangents.draw_octagons, coverage.cover_strips]
+    kernels += [denoise.smooth, develop.develop_pixels]
+    # Instances are placed and trees are built on the CPU for either device.
+    host = [build.build_tree, place.place] + [compress.compress_tree] * target.is_cuda
+    # Several kernels may share a module.
+    modules = dict.fromkeys(kernel.module for kernel in kernels)
+    loads = [(module, target, CUDA_BLOCK if target.is_cuda else 1) for module in modules]
+    return loads + [(kernel.module, wp.get_device("cpu"), 1) for kernel in host]

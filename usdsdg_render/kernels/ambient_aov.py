@@ -3,6 +3,7 @@
 import warp as wp
 
 from usdsdg_render.kernels.bsdf import perpendicular
+from usdsdg_render.kernels.label_module import LABELS
 from usdsdg_render.kernels.sampler import pixel_seed, sample_pair
 from usdsdg_render.kernels.surface import facing, surface_at
 from usdsdg_render.kernels.trig import cos_sin
@@ -13,7 +14,7 @@ from usdsdg_render.kernels.visibility import transmitted
 AMBIENT_RAYS = wp.constant(64)
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, module=LABELS)
 def label_ambient(
     tables: SceneTables,
     views: Views,

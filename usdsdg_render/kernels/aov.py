@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from usdsdg_render.kernels.label_module import LABELS
 from usdsdg_render.kernels.surface import base_color_at, surface_at
 from usdsdg_render.kernels.types import Camera, Hit, SceneTables
 from usdsdg_render.kernels.views import Views, meet_centre, picture_row
@@ -80,7 +81,7 @@ def motion(camera: Camera, past_camera: Camera, now: wp.vec3, before: wp.vec3, a
     return wp.vec2(b[0] - a[0], b[1] - a[1])
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, module=LABELS)
 def label_pixels(
     tables: SceneTables,
     views: Views,

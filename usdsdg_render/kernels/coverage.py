@@ -7,6 +7,7 @@ of instances become those of the groups that they belong to.
 import warp as wp
 
 from usdsdg_render.kernels.camera import camera_ray
+from usdsdg_render.kernels.label_module import LABELS
 from usdsdg_render.kernels.types import Camera, SceneTables
 from usdsdg_render.kernels.visibility import meets_cutout
 from usdsdg_render.trace.query import wide_meets_instance
@@ -41,7 +42,7 @@ def columns_of(ends: wp.array(dtype=wp.float32), row: int, width: int):
     return first_centre(left, width), first_centre(right, width)
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, module=LABELS)
 def cut_strips(
     width: int,
     height: int,
@@ -88,7 +89,7 @@ def meets(tables: SceneTables, camera: Camera, x: int, y: int, instance: int, mo
     return wide_meets_instance(tables.tree, ray.origin, ray.direction, ray.tmin, ray.tmax, instance)[3] >= 0
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, module=LABELS)
 def cover_strips(
     tables: SceneTables,
     cameras: wp.array(dtype=Camera),
@@ -122,7 +123,7 @@ def cover_strips(
         visible[s, b] = wp.uint8(seen)
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, module=LABELS)
 def count_groups(
     strips: wp.array(dtype=Strip),
     covered: wp.array(dtype=wp.uint64),
@@ -135,7 +136,7 @@ def count_groups(
     counts[s] = wp.where(covered[s] == wp.uint64(0), 0, first_group[owner + 1] - first_group[owner])
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, module=LABELS)
 def give_to_groups(
     strips: wp.array(dtype=Strip),
     after: wp.array(dtype=wp.int32),  # what is given so far
@@ -161,7 +162,7 @@ def give_to_groups(
         sources[place] = s
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, module=LABELS)
 def mark_firsts(keys: wp.array(dtype=wp.int64), marks: wp.array(dtype=wp.int32)):
     i = wp.tid()
     marks[i] = 1
@@ -169,7 +170,7 @@ def mark_firsts(keys: wp.array(dtype=wp.int64), marks: wp.array(dtype=wp.int32))
         marks[i] = 0
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, module=LABELS)
 def merge_strips(
     count: int,
     keys: wp.array(dtype=wp.int64),  # sorted
@@ -206,7 +207,7 @@ def merge_strips(
     merged_visible[places[i] - 1] = seen
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, module=LABELS)
 def sum_strips(
     strips: wp.array(dtype=Strip),
     covered: wp.array(dtype=wp.uint64),

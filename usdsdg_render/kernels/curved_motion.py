@@ -6,6 +6,7 @@ A kernel of its own, because the way back from points to pixels would make the l
 import warp as wp
 
 from usdsdg_render.kernels.aov import Past, past_point, pixel_of
+from usdsdg_render.kernels.label_module import LABELS
 from usdsdg_render.kernels.lens import NONE, PANORAMA, lens_plane, panorama_place
 from usdsdg_render.kernels.types import Camera, SceneTables
 from usdsdg_render.kernels.views import Views, meet_centre, picture_row
@@ -32,7 +33,7 @@ def place_of(camera: Camera, point: wp.vec3, at_infinity: bool):
     return wp.vec3(camera.cx + camera.fx * q[0], camera.cy + camera.fy * q[1], 1.0) * q[2]
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, module=LABELS)
 def label_curved_motion(
     tables: SceneTables,
     views: Views,

@@ -5,6 +5,7 @@ A kernel of its own, because reading all textures would make the label pass slow
 
 import warp as wp
 
+from usdsdg_render.kernels.label_module import LABELS
 from usdsdg_render.kernels.surface import bumped, surface_at, with_material
 from usdsdg_render.kernels.types import SceneTables
 from usdsdg_render.kernels.views import Views, meet_centre, picture_row
@@ -23,7 +24,7 @@ class MaterialArrays:
     transmission: wp.array3d(dtype=wp.vec3)
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, module=LABELS)
 def label_materials(
     tables: SceneTables,
     views: Views,

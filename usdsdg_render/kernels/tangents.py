@@ -9,6 +9,7 @@ it, too, and what is left from there is at most f(c) over the least depth.
 import warp as wp
 
 from usdsdg_render.kernels.camera import Camera
+from usdsdg_render.kernels.label_module import LABELS
 from usdsdg_render.kernels.reach import Supports, farthest, reach_from
 from usdsdg_render.kernels.types import Instance, SceneTables
 
@@ -93,7 +94,7 @@ def beside(supports: Supports, instance: Instance, index: int, camera: Camera, n
     return end
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, module=LABELS)
 def draw_octagons(
     tables: SceneTables,
     supports: Supports,
