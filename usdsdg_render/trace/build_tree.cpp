@@ -59,7 +59,23 @@ auto split_at_median = [&](const Range& r, Range& left, Range& right) {
     left = bounds_of(r.begin, middle);
     right = bounds_of(middle, r.end);
 };
+// Two boxes need no bins: one each, in order along the first axis that tells them apart.
+auto split_in_two = [&](const Range& r, Range& left, Range& right) {
+    int &first = index[r.begin], &second = index[r.begin + 1];
+    for (int k = 0; k < 3; ++k) {
+        const float a = lower[3 * first + k] + upper[3 * first + k], b = lower[3 * second + k] + upper[3 * second + k];
+        if (a == b) continue;
+        if (a > b) {
+            const int swap = first;
+            first = second;
+            second = swap;
+        }
+        break;
+    }
+    split_at_median(r, left, right);
+};
 auto split_by_area = [&](const Range& r, Range& left, Range& right) {
+    if (r.size() == 2) return split_in_two(r, left, right);
     // Twice the centre of a box is as good as its centre.
     float lo[3] = {FAR, FAR, FAR}, hi[3] = {-FAR, -FAR, -FAR};
     for (int i = r.begin; i < r.end; ++i)
