@@ -12,6 +12,9 @@ if TYPE_CHECKING:
 # Of the label pass in one launch; all AOVs take about 100 bytes of each.
 LABEL_PIXELS = 1 << 24
 
+# Of outlines at once, one gprim in one picture each; they take about 2 kB of memory on average.
+OUTLINES = 1 << 16
+
 
 def alike(views: Sequence[CameraView], films: Sequence[Film] = ()) -> list[list[int]]:
     """Indices of views that may be drawn in one launch: of one size and stage, with films that hold the same sums."""
@@ -29,3 +32,9 @@ def of_labels(views: Sequence[CameraView]) -> list[list[int]]:
         most = max(1, LABEL_PIXELS // (views[places[0]].width * views[places[0]].height))
         batches += [places[first : first + most] for first in range(0, len(places), most)]
     return batches
+
+
+def of_outlines(pictures: int, gprims: int) -> list[range]:
+    """Which pictures have their outlines made together, no more at once than memory has room for."""
+    most = max(1, OUTLINES // max(1, gprims))
+    return [range(first, min(first + most, pictures)) for first in range(0, pictures, most)]

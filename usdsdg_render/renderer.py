@@ -178,7 +178,10 @@ class WarpRenderer:
         for places in batches.of_labels(views):
             some = [views[k] for k in places]
             batch = self.label_batch(some, {*aovs, "instance"})
-            covered = self.coverage_batch(some, groups, batch).outlines()
+            covered = []
+            for part in batches.of_outlines(len(some), len(self.gprims)):
+                piece = LabelBatch(len(part), {"instance": batch.arrays["instance"][part.start : part.stop]})
+                covered += self.coverage_batch(some[part.start : part.stop], groups, piece).outlines()
             results |= dict(zip(places, zip(batch.numpy(), covered, strict=True), strict=True))
         return [results[k][0] for k in range(len(views))], [results[k][1] for k in range(len(views))]
 

@@ -13,6 +13,7 @@ from tests.render.rays import brute_force, world_triangles
 from tests.stage.lens_cases import CASES
 from usdsdg.errors import RenderError
 from usdsdg.stage.outlines import Outlines
+from usdsdg_render import batches
 from usdsdg_render.scene import Instances, Texture
 
 GLASS = 1
@@ -248,7 +249,9 @@ def test_faces_of_polygons_are_those_of_the_mesh_and_not_of_its_triangles():
     np.testing.assert_array_equal(labels["prim"][hit], expected[hit])
 
 
-def test_many_views_at_once_are_what_each_is_alone():
+@pytest.mark.parametrize("at_once", [1 << 16, 70])
+def test_many_views_at_once_are_what_each_is_alone(at_once, monkeypatch):
+    monkeypatch.setattr(batches, "OUTLINES", at_once)
     scene = crowded(2, count=30)
     flat = [scenes.view_from(eye, size=(90, 61)) for eye in [(4, -5, 2), (0.2, 0.1, 0), (-3, 4, -5)]]
     sharing = groups_of(scene)
