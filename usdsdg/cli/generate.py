@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from usdsdg.cli.file_kinds import CONFIGURATION, STAGE, check_kind
 from usdsdg.cli.session import AssetsRoot, Device, Quiet, SaveStage, seed_everything, session
 
 
@@ -31,6 +32,7 @@ def generate(
         from usdsdg.jobs import object_based, saved_pipeline
         from usdsdg.jobs.config import load_config
 
+        check_kind(config, CONFIGURATION, STAGE)
         overrides = [*(set_ or []), *([f"seed={seed}"] if seed is not None else [])]
         if config.suffix.lower() in saved_pipeline.SUFFIXES:
             saved_pipeline.run(config, saved_pipeline.Overrides.parse(overrides))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from usdsdg.cli.file_kinds import STAGE, check_kind
 from usdsdg.cli.session import AssetsRoot, Device, Quiet, Seed, seed_everything, session
 from usdsdg.errors import StageError
 
@@ -40,6 +41,7 @@ def render(
 
         if time is not None and not math.isfinite(time):
             raise StageError(f"--time {time} is no time code: give a number")
+        check_kind(stage, STAGE)
         seed_everything(seed)
         opened = context.open_stage(stage)
         if time is not None:

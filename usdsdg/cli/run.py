@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from usdsdg.cli.file_kinds import REPLICATOR_YAML, SCRIPT, check_kind
 from usdsdg.cli.session import AssetsRoot, Device, Quiet, SaveStage, Seed, seed_everything, session
 
 YAML = (".yaml", ".yml")
@@ -45,6 +46,7 @@ def run(
         print(f"error: no script {script}", file=sys.stderr)
         raise typer.Exit(1)
     with session(assets_root=assets_root, device=device, quiet=quiet, save_stage=save_stage):
+        check_kind(script, SCRIPT, REPLICATOR_YAML)
         seed_everything(seed)
         if script.suffix.lower() in YAML:
             _execute_yaml(script, arguments)

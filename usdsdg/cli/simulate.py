@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from usdsdg.cli.file_kinds import STAGE, check_kind
 from usdsdg.cli.session import AssetsRoot, Device, Quiet, session
 
 
@@ -26,6 +27,7 @@ def simulate(
         from usdsdg.stage import context, flatten
         from usdsdg_physics import simulate as simulate_stage
 
+        check_kind(stage, STAGE)
         if output.resolve() == stage.resolve():
             raise OutputNotWritable(f"{output} is the stage that is read; give the result another name")
         flatten.check_place(output.absolute())

@@ -37,7 +37,7 @@ def _nothing_found(folder: Path, files: list[Path]) -> str:
     seen = ", ".join(f"{count} x {ending}" for ending, count in endings.most_common(5)) or "no files at all"
     return (
         f"nothing in {folder} is a dataset that can be shown. Looked for {read_pose.LOOKED_FOR}, and for "
-        f"{read_basic.LOOKED_FOR}, up to six folders deep; found {seen}"
+        f"{read_basic.LOOKED_FOR}, up to six folders deep; found {seen}. Of other writers no page can be made"
     )
 
 

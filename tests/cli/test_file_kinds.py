@@ -1,0 +1,59 @@
+"""Files that were given to the wrong command."""
+
+import shutil
+
+import pytest
+
+from tests.scripts.conftest import ROOT, usdsdg
+from usdsdg.cli.file_kinds import CONFIGURATION, REPLICATOR_YAML, SCRIPT, STAGE, check_kind
+from usdsdg.errors import ConfigError
+
+FILES = {
+    "script.py": ("print(1)", SCRIPT, "`usdsdg run "),
+    "scene.yaml": ("cube:\n  create.cube: {}\n", REPLICATOR_YAML, "`usdsdg run "),
+    "up.yml": ("settings.set_stage_up_axis: {up_axis: Z}\n", REPLICATOR_YAML, "`usdsdg run "),
+    "job.yaml": ("num_frames: 3\n", CONFIGURATION, "`usdsdg generate "),
+    "job.json": ('{"num_frames": 3}', CONFIGURATION, "`usdsdg generate "),
+    "scene.usda": ("#usda 1.0\n", STAGE, "`usdsdg render "),
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_file_passes_where_its_kind_is_taken_and_else_names_its_command(name, tmp_path):
+    text, kind, command = FILES[name]
+    (tmp_path / name).write_text(text)
+    check_kind(tmp_path / name, kind)
+    others = {SCRIPT, REPLICATOR_YAML, CONFIGURATION, STAGE} - {kind}
+    with pytest.raises(ConfigError, match=command):
+        check_kind(tmp_path / name, *others)
+
+
+@pytest.mark.parametrize("text", ["- 1\n", "what: ever\n", "a: [", "", "&a [*a]"])
+def test_what_is_of_no_known_kind_is_left_to_its_reader(text, tmp_path):
+    (tmp_path / "file.yaml").write_text(text)
+    check_kind(tmp_path / "file.yaml")
+    check_kind(tmp_path / "missing.yaml")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "command"),
+    [
+        (("run", "job.yaml"), "usdsdg generate"),
+        (("run", "scene.usda"), "usdsdg render"),
+        (("generate", "scene.yaml"), "usdsdg run"),
+        (("generate", "script.py"), "usdsdg run"),
+        (("render", "job.yaml", "out"), "usdsdg generate"),
+        (("simulate", "scene.yaml", "out.usda"), "usdsdg run"),
+    ],
+)
+def test_commands_name_the_one_that_takes_the_file(arguments, command, tmp_path):
+    for name, (text, _, _) in FILES.items():
+        (tmp_path / name).write_text(text)
+    done = usdsdg(*arguments, cwd=tmp_path, expect=1)
+    assert done.stderr.startswith(f"error: {arguments[1]} is ")
+    assert f"`{command} {arguments[1]}" in done.stderr
+
+
+@pytest.mark.parametrize("config", sorted((ROOT / "configs").iterdir()), ids=lambda path: path.name)
+def test_our_own_configurations_pass(config, tmp_path):
+    check_kind(shutil.copy(config, tmp_path / config.name), CONFIGURATION)

@@ -1,0 +1,61 @@
+"""Files that were given to the wrong command: what they are, and which command takes them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from usdsdg.errors import ConfigError
+
+SCRIPT, REPLICATOR_YAML, CONFIGURATION, STAGE = range(4)
+
+_TAKEN_BY = {
+    SCRIPT: "a script, which `usdsdg run {}` runs",
+    REPLICATOR_YAML: "a Replicator YAML file, which `usdsdg run {}` runs",
+    CONFIGURATION: "a configuration of the object-based job, which `usdsdg generate {}` runs",
+    STAGE: "a stage, which `usdsdg render {} FOLDER` draws; `usdsdg generate {}` runs a graph that was saved in it",
+}
+_BY_SUFFIX = {".py": SCRIPT, ".usd": STAGE, ".usda": STAGE, ".usdc": STAGE, ".usdz": STAGE}
+
+
+def check_kind(file: Path, *taken: int) -> None:
+    """Let a file pass that is missing, of one of the kinds `taken`, or of no kind that is known.
+
+    Raises:
+        ConfigError: another command takes it.
+    """
+    kind = _kind(file) if file.is_file() else None
+    if kind is not None and kind not in taken:
+        raise ConfigError(f"{file} is {_TAKEN_BY[kind].format(file, file)}")
+
+
+def _kind(file: Path) -> int | None:
+    if file.suffix.lower() in (".yaml", ".yml", ".json"):
+        return _kind_of_values(file)
+    return _BY_SUFFIX.get(file.suffix.lower())
+
+
+def _kind_of_values(file: Path) -> int | None:
+    import yaml
+
+    from usdsdg.jobs.config import ObjectBasedConfig
+
+    try:
+        values = yaml.safe_load(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, yaml.YAMLError, RecursionError):
+        return None  # whoever reads it next says what is wrong
+    if not isinstance(values, dict):
+        return None
+    if not ObjectBasedConfig.model_fields.keys().isdisjoint(values):
+        return CONFIGURATION
+    return (
+        REPLICATOR_YAML if any(_is_call(key) for group in (values, *values.values()) for key in _keys(group)) else None
+    )
+
+
+def _keys(group: Any) -> list[Any]:
+    return list(group) if isinstance(group, dict) else []
+
+
+def _is_call(key: Any) -> bool:
+    return isinstance(key, str) and "." in key
