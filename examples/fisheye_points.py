@@ -25,6 +25,7 @@ parser.add_argument("--width", type=int, default=240)
 args = parser.parse_args()
 size = (args.width, args.width)
 
+rep.set_global_seed(4)
 rep.create.plane(scale=20)
 rep.create.light(light_type="Dome", intensity=400)
 rep.create.light(light_type="Distant", intensity=2500, rotation=(35, 30, 0))

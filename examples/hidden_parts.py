@@ -20,6 +20,7 @@ parser.add_argument("--out", type=Path, default="_out/hidden_parts")
 parser.add_argument("--width", type=int, default=480)
 args = parser.parse_args()
 
+rep.set_global_seed(4)
 colours = {"wall": (0.6, 0.15, 0.1), "crate": (0.1, 0.3, 0.6), "ball": (0.15, 0.5, 0.15)}
 of_class = {
     name: {"semantics": [("class", name)], "material": rep.create.material_omnipbr(diffuse=colour)}

@@ -21,6 +21,7 @@ parser.add_argument("--out", type=Path, default="_out/physics_drop")
 parser.add_argument("--width", type=int, default=240)
 args = parser.parse_args()
 
+rep.set_global_seed(4)
 wood = rep.create.material_omnipbr(diffuse=(0.30, 0.17, 0.09), roughness=0.6)
 floor = rep.create.cube(position=(0, 0, -0.5), scale=(12, 12, 1), material=wood)
 places = [(0.8 * (k % 3 - 1), 0.8 * (k // 3 % 3 - 1), 2.0 + 0.8 * (k // 9)) for k in range(18)]

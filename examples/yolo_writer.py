@@ -45,6 +45,7 @@ parser.add_argument("--width", type=int, default=320)
 parser.add_argument("--frames", type=int, default=4)
 args = parser.parse_args()
 
+rep.set_global_seed(4)
 rep.create.light(light_type="Dome", intensity=300)
 rep.create.light(light_type="Distant", intensity=2500, rotation=(30, 20, 0))
 wood = rep.create.material_omnipbr(diffuse=(0.30, 0.17, 0.09), roughness=0.6)

@@ -356,7 +356,7 @@ def test_an_alias_inside_itself_is_told(parsed):
 def test_the_example_of_the_page_works(parsed, tmp_path):
     page = (Path(__file__).parents[2] / "docs" / "yaml.md").read_text(encoding="utf-8")
     example = re.search(r"```yaml\n(.*?)```", page, re.DOTALL)[1]
-    made = parsed(example.replace("output_dir: cubes", f"output_dir: {tmp_path}"))
+    made = parsed(example.replace("output_dir: cubes", f"output_dir: {tmp_path}/out"))
     made["writer"].detach()
     assert [trigger.max_execs for trigger in evaluate.graph().triggers] == [10]
     told = re.search(r"line (\d+): create.cube", page)[1]
