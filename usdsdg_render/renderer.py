@@ -8,24 +8,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import warp as wp
 
-from usdsdg.errors import RenderError, warn_once
+from usdsdg.errors import RenderError
 from usdsdg_render import batches, labels
 from usdsdg_render.aov import check_names
-from usdsdg_render.camera import camera_record, views_record
 from usdsdg_render.coverage import Coverage
 from usdsdg_render.device import DeviceScene
 from usdsdg_render.film import Film, develop
 from usdsdg_render.history import History
-from usdsdg_render.kernels.path import add_samples
-from usdsdg_render.kernels.path_state import PathOptions
 from usdsdg_render.kernels.visibility import BEHIND_GLASS, BY_THRESHOLD
 from usdsdg_render.label_batch import LabelBatch
 from usdsdg_render.motion import interpolate
-from usdsdg_render.parallel import launch_rows
+from usdsdg_render.path_tracer import PathTracer
 from usdsdg_render.precompile import precompile
 from usdsdg_render.scene import Scene
 from usdsdg_render.settings import PathSettings, ToneSettings
-from usdsdg_render.waves import Waves
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -76,7 +72,7 @@ class WarpRenderer:
         keep_memory(self.device)
         self._on_device = DeviceScene(self.device)
         self._history = History(self.device)
-        self._waves = Waves(self.device)
+        self._path_tracer = PathTracer(self._on_device)
         self._before = np.zeros((0, 4, 4))  # transforms at the sync before the last
         self.glass_labels = "surface"
 
@@ -230,62 +226,16 @@ class WarpRenderer:
     def accumulate_all(
         self, films: Sequence[Film], views: Sequence[CameraView], *, samples: int, settings: PathSettings
     ) -> None:
-        """`accumulate` for many views, each with its film; on CUDA those of one size are drawn together."""
-        for film, view in zip(films, views, strict=True):
-            _check_size(film, view)
-            if settings.denoise:
-                film.want_features()
-            if settings.parts:
-                film.want_parts()
-        if not self._on_device.lit:
-            warn_once("the scene has no light, so pictures are black: add a UsdLux light, for example a DomeLight")
-        for places in batches.alike(views, films):
-            options = path_options(settings, films[places[0]])
-            if not self._on_device.has_glass:
-                options.glass_bounces = 0
-            self._add_samples([films[k] for k in places], [views[k] for k in places], options, samples)
-        for film in films:
-            film.samples += samples
+        """`accumulate` for many views, each with its film; on CUDA those of one size are drawn together.
 
-    def _add_samples(
-        self, films: Sequence[Film], views: Sequence[CameraView], options: PathOptions, samples: int
-    ) -> None:
-        if self.device != "cpu":
-            pictures = views_record(views, self.device)
-            self._waves.add_samples(self._on_device.tables, options, pictures, [each.arrays for each in films], samples)
-            return
-        options.samples = samples
-        for film, view in zip(films, views, strict=True):
-            inputs = [self._on_device.tables, options, camera_record(view, self.device)]
-            shape = (film.height, film.width)
-            launch_rows(add_samples, shape, inputs, [film.arrays], device=self.device, threads=self.threads)
+        Raises:
+            RenderError: a film has not the size of its view.
+        """
+        self._path_tracer.accumulate(films, views, samples=samples, settings=settings, threads=self.threads)
 
     def develop(self, film: Film, tone: ToneSettings | None = None) -> dict[str, np.ndarray]:
         """HdrColor, (H, W, 4) float16 radiance [nits], LdrColor, (H, W, 4) uint8 sRGB, and the film's parts."""
         return develop(film, tone or ToneSettings(), threads=self.threads)
-
-
-def _check_size(film: Film, view: CameraView) -> None:
-    if (film.width, film.height) != (view.width, view.height):
-        raise RenderError(
-            f"the film is {film.width}x{film.height} but {view.prim_path} renders "
-            f"{view.width}x{view.height}: make a new film of that size"
-        )
-
-
-def path_options(settings: PathSettings, film: Film) -> PathOptions:
-    """Settings as kernels read them."""
-    options = PathOptions()
-    options.bounces = max(1, settings.bounces)
-    options.glass_bounces = max(0, settings.glass_bounces)
-    options.first_sample = settings.first_sample
-    options.seed = settings.seed & 0xFFFFFFFF
-    options.frame = settings.frame & 0xFFFFFFFF
-    options.clamp = settings.clamp
-    options.regularization = settings.regularization
-    options.features = int(film.has_features)
-    options.parts = int(film.has_parts)
-    return options
 
 
 def keep_memory(device: str) -> None:

@@ -8,7 +8,7 @@ import pytest
 from tests.render import scenes
 from tests.render.pictures import DEVICE, renderer_of
 from usdsdg_render.camera import views_record
-from usdsdg_render.renderer import path_options
+from usdsdg_render.path_tracer import path_options
 from usdsdg_render.settings import PathSettings
 from usdsdg_render.waves import Waves
 

@@ -1,0 +1,105 @@
+"""Path-traced samples of a scene, added to films: row by row on a CPU, in waves of paths on CUDA."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from usdsdg.errors import RenderError, warn_once
+from usdsdg_render import batches
+from usdsdg_render.camera import camera_record, views_record
+from usdsdg_render.device import DeviceScene
+from usdsdg_render.film import Film
+from usdsdg_render.kernels.path import add_samples
+from usdsdg_render.kernels.path_state import PathOptions
+from usdsdg_render.parallel import launch_rows
+from usdsdg_render.settings import PathSettings
+from usdsdg_render.waves import Waves
+
+if TYPE_CHECKING:
+    from usdsdg.stage.cameras import CameraView
+
+
+class PathTracer:
+    """Draws one scene on its device."""
+
+    def __init__(self, scene: DeviceScene) -> None:
+        self._scene = scene
+        self._waves = Waves(scene.device)
+
+    def accumulate(
+        self,
+        films: Sequence[Film],
+        views: Sequence[CameraView],
+        *,
+        samples: int,
+        settings: PathSettings,
+        threads: int | None,
+    ) -> None:
+        """Add `samples` per pixel to the film of each view; on CUDA views of one size are drawn together.
+
+        Raises:
+            RenderError: a film has not the size of its view.
+        """
+        for film, view in zip(films, views, strict=True):
+            _check_size(film, view)
+            if settings.denoise:
+                film.want_features()
+            if settings.parts:
+                film.want_parts()
+        if not self._scene.lit:
+            warn_once("the scene has no light, so pictures are black: add a UsdLux light, for example a DomeLight")
+        for places in batches.alike(views, films):
+            options = path_options(settings, films[places[0]])
+            if not self._scene.has_glass:
+                options.glass_bounces = 0
+            some = [films[k] for k in places], [views[k] for k in places]
+            if self._scene.device == "cpu":
+                self._draw_rows(*some, options, samples, threads)
+            else:
+                self._draw_waves(*some, options, samples)
+        for film in films:
+            film.samples += samples
+
+    def _draw_waves(
+        self, films: Sequence[Film], views: Sequence[CameraView], options: PathOptions, samples: int
+    ) -> None:
+        pictures = views_record(views, self._scene.device)
+        self._waves.add_samples(self._scene.tables, options, pictures, [film.arrays for film in films], samples)
+
+    def _draw_rows(
+        self,
+        films: Sequence[Film],
+        views: Sequence[CameraView],
+        options: PathOptions,
+        samples: int,
+        threads: int | None,
+    ) -> None:
+        device = self._scene.device
+        options.samples = samples
+        for film, view in zip(films, views, strict=True):
+            inputs = [self._scene.tables, options, camera_record(view, device)]
+            launch_rows(add_samples, (film.height, film.width), inputs, [film.arrays], device=device, threads=threads)
+
+
+def path_options(settings: PathSettings, film: Film) -> PathOptions:
+    """Settings as kernels read them."""
+    options = PathOptions()
+    options.bounces = max(1, settings.bounces)
+    options.glass_bounces = max(0, settings.glass_bounces)
+    options.first_sample = settings.first_sample
+    options.seed = settings.seed & 0xFFFFFFFF
+    options.frame = settings.frame & 0xFFFFFFFF
+    options.clamp = settings.clamp
+    options.regularization = settings.regularization
+    options.features = int(film.has_features)
+    options.parts = int(film.has_parts)
+    return options
+
+
+def _check_size(film: Film, view: CameraView) -> None:
+    if (film.width, film.height) != (view.width, view.height):
+        raise RenderError(
+            f"the film is {film.width}x{film.height} but {view.prim_path} renders "
+            f"{view.width}x{view.height}: make a new film of that size"
+        )
