@@ -52,7 +52,7 @@ def denoise(film: FilmArrays, device: str, *, threads: int | None = None) -> wp.
     shape = (height + 2 * MARGIN, width + 2 * MARGIN)
     color = wp.empty(shape, dtype=wp.vec4, device=place)
     albedo, normal = (wp.empty(shape, dtype=wp.vec3, device=place) for _ in range(2))
-    sums = [each.to(place) for each in (film.color, film.albedo, film.normal_depth)]
+    sums = [each.to(place) for each in (film.color, film.background, film.albedo, film.normal_depth)]
     launch_rows(average, shape, [*sums, MARGIN], [color, albedo, normal], device=place, threads=threads)
     scale = _input_scale(color, threads)
     with _busy:
@@ -65,7 +65,12 @@ def denoise(film: FilmArrays, device: str, *, threads: int | None = None) -> wp.
     return inside.contiguous().to(device)
 
 
-def _library() -> Any:
+def library() -> Any:
+    """The binding of Open Image Denoise, loaded.
+
+    Raises:
+        RenderError: the extra is not installed, or a library of the system that it needs is not.
+    """
     try:
         import mitsuba_oidn
     except ImportError as error:
@@ -73,11 +78,17 @@ def _library() -> Any:
             f"Open Image Denoise cannot be loaded ({error}): pip install 'usdsdg[denoise]', or set the denoiser "
             "(/usdsdg/denoiser) to 'wavelet'."
         ) from error
+    except RuntimeError as error:
+        raise RenderError(
+            f"Open Image Denoise is installed but cannot be loaded ({error}). On aarch64 it needs the system's "
+            "libatomic (libatomic1 in Debian and Ubuntu); install that, or set the denoiser "
+            "(/usdsdg/denoiser) to 'wavelet'."
+        ) from error
     return mitsuba_oidn
 
 
 def _place(device: str) -> str:
-    oidn = _library()
+    oidn = library()
     on_cuda = any(each.type is oidn.DeviceType.CUDA for each in oidn.physical_devices())
     return device if on_cuda else "cpu"
 
@@ -85,7 +96,7 @@ def _place(device: str) -> str:
 @lru_cache(maxsize=4)
 def _filters(shape: tuple[int, int], place: str, threads: int) -> dict[str, Any]:
     """Networks for pictures of one size; setting them up takes longer than running them."""
-    oidn = _library()
+    oidn = library()
     if place == "cpu":
         device = oidn.Device(oidn.DeviceType.CPU)
         device.num_threads = threads

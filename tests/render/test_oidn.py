@@ -155,6 +155,15 @@ def test_without_the_library_the_extra_is_named(monkeypatch):
         develop(film, OIDN)
 
 
+def test_a_system_library_that_it_lacks_is_named(monkeypatch, tmp_path):
+    """As on aarch64 without libatomic, where the binding raises no ImportError."""
+    (tmp_path / "mitsuba_oidn.py").write_text("raise RuntimeError('could not load libnanothread.so')")
+    monkeypatch.delitem(sys.modules, "mitsuba_oidn", raising=False)
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(RenderError, match=r"could not load libnanothread.so\).* .libatomic1 in .* or .* 'wavelet'"):
+        develop(film_of(np.ones((4, 4, 3))), OIDN)
+
+
 @pytest.mark.cuda
 @pytest.mark.skipif(not wp.is_cuda_available(), reason="no CUDA device")
 @needs_library

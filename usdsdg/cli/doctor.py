@@ -35,7 +35,7 @@ OPTIONAL = {
 def doctor() -> None:
     """Say what is installed, which devices there are, where caches and assets lie, and what is missing."""
     with session(quiet=True):
-        missing = [*_packages(), *_devices(), *_folders()]
+        missing = [*_packages(), *_devices(), *_denoiser(), *_folders()]
     print()
     print("Nothing is missing." if not missing else "Missing:\n" + "\n".join(f"  {line}" for line in missing))
 
@@ -70,6 +70,19 @@ def _devices() -> list[str]:
         print(f"  {device.alias:12} {device.name}, {device.total_memory / 2**30:.1f} GiB, sm_{device.arch}")
     if not wp.get_cuda_devices():
         print("  cuda         no device or no driver: everything runs on the CPU")
+    return []
+
+
+def _denoiser() -> list[str]:
+    """What keeps an installed Open Image Denoise from loading: it alone needs a library that no package brings."""
+    from usdsdg.errors import RenderError
+    from usdsdg_render import oidn
+
+    try:
+        if oidn.is_installed():
+            oidn.library()
+    except RenderError as error:
+        return [str(error)]
     return []
 
 

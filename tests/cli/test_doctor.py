@@ -1,0 +1,18 @@
+"""`usdsdg doctor`: what is installed but does not load is missing all the same."""
+
+import os
+import subprocess
+import sys
+
+
+def doctor(**environment: str) -> str:
+    command = [sys.executable, "-m", "usdsdg", "doctor"]
+    env = {**os.environ, **environment}
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=True, env=env).stdout
+
+
+def test_a_denoiser_that_does_not_load_is_missing(tmp_path):
+    (tmp_path / "mitsuba_oidn.py").write_text("raise RuntimeError('no thread pool')")
+    told = doctor(PYTHONPATH=os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
+    assert "Missing:\n  Open Image Denoise is installed but cannot be loaded (no thread pool)" in told
+    assert "Nothing is missing" not in told
