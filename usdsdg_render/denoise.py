@@ -24,10 +24,10 @@ def denoise(film: FilmArrays, device: str, *, threads: int | None = None) -> wp.
     shape = film.color.shape
     light, other, guide = (wp.empty(shape, dtype=wp.vec4, device=device) for _ in range(3))
     surface = wp.empty(shape, dtype=wp.vec3, device=device)
-    inputs = [film.color, film.albedo, film.normal_depth, film.square]
+    inputs = [film.color, film.background, film.albedo, film.normal_depth, film.square]
     launch_rows(separate, shape, inputs, [light, guide, surface], device=device, threads=threads)
     for step in STEPS:
         launch_rows(smooth, shape, [light, guide, step], [other], device=device, threads=threads)
         light, other = other, light
-    launch_rows(combine, shape, [light, surface], [other], device=device, threads=threads)
+    launch_rows(combine, shape, [light, surface, film.color, film.background], [other], device=device, threads=threads)
     return other

@@ -35,6 +35,7 @@ class Film:
     def want_features(self) -> None:
         """Make room for what the denoiser needs; samples added before have none, so ask before the first."""
         if not self.has_features:
+            self.arrays.background = self._zeros(wp.vec4)
             self.arrays.albedo = self._zeros(wp.vec3)
             self.arrays.normal_depth = self._zeros(wp.vec4)
             self.arrays.square = self._zeros(wp.float32)

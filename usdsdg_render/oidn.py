@@ -52,7 +52,7 @@ def denoise(film: FilmArrays, device: str, *, threads: int | None = None) -> wp.
     shape = (height + 2 * MARGIN, width + 2 * MARGIN)
     color = wp.empty(shape, dtype=wp.vec4, device=place)
     albedo, normal = (wp.empty(shape, dtype=wp.vec3, device=place) for _ in range(2))
-    sums = [each.to(place) for each in (film.color, film.albedo, film.normal_depth)]
+    sums = [each.to(place) for each in (film.color, film.background, film.albedo, film.normal_depth)]
     launch_rows(average, shape, [*sums, MARGIN], [color, albedo, normal], device=place, threads=threads)
     scale = _input_scale(color, threads)
     with _busy:

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
-from usdsdg_render.records import records
 from usdsdg_render.kernels import types
+from usdsdg_render.records import records
 from usdsdg_render.trace import forest
 from usdsdg_render.trace.compress import NODE_WORDS
 from usdsdg_render.trace.query import _COMPRESSED, CUDA_STACK_SIZE, Packed

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.render.films import film_of, rms
+from tests.render.films import SAMPLES, film_of, rms
 from usdsdg.errors import RenderError
 from usdsdg_render.denoise import denoise
 from usdsdg_render.film import develop
@@ -55,8 +55,23 @@ def test_light_does_not_cross_a_step_in_depth():
 
 
 def test_the_sky_is_left_alone():
-    film = film_of(np.random.default_rng(2).uniform(0, 500, (SIZE, SIZE, 3)), normal=(0.0, 0.0, 0.0), depth=0.0)
+    sky = np.random.default_rng(2).uniform(0, 500, (SIZE, SIZE, 3))
+    film = film_of(np.ones_like(sky), behind=SAMPLES, sky=sky)
     np.testing.assert_allclose(filtered(film), film.radiance(), rtol=1e-5)
+    np.testing.assert_allclose(filtered(film), sky, rtol=1e-5)
+
+
+@pytest.mark.parametrize("albedo", [0.1, 0.9])
+def test_an_edge_before_the_sky_is_of_colours_between_them(albedo):
+    # A column each of 0 to 8 samples that show the sky.
+    behind = np.broadcast_to(np.clip(np.arange(SIZE) - SIZE // 2, 0, SAMPLES), (SIZE, SIZE))
+    sky, light = np.array([30.0, 40.0, 60.0]), np.array([500.0, 400.0, 300.0])
+    film = film_of(
+        np.broadcast_to(light, (SIZE, SIZE, 3)), albedo=np.full(3, albedo), behind=behind, sky=sky, noise=0.1
+    )
+    share = behind[..., None] / SAMPLES
+    truth = (1 - share) * light * albedo + share * sky
+    np.testing.assert_allclose(filtered(film), truth, rtol=0.05)
 
 
 @pytest.mark.parametrize("threads", [1, 2])

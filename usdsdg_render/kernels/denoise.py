@@ -26,20 +26,23 @@ def xyz(v: wp.vec4):
 @wp.kernel(enable_backward=False)
 def separate(
     color: wp.array2d(dtype=wp.vec4),  # sums, and number of samples
+    background: wp.array2d(dtype=wp.vec4),
     albedo: wp.array2d(dtype=wp.vec3),
     normal_depth: wp.array2d(dtype=wp.vec4),
     square: wp.array2d(dtype=wp.float32),
     first_row: int,
-    # out
+    # out, of what hit a surface
     light: wp.array2d(dtype=wp.vec4),  # mean light over albedo [nits], and variance of its mean brightness
-    guide: wp.array2d(dtype=wp.vec4),  # unit normal and mean depth; 0 where most samples hit nothing
+    guide: wp.array2d(dtype=wp.vec4),  # unit normal and mean depth; 0 where nothing hit, or all sides of a thing
     surface: wp.array2d(dtype=wp.vec3),  # mean albedo, not below DARKEST
 ):
     y, x = wp.tid()
     y += first_row
-    n = wp.max(color[y, x][3], 1.0)
+    # What lies behind an edge is added again at the end: times the albedo of the edge it would be another colour.
+    seen = color[y, x] - background[y, x]
+    n = wp.max(seen[3], 1.0)
     base = wp.max(albedo[y, x] / n, wp.vec3(DARKEST))
-    mean = wp.cw_div(xyz(color[y, x]) / n, base)
+    mean = wp.cw_div(xyz(seen) / n, base)
     level = luminance(mean)
     # One sample says nothing of its own variance; count it as wholly uncertain.
     variance = wp.max(square[y, x] / n - level * level, 0.0) / n
@@ -134,13 +137,17 @@ def smooth(
 def combine(
     light: wp.array2d(dtype=wp.vec4),
     surface: wp.array2d(dtype=wp.vec3),
+    sums: wp.array2d(dtype=wp.vec4),  # and number of samples
+    background: wp.array2d(dtype=wp.vec4),
     first_row: int,
     # out
     color: wp.array2d(dtype=wp.vec4),  # radiance [nits], one sample
 ):
     y, x = wp.tid()
     y += first_row
-    radiance = wp.cw_mul(xyz(light[y, x]), surface[y, x])
+    n = wp.max(sums[y, x][3], 1.0)
+    behind = background[y, x]
+    radiance = wp.cw_mul(xyz(light[y, x]), surface[y, x]) * ((n - behind[3]) / n) + xyz(behind) / n
     color[y, x] = wp.vec4(radiance[0], radiance[1], radiance[2], 1.0)
 
 
@@ -157,6 +164,7 @@ def mirrored(i: int, length: int):
 @wp.kernel(enable_backward=False)
 def average(
     color: wp.array2d(dtype=wp.vec4),  # sums, and number of samples
+    background: wp.array2d(dtype=wp.vec4),
     albedo: wp.array2d(dtype=wp.vec3),
     normal_depth: wp.array2d(dtype=wp.vec4),
     margin: int,  # pixels around the picture, mirrored
@@ -173,7 +181,8 @@ def average(
     n = wp.max(color[v, u][3], 1.0)
     radiance = xyz(color[v, u]) / n
     mean_color[y, x] = wp.vec4(radiance[0], radiance[1], radiance[2], 1.0)
-    mean_albedo[y, x] = wp.min(albedo[v, u] / n, wp.vec3(1.0))
+    # What hits nothing is white for the networks.
+    mean_albedo[y, x] = wp.min((albedo[v, u] + wp.vec3(background[v, u][3])) / n, wp.vec3(1.0))
     mean_normal[y, x] = xyz(normal_depth[v, u]) / n
 
 
