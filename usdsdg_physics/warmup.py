@@ -67,8 +67,12 @@ def load_kernels(pipeline: newton.CollisionPipeline, *, progress: Progress | Non
     tasks.insert(1, lambda: pipeline.collide(pipeline.model.state(), pipeline.contacts()))
     if progress:
         progress(LABEL, 0, len(tasks))
-    with ThreadPoolExecutor(max_workers=2) as pool:
+    pool = ThreadPoolExecutor(max_workers=2, thread_name_prefix="usdsdg-compile")
+    try:
         for done, task in enumerate(as_completed([pool.submit(task) for task in tasks]), start=1):
             task.result()
             if progress:
                 progress(LABEL, done, len(tasks))
+    finally:
+        # Nobody waits for a compiler after Ctrl-C.
+        pool.shutdown(wait=False, cancel_futures=True)

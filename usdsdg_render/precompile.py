@@ -37,11 +37,15 @@ def precompile(device: str = "cpu", progress: Progress | None = None) -> None:
     label = "render kernels (compiled on first use)"
     report = progress or (lambda *_: None)
     report(label, 0, len(loads))
-    with ThreadPoolExecutor(min(MOST_THREADS, available_threads())) as pool:
+    pool = ThreadPoolExecutor(min(MOST_THREADS, available_threads()), thread_name_prefix="usdsdg-compile")
+    try:
         running = [pool.submit(module.load, *where) for module, *where in loads]
         for done, load in enumerate(as_completed(running)):
             load.result()
             report(label, done + 1, len(loads))
+    finally:
+        # Nobody waits for a compiler after Ctrl-C.
+        pool.shutdown(wait=False, cancel_futures=True)
     _ready.add(device)
 
 

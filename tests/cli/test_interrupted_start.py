@@ -1,8 +1,10 @@
-"""Ctrl-C while the program is still reading its modules: one line and exit code 130, whoever is being read."""
+"""Ctrl-C before the first frame: exit code 130, whichever module is being read or kernel compiled, and soon."""
 
+import os
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -47,3 +49,36 @@ def test_a_program_that_was_told_to_ignore_it_does():
     assert done.returncode == 0
     assert done.stdout.startswith("usdsdg ")
     assert done.stderr == ""
+
+
+SCENE = """#usda 1.0
+def Sphere "ball" ( prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsCollisionAPI"] )
+{
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("command", "label"), [("render", "render kernels"), ("simulate", "compiling physics kernels")]
+)
+def test_compilers_are_not_waited_for(command, label, tmp_path):
+    (tmp_path / "scene.usda").write_text(SCENE)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "usdsdg", command, "scene.usda", "out.usda", "--device=cpu"],
+        cwd=tmp_path, env={**os.environ, "WARP_CACHE_PATH": str(tmp_path / "kernels")},
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # fmt: skip
+    try:
+        assert process.stderr is not None
+        assert any(label in line for line in process.stderr)
+        time.sleep(0.2)  # until a compiler is at work
+        process.send_signal(signal.SIGINT)
+        asked = time.monotonic()
+        _, said = process.communicate(timeout=60)
+    finally:
+        process.kill()
+    assert process.returncode == 130, said
+    assert said.splitlines()[-1] == "files written so far are whole"
+    # A compiler takes from five seconds on.
+    assert time.monotonic() - asked < 3

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import _thread
+import atexit
 import os
 import sys
 import threading
@@ -19,6 +20,7 @@ from usdsdg.errors import UsdsdgError, UsdsdgWarning
 from usdsdg_program import INTERRUPTED, let_commands_be_interrupted
 
 REPEAT_SECONDS = 0.02
+COMPILERS = "usdsdg-compile"  # how the names of both engines' compiling threads begin
 
 AssetsRoot = Annotated[
     Path | None,
@@ -88,7 +90,17 @@ def _end_interrupted() -> NoReturn:
         # Files appear whole or not at all, so that nothing has to be waited for.
         sys.stderr.flush()
         os._exit(INTERRUPTED)
+    if any(thread.name.startswith(COMPILERS) for thread in threading.enumerate()):
+        _leave_compilers()
     raise typer.Exit(INTERRUPTED) from None
+
+
+def _leave_compilers() -> NoReturn:
+    """End the program without waiting for threads that compile kernels, which nothing can interrupt."""
+    atexit._run_exitfuncs()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(INTERRUPTED)
 
 
 def seed_everything(seed: int) -> None:
