@@ -58,7 +58,6 @@ class DeviceScene:
         self.has_glass = False
         self._lights = LightTables(device)
         self._sky = SkyMemory(device)
-        self._light = 0.0
         self.placement = Placement(device)
         self.supports = Supports()
 
@@ -75,11 +74,12 @@ class DeviceScene:
             self._upload_instances(scene)
         if changed & {"prototypes", "instances", "transforms", "materials"}:
             self.place(scene, scene.instances.local_to_world)
-        glowing = bool((scene.materials["emission"] > 0).any()) or self.tables.emitter_count > 0
-        if changed & {"lights", "dome"} or (glowing and changed):
-            self._upload_lights(scene, dome="dome" in changed)
-        if changed & {"lights", "dome", "materials"}:
-            self.lit = self._light > 0 or bool((scene.materials["emission"] > 0).any())
+        glows = bool((scene.materials["emission"] > 0).any())
+        if "lights" in changed or ((glows or self.tables.emitter_count > 0) and changed):
+            self._lights.upload(scene, self.tables)
+        if "dome" in changed:
+            self.tables.dome = self._sky.upload(scene.dome)
+        self.lit = glows or self._lights.total + self.tables.dome.strength > 0
         self._versions = dict(scene.versions)
 
     def _array(self, values: np.ndarray, dtype: Any) -> wp.array:
@@ -151,12 +151,6 @@ class DeviceScene:
     def place(self, scene: Scene, local_to_world: np.ndarray) -> None:
         """Put the instances somewhere, (N, 4, 4) as in `Instances`: where the scene has them, or between."""
         self.placement.place(self.tables.tree, local_to_world, scene.instances.paths)
-
-    def _upload_lights(self, scene: Scene, *, dome: bool) -> None:
-        self._lights.upload(scene, self.tables)
-        if dome:
-            self.tables.dome = self._sky.upload(scene.dome)
-        self._light = self._lights.total + self.tables.dome.strength
 
 
 def fill_texture(row: Any, texture: Texture) -> None:

