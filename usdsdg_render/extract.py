@@ -14,19 +14,17 @@ from pxr import Sdf, Usd
 
 from usdsdg import errors
 from usdsdg.stage.changes import Changes, ChangeTracker
-from usdsdg.stage.transforms import meters_per_unit
 
 from .animation import Animation
 from .corner_colors import ColorPictures
-from .domes import DomeBuilder, DomeLight, read_dome
 from .gprims import Gprim, Gprims, display_colour, warn_of_mean, warn_of_no_coordinates
-from .light_reader import LightReader
+from .illumination import Illumination
 from .material_slots import MaterialSlots
 from .materials import MaterialLibrary, MaterialTable, bound_materials, stand_in
 from .mesh_lights import glowing, is_light
 from .moment import reading_at
 from .plan import Plan, Planner
-from .prim_kinds import DOME, LIGHT, MESH, SHAPE, is_below, matrix_product
+from .prim_kinds import MESH, SHAPE, is_below, matrix_product
 from .prototypes import PrototypeCache
 from .scene import Instances, Scene
 from .shading import Material
@@ -62,12 +60,7 @@ class SceneExtractor:
         self._point_matrices = np.zeros((0, 4, 4))  # of those, to the instancer
         self._has_surface = np.zeros(0, bool)
         self._drawn = np.zeros(0, np.int64)  # placements that became instances
-        self._lights = LightReader()
-        self._dome_builder = DomeBuilder()
-        self._domes: list[DomeLight] = []
-        self._light_paths: list[Sdf.Path] = []
-        self._light_matrices = b""
-        self._linked_instances: tuple[str, ...] | None = None  # by which light links were read
+        self._illumination = Illumination(stage, self.scene)
 
     @property
     def time(self) -> Usd.TimeCode:
@@ -122,7 +115,7 @@ class SceneExtractor:
         self._gprims.forget(plan)
         if looks:
             self._gprims.forget_looks(looks)
-        self._lights.forget(plan.lights)
+        self._illumination.forget(plan.lights)
         if plan.everything:
             self._tree = Tree(self._stage, self._time)
         if plan.regrown and not plan.everything:
@@ -141,7 +134,7 @@ class SceneExtractor:
         if drawn or moved:
             self._place(anew=drawn)
         if plan.regrown or plan.lights or moved:
-            self._read_lights(always=bool(plan.lights))
+            self._illumination.read(self._tree, always=bool(plan.lights))
 
     # What is drawn
 
@@ -309,30 +302,6 @@ class SceneExtractor:
         if old.paths != new.paths or any(not np.array_equal(getattr(old, c), getattr(new, c)) for c in columns):
             self.scene.instances = new
             self.scene.touch("instances")
-
-    # Lights
-
-    def _read_lights(self, *, always: bool) -> None:
-        tree = self._tree
-        nodes = tree.of_kind(LIGHT, DOME)
-        matrices = tree.world[nodes].tobytes()
-        instances = self.scene.instances.paths
-        same_links = self._linked_instances is None or self._linked_instances is instances
-        paths = [tree.paths[node] for node in nodes]
-        if not always and same_links and paths == self._light_paths and matrices == self._light_matrices:
-            return
-        self._light_paths, self._light_matrices = paths, matrices
-        lights = [node for node in nodes if tree.kinds[node] == LIGHT]
-        units = meters_per_unit(self._stage)
-        read = self._lights.read([tree.prims[k] for k in lights], tree.world[lights], units, instances)
-        read.write(self.scene)
-        self._linked_instances = instances if read.linked else None
-        domes = [read_dome(tree.prims[node], tree.world[node]) for node in nodes if tree.kinds[node] == DOME]
-        present = [dome for dome in domes if dome is not None]
-        if present != self._domes:
-            self._domes = present
-            self.scene.dome = self._dome_builder.build(present)
-            self.scene.touch("dome")
 
 
 def _uv_name(gprim: Gprim) -> str:
