@@ -315,9 +315,12 @@ def invertible(matrices: np.ndarray) -> np.ndarray:
     """(N,) which (N, 4, 4) matrices are finite and have an inverse, in 32-bit numbers too."""
     linear = matrices[:, :3, :3]
     with np.errstate(invalid="ignore", over="ignore"):
-        volume = np.abs(np.linalg.det(linear))
+        a, b, c = linear.transpose(1, 2, 0)
+        volume = np.abs(
+            a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+        )
         product = np.sqrt(np.einsum("nij,nij->ni", linear, linear)).prod(axis=1)
-        within = np.abs(matrices).max(axis=(1, 2), initial=0.0) < 1e17  # not of NaN
+        within = (np.abs(matrices) < 1e17).all(axis=(1, 2))  # not of NaN
         return within & (product > 1e-30) & (volume > 1e-9 * product)
 
 
