@@ -40,6 +40,7 @@ def camera_records(views: Sequence[CameraView], device: str) -> np.ndarray:
         AssetError: a texture that says what a lens is like is missing or unreadable.
     """
     rows = records(Camera, len(views))
+    rows["sky_share"] = 1.0
     matrices = np.array([view.local_to_world for view in views]).reshape(-1, 4, 4)
     rows["origin"] = matrices[:, 3, :3]
     # Rows of the row-vector matrix are the camera's axes; the kernel wants them as columns.
@@ -60,11 +61,6 @@ def camera_records(views: Sequence[CameraView], device: str) -> np.ndarray:
     return rows
 
 
-def camera_record(view: CameraView, device: str) -> Camera:
-    """As `camera_records`, of one view."""
-    return Camera.from_ptr(camera_records([view], device).ctypes.data)
-
-
 def camera_array(views: Sequence[CameraView], device: str) -> wp.array:
     """As `camera_records`, on a device."""
     return uploaded(camera_records(views, device), Camera, device)
@@ -72,9 +68,14 @@ def camera_array(views: Sequence[CameraView], device: str) -> wp.array:
 
 def views_record(views: Sequence[CameraView], device: str) -> Views:
     """Views of one size as kernels read them."""
+    return views_of(camera_records(views, device), device)
+
+
+def views_of(rows: np.ndarray, device: str) -> Views:
+    """As `views_record`, of `camera_records`."""
     record = Views()
-    record.cameras = camera_array(views, device)
-    record.width, record.height = views[0].width, views[0].height
+    record.cameras = uploaded(rows, Camera, device)
+    record.width, record.height = (int(rows[0][name]) for name in ("width", "height"))
     record.bands = -(-record.height // BAND)
     return record
 

@@ -55,6 +55,7 @@ class DeviceScene:
         self._textures: dict[int, tuple[Texture, wp.array]] = {}
         self._tile_tables: list[wp.array] = []
         self.lit = False  # whether anything shines
+        self.lit_from_near_and_far = False
         self.has_glass = False
         self._lights = LightTables(device)
         self._sky = SkyMemory(device)
@@ -79,7 +80,9 @@ class DeviceScene:
             self._lights.upload(scene, self.tables)
         if "dome" in changed:
             self.tables.dome = self._sky.upload(scene.dome)
-        self.lit = glows or self._lights.total + self.tables.dome.strength > 0
+        far = self._lights.distant + self.tables.dome.strength
+        self.lit = glows or self._lights.near + far > 0
+        self.lit_from_near_and_far = self._lights.near > 0 and far > 0
         self._versions = dict(scene.versions)
 
     def _array(self, values: np.ndarray, dtype: Any) -> wp.array:

@@ -20,7 +20,7 @@ class LightTables:
 
     def __init__(self, device: str) -> None:
         self.device = device
-        self.total = 0.0  # sum of the strengths of all lights
+        self.near = self.distant = 0.0  # sums of the strengths of lights
         self._patterns: dict[int, tuple[LightPattern, wp.array, list[wp.array]]] = {}
         self._rules: list[wp.array] = []
         self._shares: list[wp.array] = []
@@ -47,7 +47,8 @@ class LightTables:
         tables.emitter_count = len(emitters)
         tables.lights = self._array(table, types.Light)
         tables.light_count = len(table)
-        self.total = float(table["strength"].sum())
+        distant = table["kind"] == LIGHT_DISTANT
+        self.near, self.distant = (float(table["strength"][some].sum()) for some in (~distant, distant))
 
     def _write_emitters(self, emitters: list[Emitter], rows: np.ndarray) -> None:
         self._shares = [self._array(each.shares, wp.float32) for each in emitters]

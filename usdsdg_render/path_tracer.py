@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from usdsdg.errors import RenderError, warn_once
 from usdsdg_render import batches
-from usdsdg_render.camera import camera_record, views_record
+from usdsdg_render.camera import camera_records, views_of
 from usdsdg_render.device import DeviceScene
 from usdsdg_render.film import Film
 from usdsdg_render.kernels.path import add_samples
 from usdsdg_render.kernels.path_state import PathOptions
+from usdsdg_render.kernels.types import Camera
 from usdsdg_render.parallel import launch_rows
 from usdsdg_render.settings import PathSettings
+from usdsdg_render.sky_share import sky_shares
 from usdsdg_render.waves import Waves
 
 if TYPE_CHECKING:
@@ -53,33 +57,27 @@ class PathTracer:
             options = path_options(settings, films[places[0]])
             if not self._scene.has_glass:
                 options.glass_bounces = 0
-            some = [films[k] for k in places], [views[k] for k in places]
+            cameras = camera_records([views[k] for k in places], self._scene.device)
+            cameras["sky_share"] = sky_shares(self._scene, cameras, threads=threads)
+            some = [films[k] for k in places]
             if self._scene.device == "cpu":
-                self._draw_rows(*some, options, samples, threads)
+                self._draw_rows(some, cameras, options, samples, threads)
             else:
-                self._draw_waves(*some, options, samples)
+                self._draw_waves(some, cameras, options, samples)
         for film in films:
             film.samples += samples
 
-    def _draw_waves(
-        self, films: Sequence[Film], views: Sequence[CameraView], options: PathOptions, samples: int
-    ) -> None:
-        pictures = views_record(views, self._scene.device)
+    def _draw_waves(self, films: Sequence[Film], cameras: np.ndarray, options: PathOptions, samples: int) -> None:
+        pictures = views_of(cameras, self._scene.device)
         self._waves.add_samples(self._scene.tables, options, pictures, [film.arrays for film in films], samples)
 
     def _draw_rows(
-        self,
-        films: Sequence[Film],
-        views: Sequence[CameraView],
-        options: PathOptions,
-        samples: int,
-        threads: int | None,
+        self, films: Sequence[Film], cameras: np.ndarray, options: PathOptions, samples: int, threads: int | None
     ) -> None:
-        device = self._scene.device
         options.samples = samples
-        for film, view in zip(films, views, strict=True):
-            inputs = [self._scene.tables, options, camera_record(view, device)]
-            launch_rows(add_samples, (film.height, film.width), inputs, [film.arrays], device=device, threads=threads)
+        for k, film in enumerate(films):
+            inputs = [self._scene.tables, options, Camera.from_ptr(cameras[k:].ctypes.data)]
+            launch_rows(add_samples, (film.height, film.width), inputs, [film.arrays], device="cpu", threads=threads)
 
 
 def path_options(settings: PathSettings, film: Film) -> PathOptions:

@@ -153,10 +153,13 @@ def sample_sky(dome: Dome, r: wp.vec2, fine: bool):
 
 
 @wp.func
-def weight_at(light: Light, point: wp.vec3, normal: wp.vec3):
-    """About the irradiance that a light gives to a point; zero only where it gives none."""
+def weight_at(light: Light, point: wp.vec3, normal: wp.vec3, sky_share: float):
+    """About the irradiance that a light gives to a point; zero only where it gives none.
+
+    Of what comes from beyond the scene, `sky_share` passes what stands around.
+    """
     if light.kind == DISTANT:
-        return light.strength * wp.clamp(wp.dot(normal, light.z_axis) + light.extent, 0.0, 1.0)
+        return sky_share * light.strength * wp.clamp(wp.dot(normal, light.z_axis) + light.extent, 0.0, 1.0)
     to_light = light.position - point
     e2 = light.extent * light.extent
     d2 = wp.dot(to_light, to_light)
@@ -175,7 +178,7 @@ def weight_at(light: Light, point: wp.vec3, normal: wp.vec3):
 
 
 @wp.func
-def choose_light(tables: SceneTables, point: wp.vec3, normal: wp.vec3, number: float):
+def choose_light(tables: SceneTables, point: wp.vec3, normal: wp.vec3, number: float, sky_share: float):
     """One light for a point, by its share of the weights of all.
 
     The number decides, and what it has left (`number` of the result) is uniform again: points that are well spread
@@ -183,20 +186,21 @@ def choose_light(tables: SceneTables, point: wp.vec3, normal: wp.vec3, number: f
     """
     chosen = LightChoice()
     chosen.index = -1
-    total = tables.dome.strength
+    sky = tables.dome.strength * sky_share
+    total = sky
     for k in range(tables.light_count):
-        total += weight_at(tables.lights[k], point, normal)
+        total += weight_at(tables.lights[k], point, normal, sky_share)
     if total <= 0.0:
         return chosen
     chosen.total = total
     at = number * total
-    weight = tables.dome.strength
+    weight = sky
     if at < weight:
         chosen.index = tables.light_count
     else:
         at -= weight
         for k in range(tables.light_count):
-            w = weight_at(tables.lights[k], point, normal)
+            w = weight_at(tables.lights[k], point, normal, sky_share)
             if w > 0.0:
                 chosen.index = k
                 weight = w

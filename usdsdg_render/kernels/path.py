@@ -26,7 +26,7 @@ def trace_path(
     lens = wp.vec2(0.0)
     if camera.lens_radius > 0.0:
         lens = sample_pair(seed, index, PAIR_LENS)
-    path = begin_path(camera_ray(camera, column, row, lens))
+    path = begin_path(camera_ray(camera, column, row, lens), camera.sky_share)
     if path.alive == 0:
         return sums
     parts = Parts()

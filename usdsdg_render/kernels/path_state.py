@@ -45,6 +45,7 @@ class Path:
     instance: wp.int32
     normal: wp.vec3
     all_lights: wp.float32
+    sky_share: wp.float32  # that of the camera
     fine_sky: wp.int32
     least_alpha: wp.float32
     refracting: wp.int32  # 1 = nothing rough was met yet, so glass bends the path; else it goes straight through
@@ -92,7 +93,7 @@ class Connection:
 
 
 @wp.func
-def begin_path(ray: Ray):
+def begin_path(ray: Ray, sky_share: float):
     """The path of a camera ray; dead where the lens lets no light in."""
     path = Path()
     path.origin = ray.origin
@@ -101,6 +102,7 @@ def begin_path(ray: Ray):
     path.tmax = ray.tmax
     path.throughput = wp.vec3(1.0)
     path.pdf = -1.0
+    path.sky_share = sky_share
     path.instance = -1
     path.refracting = 1
     if ray.tmin <= ray.tmax:

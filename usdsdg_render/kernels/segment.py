@@ -124,7 +124,7 @@ def arrive(tables: SceneTables, options: PathOptions, path: Path, parts: Parts, 
                     stopped = True
                 else:
                     dim = light.diffuse * (1.0 - path.glossy) + light.specular * path.glossy
-                    chance = weight_at(light, path.origin, path.normal) / path.all_lights
+                    chance = weight_at(light, path.origin, path.normal, path.sky_share) / path.all_lights
                     weight = mis(path.pdf, on_light.pdf * chance) * dim
                     found = limited(wp.cw_mul(path.throughput, on_light.radiance) * weight, most)
                     a = with_light(a, found, bounce)
@@ -141,7 +141,7 @@ def arrive(tables: SceneTables, options: PathOptions, path: Path, parts: Parts, 
                 a.path.radiance = sky_picture(dome, uv)
             else:
                 cell = sky_cell(dome, uv)
-                weight = mis(path.pdf, cell_density(dome, cell) * (dome.strength / path.all_lights))
+                weight = mis(path.pdf, cell_density(dome, cell) * (dome.strength * path.sky_share / path.all_lights))
                 weight *= dome.diffuse * (1.0 - path.glossy) + dome.specular * path.glossy
                 sky = wp.vec3(0.0)
                 if path.fine_sky != 0:
@@ -210,7 +210,7 @@ def depart(
     share = float(1.0)
     if sampled:
         light = tables.lights[tables.instance_light[hit.instance]]
-        chance = weight_at(light, path.origin, path.normal) / path.all_lights
+        chance = weight_at(light, path.origin, path.normal, path.sky_share) / path.all_lights
         share = mis(path.pdf, emitter_density(light, material, surface.geometric, path.direction, hit.t) * chance)
     emitted = limited(wp.cw_mul(path.throughput, surface.emission) * share, most)
     d.path.radiance += emitted
@@ -242,7 +242,7 @@ def depart(
     d.path.origin = surface.position + surface.lift + surface.geometric * surface.gap
     d.path.normal = bsdf.normal
     d.path.fine_sky = wp.where(sharpest < FINE_SKY_ALPHA, 1, 0)
-    chosen = choose_light(tables, d.path.origin, bsdf.normal, numbers[0])
+    chosen = choose_light(tables, d.path.origin, bsdf.normal, numbers[0], path.sky_share)
     d.path.all_lights = wp.max(chosen.total, 1.0e-30)
     at = wp.vec2(chosen.number, numbers[1])
     to_light = sample_light(tables, chosen.index, d.path.origin, at, sharpest < FINE_SKY_ALPHA)

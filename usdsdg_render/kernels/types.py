@@ -224,6 +224,7 @@ class Camera:
     orthographic: wp.int32  # 1 = parallel rays; fx, fy are then pixels per stage unit
     lens_radius: wp.float32  # 0 = all is sharp
     focus_distance: wp.float32
+    sky_share: wp.float32  # about how much of the light of sky and distant lights comes to what it sees, above 0
     lens_kind: wp.int32  # NONE for pinhole and orthographic cameras, else that of `lens`
     lens: Lens
 

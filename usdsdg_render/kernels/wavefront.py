@@ -106,7 +106,7 @@ def begin(options: PathOptions, views: Views, wave: Wave):
     if camera.lens_radius > 0.0:
         lens = sample_pair(place.seed, place.index, PAIR_LENS)
     ray = camera_ray(camera, float(place.x) + jitter[0], float(place.y) + jitter[1], lens)
-    path = begin_path(ray)
+    path = begin_path(ray, camera.sky_share)
     if wave.parts.shape[0] > 0:
         wave.parts[number] = Parts()
     if wave.features.shape[0] > 0:

@@ -1,0 +1,60 @@
+"""How much of the light from beyond the scene, of its sky and distant lights, comes to what a camera sees."""
+
+import warp as wp
+
+from usdsdg_render.kernels.camera import camera_ray
+from usdsdg_render.kernels.label_module import LABELS
+from usdsdg_render.kernels.light_sampling import sample_sky
+from usdsdg_render.kernels.light_shapes import DISTANT
+from usdsdg_render.kernels.sampler import pixel_seed, sample_pair
+from usdsdg_render.kernels.surface import facing, surface_at
+from usdsdg_render.kernels.types import Camera, SceneTables
+from usdsdg_render.kernels.visibility import BY_THRESHOLD, FAR_AWAY, closest, transmitted
+
+# Points on each side of a grid over the picture, and directions to the sky from each.
+POINTS = wp.constant(16)
+SKY_RAYS = wp.constant(4)
+
+
+@wp.kernel(enable_backward=False, module=LABELS)
+def ask_sky(
+    tables: SceneTables,
+    cameras: wp.array(dtype=Camera),
+    first_view: int,
+    # out, (views, POINTS, POINTS): irradiance that would come if nothing were in the way, and that does
+    light: wp.array3d(dtype=wp.vec2),
+):
+    v, i, j = wp.tid()
+    v += first_view
+    light[v, i, j] = wp.vec2(0.0)
+    camera = cameras[v]
+    column = (float(j) + 0.5) / float(POINTS) * float(camera.width)
+    row = (float(i) + 0.5) / float(POINTS) * float(camera.height)
+    ray = camera_ray(camera, column, row, wp.vec2(0.0))
+    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, BY_THRESHOLD, 0.5)
+    if hit.instance < 0:
+        return
+    surface = surface_at(tables, hit, ray.direction)
+    normal = facing(surface.normal, surface.horizon, -ray.direction)
+    origin = surface.position + surface.lift + surface.geometric * surface.gap
+    seed = pixel_seed(wp.uint32(0), wp.uint32(0), j, i)
+    offered = float(0.0)
+    arrived = float(0.0)
+    sky_rays = int(0)
+    if tables.dome.strength > 0.0:
+        sky_rays = SKY_RAYS
+    for k in range(sky_rays + tables.light_count):
+        direction = wp.vec3(0.0)
+        strength = float(0.0)
+        if k < sky_rays:
+            direction = sample_sky(tables.dome, sample_pair(seed, wp.uint32(k), 0), False).direction
+            # A surface that faces away from a quarter of an even sky gets what `strength` says.
+            strength = tables.dome.strength * 4.0 / float(SKY_RAYS)
+        elif tables.lights[k - sky_rays].kind == DISTANT:
+            direction = tables.lights[k - sky_rays].z_axis
+            strength = tables.lights[k - sky_rays].strength
+        strength *= wp.dot(normal, direction)
+        if strength > 0.0 and wp.dot(surface.horizon, direction) > 0.0:
+            offered += strength
+            arrived += strength * transmitted(tables, origin, direction, FAR_AWAY)
+    light[v, i, j] = wp.vec2(offered, arrived)
