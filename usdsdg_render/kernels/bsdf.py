@@ -87,10 +87,9 @@ def grazing(f0: float):
 
 
 @wp.func
-def reflected_share(f0: wp.vec3, f90: wp.vec3, terms: wp.vec2):
-    """Directional albedo of the GGX lobe, with multiple scattering."""
+def reflected_share(f0: wp.vec3, f90: wp.vec3, terms: wp.vec2, leaves: float):
+    """Directional albedo of the GGX lobe; of light that facets hand on, the share `leaves` leaves at each."""
     once = terms[0] + terms[1]
-    leaves = wp.pow(once, LEAVING)
     f = wp.min(f0, wp.vec3(1.0))
     later = wp.cw_div(f * leaves, wp.vec3(1.0) - f * (1.0 - leaves))
     return wp.cw_mul(f0 * terms[0] + f90 * terms[1], wp.vec3(1.0) + later * (1.0 / once - 1.0))
@@ -158,10 +157,12 @@ def bsdf_at(
     metal_edge = surface.base + (white - surface.base) * material.metal_edge
     b.f90 = edge * (1.0 - metallic) + metal_edge * metallic
     terms = albedo_terms(table, b.cos_o, b.alpha)
+    leaves = wp.pow(terms[0] + terms[1], LEAVING)
     # Half a metal reflects half of what a metal does and half of what a dielectric does, and only under the dielectric
     # half is there something that its reflection is missing from.
-    dielectric = reflected_share(surface.specular, edge, terms)
-    reflected = dielectric * (1.0 - metallic) + reflected_share(surface.base, metal_edge, terms) * metallic
+    dielectric = reflected_share(surface.specular, edge, terms, leaves)
+    metal = reflected_share(surface.base, metal_edge, terms, leaves)
+    reflected = dielectric * (1.0 - metallic) + metal * metallic
     tiny = wp.vec3(1.0e-12)
     b.specular_scale = wp.cw_div(reflected + tiny, b.f0 * terms[0] + b.f90 * terms[1] + tiny)
     b.diffuse = wp.cw_mul(surface.base, wp.vec3(1.0) - dielectric) * ((1.0 - metallic) * opaque)
