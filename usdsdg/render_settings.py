@@ -60,7 +60,7 @@ def render_mode(rt_subframes: int) -> RenderMode:
 
 
 def _denoiser(best: str) -> str:
-    """What filters pictures, by `/usdsdg/denoiser`; "auto" is `best` where that is installed."""
+    """What filters pictures, by `/usdsdg/denoiser`; "auto" is `best` where that is installed and can run."""
     from usdsdg_render import oidn
 
     name = get_settings().get_as_string("/usdsdg/denoiser") or "auto"
@@ -69,14 +69,17 @@ def _denoiser(best: str) -> str:
         name = "auto"
     if name != "auto":
         return name
-    if best == "oidn" and not oidn.is_installed():
-        warn_once(
-            "path-traced pictures are cleaned by the filter of the fast mode, which leaves the noise of depth of field "
-            "and motion blur. pip install 'usdsdg[denoise]' cleans them with Open Image Denoise; with the setting "
-            "/usdsdg/denoiser at 'wavelet' this filter stays and this line goes."
-        )
-        return "wavelet"
-    return best
+    if best != "oidn" or (oidn.is_installed() and not oidn.lacks_sve()):
+        return best
+    if oidn.lacks_sve():
+        better = "Open Image Denoise, which cleans them, needs a processor with SVE on aarch64"
+    else:
+        better = "pip install 'usdsdg[denoise]' cleans them with Open Image Denoise"
+    warn_once(
+        "path-traced pictures are cleaned by the filter of the fast mode, which leaves the noise of depth of field and "
+        f"motion blur. {better}; with the setting /usdsdg/denoiser at 'wavelet' this filter stays and this line goes."
+    )
+    return "wavelet"
 
 
 def _noisy_share() -> float:

@@ -7,7 +7,10 @@ motion blur make them as noisy as the light.
 from __future__ import annotations
 
 import atexit
+import ctypes
 import importlib.util
+import platform
+import sys
 import threading
 from functools import lru_cache
 from typing import Any
@@ -25,6 +28,8 @@ MIDDLE_GREY = 0.18
 MARGIN = 8
 # Below this a block of pixels is black and says nothing of how bright a picture is [nits].
 BLACK = 1.0e-8
+# Where Linux on aarch64 tells what the processor has: the key of the list of features, and the bit of SVE in it.
+_HWCAP, _SVE = 16, 1 << 22
 
 # The networks of `_filters` belong to one picture at a time.
 _busy = threading.Lock()
@@ -33,6 +38,16 @@ _busy = threading.Lock()
 def is_installed() -> bool:
     """Whether the extra is there."""
     return importlib.util.find_spec("mitsuba_oidn") is not None
+
+
+@lru_cache(maxsize=1)
+def lacks_sve() -> bool:
+    """Whether the library would end this process: its build for Linux on aarch64 takes SVE for granted (0.1.2)."""
+    if sys.platform != "linux" or platform.machine() != "aarch64":
+        return False
+    value_of = ctypes.CDLL(None).getauxval
+    value_of.argtypes, value_of.restype = [ctypes.c_ulong], ctypes.c_ulong
+    return not value_of(_HWCAP) & _SVE
 
 
 def denoise(film: FilmArrays, device: str, *, threads: int | None = None) -> wp.array:
@@ -45,7 +60,7 @@ def denoise(film: FilmArrays, device: str, *, threads: int | None = None) -> wp.
         (height, width) vec4: radiance [nits], and 1 as the number of samples.
 
     Raises:
-        RenderError: the extra is not installed.
+        RenderError: the extra is not installed, or does not run here.
     """
     place = _place(device)
     height, width = film.color.shape
@@ -69,8 +84,13 @@ def library() -> Any:
     """The binding of Open Image Denoise, loaded.
 
     Raises:
-        RenderError: the extra is not installed, or a library of the system that it needs is not.
+        RenderError: the extra is not installed, or the system lacks a library or the processor SVE.
     """
+    if lacks_sve():
+        raise RenderError(
+            "Open Image Denoise's build for aarch64 needs a processor with SVE, which this one is not: set the "
+            "denoiser (/usdsdg/denoiser) to 'wavelet'."
+        )
     try:
         import mitsuba_oidn
     except ImportError as error:

@@ -16,7 +16,9 @@ BLEND = "/rtx/pathtracing/optixDenoiser/blendFactor"
 DENOISER = "/usdsdg/denoiser"
 LABELS = ("distance_to_camera", "normals", "DiffuseAlbedo", "DirectDiffuse")
 
-needs_library = pytest.mark.skipif(not oidn.is_installed(), reason="Open Image Denoise is an extra")
+needs_library = pytest.mark.skipif(
+    not oidn.is_installed() or oidn.lacks_sve(), reason="Open Image Denoise is an extra, for SVE on aarch64"
+)
 
 
 @pytest.fixture
@@ -84,6 +86,7 @@ def test_the_fast_mode_takes_it_where_it_is_named(captured):
 
 def test_a_script_that_asks_for_optix_runs_without_the_extra(captured, monkeypatch):
     monkeypatch.setattr(oidn, "is_installed", lambda: False)
+    monkeypatch.setattr(oidn, "lacks_sve", lambda: False)
     with pytest.warns(UsdsdgWarning, match=r"pip install 'usdsdg\[denoise\]'") as told:
         fallback = captured({ENABLED: True, BLEND: 0.0})["HdrColor"]
     assert sum("usdsdg[denoise]" in str(each.message) for each in told) == 1

@@ -13,6 +13,7 @@ from usdsdg_render import oidn
 @pytest.fixture
 def settings(monkeypatch):
     fresh = Settings()
+    monkeypatch.setattr(oidn, "lacks_sve", lambda: False)
     monkeypatch.setattr("usdsdg.render_settings.get_settings", lambda: fresh)
     forget_warnings()
     return fresh
@@ -79,6 +80,14 @@ def test_a_better_denoiser_that_is_missing_is_named_once(settings, monkeypatch):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         render_mode(1)
+
+
+def test_a_processor_without_sve_gets_the_filter_that_runs_on_it(settings, has_oidn, monkeypatch):
+    monkeypatch.setattr(oidn, "lacks_sve", lambda: True)
+    settings.set("/rtx/rendermode", "PathTracing")
+    settings.set("/rtx/pathtracing/optixDenoiser/enabled", True)
+    with pytest.warns(UsdsdgWarning, match="needs a processor with SVE on aarch64"):
+        assert render_mode(1).denoiser == "wavelet"
 
 
 def test_pictures_that_are_not_denoised_need_no_denoiser(settings, monkeypatch):

@@ -17,7 +17,9 @@ from usdsdg_render.settings import ToneSettings
 HEIGHT, WIDTH = 61, 83
 OIDN = ToneSettings(denoiser="oidn")
 
-needs_library = pytest.mark.skipif(not oidn.is_installed(), reason="Open Image Denoise is an extra")
+needs_library = pytest.mark.skipif(
+    not oidn.is_installed() or oidn.lacks_sve(), reason="Open Image Denoise is an extra, for SVE on aarch64"
+)
 
 
 def stripes():
@@ -149,15 +151,39 @@ def test_the_interpreter_ends_without_a_word():
 
 
 def test_without_the_library_the_extra_is_named(monkeypatch):
+    monkeypatch.setattr(oidn, "lacks_sve", lambda: False)
     monkeypatch.setitem(sys.modules, "mitsuba_oidn", None)
     film = film_of(np.ones((4, 4, 3)))
     with pytest.raises(RenderError, match=r"pip install 'usdsdg\[denoise\]', or .* 'wavelet'"):
         develop(film, OIDN)
 
 
+def test_a_processor_that_it_would_crash_on_is_named(monkeypatch):
+    monkeypatch.setattr(oidn, "lacks_sve", lambda: True)
+    with pytest.raises(RenderError, match=r"needs a processor with SVE.* 'wavelet'"):
+        develop(film_of(np.ones((4, 4, 3))), OIDN)
+
+
+@pytest.mark.parametrize(
+    ("features", "lacks"), [(0x119FFB, True), (0xECFFFFFB, False)], ids=["Neoverse N1", "with SVE"]
+)
+def test_linux_is_asked_whether_there_is_sve(monkeypatch, features, lacks):
+    class CLibrary:
+        def __init__(self, name):
+            self.getauxval = lambda key: {16: features}[key]
+
+    monkeypatch.setattr(oidn.ctypes, "CDLL", CLibrary)
+    monkeypatch.setattr(oidn.sys, "platform", "linux")
+    monkeypatch.setattr(oidn.platform, "machine", lambda: "aarch64")
+    assert oidn.lacks_sve.__wrapped__() is lacks
+    monkeypatch.setattr(oidn.platform, "machine", lambda: "x86_64")
+    assert not oidn.lacks_sve.__wrapped__()
+
+
 def test_a_system_library_that_it_lacks_is_named(monkeypatch, tmp_path):
     """As on aarch64 without libatomic, where the binding raises no ImportError."""
     (tmp_path / "mitsuba_oidn.py").write_text("raise RuntimeError('could not load libnanothread.so')")
+    monkeypatch.setattr(oidn, "lacks_sve", lambda: False)
     monkeypatch.delitem(sys.modules, "mitsuba_oidn", raising=False)
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(RenderError, match=r"could not load libnanothread.so\).* .libatomic1 in .* or .* 'wavelet'"):
