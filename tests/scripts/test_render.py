@@ -92,3 +92,13 @@ def test_a_picture_too_large_to_be_made_is_refused(tmp_path):
     assert "error: render_product: a picture of 100000 x 100000 pixels cannot be made" in done.stderr
     assert "Traceback" not in done.stderr
     assert not list(tmp_path.glob("out/*.png"))
+
+
+def test_a_hall_that_is_lit_inside_and_seen_from_outside_is_black_and_told(tmp_path):
+    lamp = 'def SphereLight "Lamp" {\nfloat inputs:intensity = 5000\n}\n'
+    write(tmp_path, size=10.0, more=lamp)
+    said = usdsdg("render", "scene.usda", "out", *SMALL, cwd=tmp_path).stderr
+    assert np.array(Image.open(tmp_path / "out" / "rgb_0000.png"))[..., :3].max() == 0
+    assert "the picture is black: no light reaches what /" in said
+    write(tmp_path, size=10.0, more=lamp + 'def DomeLight "Sky" {\nfloat inputs:intensity = 500\n}\n')
+    assert "black" not in usdsdg("render", "scene.usda", "out", *SMALL, cwd=tmp_path).stderr

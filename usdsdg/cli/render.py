@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from pxr import Usd
 
 
+BLACK = 2  # brightest grey level of a picture that shows nothing
+
+
 def render(
     stage: Annotated[Path, typer.Argument(help="A USD file.")],
     output: Annotated[Path, typer.Argument(help="Folder for the pictures and label arrays.")],
@@ -57,8 +60,16 @@ def render(
             normals=True, semantic_segmentation=True, instance_id_segmentation=True, bounding_box_2d_tight=True,
             bounding_box_3d=True, camera_params=True,
         )  # fmt: skip
-        writer.attach(rep.create.render_product(path, (width, height)))
+        product = rep.create.render_product(path, (width, height))
+        writer.attach(product)
+        rgb = rep.AnnotatorRegistry.get_annotator("rgb").attach(product)
         rep.orchestrator.step(delta_time=0.0)
+        if rgb.get_data()[..., :3].max() <= BLACK:
+            print(
+                f"the picture is black: no light reaches what {path} sees, as in a closed hall from outside. "
+                "Author a camera where there is light and give it as --camera; labels need no light",
+                file=sys.stderr,
+            )
     print(output.absolute())
 
 
