@@ -10,7 +10,7 @@ from tests.render import scenes
 from tests.render.pictures import radiance, renderer_of
 from usdsdg.errors import RenderError
 from usdsdg_render.kernels import aov, wavefront
-from usdsdg_render.precompile import precompile
+from usdsdg_render.precompile import precompile, without_bfloat16
 from usdsdg_render.renderer import chosen_device
 from usdsdg_render.scene import Instances, Texture
 from usdsdg_render.settings import PathSettings
@@ -151,6 +151,15 @@ def test_precompiling_tells_how_far_it_is():
     precompile("cpu", lambda label, done, total: told.append((label, done, total)))
     assert [done for _, done, _ in told] == list(range(told[0][2] + 1))
     precompile("cpu", lambda *_: pytest.fail("it is ready"))
+
+
+@pytest.mark.parametrize(("flags", "kept"), [(None, "-march=native"), ("", ""), ("-O1", "-O1")])
+def test_kernels_keep_the_compiler_flags_of_the_user(flags, kept, monkeypatch):
+    monkeypatch.setattr(wp.config, "cpu_compiler_flags", flags)
+    module = wp.get_module(f"flags {flags}")
+    for _ in range(2):
+        without_bfloat16(module)
+        assert wp.get_module_options(module)["cpu_compiler_flags"] == f"{kept} -DWP_NO_BFLOAT16="
 
 
 def test_kernels_compile_for_cuda(tmp_path):
