@@ -6,7 +6,7 @@ import numpy as np
 import warp as wp
 
 from usdsdg_render.device import DeviceScene
-from usdsdg_render.kernels.sky_share import POINTS, ask_sky
+from usdsdg_render.kernels.sky_share import ASKED, POINTS, ask_sky
 from usdsdg_render.kernels.types import Camera
 from usdsdg_render.parallel import launch_rows
 from usdsdg_render.records import uploaded
@@ -28,7 +28,7 @@ def sky_shares(scene: DeviceScene, cameras: np.ndarray, *, threads: int | None) 
     """
     if not scene.lit_from_near_and_far:
         return np.ones(len(cameras), np.float32)
-    shape = (len(cameras), POINTS, POINTS)
+    shape = (len(cameras), POINTS * POINTS, ASKED)
     light = wp.empty(shape, dtype=wp.vec2, device=scene.device)
     inputs = [scene.tables, uploaded(cameras, Camera, scene.device)]
     launch_rows(ask_sky, shape, inputs, [light], device=scene.device, threads=threads, band_rows=1)
