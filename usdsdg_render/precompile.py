@@ -36,7 +36,7 @@ def precompile(device: str = "cpu", progress: Progress | None = None) -> None:
     loads = _loads(wp.get_device(device))
     for module, *_ in loads:
         without_bfloat16(module)
-    # Warp now remembers Clang's version. Threads that ask for it at once may read none, miss the cache and compile again.
+    # Warp remembers Clang's version now. Threads that ask at once may read none, miss the cache and compile again.
     wp.get_cpu_kernel_cache_key()
     label = "render kernels (compiled on first use)"
     report = progress or (lambda *_: None)
