@@ -47,9 +47,11 @@ def render(
     """
     device, (height, width) = device_scene.device, (views[0].height, views[0].width)
     shape = (len(views), height, width)
-    made = {
-        name: wp.zeros(shape, dtype=_DTYPES[AOVS[name].dtype, AOVS[name].channels], device=device) for name in names
-    }
+    made = {}
+    for name in names:
+        # The label pass writes every pixel, and its threads share the work of making fresh pages of memory.
+        make = wp.zeros if name in MATERIAL_AOVS or name == _OPENNESS else wp.empty
+        made[name] = make(shape, dtype=_DTYPES[AOVS[name].dtype, AOVS[name].channels], device=device)
     pictures = views_record(views, device)
 
     def launch(kernel: Any, band_rows: int, *inputs: Any, out: Any) -> None:

@@ -11,7 +11,7 @@ from usdsdg_render.kernels.visibility import corner_uv, triangle_of
 
 @wp.struct
 class AovArrays:
-    """Outputs, (views, height, width); an empty array is not asked for."""
+    """Outputs, (views, height, width), of which every pixel is written; an empty array is not asked for."""
 
     instance: wp.array3d(dtype=wp.int32)
     prim: wp.array3d(dtype=wp.int32)
@@ -107,6 +107,16 @@ def label_pixels(
             out.distance_to_camera[v, y, x] = wp.inf
         if out.distance_to_image_plane.shape[0] > 0:
             out.distance_to_image_plane[v, y, x] = wp.inf
+        if out.barycentrics.shape[0] > 0:
+            out.barycentrics[v, y, x] = wp.vec3(0.0)
+        if out.uv.shape[0] > 0:
+            out.uv[v, y, x] = wp.vec2(0.0)
+        if out.normals.shape[0] > 0:
+            out.normals[v, y, x] = wp.vec3(0.0)
+        if out.position.shape[0] > 0:
+            out.position[v, y, x] = wp.vec3(0.0)
+        if out.albedo.shape[0] > 0:
+            out.albedo[v, y, x] = wp.vec3(0.0)
         if out.motion_vectors.shape[0] > 0:
             out.motion_vectors[v, y, x] = motion(camera, past.cameras[v], ray.direction, ray.direction, True)
         return
