@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.render import scenes
 from usdsdg_render.device import DeviceScene
-from usdsdg_render.kernels.place import reach
+from usdsdg_render.kernels.reach import reach
 from usdsdg_render.support import support
 
 RNG = np.random.default_rng(4)

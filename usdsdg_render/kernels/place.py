@@ -2,17 +2,13 @@
 
 import warp as wp
 
+from usdsdg_render.kernels.reach import reach
 from usdsdg_render.kernels.types import Instance
-from usdsdg_render.support import CELLS
 
-_CELLS = wp.constant(CELLS)
-_HALF_CELLS = wp.constant(wp.float64(CELLS / 2))
-_ONE = wp.constant(wp.float64(1.0))
 _HALF = wp.constant(wp.float64(0.5))
 # Of a matrix as good as flat: its volume as a share of the product of its rows, and that product.
 _FLAT = wp.constant(wp.float64(1e-12))
 _NOTHING = wp.constant(wp.float64(1e-30))
-_SHORTEST = wp.constant(wp.float64(1e-300))
 # More than a ray's own rounding in single precision.
 _ROUNDING = wp.constant(wp.float64(2e-6))
 
@@ -29,31 +25,6 @@ class Places:
     lower: wp.array(dtype=wp.vec3)
     upper: wp.array(dtype=wp.vec3)
     solid: wp.array(dtype=wp.uint8)  # 1 = it has a volume in the world; 0 = its matrix is flat or not finite
-
-
-@wp.func
-def reach(supports: wp.array2d(dtype=wp.float64), prototype: int, direction: wp.vec3d):
-    """The largest p · direction of the points of a shape, or a little more."""
-    axis = int(0)
-    if wp.abs(direction[1]) > wp.abs(direction[0]):
-        axis = 1
-    if wp.abs(direction[2]) > wp.abs(direction[axis]):
-        axis = 2
-    face = 2 * axis
-    if direction[axis] < wp.float64(0.0):
-        face += 1
-    length = wp.max(wp.abs(direction[axis]), _SHORTEST)
-    first = (direction[(axis + 1) % 3] / length + _ONE) * _HALF_CELLS
-    second = (direction[(axis + 2) % 3] / length + _ONE) * _HALF_CELLS
-    i = wp.min(int(first), _CELLS - 1)
-    j = wp.min(int(second), _CELLS - 1)
-    u = first - wp.float64(i)
-    v = second - wp.float64(j)
-    node = (face * (_CELLS + 1) + i) * (_CELLS + 1) + j
-    table = supports[prototype]
-    before = table[node] * (_ONE - v) + table[node + 1] * v
-    behind = table[node + _CELLS + 1] * (_ONE - v) + table[node + _CELLS + 2] * v
-    return length * (before * (_ONE - u) + behind * u)
 
 
 @wp.func
