@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from pxr import Gf, Usd, UsdGeom
 
+from tests.stage.counted import outlines_of
 from usdsdg.annotators import EntityReader, Frame
 from usdsdg.stage import render_products
 from usdsdg.stage.cameras import CameraView, read_camera
@@ -124,7 +125,7 @@ class RayCaster:
         merged = single[first]
         for name in ("covered", "visible"):
             merged[name] = np.bitwise_or.reduceat(single[name], first) if len(keys) else merged[name]
-        return Outlines((view.height, view.width), len(groups), merged)
+        return outlines_of((view.height, view.width), len(groups), merged)
 
     def _intersect(self, index: int, origins, directions, clipping) -> tuple[np.ndarray, np.ndarray]:
         """Distances along the (unit) rays, inf for a miss, and world normals."""

@@ -10,9 +10,9 @@ import pytest
 from tests.render import scenes
 from tests.render.pictures import renderer_of
 from tests.render.rays import brute_force, world_triangles
+from tests.stage.counted import outlines_of
 from tests.stage.lens_cases import CASES
 from usdsdg.errors import RenderError
-from usdsdg.stage.outlines import Outlines
 from usdsdg_render import batches
 from usdsdg_render.scene import Instances, Texture
 
@@ -272,7 +272,7 @@ def test_many_views_at_once_are_what_each_is_alone(at_once, monkeypatch):
 def test_counts_made_with_the_strips_are_those_of_the_strips():
     scene = crowded(8, count=25)
     outlines = renderer_of(scene).outlines(scenes.view_from((3, -4, 2), size=(200, 77)), groups_of(scene))
-    counted = Outlines(outlines.shape, outlines.count, outlines.strips)
+    counted = outlines_of(outlines.shape, outlines.count, outlines.strips)
     assert (counted.coverage[:, 0] > 0).sum() > 10
     np.testing.assert_array_equal(outlines.coverage, counted.coverage)
     np.testing.assert_array_equal(outlines.visible, counted.visible)
