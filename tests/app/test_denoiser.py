@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import usdsdg as rep
+from tests.render.films import needs_library
 from usdsdg import settings
 from usdsdg.errors import UsdsdgWarning, forget_warnings
 from usdsdg.stage.context import new_stage
@@ -15,10 +16,6 @@ ENABLED = "/rtx/pathtracing/optixDenoiser/enabled"
 BLEND = "/rtx/pathtracing/optixDenoiser/blendFactor"
 DENOISER = "/usdsdg/denoiser"
 LABELS = ("distance_to_camera", "normals", "DiffuseAlbedo", "DirectDiffuse")
-
-needs_library = pytest.mark.skipif(
-    not oidn.is_installed() or oidn.lacks_sve(), reason="Open Image Denoise is an extra, for SVE on aarch64"
-)
 
 
 @pytest.fixture

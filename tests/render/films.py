@@ -1,11 +1,17 @@
 """Films made by hand, for what filters their noise."""
 
 import numpy as np
+import pytest
 import warp as wp
 
+from usdsdg_render import oidn
 from usdsdg_render.film import Film
 
 SAMPLES = 8
+
+needs_library = pytest.mark.skipif(
+    not oidn.is_installed() or oidn.lacks_sve(), reason="Open Image Denoise is an extra, for SVE on aarch64"
+)
 
 
 def film_of(light, *, albedo=None, normal=(0.0, 0.0, 1.0), depth=2.0, noise=0.3, seed=0, behind=0, sky=0.0):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from tests.render.films import film_of, rms
+from tests.render.films import film_of, needs_library, rms
 from usdsdg.errors import RenderError
 from usdsdg_render import oidn
 from usdsdg_render.denoise import denoise as wavelet
@@ -16,10 +16,6 @@ from usdsdg_render.settings import ToneSettings
 
 HEIGHT, WIDTH = 61, 83
 OIDN = ToneSettings(denoiser="oidn")
-
-needs_library = pytest.mark.skipif(
-    not oidn.is_installed() or oidn.lacks_sve(), reason="Open Image Denoise is an extra, for SVE on aarch64"
-)
 
 
 def stripes():
