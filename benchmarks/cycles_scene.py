@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.path_tracers import SURFACES, View
 from benchmarks.scene_meshes import is_flat, material_of, turned_sky
-from usdsdg_render.scene import LIGHT_DISTANT, LIGHT_SPHERE, Prototype, Scene
+from usdsdg_render.scene.scene import LIGHT_DISTANT, LIGHT_SPHERE, Prototype, Scene
 
 
 class Cycles:

@@ -19,10 +19,10 @@ from benchmarks import report
 from benchmarks.render_scene import build
 from benchmarks.render_stage import author, random_poses, write_poses
 from benchmarks.timing import Timings, alone
-from tests.stage.characters import add_character
-from usdsdg_render.extract import SceneExtractor
+from tests.stage.geometry.characters import add_character
 from usdsdg_render.renderer import WarpRenderer
-from usdsdg_render.scene import Scene
+from usdsdg_render.scene.scene import Scene
+from usdsdg_render.sync.extract import SceneExtractor
 
 
 def print_timings(name: str, timings: Timings, target: str = "") -> None:

@@ -12,8 +12,8 @@ import time
 import numpy as np
 
 from usdsdg.functional import create_batch, modify
+from usdsdg.session.stage_context import new_stage
 from usdsdg.stage.changes import ChangeTracker
-from usdsdg.stage.context import new_stage
 
 
 def milliseconds(call, repetitions: int = 50) -> np.ndarray:

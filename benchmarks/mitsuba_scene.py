@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.path_tracers import SURFACES, View
 from benchmarks.scene_meshes import WeldedMesh, material_of, placed, scale_and_rotation, turned_sky, welded
-from usdsdg_render.scene import LIGHT_DISTANT, LIGHT_SPHERE, Scene
+from usdsdg_render.scene.scene import LIGHT_DISTANT, LIGHT_SPHERE, Scene
 
 # The fast one wants a shared library of LLVM; the other one needs nothing.
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.path_tracers import SURFACES, View
-from usdsdg.stage.cameras import CameraView
+from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg_render.renderer import WarpRenderer
-from usdsdg_render.scene import Scene
+from usdsdg_render.scene.scene import Scene
 from usdsdg_render.settings import PathSettings
 
 

@@ -14,9 +14,9 @@ import numpy as np
 
 from benchmarks import peers, render_scene, report
 from benchmarks.timing import in_turns
-from usdsdg.stage.cameras import CameraView
-from usdsdg_render.aov import AOVS, MATERIAL_AOVS
+from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg_render.renderer import WarpRenderer
+from usdsdg_render.scene.aov import AOVS, MATERIAL_AOVS
 
 # Not of the pass: what reads all textures of a material, and what traces rays of its own.
 LABELS = tuple(name for name in AOVS if name not in MATERIAL_AOVS and name != "ambient_occlusion")

@@ -15,9 +15,9 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks import render_scene, report
-from usdsdg.stage.cameras import CameraView
-from usdsdg_render import oidn
-from usdsdg_render.film import Film
+from usdsdg.stage.cameras.camera_view import CameraView
+from usdsdg_render.path import oidn_denoiser
+from usdsdg_render.path.film import Film
 from usdsdg_render.renderer import WarpRenderer
 from usdsdg_render.settings import PathSettings, ToneSettings
 
@@ -66,7 +66,7 @@ def main() -> None:
     parser.add_argument("--png", help="prefix of pictures to write: every filter, then the reference")
     options = parser.parse_args()
     report.begin()
-    if not oidn.is_installed():
+    if not oidn_denoiser.is_installed():
         print("no oidn: pip install 'usdsdg[denoise]'")
         del FILTERS["oidn"]
     renderer = WarpRenderer.of_scene(render_scene.build(), device=options.device)

@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks import peers, render_scene, report
 from benchmarks.path_tracers import TracerProcess, View
 from benchmarks.timing import Timings, in_turns
-from usdsdg_render.scene import Scene
+from usdsdg_render.scene.scene import Scene
 from usdsdg_render.settings import DEFAULT_WHITE
 
 AT_LEAST = {"Mitsuba": 1.3, "Cycles": 3.0}

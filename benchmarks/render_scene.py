@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from tests.render.scenes import cube, light, material, prototype, scene_of, sphere_light, view_from
-from usdsdg.stage.cameras import CameraView
-from usdsdg_render.scene import LIGHT_DISTANT, Dome, Prototype, Scene, Texture
+from usdsdg.stage.cameras.camera_view import CameraView
+from usdsdg_render.scene.scene import LIGHT_DISTANT, Dome, Prototype, Scene, Texture
 
 REGION = np.array([5.0, 5.0, 3.0])
 MESHES, MESH_INSTANCES, SMALL = 15, 187, 150

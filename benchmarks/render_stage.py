@@ -8,7 +8,7 @@ import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt
 
 import usdsdg.stage  # first: it registers schemas  # noqa: F401
-from usdsdg_render.scene import Prototype, Scene
+from usdsdg_render.scene.scene import Prototype, Scene
 
 
 def author(scene: Scene, folder: Path) -> tuple[Usd.Stage, list[Usd.Attribute]]:

@@ -16,7 +16,7 @@ import numpy as np
 
 import usdsdg as rep
 from usdsdg.graph import evaluate
-from usdsdg.stage.context import current_stage, new_stage
+from usdsdg.session.stage_context import current_stage, new_stage
 
 
 def scene(count: int) -> list[str]:

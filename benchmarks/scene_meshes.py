@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from usdsdg_render.scene import Prototype, Scene
+from usdsdg_render.scene.scene import Prototype, Scene
 
 
 class FlatMesh(NamedTuple):

@@ -9,8 +9,8 @@ import warp as wp
 from scipy.spatial.transform import Rotation
 
 from benchmarks.scene_meshes import material_of, scale_and_rotation, welded
-from usdsdg.stage.cameras import CameraView
-from usdsdg_render.scene import Scene
+from usdsdg.stage.cameras.camera_view import CameraView
+from usdsdg_render.scene.scene import Scene
 
 
 class SensorCameras:

@@ -14,7 +14,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade, Vt
 
 from benchmarks.render_scene import build, bumpy
 from benchmarks.render_stage import author, write_asset
-from usdsdg.stage.semantics import add_labels
+from usdsdg.stage.semantics.labels import add_labels
 
 TEXTURED, FILES, POINTS = 40, 40, 100
 TEXTURE_SIZE, SKY_SIZE = 512, (512, 1024)

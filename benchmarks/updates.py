@@ -19,11 +19,11 @@ from benchmarks import report
 from benchmarks.render_stage import random_poses, write_poses
 from benchmarks.timing import Work, alone
 from benchmarks.update_stage import CAMERA, World, make_world, positions
-from tests.stage.characters import add_character
-from usdsdg.stage.cameras import read_camera
-from usdsdg.stage.semantics import add_labels, remove_labels
+from tests.stage.geometry.characters import add_character
+from usdsdg.stage.cameras.camera_view import read_camera
+from usdsdg.stage.semantics.labels import add_labels, remove_labels
+from usdsdg_render.images.textures import TexturePool, TextureUse
 from usdsdg_render.renderer import WarpRenderer
-from usdsdg_render.textures import TexturePool, TextureUse
 
 
 class Change(NamedTuple):

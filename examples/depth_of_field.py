@@ -15,8 +15,8 @@ import warp as wp
 from PIL import Image
 from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade
 
-from usdsdg.stage.cameras import read_camera
-from usdsdg.stage.transforms import look_at
+from usdsdg.stage.cameras.camera_view import read_camera
+from usdsdg.stage.poses.transforms import look_at
 from usdsdg_render.renderer import WarpRenderer
 from usdsdg_render.settings import PathSettings
 

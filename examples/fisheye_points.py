@@ -16,8 +16,8 @@ import trimesh
 from PIL import Image
 
 import usdsdg as rep
-from usdsdg.stage.cameras import read_camera
-from usdsdg.stage.context import current_stage
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.cameras.camera_view import read_camera
 
 parser = argparse.ArgumentParser()
 parser.add_argument("--out", type=Path, default="_out/fisheye_points")

@@ -17,9 +17,9 @@ import warp as wp
 from PIL import Image
 from pxr import Gf, Usd, UsdGeom
 
-from usdsdg.stage.cameras import CameraView
-from usdsdg.stage.transforms import look_at
-from usdsdg.writers.run_length import runs_of_ids
+from usdsdg.stage.cameras.camera_view import CameraView
+from usdsdg.stage.poses.transforms import look_at
+from usdsdg.writers.formats.run_length import runs_of_ids
 from usdsdg_render.renderer import WarpRenderer
 
 parser = argparse.ArgumentParser()

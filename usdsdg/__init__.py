@@ -24,11 +24,11 @@ from usdsdg import (
     writers_default,
 )  # fmt: skip
 from usdsdg.annotators import AnnotatorRegistry, NodeConnectionTemplate
+from usdsdg.app.new_layer import new_layer
 from usdsdg.backends import BackendDispatch
 from usdsdg.create import mesh_decal as create_mesh_decal
 from usdsdg.graph.sampling import get_global_seed, set_global_seed
-from usdsdg.layers import new_layer
-from usdsdg.stage.context import open_stage
+from usdsdg.session.stage_context import open_stage
 from usdsdg.writers import (
     BasicWriter,
     CocoWriter,

@@ -1,5 +1,5 @@
 """`python -m usdsdg` is the `usdsdg` program."""
 
-from usdsdg_program import main
+from usdsdg.cli.program import main
 
 main()

@@ -1,6 +1,6 @@
-"""Where bytes go (`rep.backends`): the names of `usdsdg.writers.backends` that scripts use."""
+"""Where bytes go (`rep.backends`): the names of `usdsdg.writers.backends.catalogue` that scripts use."""
 
-from usdsdg.writers.backends import (
+from usdsdg.writers.backends.catalogue import (
     BackendDispatch,
     BackendGroup,
     BackendRegistry,
@@ -11,7 +11,7 @@ from usdsdg.writers.backends import (
     register,
     unregister,
 )
-from usdsdg.writers.io_queue import io_queue
+from usdsdg.writers.backends.io_queue import io_queue
 
 __all__ = [
     "BackendDispatch",

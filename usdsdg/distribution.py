@@ -15,12 +15,12 @@ from typing import Any, Self
 
 import numpy as np
 
+from usdsdg.arguments.registry import near_misses
+from usdsdg.arguments.user_functions import enter
+from usdsdg.arguments.values import shown
 from usdsdg.errors import GraphError
 from usdsdg.graph.node import Node, ReplicatorItem, plain, script_line
 from usdsdg.graph.sampling import generator, get_global_seed, own_seed, uniforms
-from usdsdg.registry import near_misses
-from usdsdg.user_functions import enter
-from usdsdg.values import shown
 
 _GAUSS = NormalDist()
 

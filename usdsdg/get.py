@@ -11,13 +11,13 @@ from typing import Any
 
 from pxr import Usd
 
+from usdsdg.arguments.user_functions import enter
 from usdsdg.errors import BadPrim, warn_once
 from usdsdg.functional import get as find
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
-from usdsdg.stage.context import current_stage
-from usdsdg.stage.node_prims import PIPELINE
+from usdsdg.graph.node_prims import PIPELINE
+from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.paths import prim_at
-from usdsdg.user_functions import enter
 
 
 def prims(

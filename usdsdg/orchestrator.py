@@ -8,11 +8,11 @@ from collections.abc import Callable, Iterator
 from numbers import Real
 from typing import Any
 
-from usdsdg.app import get_app
+from usdsdg.app.app import get_app
+from usdsdg.app.frame_loop import Orchestrator, OrchestratorError, Status, StatusCallback, get_orchestrator
+from usdsdg.arguments.values import whole_number
 from usdsdg.errors import GraphError
-from usdsdg.frame_loop import Orchestrator, OrchestratorError, Status, StatusCallback, get_orchestrator
 from usdsdg.settings import get_settings
-from usdsdg.values import whole_number
 
 __all__ = [
     "Orchestrator", "OrchestratorError", "Status", "StatusCallback", "get_is_paused", "get_is_started",

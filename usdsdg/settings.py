@@ -163,7 +163,7 @@ def write_drawn_setting(node: Any, execution: int) -> None:
 
 def get_physx_timestep() -> float:
     """Seconds of one physics step on the current stage: its first PhysicsScene's, or 1/60."""
-    from usdsdg.stage.context import current_stage
+    from usdsdg.session.stage_context import current_stage
     from usdsdg.stage.physics_scene import steps_per_second
 
     return 1.0 / steps_per_second(current_stage())
@@ -175,7 +175,7 @@ def set_physx_timestep(timestep: float) -> None:
     Raises:
         ConfigError: (a ValueError) it is not above 0.
     """
-    from usdsdg.stage.context import current_stage
+    from usdsdg.session.stage_context import current_stage
     from usdsdg.stage.physics_scene import set_steps_per_second
 
     if not isinstance(timestep, Real) or not timestep > 0:
@@ -219,7 +219,7 @@ def set_stage_up_axis(up_axis: str) -> None:
     """
     from pxr import UsdGeom
 
-    from usdsdg.stage.context import current_stage
+    from usdsdg.session.stage_context import current_stage
 
     if str(up_axis).upper() not in ("Y", "Z"):
         raise ConfigError(f"up axis is {up_axis!r}; expected 'Y' or 'Z'")
@@ -234,7 +234,7 @@ def set_stage_meters_per_unit(meters_per_unit: float) -> None:
     """
     from pxr import UsdGeom
 
-    from usdsdg.stage.context import current_stage
+    from usdsdg.session.stage_context import current_stage
 
     if not isinstance(meters_per_unit, Real) or not meters_per_unit > 0:
         raise ConfigError(f"metres per unit is {meters_per_unit!r}; expected a number above 0")

@@ -8,14 +8,14 @@ from collections.abc import Callable
 from numbers import Real
 from typing import Any
 
+from usdsdg.arguments.user_functions import enter
+from usdsdg.arguments.values import shown, whole_number
 from usdsdg.errors import GraphError, Unsupported
 from usdsdg.functional import physics
 from usdsdg.graph.evaluate import Moment, Trigger, graph
 from usdsdg.graph.node import Node, ReplicatorItem
+from usdsdg.session.timeline import get_timeline
 from usdsdg.settings import get_settings
-from usdsdg.timeline import get_timeline
-from usdsdg.user_functions import enter
-from usdsdg.values import shown, whole_number
 
 # After so many captures without being true a condition no longer counts as something that will end a run.
 PATIENCE = 1000

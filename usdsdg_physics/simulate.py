@@ -8,7 +8,7 @@ from pxr import Usd, UsdGeom, UsdPhysics
 
 from usdsdg.errors import warn_once
 from usdsdg_physics.engine import NewtonEngine
-from usdsdg_physics.warmup import Progress
+from usdsdg_physics.precompile import Progress
 
 _KINDS = ("Cube", "Sphere", "Capsule", "Cylinder", "Cone", "Mesh")
 

@@ -9,25 +9,26 @@ import numpy as np
 import warp as wp
 
 from usdsdg.errors import RenderError
-from usdsdg_render import batches, labels
-from usdsdg_render.aov import check_names
-from usdsdg_render.coverage import Coverage
-from usdsdg_render.device import DeviceScene
-from usdsdg_render.film import Film, develop
-from usdsdg_render.history import History
-from usdsdg_render.kernels.visibility import BEHIND_GLASS, BY_THRESHOLD
-from usdsdg_render.label_batch import LabelBatch
-from usdsdg_render.motion import interpolate
-from usdsdg_render.path_tracer import PathTracer
-from usdsdg_render.precompile import precompile
-from usdsdg_render.scene import Scene
+from usdsdg_render.device import view_batches
+from usdsdg_render.device.device_scene import DeviceScene
+from usdsdg_render.device.precompile import precompile
+from usdsdg_render.kernels.scene.visibility import BEHIND_GLASS, BY_THRESHOLD
+from usdsdg_render.labels import label_pass
+from usdsdg_render.labels.coverage import Coverage
+from usdsdg_render.labels.label_batch import LabelBatch
+from usdsdg_render.labels.previous_frame import History
+from usdsdg_render.path.film import Film, develop
+from usdsdg_render.path.path_tracer import PathTracer
+from usdsdg_render.scene.aov import check_names
+from usdsdg_render.scene.scene import Scene
 from usdsdg_render.settings import PathSettings, ToneSettings
+from usdsdg_render.sync.rigid_motion import interpolate
 
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from usdsdg.stage.cameras import CameraView
-    from usdsdg.stage.outlines import Outlines
+    from usdsdg.stage.cameras.camera_view import CameraView
+    from usdsdg.stage.geometry.pixel_masks import Outlines
 
 Progress = Callable[[str, int, "int | None"], None]
 
@@ -50,7 +51,7 @@ class WarpRenderer:
     """
 
     def __init__(self, stage: Usd.Stage, *, device: str | None = None, progress: Progress | None = None) -> None:
-        from usdsdg_render.extract import SceneExtractor
+        from usdsdg_render.sync.extract import SceneExtractor
 
         self._start(device, progress)
         self._extractor: Any = SceneExtractor(stage, progress=progress)
@@ -141,7 +142,7 @@ class WarpRenderer:
     def labels_of(self, views: Sequence[CameraView], aovs: Collection[str]) -> list[dict[str, np.ndarray]]:
         """`labels` of many views, drawn together where they have one size."""
         results: list[dict[str, np.ndarray]] = [{} for _ in views]
-        for places in batches.of_labels(views):
+        for places in view_batches.of_labels(views):
             batch = self.label_batch([views[k] for k in places], aovs)
             for k, arrays in zip(places, batch.numpy(), strict=True):
                 results[k] = arrays
@@ -154,12 +155,12 @@ class WarpRenderer:
             RenderError: the views are of several sizes, or there is none.
         """
         names = check_names(aovs)
-        if len(batches.alike(views)) != 1:
+        if len(view_batches.alike(views)) != 1:
             sizes = sorted({f"{view.width}x{view.height}" for view in views})
             raise RenderError(
                 f"a batch of labels wants views of one size of one stage; these are {', '.join(sizes) or 'none'}"
             )
-        arrays = labels.render(
+        arrays = label_pass.render(
             self._on_device, self._history, self._scene, views, names, mode=self._label_mode, threads=self.threads
         )
         if "motion_vectors" in names:
@@ -171,11 +172,11 @@ class WarpRenderer:
     ) -> tuple[list[dict[str, np.ndarray]], list[Outlines]]:
         """`labels_of`, and the outlines of the same groups of gprims in each of the views."""
         results: dict[int, tuple[dict[str, np.ndarray], Outlines]] = {}
-        for places in batches.of_labels(views):
+        for places in view_batches.of_labels(views):
             some = [views[k] for k in places]
             batch = self.label_batch(some, {*aovs, "instance"})
             covered = []
-            for part in batches.of_outlines(len(some), len(self.gprims)):
+            for part in view_batches.of_outlines(len(some), len(self.gprims)):
                 piece = LabelBatch(len(part), {"instance": batch.arrays["instance"][part.start : part.stop]})
                 covered += self.coverage_batch(some[part.start : part.stop], groups, piece).outlines()
             results |= dict(zip(places, zip(batch.numpy(), covered, strict=True), strict=True))

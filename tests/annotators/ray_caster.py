@@ -7,12 +7,12 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from pxr import Gf, Usd, UsdGeom
 
-from tests.stage.counted import outlines_of
+from tests.stage.geometry.counted_masks import outlines_of
 from usdsdg.annotators import EntityReader, Frame
-from usdsdg.stage import render_products
-from usdsdg.stage.cameras import CameraView, read_camera
-from usdsdg.stage.outlines import STRIP, WORD, Outlines
-from usdsdg.stage.semantics import add_labels
+from usdsdg.stage.cameras import render_products
+from usdsdg.stage.cameras.camera_view import CameraView, read_camera
+from usdsdg.stage.geometry.pixel_masks import STRIP, WORD, Outlines
+from usdsdg.stage.semantics.labels import add_labels
 from usdsdg_render.settings import PARTS
 
 CAMERA = "/World/Camera"

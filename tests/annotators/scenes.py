@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from pxr import Gf, Usd, UsdGeom
 
 from tests.annotators.ray_caster import add_cube, add_sphere, new_stage
-from usdsdg.stage.transforms import look_at
+from usdsdg.stage.poses.transforms import look_at
 
 
 def street() -> Usd.Stage:

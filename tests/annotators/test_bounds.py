@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pxr import Gf, Usd, UsdGeom
 
-from tests.stage.characters import LENGTH, add_character
+from tests.stage.geometry.characters import LENGTH, add_character
 from usdsdg.annotators import bounds as hulls
-from usdsdg.stage.skinning import Skinning
+from usdsdg.stage.geometry.skinning import Skinning
 
 
 def read_hull(prim, time) -> Any:

@@ -4,11 +4,11 @@ import asyncio
 
 import pytest
 
-from usdsdg import engines
-from usdsdg.app import get_app
+from usdsdg.app.app import get_app
 from usdsdg.graph import evaluate
-from usdsdg.stage.context import new_stage
-from usdsdg.timeline import get_timeline
+from usdsdg.session import engines
+from usdsdg.session.stage_context import new_stage
+from usdsdg.session.timeline import get_timeline
 
 
 class StandIn:
@@ -278,7 +278,7 @@ def test_a_task_whose_next_step_was_lost_does_not_hold_up_the_end(monkeypatch):
     """A Ctrl-C can come between the end of what a task waits for and its wake-up; nothing wakes it after that."""
     import asyncio
 
-    from usdsdg import script_loop
+    from usdsdg.app import script_loop
 
     monkeypatch.setattr(script_loop, "CLEAN_UP_SECONDS", 0.05)
     loop = script_loop.ScriptLoop()

@@ -8,11 +8,11 @@ import gc
 import pytest
 
 import usdsdg as rep
-from usdsdg.app import get_app
-from usdsdg.frame_loop import Status, get_orchestrator
+from usdsdg.app.app import get_app
+from usdsdg.app.frame_loop import Status, get_orchestrator
+from usdsdg.session import stage_context
+from usdsdg.session.timeline import get_timeline
 from usdsdg.settings import get_settings
-from usdsdg.stage import context
-from usdsdg.timeline import get_timeline
 
 
 class Counting(rep.Writer):
@@ -32,7 +32,7 @@ class Counting(rep.Writer):
 
 @pytest.fixture
 def writer():
-    context.new_stage()
+    stage_context.new_stage()
     get_settings().set("/omni/replicator/captureOnPlay", True)
     camera = rep.create.camera(position=(5, 0, 0), look_at=(0, 0, 0))
     product = rep.create.render_product(camera, (16, 12))
@@ -135,10 +135,10 @@ def test_a_status_callback_lives_as_long_as_its_handle(writer):
 
 
 def test_the_physics_step_is_read_from_and_written_to_the_stage():
-    context.new_stage()
+    stage_context.new_stage()
     assert rep.settings.get_physx_timestep() == pytest.approx(1 / 60)
     rep.settings.set_physx_timestep(1 / 240)
-    scene = context.current_stage().GetPrimAtPath("/PhysicsScene")
+    scene = stage_context.current_stage().GetPrimAtPath("/PhysicsScene")
     assert scene.GetAttribute("physxScene:timeStepsPerSecond").Get() == 240
     assert rep.settings.get_physx_timestep() == pytest.approx(1 / 240)
     with pytest.raises(ValueError, match="above 0"):

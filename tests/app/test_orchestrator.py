@@ -7,9 +7,9 @@ import pytest
 from usdsdg import distribution, modify, orchestrator, trigger, utils
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.orchestrator import OrchestratorError, get_orchestrator
+from usdsdg.session.stage_context import current_stage, new_stage
+from usdsdg.session.timeline import get_timeline
 from usdsdg.settings import get_settings
-from usdsdg.stage.context import current_stage, new_stage
-from usdsdg.timeline import get_timeline
 
 
 @pytest.fixture(autouse=True)
@@ -25,7 +25,7 @@ def stage():
 
 @pytest.fixture
 def no_physics(monkeypatch):
-    from usdsdg import engines
+    from usdsdg.session import engines
 
     monkeypatch.setattr(engines, "physics", lambda: type("Still", (), {"play": lambda self: None})())
 

@@ -7,7 +7,7 @@ import textwrap
 
 HEAD = """
 import usdsdg as rep
-from usdsdg.stage.context import current_stage, new_stage
+from usdsdg.session.stage_context import current_stage, new_stage
 """
 CAMERA = """
 camera = rep.create.camera(position=(3, 0, 0), look_at=(0, 0, 0))
@@ -32,7 +32,7 @@ def test_a_new_stage_forgets_graph_products_writers_and_engines(tmp_path):
     script = """
         from usdsdg import engines
         from usdsdg.graph.evaluate import graph
-        from usdsdg.render_product import products
+        from usdsdg.create.render_product import products
         from usdsdg.writers.base import attached_writers
         old = engines.renderer()
         with rep.trigger.on_frame():
@@ -45,7 +45,7 @@ def test_a_new_stage_forgets_graph_products_writers_and_engines(tmp_path):
 
 def test_a_body_falls_while_the_timeline_plays(tmp_path):
     script = """
-        from usdsdg.stage.transforms import local_to_world
+        from usdsdg.stage.poses.transforms import local_to_world
         ball = rep.create.sphere(position=(0, 0, 5))
         with ball:
             rep.physics.rigid_body()
@@ -58,7 +58,7 @@ def test_a_body_falls_while_the_timeline_plays(tmp_path):
 
 def test_settings_of_writing_are_obeyed(tmp_path):
     script = """
-        from usdsdg.writers.io_queue import io_queue
+        from usdsdg.writers.backends.io_queue import io_queue
         rep.settings.carb_settings("/omni/replicator/backends/disk/root_dir", OUT)
         rep.settings.carb_settings("/omni/replicator/backend/queueSize", 7)
         writer = rep.writers.get("BasicWriter")

@@ -5,11 +5,11 @@ import asyncio
 import pytest
 
 import usdsdg as rep
-from usdsdg.frame_loop import Status
+from usdsdg.app.frame_loop import Status
 from usdsdg.orchestrator import OrchestratorError
+from usdsdg.session.stage_context import new_stage
+from usdsdg.session.timeline import get_timeline
 from usdsdg.settings import get_settings
-from usdsdg.stage.context import new_stage
-from usdsdg.timeline import get_timeline
 
 
 class Counting(rep.Writer):
@@ -30,7 +30,7 @@ class Counting(rep.Writer):
 @pytest.fixture
 def writer(monkeypatch):
     """Attached to a camera of a new stage whose timeline moves without physics."""
-    from usdsdg import engines
+    from usdsdg.session import engines
 
     monkeypatch.setattr(engines, "physics", lambda: type("Still", (), {"play": lambda self: None})())
     new_stage()

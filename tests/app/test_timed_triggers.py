@@ -5,14 +5,14 @@ import pytest
 from pxr import Usd, UsdGeom
 
 import usdsdg as rep
-from usdsdg.app import get_app
+from usdsdg.app.app import get_app
+from usdsdg.app.frame_loop import get_orchestrator
 from usdsdg.errors import GraphError
-from usdsdg.frame_loop import get_orchestrator
 from usdsdg.functional import create, physics
 from usdsdg.graph import evaluate
+from usdsdg.session.stage_context import current_stage, new_stage
+from usdsdg.session.timeline import DEFAULT_END_TIME, get_timeline
 from usdsdg.settings import get_settings
-from usdsdg.stage.context import current_stage, new_stage
-from usdsdg.timeline import DEFAULT_END_TIME, get_timeline
 from usdsdg.trigger import trigger_of
 
 FRAME = 1 / 60

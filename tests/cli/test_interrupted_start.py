@@ -18,7 +18,7 @@ class InterruptsAtImport:
 
 sys.meta_path.insert(0, InterruptsAtImport())
 sys.argv = ["usdsdg", *sys.argv[1:]]
-from usdsdg_program import main
+from usdsdg.cli.program import main
 main()
 """
 
@@ -32,7 +32,9 @@ def usdsdg(*arguments: str, module: str, on_interrupt=signal.SIG_DFL) -> subproc
 
 
 # C++ asks for the last two of pxr: it drops a KeyboardInterrupt in one and makes a TypeError of it in the other.
-@pytest.mark.parametrize("module", ["usdsdg", "numpy", "typer", "pxr.Sdf", "pxr.Kind", "pxr.Vt", "usdsdg.cli.simulate"])
+@pytest.mark.parametrize(
+    "module", ["usdsdg.cli.commands", "numpy", "typer", "pxr.Sdf", "pxr.Kind", "pxr.Vt", "usdsdg.cli.simulate"]
+)
 def test_reading_modules_ends_with_one_line(module):
     done = usdsdg("doctor", module=module)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")

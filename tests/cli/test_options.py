@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 import usdsdg as rep
 from tests.scripts.conftest import ROOT, usdsdg
-from usdsdg.cli import app
+from usdsdg.cli.commands import app
 
 
 def said(*arguments: str) -> str:

@@ -11,7 +11,7 @@ from pxr import UsdPhysics
 import usdsdg as rep
 from usdsdg import compat
 from usdsdg.errors import Unsupported
-from usdsdg.stage import context
+from usdsdg.session import stage_context
 
 
 @pytest.fixture
@@ -25,7 +25,7 @@ def omni(monkeypatch):
     import omni.timeline
     import omni.usd
 
-    context.new_stage()
+    stage_context.new_stage()
     yield SimpleNamespace(carb=carb, omni=omni)
     sys.meta_path[:] = before[0]
     for name in set(sys.modules) - before[1]:
@@ -92,7 +92,7 @@ def test_every_captured_frame_is_an_event(omni):
 
 
 def test_physics_steps_are_heard_until_unsubscribed(omni):
-    stage = context.current_stage()
+    stage = stage_context.current_stage()
     UsdPhysics.Scene.Define(stage, "/PhysicsScene")
     physics = omni.omni.physics.core.get_physics_simulation_interface()
     steps = []

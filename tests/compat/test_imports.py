@@ -18,10 +18,10 @@ def test_both_names_give_one_module():
             import usdsdg.compat; usdsdg.compat.install()
             import omni.replicator.core as rep, usdsdg
             import omni.replicator.core.distribution as d
-            import usdsdg.distribution, usdsdg.timeline
+            import usdsdg.distribution, usdsdg.session.timeline
             import omni.timeline
             print(rep is usdsdg, d is usdsdg.distribution,
-                  omni.timeline.get_timeline_interface() is usdsdg.timeline.get_timeline())
+                  omni.timeline.get_timeline_interface() is usdsdg.session.timeline.get_timeline())
             """
         )
         == "True True True"

@@ -1,17 +1,17 @@
 """Labels through Isaac Sim 4's helpers."""
 
 from usdsdg.compat.omni.isaac.core.utils.semantics import add_update_semantics, remove_all_semantics
-from usdsdg.stage import semantics
-from usdsdg.stage.context import new_stage
+from usdsdg.session.stage_context import new_stage
+from usdsdg.stage.semantics import labels
 
 
 def test_a_suffix_holds_a_label_of_its_own():
     prim = new_stage().DefinePrim("/World/mug", "Cube")
     add_update_semantics(prim, semantic_label="mug", type_label="class")
     add_update_semantics(prim, "vessel", suffix="_2")
-    assert semantics.get_labels(prim) == {"class": ["mug", "vessel"]}
+    assert labels.get_labels(prim) == {"class": ["mug", "vessel"]}
     assert prim.GetAttribute("semantic:Semantics_2:params:semanticData").Get() == "vessel"
     add_update_semantics(prim, "bowl", suffix="_2")
-    assert semantics.get_labels(prim) == {"class": ["mug", "bowl"]}
+    assert labels.get_labels(prim) == {"class": ["mug", "bowl"]}
     remove_all_semantics(prim)
-    assert semantics.get_labels(prim) == {}
+    assert labels.get_labels(prim) == {}

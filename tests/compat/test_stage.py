@@ -7,7 +7,7 @@ from pxr import Usd, UsdGeom
 
 from usdsdg.compat.isaacsim.core.utils import stage as stage_utils
 from usdsdg.errors import AssetNotFound
-from usdsdg.stage import context
+from usdsdg.session import stage_context
 
 
 def test_stages_are_made_opened_referenced_and_saved(tmp_path):
@@ -22,7 +22,7 @@ def test_stages_are_made_opened_referenced_and_saved(tmp_path):
     assert prim.IsA(UsdGeom.Cube)
     stage_utils.save_stage(str(tmp_path / "all.usda"))
     assert stage_utils.open_stage(str(tmp_path / "all.usda"))
-    assert stage_utils.get_current_stage() == context.current_stage()
+    assert stage_utils.get_current_stage() == stage_context.current_stage()
     assert stage_utils.get_current_stage().GetPrimAtPath("/World/part").IsA(UsdGeom.Cube)
     assert not stage_utils.is_stage_loading()
     with pytest.raises(AssetNotFound):

@@ -90,7 +90,7 @@ def names() -> dict[str, Name]:
 
 # What names say that stand in another place with us, or on an object that a function returns.
 def _objects() -> dict[str, Any]:
-    from usdsdg.stage.render_products import HydraTexture
+    from usdsdg.stage.cameras.render_products import HydraTexture
 
     return {"HydraTexture": HydraTexture("/Render/HydraTextures/rp", "/World/camera", (64, 64))}
 

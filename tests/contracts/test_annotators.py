@@ -9,8 +9,9 @@ from pxr import Sdf
 from tests.annotators.ray_caster import CAMERA, known, make_frame, new_stage
 from tests.annotators.scenes import add_camera, street
 from usdsdg import annotators
-from usdsdg.stage import context, render_products
-from usdsdg.stage.outlines import Outlines
+from usdsdg.session import stage_context
+from usdsdg.stage.cameras import render_products
+from usdsdg.stage.geometry.pixel_masks import Outlines
 
 NAMES = annotators.get_registered_annotators()
 PICTURE = {"LdrColor", "HdrColor"}
@@ -22,7 +23,7 @@ REPEATING = [name for name in NAMES if name != "IsaacReadSystemTime"]
 
 @pytest.fixture(scope="module", params=["full", "empty"])
 def frame(request):
-    stage = context.set_stage(street() if request.param == "full" else new_stage())
+    stage = stage_context.set_stage(street() if request.param == "full" else new_stage())
     other = add_camera(stage, "/World/Other", (0.5, 0, 10), (0.5, 0.01, 0))
     render_products.add(render_products.HydraTexture("/Render/Other", other, (20, 16)))
     stage.GetPrimAtPath(CAMERA).CreateAttribute("crossCameraReferenceName", Sdf.ValueTypeNames.String).Set("Other")

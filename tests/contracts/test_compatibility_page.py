@@ -9,9 +9,9 @@ import usdsdg as rep
 from tests.contracts import mirror
 from usdsdg import settings
 from usdsdg.annotators import catalogue
-from usdsdg.annotators.augmentation_table import DEFAULT_AUGMENTATIONS
-from usdsdg.writers import backends
+from usdsdg.annotators.augmentations.defaults import DEFAULT_AUGMENTATIONS
 from usdsdg.writers import catalogue as writers
+from usdsdg.writers.backends import catalogue as backends
 
 PAGE = (Path(__file__).parents[2] / "docs" / "compatibility.md").read_text(encoding="utf-8")
 

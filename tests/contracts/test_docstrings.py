@@ -7,7 +7,7 @@ import pytest
 
 import usdsdg as rep
 from tests.contracts import mirror
-from usdsdg.stage.render_products import HydraTexture
+from usdsdg.stage.cameras.render_products import HydraTexture
 
 # Modules, imports and registries' members have pages of their own.
 FUNCTIONS = [

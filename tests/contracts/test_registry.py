@@ -1,7 +1,7 @@
 import pytest
 
+from usdsdg.arguments.registry import Registry, near_misses
 from usdsdg.errors import WriterRegistryError
-from usdsdg.registry import Registry, near_misses
 
 
 @pytest.fixture

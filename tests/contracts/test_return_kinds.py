@@ -10,9 +10,9 @@ from pxr import Usd, UsdGeom
 import usdsdg as rep
 from tests.contracts import mirror
 from usdsdg.graph import evaluate
+from usdsdg.session.stage_context import new_stage
 from usdsdg.settings import DEFAULTS, get_settings
-from usdsdg.stage.context import new_stage
-from usdsdg.stage.render_products import HydraTexture
+from usdsdg.stage.cameras.render_products import HydraTexture
 
 IS = {
     "annotator": lambda value: isinstance(value, rep.annotators.Annotator),

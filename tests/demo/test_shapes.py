@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from usdsdg.demo.box import box
-from usdsdg.demo.lathe import cylinder, lathe, squared
-from usdsdg.demo.surface import Surface, joined, rotation
-from usdsdg.demo.sweep import arc, prism, tube
+from usdsdg.demo.shapes.box import box
+from usdsdg.demo.shapes.lathe import cylinder, lathe, squared
+from usdsdg.demo.shapes.surface import Surface, joined, rotation
+from usdsdg.demo.shapes.sweep import arc, prism, tube
 
 
 def triangles(surface: Surface) -> tuple[np.ndarray, np.ndarray]:

@@ -10,8 +10,8 @@ import pytest
 from usdsdg.demo import catalogue
 from usdsdg.demo.skies.panorama import panorama
 from usdsdg.demo.skies.patterns import plain
-from usdsdg.demo.skies.radiance import write_hdr
 from usdsdg.demo.skies.room import Block, Lamp, Room
+from usdsdg.stage.image_files.radiance_writer import write_hdr
 
 
 def read_hdr(path: Path) -> np.ndarray:

@@ -5,7 +5,7 @@ from pxr import UsdGeom
 
 from usdsdg.graph import evaluate
 from usdsdg.graph.sampling import set_global_seed
-from usdsdg.stage.context import new_stage
+from usdsdg.session.stage_context import new_stage
 
 
 @pytest.fixture

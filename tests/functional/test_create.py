@@ -7,9 +7,9 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade
 from tests.functional.poses import local, ops, value, world
 from usdsdg.errors import AssetError, AssetNotFound, BadPrim, GraphError, Unsupported, UsdsdgWarning
 from usdsdg.functional import create, create_batch
-from usdsdg.stage.lens_attributes import LENS, OPTICS
-from usdsdg.stage.semantics import get_labels
-from usdsdg.stage.transforms import compose_euler
+from usdsdg.stage.cameras.lens_attributes import LENS, OPTICS
+from usdsdg.stage.poses.transforms import compose_euler
+from usdsdg.stage.semantics.labels import get_labels
 
 SHAPES = ["plane", "sphere", "torus", "disk", "cube", "cylinder", "cone", "capsule"]
 LIGHTS = {

@@ -6,7 +6,7 @@ from pxr import Gf, Sdf, UsdGeom, UsdShade
 
 from usdsdg.errors import AssetNotFound, BadPrim, BadValue, GraphError, UsdsdgWarning
 from usdsdg.functional import create, create_batch, modify
-from usdsdg.stage.semantics import get_labels
+from usdsdg.stage.semantics.labels import get_labels
 
 
 @pytest.fixture

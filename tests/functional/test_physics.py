@@ -5,11 +5,11 @@ import pytest
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from tests.functional.poses import value, world
-from usdsdg import engines
 from usdsdg.errors import BadPrim, BadValue, GraphError, NoCollider, PhysicsError, Unsupported, UsdsdgWarning
 from usdsdg.functional import create, create_batch, modify, physics
+from usdsdg.session import engines
+from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.schemas import physx
-from usdsdg.timeline import get_timeline
 
 
 @pytest.fixture
@@ -222,7 +222,7 @@ def test_simulate_takes_the_steps_asked_for(stage, cube):
 
 
 def test_reset_puts_bodies_back_while_the_timeline_plays(stage, cube):
-    from usdsdg.app import get_app
+    from usdsdg.app.app import get_app
 
     physics.apply_rigid_body(cube)
     physics.reset()
@@ -239,7 +239,7 @@ def test_reset_puts_bodies_back_while_the_timeline_plays(stage, cube):
 
 
 def played(frames):
-    from usdsdg.app import get_app
+    from usdsdg.app.app import get_app
 
     get_timeline().play()
     for _ in range(frames):

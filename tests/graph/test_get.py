@@ -6,13 +6,14 @@ import usdsdg as rep
 from usdsdg import get
 from usdsdg.errors import BadPrim, GraphError, UsdsdgWarning
 from usdsdg.graph import evaluate
-from usdsdg.stage import context, semantics
+from usdsdg.session import stage_context
+from usdsdg.stage.semantics import labels
 
 
 @pytest.fixture
 def stage():
     evaluate.reset()
-    stage = context.new_stage()
+    stage = stage_context.new_stage()
     rep.create.cube(count=2, semantics=[("class", "crate")])
     rep.create.sphere(semantics=[("class", "ball"), ("color", "red")], as_mesh=False)
     rep.create.light(light_type="Dome")
@@ -70,9 +71,9 @@ def test_each_type_has_a_function(stage, kind, found):
     ],
 )  # fmt: skip
 def test_functions_by_type_take_the_other_conditions_too(function, type_name):
-    stage, find = context.new_stage(), getattr(get, function)
+    stage, find = stage_context.new_stage(), getattr(get, function)
     for name, label in (("one", "red"), ("two", "blue")):
-        semantics.add_labels(stage.DefinePrim(f"/There/{name}", type_name), {"color": [label]})
+        labels.add_labels(stage.DefinePrim(f"/There/{name}", type_name), {"color": [label]})
     stage.DefinePrim("/There/other", "Mesh" if function == "xform" else "Xform")
     assert find(path_match="there/").prims == ("/There/one", "/There/two")
     assert find(path_pattern="(one|two)$", path_pattern_exclusion="two").prims == ("/There/one",)

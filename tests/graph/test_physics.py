@@ -7,7 +7,7 @@ from usdsdg import create, distribution, physics, trigger, utils
 from usdsdg.errors import BadPrim, GraphError, UsdsdgWarning
 from usdsdg.functional import create as shapes
 from usdsdg.graph import evaluate
-from usdsdg.stage.context import new_stage
+from usdsdg.session.stage_context import new_stage
 
 
 @pytest.fixture

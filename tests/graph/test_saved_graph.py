@@ -11,19 +11,19 @@ import pytest
 from pxr import Gf, Usd
 
 import usdsdg as rep
-from usdsdg import saved_graph
+from usdsdg.app import saved_graph
 from usdsdg.errors import ConfigError, GraphError
 from usdsdg.graph.evaluate import graph
-from usdsdg.jobs import saved_pipeline
-from usdsdg.stage import context
-from usdsdg.stage.node_prims import Link, NodeRecord, define_graph, define_node, read_node
+from usdsdg.graph.node_prims import Link, NodeRecord, define_graph, define_node, read_node
+from usdsdg.scenarios import saved_pipeline
+from usdsdg.session import stage_context
 
 PIPELINE = Path(__file__).with_name("twenty_nodes.py")
 
 
 @pytest.fixture(autouse=True)
 def _stage():
-    context.new_stage()
+    stage_context.new_stage()
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,7 @@ def _stage():
     ],
 )
 def test_an_input_reads_back_as_it_was_written(value):
-    stage = context.current_stage()
+    stage = stage_context.current_stage()
     define_graph(stage)
     prim = define_node(stage, "/Replicator/SDGPipeline/Node", NodeRecord("OgnNode", {"value": value}))
     found = read_node(prim).inputs["value"]
@@ -57,7 +57,7 @@ def test_an_input_reads_back_as_it_was_written(value):
 
 
 def test_arrays_and_links_read_back():
-    stage = context.current_stage()
+    stage = stage_context.current_stage()
     define_graph(stage)
     inputs = {"rows": np.arange(6.0).reshape(2, 3), "drawn": Link("/A"), "mixed": [Link("/A"), 2.0, Link("/B")]}
     found = read_node(define_node(stage, "/Replicator/SDGPipeline/Node", NodeRecord("OgnNode", inputs))).inputs
@@ -71,7 +71,9 @@ def test_nodes_are_prims_with_their_targets_order_and_script_line():
     with rep.trigger.on_frame(interval=2, name="often"), cubes:
         rep.modify.pose(position=rep.distribution.uniform((0, 0, 0), (1, 2, 3)))
         rep.randomizer.color(rep.distribution.choice([(1, 0, 0), (0, 1, 0)]))
-    prims = {p.GetName(): p for p in context.current_stage().GetPrimAtPath("/Replicator/SDGPipeline").GetChildren()}
+    prims = {
+        p.GetName(): p for p in stage_context.current_stage().GetPrimAtPath("/Replicator/SDGPipeline").GetChildren()
+    }
     assert list(prims) == ["OgnOnFrame", "OgnSampleUniform", "OgnWritePose", "OgnSampleChoice", "OgnColor"]
     assert {prim.GetTypeName() for prim in prims.values()} == {"OmniGraphNode"}
     assert prims["OgnWritePose"].GetAttribute("node:type").Get() == "omni.replicator.core.OgnWritePose"
@@ -93,9 +95,9 @@ def test_an_input_that_is_set_later_changes_draws_and_prim():
     drawn.set_input("upper", (6.0, 6.0, 6.0))
     drawn.set_input("lower", (5.0, 5.0, 5.0))
     graph().evaluate(preview=True)
-    prim = context.current_stage().GetPrimAtPath(cube.prims[0])
+    prim = stage_context.current_stage().GetPrimAtPath(cube.prims[0])
     assert min(prim.GetAttribute("xformOp:translate").Get()) >= 5.0
-    node = context.current_stage().GetPrimAtPath("/Replicator/SDGPipeline/OgnSampleUniform")
+    node = stage_context.current_stage().GetPrimAtPath("/Replicator/SDGPipeline/OgnSampleUniform")
     assert node.GetAttribute("inputs:upper").Get() == Gf.Vec3d(6, 6, 6)
 
 
@@ -108,7 +110,7 @@ def test_a_loaded_graph_draws_what_the_script_would_have_drawn():
         )
         rep.randomizer.rotation(min_angle=(0, 0, 0), max_angle=(0, 0, 90))
         rep.physics.rigid_body(velocity=rep.distribution.uniform((-1, -1, -1), (1, 1, 1)))
-    stage = context.current_stage()
+    stage = stage_context.current_stage()
     graph().evaluate(preview=True)
     graph().evaluate(capture=1)
     expected = stage.GetRootLayer().ExportToString()
@@ -122,7 +124,7 @@ def test_a_bound_that_is_edited_on_the_prim_counts_when_the_stage_is_loaded():
     cube = rep.create.cube()
     with rep.trigger.on_frame(), cube:
         rep.modify.pose(position=rep.distribution.uniform((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))
-    stage = context.current_stage()
+    stage = stage_context.current_stage()
     drawn = stage.GetPrimAtPath("/Replicator/SDGPipeline/OgnSampleUniform")
     drawn.GetAttribute("inputs:upper").Set(Gf.Vec3d(30, 30, 30))
     drawn.GetAttribute("inputs:lower").Set(Gf.Vec3d(20, 20, 20))
@@ -135,7 +137,7 @@ def test_nodes_added_to_a_loaded_graph_get_keys_of_their_own():
     cube = rep.create.cube()
     with rep.trigger.on_frame(), cube:
         rep.modify.attribute("size", rep.distribution.uniform(1, 2), attribute_type="double")
-    saved_graph.load(context.current_stage())
+    saved_graph.load(stage_context.current_stage())
     with rep.trigger.on_frame(), cube:
         rep.modify.attribute("size", rep.distribution.uniform(1, 2), attribute_type="double")
     first, second = (trigger.nodes[0].key for trigger in graph().triggers)
@@ -157,9 +159,9 @@ def test_nodes_added_to_a_loaded_graph_get_keys_of_their_own():
 def test_a_damaged_graph_says_what_is_missing(break_it, words):
     with rep.trigger.on_frame(), rep.create.cube():
         rep.modify.pose(position=rep.distribution.uniform(0, 1))
-    break_it(context.current_stage())
+    break_it(stage_context.current_stage())
     with pytest.raises(GraphError, match=words):
-        saved_graph.load(context.current_stage())
+        saved_graph.load(stage_context.current_stage())
 
 
 def test_a_python_condition_is_named():
@@ -169,7 +171,7 @@ def test_a_python_condition_is_named():
     with rep.trigger.on_condition(rarely), rep.create.cube():
         rep.modify.pose(position=(0, 0, 1))
     with pytest.raises(GraphError, match=r"rarely.*test_saved_graph\.py:.*run the script"):
-        saved_graph.load(context.current_stage())
+        saved_graph.load(stage_context.current_stage())
 
 
 def test_overrides_name_all_mistakes_at_once():

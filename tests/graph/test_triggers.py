@@ -5,14 +5,14 @@ import pytest
 import usdsdg as rep
 from usdsdg.errors import GraphError
 from usdsdg.graph import evaluate
+from usdsdg.session import stage_context
 from usdsdg.settings import get_settings
-from usdsdg.stage import context
 
 
 @pytest.fixture(autouse=True)
 def stage():
     evaluate.reset()
-    stage = context.new_stage()
+    stage = stage_context.new_stage()
     get_settings().set("/app/player/playSimulations", False)
     yield stage
     rep.orchestrator.stop()
@@ -68,7 +68,7 @@ def test_events_are_told_apart():
 @pytest.fixture
 def subframes(monkeypatch):
     """The sub-frames that each capture is drawn with."""
-    from usdsdg import frame_loop
+    from usdsdg.app import frame_loop
 
     asked = []
     draw = frame_loop.render_mode

@@ -10,13 +10,14 @@ from pxr import UsdGeom
 import usdsdg as rep
 from usdsdg.errors import GraphError
 from usdsdg.graph import evaluate
-from usdsdg.stage import context, semantics
+from usdsdg.session import stage_context
+from usdsdg.stage.semantics import labels
 
 
 @pytest.fixture
 def stage():
     evaluate.reset()
-    return context.new_stage()
+    return stage_context.new_stage()
 
 
 def values(stage, item, attribute):
@@ -55,12 +56,12 @@ def test_visibility_and_labels_may_be_given_per_prim(stage):
     )
     prims = [stage.GetPrimAtPath(path) for path in cubes.prims]
     assert [UsdGeom.Imageable(prim).ComputeVisibility() for prim in prims] == ["inherited", "invisible"]
-    assert [semantics.get_labels(prim) for prim in prims] == [{"class": ["a"], "part": ["p"]}, {"class": ["b", "c"]}]
+    assert [labels.get_labels(prim) for prim in prims] == [{"class": ["a"], "part": ["p"]}, {"class": ["b", "c"]}]
 
 
 def test_two_pairs_for_two_prims_are_labels_of_both(stage):
     cubes = rep.create.cube(count=2, semantics=[("class", "a"), ("part", "p")])
-    both = [semantics.get_labels(stage.GetPrimAtPath(path)) for path in cubes.prims]
+    both = [labels.get_labels(stage.GetPrimAtPath(path)) for path in cubes.prims]
     assert both == [{"class": ["a"], "part": ["p"]}] * 2
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from usdsdg.stage.cameras import CameraView
-from usdsdg_render.scene import (
+from usdsdg.stage.cameras.camera_view import CameraView
+from usdsdg_render.scene.scene import (
     LIGHT,
     LIGHT_DISTANT,
     LIGHT_SPHERE,

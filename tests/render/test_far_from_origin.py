@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.render.pictures import radiance
+from tests.render.images import radiance
 from tests.render.scenes import cube, distant_light, material, moved, scene_of, sphere, square, view_from, white_dome
 
 

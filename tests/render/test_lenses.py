@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from tests.render import scenes
-from tests.render.pictures import renderer_of
-from tests.render.test_labels import coverage_one_by_one, some_scene
-from tests.stage.lens_cases import CASES, LENSES, PANORAMAS
-from usdsdg.stage.cameras import CameraView
-from usdsdg_render.aov import AOVS
-from usdsdg_render.cones import reachable
-from usdsdg_render.scene import NO_INSTANCE
+from tests.render.images import renderer_of
+from tests.render.labels.test_label_pass import coverage_one_by_one, some_scene
+from tests.stage.cameras.lens_cases import CASES, LENSES, PANORAMAS
+from usdsdg.stage.cameras.camera_view import CameraView
+from usdsdg_render.labels.lens_bounds import reachable
+from usdsdg_render.scene.aov import AOVS
+from usdsdg_render.scene.scene import NO_INSTANCE
 from usdsdg_render.settings import PathSettings
 
 EYE, TARGET = (1.0, 2.0, 0.5), (0.0, 0.3, 0.2)

@@ -13,7 +13,7 @@ from usdsdg.errors import GraphError
 from usdsdg.graph import evaluate
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.replicator_yaml import ParserError, parse
-from usdsdg.stage.context import current_stage, new_stage, save_stage
+from usdsdg.session.stage_context import current_stage, new_stage, save_stage
 
 
 @pytest.fixture(autouse=True)

@@ -119,7 +119,7 @@ def test_a_failing_script_shows_its_own_lines(tmp_path):
     (tmp_path / "script.py").write_text("def inner():\n    raise KeyError('lost')\ninner()\n")
     done = usdsdg("run", "--quiet", "script.py", cwd=tmp_path, expect=1)
     assert 'script.py", line 2, in inner' in done.stderr
-    assert "usdsdg/app.py" not in done.stderr
+    assert "usdsdg/app/app.py" not in done.stderr
 
 
 def test_a_misspelt_writer_names_the_near_miss_and_the_line(tmp_path):

@@ -6,7 +6,10 @@ from pathlib import Path
 import pytest
 from pxr import Tf, Usd, UsdGeom
 
-from usdsdg.stage import assets, context, paths, semantics, transforms
+from usdsdg.session import stage_context
+from usdsdg.stage import assets, paths
+from usdsdg.stage.poses import transforms
+from usdsdg.stage.semantics import labels
 
 pytestmark = pytest.mark.skipif(not os.environ.get(assets.ROOT_VARIABLE), reason="no assets root is configured")
 
@@ -18,15 +21,15 @@ def meshes(stage):
 def test_props_are_referenced_posed_labelled_and_saved(tmp_path):
     folder = Path(assets.assets_root()) / "Isaac"
     files = sorted(folder.rglob("*.usd"))[:40]
-    stage = context.new_stage()
+    stage = stage_context.new_stage()
     for file in files:
         url = "/Isaac/" + str(file.relative_to(folder))
         prim = stage.DefinePrim(paths.next_free_path(stage, f"/World/{Tf.MakeValidIdentifier(file.stem)}"), "Xform")
         prim.GetReferences().AddReference(assets.resolve(url))
         transforms.author_pose(prim, translate=(1, 2, 3), rotate_xyz=(10, 20, 30), scale=(2, 2, 2))
-        semantics.remove_labels(prim, recursive=True)
-        assert not any(semantics.get_labels(each) for each in Usd.PrimRange(prim))
-        semantics.add_labels(prim, {"class": file.stem})
+        labels.remove_labels(prim, recursive=True)
+        assert not any(labels.get_labels(each) for each in Usd.PrimRange(prim))
+        labels.add_labels(prim, {"class": file.stem})
         # Assets bring their own ops; the pose must be the one asked for all the same.
         pose = transforms.decompose(transforms.as_array(UsdGeom.Xformable(prim).GetLocalTransformation()))
         assert pose.translate == pytest.approx([1, 2, 3])
@@ -35,7 +38,7 @@ def test_props_are_referenced_posed_labelled_and_saved(tmp_path):
     assert assets.missing_dependencies(stage) == []
     before = meshes(stage)
     assert before
-    saved = Usd.Stage.Open(str(context.save_stage(tmp_path / "out" / "saved.usd")))
+    saved = Usd.Stage.Open(str(stage_context.save_stage(tmp_path / "out" / "saved.usd")))
     assert meshes(saved) == before
     assert assets.missing_dependencies(saved) == []
-    context.new_stage()
+    stage_context.new_stage()

@@ -213,7 +213,7 @@ def run_python(code):
 
 def test_a_process_of_its_own_registers_before_first_use():
     done = run_python(
-        "import usdsdg.stage.context as c, usdsdg.stage.schemas.physx as P\n"
+        "import usdsdg.session.stage_context as c, usdsdg.stage.schemas.physx as P\n"
         "p = c.new_stage().DefinePrim('/a', 'Cube')\n"
         "print(p.HasAPI(P.PhysxRigidBodyAPI), bool(P.PhysxRigidBodyAPI.Apply(p)), p.HasAPI(P.PhysxRigidBodyAPI),"
         " p.GetAttribute('physxRigidBody:solverVelocityIterationCount').Get())"
@@ -226,7 +226,7 @@ def test_registering_too_late_says_so():
         "from pxr import Usd\n"
         "stage = Usd.Stage.CreateInMemory()\n"
         "stage.DefinePrim('/a', 'Cube').GetAttribute('size').Get()\n"
-        "import usdsdg.stage.context"
+        "import usdsdg.session.stage_context"
     )
     assert "StageError" in done.stderr
     assert "before the first use" in done.stderr

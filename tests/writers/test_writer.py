@@ -9,7 +9,7 @@ import pytest
 from tests.annotators.ray_caster import make_frame
 from tests.annotators.scenes import street
 from usdsdg import annotators, get, writers
-from usdsdg.capture import Capture
+from usdsdg.capture.capture import Capture
 from usdsdg.errors import (
     AnnotatorRegistryError,
     BadPrim,
@@ -19,7 +19,7 @@ from usdsdg.errors import (
     WriterRegistryError,
     forget_warnings,
 )
-from usdsdg.stage import render_products
+from usdsdg.stage.cameras import render_products
 from usdsdg.writers.catalogue import WriterRegistry
 
 PRODUCT = "/Render/HydraTextures/rp1"

@@ -1,24 +1,9 @@
 """Annotators: what is seen in one frame, as labelled arrays (`rep.annotators`)."""
 
 # Members of the family register themselves when imported.
-from usdsdg.annotators import (
-    amodal,
-    augmentation_table,
-    boxes,
-    camera,
-    correspondence,
-    depth_camera,
-    image,
-    light,
-    matte,
-    pointcloud,
-    segmentation,
-    shading,
-    skeleton,
-    stage_values,
-)
 from usdsdg.annotators.annotator import Annotator, Requirements, attached_annotators, detach_all, requirements
-from usdsdg.annotators.augmentation import Augmentation
+from usdsdg.annotators.augmentations import defaults as default_augmentations
+from usdsdg.annotators.augmentations.augmentation import Augmentation
 from usdsdg.annotators.base import Annotation, define
 from usdsdg.annotators.catalogue import (
     AnnotatorRegistry,
@@ -33,8 +18,23 @@ from usdsdg.annotators.catalogue import (
     unregister_annotator,
     unregister_augmentation,
 )
-from usdsdg.annotators.entities import Entities, EntityReader
 from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.kinds import (
+    amodal,
+    boxes,
+    camera,
+    correspondence,
+    depth_camera,
+    image,
+    light,
+    matte,
+    pointcloud,
+    segmentation,
+    shading,
+    skeleton,
+    stage_values,
+)
+from usdsdg.annotators.labeled_prims import Entities, EntityReader
 from usdsdg.annotators.payload import Capture, build_payload, lay_out
 from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, AugmentationError
 
@@ -56,11 +56,11 @@ __all__ = [
     "attached_annotators",
     "augment",
     "augment_compose",
-    "augmentation_table",
     "boxes",
     "build_payload",
     "camera",
     "correspondence",
+    "default_augmentations",
     "define",
     "depth_camera",
     "detach_all",

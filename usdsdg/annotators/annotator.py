@@ -14,12 +14,12 @@ import numpy as np
 from usdsdg.annotators.base import Annotation, Kind, predicate_of
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.ownership import parse_filter
+from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import AnnotatorError, Unsupported
-from usdsdg.registry import near_misses
-from usdsdg.stage.render_products import product_at
+from usdsdg.stage.cameras.render_products import product_at
 
 if TYPE_CHECKING:
-    from usdsdg.annotators.augmentation import Augmentation
+    from usdsdg.annotators.augmentations.augmentation import Augmentation
 
 
 class Annotator:
@@ -166,7 +166,7 @@ class Annotator:
         if data is not None and device not in (None, "cpu"):
             import warp
 
-            from usdsdg.annotators.augmentation_kernel import device_or_cpu
+            from usdsdg.annotators.augmentations.warp_kernel import device_or_cpu
 
             # Warp has no unsigned 32-bit textures of ids in Replicator either; ids stay below 2**31.
             data = warp.array(data.view(np.int32) if data.dtype == np.uint32 else data, device=device_or_cpu(device))
@@ -191,7 +191,7 @@ class Annotator:
             AnnotatorRegistryError: there is no augmentation of that name.
             AugmentationError: it takes no such argument, or needs one that is not there.
         """
-        from usdsdg.annotators.augmentation import as_augmentation
+        from usdsdg.annotators.augmentations.augmentation import as_augmentation
 
         self._augmentations.append(as_augmentation(augmentation, data_out_shape, kwargs))
         self._name = name or self._name
@@ -204,7 +204,7 @@ class Annotator:
         Raises:
             as `augment`; then none of them is applied.
         """
-        from usdsdg.annotators.augmentation import as_augmentation
+        from usdsdg.annotators.augmentations.augmentation import as_augmentation
 
         self._augmentations += [as_augmentation(each, None, {}) for each in augmentations]
         self._name = name or self._name

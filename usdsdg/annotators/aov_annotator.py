@@ -10,8 +10,8 @@ import numpy as np
 
 from usdsdg.annotators.base import Annotation, Kind, kinds
 from usdsdg.annotators.frame import Frame
+from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import AnnotatorRegistryError, Unsupported
-from usdsdg.registry import near_misses
 
 # The renderer's AOVs and what they are of; pictures come under the names of their annotators.
 AOVS: Mapping[str, type] = {

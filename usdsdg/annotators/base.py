@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.frame import Frame
+from usdsdg.arguments.registry import Registry
 from usdsdg.errors import AnnotatorError, AnnotatorRegistryError
-from usdsdg.registry import Registry
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from usdsdg.stage.skinning import Skinning
+from usdsdg.stage.geometry.skinning import Skinning
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 

@@ -8,10 +8,10 @@ from typing import Any
 
 from usdsdg.annotators.annotator import Annotator, attached_annotators
 from usdsdg.annotators.aov_annotator import register_aov
-from usdsdg.annotators.augmentation import Augmentation, augmentations, named_augmentation, node_kinds
+from usdsdg.annotators.augmentations.augmentation import Augmentation, augmentations, named_augmentation, node_kinds
 from usdsdg.annotators.base import Kind, kinds
+from usdsdg.arguments.registry import Registry
 from usdsdg.errors import AnnotatorRegistryError, Unsupported
-from usdsdg.registry import Registry
 
 # Known names without an implementation, and why; asking for one says so instead of "unknown".
 UNSUPPORTED: dict[str, str] = {}

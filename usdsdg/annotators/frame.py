@@ -11,9 +11,9 @@ import numpy as np
 from usdsdg.errors import AnnotatorError
 
 if TYPE_CHECKING:
-    from usdsdg.annotators.entities import Entities, Selection
-    from usdsdg.stage.cameras import CameraView
-    from usdsdg.stage.outlines import Outlines
+    from usdsdg.annotators.labeled_prims import Entities, Selection
+    from usdsdg.stage.cameras.camera_view import CameraView
+    from usdsdg.stage.geometry.pixel_masks import Outlines
 
 # Columns of `Frame.coverage`.
 PIXELS, X_MIN, Y_MIN, X_MAX, Y_MAX = range(5)

@@ -9,9 +9,9 @@ from typing import NamedTuple
 from pxr import Sdf, Usd
 
 from usdsdg.annotators.point_instances import Steps, find_steps, prim_path
+from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import warn_once
-from usdsdg.registry import near_misses
-from usdsdg.stage.semantics import LabelFilter, get_labels, inherited_labels
+from usdsdg.stage.semantics.labels import LabelFilter, get_labels, inherited_labels
 
 Labels = Mapping[str, Sequence[str]]
 

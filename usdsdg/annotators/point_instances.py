@@ -15,7 +15,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.errors import warn_once
-from usdsdg.stage.transforms import as_array
+from usdsdg.stage.poses.transforms import as_array
 
 
 class Step(NamedTuple):

@@ -76,11 +76,11 @@ def _devices() -> list[str]:
 def _denoiser() -> list[str]:
     """What keeps an installed Open Image Denoise from loading: it alone needs a library that no package brings."""
     from usdsdg.errors import RenderError
-    from usdsdg_render import oidn
+    from usdsdg_render.path import oidn_denoiser
 
     try:
-        if oidn.is_installed():
-            oidn.library()
+        if oidn_denoiser.is_installed():
+            oidn_denoiser.library()
     except RenderError as error:
         return [str(error)]
     return []

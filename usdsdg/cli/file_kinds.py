@@ -38,7 +38,7 @@ def _kind(file: Path) -> int | None:
 def _kind_of_values(file: Path) -> int | None:
     import yaml
 
-    from usdsdg.jobs.config import ObjectBasedConfig
+    from usdsdg.scenarios.config import ObjectBasedConfig
 
     try:
         values = yaml.safe_load(file.read_text(encoding="utf-8"))

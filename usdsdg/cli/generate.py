@@ -29,8 +29,8 @@ def generate(
     Given a stage that a script saved, run its graph again without the script.
     """
     with session(assets_root=assets_root, device=device, quiet=quiet, save_stage=save_stage):
-        from usdsdg.jobs import object_based, saved_pipeline
-        from usdsdg.jobs.config import load_config
+        from usdsdg.scenarios import object_based, saved_pipeline
+        from usdsdg.scenarios.config import load_config
 
         check_kind(config, CONFIGURATION, STAGE)
         overrides = [*(set_ or []), *([f"seed={seed}"] if seed is not None else [])]

@@ -40,13 +40,14 @@ def render(
     """Render one camera of a stage: picture, depth, normals, masks and boxes, as BasicWriter lays them out."""
     with session(assets_root=assets_root, device=device, quiet=quiet):
         import usdsdg as rep
-        from usdsdg.stage import context, default_view
+        from usdsdg.session import stage_context
+        from usdsdg.stage.cameras import default_view
 
         if time is not None and not math.isfinite(time):
             raise StageError(f"--time {time} is no time code: give a number")
         check_kind(stage, STAGE)
         seed_everything(seed)
-        opened = context.open_stage(stage)
+        opened = stage_context.open_stage(stage)
         if time is not None:
             rep.timeline.get_timeline().set_current_time(time / opened.GetTimeCodesPerSecond())
         path = _camera(opened, width / height, time) if camera is None else camera
@@ -77,7 +78,7 @@ def _camera(stage: Usd.Stage, aspect: float, time: float | None) -> str:
     """The stage's first camera, or one that sees all of it at a time code."""
     from pxr import Usd
 
-    from usdsdg.stage import default_view
+    from usdsdg.stage.cameras import default_view
 
     there_are = default_view.cameras(stage)
     if there_are:

@@ -75,9 +75,9 @@ def execute(script: Path, arguments: list[str]) -> None:
         typer.Exit: the script failed or ended itself; what Python prints then has been printed, from the script on.
     """
     from usdsdg import compat
-    from usdsdg.app import get_app
+    from usdsdg.app.app import get_app
     from usdsdg.errors import UsdsdgError
-    from usdsdg.stage.context import current_stage
+    from usdsdg.session.stage_context import current_stage
 
     compat.install()
     sys.argv = [str(script), *arguments]

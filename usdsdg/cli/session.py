@@ -15,9 +15,9 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from usdsdg import progress
+from usdsdg.cli.program import INTERRUPTED, let_commands_be_interrupted
 from usdsdg.errors import UsdsdgError, UsdsdgWarning
-from usdsdg_program import INTERRUPTED, let_commands_be_interrupted
+from usdsdg.session import progress
 
 REPEAT_SECONDS = 0.02
 COMPILERS = "usdsdg-compile"  # how the names of both engines' compiling threads begin
@@ -62,7 +62,7 @@ def session(
 
 def _set_up(assets_root: Path | None, device: str | None, save_stage: Path | None) -> _StageKeeper | None:
     """Take the options over; what cannot work is refused before any work."""
-    from usdsdg import engines
+    from usdsdg.session import engines
     from usdsdg.stage import assets
 
     keeper = _StageKeeper(save_stage) if save_stage is not None else None
@@ -152,7 +152,7 @@ class _StageKeeper:
         get_orchestrator().on_captured(self._remember)
 
     def _remember(self) -> None:
-        from usdsdg.stage.context import snapshot
+        from usdsdg.session.stage_context import snapshot
 
         self._layer = snapshot(self._path.parent)
 

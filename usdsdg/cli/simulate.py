@@ -21,10 +21,10 @@ def simulate(
 ) -> None:
     """Simulate a stage for some seconds and save it with the poses at the end."""
     with session(assets_root=assets_root, device=device, quiet=quiet):
-        from usdsdg import engines
         from usdsdg.errors import OutputNotWritable
-        from usdsdg.progress import report
-        from usdsdg.stage import context, flatten
+        from usdsdg.session import engines, stage_context
+        from usdsdg.session.progress import report
+        from usdsdg.stage import flatten
         from usdsdg_physics import simulate as simulate_stage
 
         check_kind(stage, STAGE)
@@ -32,6 +32,6 @@ def simulate(
             raise OutputNotWritable(f"{output} is the stage that is read; give the result another name")
         flatten.check_place(output.absolute())
         engines.hush_warp()
-        opened = context.open_stage(stage)
+        opened = stage_context.open_stage(stage)
         simulate_stage(opened, seconds, device=engines.physics_device(), progress=report)
-        print(context.save_stage(output))
+        print(stage_context.save_stage(output))

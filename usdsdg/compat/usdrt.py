@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from pxr import Gf, Sdf, Vt
 from pxr import Usd as _Usd
 
-from usdsdg.stage.context import stage_by_id
+from usdsdg.session.stage_context import stage_by_id
 
 
 class _Stage:

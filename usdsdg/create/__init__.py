@@ -7,16 +7,16 @@ geometry or light. Constant arguments are written at once; distributions become 
 from collections.abc import Callable
 from typing import Any
 
+from usdsdg.arguments.user_functions import enter
 from usdsdg.create.cameras import camera, stereo_camera
 from usdsdg.create.groups import group, xform
 from usdsdg.create.lights import light
 from usdsdg.create.materials import material_omnipbr, mdl_from_json
 from usdsdg.create.projections import mesh_decal, projection_material
 from usdsdg.create.references import from_dir, from_usd
+from usdsdg.create.render_product import render_product, render_product_tiled
 from usdsdg.create.shapes import cone, cube, cylinder, disk, plane, sphere, torus
 from usdsdg.create.tiled_sensors import tiled_sensor
-from usdsdg.render_product import render_product, render_product_tiled
-from usdsdg.user_functions import enter
 
 __all__ = [
     "camera", "cone", "cube", "cylinder", "disk", "from_dir", "from_usd", "group", "light", "material_omnipbr",

@@ -7,13 +7,14 @@ from typing import Any
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg import modify
+from usdsdg.arguments.values import count_of, vector
 from usdsdg.create.objects import ROOT, new_object, posed
 from usdsdg.errors import BadPrim, GraphError, Unsupported
 from usdsdg.graph.node import ReplicatorItem, prim_paths
-from usdsdg.stage import paths, transforms
-from usdsdg.stage.context import current_stage
-from usdsdg.stage.lens_attributes import LENS, OLD_PROJECTIONS, OPTICS, PROJECTIONS
-from usdsdg.values import count_of, vector
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage import paths
+from usdsdg.stage.cameras.lens_attributes import LENS, OLD_PROJECTIONS, OPTICS, PROJECTIONS
+from usdsdg.stage.poses import transforms
 
 
 def camera(

@@ -7,11 +7,11 @@ from typing import Any
 from pxr import UsdLux
 
 from usdsdg import modify
+from usdsdg.arguments.values import count_of
 from usdsdg.create.objects import new_object, posed
 from usdsdg.errors import GraphError
 from usdsdg.graph.node import ReplicatorItem
-from usdsdg.stage.context import current_stage
-from usdsdg.values import count_of
+from usdsdg.session.stage_context import current_stage
 
 LIGHT_SCHEMAS = {
     "cylinder": UsdLux.CylinderLight,

@@ -9,8 +9,8 @@ from pxr import Sdf, Usd
 
 from usdsdg import modify
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
+from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import paths
-from usdsdg.stage.context import current_stage
 
 ROOT = "/Replicator"
 

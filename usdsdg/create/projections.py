@@ -6,17 +6,17 @@ from typing import Any
 
 from pxr import Usd
 
-from usdsdg import modify, projection
+from usdsdg import modify
+from usdsdg.arguments.values import vector
 from usdsdg.create.materials import material_omnipbr
 from usdsdg.create.objects import new_object
 from usdsdg.distribution import Distribution
 from usdsdg.errors import GraphError, Unsupported
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, prim_paths
-from usdsdg.modify import prim_at
-from usdsdg.modify.projecting import write_textures
-from usdsdg.stage import transforms
-from usdsdg.stage.context import current_stage
-from usdsdg.values import vector
+from usdsdg.modify import prim_at, projection_meshes
+from usdsdg.modify.projections import write_textures
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.poses import transforms
 
 
 def projection_material(
@@ -47,7 +47,7 @@ def projection_material(
             "proxy_prim, and targets as input_prims or by `with`"
         )
     projector = prim_at(proxies[0])
-    item = _projected(projector, targets, name, offset=offset_scale * projection.size_of(projector))
+    item = _projected(projector, targets, name, offset=offset_scale * projection_meshes.size_of(projector))
     _dress(item, material, semantics)
     if current_trigger() is not None:
         modify.projection_material(input_prims=item)
@@ -56,7 +56,7 @@ def projection_material(
 
 def _projected(projector: Usd.Prim, targets: tuple[str, ...], name: str | None, **distances: float) -> ReplicatorItem:
     prim, child = new_object("Projection", name, None)
-    projection.define(current_stage(), child, projector, [prim_at(path) for path in targets], **distances)
+    projection_meshes.define(current_stage(), child, projector, [prim_at(path) for path in targets], **distances)
     return ReplicatorItem(Node(kind="OgnCreateProjection", prims=(str(prim.GetPath()),), name=name))
 
 

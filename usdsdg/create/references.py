@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from usdsdg import modify
+from usdsdg.arguments.asset_folders import usd_files
+from usdsdg.arguments.values import count_of
 from usdsdg.create.objects import new_object, posed
 from usdsdg.errors import AssetError, AssetNotFound
-from usdsdg.files import usd_files
 from usdsdg.graph.node import Node, ReplicatorItem
+from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets
-from usdsdg.stage.context import current_stage
-from usdsdg.values import count_of
 
 
 def from_usd(

@@ -21,11 +21,11 @@ from __future__ import annotations
 from typing import Any
 
 from usdsdg import modify
+from usdsdg.arguments.values import count_of
 from usdsdg.create.objects import new_object, posed
 from usdsdg.graph.node import ReplicatorItem
-from usdsdg.stage import meshes
-from usdsdg.stage.context import current_stage
-from usdsdg.values import count_of
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.geometry import shape_meshes
 
 
 def _shape(kind: str, arguments: dict[str, Any]) -> ReplicatorItem:
@@ -35,9 +35,9 @@ def _shape(kind: str, arguments: dict[str, Any]) -> ReplicatorItem:
     for _ in range(count_of(count)):
         prim, child = new_object(kind, arguments["name"], parent)
         if as_mesh:
-            meshes.define(stage, child, kind)
+            shape_meshes.define(stage, child, kind)
         else:
-            meshes.define_gprim(stage, child, kind)
+            shape_meshes.define_gprim(stage, child, kind)
         objects.append(prim)
     item = posed(objects, kind=f"OgnCreate{kind}", **arguments)
     if material is not None:

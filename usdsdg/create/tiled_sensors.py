@@ -7,12 +7,12 @@ from typing import Any
 
 from usdsdg.create.cameras import camera
 from usdsdg.create.groups import xform
+from usdsdg.create.render_product import camera_below
 from usdsdg.errors import GraphError, warn_once
 from usdsdg.graph.node import ReplicatorItem, prim_paths
-from usdsdg.render_product import camera_below
-from usdsdg.stage.context import current_stage
-from usdsdg.stage.render_products import Tiles
-from usdsdg.stage.tiled_sensors import author_tiled_sensor
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.cameras.render_products import Tiles
+from usdsdg.stage.cameras.tiled_sensors import author_tiled_sensor
 
 OUTPUT_TYPES = ("rgb", "depth")
 

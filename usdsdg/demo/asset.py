@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from PIL import Image
 
-from usdsdg.demo.surface import Surface
+from usdsdg.demo.shapes.surface import Surface
 
 
 @dataclass(frozen=True)

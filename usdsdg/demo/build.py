@@ -38,12 +38,13 @@ def root() -> str:
 
 def build(folder: Path) -> None:
     """Make every stand-in below `folder`, which must exist."""
-    from usdsdg.demo import catalogue, environment
+    from usdsdg.demo import catalogue
+    from usdsdg.demo.props import hall
 
     with ThreadPoolExecutor(max_workers=2) as pool:
         skies = [pool.submit(_write_sky, _below(folder, url), room) for url, room in catalogue.PANORAMAS.items()]
         _write_assets(folder)
-        environment.write_warehouse(_below(folder, catalogue.HALL))
+        hall.write_warehouse(_below(folder, catalogue.HALL))
         for sky in skies:
             sky.result()
 
@@ -88,7 +89,7 @@ def _write_assets(folder: Path) -> None:
 
 def _write_sky(path: Path, room) -> None:
     from usdsdg.demo.skies.panorama import panorama
-    from usdsdg.demo.skies.radiance import write_hdr
+    from usdsdg.stage.image_files.radiance_writer import write_hdr
 
     path.parent.mkdir(parents=True, exist_ok=True)
     write_hdr(path, panorama(room()))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from usdsdg.demo import groceries, hospital, office, warehouse
 from usdsdg.demo.asset import Asset
+from usdsdg.demo.props import groceries, hospital, office, warehouse
 from usdsdg.demo.skies import rooms
 from usdsdg.demo.skies.room import Room
 

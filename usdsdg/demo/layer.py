@@ -9,7 +9,7 @@ import numpy as np
 from pxr import Gf, Kind, Sdf, Tf, Usd, UsdGeom, UsdPhysics, UsdShade, Vt
 
 from usdsdg.demo.asset import Asset, Material
-from usdsdg.demo.surface import Surface, joined
+from usdsdg.demo.shapes.surface import Surface, joined
 
 
 def write_asset(path: Path, asset: Asset) -> None:

@@ -159,7 +159,7 @@ def pasted(picture: Image.Image, top: Image.Image, box: tuple[float, float, floa
 
 def six_faces(faces: dict[str, Image.Image], *, cell: int = 384) -> Image.Image:
     """The picture of a box: each face's picture in its cell (see `box.atlas_cell`)."""
-    from usdsdg.demo.box import ATLAS_COLUMNS, ATLAS_ROWS, atlas_cell
+    from usdsdg.demo.shapes.box import ATLAS_COLUMNS, ATLAS_ROWS, atlas_cell
 
     atlas = Image.new("RGB", (ATLAS_COLUMNS * cell, ATLAS_ROWS * cell))
     for face, picture in faces.items():

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Gf, Sdf, Usd
 
+from usdsdg.arguments.values import shown
 from usdsdg.errors import BadPrim, GraphError, NotAPrim
 from usdsdg.graph.node import ReplicatorItem
-from usdsdg.stage.context import current_stage
+from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.paths import prim_at
-from usdsdg.stage.pose_batch import Rotations
-from usdsdg.stage.rotations import euler_from_matrix, matrix_from_euler
-from usdsdg.values import shown
+from usdsdg.stage.poses.pose_batch import Rotations
+from usdsdg.stage.poses.rotations import euler_from_matrix, matrix_from_euler
 
 Array = NDArray[np.float64]
 

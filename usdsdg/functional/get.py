@@ -12,11 +12,11 @@ from typing import Any
 
 from pxr import Usd
 
+from usdsdg.arguments.values import labels_of, shown
 from usdsdg.errors import GraphError
-from usdsdg.stage.context import current_stage
+from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.paths import prim_at
-from usdsdg.stage.semantics import get_labels
-from usdsdg.values import labels_of, shown
+from usdsdg.stage.semantics.labels import get_labels
 
 
 def prims(

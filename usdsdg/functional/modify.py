@@ -10,13 +10,13 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
+from usdsdg.arguments.values import labels_per_prim, shown
 from usdsdg.errors import BadPrim, GraphError, warn_once
 from usdsdg.functional.arguments import one_prim, per_prim, prims_of
 from usdsdg.functional.poses import set_instancer_poses, set_poses
 from usdsdg.stage import materials
 from usdsdg.stage.attributes import attribute_of, set_value
-from usdsdg.stage.semantics import add_labels
-from usdsdg.values import labels_per_prim, shown
+from usdsdg.stage.semantics.labels import add_labels
 
 __all__ = [
     "attribute", "look_at", "material", "pose", "position", "rotation", "scale", "semantics", "variant", "visibility",

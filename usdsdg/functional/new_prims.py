@@ -7,13 +7,13 @@ from typing import Any
 
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
 
+from usdsdg.arguments.values import count_of, labels_per_prim, shown
 from usdsdg.errors import BadPrim, GraphError, warn_once
 from usdsdg.functional import modify
 from usdsdg.functional.arguments import one_prim, per_prim
 from usdsdg.functional.poses import set_poses
-from usdsdg.stage.context import current_stage
-from usdsdg.stage.semantics import add_labels
-from usdsdg.values import count_of, labels_per_prim, shown
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.semantics.labels import add_labels
 
 _OPS = (
     ("translate", Sdf.ValueTypeNames.Double3, Gf.Vec3d(0)),

@@ -12,10 +12,10 @@ from usdsdg.errors import BadPrim, DegenerateFrame, GraphError, Unsupported
 from usdsdg.functional.arguments import one_prim, per_prim, prims_of, rotations, vectors
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.settings import get_settings
-from usdsdg.stage.facing import facing
-from usdsdg.stage.pose_batch import Rotations, author_poses
-from usdsdg.stage.rotations import decompose, quat_from_matrix
-from usdsdg.stage.transforms import as_array, local_to_world, up_axis
+from usdsdg.stage.poses.look_at import facing
+from usdsdg.stage.poses.pose_batch import Rotations, author_poses
+from usdsdg.stage.poses.rotations import decompose, quat_from_matrix
+from usdsdg.stage.poses.transforms import as_array, local_to_world, up_axis
 
 Array = NDArray[np.float64]
 

@@ -12,16 +12,16 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, Vt
 
+from usdsdg.arguments.values import shown
 from usdsdg.errors import BadPrim, GraphError
 from usdsdg.functional.arguments import prims_of
-from usdsdg.randomizer.scattering import show_voxels
+from usdsdg.randomizer.scatter import show_voxels
 from usdsdg.rng import ReplicatorRNG, generator_of
 from usdsdg.scatter import surface, volume
 from usdsdg.scatter.bounds import Bounds
 from usdsdg.scatter.places import Draws
 from usdsdg.scatter.stage_bodies import scatter, surface_of, volume_of
-from usdsdg.stage.context import current_stage
-from usdsdg.values import shown
+from usdsdg.session.stage_context import current_stage
 
 __all__ = ["display_color", "scatter_2d", "scatter_3d"]
 

@@ -7,7 +7,7 @@ from typing import Any
 from pxr import Gf
 
 from usdsdg.functional.arguments import one_prim
-from usdsdg.stage.transforms import local_to_world
+from usdsdg.stage.poses.transforms import local_to_world
 
 
 def get_world_transform(prim: Any) -> Gf.Transform:

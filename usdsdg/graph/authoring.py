@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from usdsdg.graph.node import Node, ReplicatorItem
+from usdsdg.graph.node_prims import PIPELINE, Link, NodeRecord, define_graph, define_node, write_input
+from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import paths
-from usdsdg.stage.context import current_stage
-from usdsdg.stage.node_prims import PIPELINE, Link, NodeRecord, define_graph, define_node, write_input
 
 IMPULSE = f"{PIPELINE}/OnImpulseEvent"
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from usdsdg.errors import GraphError, UsdsdgError
+from usdsdg.graph.actions import action_of
 from usdsdg.graph.authoring import author, author_impulse
-from usdsdg.graph.kinds import action_of
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, plain, prim_paths, why_no_prims
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdsdg.inspect.records import EDGES
-from usdsdg.stage.lenses import Lens
+from usdsdg.stage.cameras.lenses import Lens
 
 # What is nearer to the camera's plane than this [stage units] is cut off.
 NEAR = 1e-3

@@ -3,14 +3,14 @@
 from collections.abc import Callable
 from typing import Any
 
+from usdsdg.arguments.user_functions import enter
 from usdsdg.modify.appearance import bind_material, check_material, material, semantics, variant, visibility
 from usdsdg.modify.attributes import apply_or_schedule, attribute, set_attribute
+from usdsdg.modify.camera_relative import pose_camera_relative, pose_orbit
 from usdsdg.modify.clock import animation, frame, time, timeline
-from usdsdg.modify.placing import pose_camera_relative, pose_orbit
 from usdsdg.modify.poses import apply_or_schedule_pose, pose
 from usdsdg.modify.prims import non_xform_prims, prim_at
-from usdsdg.modify.projecting import projection_material
-from usdsdg.user_functions import enter
+from usdsdg.modify.projections import projection_material
 
 __all__ = [  # noqa: RUF022
     # what scripts call

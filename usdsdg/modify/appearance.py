@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 from pxr import Usd, UsdGeom, UsdShade
 
+from usdsdg.arguments.values import labels_per_prim, shown
 from usdsdg.distribution import Distribution, draw
 from usdsdg.errors import BadPrim, GraphError
+from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act, act_now
-from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.modify.prims import prim_at
-from usdsdg.stage import semantics as labels
-from usdsdg.values import labels_per_prim, shown
+from usdsdg.stage.semantics import labels
 
 
 def semantics(semantics: Any = None, input_prims: Any = None, mode: str = "add") -> ReplicatorItem:

@@ -7,16 +7,16 @@ from typing import Any
 
 from pxr import Sdf, Usd
 
+from usdsdg.arguments.registry import near_misses
+from usdsdg.arguments.values import vector
 from usdsdg.distribution import Distribution, draw, is_vector
 from usdsdg.errors import BadValue, GraphError
+from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
-from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.modify.prims import non_xform_prims, prims_of
-from usdsdg.registry import near_misses
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.attributes import set_value
-from usdsdg.values import vector
 
 _KINDS = [getattr(Sdf.ValueTypeNames, name) for name in dir(Sdf.ValueTypeNames)]
 VALUE_TYPES = [str(kind) for kind in _KINDS if isinstance(kind, Sdf.ValueTypeName)]

@@ -10,11 +10,11 @@ from pxr import Sdf, Usd, UsdSkel
 
 from usdsdg.distribution import Distribution, choice, draw
 from usdsdg.errors import BadPrim, GraphError
+from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act, graph
-from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem, current_trigger, plain, prim_paths
 from usdsdg.modify.prims import prim_at
-from usdsdg.timeline import Timeline, get_timeline
+from usdsdg.session.timeline import Timeline, get_timeline
 
 _SETTERS: dict[str, Callable[[Timeline, float], None]] = {
     "time": Timeline.set_current_time,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from usdsdg.arguments.values import shown
 from usdsdg.distribution import Distribution, draw
 from usdsdg.errors import GraphError
 from usdsdg.graph.node import Node
-from usdsdg.values import shown
 
 
 def draw_numbers(role: str, node: Node, execution: int) -> np.ndarray:

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 from pxr import Usd, UsdGeom, Vt
 
+from usdsdg.arguments.values import vector
 from usdsdg.distribution import draw
 from usdsdg.errors import Unsupported
 from usdsdg.graph.node import Node
-from usdsdg.stage import transforms
-from usdsdg.stage.populations import author_orientations, author_positions, instance_names
-from usdsdg.values import vector
+from usdsdg.stage.geometry.populations import author_orientations, author_positions, instance_names
+from usdsdg.stage.poses import transforms
 
 _ROLES = ("position", "rotation", "scale")
 

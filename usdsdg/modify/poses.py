@@ -9,20 +9,20 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Usd, UsdGeom
 
+from usdsdg.arguments.values import vector
 from usdsdg.distribution import Distribution, draw
 from usdsdg.errors import GraphError
+from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
-from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem, plain
 from usdsdg.modify.numbers import draw_numbers
 from usdsdg.modify.point_instances import pose_instances
 from usdsdg.modify.prims import prim_at, prims_of
-from usdsdg.stage import local_pose, transforms
-from usdsdg.stage.context import current_stage
-from usdsdg.stage.facing import facing
-from usdsdg.stage.populations import is_population
-from usdsdg.stage.pose_batch import Rotations, author_poses
-from usdsdg.values import vector
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.geometry.populations import is_population
+from usdsdg.stage.poses import local_pose, transforms
+from usdsdg.stage.poses.look_at import facing
+from usdsdg.stage.poses.pose_batch import Rotations, author_poses
 
 ORDERS = tuple("".join(order) for order in permutations("XYZ"))
 _AXES = "xyz"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pxr import Usd
 
 from usdsdg.graph.node import Node
+from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import paths
-from usdsdg.stage.context import current_stage
 
 
 def prim_at(path: str) -> Usd.Prim:

@@ -8,15 +8,15 @@ from typing import Any
 from pxr import Gf, Sdf, UsdGeom, Vt
 
 from usdsdg import modify
+from usdsdg.arguments.values import count_of
 from usdsdg.distribution import Choice, Distribution, choice, draw, one_of
 from usdsdg.errors import AssetError, BadPrim, GraphError
+from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import graph
-from usdsdg.graph.kinds import action
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
+from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets, paths
-from usdsdg.stage.context import current_stage
-from usdsdg.stage.populations import POPULATION, SAMPLED
-from usdsdg.values import count_of
+from usdsdg.stage.geometry.populations import POPULATION, SAMPLED
 
 MODES = ("scene_instance", "point_instance", "reference")
 CACHE = f"{SAMPLED}/Cache"

@@ -8,9 +8,9 @@ from typing import Any
 
 import yaml
 
-from usdsdg.registry import near_misses
+from usdsdg.arguments.registry import near_misses
+from usdsdg.arguments.yaml_numbers import NumbersLoader
 from usdsdg.replicator_yaml.errors import ParserError, fail
-from usdsdg.yaml_numbers import NumbersLoader
 
 Groups = dict[str, yaml.Node]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdsdg.arguments.values import shown
 from usdsdg.errors import GraphError
-from usdsdg.values import shown
 
 
 @dataclass(frozen=True, eq=False)

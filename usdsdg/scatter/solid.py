@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from usdsdg.stage.triangles import Placed, Triangles
+from usdsdg.stage.geometry.triangles import Placed, Triangles
 
 # Slabs that bound a body: the axes first, then the diagonals of cube and faces. Thirteen pairs of planes reject most of
 # what overlapping boxes let through.

@@ -13,15 +13,15 @@ from usdsdg.scatter.places import Draws, Region, free_places
 from usdsdg.scatter.solid import Shape, Solid, Solids
 from usdsdg.scatter.surface import Surface
 from usdsdg.scatter.volume import Box, Volume
-from usdsdg.stage import local_pose
-from usdsdg.stage.populations import (
+from usdsdg.stage.geometry.populations import (
     author_world_positions,
     instance_names,
     is_population,
     object_names,
     world_positions,
 )
-from usdsdg.stage.triangles import Placed, triangles_below
+from usdsdg.stage.geometry.triangles import Placed, triangles_below
+from usdsdg.stage.poses import local_pose
 
 
 def surface_of(prims: Sequence[Usd.Prim], bounds: Bounds, *, offset: float = 0.0) -> Surface:

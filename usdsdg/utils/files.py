@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from usdsdg import files
+from usdsdg.arguments import asset_folders
 from usdsdg.errors import AssetNotFound
 from usdsdg.stage import assets
 
@@ -17,7 +17,7 @@ def get_usd_files(path: str, recursive: bool = False, path_filter: str | None = 
         AssetNotFound: there is no such folder.
         GraphError: `path_filter` is no regular expression.
     """
-    return files.usd_files(path, recursive=recursive, path_filter=path_filter)
+    return asset_folders.usd_files(path, recursive=recursive, path_filter=path_filter)
 
 
 def get_files_group(

@@ -11,14 +11,14 @@ from typing import Any
 
 from pxr import Sdf, Usd
 
+from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import Unsupported, warn_once
 from usdsdg.graph import evaluate
+from usdsdg.graph.actions import action_of
 from usdsdg.graph.evaluate import graph
-from usdsdg.graph.kinds import action_of
 from usdsdg.graph.node import Node, ReplicatorItem, plain, prim_paths
-from usdsdg.registry import near_misses
-from usdsdg.stage.context import current_stage
-from usdsdg.stage.node_prims import PIPELINE, TYPE_PREFIX, define_graph
+from usdsdg.graph.node_prims import PIPELINE, TYPE_PREFIX, define_graph
+from usdsdg.session.stage_context import current_stage
 from usdsdg.utils.prims import get_prims_from_paths
 
 

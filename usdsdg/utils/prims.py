@@ -11,7 +11,7 @@ from pxr import Gf, Usd, UsdGeom, UsdShade
 from usdsdg import modify
 from usdsdg.errors import BadPrim, GraphError
 from usdsdg.graph.node import prim_paths
-from usdsdg.stage import transforms
+from usdsdg.stage.poses import transforms
 
 
 def get_prims_from_paths(paths: Sequence[Any]) -> list[Usd.Prim]:

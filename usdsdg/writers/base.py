@@ -8,9 +8,9 @@ from typing import Any
 from usdsdg.annotators import catalogue
 from usdsdg.annotators.annotator import Annotator, existing_products, render_product_paths
 from usdsdg.annotators.payload import check_layout
+from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import Unsupported, WriterError
-from usdsdg.registry import near_misses
-from usdsdg.writers.backends import BaseBackend
+from usdsdg.writers.backends.catalogue import BaseBackend
 from usdsdg.writers.files import write_json
 from usdsdg.writers.options import check_names
 

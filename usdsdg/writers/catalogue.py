@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from usdsdg.arguments.registry import Registry
 from usdsdg.errors import Unsupported, WriterRegistryError
-from usdsdg.registry import Registry
 from usdsdg.writers import base
 from usdsdg.writers.base import ON_FRAME, Writer
 

@@ -14,8 +14,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from usdsdg.errors import Unsupported, WriterError
-from usdsdg.stage import exr
-from usdsdg.writers.png import encode_png
+from usdsdg.stage.image_files import exr
+from usdsdg.stage.image_files.png import encode_png
 
 
 class BlobSink(Protocol):
@@ -192,7 +192,7 @@ def _plain(value: Any) -> Any:
 
 def _put(backend: BlobSink | None, path: str, data: bytes) -> None:
     if backend is None or isinstance(backend, type):
-        from usdsdg.writers.backends import write_whole
+        from usdsdg.writers.backends.catalogue import write_whole
 
         write_whole(Path(path), data)
     else:

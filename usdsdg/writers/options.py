@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import WriterError
-from usdsdg.registry import near_misses
 
 # Hints of options, in the words of a message.
 _WORDS: dict[Any, str] = {

@@ -1,5 +1,5 @@
 """`from omni.replicator.core.scripts.writers_default.basicwriter import BasicWriter`."""
 
-from usdsdg.writers.writer_basic import BasicWriter
+from usdsdg.writers.formats.writer_basic import BasicWriter
 
 __all__ = ["BasicWriter"]

@@ -8,7 +8,7 @@ keeps the memory alive.
 
 import warp as wp
 
-from usdsdg_render.kernels.lens import Lens
+from usdsdg_render.kernels.cameras.lens import Lens
 
 
 @wp.struct

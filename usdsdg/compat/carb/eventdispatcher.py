@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from usdsdg.app import get_app
-from usdsdg.frame_loop import get_orchestrator
+from usdsdg.app.app import get_app
+from usdsdg.app.frame_loop import get_orchestrator
 from usdsdg.graph import evaluate
-from usdsdg.timeline import get_timeline
+from usdsdg.session.timeline import get_timeline
 
 __all__ = ["Event", "EventDispatcher", "Observer", "get_eventdispatcher"]
 

@@ -7,9 +7,9 @@ from collections.abc import Coroutine
 from typing import Any
 
 from usdsdg import orchestrator
-from usdsdg.app import App, get_app
+from usdsdg.app.app import App, get_app
+from usdsdg.session import stage_context
 from usdsdg.settings import get_settings
-from usdsdg.stage import context
 
 
 class SimulationApp:
@@ -20,7 +20,7 @@ class SimulationApp:
         if "renderer" in self.config:
             get_settings().set("/rtx/rendermode", self.config["renderer"])
         get_app().open_loop()
-        context.new_stage()
+        stage_context.new_stage()
 
     @property
     def app(self) -> App:

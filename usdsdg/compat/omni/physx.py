@@ -6,7 +6,7 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
-from usdsdg import engines
+from usdsdg.session import engines
 
 
 class Subscription:

@@ -1,8 +1,8 @@
 """`omni.timeline`: the clock."""
 
 from usdsdg.compat.carb.eventdispatcher import TIMELINE_EVENTS
-from usdsdg.timeline import Timeline as ITimeline
-from usdsdg.timeline import get_timeline
+from usdsdg.session.timeline import Timeline as ITimeline
+from usdsdg.session.timeline import get_timeline
 
 
 def get_timeline_interface(name: str = "") -> ITimeline:

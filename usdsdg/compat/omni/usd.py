@@ -7,7 +7,7 @@ from typing import Any
 from pxr import Usd
 
 from usdsdg.compat.carb.eventdispatcher import NEW_FRAME
-from usdsdg.stage import context
+from usdsdg.session import stage_context
 from usdsdg.stage.paths import next_free_path
 
 __all__ = [
@@ -26,35 +26,35 @@ class UsdContext:
     """The stage that everything acts on."""
 
     def new_stage(self) -> bool:
-        context.new_stage()
+        stage_context.new_stage()
         return True
 
     async def new_stage_async(self) -> tuple[bool, str]:
-        context.new_stage()
+        stage_context.new_stage()
         await asyncio.sleep(0)
         return True, ""
 
     def open_stage(self, url: str, *_: Any) -> bool:
-        context.open_stage(url)
+        stage_context.open_stage(url)
         return True
 
     async def open_stage_async(self, url: str, *_: Any) -> tuple[bool, str]:
-        context.open_stage(url)
+        stage_context.open_stage(url)
         await asyncio.sleep(0)
         return True, ""
 
     def save_as_stage(self, url: str, *_: Any) -> bool:
-        context.save_stage(url)
+        stage_context.save_stage(url)
         return True
 
     def get_stage(self) -> Usd.Stage:
-        return context.current_stage()
+        return stage_context.current_stage()
 
     def get_stage_id(self) -> int:
-        return context.stage_id()
+        return stage_context.stage_id()
 
     def get_stage_url(self) -> str:
-        return context.current_stage().GetRootLayer().identifier
+        return stage_context.current_stage().GetRootLayer().identifier
 
     def stage_rendering_event_name(self, event_type: StageRenderingEventType, immediate: bool = False) -> str:
         """The name under which `carb.eventdispatcher` tells new frames."""
@@ -77,10 +77,10 @@ def get_stage_next_free_path(stage: Usd.Stage, path: str, prepend_default_prim: 
 
 
 def get_prim_at_path(path: Any) -> Usd.Prim:
-    return context.current_stage().GetPrimAtPath(path)
+    return stage_context.current_stage().GetPrimAtPath(path)
 
 
 def get_world_transform_matrix(prim: Usd.Prim, time_code: Usd.TimeCode | None = None) -> Any:
-    from usdsdg.stage.transforms import local_to_world
+    from usdsdg.stage.poses.transforms import local_to_world
 
     return local_to_world(prim, Usd.TimeCode.Default() if time_code is None else time_code)

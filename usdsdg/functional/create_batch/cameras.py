@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom
 
+from usdsdg.arguments.values import shown
 from usdsdg.errors import GraphError, Unsupported
 from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.new_prims import define, dress, new_paths, numbers
-from usdsdg.stage.lens_attributes import LENS, OLD_PROJECTIONS, OPTICS, PROJECTIONS
-from usdsdg.values import shown
+from usdsdg.stage.cameras.lens_attributes import LENS, OLD_PROJECTIONS, OPTICS, PROJECTIONS
 
 
 def camera(

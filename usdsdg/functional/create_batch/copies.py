@@ -9,8 +9,8 @@ from pxr import Sdf, Usd, UsdGeom, UsdUtils
 from usdsdg.errors import AssetError, AssetUnreadable, GraphError
 from usdsdg.functional.arguments import one_prim, per_prim
 from usdsdg.functional.new_prims import define, dress, give_ops, new_paths
+from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets
-from usdsdg.stage.context import current_stage
 from usdsdg.stage.paths import prim_at
 from usdsdg.stage.paths import prim_path as checked_path
 

@@ -12,11 +12,11 @@ from typing import Any
 
 from pxr import Gf, Sdf, Usd, UsdLux
 
+from usdsdg.arguments.values import shown
 from usdsdg.errors import GraphError
 from usdsdg.functional.arguments import per_prim, vectors
 from usdsdg.functional.new_prims import define, dress, new_paths, numbers
 from usdsdg.stage.attributes import asset_path
-from usdsdg.values import shown
 
 _T = Sdf.ValueTypeNames
 _NUMBERS = {

@@ -6,12 +6,12 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdShade
 
+from usdsdg.arguments.values import count_of
 from usdsdg.errors import BadPrim, GraphError
 from usdsdg.functional.arguments import per_prim, prims_of
 from usdsdg.functional.new_prims import new_paths
+from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import materials
-from usdsdg.stage.context import current_stage
-from usdsdg.values import count_of
 
 
 def material(

@@ -8,22 +8,22 @@ from pxr import Usd
 
 from usdsdg.errors import Unsupported
 from usdsdg.functional.new_prims import define, dress, new_paths
-from usdsdg.stage import meshes
-from usdsdg.stage.context import current_stage
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.geometry import shape_meshes
 
 
 def _shapes(kind: str, arguments: dict[str, Any]) -> list[Usd.Prim]:
     as_mesh, count = arguments.pop("as_mesh"), arguments.pop("count")
-    if not as_mesh and kind not in meshes.GPRIMS:
+    if not as_mesh and kind not in shape_meshes.GPRIMS:
         raise Unsupported(f"as_mesh=False for {kind.lower()}: UsdGeom has no such shape; leave as_mesh True")
     prims = define(
         new_paths(arguments.pop("name") or kind, arguments.pop("parent"), count), "Mesh" if as_mesh else kind
     )
     for prim in prims:
         if as_mesh:
-            meshes.define(current_stage(), str(prim.GetPath()), kind)
+            shape_meshes.define(current_stage(), str(prim.GetPath()), kind)
         else:
-            meshes.define_gprim(current_stage(), str(prim.GetPath()), kind)
+            shape_meshes.define_gprim(current_stage(), str(prim.GetPath()), kind)
     return dress(prims, **arguments)
 
 

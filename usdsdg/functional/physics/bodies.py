@@ -7,14 +7,14 @@ from typing import Any
 
 from pxr import Usd, UsdGeom, UsdPhysics, UsdShade
 
+from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import BadPrim, GraphError, NoCollider, warn_once
 from usdsdg.functional.arguments import per_prim, prims_of
 from usdsdg.functional.physics.scenes import take_owner
 from usdsdg.functional.physics.schema_attributes import set_attributes
-from usdsdg.registry import near_misses
 from usdsdg.stage.attributes import attribute_of, set_value
+from usdsdg.stage.poses.transforms import meters_per_unit
 from usdsdg.stage.schemas import physx
-from usdsdg.stage.transforms import meters_per_unit
 
 APPROXIMATIONS = (
     "none", "convexDecomposition", "convexHull", "boundingSphere", "boundingCube", "meshSimplification", "sdf",

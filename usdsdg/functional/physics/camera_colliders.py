@@ -10,8 +10,8 @@ from pxr import Usd, UsdGeom
 from usdsdg.errors import BadPrim, Unsupported
 from usdsdg.functional import create_batch
 from usdsdg.functional.arguments import one_prim
-from usdsdg.stage.cameras import read_camera
-from usdsdg.stage.transforms import meters_per_unit
+from usdsdg.stage.cameras.camera_view import read_camera
+from usdsdg.stage.poses.transforms import meters_per_unit
 
 # Any will do: lenses are calibrated for a nominal size, or for the picture's width.
 _PICTURE = (1024, 768)

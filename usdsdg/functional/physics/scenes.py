@@ -9,7 +9,7 @@ from pxr import Usd, UsdPhysics
 from usdsdg.errors import BadPrim
 from usdsdg.functional.arguments import one_prim
 from usdsdg.functional.physics.schema_attributes import set_attributes
-from usdsdg.stage.context import current_stage
+from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.paths import prim_path
 from usdsdg.stage.schemas import physx
 

@@ -11,7 +11,7 @@ from pxr import Sdf, Usd, UsdPhysics
 from usdsdg.errors import BadPrim, PhysicsError, Unsupported
 from usdsdg.functional.arguments import prims_of
 from usdsdg.functional.physics.scenes import create_physics_scene, scene_of
-from usdsdg.stage.context import current_stage
+from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.physics_scene import physics_scene as the_scene
 
 _RATE = "physxScene:timeStepsPerSecond"
@@ -27,7 +27,7 @@ def simulate(time: float, step_dt: float | None = None, physics_scene: Any = Non
         PhysicsError: `time` or `step_dt` is not positive, or no whole number of steps makes a second.
         Unsupported: `physics_scene` is not the first PhysicsScene, which is the one that is simulated.
     """
-    from usdsdg import engines
+    from usdsdg.session import engines
 
     if not float(time) > 0.0:
         raise PhysicsError(f"simulate: time is {time!r}; expected a positive number of seconds")
@@ -58,7 +58,7 @@ def reset(prims: Any = None) -> None:
     Raises:
         BadPrim: a prim is no rigid body.
     """
-    from usdsdg import engines
+    from usdsdg.session import engines
 
     bodies = None if prims is None else _bodies(prims)
     engine = engines.physics_if_made()
@@ -94,7 +94,7 @@ def wake_up(prims: Any) -> None:
 
 
 def _let_sleep(bodies: list[Usd.Prim], asleep: bool) -> None:
-    from usdsdg import engines
+    from usdsdg.session import engines
 
     engine = engines.physics_if_made()
     if engine is not None and engine.is_playing:

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
-from usdsdg import engines
 from usdsdg.compat.omni.physx import Subscription
 from usdsdg.errors import Unsupported
+from usdsdg.session import engines
 
 
 class PhysicsSimulationInterface:

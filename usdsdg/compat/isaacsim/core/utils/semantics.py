@@ -3,7 +3,7 @@
 from pxr import Usd
 
 from usdsdg.compat.omni.isaac.core.utils.semantics import add_update_semantics, get_semantics, remove_all_semantics
-from usdsdg.stage import semantics
+from usdsdg.stage.semantics import labels as semantics
 
 __all__ = ["add_labels", "add_update_semantics", "get_labels", "get_semantics", "remove_all_semantics"]
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pxr import Usd, UsdGeom
 
-from usdsdg.app import get_app
+from usdsdg.app.app import get_app
 from usdsdg.errors import AssetError
-from usdsdg.stage import assets, context
+from usdsdg.session import stage_context
+from usdsdg.stage import assets
 
 __all__ = [
     "add_reference_to_stage", "create_new_stage", "get_current_stage", "get_stage_units", "get_stage_up_axis",
@@ -15,11 +16,11 @@ __all__ = [
 
 
 def get_current_stage(fabric: bool = False) -> Usd.Stage:
-    return context.current_stage()
+    return stage_context.current_stage()
 
 
 def create_new_stage() -> bool:
-    context.new_stage()
+    stage_context.new_stage()
     return True
 
 
@@ -29,12 +30,12 @@ def open_stage(usd_path: str) -> bool:
     Raises:
         AssetError: it is missing or cannot be read.
     """
-    context.open_stage(usd_path)
+    stage_context.open_stage(usd_path)
     return True
 
 
 def save_stage(usd_path: str, save_and_reload_in_place: bool = True) -> bool:
-    context.save_stage(usd_path)
+    stage_context.save_stage(usd_path)
     return True
 
 
@@ -44,7 +45,7 @@ def add_reference_to_stage(usd_path: str, prim_path: str, prim_type: str = "Xfor
     Raises:
         AssetError: the file is missing or cannot be referenced.
     """
-    stage = context.current_stage()
+    stage = stage_context.current_stage()
     prim = stage.GetPrimAtPath(prim_path) or stage.DefinePrim(prim_path, prim_type)
     file = assets.resolve(usd_path)
     if not prim.GetReferences().AddReference(file):
@@ -63,17 +64,17 @@ def update_stage() -> None:
 
 
 def get_stage_up_axis() -> str:
-    return str(UsdGeom.GetStageUpAxis(context.current_stage()))
+    return str(UsdGeom.GetStageUpAxis(stage_context.current_stage()))
 
 
 def set_stage_up_axis(axis: str = "z") -> None:
-    UsdGeom.SetStageUpAxis(context.current_stage(), axis.upper())
+    UsdGeom.SetStageUpAxis(stage_context.current_stage(), axis.upper())
 
 
 def get_stage_units() -> float:
     """Metres per stage unit."""
-    return UsdGeom.GetStageMetersPerUnit(context.current_stage())
+    return UsdGeom.GetStageMetersPerUnit(stage_context.current_stage())
 
 
 def set_stage_units(stage_units_in_meters: float) -> None:
-    UsdGeom.SetStageMetersPerUnit(context.current_stage(), float(stage_units_in_meters))
+    UsdGeom.SetStageMetersPerUnit(stage_context.current_stage(), float(stage_units_in_meters))

@@ -2,7 +2,7 @@
 
 from pxr import Usd
 
-from usdsdg.stage.semantics import add_update_semantics, get_labels, remove_labels
+from usdsdg.stage.semantics.labels import add_update_semantics, get_labels, remove_labels
 
 __all__ = ["add_update_semantics", "get_semantics", "remove_all_semantics"]
 

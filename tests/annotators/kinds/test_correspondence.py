@@ -1,0 +1,79 @@
+from typing import Any
+
+import numpy as np
+import pytest
+from pxr import Sdf, UsdGeom
+
+from tests.annotators.ray_caster import CAMERA, make_frame, place, rays
+from tests.annotators.scenes import street
+from usdsdg import annotators
+from usdsdg.errors import AnnotatorError
+from usdsdg.session.stage_context import set_stage
+from usdsdg.stage.cameras import render_products
+
+
+def compute(frame, name) -> Any:
+    return annotators.get(name).compute(frame).data
+
+
+@pytest.fixture
+def stage():
+    """A second camera 0.6 m to the right of the first, with a render product of another size."""
+    stage = set_stage(street())
+    other = UsdGeom.Camera.Define(stage, "/World/Right")
+    for name in ("focalLength", "horizontalAperture", "clippingRange"):
+        other.GetPrim().GetAttribute(name).Set(stage.GetPrimAtPath(CAMERA).GetAttribute(name).Get())
+    place(other.GetPrim(), translate=(0.6, 0, 10))
+    render_products.add(render_products.HydraTexture("/Render/Left", CAMERA, (64, 48)))
+    render_products.add(render_products.HydraTexture("/Render/Right", "/World/Right", (64, 48)))
+    stage.GetPrimAtPath(CAMERA).CreateAttribute("crossCameraReferenceName", Sdf.ValueTypeNames.String).Set("Right")
+    yield stage
+    render_products.reset()
+
+
+def test_a_sideways_pair_has_the_disparity_of_the_depth(stage):
+    frame = make_frame(stage, (64, 48))
+    out = compute(frame, "cross_correspondence")
+    seen = frame.aovs["instance"] >= 0
+    assert out.shape == (48, 64, 4)
+    assert out.dtype == np.float32
+    assert (out[~seen] == -1).all()
+    disparity = -0.6 * frame.camera.fx / frame.aovs["distance_to_image_plane"][seen]
+    np.testing.assert_allclose(out[seen, 0] * 64, disparity, atol=1e-4)
+    np.testing.assert_allclose(out[seen, 1], 0, atol=1e-6)
+    assert not out[seen, 3].any(), "nothing tells what is hidden there"
+
+
+def test_the_shift_leads_to_the_ray_of_the_same_point(stage):
+    place(stage.GetPrimAtPath("/World/Right"), translate=(1, -2, 9), rotate=(10, 5, 20))
+    frame = make_frame(stage, (64, 48))
+    out = compute(frame, "CrossCorrespondence")
+    other = make_frame(stage, (64, 48), camera="/World/Right").camera
+    origins, directions = rays(other)
+    rows, columns = np.nonzero((frame.aovs["instance"] >= 0) & (out[..., 2] == 0))
+    there = np.floor([rows + 0.5 + out[rows, columns, 1] * 48, columns + 0.5 + out[rows, columns, 0] * 64]).astype(int)
+    assert len(rows) > 500
+    ray = there[0] * 64 + there[1]
+    to_point = frame.aovs["position"][rows, columns] - origins[ray]
+    to_point /= np.linalg.norm(to_point, axis=1, keepdims=True)
+    # Rays go through pixel centres, so the point is at most half a diagonal away.
+    assert (1 - (to_point * directions[ray]).sum(axis=1)).max() < 1 - np.cos(np.hypot(0.5, 0.5) / other.fx)
+
+
+def test_points_outside_the_other_picture_are_marked(stage):
+    place(stage.GetPrimAtPath("/World/Right"), translate=(3, 0, 10))
+    frame = make_frame(stage, (64, 48))
+    out = compute(frame, "cross_correspondence")
+    seen = frame.aovs["instance"] >= 0
+    columns = np.nonzero(seen)[1] + 0.5 + out[seen, 0] * 64
+    np.testing.assert_array_equal(out[seen, 2] == 1, (columns < 0) | (columns >= 64))
+    assert 0 < out[seen, 2].mean() < 1
+
+
+def test_a_reference_that_is_not_there_is_told(stage):
+    frame = make_frame(stage, (8, 6), camera="/World/Right")
+    with pytest.raises(AnnotatorError, match="/World/Right has no crossCameraReferenceName"):
+        annotators.get("cross_correspondence").compute(frame)
+    stage.GetPrimAtPath(CAMERA).GetAttribute("crossCameraReferenceName").Set("Wrong")
+    with pytest.raises(AnnotatorError, match=r"is 'Wrong', and no render product .* others have: /World/Right"):
+        annotators.get("cross_correspondence").compute(make_frame(stage, (8, 6)))

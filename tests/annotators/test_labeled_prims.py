@@ -1,0 +1,354 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pxr import Gf, Usd, UsdGeom, UsdSkel
+
+from tests.annotators.ray_caster import RayCaster, add_cube, add_sphere, new_stage, place
+from tests.stage.geometry.characters import LENGTH, add_character
+from usdsdg.annotators import EntityReader, bounds
+from usdsdg.annotators import labeled_prims as entities
+from usdsdg.stage.semantics.labels import add_labels, remove_labels
+
+
+@pytest.fixture
+def stage():
+    return new_stage()
+
+
+def read(stage, filters=()):
+    return EntityReader(stage).read(RayCaster(stage).gprims, filters)
+
+
+def xform(stage, path, **pose):
+    prim = UsdGeom.Xform.Define(stage, path).GetPrim()
+    place(prim, **pose)
+    return prim
+
+
+def test_gprims_below_a_labelled_prim_are_one_entity_in_its_frame(stage):
+    car = xform(stage, "/World/Car", translate=(5, 0, 0), rotate=(0, 0, 90))
+    add_labels(car, {"class": ["Car"]})
+    add_cube(stage, "/World/Car/Body", size=2.0)
+    add_sphere(stage, "/World/Car/Wheel", radius=0.5, translate=(2, 0, -1))
+    add_cube(stage, "/World/Ground")
+
+    entities = read(stage)
+
+    assert entities.prim_paths == ("/World/Car",)
+    np.testing.assert_allclose(entities.bounds[0], [[-1, -1, -1.5], [2.5, 1, 1]])
+    np.testing.assert_allclose([0, 0, 0, 1] @ entities.local_to_world[0], [5, 0, 0, 1])
+    np.testing.assert_allclose([1, 0, 0, 1] @ entities.local_to_world[0], [5, 1, 0, 1], atol=1e-12)
+    names = [RayCaster(stage).gprims[g] for g in entities.groups[0]]
+    assert names == ["/World/Car/Body", "/World/Car/Wheel"]
+    assert entities.entity_of_gprim.tolist() == [0, 0, -1]
+
+
+def test_labels_are_inherited_joined_and_printed_in_lower_case(stage):
+    add_labels(stage.GetPrimAtPath("/World"), {"class": ["Outside"], "place": ["Yard"]})
+    add_cube(stage, "/World/Box", "Box")
+    selection = read(stage).select(None)
+    assert selection.labels == ({"class": "outside,box", "place": "yard"},)
+
+
+@pytest.fixture
+def car_with_wheel(stage):
+    add_labels(xform(stage, "/World/Car"), {"class": ["car"]})
+    add_cube(stage, "/World/Car/Body")
+    wheel = add_sphere(stage, "/World/Car/Wheel", translate=(3, 0, 0))
+    add_labels(wheel, {"part": ["wheel"]})
+    return stage
+
+
+def test_without_a_filter_the_nearest_labelled_prim_owns_a_gprim(car_with_wheel):
+    entities = read(car_with_wheel)
+    assert entities.prim_paths == ("/World/Car", "/World/Car/Wheel")
+    assert entities.entity_of_gprim.tolist() == [0, 1]
+
+
+def test_a_filter_gives_a_part_to_the_nearest_prim_that_passes(car_with_wheel):
+    entities = read(car_with_wheel, ["class:*"])
+    selection = entities.select("class:*")
+    [row] = selection.rows
+    assert entities.prim_paths[row] == "/World/Car"
+    assert entities.groups[row] == (0, 1)
+    np.testing.assert_allclose(entities.bounds[row, 1], [3.5, 0.5, 0.5])
+    assert selection.member_of_gprim.tolist() == [0, 0]
+    assert selection.labels == ({"class": "car"},)
+    # The unfiltered view of the same reading is not changed by it.
+    assert entities.select(None).member_of_gprim.tolist() == [0, 1]
+
+
+def test_a_filter_that_was_not_announced_still_keeps_and_drops_entities(stage):
+    add_cube(stage, "/World/A", "apple")
+    add_cube(stage, "/World/B", "pear")
+    selection = read(stage).select("class:pear")
+    assert selection.member_of_gprim.tolist() == [-1, 0]
+    assert selection.labels == ({"class": "pear"},)
+
+
+def test_a_mirrored_point_in_a_reset_xform_stack_is_bounded_in_the_owners_frame(stage):
+    owner = xform(stage, "/World/Owner", translate=(10, 0, 0))
+    add_labels(owner, {"class": ["thing"]})
+    cube = add_cube(stage, "/World/Owner/Cube", translate=(12, 0, 0))
+    UsdGeom.Xformable(cube).SetResetXformStack(True)
+    np.testing.assert_allclose(read(stage).bounds[0], [[1.5, -0.5, -0.5], [2.5, 0.5, 0.5]])
+
+
+# What changed: an old reader must say what a fresh one says.
+
+
+def edit_owner_pose(stage):
+    place(stage.GetPrimAtPath("/World/Car"), translate=(1, 2, 3), rotate=(10, 20, 30))
+
+
+def edit_part_pose(stage):
+    place(stage.GetPrimAtPath("/World/Car/Wheel"), translate=(0, 7, 0))
+
+
+def edit_size(stage):
+    UsdGeom.Cube(stage.GetPrimAtPath("/World/Car/Body")).GetSizeAttr().Set(9.0)
+
+
+def edit_label(stage):
+    add_labels(stage.GetPrimAtPath("/World/Car"), {"class": ["van"]}, mode="replace")
+
+
+def edit_label_value(stage):
+    stage.GetPrimAtPath("/World/Car").GetAttribute("semantics:labels:class").Set(["lorry"])
+    add_labels(stage.GetPrimAtPath("/World/Car"), {"class": ["lorry"]}, mode="replace")
+
+
+def edit_add_label_below(stage):
+    add_labels(stage.GetPrimAtPath("/World/Car/Body"), {"class": ["body"]})
+
+
+def edit_remove_labels(stage):
+    remove_labels(stage.GetPrimAtPath("/World/Car/Wheel"))
+
+
+def edit_new_part(stage):
+    add_cube(stage, "/World/Car/Roof", translate=(0, 0, 4))
+
+
+def edit_remove_part(stage):
+    stage.RemovePrim("/World/Car/Wheel")
+
+
+def edit_grandparent_scale(stage):
+    place(stage.GetPrimAtPath("/World"), scale=(2, 2, 2))
+
+
+EDITS = [value for name, value in sorted(globals().items()) if name.startswith("edit_")]
+
+
+def assert_equal(one, other):
+    assert (one.prim_paths, one.groups, one.labels) == (other.prim_paths, other.groups, other.labels)
+    np.testing.assert_allclose(one.bounds, other.bounds)
+    np.testing.assert_allclose(one.local_to_world, other.local_to_world)
+    np.testing.assert_array_equal(one.entity_of_gprim, other.entity_of_gprim)
+    for predicate, selection in other.selections.items():
+        np.testing.assert_array_equal(one.select(predicate).rows, selection.rows)
+        assert one.select(predicate).labels == selection.labels
+
+
+@given(edits=st.lists(st.sampled_from(EDITS), max_size=4, unique=True))
+@settings(max_examples=40, deadline=None)
+def test_a_reader_follows_edits(edits):
+    stage = new_stage()
+    add_labels(xform(stage, "/World/Car"), {"class": ["car"]})
+    add_cube(stage, "/World/Car/Body")
+    add_labels(add_sphere(stage, "/World/Car/Wheel", translate=(3, 0, 0)), {"part": ["wheel"]})
+    reader = EntityReader(stage)
+    reader.read(RayCaster(stage).gprims, ["class:*"])
+    for edit in edits:
+        try:
+            edit(stage)
+        except (RuntimeError, TypeError, AttributeError, ValueError):
+            continue  # the part was removed before; Tf raises, and there is nothing to follow
+        gprims = RayCaster(stage).gprims
+        assert_equal(reader.read(gprims, ["class:*"]), EntityReader(stage).read(gprims, ["class:*"]))
+
+
+def test_only_what_moved_is_bounded_again(stage, monkeypatch):
+    add_cube(stage, "/World/A", "a")
+    add_cube(stage, "/World/B", "b")
+    reader = EntityReader(stage)
+    gprims = RayCaster(stage).gprims
+    reader.read(gprims)
+    monkeypatch.setattr("usdsdg.annotators.labeled_prims.read_hull", lambda *_: pytest.fail("geometry was read again"))
+    monkeypatch.setattr(EntityReader, "_gprim_bound", lambda *_: pytest.fail("bounds were computed again"))
+    place(stage.GetPrimAtPath("/World/A"), translate=(1, 0, 0))
+    reader.read(gprims)
+
+
+def test_a_mesh_shared_by_instances_gets_an_entity_each(stage):
+    stage.DefinePrim("/Prototypes")
+    source = UsdGeom.Xform.Define(stage, "/Prototypes/Mug").GetPrim()
+    mesh = UsdGeom.Mesh.Define(stage, "/Prototypes/Mug/Mesh")
+    mesh.CreatePointsAttr([Gf.Vec3f(0, 0, 0), Gf.Vec3f(1, 0, 0), Gf.Vec3f(0, 1, 0)])
+    mesh.CreateFaceVertexCountsAttr([3])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
+    for name in "AB":
+        prim = stage.DefinePrim(f"/World/{name}", "Xform")
+        prim.GetReferences().AddInternalReference(source.GetPath())
+        prim.SetInstanceable(True)
+        add_labels(prim, {"class": ["mug"]})
+    entities = EntityReader(stage).read(("/World/A/Mesh", "/World/B/Mesh"))
+    assert entities.prim_paths == ("/World/A", "/World/B")
+    np.testing.assert_allclose(entities.bounds[1], [[0, 0, 0], [1, 1, 0]])
+
+
+def test_a_mesh_edited_in_the_source_of_instances_is_bounded_again(stage):
+    source = UsdGeom.Xform.Define(stage, "/Prototypes/Mug").GetPrim()
+    cube = UsdGeom.Cube.Define(stage, "/Prototypes/Mug/Cube")
+    for name in "AB":
+        prim = stage.DefinePrim(f"/World/{name}", "Xform")
+        prim.GetReferences().AddInternalReference(source.GetPath())
+        prim.SetInstanceable(True)
+        add_labels(prim, {"class": ["mug"]})
+    reader = EntityReader(stage)
+    gprims = ("/World/A/Cube", "/World/B/Cube")
+    reader.read(gprims)
+    cube.CreateSizeAttr(6.0)
+    np.testing.assert_allclose(reader.read(gprims).bounds, [[[-3] * 3, [3] * 3]] * 2)
+
+
+# Point instancers
+
+
+@pytest.fixture
+def forest(stage):
+    """Two trees, drawn by points 7 and 9 of an instancer whose prototype holds a trunk and a labelled crown."""
+    xform(stage, "/World/Forest", translate=(0, 0, 1))
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/Forest/Points")
+    xform(stage, "/World/Forest/Points/Tree", scale=(2, 2, 2))
+    add_cube(stage, "/World/Forest/Points/Tree/Trunk")
+    add_cube(stage, "/World/Forest/Points/Tree/Crown", translate=(0, 0, 3))
+    instancer.CreatePrototypesRel().SetTargets(["/World/Forest/Points/Tree"])
+    instancer.CreateProtoIndicesAttr([0, 0])
+    instancer.CreateIdsAttr([7, 9])
+    instancer.CreatePositionsAttr([Gf.Vec3f(10, 0, 0), Gf.Vec3f(20, 0, 0)])
+    half = np.sqrt(0.5)
+    instancer.CreateOrientationsAttr([Gf.Quath(1, 0, 0, 0), Gf.Quath(half, half, 0, 0)])
+    return stage
+
+
+TREES = tuple(f"/World/Forest/Points/Tree/{part}[{point}]" for point in (7, 9) for part in ("Trunk", "Crown"))
+
+
+def test_a_label_in_a_prototype_gives_an_entity_per_point(forest):
+    add_labels(forest.GetPrimAtPath("/World/Forest/Points/Tree"), {"class": ["tree"]})
+    entities = EntityReader(forest).read(TREES)
+    assert entities.prim_paths == ("/World/Forest/Points/Tree[7]", "/World/Forest/Points/Tree[9]")
+    assert entities.groups == ((0, 1), (2, 3))
+    np.testing.assert_allclose(entities.bounds, [[[-0.5, -0.5, -0.5], [0.5, 0.5, 3.5]]] * 2)
+    # Twice as large, ten along x, one up; the second is turned by 90 degrees about x, so its z is the world's -y.
+    np.testing.assert_allclose([0, 0, 3, 1] @ entities.local_to_world[0], [10, 0, 7, 1], atol=1e-3)
+    np.testing.assert_allclose([0, 0, 3, 1] @ entities.local_to_world[1], [20, -6, 1, 1], atol=1e-2)
+
+
+def test_a_label_above_an_instancer_gives_one_entity_around_all_points(forest):
+    add_labels(forest.GetPrimAtPath("/World/Forest"), {"class": ["forest"]})
+    reader = EntityReader(forest)
+    entities = reader.read(TREES)
+    assert entities.prim_paths == ("/World/Forest",)
+    # half-precision orientations
+    np.testing.assert_allclose(entities.bounds[0], [[9, -7, -1], [21, 1, 7]], atol=1e-2)
+    UsdGeom.PointInstancer(forest.GetPrimAtPath("/World/Forest/Points")).GetPositionsAttr().Set(
+        [Gf.Vec3f(10, 0, 0), Gf.Vec3f(50, 0, 0)]
+    )
+    np.testing.assert_allclose(reader.read(TREES).bounds[0, 1, 0], 51, atol=1e-2)
+
+
+def test_two_instancers_share_a_prototype(forest):
+    add_labels(forest.GetPrimAtPath("/World/Forest/Points/Tree/Crown"), {"class": ["crown"]})
+    second = UsdGeom.PointInstancer.Define(forest, "/World/Z")
+    second.CreatePrototypesRel().SetTargets(["/World/Forest/Points/Tree"])
+    second.CreateProtoIndicesAttr([0])
+    second.CreateIdsAttr([7])
+    second.CreatePositionsAttr([Gf.Vec3f(0, 0, 100)])
+    entities = EntityReader(forest).read((*TREES, *TREES[:2]))
+    assert [g for g in entities.groups] == [(1,), (3,), (5,)]
+    np.testing.assert_allclose(entities.local_to_world[2][3], [0, 0, 106, 1], atol=1e-3)
+
+
+def test_a_prototype_elsewhere_belongs_to_the_instancer_that_draws_it(stage):
+    add_labels(xform(stage, "/World/Forest"), {"class": ["forest"]})
+    add_cube(stage, "/Prototypes/Tree/Trunk")
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/Forest/Points")
+    instancer.CreatePrototypesRel().SetTargets(["/Prototypes/Tree"])
+    instancer.CreateProtoIndicesAttr([0])
+    instancer.CreatePositionsAttr([Gf.Vec3f(5, 0, 0)])
+    entities = EntityReader(stage).read(("/Prototypes/Tree/Trunk[0]",))
+    assert entities.prim_paths == ("/World/Forest",)
+    np.testing.assert_allclose(entities.bounds[0], [[4.5, -0.5, -0.5], [5.5, 0.5, 0.5]])
+
+
+def test_instancers_inside_prototypes(stage):
+    """A row of flower beds, each a row of flowers: entries are path[flower][bed]."""
+    flower = add_cube(stage, "/World/Beds/Bed/Flowers/Flower")
+    add_labels(flower, {"class": ["flower"]})
+    for path, target, step in (("/World/Beds", "/World/Beds/Bed", (10, 0, 0)),
+                               ("/World/Beds/Bed/Flowers", "/World/Beds/Bed/Flowers/Flower", (0, 1, 0))):  # fmt: skip
+        instancer = UsdGeom.PointInstancer.Define(stage, path)
+        instancer.CreatePrototypesRel().SetTargets([target])
+        instancer.CreateProtoIndicesAttr([0, 0])
+        instancer.CreatePositionsAttr([Gf.Vec3f(0, 0, 0), Gf.Vec3f(*step)])
+    entries = tuple(f"/World/Beds/Bed/Flowers/Flower[{i}][{o}]" for o in (0, 1) for i in (0, 1))
+    entities = EntityReader(stage).read(entries)
+    assert entities.prim_paths == entries
+    np.testing.assert_allclose(
+        entities.local_to_world[:, 3, :3], [[0, 0, 0], [0, 1, 0], [10, 0, 0], [10, 1, 0]], atol=1e-6
+    )
+
+
+def test_readers_with_different_filters_take_turns(car_with_wheel, monkeypatch):
+    reader, gprims = EntityReader(car_with_wheel), RayCaster(car_with_wheel).gprims
+    for filters in ([], ["class:*"], ["part:*"]):
+        reader.read(gprims, filters)
+    monkeypatch.setattr(EntityReader, "_gprim_bound", lambda *_: pytest.fail("bounds were computed again"))
+    entities = reader.read(gprims, ["class:*"])
+    assert entities.select("class:*").labels == ({"class": "car"},)
+    assert entities.select("part:*").labels == ({"part": "wheel"},)
+    assert reader.read(gprims, [None]).select(None).member_of_gprim.tolist() == [0, 1]
+
+
+def test_boxes_of_characters_follow_time_and_edits(stage):
+    mesh = add_character(stage, "/World/Man")
+    add_labels(stage.GetPrimAtPath("/World/Man"), {"class": ["man"]})
+    reader = EntityReader(stage)
+
+    def highest(code):
+        return reader.read((str(mesh.GetPath()),), time=Usd.TimeCode(code)).bounds[0, 1, 2]
+
+    assert highest(0) == pytest.approx(LENGTH)
+    bent = highest(24)
+    assert bent < LENGTH - 0.5
+    skeleton = stage.GetPrimAtPath("/World/Man/Skeleton")
+    UsdGeom.Xformable(skeleton).AddTranslateOp().Set(Gf.Vec3d(0, 0, 7))
+    assert highest(24) == pytest.approx(bent + 7, abs=1e-5)
+    UsdSkel.BindingAPI(skeleton).GetAnimationSourceRel().ClearTargets(True)
+    assert highest(24) == pytest.approx(LENGTH + 7, abs=1e-5)
+
+
+def test_a_new_time_reads_the_geometry_of_what_varies_alone(stage, monkeypatch):
+    for name in ("Still", "Growing"):
+        add_labels(add_cube(stage, f"/World/{name}"), {"class": [name]})
+    size = UsdGeom.Cube(stage.GetPrimAtPath("/World/Growing")).GetSizeAttr()
+    size.Set(1.0, 0)
+    size.Set(3.0, 10)
+    reader = EntityReader(stage)
+    gprims = RayCaster(stage).gprims
+    reader.read(gprims, time=Usd.TimeCode(0))
+    seen = []
+
+    def noted(prim, *rest):
+        seen.append(prim.GetName())
+        return bounds.read_hull(prim, *rest)
+
+    monkeypatch.setattr(entities, "read_hull", noted)
+    found = reader.read(gprims, time=Usd.TimeCode(5))
+    assert seen == ["Growing"]
+    widths = dict(zip(found.prim_paths, found.bounds[:, 1, 0] - found.bounds[:, 0, 0]))
+    assert widths["/World/Growing"] == pytest.approx(2.0)

@@ -1,0 +1,134 @@
+"""Stages with time samples in scripts and on the command line: what is seen is what the timeline's time gives."""
+
+import json
+
+import numpy as np
+import pytest
+from pxr import Gf, Usd, UsdGeom
+from typer.testing import CliRunner
+
+import usdsdg as rep
+from tests.stage.geometry.characters import add_character
+from usdsdg.cli.commands import app
+from usdsdg.session.stage_context import new_stage, open_stage
+from usdsdg.session.timeline import get_timeline
+from usdsdg.stage.poses.transforms import look_at
+from usdsdg.stage.semantics.labels import add_labels
+
+RATE = 24
+
+
+def animated(stage):
+    """A labelled box that goes from x = -2 to 2 in 24 codes, a labelled character that bends, a still camera."""
+    stage.SetTimeCodesPerSecond(RATE)
+    box = UsdGeom.Cube.Define(stage, "/World/Box")
+    box.CreateSizeAttr(1.0)
+    move = box.AddTranslateOp()
+    move.Set(Gf.Vec3d(-2, 0, 0), 0)
+    move.Set(Gf.Vec3d(2, 0, 0), 24)
+    add_labels(box.GetPrim(), {"class": ["box"]})
+    add_character(stage, "/World/Man")
+    man = stage.GetPrimAtPath("/World/Man")
+    UsdGeom.Xformable(man).AddTranslateOp().Set(Gf.Vec3d(0, 0, 2))
+    add_labels(man, {"class": ["man"]})
+    camera = UsdGeom.Camera.Define(stage, "/World/Camera")
+    camera.AddTransformOp().Set(look_at((0, -12, 2), (0, 0, 2), up=(0, 0, 1)))
+    camera.CreateClippingRangeAttr(Gf.Vec2f(0.1, 100.0))
+    camera.CreateFocalLengthAttr(20.0)
+    UsdGeom.SetStageUpAxis(stage, "Z")
+    stage.SetStartTimeCode(0)
+    stage.SetEndTimeCode(24)
+    return stage
+
+
+@pytest.fixture
+def file(tmp_path):
+    stage = Usd.Stage.CreateNew(str(tmp_path / "animated.usda"))
+    stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/World").GetPrim())
+    animated(stage).Save()
+    return tmp_path / "animated.usda"
+
+
+def attach(*names):
+    product = rep.create.render_product("/World/Camera", (96, 64))
+    return [rep.annotators.get(name).attach(product) for name in names]
+
+
+def box_of(annotator, label):
+    data = annotator.get_data()
+    labels = {int(number): each["class"] for number, each in data["info"]["idToLabels"].items()}
+    (row,) = [row for row in data["data"] if labels[int(row["semanticId"])] == label]
+    return row
+
+
+def test_pictures_masks_and_boxes_follow_the_timeline():
+    animated(new_stage())
+    tight, solid = attach("bounding_box_2d_tight", "bounding_box_3d")
+    columns, heights, tops = [], [], []
+    for code in (0, 12, 24):
+        get_timeline().set_current_time(code / RATE)
+        rep.orchestrator.step(delta_time=0.0)
+        box = box_of(tight, "box")
+        columns.append((box["x_min"] + box["x_max"]) / 2)
+        man = box_of(solid, "man")
+        heights.append(float(man["z_max"]))
+        assert box_of(solid, "box")["transform"][3, 0] == pytest.approx(-2 + 4 * code / 24)
+        tops.append(int(box_of(tight, "man")["y_min"]))
+    assert columns[0] < columns[1] < columns[2]
+    np.testing.assert_allclose([columns[0] + columns[2], 2 * columns[1]], 95, atol=1.5)
+    assert heights[0] == pytest.approx(2.0)
+    assert heights[0] > heights[1] > heights[2]
+    assert tops[0] < tops[1] < tops[2], "the picture shows the bent mesh too"
+
+
+def test_a_playing_timeline_carries_the_animation_on(file):
+    open_stage(file)
+    timeline = get_timeline()
+    assert (timeline.get_end_time(), timeline.get_time_codes_per_seconds()) == (1.0, RATE)
+    (solid,) = attach("bounding_box_3d")
+    timeline.play()
+    places = []
+    for _ in range(4):
+        rep.orchestrator.step(pause_timeline=False)
+        places.append(box_of(solid, "box")["transform"][3, 0])
+    timeline.stop()
+    np.testing.assert_allclose(np.diff(places), 4 / 24, atol=1e-6)
+
+
+def test_opening_an_animation_stands_at_its_start(file):
+    stage = Usd.Stage.Open(str(file))
+    stage.SetStartTimeCode(6)
+    stage.Save()
+    open_stage(file)
+    assert get_timeline().get_current_time() == pytest.approx(6 / RATE)
+    new_stage()
+    assert get_timeline().get_current_time() == 0.0
+
+
+def test_cameras_move_and_zoom_with_the_time():
+    stage = animated(new_stage())
+    camera = UsdGeom.Camera(stage.GetPrimAtPath("/World/Camera"))
+    focal = camera.GetFocalLengthAttr()
+    focal.Set(20.0, 0)
+    focal.Set(40.0, 24)
+    UsdGeom.Xformable(stage.GetPrimAtPath("/World/Box")).GetOrderedXformOps()[0].GetAttr().Clear()
+    (tight,) = attach("bounding_box_2d_tight")
+    widths = []
+    for code in (0, 24):
+        get_timeline().set_current_time(code / RATE)
+        rep.orchestrator.step(delta_time=0.0)
+        row = box_of(tight, "box")
+        widths.append(int(row["x_max"]) - int(row["x_min"]) + 1)
+    assert widths[1] == pytest.approx(2 * widths[0], abs=2)
+
+
+@pytest.mark.parametrize(("code", "x"), [(None, -2.0), (18, 1.0)])
+def test_render_takes_a_time_code(file, tmp_path, code, x):
+    time = [] if code is None else ["--time", str(code)]
+    out = tmp_path / "out"
+    command = ["render", str(file), str(out), "--width", "32", "--height", "24", "--spp", "1", "--quiet", *time]
+    result = CliRunner().invoke(app, command)
+    assert result.exit_code == 0, result.output
+    boxes = np.load(out / "bounding_box_3d_0000.npy")
+    paths = json.loads((out / "bounding_box_3d_prim_paths_0000.json").read_text())
+    assert boxes[paths.index("/World/Box")]["transform"][3, 0] == pytest.approx(x)

@@ -1,0 +1,90 @@
+"""Denoisers of path-traced pictures through real captures: what they change, and that it is nothing but pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import usdsdg as rep
+from tests.render.path.films import needs_library
+from usdsdg import settings
+from usdsdg.errors import UsdsdgWarning, forget_warnings
+from usdsdg.session.stage_context import new_stage
+from usdsdg_render.path import oidn_denoiser
+
+ENABLED = "/rtx/pathtracing/optixDenoiser/enabled"
+BLEND = "/rtx/pathtracing/optixDenoiser/blendFactor"
+DENOISER = "/usdsdg/denoiser"
+LABELS = ("distance_to_camera", "normals", "DiffuseAlbedo", "DirectDiffuse")
+
+
+@pytest.fixture
+def captured(monkeypatch):
+    """What a path-traced frame of a ball on a floor is with some settings: ({key: value}) → {annotator: array}."""
+    forget_warnings()
+
+    def frame(values: dict) -> dict[str, np.ndarray]:
+        monkeypatch.setattr(settings.get_settings(), "_values", dict(settings.DEFAULTS))
+        new_stage()
+        rep.set_global_seed(5)
+        rep.create.light(light_type="dome", intensity=800)
+        rep.create.plane(scale=20, semantics=[("class", "floor")])
+        rep.create.sphere(position=(0, 0, 0.5), semantics=[("class", "ball")])
+        camera = rep.create.camera(position=(0, -4, 3), look_at=(0, 0, 0.4), f_stop=0.05, focus_distance=2.0)
+        product = rep.create.render_product(camera, (64, 48))
+        rep.settings.set_render_pathtraced(8)
+        for key, value in values.items():
+            rep.settings.carb_settings(key, value)
+        found = {name: rep.annotators.get(name).attach(product) for name in ("rgb", "HdrColor", *LABELS)}
+        masks = rep.annotators.get("semantic_segmentation").attach(product)
+        rep.orchestrator.step()
+        return {name: each.get_data() for name, each in found.items()} | {"masks": masks.get_data()["data"]}
+
+    return frame
+
+
+def roughness(picture: np.ndarray) -> float:
+    """How much neighbours differ."""
+    levels = picture[..., :3].astype(np.float64)
+    return float(np.abs(np.diff(levels, axis=0)).mean() + np.abs(np.diff(levels, axis=1)).mean())
+
+
+@needs_library
+def test_it_cleans_pictures_and_leaves_labels_as_they_are(captured):
+    clean, noisy, ours = captured({}), captured({ENABLED: False}), captured({DENOISER: "wavelet"})
+    for name in ("rgb", "HdrColor"):
+        assert roughness(clean[name]) < 0.5 * roughness(noisy[name])
+        assert roughness(clean[name]) < 0.7 * roughness(ours[name])
+    for name in ("masks", *LABELS):
+        assert np.array_equal(clean[name], noisy[name])
+        assert np.array_equal(clean[name], ours[name])
+
+
+@needs_library
+def test_auto_is_oidn_where_it_is_installed_and_a_capture_repeats_itself(captured):
+    pictures = [captured(values)["HdrColor"] for values in ({}, {DENOISER: "oidn"}, {ENABLED: True, BLEND: 0.0})]
+    assert np.array_equal(pictures[0], pictures[1])
+    assert np.array_equal(pictures[0], pictures[2])
+
+
+@needs_library
+def test_the_blend_factor_goes_from_clean_to_noisy(captured):
+    clean, noisy = captured({})["HdrColor"], captured({ENABLED: False})["HdrColor"]
+    half = captured({BLEND: 0.5})["HdrColor"]
+    np.testing.assert_allclose(half, (clean.astype(np.float32) + noisy) / 2, rtol=2**-9)
+    np.testing.assert_array_equal(captured({BLEND: 1.0})["HdrColor"], noisy)
+
+
+@needs_library
+def test_the_fast_mode_takes_it_where_it_is_named(captured):
+    fast = {"/rtx/rendermode": "RaytracedLighting"}
+    assert roughness(captured({**fast, DENOISER: "oidn"})["rgb"]) < 0.7 * roughness(captured(fast)["rgb"])
+
+
+def test_a_script_that_asks_for_optix_runs_without_the_extra(captured, monkeypatch):
+    monkeypatch.setattr(oidn_denoiser, "is_installed", lambda: False)
+    monkeypatch.setattr(oidn_denoiser, "lacks_sve", lambda: False)
+    with pytest.warns(UsdsdgWarning, match=r"pip install 'usdsdg\[denoise\]'") as told:
+        fallback = captured({ENABLED: True, BLEND: 0.0})["HdrColor"]
+    assert sum("usdsdg[denoise]" in str(each.message) for each in told) == 1
+    assert np.array_equal(fallback, captured({DENOISER: "wavelet"})["HdrColor"])

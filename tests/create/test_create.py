@@ -1,0 +1,207 @@
+"""What `rep.create` leaves on the stage beyond shapes."""
+
+import numpy as np
+import pytest
+from pxr import Sdf, UsdGeom, UsdShade
+
+import usdsdg as rep
+from usdsdg.app import new_layer
+from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported
+from usdsdg.graph import evaluate
+from usdsdg.session import stage_context
+from usdsdg.stage.cameras.camera_view import read_camera
+from usdsdg.stage.semantics import labels
+
+
+@pytest.fixture
+def stage():
+    evaluate.reset()
+    rep.set_global_seed(2)
+    return stage_context.new_stage()
+
+
+def shader_of(stage, path):
+    return UsdShade.Material(stage.GetPrimAtPath(path)).ComputeSurfaceSource("mdl")[0].GetPrim()
+
+
+def test_omnipbr_writes_the_inputs_that_are_given(stage, tmp_path):
+    picture = tmp_path / "wood.png"
+    picture.write_bytes(b"")
+    item = rep.create.material_omnipbr(
+        diffuse=(0.1, 0.2, 0.3), roughness=[0.2, 0.8], metallic=1.0, roughness_texture=str(picture),
+        emissive_color=(1, 0, 0), emissive_intensity=500, project_uvw=True, semantics=[("material", "wood")], count=2,
+    )  # fmt: skip
+    assert item.prims == ("/Replicator/Looks/OmniPBR", "/Replicator/Looks/OmniPBR_01")
+    for path, roughness in zip(item.prims, (0.2, 0.8)):
+        shader = shader_of(stage, path)
+        values = {a.GetName().removeprefix("inputs:"): a.Get() for a in shader.GetAuthoredAttributes()}
+        assert np.allclose(values["diffuse_color_constant"], (0.1, 0.2, 0.3))
+        assert values["reflection_roughness_constant"] == pytest.approx(roughness)
+        assert values["reflectionroughness_texture"].path == str(picture)
+        assert values["reflection_roughness_texture_influence"] == 1.0
+        assert (values["metallic_constant"], values["enable_emission"], values["project_uvw"]) == (1.0, True, True)
+        assert values["emissive_intensity"] == 500
+        assert "specular_level" not in values
+        preview = stage.GetPrimAtPath(f"{path}/PreviewSurface")
+        assert np.allclose(preview.GetAttribute("inputs:diffuseColor").Get(), (0.1, 0.2, 0.3))
+        assert labels.get_labels(stage.GetPrimAtPath(path)) == {"material": ["wood"]}
+
+
+@pytest.mark.parametrize(
+    ("argument", "value", "name", "held"),
+    [
+        ("diffuse", (0.25, 0.5, 1), "diffuse_color_constant", (0.25, 0.5, 1)),
+        ("roughness", 0.25, "reflection_roughness_constant", 0.25),
+        ("metallic", 0.5, "metallic_constant", 0.5),
+        ("specular", 0.75, "specular_level", 0.75),
+        ("emissive_color", (1, 0, 0.5), "emissive_color", (1, 0, 0.5)),
+        ("emissive_intensity", 40, "emissive_intensity", 40),
+        ("project_uvw", True, "project_uvw", True),
+    ],
+)
+def test_each_constant_of_omnipbr_reaches_its_input(stage, argument, value, name, held):
+    one = shader_of(stage, rep.create.material_omnipbr(**{argument: value}).prims[0])
+    assert one.GetAttribute(f"inputs:{name}").Get() == held
+    assert bool(one.GetAttribute("inputs:enable_emission").Get()) == argument.startswith("emissive")
+    drawn = rep.create.material_omnipbr(**{argument: rep.distribution.choice([value])}, count=2)
+    evaluate.graph().evaluate()
+    assert [shader_of(stage, path).GetAttribute(f"inputs:{name}").Get() for path in drawn.prims] == [held, held]
+
+
+@pytest.mark.parametrize(
+    ("argument", "name"),
+    [
+        ("diffuse_texture", "diffuse_texture"),
+        ("roughness_texture", "reflectionroughness_texture"),
+        ("metallic_texture", "metallic_texture"),
+        ("emissive_texture", "emissive_color_texture"),
+    ],
+)
+def test_each_texture_of_omnipbr_reaches_its_input(stage, tmp_path, argument, name):
+    (tmp_path / "wood.png").write_bytes(b"")
+    item = rep.create.material_omnipbr(**{argument: str(tmp_path / "wood.png")})
+    shader = shader_of(stage, item.prims[0])
+    assert shader.GetAttribute(f"inputs:{name}").Get().path == str(tmp_path / "wood.png")
+    if argument in ("roughness_texture", "metallic_texture"):
+        influence = {"roughness_texture": "reflection_roughness", "metallic_texture": "metallic"}[argument]
+        assert shader.GetAttribute(f"inputs:{influence}_texture_influence").Get() == 1
+    assert bool(shader.GetAttribute("inputs:enable_emission").Get()) == (argument == "emissive_texture")
+
+
+def test_omnipbr_draws_again_at_every_firing_and_can_be_bound(stage):
+    with rep.trigger.on_custom_event("go"):
+        looks = rep.create.material_omnipbr(diffuse=rep.distribution.uniform((0, 0, 0), (1, 1, 1)), count=4)
+    cubes = rep.create.cube(count=2, material=looks.prims[0])
+    seen = []
+    for _ in range(2):
+        rep.utils.send_og_event("go")
+        evaluate.graph().evaluate()
+        for path in looks.prims:
+            seen.append(tuple(shader_of(stage, path).GetAttribute("inputs:diffuse_color_constant").Get()))
+    assert len(set(seen)) == 8
+    bound = UsdShade.MaterialBindingAPI(stage.GetPrimAtPath(cubes.prims[1])).ComputeBoundMaterial()[0]
+    assert str(bound.GetPath()) == looks.prims[0]
+
+
+def test_what_omnipbr_does_not_take(stage):
+    with pytest.raises(AssetNotFound):
+        rep.create.material_omnipbr(diffuse_texture="/nowhere/wood.png")
+    with pytest.raises(ValueError, match="diffuse_color_constant"):
+        rep.create.material_omnipbr(diffuse=(1, 2))
+    with pytest.raises(Unsupported, match="material_omnipbr"):
+        rep.create.mdl_from_json({})
+
+
+def test_a_stereo_pair_is_its_baseline_apart_and_looks_one_way(stage):
+    pair = rep.create.stereo_camera(0.2, position=(1, 2, 3), look_at=(5, 2, 3), focal_length=30)
+    assert pair.prims == ("/Replicator/StereoCam",)
+    left, right = (read_camera(stage, f"/Replicator/StereoCam/StereoCam_{side}", (64, 48)) for side in "LR")
+    assert left.focal_length == right.focal_length == 30
+    # Seen by the left camera, the right one is on its right.
+    between = np.array(right.local_to_world)[3] @ left.world_to_camera
+    np.testing.assert_allclose(between[:3], (0.2, 0, 0), atol=1e-6)
+    np.testing.assert_allclose(left.local_to_world[:3, :3], right.local_to_world[:3, :3], atol=1e-9)
+    np.testing.assert_allclose(-left.local_to_world[2, :3], (1, 0, 0), atol=1e-6)
+    middle = (left.local_to_world[3, :3] + right.local_to_world[3, :3]) / 2
+    np.testing.assert_allclose(middle, (1, 2, 3), atol=1e-6)
+
+
+def test_stereo_pairs_have_parents_and_numbers(stage):
+    pairs = rep.create.stereo_camera(1.0, parent="/World", position=[(0, 0, 1), (0, 0, 2)], count=2)
+    assert pairs.prims == ("/World/StereoCam", "/World/StereoCam_01")
+    for path, height in zip(pairs.prims, (1, 2)):
+        middle = [read_camera(stage, f"{path}/StereoCam_{side}", (8, 8)).local_to_world[3, :3] for side in "LR"]
+        np.testing.assert_allclose(np.mean(middle, axis=0), (0, 0, height), atol=1e-9)
+    with pytest.raises(BadPrim, match="/Wrld"):
+        rep.create.stereo_camera(1.0, parent="/Wrld")
+
+
+def test_a_stereo_pair_of_a_y_up_stage(stage):
+    UsdGeom.SetStageUpAxis(stage, "Y")
+    rep.create.stereo_camera(0.5, name="eye")
+    left, right = (read_camera(stage, f"/Replicator/StereoCam/eye_{side}", (64, 48)) for side in "LR")
+    assert (right.local_to_world[3, 0], left.local_to_world[3, 0]) == (0.25, -0.25)
+    with pytest.raises(GraphError, match="stereo_baseline is 'wide'"):
+        rep.create.stereo_camera("wide")
+
+
+@pytest.mark.parametrize("name", ["fisheyePolynomial", "fisheye_polynomial"])
+def test_other_lenses_are_authored(stage, name):
+    item = rep.create.camera(projection_type=name, fisheye_polynomial_b=0.003, fisheye_max_fov=180)
+    prim = stage.GetPrimAtPath(f"{item.prims[0]}/Camera")
+    values = {name: prim.GetAttribute(name).Get() for name in ("cameraProjectionType", "fthetaMaxFov", "fthetaPolyB")}
+    assert values == {
+        "cameraProjectionType": "fisheyePolynomial",
+        "fthetaMaxFov": 180,
+        "fthetaPolyB": pytest.approx(0.003),
+    }
+    assert read_camera(stage, prim.GetPath(), (8, 8)).projection_type == "fisheyePolynomial"
+
+
+def test_lenses_whose_attributes_have_no_argument(stage):
+    item = rep.create.camera(projection_type="omni_directional_stereo")
+    prim = stage.GetPrimAtPath(f"{item.prims[0]}/Camera")
+    assert prim.GetAttribute("cameraProjectionType").Get() == "omniDirectionalStereo"
+    prim.CreateAttribute("isLeftEye", Sdf.ValueTypeNames.Bool).Set(True)
+    view = read_camera(stage, prim.GetPath(), (8, 8))
+    assert view.lens is not None
+    assert view.lens.eye == pytest.approx(-0.032 / view.meters_per_unit)
+
+
+def test_lenses_that_do_not_exist(stage):
+    with pytest.raises(GraphError, match="projection_type is 'wide'; expected one of pinhole"):
+        rep.create.camera(projection_type="wide")
+    with pytest.raises(Unsupported, match="tick_rate"):
+        rep.create.camera(tick_rate=30)
+
+
+def test_functions_of_scripts_join_create(stage):
+    def tower(height):
+        return rep.create.cube(count=height, position=[(0, 0, z) for z in range(height)])
+
+    rep.create.register(tower, fn_name="block_tower")
+    assert len(rep.create.block_tower(4).prims) == 4
+    del rep.create.block_tower
+
+
+def test_a_layer_holds_what_a_script_adds_and_is_emptied_by_the_next_run(stage):
+    for _ in range(2):
+        with new_layer.new_layer():
+            cubes = rep.create.cube(count=2)
+            with rep.trigger.on_frame():
+                rep.modify.pose(position=rep.distribution.uniform((0, 0, 0), (1, 1, 1)), input_prims=cubes)
+        assert cubes.prims == ("/Replicator/Cube_Xform", "/Replicator/Cube_Xform_01")
+    assert stage.GetEditTarget().GetLayer() == stage.GetRootLayer()
+    (identifier,) = stage.GetRootLayer().subLayerPaths
+    assert Sdf.Layer.Find(identifier).GetPrimAtPath("/Replicator/Cube_Xform")
+    assert not stage.GetRootLayer().GetPrimAtPath("/Replicator")
+    assert len(evaluate.graph().triggers) == 1
+    with new_layer.new_layer("Mine"):
+        pass
+    assert len(stage.GetRootLayer().subLayerPaths) == 2
+
+
+def test_an_error_in_a_layer_is_raised(stage):
+    with pytest.raises(GraphError, match="count is -1"), new_layer.new_layer():
+        rep.create.cube(count=-1)
+    assert stage.GetEditTarget().GetLayer() == stage.GetRootLayer()

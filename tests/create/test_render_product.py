@@ -1,0 +1,84 @@
+"""Render products: which are made, under which names, and what their handles do."""
+
+import pytest
+from pxr import UsdRender
+
+import usdsdg as rep
+from usdsdg.errors import BadPrim, GraphError, RenderError
+from usdsdg.graph import evaluate
+from usdsdg.session import stage_context
+from usdsdg.stage.cameras.render_products import products
+
+
+@pytest.fixture
+def stage():
+    evaluate.reset()
+    return stage_context.new_stage()
+
+
+@pytest.fixture
+def cameras(stage):
+    return rep.create.camera(count=2)
+
+
+def test_a_product_is_a_prim_of_the_session_layer(stage, cameras):
+    product = rep.create.render_product(cameras.prims[1], (640, 480))
+    assert product.path == "/Render/HydraTextures/Replicator"
+    prim = UsdRender.Product(stage.GetPrimAtPath(product.path))
+    assert prim.GetResolutionAttr().Get() == (640, 480)
+    assert [str(path) for path in prim.GetCameraRel().GetTargets()] == [f"{cameras.prims[1]}/Camera"]
+    assert not stage.GetRootLayer().GetPrimAtPath(product.path)
+    handle = product.hydra_texture
+    assert (handle.width, handle.height) == (640, 480)
+    assert handle.get_render_product_path() == product.path
+
+
+def test_a_product_is_used_again_unless_another_is_asked_for(stage, cameras):
+    one = cameras.prims[0]
+    first = rep.create.render_product(one, (8, 8))
+    assert rep.create.render_product(stage.GetPrimAtPath(f"{one}/Camera"), [8, 8]) is first
+    others = [
+        rep.create.render_product(one, (8, 9)),
+        rep.create.render_product(cameras.prims[1], (8, 8)),
+        rep.create.render_product(one, (8, 8), force_new=True),
+        rep.create.render_product(one, (8, 8), name="mine"),
+        rep.create.render_product(one, (8, 8), name="mine"),
+    ]
+    names = [product.path.rpartition("/")[2] for product in (first, *others)]
+    assert names == ["Replicator", "Replicator_01", "Replicator_02", "Replicator_03", "mine", "mine_01"]
+
+
+def test_several_cameras_get_a_product_each(stage, cameras):
+    products = rep.create.render_product(cameras, (8, 8), name=["left", "right"])
+    assert [product.path.rpartition("/")[2] for product in products] == ["left", "right"]
+    assert [product.camera_path for product in products] == [f"{path}/Camera" for path in cameras.prims]
+    same = rep.create.render_product([cameras.prims[0], cameras.prims[1]], (8, 8), name="both")
+    assert [product.path.rpartition("/")[2] for product in same] == ["both", "both_01"]
+
+
+def test_a_product_that_is_destroyed_is_gone(stage, cameras):
+    product = rep.create.render_product(cameras.prims[0], (8, 8))
+    product.destroy()
+    assert products() == []
+    assert rep.create.render_product(cameras.prims[0], (8, 8)) is not product
+
+
+@pytest.mark.parametrize("resolution", ["big", (8,), (8, 8, 8), (8.5, 8), None, ("a", 8)])
+def test_a_resolution_is_two_whole_numbers(stage, cameras, resolution):
+    with pytest.raises(TypeError, match=r"resolution must be \(width, height\)"):
+        rep.create.render_product(cameras, resolution)
+
+
+def test_what_cannot_be_a_product_is_told(stage, cameras):
+    with pytest.raises(RenderError, match="-8 x 8 pixels cannot be made"):
+        rep.create.render_product(cameras, (-8, 8))
+    with pytest.raises(BadPrim, match=r"/World/Kamera is not on the stage; cameras on the stage: .*/Camera"):
+        rep.create.render_product("/World/Kamera", (8, 8))
+    with pytest.raises(BadPrim, match="/World is a Xform without a camera in it"):
+        rep.create.render_product("/World", (8, 8))
+    with pytest.raises(BadPrim, match=r"camera is \[\]; give at least one"):
+        rep.create.render_product([], (8, 8))
+    with pytest.raises(GraphError, match="name has 1 entries for 2 cameras"):
+        rep.create.render_product(cameras, (8, 8), name=["left"])
+    with pytest.raises(BadPrim, match="Try '/Render/HydraTextures/my_view'"):
+        rep.create.render_product(cameras.prims[0], (8, 8), name="my view")

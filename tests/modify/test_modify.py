@@ -1,0 +1,248 @@
+"""What `rep.modify` leaves on the stage beside poses."""
+
+import pytest
+from pxr import Sdf, UsdGeom, UsdShade
+
+import usdsdg as rep
+from usdsdg.errors import BadPrim, GraphError
+from usdsdg.graph import evaluate
+from usdsdg.session import stage_context
+from usdsdg.stage.semantics import labels
+
+
+@pytest.fixture
+def stage():
+    evaluate.reset()
+    rep.set_global_seed(5)
+    return stage_context.new_stage()
+
+
+def fire():
+    rep.utils.send_og_event("go")
+    evaluate.graph().evaluate()
+
+
+def shown(stage, item):
+    return [UsdGeom.Imageable(stage.GetPrimAtPath(path)).ComputeVisibility() == "inherited" for path in item.prims]
+
+
+def bound(stage, item):
+    apis = [UsdShade.MaterialBindingAPI(stage.GetPrimAtPath(path)) for path in item.prims]
+    return [str(api.ComputeBoundMaterial()[0].GetPath()) for api in apis]
+
+
+# --- visibility ---
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        (True, [True, True]),
+        (False, [False, False]),
+        ([True, False], [True, False]),
+        ([1, 0], [True, False]),
+        ((False, True), [False, True]),
+    ],
+)
+def test_prims_are_shown_and_hidden_at_once(stage, value, expected):
+    cubes = rep.create.cube(count=2)
+    rep.modify.visibility(list(value) if isinstance(value, tuple) else value, input_prims=cubes)
+    assert shown(stage, cubes) == expected
+
+
+def test_without_a_value_visibility_is_drawn_for_each_prim_at_each_firing(stage):
+    with rep.trigger.on_custom_event("go"), rep.create.cube(count=40) as cubes:
+        rep.modify.visibility()
+    seen = []
+    for _ in range(2):
+        fire()
+        seen.append(shown(stage, cubes))
+        # Binomial with n = 40, p = 1/2: five standard deviations are 16.
+        assert abs(sum(seen[-1]) - 20) < 16
+    assert seen[0] != seen[1]
+
+
+@pytest.mark.parametrize("value", ["no", 2, [True, "no"]])
+def test_what_is_neither_shown_nor_hidden_is_told(stage, value):
+    with pytest.raises(GraphError, match=r"visibility is .*; expected True or False"):
+        rep.modify.visibility(value, input_prims=rep.create.cube(count=2))
+
+
+# --- variants ---
+
+
+@pytest.fixture
+def shelves(stage):
+    """Two prims with the variants red, green and blue of "color"."""
+    for name in "ab":
+        colors = stage.DefinePrim(f"/World/{name}", "Xform").GetVariantSets().AddVariantSet("color")
+        for color in ("red", "green", "blue"):
+            colors.AddVariant(color)
+    return rep.create.group(["/World/a", "/World/b"])
+
+
+def selected(stage, item):
+    return [stage.GetPrimAtPath(path).GetVariantSets().GetVariantSelection("color") for path in item.prims]
+
+
+def test_variants_are_selected_one_for_all_per_prim_and_drawn(stage, shelves):
+    for value, expected in (("green", ["green", "green"]), (["blue", "red"], ["blue", "red"])):
+        rep.modify.variant("color", value, input_prims=shelves)
+        evaluate.graph().evaluate()
+        assert selected(stage, shelves) == expected
+    with rep.trigger.on_custom_event("go"), shelves:
+        rep.modify.variant("color", rep.distribution.sequence(["green", "blue", "red"]))
+    fire()
+    assert selected(stage, shelves) == ["green", "blue"]
+    fire()
+    assert selected(stage, shelves) == ["red", "green"]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [("colour", "red", "no variant set 'colour'; it has: color"), ("color", "rad", "has no 'rad'; it has: .*red")],
+)
+def test_variants_that_do_not_exist_are_told_with_the_line(stage, shelves, name, value, message):
+    rep.modify.variant(name, value, input_prims=shelves)
+    with pytest.raises(GraphError, match=rf"test_modify\.py:\d+\): /World/a.*{message}"):
+        evaluate.graph().evaluate()
+
+
+# --- materials ---
+
+
+def test_materials_are_bound_at_once_stronger_than_below(stage):
+    cubes, looks = rep.create.cube(count=2), rep.create.material_omnipbr(count=2)
+    child = stage.GetPrimAtPath(f"{cubes.prims[0]}/Cube")
+    other = UsdShade.Material.Define(stage, "/World/other")
+    UsdShade.MaterialBindingAPI.Apply(child).Bind(other)
+    rep.modify.material(looks.prims[1], input_prims=cubes)
+    assert bound(stage, cubes) == [looks.prims[1]] * 2
+    assert str(UsdShade.MaterialBindingAPI(child).ComputeBoundMaterial()[0].GetPath()) == looks.prims[1]
+    rep.modify.material(looks, input_prims=cubes)
+    assert bound(stage, cubes) == list(looks.prims)
+    rep.modify.material(other.GetPrim(), input_prims=cubes)
+    assert bound(stage, cubes) == ["/World/other"] * 2
+
+
+def test_materials_are_drawn_at_each_firing(stage):
+    looks = rep.create.material_omnipbr(count=3)
+    with rep.trigger.on_custom_event("go"), rep.create.cube(count=2) as cubes:
+        rep.modify.material(rep.distribution.sequence(looks))
+    fire()
+    assert bound(stage, cubes) == list(looks.prims[:2])
+    fire()
+    assert bound(stage, cubes) == [looks.prims[2], looks.prims[0]]
+
+
+def test_what_is_no_material_is_told(stage):
+    cube = rep.create.cube()
+    with pytest.raises(BadPrim, match="/World is a Xform, not a Material"):
+        rep.modify.material("/World", input_prims=cube)
+    with pytest.raises(BadPrim, match="no prim /World/Oak"):
+        rep.create.cube(material="/World/Oak")
+
+
+# --- attributes ---
+
+
+def test_attributes_go_to_the_child_of_an_object_and_to_inputs(stage):
+    lights = rep.create.light(light_type="Sphere", count=2)
+    rep.modify.attribute("radius", [0.5, 2.0], input_prims=lights)
+    rep.modify.attribute("inputs:color", (1, 0.5, 0.25), input_prims=lights)
+    evaluate.graph().evaluate()
+    children = [stage.GetPrimAtPath(f"{path}/SphereLight") for path in lights.prims]
+    assert [child.GetAttribute("inputs:radius").Get() for child in children] == [0.5, 2.0]
+    assert [child.GetAttribute("inputs:color").Get() for child in children] == [(1, 0.5, 0.25)] * 2
+
+
+def test_numbers_are_one_array_or_one_vector_also_for_as_many_prims(stage):
+    paths = [str(stage.DefinePrim(f"/World/c{i}", "BasisCurves").GetPath()) for i in range(3)]
+    rep.modify.attribute("widths", [1.0, 2.0, 3.0], input_prims=paths)
+    rep.modify.attribute("tint", [0.5, 0.25, 1.0], attribute_type="color3f", input_prims=paths)
+    rep.modify.attribute("heat", [1, 2, 3], attribute_type="float", input_prims=paths)
+    evaluate.graph().evaluate()
+    prims = [stage.GetPrimAtPath(path) for path in paths]
+    assert [list(prim.GetAttribute("widths").Get()) for prim in prims] == [[1, 2, 3]] * 3
+    assert [prim.GetAttribute("tint").Get() for prim in prims] == [(0.5, 0.25, 1)] * 3
+    assert [prim.GetAttribute("heat").Get() for prim in prims] == [1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("type_name", "value", "held"),
+    [
+        ("float", 2, 2.0),
+        ("int", 2.9, 2),
+        ("bool", 1, True),
+        ("token", "a", "a"),
+        ("double3", 3, (3, 3, 3)),
+        ("color3f", (0.5, 0.25, 1), (0.5, 0.25, 1)),
+    ],
+)
+def test_an_attribute_is_made_where_its_type_is_given(stage, type_name, value, held):
+    cube = rep.create.cube()
+    rep.modify.attribute("made", value, attribute_type=type_name, input_prims=cube)
+    evaluate.graph().evaluate()
+    made = stage.GetPrimAtPath(f"{cube.prims[0]}/Cube").GetAttribute("made")
+    assert made.Get() == held
+    assert made.GetTypeName() == Sdf.ValueTypeNames.Find(type_name)
+
+
+def test_misspelt_attributes_and_types_are_told_with_near_misses(stage):
+    cube = rep.create.cube(as_mesh=False)
+    for arguments, message in (
+        (("sise", 1), "has no attribute 'sise'; similar: size.*Pass attribute_type"),
+        (("made", 1, "flaot"), "attribute_type='flaot' is not a USD value type; did you mean float"),
+        (("size", "big"), "is a double; it does not take 'big'"),
+    ):
+        rep.modify.attribute(*arguments, input_prims=cube)
+        with pytest.raises(GraphError, match=rf"test_modify\.py:\d+\).*{message}"):
+            evaluate.graph().evaluate()
+
+
+def test_colours_of_prims_are_written_and_drawn(stage):
+    with rep.trigger.on_custom_event("go"), rep.create.cube(count=20) as cubes:
+        rep.modify.attribute("primvars:displayColor", rep.distribution.uniform((0, 0, 0.5), (1, 0, 1)))
+    fire()
+    drawn = [stage.GetPrimAtPath(f"{path}/Cube").GetAttribute("primvars:displayColor").Get() for path in cubes.prims]
+    assert len({tuple(colors[0]) for colors in drawn}) == 20
+    assert all(len(colors) == 1 and colors[0][1] == 0 and colors[0][2] >= 0.5 for colors in drawn)
+
+
+def test_strings_for_assets_are_files_below_the_root(stage, tmp_path):
+    (tmp_path / "night.hdr").write_bytes(b"")
+    dome = rep.create.light(light_type="dome")
+    rep.modify.attribute("texture:file", str(tmp_path / "night.hdr"), input_prims=dome)
+    evaluate.graph().evaluate()
+    file = stage.GetPrimAtPath(f"{dome.prims[0]}/DomeLight").GetAttribute("inputs:texture:file").Get()
+    assert file.path == str(tmp_path / "night.hdr")
+    rep.modify.attribute("texture:file", rep.distribution.choice([str(tmp_path / "nigt.hdr")]), input_prims=dome)
+    with pytest.raises(GraphError, match=r"test_modify\.py:\d+.*did you mean night\.hdr"):
+        evaluate.graph().evaluate()
+
+
+# --- labels ---
+
+
+def test_labels_are_added_replaced_and_cleared_at_once(stage):
+    cube = rep.create.cube(semantics=[("class", "a")])
+    prim = stage.GetPrimAtPath(cube.prims[0])
+    for given, mode, expected in (
+        ([("class", "b"), ("part", "p")], "add", {"class": ["a", "b"], "part": ["p"]}),
+        ({"class": "c"}, "replace", {"class": ["c"], "part": ["p"]}),
+        ({"class": ["d"]}, "clear", {"class": ["d"]}),
+        (None, "clear", {}),
+    ):
+        rep.modify.semantics(given, input_prims=cube, mode=mode)
+        assert labels.get_labels(prim) == expected
+    with pytest.raises(GraphError, match="mode='ad'; known: add, replace, clear"):
+        rep.modify.semantics([("class", "a")], input_prims=cube, mode="ad")
+
+
+def test_labels_inside_a_trigger_are_written_when_it_fires(stage):
+    with rep.trigger.on_custom_event("go"), rep.create.cube(count=2) as cubes:
+        rep.modify.semantics([{"class": "x"}, {"class": "y"}])
+    prims = [stage.GetPrimAtPath(path) for path in cubes.prims]
+    assert [labels.get_labels(prim) for prim in prims] == [{}, {}]
+    fire()
+    assert [labels.get_labels(prim) for prim in prims] == [{"class": ["x"]}, {"class": ["y"]}]

@@ -1,0 +1,352 @@
+"""Where `modify.pose` and its relatives leave prims."""
+
+import math
+
+import numpy as np
+import pytest
+from pxr import Gf, UsdGeom, UsdSkel
+
+import usdsdg as rep
+from usdsdg.errors import BadPrim, GraphError
+from usdsdg.graph import evaluate
+from usdsdg.session import stage_context
+from usdsdg.session.timeline import get_timeline
+from usdsdg.stage.cameras.camera_view import read_camera
+from usdsdg.stage.poses import transforms
+
+
+@pytest.fixture
+def stage():
+    evaluate.reset()
+    rep.set_global_seed(2)
+    return stage_context.new_stage()
+
+
+def run():
+    evaluate.graph().evaluate()
+
+
+def matrix(stage, path):
+    return np.array(transforms.local_to_world(stage.GetPrimAtPath(path)))
+
+
+def box(stage, path):
+    cache = UsdGeom.BBoxCache(0, [UsdGeom.Tokens.default_])
+    found = cache.ComputeWorldBound(stage.GetPrimAtPath(path)).ComputeAlignedRange()
+    return np.array([found.GetMin(), found.GetMax()])
+
+
+@pytest.fixture
+def cube(stage):
+    prim = UsdGeom.Cube.Define(stage, "/World/cube")
+    prim.CreateSizeAttr(2.0)
+    return str(prim.GetPath())
+
+
+def test_single_axes_leave_the_others(stage, cube):
+    rep.modify.pose(position=(1, 2, 3), rotation=(10, 20, 30), input_prims=cube)
+    run()
+    rep.modify.pose(position_z=-1, rotation_x=45, rotation_z=rep.distribution.uniform(90, 91), input_prims=cube)
+    run()
+    prim = stage.GetPrimAtPath(cube)
+    assert prim.GetAttribute("xformOp:translate").Get() == (1, 2, -1)
+    x, y, z = prim.GetAttribute("xformOp:rotateXYZ").Get()
+    assert (x, y) == (45, 20)
+    assert 90 <= z < 91
+
+
+def test_a_single_axis_may_be_given_per_prim(stage):
+    cubes = rep.create.cube(count=3, position=(5, 5, 5))
+    rep.modify.pose(position_x=[1, 2, 3], input_prims=cubes)
+    run()
+    assert [matrix(stage, path)[3, :3].tolist() for path in cubes.prims] == [[1, 5, 5], [2, 5, 5], [3, 5, 5]]
+
+
+def test_a_single_axis_of_a_prim_with_a_matrix_or_an_orient_op(stage):
+    turn = Gf.Rotation(Gf.Vec3d(0, 0, 1), 30)
+    xform = UsdGeom.Xform.Define(stage, "/World/matrix")
+    xform.AddTransformOp().Set(Gf.Matrix4d(turn, Gf.Vec3d(1, 2, 3)))
+    other = UsdGeom.Xform.Define(stage, "/World/orient")
+    other.AddTranslateOp().Set(Gf.Vec3d(1, 2, 3))
+    other.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Quatd(turn.GetQuat()))
+    both = ["/World/matrix", "/World/orient"]
+    rep.modify.pose(position_y=7, rotation_x=90, input_prims=both)
+    run()
+    expected = transforms.compose_euler((1, 7, 3), (90, 0, 30))
+    for path in both:
+        np.testing.assert_allclose(matrix(stage, path), expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("order", ["XYZ", "XZY", "YXZ", "YZX", "ZXY", "zyx"])
+def test_rotation_order_says_which_axis_turns_first(stage, cube, order):
+    rep.modify.pose(rotation=(20, 40, 60), rotation_order=order, input_prims=cube)
+    run()
+    turns = [np.array(Gf.Matrix3d(Gf.Rotation(Gf.Vec3d(*np.eye(3)[i]), a))) for i, a in enumerate((20, 40, 60))]
+    first, second, third = (turns["XYZ".index(axis)] for axis in order.upper())
+    np.testing.assert_allclose(matrix(stage, cube)[:3, :3], first @ second @ third, atol=1e-6)
+
+
+def test_size_is_the_edge_length_of_the_box(stage, cube):
+    rep.modify.pose(size=(1, 4, 6), rotation=(0, 0, 90), input_prims=cube)
+    run()
+    np.testing.assert_allclose(np.diff(box(stage, cube), axis=0)[0], (4, 1, 6), atol=1e-6)
+    rep.modify.pose(size=3, input_prims=cube)
+    run()
+    np.testing.assert_allclose(np.diff(box(stage, cube), axis=0)[0], (3, 3, 3), atol=1e-6)
+
+
+def test_a_flat_axis_keeps_its_scale_under_size(stage):
+    plane = rep.create.plane(scale=(1, 1, 2))
+    rep.modify.pose(size=4, input_prims=plane)
+    run()
+    assert stage.GetPrimAtPath(plane.prims[0]).GetAttribute("xformOp:scale").Get() == (4, 4, 2)
+
+
+@pytest.mark.parametrize("rotation", [(0, 0, 0), (0, 0, 45), (90, 0, 0)])
+def test_a_pivot_is_what_is_placed_and_turned_about(stage, rotation):
+    # The tip of a cone two units high.
+    cone = rep.create.cone(position=(1, 2, 3), rotation=rotation, scale=2, pivot=(0, 0, 1))
+    tip = matrix(stage, f"{cone.prims[0]}/Cone")
+    np.testing.assert_allclose(np.array([0, 0, 0.5, 1]) @ tip, (1, 2, 3, 1), atol=1e-6)
+
+
+def test_a_pivot_can_be_changed_and_stays_when_other_things_change(stage, cube):
+    for pivot, middle in (((0, 0, -1), (0, 0, 1)), ((1, 0, 0), (-1, 0, 0))):
+        rep.modify.pose(pivot=pivot, input_prims=cube)
+        run()
+        np.testing.assert_allclose(matrix(stage, cube)[3, :3], middle, atol=1e-6)
+    rep.modify.pose(position=(0, 0, 5), rotation=(0, 0, 180), input_prims=cube)
+    run()
+    np.testing.assert_allclose(matrix(stage, cube)[3, :3], (1, 0, 5), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"position": 1, "position_x": 1}, "position or position_x"),
+        ({"rotation": 1, "rotation_z": 1}, "rotation or rotation_z"),
+        ({"scale": 1, "size": 1}, "scale or size"),
+        ({"rotation": 1, "look_at": (0, 0, 0)}, "rotation or look_at"),
+        ({"rotation_y": 1, "look_at": (0, 0, 0)}, "rotation or look_at"),
+        ({"rotation": 1, "rotation_order": "XXZ"}, "rotation_order='XXZ'; known: XYZ"),
+    ],
+)
+def test_arguments_that_exclude_each_other(stage, cube, arguments, message):
+    with pytest.raises(ValueError, match=message) as caught:
+        rep.modify.pose(**arguments, input_prims=cube)
+    assert isinstance(caught.value, GraphError)
+
+
+def test_a_prim_without_geometry_has_neither_size_nor_pivot(stage):
+    rep.modify.pose(size=1, input_prims=rep.create.xform())
+    with pytest.raises(GraphError, match="has no extent"):
+        run()
+
+
+def view_direction(stage, path):
+    return tuple(UsdGeom.Camera(stage.GetPrimAtPath(path)).GetCamera(0).frustum.ComputeViewDirection())
+
+
+def up_direction(stage, path):
+    return np.array(UsdGeom.Camera(stage.GetPrimAtPath(path)).GetCamera(0).frustum.ComputeUpVector())
+
+
+def test_several_prims_are_looked_at_in_their_middle(stage):
+    targets = rep.create.sphere(count=2, position=[(0, 4, 0), (0, 8, 0)])
+    cameras = rep.create.camera(count=2, position=[(6, 0, 0), (0, 0, 6)])
+    rep.modify.pose(look_at=targets, input_prims=cameras)
+    run()
+    for path, eye in zip(cameras.prims, ((6, 0, 0), (0, 0, 6))):
+        expected = np.subtract((0, 6, 0), eye) / math.sqrt(72)
+        np.testing.assert_allclose(view_direction(stage, f"{path}/Camera"), expected, atol=1e-6)
+
+
+def test_the_up_axis_is_up_in_the_picture_also_under_a_turned_parent(stage):
+    parent = UsdGeom.Xform.Define(stage, "/World/arm")
+    parent.AddRotateXYZOp().Set(Gf.Vec3f(30, 40, 50))
+    parent.AddScaleOp().Set(Gf.Vec3f(2))
+    camera = rep.create.camera(parent="/World/arm", position=(1, 0, 0))
+    rep.modify.pose(look_at=(9, 9, 9), look_at_up_axis=(1, 0, 0), input_prims=camera)
+    run()
+    path = f"{camera.prims[0]}/Camera"
+    eye = matrix(stage, camera.prims[0])[3, :3]
+    forward = (np.array([9, 9, 9]) - eye) / np.linalg.norm(np.array([9, 9, 9]) - eye)
+    np.testing.assert_allclose(view_direction(stage, path), forward, atol=1e-6)
+    upwards = np.array([1, 0, 0]) - forward[0] * forward
+    np.testing.assert_allclose(up_direction(stage, path), upwards / np.linalg.norm(upwards), atol=1e-6)
+
+
+def test_looking_straight_down_is_possible(stage):
+    camera = rep.create.camera(position=(0, 0, 5), look_at=(0, 0, 0))
+    np.testing.assert_allclose(view_direction(stage, f"{camera.prims[0]}/Camera"), (0, 0, -1), atol=1e-6)
+
+
+@pytest.mark.parametrize("place", [(0, 0), (0.5, -0.25), (-1, 1)])
+def test_camera_relative_places_project_to_where_they_were_asked(stage, place):
+    camera = rep.create.camera(position=(3, 2, 1), look_at=(0, 0, 0.5), horizontal_aperture_offset=2.0)
+    product = rep.create.render_product(camera, (640, 480))
+    parent = UsdGeom.Xform.Define(stage, "/World/shelf")
+    parent.AddTranslateOp().Set(Gf.Vec3d(7, 0, 0))
+    ball = rep.create.sphere(parent="/World/shelf")
+    rep.modify.pose_camera_relative(camera, product, 4.0, *place, input_prims=ball)
+    run()
+    view = read_camera(stage, product.camera_path, (640, 480))
+    point = matrix(stage, ball.prims[0])[None, 3, :3]
+    pixels, _ = view.project(point)
+    np.testing.assert_allclose(pixels[0], (640 * (1 + place[0]) / 2, 480 * (1 - place[1]) / 2), atol=1e-3)
+    assert np.linalg.norm(point - view.local_to_world[3, :3]) == pytest.approx(4.0)
+
+
+def test_camera_relative_places_follow_the_lens(stage):
+    camera = rep.create.camera(position=(3, 2, 1), look_at=(0, 0, 0.5), projection_type="fisheyePolynomial")
+    product = rep.create.render_product(camera, (640, 400))
+    ball = rep.create.sphere()
+    rep.modify.pose_camera_relative(camera, product, 4.0, 0.4, -0.6, input_prims=ball)
+    run()
+    view = read_camera(stage, product.camera_path, (640, 400))
+    point = matrix(stage, ball.prims[0])[None, 3, :3]
+    np.testing.assert_allclose(view.project(point)[0][0], (640 * 0.7, 400 * 0.8), atol=1e-3)
+    assert np.linalg.norm(point - view.local_to_world[3, :3]) == pytest.approx(4.0)
+
+
+def test_camera_relative_places_outside_of_the_lens_are_refused(stage):
+    camera = rep.create.camera(projection_type="fisheyePolynomial")
+    product = rep.create.render_product(camera, (640, 400))
+    rep.modify.pose_camera_relative(camera, product, 4.0, 1.0, 1.0, input_prims=rep.create.sphere())
+    with pytest.raises(GraphError, match=r"Camera sees nothing at horizontal_location 1, vertical_location 1"):
+        run()
+
+
+def test_orbits_keep_their_distance_and_look_inwards(stage):
+    middle = rep.create.sphere(position=(1, 2, 3))
+    cameras = rep.create.camera(count=20)
+    rep.modify.pose_orbit(
+        middle,
+        distance=5.0,
+        azimuth=rep.distribution.uniform(-180, 180),
+        elevation=rep.distribution.uniform(10, 80),
+        input_prims=cameras,
+    )
+    run()
+    places = np.array([matrix(stage, path)[3, :3] for path in cameras.prims]) - (1, 2, 3)
+    np.testing.assert_allclose(np.linalg.norm(places, axis=1), 5.0, atol=1e-6)
+    assert len(np.unique(places.round(6), axis=0)) == 20
+    assert (places[:, 2] > 0).all()
+    for path, place in zip(cameras.prims, places):
+        np.testing.assert_allclose(view_direction(stage, f"{path}/Camera"), -place / 5, atol=1e-5)
+
+
+@pytest.mark.parametrize(("up", "expected"), [("Z", (0, 2, 0)), ("Y", (2, 0, 0))])
+def test_azimuth_turns_around_the_up_axis(stage, cube, up, expected):
+    UsdGeom.SetStageUpAxis(stage, up)
+    rep.modify.pose_orbit((0, 0, 0), 2, 90, 0, look_at_barycentre=False, input_prims=cube)
+    run()
+    np.testing.assert_allclose(matrix(stage, cube)[3, :3], expected, atol=1e-6)
+    np.testing.assert_allclose(matrix(stage, cube)[:3, :3], np.eye(3), atol=1e-6)
+
+
+def test_each_prim_may_have_its_own_orbit_and_place(stage):
+    balls = rep.create.sphere(count=2)
+    rep.modify.pose_orbit([(0, 0, 0), (5, 0, 0)], [1, 2], [0, 90], [90, 0], input_prims=balls)
+    run()
+    np.testing.assert_allclose([matrix(stage, path)[3, :3] for path in balls.prims], [(0, 0, 1), (5, 2, 0)], atol=1e-6)
+    camera = rep.create.camera()
+    product = rep.create.render_product(camera, (64, 64))
+    rep.modify.pose_camera_relative(camera, product, [1, 2], input_prims=balls)
+    run()
+    np.testing.assert_allclose([matrix(stage, path)[3, :3] for path in balls.prims], [(1, 0, 0), (2, 0, 0)], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda cube: rep.modify.pose_orbit((0, 0, 0), "far", 0, 0, input_prims=cube), "distance is 'far'"),
+        (lambda cube: rep.modify.pose_orbit((0, 0), 1, 0, 0, input_prims=cube), r"barycentre is \(0, 0\)"),
+        (lambda cube: rep.modify.pose(position_x=[1, 2], input_prims=cube), r"position_x is \[1, 2\]; expected one"),
+        (lambda cube: rep.modify.pose(look_at="/World/nothing", input_prims=cube), "no prim /World/nothing"),
+    ],
+)
+def test_places_that_make_no_sense_name_the_line(stage, cube, make, message):
+    make(cube)
+    with pytest.raises(GraphError, match=rf"test_pose\.py:\d+\).*{message}"):
+        run()
+
+
+def test_a_place_in_a_picture_needs_one_camera_and_a_product(stage, cube):
+    cameras = rep.create.camera(count=2)
+    product = rep.create.render_product(cameras.prims[0], (8, 8))
+    with pytest.raises(GraphError, match="camera is 2 prims; give one"):
+        rep.modify.pose_camera_relative(cameras, product, 1.0, input_prims=cube)
+    with pytest.raises(BadPrim, match="/Render/HydraTextures/Nothing"):
+        rep.modify.pose_camera_relative(cameras.prims[0], "/Render/HydraTextures/Nothing", 1.0, input_prims=cube)
+    with pytest.raises(GraphError, match="render_product /World has no resolution"):
+        rep.modify.pose_camera_relative(cameras.prims[0], "/World", 1.0, input_prims=cube)
+
+
+def test_the_timeline_takes_seconds_and_frames(stage):
+    clock = get_timeline()
+    clock.reset()
+    rep.modify.timeline(8.0, "end_time")
+    rep.modify.timeline(60, "start_frame")
+    rep.modify.frame(90)
+    assert (clock.get_start_time(), clock.get_current_time(), clock.get_end_time()) == (1.0, 1.5, 8.0)
+    with rep.trigger.on_custom_event("go"):
+        rep.modify.time(rep.distribution.uniform(2.0, 3.0))
+    assert clock.get_current_time() == 1.5
+    rep.utils.send_og_event("go")
+    run()
+    assert 2.0 <= clock.get_current_time() < 3.0
+    clock.reset()
+
+
+def test_an_unknown_kind_of_time_is_named(stage):
+    with pytest.raises(GraphError, match=r"modify_type='seconds'; known: time, start_time"):
+        rep.modify.timeline(1.0, "seconds")
+
+
+def test_animations_are_bound_to_the_skeleton(stage):
+    UsdSkel.Root.Define(stage, "/World/person")
+    skeleton = UsdSkel.Skeleton.Define(stage, "/World/person/skeleton")
+    clips = [str(UsdSkel.Animation.Define(stage, f"/World/{name}").GetPath()) for name in ("walk", "run", "wave")]
+    get_timeline().set_current_time(1.0)
+    with rep.trigger.on_custom_event("go"):
+        rep.modify.animation(clips, reset_timeline=True, input_prims="/World/person")
+    seen = set()
+    for _ in range(12):
+        rep.utils.send_og_event("go")
+        run()
+        seen |= {str(path) for path in UsdSkel.BindingAPI(skeleton).GetAnimationSourceRel().GetTargets()}
+    assert seen == set(clips)
+    assert get_timeline().get_current_time() == 0.0
+
+
+def test_what_is_no_skeleton_is_named(stage, cube):
+    UsdSkel.Animation.Define(stage, "/World/walk")
+    rep.modify.animation("/World/walk", input_prims=cube)
+    with pytest.raises(GraphError, match="/World/cube has no Skeleton"):
+        run()
+
+
+def test_functions_of_scripts_join_the_family(stage, cube):
+    def lift(height, input_prims=None):
+        return rep.modify.pose(position_z=height, input_prims=input_prims)
+
+    rep.modify.register(lift)
+    rep.modify.lift(4, input_prims=cube)
+    run()
+    assert matrix(stage, cube)[3, 2] == 4
+    with pytest.raises(ValueError, match=r"'lift' exists"):
+        rep.modify.register(lift, override=False)
+    with pytest.raises(ValueError, match=r"'two words' is not a valid name"):
+        rep.modify.register(lift, fn_name="two words")
+    del rep.modify.lift
+
+
+def test_a_place_under_a_vanished_parent_is_an_error(stage):
+    parent = UsdGeom.Xform.Define(stage, "/World/nothing")
+    parent.AddScaleOp().Set(Gf.Vec3f(0))
+    ball = rep.create.sphere(parent="/World/nothing")
+    rep.modify.pose_orbit((0, 0, 0), 1, 0, 0, input_prims=ball)
+    with pytest.raises(GraphError, match="an ancestor is scaled to nothing"):
+        run()
+    assert issubclass(BadPrim, ValueError)

@@ -1,0 +1,391 @@
+"""What scripts do to the stage between steps takes effect at the next step."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, UsdGeom, UsdPhysics
+
+from tests.physics.scenes import add, collide, make_body, new_stage, playing, position, set_value, velocity
+from usdsdg import errors
+from usdsdg.errors import PhysicsError
+from usdsdg_physics import NewtonEngine, simulate
+
+STEP = 1 / 60
+
+
+def test_velocity_set_while_playing():
+    stage = new_stage()
+    prim = add(stage, "/World/box", rotate=(0, 0, 90), gravity=False)
+    engine = playing(stage)
+    engine.advance(STEP)
+    set_value(prim, "physics:velocity", Gf.Vec3f(0, 6, 0))
+    engine.advance(STEP)
+    assert position(prim) == pytest.approx([0, 0.1, 0], abs=1e-5)
+
+
+def test_velocity_set_between_play_and_the_first_step():
+    stage = new_stage()
+    prim = add(stage, "/World/box", gravity=False)
+    engine = playing(stage)
+    set_value(prim, "physics:velocity", Gf.Vec3f(0, 6, 0))
+    engine.advance(STEP)
+    assert position(prim) == pytest.approx([0, 0.1, 0], abs=1e-5)
+    engine.stop()
+    assert not prim.GetAttribute("physics:velocity").HasAuthoredValue()
+
+
+def test_velocity_of_a_body_at_rest_wakes_it():
+    stage = new_stage()
+    add(stage, "/World/ground", at=(0, 0, -0.1), scale=(5, 5, 0.1), body=False)
+    prim = add(stage, "/World/box", at=(0, 0, 0.1))
+    engine = playing(stage)
+    engine.advance(1.0)
+    assert not velocity(prim).any()
+    set_value(prim, "physics:velocity", Gf.Vec3f(0, 0, 2))
+    engine.advance(0.2)
+    assert position(prim)[2] == pytest.approx(0.1 + 2 * 0.2 - 9.81 * 0.02, abs=0.02)
+
+
+def test_body_at_rest_falls_when_its_support_goes():
+    """Both ways of losing it: the collider is switched off, and it is moved away."""
+    for remove in (
+        lambda ground: set_value(ground, "physics:collisionEnabled", False),
+        lambda ground: set_value(ground, "xformOp:translate", Gf.Vec3d(0, 0, -9)),
+    ):
+        stage = new_stage()
+        ground = add(stage, "/World/ground", at=(0, 0, -0.1), scale=(5, 5, 0.1), body=False)
+        prim = add(stage, "/World/box", at=(0, 0, 0.1))
+        engine = playing(stage)
+        engine.advance(1.0)
+        assert position(prim)[2] == pytest.approx(0.1, abs=1e-3)
+        remove(ground)
+        engine.advance(0.5)
+        assert position(prim)[2] == pytest.approx(0.1 - 9.81 / 8, abs=0.05)
+
+
+def test_teleport_by_own_op_and_by_an_ancestor():
+    stage = new_stage()
+    group = UsdGeom.Xform.Define(stage, "/World/group")
+    shift = group.AddTranslateOp()
+    prim = add(stage, "/World/group/box", gravity=False)
+    engine = playing(stage)
+    engine.advance(STEP)
+    set_value(prim, "xformOp:translate", Gf.Vec3d(1, 0, 0))
+    engine.advance(STEP)
+    assert position(prim) == pytest.approx([1, 0, 0], abs=1e-5)
+    shift.Set(Gf.Vec3d(0, 5, 0))
+    engine.advance(STEP)
+    assert position(prim) == pytest.approx([1, 5, 0], abs=1e-5)
+    set_value(prim, "physics:velocity", Gf.Vec3f(0, 0, 6))
+    engine.advance(STEP)
+    assert position(prim) == pytest.approx([1, 5, 0.1], abs=1e-4)
+
+
+def test_gravity_switch_of_one_body():
+    stage = new_stage()
+    switched, other = add(stage, "/World/a", at=(0, 0, 9)), add(stage, "/World/b", at=(5, 0, 9), gravity=False)
+    engine = playing(stage)
+    engine.advance(STEP)
+    set_value(switched, "physics:velocity", Gf.Vec3f(0))
+    set_value(switched, "physxRigidBody:disableGravity", True)
+    set_value(other, "physxRigidBody:disableGravity", False)
+    at = position(switched)
+    engine.advance(0.5)
+    assert position(switched) == pytest.approx(at, abs=1e-6)
+    assert position(other)[2] == pytest.approx(9 - 9.81 / 8, abs=0.03)
+
+
+def test_damping_change():
+    """Half a second at 2/s leaves e^-1 of the speed."""
+    stage = new_stage()
+    prim = add(stage, "/World/box", gravity=False)
+    prim.CreateAttribute("physxRigidBody:linearDamping", Sdf.ValueTypeNames.Float).Set(0.0)
+    set_value(prim, "physics:velocity", Gf.Vec3f(1, 0, 0))
+    engine = playing(stage)
+    engine.advance(0.5)
+    assert velocity(prim)[0] == pytest.approx(1.0, abs=1e-4)
+    set_value(prim, "physxRigidBody:linearDamping", 2.0)
+    engine.advance(0.5)
+    assert velocity(prim)[0] == pytest.approx(np.exp(-1), rel=0.01)
+
+
+def test_scene_gravity_change():
+    stage = new_stage()
+    prim = add(stage, "/World/box", at=(0, 0, 0))
+    engine = playing(stage)
+    engine.advance(STEP)
+    set_value(prim, "physics:velocity", Gf.Vec3f(0))
+    scene = UsdPhysics.Scene(stage.GetPrimAtPath("/PhysicsScene"))
+    scene.CreateGravityDirectionAttr(Gf.Vec3f(1, 0, 0))
+    scene.CreateGravityMagnitudeAttr(2.0)
+    engine.advance(1.0)
+    assert velocity(prim) == pytest.approx([2, 0, 0], abs=1e-3)
+
+
+def test_camera_collider_pushes_bodies_out():
+    """The object-based script: a sphere under a camera, switched off, moved with it, switched on for four frames."""
+    stage = new_stage()
+    camera = UsdGeom.Camera.Define(stage, "/World/camera")
+    at = camera.AddTranslateOp()
+    at.Set(Gf.Vec3d(20, 0, 0))
+    sphere = stage.DefinePrim("/World/camera/sphere", "Sphere")
+    sphere.GetAttribute("radius").Set(1.0)
+    collide(sphere)
+    sphere.GetAttribute("physics:collisionEnabled").Set(False)
+    prim = add(stage, "/World/box", at=(0.5, 0, 0), gravity=False)
+    engine = playing(stage)
+    engine.advance(STEP)
+    at.Set(Gf.Vec3d(0, 0, 0))
+    engine.advance(4 * STEP)
+    assert position(prim) == pytest.approx([0.5, 0, 0], abs=1e-5)
+    set_value(sphere, "physics:collisionEnabled", True)
+    engine.advance(20 * STEP)
+    assert np.linalg.norm(position(prim)) > 0.9
+    set_value(sphere, "physics:collisionEnabled", False)
+    set_value(prim, "physics:velocity", Gf.Vec3f(0))
+    set_value(prim, "xformOp:translate", Gf.Vec3d(0.2, 0, 0))
+    engine.advance(4 * STEP)
+    assert position(prim) == pytest.approx([0.2, 0, 0], abs=1e-4)
+
+
+def test_step_rate_change_while_playing():
+    """Eight steps of 1/320 s make up 0.025 s, as in the motion-blur capture."""
+    stage = new_stage()
+    prim = add(stage, "/World/box", gravity=False)
+    set_value(prim, "physics:velocity", Gf.Vec3f(1, 0, 0))
+    engine = playing(stage)
+    assert engine.advance(STEP) == 1
+    rate = stage.GetPrimAtPath("/PhysicsScene").GetAttribute("physxScene:timeStepsPerSecond")
+    rate.Set(320)
+    dts = []
+    engine.subscribe_step(dts.append)
+    assert [engine.advance(0.025 / 8) for _ in range(8)] == [1] * 8
+    assert dts == pytest.approx([1 / 320] * 8)
+    rate.Set(60)
+    assert engine.advance(STEP) == 1
+    assert position(prim)[0] == pytest.approx(2 / 60 + 0.025, abs=1e-5)
+
+
+def test_left_over_time_is_kept():
+    stage = new_stage()
+    add(stage, "/World/box", gravity=False)
+    engine = playing(stage)
+    assert [engine.advance(0.5 / 60) for _ in range(4)] == [0, 1, 0, 1]
+    assert engine.advance(1.0) == 60
+
+
+def test_zero_step_rate_is_an_error():
+    stage = new_stage()
+    add(stage, "/World/box")
+    engine = playing(stage)
+    set_value(stage.GetPrimAtPath("/PhysicsScene"), "physxScene:timeStepsPerSecond", 0)
+    with pytest.raises(PhysicsError, match=r"/PhysicsScene.*timeStepsPerSecond"):
+        engine.advance(STEP)
+
+
+def test_new_body_and_removed_body_while_playing():
+    stage = new_stage()
+    first = add(stage, "/World/first", at=(0, 0, 0), gravity=False)
+    set_value(first, "physics:velocity", Gf.Vec3f(1, 0, 0))
+    engine = playing(stage)
+    engine.advance(0.5)
+    late = add(stage, "/World/late", at=(0, 9, 0))
+    engine.advance(0.5)
+    assert position(first)[0] == pytest.approx(1.0, abs=1e-4)
+    assert position(late)[2] == pytest.approx(-9.81 / 8, abs=0.03)
+    stage.RemovePrim("/World/late")
+    engine.advance(0.5)
+    assert position(first)[0] == pytest.approx(1.5, abs=1e-4)
+    assert engine.rigid_bodies == ("/World/first",)
+
+
+def test_rescaled_body_collides_with_its_new_size():
+    stage = new_stage()
+    add(stage, "/World/ground", at=(0, 0, -0.1), scale=(5, 5, 0.1), body=False)
+    prim = add(stage, "/World/box", at=(0, 0, 0.1))
+    engine = playing(stage)
+    engine.advance(0.2)
+    set_value(prim, "xformOp:scale", Gf.Vec3f(0.3, 0.3, 0.3))
+    set_value(prim, "xformOp:translate", Gf.Vec3d(0, 0, 1))
+    engine.advance(1.0)
+    assert position(prim)[2] == pytest.approx(0.3, abs=2e-3)
+    assert tuple(prim.GetAttribute("xformOp:scale").Get()) == pytest.approx((0.3, 0.3, 0.3))
+
+
+def test_changes_that_do_not_concern_physics_do_not_rebuild():
+    stage = new_stage()
+    prim = add(stage, "/World/box", gravity=False)
+    engine = playing(stage)
+    engine.advance(STEP)
+    world = engine._session.world
+    UsdGeom.Gprim(prim).CreateDisplayColorAttr([(1, 0, 0)])
+    UsdGeom.Imageable(prim).MakeInvisible()
+    stage.DefinePrim("/World/light", "SphereLight")
+    UsdGeom.ModelAPI.Apply(prim)
+    engine.advance(STEP)
+    assert engine._session.world is world
+
+
+def test_kinematic_body_carries_what_stands_on_it():
+    """It reaches the authored pose within one step and drags by friction; it never moves by itself."""
+    stage = new_stage()
+    plate = add(stage, "/World/plate", at=(0, 0, -0.1), scale=(2, 2, 0.1))
+    UsdPhysics.RigidBodyAPI(plate).CreateKinematicEnabledAttr(True)
+    prim = add(stage, "/World/box", at=(0, 0, 0.1))
+    engine = playing(stage)
+    engine.advance(0.5)
+    assert position(plate) == pytest.approx([0, 0, -0.1])
+    for frame in range(1, 61):
+        set_value(plate, "xformOp:translate", Gf.Vec3d(0.5 * frame / 60, 0, -0.1))
+        engine.advance(STEP)
+    assert position(plate) == pytest.approx([0.5, 0, -0.1], abs=1e-6)
+    assert position(prim)[0] == pytest.approx(0.5, abs=0.05)
+    assert position(prim)[2] == pytest.approx(0.1, abs=2e-3)
+
+
+def test_collider_of_a_body_moves_on_it():
+    stage = new_stage()
+    add(stage, "/World/ground", at=(0, 0, -0.1), scale=(5, 5, 0.1), body=False)
+    body = UsdGeom.Xform.Define(stage, "/World/body")
+    body.AddTranslateOp().Set(Gf.Vec3d(0, 0, 0.1))
+    part = add(stage, "/World/body/part", body=False)
+    make_body(body.GetPrim())
+    engine = playing(stage)
+    engine.advance(0.5)
+    assert position(body.GetPrim())[2] == pytest.approx(0.1, abs=1e-3)
+    set_value(part, "xformOp:translate", Gf.Vec3d(0, 0, 0.05))
+    engine.advance(0.5)
+    assert position(body.GetPrim())[2] == pytest.approx(0.05, abs=3e-3)
+
+
+def test_set_in_a_step_listener_takes_effect_at_the_next_step():
+    stage = new_stage()
+    prim = add(stage, "/World/box", gravity=False)
+    engine = playing(stage)
+    unsubscribe = engine.subscribe_step(lambda dt: set_value(prim, "physics:velocity", Gf.Vec3f(6, 0, 0)))
+    engine.advance(STEP)
+    assert position(prim)[0] == 0
+    engine.advance(STEP)
+    assert position(prim)[0] == pytest.approx(0.1, abs=1e-5)
+    unsubscribe()
+    set_value(prim, "physics:velocity", Gf.Vec3f(0))
+    engine.advance(2 * STEP)
+    assert position(prim)[0] == pytest.approx(0.1, abs=1e-5)
+
+
+def test_play_stop_play():
+    stage = new_stage()
+    prim = add(stage, "/World/box", at=(0, 0, 5))
+    engine = playing(stage)
+    engine.advance(0.5)
+    first = position(prim)
+    engine.play()
+    assert position(prim) == pytest.approx(first)
+    engine.stop()
+    assert position(prim) == pytest.approx([0, 0, 5])
+    engine.stop()
+    engine.play()
+    engine.advance(0.5)
+    assert (position(prim) == first).all()
+
+
+def test_listener_may_stop_the_simulation():
+    stage = new_stage()
+    prim = add(stage, "/World/box", at=(0, 0, 5))
+    engine = playing(stage)
+    engine.subscribe_step(lambda dt: engine.stop())
+    assert engine.advance(1.0) == 1
+    assert not engine.is_playing
+    assert position(prim) == pytest.approx([0, 0, 5])
+
+
+def test_mass_change_while_playing():
+    """A light body hit by one whose mass was raised a hundredfold leaves faster than the centre of mass ever was."""
+    speeds = []
+    for mass in (1.0, 100.0):
+        stage = new_stage()
+        hammer, ball = (
+            add(stage, "/World/hammer", gravity=False),
+            add(stage, "/World/ball", at=(1, 0, 0), gravity=False),
+        )
+        for prim in (hammer, ball):
+            UsdPhysics.MassAPI.Apply(prim).CreateMassAttr(1.0)
+        engine = playing(stage)
+        engine.advance(STEP)
+        set_value(hammer, "physics:mass", mass)
+        set_value(hammer, "physics:velocity", Gf.Vec3f(2, 0, 0))
+        engine.advance(1.0)
+        speeds.append(velocity(ball)[0])
+    assert speeds == pytest.approx([1.0, 200 / 101], rel=0.02)
+
+
+def test_advance_needs_play():
+    with pytest.raises(PhysicsError, match=r"play\(\)"):
+        NewtonEngine(new_stage(), device="cpu").advance(STEP)
+
+
+def test_empty_stage_still_has_steps():
+    engine = playing(new_stage())
+    steps = []
+    engine.subscribe_step(steps.append)
+    assert engine.advance(0.1) == 6 == len(steps)
+
+
+@pytest.mark.filterwarnings("ignore:.*not a number")
+def test_a_pose_that_is_not_a_number_stops_that_body_only(recwarn):
+    stage = new_stage()
+    bad, good = add(stage, "/World/bad", gravity=False), add(stage, "/World/good", at=(9, 0, 0), gravity=False)
+    set_value(good, "physics:velocity", Gf.Vec3f(1, 0, 0))
+    engine = playing(stage)
+    engine.advance(STEP)
+    set_value(bad, "physics:velocity", Gf.Vec3f(float("nan"), 0, 0))
+    with pytest.warns(UserWarning, match="/World/bad.*not a number"):
+        engine.advance(0.5)
+    assert np.isfinite(position(bad)).all()
+    assert position(good)[0] == pytest.approx(9 + 0.5 + 1 / 60, abs=1e-4)
+
+
+@pytest.mark.parametrize("while_playing", [False, True])
+@pytest.mark.parametrize("body", [False, True])
+def test_a_transform_that_is_not_a_number_leaves_that_prim_out(while_playing, body):
+    errors.forget_warnings()
+    stage = new_stage()
+    bad, good = add(stage, "/World/bad", body=body), add(stage, "/World/good", at=(9, 0, 0))
+    if not while_playing:
+        set_value(bad, "xformOp:translate", Gf.Vec3d(float("nan"), 0, 0))
+
+    def fall():
+        engine = playing(stage)
+        engine.advance(STEP)
+        set_value(bad, "xformOp:translate", Gf.Vec3d(0, float("inf"), 0))
+        engine.advance(1.0)
+        return engine
+
+    with pytest.warns(UserWarning, match="not a number.*/World/bad"):
+        engine = fall()
+    assert engine.rigid_bodies == ("/World/good",)
+    assert position(good)[2] == pytest.approx(-9.81 / 2 * (1 + STEP) ** 2, abs=0.1)
+    errors.forget_warnings()
+
+
+def test_room_for_contacts_grows(monkeypatch):
+    """A pile that needs more contacts than there is room for is still held by its floor."""
+    from usdsdg_physics.model import build
+
+    monkeypatch.setattr(build, "MIN_CONTACTS", 6)
+    monkeypatch.setattr(build, "CONTACTS_PER_BODY", 1)
+    stage = new_stage()
+    add(stage, "/World/ground", at=(0, 0, -0.1), scale=(5, 5, 0.1), body=False)
+    prims = [add(stage, f"/World/box_{i}", at=(0.5 * i, 0, 0.12)) for i in range(8)]
+    playing(stage).advance(1.0)
+    assert [position(prim)[2] for prim in prims] == pytest.approx([0.1] * 8, abs=2e-3)
+
+
+def test_simulate_leaves_bodies_where_they_end():
+    stage = new_stage()
+    prim = add(stage, "/World/box", at=(0, 0, 5))
+    frames = []
+    assert simulate(stage, 0.5, device="cpu", frames_per_second=30, on_frame=frames.append) == 30
+    assert frames == list(range(1, 16))
+    assert position(prim)[2] == pytest.approx(5 - 9.81 / 8, abs=0.03)

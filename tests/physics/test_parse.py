@@ -1,0 +1,351 @@
+"""What the parser makes of a stage: owners, shapes, units, materials, and a word about what it leaves out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
+
+from tests.physics.scenes import add, collide, make_body, mesh, new_stage, physics_material, playing, position
+from usdsdg import errors
+from usdsdg_physics.parse.approximation import MAX_HULL_VERTICES, HullCache
+from usdsdg_physics.parse.parse import parse
+
+CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+
+
+def _parse(stage):
+    return parse(stage, HullCache())
+
+
+@pytest.mark.parametrize("axis", ["X", "Y", "Z"])
+@pytest.mark.parametrize("kind", ["Capsule", "Cylinder", "Cone"])
+def test_axis_of_round_shapes(kind, axis):
+    """The shape's +Z, turned by its rotation, is the gprim's axis."""
+    stage = new_stage()
+    prim = add(stage, "/World/shape", kind, scale=(0.5, 0.5, 0.5), body=False)
+    prim.GetAttribute("axis").Set(axis)
+    prim.GetAttribute("radius").Set(0.4)
+    prim.GetAttribute("height").Set(3.0)
+    shape = _parse(stage).colliders["/World/shape"].shape
+    assert shape.kind == kind.lower()
+    assert shape.size == pytest.approx((0.2, 0.75, 0.0))
+    up = Gf.Rotation(Gf.Quatd(shape.rotation[3], *shape.rotation[:3])).TransformDir(Gf.Vec3d(0, 0, 1))
+    assert np.array(up) == pytest.approx(np.eye(3)["XYZ".index(axis)], abs=1e-9)
+
+
+def test_schema_sizes_without_attributes():
+    """UsdGeom's fallbacks: cube edge 2, sphere radius 1, capsule 0.5 x 1, cylinder and cone 1 x 2."""
+    stage = new_stage()
+    for kind in ("Cube", "Sphere", "Capsule", "Cylinder", "Cone"):
+        add(stage, f"/World/{kind}", kind, scale=(1, 1, 1), body=False)
+    sizes = {path.split("/")[-1]: c.shape.size for path, c in _parse(stage).colliders.items()}
+    assert sizes == {
+        "Cube": (1, 1, 1),
+        "Sphere": (1, 0, 0),
+        "Capsule": (0.5, 0.5, 0),
+        "Cylinder": (1, 1, 0),
+        "Cone": (1, 1, 0),
+    }
+
+
+def test_uneven_scale_keeps_what_stays_a_primitive():
+    stage = new_stage()
+    for kind in ("Cube", "Sphere", "Capsule", "Cylinder", "Cone"):
+        add(stage, f"/World/{kind}", kind, scale=(1, 1, 3), body=False)
+    add(stage, "/World/oval", "Cylinder", scale=(1, 2, 1), body=False)
+    kinds = {path.split("/")[-1]: c.shape.kind for path, c in _parse(stage).colliders.items()}
+    assert kinds == {
+        "Cube": "box",
+        "Sphere": "hull",
+        "Capsule": "hull",
+        "Cylinder": "cylinder",
+        "Cone": "cone",
+        "oval": "hull",
+    }
+
+
+def test_ellipsoid_hull_has_the_extent_of_the_scaled_sphere():
+    stage = new_stage()
+    add(stage, "/World/egg", "Sphere", scale=(1, 1, 3), body=False)
+    shape = _parse(stage).colliders["/World/egg"].shape
+    points = shape.solid.vertices * shape.size
+    assert np.abs(points).max(axis=0) == pytest.approx([1, 1, 3], rel=0.05)
+    assert len(points) <= MAX_HULL_VERTICES
+
+
+def test_sheared_box_is_a_hull_in_the_right_place():
+    """A turned cube under an uneven scale is no box any more; its corners tell where it is."""
+    stage = new_stage()
+    UsdGeom.Xform.Define(stage, "/World/flat").AddScaleOp().Set(Gf.Vec3f(1, 1, 0.2))
+    prim = add(stage, "/World/flat/box", rotate=(30, 20, 10), scale=(1, 1, 1), body=False)
+    shape = _parse(stage).colliders["/World/flat/box"].shape
+    assert shape.kind == "hull"
+    matrix = UsdGeom.XformCache().GetLocalToWorldTransform(prim)
+    expected = np.array([matrix.Transform(Gf.Vec3d(*corner)) for corner in CORNERS])
+    turn = Gf.Rotation(Gf.Quatd(shape.rotation[3], *shape.rotation[:3]))
+    points = [np.array(turn.TransformDir(Gf.Vec3d(*map(float, p)))) for p in shape.solid.vertices * shape.size]
+    found = np.array(points) + shape.position
+    # Every corner of one set has its twin in the other.
+    apart = np.linalg.norm(found[:, None] - expected[None], axis=2)
+    assert apart.min(axis=0).max() < 1e-5
+    assert apart.min(axis=1).max() < 1e-5
+
+
+def test_colliders_belong_to_the_nearest_body():
+    stage = new_stage()
+    for path in ("/World/outer", "/World/outer/inner", "/World/outer/inner/reset"):
+        UsdGeom.Xform.Define(stage, path)
+    for path in ("/World/outer", "/World/outer/inner"):
+        make_body(stage.GetPrimAtPath(path))
+    UsdGeom.Xformable(stage.GetPrimAtPath("/World/outer/inner/reset")).SetResetXformStack(True)
+    for path in ("/World/free", "/World/outer/a", "/World/outer/inner/b", "/World/outer/inner/reset/c"):
+        add(stage, path, body=False)
+    owners = {path: collider.body for path, collider in _parse(stage).colliders.items()}
+    assert owners == {
+        "/World/free": "",
+        "/World/outer/a": "/World/outer",
+        "/World/outer/inner/b": "/World/outer/inner",
+        "/World/outer/inner/reset/c": "",
+    }
+
+
+def test_disabled_body_is_static():
+    stage = new_stage()
+    prim = add(stage, "/World/box")
+    UsdPhysics.RigidBodyAPI(prim).CreateRigidBodyEnabledAttr(False)
+    scene = _parse(stage)
+    assert not scene.bodies
+    assert scene.colliders["/World/box"].body == ""
+
+
+def test_instances_share_a_hull_and_collide():
+    stage = new_stage()
+    asset = mesh(stage, "/Asset/mesh", CORNERS, [[0, 1, 2], [5, 6, 7], [3, 4, 0]])
+    stage.GetPrimAtPath("/Asset").SetSpecifier(Sdf.SpecifierClass)
+    collide(asset.GetPrim())
+    for i in range(3):
+        prim = stage.DefinePrim(f"/World/i{i}", "Xform")
+        prim.GetReferences().AddInternalReference("/Asset")
+        prim.SetInstanceable(True)
+        UsdGeom.Xformable(prim).AddTranslateOp().Set(Gf.Vec3d(5 * i, 0, 1 + i))
+        UsdGeom.Xformable(prim).AddScaleOp().Set(Gf.Vec3f(0.1 * (i + 1)))
+        make_body(prim)
+    add(stage, "/World/ground", at=(5, 0, -0.1), scale=(20, 20, 0.1), body=False)
+    hulls = HullCache()
+    scene = parse(stage, hulls)
+    assert {path: c.body for path, c in scene.colliders.items() if c.body} == {
+        f"/World/i{i}/mesh": f"/World/i{i}" for i in range(3)
+    }
+    assert len({id(c.shape.solid) for c in scene.colliders.values() if c.shape.solid}) == 1
+    playing(stage).advance(2.0)
+    for i in range(3):
+        assert position(stage.GetPrimAtPath(f"/World/i{i}"))[2] == pytest.approx(0.1 * (i + 1), abs=2e-3)
+
+
+def test_material_bound_to_an_ancestor():
+    stage = new_stage()
+    add(stage, "/World/box", body=False)
+    ice = physics_material(stage, "/Materials/ice", friction=0.1, restitution=0.3)
+    plain = _parse(stage).colliders["/World/box"].material
+    assert (plain.friction, plain.restitution) == (0.5, 0.0)
+    world = stage.GetPrimAtPath("/World")
+    UsdShade.MaterialBindingAPI.Apply(world).Bind(ice, UsdShade.Tokens.weakerThanDescendants, "physics")
+    found = _parse(stage).colliders["/World/box"].material
+    assert (found.friction, found.restitution) == pytest.approx((0.1, 0.3))
+
+
+@pytest.mark.parametrize(
+    ("approximation", "dynamic", "kind"),
+    [
+        ("convexHull", True, "hull"),
+        ("convexHull", False, "hull"),
+        ("none", True, "hull"),
+        ("none", False, "mesh"),
+        ("meshSimplification", False, "mesh"),
+        ("boundingCube", True, "box"),
+        ("boundingSphere", True, "sphere"),
+    ],
+)
+def test_mesh_approximations(approximation, dynamic, kind):
+    stage = new_stage()
+    prim = mesh(stage, "/World/mesh", CORNERS * (1, 2, 3) + 5, [[0, 1, 2], [5, 6, 7], [3, 4, 0]]).GetPrim()
+    collide(prim, approximation=approximation)
+    if dynamic:
+        make_body(prim)
+    shape = _parse(stage).colliders["/World/mesh"].shape
+    assert shape.kind == kind
+    if kind == "box":
+        assert shape.size == pytest.approx((1, 2, 3))
+        assert shape.position == pytest.approx((5, 5, 5))
+    if kind == "sphere":
+        assert shape.size[0] == pytest.approx(np.sqrt(14))
+
+
+def test_hull_of_many_points_is_capped_and_close():
+    points = np.random.default_rng(0).normal(size=(5000, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    hull = HullCache().hull(points)
+    assert len(hull.vertices) <= MAX_HULL_VERTICES
+    # 64 points well spread on a sphere enclose more than 85 % of its volume.
+    assert hull.volume > 0.85 * 4 / 3 * np.pi
+
+
+@pytest.mark.parametrize("flat", [(1, 1, 0), (1, 0, 0), (0, 0, 0)])
+def test_flat_meshes_get_a_thickness_and_a_warning(flat):
+    with pytest.warns(errors.UsdsdgWarning, match="/World/sheet is flat"):
+        hull = HullCache().hull(CORNERS * flat, prim_path="/World/sheet")
+    assert hull.volume > 0
+    errors.forget_warnings()
+
+
+def test_flat_body_rests_on_the_ground():
+    stage = new_stage()
+    add(stage, "/World/ground", at=(0, 0, -0.1), scale=(5, 5, 0.1), body=False)
+    sheet = mesh(stage, "/World/sheet", CORNERS[::2] * (0.3, 0.3, 0), [[0, 1, 2], [1, 3, 2]])
+    sheet.AddTranslateOp().Set(Gf.Vec3d(0, 0, 0.3))
+    collide(sheet.GetPrim())
+    make_body(sheet.GetPrim())
+    with pytest.warns(errors.UsdsdgWarning, match="flat"):
+        playing(stage).advance(1.0)
+    assert position(sheet.GetPrim())[2] == pytest.approx(0.0, abs=2e-3)
+    errors.forget_warnings()
+
+
+def test_y_up_stage_falls_along_y():
+    stage = new_stage(up="Y")
+    prim = add(stage, "/World/box")
+    playing(stage).advance(0.5)
+    assert position(prim) == pytest.approx([0, -9.81 / 8, 0], abs=0.03)
+
+
+def test_centimetre_stage_moves_like_a_metre_stage():
+    """The same bounce in both units, to single precision; contact offsets and gravity scale with them."""
+    paths = []
+    for unit in (1.0, 0.01):
+        stage = new_stage(meters_per_unit=unit)
+        size = 1 / unit
+        add(stage, "/World/ground", at=(0, 0, -0.5 * size), scale=(5 * size, 5 * size, 0.5 * size), body=False)
+        prim = add(stage, "/World/box", at=(0, 0, size), rotate=(20, 30, 0), scale=(0.1 * size,) * 3)
+        engine, path = playing(stage), []
+        engine.subscribe_step(lambda dt, prim=prim, path=path: path.append(position(prim)))
+        engine.advance(1.0)
+        paths.append(np.array(path) * unit)
+    assert paths[0] == pytest.approx(paths[1], abs=2e-3)
+
+
+def test_filtered_pairs_and_groups_pass_through_each_other():
+    stage = new_stage()
+    add(stage, "/World/ground", at=(0, 0, -0.1), scale=(9, 9, 0.1), body=False)
+    pair, grouped, other = (
+        add(stage, f"/World/{n}", at=(3 * i, 0, 1)) for i, n in enumerate(("pair", "group", "other"))
+    )
+    UsdPhysics.FilteredPairsAPI.Apply(pair).CreateFilteredPairsRel().AddTarget("/World/ground")
+    groups = {}
+    for name in ("ground", "group"):
+        groups[name] = UsdPhysics.CollisionGroup.Define(stage, f"/World/{name}_group")
+        groups[name].GetCollidersCollectionAPI().CreateIncludesRel().AddTarget(f"/World/{name}")
+    groups["group"].CreateFilteredGroupsRel().AddTarget("/World/ground_group")
+    playing(stage).advance(1.0)
+    assert position(pair)[2] < -1
+    assert position(grouped)[2] < -1
+    assert position(other)[2] == pytest.approx(0.1, abs=2e-3)
+
+
+def _joint(stage):
+    add(stage, "/World/box")
+    UsdPhysics.FixedJoint.Define(stage, "/World/joint").CreateBody0Rel().AddTarget("/World/box")
+
+
+def _instancer(stage):
+    UsdGeom.PointInstancer.Define(stage, "/World/many").CreatePrototypesRel().AddTarget("/World/many/proto")
+    add(stage, "/World/many/proto")
+
+
+def _no_collider(stage):
+    make_body(UsdGeom.Xform.Define(stage, "/World/ghost").GetPrim())
+
+
+def _decomposition(stage):
+    prim = mesh(stage, "/World/cup", CORNERS, [[0, 1, 2], [5, 6, 7], [3, 4, 0]]).GetPrim()
+    collide(prim, approximation="convexDecomposition")
+
+
+def _trapped(stage):
+    add(stage, "/Asset/box")
+    stage.GetPrimAtPath("/Asset").SetSpecifier(Sdf.SpecifierClass)
+    prim = stage.DefinePrim("/World/instance", "Xform")
+    prim.GetReferences().AddInternalReference("/Asset")
+    prim.SetInstanceable(True)
+
+
+def _curves(stage):
+    collide(UsdGeom.BasisCurves.Define(stage, "/World/curves").GetPrim())
+
+
+def _two_frictions(stage):
+    material = physics_material(stage, "/World/m", friction=0.4)
+    UsdPhysics.MaterialAPI(material).CreateStaticFrictionAttr(0.9)
+    add(stage, "/World/box", material=material)
+
+
+def _sampled_ancestor(stage):
+    platform = UsdGeom.Xform.Define(stage, "/World/platform")
+    platform.AddTranslateOp().Set(Gf.Vec3d(0, 0, 1), 0)
+    add(stage, "/World/platform/top", body=False)
+
+
+def _sampled_kinematic(stage):
+    prim = add(stage, "/World/slider")
+    UsdPhysics.RigidBodyAPI(prim).CreateKinematicEnabledAttr(True)
+    for time in (0, 60):
+        prim.GetAttribute("xformOp:translate").Set(Gf.Vec3d(time, 0, 0), time)
+
+
+@pytest.mark.parametrize(
+    ("author", "words"),
+    [
+        (_sampled_ancestor, "time samples.*/World/platform/top.*default time"),
+        (_sampled_kinematic, "time samples.*/World/slider.*before each step"),
+        (_joint, "/World/joint"),
+        (_instancer, "PointInstancer.*/World/many"),
+        (_no_collider, "/World/ghost.*no collider"),
+        (_decomposition, "/World/cup.*convexDecomposition"),
+        (_trapped, "instances.*/World/instance/box"),
+        (_curves, "/World/curves.*BasisCurves"),
+        (_two_frictions, "/World/m.*staticFriction 0.9"),
+    ],
+)
+def test_what_is_left_out_is_named(author, words):
+    errors.forget_warnings()
+    stage = new_stage()
+    author(stage)
+    with pytest.warns(errors.UsdsdgWarning, match=words):
+        _parse(stage)
+    errors.forget_warnings()
+
+
+def test_body_without_collider_falls():
+    stage = new_stage()
+    ghost = UsdGeom.Xform.Define(stage, "/World/ghost").GetPrim()
+    make_body(ghost)
+    with pytest.warns(errors.UsdsdgWarning):
+        playing(stage).advance(0.5)
+    assert position(ghost)[2] == pytest.approx(-9.81 / 8, abs=0.03)
+    errors.forget_warnings()
+
+
+def test_parsing_works_without_registered_schemas():
+    """PhysX attributes are read by name: this stage was never told their types."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    layer.ImportFromString(
+        '#usda 1.0\ndef Cube "box" (prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsCollisionAPI", '
+        '"PhysxRigidBodyAPI", "PhysxCollisionAPI"]) {\n bool physxRigidBody:disableGravity = 1\n'
+        " float physxRigidBody:angularDamping = 0.7\n float physxCollision:contactOffset = 0.003\n"
+        " float physxCollision:restOffset = 0.001\n}\n"
+    )
+    scene = _parse(Usd.Stage.Open(layer))
+    assert not scene.bodies["/box"].gravity
+    assert scene.bodies["/box"].angular_damping == pytest.approx(0.7)
+    assert scene.colliders["/box"].gap == pytest.approx(0.002 * 0.01)
+    assert scene.colliders["/box"].margin == pytest.approx(0.001 * 0.01)

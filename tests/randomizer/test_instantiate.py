@@ -1,0 +1,236 @@
+"""What `randomizer.instantiate` leaves on the stage."""
+
+import pytest
+from pxr import Gf, Usd, UsdGeom, UsdPhysics
+
+import usdsdg as rep
+from usdsdg.errors import AssetNotFound, GraphError
+from usdsdg.graph import evaluate
+from usdsdg.scatter.solid import Solids
+from usdsdg.scatter.touching import collide
+from usdsdg.session import stage_context
+from usdsdg.stage.geometry.triangles import triangles_below
+from usdsdg.stage.semantics import labels
+
+
+@pytest.fixture
+def stage():
+    evaluate.reset()
+    rep.set_global_seed(6)
+    return stage_context.new_stage()
+
+
+@pytest.fixture
+def files(tmp_path):
+    paths = []
+    for kind in ("Cube", "Sphere", "Cone"):
+        layer = Usd.Stage.CreateNew(str(tmp_path / f"{kind}.usda"))
+        root = UsdGeom.Xform.Define(layer, "/Root")
+        layer.SetDefaultPrim(root.GetPrim())
+        layer.DefinePrim("/Root/shape", kind)
+        layer.Save()
+        paths.append(str(tmp_path / f"{kind}.usda"))
+    return paths
+
+
+def fire():
+    rep.utils.send_og_event("go")
+    evaluate.graph().evaluate()
+
+
+def kinds(stage, item):
+    """Type of the shape that each object shows."""
+    found = []
+    for path in item.prims:
+        shapes = [
+            prim
+            for prim in Usd.PrimRange(stage.GetPrimAtPath(path), Usd.TraverseInstanceProxies())
+            if prim.IsA(UsdGeom.Gprim)
+        ]
+        assert len(shapes) == 1
+        found.append(shapes[0].GetTypeName())
+    return found
+
+
+@pytest.mark.parametrize("mode", ["scene_instance", "reference"])
+@pytest.mark.parametrize("use_cache", [True, False])
+def test_every_execution_shows_another_draw(stage, files, mode, use_cache):
+    with rep.trigger.on_custom_event("go"):
+        item = rep.randomizer.instantiate(files, size=20, mode=mode, use_cache=use_cache)
+    assert len(item.prims) == 20
+    seen = []
+    for _ in range(3):
+        fire()
+        seen.append(tuple(kinds(stage, item)))
+        assert set(seen[-1]) == {"Cube", "Sphere", "Cone"}
+    assert len(set(seen)) == 3
+    children = [stage.GetPrimAtPath(f"{path}/Ref") for path in item.prims]
+    assert all(child.IsInstance() == (mode == "scene_instance") for child in children)
+    assert bool(stage.GetPrimAtPath("/Replicator/SampledAssets/Cache")) == use_cache
+
+
+def test_the_cache_itself_is_not_on_display(stage, files):
+    item = rep.randomizer.instantiate(files, size=4)
+    shown = [
+        prim
+        for prim in Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate))
+        if prim.IsA(UsdGeom.Gprim)
+    ]
+    assert len(shown) == len(item.prims) == 4
+
+
+def test_the_first_draw_is_there_at_once_and_stays_for_the_first_execution(stage, files):
+    with rep.trigger.on_custom_event("go"):
+        item = rep.randomizer.instantiate(files, size=8)
+    before = kinds(stage, item)
+    fire()
+    assert kinds(stage, item) == before
+
+
+def test_objects_are_posed_labelled_and_made_bodies_like_any_other(stage, files):
+    toy = [("class", "toy")]
+    with (
+        rep.trigger.on_custom_event("go"),
+        rep.randomizer.instantiate(files, size=3, mode="reference", semantics=toy) as item,
+    ):
+        rep.modify.pose(position=rep.distribution.uniform((0, 0, 0), (1, 1, 1)))
+        rep.physics.collider()
+    fire()
+    prims = [stage.GetPrimAtPath(path) for path in item.prims]
+    assert [labels.get_labels(prim) for prim in prims] == [{"class": ["toy"]}] * 3
+    assert len({tuple(prim.GetAttribute("xformOp:translate").Get()) for prim in prims}) == 3
+
+
+def test_weights_and_draws_without_repetition(stage, files):
+    only = rep.randomizer.instantiate(files, size=10, weights=[0, 1, 0])
+    assert set(kinds(stage, only)) == {"Sphere"}
+    each = rep.randomizer.instantiate(files, size=3, with_replacements=False)
+    assert sorted(kinds(stage, each)) == ["Cone", "Cube", "Sphere"]
+    with pytest.raises(GraphError, match="size=4 without replacements, but only 3 paths"):
+        rep.randomizer.instantiate(files, size=4, with_replacements=False)
+
+
+def test_prims_of_the_stage_are_members_too(stage):
+    shapes = [rep.create.cube(name="a"), rep.create.sphere(name="b")]
+    item = rep.randomizer.instantiate(rep.create.group(shapes), size=12)
+    placed = triangles_below([stage.GetPrimAtPath(path) for path in item.prims])
+    assert {len(each.triangles.faces) for each in placed} == {
+        len(each.triangles.faces) for shape in shapes for each in triangles_below([stage.GetPrimAtPath(shape.prims[0])])
+    }
+
+
+def test_own_seeds_replace_the_global_one(files):
+    def drawn(seed, own):
+        evaluate.reset()
+        stage = stage_context.new_stage()
+        rep.set_global_seed(seed)
+        item = rep.randomizer.instantiate(files, size=12, seed=own, name="toys")
+        assert item.prims[0].startswith("/Replicator/SampledAssets/toys/")
+        return kinds(stage, item)
+
+    own = drawn(1, own=5)
+    assert drawn(2, own=5) == drawn(5, own=None) == drawn(5, own=-1) == own
+    assert drawn(1, own=6) != own
+    assert drawn(1, own=None) != drawn(2, own=None)
+
+
+def test_point_instances_draw_their_prototypes(stage, files):
+    with rep.trigger.on_custom_event("go"):
+        item = rep.randomizer.instantiate(files, size=50, mode="point_instance")
+    instancer = UsdGeom.PointInstancer(stage.GetPrimAtPath(item.prims[0]))
+    seen = []
+    for _ in range(2):
+        fire()
+        indices = list(instancer.GetProtoIndicesAttr().Get())
+        targets = instancer.GetPrototypesRel().GetTargets()
+        seen.append([kinds_of_prototype(stage, targets[index]) for index in indices])
+    assert len(targets) == 3
+    assert set(seen[0]) == {"Cube", "Sphere", "Cone"}
+    assert seen[0] != seen[1]
+    assert len(triangles_below([instancer.GetPrim()])) == 50
+
+
+def kinds_of_prototype(stage, path):
+    return next(prim.GetTypeName() for prim in Usd.PrimRange(stage.GetPrimAtPath(path)) if prim.IsA(UsdGeom.Gprim))
+
+
+def test_point_instances_are_posed_one_by_one(stage, files):
+    with rep.randomizer.instantiate(files, size=30, mode="point_instance") as item:
+        rep.modify.pose(
+            position=rep.distribution.uniform((0, 0, 0), (1, 2, 3)),
+            rotation=rep.distribution.uniform((0, 0, 0), (0, 0, 90)),
+            scale=rep.distribution.uniform(0.5, 1.0),
+        )
+    evaluate.graph().evaluate()
+    instancer = UsdGeom.PointInstancer(stage.GetPrimAtPath(item.prims[0]))
+    assert len({tuple(place) for place in instancer.GetPositionsAttr().Get()}) == 30
+    assert all(0.5 <= scale[0] == scale[1] < 1 for scale in instancer.GetScalesAttr().Get())
+    turns = [Gf.Rotation(Gf.Quatd(turn)) for turn in instancer.GetOrientationsAttr().Get()]
+    assert all(0 <= turn.GetAngle() <= 90.5 for turn in turns)
+
+
+def test_point_instances_are_turned_and_scattered_one_by_one_and_apart(stage, files):
+    floor = rep.create.plane(scale=30)
+    with rep.randomizer.instantiate(files, size=40, mode="point_instance") as item:
+        rep.randomizer.rotation()
+        rep.randomizer.scatter_2d(floor, offset=1, check_for_collisions=True)
+    instancer = stage.GetPrimAtPath(item.prims[0])
+    UsdGeom.Xformable(instancer).AddTranslateOp().Set(Gf.Vec3d(3, 0, 5))
+    evaluate.graph().evaluate()
+    placed = triangles_below([instancer])
+    origins = [each.to_world[3, :3] for each in placed]
+    assert [round(float(origin[2]), 5) for origin in origins] == [1.0] * 40
+    assert len({tuple(turn.GetImaginary()) for turn in instancer.GetAttribute("orientations").Get()}) == 40
+    bodies = [Solids().around(origin, [each]) for origin, each in zip(origins, placed)]
+    assert not any(collide(bodies[i], bodies[j], origins[j] - origins[i]) for i in range(40) for j in range(i + 1, 40))
+
+
+def test_point_instances_take_no_other_poses(stage, files):
+    item = rep.randomizer.instantiate(files, size=3, mode="point_instance")
+    rep.modify.pose(look_at=(0, 0, 1), input_prims=item)
+    with pytest.raises(GraphError, match="look_at cannot be given to point instances; use position, rotation, scale"):
+        evaluate.graph().evaluate()
+
+
+def test_a_distribution_of_assets_is_drawn_from(stage, files):
+    with rep.trigger.on_custom_event("go"):
+        item = rep.randomizer.instantiate(rep.distribution.sequence(files), size=2)
+    seen = []
+    for _ in range(3):
+        fire()
+        seen += kinds(stage, item)
+    assert seen == ["Cube", "Sphere", "Cone"] * 2
+    with pytest.raises(GraphError, match="give weights to the distribution"):
+        rep.randomizer.instantiate(rep.distribution.choice(files), size=2, weights=[1, 2, 3])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"seed": "x"}, GraphError, "seed is 'x'; expected a whole number"),
+        ({"mode": "copies"}, GraphError, "mode='copies'; known: scene_instance"),
+        ({"size": -1}, GraphError, "count is -1"),
+        ({"paths": []}, GraphError, "paths is empty"),
+        ({"paths": ["/nowhere/at/all.usd"]}, AssetNotFound, r"all\.usd"),
+    ],
+)
+def test_what_cannot_be_instantiated(stage, files, arguments, error, message):
+    with pytest.raises(error, match=message):
+        rep.randomizer.instantiate(**{"paths": files, "size": 2, **arguments})
+
+
+def test_what_is_drawn_later_collides_too(stage, files):
+    with rep.trigger.on_frame():
+        population = rep.randomizer.instantiate(rep.distribution.sequence(files), size=2)
+        with population:
+            rep.physics.rigid_body(contact_offset=0.02)
+    shown = set()
+    for _ in range(4):
+        evaluate.graph().evaluate(preview=True)
+        for path in population.prims:
+            (shape,) = [each for each in Usd.PrimRange(stage.GetPrimAtPath(path)) if each.IsA(UsdGeom.Gprim)]
+            shown.add(shape.GetTypeName())
+            assert shape.HasAPI(UsdPhysics.CollisionAPI), path
+            assert shape.GetAttribute("physxCollision:contactOffset").Get() == pytest.approx(0.02)
+            assert stage.GetPrimAtPath(path).HasAPI(UsdPhysics.RigidBodyAPI)
+    assert shown == {"Cube", "Sphere", "Cone"}

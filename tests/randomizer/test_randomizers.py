@@ -1,0 +1,250 @@
+"""What `rep.randomizer`'s rotations, colours, textures and materials leave on the stage."""
+
+import numpy as np
+import pytest
+from pxr import UsdGeom, UsdShade
+from scipy import stats
+
+import usdsdg as rep
+from usdsdg.errors import AssetNotFound, BadPrim, GraphError
+from usdsdg.graph import evaluate
+from usdsdg.session import stage_context
+
+
+@pytest.fixture
+def stage():
+    evaluate.reset()
+    rep.set_global_seed(5)
+    return stage_context.new_stage()
+
+
+def fire():
+    rep.utils.send_og_event("go")
+    evaluate.graph().evaluate()
+
+
+def drawn(make, seed=1):
+    """What a randomizer of forty cubes leaves in two firings on a new stage."""
+    evaluate.reset()
+    stage = stage_context.new_stage()
+    rep.set_global_seed(seed)
+    with rep.trigger.on_custom_event("go"), rep.create.cube(count=40) as cubes:
+        read = make(stage, cubes)
+    found = []
+    for _ in range(2):
+        fire()
+        found.append([read(stage.GetPrimAtPath(path)) for path in cubes.prims])
+    return found
+
+
+def look_of(prim):
+    """The inputs of the MDL shader that a prim is drawn with."""
+    bound = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
+    shader = bound.ComputeSurfaceSource("mdl")[0]
+    return {each.GetBaseName(): each.Get() for each in shader.GetInputs()}
+
+
+# --- rotations ---
+
+
+def angles(prim):
+    return tuple(prim.GetAttribute("xformOp:rotateXYZ").Get())
+
+
+def rotated(**arguments):
+    def make(stage, cubes):
+        rep.randomizer.rotation(**arguments)
+        return angles
+
+    return make
+
+
+def test_angles_are_uniform_within_their_bounds():
+    lower, upper = (0, -90, 5), (45, 90, 5)
+    found = np.array(drawn(rotated(min_angle=lower, max_angle=upper))).reshape(-1, 3)
+    for axis in (0, 1):
+        share = (found[:, axis] - lower[axis]) / (upper[axis] - lower[axis])
+        assert stats.kstest(share, "uniform").pvalue > 1e-4
+    assert (found[:, 2] == 5).all()
+    assert len(np.unique(found[:, 0])) == 80
+    one = np.array(drawn(rotated(min_angle=10, max_angle=20)))
+    assert ((one >= 10) & (one <= 20)).all()
+
+
+def test_by_default_directions_are_uniform_on_the_sphere():
+    def axis(prim):
+        return np.array(UsdGeom.Xformable(prim).GetLocalTransformation())[0, :3]
+
+    def make(stage, cubes):
+        rep.randomizer.rotation()
+        return axis
+
+    # Archimedes: each coordinate of a uniform direction is uniform from -1 to 1.
+    directions = np.array(drawn(make)).reshape(-1, 3)
+    for coordinate in directions.T:
+        assert stats.kstest((coordinate + 1) / 2, "uniform").pvalue > 1e-4
+
+
+def test_a_seed_of_rotations_replaces_the_global_one():
+    own = drawn(rotated(seed=7), seed=1)
+    assert drawn(rotated(seed=7), seed=2) == own
+    assert drawn(rotated(), seed=7) == own
+    assert drawn(rotated(seed=-1), seed=2) == drawn(rotated(), seed=2) != drawn(rotated(), seed=1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"min_angle": (10, 0, 0), "max_angle": (1, 1, 1)}, r"min_angle=\(10, 0, 0\) is above max_angle=\(1, 1, 1\)"),
+        ({"min_angle": (0, 0)}, r"min_angle is \(0, 0\); expected three numbers"),
+        ({"max_angle": "much"}, "max_angle is 'much'; expected three numbers"),
+        ({"seed": "x"}, "seed is 'x'; expected a whole number"),
+    ],
+)
+def test_rotations_that_make_no_sense(stage, arguments, message):
+    with pytest.raises(GraphError, match=message):
+        rep.randomizer.rotation(**arguments, input_prims=rep.create.cube())
+
+
+# --- colours ---
+
+
+@pytest.fixture
+def pair(stage):
+    """An object of two meshes."""
+    group = rep.create.xform(name="pair")
+    for name in "ab":
+        rep.create.cube(parent=group, name=name)
+    return group
+
+
+def meshes(stage, pair):
+    return [stage.GetPrimAtPath(f"{pair.prims[0]}/{name}_Xform/{name}") for name in "ab"]
+
+
+def test_meshes_share_a_colour_unless_each_gets_one(stage, pair):
+    with rep.trigger.on_custom_event("go"):
+        rep.randomizer.color(rep.distribution.uniform((0, 0, 0), (1, 1, 1)), input_prims=pair)
+    fire()
+    one, other = (look_of(mesh)["diffuse_color_constant"] for mesh in meshes(stage, pair))
+    assert one == other
+    assert len(stage.GetPrimAtPath("/Replicator/Looks").GetChildren()) == 1
+
+
+def test_each_mesh_may_get_a_look_of_its_own(stage, pair):
+    with rep.trigger.on_custom_event("go"):
+        rep.randomizer.color([(1, 0, 0)], per_sub_mesh=True, input_prims=pair)
+    fire()
+    fire()
+    bound = [UsdShade.MaterialBindingAPI(mesh).ComputeBoundMaterial()[0].GetPath() for mesh in meshes(stage, pair)]
+    assert [str(path) for path in bound] == ["/Replicator/Looks/OmniPBR", "/Replicator/Looks/OmniPBR_01"]
+    assert [look_of(mesh)["diffuse_color_constant"] for mesh in meshes(stage, pair)] == [(1, 0, 0)] * 2
+
+
+def test_an_instance_is_opened_for_its_colour(stage):
+    source, copy = rep.create.cube(), stage.DefinePrim("/World/copy")
+    copy.GetReferences().AddInternalReference(source.prims[0])
+    copy.SetInstanceable(True)
+    rep.randomizer.color((0, 1, 0), input_prims="/World/copy")
+    evaluate.graph().evaluate()
+    assert not copy.IsInstance()
+    assert look_of(copy.GetChild("Cube"))["diffuse_color_constant"] == (0, 1, 0)
+
+
+# --- textures ---
+
+
+@pytest.fixture
+def pictures(tmp_path):
+    paths = [str(tmp_path / f"{name}.png") for name in ("wood", "stone", "rust")]
+    for path in paths:
+        open(path, "wb").close()
+    return paths
+
+
+def textured(pictures, **arguments):
+    def make(stage, cubes):
+        rep.randomizer.texture(pictures, **arguments)
+        return lambda prim: look_of(prim)["diffuse_texture"].path
+
+    return make
+
+
+def test_textures_are_chosen_and_repeat_with_their_seed(pictures):
+    found = drawn(textured(pictures, seed=3), seed=1)
+    assert set(found[0]) == set(pictures)
+    assert found[0] != found[1]
+    assert drawn(textured(pictures, seed=3), seed=2) == found
+    assert drawn(textured(pictures), seed=3) == found
+    assert drawn(textured(pictures, seed=4), seed=1) != found
+
+
+def test_textures_are_scaled_turned_and_projected(stage, pictures):
+    cubes = rep.create.cube(count=2)
+    with rep.trigger.on_custom_event("go"):
+        rep.randomizer.texture(
+            rep.distribution.sequence(pictures), texture_scale=[(2, 3), (4, 5)],
+            texture_rotate=rep.distribution.uniform(30, 60), project_uvw=True, input_prims=cubes,
+        )  # fmt: skip
+    fire()
+    looks = [look_of(stage.GetPrimAtPath(path)) for path in cubes.prims]
+    assert [look["diffuse_texture"].path for look in looks] == pictures[:2]
+    assert [look["texture_scale"] for look in looks] == [(2, 3), (4, 5)]
+    assert all(30 <= look["texture_rotate"] < 60 and look["project_uvw"] is True for look in looks)
+    plain = rep.create.cube()
+    rep.randomizer.texture(pictures[:1], texture_scale=2, texture_rotate=90, input_prims=plain)
+    evaluate.graph().evaluate()
+    look = look_of(stage.GetPrimAtPath(plain.prims[0]))
+    assert (look["texture_scale"], look["texture_rotate"]) == ((2, 2), 90)
+    assert "project_uvw" not in look
+
+
+def test_each_mesh_may_get_a_texture(stage, pair, pictures):
+    rep.randomizer.texture(pictures[:1], per_sub_mesh=True, input_prims=pair)
+    evaluate.graph().evaluate()
+    assert [look_of(mesh)["diffuse_texture"].path for mesh in meshes(stage, pair)] == pictures[:1] * 2
+    assert len(stage.GetPrimAtPath("/Replicator/Looks").GetChildren()) == 2
+
+
+def test_textures_that_do_not_exist_are_told(stage, pictures):
+    cube = rep.create.cube()
+    wrong = pictures[0].replace("wood", "woood")
+    with pytest.raises(AssetNotFound, match=r"did you mean wood\.png"):
+        rep.randomizer.texture([*pictures, wrong], input_prims=cube)
+    with pytest.raises(GraphError, match=r"choices is '.*'; expected a list"):
+        rep.randomizer.texture(wrong, input_prims=cube)
+    rep.randomizer.texture(rep.distribution.sequence([wrong]), input_prims=cube)
+    with pytest.raises(GraphError, match=r"test_randomizers\.py:\d+\).*did you mean wood\.png"):
+        evaluate.graph().evaluate()
+
+
+# --- materials ---
+
+
+def with_material(**arguments):
+    def make(stage, cubes):
+        looks = rep.create.material_omnipbr(count=3)
+        rep.randomizer.materials([looks.prims[0], stage.GetPrimAtPath(looks.prims[1]), looks.prims[2]], **arguments)
+        return lambda prim: str(UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0].GetPath())
+
+    return make
+
+
+def test_materials_are_chosen_and_repeat_with_their_seed():
+    found = drawn(with_material(seed=3), seed=1)
+    assert set(found[0]) == {f"/Replicator/Looks/OmniPBR{number}" for number in ("", "_01", "_02")}
+    assert found[0] != found[1]
+    assert drawn(with_material(seed=3, max_cached_materials=2), seed=2) == found
+    assert drawn(with_material(), seed=3) == found
+    assert drawn(with_material(seed=4), seed=1) != found
+
+
+def test_materials_from_a_distribution_or_an_item(stage):
+    looks, cubes = rep.create.material_omnipbr(count=2), rep.create.cube(count=2)
+    for given in (rep.distribution.sequence(looks), looks):
+        rep.randomizer.materials(given, input_prims=cubes, name="looks")
+        evaluate.graph().evaluate()
+        apis = [UsdShade.MaterialBindingAPI(stage.GetPrimAtPath(path)) for path in cubes.prims]
+        assert {str(api.ComputeBoundMaterial()[0].GetPath()) for api in apis} <= set(looks.prims)
+    with pytest.raises(BadPrim, match="no prim /World/oak"):
+        rep.randomizer.materials(["/World/oak"], input_prims=cubes)

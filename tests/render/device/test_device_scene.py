@@ -1,0 +1,170 @@
+"""Tables on the device follow the scene, and kernels compile for devices that are not here."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import warp as wp
+
+from tests.render import scenes
+from tests.render.images import radiance, renderer_of
+from usdsdg.errors import RenderError
+from usdsdg_render.device.precompile import precompile, without_bfloat16
+from usdsdg_render.kernels.labels import aov
+from usdsdg_render.kernels.path import wavefront
+from usdsdg_render.lights.environment import packed, packing_unit, resized
+from usdsdg_render.renderer import chosen_device
+from usdsdg_render.scene.scene import Instances, Texture
+from usdsdg_render.settings import PathSettings
+
+VIEW = scenes.view_from((0, -6, 0), size=(24, 18))
+
+
+def two_cubes():
+    placed = [(scenes.cube(), scenes.moved((x, 0, 0), scale=0.5), 0) for x in (-1.5, 1.5)]
+    return scenes.scene_of(placed, materials=[scenes.material(base_color=0.5)], dome=scenes.white_dome())
+
+
+def columns_of(labels, index) -> np.ndarray:
+    return np.nonzero((labels["instance"] == index).any(0))[0]
+
+
+def test_only_what_changed_is_read_again():
+    scene = two_cubes()
+    renderer = renderer_of(scene)
+    # Without a new version nothing is looked at.
+    scene.instances.local_to_world[0, 3, 0] = 50.0
+    renderer.sync()
+    assert len(columns_of(renderer.labels(VIEW, ["instance"]), 0)) > 0
+    scene.touch("transforms")
+    renderer.sync()
+    assert len(columns_of(renderer.labels(VIEW, ["instance"]), 0)) == 0
+    scene.materials["base_color"] = (1, 0, 0)
+    scene.touch("materials")
+    renderer.sync()
+    albedo = renderer.labels(VIEW, ["instance", "albedo"])
+    np.testing.assert_allclose(
+        albedo["albedo"][albedo["instance"] == 1], [[1, 0, 0]] * int((albedo["instance"] == 1).sum()), atol=1e-6
+    )
+
+
+def test_instances_prototypes_and_textures_come_and_go():
+    scene = two_cubes()
+    renderer = renderer_of(scene)
+    ball = scenes.sphere(rings=16)
+    scene.prototypes = [ball]
+    scene.textures = [Texture("red", np.full((1, 1, 4), (255, 0, 0, 255), np.uint8), False, 0, 0)]
+    scene.materials["base_texture"] = 0
+    scene.instances = Instances(
+        ("/ball",), np.zeros(1, np.int32), scenes.moved()[None], np.zeros(1, np.int32), np.ones(1, np.int32)
+    )
+    scene.touch("prototypes", "instances", "transforms", "materials", "textures")
+    renderer.sync()
+    labels = renderer.labels(VIEW, ["instance", "albedo"])
+    assert renderer.gprims == ("/ball",)
+    assert set(np.unique(labels["instance"])) == {-1, 0}
+    np.testing.assert_allclose(labels["albedo"][9, 12], (0.5, 0, 0), atol=1e-6)
+    scene.instances = Instances()
+    scene.touch("instances", "transforms")
+    renderer.sync()
+    assert (renderer.labels(VIEW, ["instance"])["instance"] == -1).all()
+
+
+def test_lights_and_domes_are_refreshed():
+    scene = two_cubes()
+    renderer = renderer_of(scene)
+
+    def brightness() -> float:
+        film = renderer.new_film(24, 18)
+        renderer.accumulate(film, VIEW, samples=4, settings=PathSettings())
+        return float(film.radiance().mean())
+
+    before = brightness()
+    scene.dome = scenes.white_dome(2.0)
+    scene.touch("dome")
+    renderer.sync()
+    assert brightness() == pytest.approx(2 * before, rel=1e-3)
+    scene.dome, scene.lights = None, scenes.distant_light(5.0, (0, 1, 0))
+    scene.touch("dome", "lights")
+    renderer.sync()
+    assert 0 < brightness() < before
+
+
+def test_packed_skies_are_right_to_one_part_in_five_hundred():
+    rng = np.random.default_rng(0)
+    radiance_in = (rng.uniform(0, 1, (16, 32, 3)) * 10.0 ** rng.uniform(-3, 5, (16, 32, 1))).astype(np.float32)
+    unit = packing_unit(radiance_in)
+    words = packed(radiance_in, unit)
+    exponent = (words >> 27).astype(int)
+    out = np.stack([words >> shift & 511 for shift in (0, 9, 18)], -1) * (unit * 2.0**exponent)[..., None]
+    error = np.abs(out - radiance_in).max(-1) / radiance_in.max(-1)
+    assert error.max() < 1 / 500
+
+
+@pytest.mark.parametrize("shape", [(8, 16), (100, 333), (512, 1024), (700, 1500)])
+def test_resized_skies_keep_their_energy(shape):
+    rng = np.random.default_rng(1)
+    sky = rng.uniform(0, 1, (*shape, 3)).astype(np.float32)
+
+    def energy(picture: np.ndarray) -> float:
+        rows = len(picture)
+        edges = np.cos(np.pi * np.arange(rows + 1) / rows)
+        return float((picture.mean(1) * (edges[:-1] - edges[1:])[:, None]).sum())
+
+    np.testing.assert_allclose(energy(resized(sky)), energy(sky), rtol=0.02)
+    assert resized(sky).shape == (256, 512, 3)
+
+
+def test_far_away_and_tiny_scenes_look_like_near_ones():
+    def picture(scale: float, offset) -> np.ndarray:
+        offset = np.asarray(offset, float)
+        placed = [
+            (scenes.sphere(rings=24), scenes.moved(offset + np.array([0, 0, scale]), scale=scale), 0),
+            (scenes.square(), scenes.moved(offset, scale=5 * scale), 0),
+        ]
+        scene = scenes.scene_of(
+            placed, materials=[scenes.material(base_color=0.7)], lights=[scenes.distant_light(3.0, (1, 1, -1))],
+            dome=scenes.white_dome(0.5),
+        )  # fmt: skip
+        eye = offset + np.array([3, -5, 3]) * scale
+        view = scenes.view_from(
+            eye, offset + np.array([0, 0, 0.5 * scale]), size=(32, 24), clipping_range=(scale * 1e-2, scale * 1e3)
+        )
+        return radiance(scene, view, samples=64)
+
+    reference = picture(1.0, (0, 0, 0))
+    for scale, offset in ((1e-3, (0, 0, 0)), (1e3, (0, 0, 0)), (1.0, (800, -500, 20)), (1e-2, (3, 2, 1))):
+        # Surfaces that shade themselves, or let light leak, would show as a change of the mean in some region.
+        blocks = [p.reshape(4, 6, 4, 8, 3).mean((1, 3)) for p in (picture(scale, offset), reference)]
+        np.testing.assert_allclose(blocks[0], blocks[1], rtol=0.03)
+
+
+def test_unknown_devices_are_named():
+    with pytest.raises(RenderError, match="Devices here: cpu"):
+        chosen_device("cuda:9")
+
+
+def test_precompiling_tells_how_far_it_is():
+    told = []
+    from usdsdg_render.device import precompile as module
+
+    module._ready.discard("cpu")
+    precompile("cpu", lambda label, done, total: told.append((label, done, total)))
+    assert [done for _, done, _ in told] == list(range(told[0][2] + 1))
+    precompile("cpu", lambda *_: pytest.fail("it is ready"))
+
+
+@pytest.mark.parametrize(("flags", "kept"), [(None, "-march=native"), ("", ""), ("-O1", "-O1")])
+def test_kernels_keep_the_compiler_flags_of_the_user(flags, kept, monkeypatch):
+    monkeypatch.setattr(wp.config, "cpu_compiler_flags", flags)
+    module = wp.get_module(f"flags {flags}")
+    for _ in range(2):
+        without_bfloat16(module)
+        assert wp.get_module_options(module)["cpu_compiler_flags"] == f"{kept} -DWP_NO_BFLOAT16="
+
+
+def test_kernels_compile_for_cuda(tmp_path):
+    """Hopper's code, by the compiler that Warp brings along; no device is needed."""
+    for kernel in (wavefront.trace, aov.label_pixels):
+        made = wp.compile_aot_module(kernel.module, arch=90, module_dir=tmp_path / kernel.key, use_ptx=True)
+        assert any(file.stat().st_size > 1000 for file in made)

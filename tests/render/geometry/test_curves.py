@@ -1,0 +1,249 @@
+"""Curves as tubes and points as spheres: where they run, how thick they are, closed, named when broken."""
+
+import numpy as np
+import pytest
+import trimesh
+from pxr import Gf, Usd, UsdGeom, Vt
+from scipy.interpolate import BSpline, CubicHermiteSpline
+
+from usdsdg.stage.geometry.skinning import Skinning
+from usdsdg_render.geometry.curves import read_lines
+from usdsdg_render.geometry.tubes import Round, curves, points
+from usdsdg_render.sync.extract import SceneExtractor
+
+DEFAULT = Usd.TimeCode.Default()
+ZIGZAG = np.array([(0, 0, 0), (1, 2, 0), (3, -1, 1), (4, 1, 0), (6, 0, 2), (7, 3, 0), (9, 0, 0)], float)
+
+
+def make(kind="BasisCurves", vertices=ZIGZAG, counts=None, widths=(0.2,), interpolation="constant", **attributes):
+    stage = Usd.Stage.CreateInMemory()
+    prim = stage.DefinePrim("/Hair", kind)
+    prim.GetAttribute("points").Set(Vt.Vec3fArray.FromNumpy(np.asarray(vertices, np.float32)))
+    if kind != "Points":
+        prim.GetAttribute("curveVertexCounts").Set([len(vertices)] if counts is None else counts)
+    if widths is not None:
+        prim.GetAttribute("widths").Set(list(map(float, widths)))
+        prim.GetAttribute("widths").SetMetadata("interpolation", interpolation)
+    for name, value in attributes.items():
+        prim.GetAttribute(name).Set(value)
+    return stage, prim
+
+
+def solid(surface: Round) -> trimesh.Trimesh:
+    """One watertight mesh: rings and caps share their places."""
+    return trimesh.Trimesh(surface.points, surface.triangles, process=True)
+
+
+def only_line(prim, steps=8):
+    (lines,) = read_lines(prim, DEFAULT, None, steps)
+    assert len(lines.points) == 1
+    return lines.points[0], lines.radii[0], lines.closed
+
+
+# Where curves run
+
+
+def test_linear_curves_pass_their_vertices():
+    _, prim = make(type="linear")
+    points, radii, closed = only_line(prim)
+    np.testing.assert_allclose(points, ZIGZAG)
+    np.testing.assert_allclose(radii, 0.1, rtol=1e-6)
+    assert not closed
+
+
+def test_bezier_curves_follow_the_bernstein_form():
+    _, prim = make(type="cubic", basis="bezier")
+    points, _, _ = only_line(prim, steps=8)
+    t = np.linspace(0, 1, 9)[:, None]
+    pieces = []
+    for first in (0, 3):
+        a, b, c, d = ZIGZAG[first : first + 4]
+        pieces.append((1 - t) ** 3 * a + 3 * t * (1 - t) ** 2 * b + 3 * t**2 * (1 - t) * c + t**3 * d)
+    np.testing.assert_allclose(points, np.concatenate([pieces[0][:-1], pieces[1]]), atol=1e-6)
+
+
+@pytest.mark.parametrize("wrap", ["nonperiodic", "pinned", "periodic"])
+def test_b_splines_are_scipys(wrap):
+    _, prim = make(type="cubic", basis="bspline", wrap=wrap)
+    found, _, closed = only_line(prim, steps=4)
+    vertices = ZIGZAG
+    if wrap == "pinned":
+        vertices = np.concatenate([[2 * ZIGZAG[0] - ZIGZAG[1]], ZIGZAG, [2 * ZIGZAG[-1] - ZIGZAG[-2]]])
+        np.testing.assert_allclose(found[[0, -1]], ZIGZAG[[0, -1]], atol=1e-6)
+    elif wrap == "periodic":
+        vertices = np.concatenate([ZIGZAG, ZIGZAG[:3]])
+    spline = BSpline(np.arange(len(vertices) + 4), vertices, 3)
+    t = np.linspace(3, len(vertices), 4 * (len(vertices) - 3) + 1)
+    expected = spline(t)
+    np.testing.assert_allclose(found, expected[:-1] if closed else expected, atol=1e-6)
+    assert closed == (wrap == "periodic")
+
+
+def test_catmull_rom_curves_are_hermite_splines_of_central_differences():
+    _, prim = make(type="cubic", basis="catmullRom", wrap="nonperiodic")
+    found, _, _ = only_line(prim, steps=4)
+    inner = ZIGZAG[1:-1]
+    spline = CubicHermiteSpline(np.arange(len(inner)), inner, (ZIGZAG[2:] - ZIGZAG[:-2]) / 2)
+    np.testing.assert_allclose(found, spline(np.linspace(0, len(inner) - 1, len(found))), atol=1e-6)
+
+
+def test_hermite_curves_follow_their_tangents():
+    tangents = np.random.default_rng(0).normal(size=ZIGZAG.shape)
+    _, prim = make("HermiteCurves", tangents=Vt.Vec3fArray.FromNumpy(tangents.astype(np.float32)))
+    found, _, _ = only_line(prim, steps=4)
+    spline = CubicHermiteSpline(np.arange(len(ZIGZAG)), ZIGZAG, tangents)
+    np.testing.assert_allclose(found, spline(np.linspace(0, len(ZIGZAG) - 1, len(found))), atol=1e-6)
+
+
+def test_a_rational_quadratic_is_a_circle():
+    half = np.sqrt(0.5)
+    vertices = [(1, 0, 0), (1, 1, 0), (0, 1, 0), (-1, 1, 0), (-1, 0, 0)]
+    _, prim = make(
+        "NurbsCurves", vertices, order=[3], knots=[0, 0, 0, 1, 1, 2, 2, 2], ranges=[Gf.Vec2d(0, 2)],
+        pointWeights=[1, half, 1, half, 1],
+    )  # fmt: skip
+    found, _, _ = only_line(prim)
+    np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1.0, atol=1e-6)
+    np.testing.assert_allclose(found[[0, -1]], [[1, 0, 0], [-1, 0, 0]], atol=1e-6)
+
+
+def test_widths_of_every_interpolation():
+    linear = {"type": "linear", "vertices": ZIGZAG[[0, 1, 2, 3, 4, 5]], "counts": [3, 3]}
+    for interpolation, widths, expected in (
+        ("constant", [0.4], [[0.4] * 3] * 2),
+        ("uniform", [0.4, 0.6], [[0.4] * 3, [0.6] * 3]),
+        ("vertex", [1, 2, 3, 4, 5, 6], [[1, 2, 3], [4, 5, 6]]),
+        ("varying", [1, 2, 3, 4, 5, 6], [[1, 2, 3], [4, 5, 6]]),
+    ):
+        _, prim = make(widths=widths, interpolation=interpolation, **linear)
+        (lines,) = read_lines(prim, DEFAULT, None, 4)
+        np.testing.assert_allclose(lines.radii * 2, expected, atol=1e-6)
+    # Of two Bezier segments, varying values belong to their three ends.
+    _, prim = make(type="cubic", basis="bezier", widths=[1, 2, 4], interpolation="varying")
+    _, radii, _ = only_line(prim, steps=2)
+    np.testing.assert_allclose(radii * 2, [1, 1.5, 2, 3, 4])
+
+
+# How they are drawn
+
+
+def test_a_straight_tube_is_a_closed_cylinder_facing_out():
+    _, prim = make(vertices=[(0, 0, 0), (0, 0, 3)], type="linear", widths=[0.5])
+    surface = curves(prim, DEFAULT, Skinning())
+    mesh = solid(surface)
+    assert mesh.is_watertight
+    sides = 16
+    area = 0.5 * sides * 0.25**2 * np.sin(2 * np.pi / sides)
+    assert mesh.volume == pytest.approx(3 * area, rel=1e-5)
+    flat = np.cross(
+        *(surface.points[surface.triangles[:, k]] - surface.points[surface.triangles[:, 0]] for k in (1, 2))
+    )
+    assert (np.einsum("ti,tci->tc", flat, surface.corner_normals) > 0).all()
+    np.testing.assert_allclose(np.linalg.norm(surface.corner_normals, axis=-1), 1.0, atol=1e-5)
+
+
+@pytest.mark.parametrize("basis", ["bspline", "catmullRom"])
+def test_closed_curves_are_closed_tubes_without_a_twist(basis):
+    knot = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    trefoil = np.stack(
+        [np.sin(knot) + 2 * np.sin(2 * knot), np.cos(knot) - 2 * np.cos(2 * knot), -np.sin(3 * knot)], -1
+    )
+    _, prim = make(vertices=trefoil, type="cubic", basis=basis, wrap="periodic")
+    surface = curves(prim, DEFAULT, Skinning())
+    mesh = solid(surface)
+    assert mesh.is_watertight
+    assert mesh.euler_number == 0, "a torus"
+    edges = np.linalg.norm(mesh.vertices[mesh.edges_unique[:, 0]] - mesh.vertices[mesh.edges_unique[:, 1]], axis=1)
+    assert edges.max() < 0.35, "no edge crosses the tube because its ends do not meet"
+
+
+def test_bent_tubes_keep_their_thickness():
+    angle = np.linspace(0, np.pi, 50)
+    arc = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+    _, prim = make(vertices=arc, type="linear", widths=[0.2])
+    mesh = solid(curves(prim, DEFAULT, Skinning()))
+    # Pappus: the area of the section times the way of its middle.
+    section = 8 * 0.1**2 * np.sin(2 * np.pi / 16)
+    assert mesh.volume == pytest.approx(section * np.pi, rel=2e-3)
+
+
+def test_points_are_spheres_of_their_widths():
+    centres = [(0, 0, 0), (5, 0, 0), (0, 5, 0)]
+    _, prim = make("Points", centres, widths=[1, 2, 3], interpolation="vertex")
+    surface = points(prim, DEFAULT, Skinning())
+    for k, (centre, width) in enumerate(zip(centres, (1, 2, 3))):
+        mine = surface.triangles[surface.owners == k]
+        at = surface.points[mine] - np.array(centre)
+        np.testing.assert_allclose(np.linalg.norm(at, axis=-1), width / 2, atol=1e-5)
+        np.testing.assert_allclose(surface.corner_normals[surface.owners == k], at / (width / 2), atol=1e-4)
+        volume = trimesh.Trimesh(surface.points, mine).volume
+        assert 0.98 < volume / (np.pi / 6 * width**3) < 1.0
+
+
+def test_many_points_are_drawn_coarser():
+    rng = np.random.default_rng(0)
+    _, prim = make("Points", rng.normal(size=(60_000, 3)), widths=[0.01])
+    assert len(points(prim, DEFAULT, Skinning()).triangles) == 60_000 * 32
+
+
+def test_they_come_into_the_scene_like_every_gprim():
+    stage, prim = make(type="linear")
+    second = UsdGeom.Points.Define(stage, "/Cloud")
+    second.CreatePointsAttr([Gf.Vec3f(0, 0, 5)])
+    second.CreateWidthsAttr([1.0])
+    UsdGeom.Xformable(prim).AddTranslateOp().Set(Gf.Vec3d(1, 2, 3))
+    extractor = SceneExtractor(stage)
+    extractor.update()
+    assert extractor.scene.instances.paths == ("/Hair", "/Cloud")
+    assert extractor.scene.instances.local_to_world[0, 3, :3].tolist() == [1, 2, 3]
+    bounds = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), DEFAULT)
+    drawn = extractor.scene.prototypes[0].points
+    assert (drawn.min(0) >= np.array(bounds[0]) - 1e-5).all()
+    assert (drawn.max(0) <= np.array(bounds[1]) + 1e-5).all()
+    prim.GetAttribute("widths").Set([0.8])
+    extractor.update()
+    assert extractor.scene.prototypes[extractor.scene.instances.prototype[0]].points[:, 2].max() > drawn[:, 2].max()
+
+
+# Broken data
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"counts": [99]}, "sum to 99"),
+        ({"vertices": ZIGZAG[:3], "type": "cubic"}, "need 4 or more"),
+        ({"widths": None}, "no widths"),
+        ({"widths": [1, 2], "interpolation": "vertex", "type": "linear"}, "too few for the curves"),
+        ({"kind": "HermiteCurves"}, "tangents"),
+        ({"kind": "NurbsCurves", "order": [3], "knots": [0, 1]}, "knots do not fit"),
+        ({"normals": [Gf.Vec3f(0, 0, 1)] * 7, "type": "linear"}, "ribbons"),
+        ({"kind": "Points", "widths": None}, "no widths"),
+        ({"kind": "Points", "widths": [1, 2], "interpolation": "vertex"}, "too few for 7 points"),
+        ({"kind": "Points", "widths": [0]}, "7 points are NaN or infinite or have no width"),
+        ({"widths": [0]}, "1 curves have points or widths that are NaN or infinite, or no width > 0"),
+        ({"widths": [-1]}, "no width > 0"),
+        ({"widths": [np.nan]}, "1 curves have"),
+        ({"vertices": np.zeros((4, 3)), "type": "linear", "wrap": "periodic"}, "too thin or too short"),
+        ({"vertices": np.full((4, 3), np.inf)}, "1 curves have"),
+        ({"basis": "bogus"}, "basis 'bogus' is none of bezier, bspline, catmullRom; bezier is used"),
+        ({"wrap": "bogus"}, "wrap 'bogus' is none of"),
+    ],
+)
+def test_what_cannot_be_drawn_is_named(changes, said):
+    stage, _ = make(**changes)
+    with pytest.warns(UserWarning, match=f"/Hair.*{said}"):
+        SceneExtractor(stage).update()
+
+
+def test_broken_points_and_widths_leave_the_others():
+    _, prim = make("Points", [(0, 0, 0), (np.nan, 0, 0), (1, 0, 0)], widths=[1, 1, -1], interpolation="vertex")
+    with pytest.warns(UserWarning, match="2 points are NaN"):
+        assert set(points(prim, DEFAULT, Skinning()).owners) == {0}
+    vertices = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (np.nan, 1, 0)]
+    _, prim = make(vertices=vertices, counts=[2, 2], widths=[0, 1, 1, 1], interpolation="vertex", type="linear")
+    with pytest.warns(UserWarning, match="1 curves have points"):
+        assert set(curves(prim, DEFAULT, Skinning()).owners) == {0}
+    _, prim = make(vertices=[(0, 0, 0), (0, 0, 0), (0, 0, 0)], type="linear")
+    surface = curves(prim, DEFAULT, Skinning())
+    assert surface is None or np.isfinite(surface.corner_normals).all()

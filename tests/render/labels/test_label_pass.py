@@ -1,0 +1,380 @@
+"""Label AOVs and coverage: exact at pixel centres, and consistent with each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.render import scenes
+from tests.render.images import radiance, renderer_of
+from usdsdg.errors import RenderError, Unsupported
+from usdsdg_render.scene.aov import AOVS
+from usdsdg_render.scene.scene import (
+    NO_INSTANCE,
+    WRAP_BLACK,
+    WRAP_CLAMP,
+    WRAP_MIRROR,
+    WRAP_REPEAT,
+    Texture,
+    UvTransform,
+)
+
+
+def some_scene() -> scenes.Scene:
+    rng = np.random.default_rng(5)
+    placed = []
+    for k in range(12):
+        q, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        shape = scenes.cube() if k % 2 else scenes.sphere(rings=12)
+        placed.append((shape, scenes.moved(rng.uniform(-2, 2, 3), scale=rng.uniform(0.2, 0.7, 3), rotation=q), 0))
+    return scenes.scene_of(placed, dome=scenes.white_dome())
+
+
+def some_view(**changes):
+    values = dict(size=(61, 43), horizontal_aperture_offset=1.5, vertical_aperture_offset=-0.7, meters_per_unit=0.01)
+    return scenes.view_from((4, -5, 2), (0.2, 0.1, 0), **{**values, **changes})
+
+
+def test_every_aov_has_its_shape_type_and_value_for_nothing():
+    view = some_view()
+    labels = renderer_of(some_scene()).labels(view, list(AOVS))
+    nothing = labels["instance"] == NO_INSTANCE
+    assert 0.1 < nothing.mean() < 0.9
+    for name, aov in AOVS.items():
+        assert labels[name].shape == (43, 61, *aov.channels)
+        assert labels[name].dtype == aov.dtype
+        assert (labels[name][nothing] == aov.nothing).all()
+        assert np.isfinite(labels[name][~nothing]).all()
+
+
+def test_pixel_depth_and_camera_give_the_point_back():
+    view = some_view()
+    labels = renderer_of(some_scene()).labels(view, list(AOVS))
+    hit = labels["instance"] != NO_INSTANCE
+    pixels, depth = view.project(labels["position"][hit])
+    rows, columns = np.nonzero(hit)
+    np.testing.assert_allclose(pixels, np.stack([columns, rows], -1) + 0.5, atol=1e-3)
+    metres = depth * view.meters_per_unit
+    np.testing.assert_allclose(labels["distance_to_image_plane"][hit], metres, rtol=1e-5)
+    away = np.linalg.norm(labels["position"][hit] - view.local_to_world[3, :3], axis=1)
+    np.testing.assert_allclose(labels["distance_to_camera"][hit], away * view.meters_per_unit, rtol=1e-5)
+
+
+def test_orthographic_pixels_project_back_as_well():
+    view = some_view(projection_type="orthographic", horizontal_aperture=50.0)
+    labels = renderer_of(some_scene()).labels(view, ["instance", "position", "distance_to_image_plane"])
+    hit = labels["instance"] != NO_INSTANCE
+    assert hit.any()
+    pixels, depth = view.project(labels["position"][hit])
+    rows, columns = np.nonzero(hit)
+    np.testing.assert_allclose(pixels, np.stack([columns, rows], -1) + 0.5, atol=1e-3)
+    np.testing.assert_allclose(labels["distance_to_image_plane"][hit], depth * 0.01, rtol=1e-5)
+
+
+def test_normals_are_unit_and_face_the_camera():
+    view = some_view()
+    labels = renderer_of(some_scene()).labels(view, ["instance", "normals", "position"])
+    hit = labels["instance"] != NO_INSTANCE
+    normals = labels["normals"][hit]
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-5)
+    to_camera = view.local_to_world[3, :3] - labels["position"][hit]
+    to_camera /= np.linalg.norm(to_camera, axis=1, keepdims=True)
+    # Interpolated normals of a coarse ball lean past its silhouette by up to half a facet.
+    assert ((normals * to_camera).sum(1) > -0.2).all()
+
+
+def test_smooth_normals_of_a_stretched_ball_follow_the_inverse_transpose():
+    scale = np.array([2.0, 1.0, 0.5])
+    scene = scenes.scene_of([(scenes.sphere(rings=64), scenes.moved(scale=scale), 0)])
+    labels = renderer_of(scene).labels(scenes.view_from((0, -6, 1)), ["instance", "normals", "position"])
+    hit = labels["instance"] == 0
+    expected = labels["position"][hit] / scale**2
+    expected /= np.linalg.norm(expected, axis=1, keepdims=True)
+    np.testing.assert_allclose(labels["normals"][hit], expected, atol=0.01)
+
+
+def test_mirrored_instances_keep_their_normals_outside():
+    scene = scenes.scene_of([(scenes.sphere(rings=32), scenes.moved(scale=(-1, 1, 1)), 0)])
+    labels = renderer_of(scene).labels(scenes.view_from((0, -6, 1)), ["instance", "normals", "position"])
+    hit = labels["instance"] == 0
+    assert ((labels["normals"] * labels["position"]).sum(-1)[hit] > 0.9).all()
+
+
+def test_the_clipping_range_cuts():
+    scene = scenes.scene_of([(scenes.cube(), scenes.moved(), 0)])
+    seen = renderer_of(scene)
+    near = seen.labels(scenes.view_from((0, -5, 0), clipping_range=(4.5, 100)), ["instance", "distance_to_image_plane"])
+    # The front face, 4 away, is cut off; the back one, 6 away, is seen from inside.
+    np.testing.assert_allclose(near["distance_to_image_plane"][12, 16], 6.0, rtol=1e-5)
+    far = seen.labels(scenes.view_from((0, -5, 0), clipping_range=(0.1, 3.5)), ["instance"])
+    assert (far["instance"] == NO_INSTANCE).all()
+    assert seen.coverage(scenes.view_from((0, -5, 0), clipping_range=(0.1, 3.5)), [[0]])[0, 0] == 0
+
+
+@pytest.mark.parametrize(
+    ("lens", "shape"),
+    [
+        ({}, "wall"),
+        ({"projection_type": "orthographic", "horizontal_aperture": 100.0}, "wall"),
+        ({"projection_type": "pinholeOpenCV"}, "wall"),
+        ({"projection_type": "fisheyeEquidistant"}, "ball"),
+        ({"projection_type": "fisheyeSpherical"}, "ball"),
+    ],
+    ids=["pinhole", "orthographic", "pinholeOpenCV", "fisheye", "panorama"],
+)
+def test_the_clipping_range_is_a_plane_for_flat_lenses_and_a_ball_for_others(lens, shape):
+    """Also at the corners of the picture, where rays are longer than they reach deep."""
+    wall = (scenes.square(), scenes.moved((0, 0, -5), scale=100), 0)
+    ball = (scenes.sphere(rings=64), scenes.moved(scale=5), 0)
+    renderer = renderer_of(scenes.scene_of([wall if shape == "wall" else ball]))
+
+    def seen(near: float, far: float) -> set[bool]:
+        view = scenes.view_from(
+            (0, 0, 0), (0, 0, -1), up=(0, 1, 0), clipping_range=(near, far), **{"focal_length": 9.0, **lens}
+        )
+        shown = renderer.labels(view, ["instance"])["instance"] == 0
+        assert shown.any() == (renderer.coverage(view, [[0]])[0, 0] > 0)
+        return set(shown.ravel().tolist())
+
+    assert seen(4.95, 100.0) == seen(0.1, 5.05) == {True}
+    assert seen(5.05, 100.0) == seen(0.1, 4.95) == {False}
+
+
+def checker(texels, *, wrap=0, **values):
+    """A square in front of the camera showing a texture, and its albedo."""
+    texels = np.asarray(texels, np.uint8)
+    rgba = np.full((*texels.shape[:2], 4), 255, np.uint8)
+    rgba[..., : texels.shape[2]] = texels
+    texture = Texture("checker", rgba, values.pop("srgb", False), wrap, wrap, values.pop("transform", UvTransform()))
+    matt = scenes.material(base_texture=0, **values)
+    scene = scenes.scene_of([(scenes.square(), scenes.moved(), 0)], materials=[matt], textures=[texture])
+    view = scenes.view_from((0, 0, 5), up=(0, 1, 0), size=(64, 64), focal_length=20.0 * 5 / 2)
+    return renderer_of(scene).labels(view, ["albedo"])["albedo"]
+
+
+RED, GREEN, BLUE, WHITE = (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255)
+
+
+def test_textures_stand_upright():
+    # Row 0 is at v = 1; the square's v grows upwards in the picture.
+    albedo = checker([[RED, GREEN], [BLUE, WHITE]])
+    for (row, column), color in {(16, 16): RED, (16, 47): GREEN, (47, 16): BLUE, (47, 47): WHITE}.items():
+        np.testing.assert_allclose(albedo[row, column], np.array(color) / 255, atol=0.05)
+
+
+def wrapped(index: int, count: int, wrap: int) -> int | None:
+    """Texel that stands for any integer index; None = black."""
+    if wrap == WRAP_REPEAT:
+        return index % count
+    if wrap == WRAP_MIRROR:
+        index %= 2 * count
+        return index if index < count else 2 * count - 1 - index
+    if wrap == WRAP_CLAMP:
+        return min(max(index, 0), count - 1)
+    return index if 0 <= index < count else None
+
+
+@pytest.mark.parametrize("wrap", [WRAP_REPEAT, WRAP_CLAMP, WRAP_MIRROR, WRAP_BLACK])
+def test_wrap_modes_are_those_of_a_plain_bilinear_look_up(wrap):
+    texels = np.random.default_rng(2).integers(0, 256, (3, 4, 3))
+    scale, shift = 4.0, -1.6
+    albedo = checker(texels, wrap=wrap, transform=UvTransform.of((scale, scale), 0.0, (shift, shift)))
+    for row, column in np.random.default_rng(3).integers(0, 64, (60, 2)):
+        u, v = (column + 0.5) / 64 * scale + shift, (63.5 - row) / 64 * scale + shift
+        x, y = u * 4 - 0.5, (1 - v) * 3 - 0.5
+        expected = np.zeros(3)
+        for i in (int(np.floor(x)), int(np.floor(x)) + 1):
+            for j in (int(np.floor(y)), int(np.floor(y)) + 1):
+                at = wrapped(j, 3, wrap), wrapped(i, 4, wrap)
+                if None not in at:
+                    expected += texels[at] / 255 * (1 - abs(x - i)) * (1 - abs(y - j))
+        np.testing.assert_allclose(albedo[row, column], expected, atol=2e-3)
+
+
+def test_textures_turn_and_shift_as_uv_transforms_say():
+    # UsdTransform2d: a quarter turn takes (u, v) to (-v, u); the shift brings it back into the image.
+    turned = UvTransform.of((1.0, 1.0), np.pi / 2, (1.0, 0.0))
+    albedo = checker([[RED, GREEN], [BLUE, WHITE]], transform=turned)
+    # The pixel at (u, v) = (0.75, 0.75), upper right, reads (1 - 0.75, 0.75): upper left.
+    np.testing.assert_allclose(albedo[16, 47], np.array(RED) / 255, atol=0.05)
+    np.testing.assert_allclose(albedo[16, 16], np.array(BLUE) / 255, atol=0.05)
+
+
+def test_srgb_textures_are_decoded_exactly():
+    albedo = checker(np.full((2, 2, 3), 128), srgb=True)
+    np.testing.assert_allclose(albedo[32, 32], ((128 / 255 + 0.055) / 1.055) ** 2.4, rtol=1e-5)
+
+
+def leaf_scene(alpha, **values):
+    """A square whose right half has opacity `alpha`, in front of a cube."""
+    texels = np.full((2, 2, 4), 255, np.uint8)
+    texels[:, 1, 3] = alpha
+    texture = Texture("leaf", texels, False, 1, 1)
+    leaf = scenes.material(opacity_texture=0, opacity_channel=3, **values)
+    placed = [(scenes.square(), scenes.moved((0, 0, 2)), 0), (scenes.cube(), scenes.moved((0, 0, -4), scale=3), 1)]
+    return scenes.scene_of(placed, materials=[leaf, scenes.material()], textures=[texture])
+
+
+@pytest.mark.parametrize(("alpha", "threshold", "behind"), [(0, 0.0, 1), (100, 0.0, 1), (200, 0.0, 0), (200, 0.9, 1)])
+def test_labels_see_through_what_is_cut_out(alpha, threshold, behind):
+    renderer = renderer_of(leaf_scene(alpha, opacity_threshold=threshold))
+    view = scenes.view_from((0, 0, 8), up=(0, 1, 0))
+    labels = renderer.labels(view, ["instance"])["instance"]
+    assert labels[12, 12] == 0
+    assert labels[12, 20] == behind
+    assert renderer.coverage(view, [[0], [1], [0, 1]]).tolist() == coverage_one_by_one(
+        leaf_scene(alpha, opacity_threshold=threshold), view, [[0], [1], [0, 1]]
+    )
+
+
+def coverage_one_by_one(scene, view, groups) -> list[list[int]]:
+    """The same from label passes of scenes that hold one group alone."""
+    rows = []
+    everything = scene.instances
+    for group in groups:
+        scene.instances = type(everything)(
+            tuple(everything.paths[k] for k in group),
+            everything.prototype[group],
+            everything.local_to_world[group],
+            everything.slot_offset[group],
+            everything.casts_shadow[group],
+        )
+        scene.touch("instances", "transforms")
+        alone = renderer_of(scene).labels(view, ["instance"])["instance"] >= 0
+        y, x = np.nonzero(alone)
+        box = [x.min(), y.min(), x.max(), y.max()] if len(x) else [-1] * 4
+        rows.append([int(alone.sum()), *map(int, box)])
+    scene.instances = everything
+    return rows
+
+
+@pytest.mark.parametrize("projection", ["pinhole", "orthographic"])
+def test_coverage_is_what_a_group_covers_alone(projection):
+    view = some_view(projection_type=projection, horizontal_aperture=20.0 if projection == "pinhole" else 50.0)
+    groups = [[k] for k in range(12)] + [[0, 3, 7], [], list(range(12))]
+    renderer = renderer_of(some_scene())
+    coverage = renderer.coverage(view, groups)
+    assert coverage.tolist() == coverage_one_by_one(some_scene(), view, groups)
+    visible = np.bincount(renderer.labels(view, ["instance"])["instance"].ravel() + 1, minlength=13)[1:]
+    assert (coverage[:12, 0] >= visible).all()
+    assert (coverage[:12, 0] > visible).any()
+    assert coverage[14, 0] == visible.sum()
+
+
+def test_coverage_with_the_camera_inside_and_in_front_of_things():
+    scene = scenes.scene_of(
+        [(scenes.sphere(rings=8), scenes.moved(scale=3), 0), (scenes.cube(), scenes.moved((0, 50, 0)), 0)]
+    )
+    view = scenes.view_from((0, -1, 0))
+    groups = [[0], [1]]
+    coverage = renderer_of(scene).coverage(view, groups)
+    assert coverage.tolist() == coverage_one_by_one(scene, view, groups)
+    assert coverage[0, 0] == 32 * 24
+
+
+def test_motion_vectors_point_back():
+    scene = scenes.scene_of(
+        [(scenes.cube(), scenes.moved(), 0), (scenes.cube(), scenes.moved((0, 50, 0), scale=40), 0)]
+    )
+    renderer = renderer_of(scene)
+    view = scenes.view_from((0, -10, 0))
+    first = renderer.labels(view, ["motion_vectors"])["motion_vectors"]
+    assert (first == 0).all()
+    # The cube moves right and up; the wall stands still.
+    scene.instances.local_to_world[0, 3, :3] = (0.5, 0, 0.25)
+    scene.touch("transforms")
+    renderer.sync()
+    labels = renderer.labels(view, ["motion_vectors", "instance", "position"])
+    moved = labels["instance"] == 0
+    assert (labels["motion_vectors"][~moved] == 0).all()
+    now, _ = view.project(labels["position"][moved])
+    before, _ = view.project(labels["position"][moved] - (0.5, 0, 0.25))
+    np.testing.assert_allclose(labels["motion_vectors"][moved], before - now, atol=1e-3)
+    assert (labels["motion_vectors"][moved][:, 0] < 0).all()
+    assert (labels["motion_vectors"][moved][:, 1] > 0).all()
+    # Then the camera moves left, without a sync between: everything moves right in the picture, the near cube more.
+    labels = renderer.labels(scenes.view_from((-0.3, -10, 0), (-0.3, 0, 0)), ["motion_vectors", "instance"])
+    cube, wall = (labels["motion_vectors"][labels["instance"] == k][:, 0].mean() for k in (0, 1))
+    assert cube < wall < 0
+
+
+def test_odd_scenes_and_requests():
+    empty = renderer_of(scenes.scene_of([]))
+    one = scenes.view_from((0, 0, 5), size=(1, 1))
+    assert empty.labels(one, ["instance"])["instance"].tolist() == [[NO_INSTANCE]]
+    assert empty.coverage(one, []).shape == (0, 5)
+    assert empty.coverage(one, [[]]).tolist() == [[0, -1, -1, -1, -1]]
+    with pytest.raises(RenderError, match="no such AOV: depht"):
+        empty.labels(one, ["depht"])
+    with pytest.raises(Unsupported, match="projection 'wide' is not available"):
+        empty.labels(scenes.view_from((0, 0, 5), projection_type="wide"), ["instance"])
+
+
+def test_half_transparent_surfaces_let_their_share_through():
+    # A glowing square of opacity 0.3 before a glowing wall, twice: shares of light add up layer by layer.
+    veil = scenes.material(base_color=0.0, specular=0.0, emission=10.0, opacity=0.3)
+    wall = scenes.material(base_color=0.0, specular=0.0, emission=100.0)
+    placed = [
+        (scenes.square(), scenes.moved((0, 0, 1), scale=9), 0),
+        (scenes.square(), scenes.moved((0, 0, 2), scale=9), 0),
+        (scenes.square(), scenes.moved(scale=9), 1),
+    ]
+    scene = scenes.scene_of(placed, materials=[veil, wall])
+    view = scenes.view_from((0, 0, 8), up=(0, 1, 0), size=(8, 8))
+    expected = 10 * 0.3 + 0.7 * (10 * 0.3 + 0.7 * 100)
+    picture = radiance(scene, view, samples=64)
+    np.testing.assert_allclose(picture.mean(), expected, rtol=0.01)
+    # Well-spread numbers leave little noise in any one pixel.
+    np.testing.assert_allclose(picture, expected, rtol=0.1)
+    # All of it is there for labels, and its shadow is as dark as it is opaque.
+    assert (renderer_of(scene).labels(view, ["instance"])["instance"] == 1).all()
+    lit = scenes.scene_of(
+        [(scenes.square(), scenes.moved((0, 0, 9), scale=50), 0), (scenes.square(), scenes.moved(scale=50), 1)],
+        materials=[scenes.material(opacity=0.3), scenes.material(base_color=1.0, specular=0.0)],
+        lights=[scenes.distant_light(np.pi)],
+    )
+    shadowed = radiance(lit, view, samples=16, bounces=1)
+    np.testing.assert_allclose(shadowed.mean(), 0.7, rtol=0.01)
+
+
+def test_the_material_of_what_is_seen():
+    rng = np.random.default_rng(3)
+    rgba = rng.integers(0, 256, (4, 4, 4), np.uint8)
+    rgba[..., 3] = 255
+    texture = Texture("rough", rgba, False, WRAP_REPEAT, WRAP_REPEAT)
+    made = scenes.material(
+        base_color=(0.8, 0.4, 0.2), metallic=0.25, roughness=0.5, roughness_texture=0, roughness_channel=1,
+        specular=(0.04, 0.05, 0.06), emission=(3.0, 2.0, 1.0),
+    )  # fmt: skip
+    scene = scenes.scene_of([(scenes.square(), scenes.moved(), 0)], materials=[made], textures=[texture])
+    view = scenes.view_from((0, 0, 5), up=(0, 1, 0), size=(64, 64), focal_length=20.0 * 5 / 2)
+    names = ["instance", "diffuse", "specular", "roughness", "emission", "albedo"]
+    labels = renderer_of(scene).labels(view, names)
+    seen = labels["instance"] == 0
+    base = np.array([0.8, 0.4, 0.2])
+    np.testing.assert_allclose(labels["albedo"][seen], np.broadcast_to(base, (seen.sum(), 3)), rtol=1e-5)
+    np.testing.assert_allclose(labels["diffuse"][seen] - 0.75 * base, 0, atol=1e-6)
+    f0 = 0.75 * np.array([0.04, 0.05, 0.06]) + 0.25 * base
+    np.testing.assert_allclose(labels["specular"][seen] - f0, 0, atol=1e-6)
+    np.testing.assert_allclose(labels["emission"][seen] - (3, 2, 1), 0, atol=1e-6)
+    # The texture's own middles, an eighth of the square from its edges; row 0 is at the top.
+    middles = labels["roughness"][8::16, 8::16]
+    np.testing.assert_allclose(middles, 0.5 * rgba[..., 1] / 255, atol=0.5 / 16)
+
+
+def test_a_normal_map_bends_bump_normals_only():
+    rgba = np.full((1, 1, 4), 255, np.uint8)
+    rgba[0, 0, :3] = (204, 128, 230)  # +0.6 along u, 0 along v, 0.8 up
+    texture = Texture("bump", rgba, False, WRAP_REPEAT, WRAP_REPEAT)
+    made = scenes.material(normal_texture=0, normal_scale=1.0)
+    scene = scenes.scene_of([(scenes.square(), scenes.moved(), 0)], materials=[made], textures=[texture])
+    labels = renderer_of(scene).labels(
+        scenes.view_from((0, 0, 5), up=(0, 1, 0)), ["instance", "normals", "bump_normals"]
+    )
+    seen = labels["instance"] == 0
+    np.testing.assert_allclose(labels["normals"][seen] - (0, 0, 1), 0, atol=1e-6)
+    # Bytes are 1/255 apart.
+    np.testing.assert_allclose(labels["bump_normals"][seen] - (0.6, 0, 0.8), 0, atol=0.01)
+    plain = scenes.scene_of([(scenes.sphere(), scenes.moved(), 0)])
+    labels = renderer_of(plain).labels(some_view(), ["normals", "bump_normals"])
+    np.testing.assert_array_equal(labels["normals"], labels["bump_normals"])

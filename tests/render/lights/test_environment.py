@@ -1,0 +1,63 @@
+"""What a picture of a sky lights equals sums over its directions, for matt surfaces and for shiny ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.render import scenes
+from tests.render.bvh.test_query import random_rotation
+from tests.render.images import radiance
+from tests.render.materials.test_scattering import hemisphere, scattered
+from usdsdg_render.scene.scene import Dome
+
+DIRECTIONS, SOLID_ANGLE = hemisphere(700)
+EYE = np.array([0.3, -3.0, 2.0])
+
+
+def uneven_sky(seed: int) -> Dome:
+    """Random texels in a random frame: no two directions, and no two sides, look alike."""
+    rng = np.random.default_rng(seed)
+    return Dome((rng.uniform(0, 2, (12, 20, 3)) ** 3).astype(np.float32), random_rotation(rng).astype(np.float32))
+
+
+def seen_of(dome: Dome, directions: np.ndarray) -> np.ndarray:
+    """Bilinear radiance of world directions, (N, 3), as `scene.Dome` says: u goes round, v ends at the poles."""
+    x, y, z = dome.dome_from_world.astype(float) @ directions.T
+    height, width = dome.radiance.shape[:2]
+    u, v = np.arctan2(y, x) / (2 * np.pi) % 1.0, np.arccos(np.clip(z, -1, 1)) / np.pi
+    column, row = u * width - 0.5, v * height - 0.5
+    left, top = np.floor(column).astype(int), np.floor(row).astype(int)
+    total = np.zeros((len(directions), 3))
+    for i in (0, 1):
+        for j in (0, 1):
+            weight = (1 - np.abs(column - left - i)) * (1 - np.abs(row - top - j))
+            total += weight[:, None] * dome.radiance[np.clip(top + j, 0, height - 1), (left + i) % width]
+    return total
+
+
+def floor_seen(material: np.ndarray, dome: Dome, *, bounces: int) -> np.ndarray:
+    floor = (scenes.square(), scenes.moved(scale=100.0), 0)
+    view = scenes.view_from(EYE, size=(2, 2), focal_length=50000.0)
+    scene = scenes.scene_of([floor], materials=[material], dome=dome)
+    return radiance(scene, view, samples=4096, bounces=bounces).mean((0, 1))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_matt_floor_gets_the_skys_irradiance(seed):
+    dome = uneven_sky(seed)
+    expected = (seen_of(dome, DIRECTIONS) * DIRECTIONS[:, 2:]).sum(0) * SOLID_ANGLE / np.pi
+    matt = scenes.material(base_color=1.0, specular=0.0, roughness=1.0)
+    np.testing.assert_allclose(floor_seen(matt, dome, bounces=1), expected, rtol=0.01)
+
+
+@pytest.mark.parametrize("bounces", [1, 2])
+@pytest.mark.parametrize("roughness", [0.12, 0.3, 0.6, 1.0])
+@pytest.mark.parametrize("metallic", [0.0, 1.0])
+def test_a_shiny_floor_reflects_what_its_lobes_make_of_the_sky(metallic, roughness, bounces):
+    """Sharp lobes see the picture and rough ones its cells; both are found by drawing from the sky and by chance."""
+    dome = uneven_sky(7)
+    values = dict(base_color=(0.9, 0.5, 0.2), metallic=metallic, roughness=roughness)
+    lobes = scattered(scenes.material(**values), EYE / np.linalg.norm(EYE), DIRECTIONS)
+    expected = ((lobes.diffuse + lobes.specular) * seen_of(dome, DIRECTIONS)).sum(0) * SOLID_ANGLE
+    np.testing.assert_allclose(floor_seen(scenes.material(**values), dome, bounces=bounces), expected, rtol=0.015)

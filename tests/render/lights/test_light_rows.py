@@ -1,0 +1,291 @@
+"""UsdLux to light rows: the schema's formulas, units, scale, shaping, and what is named when it cannot be kept."""
+
+import math
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
+
+from usdsdg.stage.poses.transforms import local_to_world
+from usdsdg_render.lights.areas import ellipse_perimeter, ellipsoid_area
+from usdsdg_render.lights.light_reader import LightReader
+from usdsdg_render.lights.light_rows import read_light
+from usdsdg_render.lights.light_values import temperature_colour
+from usdsdg_render.scene import scene
+
+ALIVE = []  # a prim does not keep its stage
+
+
+def light(kind, **inputs):
+    stage = Usd.Stage.CreateInMemory()
+    ALIVE.append(stage)
+    prim = stage.DefinePrim("/Light", kind)
+    for name, value in inputs.items():
+        prim.GetAttribute("inputs:" + name.replace("__", ":")).Set(value)
+    return stage, prim
+
+
+def row_of(prim, metres_per_unit=1.0):
+    return read_light(prim, np.array(local_to_world(prim)), metres_per_unit)
+
+
+def scaled(prim, *scale):
+    UsdGeom.Xformable(prim).AddScaleOp().Set(Gf.Vec3f(*scale))
+
+
+def ellipsoid_surface(a, b, c):
+    """By quadrature over its two angles."""
+    t = (np.arange(2000) + 0.5) * 2 * math.pi / 2000
+    theta = ((np.arange(1000) + 0.5) * math.pi / 1000)[:, None]
+    along = np.stack([a * np.cos(theta) * np.cos(t), b * np.cos(theta) * np.sin(t), -c * np.sin(theta) + 0 * t], -1)
+    across = np.stack([-a * np.sin(theta) * np.sin(t), b * np.sin(theta) * np.cos(t), 0 * theta * t], -1)
+    return np.linalg.norm(np.cross(along, across), axis=-1).mean() * math.pi * 2 * math.pi
+
+
+def tube_surface(b, c, length):
+    t = (np.arange(2000) + 0.5) * 2 * math.pi / 2000
+    return length * np.hypot(b * np.sin(t), c * np.cos(t)).mean() * 2 * math.pi
+
+
+def flux_per_pi(row):
+    """Luminance times emitting area, as the kernels see the light."""
+    radius, width, height = float(row["radius"]), float(row["width"]), float(row["height"])
+    second, third = radius * row["aspect"].astype(float)
+    area = {
+        scene.LIGHT_SPHERE: lambda: 4 * math.pi * radius**2,
+        scene.LIGHT_DISK: lambda: math.pi * radius * second,
+        scene.LIGHT_RECT: lambda: width * height,
+        scene.LIGHT_CYLINDER: lambda: tube_surface(radius, second, height),
+        scene.LIGHT_ELLIPSOID: lambda: ellipsoid_surface(radius, second, third),
+    }[int(row["kind"])]()
+    return np.asarray(row["radiance"], float) * area
+
+
+SIZES = {
+    "SphereLight": ({"radius": 0.3}, 4 * math.pi * 0.09),
+    "DiskLight": ({"radius": 0.3}, math.pi * 0.09),
+    "RectLight": ({"width": 2.0, "height": 0.5}, 1.0),
+    "CylinderLight": ({"length": 2.0, "radius": 0.3}, 2 * math.pi * 0.3 * 2.0),
+}
+
+
+@pytest.mark.parametrize("kind", SIZES)
+def test_luminance_is_intensity_times_two_to_the_exposure_times_colour(kind):
+    _, prim = light(kind, intensity=5.0, exposure=3.0, color=Gf.Vec3f(0.5, 1.0, 0.25), **SIZES[kind][0])
+    np.testing.assert_allclose(row_of(prim)["radiance"], 40.0 * np.array([0.5, 1.0, 0.25]), rtol=1e-6)
+
+
+@pytest.mark.parametrize("kind", SIZES)
+@pytest.mark.parametrize("scale", [1.0, 4.0])
+def test_normalize_divides_by_the_world_area(kind, scale):
+    sizes, area = SIZES[kind]
+    _, prim = light(kind, intensity=5.0, normalize=True, **sizes)
+    scaled(prim, scale, scale, scale)
+    row = row_of(prim)
+    np.testing.assert_allclose(row["radiance"], 5.0 / (area * scale**2), rtol=1e-5)
+    np.testing.assert_allclose(flux_per_pi(row), 5.0, rtol=1e-5)
+
+
+@pytest.mark.parametrize("kind", ["SphereLight", "DiskLight", "CylinderLight"])
+def test_normalize_keeps_the_power_under_any_scale(kind):
+    _, prim = light(kind, intensity=5.0, normalize=True, **SIZES[kind][0])
+    scaled(prim, 1, 3, 2)
+    # The area of an ellipsoid is an approximation, right to 1.1 %.
+    np.testing.assert_allclose(flux_per_pi(row_of(prim)), 5.0, rtol=0.012)
+
+
+@pytest.mark.parametrize(
+    "name", ["diffuse", "specular", "shaping__cone__angle", "shaping__cone__softness", "shaping__focus"]
+)
+def test_numbers_that_are_none_are_named_and_replaced(name):
+    _, prim = light("SphereLight")
+    UsdLux.ShapingAPI.Apply(prim)
+    before = row_of(prim)
+    prim.GetAttribute("inputs:" + name.replace("__", ":")).Set(math.nan)
+    with pytest.warns(UserWarning, match=f"/Light.*{name.rsplit('__', 1)[-1]}"):
+        after = row_of(prim)
+    if "shaping" in name:
+        assert after["shaping_cos"] <= before["shaping_cos"]
+    else:
+        assert after == before
+
+
+def test_default_sizes_and_intensities_are_the_schemas():
+    assert row_of(light("SphereLight")[1])["radius"] == 0.5
+    assert row_of(light("CylinderLight")[1])["height"] == 1.0
+    assert row_of(light("RectLight")[1])["width"] == 1.0
+    assert row_of(light("DiskLight")[1])["radiance"][0] == 1.0
+
+
+@pytest.mark.parametrize("normalize", [False, True])
+@pytest.mark.parametrize("angle", [0.0, 0.001, 0.1, 0.53, 5.0, 90.0, 180.0])
+def test_a_surface_facing_a_distant_light_gets_its_intensity_in_lux(angle, normalize):
+    _, prim = light("DistantLight", intensity=400.0, angle=angle, normalize=normalize)
+    row = row_of(prim)
+    cosine = float(row["cos_angle"])
+    assert cosine == pytest.approx(math.cos(math.radians(angle / 2)), abs=1e-7)
+    # Irradiance of a cone of constant radiance: L * pi * sin^2.
+    lux = row["radiance"] if cosine == 1.0 else row["radiance"] * math.pi * (1 - cosine**2)
+    np.testing.assert_allclose(lux, 400.0, rtol=1e-5)
+
+
+def test_temperature_is_white_at_6500_and_blackbody_elsewhere():
+    np.testing.assert_allclose(temperature_colour(6500.0), 1.0)
+    warm = np.array(UsdLux.BlackbodyTemperatureAsRgb(3000)) / np.array(UsdLux.BlackbodyTemperatureAsRgb(6500))
+    _, prim = light("SphereLight", colorTemperature=3000.0)
+    np.testing.assert_allclose(row_of(prim)["radiance"], 1.0)
+    prim.GetAttribute("inputs:enableColorTemperature").Set(True)
+    np.testing.assert_allclose(row_of(prim)["radiance"], warm, rtol=1e-6)
+    assert warm[0] > warm[1] > warm[2]
+
+
+@pytest.mark.parametrize(
+    ("kind", "half_axes"),
+    [("SphereLight", (0.3, 0.6, 0.9)), ("DiskLight", (0.3, 0.6)), ("CylinderLight", (0.6, 0.9))],
+)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_scale_makes_ellipses_of_the_same_luminance(kind, half_axes, sign, recwarn):
+    _, prim = light(kind, intensity=7.0, **SIZES[kind][0])
+    scaled(prim, sign, 2, 3)
+    row = row_of(prim)
+    axes = float(row["radius"]) * np.array([1.0, *row["aspect"]])[: len(half_axes)]
+    np.testing.assert_allclose(axes, half_axes, rtol=1e-6)
+    np.testing.assert_allclose(row["radiance"], 7.0, rtol=1e-6)
+    np.testing.assert_allclose(row["x_axis"], (sign, 0, 0), atol=1e-7)
+    assert not recwarn.list
+
+
+def test_sheared_lights_are_named():
+    stage, _ = light("RectLight")
+    UsdGeom.Xformable(UsdGeom.Xform.Define(stage, "/Parent")).AddScaleOp().Set(Gf.Vec3f(1, 3, 1))
+    child = stage.DefinePrim("/Parent/Light", "RectLight")
+    UsdGeom.Xformable(child).AddRotateZOp().Set(30.0)
+    with pytest.warns(UserWarning, match="/Parent/Light.*sheared"):
+        assert row_of(child) is not None
+
+
+@pytest.mark.parametrize(("kind", "hint"), [("SphereLight", "treatAsPoint"), ("CylinderLight", "treatAsLine")])
+def test_points_and_lines_keep_the_flux_of_their_size(kind, hint):
+    _, prim = light(kind, intensity=5.0, **SIZES[kind][0])
+    whole = row_of(prim)
+    prim.GetAttribute(hint).Set(True)
+    row = row_of(prim)
+    assert row["radius"] == pytest.approx(1e-3)
+    assert row["height"] == whole["height"]
+    np.testing.assert_allclose(flux_per_pi(row), flux_per_pi(whole), rtol=1e-5)
+
+
+def test_rect_scale_applies_to_each_side():
+    _, prim = light("RectLight", width=2.0, height=0.5)
+    scaled(prim, 3, 4, 5)
+    row = row_of(prim)
+    assert (row["width"], row["height"], row["radiance"][0]) == (6.0, 2.0, 1.0)
+
+
+def test_area_formulas_are_exact_where_round():
+    assert ellipsoid_area(2, 2, 2) == pytest.approx(16 * math.pi)
+    assert ellipse_perimeter(2, 2) == pytest.approx(4 * math.pi)
+
+
+def test_frame_and_position_come_from_the_transform():
+    stage, _ = light("RectLight")
+    parent = UsdGeom.Xform.Define(stage, "/Parent")
+    parent.AddRotateXYZOp().Set(Gf.Vec3f(30, 40, 50))
+    parent.AddScaleOp().Set(Gf.Vec3f(2))
+    child = stage.DefinePrim("/Parent/Light", "RectLight")
+    UsdGeom.Xformable(child).AddTranslateOp().Set(Gf.Vec3d(1, 2, 3))
+    matrix = np.array(local_to_world(child))
+    row = read_light(child, matrix, 1.0)
+    np.testing.assert_allclose(row["position"], matrix[3, :3], rtol=1e-6)
+    for name, axis in zip(("x_axis", "y_axis", "z_axis"), np.eye(3)):
+        np.testing.assert_allclose(row[name], axis @ matrix[:3, :3] / 2.0, atol=1e-6)
+
+
+def test_shaping_only_where_it_is_authored():
+    _, prim = light("SphereLight")
+    row = row_of(prim)
+    assert (row["shaping_cos"], row["shaping_focus"], row["shaping_softness"]) == (-1.0, 0.0, 0.0)
+    shaping = UsdLux.ShapingAPI.Apply(prim)
+    shaping.CreateShapingConeAngleAttr(30.0)
+    shaping.CreateShapingConeSoftnessAttr(0.25)
+    shaping.CreateShapingFocusAttr(2.0)
+    row = row_of(prim)
+    assert row["shaping_cos"] == pytest.approx(math.cos(math.radians(30)))
+    assert (row["shaping_focus"], row["shaping_softness"]) == (2.0, 0.25)
+    shaping.CreateShapingFocusTintAttr(Gf.Vec3f(0.25, 0.5, 1.0))
+    np.testing.assert_allclose(row_of(prim)["focus_tint"], (0.25, 0.5, 1.0))
+    shaping.GetShapingConeAngleAttr().Set(180.0)
+    assert row_of(prim)["shaping_cos"] == -1.0
+
+
+def test_multipliers_and_camera_visibility():
+    _, prim = light("SphereLight", diffuse=0.5, specular=0.0)
+    row = row_of(prim)
+    assert (row["diffuse"], row["specular"], row["visible"]) == (0.5, 0.0, 1)
+    prim.CreateAttribute("visibleInPrimaryRay", Sdf.ValueTypeNames.Bool).Set(False)
+    assert row_of(prim)["visible"] == 0
+
+
+def test_names_without_inputs_are_accepted_and_inputs_win():
+    _, prim = light("SphereLight")
+    prim.CreateAttribute("intensity", Sdf.ValueTypeNames.Float).Set(30.0)
+    prim.CreateAttribute("radius", Sdf.ValueTypeNames.Float).Set(0.25)
+    row = row_of(prim)
+    assert (row["radiance"][0], row["radius"]) == (30.0, 0.25)
+    prim.GetAttribute("inputs:intensity").Set(2.0)
+    assert row_of(prim)["radiance"][0] == 2.0
+
+
+@pytest.mark.parametrize("inputs", [{"intensity": 0.0}, {"color": Gf.Vec3f(0)}])
+def test_dark_lights_are_no_lights(inputs, recwarn):
+    assert row_of(light("SphereLight", **inputs)[1]) is None
+    assert not recwarn.list
+
+
+@pytest.mark.parametrize(
+    "inputs",
+    [{"intensity": -1.0}, {"intensity": math.nan}, {"exposure": 5000.0}, {"radius": 0.0}, {"radius": -1.0}],
+)
+def test_impossible_lights_are_off_and_named(inputs):
+    with pytest.warns(UserWarning, match="/Light"):
+        assert row_of(light("SphereLight", **inputs)[1]) is None
+
+
+def test_zero_scale_is_off_and_named():
+    _, prim = light("SphereLight")
+    scaled(prim, 1, 0, 1)
+    with pytest.warns(UserWarning, match="/Light"):
+        assert row_of(prim) is None
+
+
+def test_a_point_light_with_normalize_keeps_its_power():
+    _, prim = light("SphereLight", radius=0.0, normalize=True, intensity=9.0)
+    row = row_of(prim, metres_per_unit=0.01)
+    assert row["radius"] == pytest.approx(0.1)  # a millimetre in a stage of centimetres
+    np.testing.assert_allclose(flux_per_pi(row), 9.0, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("author", "name"),
+    [
+        (lambda p: UsdLux.ShapingAPI.Apply(p).CreateShapingIesFileAttr("a.ies"), "ies:file names a.ies"),
+        (lambda p: UsdLux.LightAPI(p).GetFiltersRel().AddTarget("/Filter"), "light:filters"),
+        (lambda p: UsdLux.ShadowAPI.Apply(p).CreateShadowColorAttr(Gf.Vec3f(-1, 0, 0)), "shadow:color"),
+    ],
+)
+def test_what_is_ignored_is_named(author, name):
+    _, prim = light("SphereLight")
+    author(prim)
+    with pytest.warns(UserWarning, match=f"/Light.*{name}"):
+        lights = LightReader().read([prim], [np.array(local_to_world(prim))], 1.0, [])
+    assert len(lights.table) == 1
+    assert not lights.patterns
+    assert not lights.rules
+
+
+def test_power_is_positive_and_grows_with_the_flux():
+    dim = row_of(light("SphereLight", radius=0.1)[1])["power"]
+    bright = row_of(light("SphereLight", radius=0.2)[1])["power"]
+    assert dim > 0
+    assert bright == pytest.approx(4 * dim)
+    assert row_of(light("DistantLight")[1])["power"] > 0

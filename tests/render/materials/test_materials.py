@@ -1,0 +1,966 @@
+"""UsdShade networks to material rows: every input that is read, bindings, fallbacks, what is named."""
+
+import math
+
+import numpy as np
+import pytest
+from PIL import Image
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
+
+from usdsdg_render.images.textures import TexturePool
+from usdsdg_render.materials.materials import MaterialLibrary, MaterialTable, bound_materials, stand_in
+from usdsdg_render.scene import scene
+from usdsdg_render.sync.extract import SceneExtractor
+
+T = Sdf.ValueTypeNames
+
+
+class Looks:
+    """A stage with one material, and short ways to author it."""
+
+    def __init__(self, surface="UsdPreviewSurface"):
+        self.stage = Usd.Stage.CreateInMemory()
+        self.material = UsdShade.Material.Define(self.stage, "/Looks/M")
+        self.surface = self.shader("/Looks/M/Surface", surface)
+        self.material.CreateSurfaceOutput().ConnectToSource(self.surface.ConnectableAPI(), "surface")
+
+    def shader(self, path, kind):
+        shader = UsdShade.Shader.Define(self.stage, path)
+        shader.CreateIdAttr(kind)
+        return shader
+
+    def texture(self, file, name="Tex", **inputs):
+        texture = self.shader(f"/Looks/M/{name}", "UsdUVTexture")
+        texture.CreateInput("file", T.Asset).Set(str(file))
+        for key, value in inputs.items():
+            kind = T.Token if isinstance(value, str) else T.Float4
+            texture.CreateInput(key, kind).Set(value)
+        return texture
+
+    def connect(self, name, texture, output="rgb"):
+        kind = T.Color3f if output == "rgb" else T.Float
+        self.surface.CreateInput(name, kind).ConnectToSource(texture.ConnectableAPI(), output)
+
+    def set(self, name, kind, value):
+        self.surface.CreateInput(name, kind).Set(value)
+
+    def read(self):
+        return MaterialLibrary(self.stage).read(self.material.GetPrim())
+
+    def row(self):
+        table, textures = MaterialTable().build([self.read()], TexturePool())
+        return table[0], textures
+
+
+class Mdl(Looks):
+    def __init__(self, name="OmniPBR", by="subIdentifier"):
+        self.stage = Usd.Stage.CreateInMemory()
+        self.material = UsdShade.Material.Define(self.stage, "/Looks/M")
+        self.surface = UsdShade.Shader.Define(self.stage, "/Looks/M/Shader")
+        self.surface.GetImplementationSourceAttr().Set("sourceAsset")
+        self.surface.SetSourceAsset(f"{name}.mdl", "mdl")
+        if by == "subIdentifier":
+            self.surface.SetSourceAssetSubIdentifier(name, "mdl")
+        self.material.CreateSurfaceOutput("mdl").ConnectToSource(self.surface.ConnectableAPI(), "out")
+
+
+def save(path, value, size=4):
+    Image.fromarray(np.full((size, size, len(value)), value, np.uint8)).save(path)
+    return path
+
+
+def test_a_bare_preview_surface_has_the_specs_defaults():
+    row, _ = Looks().row()
+    np.testing.assert_allclose(row["base_color"], 0.18)
+    assert (row["metallic"], row["roughness"], row["opacity"], row["opacity_threshold"]) == (0, 0.5, 1, 0)
+    np.testing.assert_allclose(row["specular"], 0.04, rtol=1e-6)  # ior 1.5
+    assert (row["emission"] == 0).all()
+    assert row["clearcoat"] == 0
+    for name in ("base", "metallic", "roughness", "opacity", "emission", "normal"):
+        assert row[f"{name}_texture"] == scene.NO_TEXTURE
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "value", "column", "expected"),
+    [
+        ("diffuseColor", T.Color3f, Gf.Vec3f(0.1, 0.2, 0.3), "base_color", (0.1, 0.2, 0.3)),
+        ("metallic", T.Float, 0.7, "metallic", 0.7),
+        ("roughness", T.Float, 0.2, "roughness", 0.2),
+        ("opacity", T.Float, 0.4, "transmission", 0.6),  # of a clear pane
+        ("opacityThreshold", T.Float, 0.3, "opacity_threshold", 0.3),
+        ("emissiveColor", T.Color3f, Gf.Vec3f(5, 6, 7), "emission", (5, 6, 7)),
+        ("clearcoat", T.Float, 0.6, "clearcoat", 0.6),
+        ("clearcoatRoughness", T.Float, 0.05, "clearcoat_roughness", 0.05),
+        ("ior", T.Float, 2.0, "specular", (1 / 9, 1 / 9, 1 / 9)),
+    ],
+)
+def test_constants_reach_their_column(name, kind, value, column, expected):
+    looks = Looks()
+    looks.set(name, kind, value)
+    np.testing.assert_allclose(looks.row()[0][column], expected, rtol=1e-6)
+
+
+def test_specular_workflow_takes_its_colour_and_no_metal():
+    looks = Looks()
+    looks.set("useSpecularWorkflow", T.Int, 1)
+    looks.set("specularColor", T.Color3f, Gf.Vec3f(0.3, 0.2, 0.1))
+    looks.set("metallic", T.Float, 1.0)
+    row, _ = looks.row()
+    np.testing.assert_allclose(row["specular"], (0.3, 0.2, 0.1), rtol=1e-6)
+    assert row["metallic"] == 0
+
+
+def test_a_texture_comes_with_its_wraps_and_scale(tmp_path):
+    looks = Looks()
+    file = save(tmp_path / "a.png", (10, 20, 30))
+    texture = looks.texture(file, wrapS="clamp", wrapT="mirror", scale=Gf.Vec4f(0.5, 0.25, 2, 1))
+    looks.connect("diffuseColor", texture)
+    row, textures = looks.row()
+    np.testing.assert_allclose(row["base_color"], (0.5, 0.25, 2.0))
+    loaded = textures[row["base_texture"]]
+    assert (loaded.path, loaded.wrap_s, loaded.wrap_t) == (str(file), scene.WRAP_CLAMP, scene.WRAP_MIRROR)
+    assert loaded.srgb
+
+
+@pytest.mark.parametrize("wrap", ["useMetadata", None])
+def test_wraps_repeat_unless_they_say_otherwise(wrap, tmp_path):
+    looks = Looks()
+    options = {} if wrap is None else {"wrapS": wrap}
+    looks.connect("diffuseColor", looks.texture(save(tmp_path / "a.png", (1, 2, 3)), **options))
+    row, textures = looks.row()
+    assert textures[row["base_texture"]].wrap_s == scene.WRAP_REPEAT
+
+
+@pytest.mark.parametrize(("space", "coded"), [("raw", False), ("sRGB", True), ("auto", True)])
+def test_source_colour_space(space, coded, tmp_path):
+    looks = Looks()
+    looks.connect("diffuseColor", looks.texture(save(tmp_path / "a.png", (1, 2, 3)), sourceColorSpace=space))
+    row, textures = looks.row()
+    assert textures[row["base_texture"]].srgb is coded
+
+
+def test_channels_of_one_packed_file_share_a_texture(tmp_path):
+    looks = Looks()
+    packed = looks.texture(save(tmp_path / "orm.png", (10, 20, 30, 40)), sourceColorSpace="raw")
+    for name, output in (("roughness", "g"), ("metallic", "b"), ("opacity", "a")):
+        looks.connect(name, packed, output)
+    row, textures = looks.row()
+    assert len(textures) == 1
+    assert (row["roughness_channel"], row["metallic_channel"], row["opacity_channel"]) == (1, 2, 3)
+    assert (row["roughness"], row["metallic"], row["opacity"]) == (1, 1, 1)
+
+
+def test_scale_and_bias_are_the_textures_own(tmp_path):
+    looks = Looks()
+    texture = looks.texture(save(tmp_path / "a.png", (51, 51, 51)), sourceColorSpace="raw")
+    texture.CreateInput("scale", T.Float4).Set(Gf.Vec4f(0.5))
+    texture.CreateInput("bias", T.Float4).Set(Gf.Vec4f(0.25))
+    looks.connect("roughness", texture, "r")
+    row, textures = looks.row()
+    assert row["roughness"] == 1.0
+    used = textures[row["roughness_texture"]]
+    assert (used.scale, used.bias) == ((0.5,) * 4, (0.25,) * 4)
+    assert used.texels[0, 0, 0] == 51
+
+
+def test_transform_and_primvar_name_are_followed(tmp_path):
+    looks = Looks()
+    texture = looks.texture(save(tmp_path / "a.png", (1, 2, 3)))
+    transform = looks.shader("/Looks/M/Transform", "UsdTransform2d")
+    transform.CreateInput("scale", T.Float2).Set(Gf.Vec2f(2, 3))
+    transform.CreateInput("rotation", T.Float).Set(90.0)
+    transform.CreateInput("translation", T.Float2).Set(Gf.Vec2f(0.25, 0.5))
+    reader = looks.shader("/Looks/M/Reader", "UsdPrimvarReader_float2")
+    # The name comes through the material's interface, as exporters like it.
+    name = looks.material.CreateInput("uvName", T.String)
+    name.Set("UVMap")
+    reader.CreateInput("varname", T.String).ConnectToSource(name)
+    transform.CreateInput("in", T.Float2).ConnectToSource(reader.ConnectableAPI(), "result")
+    texture.CreateInput("st", T.Float2).ConnectToSource(transform.ConnectableAPI(), "result")
+    looks.connect("diffuseColor", texture)
+    row, textures = looks.row()
+    np.testing.assert_allclose(textures[row["base_texture"]].transform, [[0, -3, 0.25], [2, 0, 0.5]], atol=1e-12)
+    assert looks.read().uv_primvar == "UVMap"
+
+
+def test_values_come_through_the_interface_and_node_graphs(tmp_path):
+    looks = Looks()
+    tint = looks.material.CreateInput("tint", T.Color3f)
+    tint.Set(Gf.Vec3f(0.9, 0.8, 0.7))
+    looks.surface.CreateInput("diffuseColor", T.Color3f).ConnectToSource(tint)
+    graph = UsdShade.NodeGraph.Define(looks.stage, "/Looks/Graph")
+    texture = looks.shader("/Looks/Graph/Tex", "UsdUVTexture")
+    texture.CreateInput("file", T.Asset).Set(str(save(tmp_path / "a.png", (1, 2, 3))))
+    graph.CreateOutput("rough", T.Float).ConnectToSource(texture.ConnectableAPI(), "g")
+    looks.surface.CreateInput("roughness", T.Float).ConnectToSource(graph.ConnectableAPI(), "rough")
+    row, _ = looks.row()
+    np.testing.assert_allclose(row["base_color"], (0.9, 0.8, 0.7), rtol=1e-6)
+    assert row["roughness_texture"] >= 0
+    assert row["roughness_channel"] == 1
+
+
+@pytest.mark.parametrize("scale", [None, 2.0])
+def test_normal_maps_are_raw_and_as_the_kernels_read_them(scale, tmp_path):
+    looks = Looks()
+    texture = looks.texture(save(tmp_path / "n.png", (128, 64, 255)))
+    if scale is not None:
+        texture.CreateInput("scale", T.Float4).Set(Gf.Vec4f(2, 2, 2, 1))
+        texture.CreateInput("bias", T.Float4).Set(Gf.Vec4f(-1, -1, -1, 0))
+    looks.connect("normal", texture)
+    row, textures = looks.row()
+    loaded = textures[row["normal_texture"]]
+    assert not loaded.srgb
+    assert loaded.texels[0, 0, :3].tolist() == [128, 64, 255]
+    assert (loaded.scale, loaded.bias) == ((1.0,) * 4, (0.0,) * 4)
+
+
+def test_normal_maps_with_green_turned_round(tmp_path):
+    looks = Looks()
+    texture = looks.texture(save(tmp_path / "n.png", (128, 64, 255)))
+    texture.CreateInput("scale", T.Float4).Set(Gf.Vec4f(2, -2, 2, 1))
+    texture.CreateInput("bias", T.Float4).Set(Gf.Vec4f(-1, 1, -1, 0))
+    looks.connect("normal", texture)
+    row, textures = looks.row()
+    loaded = textures[row["normal_texture"]]
+    assert (loaded.scale, loaded.bias) == ((1.0, -1.0, 1.0, 1.0), (0.0, 1.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("fallback", [None, (0.3, 0.6, 0.9, 1.0)])
+@pytest.mark.parametrize("file", ["missing.png", "broken.png"])
+def test_unreadable_textures_are_named_and_the_fallback_counts(file, fallback, tmp_path):
+    (tmp_path / "broken.png").write_bytes(b"no picture")
+    looks = Looks()
+    texture = looks.texture(tmp_path / file, scale=Gf.Vec4f(9))
+    if fallback:
+        texture.CreateInput("fallback", T.Float4).Set(Gf.Vec4f(*fallback))
+    looks.connect("diffuseColor", texture)
+    with pytest.warns(UserWarning, match=f"/Looks/M/Tex.*{file}"):
+        row, _ = looks.row()
+    assert row["base_texture"] == scene.NO_TEXTURE
+    np.testing.assert_allclose(row["base_color"], fallback[:3] if fallback else (0.18,) * 3, rtol=1e-6)
+
+
+def test_specular_and_coat_textures_are_looked_up(tmp_path):
+    looks = Looks()
+    looks.set("useSpecularWorkflow", T.Int, 1)
+    file = save(tmp_path / "s.png", (9, 9, 9))
+    looks.connect("specularColor", looks.texture(file, scale=Gf.Vec4f(0.4, 0.2, 0.1, 1)))
+    coat = looks.texture(file, "Coat", sourceColorSpace="raw")
+    looks.connect("clearcoat", coat, "g")
+    looks.connect("clearcoatRoughness", coat, "b")
+    row, textures = looks.row()
+    np.testing.assert_allclose(row["specular"], (0.4, 0.2, 0.1), rtol=1e-6)
+    assert textures[row["specular_texture"]].srgb
+    assert row["clearcoat_texture"] == row["clearcoat_roughness_texture"] != row["specular_texture"]
+    assert (row["clearcoat_channel"], row["clearcoat_roughness_channel"]) == (1, 2)
+
+
+def test_a_channel_may_be_a_colour(tmp_path):
+    looks = Looks()
+    looks.connect(
+        "diffuseColor", looks.texture(save(tmp_path / "a.png", (10, 20, 30, 40)), sourceColorSpace="raw"), "a"
+    )
+    row, textures = looks.row()
+    assert textures[row["base_texture"]].texels[0, 0].tolist() == [40, 40, 40, 40]
+
+
+def test_tiles_are_read_and_the_fallback_lies_beyond(tmp_path):
+    for tile in (1001, 1012):
+        save(tmp_path / f"a.{tile}.png", (9, 9, 9))
+    looks = Looks()
+    looks.connect("diffuseColor", looks.texture(tmp_path / "a.<UDIM>.png", fallback=Gf.Vec4f(0.5, 0.25, 0.125, 1)))
+    row, textures = looks.row()
+    used = textures[row["base_texture"]]
+    assert [place for place, _ in used.tiles] == [0, 11]
+    np.testing.assert_allclose(used.texels[0, 0], (0.5, 0.25, 0.125, 1))
+
+
+def test_every_texture_has_its_transform_and_one_set_of_coordinates_is_asked_for(tmp_path):
+    looks = Looks()
+    file = save(tmp_path / "a.png", (1, 2, 3))
+    for name, output, size, primvar in (("diffuseColor", "rgb", 2.0, "st"), ("roughness", "r", 5.0, "st1")):
+        texture = looks.texture(file, name)
+        reader = looks.shader(f"/Looks/M/{name}Reader", "UsdPrimvarReader_float2")
+        reader.CreateInput("varname", T.String).Set(primvar)
+        transform = looks.shader(f"/Looks/M/{name}Transform", "UsdTransform2d")
+        transform.CreateInput("scale", T.Float2).Set(Gf.Vec2f(size))
+        transform.CreateInput("in", T.Float2).ConnectToSource(reader.ConnectableAPI(), "result")
+        texture.CreateInput("st", T.Float2).ConnectToSource(transform.ConnectableAPI(), "result")
+        looks.connect(name, texture, output)
+    with pytest.warns(UserWarning, match="/Looks/M/roughness: .*st1"):
+        row, textures = looks.row()
+    assert textures[row["base_texture"]].transform.u_row[0] == 2
+    assert textures[row["roughness_texture"]].transform.u_row[0] == 5
+
+
+@pytest.mark.parametrize(
+    ("values", "opacity", "transmission", "thin"),
+    [
+        ({"opacity": 0.25}, 1.0, 0.75, 2),
+        ({"opacity": 0.25, "opacityMode": "presence"}, 0.25, 0.0, 0),
+        ({"opacity": 0.25, "opacityMode": "transparent"}, 1.0, 0.75, 2),
+        ({"opacity": 0.25, "opacityThreshold": 0.1}, 0.25, 0.0, 0),
+        ({"opacity": 0.0}, 0.0, 0.0, 0),
+    ],
+)
+def test_opacity_is_that_of_a_pane_or_of_being_there(values, opacity, transmission, thin):
+    looks = Looks()
+    for name, value in values.items():
+        looks.set(name, T.Token if isinstance(value, str) else T.Float, value)
+    row, _ = looks.row()
+    assert (row["opacity"], row["transmission"], row["thin"]) == (opacity, transmission, thin)
+
+
+def test_primvars_of_the_gprim_are_inputs():
+    looks = Looks()
+    for name, kind, primvar in (
+        ("diffuseColor", "float3", "tint"),
+        ("roughness", "float", "rough"),
+        ("metallic", "float", "no"),
+    ):
+        reader = looks.shader(f"/Looks/M/{primvar}", f"UsdPrimvarReader_{kind}")
+        reader.CreateInput("varname", T.String).Set(primvar)
+        reader.CreateInput("fallback", T.Float3 if kind == "float3" else T.Float).Set(
+            Gf.Vec3f(0.25) if kind == "float3" else 0.25
+        )
+        looks.surface.CreateInput(name, T.Float).ConnectToSource(reader.ConnectableAPI(), "result")
+    group = UsdGeom.Xform.Define(looks.stage, "/W").GetPrim()
+    ball = UsdGeom.Sphere.Define(looks.stage, "/W/Ball").GetPrim()
+    UsdGeom.PrimvarsAPI(group).CreatePrimvar("tint", T.Color3f, "constant").Set(Gf.Vec3f(0.1, 0.2, 0.3))
+    UsdGeom.PrimvarsAPI(ball).CreatePrimvar("rough", T.FloatArray, "vertex").Set([0.25, 0.75])
+    UsdShade.MaterialBindingAPI.Apply(ball).Bind(looks.material)
+    extractor = SceneExtractor(looks.stage)
+    with pytest.warns(UserWarning, match="/W/Ball: primvars:rough"):
+        extractor.update()
+    row = extractor.scene.materials[extractor.scene.material_slots[0]]
+    np.testing.assert_allclose(row["base_color"], (0.1, 0.2, 0.3), rtol=1e-6)
+    assert (row["roughness"], row["metallic"]) == (0.5, 0.25)
+    group.GetAttribute("primvars:tint").Set(Gf.Vec3f(0.9, 0.8, 0.7))
+    extractor.update()
+    row = extractor.scene.materials[extractor.scene.material_slots[0]]
+    np.testing.assert_allclose(row["base_color"], (0.9, 0.8, 0.7), rtol=1e-6)
+
+
+def test_unknown_nodes_are_named_and_the_default_counts():
+    looks = Looks()
+    noise = looks.shader("/Looks/M/Noise", "PxrFractal")
+    looks.connect("diffuseColor", noise)
+    with pytest.warns(UserWarning, match="/Looks/M/Noise.*PxrFractal"):
+        np.testing.assert_allclose(looks.row()[0]["base_color"], 0.18)
+
+
+@pytest.mark.parametrize("target", ["/Looks/Gone.outputs:rgb", "/Looks/M/Tex.outputs:rgb", "/Looks/M/Loop.outputs:a"])
+def test_connections_to_nothing_are_named_and_the_default_counts(target):
+    looks = Looks()
+    looks.texture("a.png")  # without the output that is asked for
+    loop = UsdShade.NodeGraph.Define(looks.stage, "/Looks/M/Loop")
+    ends = [loop.CreateOutput(name, T.Color3f) for name in "ab"]
+    ends[0].ConnectToSource(ends[1])
+    ends[1].ConnectToSource(ends[0])
+    looks.surface.CreateInput("diffuseColor", T.Color3f).GetAttr().SetConnections([target])
+    with pytest.warns(
+        UserWarning, match=f"/Looks/M/Surface: inputs:diffuseColor is connected to {target}, which gives no"
+    ):
+        np.testing.assert_allclose(looks.row()[0]["base_color"], 0.18)
+
+
+@pytest.mark.parametrize("file", [None, ""])
+def test_a_texture_without_a_file_is_named(file):
+    looks = Looks()
+    texture = looks.texture("")
+    if file is None:
+        texture.GetInput("file").GetAttr().Clear()
+    looks.connect("diffuseColor", texture)
+    with pytest.warns(UserWarning, match="/Looks/M/Tex: it names no file"):
+        np.testing.assert_allclose(looks.row()[0]["base_color"], 0.18)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "named"),
+    [
+        ({"sourceColorSpace": "ACEScg"}, "colour space 'ACEScg' is not supported"),
+        ({"wrapS": "spiral"}, "inputs:wrapS 'spiral' is none of repeat, clamp, mirror, black"),
+    ],
+)
+def test_unknown_words_of_a_texture_are_named(inputs, named, tmp_path):
+    looks = Looks()
+    looks.connect("diffuseColor", looks.texture(save(tmp_path / "a.png", (9, 9, 9)), **inputs))
+    with pytest.warns(UserWarning, match=f"/Looks/M/Tex: {named}"):
+        assert looks.row()[0]["base_texture"] == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "most"), [("diffuseColor", "base_color", 1e3), ("emissiveColor", "emission", 1e10)]
+)
+def test_colours_that_would_leave_32_bits_are_named(name, column, most):
+    looks = Looks()
+    looks.set(name, T.Color3f, Gf.Vec3f(1e30, 0.5, 0))
+    with pytest.warns(UserWarning, match="/Looks/M: a colour of 1e.30"):
+        np.testing.assert_allclose(looks.row()[0][column], (most, 0.5, 0))
+
+
+def test_impossible_values_are_named():
+    looks = Looks()
+    looks.set("roughness", T.Float, math.nan)
+    with pytest.warns(UserWarning, match="/Looks/M/Surface.*roughness"):
+        assert looks.row()[0]["roughness"] == 0.5
+
+
+@pytest.mark.parametrize("surface", ["PxrSurface", None])
+def test_unknown_surfaces_are_named_and_none(surface):
+    looks = Looks(surface or "")
+    if surface is None:
+        looks.stage.RemovePrim("/Looks/M/Surface")
+    with pytest.warns(UserWarning, match="/Looks/M.*displayColor"):
+        assert looks.read() is None
+
+
+def test_stand_ins_are_grey_or_their_colour():
+    table, _ = MaterialTable().build([stand_in(None, None), stand_in((1.0, 0.5, 0.0), 0.25)], TexturePool())
+    np.testing.assert_allclose(table["base_color"], [(0.5, 0.5, 0.5), (1.0, 0.5, 0.0)])
+    assert table["opacity"].tolist() == [1.0, 0.25]
+
+
+# Omniverse's MDL materials
+
+
+@pytest.mark.parametrize("by", ["subIdentifier", "file"])
+def test_omnipbr_is_known_by_name_and_has_its_defaults(by):
+    row, _ = Mdl(by=by).row()
+    np.testing.assert_allclose(row["base_color"], 0.2, rtol=1e-6)
+    assert (row["roughness"], row["metallic"], row["opacity"]) == (0.5, 0.0, 1.0)
+    np.testing.assert_allclose(row["specular"], 0.04, rtol=1e-6)
+    assert (row["emission"] == 0).all()
+
+
+def test_omnipbr_constants():
+    looks = Mdl()
+    looks.set("diffuse_color_constant", T.Color3f, Gf.Vec3f(0.5, 0.4, 0.2))
+    looks.set("diffuse_tint", T.Color3f, Gf.Vec3f(1, 0.5, 0.5))
+    looks.set("albedo_brightness", T.Float, 1.5)
+    looks.set("albedo_add", T.Float, 0.1)
+    looks.set("reflection_roughness_constant", T.Float, 0.25)
+    looks.set("metallic_constant", T.Float, 0.75)
+    looks.set("specular_level", T.Float, 1.0)
+    looks.set("bump_factor", T.Float, 0.3)
+    row, _ = looks.row()
+    np.testing.assert_allclose(row["base_color"], (0.85, 0.35, 0.2), rtol=1e-5)
+    assert (row["roughness"], row["metallic"]) == (0.25, 0.75)
+    np.testing.assert_allclose(row["specular"], 0.08, rtol=1e-6)
+    assert row["normal_scale"] == pytest.approx(0.3)
+
+
+def test_omnipbr_diffuse_texture_replaces_the_constant(tmp_path):
+    looks = Mdl()
+    looks.set("diffuse_color_constant", T.Color3f, Gf.Vec3f(0.01))
+    looks.set("diffuse_tint", T.Color3f, Gf.Vec3f(1, 0.5, 0.25))
+    looks.set("albedo_brightness", T.Float, 0.5)
+    looks.set("diffuse_texture", T.Asset, str(save(tmp_path / "a.png", (1, 2, 3))))
+    row, textures = looks.row()
+    np.testing.assert_allclose(row["base_color"], (0.5, 0.25, 0.125), rtol=1e-6)
+    assert textures[row["base_texture"]].srgb
+
+
+def test_omnipbr_missing_texture_leaves_the_constant(tmp_path):
+    looks = Mdl()
+    looks.set("diffuse_color_constant", T.Color3f, Gf.Vec3f(0.3, 0.6, 0.9))
+    looks.set("diffuse_texture", T.Asset, str(tmp_path / "none.png"))
+    with pytest.warns(UserWarning, match=r"/Looks/M/Shader.*none\.png"):
+        row, _ = looks.row()
+    np.testing.assert_allclose(row["base_color"], (0.3, 0.6, 0.9), rtol=1e-6)
+
+
+@pytest.mark.parametrize("influence", [0.0, 0.25, 1.0, None])
+def test_omnipbr_roughness_texture_is_blended_by_its_influence(influence, tmp_path):
+    looks = Mdl()
+    looks.set("reflection_roughness_constant", T.Float, 0.8)
+    looks.set("reflectionroughness_texture", T.Asset, str(save(tmp_path / "r.png", (51, 51, 51))))
+    if influence is not None:
+        looks.set("reflection_roughness_texture_influence", T.Float, influence)
+    row, textures = looks.row()
+    k = row["roughness_texture"]
+    seen = row["roughness"]
+    if k >= 0:
+        seen *= textures[k].texels[0, 0, row["roughness_channel"]] / 255 * textures[k].scale[0] + textures[k].bias[0]
+    weight = 1.0 if influence is None else influence
+    assert seen == pytest.approx(0.8 * (1 - weight) + 0.2 * weight, abs=0.003)
+    assert k < 0 or not textures[k].srgb
+
+
+def test_omnipbr_orm_counts_only_when_enabled(tmp_path):
+    looks = Mdl()
+    looks.set("ORM_texture", T.Asset, str(save(tmp_path / "orm.png", (255, 51, 102))))
+    assert looks.row()[0]["roughness_texture"] == scene.NO_TEXTURE
+    looks.set("enable_ORM_texture", T.Bool, True)
+    row, textures = looks.row()
+    assert len(textures) == 1
+    assert (row["roughness_channel"], row["metallic_channel"]) == (1, 2)
+
+
+def test_omnipbr_emission_and_opacity_need_their_switches(tmp_path):
+    looks = Mdl()
+    looks.set("emissive_color", T.Color3f, Gf.Vec3f(1, 0.5, 0))
+    looks.set("emissive_intensity", T.Float, 100.0)
+    looks.set("emissive_color_texture", T.Asset, str(save(tmp_path / "e.png", (9, 9, 9))))
+    looks.set("opacity_constant", T.Float, 0.5)
+    looks.set("opacity_threshold", T.Float, 0.2)
+    row, _ = looks.row()
+    assert (row["emission"] == 0).all()
+    assert (row["opacity"], row["opacity_threshold"]) == (1, 0)
+    looks.set("enable_emission", T.Bool, True)
+    looks.set("enable_opacity", T.Bool, True)
+    row, textures = looks.row()
+    np.testing.assert_allclose(row["emission"], (100, 50, 0))
+    assert textures[row["emission_texture"]].path.endswith("e.png")
+    assert (row["opacity"], row["opacity_threshold"]) == pytest.approx((0.5, 0.2))
+
+
+def test_omnipbr_opacity_texture_and_mode(tmp_path):
+    looks = Mdl()
+    looks.set("enable_opacity", T.Bool, True)
+    looks.set("opacity_texture", T.Asset, str(save(tmp_path / "o.png", (9, 9, 9, 9))))
+    assert looks.row()[0]["opacity_channel"] == 0
+    looks.set("opacity_mode", T.Int, 0)
+    row, _ = looks.row()
+    assert (row["opacity_channel"], row["opacity"]) == (3, 1)
+    looks.set("enable_opacity_texture", T.Bool, False)
+    assert looks.row()[0]["opacity_texture"] == scene.NO_TEXTURE
+
+
+def test_omnipbr_coordinates_and_normal_map(tmp_path):
+    looks = Mdl()
+    looks.set("normalmap_texture", T.Asset, str(save(tmp_path / "n.png", (128, 128, 255))))
+    looks.set("texture_scale", T.Float2, Gf.Vec2f(2, 3))
+    looks.set("texture_rotate", T.Float, 45.0)
+    looks.set("texture_translate", T.Float2, Gf.Vec2f(0.1, 0.2))
+    looks.set("project_uvw", T.Bool, True)
+    with pytest.warns(UserWarning, match="/Looks/M/Shader.*project_uvw"):
+        row, textures = looks.row()
+    used = textures[row["normal_texture"]]
+    assert not used.srgb
+    half = math.sqrt(0.5)
+    np.testing.assert_allclose(used.transform, [[2 * half, -3 * half, 0.1], [2 * half, 3 * half, 0.2]], rtol=1e-6)
+    assert used.scale[:3] == (1.0, -1.0, 1.0), "OmniPBR's maps have green downwards"
+    assert used.bias[:3] == (0.0, 1.0, 0.0)
+
+
+def test_other_mdl_names():
+    glass = Mdl("OmniGlass")
+    glass.set("glass_color", T.Color3f, Gf.Vec3f(0.5, 1, 0.5))
+    glass.set("glass_ior", T.Float, 1.6)
+    glass.set("thin_walled", T.Bool, True)
+    row, _ = glass.row()
+    assert (row["transmission"], row["thin"], row["opacity"]) == (1, 1, 1)
+    assert row["ior"] == np.float32(1.6)
+    np.testing.assert_allclose(row["specular"], (0.6 / 2.6) ** 2, rtol=1e-6)
+    np.testing.assert_allclose(row["base_color"], (0.5, 1, 0.5))
+    coat = Mdl("OmniPBR_ClearCoat")
+    coat.set("clearcoat_weight", T.Float, 0.5)
+    assert coat.row()[0]["clearcoat"] == 0.5
+    with pytest.warns(UserWarning, match=r"/Looks/M.*Aluminum"):
+        assert Mdl("Aluminum_Anodized").read() is None
+
+
+def test_unknown_mdl_beside_a_preview_surface_is_no_loss():
+    looks = Mdl("Aluminum_Anodized")
+    surface = looks.shader("/Looks/M/Preview", "UsdPreviewSurface")
+    surface.CreateInput("metallic", T.Float).Set(1.0)
+    looks.material.CreateSurfaceOutput().ConnectToSource(surface.ConnectableAPI(), "surface")
+    assert looks.row()[0]["metallic"] == 1.0
+
+
+def gltf(**inputs) -> Mdl:
+    looks = Mdl("gltf_material")
+    looks.surface.SetSourceAsset("gltf/pbr.mdl", "mdl")
+    for name, value in inputs.items():
+        kind = T.Color3f if isinstance(value, tuple) else T.Int if isinstance(value, int) else T.Float
+        looks.set(name, kind, Gf.Vec3f(*value) if isinstance(value, tuple) else value)
+    return looks
+
+
+def gltf_texture(looks, name, file, **inputs):
+    lookup = UsdShade.Shader.Define(looks.stage, f"/Looks/M/{name}")
+    lookup.GetImplementationSourceAttr().Set("sourceAsset")
+    lookup.SetSourceAsset("gltf/pbr.mdl", "mdl")
+    lookup.SetSourceAssetSubIdentifier("gltf_texture_lookup", "mdl")
+    lookup.CreateInput("texture", T.Asset).Set(str(file))
+    for key, value in inputs.items():
+        kind = T.Float2 if isinstance(value, tuple) else T.Int if isinstance(value, int) else T.Float
+        lookup.CreateInput(key, kind).Set(Gf.Vec2f(*value) if isinstance(value, tuple) else value)
+    looks.surface.CreateInput(name, T.Float3).ConnectToSource(lookup.ConnectableAPI(), "out")
+
+
+def test_gltf_defaults_are_those_of_gltf():
+    row, _ = gltf().row()
+    np.testing.assert_allclose(row["base_color"], 1.0)
+    assert (row["metallic"], row["roughness"], row["opacity"], row["transmission"]) == (1, 1, 1, 0)
+    np.testing.assert_allclose(row["specular"], 0.04, rtol=1e-6)
+    assert (row["emission"] == 0).all()
+
+
+def test_gltf_factors():
+    row, _ = gltf(
+        base_color_factor=(0.1, 0.2, 0.3), metallic_factor=0.25, roughness_factor=0.75, emissive_factor=(1.0, 0.5, 0.0),
+        emissive_strength=8.0, clearcoat_factor=0.5, clearcoat_roughness_factor=0.125, transmission_factor=0.5,
+        ior=2.0, specular_factor=0.5, specular_color_factor=(1.0, 0.5, 0.0),
+    ).row()  # fmt: skip
+    np.testing.assert_allclose(row["base_color"], (0.1, 0.2, 0.3), rtol=1e-6)
+    assert (row["metallic"], row["roughness"]) == (0.25, 0.75)
+    np.testing.assert_allclose(row["emission"], (8, 4, 0))
+    assert (row["clearcoat"], row["clearcoat_roughness"]) == (0.5, 0.125)
+    assert (row["transmission"], row["ior"], row["thin"]) == (0.5, 2.0, 1)
+    np.testing.assert_allclose(row["specular"], np.array([1, 0.5, 0]) * 0.5 / 9, rtol=1e-6)
+    assert gltf(thickness_factor=1.0).row()[0]["thin"] == 0
+
+
+def test_gltf_textures_have_their_channels_and_wraps(tmp_path):
+    looks = gltf()
+    colour, packed = save(tmp_path / "c.png", (9, 9, 9, 9)), save(tmp_path / "p.png", (1, 2, 3))
+    gltf_texture(looks, "base_color_texture", colour, wrap_s=33071, wrap_t=33648)
+    gltf_texture(looks, "metallic_roughness_texture", packed)
+    gltf_texture(looks, "normal_texture", packed)
+    row, textures = looks.row()
+    base = textures[row["base_texture"]]
+    assert (base.srgb, base.wrap_s, base.wrap_t) == (True, scene.WRAP_CLAMP, scene.WRAP_MIRROR)
+    assert row["metallic_texture"] == row["roughness_texture"] == row["normal_texture"] >= 0
+    assert (row["metallic_channel"], row["roughness_channel"]) == (2, 1)
+    assert not textures[row["normal_texture"]].srgb
+
+
+@pytest.mark.parametrize(("mode", "threshold", "textured"), [(0, 0.0, False), (1, 0.25, True), (2, 0.0, True)])
+def test_gltf_alpha_modes(mode, threshold, textured, tmp_path):
+    looks = gltf(alpha_mode=mode, alpha_cutoff=0.25, base_alpha=0.75)
+    gltf_texture(looks, "base_color_texture", save(tmp_path / "c.png", (9, 9, 9, 9)))
+    row, _ = looks.row()
+    assert row["opacity_threshold"] == threshold
+    assert (row["opacity_texture"] >= 0) == textured
+    assert (row["opacity"], row["opacity_channel"]) == ((0.75, 3) if textured else (1.0, 0))
+
+
+def test_gltf_transforms_are_those_of_khr_texture_transform(tmp_path):
+    looks = gltf()
+    offset, rotation, size = np.array([0.2, 0.3]), 0.6, np.array([2.0, 0.5])
+    gltf_texture(
+        looks, "base_color_texture", save(tmp_path / "c.png", (9, 9, 9)),
+        offset=tuple(offset), rotation=rotation, scale=tuple(size),
+    )  # fmt: skip
+    row, textures = looks.row()
+    found = np.array(textures[row["base_texture"]].transform)
+    # glTF's v runs downwards, and it turns the picture's coordinates counter-clockwise as they are seen.
+    turn = np.array([[np.cos(rotation), np.sin(rotation)], [-np.sin(rotation), np.cos(rotation)]])
+    for u, v in ((0, 0), (1, 0), (0.3, 0.9)):
+        there = offset + turn @ (size * [u, 1 - v])
+        np.testing.assert_allclose(found @ [u, v, 1], (there[0], 1 - there[1]), atol=1e-6)
+
+
+def test_gltf_says_what_it_leaves_out():
+    with pytest.warns(UserWarning, match="/Looks/M/Shader.*sheen_color_factor"):
+        gltf(sheen_color_factor=(1.0, 0.0, 0.0)).row()
+
+
+def test_omnipbr_adjusts_its_texture_exactly(tmp_path):
+    looks = Mdl()
+    looks.set("diffuse_texture", T.Asset, str(save(tmp_path / "a.png", (200, 100, 50))))
+    looks.set("albedo_brightness", T.Float, 1.5)
+    looks.set("albedo_add", T.Float, -0.125)
+    looks.set("diffuse_tint", T.Color3f, Gf.Vec3f(1, 0.5, 0.25))
+    row, textures = looks.row()
+    used = textures[row["base_texture"]]
+    np.testing.assert_allclose(row["base_color"], (1, 0.5, 0.25))
+    assert (used.scale, used.bias) == ((1.5, 1.5, 1.5, 1.0), (-0.125, -0.125, -0.125, 0.0))
+
+
+@pytest.mark.parametrize(("u", "v"), [(None, None), (True, False), (False, False)])
+def test_omnipbr_turns_normal_maps_round_as_told(u, v, tmp_path):
+    looks = Mdl()
+    for name in ("normalmap_texture", "detail_normalmap_texture"):
+        looks.set(name, T.Asset, str(save(tmp_path / "n.png", (128, 64, 255))))
+    looks.set("detail_bump_factor", T.Float, 0.75)
+    looks.set("detail_texture_scale", T.Float2, Gf.Vec2f(8, 4))
+    for name, turn in (("flip_tangent_u", u), ("flip_tangent_v", v)):
+        if turn is not None:
+            looks.set(name, T.Bool, turn)
+    row, textures = looks.row()
+    normal, detail = textures[row["normal_texture"]], textures[row["detail_texture"]]
+    x, y = bool(u), v is None or v
+    assert normal.scale == detail.scale == (-1.0 if x else 1.0, -1.0 if y else 1.0, 1.0, 1.0)
+    assert normal.bias == (float(x), float(y), 0.0, 0.0)
+    assert row["detail_scale"] == 0.75
+    assert (detail.transform.u_row[0], detail.transform.v_row[1]) == (8, 4)
+
+
+def test_omnipbr_emission_mask(tmp_path):
+    looks = Mdl()
+    looks.set("enable_emission", T.Bool, True)
+    looks.set("emissive_mask_texture", T.Asset, str(save(tmp_path / "m.png", (9, 9, 9))))
+    row, textures = looks.row()
+    np.testing.assert_allclose(row["emission"], (40, 4, 4), rtol=1e-6)
+    assert not textures[row["emission_texture"]].srgb
+
+
+def test_omniglass_frost_and_its_texture(tmp_path):
+    glass = Mdl("OmniGlass")
+    glass.set("frosting_roughness", T.Float, 0.4)
+    glass.set("roughness_texture", T.Asset, str(save(tmp_path / "r.png", (9, 9, 9))))
+    glass.set("roughness_texture_influence", T.Float, 0.25)
+    glass.set("reflection_color", T.Color3f, Gf.Vec3f(1, 0, 0))
+    with pytest.warns(UserWarning, match="/Looks/M/Shader.*reflection_color"):
+        row, textures = glass.row()
+    used = textures[row["roughness_texture"]]
+    assert (used.scale[0], used.bias[0]) == pytest.approx((0.25, 0.3))
+    glass.set("enable_opacity", T.Bool, True)
+    glass.set("cutout_opacity", T.Float, 0.5)
+    assert glass.row()[0]["opacity"] == 0.5
+
+
+def test_omnisurface():
+    looks = Mdl("OmniSurface")
+    row, _ = looks.row()
+    np.testing.assert_allclose(row["base_color"], 0.8, rtol=1e-6)
+    assert (row["roughness"], row["transmission"], row["opacity"]) == (np.float32(0.2), 0, 1)
+    looks.set("specular_reflection_weight", T.Float, 0.5)
+    looks.set("specular_reflection_color", T.Color3f, Gf.Vec3f(1, 0.5, 0))
+    looks.set("enable_specular_transmission", T.Bool, True)
+    looks.set("specular_transmission_weight", T.Float, 0.75)
+    looks.set("specular_transmission_color", T.Color3f, Gf.Vec3f(0, 0.8, 0))
+    looks.set("coat_weight", T.Float, 0.25)
+    row, _ = looks.row()
+    np.testing.assert_allclose(row["specular"], np.array([1, 0.5, 0]) * 0.02, rtol=1e-6)
+    np.testing.assert_allclose(row["base_color"], (0.2, 0.8, 0.2), rtol=1e-6)
+    assert (row["transmission"], row["clearcoat"]) == (0.75, 0.25)
+
+
+def test_omnisurface_images_and_what_scatters_below(tmp_path):
+    looks = Mdl("OmniSurfaceLite")
+    for name in ("specular_reflection_roughness", "metalness", "coat_weight"):
+        looks.set(f"{name}_image", T.Asset, str(save(tmp_path / "r.png", (9, 9, 9))))
+    row, _ = looks.row()
+    assert row["roughness_texture"] == row["metallic_texture"] == row["clearcoat_texture"] >= 0
+    assert row["roughness"] == row["metallic"] == row["clearcoat"] == 1
+    skin = Mdl("OmniSurface")
+    skin.set("enable_diffuse_transmission", T.Bool, True)
+    skin.set("subsurface_weight", T.Float, 0.5)
+    skin.set("subsurface_scattering_color", T.Color3f, Gf.Vec3f(1, 0.4, 0.2))
+    np.testing.assert_allclose(skin.row()[0]["base_color"], (0.9, 0.6, 0.5), rtol=1e-6)
+
+
+def material_x(surface):
+    looks = Looks(f"ND_{surface}_surfaceshader")
+    looks.material.GetSurfaceOutput().GetAttr().ClearConnections()
+    looks.material.CreateSurfaceOutput("mtlx").ConnectToSource(looks.surface.ConnectableAPI(), "out")
+    return looks
+
+
+def test_standard_surface():
+    looks = material_x("standard_surface")
+    row, _ = looks.row()
+    np.testing.assert_allclose(row["base_color"], 0.8, rtol=1e-6)
+    assert (row["roughness"], row["opacity"], row["transmission"]) == (np.float32(0.2), 1, 0)
+    for name, value in (("base", 0.5), ("metalness", 0.25), ("specular", 0.5), ("coat", 0.75), ("emission", 4.0)):
+        looks.set(name, T.Float, value)
+    looks.set("base_color", T.Color3f, Gf.Vec3f(1, 0.5, 0))
+    looks.set("emission_color", T.Color3f, Gf.Vec3f(1, 0, 0.5))
+    row, _ = looks.row()
+    np.testing.assert_allclose(row["base_color"], (0.5, 0.25, 0))
+    np.testing.assert_allclose(row["specular"], 0.02, rtol=1e-6)
+    np.testing.assert_allclose(row["emission"], (4, 0, 2))
+    assert (row["metallic"], row["clearcoat"], row["clearcoat_roughness"]) == (0.25, 0.75, np.float32(0.1))
+
+
+def test_open_pbr_images_and_their_channels(tmp_path):
+    looks = material_x("open_pbr_surface")
+    image = looks.shader("/Looks/M/Image", "ND_tiledimage_color3")
+    file = image.CreateInput("file", T.Asset)
+    file.Set(str(save(tmp_path / "a.png", (10, 20, 30))))
+    file.GetAttr().SetColorSpace("srgb_texture")
+    image.CreateInput("uvtiling", T.Float2).Set(Gf.Vec2f(2, 3))
+    image.CreateInput("uaddressmode", T.String).Set("mirror")
+    where = looks.shader("/Looks/M/Where", "ND_geompropvalue_vector2")
+    where.CreateInput("geomprop", T.String).Set("UVMap")
+    image.CreateInput("texcoord", T.Float2).ConnectToSource(where.ConnectableAPI(), "out")
+    pick = looks.shader("/Looks/M/Pick", "ND_separate3_color3")
+    pick.CreateInput("in", T.Color3f).ConnectToSource(image.ConnectableAPI(), "out")
+    bump = looks.shader("/Looks/M/Bump", "ND_normalmap")
+    bump.CreateInput("in", T.Float3).ConnectToSource(image.ConnectableAPI(), "out")
+    looks.connect("base_color", image, "out")
+    looks.connect("specular_roughness", pick, "outg")
+    looks.connect("geometry_normal", bump, "out")
+    looks.set("base_weight", T.Float, 0.5)
+    row, textures = looks.row()
+    base = textures[row["base_texture"]]
+    assert (base.srgb, base.wrap_s, base.transform.u_row[0], base.transform.v_row[1]) == (True, scene.WRAP_MIRROR, 2, 3)
+    np.testing.assert_allclose(row["base_color"], 0.5)
+    assert row["roughness_channel"] == 1
+    assert row["roughness_texture"] >= 0
+    assert not textures[row["normal_texture"]].srgb
+    assert looks.read().uv_primvar == "UVMap"
+
+
+def test_other_material_x_nodes_are_named():
+    looks = material_x("standard_surface")
+    looks.connect("base_color", looks.shader("/Looks/M/Noise", "ND_noise2d_color3"), "out")
+    with pytest.warns(UserWarning, match="/Looks/M/Noise: MaterialX node 'ND_noise2d_color3'"):
+        np.testing.assert_allclose(looks.row()[0]["base_color"], 0.8, rtol=1e-6)
+    circle = looks.shader("/Looks/M/Circle", "ND_extract_color3")
+    circle.CreateInput("in", T.Color3f).ConnectToSource(circle.ConnectableAPI(), "out")
+    looks.connect("metalness", circle, "out")
+    with pytest.warns(UserWarning, match="/Looks/M/Circle"):
+        assert looks.row()[0]["metallic"] == 0
+
+
+OAK = """
+mdl 1.4;
+using ::OmniPBR import OmniPBR;  // a template
+/* export material Oak(*) = OmniGlass(); */
+export material Oak(*) [[ anno::display_name("Oak (light)"), anno::author("A, B") ]]
+= OmniPBR(
+    diffuse_color_constant: color(0.25f, 0.5, 0.75),
+    diffuse_tint: color(0.5f),
+    diffuse_texture: texture_2d("./oak (1), new.png", ::tex::gamma_srgb),
+    reflectionroughness_texture: texture_2d(),
+    reflection_roughness_constant: .125f,
+    enable_emission: true,
+    emissive_intensity: 1e2,
+    texture_scale: float2(2.f, 4.0f),
+    opacity_mode: mono_alpha,
+    bump_factor: 0.5f);
+export material Plywood(*) = Layers(a: 1.0);
+"""
+
+
+@pytest.mark.parametrize("authored", [None, 0.75])
+def test_mdl_files_that_fill_in_a_template_are_read(authored, tmp_path):
+    (tmp_path / "Wood.mdl").write_text(OAK)
+    save(tmp_path / "oak (1), new.png", (1, 2, 3))
+    looks = Mdl("Oak")
+    looks.surface.SetSourceAsset(str(tmp_path / "Wood.mdl"), "mdl")
+    if authored is not None:
+        looks.set("reflection_roughness_constant", T.Float, authored)
+    row, textures = looks.row()
+    np.testing.assert_allclose(row["base_color"], 0.5)
+    base = textures[row["base_texture"]]
+    assert base.srgb
+    assert (base.transform.u_row[0], base.transform.v_row[1]) == (2, 4)
+    assert row["roughness"] == (authored or 0.125)
+    assert (row["roughness_texture"], row["normal_scale"]) == (scene.NO_TEXTURE, 0.5)
+    np.testing.assert_allclose(row["emission"], (100, 10, 10), rtol=1e-6)
+    (tmp_path / "oak (1), new.png").unlink()
+    np.testing.assert_allclose(looks_without_texture(looks, tmp_path), np.array([0.25, 0.5, 0.75]) * 0.5)
+
+
+def looks_without_texture(looks, folder):
+    with pytest.warns(UserWarning, match="oak"):
+        return looks.row()[0]["base_color"]
+
+
+@pytest.mark.parametrize("name", ["Plywood", "Steel"])
+def test_mdl_files_that_say_more_are_named(name, tmp_path):
+    (tmp_path / "Wood.mdl").write_text(OAK)
+    looks = Mdl(name)
+    looks.surface.SetSourceAsset(str(tmp_path / "Wood.mdl"), "mdl")
+    with pytest.warns(UserWarning, match=f"/Looks/M.*{name}"):
+        assert looks.read() is None
+
+
+# Bindings
+
+
+def bind_stage():
+    stage = Usd.Stage.CreateInMemory()
+    group = UsdGeom.Xform.Define(stage, "/Group").GetPrim()
+    ball = UsdGeom.Sphere.Define(stage, "/Group/Ball").GetPrim()
+    materials = {name: UsdShade.Material.Define(stage, f"/Looks/{name}") for name in "abc"}
+    return stage, group, ball, materials
+
+
+def bound_name(prim):
+    (material,) = bound_materials([prim])
+    return material and material.GetName()
+
+
+def test_bindings_are_inherited_and_strength_is_respected():
+    stage, group, ball, materials = bind_stage()
+    assert bound_name(ball) is None
+    UsdShade.MaterialBindingAPI.Apply(group).Bind(materials["a"])
+    assert bound_name(ball) == "a"
+    UsdShade.MaterialBindingAPI.Apply(ball).Bind(materials["b"])
+    assert bound_name(ball) == "b"
+    UsdShade.MaterialBindingAPI(group).Bind(materials["a"], UsdShade.Tokens.strongerThanDescendants)
+    assert bound_name(ball) == "a"
+    assert stage
+
+
+def test_full_wins_over_all_purpose_which_wins_over_preview():
+    stage, _, ball, materials = bind_stage()
+    api = UsdShade.MaterialBindingAPI.Apply(ball)
+    weaker = UsdShade.Tokens.fallbackStrength
+    api.Bind(materials["a"], weaker, UsdShade.Tokens.preview)
+    assert bound_name(ball) == "a"
+    api.Bind(materials["b"])
+    assert bound_name(ball) == "b"
+    api.Bind(materials["c"], weaker, UsdShade.Tokens.full)
+    assert bound_name(ball) == "c"
+    assert stage
+
+
+def test_collections_bind():
+    stage, group, ball, materials = bind_stage()
+    collection = Usd.CollectionAPI.Apply(group, "shiny")
+    collection.IncludePath(ball.GetPath())
+    UsdShade.MaterialBindingAPI.Apply(group).Bind(collection, materials["c"], "shiny")
+    assert bound_name(ball) == "c"
+    assert stage
+
+
+def test_instances_have_the_material_of_their_variant():
+    stage = Usd.Stage.CreateInMemory()
+    asset = UsdGeom.Xform.Define(stage, "/Asset").GetPrim()
+    ball = UsdGeom.Sphere.Define(stage, "/Asset/Ball").GetPrim()
+    look = asset.GetVariantSets().AddVariantSet("look")
+    UsdShade.MaterialBindingAPI.Apply(ball)
+    for name, colour in (("red", (1, 0, 0)), ("blue", (0, 0, 1))):
+        material = UsdShade.Material.Define(stage, f"/Asset/{name}")
+        shader = UsdShade.Shader.Define(stage, f"/Asset/{name}/Surface")
+        shader.CreateIdAttr("UsdPreviewSurface")
+        shader.CreateInput("diffuseColor", T.Color3f).Set(Gf.Vec3f(*colour))
+        material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
+        look.AddVariant(name)
+        look.SetVariantSelection(name)
+        with look.GetVariantEditContext():
+            UsdShade.MaterialBindingAPI(ball).Bind(material)
+    for k, name in enumerate(("red", "blue")):
+        placed = UsdGeom.Xform.Define(stage, f"/Placed{k}").GetPrim()
+        placed.GetReferences().AddInternalReference("/Asset")
+        placed.GetVariantSet("look").SetVariantSelection(name)
+        placed.SetInstanceable(True)
+    extractor = SceneExtractor(stage)
+
+    def colours():
+        extractor.update()
+        instances, table = extractor.scene.instances, extractor.scene.materials["base_color"]
+        rows = extractor.scene.material_slots[instances.slot_offset]
+        return {path: tuple(table[row]) for path, row in zip(instances.paths, rows)}
+
+    before = colours()
+    assert (before["/Placed0/Ball"], before["/Placed1/Ball"]) == ((1, 0, 0), (0, 0, 1))
+    stage.GetPrimAtPath("/Placed1").GetVariantSet("look").SetVariantSelection("red")
+    assert colours()["/Placed1/Ball"] == (1, 0, 0)
+
+
+def test_a_binding_to_nothing_is_named():
+    stage, group, ball, _ = bind_stage()
+    UsdShade.MaterialBindingAPI.Apply(group)
+    group.GetRelationship("material:binding") or group.CreateRelationship("material:binding")
+    group.GetRelationship("material:binding").SetTargets(["/Looks/gone"])
+    with pytest.warns(UserWarning, match="/Group: .*gone"):
+        assert bound_name(ball) is None
+    assert stage
+
+
+def test_a_binding_to_two_materials_is_named():
+    stage, group, ball, _ = bind_stage()
+    UsdShade.MaterialBindingAPI.Apply(group)
+    group.CreateRelationship("material:binding").SetTargets(["/Looks/red", "/Looks/green"])
+    with pytest.warns(UserWarning, match="/Group: material:binding names 2 materials, so none counts"):
+        assert bound_name(ball) is None
+    assert stage

@@ -1,0 +1,90 @@
+"""In rooms, light is looked for where it comes from, and pictures stay right whatever is thought to come in."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.render import scenes
+from tests.render.images import EXACT, renderer_of
+from usdsdg_render.device.camera import camera_records
+from usdsdg_render.path import path_tracer
+from usdsdg_render.path.environment_weight import LEAST, sky_shares
+from usdsdg_render.settings import PathSettings
+
+VIEW = scenes.view_from((0, -0.9, 0), (0, 1, 0), size=(24, 18), focal_length=12.0)
+# Turns of a square that faces z: towards y, towards x.
+TO_Y = np.array([(1, 0, 0), (0, 0, 1), (0, -1, 0)])
+TO_X = np.array([(0, 0, 1), (0, 1, 0), (-1, 0, 0)])
+
+
+def room(*, window: float = 0.0, lamp: bool = True, sky: float = 1.0, sun: float = 0.0) -> scenes.Scene:
+    """Walls two apart around the camera and a lamp at the ceiling; a share of the wall at +x is missing.
+
+    The sun stands there.
+    """
+    wall = scenes.square()
+    placed = [(wall, scenes.moved((0, 0, z)), 0) for z in (-1, 1)]
+    placed += [(wall, scenes.moved((0, y, 0), rotation=TO_Y), 0) for y in (-1, 1)]
+    placed += [(wall, scenes.moved((-1, 0, 0), rotation=TO_X), 0)]
+    if window < 1.0:
+        placed += [(wall, scenes.moved((1, 0, window), scale=(1 - window, 1, 1), rotation=TO_X), 0)]
+    lights = [scenes.sphere_light(50.0, (0, 0, 0.8), 0.1)] if lamp else []
+    lights += [scenes.distant_light(sun, (-1, 0, 0.1))] if sun else []
+    materials = [scenes.material(base_color=0.5, specular=0.0, roughness=1.0)]
+    return scenes.scene_of(placed, materials=materials, lights=lights, dome=scenes.white_dome(sky))
+
+
+def share_of(scene: scenes.Scene, view=VIEW) -> float:
+    renderer = renderer_of(scene)
+    on_device = renderer._on_device
+    return float(sky_shares(on_device, camera_records([view], renderer.device), threads=1)[0])
+
+
+def test_it_is_what_comes_in():
+    assert share_of(room()) == LEAST
+    shares = [share_of(room(window=window)) for window in (0.1, 0.4, 1.0)]
+    assert LEAST <= shares[0] <= shares[1] <= shares[2] < 1.0
+    assert shares[2] > 4 * LEAST
+    # Outside, before one wall.
+    assert share_of(room(), scenes.view_from((0, -9, 0), (0, 0, 0))) == 1.0
+
+
+def test_it_does_not_matter_where_all_light_is_from_one_side():
+    assert share_of(room(lamp=0.0)) == 1.0
+
+
+def test_it_counts_the_sun():
+    towards_the_sun = scenes.view_from((-0.9, 0, 0), (1, 0, 0), size=(24, 18), focal_length=12.0)
+    behind_the_wall = share_of(room(sun=1e4, window=0.1), towards_the_sun)
+    assert behind_the_wall == LEAST
+    assert share_of(room(sun=1e4, window=1.0), VIEW) > behind_the_wall
+
+
+@pytest.mark.parametrize("scene", [room(), room(window=0.3), room(window=1.0, sun=2.0)], ids=["closed", "ajar", "open"])
+@pytest.mark.parametrize("share", [LEAST, 0.25])
+def test_pictures_are_right_with_any(scene, share, monkeypatch):
+    def mean(value):
+        monkeypatch.setattr(path_tracer, "sky_shares", lambda *_, **__: np.float32(value))
+        renderer = renderer_of(scene, threads=2)
+        film = renderer.new_film(VIEW.width, VIEW.height)
+        renderer.accumulate(film, VIEW, samples=512, settings=PathSettings(**EXACT, bounces=3))
+        return film.radiance().mean()
+
+    assert mean(share) == pytest.approx(mean(1.0), rel=0.01)
+
+
+def test_a_lit_room_under_a_bright_sky_has_a_tenth_of_the_noise(monkeypatch):
+    scene = room(sky=20.0)
+
+    def variance():
+        renderer = renderer_of(scene, threads=2)
+        films = [renderer.new_film(VIEW.width, VIEW.height) for _ in range(4)]
+        for k, film in enumerate(films):
+            settings = PathSettings(**EXACT, first_sample=64 * k, bounces=2)
+            renderer.accumulate(film, VIEW, samples=8, settings=settings)
+        return np.var([film.radiance() for film in films], axis=0).mean()
+
+    now = variance()
+    monkeypatch.setattr(path_tracer, "sky_shares", lambda *_, **__: np.float32(1.0))
+    assert now < variance() / 10

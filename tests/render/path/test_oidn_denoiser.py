@@ -1,0 +1,201 @@
+"""Open Image Denoise over films: what it takes and gives, that it repeats itself, and what happens without it."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import warp as wp
+
+from tests.render.path.films import film_of, needs_library, rms
+from usdsdg.errors import RenderError
+from usdsdg_render.path import oidn_denoiser
+from usdsdg_render.path.film import develop
+from usdsdg_render.path.wavelet_denoiser import denoise as wavelet
+from usdsdg_render.settings import ToneSettings
+
+HEIGHT, WIDTH = 61, 83
+OIDN = ToneSettings(denoiser="oidn")
+
+
+def stripes():
+    """Light, albedo and normals that vary over a picture."""
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    light = (100.0 + 80.0 * np.sin(x / 9.0))[..., None] * np.array([1.0, 0.9, 0.7])
+    albedo = np.where((x // 6 + y // 6) % 2, 0.8, 0.2)[..., None] * np.array([1.0, 0.8, 0.6])
+    normal = np.stack([np.sin(y / 20.0), np.zeros(x.shape), np.cos(y / 20.0)], -1)
+    return light, albedo, normal
+
+
+def striped_film(scale=1.0, **changes):
+    light, albedo, normal = stripes()
+    return film_of(light * scale, albedo=albedo, normal=normal, **changes)
+
+
+def filtered(film, **options):
+    return oidn_denoiser.denoise(film.arrays, "cpu", **options).numpy()[..., :3]
+
+
+@needs_library
+def test_it_is_the_librarys_own_result_on_the_means_of_the_film():
+    """Within what its own choice of scale and the pixels beyond the border change."""
+    import mitsuba_oidn
+
+    film = striped_film()
+    samples = film.arrays.color.numpy()[..., 3:]
+    means = film.radiance(), film.arrays.albedo.numpy() / samples, film.arrays.normal_depth.numpy()[..., :3] / samples
+    color, albedo, normal = (np.pad(each, ((8, 8), (8, 8), (0, 0)), mode="symmetric") for each in means)
+    expected = mitsuba_oidn.denoise(color, albedo, normal, hdr=True, clean_aux=True)[8:-8, 8:-8]
+    assert rms(filtered(film), expected) < 0.02 * rms(film.radiance(), expected)
+
+
+@needs_library
+def test_noise_goes_and_textures_stay():
+    light, albedo, _ = stripes()
+    film = striped_film(noise=1.0)
+    assert rms(filtered(film), light * albedo) < rms(film.radiance(), light * albedo) / 4
+
+
+@needs_library
+def test_noise_of_surfaces_goes_too_which_the_wavelet_leaves():
+    """Depth of field and motion blur: every sample of a pixel may see another surface."""
+    truth = np.full((HEIGHT, WIDTH, 3), 100.0)
+    albedo = np.random.default_rng(3).uniform(0.2, 0.8, (HEIGHT, WIDTH, 1)) * np.ones(3)
+    film = film_of(truth, albedo=albedo, noise=0.05)
+    pictures = film.radiance(), wavelet(film.arrays, "cpu").numpy()[..., :3], filtered(film)
+    raw, waved, clean = (rms(picture, 0.5 * truth) for picture in pictures)
+    assert waved > 0.9 * raw
+    assert clean < 0.4 * raw
+
+
+@needs_library
+def test_pixels_at_the_border_are_as_good_as_others():
+    truth = np.full((64, 64, 3), 100.0)
+    error = np.sqrt(np.mean([(filtered(film_of(truth, seed=seed)) - truth) ** 2 for seed in range(8)], axis=(0, -1)))
+    inside = np.zeros((64, 64), bool)
+    inside[8:-8, 8:-8] = True
+    outermost = np.ones((64, 64), bool)
+    outermost[1:-1, 1:-1] = False
+    # A pixel at the border has half the neighbours, one in a corner a quarter.
+    assert error[outermost].mean() < 2.5 * error[inside].mean()
+
+
+@needs_library
+def test_it_repeats_itself_bit_for_bit_on_any_number_of_threads():
+    film = striped_film()
+    first = filtered(film)
+    for threads in (1, 2, 3, None, 1):
+        assert np.array_equal(filtered(film, threads=threads), first)
+
+
+@needs_library
+def test_pictures_of_other_sizes_between_change_nothing():
+    film = striped_film()
+    first = filtered(film)
+    for size in range(1, 7):
+        assert filtered(film_of(np.full((size, 2 * size, 3), 50.0))).shape == (size, 2 * size, 3)
+    assert np.array_equal(filtered(film), first)
+
+
+@needs_library
+@pytest.mark.parametrize("stops", [-20, -8, 8, 14])
+def test_a_brighter_picture_is_filtered_alike(stops):
+    """The scale is taken out before the networks: powers of two change nothing but rounding."""
+    np.testing.assert_allclose(filtered(striped_film(2.0**stops)) / 2.0**stops, filtered(striped_film()), rtol=2e-3)
+
+
+@needs_library
+def test_the_mean_stays():
+    light, albedo, _ = stripes()
+    np.testing.assert_allclose(filtered(striped_film()).mean((0, 1)), (light * albedo).mean((0, 1)), rtol=0.01)
+
+
+@needs_library
+def test_a_black_picture_stays_black():
+    assert not filtered(film_of(np.zeros((20, 20, 3)))).any()
+
+
+@needs_library
+def test_pixels_without_samples_stay_clear():
+    film = striped_film()
+    color = film.arrays.color.numpy()
+    color[:10] = 0.0
+    film.arrays.color.assign(color)
+    out = develop(film, OIDN)
+    assert not out["HdrColor"][:10].any()
+    assert (out["HdrColor"][10:, :, 3] == 1).all()
+
+
+@needs_library
+def test_developing_takes_it_and_mixes_it_as_asked():
+    film = striped_film()
+    assert np.array_equal(develop(film, OIDN)["HdrColor"][..., :3], filtered(film).astype(np.float16))
+    share = ToneSettings(denoiser="oidn", noisy_share=0.5)
+    expected = (film.radiance() + filtered(film)) / 2
+    np.testing.assert_allclose(develop(film, share)["HdrColor"][..., :3], expected, rtol=2**-10)
+
+
+@needs_library
+def test_the_interpreter_ends_without_a_word():
+    code = (
+        "import numpy as np; from tests.render.path.films import film_of; from usdsdg_render import oidn\n"
+        "oidn.denoise(film_of(np.ones((9, 9, 3))).arrays, 'cpu')"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
+    assert "leak" not in done.stdout + done.stderr
+    assert "mitsuba" not in done.stdout + done.stderr
+
+
+def test_without_the_library_the_extra_is_named(monkeypatch):
+    monkeypatch.setattr(oidn_denoiser, "lacks_sve", lambda: False)
+    monkeypatch.setitem(sys.modules, "mitsuba_oidn", None)
+    film = film_of(np.ones((4, 4, 3)))
+    with pytest.raises(RenderError, match=r"pip install 'usdsdg\[denoise\]', or .* 'wavelet'"):
+        develop(film, OIDN)
+
+
+def test_a_processor_that_it_would_crash_on_is_named(monkeypatch):
+    monkeypatch.setattr(oidn_denoiser, "lacks_sve", lambda: True)
+    with pytest.raises(RenderError, match=r"needs a processor with SVE.* 'wavelet'"):
+        develop(film_of(np.ones((4, 4, 3))), OIDN)
+
+
+@pytest.mark.parametrize(
+    ("features", "lacks"), [(0x119FFB, True), (0xECFFFFFB, False)], ids=["Neoverse N1", "with SVE"]
+)
+def test_linux_is_asked_whether_there_is_sve(monkeypatch, features, lacks):
+    class CLibrary:
+        def __init__(self, name):
+            self.getauxval = lambda key: {16: features}[key]
+
+    monkeypatch.setattr(oidn_denoiser.ctypes, "CDLL", CLibrary)
+    monkeypatch.setattr(oidn_denoiser.sys, "platform", "linux")
+    monkeypatch.setattr(oidn_denoiser.platform, "machine", lambda: "aarch64")
+    assert oidn_denoiser.lacks_sve.__wrapped__() is lacks
+    monkeypatch.setattr(oidn_denoiser.platform, "machine", lambda: "x86_64")
+    assert not oidn_denoiser.lacks_sve.__wrapped__()
+
+
+def test_a_system_library_that_it_lacks_is_named(monkeypatch, tmp_path):
+    """As on aarch64 without libatomic, where the binding raises no ImportError."""
+    (tmp_path / "mitsuba_oidn.py").write_text("raise RuntimeError('could not load libnanothread.so')")
+    monkeypatch.setattr(oidn_denoiser, "lacks_sve", lambda: False)
+    monkeypatch.delitem(sys.modules, "mitsuba_oidn", raising=False)
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(RenderError, match=r"could not load libnanothread.so\).* .libatomic1 in .* or .* 'wavelet'"):
+        develop(film_of(np.ones((4, 4, 3))), OIDN)
+
+
+@pytest.mark.cuda
+@pytest.mark.skipif(not wp.is_cuda_available(), reason="no CUDA device")
+@needs_library
+def test_cuda_gives_the_same_picture_and_repeats_itself():
+    film = striped_film()
+    for name in ("color", "albedo", "normal_depth", "square"):
+        setattr(film.arrays, name, getattr(film.arrays, name).to("cuda:0"))
+    first = oidn_denoiser.denoise(film.arrays, "cuda:0").numpy()
+    for _ in range(3):
+        assert np.array_equal(oidn_denoiser.denoise(film.arrays, "cuda:0").numpy(), first)
+    on_cpu = filtered(striped_film())
+    # Networks run with half floats there.
+    assert rms(first[..., :3], on_cpu) < 0.05 * rms(striped_film().radiance(), on_cpu)

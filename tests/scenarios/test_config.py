@@ -1,0 +1,211 @@
+"""Configuration files: what is read, and how every mistake is told."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import yaml
+
+from usdsdg.errors import ConfigError
+from usdsdg.scenarios.config import load_config
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(text: str, name: str = "job.yaml") -> Path:
+        path = tmp_path / name
+        path.write_text(text)
+        return path
+
+    return write
+
+
+TARGET = "labeled_assets_and_properties: [{url: /Isaac/a.usd, label: a}]\n"
+
+
+def problems(path: Path, *overrides: str) -> list[str]:
+    with pytest.raises(ConfigError) as caught:
+        load_config(path, overrides)
+    head, *lines = str(caught.value).splitlines()
+    assert str(path) in head
+    return [line.strip() for line in lines]
+
+
+def test_left_out_keys_take_the_reference_codes_defaults(written):
+    config = load_config(written(TARGET))
+    assert config.working_area_size == (3, 3, 3)
+    assert (config.num_frames, config.num_cameras, config.rt_subframes) == (10, 1, -1)
+    assert config.disable_render_products_between_captures is True
+    assert config.simulation_duration_between_captures == 0.025
+    assert config.camera_distance_to_target_min_max == (0.1, 0.5)
+    assert config.shape_distractors_num == 350
+    assert config.writer_type is None
+    # Ten of no meshes are none.
+    assert config.mesh_distractors_wanted == 0
+    # Those of the reference's capture function, which has no keys for them.
+    expected = {"every": 5, "spp": 128, "sub_frames": 8, "duration": 0.025, "denoise": False}
+    assert config.path_tracing.model_dump() == expected
+
+
+def test_the_default_config_is_the_references():
+    values = yaml.safe_load((CONFIGS / "object_based.yaml").read_text())
+    assert values["working_area_size"] == [5, 5, 3]
+    assert [a["count"] for a in values["labeled_assets_and_properties"]] == [5, 7]
+    assert len(values["mesh_distractors_urls"]) == 15
+    assert (values["shape_distractors_num"], values["mesh_distractors_num"]) == (150, 175)
+    assert values["writer_kwargs"]["output_dir"] == "_out_object_based"
+    assert load_config(CONFIGS / "object_based.yaml").resolution == (640, 480)
+
+
+def test_json_and_yaml_say_the_same():
+    assert load_config(CONFIGS / "object_based.json") == load_config(CONFIGS / "object_based.yaml")
+
+
+@pytest.mark.parametrize("name", ["dope", "centerpose"])
+def test_variants_differ_in_the_writer_only(name):
+    default = load_config(CONFIGS / "object_based.yaml").model_dump()
+    variant = load_config(CONFIGS / f"object_based_{name}.yaml").model_dump()
+    assert {key for key in default if default[key] != variant[key]} == {"writer_kwargs"}
+    assert variant["writer_kwargs"]["format"] == name
+
+
+def test_all_mistakes_are_told_at_once_with_their_lines(written):
+    path = written(
+        "num_frmaes: 3\n"
+        "working_area_size: [5, -5, 3]\n"
+        "labeled_assets_and_properties:\n"
+        "  - label: x\n"
+        "    cuont: 3\n"
+        "  - {url: /a.usd, scale_min_max: [2, 1]}\n"
+        "camera_distance_to_target_min_max: [0.7, 0.2]\n"
+        "path_tracing: {every: true}\n"
+    )
+    told = problems(path)
+    assert [line.split(": ")[0] for line in told] == [f"line {n}" for n in (1, 2, 4, 5, 6, 7, 8)]
+    assert "num_frmaes: unknown key; did you mean num_frames" in told[0]
+    assert "working_area_size[1]: -5: must be greater than 0" in told[1]
+    assert "labeled_assets_and_properties[0].url: missing; expected path of a USD file" in told[2]
+    assert "labeled_assets_and_properties[0].cuont: unknown key; did you mean count?" in told[3]
+    assert "scale_min_max: [2.0, 1.0] is the wrong way round" in told[4]
+    assert "path_tracing.every: True is not a whole number" in told[6]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("resolution: [640]", "resolution[1]: missing; expected width and height in pixels"),
+        ("resolution: [640, 480, 3]", "has too many entries"),
+        ("resolution: 640", "resolution: 640 is not a list"),
+        (
+            "resolution: [100000, 100000]",
+            "resolution: a picture of 100000 x 100000 pixels cannot be made; expected 1 to",
+        ),
+        ("resolution: [16384, 16384]", "no more than 67108864 in all"),
+        ("num_frames: 2.5", "num_frames: 2.5 is not a whole number"),
+        ("num_frames: '3'", "num_frames: '3' is not a whole number"),
+        ("num_frames: -1", "num_frames: -1: must be greater than or equal to 0"),
+        ("working_area_size: [.inf, 1, 1]", "working_area_size[0]: inf is not a finite number"),
+        ("writer_kwargs: 5", "writer_kwargs: 5 is not a mapping"),
+        ("path_tracing: 3", "path_tracing: 3 is not a mapping"),
+        ("env_url: 3", "env_url: 3 is not text"),
+        ("launch_config: {renderer: Fast}", "expected RayTracedLighting or PathTracing"),
+        ("launch_config: {window: 3}", "launch_config.window: unknown key; known here: renderer, headless"),
+        ("shape_distractors_types: [torus]", "'torus'"),
+        ("shape_distractors_types: []\nshape_distractors_num: 3", "shape_distractors_types lists nothing"),
+        ("mesh_distractors_urls: []\nmesh_distractors_num: 3", "mesh_distractors_urls lists nothing to choose from"),
+        ("camera_properties_kwargs: {focalLenght: 3}", "did you mean focalLength?"),
+        (
+            "camera_properties_kwargs: {clippingRange: 3}",
+            "clippingRange: 3 does not fit; expected a value of type float2",
+        ),
+        ("num_frames: 3\nnum_frames: 4", "num_frames: given twice (also on line 1)"),
+    ],
+)
+def test_mistakes(written, text, expected):
+    told = problems(written(f"{text}\n{TARGET}"))
+    assert len(told) == 1
+    assert expected in told[0]
+
+
+def test_cameras_need_something_to_look_at(written):
+    assert "cameras need one to look at" in problems(written("num_frames: 3\n"))[0]
+    assert load_config(written("num_cameras: 0\n")).num_cameras == 0
+
+
+def test_the_two_names_of_the_scale_must_agree(written):
+    asset = "labeled_assets_and_properties: [{url: /a.usd, scale_min_max: [1, 2], randomize_scale: [%s]}]\n"
+    assert load_config(written(asset % "1, 2")).labeled_assets_and_properties[0].scale_range == (1, 2)
+    assert "expected only one of them" in problems(written(asset % "1, 3"))[0]
+
+
+def test_overrides_reach_into_mappings_and_lists():
+    config = load_config(
+        CONFIGS / "object_based.yaml",
+        [
+            "num_frames=3",
+            "path_tracing.spp=16",
+            "resolution=[320, 240]",
+            "resolution.1=200",
+            "labeled_assets_and_properties[1].count=2",
+            "writer_kwargs.format=dope",
+            "simulation_duration_between_captures=1e-3",
+        ],
+    )
+    assert (config.num_frames, config.path_tracing.spp, config.resolution) == (3, 16, (320, 200))
+    assert [asset.count for asset in config.labeled_assets_and_properties] == [5, 2]
+    assert config.writer_kwargs["format"] == "dope"
+    assert config.simulation_duration_between_captures == 0.001
+
+
+def test_a_bad_override_is_named_instead_of_a_line():
+    told = problems(
+        CONFIGS / "object_based.yaml",
+        "num_frames=many", "labeled_assets_and_properties.4.count=1", "num_cameras", "seed.x=1",
+    )  # fmt: skip
+    assert "override 'num_frames=many': num_frames: 'many' is not a whole number" in told[-1] + told[0]
+    assert any("labeled_assets_and_properties has entries 0 to 1, no 4" in line for line in told)
+    assert any("expected key=value" in line for line in told)
+    assert any("seed is 0, which has nothing below it" in line for line in told)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "expected"),
+    [
+        ("a.yaml", "seed: 0\nnum_frames: [1", "line 2: not valid YAML"),
+        ("a.json", '{"num_frames": 1,\n"seed" 2}', "line 2: not valid JSON"),
+        ("a.json", "[1]", "expected a mapping"),
+        ("a.yaml", "seed: 0\nwriter_kwargs: &again {deeper: [*again]}", "line 2: not valid YAML: it contains itself"),
+        ("a.yaml", "a: " + "[" * 5000, "nested too deeply"),
+        ("a.json", "[" * 100_000, "nested too deeply"),
+        ("a.toml", "", "a configuration is a .yaml, .yml or .json file"),
+    ],
+)
+def test_unreadable_files(written, name, text, expected):
+    with pytest.raises(ConfigError, match=expected.replace("[", r"\[")):
+        load_config(written(text, name))
+
+
+def test_an_anchor_that_is_used_beside_itself_is_read(written):
+    text = "camera_distance_to_target_min_max: &range [1, 2]\nshape_distractors_scale_min_max: *range\n"
+    assert load_config(written(text + TARGET)).shape_distractors_scale_min_max == (1, 2)
+
+
+def test_an_override_that_contains_itself_is_named(written):
+    told = problems(written(TARGET), "writer_kwargs=&again {deeper: *again}")
+    assert "writer_kwargs: '&again {deeper: *again}' is not a mapping" in told[0]
+
+
+def test_a_missing_file_suggests_its_neighbours():
+    with pytest.raises(ConfigError, match=r"did you mean object_based\.yaml"):
+        load_config(CONFIGS / "objekt_based.yaml")
+    with pytest.raises(ConfigError, match="there is no folder"):
+        load_config(CONFIGS / "nowhere" / "job.yaml")
+
+
+def test_json_indented_with_tabs_is_read(written):
+    values = {"num_frames": 3, "labeled_assets_and_properties": [{"url": "/a.usd"}]}
+    assert load_config(written(json.dumps(values, indent="\t"), "job.json")).num_frames == 3

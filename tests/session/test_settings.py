@@ -1,0 +1,92 @@
+"""`rep.settings`: what each function leaves in the settings and on the stage."""
+
+import pytest
+from pxr import UsdGeom
+
+import usdsdg as rep
+from usdsdg.capture.render_settings import render_mode
+from usdsdg.errors import ConfigError
+from usdsdg.session import stage_context
+from usdsdg.settings import DEFAULTS, get_settings
+
+MODES = ("/rtx/rendermode", "/rtx/post/aa/op", "/rtx/pathtracing/totalSpp")
+
+
+@pytest.fixture(autouse=True)
+def stage():
+    yield stage_context.new_stage()
+    for key in MODES:
+        get_settings().destroy_item(key)
+        if key in DEFAULTS:
+            get_settings().set(key, DEFAULTS[key])
+
+
+@pytest.mark.parametrize(("name", "number"), [("off", 0), ("TAA", 1), ("FXAA", 2), ("dlss", 3), ("DLAA", 4)])
+def test_the_fast_mode_and_its_antialiasing(name, number):
+    rep.settings.set_render_pathtraced()
+    rep.settings.set_render_rtx_realtime(antialiasing=name)
+    assert get_settings().get("/rtx/post/aa/op") == number
+    assert not render_mode(1).path_tracing
+
+
+def test_path_tracing_and_its_samples():
+    rep.settings.set_render_pathtraced()
+    assert (render_mode(1).path_tracing, render_mode(1).samples) == (True, 64)
+    rep.settings.set_render_pathtraced(samples_per_pixel=7)
+    assert render_mode(1).samples == 7
+
+
+def test_units_and_axes_of_the_stage(stage):
+    rep.settings.set_stage_up_axis("y")
+    rep.settings.set_stage_meters_per_unit(0.01)
+    assert UsdGeom.GetStageUpAxis(stage) == "Y"
+    assert UsdGeom.GetStageMetersPerUnit(stage) == 0.01
+    rep.settings.set_stage_up_axis("Z")
+    assert UsdGeom.GetStageUpAxis(stage) == "Z"
+
+
+@pytest.mark.parametrize("value", [3, 0.5, True, "text", [1, 2], None])
+def test_any_setting_can_be_written_and_read(value):
+    rep.settings.carb_settings("rtx//some/thing/", value)
+    assert get_settings().get("/rtx/some/thing") == value
+    get_settings().destroy_item("/rtx/some")
+    assert get_settings().get("/rtx/some/thing") is None
+
+
+def test_settings_are_read_as_the_type_that_is_asked_for():
+    settings = get_settings()
+    settings.set("/rtx/some/number", 2.5)
+    read = (settings.get_as_int, settings.get_as_float, settings.get_as_bool, settings.get_as_string)
+    assert [get("/rtx/some/number") for get in read] == [2, 2.5, True, "2.5"]
+    assert [get("/rtx/some/nothing") for get in read] == [0, 0.0, False, ""]
+    write = {settings.set_int: 2, settings.set_float: 2.5, settings.set_bool: True, settings.set_string: "2.5"}
+    for function, expected in write.items():
+        function("/rtx/some/number", 2.5)
+        assert settings.get("/rtx/some/number") == expected
+    settings.set_default("/rtx/some/number", 1)
+    assert settings.get("/rtx/some/number") == "2.5"
+    settings.destroy_item("/rtx/some")
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("set_render_rtx_realtime", "FXA", "antialiasing is 'FXA'; expected one of off, taa, fxaa"),
+        ("set_render_pathtraced", 0, "samples_per_pixel is 0; expected a whole number, 1 or more"),
+        ("set_render_pathtraced", "many", "samples_per_pixel is 'many'"),
+        ("set_stage_up_axis", "X", "up axis is 'X'; expected 'Y' or 'Z'"),
+        ("set_stage_up_axis", 3, "up axis is 3"),
+        ("set_stage_meters_per_unit", 0, "metres per unit is 0; expected a number above 0"),
+        ("set_stage_meters_per_unit", "cm", "metres per unit is 'cm'"),
+        ("set_physx_timestep", -1, "-1 must be above 0 seconds"),
+        ("set_physx_timestep", "fast", "'fast' must be above 0 seconds"),
+    ],
+)
+def test_values_that_make_no_sense_are_told_and_change_nothing(stage, name, value, message):
+    before = {key: get_settings().get(key) for key in MODES}
+    with pytest.raises(ConfigError, match=message) as caught:
+        getattr(rep.settings, name)(value)
+    assert isinstance(caught.value, ValueError)
+    assert {key: get_settings().get(key) for key in MODES} == before
+    assert (UsdGeom.GetStageUpAxis(stage), UsdGeom.GetStageMetersPerUnit(stage)) == ("Z", 1)
+    assert not stage.GetPrimAtPath("/PhysicsScene")

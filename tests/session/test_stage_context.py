@@ -1,0 +1,240 @@
+import math
+import os
+
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdUtils
+
+from usdsdg.errors import (
+    AssetNotFound,
+    AssetUnreadable,
+    BadValue,
+    OutputNotWritable,
+    StageError,
+    Unsupported,
+    UsdsdgWarning,
+)
+from usdsdg.session import stage_context
+from usdsdg.stage.schemas import physx
+
+
+@pytest.fixture(autouse=True)
+def fresh():
+    """Every test has a new stage, and leaves none of its files open."""
+    stage_context.new_stage()
+    yield
+    stage_context.new_stage()
+
+
+def test_a_new_stage_is_like_isaac_sims():
+    stage = stage_context.new_stage()
+    assert stage_context.current_stage() == stage
+    assert UsdGeom.GetStageUpAxis(stage) == "Z"
+    assert UsdGeom.GetStageMetersPerUnit(stage) == 1.0
+    assert stage.GetTimeCodesPerSecond() == 60.0
+    assert stage.GetDefaultPrim().GetPath() == "/World"
+    assert stage.GetDefaultPrim().GetTypeName() == "Xform"
+
+
+def test_ids_find_the_current_stage_and_only_that():
+    stage = stage_context.current_stage()
+    identifier = stage_context.stage_id()
+    assert stage_context.stage_by_id(identifier) == stage
+    assert stage_context.stage_id() == identifier
+    assert UsdUtils.StageCache.Get().Find(Usd.StageCache.Id.FromLongInt(identifier)) == stage
+    stage_context.new_stage()
+    assert stage_context.stage_id() != identifier
+    with pytest.raises(StageError, match=str(identifier)):
+        stage_context.stage_by_id(identifier)
+
+
+def test_listeners_hear_of_each_new_stage_until_they_unsubscribe(tmp_path):
+    heard = []
+    unsubscribe = stage_context.on_new_stage(heard.append)
+    stage = stage_context.new_stage()
+    stage_context.set_stage(stage)
+    stage.GetRootLayer().Export(str(tmp_path / "a.usda"))
+    opened = stage_context.open_stage(tmp_path / "a.usda")
+    assert heard == [stage, opened]
+    unsubscribe()
+    unsubscribe()
+    stage_context.new_stage()
+    assert len(heard) == 2
+
+
+def test_open_reads_the_file_again_and_drops_unsaved_edits(tmp_path):
+    stage_context.current_stage().GetRootLayer().Export(str(tmp_path / "a.usda"))
+    first = stage_context.open_stage(str(tmp_path / "a.usda"))
+    first.DefinePrim("/World/edit")
+    second = stage_context.open_stage(str(tmp_path / "a.usda"))
+    assert second.GetDefaultPrim()
+    assert not second.GetPrimAtPath("/World/edit")
+
+
+def test_opening_what_is_not_there():
+    before = stage_context.current_stage()
+    with pytest.raises(AssetNotFound, match=r"nothing\.usd"):
+        stage_context.open_stage("/nowhere/nothing.usd")
+    assert stage_context.current_stage() == before
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "why"),
+    [
+        ("a.usda", b"#usda 1.0\ndef Xform {", "a.usda:2"),
+        ("a.usdc", b"PXR-USDC", "a.usdc"),
+        ("a.png", b"x", "a.png"),
+        ("a.usd", b"", "a.usd cannot be opened as a stage: it is empty or cut off"),
+        ("a.usdz", b"PK", "a.usdz cannot be opened as a stage: it is empty or cut off"),
+    ],
+)
+def test_opening_what_is_not_usd_gives_pxrs_reason(tmp_path, name, content, why):
+    (tmp_path / name).write_bytes(content)
+    before = stage_context.current_stage()
+    with pytest.raises(AssetUnreadable, match=why):
+        stage_context.open_stage(tmp_path / name)
+    assert stage_context.current_stage() == before
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("timeCodesPerSecond", 0.0),
+        ("timeCodesPerSecond", -24.0),
+        ("timeCodesPerSecond", math.nan),
+        ("startTimeCode", math.nan),
+        ("endTimeCode", math.inf),
+    ],
+)
+def test_a_stage_whose_times_are_none_is_refused(tmp_path, name, value):
+    stage = Usd.Stage.CreateNew(str(tmp_path / "a.usda"))
+    stage.SetMetadata(name, value)
+    stage.Save()
+    before = stage_context.current_stage()
+    with pytest.raises(BadValue, match=f"a.usda: .*{name}.* Author"):
+        stage_context.open_stage(tmp_path / "a.usda")
+    assert stage_context.current_stage() == before
+
+
+def test_a_folder_is_no_stage(tmp_path):
+    (tmp_path / "a.usd").mkdir()
+    with pytest.raises(AssetUnreadable, match=r"a\.usd cannot be opened as a stage: it is a folder"):
+        stage_context.open_stage(tmp_path / "a.usd")
+
+
+@pytest.mark.parametrize("extension", [".usd", ".usda", ".usdc"])
+def test_save_and_open_give_the_same_stage(tmp_path, extension):
+    stage = stage_context.current_stage()
+    cube = UsdGeom.Cube.Define(stage, "/World/cube")
+    cube.AddTranslateOp().Set(Gf.Vec3d(1, 2, 3))
+    physx.PhysxRigidBodyAPI.Apply(cube.GetPrim()).CreateAngularDampingAttr(0.5)
+    path = stage_context.save_stage(tmp_path / f"saved{extension}")
+    assert path == tmp_path / f"saved{extension}"
+    opened = stage_context.open_stage(path)
+    assert UsdGeom.GetStageUpAxis(opened) == "Z"
+    assert UsdGeom.GetStageMetersPerUnit(opened) == 1.0
+    assert opened.GetTimeCodesPerSecond() == 60.0
+    assert opened.GetDefaultPrim().GetPath() == "/World"
+    again = opened.GetPrimAtPath("/World/cube")
+    assert again.GetAttribute("xformOp:translate").Get() == Gf.Vec3d(1, 2, 3)
+    assert again.GetAppliedSchemas() == ["PhysxRigidBodyAPI"]
+    assert os.listdir(tmp_path) == [path.name]
+
+
+def test_session_and_sublayers_are_merged_strongest_first(tmp_path):
+    stage = stage_context.current_stage()
+    below = Sdf.Layer.CreateNew(str(tmp_path / "below.usda"))
+    stage.GetRootLayer().subLayerPaths.append(below.identifier)
+    with Usd.EditContext(stage, below):
+        UsdGeom.Cube.Define(stage, "/World/cube").GetSizeAttr().Set(1.0)
+        UsdGeom.Sphere.Define(stage, "/World/ball").GetRadiusAttr().Set(4.0)
+    stage.GetPrimAtPath("/World/cube").GetAttribute("size").Set(2.0)
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        stage.GetPrimAtPath("/World/cube").GetAttribute("size").Set(3.0)
+        stage.DefinePrim("/Render/Product", "RenderProduct")
+    layer = Sdf.Layer.FindOrOpen(str(stage_context.save_stage(tmp_path / "saved.usda")))
+    assert not layer.subLayerPaths
+    saved = Usd.Stage.Open(layer)
+    assert saved.GetAttributeAtPath("/World/cube.size").Get() == 3.0
+    assert saved.GetAttributeAtPath("/World/ball.radius").Get() == 4.0
+    assert saved.GetPrimAtPath("/Render/Product").GetTypeName() == "RenderProduct"
+    assert saved.GetPrimAtPath("/World").GetTypeName() == "Xform"
+
+
+def test_references_still_resolve_from_the_new_place(tmp_path):
+    assets_folder, out = tmp_path / "assets", tmp_path / "out"
+    assets_folder.mkdir()
+    asset = Usd.Stage.CreateNew(str(assets_folder / "mug.usda"))
+    asset.SetDefaultPrim(UsdGeom.Cube.Define(asset, "/Mug").GetPrim())
+    asset.Save()
+    (assets_folder / "wood.png").write_bytes(b"x")
+    scene = Sdf.Layer.CreateNew(str(assets_folder / "scene.usda"))
+    scene.Save()
+
+    stage = stage_context.open_stage(assets_folder / "scene.usda")
+    for name, path in {
+        "relative": "./mug.usda",
+        "search": "mug.usda",
+        "absolute": str(assets_folder / "mug.usda"),
+    }.items():
+        stage.DefinePrim(f"/World/{name}").GetReferences().AddReference(path)
+    texture = stage.GetPrimAtPath("/World/relative").CreateAttribute("texture", Sdf.ValueTypeNames.Asset)
+    texture.Set("./wood.png")
+    mdl = stage.GetPrimAtPath("/World/relative").CreateAttribute("mdl", Sdf.ValueTypeNames.Asset)
+    mdl.Set("OmniPBR.mdl")
+    udim = stage.GetPrimAtPath("/World/relative").CreateAttribute("udim", Sdf.ValueTypeNames.Asset)
+    udim.Set("./skin.<UDIM>.png")
+
+    saved = Usd.Stage.Open(str(stage_context.save_stage(out / "deep" / "scene.usda")))
+    for name in ("relative", "search", "absolute"):
+        assert saved.GetPrimAtPath(f"/World/{name}").GetTypeName() == "Cube"
+    prim = saved.GetPrimAtPath("/World/relative")
+    assert prim.GetAttribute("texture").Get().resolvedPath == str(assets_folder / "wood.png")
+    assert prim.GetAttribute("mdl").Get().path == "OmniPBR.mdl"
+    assert prim.GetAttribute("udim").Get().path == str(assets_folder / "skin.<UDIM>.png")
+
+
+def test_what_lies_beside_the_saved_file_stays_relative_so_that_the_folder_can_move(tmp_path):
+    folder = tmp_path / "project"
+    (folder / "props").mkdir(parents=True)
+    asset = Usd.Stage.CreateNew(str(folder / "props" / "mug.usda"))
+    asset.SetDefaultPrim(UsdGeom.Cube.Define(asset, "/Mug").GetPrim())
+    asset.Save()
+    Sdf.Layer.CreateNew(str(folder / "props" / "scene.usda")).Save()
+    stage = stage_context.open_stage(folder / "props" / "scene.usda")
+    stage.DefinePrim("/World/mug").GetReferences().AddReference("./mug.usda")
+    stage_context.save_stage(folder / "saved.usda")
+    folder.rename(tmp_path / "moved")
+    moved = Usd.Stage.Open(str(tmp_path / "moved" / "saved.usda"))
+    assert moved.GetPrimAtPath("/World/mug").GetTypeName() == "Cube"
+
+
+def test_references_to_layers_in_memory_are_warned_about(tmp_path):
+    layer = Sdf.Layer.CreateAnonymous()
+    stage_context.current_stage().DefinePrim("/World/a").GetReferences().AddReference(layer.identifier, "/x")
+    with pytest.warns(UsdsdgWarning, match="in memory only"):
+        stage_context.save_stage(tmp_path / "saved.usda")
+
+
+def test_saving_over_the_opened_file(tmp_path):
+    stage_context.current_stage().GetRootLayer().Export(str(tmp_path / "a.usdc"))
+    stage = stage_context.open_stage(tmp_path / "a.usdc")
+    stage.DefinePrim("/World/new")
+    stage_context.save_stage(tmp_path / "a.usdc")
+    assert stage_context.open_stage(tmp_path / "a.usdc").GetPrimAtPath("/World/new")
+
+
+def test_saving_where_nothing_can_be_written(tmp_path):
+    (tmp_path / "file").write_text("not a folder")
+    with pytest.raises(OutputNotWritable, match=r"saved\.usda: (File exists|Not a directory)\."):
+        stage_context.save_stage(tmp_path / "file" / "saved.usda")
+    (tmp_path / "folder.usda").mkdir()
+    with pytest.raises(OutputNotWritable, match=r"folder\.usda: a folder of that name is in the way"):
+        stage_context.save_stage(tmp_path / "folder.usda")
+    assert sorted(os.listdir(tmp_path)) == ["file", "folder.usda"]
+
+
+@pytest.mark.parametrize("name", ["scene.obj", "scene", "scene.usdz"])
+def test_saving_as_something_else_is_refused(tmp_path, name):
+    with pytest.raises(Unsupported, match=r"\.usd, \.usda, \.usdc"):
+        stage_context.save_stage(tmp_path / name)
+    assert os.listdir(tmp_path) == []

@@ -1,0 +1,261 @@
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests.annotators.kinds.test_skeleton import add_character
+from tests.annotators.ray_caster import known, make_frame, new_stage, place
+from tests.annotators.scenes import mask_of, street
+from usdsdg import annotators, writers
+from usdsdg.annotators.colors import colors_of_ids
+from usdsdg.errors import ConfigError, WriterError
+from usdsdg.session.stage_context import set_stage
+from usdsdg.writers.formats.writer_basic import colorize_depth
+
+PRODUCT = "/Render/HydraTextures/rp1"
+ALL = [
+    "rgb",
+    "bounding_box_2d_tight",
+    "bounding_box_2d_loose",
+    "semantic_segmentation",
+    "instance_id_segmentation",
+    "instance_segmentation",
+    "distance_to_camera",
+    "distance_to_image_plane",
+    "bounding_box_3d",
+    "occlusion",
+    "normals",
+    "motion_vectors",
+    "camera_params",
+    "pointcloud",
+]
+
+
+@pytest.fixture(scope="module")
+def frame():
+    return make_frame(street(), (64, 48), filters=["class:*"])
+
+
+def write(folder, frames, payload=None, count=1, **options):
+    writer = writers.get("BasicWriter")
+    writer.initialize(output_dir=str(folder), **options)
+    frames = frames if isinstance(frames, dict) else {PRODUCT: frames}
+    writer.attach(known(*frames))
+    for _ in range(count):
+        writer.receive(annotators.build_payload(writer, frames, **(payload or {})))
+    writer.backend.wait_until_done()
+    return writer
+
+
+def files(folder):
+    return sorted(str(p.relative_to(folder)) for p in Path(folder).rglob("*") if p.is_file())
+
+
+def image(folder, name):
+    return np.array(Image.open(Path(folder) / name))
+
+
+def read(folder, name):
+    return json.loads((Path(folder) / name).read_text())
+
+
+@pytest.fixture(scope="module")
+def everything(frame, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("all")
+    write(folder, frame, colorize_depth=True, **dict.fromkeys(ALL, True))
+    return folder
+
+
+def test_every_file_of_every_annotator(everything):
+    assert files(everything) == sorted(
+        [
+            "metadata.txt",
+            "rgb_0000.png",
+            "normals_0000.png",
+            "distance_to_camera_0000.npy",
+            "distance_to_camera_0000.png",
+            "distance_to_image_plane_0000.npy",
+            "distance_to_image_plane_0000.png",
+            "motion_vectors_0000.npy",
+            "occlusion_0000.npy",
+            "semantic_segmentation_0000.png",
+            "semantic_segmentation_labels_0000.json",
+            "instance_id_segmentation_0000.png",
+            "instance_id_segmentation_mapping_0000.json",
+            "instance_segmentation_0000.png",
+            "instance_segmentation_mapping_0000.json",
+            "instance_segmentation_semantics_mapping_0000.json",
+            *(
+                f"bounding_box_{kind}_{part}"
+                for kind in ("2d_tight", "2d_loose", "3d")
+                for part in ("0000.npy", "labels_0000.json", "prim_paths_0000.json")
+            ),
+            "camera_params_0000.json",
+            *(f"pointcloud_{part}0000.npy" for part in ("", "rgb_", "normals_", "semantic_", "instance_")),
+        ]
+    )
+
+
+def test_arrays_and_pictures_come_back(everything, frame):
+    np.testing.assert_array_equal(image(everything, "rgb_0000.png"), frame.aovs["LdrColor"])
+    depth = np.load(everything / "distance_to_camera_0000.npy")
+    np.testing.assert_array_equal(depth, frame.aovs["distance_to_camera"])
+    assert depth.dtype == np.float32
+    assert np.load(everything / "motion_vectors_0000.npy").shape == (48, 64, 4)
+    normals = image(everything, "normals_0000.png")[..., :3] / 255 * 2 - 1
+    # 8 bits over a range of 2, truncated
+    assert np.abs(normals - frame.aovs["normals"]).max() <= 2 / 255 + 1e-6
+
+
+def test_masks_boxes_and_depth_of_one_frame_agree(everything, frame):
+    segmentation = image(everything, "instance_segmentation_0000.png")
+    color_of = {path: color for color, path in read(everything, "instance_segmentation_mapping_0000.json").items()}
+    boxes = np.load(everything / "bounding_box_2d_tight_0000.npy")
+    paths = read(everything, "bounding_box_2d_tight_prim_paths_0000.json")
+    labels = read(everything, "bounding_box_2d_tight_labels_0000.json")
+    depth = np.load(everything / "distance_to_camera_0000.npy")
+    assert len(paths) == len(boxes) == 3
+    for path, box in zip(paths, boxes):
+        mask = (segmentation == json.loads(color_of[path].replace("(", "[").replace(")", "]"))).all(axis=-1)
+        np.testing.assert_array_equal(mask, mask_of(frame, path))
+        y, x = np.nonzero(mask)
+        assert [box[k] for k in ("x_min", "y_min", "x_max", "y_max")] == [x.min(), y.min(), x.max(), y.max()]
+        assert np.isfinite(depth[mask]).all()
+        assert labels[str(box["semanticId"])]["class"] in path.lower()
+
+
+def test_segmentation_tables_are_keyed_by_colour(everything, frame):
+    table = read(everything, "semantic_segmentation_labels_0000.json")
+    assert list(table)[:2] == ["(0, 0, 0, 0)", "(0, 0, 0, 255)"]
+    assert table["(0, 0, 0, 255)"] == {"class": "UNLABELLED"}
+    assert table[str(tuple(colors_of_ids(np.array([2]))[0].tolist()))] == {"class": "apple"}
+    assert image(everything, "semantic_segmentation_0000.png").shape == (48, 64, 4)
+
+
+def test_plain_ids_are_grey_and_keyed_by_number(frame, tmp_path):
+    write(tmp_path, frame, semantic_segmentation=True, colorize_semantic_segmentation=False)
+    ids = image(tmp_path, "semantic_segmentation_0000.png")
+    assert ids.shape == (48, 64)
+    assert (ids[mask_of(frame, "/World/Apple1")] == 2).all()
+    assert read(tmp_path, "semantic_segmentation_labels_0000.json")["2"] == {"class": "apple"}
+
+
+def test_camera_params_are_flat_lists(everything):
+    params = read(everything, "camera_params_0000.json")
+    assert len(params["cameraViewTransform"]) == len(params["cameraProjection"]) == 16
+    assert params["renderProductResolution"] == [64, 48]
+
+
+def test_colorized_depth_is_logarithmic_from_white_to_black():
+    depth = np.array([[0, 1e-5, 1e-5 * 1e7**0.5, 100.0, np.inf]], np.float32)
+    np.testing.assert_array_equal(colorize_depth(depth), [[255, 255, 127, 0, 0]])
+
+
+def test_only_what_is_asked_for_is_read_and_written(frame, tmp_path):
+    writer = write(tmp_path, frame, rgb=True, count=2, frame_padding=6)
+    assert files(tmp_path) == ["metadata.txt", "rgb_000000.png", "rgb_000001.png"]
+    assert [a.get_name() for a in writer.get_annotators()] == ["rgb"]
+
+
+def test_several_products_get_folders(frame, tmp_path):
+    two = {f"/Render/HydraTextures/{n}": dataclasses.replace(frame, memo={}) for n in ("left", "right")}
+    write(tmp_path / "own", two, rgb=True, bounding_box_3d=True)
+    assert [f for f in files(tmp_path / "own") if "rgb" in f] == ["left/rgb/rgb_0000.png", "right/rgb/rgb_0000.png"]
+    assert "left/bounding_box_3d/bounding_box_3d_labels_0000.json" in files(tmp_path / "own")
+    write(tmp_path / "common", two, rgb=True, use_common_output_dir=True)
+    assert files(tmp_path / "common") == ["metadata.txt", "rgb/left_rgb_0000.png", "rgb/right_rgb_0000.png"]
+
+
+def test_a_product_that_is_switched_off_for_a_frame_does_not_move_the_others_files(frame, tmp_path):
+    two = {f"/Render/HydraTextures/{n}": dataclasses.replace(frame, memo={}) for n in ("left", "right")}
+    writer = writers.get("BasicWriter", init_params={"output_dir": str(tmp_path), "rgb": True})
+    writer.attach(known(*two))
+    left = {"/Render/HydraTextures/left": frame}
+    for seen in (two, left, two):
+        writer.receive(annotators.build_payload(writer, seen))
+    writer.backend.wait_until_done()
+    assert files(tmp_path) == [
+        "left/rgb/rgb_0000.png", "left/rgb/rgb_0001.png", "left/rgb/rgb_0002.png", "metadata.txt",
+        "right/rgb/rgb_0000.png", "right/rgb/rgb_0002.png",
+    ]  # fmt: skip
+
+
+def test_an_on_time_trigger_numbers_its_sequence(frame, tmp_path):
+    write(tmp_path, frame, payload={"trigger_outputs": {"on_time": 3}}, rgb=True)
+    assert "rgb_3_0000.png" in files(tmp_path)
+
+
+def test_the_filter_decides_what_counts(frame, tmp_path):
+    write(tmp_path, frame, bounding_box_2d_tight=True, semantic_filter_predicate="class:pear")
+    assert read(tmp_path, "bounding_box_2d_tight_prim_paths_0000.json") == ["/World/Pear"]
+
+
+def test_annotators_that_users_add_are_written_too(frame, tmp_path):
+    writer = writers.get("BasicWriter", init_params={"output_dir": str(tmp_path), "rgb": True})
+    writer.add_annotator("HdrColor")
+    writer.add_annotator("ReferenceTime")
+    writer.augment_annotator("rgb", lambda data_in: 255 - data_in)
+    writer.attach(PRODUCT)
+    writer.receive(annotators.build_payload(writer, {PRODUCT: frame}))
+    writer.backend.wait_until_done()
+    assert np.load(tmp_path / "HdrColor_0000.npy").dtype == np.float16
+    assert read(tmp_path, "ReferenceTime_0000.json")["referenceTimeDenominator"] == 60
+    np.testing.assert_array_equal(image(tmp_path, "rgb_0000.png"), 255 - frame.aovs["LdrColor"])
+
+
+def test_jpegs_of_colour_and_png_of_labels(frame, tmp_path):
+    write(tmp_path, frame, rgb=True, semantic_segmentation=True, image_output_format="jpeg")
+    assert {"rgb_0000.jpeg", "semantic_segmentation_0000.png"} <= set(files(tmp_path))
+
+
+def test_what_describes_a_file_is_written_after_it(frame):
+    class Diary(writers.BaseBackend):
+        def __init__(self):
+            self.paths = []
+
+        def write_blob(self, path, data):
+            self.paths.append(path)
+
+    writer = writers.get("BasicWriter")
+    writer.initialize(backend=Diary(), **dict.fromkeys(ALL, True))
+    writer.attach(PRODUCT)
+    writer.receive(annotators.build_payload(writer, {PRODUCT: frame}))
+    writer.backend.wait_until_done()
+    is_json = [path.endswith("json") for path in writer.backend.paths if path != "metadata.txt"]
+    assert is_json == sorted(is_json)
+    assert any(is_json)
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"semantic_types": ["class"], "semantic_filter_predicate": "class:*"}, WriterError, "exclude"),
+        ({"rbg": True}, WriterError, "'rbg'. Did you mean 'rgb'"),
+        ({"rgb": "false"}, WriterError, "rgb is 'false'; expected true or false"),
+        ({"semantic_types": [1]}, WriterError, "expected a list of text"),
+        ({"rgb": True, "occlusion": True, "semantic_filter_predicate": "class:"}, ConfigError, "class:"),
+    ],
+)
+def test_wrong_options_are_refused(tmp_path, options, error, message):
+    with pytest.raises(error, match=message):
+        writers.get("BasicWriter", init_params={"output_dir": str(tmp_path), **options})
+
+
+def test_skeletons_are_written_with_the_names_of_replicators_files(tmp_path):
+    stage = set_stage(new_stage())
+    place(add_character(stage), translate=(-1, 0.5, 0))
+    write(tmp_path, make_frame(stage, (40, 30)), skeleton_data=True)
+    assert files(tmp_path) == ["metadata.txt", "skeleton_0000.json"]
+    (told,) = read(tmp_path, "skeleton_0000.json").items()
+    assert told[0] == "skeleton_0"
+    assert set(told[1]) == {
+        "skel_name", "skel_path", "asset_path", "animation_variant", "skeleton_parents", "rest_global_translations",
+        "rest_local_translations", "rest_local_rotations", "global_translations", "local_rotations", "translations_2d",
+        "skeleton_joints", "joint_occlusions", "occlusion_types", "in_view",
+    }  # fmt: skip
+    np.testing.assert_allclose(told[1]["global_translations"], [[-1, 0.5, 0], [0, 0.5, 0], [1, 0.5, 0]], atol=1e-6)
+    write(tmp_path / "none", make_frame(set_stage(new_stage()), (8, 6)), skeleton_data=True)
+    assert read(tmp_path / "none", "skeleton_0000.json") == {}

@@ -1,0 +1,294 @@
+"""CocoWriter: held against the masks of the frame, and against what COCO's own library asks of a file."""
+
+import dataclasses
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests.annotators.ray_caster import add_cube, known, make_frame, new_stage
+from tests.annotators.scenes import mask_of, street
+from tests.writers.formats.test_run_length import decoded
+from usdsdg import annotators, writers
+from usdsdg.errors import UsdsdgWarning, WriterError, forget_warnings
+from usdsdg.writers.files import write_text
+from usdsdg.writers.formats.coco_categories import Categories
+from usdsdg.writers.formats.coco_file import CocoFile
+
+ROOT = Path(__file__).resolve().parents[3]
+PRODUCT = "/Render/HydraTextures/rp1"
+FRUIT = {
+    "Apple": {"name": "apple", "id": 7, "supercategory": "fruit", "color": [10, 200, 30], "isthing": 1},
+    "pear": {"name": "pear", "id": 3},
+}
+
+
+def write(folder, frames, **options):
+    """Write `frames` (one, or {path: frame} each time), detach, and return the folder that was written to."""
+    writer = writers.get("CocoWriter", init_params={"output_dir": str(folder / "coco"), **options})
+    sets = [f if isinstance(f, dict) else {PRODUCT: f} for f in (frames if isinstance(frames, list) else [frames])]
+    writer.attach(known(*sets[0]))
+    for each in sets:
+        writer.receive(annotators.build_payload(writer, each))
+    writer.detach()
+    writer.backend.wait_until_done()
+    return Path(writer.backend.output_dir)
+
+
+def read(folder):
+    (path,) = folder.glob("coco_annotations_*.json")
+    return json.loads(path.read_text())
+
+
+@pytest.fixture(scope="module")
+def frame():
+    return make_frame(street(), (64, 48), filters=["class:*;coco:*;stuff:*;thing:*"])
+
+
+@pytest.fixture(scope="module")
+def fruit(frame, tmp_path_factory):
+    known(PRODUCT)
+    return write(tmp_path_factory.mktemp("fruit"), [frame, frame], coco_categories=FRUIT, dataset_id="set")
+
+
+SEEN = ["/World/Apple1", "/World/Apple2", "/World/Pear"]  # labelled and not hidden, in the order of the stage
+
+
+def test_names_of_files(fruit):
+    names = sorted(str(path.relative_to(fruit)) for path in fruit.rglob("*") if path.is_file())
+    pictures = [f"rp1/{kind}_World-Camera_set.{n:04d}.png" for kind in ("panoptic", "rgb") for n in (0, 1)]
+    assert names == ["coco_annotations_set.json", "metadata.txt", *pictures]
+
+
+def test_masks_areas_and_boxes_are_those_of_the_picture(fruit, frame):
+    data = read(fruit)
+    assert [image["id"] for image in data["images"]] == [0, 1]
+    for image in data["images"]:
+        records = [each for each in data["annotations"] if each["image_id"] == image["id"]]
+        assert len(records) == len(SEEN)
+        for path, record in zip(SEEN, records):
+            mask = mask_of(frame, path)
+            assert record["segmentation"]["size"] == [48, 64]
+            np.testing.assert_array_equal(decoded(record["segmentation"]["counts"], mask.shape), mask)
+            rows, columns = np.nonzero(mask)
+            assert record["area"] == mask.sum()
+            assert record["bbox"] == [
+                columns.min(), rows.min(), columns.max() + 1 - columns.min(), rows.max() + 1 - rows.min()
+            ]  # fmt: skip
+            assert (record["iscrowd"], record["bbox_mode"]) == (0, 1)
+
+
+def test_the_file_is_consistent(fruit):
+    """What pycocotools and COCO's evaluation need."""
+    data = read(fruit)
+    numbers = [each["id"] for each in data["annotations"]]
+    assert numbers == list(range(1, len(numbers) + 1)), "unique, and not 0, which evaluation takes for no match"
+    assert {each["image_id"] for each in data["annotations"]} <= {each["id"] for each in data["images"]}
+    assert {each["category_id"] for each in data["annotations"]} == {each["id"] for each in data["categories"]}
+    for image in data["images"]:
+        with Image.open(fruit / image["file_name"]) as picture:
+            assert picture.size == (image["width"], image["height"]) == (64, 48)
+
+
+def test_coco_s_own_library_finds_it_perfect(fruit):
+    coco = pytest.importorskip("pycocotools.coco")
+    evaluation = pytest.importorskip("pycocotools.cocoeval")
+    truth = coco.COCO(str(next(fruit.glob("*.json"))))
+    found = [
+        {key: each[key] for key in ("image_id", "category_id", "segmentation")} | {"score": 1.0}
+        for each in truth.anns.values()
+    ]
+    for kind in ("segm", "bbox"):
+        judged = evaluation.COCOeval(truth, truth.loadRes(found), kind)
+        judged.evaluate()
+        judged.accumulate()
+        judged.summarize()
+        assert judged.stats[0] == 1.0
+
+
+def test_categories_are_those_that_were_given(fruit):
+    data = read(fruit)
+    by_id = {each["id"]: each for each in data["categories"]}
+    assert by_id[7] == FRUIT["Apple"]
+    assert (by_id[3]["supercategory"], by_id[3]["isthing"], len(by_id[3]["color"])) == ("pear", 1, 3)
+    assert [each["category_id"] for each in data["annotations"][:3]] == [7, 7, 3]
+
+
+def test_pixels_have_the_colour_of_their_category(fruit, frame):
+    with Image.open(fruit / "rp1/panoptic_World-Camera_set.0000.png") as image:
+        colors = np.asarray(image)
+    pear = next(each["color"] for each in read(fruit)["categories"] if each["name"] == "pear")
+    assert (colors[mask_of(frame, "/World/Apple1")] == FRUIT["Apple"]["color"]).all()
+    assert (colors[mask_of(frame, "/World/Pear")] == pear).all()
+    assert (colors[mask_of(frame, "/World/Ground")] == 0).all()
+
+
+def test_coco_s_own_categories_and_other(frame, tmp_path):
+    forget_warnings()
+    with pytest.warns(UsdsdgWarning, match="no category is called class:pear: it becomes 'other'"):
+        data = read(write(tmp_path, frame))
+    assert [(each["name"], each["id"], each["isthing"]) for each in data["categories"]] == [
+        ("apple", 53, 1), ("other", 201, 0),
+    ]  # fmt: skip
+    assert [each["category_id"] for each in data["annotations"]] == [53, 53, 201]
+
+
+def test_the_table_of_categories():
+    table = Categories()
+    every = list(table._by_label.values())
+    # Two numbers that are given to other names, and one that is moved behind those of merged stuff.
+    assert sorted(each["id"] for each in every) == sorted(set(range(203)) - {66, 69, 183})
+    assert table.of({"class": "Traffic Light"})["id"] == 10
+    assert table.of({"class": "vehicle,bus"})["id"] == 6
+    assert table.of({"class": "BACKGROUND"})["id"] == 202
+
+
+@pytest.mark.parametrize(
+    ("categories", "message"),
+    [
+        ({"apple": {"id": 1}}, "coco_categories['apple']"),
+        ({"apple": {"name": "apple", "id": "1"}}, "coco_categories['apple']"),
+        ({"a": {"name": "a", "id": 1}, "b": {"name": "b", "id": 1}}, "'a' and 'b' have one id, 1"),
+        ({"a": {"name": "a", "id": 1, "color": [1, 2]}}, "color of coco_categories['a'] is [1, 2]"),
+    ],
+)
+def test_wrong_categories_are_refused_before_any_work(categories, message, tmp_path):
+    with pytest.raises(WriterError) as caught:
+        writers.get("CocoWriter", init_params={"output_dir": str(tmp_path / "coco"), "coco_categories": categories})
+    assert message in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_own_id_moves_other_out_of_its_way():
+    table = Categories({"apple": {"name": "apple", "id": 201}})
+    assert table.of({"class": "apple"})["id"] == 201
+    assert table.of({"class": "unknown"})["id"] == 202
+
+
+def test_pictures_without_objects_are_listed(tmp_path):
+    data = read(write(tmp_path, make_frame(new_stage(), (8, 6))))
+    assert (len(data["images"]), data["annotations"], data["categories"]) == (1, [], [])
+
+
+def test_a_run_without_a_frame_leaves_no_file(tmp_path):
+    writer = writers.get("CocoWriter", init_params={"output_dir": str(tmp_path / "coco")})
+    writer.attach(known(PRODUCT))
+    writer.on_final_frame()
+    writer.detach()
+    assert not list((tmp_path / "coco").iterdir())
+
+
+def test_an_existing_folder_is_left_alone(frame, tmp_path):
+    first = write(tmp_path, frame, coco_categories=FRUIT)
+    before = {path: path.read_bytes() for path in first.rglob("*") if path.is_file()}
+    second = write(tmp_path, frame, coco_categories=FRUIT)
+    assert (first.name, second.name) == ("coco", "coco_0001")
+    assert {path: path.read_bytes() for path in first.rglob("*") if path.is_file()} == before
+
+
+def test_several_products_share_the_file(frame, tmp_path):
+    two = {f"/Render/HydraTextures/{name}": dataclasses.replace(frame, memo={}) for name in ("left", "right")}
+    folder = write(tmp_path, [two, two], coco_categories=FRUIT, dataset_id="d")
+    names = [image["file_name"] for image in read(folder)["images"]]
+    assert names == [f"{side}/rgb_World-Camera_d.{n:04d}.png" for n in (0, 1) for side in ("left", "right")]
+    assert len(read(folder)["annotations"]) == 4 * len(SEEN)
+
+
+def test_the_file_is_whole_and_names_only_what_is_there_at_any_time(frame, tmp_path):
+    writer = writers.get("CocoWriter", init_params={"output_dir": str(tmp_path / "coco"), "coco_categories": FRUIT})
+    writer.attach(known(PRODUCT))
+    counts = []
+    for _ in range(60):
+        writer.receive(annotators.build_payload(writer, {PRODUCT: frame}))
+        for path in (tmp_path / "coco").glob("coco_annotations_*.json"):
+            images = json.loads(path.read_text())["images"]
+            assert all((tmp_path / "coco" / image["file_name"]).is_file() for image in images)
+            counts.append(len(images))
+    writer.backend.wait_until_done()
+    assert set(counts) >= {1, 26}
+    assert counts == sorted(counts)
+
+
+def test_the_file_waits_for_its_pictures():
+    class Slow(writers.BaseBackend):
+        def __init__(self):
+            self.paths = []
+
+        def write_blob(self, path, data):
+            if path.endswith("png"):
+                time.sleep(0.2)
+            self.paths.append(path)
+
+    backend = Slow()
+    file = CocoFile(backend, {})
+    file.path = "coco.json"
+    backend.schedule(write_text, path="picture.png", text="")
+    file.add({"id": 0}, [], [])
+    backend.wait_until_done()
+    assert backend.paths == ["picture.png", "coco.json"]
+
+
+def test_the_id_follows_the_seed(frame, tmp_path):
+    names = []
+    for number, seed in enumerate((5, 5, 6)):
+        writers.set_global_seed(seed)
+        folder = write(tmp_path / str(number), frame, coco_categories=FRUIT)
+        names.append(next(folder.glob("*.json")).stem.removeprefix("coco_annotations_"))
+    writers.set_global_seed(None)
+    assert names[0] == names[1] != names[2]
+    assert all(len(name) == 8 and name.isalpha() for name in names)
+
+
+def test_an_on_time_trigger_begins_a_sequence_of_its_own(frame, tmp_path):
+    options = {"output_dir": str(tmp_path / "coco"), "coco_categories": FRUIT, "dataset_id": "d"}
+    writer = writers.get("CocoWriter", init_params=options)
+    writer.attach(known(PRODUCT))
+    for fired in (1, 1, 2):
+        writer.receive(annotators.build_payload(writer, {PRODUCT: frame}, trigger_outputs={"on_time": fired}))
+    writer.detach()
+    writer.backend.wait_until_done()
+    names = [image["file_name"].partition("_d.")[2] for image in read(tmp_path / "coco")["images"]]
+    assert names == ["1__0000.png", "1__0001.png", "2__0000.png"]
+
+
+def test_jpegs_keep_the_pictures_of_categories_exact(frame, tmp_path):
+    folder = write(tmp_path, frame, coco_categories=FRUIT, image_output_format="jpg")
+    assert sorted(path.suffix for path in (folder / "rp1").iterdir()) == [".jpg", ".png"]
+
+
+INTERRUPTED = """
+from tests.annotators.ray_caster import known, make_frame
+from tests.annotators.scenes import street
+from usdsdg import annotators, writers
+writer = writers.get("CocoWriter", init_params={"output_dir": OUT, "dataset_id": "d"})
+writer.attach(known("/Render/HydraTextures/rp1"))
+frame = make_frame(street(), (16, 12))
+for _ in range(7):
+    writer.receive(annotators.build_payload(writer, {"/Render/HydraTextures/rp1": frame}))
+raise KeyboardInterrupt
+"""
+
+
+def test_an_interrupted_program_leaves_a_whole_dataset(tmp_path):
+    script = f"OUT = {str(tmp_path / 'coco')!r}\n{INTERRUPTED}"
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, timeout=120)
+    assert "KeyboardInterrupt" in done.stderr
+    data = read(tmp_path / "coco")
+    assert len(data["images"]) == 7
+    assert len(data["annotations"]) == 7 * len(SEEN)
+    assert all((tmp_path / "coco" / image["file_name"]).is_file() for image in data["images"])
+
+
+def test_a_thing_of_several_gprims_is_one_object(tmp_path):
+    stage = new_stage()
+    car = add_cube(stage, "/World/Car", "car", translate=(-1, 0, 0))
+    add_cube(stage, f"{car.GetPath()}/Roof", translate=(1.5, 0, 0))
+    frame = make_frame(stage, (64, 48))
+    (record,) = read(write(tmp_path, frame))["annotations"]
+    whole = mask_of(frame, "/World/Car") | mask_of(frame, "/World/Car/Roof")
+    np.testing.assert_array_equal(decoded(record["segmentation"]["counts"], whole.shape), whole)

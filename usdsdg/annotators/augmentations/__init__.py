@@ -1,0 +1,1 @@
+"""Augmentations: functions and kernels that an annotator's array passes through."""

@@ -1,0 +1,93 @@
+"""Augmentations that move pixels: crop and rotate. They say where each pixel of the input went (`Warped.xform`).
+
+Pictures are uint8 (H, W, C) of the same size before and after; pixel (0, 0) is the middle of the top left one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from usdsdg.annotators.augmentations.augmentation import Warped
+from usdsdg.graph.sampling import generator
+
+
+def crop_resize(
+    data_in: np.ndarray,
+    cropFactor: float | None = None,
+    offsetFactor: Sequence[float] = (0.0, 0.0),
+    minPercent: float = 0.5,
+    seed: int = 0,
+) -> Warped:
+    """Cut a part out and enlarge it to the size of the picture.
+
+    Args:
+        data_in: the picture.
+        cropFactor: size of the part, above 0 to 1 (everything). None draws it between `minPercent` and 1, and the place
+            too, as older versions do.
+        offsetFactor: (vertical, horizontal), each from -1 to 1: where the part's contents move: (1, 1) to the top and
+            the right, so the part is cut out at the bottom left; (0, 0) cuts out the middle.
+        minPercent: smallest size that is drawn.
+        seed: of what is drawn.
+
+    Raises:
+        ValueError: a factor is outside its range, or nothing would be left.
+    """
+    factor, (vertical, horizontal) = cropFactor, offsetFactor
+    if factor is None:
+        draws = generator(seed, "crop_resize", 0).random(3)
+        factor = minPercent + (1 - minPercent) * draws[0]
+        vertical, horizontal = 2 * draws[1] - 1, 2 * draws[2] - 1
+    if not 0 < factor <= 1:
+        raise ValueError(f"cropFactor is {factor!r}; expected a number above 0 and at most 1")
+    if max(abs(vertical), abs(horizontal)) > 1:
+        raise ValueError(f"offsetFactor is {offsetFactor!r}; expected two numbers from -1 to 1")
+    height, width = data_in.shape[:2]
+    top, rows = _cut(height, factor, vertical)
+    left, columns = _cut(width, factor, -horizontal)
+    scale_y, scale_x = (height - 1) / max(rows - 1, 1), (width - 1) / max(columns - 1, 1)
+    xform = np.array([[scale_x, 0, -left * scale_x], [0, scale_y, -top * scale_y], [0, 0, 1]])
+    return Warped(_resampled(data_in, xform, outside="nearest"), xform)
+
+
+def rotate(data_in: np.ndarray, rotation: float | None = None, rotateDegrees: float = 45.0, seed: int = 0) -> Warped:
+    """Turn the picture about its middle; what comes from outside is 0 in all channels.
+
+    Args:
+        data_in: the picture.
+        rotation: degrees, counter-clockwise as one sees it (what Replicator does; its documentation says clockwise).
+            None draws it between -rotateDegrees and rotateDegrees, as older versions do.
+        rotateDegrees: largest angle that is drawn.
+        seed: of what is drawn.
+    """
+    if rotation is None:
+        rotation = rotateDegrees * (2 * generator(seed, "rotate", 0).random() - 1)
+    height, width = data_in.shape[:2]
+    x, y = (width - 1) / 2, (height - 1) / 2
+    c, s = np.cos(np.deg2rad(rotation)), np.sin(np.deg2rad(rotation))
+    xform = np.array([[c, s, x - c * x - s * y], [-s, c, y + s * x - c * y], [0, 0, 1]])
+    return Warped(_resampled(data_in, xform, outside="grid-constant"), xform)
+
+
+def _cut(length: int, factor: float, offset: float) -> tuple[int, int]:
+    """First pixel and number of pixels of a part of `length`."""
+    size = int(factor * length)
+    if size < 1:
+        raise ValueError(f"cropFactor {factor:g} leaves nothing of {length} pixels")
+    return int(offset * (1 - factor) / 2 * length + (length - size) / 2), size
+
+
+def _resampled(picture: np.ndarray, xform: np.ndarray, *, outside: str) -> np.ndarray:
+    """The picture moved by `xform`, with linear interpolation; `outside` as in scipy.ndimage."""
+    from scipy import ndimage
+
+    back = np.linalg.inv(xform)
+    # scipy counts (row, column).
+    matrix, offset = back[1::-1, 1::-1], back[1::-1, 2]
+    out = np.empty_like(picture)
+    for channel in range(picture.shape[2]):
+        values = picture[..., channel].astype(np.float32)
+        moved = ndimage.affine_transform(values, matrix, offset, order=1, mode=outside, cval=0.0)
+        out[..., channel] = np.clip(moved + 1e-3, 0, 255)
+    return out

@@ -1,0 +1,48 @@
+"""Augmentations with noise. Pictures are uint8 (H, W, 3 or 4); alpha stays as it is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from usdsdg.annotators.augmentations.colors import to_bytes, with_rgb
+from usdsdg.graph.sampling import generator
+
+
+def speckle_noise(data_in: np.ndarray, sigma: float = 0.5, seed: int = 0) -> np.ndarray:
+    """Noise in proportion to the value: value * (1 + sigma * n), with n from a standard normal distribution."""
+    noise = _normals(data_in, seed, "speckle_noise")
+    return with_rgb(data_in, to_bytes(data_in[..., :3] * (1 + np.float32(sigma) * noise)))
+
+
+def shot_noise(data_in: np.ndarray, sigma: float = 0.5, seed: int = 0) -> np.ndarray:
+    """Noise of counted photons: value + n * sqrt(value / sigma), with values from 0 to 1 and n from a standard normal
+    distribution.
+
+    sigma: photons at full brightness: the more, the less noise.
+
+    Raises:
+        ValueError: sigma is not above 0.
+    """
+    if not sigma > 0:
+        raise ValueError(f"sigma is {sigma!r}; expected a number above 0")
+    values = data_in[..., :3] / np.float32(255)
+    return with_rgb(data_in, to_bytes(255 * (values + _normals(data_in, seed, "shot_noise") * np.sqrt(values / sigma))))
+
+
+def glass_blur(data_in: np.ndarray, delta: int = 4, seed: int = 0) -> np.ndarray:
+    """Each pixel's colour from another one, at most `delta` rows and columns away.
+
+    Raises:
+        ValueError: delta is below 1.
+    """
+    if delta < 1:
+        raise ValueError(f"delta is {delta!r}; expected a whole number above 0")
+    height, width = data_in.shape[:2]
+    steps = generator(seed, "glass_blur", 0).integers(-int(delta), int(delta) + 1, (2, height, width))
+    rows, columns = np.mgrid[:height, :width] + steps
+    return with_rgb(data_in, data_in[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1), :3])
+
+
+def _normals(picture: np.ndarray, seed: int, what: str) -> np.ndarray:
+    """(H, W, 3) float32 from a standard normal distribution."""
+    return generator(seed, what, 0).standard_normal((*picture.shape[:2], 3), np.float32)

@@ -1,0 +1,1 @@
+"""The annotators, one module for each group of related outputs."""

@@ -1,0 +1,157 @@
+"""What pictures do not show: whole outlines of things that others hide, and who hides whom. Beyond Replicator.
+
+Of everything in view, hidden things too, in the order and with the ids of `instance_segmentation`: 1 stands for all
+gprims without (selected) labels. The pixels are those of label rays, so that visible and hidden ones add up exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
+from usdsdg.annotators.colors import FIRST_LABELLED, UNLABELLED
+from usdsdg.annotators.frame import PIXELS, X_MIN, Frame
+from usdsdg.annotators.kinds.segmentation import unique_labels
+from usdsdg.errors import AnnotatorError
+
+Params = Mapping[str, Any]
+
+VISIBILITY = np.dtype(
+    [
+        ("instanceId", "<u4"),
+        ("semanticId", "<u4"),
+        ("visiblePixels", "<u4"),
+        ("amodalPixels", "<u4"),
+        ("x_min", "<i4"),
+        ("y_min", "<i4"),
+        ("x_max", "<i4"),
+        ("y_max", "<i4"),
+        ("visibleRatio", "<f4"),
+    ]
+)
+OCCLUSION_PAIR = np.dtype([("occluderId", "<u4"), ("occludedId", "<u4"), ("pixels", "<u4")])
+
+_NEEDS: Mapping[str, Any] = {"aovs": ["instance"], "needs_coverage": True}
+_ENCODINGS = ("stack", "rle")
+
+
+@define("amodal_instance_segmentation", dtype=np.bool_, **_NEEDS, params={**LABEL_PARAMS, "encoding": _ENCODINGS[0]})
+def amodal_instance_segmentation(frame: Frame, params: Params) -> Annotation:
+    """Masks of the pixels that each thing would cover alone, bool (N, H, W); what is out of view is left out.
+
+    info: instanceIds uint32 (N,), primPaths in the order of the masks, idToLabels (prim paths) and idToSemantics by id.
+    With encoding="rle" there is no array, and info has "masks": N times {"size": [H, W], "counts": run lengths} as
+    COCO's uncompressed ones, down the columns, first of pixels outside. semanticTypes or semanticFilter choose the
+    labels that count.
+    """
+    encoding = params["encoding"]
+    if encoding not in _ENCODINGS:
+        raise AnnotatorError(f"encoding is {encoding!r}; it may be {' or '.join(map(repr, _ENCODINGS))}.")
+    predicate = predicate_of(params)
+    listed = _in_view(frame, predicate)
+    rows = frame.selection(predicate).rows[listed]
+    ids = listed + FIRST_LABELLED
+    info = {
+        "instanceIds": ids.astype(np.uint32),
+        "primPaths": [frame.entities.prim_paths[row] for row in rows],
+        "idToLabels": _paths(frame, predicate, ids),
+        "idToSemantics": {str(id_): frame.selection(predicate).labels[id_ - FIRST_LABELLED] for id_ in ids.tolist()},
+    }
+    masks = (frame.outlines.mask(row) for row in rows.tolist())
+    if encoding == "rle":
+        return Annotation(None, {**info, "masks": [_run_lengths(mask) for mask in masks]})
+    stack = np.zeros((len(rows), *frame.shape), bool)
+    for place, mask in zip(stack, masks):
+        place[:] = mask
+    return Annotation(stack, info)
+
+
+@define("visibility", dtype=VISIBILITY, **_NEEDS, params=LABEL_PARAMS)
+def visibility(frame: Frame, params: Params) -> Annotation:
+    """Seen and hidden pixels of everything in view, and what hides it.
+
+    Structured (N,): instanceId and semanticId uint32, those of the segmentations, visiblePixels, amodalPixels uint32,
+    x_min, y_min, x_max, y_max int32 of the amodal pixels [inclusive], visibleRatio float32 from 0 (hidden) to 1; info:
+    primPaths and hiddenBy in the order of the rows, the latter {id of what is seen instead: pixels}, and idToLabels
+    (prim paths) of all ids. Parameters as amodal_instance_segmentation.
+    """
+    predicate = predicate_of(params)
+    selection, listed = frame.selection(predicate), _in_view(frame, predicate)
+    _, id_of_member = unique_labels(selection.labels)
+    coverage = frame.coverage[selection.rows[listed]]
+    rows = np.zeros(len(listed), VISIBILITY)
+    rows["instanceId"] = listed + FIRST_LABELLED
+    rows["semanticId"] = id_of_member[listed] + FIRST_LABELLED
+    rows["visiblePixels"] = frame.visible_pixels(predicate)[listed]
+    rows["amodalPixels"] = coverage[:, PIXELS]
+    for column, name in enumerate(("x_min", "y_min", "x_max", "y_max"), X_MIN):
+        rows[name] = coverage[:, column]
+    rows["visibleRatio"] = rows["visiblePixels"] / np.maximum(rows["amodalPixels"], 1)
+    pairs = _pairs(frame, predicate)
+    hidden_by: dict[int, dict[str, int]] = {id_: {} for id_ in rows["instanceId"].tolist()}
+    for occluder, occluded, pixels in pairs.tolist():
+        hidden_by[occluded][str(occluder)] = pixels
+    info = {
+        "primPaths": [frame.entities.prim_paths[row] for row in selection.rows[listed]],
+        "hiddenBy": list(hidden_by.values()),
+        "idToLabels": _paths(frame, predicate, np.union1d(rows["instanceId"], pairs["occluderId"])),
+    }
+    return Annotation(rows, info)
+
+
+@define("occlusion_graph", dtype=OCCLUSION_PAIR, **_NEEDS, params=LABEL_PARAMS)
+def occlusion_graph(frame: Frame, params: Params) -> Annotation:
+    """Who hides whom: in how many pixels of a thing another one is seen instead.
+
+    Structured (P,): occluderId, occludedId uint32, those of instance_segmentation, pixels uint32; ordered by occluded,
+    then occluder. Pixels of one occluded thing add up to its hidden ones; an occluder is the first thing on the ray, so
+    what lies between the two is not counted. info: idToLabels (prim paths) of all ids. Parameters as
+    amodal_instance_segmentation.
+    """
+    pairs = _pairs(frame, predicate_of(params))
+    ids = np.union1d(pairs["occluderId"], pairs["occludedId"])
+    return Annotation(pairs, {"idToLabels": _paths(frame, predicate_of(params), ids)})
+
+
+def _in_view(frame: Frame, predicate: str | None) -> np.ndarray:
+    """Members of the selection that would cover a pixel if alone."""
+    return np.flatnonzero(frame.coverage[frame.selection(predicate).rows, PIXELS] > 0)
+
+
+def _pairs(frame: Frame, predicate: str | None) -> np.ndarray:
+    """OCCLUSION_PAIR rows of all selected entities."""
+    return frame.derive(("occlusion_pairs", predicate), lambda: _count_pairs(frame, predicate))
+
+
+def _count_pairs(frame: Frame, predicate: str | None) -> np.ndarray:
+    selection = frame.selection(predicate)
+    id_of_row = np.zeros(len(frame.entities), np.int64)
+    id_of_row[selection.rows] = np.arange(len(selection)) + FIRST_LABELLED
+    row, y, x = frame.derive("hidden", frame.outlines.hidden)
+    occluded, members = id_of_row[row], frame.members(predicate)[y, x]
+    occluder = np.where(members >= 0, members + FIRST_LABELLED, UNLABELLED)
+    base = len(selection) + FIRST_LABELLED
+    keys, pixels = np.unique((occluded * base + occluder)[occluded > 0], return_counts=True)
+    pairs = np.zeros(len(keys), OCCLUSION_PAIR)
+    pairs["occludedId"], pairs["occluderId"] = np.divmod(keys, base)
+    pairs["pixels"] = pixels
+    return pairs
+
+
+def _paths(frame: Frame, predicate: str | None, ids: np.ndarray) -> dict[str, str]:
+    """Prim path by id, as instance_segmentation has them."""
+    rows = frame.selection(predicate).rows
+    return {
+        str(id_): "UNLABELLED" if id_ == UNLABELLED else frame.entities.prim_paths[rows[id_ - FIRST_LABELLED]]
+        for id_ in ids.tolist()
+    }
+
+
+def _run_lengths(mask: np.ndarray) -> dict[str, list[int]]:
+    flat = mask.ravel(order="F")
+    edges = np.flatnonzero(np.diff(flat, prepend=False))
+    lengths = np.diff(edges, prepend=0, append=flat.size)
+    return {"size": list(mask.shape), "counts": (lengths if lengths[-1] else lengths[:-1]).tolist()}

@@ -1,0 +1,182 @@
+"""Boxes: 2D of visible pixels (tight) and of the whole outline (loose), 3D in the prim's own frame, and occlusion.
+
+Pixel indices are inclusive: x_min and x_max are the first and last column whose pixel centre is covered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
+from usdsdg.annotators.colors import FIRST_LABELLED
+from usdsdg.annotators.frame import PIXELS, X_MIN, Frame
+from usdsdg.annotators.kinds.segmentation import unique_labels
+
+Params = Mapping[str, Any]
+
+BOX_2D = np.dtype(
+    [
+        ("semanticId", "<u4"),
+        ("x_min", "<i4"),
+        ("y_min", "<i4"),
+        ("x_max", "<i4"),
+        ("y_max", "<i4"),
+        ("occlusionRatio", "<f4"),
+    ]
+)
+BOX_3D = np.dtype(
+    [
+        ("semanticId", "<u4"),
+        ("x_min", "<f4"),
+        ("y_min", "<f4"),
+        ("z_min", "<f4"),
+        ("x_max", "<f4"),
+        ("y_max", "<f4"),
+        ("z_max", "<f4"),
+        ("transform", "<f4", (4, 4)),
+        ("occlusionRatio", "<f4"),
+    ]
+)
+OCCLUSION = np.dtype([("instanceId", "<u4"), ("semanticId", "<u4"), ("occlusionRatio", "<f4")])
+
+_NEEDS: Mapping[str, Any] = {"aovs": ["instance"], "needs_coverage": True, "params": LABEL_PARAMS}
+_CORNERS_2D = ("x_min", "y_min", "x_max", "y_max")
+
+
+@define("bounding_box_2d_tight", dtype=BOX_2D, **_NEEDS)
+def bounding_box_2d_tight(frame: Frame, params: Params) -> Annotation:
+    """Boxes of the visible pixels [pixels, inclusive]; what is fully hidden or out of view is left out.
+
+    Structured (N,): semanticId uint32 (from 0), x_min, y_min, x_max, y_max int32, occlusionRatio float32; info:
+    idToLabels, bboxIds uint32 (N,) and primPaths in the order of the rows. semanticTypes (list of types) or
+    semanticFilter (predicate) choose the labels that count.
+    """
+    return _tight(frame, params, str)
+
+
+@define("bounding_box_2d_tight_fast", dtype=BOX_2D, **_NEEDS)
+def bounding_box_2d_tight_fast(frame: Frame, params: Params) -> Annotation:
+    """As bounding_box_2d_tight; keys of idToLabels are integers."""
+    return _tight(frame, params, int)
+
+
+@define("bounding_box_2d_loose", dtype=BOX_2D, **_NEEDS)
+def bounding_box_2d_loose(frame: Frame, params: Params) -> Annotation:
+    """As bounding_box_2d_tight, of the pixels that each thing would cover alone; what is out of view is left out."""
+    return _loose(frame, params, str)
+
+
+@define("bounding_box_2d_loose_fast", dtype=BOX_2D, **_NEEDS)
+def bounding_box_2d_loose_fast(frame: Frame, params: Params) -> Annotation:
+    """As bounding_box_2d_loose; keys of idToLabels are integers."""
+    return _loose(frame, params, int)
+
+
+@define("bounding_box_3d", dtype=BOX_3D, **_NEEDS)
+def bounding_box_3d(frame: Frame, params: Params) -> Annotation:
+    """Boxes in each prim's own frame [stage units] with its local-to-world transform; only of what is in view.
+
+    Structured (N,): semanticId uint32 (from 0), x_min, y_min, z_min, x_max, y_max, z_max float32, transform float32
+    (4, 4) for row vectors, occlusionRatio float32; info and parameters as bounding_box_2d_tight.
+    """
+    return _boxes_3d(frame, params, str, everywhere=False)
+
+
+@define("bounding_box_3d_fast", dtype=BOX_3D, **_NEEDS)
+def bounding_box_3d_fast(frame: Frame, params: Params) -> Annotation:
+    """As bounding_box_3d; keys of idToLabels are integers."""
+    return _boxes_3d(frame, params, int, everywhere=False)
+
+
+@define("bounding_box_3d_360", dtype=BOX_3D, **_NEEDS)
+def bounding_box_3d_360(frame: Frame, params: Params) -> Annotation:
+    """As bounding_box_3d, of everything on the stage; occlusionRatio is nan out of view."""
+    return _boxes_3d(frame, params, str, everywhere=True)
+
+
+@define("occlusion", dtype=OCCLUSION, **_NEEDS)
+def occlusion(frame: Frame, params: Params) -> Annotation:
+    """Ids and the hidden share of everything in view.
+
+    Structured (N,): instanceId and semanticId uint32, those of the segmentations, and occlusionRatio float32 from 0
+    (all visible) to 1.
+    """
+    listed = np.flatnonzero(_alone(frame, params) > 0)
+    selection = frame.selection(predicate_of(params))
+    _, id_of_member = unique_labels(selection.labels)
+    rows = np.zeros(len(listed), OCCLUSION)
+    rows["instanceId"] = listed + FIRST_LABELLED
+    rows["semanticId"] = id_of_member[listed] + FIRST_LABELLED
+    rows["occlusionRatio"] = frame.occlusion(predicate_of(params))[listed]
+    return Annotation(rows)
+
+
+def _tight(frame: Frame, params: Params, key: Callable) -> Annotation:
+    predicate = predicate_of(params)
+    listed = np.flatnonzero(frame.visible_pixels(predicate) > 0)
+    count = len(frame.selection(predicate))
+    corners = frame.derive(("corners", predicate), lambda: pixel_boxes(frame.members(predicate), count))
+    return _boxes_2d(frame, params, key, listed, corners)
+
+
+def _loose(frame: Frame, params: Params, key: Callable) -> Annotation:
+    corners = frame.coverage[frame.selection(predicate_of(params)).rows, X_MIN:]
+    return _boxes_2d(frame, params, key, np.flatnonzero(_alone(frame, params) > 0), corners)
+
+
+def _boxes_2d(frame: Frame, params: Params, key: Callable, listed: np.ndarray, corners: np.ndarray) -> Annotation:
+    rows = np.zeros(len(listed), BOX_2D)
+    for column, name in enumerate(_CORNERS_2D):
+        rows[name] = corners[listed, column]
+    return _described(frame, params, key, listed, rows)
+
+
+def _boxes_3d(frame: Frame, params: Params, key: Callable, *, everywhere: bool) -> Annotation:
+    entities, selection = frame.entities, frame.selection(predicate_of(params))
+    listed = np.arange(len(selection)) if everywhere else np.flatnonzero(_alone(frame, params) > 0)
+    bounds = entities.bounds[selection.rows[listed]]
+    rows = np.zeros(len(listed), BOX_3D)
+    for axis, name in enumerate("xyz"):
+        rows[f"{name}_min"], rows[f"{name}_max"] = bounds[:, 0, axis], bounds[:, 1, axis]
+    rows["transform"] = entities.local_to_world[selection.rows[listed]]
+    return _described(frame, params, key, listed, rows)
+
+
+def _described(frame: Frame, params: Params, key: Callable, listed: np.ndarray, rows: np.ndarray) -> Annotation:
+    """`rows` of the selected entities `listed`, with their ids and the tables about them."""
+    predicate = predicate_of(params)
+    selection = frame.selection(predicate)
+    labels, id_of_member = unique_labels(selection.labels)
+    rows["semanticId"] = id_of_member[listed]
+    rows["occlusionRatio"] = frame.occlusion(predicate)[listed]
+    info = {
+        "idToLabels": {key(i): labels[i] for i in np.unique(rows["semanticId"]).tolist()},
+        "bboxIds": (listed + FIRST_LABELLED).astype(np.uint32),
+        "primPaths": [frame.entities.prim_paths[row] for row in selection.rows[listed]],
+    }
+    return Annotation(rows, info)
+
+
+def _alone(frame: Frame, params: Params) -> np.ndarray:
+    """(K,) pixels that each selected entity would cover alone."""
+    return frame.coverage[frame.selection(predicate_of(params)).rows, PIXELS]
+
+
+def pixel_boxes(members: np.ndarray, count: int) -> np.ndarray:
+    """(count, 4) inclusive x_min, y_min, x_max, y_max of the pixels of each value 0..count-1; -1 for absent ones."""
+    height, width = members.shape
+    # Which value is in which row and column; values are shifted by one, so that -1 (nothing) has a place too.
+    in_row, in_column = np.zeros((height, count + 1), bool), np.zeros((width, count + 1), bool)
+    y, x = np.nonzero(members >= 0)
+    value = members[y, x] + 1
+    in_row[y, value] = True
+    in_column[x, value] = True
+    boxes = np.full((count, 4), -1, np.int64)
+    seen = in_row.any(axis=0)[1:]
+    columns, rows = in_column[:, 1:][:, seen], in_row[:, 1:][:, seen]
+    boxes[seen, 0], boxes[seen, 2] = columns.argmax(axis=0), width - 1 - columns[::-1].argmax(axis=0)
+    boxes[seen, 1], boxes[seen, 3] = rows.argmax(axis=0), height - 1 - rows[::-1].argmax(axis=0)
+    return boxes

@@ -1,0 +1,83 @@
+"""Camera parameters and time: annotators of numbers instead of pixels."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from usdsdg.annotators.base import Annotation, define
+from usdsdg.annotators.frame import Frame
+from usdsdg.stage.cameras.camera_view import LINEAR_PROJECTIONS, CameraView
+from usdsdg.stage.cameras.lens_attributes import EYE_DISTANCE, LEFT_EYE, TEXTURES
+
+
+@define("camera_params", "CameraParams")
+def camera_params(frame: Frame, params: Mapping[str, Any]) -> Annotation:
+    """Everything of the camera as Replicator names it, a dict; matrices are float64 (16,), row by row, for row vectors.
+
+    cameraViewTransform maps from the world to the camera; lengths are in the units of the prim's attributes.
+
+    The projection maps to clip space with reversed Z: depth 1 on the near plane, 0 on the far one. For lenses that no
+    matrix describes it is that of the pinhole with the same focal length, as in Replicator. Lens distortion schemas are
+    told under the names of the older attributes. interpupillaryDistance [cm] and isLeftEye are there for
+    omniDirectionalStereo, the paths of the two textures for generalizedProjection.
+    """
+    return Annotation(None, read_params(frame.camera))
+
+
+@define("ReferenceTime")
+def reference_time(frame: Frame, params: Mapping[str, Any]) -> Annotation:
+    """Time of the frame [s] as the integers referenceTimeNumerator and referenceTimeDenominator."""
+    numerator, denominator = frame.reference_time
+    return Annotation(None, {"referenceTimeNumerator": int(numerator), "referenceTimeDenominator": int(denominator)})
+
+
+def read_params(view: CameraView) -> dict[str, Any]:
+    """The payload of camera_params for `view`."""
+    lens = view.lens_parameters
+    numbers = {
+        "cameraAperture": _floats(view.horizontal_aperture, view.vertical_aperture),
+        "cameraApertureOffset": _floats(view.horizontal_aperture_offset, view.vertical_aperture_offset),
+        "cameraFisheyeLensP": _floats(*lens.tangential),
+        "cameraFisheyeLensS": _floats(*lens.thin_prism),
+        "cameraFisheyeMaxFOV": float(lens.max_fov),
+        "cameraFisheyeNominalHeight": float(lens.nominal_size[1]),
+        "cameraFisheyeNominalWidth": float(lens.nominal_size[0]),
+        "cameraFisheyeOpticalCentre": _floats(*lens.centre),
+        "cameraFisheyePolynomial": _floats(*lens.polynomial),
+        "cameraFocalLength": float(view.focal_length),
+        "cameraFocusDistance": float(view.focus_distance),
+        "cameraFStop": float(view.f_stop),
+        "cameraModel": view.projection_type,
+        "cameraNearFar": _floats(*view.clipping_range),
+        "cameraOpenCVFx": float(lens.focal[0]),
+        "cameraOpenCVFy": float(lens.focal[1]),
+        "cameraProjection": _pinhole(view).projection_matrix.reshape(16),
+        "cameraViewTransform": np.asarray(view.world_to_camera, np.float64).reshape(16),
+        "metersPerSceneUnit": float(view.meters_per_unit),
+        "renderProductResolution": np.array([view.width, view.height], np.int32),
+    }
+    return dict(sorted((numbers | _own(view)).items()))
+
+
+def _own(view: CameraView) -> dict[str, Any]:
+    """What only one projection has, under the names of the attributes."""
+    lens = view.lens_parameters
+    if view.projection_type == "omniDirectionalStereo":
+        return {EYE_DISTANCE: lens.eye_distance * 100, LEFT_EYE: lens.left_eye}
+    if view.projection_type == "generalizedProjection":
+        return dict(zip(TEXTURES, (lens.direction_texture, lens.position_texture), strict=True))
+    return {}
+
+
+def _pinhole(view: CameraView) -> CameraView:
+    if view.projection_type in LINEAR_PROJECTIONS:
+        return view
+    return dataclasses.replace(view, projection_type="pinhole")
+
+
+def _floats(*values: float) -> np.ndarray:
+    return np.array(values, np.float32)

@@ -1,0 +1,67 @@
+"""Where the pixels of one camera are in the picture of another: stereo pairs and their like."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from usdsdg.annotators.base import Annotation, define
+from usdsdg.annotators.frame import Frame
+from usdsdg.errors import AnnotatorError
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.cameras.camera_view import CameraView, read_camera
+from usdsdg.stage.cameras.render_products import products
+
+_REFERENCE = "crossCameraReferenceName"
+
+
+@define("cross_correspondence", "CrossCorrespondence", aovs=["instance", "position"], dtype=np.float32)
+def cross_correspondence(frame: Frame, params: Mapping[str, Any]) -> Annotation:
+    """Shift of each pixel from this picture to that of the reference camera, float32 (H, W, 4): dx, dy, z, w.
+
+    dx, dy: place in the reference picture minus place here, as shares of its width and height. z: 1 where the point is
+    outside the reference picture, else 0. w: 0, as nothing tells whether something else hides the point there. All four
+    are -1 where nothing is hit.
+
+    The reference is the camera whose name (or whose parent's) is the camera's attribute `crossCameraReferenceName`; it
+    has a render product of its own.
+
+    Raises:
+        AnnotatorError: the attribute is not set, or no render product has such a camera.
+        Unsupported: there is no formula for the lens of the reference camera.
+    """
+    reference = _reference_of(frame.camera)
+    seen = frame.aov("instance") >= 0
+    rows, columns = np.nonzero(seen)
+    pixels, depths = reference.project(frame.aov("position")[seen])
+    size = np.array([reference.width, reference.height])
+    with np.errstate(invalid="ignore"):
+        inside = ((pixels >= 0) & (pixels < size)).all(axis=1)
+    if reference.lens is None:
+        inside &= depths > 0
+    shift = (pixels - np.stack([columns + 0.5, rows + 0.5], axis=-1)) / size
+    out = np.full((*seen.shape, 4), -1, np.float32)
+    out[seen, :2] = np.nan_to_num(shift, nan=-1.0)
+    out[seen, 2] = ~inside
+    out[seen, 3] = 0
+    return Annotation(out)
+
+
+def _reference_of(camera: CameraView) -> CameraView:
+    name = camera.attributes.get(_REFERENCE)
+    others = [product for product in products() if product.camera_path != camera.prim_path]
+    if not name:
+        raise AnnotatorError(
+            f"{camera.prim_path} has no {_REFERENCE}, which says which camera its pixels are looked up in; set it to "
+            "the name of a camera that has a render product."
+        )
+    for product in others:
+        if name in product.camera_path.split("/")[-2:]:
+            return read_camera(current_stage(), product.camera_path, product.resolution)
+    known = ", ".join(product.camera_path for product in others) or "none"
+    raise AnnotatorError(
+        f"{camera.prim_path}: {_REFERENCE} is {name!r}, and no render product has a camera of that name; others have: "
+        f"{known}."
+    )

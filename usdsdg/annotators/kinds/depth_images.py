@@ -1,0 +1,60 @@
+"""Pictures that show what a depth sensor sees: the modes of `rgbDepthOutputMode`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.kinds import stereo
+from usdsdg.annotators.kinds.depth_sensor import measurement, parameter, read_depth_sensor
+from usdsdg.annotators.kinds.stereo import DepthSensor
+
+# From near to far: blue, cyan, green, yellow, red.
+_RAINBOW = np.array([[0, 0, 255], [0, 255, 255], [0, 255, 0], [255, 255, 0], [255, 0, 0]], np.float64)
+
+
+def picture(frame: Frame) -> np.ndarray:
+    """uint8 (H, W, 4); see `depth_sensor_visualization` for the modes."""
+    mode = int(parameter(frame, "rgbDepthOutputMode"))
+    sensor, measured = read_depth_sensor(frame), measurement(frame)
+    exact = frame.aov("distance_to_image_plane")
+    if mode == 0:
+        return frame.aov("LdrColor")
+    if mode == 1:
+        return _grey(measured.distance % 1, measured.measured)
+    if mode == 2:
+        return _grey(_share(sensor, measured.distance), measured.measured)
+    if mode == 3:
+        return _rainbow(_share(sensor, measured.distance), measured.measured)
+    if mode == 4:
+        return _grey(_share(sensor, exact), np.isfinite(exact))
+    if mode == 5:
+        raw = measurement(frame, outliers=True)
+        return _grey(_share(sensor, raw.distance), raw.measured)
+    share = measured.disparity * sensor.sensor_size_pixel / exact.shape[1] / sensor.max_disparity_pixel
+    if mode == 7:
+        return _grey(share, np.isfinite(exact))
+    confidence = stereo.confidence(sensor, stereo.luminance(frame.aov("LdrColor")))
+    return _opaque(np.stack([confidence, np.where(np.isfinite(exact), share, 0), np.zeros_like(share)], -1))
+
+
+def _share(sensor: DepthSensor, distance: np.ndarray) -> np.ndarray:
+    """0 at the least distance and 1 at the largest."""
+    return (distance - sensor.min_distance) / max(sensor.max_distance - sensor.min_distance, 1e-9)
+
+
+def _grey(values: np.ndarray, shown: np.ndarray) -> np.ndarray:
+    return _opaque(np.repeat(np.where(shown, values, 0)[..., None], 3, axis=2))
+
+
+def _rainbow(values: np.ndarray, shown: np.ndarray) -> np.ndarray:
+    stops = np.linspace(0, 1, len(_RAINBOW))
+    colors = np.stack([np.interp(values, stops, _RAINBOW[:, channel]) for channel in range(3)], -1) / 255
+    return _opaque(np.where(shown[..., None], colors, 0))
+
+
+def _opaque(colors: np.ndarray) -> np.ndarray:
+    """(H, W, 3) from 0 to 1, as bytes with alpha."""
+    out = np.full((*colors.shape[:2], 4), 255, np.uint8)
+    out[..., :3] = np.clip(colors, 0, 1) * 255 + 0.5
+    return out

@@ -1,0 +1,107 @@
+"""The depth sensor of a frame: its parameters and what it measures.
+
+The parameters are the attributes `omni:rtx:post:depthSensor:...` of the render product (schema
+`OmniSensorDepthSensorSingleViewAPI`); one that is not authored is the setting `/rtx/post/depthSensor/...`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+from pxr import Usd
+
+from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.kinds import stereo
+from usdsdg.annotators.kinds.stereo import DepthSensor, Measurement
+from usdsdg.errors import AnnotatorError, Unsupported, warn_once
+from usdsdg.graph.sampling import generator, get_global_seed
+from usdsdg.session.stage_context import current_stage
+from usdsdg.settings import DEFAULTS, get_settings
+
+ATTRIBUTES, SETTINGS = "omni:rtx:post:depthSensor:", "/rtx/post/depthSensor/"
+MODES = range(8)
+
+
+def measurement(frame: Frame, *, outliers: bool | None = None) -> Measurement:
+    """What the frame's depth sensor measures, once per frame. `outliers`: whether those are kept; None: as authored."""
+    sensor = read_depth_sensor(frame)
+    if outliers is not None:
+        sensor = dataclasses.replace(sensor, outlier_removal_enabled=not outliers)
+    return frame.derive(("depth sensor", sensor.outlier_removal_enabled), lambda: _measure(frame, sensor))
+
+
+def _measure(frame: Frame, sensor: DepthSensor) -> Measurement:
+    if frame.camera.projection_type == "orthographic":
+        raise Unsupported(
+            f"{frame.camera.prim_path} is orthographic: parallel rays have no disparity. Use a perspective camera."
+        )
+    confident = stereo.is_confident(sensor, stereo.luminance(frame.aov("LdrColor")))
+    if not _is_enabled(frame):
+        confident[:] = False
+    rng = generator(get_global_seed(), "depth_sensor_noise", frame.index, frame.render_product)
+    return stereo.measure(sensor, frame.aov("distance_to_image_plane"), confident, rng)
+
+
+def read_depth_sensor(frame: Frame) -> DepthSensor:
+    """The parameters of the frame's render product.
+
+    Raises:
+        AnnotatorError: one has a value that no sensor has.
+    """
+    sensor = DepthSensor(
+        baseline_mm=parameter(frame, "baselineMM"),
+        focal_length_pixel=parameter(frame, "focalLengthPixel"),
+        sensor_size_pixel=parameter(frame, "sensorSizePixel"),
+        max_disparity_pixel=parameter(frame, "maxDisparityPixel"),
+        confidence_threshold=parameter(frame, "confidenceThreshold"),
+        noise_mean=parameter(frame, "noiseMean"),
+        noise_sigma=parameter(frame, "noiseSigma"),
+        noise_downscale_factor_pixel=parameter(frame, "noiseDownscaleFactorPixel"),
+        outlier_removal_enabled=bool(parameter(frame, "outlierRemovalEnabled")),
+        min_distance=parameter(frame, "minDistance"),
+        max_distance=parameter(frame, "maxDistance"),
+    )
+    faults = {
+        "baselineMM": (sensor.baseline_mm == 0, "other than 0: two imagers in one place see no depth"),
+        "focalLengthPixel": (not sensor.focal_length_pixel > 0, "above 0"),
+        "sensorSizePixel": (not sensor.sensor_size_pixel > 0, "above 0"),
+        "noiseDownscaleFactorPixel": (not sensor.noise_downscale_factor_pixel >= 1, "of at least 1"),
+        "rgbDepthOutputMode": (parameter(frame, "rgbDepthOutputMode") not in MODES, "from 0 to 7"),
+    }
+    for name, (wrong, expected) in faults.items():
+        if wrong:
+            value = parameter(frame, name)
+            raise AnnotatorError(
+                f"{frame.render_product}: {ATTRIBUTES}{name} is {value:g}; expected a number {expected}."
+            )
+    return sensor
+
+
+def parameter(frame: Frame, name: str) -> float:
+    """The authored attribute, or the setting, or its default."""
+    authored = _authored(frame, name)
+    if authored is None:
+        authored = get_settings().get(SETTINGS + name)
+    return float(DEFAULTS[SETTINGS + name] if authored is None else authored)
+
+
+def _authored(frame: Frame, name: str) -> Any:
+    stage = current_stage()
+    product = stage.GetPrimAtPath(frame.render_product)
+    attribute = product.GetAttribute(ATTRIBUTES + name) if product else None
+    if not attribute or not attribute.HasAuthoredValue():
+        return None
+    seconds = frame.reference_time[0] / frame.reference_time[1]
+    return attribute.Get(Usd.TimeCode(seconds * stage.GetTimeCodesPerSecond()))
+
+
+def _is_enabled(frame: Frame) -> bool:
+    """An annotator switches the sensor on; only an attribute that says so switches it off."""
+    enabled = _authored(frame, "enabled") is not False
+    if not enabled:
+        warn_once(
+            f"{frame.render_product}: the depth sensor measures nothing, as {ATTRIBUTES}enabled is false. Set it to "
+            "true."
+        )
+    return enabled

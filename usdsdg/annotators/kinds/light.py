@@ -1,0 +1,87 @@
+"""Annotators of the light in a picture by where it came from, and of how open to light surfaces are.
+
+The parts are those of the path tracer in either render mode (see `PathSettings.parts`), before any denoising. Together
+with what surfaces give off themselves (PtSelfIllumination) and the background (PtBackground) they make up HdrColor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from usdsdg.annotators.base import Annotation, define
+from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.kinds.image import four_channels, half
+
+Params = Mapping[str, Any]
+
+
+@define("DirectDiffuse", aovs=["direct_diffuse"], needs_picture=True, dtype=np.float16)
+def direct_diffuse(frame: Frame, params: Params) -> Annotation:
+    """Light that comes straight from lights or the sky and is scattered [nits], float16 (H, W, 4); the fourth is 1."""
+    return Annotation(half(frame.aov("direct_diffuse")))
+
+
+@define("DirectSpecular", aovs=["direct_specular"], needs_picture=True, dtype=np.float16)
+def direct_specular(frame: Frame, params: Params) -> Annotation:
+    """Light that comes straight from lights or the sky and is mirrored [nits], float16 (H, W, 4); the fourth is 1."""
+    return Annotation(half(frame.aov("direct_specular")))
+
+
+@define("PtDirectIllumation", aovs=["direct_diffuse", "direct_specular"], needs_picture=True, dtype=np.float16)
+def direct_illumination(frame: Frame, params: Params) -> Annotation:
+    """DirectDiffuse and DirectSpecular together [nits], float16 (H, W, 4); the fourth channel is 1.
+
+    The name is Replicator's.
+    """
+    return Annotation(half(frame.aov("direct_diffuse") + frame.aov("direct_specular")))
+
+
+@define("IndirectDiffuse", "PtGlobalIllumination", aovs=["indirect_diffuse"], needs_picture=True, dtype=np.float16)
+def indirect_diffuse(frame: Frame, params: Params) -> Annotation:
+    """Light that comes from other surfaces and is scattered [nits], float16 (H, W, 4); the fourth channel is 1."""
+    return Annotation(half(frame.aov("indirect_diffuse")))
+
+
+@define("PtReflections", aovs=["reflections"], needs_picture=True, dtype=np.float16)
+def reflections(frame: Frame, params: Params) -> Annotation:
+    """Light that comes from other surfaces and is mirrored [nits], float16 (H, W, 4); the fourth channel is 1."""
+    return Annotation(half(frame.aov("reflections")))
+
+
+@define("Reflections", aovs=["reflections"], needs_picture=True, dtype=np.float32)
+def reflections_of_real_time(frame: Frame, params: Params) -> Annotation:
+    """PtReflections as float32 (H, W, 4)."""
+    return Annotation(four_channels(frame.aov("reflections"), 1.0))
+
+
+@define("PtRefractions", aovs=["refractions"], needs_picture=True, dtype=np.float16)
+def refractions(frame: Frame, params: Params) -> Annotation:
+    """Light that comes through glass [nits], float16 (H, W, 4); the fourth channel is 1."""
+    return Annotation(half(frame.aov("refractions")))
+
+
+@define("PtRefractionFilter", aovs=["transmission"], dtype=np.float16)
+def refraction_filter(frame: Frame, params: Params) -> Annotation:
+    """Share of light that glass lets through, linear, float16 (H, W, 4): 0 for all else; the fourth channel is 1."""
+    return Annotation(half(frame.aov("transmission")))
+
+
+@define("PtVolumes", aovs=["instance"], dtype=np.float16)
+def volumes(frame: Frame, params: Params) -> Annotation:
+    """Light of smoke and fog, float16 (H, W, 4): 0, and 1 in the fourth channel.
+
+    Volumes of a stage are not drawn, and each is named in a warning when the stage is read.
+    """
+    return Annotation(half(np.zeros((*frame.shape, 3), np.float32)))
+
+
+@define("AmbientOcclusion", aovs=["ambient_occlusion"], dtype=np.float16)
+def ambient_occlusion(frame: Frame, params: Params) -> Annotation:
+    """How open a surface is within 0.35 m: 1 = to the whole hemisphere, by cosine; float16 (H, W, 4).
+
+    The same in all three colours; 1 where nothing is hit, and in the fourth channel.
+    """
+    return Annotation(half(np.repeat(frame.aov("ambient_occlusion")[..., None], 3, axis=2)))

@@ -1,0 +1,67 @@
+"""The points that the camera sees, with colour, normal and ids."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
+from usdsdg.annotators.colors import FIRST_LABELLED, UNLABELLED
+from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.kinds.segmentation import unique_labels
+
+
+@define(
+    "DistanceToImagePlaneSDIsaacConvertDepthToPointCloud",
+    aovs=["distance_to_image_plane", "distance_to_camera"],
+    dtype=np.float32,
+)
+def depth_to_pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
+    """One point per pixel, row by row: float32 (H * W, 3) in the camera's optical frame [m]: x right, y down, z ahead.
+
+    All three are +inf where nothing is hit. A fisheye sees points with z < 0.
+    """
+    camera, depth = frame.camera, frame.aov("distance_to_image_plane").astype(np.float64)
+    seen = np.isfinite(depth)
+    rows, columns = np.nonzero(seen)
+    origins, directions = camera.rays(np.stack([columns, rows], axis=-1) + 0.5)
+    if camera.lens is None:
+        along = depth[seen] / -directions[:, 2]
+    else:
+        # Rays that go sideways have no depth to tell their length.
+        along = frame.aov("distance_to_camera")[seen].astype(np.float64)
+    points = np.full((*depth.shape, 3), np.inf, np.float32)
+    points[seen] = (origins * camera.meters_per_unit + along[:, None] * directions) * (1.0, -1.0, -1.0)
+    return Annotation(points.reshape(-1, 3))
+
+
+@define(
+    "pointcloud",
+    aovs=["position", "normals", "instance"],
+    needs_picture=True,
+    params={**LABEL_PARAMS, "includeUnlabelled": False},
+    dtype=np.float32,
+)
+def pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
+    """One point per pixel that shows something, row by row: float32 (N, 3) in the world [stage units].
+
+    info: pointRgb uint8 and pointNormals float32 (N * 4 each, flat), pointSemantic and pointInstance uint32 (N).
+    includeUnlabelled: keep points of gprims without a selected label too.
+    """
+    predicate = predicate_of(params)
+    members, instance = frame.members(predicate), frame.aov("instance")
+    kept = instance >= 0 if params["includeUnlabelled"] else members >= 0
+    member = members[kept]
+    _, id_of_member = unique_labels(frame.selection(predicate).labels)
+    normals = np.ones((len(member), 4), np.float32)
+    normals[:, :3] = frame.aov("normals")[kept]
+    info = {
+        "pointRgb": frame.aov("LdrColor")[kept].reshape(-1),
+        "pointNormals": normals.reshape(-1),
+        # Member -1, an unlabelled point, looks up the appended entry.
+        "pointSemantic": np.append(id_of_member + FIRST_LABELLED, UNLABELLED)[member].astype(np.uint32),
+        "pointInstance": np.where(member >= 0, member + FIRST_LABELLED, UNLABELLED).astype(np.uint32),
+    }
+    return Annotation(frame.aov("position")[kept].astype(np.float32), info)

@@ -1,0 +1,65 @@
+"""Segmentation lit by one light: the shape of things stays visible in their colours."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define
+from usdsdg.annotators.colors import BACKGROUND, pastels_of_ids
+from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.kinds import segmentation
+
+Params = Mapping[str, Any]
+
+_SHADED: Params = {"useCandyColours": True, "lightSource": (1.0, 1.0, 1.0), "mapping": None}
+# A side that faces away from the light keeps this share of its colour.
+_DARKEST = 0.5
+
+
+@define(
+    "shaded_semantic_segmentation", aovs=["instance", "normals"], params={**LABEL_PARAMS, **_SHADED}, dtype=np.uint8
+)
+def shaded_semantic_segmentation(frame: Frame, params: Params) -> Annotation:
+    """semantic_segmentation, shaded: uint8 (H, W, 3), black where nothing is hit.
+
+    useCandyColours: pastel colours; False gives those of colorize, with `mapping`.
+    lightSource: where the light comes from, a direction in the world.
+    """
+    return _shaded(segmentation.semantic_segmentation, frame, params)
+
+
+@define(
+    "shaded_instance_segmentation", aovs=["instance", "normals"], params={**LABEL_PARAMS, **_SHADED}, dtype=np.uint8
+)
+def shaded_instance_segmentation(frame: Frame, params: Params) -> Annotation:
+    """instance_segmentation, shaded: uint8 (H, W, 3); parameters as shaded_semantic_segmentation."""
+    return _shaded(segmentation.instance_segmentation, frame, params)
+
+
+@define(
+    "shaded_instance_id_segmentation", aovs=["instance", "normals"], params={**LABEL_PARAMS, **_SHADED}, dtype=np.uint8
+)
+def shaded_instance_id_segmentation(frame: Frame, params: Params) -> Annotation:
+    """instance_id_segmentation, shaded: uint8 (H, W, 3); parameters as shaded_semantic_segmentation."""
+    return _shaded(segmentation.instance_id_segmentation, frame, params)
+
+
+def _shaded(segment: Callable[[Frame, Params], Annotation], frame: Frame, params: Params) -> Annotation:
+    if params["useCandyColours"]:
+        ids = segment(frame, {**params, "colorize": False}).data
+        assert ids is not None
+        present, places = np.unique(ids, return_inverse=True)
+        colors = pastels_of_ids(present)
+        colors[present == BACKGROUND] = 0
+        colors = colors[places.reshape(ids.shape)]
+    else:
+        image = segment(frame, {**params, "colorize": True}).data
+        assert image is not None
+        colors = image[..., :3].astype(np.float32)
+    light = np.asarray(params["lightSource"], np.float32)
+    cosine = frame.aov("normals") @ (light / max(float(np.linalg.norm(light)), 1e-12))
+    shade = np.clip(_DARKEST + (1 - _DARKEST) * (cosine + 1) / 2, 0, 1)
+    return Annotation((colors * shade[..., None]).astype(np.uint8))

@@ -1,0 +1,192 @@
+"""Joints of UsdSkel characters: where they are, at rest and now, in the world and in the picture."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
+
+from usdsdg.annotators.base import Annotation, define
+from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.point_instances import prim_path
+from usdsdg.errors import warn_once
+from usdsdg.session.stage_context import current_stage
+
+OUT_OF_VIEW = "OUT_OF_VIEW"
+_NOTHING = "None"  # what Replicator writes where there is nothing to say
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """The joints of one skeleton at one moment; J joints, rotations as (w, x, y, z)."""
+
+    prim: Usd.Prim
+    root: Sdf.Path  # of the character: its SkelRoot, or the skeleton
+    joints: tuple[str, ...]
+    parents: np.ndarray  # (J,) int32, -1 for roots
+    rest_local: np.ndarray  # (J, 4, 4)
+    rest_world: np.ndarray
+    local: np.ndarray
+    world: np.ndarray
+
+
+@define("skeleton_data", aovs=["instance"], params={"useSkelJoints": False})
+def skeleton_data(frame: Frame, params: Mapping[str, Any]) -> Annotation:
+    """Joints of every visible skeleton on the stage, one skeleton after the other in flat arrays.
+
+    Joints move with the UsdSkel animation; the renderer draws skinned meshes as authored. N joints in all, S skeletons:
+
+    - numSkeletons; skelName, skelPath, assetPath, animationVariant: lists of S texts ("None" where there is none).
+    - skeletonParents (N) int32: place among the skeleton's own joints, -1 for roots.
+    - restGlobalTranslations, globalTranslations (N, 3) float32 in the world, restLocalTranslations (N, 3) float32 in
+      the parent joint [stage units]; restLocalRotations, localRotations (N, 4) float32, (w, x, y, z).
+    - translations2d (N, 2) float32: column and row in pixels, nan behind the camera.
+    - jointOcclusions (N) bool: the pixel of the joint shows something else than the character.
+    - `...Sizes` (S) int32 beside each of these and beside occlusionTypes: joints per skeleton.
+    - skeletonJoints, occlusionTypes: S texts, each a printed list with one entry per joint: its path; what is seen
+      instead of it (a label, "BACKGROUND", "UNLABELLED", "OUT_OF_VIEW", or "None").
+    - inView (S) bool: all joints are in the picture.
+    - skeletonData: the same as JSON, in Replicator's older form.
+
+    useSkelJoints: ignored with a warning; joints come from the animation.
+    """
+    if params["useSkelJoints"]:
+        warn_once("skeleton_data: useSkelJoints is ignored; joints are those of the UsdSkel animation.")
+    stage = current_stage()
+    numerator, denominator = frame.reference_time
+    code = Usd.TimeCode(numerator / denominator * stage.GetTimeCodesPerSecond())
+    told = [_told(frame, skeleton) for skeleton in skeletons(stage, code)]
+    info: dict[str, Any] = {
+        "numSkeletons": len(told),
+        "skelName": [each["skel_name"] for each in told],
+        "skelPath": [each["skel_path"] for each in told],
+        "assetPath": [each["asset_path"] or _NOTHING for each in told],
+        "animationVariant": [each["animation_variant"] or _NOTHING for each in told],
+        "skeletonJoints": [str(each["skeleton_joints"]) for each in told],
+        "occlusionTypes": [str(each["occlusion_types"]) for each in told],
+        "inView": np.array([each["in_view"] for each in told], bool),
+        "skeletonData": json.dumps(told),
+    }
+    for name, key, dtype, shape in _ARRAYS:
+        info[name] = np.array([row for each in told for row in each[key]], dtype).reshape(-1, *shape)
+        info[f"{name}Sizes"] = np.array([len(each[key]) for each in told], np.int32)
+    info["occlusionTypesSizes"] = info["jointOcclusionsSizes"]
+    return Annotation(None, dict(sorted(info.items())))
+
+
+# Name in the payload, key of the older form, number type, shape of one row.
+_ARRAYS: Sequence[tuple[str, str, Any, tuple[int, ...]]] = (
+    ("skeletonParents", "skeleton_parents", np.int32, ()),
+    ("restGlobalTranslations", "rest_global_translations", np.float32, (3,)),
+    ("restLocalTranslations", "rest_local_translations", np.float32, (3,)),
+    ("restLocalRotations", "rest_local_rotations", np.float32, (4,)),
+    ("globalTranslations", "global_translations", np.float32, (3,)),
+    ("localRotations", "local_rotations", np.float32, (4,)),
+    ("translations2d", "translations_2d", np.float32, (2,)),
+    ("jointOcclusions", "joint_occlusions", bool, ()),
+)
+
+
+def skeletons(stage: Usd.Stage, code: Usd.TimeCode) -> Iterator[Skeleton]:
+    """The visible skeletons of the stage with joints, in stage order."""
+    cache, xforms = UsdSkel.Cache(), UsdGeom.XformCache(code)
+    for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
+        if not prim.IsA(UsdSkel.Skeleton) or UsdGeom.Imageable(prim).ComputeVisibility(code) == "invisible":
+            continue
+        root = UsdSkel.Root.Find(prim)
+        if root:
+            cache.Populate(root, Usd.TraverseInstanceProxies())
+        query = cache.GetSkelQuery(UsdSkel.Skeleton(prim))
+        if not query or not len(query.GetJointOrder()):
+            continue
+        joints = tuple(str(joint) for joint in query.GetJointOrder())
+        parents = np.array(query.GetTopology().GetParentIndices(), np.int32)
+        to_world = np.array(xforms.GetLocalToWorldTransform(prim))
+        at_rest = _matrices(query.ComputeJointLocalTransforms(code, True), len(joints))
+        now = _matrices(query.ComputeJointLocalTransforms(code), len(joints))
+        yield Skeleton(
+            prim, root.GetPath() if root else prim.GetPath(), joints, parents,
+            at_rest, _chained(at_rest, parents, to_world), now, _chained(now, parents, to_world),
+        )  # fmt: skip
+
+
+def _matrices(transforms: Any, count: int) -> np.ndarray:
+    found = np.array(transforms, np.float64) if transforms else np.zeros(0)
+    return found.reshape(-1, 4, 4) if found.size == count * 16 else np.broadcast_to(np.eye(4), (count, 4, 4))
+
+
+def _chained(local: np.ndarray, parents: np.ndarray, to_world: np.ndarray) -> np.ndarray:
+    """(J, 4, 4) joint to world. Parents stand before their children, as UsdSkel wants it."""
+    world = np.empty_like(local)
+    for joint, parent in enumerate(parents):
+        world[joint] = local[joint] @ (world[parent] if parent >= 0 else to_world)
+    return world
+
+
+def _told(frame: Frame, skeleton: Skeleton) -> dict[str, Any]:
+    """One skeleton in Replicator's older form."""
+    points = skeleton.world[:, 3, :3]
+    pixels, _ = frame.camera.project(points)
+    size = (frame.camera.width, frame.camera.height)
+    with np.errstate(invalid="ignore"):
+        inside = ((pixels >= 0) & (pixels < size)).all(axis=1)
+    seen = [_seen(frame, skeleton, pixel) if shown else OUT_OF_VIEW for pixel, shown in zip(pixels, inside)]
+    return {
+        "skel_name": skeleton.prim.GetName(),
+        "skel_path": str(skeleton.prim.GetPath()),
+        "asset_path": _asset_of(skeleton.prim),
+        "animation_variant": _variant_of(skeleton.prim),
+        "skeleton_parents": skeleton.parents.tolist(),
+        "rest_global_translations": skeleton.rest_world[:, 3, :3].tolist(),
+        "rest_local_translations": skeleton.rest_local[:, 3, :3].tolist(),
+        "rest_local_rotations": [_quaternion(matrix) for matrix in skeleton.rest_local],
+        "global_translations": points.tolist(),
+        "local_rotations": [_quaternion(matrix) for matrix in skeleton.local],
+        # JSON has no nan.
+        "translations_2d": [pixel.tolist() if np.isfinite(pixel).all() else [None, None] for pixel in pixels],
+        "skeleton_joints": list(skeleton.joints),
+        "joint_occlusions": [what != _NOTHING for what in seen],
+        "occlusion_types": seen,
+        "in_view": bool(inside.all()),
+    }
+
+
+def _seen(frame: Frame, skeleton: Skeleton, pixel: np.ndarray) -> str:
+    """What hides a joint at `pixel`: a label, or "None" where the character itself is seen."""
+    gprim = frame.aov("instance")[int(pixel[1]), int(pixel[0])]
+    if gprim < 0:
+        return "BACKGROUND"
+    if prim_path(frame.gprims[gprim]).HasPrefix(skeleton.root):
+        return _NOTHING
+    selection = frame.selection(None)
+    member = selection.member_of_gprim[gprim]
+    return ",".join(selection.labels[member].values()) if member >= 0 else "UNLABELLED"
+
+
+def _quaternion(matrix: np.ndarray) -> list[float]:
+    rotation = Gf.Matrix4d(matrix.tolist()).RemoveScaleShear().ExtractRotationQuat()
+    return [rotation.GetReal(), *rotation.GetImaginary()]
+
+
+def _asset_of(prim: Usd.Prim) -> str | None:
+    """The asset that brings the skeleton, as its reference names it."""
+    while prim and not prim.IsPseudoRoot():
+        for spec in prim.GetPrimStack():
+            for reference in spec.referenceList.GetAddedOrExplicitItems():
+                if reference.assetPath:
+                    return reference.assetPath
+        prim = prim.GetParent()
+    return None
+
+
+def _variant_of(prim: Usd.Prim) -> str | None:
+    """The selection of a variant set "animationVariant" of the skeleton or the prims above it."""
+    while prim and not prim.IsPseudoRoot():
+        if "animationVariant" in prim.GetVariantSets().GetNames():
+            return prim.GetVariantSet("animationVariant").GetVariantSelection() or None
+        prim = prim.GetParent()
+    return None

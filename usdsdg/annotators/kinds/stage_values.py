@@ -1,0 +1,104 @@
+"""Annotators of what the stage says at the moment of the frame: attributes, prim paths, times."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from pxr import Usd
+
+from usdsdg.annotators.base import Annotation, define
+from usdsdg.annotators.frame import Frame
+from usdsdg.arguments.registry import near_misses
+from usdsdg.errors import AnnotatorError
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.paths import prim_at
+
+Params = Mapping[str, Any]
+
+# What single numbers are of, which Python hands out in types of its own.
+_SCALARS = {"half": np.float16, "float": np.float32, "int": np.int32, "uint": np.uint32, "uchar": np.uint8}
+
+
+@define("Attribute", params={"prims": (), "attribute": ""}, dtype=np.float32)
+def attribute(frame: Frame, params: Params) -> Annotation:
+    """Values of the attribute named `attribute` of `prims` (paths or prims), one after the other in one flat array.
+
+    Vectors and arrays are laid out number by number; texts are strings. Time samples are read at the time of the frame.
+
+    Raises:
+        AnnotatorError: `prims` or `attribute` was not given, or a prim has no such attribute or no value for it.
+        BadPrim: one of the prims does not exist.
+    """
+    prims, name = _listed(params["prims"]), params["attribute"]
+    if not prims or not name:
+        raise AnnotatorError(
+            "Annotator 'Attribute' needs prims and an attribute: annotators.get('Attribute', init_params={'prims': "
+            "[path], 'attribute': name})."
+        )
+    stage = current_stage()
+    numerator, denominator = frame.reference_time
+    code = Usd.TimeCode(numerator / denominator * stage.GetTimeCodesPerSecond())
+    return Annotation(np.concatenate([_values(prim_at(stage, path), name, code) for path in prims]))
+
+
+@define("primPaths")
+def prim_paths(frame: Frame, params: Params) -> Annotation:
+    """{"primPaths"}: paths of the labelled prims that own geometry, in the order of their instance ids."""
+    rows = frame.selection(None).rows
+    return Annotation(None, {"primPaths": [frame.entities.prim_paths[row] for row in rows]})
+
+
+@define("fabricTime", "rpFabricTime")
+def fabric_time(frame: Frame, params: Params) -> Annotation:
+    """{"fabricFrameTimeNumerator", "fabricFrameTimeDenominator"}: timeline time of the frame, a fraction of seconds."""
+    numerator, denominator = frame.reference_time
+    return Annotation(
+        None, {"fabricFrameTimeNumerator": int(numerator), "fabricFrameTimeDenominator": int(denominator)}
+    )
+
+
+# Those that Isaac Sim registers.
+
+
+@define("IsaacNoop")
+def isaac_noop(frame: Frame, params: Params) -> Annotation:
+    """Nothing: {}."""
+    return Annotation(None)
+
+
+@define("IsaacReadSimulationTime", params={"resetOnStop": False})
+def isaac_read_simulation_time(frame: Frame, params: Params) -> Annotation:
+    """{"simulationTime"}: timeline time of the frame [s].
+
+    resetOnStop: accepted; the time is the timeline's, which begins again when it is stopped.
+    """
+    numerator, denominator = frame.reference_time
+    return Annotation(None, {"simulationTime": numerator / denominator})
+
+
+@define("IsaacReadSystemTime")
+def isaac_read_system_time(frame: Frame, params: Params) -> Annotation:
+    """{"systemTime"}: when the frame was annotated [s since 1970]; the one annotator that differs from run to run."""
+    return Annotation(None, {"systemTime": frame.derive("system time", time.time)})
+
+
+def _listed(prims: Any) -> list[str]:
+    items = list(prims) if isinstance(prims, Sequence) and not isinstance(prims, str) else [prims] if prims else []
+    return [str(item.GetPath()) if hasattr(item, "GetPath") else str(item) for item in items]
+
+
+def _values(prim: Usd.Prim, name: str, code: Usd.TimeCode) -> np.ndarray:
+    found = prim.GetAttribute(name)
+    if not found:
+        names = [each.GetName() for each in prim.GetAttributes()]
+        close = near_misses(name, names)
+        hint = f"Did you mean {' or '.join(map(repr, close))}?" if close else f"It has: {', '.join(names[:12])}."
+        raise AnnotatorError(f"{prim.GetPath()} has no attribute {name!r}. {hint}")
+    value = found.Get(code)
+    if value is None:
+        raise AnnotatorError(f"{prim.GetPath()}: attribute {name!r} has no value.")
+    values = np.asarray(value, _SCALARS.get(str(found.GetTypeName())))
+    return np.array([str(value)]) if values.dtype == object else values.reshape(-1)

@@ -1,0 +1,250 @@
+"""Which gprims belong together under which label: the labelled prims of a stage, read for one frame.
+
+An entity is a labelled prim with the gprims whose nearest labelled ancestor (or self) it is. A label filter
+changes who is the nearest: with "class:*", the gprims of a wheel labelled only {part: wheel} belong to the car
+{class: car} above it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom
+
+from usdsdg.annotators.bounds import Hull, read_hull
+from usdsdg.annotators.ownership import (
+    LabelledStage,
+    Labels,
+    Owner,
+    group_by_owner,
+    parse_filter,
+    passed,
+    warn_of_nothing,
+)
+from usdsdg.annotators.point_instances import PointFrames, Steps, prim_path
+from usdsdg.errors import warn_once
+from usdsdg.stage.changes import Changes, ChangeTracker
+from usdsdg.stage.geometry.skinning import Skinning
+from usdsdg.stage.poses.transforms import as_array
+
+# Attributes that shape a gprim, or place point instances.
+_GEOMETRY = {"points", "faceVertexIndices", "extent", "radius", "height", "axis", "size", "width", "length"}
+_GEOMETRY |= {"widths", "radiusTop", "radiusBottom", "curveVertexCounts"}
+_GEOMETRY |= {"positions", "orientations", "orientationsf", "scales", "ids"}
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The entities that pass a label filter, in stage order."""
+
+    rows: np.ndarray  # (K,) int64: rows of the `Entities`
+    member_of_gprim: np.ndarray  # (G,) int32: index into rows, -1 for gprims of no selected entity
+    labels: tuple[dict[str, str], ...]  # K times {type: "label[,label]"}, as annotators print them
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+
+@dataclass(frozen=True)
+class Entities:
+    """One row per labelled prim that owns gprims; more rows where a filter gives a prim a larger group of gprims.
+
+    `groups` is what a renderer's `outlines` takes.
+    """
+
+    prim_paths: tuple[str, ...] = ()
+    labels: tuple[Labels, ...] = ()  # own and inherited, outermost first; lower case
+    groups: tuple[tuple[int, ...], ...] = ()  # indices into gprims
+    bounds: np.ndarray = field(default_factory=lambda: np.zeros((0, 2, 3)))  # (N, 2, 3) min, max; prim's own frame
+    local_to_world: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 4)))  # (N, 4, 4) float64
+    entity_of_gprim: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))  # (G,) row, -1 = unlabelled
+    selections: Mapping[str | None, Selection] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.prim_paths)
+
+    def select(self, predicate: str | None) -> Selection:
+        """The entities under the filter `predicate` (None: every label passes)."""
+        known = self.selections.get(predicate)
+        return known if known is not None else self._reduce(predicate)
+
+    def _reduce(self, predicate: str | None) -> Selection:
+        """A filter that was not announced to the reader: keep or drop whole rows of the unfiltered entities."""
+        base = np.unique(self.entity_of_gprim[self.entity_of_gprim >= 0])
+        label_filter = parse_filter(predicate)
+        kept = [row for row in base if label_filter is None or label_filter.select(self.labels[row])]
+        member_of_row = np.full(len(self) + 1, -1, np.int32)
+        member_of_row[kept] = np.arange(len(kept))
+        printed = tuple(passed(self.labels[row], label_filter) for row in kept)
+        return Selection(np.array(kept, np.int64), member_of_row[self.entity_of_gprim], printed)
+
+
+@dataclass(frozen=True)
+class _Ownership:
+    """The part of `Entities` that changes only with labels and gprims, not with poses."""
+
+    gprims: tuple[str, ...]
+    steps: list[Steps]  # of each gprim
+    owners: tuple[Owner, ...]
+    labels: tuple[Labels, ...]
+    groups: tuple[tuple[int, ...], ...]
+    selections: Mapping[str | None, Selection]
+
+
+class EntityReader:
+    """Reads the entities of a stage again and again, touching only what changed since."""
+
+    def __init__(self, stage: Usd.Stage) -> None:
+        self._stage = stage
+        self._changes = ChangeTracker(stage)
+        self._labels = LabelledStage(stage)
+        self._hulls: dict[Sdf.Path, Hull | None] = {}
+        self._still: set[Sdf.Path] = set()  # gprims with a hull that has no time
+        self._skinning = Skinning()
+        self._bounds: dict[Sdf.Path, dict[tuple[Owner, tuple[int, ...]], np.ndarray]] = {}  # by path of the owner
+        self._ownership: _Ownership | None = None
+        self._filters: dict[str | None, None] = {None: None}  # every one announced so far; no filter comes first
+        self._time: Usd.TimeCode | None = None
+
+    def read(
+        self,
+        gprims: Sequence[str],
+        filters: Iterable[str | None] = (),
+        *,
+        time: Usd.TimeCode | None = None,
+    ) -> Entities:
+        """The entities that own `gprims` (paths as in the renderer's table), at `time` (default: the default time).
+
+        filters: label filters that will be selected from the result; announced here, they are exact where labelled
+            prims nest, and rows for their groups are added.
+        """
+        self._forget_changed(self._changes.take())
+        time = Usd.TimeCode.Default() if time is None else time
+        if time != self._time:
+            self._hulls = {path: hull for path, hull in self._hulls.items() if path in self._still}
+            self._bounds.clear()
+            self._time = time
+        gprims = tuple(gprims)
+        # Filters stay announced: readers of several render products take turns.
+        self._filters |= dict.fromkeys(filters)
+        owned = self._ownership
+        if owned is None or owned.gprims != gprims or owned.selections.keys() != self._filters.keys():
+            owned = self._ownership = self._assign(gprims)
+            self._bounds.clear()
+        cache = UsdGeom.XformCache(time)
+        frames = PointFrames(self._stage, cache)
+        bounds = [self._bound(owner, group, cache, frames) for owner, group in zip(owned.owners, owned.groups)]
+        poses = [frames.to_world(owner.path, owner.steps) for owner in owned.owners]
+        return Entities(
+            tuple(owner.name for owner in owned.owners),
+            owned.labels,
+            owned.groups,
+            np.array(bounds, np.float64).reshape(-1, 2, 3),
+            np.array(poses, np.float64).reshape(-1, 4, 4),
+            # The unfiltered selection came first, so its members are the rows.
+            owned.selections[None].member_of_gprim,
+            owned.selections,
+        )
+
+    def close(self) -> None:
+        """Stop listening to the stage."""
+        self._changes.close()
+
+    def _assign(self, gprims: tuple[str, ...]) -> _Ownership:
+        found = self._labels.chains(gprims)
+        row_of: dict[tuple[Owner, tuple[int, ...]], int] = {}
+        labels: list[Labels] = []
+        selections: dict[str | None, Selection] = {}
+        for predicate in self._filters:
+            label_filter = parse_filter(predicate)
+            rows, members, printed = [], np.full(len(gprims), -1, np.int32), []
+            for key in group_by_owner([chain for _, chain in found], label_filter).items():
+                if key not in row_of:
+                    row_of[key] = len(row_of)
+                    labels.append(self._labels.all_labels(key[0]))
+                members[list(key[1])] = len(rows)
+                rows.append(row_of[key])
+                printed.append(passed(labels[row_of[key]], label_filter))
+            selections[predicate] = Selection(np.array(rows, np.int64), members, tuple(printed))
+            if not rows:
+                warn_of_nothing(predicate, [labels for _, chain in found for _, labels in chain])
+        owners, groups = (tuple(key[part] for key in row_of) for part in (0, 1))
+        return _Ownership(gprims, [steps for steps, _ in found], owners, tuple(labels), groups, selections)
+
+    # Geometry
+
+    def _bound(
+        self, owner: Owner, group: tuple[int, ...], cache: UsdGeom.XformCache, frames: PointFrames
+    ) -> np.ndarray:
+        """(2, 3) bounds of the group in the owner's frame; a point at the origin when nothing has an extent."""
+        known = self._bounds.setdefault(owner.path, {})
+        if (owner, group) not in known:
+            bounds = [self._gprim_bound(gprim, owner, cache, frames) for gprim in group]
+            parts = [part for part in bounds if part is not None]
+            if not parts:
+                warn_once(f"{owner.name}: none of its gprims has finite bounds, so its 3D box is empty.")
+                return np.zeros((2, 3))
+            known[owner, group] = np.stack([np.min(parts, axis=0)[0], np.max(parts, axis=0)[1]])
+        return known[owner, group]
+
+    def _gprim_bound(
+        self, gprim: int, owner: Owner, cache: UsdGeom.XformCache, frames: PointFrames
+    ) -> np.ndarray | None:
+        assert self._ownership is not None
+        path, steps = prim_path(self._ownership.gprims[gprim]), self._ownership.steps[gprim]
+        prim = self._stage.GetPrimAtPath(path)
+        if path not in self._hulls:
+            self._hulls[path] = read_hull(prim, cache.GetTime(), self._skinning)
+            self._note_still(prim)
+        hull = self._hulls[path]
+        if hull is None:
+            return None
+        if steps == owner.steps:
+            relative, resets = cache.ComputeRelativeTransform(prim, self._stage.GetPrimAtPath(owner.path))
+            if not resets:
+                return hull(as_array(relative))
+        # Points of an instancer, or `resetXformStack`, between the two: only the world knows how they stand.
+        return hull(frames.to_world(path, steps) @ np.linalg.inv(frames.to_world(owner.path, owner.steps)))
+
+    def _note_still(self, prim: Usd.Prim) -> None:
+        varies = any(
+            attribute.GetName() in _GEOMETRY and attribute.ValueMightBeTimeVarying()
+            for attribute in prim.GetAuthoredAttributes()
+        )
+        if varies or self._skinning.is_skinned(prim):
+            self._still.discard(prim.GetPath())
+        else:
+            self._still.add(prim.GetPath())
+
+    # Changes
+
+    def _forget_changed(self, changes: Changes) -> None:
+        # What changed in a prototype changed in all its instances, whose own paths are not told.
+        if any(Usd.Prim.IsPathInPrototype(path) for path in (*changes.resynced, *changes.changed)):
+            changes = Changes({Sdf.Path.absoluteRootPath})
+        if self._skinning.concerns(self._stage, changes):
+            self._skinning.forget()
+            self._hulls.clear()
+            self._bounds.clear()
+        for root in changes.resynced:
+            self._ownership = None
+            self._labels.forget(root)
+            self._hulls = {path: hull for path, hull in self._hulls.items() if not path.HasPrefix(root)}
+            self._bounds = {path: known for path, known in self._bounds.items() if not path.HasPrefix(root)}
+            self._forget_bounds(root)
+        for path, names in changes.changed.items():
+            if any(name.startswith(("semantics:", "semantic:")) for name in names):
+                self._ownership = None
+                self._labels.forget()
+            if not _GEOMETRY.isdisjoint(names):
+                self._hulls.pop(path, None)
+                self._forget_bounds(path)
+            elif any(name.startswith("xformOp") for name in names):
+                # The bounds of the entities above change; the prim's own frame moves along.
+                self._forget_bounds(path.GetParentPath())
+
+    def _forget_bounds(self, path: Sdf.Path) -> None:
+        for prefix in path.GetPrefixes():
+            self._bounds.pop(prefix, None)

@@ -1,0 +1,164 @@
+"""The application: one update after another, as `omni.kit.app` gives it.
+
+One update, always in this order: events and pending nodes of the graph → timeline → physics → update listeners →
+whoever awaits the next update → tasks that are ready.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+from pxr import Usd
+
+from usdsdg.app.script_loop import ScriptLoop
+from usdsdg.create import render_product
+from usdsdg.graph import evaluate
+from usdsdg.session import engines, stage_context
+from usdsdg.session.timeline import get_timeline
+from usdsdg.settings import get_settings
+from usdsdg.stage import assets
+from usdsdg.writers.backends.catalogue import set_disk_root
+from usdsdg.writers.backends.io_queue import set_max_queue_size
+
+
+class App:
+    """Updates on demand: an update happens when a script calls `update` or awaits the next one."""
+
+    def __init__(self) -> None:
+        self._listeners: list[Callable[[float], None]] = []
+        self._waiters: list[asyncio.Future[None]] = []
+        self._updates = 0
+        self._running = True
+        self._loop: ScriptLoop | None = None
+        get_timeline().subscribe(self._on_timeline)
+        stage_context.on_new_stage(self._on_new_stage)
+        settings = get_settings()
+        settings.on_change("/omni/replicator/backends/disk/root_dir", lambda root: set_disk_root(root or None))
+        settings.on_change("/omni/replicator/backend/queueSize", set_max_queue_size)
+        settings.on_change("/omni/replicator/globalSeed", lambda _: evaluate.graph().restart_draws())
+
+    # --- updates ---
+    def update(self) -> None:
+        """One application update; while the timeline plays it advances by one time code."""
+        timeline = get_timeline()
+        evaluate.graph().evaluate(time=timeline.get_elapsed_time())
+        dt = 1.0 / timeline.get_time_codes_per_seconds()
+        if timeline.is_playing() and timeline.is_auto_updating():
+            self.advance(dt)
+        self._updates += 1
+        for listener in list(self._listeners):
+            listener(dt)
+        for waiter in self._take_waiters():
+            waiter.set_result(None)
+        self.turn_loop()
+
+    def advance(self, seconds: float) -> None:
+        """Move timeline and physics on by `seconds`."""
+        get_timeline().advance(seconds)
+        if get_settings().get_as_bool("/app/player/playSimulations"):
+            engines.physics().advance(seconds)
+
+    async def next_update_async(self) -> float:
+        """Wait for one more update. All who wait see the same one."""
+        loop = asyncio.get_running_loop()
+        if not any(waiter.get_loop() is loop and not waiter.done() for waiter in self._waiters):
+            loop.call_soon(self._serve)
+        waiter: asyncio.Future[None] = loop.create_future()
+        self._waiters.append(waiter)
+        await waiter
+        return 1.0 / get_timeline().get_time_codes_per_seconds()
+
+    pre_update_async = post_update_async = next_update_async
+
+    def _serve(self) -> None:
+        """Make the update that tasks wait for, unless one has come meanwhile."""
+        if all(waiter.done() for waiter in self._waiters):
+            return
+        try:
+            self.update()
+        except Exception as error:  # noqa: BLE001 - whoever waits for the update gets its failure
+            for waiter in self._take_waiters():
+                waiter.set_exception(error)
+
+    def _take_waiters(self) -> list[asyncio.Future[None]]:
+        waiters, self._waiters = self._waiters, []
+        return [waiter for waiter in waiters if not waiter.done()]
+
+    def subscribe_update(self, listener: Callable[[float], None]) -> Callable[[], None]:
+        """Call `listener(dt)` after each update; returns what ends it."""
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener) if listener in self._listeners else None
+
+    def get_update_number(self) -> int:
+        return self._updates
+
+    def is_running(self) -> bool:
+        """True until `close`."""
+        return self._running
+
+    # --- the event loop of scripts ---
+    def run(self, script: Callable[[], Any]) -> None:
+        """Call `script` with an event loop at hand and update until every task that it left has ended.
+
+        The first failure of a task that nobody collects is raised here.
+        """
+        loop = self.open_loop()
+        try:
+            script()
+            loop.run_dry(self.is_running)
+        finally:
+            self._loop = None
+            loop.close()
+
+    def run_until_complete(self, work: Coroutine[Any, Any, Any]) -> Any:
+        """Run one coroutine to its end, with updates while it waits for them."""
+        return self.open_loop().run_until_complete(work)
+
+    def open_loop(self) -> ScriptLoop:
+        """The event loop that `asyncio.ensure_future` finds, made when there is none."""
+        self._running = True
+        if self._loop is None:
+            self._loop = ScriptLoop()
+        return self._loop
+
+    def turn_loop(self) -> None:
+        """Let the tasks of the script that are ready run once."""
+        if self._loop is not None:
+            self._loop.turn()
+
+    def close(self) -> None:
+        """End `is_running`: tasks that are left are not waited for."""
+        self._running = False
+
+    # --- reactions ---
+    def _on_timeline(self, event: str) -> None:
+        if event == "play":
+            engines.physics().play()
+        elif event == "stop" and (physics := engines.physics_if_made()) is not None:
+            physics.stop()
+
+    def _on_new_stage(self, stage: Usd.Stage) -> None:
+        get_timeline().reset()
+        if stage.HasAuthoredTimeCodeRange():
+            rate = stage.GetTimeCodesPerSecond()
+            get_timeline().follow(stage.GetStartTimeCode() / rate, stage.GetEndTimeCode() / rate, rate)
+        engines.reset()
+        evaluate.reset()
+        render_product.reset()
+
+
+def _demo_assets() -> str:
+    from usdsdg import demo
+
+    return demo.root()
+
+
+assets.set_fallback_root(_demo_assets)
+_app = App()
+
+
+def get_app() -> App:
+    """The process-wide application (`omni.kit.app.get_app()`)."""
+    return _app

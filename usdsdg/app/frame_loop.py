@@ -1,0 +1,260 @@
+"""The order of one frame, and of many.
+
+One step: triggers and events write the stage → timeline and physics move → render products are drawn, in motion-blur
+sub-frames where asked → annotators make labels → writers write.
+"""
+
+from __future__ import annotations
+
+import enum
+import itertools
+import weakref
+from collections.abc import Callable, Iterator
+
+from pxr import Usd
+
+from usdsdg import rng
+from usdsdg.annotators import annotator
+from usdsdg.app.app import get_app
+from usdsdg.capture.capture import Capture
+from usdsdg.capture.render_settings import RenderMode, render_mode
+from usdsdg.errors import UsdsdgError, warn_once
+from usdsdg.graph import evaluate
+from usdsdg.session import stage_context
+from usdsdg.session.progress import report
+from usdsdg.session.timeline import get_timeline
+from usdsdg.settings import get_settings
+from usdsdg.stage import assets
+from usdsdg.writers import base as writer_base
+
+
+class OrchestratorError(UsdsdgError, RuntimeError):
+    """The orchestrator cannot do that now."""
+
+
+class Status(enum.Enum):
+    """Where the orchestrator stands. Mirrors `rep.orchestrator.Status`."""
+
+    STOPPED = 0
+    STARTED = 1
+    STARTING = 2
+    LOADING = 3
+    STOPPING = 4
+    PAUSED = 5
+    INITIALIZING = 6
+    STEPPING = 7
+    STEPPED = 8
+
+
+class StatusCallback:
+    """Calls `function(status)` at every change of status, from `register` to `unregister`, or until nobody holds it."""
+
+    _made = itertools.count()
+
+    def __init__(self, function: Callable[[Status], None]) -> None:
+        self.function = function
+        self.number = next(self._made)
+
+    def register(self) -> None:
+        """Hear of changes from now on."""
+        get_orchestrator().status_callbacks.add(self)
+
+    def unregister(self) -> None:
+        """Hear of no more changes."""
+        get_orchestrator().status_callbacks.discard(self)
+
+
+class Orchestrator:
+    """The state between two steps."""
+
+    def __init__(self) -> None:
+        self.status = Status.STOPPED
+        self.captures = 0
+        self._initialized = False  # since the stage was made or `stop`
+        self._next_subframes = 0
+        self._capture = Capture()
+        self.status_callbacks: weakref.WeakSet[StatusCallback] = weakref.WeakSet()
+        self._captured_callbacks: list[Callable[[], None]] = []
+        self._asked_subframes = self._frames_of_last_run = 0
+        stage_context.on_new_stage(lambda *_: self.reset())
+        get_timeline().subscribe(self._on_timeline)
+        get_app().subscribe_update(self._on_update)
+        stage_context.before_saving(self._note_run)
+
+    def reset(self) -> None:
+        """A new stage: nothing captured, nothing started."""
+        self._set_status(Status.STOPPED)
+        self.captures, self._initialized, self._next_subframes = 0, False, 0
+        self._asked_subframes = self._frames_of_last_run = 0
+        self._capture = Capture()
+        annotator.detach_all()
+        writer_base.detach_all()
+
+    # --- one frame ---
+    def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
+        self._start_if_stopped()
+        self._set_status(Status.STEPPING)
+        timeline = get_timeline()
+        timeline.release()
+        self._asked_subframes = max(rt_subframes, 0)
+        fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_elapsed_time())
+        mode = render_mode(self._subframes(rt_subframes, fired))
+        self._capture.begin()
+        self._move_and_render(mode, delta_time)
+        self._capture.finish(self.captures, timeline.get_current_time())
+        self.captures += 1
+        for callback in list(self._captured_callbacks):
+            callback()
+        if pause_timeline:
+            timeline.hold()
+        self._set_status(Status.STEPPED)
+
+    def _move_and_render(self, mode: RenderMode, delta_time: float | None) -> None:
+        duration = self._duration(delta_time)
+        if mode.motion_blur and duration > 0.0:
+            shares = mode.split(mode.sub_frames)
+            self._capture.open_shutter()
+            for share in shares:
+                get_app().advance(duration / len(shares))
+                self._capture.expose(share, self.captures)
+            return
+        # The first captured frame shows the scene as it was set up.
+        if duration > 0.0 and self.captures > 0:
+            get_app().advance(duration)
+        self._capture.expose(mode, self.captures)
+
+    def _duration(self, delta_time: float | None) -> float:
+        timeline = get_timeline()
+        if not timeline.is_playing():
+            return 0.0
+        return 1.0 / timeline.get_time_codes_per_seconds() if delta_time is None else float(delta_time)
+
+    def _subframes(self, rt_subframes: int, fired: list[evaluate.Trigger]) -> int:
+        wanted = rt_subframes if rt_subframes > 0 else get_settings().get_as_int("/omni/replicator/RTSubframes")
+        minimum = max([self._next_subframes, *(trigger.rt_subframes for trigger in fired)], default=1)
+        self._next_subframes = 0
+        return max(wanted, minimum, 1)
+
+    def _start_if_stopped(self) -> None:
+        if self.status is not Status.STOPPED:
+            return
+        if not self._initialized:
+            self._set_status(Status.INITIALIZING)
+            evaluate.graph().restart()
+            rng.reset_all()
+            self.preview()
+            self._initialized = True
+        for missing in assets.missing_dependencies(stage_context.current_stage()):
+            warn_once(f"{missing.where} refers to {missing.asset_path}, which cannot be opened: {missing.why}")
+        self._set_status(Status.STARTED)
+
+    # --- many frames ---
+    def _on_update(self, _dt: float) -> None:
+        """Capture on play: every update of a playing timeline is a frame, when somebody looks."""
+        timeline = get_timeline()
+        plays = timeline.is_playing() and timeline.is_auto_updating() and self.status is not Status.PAUSED
+        if plays and get_settings().get_as_bool("/omni/replicator/captureOnPlay") and self._capture.is_watched():
+            self.step(-1, False, 0.0)
+
+    def _on_timeline(self, event: str) -> None:
+        """Where playing means capturing, stopping means that the run is over."""
+        if event == "stop" and self.captures and get_settings().get_as_bool("/omni/replicator/captureOnPlay"):
+            self.finish()
+
+    def pause(self) -> None:
+        """Capture nothing in `run`, and let the timeline stand, until `resume`."""
+        if self.status is not Status.STOPPED:
+            get_timeline().hold()
+            self._set_status(Status.PAUSED)
+
+    def resume(self) -> None:
+        """Go on after `pause`."""
+        if self.status is Status.PAUSED:
+            self._set_status(Status.STARTED)
+            get_timeline().release()
+
+    def run(self, num_frames: int | None, start_timeline: bool) -> Iterator[None]:
+        """Capture frame after frame and yield after each, until the run has ended or somebody has stopped it."""
+        timeline = get_timeline()
+        timeline.release()
+        if start_timeline:
+            timeline.play()
+        self._capture.expected_frames = num_frames
+        if self.status is Status.STOPPED:
+            evaluate.graph().allow_again()
+        if num_frames is None and not any(trigger.max_execs for trigger in evaluate.graph().triggers):
+            raise OrchestratorError("orchestrator.run: nothing ends the run; give num_frames, or a trigger max_execs.")
+        last = self.captures + (num_frames or 0)
+        goes_on = _triggers_are_left if num_frames is None else lambda: self.captures < last
+        while goes_on():
+            if self.status is not Status.PAUSED:
+                self.step(-1, False, None)
+            yield
+            if self.status is Status.STOPPED:
+                return
+        if num_frames is None:
+            report("frames captured", self.captures, self.captures)
+        self.finish()
+
+    def expect_frames(self, count: int | None) -> None:
+        """Tell progress how many frames the run will have."""
+        self._capture.expected_frames = count
+
+    def preview(self) -> None:
+        """Run every trigger of frames or of times once, capture nothing."""
+        evaluate.graph().evaluate(time=get_timeline().get_elapsed_time(), preview=True)
+
+    def finish(self) -> None:
+        """Wait for all files, then tell writers that this was the last frame."""
+        self._capture.drain()
+        if self.status is not Status.STOPPED:
+            self._set_status(Status.STOPPED)
+            self._capture.close_writers()
+
+    def stop(self) -> None:
+        """End the run: the next frame is a first one again, with the draws of the first."""
+        self.finish()
+        self._frames_of_last_run = self.captures or self._frames_of_last_run
+        self.captures, self._initialized = 0, False
+
+    def _note_run(self, stage: Usd.Stage) -> None:
+        from usdsdg.app.saved_graph import note_run
+
+        note_run(stage, frames=self.captures or self._frames_of_last_run, rt_subframes=self._asked_subframes)
+
+    # --- status ---
+    def set_next_subframes(self, count: int) -> None:
+        self._next_subframes = int(count)
+
+    def on_captured(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call `callback()` after each captured frame; returns what ends it."""
+        self._captured_callbacks.append(callback)
+        return lambda: self._captured_callbacks.remove(callback) if callback in self._captured_callbacks else None
+
+    def _set_status(self, status: Status) -> None:
+        if status is self.status:
+            return
+        self.status = status
+        for callback in sorted(self.status_callbacks, key=lambda each: each.number):
+            callback.function(status)
+
+
+def _triggers_are_left() -> bool:
+    """Whether a trigger with `max_execs` has not run out yet.
+
+    Raises:
+        OrchestratorError: some have not, but none of them can fire any more.
+    """
+    left = [trigger for trigger in evaluate.graph().triggers if trigger.max_execs and not trigger.exhausted]
+    reasons = [trigger.blocked() for trigger in left]
+    if left and all(reasons):
+        raise OrchestratorError(f"orchestrator.run: nothing ends the run: {'; '.join(reasons)}. Or give num_frames.")
+    return bool(left)
+
+
+_orchestrator = Orchestrator()
+
+
+def get_orchestrator() -> Orchestrator:
+    """The process-wide orchestrator."""
+    return _orchestrator

@@ -1,0 +1,40 @@
+"""A layer for what a script adds. Mirrors `rep.new_layer`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from pxr import Sdf, Usd
+
+from usdsdg.create import render_product
+from usdsdg.graph import evaluate
+from usdsdg.session.stage_context import current_stage
+
+
+@contextmanager
+def new_layer(name: str | None = None) -> Iterator[Sdf.Layer]:
+    """Author into an anonymous sublayer called `name` ("Replicator" by default) while the `with` block runs.
+
+    A layer of that name from an earlier run is emptied first, and the graph and render products that it held are gone,
+    so that a script can be run again on the same stage. Errors inside are raised (Replicator logs and drops them).
+    """
+    stage, title = current_stage(), f"{name or 'Replicator'}.usda"
+    layer = _existing(stage, title)
+    if layer is None:
+        layer = Sdf.Layer.CreateAnonymous(title)
+        stage.GetRootLayer().subLayerPaths.insert(0, layer.identifier)
+    else:
+        layer.Clear()
+        evaluate.reset()
+        render_product.reset()
+    with Usd.EditContext(stage, layer):
+        yield layer
+
+
+def _existing(stage: Usd.Stage, title: str) -> Sdf.Layer | None:
+    for identifier in stage.GetRootLayer().subLayerPaths:
+        layer = Sdf.Layer.Find(identifier)
+        if layer is not None and layer.anonymous and layer.identifier.endswith(f":{title}"):
+            return layer
+    return None

@@ -1,0 +1,185 @@
+"""The graph that a saved stage holds, and what a run of it needs: seed, settings, number of frames, writers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from pxr import Sdf, Usd
+
+from usdsdg import distribution, trigger
+from usdsdg.create.render_product import HydraTexture, products
+from usdsdg.errors import GraphError, warn_once
+from usdsdg.graph import evaluate
+from usdsdg.graph.actions import action_of
+from usdsdg.graph.node import Node, ReplicatorItem
+from usdsdg.graph.node_prims import PIPELINE, Link, NodeRecord, define_node, read_node
+from usdsdg.graph.sampling import get_global_seed
+from usdsdg.settings import get_settings
+from usdsdg.writers.base import attached_writers
+
+WRITERS = "/WriterOrchestrator"
+_SETTINGS = "renderSettings"
+
+
+@dataclass
+class SavedRun:
+    """What a saved stage says about the run that it comes from."""
+
+    seed: int
+    frames: int
+    rt_subframes: int
+    settings: dict[str, Any]
+    writers: list[SavedWriter] = field(default_factory=list)
+
+
+@dataclass
+class SavedWriter:
+    name: str
+    arguments: dict[str, Any]
+    # path -> camera and resolution, or cameras and resolution of each tile
+    products: dict[str, tuple[str | list[str], tuple[int, int]]]
+
+
+# --- to the stage ---
+
+
+def note_run(stage: Usd.Stage, *, frames: int, rt_subframes: int) -> None:
+    """Author what is not a node: seed, changed settings, captures so far, attached writers with their products."""
+    root = stage.GetPrimAtPath(PIPELINE)
+    if not root:
+        return
+    facts = {"usdsdg:globalSeed": get_global_seed(), "usdsdg:frames": frames, "usdsdg:rtSubframes": rt_subframes}
+    for name, value in facts.items():
+        root.CreateAttribute(name, Sdf.ValueTypeNames.Int64).Set(int(value))
+    data = stage.GetRootLayer().customLayerData
+    data[_SETTINGS] = {key.lstrip("/").replace("/", ":"): value for key, value in _plain_settings().items()}
+    stage.GetRootLayer().customLayerData = data
+    stage.RemovePrim(WRITERS)
+    for writer in attached_writers():
+        _author_writer(stage, writer)
+
+
+def _plain_settings() -> dict[str, Any]:
+    """Changed settings that USD can hold; the seed is kept with the graph."""
+    changed = get_settings().changed()
+    return {
+        k: v for k, v in changed.items() if isinstance(v, (bool, int, float, str)) and not k.endswith("/globalSeed")
+    }
+
+
+def _author_writer(stage: Usd.Stage, writer: Any) -> None:
+    known = {product.path: product for product in products()}
+    shown = [known[path] for path in writer.render_products if path in known]
+    seen = [[product.path, *_shown(product)] for product in shown]
+    inputs = {"writerName": type(writer).__name__, "parameters": writer.parameters, "renderProducts": seen}
+    if not stage.GetPrimAtPath(WRITERS):
+        stage.DefinePrim(WRITERS, "OmniGraph")
+    path = f"{WRITERS}/{type(writer).__name__}_{len(stage.GetPrimAtPath(WRITERS).GetChildren())}"
+    try:
+        define_node(stage, path, NodeRecord("OgnScheduleWriter", inputs))
+    except TypeError as error:
+        stage.RemovePrim(path)
+        warn_once(f"the saved stage does not say how to make its writer: {error}. Give its arguments as plain values.")
+
+
+def _shown(product: HydraTexture) -> tuple[str | list[str], list[int]]:
+    if product.tiles is not None:
+        return list(product.tiles.cameras), list(product.tiles.size)
+    return product.camera_path, list(product.resolution)
+
+
+# --- from the stage ---
+
+
+def load(stage: Usd.Stage) -> SavedRun:
+    """Make the current graph of the nodes on `stage`, and return how it was run.
+
+    Raises:
+        GraphError: the stage holds no graph, or one that needs Python code; the message names the node.
+    """
+    root = stage.GetPrimAtPath(PIPELINE)
+    if not root:
+        raise GraphError(
+            f"the stage has no {PIPELINE}, the graph that scripts leave in the stages that they save. `usdsdg render` "
+            "makes a still of a stage without one."
+        )
+    evaluate.reset()
+    _Loader(stage).load(root)
+    return _read_run(stage, root)
+
+
+class _Loader:
+    """Node prims in stage order, which is the order in which the script made them."""
+
+    def __init__(self, stage: Usd.Stage) -> None:
+        self._stage = stage
+        self._distributions: dict[str, ReplicatorItem] = {}
+        self._trigger_of: dict[str, evaluate.Trigger | None] = {}  # by path of any node of its chain
+
+    def load(self, root: Usd.Prim) -> None:
+        graph = evaluate.graph()
+        for prim in root.GetChildren():
+            path, record = str(prim.GetPath()), read_node(prim)
+            if record.kind == "OnImpulseEvent":
+                self._trigger_of[path] = None
+            elif record.after is not None:
+                node = self._node(path, record)
+                self._trigger_of[path] = starter = self._starter(path, record)
+                graph.adopt(node, starter)
+            elif _is_trigger(record):
+                self._trigger_of[path] = trigger.trigger_of(self._node(path, record))
+                graph.adopt_trigger(self._trigger_of[path])
+
+    def _starter(self, path: str, record: NodeRecord) -> evaluate.Trigger | None:
+        if record.after not in self._trigger_of:
+            raise GraphError(f"{path} is started by {record.after}, which is not before it in the graph")
+        if action_of(record.kind) is None:
+            raise GraphError(f"{path} is of type {record.kind}, which this version does not know")
+        return self._trigger_of[record.after]
+
+    def _node(self, path: str, record: NodeRecord) -> Node:
+        inputs = {name: self._value(value) for name, value in record.inputs.items()}
+        facts = record.facts
+        node = Node(record.kind, inputs, record.prims, facts.get("name"), facts.get("key", ""), facts.get("line", path))
+        node.path, node.layer = path, self._stage.GetRootLayer()
+        return node
+
+    def _value(self, value: Any) -> Any:
+        if isinstance(value, Link):
+            return self._distribution(value.path)
+        if isinstance(value, list):
+            return [self._value(each) for each in value]
+        return value
+
+    def _distribution(self, path: str) -> ReplicatorItem:
+        if path not in self._distributions:
+            prim = self._stage.GetPrimAtPath(path)
+            if not prim:
+                raise GraphError(f"{path}, which a node of the graph draws from, is not on the stage")
+            record = read_node(prim)
+            inputs = {name: self._value(value) for name, value in record.inputs.items()}
+            item = distribution.from_inputs(record.kind, inputs, record.facts.get("name"))
+            item.node.path, item.node.layer = path, self._stage.GetRootLayer()
+            item.node.line = record.facts.get("line", path)
+            self._distributions[path] = item
+        return self._distributions[path]
+
+
+def _is_trigger(record: NodeRecord) -> bool:
+    return record.kind.startswith(("OgnOn", "On")) or record.kind == "OgnConditionScript"
+
+
+def _read_run(stage: Usd.Stage, root: Usd.Prim) -> SavedRun:
+    def number(name: str) -> int:
+        return int(root.GetAttribute(f"usdsdg:{name}").Get() or 0)
+
+    stored = stage.GetRootLayer().customLayerData.get(_SETTINGS, {})
+    settings = {"/" + key.replace(":", "/"): value for key, value in stored.items()}
+    run = SavedRun(number("globalSeed"), number("frames"), number("rtSubframes"), settings)
+    holder = stage.GetPrimAtPath(WRITERS)
+    for prim in holder.GetChildren() if holder else ():
+        inputs = read_node(prim).inputs
+        seen = {path: (camera, (int(size[0]), int(size[1]))) for path, camera, size in inputs["renderProducts"]}
+        run.writers.append(SavedWriter(inputs["writerName"], dict(inputs["parameters"]), seen))
+    return run

@@ -1,0 +1,48 @@
+"""The command line: `usdsdg run | generate | render | simulate | inspect | doctor`; imports stay inside commands."""
+
+from __future__ import annotations
+
+import atexit
+import gc
+from typing import Annotated
+
+import typer
+
+from usdsdg.cli.doctor import doctor
+from usdsdg.cli.generate import generate
+from usdsdg.cli.inspect_page import inspect
+from usdsdg.cli.render import render
+from usdsdg.cli.run import run
+from usdsdg.cli.simulate import simulate
+
+app = typer.Typer(
+    name="usdsdg", help="Synthetic data from USD scenes: the Replicator API on open parts.", no_args_is_help=True,
+    pretty_exceptions_enable=False, add_completion=False,
+)  # fmt: skip
+# What follows the script's name belongs to the script.
+app.command(context_settings={"allow_interspersed_args": False})(run)
+for command in (generate, render, simulate, inspect, doctor):
+    app.command()(command)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        import usdsdg
+
+        print(f"usdsdg {usdsdg.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Say the version and end.")
+    ] = False,
+) -> None: ...
+
+
+def main() -> None:
+    """Run the command that was typed."""
+    # The interpreter would look for cycles in every module that goes: seconds, once newton is loaded.
+    atexit.register(gc.freeze)
+    app()

@@ -1,0 +1,1 @@
+"""Polygon modeling for the stand-ins: boxes, lathes, sweeps."""

@@ -1,0 +1,129 @@
+"""Textures projected onto meshes: the part of a target that a projector covers, as a mesh of its own with baked UVs.
+
+A projection is a Mesh prim that says what it is made from: `usdsdg:projector` (the prim whose box is projected along
+its -Z), `usdsdg:targets`, `usdsdg:offset`, `usdsdg:depth`. `bake` makes its points and UVs anew after one has moved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdGeom, Vt
+
+from usdsdg.errors import BadPrim
+from usdsdg.scatter.bounds import Bounds
+from usdsdg.stage.geometry.triangles import triangles_below
+from usdsdg.stage.poses import local_pose, transforms
+
+PROJECTOR, TARGETS, OFFSET, DEPTH = (f"usdsdg:{name}" for name in ("projector", "targets", "offset", "depth"))
+# Sine of the angle between a face and the direction of projection below which the face is passed over.
+_GRAZING = 0.05
+
+
+def define(
+    stage: Usd.Stage, path: str, projector: Usd.Prim, targets: Sequence[Usd.Prim], *, offset: float, depth: float = 0.0
+) -> UsdGeom.Mesh:
+    """A projection at `path` from a projector onto targets, `offset` [stage units] above their surface.
+
+    The projector counts as moved by `depth` [stage units] along its Z.
+    """
+    mesh = UsdGeom.Mesh.Define(stage, path)
+    mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    prim = mesh.GetPrim()
+    prim.CreateRelationship(PROJECTOR, custom=True).SetTargets([projector.GetPath()])
+    prim.CreateRelationship(TARGETS, custom=True).SetTargets([target.GetPath() for target in targets])
+    for name, value in ((OFFSET, offset), (DEPTH, depth)):
+        prim.CreateAttribute(name, Sdf.ValueTypeNames.Float, custom=True).Set(float(value))
+    bake(prim)
+    return mesh
+
+
+def projector_of(prim: Usd.Prim) -> Usd.Prim:
+    """The prim from which a projection is made.
+
+    Raises:
+        BadPrim: `prim` is no projection, or its projector is gone.
+    """
+    found = _related(prim, PROJECTOR)
+    if len(found) != 1:
+        raise BadPrim(f"{prim.GetPath()} is no projection; make one with create.projection_material")
+    return found[0]
+
+
+def _related(prim: Usd.Prim, name: str) -> list[Usd.Prim]:
+    relation = prim.GetRelationship(name)
+    found = [prim.GetStage().GetPrimAtPath(path) for path in relation.GetTargets()] if relation else []
+    return [each for each in found if each]
+
+
+def bake(prim: Usd.Prim) -> None:
+    """Write the points and UVs of a projection for where projector and targets are now.
+
+    All faces of the targets that lie in the projector's box and face it are covered, also behind others. UVs run from
+    (0, 0) to (1, 1) over the box's X and Y. A box that covers nothing leaves an empty mesh.
+
+    Raises:
+        BadPrim: `prim` is no projection.
+    """
+    offset, depth = (float(prim.GetAttribute(name).Get()) for name in (OFFSET, DEPTH))
+    corners, uvs = covered(projector_of(prim), _related(prim, TARGETS), offset, depth)
+    to_local = transforms.as_array(transforms.world_to_local(prim))
+    points = (corners.reshape(-1, 3) @ to_local[:3, :3] + to_local[3, :3]).astype(np.float32)
+    mesh = UsdGeom.Mesh(prim)
+    with Sdf.ChangeBlock():
+        mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points))
+        mesh.CreateFaceVertexCountsAttr(Vt.IntArray(len(corners), 3))
+        mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(np.arange(len(points), dtype=np.int32)))
+        if len(points):
+            mesh.CreateExtentAttr([Gf.Vec3f(*points.min(0).tolist()), Gf.Vec3f(*points.max(0).tolist())])
+    st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying)
+    st.Set(Vt.Vec2fArray.FromNumpy(uvs.reshape(-1, 2).astype(np.float32)))
+
+
+def covered(
+    projector: Usd.Prim, targets: Sequence[Usd.Prim], offset: float = 0.0, depth: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """What a projector covers: triangles (T, 3, 3) of the world, `offset` above the surface, and UVs (T, 3, 2)."""
+    box = _box(projector)
+    to_world = transforms.as_array(transforms.local_to_world(projector))
+    axis = to_world[2, :3] / np.linalg.norm(to_world[2, :3])
+    to_world[3, :3] += depth * axis
+    to_projector = np.linalg.inv(to_world)
+    parts = [placed.in_world().corners() for placed in triangles_below(targets)]
+    corners = np.concatenate(parts) if parts else np.zeros((0, 3, 3))
+    normals = _normals(corners)
+    # Facing is judged in the world, where the projector may be stretched or mirrored.
+    facing = normals @ axis > _GRAZING
+    inside = box.cut(corners[facing] @ to_projector[:3, :3] + to_projector[3, :3])
+    uvs = (inside[..., :2] - box.lower[:2]) / (box.upper[:2] - box.lower[:2])
+    placed = inside @ to_world[:3, :3] + to_world[3, :3]
+    lifted = _normals(placed)
+    return placed + offset * lifted[:, None], uvs
+
+
+def _normals(corners: np.ndarray) -> np.ndarray:
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+
+
+def size_of(projector: Usd.Prim) -> float:
+    """Mean edge of a projector's box in the world [stage units].
+
+    Raises:
+        DegenerateFrame: the projector is scaled to nothing.
+    """
+    transforms.world_to_local(projector)
+    box, to_world = _box(projector), transforms.as_array(transforms.local_to_world(projector))
+    return float(abs(np.linalg.det(to_world[:3, :3])) * np.prod(box.upper - box.lower)) ** (1 / 3)
+
+
+def _box(projector: Usd.Prim) -> Bounds:
+    """The projector's own box; a metre each way where it has no geometry, as deep as wide where it is flat."""
+    found = local_pose.bounds(projector)
+    if found.IsEmpty():
+        half = np.full(3, 0.5 / transforms.meters_per_unit(projector.GetStage()))
+        return Bounds(-half, half)
+    middle, half = np.array(found.GetMidpoint()), np.array(found.GetSize()) / 2
+    half = np.where(half > 1e-9 * half.max(), half, half.max())
+    return Bounds(middle - half, middle + half)

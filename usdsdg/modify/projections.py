@@ -1,0 +1,114 @@
+"""Projections moved and dressed anew. Mirrors `rep.modify.projection_material`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pxr import Usd, UsdShade
+
+from usdsdg.arguments.values import shown, vector
+from usdsdg.distribution import draw
+from usdsdg.errors import BadPrim, GraphError
+from usdsdg.graph.actions import action
+from usdsdg.graph.evaluate import act
+from usdsdg.graph.node import Node, ReplicatorItem
+from usdsdg.modify import projection_meshes
+from usdsdg.modify.prims import prim_at
+from usdsdg.stage import materials
+from usdsdg.stage.poses import transforms
+
+# The parts of a texture group, and the inputs of OmniPBR that they go to.
+TEXTURES = {
+    "diffuse": "diffuse_texture",
+    "normal": "normalmap_texture",
+    "roughness": "reflectionroughness_texture",
+    "metallic": "metallic_texture",
+    "opacity": "opacity_texture",
+}
+_INFLUENCES = {
+    "roughness": ("reflection_roughness_texture_influence", 1.0),
+    "metallic": ("metallic_texture_influence", 1.0),
+    "opacity": ("enable_opacity_texture", True),
+}
+
+
+def projection_material(
+    position: Any = None, rotation: Any = None, scale: Any = None, texture_group: Any = None, diffuse: Any = None,
+    normal: Any = None, roughness: Any = None, metallic: Any = None, input_prims: Any = None, name: str | None = None,
+) -> ReplicatorItem:  # fmt: skip
+    """Move the projectors of projections (see `create.projection_material`), change their textures, and project again.
+
+    Without arguments it projects again, which is needed after a target or a projector was moved otherwise.
+
+    Args:
+        position: of the projector, in its parent's space [stage units]; as are `rotation` [degrees] and `scale`.
+        texture_group: {"diffuse": file, "normal": file, "roughness": file, "metallic": file}, or a distribution over
+            such; or the textures one by one.
+
+    Raises:
+        GraphError: a texture group with single textures of it. At execution: a group has other keys.
+        BadPrim: at execution, a prim is no projection, or it has no OmniPBR material.
+    """
+    single = dict(diffuse=diffuse, normal=normal, roughness=roughness, metallic=metallic)
+    if texture_group is not None and any(value is not None for value in single.values()):
+        raise GraphError("modify.projection_material: give texture_group or single textures, not both")
+    values = dict(position=position, rotation=rotation, scale=scale, texture_group=texture_group, **single)
+    given = {role: value for role, value in values.items() if value is not None}
+    return act("OgnModifyProjection", input_prims, name=name, attribute=",".join(given) or "projection", **given)
+
+
+@action("OgnModifyProjection")
+def _modify_projection(node: Node, execution: int) -> None:
+    drawn = {role: draw(value, node, execution, role) for role, value in node.inputs.items() if role != "attribute"}
+    for index, path in enumerate(node.prims):
+        values = {role: column[index] for role, column in drawn.items()}
+        meshes = projections_at(prim_at(path))
+        parts = {
+            part: vector(role, values[role])
+            for role, part in (("position", "translate"), ("rotation", "rotate_xyz"), ("scale", "scale"))
+            if role in values
+        }
+        group = (
+            values["texture_group"] if "texture_group" in values else {k: values[k] for k in TEXTURES if k in values}
+        )
+        for mesh in meshes:
+            transforms.author_pose(projection_meshes.projector_of(mesh), **parts)
+            if group:
+                write_textures(_material_of(mesh), group)
+            projection_meshes.bake(mesh)
+
+
+def projections_at(prim: Usd.Prim) -> list[Usd.Prim]:
+    """The projections at or below a prim.
+
+    Raises:
+        BadPrim: there is none.
+    """
+    found = [each for each in Usd.PrimRange(prim) if each.HasRelationship(projection_meshes.PROJECTOR)]
+    if not found:
+        raise BadPrim(f"{prim.GetPath()} is no projection; make one with create.projection_material")
+    return found
+
+
+def _material_of(mesh: Usd.Prim) -> Usd.Prim:
+    material, _ = UsdShade.MaterialBindingAPI(mesh).ComputeBoundMaterial()
+    if not material:
+        raise BadPrim(f"{mesh.GetPath()} has no material whose textures could be changed")
+    return material.GetPrim()
+
+
+def write_textures(material: Usd.Prim, group: Any) -> None:
+    """Set the textures of an OmniPBR material by the names of a texture group.
+
+    Raises:
+        GraphError: it is no mapping, or has other keys.
+        AssetNotFound: a texture does not exist.
+    """
+    if not isinstance(group, dict) or not set(group) <= set(TEXTURES):
+        raise GraphError(f"texture_group is {shown(group)}; expected a mapping with the keys {', '.join(TEXTURES)}")
+    for role, texture in group.items():
+        materials.set_input(material, TEXTURES[role], texture)
+        if role in _INFLUENCES:
+            materials.set_input(material, *_INFLUENCES[role])
+        if role == "opacity":
+            materials.set_input(material, "enable_opacity", True)

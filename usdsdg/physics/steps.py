@@ -1,0 +1,57 @@
+"""Physics without a timeline. Mirrors `rep.physics.simulate` and `reset`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from usdsdg.errors import GraphError
+from usdsdg.functional import physics
+from usdsdg.graph.actions import action, action_of
+from usdsdg.graph.evaluate import graph
+from usdsdg.graph.node import Node, ReplicatorItem, current_trigger, prim_paths
+
+
+def simulate(time: float, step_dt: float | None = None, physics_scene: Any = None) -> ReplicatorItem:
+    """Let bodies move for `time` seconds without the timeline: at once, or whenever the enclosing trigger fires.
+
+    Args:
+        step_dt: length of a step [s]; by default that of the physics scene.
+        physics_scene: the first scene of the stage, which is the one that is simulated.
+
+    Raises:
+        PhysicsError: `time` or `step_dt` is not positive, or no whole number of steps makes a second.
+        Unsupported: `physics_scene` is another one.
+    """
+    return _now_or_later("OgnSimulate", time=time, stepDt=step_dt, physicsScene=_one_scene(physics_scene))
+
+
+@action("OgnSimulate")
+def _simulate(node: Node, execution: int) -> None:
+    physics.simulate(node.inputs["time"], node.inputs.get("stepDt"), node.inputs.get("physicsScene"))
+
+
+def reset(physics_scene: Any = None) -> ReplicatorItem:
+    """Put all bodies back to where they were when the timeline began to play; at once or by the enclosing trigger."""
+    return _now_or_later("OgnResetPhysics", physicsScene=_one_scene(physics_scene))
+
+
+@action("OgnResetPhysics")
+def _reset(node: Node, execution: int) -> None:
+    physics.reset()
+
+
+def _one_scene(physics_scene: Any) -> str | None:
+    paths = prim_paths(physics_scene)
+    if len(paths) > 1:
+        raise GraphError(f"physics_scene is {len(paths)} prims; give one PhysicsScene")
+    return paths[0] if paths else None
+
+
+def _now_or_later(kind: str, **inputs: Any) -> ReplicatorItem:
+    """A node without prims: acts now, or when its trigger fires."""
+    node = Node(kind=kind, inputs={name: value for name, value in inputs.items() if value is not None})
+    if current_trigger() is not None:
+        return ReplicatorItem(graph().add(node))
+    if do := action_of(kind):
+        do(node, 0)
+    return ReplicatorItem(node)

@@ -1,0 +1,196 @@
+"""Colours, textures and materials of prims. Mirrors `rep.randomizer.color`, `texture` and `materials`."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from typing import Any
+
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
+
+from usdsdg.arguments.values import vector
+from usdsdg.distribution import Distribution, draw, is_vector, one_of
+from usdsdg.errors import AssetNotFound
+from usdsdg.graph.actions import action
+from usdsdg.graph.evaluate import act
+from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
+from usdsdg.modify import bind_material, check_material, material, prim_at
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage import assets, paths
+from usdsdg.stage.attribute_batch import write_batch
+
+LOOKS = "/Replicator/Looks"
+
+
+def color(colors: Any, per_sub_mesh: bool = False, seed: int | None = None, input_prims: Any = None) -> ReplicatorItem:
+    """Give each prim (or, with `per_sub_mesh`, each mesh below it) an OmniPBR material of a drawn linear colour.
+
+    The material lies below `/Replicator/Looks`, is bound stronger than what is bound below, and is used again at the
+    next executions. Instances become ordinary prims.
+
+    Args:
+        colors: a distribution, a list of colours to choose from, or one colour for all.
+        seed: replaces the global seed.
+
+    Raises:
+        GraphError: `seed` is no whole number, or `colors` is a distribution with another one. At execution: a colour is
+            not three numbers.
+    """
+    single = not isinstance(colors, Distribution) and is_vector(colors)
+    drawn = colors if single else one_of(colors, seed)
+    return _looks("OgnColor", {"diffuse_color_constant": drawn}, per_sub_mesh, input_prims)
+
+
+def texture(
+    textures: Any, texture_scale: Any = None, texture_rotate: Any = None, per_sub_mesh: bool = False,
+    project_uvw: bool = False, seed: int | None = None, input_prims: Any = None,
+) -> ReplicatorItem:  # fmt: skip
+    """Give each prim an OmniPBR material with a drawn texture, as `color` does with a drawn colour.
+
+    Args:
+        textures: pictures to choose from, files or URLs below the assets root, or a distribution over these.
+        texture_scale: repetitions along u and v, or one for both; larger numbers show smaller pictures.
+        texture_rotate: degrees.
+        per_sub_mesh: a material for each mesh below the prim.
+        project_uvw: project the picture along the axes of the object instead of using its UVs.
+        seed: replaces the global seed.
+
+    Raises:
+        AssetNotFound: a picture does not exist; names near misses.
+        GraphError: `seed` is no whole number, or `textures` is a distribution with another one.
+    """
+    drawn = one_of(textures, seed)
+    for path in drawn.node.inputs.get("choices") or []:
+        _texture_file(path)
+    inputs = {"diffuse_texture": drawn, "texture_scale": texture_scale, "texture_rotate": texture_rotate}
+    inputs["project_uvw"] = project_uvw or None
+    return _looks("OgnTexture", inputs, per_sub_mesh, input_prims)
+
+
+def _texture_file(path: str) -> str:
+    from pathlib import Path
+
+    file = assets.resolve(path)
+    if not Path(file).is_file():
+        raise AssetNotFound(f"randomizer.texture: {path} does not exist")
+    return file
+
+
+def _looks(kind: str, inputs: dict[str, Any], per_sub_mesh: bool, input_prims: Any) -> ReplicatorItem:
+    given = {name: value for name, value in inputs.items() if value is not None}
+    return act(kind, input_prims, attribute=",".join(given), perSubMesh=per_sub_mesh or None, **given)
+
+
+@action("OgnTexture")
+@action("OgnColor")
+def _write_looks(node: Node, execution: int) -> None:
+    drawn = {name: draw(value, node, execution, name) for name, value in node.inputs.items() if name in _INPUTS}
+    shaders: dict[str, UsdShade.Shader] = node.state.setdefault("shaders", {})
+    if _recolor(node, shaders, drawn):
+        return
+    with Sdf.ChangeBlock() if all(path in shaders for path in node.prims) else nullcontext():
+        for index, path in enumerate(node.prims):
+            for target in _meshes(path) if node.inputs.get("perSubMesh") else [path]:
+                if target not in shaders:
+                    shaders[target] = _own_look(target) or _new_look(target)
+                _write_inputs(shaders[target], {name: column[index] for name, column in drawn.items()})
+
+
+def _recolor(node: Node, shaders: dict[str, UsdShade.Shader], drawn: dict[str, list[Any]]) -> bool:
+    """Write plain colours of looks that exist already at once; False, with nothing written, for everything else."""
+    if list(drawn) != ["diffuse_color_constant"] or not all(path in shaders for path in node.prims):
+        return False
+    colors = drawn["diffuse_color_constant"]
+
+    def constants() -> list[Usd.Attribute]:
+        name = "inputs:diffuse_color_constant"
+        return [shaders[path].GetPrim().GetAttribute(name) for path in node.prims]
+
+    def previews() -> list[Usd.Attribute]:
+        looks = [shaders[path].GetPrim().GetParent() for path in node.prims]
+        return [look.GetChild("PreviewSurface").GetAttribute("inputs:diffuseColor") for look in looks]
+
+    return write_batch(node.state, "constants", constants, colors) and write_batch(
+        node.state, "previews", previews, colors
+    )
+
+
+def _own_look(path: str) -> UsdShade.Shader | None:
+    """The shader that an earlier run of a saved graph gave to the prim."""
+    bound = UsdShade.MaterialBindingAPI(prim_at(path)).GetDirectBinding().GetMaterialPath()
+    if not str(bound).startswith(f"{LOOKS}/"):
+        return None
+    return UsdShade.Shader.Get(current_stage(), bound.AppendChild("Shader")) or None
+
+
+def _meshes(path: str) -> list[str]:
+    return [str(prim.GetPath()) for prim in Usd.PrimRange(prim_at(path)) if prim.IsA(UsdGeom.Gprim)]
+
+
+# The OmniPBR inputs that we write.
+_INPUTS = {
+    "diffuse_color_constant": Sdf.ValueTypeNames.Color3f,
+    "diffuse_texture": Sdf.ValueTypeNames.Asset,
+    "texture_scale": Sdf.ValueTypeNames.Float2,
+    "texture_rotate": Sdf.ValueTypeNames.Float,
+    "project_uvw": Sdf.ValueTypeNames.Bool,
+}
+
+
+def _new_look(path: str) -> UsdShade.Shader:
+    """An OmniPBR material bound to the prim, with a UsdPreviewSurface beside it for viewers without MDL."""
+    stage, prim = current_stage(), prim_at(path)
+    if prim.IsInstanceable():
+        prim.SetInstanceable(False)
+    if not stage.GetPrimAtPath(LOOKS):
+        stage.DefinePrim(LOOKS, "Scope")
+    look = UsdShade.Material.Define(stage, paths.next_free_path(stage, f"{LOOKS}/OmniPBR"))
+    shader = UsdShade.Shader.Define(stage, look.GetPath().AppendChild("Shader"))
+    shader.SetSourceAsset(Sdf.AssetPath("OmniPBR.mdl"), "mdl")
+    shader.SetSourceAssetSubIdentifier("OmniPBR", "mdl")
+    look.CreateSurfaceOutput("mdl").ConnectToSource(shader.CreateOutput("out", Sdf.ValueTypeNames.Token))
+    preview = UsdShade.Shader.Define(stage, look.GetPath().AppendChild("PreviewSurface"))
+    preview.CreateIdAttr("UsdPreviewSurface")
+    preview.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(1))
+    look.CreateSurfaceOutput().ConnectToSource(preview.CreateOutput("surface", Sdf.ValueTypeNames.Token))
+    bind_material(prim, look.GetPrim())
+    return shader
+
+
+def _write_inputs(shader: UsdShade.Shader, values: dict[str, Any]) -> None:
+    for name, value in values.items():
+        usd_input = shader.CreateInput(name, _INPUTS[name])
+        if name == "diffuse_color_constant":
+            linear = Gf.Vec3f(vector("colors", value))
+            usd_input.Set(linear)
+            preview = shader.GetPrim().GetParent().GetChild("PreviewSurface")
+            preview.GetAttribute("inputs:diffuseColor").Set(linear)
+        elif name == "diffuse_texture":
+            usd_input.Set(Sdf.AssetPath(_texture_file(value)))
+        elif name == "texture_scale":
+            usd_input.Set(Gf.Vec2f(vector("texture_scale", value, 2)))
+        else:
+            usd_input.Set(value)
+
+
+def materials(
+    materials: Any, seed: int | None = None, max_cached_materials: int = 0, input_prims: Any = None,
+    name: str | None = None,
+) -> ReplicatorItem:  # fmt: skip
+    """Bind a drawn material to each prim, stronger than what is bound below.
+
+    Args:
+        materials: items, prims or paths of materials, or a distribution over these.
+        seed: replaces the global seed.
+        max_cached_materials: changes nothing: all materials are on the stage already and none is ever copied or
+            dropped.
+
+    Raises:
+        BadPrim: one is not on the stage, or no material.
+        GraphError: `seed` is no whole number, or `materials` is a distribution with another one.
+    """
+    if isinstance(materials, Distribution):
+        return material(one_of(materials, seed), input_prims=input_prims, name=name)
+    paths = prim_paths(materials)
+    for path in paths:
+        check_material(prim_at(path))
+    return material(one_of(paths, seed), input_prims=input_prims, name=name)

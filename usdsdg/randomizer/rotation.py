@@ -1,0 +1,65 @@
+"""Random rotations. Mirrors `rep.randomizer.rotation`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from usdsdg.arguments.values import vector
+from usdsdg.errors import GraphError
+from usdsdg.graph.actions import action
+from usdsdg.graph.evaluate import act
+from usdsdg.graph.node import Node, ReplicatorItem
+from usdsdg.graph.sampling import get_global_seed, own_seed, uniforms
+from usdsdg.modify.prims import prims_of
+from usdsdg.stage.geometry.populations import author_orientations, instance_names, is_population
+from usdsdg.stage.poses import transforms
+from usdsdg.stage.poses.pose_batch import Rotations, author_poses
+
+
+def rotation(
+    min_angle: tuple[float, float, float] = (-180.0, -180.0, -180.0),
+    max_angle: tuple[float, float, float] = (180.0, 180.0, 180.0),
+    seed: int | None = None,
+    input_prims: Any = None,
+) -> ReplicatorItem:
+    """Rotate each prim: uniformly over all rotations by default, else by angles that are uniform within the bounds.
+
+    Args:
+        min_angle: lowest angles about x, y, z [degrees], or one for all; `max_angle` the highest.
+        seed: replaces the global seed.
+
+    Raises:
+        GraphError: a bound is not three numbers or is above the other one, or the seed is no whole number.
+    """
+    lower, upper = vector("min_angle", min_angle), vector("max_angle", max_angle)
+    if any(low > high for low, high in zip(lower, upper)):
+        raise GraphError(f"randomizer.rotation: min_angle={min_angle!r} is above max_angle={max_angle!r}")
+    angles = dict(minAngle=tuple(lower), maxAngle=tuple(upper))
+    return act("OgnRotation", input_prims, attribute="rotation", seed=own_seed(seed), **angles)
+
+
+@action("OgnRotation")
+def _rotate(node: Node, execution: int) -> None:
+    lower, upper = (np.asarray(node.inputs[name], float) for name in ("minAngle", "maxAngle"))
+    seed, whole = node.inputs.get("seed", get_global_seed()), (lower == -180.0).all() and (upper == 180.0).all()
+
+    def angles(names: Sequence[str]) -> np.ndarray:
+        u = uniforms(seed, node.key, execution, names, 3)
+        return transforms.euler_xyz_from_quat(uniform_quaternions(u)) if whole else lower + u * (upper - lower)
+
+    prims = prims_of(node)
+    single = [prim for prim in prims if not is_population(prim)]
+    if single:
+        author_poses(single, rotate=Rotations(degrees=angles([str(prim.GetPath()) for prim in single])))
+    for population in (prim for prim in prims if is_population(prim)):
+        author_orientations(population, Rotations(degrees=angles(instance_names(population))).quats())
+
+
+def uniform_quaternions(u: np.ndarray) -> np.ndarray:
+    """(N, 4) unit quaternions xyzw, uniform on SO(3), from (N, 3) uniforms (Shoemake, Graphics Gems III, 1992)."""
+    a, b = np.sqrt(1 - u[:, 0]), np.sqrt(u[:, 0])
+    s, t = 2 * np.pi * u[:, 1], 2 * np.pi * u[:, 2]
+    return np.stack([a * np.sin(s), a * np.cos(s), b * np.sin(t), b * np.cos(t)], axis=1)

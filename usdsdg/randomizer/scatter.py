@@ -1,0 +1,186 @@
+"""Prims scattered over surfaces and in volumes. Mirrors `rep.randomizer.scatter_2d` and `scatter_3d`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Usd, UsdGeom, Vt
+
+from usdsdg.errors import GraphError
+from usdsdg.graph.actions import action
+from usdsdg.graph.evaluate import act
+from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
+from usdsdg.graph.sampling import get_global_seed, own_seed, uniforms
+from usdsdg.modify import prim_at
+from usdsdg.scatter import surface, volume
+from usdsdg.scatter.bounds import Bounds
+from usdsdg.scatter.places import Draws
+from usdsdg.scatter.stage_bodies import scatter, surface_of, volume_of
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.geometry.populations import object_names
+
+# Where the voxels are shown that `viz_sampled_voxels` asks for.
+VOXELS = "/Replicator/SampledVoxels"
+Bound = Sequence[float | None]
+_OPEN: Bound = (None, None, None)
+
+
+def scatter_2d(
+    surface_prims: Any, no_coll_prims: Any = None, min_samp: Bound = _OPEN, max_samp: Bound = _OPEN,
+    seed: int | None = None, offset: float = 0, check_for_collisions: bool = False, input_prims: Any = None,
+    name: str | None = None,
+) -> ReplicatorItem:  # fmt: skip
+    """Place the origin of each prim on the surfaces of `surface_prims`, uniformly by area; their rotation stays.
+
+    Args:
+        surface_prims: prims whose meshes (and other gprims, visible or not) are scattered over.
+        no_coll_prims: prims that nothing may touch.
+        min_samp: lowest (x, y, z) of the world that is used [stage units]; None for no bound.
+        max_samp: highest one.
+        seed: replaces the global seed.
+        offset: distance above the surface along its normal [stage units].
+        check_for_collisions: place no prim so that it touches one placed before.
+
+    Bodies collide where their triangles cross, or where one lies inside the closed surface of another; touching is no
+    collision. The surface itself is not checked.
+
+    Raises:
+        GraphError: (a ValueError) no surface is given. At execution: there is none within the bounds, or a prim has no
+            free place after 10,000 tries.
+    """
+    surfaces = _some("scatter_2d", "surface_prims", surface_prims)
+    return act(
+        "OgnScatter2D", input_prims, name=name, attribute="position", surfacePrims=surfaces,
+        noCollPrims=list(prim_paths(no_coll_prims)) or None, offset=float(offset), seed=own_seed(seed),
+        checkForCollisions=bool(check_for_collisions), **_bounds(min_samp, max_samp),
+    )  # fmt: skip
+
+
+@action("OgnScatter2D")
+def _scatter_2d(node: Node, execution: int) -> None:
+    inputs = node.inputs
+    region = surface_of(_prims(inputs, "surfacePrims"), _given_bounds(inputs), offset=inputs["offset"])
+    _scatter(node, region, execution, surface.COMPONENTS)
+
+
+def scatter_3d(
+    volume_prims: Any = None, no_coll_prims: Any = None, volume_excl_prims: Any = None, min_samp: Bound = _OPEN,
+    max_samp: Bound = _OPEN, resolution_scaling: float = 1.0, voxel_size: float = 0.0,
+    check_for_collisions: bool = False, prevent_vol_overlap: bool = True, viz_sampled_voxels: bool = False,
+    seed: int | None = None, input_prims: Any = None, name: str | None = None,
+) -> ReplicatorItem:  # fmt: skip
+    """Place the origin of each prim inside of `volume_prims`, uniformly; their rotation stays.
+
+    Args:
+        volume_prims: closed meshes (or other gprims, visible or not); without any, the box from `min_samp` to
+            `max_samp`.
+        no_coll_prims: prims that nothing may touch.
+        volume_excl_prims: closed meshes in which no origin is placed.
+        min_samp: lowest (x, y, z) of the world that is used [stage units]; None for no bound.
+        max_samp: highest one.
+        resolution_scaling: more (above 1) or fewer voxels than 30 along the longest side of the mean volume.
+        voxel_size: edge of a voxel [stage units], instead of `resolution_scaling`. Voxels only find the volume: points
+            are inside of the meshes whatever their size.
+        check_for_collisions: place no prim so that it touches one placed before.
+        prevent_vol_overlap: where volumes overlap, places are no denser than elsewhere.
+        viz_sampled_voxels: show the voxels that were drawn, green and translucent, under `/Replicator/SampledVoxels`.
+        seed: replaces the global seed.
+
+    Raises:
+        GraphError: (a ValueError) there is no volume and a bound is missing. At execution: nothing is left to sample,
+            or a prim has no free place after 10,000 tries.
+    """
+    volumes, bounds = list(prim_paths(volume_prims)), _bounds(min_samp, max_samp)
+    if not volumes:
+        volume.Box(_given_bounds(bounds))
+    if not (resolution_scaling > 0 and voxel_size >= 0):
+        raise GraphError(
+            f"randomizer.scatter_3d: resolution_scaling={resolution_scaling!r} must be above 0 and "
+            f"voxel_size={voxel_size!r} not below"
+        )
+    return act(
+        "OgnScatter3D", input_prims, name=name, attribute="position", volumePrims=volumes or None,
+        noCollPrims=list(prim_paths(no_coll_prims)) or None,
+        volumeExclPrims=list(prim_paths(volume_excl_prims)) or None,
+        resolutionScaling=float(resolution_scaling), voxelSize=float(voxel_size), seed=own_seed(seed),
+        checkForCollisions=bool(check_for_collisions), preventVolOverlap=bool(prevent_vol_overlap),
+        vizSampledVoxels=bool(viz_sampled_voxels), **bounds,
+    )  # fmt: skip
+
+
+@action("OgnScatter3D")
+def _scatter_3d(node: Node, execution: int) -> None:
+    inputs = node.inputs
+    region = volume_of(
+        _prims(inputs, "volumePrims"),
+        _given_bounds(inputs),
+        excluded=_prims(inputs, "volumeExclPrims"),
+        voxel_size=inputs["voxelSize"],
+        resolution_scaling=inputs["resolutionScaling"],
+        once=inputs["preventVolOverlap"],
+    )
+    drawn = _scatter(node, region, execution, volume.COMPONENTS)
+    if inputs["vizSampledVoxels"] and isinstance(region, volume.Volume):
+        show_voxels(current_stage(), region.voxels(drawn), region.voxel_size)
+
+
+def _scatter(
+    node: Node, region: surface.Surface | volume.Volume | volume.Box, execution: int, components: int
+) -> np.ndarray:
+    prims = [prim_at(path) for path in node.prims]
+    return scatter(
+        prims,
+        region,
+        _draws(node, object_names(prims), execution, components),
+        avoid=_prims(node.inputs, "noCollPrims"),
+        apart=node.inputs["checkForCollisions"],
+        shapes=node.state.setdefault("shapes", {}),
+    )
+
+
+def _draws(node: Node, names: Sequence[str], execution: int, components: int) -> Draws:
+    seed = node.inputs.get("seed", get_global_seed())
+
+    def draw(rows: Sequence[int], first: int, tries: int) -> np.ndarray:
+        chosen = [names[row] for row in rows]
+        u = uniforms(seed, f"{node.key}/try {first}", execution, chosen, tries * components)
+        return u.reshape(len(rows), tries, components)
+
+    return draw
+
+
+def _some(function: str, argument: str, prims: Any) -> list[str]:
+    paths = list(prim_paths(prims))
+    if not paths:
+        raise GraphError(f"randomizer.{function}: {argument} is {prims!r}; give at least one prim")
+    return paths
+
+
+def _bounds(min_samp: Bound, max_samp: Bound) -> dict[str, list[float]]:
+    """As a graph can hold them: infinite where there is no bound."""
+    bounds = Bounds.given(min_samp, max_samp)
+    return {"minSamp": bounds.lower.tolist(), "maxSamp": bounds.upper.tolist()}
+
+
+def _given_bounds(inputs: dict[str, Any]) -> Bounds:
+    return Bounds.given(inputs["minSamp"], inputs["maxSamp"])
+
+
+def _prims(inputs: dict[str, Any], role: str) -> list[Usd.Prim]:
+    return [prim_at(path) for path in inputs.get(role) or ()]
+
+
+def show_voxels(stage: Usd.Stage, middles: np.ndarray, size: float) -> UsdGeom.PointInstancer:
+    """Translucent green cubes of edge `size` [stage units] at `middles` (N, 3), instead of those shown before."""
+    instancer = UsdGeom.PointInstancer.Define(stage, VOXELS)
+    cube = UsdGeom.Cube.Define(stage, f"{VOXELS}/Voxel")
+    cube.CreateSizeAttr(size)
+    cube.CreateExtentAttr([Gf.Vec3f(-size / 2), Gf.Vec3f(size / 2)])
+    cube.CreateDisplayColorAttr([Gf.Vec3f(0, 1, 0)])
+    cube.CreateDisplayOpacityAttr([0.3])
+    instancer.CreatePrototypesRel().SetTargets([cube.GetPath()])
+    instancer.CreateProtoIndicesAttr(Vt.IntArray(len(middles), 0))
+    instancer.CreatePositionsAttr(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(middles, np.float32)))
+    return instancer

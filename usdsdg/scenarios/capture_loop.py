@@ -1,0 +1,200 @@
+"""The capture loop: when to randomize, when to capture and how, what to simulate between."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from pxr import Usd
+
+import usdsdg as rep
+from usdsdg.app.app import get_app
+from usdsdg.create.render_product import HydraTexture
+from usdsdg.scenarios import cameras as camera_steps
+from usdsdg.scenarios import randomizers
+from usdsdg.scenarios.cameras import Cameras
+from usdsdg.scenarios.config import ObjectBasedConfig, PathTracing
+from usdsdg.scenarios.draws import Draws
+from usdsdg.scenarios.objects import Bodies
+from usdsdg.session.timeline import get_timeline
+from usdsdg.settings import get_settings
+from usdsdg.stage.schemas import physx
+
+# Frames between two runs of each randomizer, and app updates while cameras clear their place.
+CAMERAS_EVERY, PULL_EVERY, LIGHTS_EVERY, COLORS_EVERY = 3, 10, 5, 15
+BACKGROUND_EVERY, VELOCITIES_EVERY = 25, 17
+CLEARING_UPDATES = 4
+WARM_UP_UPDATES = 5
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What the loop acts on."""
+
+    stage: Usd.Stage
+    physics_scene: Usd.Prim
+    labeled: Bodies
+    shapes: Bodies
+    meshes: Bodies
+    cameras: Cameras
+    render_products: list[HydraTexture]
+
+
+def use_renderer(config: ObjectBasedConfig) -> None:
+    """Draw frames as `launch_config` says; PathTracing takes samples and filter from `path_tracing`."""
+    get_settings().set("/rtx/rendermode", config.launch_config.renderer)
+    for path, value in _sampling(config.path_tracing).items():
+        get_settings().set(path, value)
+
+
+def start_timeline() -> None:
+    """First randomizations and a few updates, then a timeline that plays on without an end."""
+    rep.utils.send_og_event(event_name=randomizers.COLORS)
+    rep.utils.send_og_event(event_name=randomizers.BACKGROUND)
+    for _ in range(WARM_UP_UPDATES):
+        get_app().update()
+    timeline = get_timeline()
+    timeline.set_start_time(0)
+    timeline.set_end_time(1_000_000)
+    timeline.set_looping(False)
+    timeline.play()
+    timeline.commit()
+    get_app().update()
+
+
+def capture_frames(config: ObjectBasedConfig, scene: Scene, draws: Draws) -> int:
+    """Capture `num_frames` frames; returns how many were captured, fewer when Ctrl-C was pressed."""
+    with _stop_request() as stop_asked:
+        for frame in range(config.num_frames):
+            _randomize(frame, config, scene, draws)
+            _capture(frame, config, scene)
+            if stop_asked():
+                return frame + 1
+            _simulate_between(config.simulation_duration_between_captures)
+    return config.num_frames
+
+
+def _randomize(frame: int, config: ObjectBasedConfig, scene: Scene, draws: Draws) -> None:
+    if frame % CAMERAS_EVERY == 0 and scene.cameras.prims:
+        camera_steps.look_at_targets(scene.cameras, scene.labeled.all, config, draws, frame // CAMERAS_EVERY)
+        _clear_camera_places(scene.cameras)
+    if frame % PULL_EVERY == 0:
+        bodies = [*scene.labeled.all, *scene.shapes.all, *scene.meshes.all]
+        randomizers.pull_to_centre(bodies, draws, frame // PULL_EVERY)
+    for every, event in (
+        (LIGHTS_EVERY, randomizers.LIGHTS),
+        (COLORS_EVERY, randomizers.COLORS),
+        (BACKGROUND_EVERY, randomizers.BACKGROUND),
+        (VELOCITIES_EVERY, randomizers.VELOCITIES),
+    ):
+        if frame % every == 0:
+            rep.utils.send_og_event(event_name=event)
+
+
+def _clear_camera_places(cameras: Cameras) -> None:
+    """Let the cameras' spheres collide for a few updates, so that nothing sits in front of the lens."""
+    if not cameras.spheres:
+        return
+    cameras.set_colliding(True)
+    get_timeline().play()
+    for _ in range(CLEARING_UPDATES):
+        get_app().update()
+    cameras.set_colliding(False)
+
+
+def _capture(frame: int, config: ObjectBasedConfig, scene: Scene) -> None:
+    toggled = scene.render_products if config.disable_render_products_between_captures else []
+    set_updates(toggled, True)
+    every = config.path_tracing.every
+    if every and frame % every == 0:
+        _capture_path_traced(config.path_tracing, scene.physics_scene)
+    else:
+        rep.orchestrator.step(delta_time=0.0, rt_subframes=config.rt_subframes, pause_timeline=False)
+    set_updates(toggled, False)
+
+
+def set_updates(render_products: list[HydraTexture], enabled: bool) -> None:
+    for product in render_products:
+        product.hydra_texture.set_updates_enabled(enabled)
+
+
+def _capture_path_traced(options: PathTracing, physics_scene: Usd.Prim) -> None:
+    """One exposure of `duration` seconds, physics stepping at least once per sub-frame."""
+    wanted = {
+        "/omni/replicator/captureMotionBlur": True,
+        "/omni/replicator/pathTracedMotionBlurSubSamples": options.sub_frames,
+        "/rtx/rendermode": "PathTracing",
+        **_sampling(options),
+    }
+    with _settings(wanted), _physics_rate(physics_scene, options.sub_frames / options.duration):
+        get_timeline().play()
+        rep.orchestrator.step(delta_time=options.duration, pause_timeline=False)
+
+
+def _sampling(options: PathTracing) -> dict[str, object]:
+    return {
+        "/rtx/pathtracing/spp": options.spp,
+        "/rtx/pathtracing/totalSpp": options.spp,
+        "/rtx/pathtracing/optixDenoiser/enabled": options.denoise,
+    }
+
+
+@contextmanager
+def _settings(wanted: dict[str, object]) -> Iterator[None]:
+    settings = get_settings()
+    before = {path: settings.get(path) for path in wanted}
+    for path, value in wanted.items():
+        settings.set(path, value)
+    try:
+        yield
+    finally:
+        for path, value in before.items():
+            settings.set(path, value)
+
+
+@contextmanager
+def _physics_rate(physics_scene: Usd.Prim, at_least: float) -> Iterator[None]:
+    """Steps per second, raised for a while where they would be too few to move something in every sub-frame."""
+    rate = physx.PhysxSceneAPI(physics_scene).GetTimeStepsPerSecondAttr()
+    before = rate.Get()
+    if at_least > before:
+        rate.Set(at_least)
+    try:
+        yield
+    finally:
+        rate.Set(before)
+
+
+def _simulate_between(seconds: float) -> None:
+    """Update until more than `seconds` of simulation have passed; at least one update."""
+    timeline = get_timeline()
+    timeline.play()
+    start = timeline.get_current_time()
+    while True:
+        get_app().update()
+        if timeline.get_current_time() - start > seconds:
+            return
+
+
+@contextmanager
+def _stop_request() -> Iterator[Callable[[], bool]]:
+    """Turn the first Ctrl-C into a wish that the loop reads between frames; the second one stops at once."""
+    asked = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield asked.is_set
+        return
+
+    def on_interrupt(_signal: int, _frame: object) -> None:
+        asked.set()
+        signal.signal(signal.SIGINT, before)
+        print("stopping after this frame; Ctrl-C again stops at once", file=sys.stderr)
+
+    before = signal.signal(signal.SIGINT, on_interrupt)
+    try:
+        yield asked.is_set
+    finally:
+        signal.signal(signal.SIGINT, before)

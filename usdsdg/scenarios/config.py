@@ -1,0 +1,176 @@
+"""The configuration of the object-based job: the keys of Isaac Sim's example, and two of ours.
+
+A key that is left out takes the value that Isaac Sim's example takes for it.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+
+from usdsdg.scenarios.camera_properties import checked_camera_properties
+from usdsdg.scenarios.config_file import read_config
+from usdsdg.stage.cameras.render_products import size_problem
+
+# Numbers are strict: "3" and true are not numbers.
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
+NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
+Count = Annotated[int, Field(strict=True, ge=0)]
+AtLeastOne = Annotated[int, Field(strict=True, ge=1)]
+Text = Annotated[str, Field(strict=True, min_length=1)]
+Flag = Annotated[bool, Field(strict=True)]
+Shape = Literal["capsule", "cone", "cylinder", "sphere", "cube"]
+
+
+def _ordered(values: tuple[float, float]) -> tuple[float, float]:
+    if values[0] > values[1]:
+        raise ValueError(f"{list(values)} is the wrong way round; expected the smaller number first")
+    return values
+
+
+Range = Annotated[tuple[Positive, Positive], AfterValidator(_ordered)]
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class LaunchConfig(_Section):
+    """How Isaac Sim would be started."""
+
+    renderer: Literal["RayTracedLighting", "RaytracedLighting", "PathTracing"] = Field(
+        "RayTracedLighting", description="RayTracedLighting or PathTracing"
+    )
+    headless: Flag = Field(False, description="true or false; without effect, since there is never a window")
+
+
+class LabeledAsset(_Section):
+    """One kind of object to be learned."""
+
+    url: Text = Field(description="path of a USD file under the assets root, for example /Isaac/Props/YCB/…/x.usd")
+    label: Text = Field("unknown", description="the class that its labels carry")
+    count: Count = Field(1, description="how many, 0 or more")
+    floating: Flag = Field(False, description="true: no gravity; false: falls")
+    scale_min_max: Range | None = Field(None, description="smallest and largest scale, for example [0.85, 1.25]")
+    randomize_scale: Range | None = Field(
+        None, description="the same as scale_min_max, under the name that the code of Isaac Sim's example reads"
+    )
+
+    @property
+    def scale_range(self) -> tuple[float, float]:
+        return self.randomize_scale or self.scale_min_max or (1.0, 1.0)
+
+    @field_validator("randomize_scale")
+    @classmethod
+    def _one_name(cls, scale: tuple[float, float] | None, info: ValidationInfo) -> tuple[float, float] | None:
+        other = info.data.get("scale_min_max")
+        if scale and other and scale != other:
+            raise ValueError(
+                f"{list(scale)} differs from scale_min_max, which means the same; expected only one of them"
+            )
+        return scale
+
+
+class PathTracing(_Section):
+    """Every so often a frame is path traced with motion blur instead of drawn in the fast mode."""
+
+    every: Count = Field(5, description="which frames: 5 is 0, 5, 10, …; 0 is none")
+    spp: AtLeastOne = Field(128, description="samples per pixel, 1 or more")
+    sub_frames: AtLeastOne = Field(8, description="moments that one exposure is made of, 1 or more")
+    duration: Positive = Field(0.025, description="exposure time in seconds")
+    denoise: Flag = Field(False, description="true or false")
+
+
+class ObjectBasedConfig(_Section):
+    """Everything that can be chosen about the object-based job. Lengths are metres, times seconds."""
+
+    launch_config: LaunchConfig = Field(LaunchConfig(), description="a mapping with renderer and headless")
+    env_url: Annotated[str, Field(strict=True)] = Field("", description="path of a USD stage, or empty for none")
+    working_area_size: tuple[Positive, Positive, Positive] = Field(
+        (3, 3, 3), description="width, depth and height [m], for example [5, 5, 3]"
+    )
+    rt_subframes: Annotated[int, Field(strict=True, ge=-1)] = Field(
+        -1, description="sub-frames of the fast mode; -1 takes the default"
+    )
+    num_frames: Count = Field(10, description="how many moments to capture, 0 or more")
+    num_cameras: Count = Field(1, description="how many cameras see each of them, 0 or more")
+    camera_collider_radius: NotNegative = Field(0.0, description="radius [m] kept free around cameras; 0 for none")
+    disable_render_products_between_captures: Flag = Field(True, description="true or false")
+    simulation_duration_between_captures: NotNegative = Field(0.025, description="seconds, 0 or more")
+    resolution: tuple[AtLeastOne, AtLeastOne] = Field((640, 480), description="width and height in pixels")
+    camera_properties_kwargs: dict[Text, Any] = Field({}, description="USD camera attributes, such as focalLength: 24")
+    camera_look_at_target_offset: NotNegative = Field(0.2, description="metres, 0 or more")
+    camera_distance_to_target_min_max: Range = Field(
+        (0.1, 0.5), description="nearest and farthest distance [m], for example [0.25, 0.75]"
+    )
+    writer_type: Text | None = Field(None, description="name of a writer, such as PoseWriter or BasicWriter")
+    writer_kwargs: dict[Text, Any] = Field({}, description="arguments of the writer, such as output_dir")
+    labeled_assets_and_properties: list[LabeledAsset] = Field(
+        [], validate_default=True, description="a list of mappings with url, label, count, floating and scale_min_max"
+    )
+    shape_distractors_types: list[Shape] = Field(
+        ["capsule", "cone", "cylinder", "sphere", "cube"], description="any of capsule, cone, cylinder, sphere, cube"
+    )
+    shape_distractors_scale_min_max: Range = Field(
+        (0.02, 0.2), description="smallest and largest scale, for example [0.015, 0.15]"
+    )
+    shape_distractors_num: Count = Field(350, description="how many, 0 or more")
+    mesh_distractors_urls: list[Text] = Field([], description="a list of paths of USD files under the assets root")
+    mesh_distractors_scale_min_max: Range = Field(
+        (0.1, 2.0), description="smallest and largest scale, for example [0.35, 1.35]"
+    )
+    mesh_distractors_num: Count = Field(10, description="how many, 0 or more")
+    seed: Count = Field(0, description="a whole number, 0 or more; the same seed gives the same dataset")
+    path_tracing: PathTracing = Field(PathTracing(), description="a mapping with every, spp, sub_frames, duration")
+
+    @property
+    def mesh_distractors_wanted(self) -> int:
+        """Without URLs the default number means none."""
+        return self.mesh_distractors_num if self.mesh_distractors_urls else 0
+
+    @property
+    def shape_distractors_wanted(self) -> int:
+        return self.shape_distractors_num if self.shape_distractors_types else 0
+
+    @field_validator("resolution")
+    @classmethod
+    def _can_be_made(cls, resolution: tuple[int, int]) -> tuple[int, int]:
+        if problem := size_problem(*resolution):
+            raise ValueError(problem)
+        return resolution
+
+    @field_validator("camera_properties_kwargs")
+    @classmethod
+    def _known_to_cameras(cls, properties: dict[str, Any]) -> dict[str, Any]:
+        return checked_camera_properties(properties)
+
+    @field_validator("shape_distractors_num", "mesh_distractors_num")
+    @classmethod
+    def _has_sources(cls, number: int, info: ValidationInfo) -> int:
+        source = "shape_distractors_types" if info.field_name == "shape_distractors_num" else "mesh_distractors_urls"
+        if number and info.data.get(source) == []:
+            raise ValueError(
+                f"asks for {number}, but {source} lists nothing to choose from; expected 0 there or some here"
+            )
+        return number
+
+    @field_validator("labeled_assets_and_properties")
+    @classmethod
+    def _has_targets(cls, assets: list[LabeledAsset], info: ValidationInfo) -> list[LabeledAsset]:
+        if info.data.get("num_cameras") and info.data.get("num_frames") and not any(asset.count for asset in assets):
+            raise ValueError("lists no object, but cameras need one to look at; expected at least one with count > 0")
+        return assets
+
+
+def load_config(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> ObjectBasedConfig:
+    """Read a YAML or JSON file, then apply "key=value" overrides (`path_tracing.spp=16`, `resolution.0=320`).
+
+    Raises:
+        ConfigError: the file is missing or unreadable, or has unknown keys, wrong types or impossible values;
+            one message names all of them, with their lines.
+    """
+    return read_config(path, overrides, ObjectBasedConfig)

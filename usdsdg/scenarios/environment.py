@@ -1,0 +1,51 @@
+"""The stage that objects are thrown into: an environment or an empty stage, walls, and the physics scene."""
+
+from __future__ import annotations
+
+from pxr import Sdf, Usd, UsdGeom
+
+from usdsdg.scenarios import rigid_bodies
+from usdsdg.session import stage_context
+from usdsdg.stage import assets
+from usdsdg.stage.physics_scene import needed_physics_scene
+from usdsdg.stage.poses.transforms import author_pose
+from usdsdg.stage.schemas import physx
+from usdsdg.stage.semantics import labels
+
+WALL_THICKNESS = 0.5
+PHYSICS_RATE = 60.0
+
+
+def open_environment(env_url: str) -> Usd.Stage:
+    """Open a stage and take all its labels off, or make an empty one with a slanting distant light."""
+    if env_url:
+        stage = stage_context.open_stage(assets.resolve(env_url))
+        for prim in stage.GetPseudoRoot().GetChildren():
+            labels.remove_labels(prim, recursive=True)
+        return stage
+    stage = stage_context.new_stage()
+    light = stage.DefinePrim("/World/Lights/DistantLight", "DistantLight")
+    light.CreateAttribute("inputs:intensity", Sdf.ValueTypeNames.Float).Set(400.0)
+    author_pose(light, rotate_xyz=(0, 60, 0))
+    return stage
+
+
+def add_walls(stage: Usd.Stage, size: tuple[float, float, float], *, path: str = "/World/CollisionWalls") -> None:
+    """Close the working area with six invisible slabs, thick outwards, so that nothing drifts away."""
+    for axis, names in enumerate((("left_wall", "right_wall"), ("back_wall", "front_wall"), ("floor", "ceiling"))):
+        for name, side in zip(names, (-1.0, 1.0)):
+            extents, position = list(size), [0.0, 0.0, 0.0]
+            extents[axis] = WALL_THICKNESS
+            position[axis] = side * (size[axis] + WALL_THICKNESS) / 2.0
+            wall = stage.DefinePrim(f"{path}/{name}", "Cube")
+            # A Cube of the default size spans two units.
+            author_pose(wall, translate=position, scale=[extent / 2.0 for extent in extents])
+            rigid_bodies.add_colliders(wall)
+            UsdGeom.Imageable(wall).MakeInvisible()
+
+
+def add_physics_scene(stage: Usd.Stage) -> Usd.Prim:
+    """The stage's physics scene, made at /PhysicsScene where it has none, stepping 60 times a second."""
+    scene = needed_physics_scene(stage)
+    physx.PhysxSceneAPI.Apply(scene).GetTimeStepsPerSecondAttr().Set(PHYSICS_RATE)
+    return scene

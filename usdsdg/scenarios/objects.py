@@ -1,0 +1,96 @@
+"""What is thrown into the working area: labelled assets, and distractors without labels."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pxr import Usd
+
+from usdsdg.scenarios import rigid_bodies
+from usdsdg.scenarios.config import ObjectBasedConfig
+from usdsdg.scenarios.draws import Draws, Placement
+from usdsdg.stage import assets
+from usdsdg.stage.paths import next_free_path, valid_name
+from usdsdg.stage.poses.transforms import author_pose
+from usdsdg.stage.semantics import labels
+
+
+@dataclass
+class Bodies:
+    """Prims of one sort, apart by whether gravity pulls them."""
+
+    floating: list[Usd.Prim] = field(default_factory=list)
+    falling: list[Usd.Prim] = field(default_factory=list)
+
+    def add(self, prim: Usd.Prim, *, floating: bool) -> None:
+        (self.floating if floating else self.falling).append(prim)
+
+    @property
+    def all(self) -> list[Usd.Prim]:
+        return [*self.floating, *self.falling]
+
+
+def add_labeled_assets(stage: Usd.Stage, config: ObjectBasedConfig, draws: Draws) -> Bodies:
+    """The objects to be learned, each with its class label."""
+    bodies, seen = Bodies(), Counter()
+    low, high = _working_area(config)
+    for asset in config.labeled_assets_and_properties:
+        # Two entries of one label draw apart.
+        purpose = f"labeled/{asset.label}#{seen[asset.label]}"
+        seen[asset.label] += 1
+        for index in range(asset.count):
+            placement = draws.placement(purpose, index, low, high, asset.scale_range)
+            prim = _reference(stage, f"/World/Labeled/{valid_name(asset.label)}", asset.url)
+            _make_body(prim, placement, floating=asset.floating)
+            labels.add_labels(prim, {"class": [asset.label]}, mode="replace")
+            bodies.add(prim, floating=asset.floating)
+    return bodies
+
+
+def add_shape_distractors(stage: Usd.Stage, config: ObjectBasedConfig, draws: Draws) -> Bodies:
+    """Basic shapes without labels."""
+    bodies = Bodies()
+    low, high = _working_area(config)
+    for index in range(config.shape_distractors_wanted):
+        placement = draws.placement("shape", index, low, high, config.shape_distractors_scale_min_max)
+        shape = draws.choice("shape/type", index, config.shape_distractors_types)
+        floating = draws.choice("shape/floating", index, (True, False))
+        prim = stage.DefinePrim(next_free_path(stage, f"/World/Distractors/{shape}"), shape.capitalize())
+        _make_body(prim, placement, floating=floating)
+        bodies.add(prim, floating=floating)
+    return bodies
+
+
+def add_mesh_distractors(stage: Usd.Stage, config: ObjectBasedConfig, draws: Draws) -> Bodies:
+    """Assets whose labels, if they bring any, are taken off."""
+    bodies = Bodies()
+    low, high = _working_area(config)
+    for index in range(config.mesh_distractors_wanted):
+        placement = draws.placement("mesh", index, low, high, config.mesh_distractors_scale_min_max)
+        url = draws.choice("mesh/url", index, config.mesh_distractors_urls)
+        floating = draws.choice("mesh/floating", index, (True, False))
+        name = valid_name(Path(url).name.split(".")[0])
+        prim = _reference(stage, f"/World/Distractors/{name}", url)
+        _make_body(prim, placement, floating=floating)
+        labels.remove_labels(prim, recursive=True)
+        bodies.add(prim, floating=floating)
+    return bodies
+
+
+def _working_area(config: ObjectBasedConfig) -> tuple[list[float], list[float]]:
+    half = [extent / 2.0 for extent in config.working_area_size]
+    return [-extent for extent in half], half
+
+
+def _reference(stage: Usd.Stage, path: str, url: str) -> Usd.Prim:
+    prim = stage.DefinePrim(next_free_path(stage, path), "Xform")
+    prim.GetReferences().AddReference(assets.resolve(url))
+    return prim
+
+
+def _make_body(prim: Usd.Prim, placement: Placement, *, floating: bool) -> None:
+    author_pose(prim, translate=placement.position, rotate_xyz=placement.rotation, scale=(placement.scale,) * 3)
+    rigid_bodies.add_colliders(prim)
+    rigid_bodies.add_rigid_body(prim, floating=floating)

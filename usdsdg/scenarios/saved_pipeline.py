@@ -1,0 +1,90 @@
+"""A stage that was saved with its graph, run again without the script that made it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from usdsdg import orchestrator
+from usdsdg.app import saved_graph
+from usdsdg.arguments.registry import near_misses
+from usdsdg.create.render_product import render_product, render_product_tiled
+from usdsdg.errors import ConfigError, GraphError
+from usdsdg.graph.sampling import set_global_seed
+from usdsdg.scenarios.output_folder import placed
+from usdsdg.session import stage_context
+from usdsdg.settings import get_settings
+from usdsdg.writers import WriterRegistry
+
+SUFFIXES = (".usd", ".usda", ".usdc")
+
+
+@dataclass(frozen=True)
+class Overrides:
+    """What a user may change of a saved run; None leaves what the stage says."""
+
+    num_frames: int | None = None
+    output_dir: str | None = None
+    seed: int | None = None
+
+    @classmethod
+    def parse(cls, assignments: list[str]) -> Overrides:
+        """From `key=value` texts.
+
+        Raises:
+            ConfigError: an unknown key, or a value of the wrong type; all of them at once.
+        """
+        readers = {"num_frames": int, "output_dir": str, "seed": int}
+        values: dict[str, Any] = {}
+        problems = []
+        for assignment in assignments:
+            key, _, text = assignment.partition("=")
+            if key not in readers:
+                near = near_misses(key, readers) or list(readers)
+                problems.append(f"{key}: a saved stage has no such key; it has {', '.join(near)}")
+                continue
+            try:
+                values[key] = readers[key](text)
+            except ValueError:
+                problems.append(f"{key}: {text!r} is not a whole number")
+        if problems:
+            raise ConfigError("; ".join(problems))
+        return cls(**values)
+
+
+def run(stage_file: Path, overrides: Overrides) -> None:
+    """Open the stage, make its graph, render products and writers, and capture its frames.
+
+    Raises:
+        GraphError: the stage holds no graph, no writer, or nodes that need Python code.
+    """
+    stage = stage_context.open_stage(stage_file)
+    saved = saved_graph.load(stage)
+    set_global_seed(saved.seed if overrides.seed is None else overrides.seed)
+    for key, value in saved.settings.items():
+        get_settings().set(key, value)
+    if not saved.writers:
+        raise GraphError(f"{stage_file} names no writer; attach one in the script before the stage is saved")
+    for writer in saved.writers:
+        _attach(writer, overrides)
+    frames = overrides.num_frames or saved.frames
+    if not frames:
+        raise GraphError(f"{stage_file} was saved before its first capture; say how many: --set num_frames=10")
+    orchestrator.get_orchestrator().expect_frames(frames)
+    for _ in range(frames):
+        orchestrator.step(rt_subframes=saved.rt_subframes or -1)
+    orchestrator.wait_until_complete()
+
+
+def _attach(saved: saved_graph.SavedWriter, overrides: Overrides) -> None:
+    arguments = dict(saved.arguments)
+    if overrides.output_dir is not None:
+        arguments = placed({**arguments, "output_dir": overrides.output_dir})
+    writer = WriterRegistry.get(saved.name)
+    writer.initialize(**arguments)
+    products = []
+    for path, (camera, size) in saved.products.items():
+        make = render_product_tiled if isinstance(camera, list) else render_product
+        products.append(make(camera, size, name=path.rsplit("/", 1)[-1]))
+    writer.attach(products)

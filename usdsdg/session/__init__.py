@@ -1,0 +1,1 @@
+"""The state of one process: the current stage, settings, timeline, engines, progress."""

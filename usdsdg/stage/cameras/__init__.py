@@ -1,0 +1,1 @@
+"""Cameras, lens models and render products on the stage."""

@@ -1,0 +1,50 @@
+"""Tiled sensors: a camera that stands for several others, as `rep.create.tiled_sensor` authors it.
+
+The camera names a bridge prim, and the bridge has the cameras and the sizes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pxr import Gf, Sdf, Usd
+
+from usdsdg.errors import RenderError
+from usdsdg.stage.cameras.render_products import Tiles
+
+CONFIG, PLUGIN = "sensorModelConfig", "sensorModelPluginName"
+CAMERAS, TILE, WHOLE = "camPrims", "cameraResolution", "tiledResolution"
+
+
+def author_tiled_sensor(
+    sensor: Usd.Prim, bridge: Usd.Prim, tiles: Tiles, whole: tuple[int, int], output_types: Sequence[str]
+) -> None:
+    """Make the camera `sensor` stand for the cameras of `tiles`, in a picture of `whole` pixels."""
+    types = Sdf.ValueTypeNames
+    sensor.CreateAttribute(CONFIG, types.String).Set(str(bridge.GetPath()))
+    sensor.CreateAttribute(PLUGIN, types.String).Set("omni.sensors.tiled.plugin")
+    sensor.CreateAttribute("cameraSensorType", types.Token).Set("rtxsensor")
+    bridge.CreateRelationship(CAMERAS).SetTargets([Sdf.Path(path) for path in tiles.cameras])
+    bridge.CreateAttribute(TILE, types.Int2).Set(Gf.Vec2i(*tiles.size))
+    bridge.CreateAttribute(WHOLE, types.Int2).Set(Gf.Vec2i(*whole))
+    bridge.CreateAttribute("outputType", types.StringArray).Set(list(output_types))
+
+
+def tiles_of_sensor(camera: Usd.Prim, size: tuple[int, int]) -> Tiles | None:
+    """What a tiled sensor shows in a picture of `size`; None for an ordinary camera.
+
+    Raises:
+        RenderError: the sensor makes a picture of another size.
+    """
+    config = camera.GetAttribute(CONFIG).Get() if camera.HasAttribute(CONFIG) else None
+    bridge = camera.GetStage().GetPrimAtPath(config) if config else None
+    if not bridge or not bridge.HasRelationship(CAMERAS):
+        return None
+    whole = tuple(bridge.GetAttribute(WHOLE).Get())
+    if whole != size:
+        raise RenderError(
+            f"render_product: {camera.GetPath()} is a tiled sensor of {whole[0]} x {whole[1]} pixels, not "
+            f"{size[0]} x {size[1]}; give resolution={whole}"
+        )
+    cameras = bridge.GetRelationship(CAMERAS).GetTargets()
+    return Tiles(tuple(map(str, cameras)), tuple(bridge.GetAttribute(TILE).Get()))

@@ -1,0 +1,193 @@
+"""The triangles of what is on the stage, for everything that asks where matter is and needs no renderer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from usdsdg.stage.poses.transforms import as_array
+
+# Sides of the polygons that stand for circles.
+SEGMENTS = 48
+# A shape's size by the name of the attribute.
+Size: TypeAlias = Callable[[str], float]
+# Columns of points made around +Z, for shapes along another axis.
+_ALONG = {"X": [2, 0, 1], "Y": [1, 2, 0], "Z": [0, 1, 2]}
+
+
+class Triangles(NamedTuple):
+    """Triangles of one gprim, counter-clockwise seen from outside."""
+
+    points: np.ndarray  # (V, 3) float64 [units of the space asked for]
+    faces: np.ndarray  # (T, 3) int64 into points
+
+    def corners(self) -> np.ndarray:
+        """(T, 3, 3): the corners of each triangle."""
+        return self.points[self.faces]
+
+
+class Placed(NamedTuple):
+    """One gprim, or one copy of it by a point instancer."""
+
+    path: str
+    triangles: Triangles  # in its own space
+    to_world: np.ndarray  # (4, 4) row vectors
+
+    def in_world(self) -> Triangles:
+        """Its triangles in the world; turned over where the transform mirrors, so that outside stays outside."""
+        points = self.triangles.points @ self.to_world[:3, :3] + self.to_world[3, :3]
+        mirrored = np.linalg.det(self.to_world[:3, :3]) < 0
+        return Triangles(points, self.triangles.faces[:, ::-1] if mirrored else self.triangles.faces)
+
+
+def triangles_below(prims: Iterable[Usd.Prim]) -> list[Placed]:
+    """All gprims at and below `prims`, inside instances and point instancers too, whether visible or not.
+
+    Meshes are taken as their control cage; faces are cut into fans.
+    """
+    cache = UsdGeom.XformCache(Usd.TimeCode.Default())
+    found = []
+    for root in prims:
+        walk = iter(Usd.PrimRange(root, Usd.TraverseInstanceProxies()))
+        for prim in walk:
+            if prim.IsA(UsdGeom.PointInstancer):
+                walk.PruneChildren()
+                found += _copies(UsdGeom.PointInstancer(prim), cache)
+            elif prim.IsA(UsdGeom.Gprim) and (own := own_triangles(prim)) is not None:
+                found.append(Placed(str(prim.GetPath()), own, as_array(cache.GetLocalToWorldTransform(prim))))
+    return found
+
+
+def _copies(instancer: UsdGeom.PointInstancer, cache: UsdGeom.XformCache) -> Iterator[Placed]:
+    stage, path = instancer.GetPrim().GetStage(), str(instancer.GetPath())
+    to_world = as_array(cache.GetLocalToWorldTransform(instancer.GetPrim()))
+    time = Usd.TimeCode.Default()
+    transforms = instancer.ComputeInstanceTransformsAtTime(time, time, UsdGeom.PointInstancer.IncludeProtoXform)
+    mask = instancer.ComputeMaskAtTime(time)
+    kinds = [kind for kind, shown in zip(instancer.GetProtoIndicesAttr().Get() or (), mask or _always()) if shown]
+    parts: dict[int, list[tuple[Triangles, np.ndarray]]] = {}
+    for kind, target in enumerate(instancer.GetPrototypesRel().GetForwardedTargets()):
+        root = stage.GetPrimAtPath(target)
+        # The prototype's own transform is in the instance's already.
+        root_to_world = cache.GetLocalToWorldTransform(root).GetInverse() if root else None
+        parts[kind] = [
+            (placed.triangles, placed.to_world @ as_array(root_to_world))
+            for placed in (triangles_below([root]) if root else ())
+        ]
+    for index, (kind, transform) in enumerate(zip(kinds, transforms)):
+        for triangles, to_prototype in parts.get(kind, ()):
+            yield Placed(f"{path}[{index}]", triangles, to_prototype @ as_array(transform) @ to_world)
+
+
+def _always() -> Iterator[bool]:
+    while True:
+        yield True
+
+
+def own_triangles(prim: Usd.Prim) -> Triangles | None:
+    """Triangles of a gprim in its own space; None for what has no surface that we know (curves, points, empty)."""
+    if prim.IsA(UsdGeom.Mesh):
+        return _of_mesh(UsdGeom.Mesh(prim))
+    shape = _SHAPES.get(str(prim.GetTypeName()))
+    if shape is None:
+        return None
+    points, faces = shape(lambda name: float(prim.GetAttribute(name).Get()))
+    if axis := prim.GetAttribute("axis"):
+        points = points[:, _ALONG[str(axis.Get())]]
+    return Triangles(points, _with_area(points, faces))
+
+
+def _cube(size: Size) -> tuple[np.ndarray, np.ndarray]:
+    points = (np.array(list(np.ndindex(2, 2, 2)), np.float64) - 0.5) * size("size")
+    quads = np.array([(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)])
+    return points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+def _plane(size: Size) -> tuple[np.ndarray, np.ndarray]:
+    x, y = size("width") / 2, size("length") / 2
+    return np.array([(-x, -y, 0), (x, -y, 0), (x, y, 0), (-x, y, 0)]), np.array([(0, 1, 2), (0, 2, 3)])
+
+
+def _sphere(size: Size) -> tuple[np.ndarray, np.ndarray]:
+    return _turned(_arc(-90, 90) * size("radius"))
+
+
+def _capsule(size: Size) -> tuple[np.ndarray, np.ndarray]:
+    radius, half = size("radius"), size("height") / 2
+    return _turned(np.concatenate([_arc(-90, 0) * radius - (0, half), _arc(0, 90) * radius + (0, half)]))
+
+
+def _cylinder(size: Size) -> tuple[np.ndarray, np.ndarray]:
+    radius, half = size("radius"), size("height") / 2
+    return _turned(np.array([(0, -half), (radius, -half), (radius, half), (0, half)]))
+
+
+def _cone(size: Size) -> tuple[np.ndarray, np.ndarray]:
+    radius, half = size("radius"), size("height") / 2
+    return _turned(np.array([(0, -half), (radius, -half), (0, half)]))
+
+
+def _arc(start: float, end: float) -> np.ndarray:
+    angle = np.radians(np.linspace(start, end, round(abs(end - start) * SEGMENTS / 360) + 1))
+    return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def _turned(outline: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """An outline (radius, z), from bottom to top, turned around Z."""
+    angle = np.arange(SEGMENTS) * (2 * np.pi / SEGMENTS)
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    flat = outline[:, None, :1] * ring
+    points = np.concatenate([flat, np.broadcast_to(outline[:, None, 1:], (*flat.shape[:2], 1))], axis=-1).reshape(-1, 3)
+    row, column = np.indices((len(outline) - 1, SEGMENTS)).reshape(2, -1)
+    here, onward = row * SEGMENTS + column, row * SEGMENTS + (column + 1) % SEGMENTS
+    lower = np.stack([here, onward, onward + SEGMENTS], axis=1)
+    return points, np.concatenate([lower, np.stack([here, onward + SEGMENTS, here + SEGMENTS], axis=1)])
+
+
+_SHAPES = {
+    "Cube": _cube,
+    "Sphere": _sphere,
+    "Cylinder": _cylinder,
+    "Cone": _cone,
+    "Capsule": _capsule,
+    "Plane": _plane,
+}
+
+
+def _of_mesh(mesh: UsdGeom.Mesh) -> Triangles | None:
+    points = np.array(_value(mesh.GetPointsAttr()) or (), np.float64).reshape(-1, 3)
+    counts = np.array(_value(mesh.GetFaceVertexCountsAttr()) or (), np.int64)
+    indices = np.array(_value(mesh.GetFaceVertexIndicesAttr()) or (), np.int64)
+    if not len(points) or not len(counts) or counts.sum() > len(indices) or counts.min() < 0:
+        return None
+    starts = np.cumsum(counts) - counts
+    kept = counts >= 3
+    holes = np.array(_value(mesh.GetHoleIndicesAttr()) or (), np.int64)
+    kept[holes[(holes >= 0) & (holes < len(kept))]] = False
+    counts, starts = counts[kept], starts[kept]
+    fans = counts - 2
+    step = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
+    first = np.repeat(starts, fans)
+    faces = indices[np.stack([first, first + step + 1, first + step + 2], axis=-1)]
+    faces = faces[((faces >= 0) & (faces < len(points))).all(1)]
+    if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
+        faces = faces[:, ::-1]
+    faces = _with_area(points, faces)
+    return Triangles(points, faces) if len(faces) else None
+
+
+def _value(attribute: Usd.Attribute) -> object:
+    """The value, or the first sample where there are only samples."""
+    value = attribute.Get()
+    return attribute.Get(Usd.TimeCode.EarliestTime()) if value is None else value
+
+
+def _with_area(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Without triangles that are lines or points, or not finite."""
+    a, b, c = (points[faces[:, i]] for i in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    longest = np.maximum(((b - a) ** 2).sum(1), ((c - a) ** 2).sum(1))
+    return faces[np.isfinite(area) & (area > 1e-12 * longest)]

@@ -1,0 +1,1 @@
+"""Image and video codecs: PNG, OpenEXR, Radiance HDR, motion JPEG."""

@@ -1,0 +1,1 @@
+"""Transforms of prims: reading, look-at, and writing into existing xform ops."""

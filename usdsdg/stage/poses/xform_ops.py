@@ -1,0 +1,227 @@
+"""Poses written into whatever xform ops a prim already has."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pxr import Gf, Usd, UsdGeom
+
+from usdsdg.errors import BadPrim
+from usdsdg.stage.poses.rotations import (
+    compose,
+    decompose,
+    euler_from_matrix,
+    matrix_from_euler,
+    matrix_from_quat,
+    quat_from_matrix,
+)
+
+Vector: TypeAlias = Sequence[float] | Gf.Vec3d | Gf.Vec3f | np.ndarray
+Quaternion: TypeAlias = Gf.Quatd | Gf.Quatf | Gf.Quath
+
+_TYPES = UsdGeom.XformOp
+# Order in which a three-axis rotate op turns, outermost axis last.
+_EULER_ORDERS = {getattr(_TYPES, f"TypeRotate{order}"): order for order in ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")}
+_SINGLE_AXES = {getattr(_TYPES, f"TypeRotate{axis}"): axis for axis in "XYZ"}
+_VECTORS = {_TYPES.PrecisionDouble: Gf.Vec3d, _TYPES.PrecisionFloat: Gf.Vec3f, _TYPES.PrecisionHalf: Gf.Vec3h}
+_PRECISIONS = {"d": _TYPES.PrecisionDouble, "f": _TYPES.PrecisionFloat, "h": _TYPES.PrecisionHalf}
+_QUATERNIONS = {
+    _TYPES.PrecisionDouble: Gf.Quatd,
+    _TYPES.PrecisionFloat: Gf.Quatf,
+    _TYPES.PrecisionHalf: Gf.Quath,
+}
+
+
+def author_pose(
+    prim: Usd.Prim,
+    *,
+    translate: Vector | None = None,
+    rotate_xyz: Vector | None = None,
+    orient: Quaternion | None = None,
+    scale: Vector | None = None,
+) -> None:
+    """Set parts of a prim's local pose in the ops that it has.
+
+    Missing ops are added in the order translate, rotateXYZ (or orient), scale. `rotate_xyz` is in degrees, x
+    first. A prim with another rotate order, an orient op or a single matrix gets the same rotation in that form, at
+    that op's precision. Pivots and !resetXformStack! stay.
+
+    Raises:
+        BadPrim: the prim is not Xformable or cannot be edited (it lies inside an instance).
+        ValueError: both `rotate_xyz` and `orient` are given.
+    """
+    if rotate_xyz is not None and orient is not None:
+        raise ValueError("give either rotate_xyz or orient, not both")
+    ops = _Ops(_editable(prim))
+    if translate is not None:
+        ops.set_translate(translate)
+    if rotate_xyz is not None or orient is not None:
+        ops.set_rotation(_Rotation(rotate_xyz, orient))
+    if scale is not None:
+        ops.set_scale(scale)
+
+
+def _editable(prim: Usd.Prim) -> UsdGeom.Xformable:
+    if not prim:
+        raise BadPrim(f"cannot pose {prim}: the prim does not exist any more")
+    if prim.IsInstanceProxy() or prim.IsInPrototype():
+        raise BadPrim(
+            f"cannot pose {prim.GetPath()}: it lies inside an instance; pose the instance or SetInstanceable(False)"
+        )
+    if not prim.IsA(UsdGeom.Xformable):
+        kind = prim.GetTypeName() or "a prim without a type"
+        raise BadPrim(
+            f"cannot pose {prim.GetPath()}: {kind} has no transform; it must be an Xform, gprim, camera or light"
+        )
+    return UsdGeom.Xformable(prim)
+
+
+def gf_quat(quat_xyzw: ArrayLike) -> Gf.Quatd:
+    """One quaternion (x, y, z, w) as pxr wants it."""
+    x, y, z, w = (float(value) for value in np.asarray(quat_xyzw))
+    return Gf.Quatd(w, x, y, z)
+
+
+class _Rotation(NamedTuple):
+    """A rotation as the caller gave it, in either form."""
+
+    degrees: Vector | None
+    orient: Quaternion | None
+
+    def quat(self) -> Gf.Quatd:
+        if self.orient is not None:
+            return Gf.Quatd(self.orient)
+        return gf_quat(quat_from_matrix(matrix_from_euler(tuple(self.degrees or ()))))
+
+    def euler(self, order: str) -> Vector:
+        """Angles about x, y, z for an op of `order`. Given ones stay where the order agrees: 370° stays 370°."""
+        if self.degrees is not None and order == "XYZ":
+            return self.degrees
+        quat = self.quat()
+        return euler_from_matrix(matrix_from_quat((*quat.GetImaginary(), quat.GetReal())), order)
+
+
+class _Ops:
+    """The xform ops of one prim while a pose is written."""
+
+    def __init__(self, xformable: UsdGeom.Xformable) -> None:
+        self.xformable = xformable
+        self.ops = xformable.GetOrderedXformOps()
+        self.resets = xformable.GetResetXformStack()
+
+    def find(self, *kinds: UsdGeom.XformOp.Type) -> UsdGeom.XformOp | None:
+        """The outermost op of one of these kinds that is not part of a pivot."""
+        for op in self.ops:
+            if op.GetOpType() in kinds and not op.IsInverseOp() and not op.GetOpName().endswith(":pivot"):
+                return op
+        return None
+
+    def set_translate(self, value: Vector) -> None:
+        if op := self.find(_TYPES.TypeTranslate):
+            _set(op, value)
+        elif matrix := self.find(_TYPES.TypeTransform):
+            matrix.Set(_replaced(matrix, translate=value))
+        else:
+            self.insert(0, _TYPES.TypeTranslate, value)
+
+    def set_scale(self, value: Vector) -> None:
+        if op := self.find(_TYPES.TypeScale):
+            _set(op, value)
+        elif matrix := self.find(_TYPES.TypeTransform):
+            matrix.Set(_replaced(matrix, scale=value))
+        else:
+            self.insert(self.after_rotation(), _TYPES.TypeScale, value)
+
+    def set_rotation(self, rotation: _Rotation) -> None:
+        if op := self.find(_TYPES.TypeOrient):
+            _set(op, rotation.quat())
+        elif op := self.find(*_EULER_ORDERS):
+            _set(op, rotation.euler(_EULER_ORDERS[op.GetOpType()]))
+        elif self.find(*_SINGLE_AXES):
+            self.set_single_axes(rotation)
+        elif matrix := self.find(_TYPES.TypeTransform):
+            matrix.Set(_replaced(matrix, orient=rotation.quat()))
+        elif rotation.orient is not None:
+            self.insert(self.after_translation(), _TYPES.TypeOrient, rotation.orient)
+        else:
+            self.insert(self.after_translation(), _TYPES.TypeRotateXYZ, rotation.euler("XYZ"))
+
+    def set_single_axes(self, rotation: _Rotation) -> None:
+        """Three turns about one axis each form an Euler order; any others give way to rotateXYZ."""
+        singles = [op for op in self.ops if op.GetOpType() in _SINGLE_AXES and not op.IsInverseOp()]
+        # The op listed last is applied first.
+        order = "".join(_SINGLE_AXES[op.GetOpType()] for op in reversed(singles))
+        start = self.ops.index(singles[0])
+        if sorted(order) == ["X", "Y", "Z"] and self.ops[start : start + 3] == singles:
+            angles = rotation.euler(order)
+            for op in singles:
+                op.Set(float(angles["XYZ".index(_SINGLE_AXES[op.GetOpType()])]))
+            return
+        self.ops = [op for op in self.ops if op not in singles]
+        angles = rotation.euler("XYZ")
+        self.insert(start, _TYPES.TypeRotateXYZ, angles)
+
+    def insert(self, index: int, kind: UsdGeom.XformOp.Type, value: Vector | Quaternion) -> None:
+        """Add an op at `index` of the order; pxr can only append."""
+        name = f"xformOp:{UsdGeom.XformOp.GetOpTypeToken(kind)}"
+        precision = _precision(self.xformable.GetPrim().GetAttribute(name), kind)
+        before = list(self.ops)
+        self.xformable.SetXformOpOrder(before, self.resets)
+        op = self.xformable.AddXformOp(kind, precision)
+        self.ops = [*before[:index], op, *before[index:]]
+        if index != len(before):
+            self.xformable.SetXformOpOrder(self.ops, self.resets)
+        _set(op, value)
+
+    def after_translation(self) -> int:
+        """Behind the leading translate and pivot, where a rotation belongs."""
+        index = 0
+        while (
+            index < len(self.ops)
+            and self.ops[index].GetOpType() == _TYPES.TypeTranslate
+            and not self.ops[index].IsInverseOp()
+        ):
+            index += 1
+        return index
+
+    def after_rotation(self) -> int:
+        """Behind the last rotation, where a scale belongs."""
+        rotations = {_TYPES.TypeOrient, *_EULER_ORDERS, *_SINGLE_AXES}
+        places = [i for i, op in enumerate(self.ops) if op.GetOpType() in rotations and not op.IsInverseOp()]
+        return places[-1] + 1 if places else self.after_translation()
+
+
+def _precision(attribute: Usd.Attribute, kind: UsdGeom.XformOp.Type) -> UsdGeom.XformOp.Precision:
+    """That of an attribute left over from an op no longer in the order, else what pxr gives new ops."""
+    letter = str(attribute.GetTypeName()).removeprefix("quat")[:1] if attribute else ""
+    usual = _TYPES.PrecisionDouble if kind == _TYPES.TypeTranslate else _TYPES.PrecisionFloat
+    return _PRECISIONS.get(letter, usual)
+
+
+def _set(op: UsdGeom.XformOp, value: Vector | Quaternion) -> None:
+    """Set an op in its own precision."""
+    if op.GetOpType() == _TYPES.TypeOrient:
+        op.Set(_QUATERNIONS[op.GetPrecision()](value))
+    else:
+        op.Set(_VECTORS[op.GetPrecision()](*(float(component) for component in value)))
+
+
+def _replaced(
+    op: UsdGeom.XformOp,
+    *,
+    translate: Vector | None = None,
+    orient: Gf.Quatd | None = None,
+    scale: Vector | None = None,
+) -> Gf.Matrix4d:
+    """The matrix of a transform op with one part of its pose exchanged."""
+    pose = decompose(np.array(op.GetOpTransform(Usd.TimeCode.Default())))
+    rotation = pose.rotation if orient is None else (*orient.GetImaginary(), orient.GetReal())
+    matrix = compose(
+        pose.translate if translate is None else tuple(translate),
+        rotation,
+        pose.scale if scale is None else tuple(scale),
+    )
+    return Gf.Matrix4d(matrix.tolist())

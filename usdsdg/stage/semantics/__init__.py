@@ -1,0 +1,1 @@
+"""Semantic labels on prims, and predicates over them."""

@@ -1,0 +1,257 @@
+"""Labels on prims, in both forms that scripts and assets use.
+
+New: `UsdSemantics.LabelsAPI`, one token array per type, `semantics:labels:<type>`. Old: Replicator's
+`SemanticsAPI`, one instance per (type, label) pair. Labels are written in both, so that every version of
+Isaac Sim reads a saved stage, and read from either.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Literal
+
+from pxr import Sdf, Tf, Usd, UsdSemantics, UsdShade, Vt
+
+from usdsdg import errors
+from usdsdg.stage.schemas import semantics_schema
+from usdsdg.stage.semantics.label_filter import LabelFilter
+
+__all__ = [
+    "LabelFilter",
+    "add_labels",
+    "add_update_semantics",
+    "get_labels",
+    "inherited_labels",
+    "labelled_ancestor",
+    "remove_labels",
+]
+
+Labels = dict[str, list[str]]
+
+_NEW, _OLD = "SemanticsLabelsAPI", "SemanticsAPI"
+
+
+def get_labels(prim: Usd.Prim) -> Labels:
+    """The prim's own labels by type, from either form, in the order authored; empty when it has none."""
+    found: Labels = {}
+    for schema in prim.GetAppliedSchemas():
+        if not schema.startswith("Semantics"):
+            continue
+        kind, _, instance = schema.partition(":")
+        if kind == _NEW:
+            _extend(found, instance, _tokens(prim.GetAttribute(f"semantics:labels:{instance}")))
+        elif kind == _OLD:
+            semantic_type, label = _old_pair(prim, instance)
+            if semantic_type and label:
+                _extend(found, semantic_type, (label,))
+    return found
+
+
+def _tokens(attribute: Usd.Attribute) -> tuple[str, ...]:
+    """An array of tokens, or one that was authored alone; none (with a warning) of anything else."""
+    value = attribute.Get()
+    if value is None:
+        return ()
+    if isinstance(value, str):
+        return (value,)
+    if isinstance(value, (Vt.TokenArray, Vt.StringArray)):
+        return tuple(map(str, value))
+    errors.warn_once(f"{attribute.GetPath()}: {value} is no label. Author an array of tokens.")
+    return ()
+
+
+def inherited_labels(prim: Usd.Prim) -> Labels:
+    """Labels of the prim, of all its ancestors and of the material bound to it, by type.
+
+    Each label once, outermost ancestor first, then the prim's own, then the material's. Joined with commas
+    this is what annotators write for a pixel of the prim.
+    """
+    chain = [prim]
+    while parent := chain[-1].GetParent():
+        chain.append(parent)
+    found: Labels = {}
+    for each in reversed(chain):
+        for semantic_type, labels in get_labels(each).items():
+            _extend(found, semantic_type, labels)
+    material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+    if material:
+        for semantic_type, labels in get_labels(material.GetPrim()).items():
+            _extend(found, semantic_type, labels)
+    return found
+
+
+def labelled_ancestor(prim: Usd.Prim) -> Usd.Prim | None:
+    """The prim itself or its nearest ancestor that has labels of its own: the instance that annotators
+    report.
+    """
+    while prim:
+        if get_labels(prim):
+            return prim
+        prim = prim.GetParent()
+    return None
+
+
+def add_labels(
+    prim: Usd.Prim,
+    labels: Mapping[str, str | Sequence[str]] | Iterable[tuple[str, str]],
+    *,
+    mode: Literal["add", "replace", "clear"] = "add",
+) -> None:
+    """Give a prim labels, by type: {"class": ["mug"]} or [("class", "mug")].
+
+    "add" keeps what is there; "replace" drops the earlier labels of the types named; "clear" drops all
+    earlier ones.
+
+    Raises:
+        BadPrim: the prim cannot be edited.
+        ValueError: unknown mode, or a type or label that is not a non-empty string.
+    """
+    if mode not in ("add", "replace", "clear"):
+        raise ValueError(f"unknown mode {mode!r} for labels; use 'add', 'replace' or 'clear'")
+    wanted = _normalised(labels)
+    _check_editable(prim)
+    before = get_labels(prim)
+    dropped = set(before) if mode == "clear" else set(wanted) & set(before) if mode == "replace" else set()
+    if dropped:
+        _drop(prim, dropped)
+    for semantic_type, values in wanted.items():
+        kept = [] if semantic_type in dropped else before.get(semantic_type, [])
+        _write(prim, semantic_type, list(dict.fromkeys([*kept, *values])))
+
+
+def add_update_semantics(prim: Usd.Prim, semantic_label: str, type_label: str = "class", suffix: str = "") -> None:
+    """Isaac Sim 4's helper: the prim's label of this type becomes the one given, whatever it was before.
+
+    With a `suffix` only the label that the same suffix set earlier is replaced, so that a prim can hold several.
+    """
+    if not suffix:
+        add_labels(prim, {type_label: [semantic_label]}, mode="replace")
+        return
+    instance = f"Semantics{suffix}"
+    if instance in _old_instances(prim):
+        semantic_type, earlier = _old_pair(prim, instance)
+        kept = [value for value in get_labels(prim).get(semantic_type, []) if value != earlier]
+        _drop(prim, {semantic_type})
+        _write(prim, semantic_type, kept)
+    _write_old(prim, instance, type_label, semantic_label)
+    add_labels(prim, {type_label: [semantic_label]})
+
+
+def remove_labels(prim: Usd.Prim, *, recursive: bool = False) -> None:
+    """Remove every label of a prim, and with `recursive` of all prims below it, also where a reference
+    brought them.
+
+    An instance with labels inside is made editable for that (SetInstanceable(False)), with a warning.
+
+    Raises:
+        BadPrim: the prim lies inside an instance.
+    """
+    _check_editable(prim)
+    if not recursive:
+        _drop(prim, None)
+        return
+    for each in _editable_descendants(prim):
+        _drop(each, None)
+
+
+def _extend(found: Labels, semantic_type: str, labels: Iterable[str]) -> None:
+    known = found.setdefault(semantic_type, [])
+    known.extend(label for label in labels if label not in known)
+
+
+def _old_pair(prim: Usd.Prim, instance: str) -> tuple[str, str]:
+    values = (prim.GetAttribute(f"semantic:{instance}:params:semantic{part}").Get() for part in ("Type", "Data"))
+    semantic_type, label = (str(value or "") for value in values)
+    return semantic_type, label
+
+
+def _normalised(labels: Mapping[str, str | Sequence[str]] | Iterable[tuple[str, str]]) -> Labels:
+    pairs = labels.items() if isinstance(labels, Mapping) else labels
+    wanted: Labels = {}
+    for semantic_type, values in pairs:
+        values = [values] if isinstance(values, str) else list(values)
+        for text in (semantic_type, *values):
+            if not isinstance(text, str) or not text.strip():
+                raise ValueError(f"labels and their types are non-empty strings, not {text!r} (in {labels!r})")
+        _extend(wanted, semantic_type, values)
+    return wanted
+
+
+def _check_editable(prim: Usd.Prim) -> None:
+    if not prim:
+        raise errors.BadPrim(f"cannot label {prim}: the prim does not exist any more")
+    if prim.IsInstanceProxy() or prim.IsInPrototype():
+        raise errors.BadPrim(
+            f"cannot edit labels of {prim.GetPath()}: it lies inside an instance; "
+            "label the instance or SetInstanceable(False)"
+        )
+
+
+def _write(prim: Usd.Prim, semantic_type: str, labels: list[str]) -> None:
+    # A type that is no identifier cannot name an instance of the new schema; the old form holds any string.
+    if labels and Sdf.Path.IsValidNamespacedIdentifier(semantic_type):
+        UsdSemantics.LabelsAPI.Apply(prim, semantic_type).CreateLabelsAttr().Set(labels)
+    held = [_old_pair(prim, instance) for instance in _old_instances(prim)]
+    for label in labels:
+        if (semantic_type, label) not in held:
+            instance = f"Semantics_{Tf.MakeValidIdentifier(semantic_type)}_{Tf.MakeValidIdentifier(label)}"
+            _write_old(prim, _free_instance(prim, instance), semantic_type, label)
+
+
+def _write_old(prim: Usd.Prim, instance: str, semantic_type: str, label: str) -> None:
+    api = semantics_schema.SemanticsAPI.Apply(prim, instance)
+    api.CreateSemanticTypeAttr().Set(semantic_type)
+    api.CreateSemanticDataAttr().Set(label)
+
+
+def _old_instances(prim: Usd.Prim) -> list[str]:
+    return [name.partition(":")[2] for name in prim.GetAppliedSchemas() if name.startswith(f"{_OLD}:")]
+
+
+def _free_instance(prim: Usd.Prim, instance: str) -> str:
+    """Two labels may give the same identifier ("a b" and "a_b")."""
+    taken, count, name = set(_old_instances(prim)), 0, instance
+    while name in taken:
+        count += 1
+        name = f"{instance}_{count:02d}"
+    return name
+
+
+def _drop(prim: Usd.Prim, types: set[str] | None) -> None:
+    """Remove the labels of some types (None: all) in both forms."""
+    for schema in prim.GetAppliedSchemas():
+        kind, _, instance = schema.partition(":")
+        if kind == _NEW and (types is None or instance in types):
+            prim.RemoveAPI(UsdSemantics.LabelsAPI, instance)
+            _silence(prim, f"semantics:labels:{instance}")
+        elif kind == _OLD and (types is None or _old_pair(prim, instance)[0] in types):
+            prim.RemoveAPI(semantics_schema.SemanticsAPI, instance)
+            _silence(prim, f"semantic:{instance}:params:semanticType")
+            _silence(prim, f"semantic:{instance}:params:semanticData")
+
+
+def _silence(prim: Usd.Prim, name: str) -> None:
+    """Remove our own opinion; where a reference has one too, block it."""
+    prim.RemoveProperty(name)
+    attribute = prim.GetAttribute(name)
+    if attribute and attribute.HasAuthoredValue():
+        attribute.Block()
+
+
+def _editable_descendants(root: Usd.Prim) -> Iterator[Usd.Prim]:
+    """The prim and all below it; instances that hide labels are opened first."""
+    pending = [root]
+    while pending:
+        prim = pending.pop()
+        if prim.IsInstance() and _hides_labels(prim):
+            errors.warn_once(
+                f"{prim.GetPath()} is an instance with labels inside; to remove them it is made an ordinary prim"
+            )
+            prim.SetInstanceable(False)
+        yield prim
+        pending.extend(prim.GetFilteredChildren(Usd.PrimAllPrimsPredicate))
+
+
+def _hides_labels(instance: Usd.Prim) -> bool:
+    inside = Usd.PrimRange(instance.GetPrototype(), Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate))
+    return any(get_labels(prim) for prim in inside)

@@ -1,0 +1,114 @@
+"""The contract of the family: a backend takes blobs by relative path, and jobs, which run on the I/O queue."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from usdsdg.writers import files
+from usdsdg.writers.backends.io_queue import io_queue
+
+
+class BaseBackend:
+    """A place for files. Subclasses write `write_blob` and, if they can, `read_blob`."""
+
+    def initialize(self, **kwargs: Any) -> None:
+        """Run `__init__` again, for a backend that came from `get`."""
+        self.__init__(**kwargs)
+
+    def write_blob(self, path: str, data: bytes) -> None:
+        """Store `data` under `path`, wholly or not at all.
+
+        Raises:
+            NotImplementedError: the subclass does not say how.
+        """
+        raise NotImplementedError(f"{self.get_name()} does not write blobs")
+
+    def read_blob(self, path: str) -> bytes:
+        """What `write_blob` stored under `path`.
+
+        Raises:
+            NotImplementedError: the subclass does not say how.
+        """
+        raise NotImplementedError(f"{self.get_name()} does not read blobs")
+
+    def schedule(self, fn: Callable[..., None], *args: Any, **kwargs: Any) -> None:
+        """Call `fn(*args, **kwargs)` soon on another thread, with `backend_instance=self` if it takes that.
+
+        The arguments must not change any more. Blocks while the queue is full; raises what an earlier job of this
+        backend failed with.
+        """
+        what = str(kwargs.get("path") or (args[0] if args and isinstance(args[0], str) else _name_of(fn)))
+        if _takes_backend(fn):
+            kwargs.setdefault("backend_instance", self)
+        job = functools.partial(fn, *args, **kwargs)
+        io_queue.submit(job, what=what, size=_size_of((args, kwargs)), owner=self)
+
+    def schedule_together(self, steps: Sequence[Callable[..., None]]) -> None:
+        """Run `steps` one after the other as one job: a file that names others goes last, and if one fails the rest are
+        not written. Each step is a `functools.partial` of a function that takes `backend_instance`.
+        """
+        self.schedule(_run_in_order, steps=tuple(steps))
+
+    def is_done_writing(self) -> bool:
+        """Whether nothing of this backend waits or runs."""
+        return io_queue.is_done_writing(self)
+
+    def wait_until_done(self) -> None:
+        """Return when all is written; raises the first failure (a WriterError)."""
+        io_queue.wait_until_done(self)
+
+    def get_name(self) -> str:
+        """The name of its class."""
+        return type(self).__name__
+
+    # The older spelling: one method per kind of file.
+
+    def write_image(self, path: str, data: Any, **options: Any) -> None:
+        """Schedule a picture; arguments and errors are those of `functional.write_image`."""
+        self.schedule(files.write_image, path=path, data=data, **options)
+
+    def write_array(self, path: str, data: Any) -> None:
+        """Schedule a .npy array; see `functional.write_np`."""
+        self.schedule(files.write_np, path=path, data=data)
+
+    def write_exr(self, path: str, data: Any, **options: Any) -> None:
+        """Schedule an EXR picture; arguments and errors are those of `functional.write_exr`."""
+        self.schedule(files.write_exr, path=path, data=data, **options)
+
+
+def _run_in_order(steps: Sequence[Callable[..., None]], backend_instance: BaseBackend) -> None:
+    for step in steps:
+        step(backend_instance=backend_instance)
+
+
+@functools.lru_cache(maxsize=256)
+def _takes_backend(fn: Callable) -> bool:
+    try:
+        parameters = inspect.signature(fn).parameters.values()
+    except (TypeError, ValueError):  # built-ins need not have one
+        return False
+    return any(p.name == "backend_instance" or p.kind is p.VAR_KEYWORD for p in parameters)
+
+
+def _name_of(fn: Callable) -> str:
+    return getattr(fn, "__name__", repr(fn))
+
+
+def _size_of(value: Any, depth: int = 4) -> int:
+    """Bytes of the arrays in `value`, roughly."""
+    if isinstance(value, np.ndarray):
+        return value.nbytes
+    if isinstance(value, (bytes, bytearray)):
+        return len(value)
+    if depth and isinstance(value, functools.partial):
+        return _size_of((value.args, value.keywords), depth - 1)
+    if depth and isinstance(value, Mapping):
+        return sum(_size_of(item, depth - 1) for item in value.values())
+    if depth and isinstance(value, (list, tuple)):
+        return sum(_size_of(item, depth - 1) for item in value)
+    return 0

@@ -1,0 +1,1 @@
+"""The writers and what belongs to their file formats."""

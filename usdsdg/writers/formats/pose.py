@@ -1,0 +1,68 @@
+"""The pose of one object as a row of bounding_box_3d tells it, in the frames that pose files name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from pxr import Gf
+
+from usdsdg.writers.formats import cuboid
+from usdsdg.writers.formats.projection import clip_to_front, has_near_plane, project
+
+
+class Pose:
+    """One object: its box in the frames that the file names."""
+
+    def __init__(self, row: np.void, camera: Mapping[str, Any], order: Sequence[str]) -> None:
+        self.local_to_world = row["transform"].astype(np.float64)
+        self.world_to_camera = np.asarray(camera["cameraViewTransform"], np.float64).reshape(4, 4)
+        self.local_to_camera = self.local_to_world @ self.world_to_camera
+        low = np.array([row[f"{axis}_min"] for axis in "xyz"], np.float64)
+        high = np.array([row[f"{axis}_max"] for axis in "xyz"], np.float64)
+        named = cuboid.keypoints(low, high)
+        local = np.array([named[name] for name in order])
+        world = _transformed(local, self.local_to_world)
+        self.center_local, self.size_local = (low + high) / 2, high - low
+        self.world_scale = np.abs(np.array(_factored(self.local_to_world).GetScale()))
+        self.in_world = dict(zip(order, world))
+        self.in_camera = dict(zip(order, _transformed(world, self.world_to_camera)))
+
+    def axes_in_camera(self, share: float = 0.25) -> np.ndarray:
+        """(3, 2, 3) from the centre along the object's axes, for `share` of its mean size."""
+        ends = self.center_local + np.eye(3) * self.size_local.mean() * share
+        segments = np.stack([np.broadcast_to(self.center_local, (3, 3)), ends], axis=1)
+        return _transformed(segments.reshape(-1, 3), self.local_to_camera).reshape(3, 2, 3)
+
+
+def _transformed(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    return points @ matrix[:3, :3] + matrix[3, :3]
+
+
+def _factored(matrix: np.ndarray) -> Gf.Transform:
+    transform = Gf.Transform()
+    transform.SetMatrix(Gf.Matrix4d(matrix.tolist()))
+    return transform
+
+
+def quaternion(matrix: np.ndarray) -> tuple[float, list[float]]:
+    """Real and imaginary part of the rotation in `matrix`, scale and shear taken out."""
+    quaternion = _factored(matrix).GetRotation().GetQuat()
+    return quaternion.GetReal(), list(quaternion.GetImaginary())
+
+
+def truncation_ratio(pose: Pose, pixels: np.ndarray, camera: Mapping[str, Any]) -> float:
+    """Share of the box's bounding rectangle that lies outside the picture."""
+    if has_near_plane(camera):
+        edges = cuboid.edge_segments(pose.in_camera)
+        in_front = clip_to_front(edges, camera)
+        if not len(in_front):
+            return 1.0
+        if not np.array_equal(in_front, edges):
+            pixels = project(in_front, camera)
+    size = np.asarray(camera["renderProductResolution"], np.float64)
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    whole = float(np.prod(high - low))
+    inside = float(np.prod(np.clip(high, 0, size) - np.clip(low, 0, size)))
+    return 1 - inside / whole if whole > 0 else 1.0

@@ -1,0 +1,103 @@
+"""The debug picture of a pose: boxes, keypoints and axes drawn over the colour image."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from usdsdg.writers.formats import cuboid
+from usdsdg.writers.formats.drawing import Canvas, Color
+from usdsdg.writers.formats.projection import clip_to_front, is_straight, project
+
+RED, GREEN, BLUE = (255, 0, 0), (0, 128, 0), (0, 0, 255)
+# Of the keypoints, in the order of the file.
+KEYPOINT_COLORS: tuple[Color, ...] = (
+    (255, 255, 255),
+    RED,
+    GREEN,
+    BLUE,
+    (255, 255, 0),
+    (0, 255, 255),
+    (255, 0, 255),
+    (255, 165, 0),
+    (128, 0, 128),
+)
+_EDGE_COLORS = {"front": RED, "back": BLUE, "connecting": GREEN}
+_AXIS_COLORS = (RED, GREEN, BLUE)
+_POINT_RADIUS, _LINE_WIDTH = 4.0, 2.0
+_SHADOW: Color = (0, 0, 0)
+# Pieces in which an edge is drawn when the lens bends it.
+_BENT_PIECES = 32
+
+
+@dataclass(frozen=True)
+class PosedBox:
+    """What is drawn of one object, in the camera's frame."""
+
+    keypoints: Mapping[str, np.ndarray]  # name → (3,), in the order of the file
+    axes: np.ndarray  # (3, 2, 3) segments from the box centre along the object's own axes
+
+
+def draw_overlay(image: np.ndarray, boxes: Sequence[PosedBox], params: Mapping[str, Any]) -> np.ndarray:
+    """`image` (H, W, 4) with `boxes` and the world's axes drawn over it; far boxes first."""
+    canvas = Canvas(image)
+    for box in sorted(boxes, key=lambda b: b.keypoints[cuboid.CENTER][2]):
+        _draw_box(canvas, box, params)
+    _draw_world_axes(canvas, params)
+    return canvas.image()
+
+
+def _draw_box(canvas: Canvas, box: PosedBox, params: Mapping[str, Any]) -> None:
+    edges = [
+        (np.array([box.keypoints[a], box.keypoints[b]]), _EDGE_COLORS[face])
+        for face, pairs in cuboid.EDGES.items()
+        for a, b in pairs
+    ]
+    edges.sort(key=lambda edge: edge[0][:, 2].sum())
+    for segment, color in edges:
+        _draw_segment(canvas, segment, color, params)
+    for segment, color in zip(box.axes, _AXIS_COLORS):
+        _draw_segment(canvas, segment, color, params)
+    for point, color in zip(box.keypoints.values(), KEYPOINT_COLORS):
+        # A keypoint behind the camera has no place in the picture.
+        if len(clip_to_front(np.array([[point, point]]), params)):
+            centre = project(point, params)[0]
+            canvas.disc(centre, _SHADOW, radius=_POINT_RADIUS + 1, opacity=0.5)
+            canvas.disc(centre, color, radius=_POINT_RADIUS)
+
+
+def _draw_segment(canvas: Canvas, segment: np.ndarray, color: Color, params: Mapping[str, Any]) -> None:
+    """A straight edge of the scene; what lies behind the camera is cut off."""
+    pieces = 1 if is_straight(params) else _BENT_PIECES
+    points = segment[0] + np.linspace(0, 1, pieces + 1)[:, None] * (segment[1] - segment[0])
+    in_front = clip_to_front(np.stack([points[:-1], points[1:]], axis=1), params)
+    pixels = project(in_front, params).reshape(-1, 2, 2)
+    if pieces > 1:
+        # What crosses the seam of a panorama would go all the way back.
+        pixels = pixels[np.abs(pixels[:, 1] - pixels[:, 0]).max(axis=1) < canvas.width / 2]
+    # A thin dark seam keeps the line apart from a background of its own colour.
+    for start, end in pixels:
+        canvas.line(start, end, _SHADOW, width=_LINE_WIDTH + 1.5, opacity=0.35)
+    for start, end in pixels:
+        canvas.line(start, end, color, width=_LINE_WIDTH)
+
+
+def _draw_world_axes(canvas: Canvas, params: Mapping[str, Any], *, size: float = 0.03, margin: float = 0.03) -> None:
+    """The world's axes as this camera sees them, moved into the bottom left corner.
+
+    size: length of an axis for a viewer one unit away; margin: share of the shorter side of the picture.
+    """
+    view = np.asarray(params["cameraViewTransform"], np.float64).reshape(4, 4)
+    # Far enough for the near plane; the size in the picture does not depend on it.
+    away = max(1.0, 2 * float(params["cameraNearFar"][0]))
+    origin = np.array([0.0, 0.0, -1.0])
+    points = project(np.stack([origin, *(origin + size * view[axis, :3] for axis in range(3))]) * away, params)
+    gap = margin * min(canvas.width, canvas.height)
+    points += np.array([gap - points[:, 0].min(), canvas.height - gap - points[:, 1].max()])
+    # The axis that points away from the viewer is drawn first.
+    for axis in np.argsort(view[:3, 2]):
+        canvas.line(points[0], points[axis + 1], _SHADOW, width=_LINE_WIDTH + 1.5, opacity=0.35)
+        canvas.line(points[0], points[axis + 1], _AXIS_COLORS[axis], width=_LINE_WIDTH)

@@ -1,0 +1,107 @@
+"""Points in the camera's frame to pixels, from a camera_params payload alone.
+
+A point in or behind the plane of a lens that only sees ahead has no pixel. Where one is needed all the same it is
+moved along the optical axis onto the near plane: it keeps its side of the picture, and is never mirrored through the
+centre. A point outside of a fisheye's field of view lies outside of what the picture shows, on its own side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from usdsdg.stage.cameras.lens_attributes import EYE_DISTANCE, LEFT_EYE, TEXTURES, LensParameters
+from usdsdg.stage.cameras.lenses import Lens, make_lens
+
+Params = Mapping[str, Any]
+
+
+def has_near_plane(params: Params) -> bool:
+    """Whether points behind the camera have no pixel: true for lenses whose image divides by depth."""
+    lens = lens_of(params)
+    return params["cameraModel"] != "orthographic" if lens is None else lens.is_flat
+
+
+def is_straight(params: Params) -> bool:
+    """Whether a straight edge is straight in the picture."""
+    return lens_of(params) is None
+
+
+def project(points: np.ndarray, params: Params) -> np.ndarray:
+    """Pixels (N, 2), as column and row from the top left corner, of points (N, 3) in the camera's frame.
+
+    A generalized projection without a texture, which is never drawn, is a pinhole here, as in Replicator.
+    """
+    points = np.array(points, np.float64).reshape(-1, 3)
+    if has_near_plane(params):
+        points[:, 2] = np.minimum(points[:, 2], -_near(params))
+    lens = lens_of(params)
+    return _by_matrix(points, params) if lens is None else lens.to_pixels(points, beyond=True)
+
+
+def lens_of(params: Params) -> Lens | None:
+    """The lens that a payload describes; None for projections by a matrix."""
+    model = str(params["cameraModel"])
+    texture, positions = (str(params.get(name, "")) for name in TEXTURES)
+    if model == "generalizedProjection" and not texture:
+        return None
+    width, height = (int(size) for size in params["renderProductResolution"])
+    aperture, offset = float(params["cameraAperture"][0]), params["cameraApertureOffset"]
+    x, y = params["cameraFisheyeOpticalCentre"]
+    # Payloads of older versions have no cameraOpenCVFx, and five coefficients of the polynomial.
+    unset = LensParameters()
+    calibration = LensParameters(
+        nominal_size=(float(params["cameraFisheyeNominalWidth"]), float(params["cameraFisheyeNominalHeight"])),
+        centre=(float(x), float(y)),
+        focal=tuple(float(params.get(f"cameraOpenCV{name}", own)) for name, own in zip(("Fx", "Fy"), unset.focal)),
+        max_fov=float(params["cameraFisheyeMaxFOV"]),
+        polynomial=_floats(params["cameraFisheyePolynomial"], 6),
+        tangential=_floats(params["cameraFisheyeLensP"], 2),
+        thin_prism=_floats(params["cameraFisheyeLensS"], 4),
+        eye_distance=float(params.get(EYE_DISTANCE, unset.eye_distance * 100)) / 100,
+        left_eye=bool(params.get(LEFT_EYE, False)),
+        direction_texture=texture,
+        position_texture=positions,
+    )
+    return make_lens(
+        model,
+        calibration,
+        (width, height),
+        focal_length=float(params["cameraFocalLength"]),
+        horizontal_aperture=aperture,
+        centre=(width * (0.5 - float(offset[0]) / aperture), height * 0.5 + width * float(offset[1]) / aperture),
+        meters_per_unit=float(params["metersPerSceneUnit"]),
+    )
+
+
+def clip_to_front(segments: np.ndarray, params: Params) -> np.ndarray:
+    """The parts (M, 2, 3) of segments (N, 2, 3), in the camera's frame, that lie beyond the near plane."""
+    if not has_near_plane(params):
+        return segments
+    depth = -segments[..., 2] - _near(params)
+    segments, depth = segments[(depth > 0).any(axis=1)].copy(), depth[(depth > 0).any(axis=1)]
+    for end, other in ((0, 1), (1, 0)):
+        behind = depth[:, end] < 0
+        share = depth[behind, end] / (depth[behind, end] - depth[behind, other])
+        segments[behind, end] += share[:, None] * (segments[behind, other] - segments[behind, end])
+        depth[behind, end] = 0.0
+    return segments
+
+
+def _near(params: Params) -> float:
+    return max(float(params["cameraNearFar"][0]), 1e-6)
+
+
+def _floats(values: Any, count: int) -> tuple[float, ...]:
+    found = [float(value) for value in np.ravel(values)]
+    return tuple(found + [0.0] * (count - len(found)))
+
+
+def _by_matrix(points: np.ndarray, params: Params) -> np.ndarray:
+    """By the projection matrix: pinhole and orthographic."""
+    width, height = params["renderProductResolution"]
+    matrix = np.asarray(params["cameraProjection"], np.float64).reshape(4, 4)
+    clip = points @ matrix[:3] + matrix[3]
+    return np.stack([(clip[:, 0] / clip[:, 3] + 1) * width / 2, (1 - clip[:, 1] / clip[:, 3]) * height / 2], axis=1)

@@ -1,0 +1,239 @@
+"""BasicWriter: every annotator as files of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from usdsdg.annotators import catalogue
+from usdsdg.errors import WriterError
+from usdsdg.writers.backends.catalogue import BaseBackend, make_backend
+from usdsdg.writers.base import Writer
+from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_json, write_np
+from usdsdg.writers.options import typed
+
+Step = Callable[..., None]
+
+_BOXES = ("bounding_box_2d_tight", "bounding_box_2d_loose", "bounding_box_3d")
+
+
+class BasicWriter(Writer):
+    """Writes `<annotator>_NNNN.<extension>`; with several render products in one folder per product and annotator.
+
+    All files of one product and frame are one job, pictures and arrays before the JSON that describes them.
+    """
+
+    version = "0.0.2"
+    data_structure = "annotator"
+    shares_arrays = True
+
+    @typed
+    def __init__(
+        self,
+        output_dir: str | os.PathLike | None = None,
+        s3_bucket: str | None = None,
+        s3_region: str | None = None,
+        s3_endpoint: str | None = None,
+        semantic_types: list[str] | str | None = None,
+        rgb: bool = False,
+        bounding_box_2d_tight: bool = False,
+        bounding_box_2d_loose: bool = False,
+        semantic_segmentation: bool = False,
+        instance_id_segmentation: bool = False,
+        instance_segmentation: bool = False,
+        distance_to_camera: bool = False,
+        distance_to_image_plane: bool = False,
+        bounding_box_3d: bool = False,
+        occlusion: bool = False,
+        normals: bool = False,
+        motion_vectors: bool = False,
+        camera_params: bool = False,
+        pointcloud: bool = False,
+        pointcloud_include_unlabelled: bool = False,
+        image_output_format: str = "png",
+        colorize_semantic_segmentation: bool = True,
+        colorize_instance_id_segmentation: bool = True,
+        colorize_instance_segmentation: bool = True,
+        colorize_depth: bool = False,
+        skeleton_data: bool = False,
+        frame_padding: int = 4,
+        semantic_filter_predicate: str | None = None,
+        use_common_output_dir: bool = False,
+        backend: BaseBackend | None = None,
+    ) -> None:
+        """
+        s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
+        semantic_types, semantic_filter_predicate: which labels count, as types or as a predicate; default "class:*".
+        pointcloud_include_unlabelled: keep points of things without such labels.
+        colorize_depth: also write each depth as a grey picture, near white, on a logarithmic scale to 100 m.
+        use_common_output_dir: with several render products, `<annotator>/<product>_...` instead of
+            `<product>/<annotator>/...`.
+
+        Raises:
+            WriterError: two options exclude each other, a value does not exist, or there is nowhere to write.
+            OutputNotWritable: output_dir or the bucket cannot be written to.
+            Unsupported: a bucket without boto3.
+        """
+        if semantic_types and semantic_filter_predicate:
+            raise WriterError("BasicWriter: semantic_types and semantic_filter_predicate exclude each other; give one.")
+        labels = {"semanticTypes": semantic_types} if semantic_types else {
+            "semanticFilter": semantic_filter_predicate or "class:*"
+        }  # fmt: skip
+        wanted: dict[str, tuple[bool, Mapping[str, Any]]] = {
+            "rgb": (rgb, {}),
+            "normals": (normals, {}),
+            "distance_to_camera": (distance_to_camera, {}),
+            "distance_to_image_plane": (distance_to_image_plane, {}),
+            "motion_vectors": (motion_vectors, {}),
+            "semantic_segmentation": (semantic_segmentation, labels | {"colorize": colorize_semantic_segmentation}),
+            "instance_id_segmentation": (instance_id_segmentation, {"colorize": colorize_instance_id_segmentation}),
+            "instance_segmentation": (instance_segmentation, labels | {"colorize": colorize_instance_segmentation}),
+            "bounding_box_2d_tight": (bounding_box_2d_tight, labels),
+            "bounding_box_2d_loose": (bounding_box_2d_loose, labels),
+            "bounding_box_3d": (bounding_box_3d, labels),
+            "occlusion": (occlusion, labels),
+            "camera_params": (camera_params, {}),
+            "pointcloud": (pointcloud, labels | {"includeUnlabelled": pointcloud_include_unlabelled}),
+            "skeleton_data": (skeleton_data, {}),
+        }
+        self.annotators = [catalogue.get(name, params) for name, (asked, params) in wanted.items() if asked]
+        self.backend = make_backend(
+            "BasicWriter", output_dir, backend, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint
+        )
+        self._image_format = checked_image_format(image_output_format)
+        self._colorize_depth = colorize_depth
+        self._padding = checked_padding(frame_padding)
+        self._common_dir = use_common_output_dir
+        self._frame_id = 0
+
+    def write(self, data: dict[str, Any]) -> None:
+        number = f"{_sequence(data.get('trigger_outputs') or {})}{self._frame_id:0{self._padding}d}"
+        by_product: dict[str, list[Step]] = {}
+        for name, products in data["annotators"].items():
+            for product, seen in products.items():
+                if name not in _STEPS and not isinstance(seen, Mapping):
+                    continue  # camera and resolution, which stand beside the annotators
+                # One that is switched off for a frame does not change where the others' files go.
+                several = max(len(self.render_products), len(products)) > 1
+                folder = self._folder(name, product, several=several)
+                make = _STEPS.get(name, _array_steps)
+                by_product.setdefault(product, []).extend(make(self, name, folder, number, seen))
+        assert self.backend is not None
+        for steps in by_product.values():
+            # JSON last: what describes a file appears after it.
+            self.backend.schedule_together(sorted(steps, key=lambda step: step.func is write_json))
+        self._frame_id += 1
+
+    def _folder(self, name: str, product: str, *, several: bool) -> str:
+        """What stands before the file name."""
+        if not several:
+            return ""
+        return f"{name}/{product}_" if self._common_dir else f"{product}/{name}/"
+
+
+def _sequence(trigger_outputs: Mapping[str, Any]) -> str:
+    """The prefix that tells how often an on_time trigger has fired."""
+    return next((f"{count}_" for name, count in trigger_outputs.items() if "on_time" in name), "")
+
+
+# One function per kind of annotator: (writer, name, folder, number, flat annotation) → steps.
+
+
+def _rgb_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
+    return [partial(write_image, path=f"{folder}{name}_{number}.{writer._image_format}", data=seen["data"])]
+
+
+def _normals_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
+    path = f"{folder}{name}_{number}.{writer._image_format}"
+    return [partial(_write_converted, path=path, data=seen["data"], convert=colorize_normals)]
+
+
+def _depth_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
+    steps = _array_steps(writer, name, folder, number, seen)
+    if writer._colorize_depth:
+        path = f"{folder}{name}_{number}.png"
+        steps.append(partial(_write_converted, path=path, data=seen["data"], convert=colorize_depth))
+    return steps
+
+
+def _array_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
+    """Also of annotators that users added: the array, if there is one."""
+    if "data" not in seen:
+        return [partial(write_json, path=f"{folder}{name}_{number}.json", data=dict(seen))]
+    return [partial(write_np, path=f"{folder}{name}_{number}.npy", data=seen["data"])]
+
+
+def _segmentation_steps(
+    writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]
+) -> list[Step]:
+    tables = {"labels" if name == "semantic_segmentation" else "mapping": seen["idToLabels"]}
+    if "idToSemantics" in seen:
+        tables["semantics_mapping"] = seen["idToSemantics"]
+    return [
+        partial(write_image, path=f"{folder}{name}_{number}.png", data=seen["data"]),
+        *(partial(write_json, path=f"{folder}{name}_{t}_{number}.json", data=table) for t, table in tables.items()),
+    ]
+
+
+def _box_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
+    return [
+        partial(write_np, path=f"{folder}{name}_{number}.npy", data=seen["data"]),
+        partial(write_json, path=f"{folder}{name}_labels_{number}.json", data=seen["idToLabels"]),
+        partial(write_json, path=f"{folder}{name}_prim_paths_{number}.json", data=seen["primPaths"]),
+    ]
+
+
+def _camera_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
+    return [partial(write_json, path=f"{folder}{name}_{number}.json", data=dict(seen))]
+
+
+def _pointcloud_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
+    arrays = {
+        "": seen["data"],
+        "rgb_": seen["pointRgb"].reshape(-1, 4),
+        "normals_": seen["pointNormals"].reshape(-1, 4),
+        "semantic_": seen["pointSemantic"],
+        "instance_": seen["pointInstance"],
+    }
+    return [partial(write_np, path=f"{folder}{name}_{kind}{number}.npy", data=a) for kind, a in arrays.items()]
+
+
+def _skeleton_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
+    told = {f"skeleton_{index}": each for index, each in enumerate(json.loads(seen["skeletonData"]))}
+    return [partial(write_json, path=f"{folder}skeleton_{number}.json", data=told)]
+
+
+_STEPS: dict[str, Callable[..., list[Step]]] = {
+    "skeleton_data": _skeleton_steps,
+    "rgb": _rgb_steps,
+    "normals": _normals_steps,
+    "distance_to_camera": _depth_steps,
+    "distance_to_image_plane": _depth_steps,
+    "camera_params": _camera_steps,
+    "pointcloud": _pointcloud_steps,
+    **dict.fromkeys(
+        ("semantic_segmentation", "instance_id_segmentation", "instance_segmentation"), _segmentation_steps
+    ),
+    **dict.fromkeys(_BOXES, _box_steps),
+}
+
+
+def _write_converted(path: str, data: np.ndarray, convert: Callable, backend_instance: Any) -> None:
+    write_image(path, convert(data), backend_instance)
+
+
+def colorize_normals(normals: np.ndarray) -> np.ndarray:
+    """uint8 (H, W, 4): -1..1 becomes 0..255."""
+    return ((normals * 0.5 + 0.5) * 255).astype(np.uint8)
+
+
+def colorize_depth(depth: np.ndarray, near: float = 1e-5, far: float = 100.0) -> np.ndarray:
+    """uint8 (H, W): white at `near` [m], black at `far` and beyond, on a logarithmic scale."""
+    # As a ratio, so that `near` itself is exactly white in float32.
+    share = np.log(np.clip(depth, near, far) / np.float32(near)) / np.log(far / near)
+    return (np.clip(1.0 - share, 0, 1) * 255).astype(np.uint8)

@@ -1,0 +1,193 @@
+"""CocoWriter: pictures, and one JSON of boxes, masks and categories in COCO's format."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import string
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from usdsdg.annotators import catalogue
+from usdsdg.writers import base
+from usdsdg.writers.backends.catalogue import BackendDispatch
+from usdsdg.writers.backends.io_queue import io_queue
+from usdsdg.writers.base import Writer
+from usdsdg.writers.files import checked_image_format, checked_padding, write_image
+from usdsdg.writers.formats import run_length
+from usdsdg.writers.formats.coco_categories import Categories, Category
+from usdsdg.writers.formats.coco_file import CocoFile
+from usdsdg.writers.options import typed
+
+RGB, BOXES = "rgb", "bounding_box_2d_tight_fast"
+CLASSES, INSTANCES = "semantic_segmentation", "instance_segmentation_fast"
+_SEMANTIC_TYPES = ["class", "coco", "stuff", "thing"]
+_ID_LENGTH = 8
+_XYWH_ABSOLUTE = 1  # what `bbox_mode` calls boxes of x, y, width and height in pixels
+
+
+class CocoWriter(Writer):
+    """Writes `<product>/rgb_<camera>_<id>.NNNN.png`, beside it `panoptic_...` with each pixel in the colour of its
+    category, and `coco_annotations_<id>.json` of all pictures (cocodataset.org, "object detection").
+
+    Every visible object is an annotation of its own: a box [x, y, width, height] in pixels, its mask as a compact run
+    length encoding, and the number of the mask's pixels as its area. The JSON is whole at any time and names no picture
+    that is not there; it is written anew now and then, at the end of a run, and when the program ends.
+
+    An existing output_dir is left alone: a new folder beside it, with _0001 (and so on) appended, is written to.
+    """
+
+    version = "0.0.1"
+    data_structure = "renderProduct"
+    shares_arrays = True
+
+    @typed
+    def __init__(
+        self,
+        output_dir: str | os.PathLike,
+        semantic_types: list[str] | None = None,
+        coco_categories: dict | None = None,
+        s3_bucket: str | None = None,
+        s3_region: str | None = None,
+        s3_endpoint: str | None = None,
+        dataset_id: str | None = None,
+        frame_padding: int = 4,
+        image_output_format: str = "png",
+        coco_license_info: list[dict] | None = None,
+    ) -> None:
+        """
+        semantic_types: types of labels that count; default class, coco, stuff and thing.
+        coco_categories: by label {"name", "id"} and, as one likes, "supercategory", "color" (r, g, b), "isthing";
+            default COCO's own. What has a label that is not among them is of the category "other", with a warning.
+        s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
+        dataset_id: part of the names of files; default eight letters that depend on the global seed.
+        image_output_format: of the colour pictures; those of categories are always png, which keeps their colours.
+        coco_license_info: [{"id", "name", "url"}]; the first one's id is each picture's license.
+
+        Raises:
+            WriterError: an option has a value that does not exist, or two categories have one id.
+            OutputNotWritable: output_dir or the bucket cannot be written to.
+            Unsupported: a bucket without boto3.
+        """
+        self._categories = Categories(coco_categories)
+        self._image_format = checked_image_format(image_output_format)
+        self._padding = checked_padding(frame_padding)
+        self._licenses = coco_license_info or []
+        self.backend = BackendDispatch(
+            output_dir=output_dir, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint, overwrite=False
+        )
+        self.dataset_id = dataset_id
+        self._sequence, self._frame_id = "", 0
+        self._file = CocoFile(self.backend, {"info": _info(self.version), "licenses": self._licenses})
+        # Also where a script ends, or is interrupted, without waiting for its run to be complete.
+        io_queue.call_at_exit(self._file.write)
+        types = {"semanticTypes": semantic_types or _SEMANTIC_TYPES}
+        self.annotators = [catalogue.get(RGB), *(catalogue.get(name, types) for name in (BOXES, CLASSES, INSTANCES))]
+
+    def write(self, data: dict[str, Any]) -> None:
+        self.dataset_id = self.dataset_id or _id_of_seed(base.global_seed())
+        self._file.path = f"coco_annotations_{self.dataset_id}.json"
+        sequence = _sequence(data.get("trigger_outputs") or {})
+        if sequence != self._sequence:
+            self._sequence, self._frame_id = sequence, 0
+        for product, seen in data["renderProducts"].items():
+            self._write_product(product, seen)
+        self._frame_id += 1
+
+    def on_final_frame(self) -> None:
+        self._file.write()
+
+    def detach(self) -> None:
+        super().detach()
+        if self.backend is not None:
+            self.on_final_frame()
+
+    def _write_product(self, product: str, seen: Mapping[str, Any]) -> None:
+        camera = seen["camera"][1:].replace("Replicator/", "").replace("/", "-").replace("_", "-")
+        stem = f"{camera}_{self.dataset_id}.{self._sequence}{self._frame_id:0{self._padding}d}"
+        picture = f"{product}/rgb_{stem}.{self._image_format}"
+        assert self.backend is not None
+        self.backend.schedule_together(
+            [
+                partial(write_image, path=picture, data=seen[RGB]["data"]),
+                partial(write_image, path=f"{product}/panoptic_{stem}.png", data=self._colored(seen[CLASSES])),
+            ]
+        )
+        width, height = (int(size) for size in seen["resolution"])
+        image = {
+            "file_name": picture,
+            "id": self._file.next_image_id(),
+            "height": height,
+            "width": width,
+            "license": self._licenses[0].get("id", 0) if self._licenses else 0,
+            "date_captured": "",
+            "flicker_url": "",  # the spelling is Replicator's
+        }
+        categories = [
+            self._categories.of(seen[BOXES]["idToLabels"][int(row["semanticId"])]) for row in seen[BOXES]["data"]
+        ]
+        self._file.add(image, self._annotations(seen, image, categories), categories)
+
+    def _annotations(
+        self, seen: Mapping[str, Any], image: Mapping[str, Any], categories: list[Category]
+    ) -> list[dict[str, Any]]:
+        """The records of the objects in one picture, of which `categories` are the categories."""
+        boxes, runs = seen[BOXES], run_length.runs_of_ids(seen[INSTANCES]["data"])
+        first, records = self._file.next_annotation_id(), []
+        for number, (row, instance, category) in enumerate(zip(boxes["data"], boxes["bboxIds"], categories), first):
+            lengths = runs[int(instance)]
+            x, y = int(row["x_min"]), int(row["y_min"])
+            records.append(
+                {
+                    "id": number,
+                    "image_id": image["id"],
+                    # The annotator's last column and row belong to the box.
+                    "bbox": [x, y, int(row["x_max"]) + 1 - x, int(row["y_max"]) + 1 - y],
+                    "area": float(lengths[1::2].sum()),
+                    "bbox_mode": _XYWH_ABSOLUTE,
+                    "category_id": category["id"],
+                    "iscrowd": 0,
+                    "segmentation": {
+                        "size": [image["height"], image["width"]],
+                        "counts": run_length.encoded(lengths),
+                    },
+                }
+            )
+        return records
+
+    def _colored(self, classes: Mapping[str, Any]) -> np.ndarray:
+        """uint8 (H, W, 3): each pixel in the colour of its category."""
+        ids = classes["data"]
+        palette = np.zeros((int(ids.max(initial=0)) + 1, 3), np.uint8)
+        for number, labels in classes["idToLabels"].items():
+            palette[int(number)] = self._categories.of(labels)["color"]
+        return palette[ids]
+
+
+def _info(version: str) -> dict[str, Any]:
+    """Without a date, so that a run that is repeated leaves the same bytes."""
+    return {
+        "description": "COCO dataset made with usdsdg",
+        "url": "https://cocodataset.org",
+        "version": version,
+        "date_created": "",
+        "contributor": "",
+    }
+
+
+def _id_of_seed(seed: int | None) -> str:
+    """Eight letters that are the same for the same seed."""
+    digest = hashlib.blake2b(str(seed).encode(), digest_size=_ID_LENGTH).digest()
+    return "".join(string.ascii_lowercase[byte % len(string.ascii_lowercase)] for byte in digest)
+
+
+def _sequence(trigger_outputs: Mapping[str, Any]) -> str:
+    """What tells how often on_time triggers have fired, as Replicator writes it into names of pictures."""
+    told = ""
+    for name, count in trigger_outputs.items():
+        if "on_time" in name:
+            told = f"{count}_{told}_"
+    return told

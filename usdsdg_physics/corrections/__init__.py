@@ -1,0 +1,1 @@
+"""Corrections that the solver does not make: depenetration, tunneling guard, sleeping."""

@@ -1,0 +1,1 @@
+"""The Newton model of a stage: building, stepping and editing it."""

@@ -1,0 +1,51 @@
+"""Edits → the running world, and the records that describe it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from usdsdg_physics.model.edits import Edits
+from usdsdg_physics.model.world import World
+from usdsdg_physics.parse.records import Scene
+from usdsdg_physics.queries.queries import Queries
+
+
+def apply_edits(edits: Edits, world: World, scene: Scene, queries: Queries) -> None:
+    """Make `world` as the stage now says. The records of `scene` follow, except where a body is."""
+    _apply_poses(edits, world, scene)
+    if edits.velocities:
+        rows = [world.body_index[path] for path in edits.velocities]
+        world.set_velocities(rows, np.array(list(edits.velocities.values())))
+    if edits.gravity is not None:
+        world.set_gravity(edits.gravity)
+    for path, body in edits.bodies.items():
+        world.set_damping(world.body_index[path], body.linear_damping, body.angular_damping)
+        scene.bodies[path] = replace(body, pose=scene.bodies[path].pose)
+    world.set_gravity_enabled({world.body_index[path]: body.gravity for path, body in edits.bodies.items()})
+    _apply_colliders(edits, world, scene, queries)
+
+
+def _apply_poses(edits: Edits, world: World, scene: Scene) -> None:
+    kinematic = {path for path in edits.poses if scene.bodies[path].kinematic}
+    world.move_kinematic({world.body_index[path]: edits.poses[path] for path in kinematic})
+    thrown = [path for path in edits.poses if path not in kinematic]
+    if thrown:
+        world.set_poses([world.body_index[path] for path in thrown], np.array([edits.poses[path] for path in thrown]))
+        world.forget_contacts()
+
+
+def _apply_colliders(edits: Edits, world: World, scene: Scene, queries: Queries) -> None:
+    switched, moved = {}, {}
+    for path, collider in edits.colliders.items():
+        before, index = scene.colliders[path], world.shape_index[path]
+        if collider.enabled != before.enabled:
+            switched[index] = collider.enabled
+            queries.set_enabled(path, collider.enabled)
+        if collider.shape != before.shape:
+            moved[index] = (*collider.shape.position, *collider.shape.rotation)
+            queries.set_pose(path, collider.shape)
+        scene.colliders[path] = collider
+    world.set_enabled(switched)
+    world.set_shape_poses(moved)

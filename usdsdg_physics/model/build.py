@@ -1,0 +1,193 @@
+"""Records → a newton model with its collision pipeline and solver."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from usdsdg_physics.model.mass import body_mass
+from usdsdg_physics.parse.records import STATIC, Body, Collider, Scene, Shape, Solid
+from usdsdg_physics.precompile import Progress, load_kernels, prepare_newton
+
+if TYPE_CHECKING:
+    import newton
+
+ITERATIONS = 24
+# Several kernels of the solver run over the whole capacity, so it is kept near what dense piles need.
+CONTACTS_PER_BODY = 18
+MIN_CONTACTS = 1000
+CONSTRAINT_ROWS_PER_BODY = 16
+MIN_CONSTRAINT_ROWS = 8192
+MIN_CONSTRAINT_ROWS_CUDA = 4096
+
+COLLIDES, SWITCHED_OFF = 1, 0  # collision groups: newton pairs no shape of group zero
+
+
+@dataclass
+class Built:
+    """What newton needs for stepping, and where each prim is in its arrays."""
+
+    model: newton.Model
+    pipeline: newton.CollisionPipeline
+    solver: newton.solvers.SolverSteel
+    body_index: dict[str, int]
+    shape_index: dict[str, int]
+    mass: np.ndarray  # (N,) kg
+    center: np.ndarray  # (N, 3) centre of mass in the body's frame, m
+    gyration: np.ndarray  # (N,) mean moment of inertia per mass, m²
+
+
+def build(scene: Scene, *, device: str | None = None, capacity: float = 1.0, progress: Progress | None = None) -> Built:
+    """A model of all bodies and colliders, ready to step.
+
+    Switched-off colliders are built like the others: the pipeline only knows the shapes that collide when it is made.
+    `capacity` multiplies the room for contacts.
+    """
+    prepare_newton()
+    import newton
+    import warp as wp
+
+    builder = newton.ModelBuilder()
+    newton.solvers.SolverSteel.register_custom_attributes(builder)
+    colliders_of: dict[str, list[Collider]] = {path: [] for path in (STATIC, *scene.bodies)}
+    for collider in scene.colliders.values():
+        colliders_of[collider.body].append(collider)
+
+    masses = [body_mass(body, colliders_of[path]) for path, body in scene.bodies.items()]
+    body_index = {}
+    for body, mass in zip(scene.bodies.values(), masses):
+        body_index[body.path] = builder.add_body(
+            xform=wp.transform(*body.pose),
+            mass=mass.mass,
+            com=wp.vec3(*mass.center),
+            inertia=wp.mat33(*mass.inertia.ravel()),
+            lock_inertia=True,
+            is_kinematic=body.kinematic,
+            label=body.path,
+            custom_attributes=_steel_attributes(body),
+        )
+    meshes: dict[str, newton.Mesh] = {}
+    shape_index = {
+        collider.path: _add_shape(builder, body_index.get(collider.body, -1), collider, meshes)
+        for group in colliders_of.values()
+        for collider in group
+    }
+    for a, b in sorted(scene.filtered):
+        builder.add_shape_collision_filter_pair(shape_index[a], shape_index[b])
+
+    # Our inertias are already positive and balanced; newton's check would only compile another kernel.
+    model = builder.finalize(device=device, skip_validation_inertia=True)
+    model.set_gravity(scene.gravity)
+    pipeline = _pipeline(model, capacity)
+    load_kernels(pipeline, progress=progress)
+    solver = _solver(model, capacity)
+    return Built(
+        model,
+        pipeline,
+        solver,
+        body_index,
+        shape_index,
+        np.array([mass.mass for mass in masses]),
+        np.array([mass.center for mass in masses]).reshape(-1, 3),
+        np.array([np.trace(mass.inertia) / 3.0 / mass.mass for mass in masses]),
+    )
+
+
+def _pipeline(model: newton.Model, capacity: float) -> newton.CollisionPipeline:
+    import newton
+
+    # One configuration for every scene: each combination of options is another narrow-phase module to compile.
+    return newton.CollisionPipeline(
+        model,
+        broad_phase="sap",
+        rigid_contact_max=int(capacity * max(MIN_CONTACTS, CONTACTS_PER_BODY * model.body_count)),
+        include_static_kinematic_pairs=False,
+        # The reduction leaves one of the contacts that a body above a mesh is about to touch, and it tips through.
+        reduce_contacts=False,
+        verify_buffers=False,
+        deterministic=model.device.is_cuda,
+    )
+
+
+def _solver(model: newton.Model, capacity: float) -> newton.solvers.SolverSteel:
+    import newton
+    import warp as wp
+
+    least = MIN_CONSTRAINT_ROWS_CUDA if model.device.is_cuda else MIN_CONSTRAINT_ROWS
+    rows = int(capacity * max(least, CONSTRAINT_ROWS_PER_BODY * model.body_count))
+    if model.device.is_cuda:
+        # The serial sweep would run one world's contacts on a single thread.
+        return newton.solvers.SolverSteel(
+            model,
+            iterations=ITERATIONS,
+            solve_mode="colored",
+            articulated_contact_response="propagation",
+            free_body_constraint_max=rows,
+            warn_constraint_overflow=False,
+            deterministic=wp.DeterministicMode.RUN_TO_RUN,
+        )
+    return newton.solvers.SolverSteel(
+        model,
+        iterations=ITERATIONS,
+        free_body_constraint_max=rows,
+        warn_constraint_overflow=False,
+    )
+
+
+def _steel_attributes(body: Body) -> dict[str, float]:
+    # Velocity limits are not among them: the solver would spend a constraint row on each; the world clamps instead.
+    return {
+        "steel:rigid_body_linear_damping": body.linear_damping,
+        "steel:rigid_body_angular_damping": body.angular_damping,
+        "steel:rigid_body_max_depenetration_velocity": body.max_depenetration_velocity,
+    }
+
+
+def _add_shape(builder: newton.ModelBuilder, body: int, collider: Collider, meshes: dict[str, newton.Mesh]) -> int:
+    import newton
+    import warp as wp
+
+    shape = collider.shape
+    config = newton.ModelBuilder.ShapeConfig(
+        density=0.0,
+        mu=collider.material.friction,
+        restitution=collider.material.restitution,
+        gap=collider.gap,
+        margin=collider.margin,
+        collision_group=COLLIDES,
+        has_particle_collision=False,
+    )
+    return builder.add_shape(
+        body=body,
+        type=_geometry_type(shape),
+        xform=wp.transform(*shape.position, *shape.rotation),
+        scale=wp.vec3(*shape.size),
+        src=None if shape.solid is None else _mesh(shape.solid, meshes),
+        cfg=config,
+        label=collider.path,
+    )
+
+
+def _geometry_type(shape: Shape) -> int:
+    import newton
+
+    return {
+        "box": newton.GeoType.BOX,
+        "sphere": newton.GeoType.SPHERE,
+        "capsule": newton.GeoType.CAPSULE,
+        "cylinder": newton.GeoType.CYLINDER,
+        "cone": newton.GeoType.CONE,
+        "plane": newton.GeoType.PLANE,
+        "hull": newton.GeoType.CONVEX_MESH,
+        "mesh": newton.GeoType.MESH,
+    }[shape.kind]
+
+
+def _mesh(solid: Solid, meshes: dict[str, newton.Mesh]) -> newton.Mesh:
+    import newton
+
+    if solid.key not in meshes:
+        meshes[solid.key] = newton.Mesh(solid.vertices, solid.triangles.ravel(), compute_inertia=False)
+    return meshes[solid.key]

@@ -1,0 +1,109 @@
+"""Mass, centre of mass and inertia of a body from its colliders and what its MassAPI says."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdsdg.stage.poses.transforms import matrix_from_quat
+from usdsdg_physics.parse.approximation import inertia_from_covariance
+from usdsdg_physics.parse.records import Body, Collider, Shape
+
+WATER = 1000.0  # kg/m³, the density of anything that names none
+
+
+@dataclass(frozen=True)
+class MassProperties:
+    mass: float  # kg
+    center: np.ndarray  # (3,) m, body frame
+    inertia: np.ndarray  # (3, 3) kg m² about the centre, axes of the body frame
+
+
+def body_mass(body: Body, colliders: Sequence[Collider]) -> MassProperties:
+    """Disabled colliders count too: switching a collider does not make a body lighter. A body without colliders
+    weighs 1 kg unless it says otherwise."""
+    parts = [_collider_mass(collider, body.mass.density) for collider in colliders]
+    mass = sum(part.mass for part in parts)
+    if mass <= 0.0:
+        given = body.mass.mass or 1.0
+        parts, mass = [MassProperties(given, np.zeros(3), 0.4 * given * 0.1**2 * np.eye(3))], given
+    center = sum((part.mass * part.center for part in parts), np.zeros(3)) / mass
+    if body.mass.center_of_mass is not None:
+        center = np.asarray(body.mass.center_of_mass)
+    inertia = sum((_about(part, center) for part in parts), np.zeros((3, 3)))
+    if body.mass.mass > 0.0:
+        inertia, mass = inertia * (body.mass.mass / mass), body.mass.mass
+    if body.mass.diagonal_inertia is not None:
+        axes = matrix_from_quat(body.mass.principal_axes)
+        inertia = axes.T @ np.diag(body.mass.diagonal_inertia) @ axes
+    return MassProperties(mass, center, _sane(inertia, mass))
+
+
+def _collider_mass(collider: Collider, body_density: float) -> MassProperties:
+    volume, center, covariance = volume_integrals(collider.shape)
+    density = collider.mass.density or body_density or collider.material.density or WATER
+    mass = collider.mass.mass or density * volume
+    if volume <= 0.0:
+        return MassProperties(0.0, center, np.zeros((3, 3)))
+    central = covariance - volume * np.outer(center, center)
+    return MassProperties(mass, center, inertia_from_covariance(central) * (mass / volume))
+
+
+def volume_integrals(shape: Shape) -> tuple[float, np.ndarray, np.ndarray]:
+    """Volume, centroid and integral of p pᵀ of a shape in its body's frame."""
+    volume, center, covariance = _local_integrals(shape)
+    rotation = matrix_from_quat(shape.rotation)
+    position = np.asarray(shape.position)
+    turned = center @ rotation
+    central = rotation.T @ (covariance - volume * np.outer(center, center)) @ rotation
+    placed = turned + position
+    return volume, placed, central + volume * np.outer(placed, placed)
+
+
+def _local_integrals(shape: Shape) -> tuple[float, np.ndarray, np.ndarray]:
+    a, b, c = shape.size
+    if shape.kind == "hull":
+        scale = np.asarray(shape.size)
+        stretch = abs(float(scale.prod()))
+        return (
+            shape.solid.volume * stretch,
+            shape.solid.centroid * scale,
+            (shape.solid.covariance * np.outer(scale, scale) * stretch),
+        )
+    if shape.kind == "box":
+        return _symmetric(8.0 * a * b * c, a * a / 3.0, b * b / 3.0, c * c / 3.0)
+    if shape.kind == "sphere":
+        return _symmetric(4.0 / 3.0 * np.pi * a**3, a * a / 5.0, a * a / 5.0, a * a / 5.0)
+    if shape.kind == "cylinder":
+        return _symmetric(2.0 * np.pi * a * a * b, a * a / 4.0, a * a / 4.0, b * b / 3.0)
+    if shape.kind == "capsule":
+        barrel, caps = 2.0 * np.pi * a * a * b, 4.0 / 3.0 * np.pi * a**3
+        across = barrel * a * a / 4.0 + caps * a * a / 5.0
+        along = barrel * b * b / 3.0 + caps * (a * a / 5.0 + b * b + 0.75 * a * b)
+        volume = barrel + caps
+        return _symmetric(volume, across / volume, across / volume, along / volume)
+    if shape.kind == "cone":
+        height = 2.0 * b
+        volume = np.pi * a * a * height / 3.0
+        center = np.array([0.0, 0.0, -height / 4.0])
+        central = volume * np.diag([3.0 * a * a / 20.0, 3.0 * a * a / 20.0, 3.0 * height * height / 80.0])
+        return volume, center, central + volume * np.outer(center, center)
+    return 0.0, np.zeros(3), np.zeros((3, 3))
+
+
+def _symmetric(volume: float, xx: float, yy: float, zz: float) -> tuple[float, np.ndarray, np.ndarray]:
+    return volume, np.zeros(3), volume * np.diag([xx, yy, zz])
+
+
+def _about(part: MassProperties, center: np.ndarray) -> np.ndarray:
+    offset = part.center - center
+    return part.inertia + part.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+
+
+def _sane(inertia: np.ndarray, mass: float) -> np.ndarray:
+    """Principal moments that a solver in single precision can invert: no needle's axis below a ten-thousandth."""
+    moments, axes = np.linalg.eigh((inertia + inertia.T) / 2.0)
+    floor = max(1e-4 * float(moments.max()), 1e-9 * mass, 1e-12)
+    return (axes * np.maximum(moments, floor)) @ axes.T

@@ -1,0 +1,1 @@
+"""Read UsdPhysics from a stage into plain records in SI units."""

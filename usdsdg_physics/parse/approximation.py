@@ -1,0 +1,120 @@
+"""Meshes become convex hulls: capped, cached by content, never without volume."""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+
+from usdsdg.errors import warn_once
+from usdsdg_physics.parse.records import Solid
+
+# Newton's own cap; its narrow phase walks every vertex of a hull in each support query.
+MAX_HULL_VERTICES = 64
+# Relative to the largest extent. A flatter hull has no mass to speak of and a contact normal of noise.
+_MIN_THICKNESS = 1e-3
+
+
+class HullCache:
+    """Convex hulls by the content of their points: a thousand references to one asset make one hull."""
+
+    def __init__(self) -> None:
+        self._hulls: dict[bytes, Solid] = {}
+        self._meshes: dict[bytes, Solid] = {}
+
+    def hull(self, points: np.ndarray, *, prim_path: str = "") -> Solid:
+        """Convex hull (at most 64 vertices) of points (N, 3).
+
+        Flat, straight or single points are thickened to a thousandth of their extent, with a warning that names
+        `prim_path`.
+
+        Raises:
+            ValueError: there are no finite points.
+        """
+        points = np.ascontiguousarray(points, np.float32).reshape(-1, 3)
+        key = _digest(points)
+        if key not in self._hulls:
+            self._hulls[key] = _hull(points, prim_path)
+        return self._hulls[key]
+
+    def mesh(self, points: np.ndarray, triangles: np.ndarray) -> Solid:
+        """The triangles themselves, for static colliders without approximation."""
+        points = np.ascontiguousarray(points, np.float32).reshape(-1, 3)
+        triangles = np.ascontiguousarray(triangles, np.int32).reshape(-1, 3)
+        key = _digest(points, triangles)
+        if key not in self._meshes:
+            self._meshes[key] = solid(points, triangles)
+        return self._meshes[key]
+
+
+def solid(vertices: np.ndarray, triangles: np.ndarray) -> Solid:
+    """A `Solid` with the volume integrals of its triangles (exact for closed, outward-oriented surfaces)."""
+    vertices = np.ascontiguousarray(vertices, np.float32)
+    triangles = np.ascontiguousarray(triangles, np.int32)
+    # Tetrahedra from a point near the middle keep the sums well conditioned far from the origin.
+    middle = vertices.mean(axis=0, dtype=np.float64)
+    a, b, c = (vertices[triangles[:, corner]].astype(np.float64) - middle for corner in range(3))
+    sixth = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
+    total = a + b + c
+    volume = float(sixth.sum())
+    first = np.einsum("i,ij->j", sixth, total) / 4.0
+    second = sum(np.einsum("i,ij,ik->jk", sixth, corner, corner) for corner in (a, b, c, total)) / 20.0
+    centroid = first / volume if abs(volume) > 0.0 else np.zeros(3)
+    # Move the second moment from the middle to the origin.
+    covariance = second + np.outer(first, middle) + np.outer(middle, first) + volume * np.outer(middle, middle)
+    key = _digest(vertices, triangles).hex()
+    return Solid(key, vertices, triangles, volume, centroid + middle, covariance)
+
+
+def inertia_from_covariance(covariance: np.ndarray) -> np.ndarray:
+    """Inertia tensor of unit density from the integral of p pᵀ."""
+    return np.trace(covariance) * np.eye(3) - covariance
+
+
+def _hull(points: np.ndarray, prim_path: str) -> Solid:
+    points = np.unique(points[np.isfinite(points).all(axis=1)], axis=0).astype(np.float64)
+    if not len(points):
+        raise ValueError("no finite points")
+    thick = _thickened(points)
+    if thick is not points:
+        warn_once(
+            f"{prim_path or 'a mesh'} is flat, so its convex hull has no volume; the collider is made "
+            f"{_MIN_THICKNESS:.1%} of its size thick. Model it with a thickness to choose another.",
+            key=f"flat hull {prim_path}",
+        )
+    from scipy.spatial import ConvexHull, QhullError
+
+    # TA counts the points added to the first tetrahedron, farthest first, so that a capped hull keeps its extremes.
+    options = f"Qt TA{MAX_HULL_VERTICES - 4}"
+    try:
+        hull = ConvexHull(thick, qhull_options=options)
+    except QhullError:
+        hull = ConvexHull(thick, qhull_options=f"{options} QJ")
+    triangles = hull.simplices.copy()
+    a, b, c = (thick[triangles[:, corner]] for corner in range(3))
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
+    triangles[inward] = triangles[inward][:, ::-1]
+    used, renumbered = np.unique(triangles, return_inverse=True)
+    return solid(thick[used], renumbered.reshape(triangles.shape))
+
+
+def _thickened(points: np.ndarray) -> np.ndarray:
+    """The points themselves, or copies of them moved both ways along every direction in which they have no extent."""
+    centred = points - points.mean(axis=0)
+    _, axes = np.linalg.eigh(centred.T @ centred)
+    spread = centred @ axes
+    extent = spread.max(axis=0) - spread.min(axis=0)
+    largest = float(extent.max()) or 1e-3
+    for axis, size in zip(axes.T, extent):
+        if size < _MIN_THICKNESS * largest:
+            offset = axis * (_MIN_THICKNESS * largest - size) / 2.0
+            points = np.concatenate([points - offset, points + offset])
+    return points
+
+
+def _digest(*arrays: np.ndarray) -> bytes:
+    digest = hashlib.blake2b(digest_size=16)
+    for array in arrays:
+        digest.update(str(array.shape).encode())
+        digest.update(array.tobytes())
+    return digest.digest()

@@ -1,0 +1,44 @@
+"""How large shapes are: spheres and boxes around them, and how thin they are."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from usdsdg.stage.poses.transforms import matrix_from_quat
+from usdsdg_physics.parse.records import Shape
+
+
+def bounding_sphere(shape: Shape) -> tuple[float, float, float, float]:
+    """Centre and radius of a sphere around a shape, in the shape's own frame."""
+    a, b, c = shape.size
+    if shape.kind == "plane":
+        return 0.0, 0.0, 0.0, float("inf")
+    if shape.solid is not None:
+        points = shape.solid.vertices.astype(np.float64) * shape.size
+        center = (points.min(axis=0) + points.max(axis=0)) / 2.0
+        return (*center.tolist(), float(np.linalg.norm(points - center, axis=1).max()) * (1 + 1e-9))
+    radius = {
+        "box": np.sqrt(a * a + b * b + c * c),
+        "sphere": a,
+        "capsule": a + b,
+        "cylinder": np.hypot(a, b),
+        "cone": np.hypot(a, b),
+    }[shape.kind]
+    return 0.0, 0.0, 0.0, float(radius) * (1 + 1e-9)
+
+
+def half_thickness(shape: Shape) -> float:
+    """Half of the smallest extent along the shape's own axes [m]."""
+    a, b, c = shape.size
+    if shape.solid is not None:
+        points = shape.solid.vertices * shape.size
+        return float((points.max(axis=0) - points.min(axis=0)).min()) / 2.0
+    if shape.kind == "box":
+        return min(a, b, c)
+    return a if shape.kind in ("sphere", "capsule") else min(a, b)
+
+
+def world_box(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper corner of the box around a static hull or mesh."""
+    points = shape.solid.vertices.astype(np.float64) * shape.size @ matrix_from_quat(shape.rotation) + shape.position
+    return points.min(axis=0), points.max(axis=0)

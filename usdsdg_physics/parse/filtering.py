@@ -1,0 +1,52 @@
+"""Which colliders may not touch: FilteredPairsAPI and collision groups."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations_with_replacement, product
+
+from pxr import Sdf, Usd, UsdPhysics
+
+from usdsdg_physics.parse.attributes import value
+from usdsdg_physics.parse.records import Collider
+
+
+def read_filtered_pairs(
+    stage: Usd.Stage, colliders: Mapping[str, Collider], filters: list[Usd.Prim], groups: list[Usd.Prim]
+) -> frozenset[tuple[str, str]]:
+    """Pairs of collider paths that never touch, each pair sorted."""
+    pairs: set[tuple[str, str]] = set()
+    for prim in filters:
+        own = _below(prim.GetPath(), colliders)
+        for target in prim.GetRelationship("physics:filteredPairs").GetTargets():
+            _add(pairs, own, _below(target, colliders))
+    members = {prim.GetPath(): _members(prim, colliders) for prim in groups}
+    for (path_a, in_a), (path_b, in_b) in combinations_with_replacement(sorted(members.items()), 2):
+        if _groups_apart(stage.GetPrimAtPath(path_a), stage.GetPrimAtPath(path_b)):
+            _add(pairs, in_a, in_b)
+    return frozenset(pairs)
+
+
+def _below(root: Sdf.Path, colliders: Mapping[str, Collider]) -> list[str]:
+    """Colliders at or below a path; a rigid body stands for all colliders that it owns."""
+    return [path for path in colliders if Sdf.Path(path).HasPrefix(root)]
+
+
+def _members(group: Usd.Prim, colliders: Mapping[str, Collider]) -> list[str]:
+    query = UsdPhysics.CollisionGroup(group).GetCollidersCollectionAPI().ComputeMembershipQuery()
+    return [path for path in colliders if query.IsPathIncluded(Sdf.Path(path))]
+
+
+def _groups_apart(a: Usd.Prim, b: Usd.Prim) -> bool:
+    return _names(a, b.GetPath()) or _names(b, a.GetPath())
+
+
+def _names(group: Usd.Prim, other: Sdf.Path) -> bool:
+    named = other in group.GetRelationship("physics:filteredGroups").GetTargets()
+    return named != bool(value(group, "physics:invertFilteredGroups", False))
+
+
+def _add(pairs: set[tuple[str, str]], some: list[str], others: list[str]) -> None:
+    for a, b in product(some, others):
+        if a != b:
+            pairs.add((a, b) if a < b else (b, a))

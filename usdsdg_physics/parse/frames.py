@@ -1,0 +1,60 @@
+"""Rigid frames and scales: how the world matrix of a prim splits into what a solver moves and what stays."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from usdsdg.stage.poses.transforms import decompose, matrix_from_quat, quat_from_matrix
+
+# Cosine between two axes above which a matrix is said to shear.
+_SHEAR = 1e-4
+
+
+def rigid_pose(local_to_world: ArrayLike, meters_per_unit: float) -> np.ndarray:
+    """Poses (..., 7) [m] of prims: origin and rotation of their matrices (..., 4, 4), scale and shear dropped."""
+    pose = decompose(local_to_world)
+    return np.concatenate([pose.translate * meters_per_unit, pose.rotation], axis=-1)
+
+
+def pose_matrix(pose: ArrayLike, meters_per_unit: float = 1.0) -> np.ndarray:
+    """Row-vector matrices (..., 4, 4) of poses (..., 7) [m], their translation in stage units."""
+    pose = np.asarray(pose, np.float64)
+    matrix = np.zeros((*pose.shape[:-1], 4, 4))
+    matrix[..., :3, :3] = matrix_from_quat(pose[..., 3:])
+    matrix[..., 3, :3] = pose[..., :3] / meters_per_unit
+    matrix[..., 3, 3] = 1.0
+    return matrix
+
+
+def body_from_prim(local_to_world: ArrayLike, meters_per_unit: float) -> np.ndarray:
+    """The constant part of a prim's matrix: from its local space [stage units] to its rigid frame [m]."""
+    frame = pose_matrix(rigid_pose(local_to_world, meters_per_unit), meters_per_unit)
+    local = np.asarray(local_to_world) @ np.linalg.inv(frame)
+    local[:3, :3] *= meters_per_unit
+    local[3, :3] = 0.0
+    return local
+
+
+def split_scale(matrix: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Scale (3,), rotation (3, 3) and translation (3,) of scale-then-rotate-then-translate; None when it shears.
+
+    A mirroring matrix has its x scale negative.
+    """
+    m = np.asarray(matrix, np.float64)
+    axes = m[:3, :3]
+    scale = np.linalg.norm(axes, axis=1)
+    if (scale < 1e-12).any():
+        return None
+    rotation = axes / scale[:, None]
+    if np.abs(rotation @ rotation.T - np.eye(3)).max() > _SHEAR:
+        return None
+    if np.linalg.det(rotation) < 0:
+        scale[0], rotation[0] = -scale[0], -rotation[0]
+    return scale, rotation, m[3, :3].copy()
+
+
+def rotation_quat(rotation: ArrayLike) -> tuple[float, float, float, float]:
+    """(x, y, z, w) of one row-vector rotation matrix."""
+    x, y, z, w = (float(component) for component in quat_from_matrix(rotation))
+    return x, y, z, w

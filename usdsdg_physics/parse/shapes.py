@@ -1,0 +1,260 @@
+"""UsdGeom prims with a CollisionAPI → collision shapes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pxr import Usd, UsdGeom
+
+from usdsdg.errors import warn_once
+from usdsdg_physics.parse.approximation import HullCache
+from usdsdg_physics.parse.attributes import value
+from usdsdg_physics.parse.frames import rotation_quat, split_scale
+from usdsdg_physics.parse.records import Shape
+
+# Turns +Z onto the axis of a UsdGeom gprim (row vectors, determinant one).
+_Z_TO = {
+    "X": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], np.float64),
+    "Y": np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]], np.float64),
+    "Z": np.eye(3),
+}
+_HULL_OF = {
+    "convexDecomposition": "one convex hull",
+    "sdf": "one convex hull",
+    "meshSimplification": "one convex hull",
+}
+_UNIFORM = 1e-3
+
+
+def read_shape(prim: Usd.Prim, frame_from_prim: ArrayLike, hulls: HullCache, *, dynamic: bool) -> Shape | None:
+    """The collision shape of a gprim, or None (with a warning) when its type has none.
+
+    Args:
+        frame_from_prim: row-vector 4x4 from the prim's space [stage units] to the body's or the world's frame [m].
+        dynamic: moving bodies get hulls where a static collider may keep its triangles.
+    """
+    matrix = np.asarray(frame_from_prim, np.float64)
+    kind = str(prim.GetTypeName())
+    if kind == "Mesh":
+        return _mesh(prim, matrix, hulls, dynamic)
+    reader = _PRIMITIVES.get(kind)
+    if reader is None:
+        warn_once(
+            f"{prim.GetPath()} is a {kind or 'prim without a type'} with CollisionAPI, which has no collision shape "
+            "here and is ignored. Put the API on a Mesh, Cube, Sphere, Capsule, Cylinder, Cone or Plane.",
+        )
+        return None
+    return reader(prim, matrix, hulls, dynamic)
+
+
+def _cube(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
+    half = float(value(prim, "size", 2.0)) / 2.0
+    corners = half * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
+    parts = split_scale(matrix)
+    if parts is None:
+        return _hull(prim, corners, matrix, hulls)
+    scale, rotation, position = parts
+    return _placed("box", np.abs(scale) * half, rotation, position)
+
+
+def _sphere(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
+    radius = float(value(prim, "radius", 1.0))
+    parts = split_scale(matrix)
+    if parts is not None and _uniform(np.abs(parts[0])):
+        scale, rotation, position = parts
+        return _placed("sphere", (np.abs(scale).mean() * radius, 0.0, 0.0), rotation, position)
+    return _hull(prim, radius * _sphere_points(), matrix, hulls)
+
+
+def _upright(kind: str, radius_default: float):
+    """Reader of capsule, cylinder and cone, whose axis is an attribute."""
+
+    def read(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
+        radius = float(value(prim, "radius", radius_default))
+        half = float(value(prim, "height", 1.0 if kind == "capsule" else 2.0)) / 2.0
+        turn = np.eye(4)
+        turn[:3, :3] = _Z_TO[str(value(prim, "axis", "Z"))]
+        upright = turn @ matrix
+        parts = split_scale(upright)
+        if parts is not None:
+            scale, rotation, position = parts
+            size = np.abs(scale)
+            round_enough = _uniform(size) if kind == "capsule" else _uniform(size[:2])
+            if round_enough:
+                return _placed(kind, (size[:2].mean() * radius, size[2] * half, 0.0), rotation, position)
+        return _hull(prim, _upright_points(kind, radius, radius, half), upright, hulls)
+
+    return read
+
+
+def _tapered(kind: str):
+    """Reader of Cylinder_1 and Capsule_1, which have a radius at either end."""
+
+    def read(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
+        default = 0.5 if kind == "capsule" else 1.0
+        bottom, top = (float(value(prim, f"radius{end}", default)) for end in ("Bottom", "Top"))
+        half = float(value(prim, "height", 1.0 if kind == "capsule" else 2.0)) / 2.0
+        turn = np.eye(4)
+        turn[:3, :3] = _Z_TO[str(value(prim, "axis", "Z"))]
+        return _hull(prim, _upright_points(kind, bottom, top, half), turn @ matrix, hulls)
+
+    return read
+
+
+def _plane(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
+    if dynamic:
+        warn_once(
+            f"{prim.GetPath()} is a Plane under a rigid body; planes are unbounded and only collide as static "
+            "colliders, so it is ignored. Use a thin Cube.",
+        )
+        return None
+    turn = np.eye(4)
+    turn[:3, :3] = _Z_TO[str(value(prim, "axis", "Z"))]
+    parts = split_scale(turn @ matrix)
+    if parts is None:
+        warn_once(f"{prim.GetPath()} is a sheared or flattened Plane and is ignored as a collider; remove the shear.")
+        return None
+    scale, rotation, position = parts
+    if scale[0] < 0:  # a mirrored plane keeps its normal
+        rotation = np.array([-rotation[0], rotation[1], rotation[2]])
+        rotation[0] = np.cross(rotation[1], rotation[2])
+    return _placed("plane", (0.0, 0.0, 0.0), rotation, position)
+
+
+def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
+    points, triangles = mesh_triangles(prim)
+    if not len(points):
+        warn_once(f"{prim.GetPath()} has CollisionAPI but no points, so it does not collide.")
+        return None
+    approximation = str(value(prim, "physics:approximation", "none"))
+    if approximation == "boundingCube":
+        return _bounding_box(prim, points, matrix, hulls)
+    if approximation == "boundingSphere":
+        return _bounding_sphere(points, matrix)
+    if approximation in _HULL_OF and (dynamic or approximation == "convexDecomposition"):
+        warn_once(
+            f"{prim.GetPath()}: the collision approximation {approximation!r} becomes {_HULL_OF[approximation]}, so "
+            "hollows are filled. Split the mesh into convex parts to keep them.",
+        )
+    elif approximation not in _HULL_OF and approximation not in ("none", "convexHull"):
+        warn_once(f"{prim.GetPath()}: unknown collision approximation {approximation!r}; a convex hull is used.")
+    elif approximation != "convexHull" and not dynamic and len(triangles):
+        return _scaled("mesh", prim, points, triangles, matrix, hulls)
+    return _hull(prim, points, matrix, hulls)
+
+
+def mesh_triangles(prim: Usd.Prim) -> tuple[np.ndarray, np.ndarray]:
+    """Used points (N, 3) float32 and triangles (F, 3) int32 of a mesh; polygons are fanned."""
+    mesh = UsdGeom.Mesh(prim)
+    points = np.asarray(mesh.GetPointsAttr().Get() or [], np.float32).reshape(-1, 3)
+    counts = np.asarray(mesh.GetFaceVertexCountsAttr().Get() or [], np.int64)
+    corners = np.asarray(mesh.GetFaceVertexIndicesAttr().Get() or [], np.int64)
+    if not len(corners) or counts.sum() != len(corners) or corners.max() >= len(points) or corners.min() < 0:
+        return points, np.zeros((0, 3), np.int32)
+    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    fans = np.maximum(counts - 2, 0)
+    first = np.repeat(starts, fans)
+    step = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
+    triangles = np.stack([corners[first], corners[first + step + 1], corners[first + step + 2]], axis=1)
+    if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
+        triangles = triangles[:, ::-1]
+    used, renumbered = np.unique(triangles, return_inverse=True)
+    return points[used], renumbered.reshape(-1, 3).astype(np.int32)
+
+
+def _bounding_box(prim: Usd.Prim, points: np.ndarray, matrix: np.ndarray, hulls: HullCache) -> Shape | None:
+    low, high = points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
+    parts = split_scale(matrix)
+    if parts is None:
+        corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+        return _hull(prim, corners, matrix, hulls)
+    scale, rotation, _ = parts
+    half = np.maximum((high - low) / 2.0 * np.abs(scale), 1e-4 * np.abs(high - low).max() * np.abs(scale).max())
+    middle = np.append((low + high) / 2.0, 1.0) @ matrix
+    return _placed("box", half, rotation, middle[:3])
+
+
+def _bounding_sphere(points: np.ndarray, matrix: np.ndarray) -> Shape:
+    placed = points.astype(np.float64) @ matrix[:3, :3] + matrix[3, :3]
+    middle = (placed.min(axis=0) + placed.max(axis=0)) / 2.0
+    radius = float(np.linalg.norm(placed - middle, axis=1).max())
+    return _placed("sphere", (radius, 0.0, 0.0), np.eye(3), middle)
+
+
+def _hull(prim: Usd.Prim, points: np.ndarray, matrix: np.ndarray, hulls: HullCache) -> Shape | None:
+    return _scaled("hull", prim, points, None, matrix, hulls)
+
+
+def _scaled(
+    kind: str,
+    prim: Usd.Prim,
+    points: np.ndarray,
+    triangles: np.ndarray | None,
+    matrix: np.ndarray,
+    hulls: HullCache,
+) -> Shape | None:
+    """A hull or mesh shared by every prim with these points; only a sheared one is baked."""
+    if abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
+        warn_once(f"{prim.GetPath()} is scaled to nothing and does not collide; give it a scale above zero.")
+        return None
+    parts = split_scale(matrix)
+    if parts is None:
+        points = points.astype(np.float64) @ matrix[:3, :3]
+        if triangles is not None and np.linalg.det(matrix[:3, :3]) < 0:
+            triangles = triangles[:, ::-1]
+        parts = np.ones(3), np.eye(3), matrix[3, :3]
+    scale, rotation, position = parts
+    try:
+        path = str(prim.GetPath())
+        solid = hulls.hull(points, prim_path=path) if triangles is None else hulls.mesh(points, triangles)
+    except ValueError as reason:
+        warn_once(f"{prim.GetPath()} does not collide: {reason}. Repair its points.")
+        return None
+    return _placed(kind, scale, rotation, position, solid)
+
+
+def _placed(kind: str, size: ArrayLike, rotation: np.ndarray, position: ArrayLike, solid: object = None) -> Shape:
+    x, y, z = (float(v) for v in np.asarray(size))
+    return Shape(kind, (x, y, z), tuple(float(v) for v in position), rotation_quat(rotation), solid)
+
+
+def _uniform(scale: np.ndarray) -> bool:
+    return bool(scale.max() - scale.min() <= _UNIFORM * scale.max())
+
+
+def _sphere_points() -> np.ndarray:
+    """62 points on the unit sphere, poles included: below the cap on hull vertices."""
+    latitude = np.linspace(-np.pi / 2, np.pi / 2, 7)[1:-1]
+    longitude = np.arange(12) * np.pi / 6
+    rings = [
+        np.stack([np.cos(a) * np.cos(longitude), np.cos(a) * np.sin(longitude), np.full(12, np.sin(a))], 1)
+        for a in latitude
+    ]
+    return np.concatenate([*rings, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])
+
+
+def _upright_points(kind: str, bottom: float, top: float, half: float) -> np.ndarray:
+    """Points whose hull is the solid; a capsule's caps are half spheres."""
+    if kind == "capsule":
+        ball = _sphere_points()
+        lower = ball[ball[:, 2] <= 1e-9] * bottom - (0.0, 0.0, half)
+        upper = ball[ball[:, 2] >= -1e-9] * top + (0.0, 0.0, half)
+        return np.concatenate([lower, upper])
+    angle = np.arange(30) * np.pi / 15
+    ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(30)], 1)
+    lower = ring * bottom - (0.0, 0.0, half)
+    if kind == "cone":
+        return np.concatenate([lower, [[0.0, 0.0, half]]])
+    return np.concatenate([lower, ring * top + (0.0, 0.0, half)])
+
+
+_PRIMITIVES = {
+    "Cube": _cube,
+    "Sphere": _sphere,
+    "Capsule": _upright("capsule", 0.5),
+    "Cylinder": _upright("cylinder", 1.0),
+    "Cone": _upright("cone", 1.0),
+    "Capsule_1": _tapered("capsule"),
+    "Cylinder_1": _tapered("cylinder"),
+    "Plane": _plane,
+}

@@ -1,0 +1,175 @@
+"""One pass over a stage: who is a rigid body, who collides and whose collider it is, and what cannot be simulated."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, field
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom
+
+from usdsdg.errors import warn_once
+from usdsdg_physics.parse.attributes import COLLIDER, RIGID_BODY, has_api, value
+
+
+@dataclass
+class Survey:
+    """Prims by what they are to a solver; `joints` to `displaced` are paths of those that are left out."""
+
+    scenes: list[Usd.Prim] = field(default_factory=list)
+    bodies: list[Usd.Prim] = field(default_factory=list)
+    colliders: list[tuple[Usd.Prim, Usd.Prim | None]] = field(default_factory=list)  # with the body that owns it
+    filters: list[Usd.Prim] = field(default_factory=list)
+    groups: list[Usd.Prim] = field(default_factory=list)
+    joints: list[str] = field(default_factory=list)
+    instancers: list[str] = field(default_factory=list)
+    trapped: list[str] = field(default_factory=list)
+    displaced: list[str] = field(default_factory=list)
+
+
+def survey(stage: Usd.Stage, root: Sdf.Path, cache: UsdGeom.XformCache) -> Survey:
+    """What is at or below `root`."""
+    found = Survey()
+    owners: dict[Sdf.Path, Usd.Prim | None] = {}
+    start = stage.GetPrimAtPath(root)
+    if not start or not start.IsActive():
+        return found
+    owners[root.GetParentPath()] = _owner_of(start.GetParent())
+    prims = iter(Usd.PrimRange(start, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
+    for prim in prims:
+        path = prim.GetPath()
+        owner = owners.get(path.GetParentPath())
+        applied = prim.GetAppliedSchemas()
+        if owner is not None and _resets(prim):
+            owner = None
+        body = _is_body(prim, applied)
+        if (body or COLLIDER in applied) and not np.isfinite(cache.GetLocalToWorldTransform(prim)).all():
+            found.displaced.append(str(path))
+            prims.PruneChildren()
+            continue
+        if body:
+            if prim.IsInstanceProxy():
+                found.trapped.append(str(path))
+            else:
+                found.bodies.append(prim)
+                owner = prim
+        owners[path] = owner
+        if COLLIDER in applied:
+            found.colliders.append((prim, owner))
+        if "PhysicsFilteredPairsAPI" in applied:
+            found.filters.append(prim)
+        _sort_by_type(prim, found)
+    found.scenes.sort(key=lambda prim: prim.GetPath())
+    return found
+
+
+def _owner_of(prim: Usd.Prim) -> Usd.Prim | None:
+    """The nearest rigid body at or above a prim."""
+    while prim and not prim.IsPseudoRoot():
+        if _is_body(prim, prim.GetAppliedSchemas()) and not prim.IsInstanceProxy():
+            return prim
+        if _resets(prim):
+            return None
+        prim = prim.GetParent()
+    return None
+
+
+def _is_body(prim: Usd.Prim, applied: list[str]) -> bool:
+    return RIGID_BODY in applied and bool(value(prim, "physics:rigidBodyEnabled", True))
+
+
+def _resets(prim: Usd.Prim) -> bool:
+    xformable = UsdGeom.Xformable(prim)
+    return bool(xformable) and xformable.GetResetXformStack()
+
+
+def _sort_by_type(prim: Usd.Prim, found: Survey) -> None:
+    kind = str(prim.GetTypeName())
+    if kind == "PhysicsScene":
+        found.scenes.append(prim)
+    elif kind == "PhysicsCollisionGroup":
+        found.groups.append(prim)
+    elif kind == "PointInstancer":
+        if any(
+            _has_rigid_body(prim.GetStage(), path)
+            for path in UsdGeom.PointInstancer(prim).GetPrototypesRel().GetTargets()
+        ):
+            found.instancers.append(str(prim.GetPath()))
+    elif kind.startswith("Physics") and kind.endswith("Joint"):
+        found.joints.append(str(prim.GetPath()))
+
+
+def _has_rigid_body(stage: Usd.Stage, path: Sdf.Path) -> bool:
+    root = stage.GetPrimAtPath(path)
+    return bool(root) and any(has_api(prim, RIGID_BODY) for prim in Usd.PrimRange(root))
+
+
+def warn_unsupported(found: Survey) -> None:
+    """Name what is on the stage and will not be simulated, or not as authored, each once and with its remedy."""
+    _warn_left_out(found)
+    _warn_sampled(found)
+
+
+def warn_no_collider(bodies: Collection[str], owners: Collection[str]) -> None:
+    """Name the bodies that own no collider."""
+    for path in bodies:
+        if path not in owners:
+            warn_once(
+                f"{path} has RigidBodyAPI but no collider below it, so it falls through everything. Apply "
+                "UsdPhysics.CollisionAPI to a gprim at or under it.",
+            )
+
+
+def _warn_left_out(found: Survey) -> None:
+    if found.displaced:
+        warn_once(
+            f"these have a transform that is not a number and are not simulated: {_some(found.displaced)}. Author a "
+            "finite translation, rotation and scale on them and above them.",
+        )
+    if found.joints:
+        warn_once(
+            f"joints are not simulated: {_some(found.joints)}. Their bodies move freely; set "
+            "physics:kinematicEnabled on those that must stay.",
+        )
+    if found.instancers:
+        warn_once(
+            f"rigid bodies drawn by a PointInstancer are not simulated: {_some(found.instancers)}. "
+            "Make a prim for every body instead.",
+        )
+    if found.trapped:
+        warn_once(
+            f"rigid bodies inside instances cannot be moved: {_some(found.trapped)}. Apply RigidBodyAPI to the "
+            "instance itself, or clear its instanceable flag.",
+        )
+    if len(found.scenes) > 1:
+        names = _some([str(prim.GetPath()) for prim in found.scenes])
+        warn_once(
+            f"the stage has several PhysicsScenes ({names}); everything is simulated in the first. Remove the others."
+        )
+
+
+def _warn_sampled(found: Survey) -> None:
+    known: dict[Sdf.Path, bool] = {}
+    prims = dict.fromkeys([*found.bodies, *(prim for prim, _ in found.colliders)])
+    sampled = [str(prim.GetPath()) for prim in prims if _is_sampled(prim, known)]
+    if sampled:
+        warn_once(
+            f"time samples of transforms are not followed: {_some(sampled)}. These are where the values at the default "
+            "time put them; set those, before each step to move a kinematic body or a static collider.",
+        )
+
+
+def _is_sampled(prim: Usd.Prim, known: dict[Sdf.Path, bool]) -> bool:
+    """Whether time samples move the prim, its own or those of an ancestor."""
+    path = prim.GetPath()
+    if path not in known:
+        xformable = UsdGeom.Xformable(prim)
+        # One sample does not vary, but is no value at the default time either.
+        known[path] = bool(xformable) and any(op.GetNumTimeSamples() for op in xformable.GetOrderedXformOps())
+        if not known[path] and not prim.IsPseudoRoot() and not _resets(prim):
+            known[path] = _is_sampled(prim.GetParent(), known)
+    return known[path]
+
+
+def _some(paths: list[str]) -> str:
+    return ", ".join(paths[:5]) + (f" and {len(paths) - 5} more" if len(paths) > 5 else "")

@@ -1,0 +1,74 @@
+"""Kernels are compiled at first use: here that happens on two threads, and somebody is told."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from functools import partial
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import newton
+
+Progress = Callable[[str, int, int | None], None]
+
+LABEL = "compiling physics kernels (first use)"
+# The slow ones, longest first. What is not listed compiles at its first launch.
+_MODULES = (
+    "newton._src.solvers.steel.kernels",
+    "newton._src.solvers.steel.friction_patches",
+    "usdsdg_physics.queries.overlap_kernels",
+    "newton._src.sim.articulation",
+    "newton._src.solvers.steel.cpu_fallback",
+    "usdsdg_physics.model.body_kernels",
+    "usdsdg_physics.corrections.tunneling_kernels",
+    "newton._src.solvers.steel.solver_steel",
+)
+# This one alone compiles three times longer with the gradients that nobody asks for here.
+_WITHOUT_GRADIENTS = "newton._src.sim.articulation"
+
+_loaded: set[str] = set()
+
+
+def prepare_newton() -> None:
+    """Import newton and our kernels with the options that they are compiled with."""
+    import newton  # noqa: F401
+    import warp as wp
+
+    if _WITHOUT_GRADIENTS in sys.modules:
+        wp.set_module_options({"enable_backward": False}, module=sys.modules[_WITHOUT_GRADIENTS])
+
+
+def load_kernels(pipeline: newton.CollisionPipeline, *, progress: Progress | None = None) -> None:
+    """Compile, or load from Warp's cache, what stepping with this collision pipeline needs.
+
+    On CUDA the launches choose among variants of a module, so there it is left to them; `progress` then hears the
+    label without a total.
+    """
+    import warp as wp
+
+    device = pipeline.device
+    if str(device) in _loaded:
+        return
+    _loaded.add(str(device))
+    if device.is_cuda:
+        if progress:
+            progress(LABEL, 0, None)
+        return
+    # A name that this version of newton does not have gives an empty module.
+    modules = [module for module in map(wp.get_module, _MODULES) if module.kernels]
+    tasks = [partial(wp.load_module, module, device) for module in modules]
+    # Newton generates its narrow phase for the shapes of a scene and the arguments of its first launch.
+    tasks.insert(1, lambda: pipeline.collide(pipeline.model.state(), pipeline.contacts()))
+    if progress:
+        progress(LABEL, 0, len(tasks))
+    pool = ThreadPoolExecutor(max_workers=2, thread_name_prefix="usdsdg-compile")
+    try:
+        for done, task in enumerate(as_completed([pool.submit(task) for task in tasks]), start=1):
+            task.result()
+            if progress:
+                progress(LABEL, done, len(tasks))
+    finally:
+        # Nobody waits for a compiler after Ctrl-C.
+        pool.shutdown(wait=False, cancel_futures=True)

@@ -1,0 +1,1 @@
+"""Scene queries: overlap and ray cast."""

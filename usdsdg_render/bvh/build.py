@@ -1,0 +1,96 @@
+"""Trees over boxes, as `build_tree.cpp` builds them."""
+
+from pathlib import Path
+
+import numpy as np
+import warp as wp
+
+from usdsdg.errors import RenderError
+from usdsdg_render.device.staging_buffer import aligned, shared
+
+NODE_WORDS = 64
+
+
+@wp.struct
+class Task:
+    """What `build_tree.cpp` reads and fills: see there."""
+
+    lowers: wp.array2d(dtype=wp.float32)
+    uppers: wp.array2d(dtype=wp.float32)
+    block: wp.int32
+    leaf_limit: wp.int32
+    max_depth: wp.int32
+    order: wp.array(dtype=wp.int32)
+    # out
+    nodes: wp.array2d(dtype=wp.float32)
+    members: wp.array2d(dtype=wp.int32)
+    counts: wp.array(dtype=wp.int32)
+
+
+@wp.func_native(Path(__file__).with_name("build_tree.cpp").read_text())
+def _build_tree(task: Task): ...
+
+
+@wp.kernel(enable_backward=False)
+def build_tree(task: Task):
+    _build_tree(task)
+
+
+class Builder:
+    """Builds trees over boxes that stay where they are in memory, again after each change of them.
+
+    Args:
+        lower, upper: (N, 3) float32 corners of boxes.
+        count: how many of them a tree is over, > 0.
+        block: boxes that are tested at once.
+        leaf: boxes in a leaf, at most.
+        max_depth: levels of nodes, at most.
+        nodes: (count, NODE_WORDS) float32, aligned to lines of memory: room for the nodes, made here if None.
+
+    Attributes:
+        order: (count,) int32: which boxes; `build` brings it into the order of the leaves.
+        nodes: what was built, as `build_tree.cpp` describes it.
+        members: (count, block) int32: boxes of each block, -1 in empty lanes; empty where a block is one box.
+        depth: levels of nodes.
+    """
+
+    def __init__(
+        self,
+        lower: np.ndarray,
+        upper: np.ndarray,
+        count: int,
+        *,
+        block: int = 1,
+        leaf: int = 1,
+        max_depth: int,
+        nodes: np.ndarray | None = None,
+    ) -> None:
+        if 8**max_depth < count:
+            raise RenderError(f"{count} objects do not fit a tree {max_depth} levels deep. Split the scene.")
+        self.block = block
+        self.depth = 0
+        self.order = np.arange(count, dtype=np.int32)
+        # An inner node has at least two children, so there are fewer of them than boxes.
+        self.nodes = aligned((count, NODE_WORDS), np.float32) if nodes is None else nodes
+        self.members = np.empty((count if block > 1 else 0, block), np.int32)
+        self._max_depth = max_depth
+        self._counts = np.zeros(3, np.int32)
+        task = Task()
+        task.lowers, task.uppers = shared(lower, wp.float32), shared(upper, wp.float32)
+        task.block, task.leaf_limit, task.max_depth = block, leaf, max_depth
+        task.nodes = shared(self.nodes, wp.float32)
+        task.order, task.members, task.counts = (
+            shared(each, wp.int32) for each in (self.order, self.members, self._counts)
+        )
+        self._launch = wp.launch(build_tree, dim=1, inputs=[task], device="cpu", record_cmd=True)
+
+    def build(self) -> tuple[int, int]:
+        """Fill `nodes` and `members`; returns how many nodes and blocks there are."""
+        self._launch.launch()
+        nodes, blocks, self.depth = self._counts.tolist()
+        if self.depth > self._max_depth:
+            raise RenderError(
+                f"a tree over {len(self.order)} boxes is {self.depth} levels deep, more than {self._max_depth}: are "
+                f"they finite?"
+            )
+        return nodes, blocks

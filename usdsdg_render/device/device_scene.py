@@ -1,0 +1,209 @@
+"""The scene on the device that renders it: tables of `scene.Scene` as kernels read them, refreshed where changed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from usdsdg_render.bvh.acceleration_structure import BottomTree
+from usdsdg_render.device.albedo_table import albedo_table
+from usdsdg_render.device.light_tables import LightTables
+from usdsdg_render.device.placement import Placement
+from usdsdg_render.geometry.support_function import SUPPORT, support
+from usdsdg_render.kernels import types
+from usdsdg_render.kernels.scene.reach import Supports
+from usdsdg_render.lights.environment import SkyMemory
+from usdsdg_render.scene.scene import TEXELS_HALF, TEXELS_RAW, TEXELS_SHORT, TEXELS_SRGB, Prototype, Scene, Texture
+from usdsdg_render.scene.struct_rows import records, uploaded
+
+# Flags of a texture's record, as `lookup.cpp` reads them
+ADJUSTED, TILED = 1, 2
+
+
+class _PrototypeMemory:
+    """What stays on the device for one prototype: triangle records, and its tree."""
+
+    def __init__(self, prototype: Prototype, device: str) -> None:
+        self.prototype = prototype  # keeps its identity from being reused
+        self.triangles = uploaded(_triangle_records(prototype), types.Triangle, device)
+        self.tree = BottomTree(prototype.points, prototype.triangles, device)
+        used = np.zeros(len(prototype.points), bool)
+        used[prototype.triangles] = True
+        self.support = support(prototype.points[used])
+
+
+class DeviceScene:
+    """Uploads a `Scene` and keeps alive what its tables point to. Instances keep their row numbers."""
+
+    def __init__(self, device: str) -> None:
+        self.device = device
+        self.tables = types.SceneTables()
+        self.tables.texel_values = self._array(_texel_values(), wp.float32)
+        self.tables.albedo_table = self._array(albedo_table().reshape(-1, 2), wp.vec2)
+        self._versions: dict[str, int] = {}
+        self._prototypes: dict[int, _PrototypeMemory] = {}
+        self._textures: dict[int, tuple[Texture, wp.array]] = {}
+        self._tile_tables: list[wp.array] = []
+        self.lit = False  # whether anything shines
+        self.lit_from_near_and_far = False
+        self.has_glass = False
+        self._lights = LightTables(device)
+        self._sky = SkyMemory(device)
+        self.placement = Placement(device)
+        self.supports = Supports()
+
+    def sync(self, scene: Scene) -> None:
+        """Bring the device up to date with what changed in `scene` since the last call."""
+        changed = {key for key, version in scene.versions.items() if self._versions.get(key) != version}
+        if "textures" in changed:
+            self._upload_textures(scene)
+        if "materials" in changed:
+            self._upload_materials(scene)
+        if "prototypes" in changed:
+            self._upload_prototypes(scene)
+        if changed & {"prototypes", "instances", "materials"}:
+            self._upload_instances(scene)
+        if changed & {"prototypes", "instances", "transforms", "materials"}:
+            self.place(scene, scene.instances.local_to_world)
+        glows = bool((scene.materials["emission"] > 0).any())
+        if "lights" in changed or ((glows or self.tables.emitter_count > 0) and changed):
+            self._lights.upload(scene, self.tables)
+        if "dome" in changed:
+            self.tables.dome = self._sky.upload(scene.dome)
+        far = self._lights.distant + self.tables.dome.strength
+        self.lit = glows or self._lights.near + far > 0
+        self.lit_from_near_and_far = self._lights.near > 0 and far > 0
+        self._versions = dict(scene.versions)
+
+    def _array(self, values: np.ndarray, dtype: Any) -> wp.array:
+        return wp.array(values, dtype=dtype, device=self.device)
+
+    def _upload_textures(self, scene: Scene) -> None:
+        """Rows of the scene's textures, then those of their tiles."""
+        tiles = [tile for texture in scene.textures for _, tile in texture.tiles]
+        rows = records(types.Texture, len(scene.textures) + len(tiles))
+        kept = {}
+        for row, texture in zip(rows, [*scene.textures, *tiles], strict=True):
+            held = kept.get(id(texture.texels)) or self._textures.get(id(texture.texels))
+            if held is None:
+                held = (texture, self._texel_memory(texture.texels))
+            kept[id(texture.texels)] = held
+            fill_texture(row, texture)
+            row["texels"] = held[1].ptr
+        self._textures = kept
+        self._tile_tables = _tile_tables(scene.textures, rows, self.device)
+        self.tables.textures = uploaded(rows, types.Texture, self.device)
+
+    def _texel_memory(self, texels: np.ndarray) -> wp.array:
+        """On a CPU the kernels read the decoded image itself."""
+        words = np.ascontiguousarray(texels).view(np.uint32).reshape(-1)
+        return wp.array(words, dtype=wp.uint32, device=self.device, copy=self.device != "cpu")
+
+    def _upload_materials(self, scene: Scene) -> None:
+        rows = records(types.Material, len(scene.materials))
+        for name in rows.dtype.names or ():
+            rows[name] = scene.materials[name]
+        self.tables.materials = uploaded(rows, types.Material, self.device)
+        see_through = _see_through(scene)
+        self.tables.cutouts = int(see_through.any())
+        self.has_glass = bool((scene.materials["transmission"] > 0).any())
+
+    def _upload_prototypes(self, scene: Scene) -> None:
+        kept = {}
+        for prototype in scene.prototypes:
+            key = id(prototype)
+            if len(prototype.triangles):
+                kept[key] = self._prototypes.get(key) or _PrototypeMemory(prototype, self.device)
+        self._prototypes = kept
+
+    def _upload_instances(self, scene: Scene) -> None:
+        """All of the instances' records but where they are."""
+        instances = scene.instances
+        memories = [self._prototypes.get(id(prototype)) for prototype in scene.prototypes]
+        parts = records(types.Instance, len(memories))
+        supports = np.zeros((len(memories), *SUPPORT))
+        slots = np.zeros(len(memories), np.int64)  # how many each has
+        for k, memory in enumerate(memories):
+            if memory is not None:
+                parts[k]["triangles"] = memory.triangles.ptr
+                parts[k]["nodes"], parts[k]["blocks"] = memory.tree.nodes, memory.tree.blocks
+                supports[k] = memory.support
+                slots[k] = memory.prototype.triangle_slots.max(initial=0) + 1
+        rows = parts[instances.prototype]
+        rows["slot_offset"] = instances.slot_offset
+        rows["casts_shadow"] = instances.casts_shadow
+        rows["cutout"] = _any_of(
+            _see_through(scene)[scene.material_slots], rows["slot_offset"], slots[instances.prototype]
+        )
+        filled = np.array([memory is not None for memory in memories], bool)[instances.prototype]
+        self.placement.set_instances(rows, instances.prototype, supports, filled)
+        self.supports.reaches = self._array(supports.reshape(len(memories), int(np.prod(SUPPORT))), wp.float32)
+        self.supports.prototype = self._array(instances.prototype, wp.int32)
+        self.tables.slots = self._array(scene.material_slots, wp.int32)
+
+    def place(self, scene: Scene, local_to_world: np.ndarray) -> None:
+        """Put the instances somewhere, (N, 4, 4) as in `Instances`: where the scene has them, or between."""
+        self.placement.place(self.tables.tree, local_to_world, scene.instances.paths)
+
+
+def fill_texture(row: Any, texture: Texture) -> None:
+    """All of a texture's record but where its texels and tiles are."""
+    row["height"], row["width"] = texture.texels.shape[:2]
+    row["format"] = {"uint16": TEXELS_SHORT, "float16": TEXELS_HALF}.get(
+        texture.texels.dtype.name, TEXELS_SRGB if texture.srgb else TEXELS_RAW
+    )
+    row["wrap_s"], row["wrap_t"] = texture.wrap_s, texture.wrap_t
+    row["u_row"], row["v_row"] = texture.transform
+    row["scale"], row["bias"] = texture.scale, texture.bias
+    adjusted = any(factor != 1.0 for factor in texture.scale) or any(texture.bias)
+    row["special"] = (ADJUSTED if adjusted else 0) + (TILED if texture.tiles else 0)
+
+
+def _tile_tables(textures: list[Texture], rows: np.ndarray, device: str) -> list[wp.array]:
+    """Point the records of tiled textures to their tables of tiles."""
+    tables = []
+    next_row = len(textures)
+    for k, texture in enumerate(textures):
+        if not texture.tiles:
+            continue
+        tile_rows = max(place for place, _ in texture.tiles) // 10 + 1
+        # Beyond the tiles the image of the texture itself is read.
+        table = np.full(10 * tile_rows + 1, k, np.int32)
+        table[[place for place, _ in texture.tiles]] = np.arange(next_row, next_row + len(texture.tiles))
+        next_row += len(texture.tiles)
+        tables.append(wp.array(table, dtype=wp.int32, device=device))
+        rows[k]["tiles"], rows[k]["tile_rows"] = tables[-1].ptr, tile_rows
+    return tables
+
+
+def _triangle_records(prototype: Prototype) -> np.ndarray:
+    rows = records(types.Triangle, len(prototype.triangles))
+    corners = prototype.points[prototype.triangles]
+    for k in range(3):
+        rows[f"p{k}"] = corners[:, k]
+        rows[f"n{k}"] = prototype.corner_normals[:, k]
+        rows[f"uv{k}"] = prototype.corner_uvs[:, k]
+    rows["slot"] = prototype.triangle_slots
+    rows["face"] = prototype.triangle_faces
+    return rows
+
+
+def _see_through(scene: Scene) -> np.ndarray:
+    """Per material: whether a ray may pass."""
+    rows = scene.materials
+    return (rows["opacity"] < 1.0) | (rows["opacity_texture"] >= 0) | (rows["transmission"] > 0.0)
+
+
+def _any_of(flags: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Whether any of `flags[first : first + count]` is set, per row."""
+    running = np.append(0, np.cumsum(flags))
+    return running[first + count] > running[first]
+
+
+def _texel_values() -> np.ndarray:
+    """Linear value of each 8-bit texel: 256 for images in sRGB, then 256 for raw ones."""
+    raw = np.arange(256) / 255.0
+    decoded = np.where(raw <= 0.04045, raw / 12.92, ((raw + 0.055) / 1.055) ** 2.4)
+    return np.concatenate([decoded, raw]).astype(np.float32)

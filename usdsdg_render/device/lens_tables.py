@@ -1,0 +1,25 @@
+"""Tables of lenses on the devices that render through them, for as long as the lens lives."""
+
+from __future__ import annotations
+
+from weakref import WeakKeyDictionary
+
+import numpy as np
+import warp as wp
+
+from usdsdg.stage.cameras.lens_tables import LensTable
+
+_uploaded: WeakKeyDictionary[LensTable, dict[str, wp.array]] = WeakKeyDictionary()
+
+
+def table_address(table: LensTable, device: str) -> int:
+    """Where kernels of a device find a table, as `kernels.lens_table` reads it."""
+    held = _uploaded.setdefault(table, {})
+    if device not in held:
+        starts = np.zeros((table.starts.shape[0] * table.starts.shape[1], 4), np.float32)
+        starts[:, :2] = table.starts.reshape(-1, 2)
+        rows = np.concatenate([table.texels.reshape(-1, 4), starts])
+        held[device] = wp.array(rows, dtype=wp.vec4, device=device)
+    address = held[device].ptr
+    assert address is not None
+    return address

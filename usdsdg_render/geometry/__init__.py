@@ -1,0 +1,1 @@
+"""UsdGeom gprims to triangles."""

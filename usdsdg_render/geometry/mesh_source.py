@@ -1,0 +1,192 @@
+"""UsdGeomMesh as arrays: what decides its triangles, read without copies."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from usdsdg import errors
+from usdsdg_render.usd.authored_values import as_array
+
+# UV sets that files use when the material does not say which.
+UV_NAMES = ("st", "st0", "st_0", "UVMap", "map1", "uv", "st1", "UVW")
+EMPTY = np.zeros(0, np.int32)
+_SHARP = ("creaseIndices", "creaseLengths", "creaseSharpnesses", "cornerIndices", "cornerSharpnesses")
+
+
+class Primvar(NamedTuple):
+    """Values as authored, with what is needed to look them up at a corner."""
+
+    values: np.ndarray
+    indices: np.ndarray  # empty: not indexed
+    interpolation: str
+
+
+class Refinement(NamedTuple):
+    """How a subdivision surface is to be refined, with what is sharp on it."""
+
+    level: int | None  # None: as fine as it takes
+    boundary: str  # interpolateBoundary
+    face_varying: str  # faceVaryingLinearInterpolation
+    crease_vertices: np.ndarray  # chains of vertices, one after the other
+    crease_lengths: np.ndarray
+    crease_sharpness: np.ndarray  # one a crease, or one an edge
+    corner_vertices: np.ndarray
+    corner_sharpness: np.ndarray
+
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        return self[3:]
+
+
+class MeshSource(NamedTuple):
+    """The attributes of a mesh that decide its triangles, as zero-copy views of USD's arrays."""
+
+    points: np.ndarray
+    counts: np.ndarray
+    indices: np.ndarray
+    holes: np.ndarray
+    normals: Primvar | None
+    uvs: Primvar | None
+    subsets: tuple[np.ndarray, ...]
+    left_handed: bool
+    scheme: str
+    refinement: Refinement | None = None  # None: drawn as it is
+    colors: Primvar | None = None  # displayColor, where it is drawn varying
+    opacities: Primvar | None = None
+
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        primvars = [a for p in self.primvars() if p is not None for a in (p.values, p.indices)]
+        sharp = self.refinement.arrays() if self.refinement is not None else ()
+        return (self.points, self.counts, self.indices, self.holes, *self.subsets, *primvars, *sharp)
+
+    def primvars(self) -> tuple[Primvar | None, ...]:
+        return self.normals, self.uvs, self.colors, self.opacities
+
+    def form(self) -> tuple:
+        """What decides the triangles beside the arrays."""
+        return (
+            self.left_handed,
+            self.scheme,
+            *(primvar.interpolation if primvar else None for primvar in self.primvars()),
+            len(self.subsets),
+            self.refinement[:3] if self.refinement is not None else None,
+        )
+
+
+def read_mesh(
+    prim: Usd.Prim,
+    time: Usd.TimeCode,
+    *,
+    uv_name: str = "",
+    subsets: list[Usd.Prim] | None = None,
+    colored: bool = False,
+) -> MeshSource | None:
+    """Attributes of a mesh at `time`. None (with a warning) when it has no points or faces.
+
+    `uv_name` is the primvar that the material reads; empty or absent, the usual names are tried, then any texCoord2f.
+    `colored`: with displayColor and displayOpacity, which take the place of texture coordinates.
+    """
+    points = read_array(prim, "points", time, (3,))
+    counts = read_array(prim, "faceVertexCounts", time, ())
+    indices = read_array(prim, "faceVertexIndices", time, ())
+    if points is None or counts is None or indices is None or not (len(points) and len(counts) and len(indices)):
+        errors.warn_once(
+            f"{prim.GetPath()}: the mesh is empty (no points or no faces) and is not drawn. Author points, "
+            f"faceVertexCounts and faceVertexIndices, or remove the prim."
+        )
+        return None
+    holes = read_array(prim, "holeIndices", time, ())
+    scheme = str(prim.GetAttribute("subdivisionScheme").Get(time) or "catmullClark")
+    return MeshSource(
+        points=points,
+        counts=counts,
+        indices=indices,
+        holes=EMPTY if holes is None else holes,
+        normals=_normals(prim, time),
+        uvs=None if colored else _uvs(prim, time, uv_name),
+        subsets=tuple(_subset_faces(subset, time) for subset in subsets or ()),
+        left_handed=prim.GetAttribute("orientation").Get(time) == "leftHanded",
+        scheme=scheme,
+        refinement=None if scheme == "none" else _refinement(prim, time),
+        colors=read_primvar(prim, "primvars:displayColor", time, (3,)) if colored else None,
+        opacities=read_primvar(prim, "primvars:displayOpacity", time, ()) if colored else None,
+    )
+
+
+def _refinement(prim: Usd.Prim, time: Usd.TimeCode) -> Refinement | None:
+    """What Omniverse's override asks for; without it, a surface with creases or corners is refined, others are not."""
+    sharp = [read_array(prim, name, time, ()) for name in _SHARP]
+    override = prim.GetAttribute("refinementEnableOverride")
+    level = None
+    if override and override.Get(time) is True:
+        level = int(prim.GetAttribute("refinementLevel").Get(time) or 0) if prim.HasAttribute("refinementLevel") else 0
+        if level <= 0:
+            return None
+    elif not any(array is not None and len(array) for array in sharp):
+        return None
+    if prim.GetAttribute("triangleSubdivisionRule").Get(time) == "smooth":
+        errors.warn_once(
+            f"{prim.GetPath()}: triangleSubdivisionRule smooth is not supported; its triangles are refined like other "
+            f"faces. Set it to catmullClark."
+        )
+    return Refinement(
+        level,
+        str(prim.GetAttribute("interpolateBoundary").Get(time) or "edgeAndCorner"),
+        str(prim.GetAttribute("faceVaryingLinearInterpolation").Get(time) or "cornersPlus1"),
+        *(EMPTY if array is None else array for array in sharp),
+    )
+
+
+def value_at(attribute: Usd.Attribute, time: Usd.TimeCode):
+    """Value at `time`, or at the first sample when the default time is asked and only samples exist."""
+    value = attribute.Get(time)
+    if value is None and time.IsDefault():
+        value = attribute.Get(Usd.TimeCode.EarliestTime())
+    return value
+
+
+def read_array(prim: Usd.Prim, name: str, time: Usd.TimeCode, tail: tuple[int, ...]) -> np.ndarray | None:
+    """An array of rows of shape `tail`; None where there is none, or (with a warning) one of another type."""
+    attribute = prim.GetAttribute(name)
+    return as_array(attribute, value_at(attribute, time), tail) if attribute else None
+
+
+def _subset_faces(subset: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:
+    faces = read_array(subset, "indices", time, ())
+    return EMPTY if faces is None else faces
+
+
+def read_primvar(prim: Usd.Prim, name: str, time: Usd.TimeCode, tail: tuple[int, ...]) -> Primvar | None:
+    """A primvar with rows of shape `tail`, by its attribute's name; None where there is none."""
+    values = read_array(prim, name, time, tail)
+    if values is None or not len(values):
+        return None
+    indices = read_array(prim, f"{name}:indices", time, ())
+    interpolation = prim.GetAttribute(name).GetMetadata("interpolation")
+    return Primvar(values, EMPTY if indices is None else indices, str(interpolation or "constant"))
+
+
+def _normals(prim: Usd.Prim, time: Usd.TimeCode) -> Primvar | None:
+    """primvars:normals wins over normals, whose interpolation is `vertex` unless authored (UsdGeomPointBased)."""
+    primvar = read_primvar(prim, "primvars:normals", time, (3,))
+    if primvar is not None:
+        return primvar
+    values = read_array(prim, "normals", time, (3,))
+    if values is None or not len(values):
+        return None
+    interpolation = prim.GetAttribute("normals").GetMetadata("interpolation")
+    return Primvar(values, EMPTY, str(interpolation or "vertex"))
+
+
+def _uvs(prim: Usd.Prim, time: Usd.TimeCode, uv_name: str) -> Primvar | None:
+    names = (uv_name, *UV_NAMES) if uv_name and uv_name not in UV_NAMES[:1] else UV_NAMES
+    for name in names:
+        primvar = read_primvar(prim, f"primvars:{name}", time, (2,))
+        if primvar is not None:
+            return primvar
+    for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues():
+        if str(primvar.GetTypeName()).startswith("texCoord2"):
+            return read_primvar(prim, str(primvar.GetName()), time, (2,))
+    return None

@@ -1,0 +1,191 @@
+"""Picture files to arrays: what Pillow reads, deep PNG, Radiance HDR, and OpenEXR when its module is installed."""
+
+from __future__ import annotations
+
+import io
+import os
+from typing import NamedTuple
+
+import numpy as np
+from PIL import Image, UnidentifiedImageError
+from pxr import Ar, Sdf, Usd
+
+from usdsdg import errors
+from usdsdg.stage import assets
+from usdsdg.stage.image_files import png16, radiance_hdr
+from usdsdg_render.usd.time_code import value_now
+
+EXR_MAGIC = b"\x76\x2f\x31\x01"
+UDIM, FIRST_TILE, TILES = "<UDIM>", 1001, 100
+
+
+class Picture(NamedTuple):
+    """A decoded file.
+
+    `texels` is (H, W, 4), row 0 at the top, straight alpha: uint8 or uint16 as stored, or float32 linear.
+    `channels` is how many the file has: 1 grey, 2 grey + alpha, 3 RGB, 4 RGBA.
+    """
+
+    texels: np.ndarray
+    channels: int
+
+
+def asset_file(attribute: Usd.Attribute) -> tuple[str, str]:
+    """(path as authored, file it means or "" if there is none) of an asset-valued attribute.
+
+    Paths that USD cannot resolve are looked up under the assets root, as references are. That of a set of tiles still
+    holds <UDIM>.
+    """
+    value = value_now(attribute)
+    if isinstance(value, str):
+        value = Sdf.AssetPath(value)
+    if value is not None and not isinstance(value, Sdf.AssetPath):
+        return str(value), ""
+    if value is None or not value.path:
+        return "", ""
+    if value.resolvedPath:
+        return value.path, value.resolvedPath
+    stack = attribute.GetPropertyStack()
+    anchored = Sdf.ComputeAssetPathRelativeToLayer(stack[0].layer, value.path) if stack else value.path
+    if UDIM in value.path:
+        return value.path, anchored if tiles(anchored) else ""
+    resolved = Ar.GetResolver().Resolve(anchored)
+    if resolved:
+        return value.path, resolved.GetPathString()
+    try:
+        return value.path, assets.resolve(value.path)
+    except (errors.AssetError, errors.Unsupported):
+        return value.path, ""
+
+
+def tiles(path: str) -> list[tuple[int, str]]:
+    """(place, file) of a picture: for <UDIM> those that exist of the tiles 1001 to 1100, which have the places 0 to 99,
+    else the file alone."""
+    if UDIM not in path:
+        return [(0, path)]
+    resolver = Ar.GetResolver()
+    named = ((place, path.replace(UDIM, str(FIRST_TILE + place))) for place in range(TILES))
+    return [(place, file) for place, file in named if resolver.Resolve(file)]
+
+
+def modified(path: str) -> tuple[int, int]:
+    """(time stamp in ns, size) of a file or of the package it lies in; (0, 0) if there is none. Of all tiles the
+    newest, and the sum."""
+    stamps, sizes = zip(*(_modified(file) for _, file in tiles(path) or [(0, path)]))
+    return max(stamps), sum(sizes)
+
+
+def _modified(path: str) -> tuple[int, int]:
+    try:
+        status = os.stat(Ar.SplitPackageRelativePathOuter(path)[0] if "[" in path else path)
+    except OSError:
+        return 0, 0
+    return status.st_mtime_ns, status.st_size
+
+
+def read_bytes(path: str) -> bytes:
+    """Contents of a file, which may lie inside a .usdz.
+
+    Raises:
+        AssetUnreadable: it cannot be opened.
+    """
+    if not Ar.IsPackageRelativePath(path):
+        try:
+            with open(path, "rb") as file:
+                return file.read()
+        except OSError as error:
+            raise errors.AssetUnreadable(f"{path}: {error.strerror}") from error
+    asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path))
+    if not asset:
+        raise errors.AssetUnreadable(f"{path}: the package has no such file")
+    with asset as opened:
+        return bytes(opened.GetBuffer())
+
+
+def read(path: str) -> Picture:
+    """Decode a picture file.
+
+    Raises:
+        AssetUnreadable: unknown format or damaged file; OpenEXR without its module.
+    """
+    values, channels = _decoded(path)
+    return Picture(_with_alpha(values), channels)
+
+
+def read_rgb(path: str) -> np.ndarray:
+    """The same without alpha: (H, W, 3)."""
+    values, _ = _decoded(path)
+    if values.ndim == 2:
+        values = values[..., None]
+    return values[..., [0, 0, 0]] if values.shape[-1] < 3 else values[..., :3]
+
+
+def _decoded(path: str) -> tuple[np.ndarray, int]:
+    """(H, W) grey or (H, W, 2 to 4) grey + alpha, RGB or RGBA, and the number of channels in the file."""
+    data = read_bytes(path)
+    if data.startswith(b"#?"):
+        return radiance_hdr.decode(data, name=path), 3
+    if data.startswith(EXR_MAGIC):
+        return _read_exr(data, path)
+    deep = png16.decode(data, name=path)
+    if deep is not None:
+        return deep, deep.shape[2]
+    try:
+        with Image.open(io.BytesIO(data)) as image:
+            image.load()
+            return _from_pillow(image)
+    except UnidentifiedImageError:
+        raise errors.AssetUnreadable(f"{path}: it is no picture of a format that is read") from None
+    except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError) as error:
+        raise errors.AssetUnreadable(f"{path}: {error}") from error
+
+
+def _from_pillow(image: Image.Image) -> tuple[np.ndarray, int]:
+    mode = image.mode
+    if mode.startswith("I;16"):
+        return np.asarray(image).astype(np.uint16), 1
+    if mode == "I":  # Pillow widens 16-bit grey PNGs to 32 bits
+        return np.clip(np.asarray(image), 0, 65535).astype(np.uint16), 1
+    if mode == "F":
+        return np.asarray(image, dtype=np.float32), 1
+    if mode == "P" or "transparency" in image.info:
+        image = image.convert("RGBA")
+        opaque = image.getextrema()[3][0] == 255
+        return np.array(image), 3 if opaque else 4
+    channels = {"1": 1, "L": 1, "LA": 2, "La": 2, "PA": 4, "RGBA": 4, "RGBa": 4}.get(mode, 3)
+    return np.array(image.convert("RGBA")), channels
+
+
+def _with_alpha(values: np.ndarray) -> np.ndarray:
+    """(H, W, 4) from grey, RGB or RGBA of any type, opaque where there is no alpha."""
+    if values.ndim == 2:
+        values = np.repeat(values[..., None], 3, axis=-1)
+    if values.shape[-1] == 4:
+        return values
+    if values.shape[-1] == 2:
+        return values[..., [0, 0, 0, 1]]
+    opaque = 1.0 if values.dtype.kind == "f" else np.iinfo(values.dtype).max
+    return np.concatenate([values, np.full((*values.shape[:2], 1), opaque, values.dtype)], axis=-1)
+
+
+def _read_exr(data: bytes, path: str) -> tuple[np.ndarray, int]:
+    try:
+        import OpenEXR  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise errors.AssetUnreadable(
+            f"{path}: OpenEXR files need the exr extra. Install it with `pip install usdsdg[exr]`, or convert the file "
+            f"to Radiance HDR."
+        ) from None
+    try:
+        with OpenEXR.File(io.BytesIO(data)) as file:
+            channels = {name: np.asarray(c.pixels, np.float32) for name, c in file.channels().items()}
+    except (RuntimeError, ValueError, TypeError, OSError) as error:
+        raise errors.AssetUnreadable(f"{path}: {error}") from error
+    for together in ("RGBA", "RGB"):
+        if together in channels:
+            return channels[together], len(together)
+    names = [name for name in "RGBA" if name in channels] or sorted(channels)[:1]
+    if names[:3] != list("RGB"):
+        names = names[:1]
+    values = np.stack([channels[name] for name in names], axis=-1)
+    return values[..., 0] if len(names) == 1 else values, len(names)

@@ -1,0 +1,1 @@
+"""Pixels to rays, through every lens model."""

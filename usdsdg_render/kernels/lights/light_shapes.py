@@ -1,0 +1,243 @@
+"""What a ray sees of a light: where it meets its surface, and what the surface gives off in that direction."""
+
+import warp as wp
+
+from usdsdg_render.kernels.scene.visibility import FAR_AWAY
+from usdsdg_render.kernels.trig import half_turns_from_pole, turn_of
+from usdsdg_render.kernels.types import Light, LightPattern
+from usdsdg_render.scene import scene
+
+SPHERE = wp.constant(scene.LIGHT_SPHERE)
+DISTANT = wp.constant(scene.LIGHT_DISTANT)
+RECT = wp.constant(scene.LIGHT_RECT)
+DISK = wp.constant(scene.LIGHT_DISK)
+CYLINDER = wp.constant(scene.LIGHT_CYLINDER)
+ELLIPSOID = wp.constant(scene.LIGHT_ELLIPSOID)
+PI = wp.constant(wp.pi)
+
+
+@wp.struct
+class LightSample:
+    """A direction towards a light; pdf 0 = none, pdf < 0 = the only direction of a delta light."""
+
+    direction: wp.vec3
+    distance: wp.float32
+    radiance: wp.vec3  # nits; of a delta light lux
+    pdf: wp.float32
+    diffuse: wp.float32
+    specular: wp.float32
+
+
+@wp.struct
+class LightHit:
+    """Where a ray meets a light, and with which density `sample_one` finds it; distance < 0 = nowhere."""
+
+    distance: wp.float32
+    radiance: wp.vec3
+    pdf: wp.float32
+
+
+@wp.func
+def shaping(light: Light, leaving: wp.vec3):
+    """What a light's cone and focus leave of its radiance along a unit direction (UsdLuxShapingAPI)."""
+    c = -wp.dot(leaving, light.z_axis)
+    share = float(1.0)
+    if light.shaping_cos > -1.0:
+        if c <= light.shaping_cos:
+            return wp.vec3(0.0)
+        if light.shaping_softness > 0.0:
+            cutoff = wp.acos(wp.clamp(light.shaping_cos, -1.0, 1.0))
+            start = cutoff * (1.0 - wp.min(light.shaping_softness, 1.0))
+            share = 1.0 - wp.smoothstep(start, cutoff, wp.acos(wp.clamp(c, -1.0, 1.0)))
+    if light.shaping_focus > 0.0:
+        focus = wp.pow(wp.abs(c), light.shaping_focus)
+        return (light.focus_tint * (1.0 - focus) + wp.vec3(focus)) * share
+    return wp.vec3(share)
+
+
+@wp.func
+def profile_at(pattern: LightPattern, towards: wp.vec3):
+    """Bilinear look-up of a profile; `towards` is the unit direction to the light, in the light's frame."""
+    values = wp.array(ptr=pattern.profile, shape=(pattern.profile_height * pattern.profile_width,), dtype=wp.float32)
+    y = half_turns_from_pole(wp.clamp(towards[2], -1.0, 1.0)) * float(pattern.profile_height - 1)
+    x = turn_of(towards[0], towards[1]) * float(pattern.profile_width)
+    y0 = wp.clamp(int(y), 0, pattern.profile_height - 2)
+    x0 = wp.clamp(int(x), 0, pattern.profile_width - 1)
+    x1 = wp.where(x0 + 1 == pattern.profile_width, 0, x0 + 1)
+    fy = y - float(y0)
+    fx = x - float(x0)
+    row = y0 * pattern.profile_width
+    upper = values[row + x0] * (1.0 - fx) + values[row + x1] * fx
+    row += pattern.profile_width
+    lower = values[row + x0] * (1.0 - fx) + values[row + x1] * fx
+    return upper * (1.0 - fy) + lower * fy
+
+
+@wp.func
+def picture_at(pattern: LightPattern, u: float, v: float):
+    """Bilinear look-up of a picture, u to the right and v downwards in [0, 1]."""
+    texels = wp.array(ptr=pattern.texels, shape=(pattern.height * pattern.width,), dtype=wp.vec3)
+    x = wp.clamp(u * float(pattern.width) - 0.5, 0.0, float(pattern.width - 1))
+    y = wp.clamp(v * float(pattern.height) - 0.5, 0.0, float(pattern.height - 1))
+    x0 = int(x)
+    y0 = int(y)
+    x1 = wp.min(x0 + 1, pattern.width - 1)
+    y1 = wp.min(y0 + 1, pattern.height - 1) * pattern.width
+    y0 *= pattern.width
+    fx = x - wp.floor(x)
+    fy = y - wp.floor(y)
+    upper = texels[y0 + x0] * (1.0 - fx) + texels[y0 + x1] * fx
+    lower = texels[y1 + x0] * (1.0 - fx) + texels[y1 + x1] * fx
+    return upper * (1.0 - fy) + lower * fy
+
+
+@wp.func
+def emitted(light: Light, direction: wp.vec3, point: wp.vec3):
+    """Radiance that comes from a point of a light along a ray that goes towards it [nits]."""
+    radiance = wp.cw_mul(light.radiance, shaping(light, -direction))
+    if light.pattern != wp.uint64(0):
+        pattern = wp.array(ptr=light.pattern, shape=(1,), dtype=LightPattern)[0]
+        if pattern.profile != wp.uint64(0):
+            towards = wp.vec3(
+                wp.dot(direction, light.x_axis), wp.dot(direction, light.y_axis), wp.dot(direction, light.z_axis)
+            )
+            radiance *= profile_at(pattern, towards)
+        if pattern.texels != wp.uint64(0):
+            u = 0.5 - wp.dot(point - light.position, light.x_axis) / light.width
+            v = 0.5 - wp.dot(point - light.position, light.y_axis) / light.height
+            radiance = wp.cw_mul(radiance, picture_at(pattern, u, v))
+    return radiance
+
+
+@wp.func
+def cone_density(sin2: float):
+    """Uniform density over a cone, from the squared sine of its half angle; exact for thin cones."""
+    return 1.0 / (2.0 * PI * (sin2 / (1.0 + wp.sqrt(wp.max(0.0, 1.0 - sin2)))))
+
+
+@wp.func
+def hit_sphere(center: wp.vec3, radius: float, direction: wp.vec3):
+    """A ray from the origin against a sphere, and the density of the cone that it fills."""
+    hit = LightHit()
+    hit.distance = -1.0
+    d2 = wp.dot(center, center)
+    r2 = radius * radius
+    along = wp.dot(center, direction)
+    off_axis = center - direction * along
+    q = r2 - wp.dot(off_axis, off_axis)
+    if q <= 0.0:
+        return hit
+    if d2 > r2:
+        hit.distance = along - wp.sqrt(q)
+        hit.pdf = cone_density(r2 / d2)
+    else:
+        hit.distance = along + wp.sqrt(q)
+        hit.pdf = 1.0 / (4.0 * PI)
+    return hit
+
+
+@wp.func
+def half_axes(light: Light):
+    return wp.vec3(light.radius, light.radius * light.aspect[0], light.radius * light.aspect[1])
+
+
+@wp.func
+def in_frame(light: Light, v: wp.vec3):
+    return wp.vec3(wp.dot(v, light.x_axis), wp.dot(v, light.y_axis), wp.dot(v, light.z_axis))
+
+
+@wp.func
+def hit_ellipsoid(light: Light, origin: wp.vec3, direction: wp.vec3):
+    """In the space where the ellipsoid is a unit sphere; solid angles shrink by the cube of the ray's length there."""
+    axes = half_axes(light)
+    squeezed = wp.cw_div(in_frame(light, direction), axes)
+    length = wp.length(squeezed)
+    hit = hit_sphere(wp.cw_div(in_frame(light, light.position - origin), axes), 1.0, squeezed / length)
+    hit.distance = hit.distance / length
+    hit.pdf = hit.pdf / (axes[0] * axes[1] * axes[2] * length * length * length)
+    return hit
+
+
+@wp.func
+def hit_plane(light: Light, origin: wp.vec3, direction: wp.vec3):
+    """Rectangle or disk: both shine from their -z side only."""
+    hit = LightHit()
+    hit.distance = -1.0
+    c = wp.dot(direction, light.z_axis)
+    if c <= 1.0e-7:
+        return hit
+    t = wp.dot(light.position - origin, light.z_axis) / c
+    if t <= 0.0:
+        return hit
+    p = origin + direction * t - light.position
+    x = wp.dot(p, light.x_axis)
+    y = wp.dot(p, light.y_axis)
+    area = light.width * light.height
+    if light.kind == DISK:
+        area = PI * light.radius * light.radius * light.aspect[0]
+        y /= light.aspect[0]
+        if x * x + y * y > light.radius * light.radius:
+            return hit
+    elif wp.abs(x) > 0.5 * light.width or wp.abs(y) > 0.5 * light.height:
+        return hit
+    hit.distance = t
+    hit.pdf = t * t / (area * c)
+    return hit
+
+
+@wp.func
+def hit_cylinder(light: Light, origin: wp.vec3, direction: wp.vec3):
+    """The outside of an open tube about x, in a space where its section is a circle of the radius."""
+    hit = LightHit()
+    hit.distance = -1.0
+    to_origin = origin - light.position
+    oy = wp.dot(to_origin, light.y_axis)
+    oz = wp.dot(to_origin, light.z_axis) / light.aspect[0]
+    dy = wp.dot(direction, light.y_axis)
+    dz = wp.dot(direction, light.z_axis) / light.aspect[0]
+    a = dy * dy + dz * dz
+    b = oy * dy + oz * dz
+    # Distance of the ray from the axis, taken across the ray: no cancellation far away.
+    cross = oy * dz - oz * dy
+    q = light.radius * light.radius * a - cross * cross
+    if q <= 0.0 or b >= 0.0 or a < 1.0e-12:
+        return hit
+    root = wp.sqrt(q)
+    t = (-b - root) / a
+    x = wp.dot(to_origin, light.x_axis) + t * wp.dot(direction, light.x_axis)
+    if t <= 0.0 or wp.abs(x) > 0.5 * light.height:
+        return hit
+    hit.distance = t
+    # Points are drawn evenly in angle. Of a circle, root / radius is the cosine at the surface; of an ellipse, the
+    # stretch of its rim and that cosine leave the same.
+    hit.pdf = t * t / (2.0 * PI * light.height * light.aspect[0] * root)
+    return hit
+
+
+@wp.func
+def hit_light(light: Light, origin: wp.vec3, direction: wp.vec3):
+    """Where a ray meets a light that has a surface, or the disk of a distant light."""
+    hit = LightHit()
+    hit.distance = -1.0
+    if light.kind != DISTANT:
+        # Most rays pass the ball that holds the light.
+        to_center = light.position - origin
+        along = wp.max(wp.dot(to_center, direction), 0.0)
+        nearest = to_center - direction * along
+        if wp.dot(nearest, nearest) > 1.0001 * light.extent * light.extent:
+            return hit
+    if light.kind == SPHERE:
+        hit = hit_sphere(light.position - origin, light.radius, direction)
+    elif light.kind == CYLINDER:
+        hit = hit_cylinder(light, origin, direction)
+    elif light.kind == DISTANT:
+        if wp.dot(direction, light.z_axis) > light.cos_angle:
+            hit.distance = FAR_AWAY
+            hit.pdf = 1.0 / (2.0 * PI * (1.0 - light.cos_angle))
+    elif light.kind == ELLIPSOID:
+        hit = hit_ellipsoid(light, origin, direction)
+    else:
+        hit = hit_plane(light, origin, direction)
+    if hit.distance >= 0.0:
+        hit.radiance = emitted(light, direction, origin + direction * hit.distance)
+    return hit

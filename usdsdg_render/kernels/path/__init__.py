@@ -1,0 +1,1 @@
+"""Kernels of the path tracer and its film."""

@@ -1,0 +1,101 @@
+"""A film's running sums, and adding one sample to those of a pixel."""
+
+import warp as wp
+
+from usdsdg_render.kernels.color import luminance
+from usdsdg_render.kernels.path.path_state import (
+    DIRECT_DIFFUSE,
+    DIRECT_SPECULAR,
+    INDIRECT_DIFFUSE,
+    REFLECTIONS,
+    REFRACTIONS,
+    Feature,
+    Parts,
+    PathOptions,
+)
+
+
+@wp.struct
+class FilmArrays:
+    """Running sums per pixel, (height, width); features and parts are empty unless asked for."""
+
+    color: wp.array2d(dtype=wp.vec4)  # radiance [nits] and number of samples
+    background: wp.array2d(dtype=wp.vec4)  # of the samples that hit no surface: radiance [nits] and their number
+    albedo: wp.array2d(dtype=wp.vec3)  # this and the next two are of the others
+    normal_depth: wp.array2d(dtype=wp.vec4)  # world normal, distance of the first hit [stage units]
+    square: wp.array2d(dtype=wp.float32)  # squared luminance of radiance over albedo
+    dropped: wp.array2d(dtype=wp.int32)  # samples that were not finite
+    parts: wp.array3d(dtype=wp.vec3)  # radiance by `settings.PARTS`, (len(PARTS), height, width)
+
+
+@wp.struct
+class PixelSums:
+    """What a film holds of one pixel."""
+
+    color: wp.vec4
+    background: wp.vec4
+    albedo: wp.vec3
+    normal_depth: wp.vec4
+    square: wp.float32
+    dropped: wp.int32
+    parts: Parts
+
+
+@wp.func
+def load_pixel(film: FilmArrays, options: PathOptions, y: int, x: int):
+    sums = PixelSums()
+    sums.color = film.color[y, x]
+    if options.features != 0:
+        sums.background = film.background[y, x]
+        sums.albedo = film.albedo[y, x]
+        sums.normal_depth = film.normal_depth[y, x]
+        sums.square = film.square[y, x]
+    if options.parts != 0:
+        sums.parts.direct_diffuse = film.parts[DIRECT_DIFFUSE, y, x]
+        sums.parts.direct_specular = film.parts[DIRECT_SPECULAR, y, x]
+        sums.parts.indirect_diffuse = film.parts[INDIRECT_DIFFUSE, y, x]
+        sums.parts.reflections = film.parts[REFLECTIONS, y, x]
+        sums.parts.refractions = film.parts[REFRACTIONS, y, x]
+    return sums
+
+
+@wp.func
+def with_sample(sums: PixelSums, options: PathOptions, radiance: wp.vec3, feature: Feature, parts: Parts):
+    """Count one sample; one that is not finite is left out."""
+    if wp.isfinite(radiance[0]) and wp.isfinite(radiance[1]) and wp.isfinite(radiance[2]):
+        sample = wp.vec4(radiance[0], radiance[1], radiance[2], 1.0)
+        sums.color += sample
+        if options.features != 0 and feature.depth == 0.0:
+            sums.background += sample
+        elif options.features != 0:
+            sums.albedo += feature.albedo
+            sums.normal_depth += wp.vec4(feature.normal[0], feature.normal[1], feature.normal[2], feature.depth)
+            light = luminance(wp.cw_div(radiance, wp.max(feature.albedo, wp.vec3(0.01))))
+            sums.square += light * light
+        if options.parts != 0:
+            sums.parts.direct_diffuse += parts.direct_diffuse
+            sums.parts.direct_specular += parts.direct_specular
+            sums.parts.indirect_diffuse += parts.indirect_diffuse
+            sums.parts.reflections += parts.reflections
+            sums.parts.refractions += parts.refractions
+    else:
+        sums.dropped += 1
+    return sums
+
+
+@wp.func
+def store_pixel(film: FilmArrays, options: PathOptions, y: int, x: int, sums: PixelSums):
+    film.color[y, x] = sums.color
+    if options.features != 0:
+        film.background[y, x] = sums.background
+        film.albedo[y, x] = sums.albedo
+        film.normal_depth[y, x] = sums.normal_depth
+        film.square[y, x] = sums.square
+    if options.parts != 0:
+        film.parts[DIRECT_DIFFUSE, y, x] = sums.parts.direct_diffuse
+        film.parts[DIRECT_SPECULAR, y, x] = sums.parts.direct_specular
+        film.parts[INDIRECT_DIFFUSE, y, x] = sums.parts.indirect_diffuse
+        film.parts[REFLECTIONS, y, x] = sums.parts.reflections
+        film.parts[REFRACTIONS, y, x] = sums.parts.refractions
+    if sums.dropped > 0:
+        film.dropped[y, x] = film.dropped[y, x] + sums.dropped

@@ -1,0 +1,1 @@
+"""Ray queries, hits, surfaces and textures of the scene."""

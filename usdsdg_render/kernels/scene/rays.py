@@ -1,0 +1,28 @@
+"""Queries for arrays of rays: for tests and benchmarks of the trace back ends."""
+
+import warp as wp
+
+from usdsdg_render.kernels.scene.visibility import BY_THRESHOLD, closest, transmitted
+from usdsdg_render.kernels.types import Hit, SceneTables
+
+
+@wp.kernel(enable_backward=False)
+def trace_rays(
+    tables: SceneTables,
+    any_hit: int,
+    first: int,
+    origins: wp.array(dtype=wp.vec3),
+    directions: wp.array(dtype=wp.vec3),
+    reach: wp.array(dtype=wp.float32),
+    # out
+    hits: wp.array(dtype=Hit),
+):
+    i = first + wp.tid()
+    hit = Hit()
+    if any_hit != 0:
+        hit.instance = -1
+        if transmitted(tables, origins[i], directions[i], reach[i]) < 1.0:
+            hit.instance = 0
+    else:
+        hit = closest(tables, origins[i], directions[i], 0.0, reach[i], BY_THRESHOLD, 0.5)
+    hits[i] = hit

@@ -1,0 +1,143 @@
+"""Rays against the scene with opacity: what they meet first, and whether something stands between two points."""
+
+import warp as wp
+
+from usdsdg_render.bvh.query import unpack, wide_closest, wide_closest_in_instance, wide_occluded
+from usdsdg_render.kernels.color import luminance
+from usdsdg_render.kernels.scene.texture import channel, lookup
+from usdsdg_render.kernels.types import Hit, Instance, Material, SceneTables, Triangle
+
+FAR_AWAY = wp.constant(1.0e30)
+# Rays stop looking through transparent layers after so many, and take the next one as opaque.
+MAX_LAYERS = wp.constant(64)
+# What decides at a surface that is neither opaque nor a cut-out.
+BY_THRESHOLD = wp.constant(0)
+BY_CHANCE = wp.constant(1)
+# By chance too, but glass is there: it mirrors or bends what meets it.
+REFRACTING = wp.constant(2)
+# As by threshold, but labels look through glass.
+BEHIND_GLASS = wp.constant(3)
+# A pane of this kind is clear: it bends, blurs and tints nothing.
+CLEAR = wp.constant(2)
+
+
+@wp.func
+def triangle_of(instance: Instance, index: int):
+    records = wp.array(ptr=instance.triangles, shape=(index + 1,), dtype=Triangle)
+    return records[index]
+
+
+@wp.func
+def corner_uv(triangle: Triangle, u: float, v: float):
+    return triangle.uv0 * (1.0 - u - v) + triangle.uv1 * u + triangle.uv2 * v
+
+
+@wp.func
+def opacity_at(tables: SceneTables, material: Material, uv: wp.vec2):
+    if material.opacity_texture < 0:
+        return material.opacity
+    rgba = lookup(tables, material.opacity_texture, uv)
+    return material.opacity * channel(rgba, material.opacity_channel)
+
+
+@wp.func
+def clearness(material: Material):
+    """Share of light that goes straight through glass, where it is not bent: past both of its faces' reflections."""
+    share = material.transmission * (1.0 - material.specular[0])
+    if material.thin == CLEAR:
+        return share
+    return share * luminance(material.base_color)
+
+
+@wp.func
+def opacity_of_hit(tables: SceneTables, hit: Hit, mode: int):
+    """Chance that a hit is there: 0 or 1 at cut-outs and, in modes BY_THRESHOLD and BEHIND_GLASS, everywhere."""
+    instance = tables.tree.instances[hit.instance]
+    if instance.cutout == 0:
+        return 1.0
+    triangle = triangle_of(instance, hit.triangle)
+    material = tables.materials[tables.slots[instance.slot_offset + triangle.slot]]
+    opacity = opacity_at(tables, material, corner_uv(triangle, hit.u, hit.v))
+    threshold = material.opacity_threshold
+    if mode == BY_CHANCE:
+        opacity *= 1.0 - clearness(material)
+    if mode != BY_THRESHOLD and mode != BEHIND_GLASS and threshold <= 0.0:
+        return opacity
+    if mode == BEHIND_GLASS and material.transmission > 0.5:
+        return 0.0
+    if threshold <= 0.0:
+        # Glass is there for labels however clear it is, unless they look through it; a leaf's alpha is there where it
+        # is more than half.
+        if material.opacity_texture >= 0 or mode == BEHIND_GLASS:
+            threshold = 0.5
+        else:
+            threshold = 1.0e-6
+    if opacity >= threshold:
+        return 1.0
+    return 0.0
+
+
+@wp.func
+def closest(
+    tables: SceneTables,
+    origin: wp.vec3,
+    direction: wp.vec3,
+    tmin: float,
+    tmax: float,
+    mode: int,
+    number: float,
+):
+    """The first surface along the ray with tmin < t < tmax, looking through what is transparent.
+
+    A number in [0, 1) decides, layer by layer, whether a half-transparent surface is there.
+    """
+    hit = Hit()
+    t = tmin
+    for _layer in range(MAX_LAYERS):
+        hit = unpack(wide_closest(tables.tree, origin, direction, t, tmax))
+        if tables.cutouts == 0 or hit.instance < 0:
+            break
+        opacity = opacity_of_hit(tables, hit, mode)
+        if number < opacity:
+            break
+        # What is left of the number is uniform again.
+        number = (number - opacity) / (1.0 - opacity)
+        t = hit.t
+    return hit
+
+
+@wp.func
+def meets_cutout(
+    tables: SceneTables, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float, instance: int, mode: int
+):
+    """Whether `closest` by labels would meet anything if the scene held one instance alone."""
+    t = tmin
+    for _layer in range(MAX_LAYERS):
+        hit = unpack(wide_closest_in_instance(tables.tree, origin, direction, t, tmax, instance))
+        if hit.instance < 0:
+            return False
+        if opacity_of_hit(tables, hit, mode) > 0.5:
+            return True
+        t = hit.t
+    return True
+
+
+@wp.func
+def transmitted(tables: SceneTables, origin: wp.vec3, direction: wp.vec3, tmax: float):
+    """Share of light that comes through along a shadow ray, 0 to 1."""
+    if tables.cutouts == 0:
+        if wide_occluded(tables.tree, origin, direction, 0.0, tmax)[3] >= 0:
+            return 0.0
+        return 1.0
+    share = float(1.0)
+    t = float(0.0)
+    for _layer in range(MAX_LAYERS):
+        hit = unpack(wide_closest(tables.tree, origin, direction, t, tmax))
+        if hit.instance < 0:
+            break
+        if tables.tree.instances[hit.instance].casts_shadow != 0:
+            share *= 1.0 - opacity_of_hit(tables, hit, BY_CHANCE)
+        if share <= 0.0:
+            break
+        t = hit.t
+    return share

@@ -1,0 +1,1 @@
+"""The label pass: AOVs and coverage masks."""

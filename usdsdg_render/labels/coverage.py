@@ -1,0 +1,227 @@
+"""The coverage pass on the host: which pixels each instance can reach at all, and the words of bits of each group.
+
+A ray is not followed from surface to surface: faces of two instances that coincide lie at one distance, so that going
+on behind the first would pass by the second. Each instance is asked on its own whether the ray meets it, by the same
+test of the same triangles as when it is alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import warp as wp
+
+from usdsdg.stage.geometry.pixel_masks import STRIP, WORD, Outlines
+from usdsdg_render.device.camera import camera_array
+from usdsdg_render.device.device_scene import DeviceScene
+from usdsdg_render.device.parallel import launch_rows
+from usdsdg_render.device.readback import fetch
+from usdsdg_render.kernels.labels import coverage as kernels
+from usdsdg_render.kernels.labels.coverage import BYTES, Strip
+from usdsdg_render.kernels.labels.screen_bounds import ANYWHERE, SIDES, draw_octagons
+from usdsdg_render.labels import lens_bounds
+
+if TYPE_CHECKING:
+    from usdsdg.stage.cameras.camera_view import CameraView
+
+STRIPS_PER_BAND = 1024
+ROW_PARTS = 16
+# Of a group that covers nothing: pixels, x_min, y_min, x_max, y_max, visible pixels.
+_NOTHING = np.array([0, 1 << 30, 1 << 30, -1, -1, 0], np.int32)
+
+
+class _Words(NamedTuple):
+    """Strips on a device, with a bit for each of their pixels; ordered by picture, owner, row and word."""
+
+    strips: wp.array
+    covered: wp.array  # uint64
+    visible: wp.array  # uint64
+
+
+class Coverage:
+    """What groups of gprims cover in pictures of one size, drawn together.
+
+    Args:
+        views: of one size.
+        groups: gprims of each.
+        shown: (views, height, width) int32, the instance AOV of the same views and mode.
+    """
+
+    def __init__(
+        self,
+        device_scene: DeviceScene,
+        views: Sequence[CameraView],
+        groups: Sequence[Sequence[int]],
+        shown: wp.array,
+        *,
+        mode: int,
+        threads: int | None,
+    ) -> None:
+        self._scene, self._views, self._groups = device_scene, views, len(groups)
+        self._device, self._threads = device_scene.device, threads
+        self._size = views[0].width, views[0].height
+        self._cameras = camera_array(views, self._device)
+        self._tested, members = _tested(groups, device_scene.placement.placed)
+        self._tested_there = self._array(self._tested, wp.int32)
+        self._words = self._covered(self._cut(self._octagons()), shown, mode)
+        if members is not None:
+            self._words = self._merged(self._words, *members)
+
+    def sums(self) -> np.ndarray:
+        """(views, groups, 6) int32: amodal pixels, x_min, y_min, x_max, y_max (inclusive; -1 for no pixels), modal
+        pixels.
+        """
+        sums = self._array(np.tile(_NOTHING, (len(self._views), self._groups, 1)), wp.int32)
+        self._launch(kernels.sum_strips, len(self._words.strips), [*self._words], [sums])
+        result = sums.numpy()
+        result[result[..., 0] == 0, 1:5] = -1
+        return result
+
+    def outlines(self) -> list[Outlines]:
+        """Of each picture; their strips stay on the device until somebody looks at them."""
+        sums = self.sums().astype(np.int64)
+        strips = _Strips(self._words)
+        width, height = self._size
+        return [
+            Outlines((height, width), self._groups, partial(strips.of, k), coverage=each[:, :5], visible=each[:, 5])
+            for k, each in enumerate(sums)
+        ]
+
+    def _octagons(self) -> wp.array:
+        """(views, tested, SIDES) float32: where the pixels lie that instances can reach."""
+        octagons = self._empty((len(self._views), len(self._tested), SIDES), wp.float32)
+        inputs = [self._scene.tables, self._scene.supports, self._cameras, self._tested_there]
+        self._rows(draw_octagons, octagons.shape[:2], inputs, [octagons])
+        for k, view in enumerate(self._views):
+            if view.lens is not None:
+                wp.copy(octagons[k], self._array(self._through_lens(view), wp.float32))
+        return octagons
+
+    def _through_lens(self, view: CameraView) -> np.ndarray:
+        """As `_octagons`, of one view whose camera is no pinhole: boxes, as octagons."""
+        some = self._tested >= 0
+        ends = np.full((len(some), SIDES), ANYWHERE)
+        ends[~some] = -ANYWHERE
+        placement, which = self._scene.placement, self._tested[some]
+        world = (each[which].astype(np.float64) for each in (placement.lower, placement.upper))
+        boxes = lens_bounds.reachable(view, *world)
+        ends[some, :2], ends[some, 4:6] = boxes[:, 2:], -boxes[:, :2]
+        return ends
+
+    def _cut(self, octagons: wp.array) -> wp.array:
+        """The strips that lie in octagons."""
+        # Threads of a GPU share the rows of an octagon.
+        shape = (*octagons.shape[:2], 1 if self._device == "cpu" else ROW_PARTS)
+        counts, after = self._empty(shape, wp.int32), self._empty(shape, wp.int32)
+        none = self._empty(0, Strip)
+        inputs = [*self._size, octagons]
+        self._rows(kernels.cut_strips, shape, [*inputs, self._empty((0, 0, 0), wp.int32)], [counts, none])
+        strips = self._empty(_running(counts, after), Strip)
+        self._rows(kernels.cut_strips, shape, [*inputs, after], [counts, strips])
+        return strips
+
+    def _covered(self, strips: wp.array, shown: wp.array, mode: int) -> _Words:
+        covered, visible = (self._empty(len(strips), wp.uint64) for _ in range(2))
+        # A thread of a CPU takes a whole strip, one of a GPU a byte of it.
+        threads = 1 if self._device == "cpu" else BYTES
+        inputs = [self._scene.tables, self._cameras, mode, shown, self._tested_there, strips, BYTES // threads]
+        shape = (len(strips), threads)
+        outputs = [_bytes(covered), _bytes(visible)]
+        self._rows(kernels.cover_strips, shape, inputs, outputs, band_rows=STRIPS_PER_BAND)
+        return _Words(strips, covered, visible)
+
+    def _merged(self, words: _Words, first_group: np.ndarray, groups_of: np.ndarray) -> _Words:
+        """Those of the groups from those of their instances: a pixel counts once."""
+        size, strips = (self._groups, *self._size), words.strips
+        first_there, groups_there = self._array(first_group, wp.int32), self._array(groups_of, wp.int32)
+        counts, after = (self._empty(len(strips), wp.int32) for _ in range(2))
+        self._launch(kernels.count_groups, len(strips), [strips, words.covered, first_there], [counts])
+        given = _running(counts, after)
+        # Sorting wants room for all twice.
+        keys, sources = self._empty(2 * given, wp.int64), self._empty(2 * given, wp.int32)
+        inputs = [strips, after, counts, first_there, groups_there, *size]
+        self._launch(kernels.give_to_groups, len(strips), inputs, [keys, sources])
+        wp.utils.radix_sort_pairs(keys, sources, given)
+        marks, places = self._empty(given, wp.int32), self._empty(given, wp.int32)
+        self._launch(kernels.mark_firsts, given, [keys], [marks])
+        count = _running(marks, places)
+        merged = _Words(*(self._empty(count, dtype) for dtype in (Strip, wp.uint64, wp.uint64)))
+        self._launch(kernels.merge_strips, given, [given, keys, sources, places, marks, *words, *size], [*merged])
+        return merged
+
+    def _array(self, values: np.ndarray, dtype: Any) -> wp.array:
+        return wp.array(values, dtype=dtype, device=self._device)
+
+    def _empty(self, shape: Any, dtype: Any) -> wp.array:
+        return wp.empty(shape, dtype=dtype, device=self._device)
+
+    def _rows(self, kernel: Any, shape: tuple[int, ...], inputs: list, outputs: list, *, band_rows: int = 1) -> None:
+        launch_rows(kernel, shape, inputs, outputs, device=self._device, threads=self._threads, band_rows=band_rows)
+
+    def _launch(self, kernel: Any, count: int, inputs: list, outputs: list) -> None:
+        wp.launch(kernel, dim=count, inputs=inputs, outputs=outputs, device=self._device)
+
+
+class _Strips:
+    """All strips of pictures on the host, fetched once."""
+
+    def __init__(self, words: _Words) -> None:
+        self._words: _Words | None = words
+        self._strips = np.zeros(0, STRIP)
+        self._pictures = np.zeros(0, np.int32)
+
+    def of(self, picture: int) -> np.ndarray:
+        """STRIP rows of one picture."""
+        if self._words is not None:
+            self._fetch(self._words)
+            self._words = None
+        first, last = np.searchsorted(self._pictures, [picture, picture + 1])
+        return self._strips[first:last]
+
+    def _fetch(self, words: _Words) -> None:
+        fetched = fetch(words._asdict())
+        met = np.flatnonzero(fetched["covered"])
+        strips = fetched["strips"][met]
+        self._strips = np.zeros(len(met), STRIP)
+        self._strips["group"], self._strips["row"] = strips["owner"], strips["row"]
+        self._strips["word"] = strips["first"] // WORD
+        for name in ("covered", "visible"):
+            self._strips[name] = fetched[name][met]
+        self._pictures = strips["picture"]
+
+
+def _tested(
+    groups: Sequence[Sequence[int]], placed: np.ndarray
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray] | None]:
+    """Which instances to test, and to which groups each of them belongs.
+
+    Where every group has one instance of its own at most, instances (or -1) stand in the order of the groups.
+    Else the second result is, per instance and once more, where its groups stand in a list, and that list.
+    """
+    members = np.array([each for group in groups for each in group], np.int64)
+    owners = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
+    members, owners = members[placed[members]], owners[placed[members]]
+    tested = np.unique(members)
+    if len(tested) == len(members) == len(np.unique(owners)):
+        of_group = np.full(len(groups), -1, np.int64)
+        of_group[owners] = members
+        return of_group, None
+    pairs = np.unique(np.stack([members, owners], axis=1), axis=0)
+    return tested, (np.searchsorted(pairs[:, 0], np.append(tested, len(placed))), pairs[:, 1])
+
+
+def _running(counts: wp.array, sums: wp.array) -> int:
+    """Fill `sums` with running sums of `counts`, and give the last."""
+    if counts.size == 0:
+        return 0
+    flat = sums.flatten()
+    wp.utils.array_scan(counts.flatten(), flat)
+    return int(flat[-1:].numpy()[0])
+
+
+def _bytes(words: wp.array) -> wp.array:
+    """(N, 8) uint8, the memory of words; little-endian, as all of Warp's devices are."""
+    return wp.array(ptr=words.ptr, shape=(len(words), BYTES), dtype=wp.uint8, device=words.device, copy=False)

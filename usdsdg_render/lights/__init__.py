@@ -1,0 +1,1 @@
+"""UsdLux lights and domes to rows of the light tables."""

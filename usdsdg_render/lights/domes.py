@@ -1,0 +1,193 @@
+"""UsdLux dome lights to one lat-long picture, `scene.Dome`.
+
+Orientation. A sky's pole is the stage's up axis: for `DomeLight_1` because its poleAxis says so, and for the older
+`DomeLight`, whose text says +Y always, because Omniverse shows it so and scripts written for it turn nothing. A
+`DomeLight` that carries UsdLux's own `orientToStageUpAxis` op was written for a +Y pole and is taken so.
+Longitudes are UsdLux's: with a Y pole the centre of the picture lies towards +Z and a quarter to the left of it towards
++X; with a Z pole the centre lies towards -Y.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from usdsdg import errors
+from usdsdg_render.images import image_files
+from usdsdg_render.lights.light_images import layout_of, linear_rgb, resample, to_latlong
+from usdsdg_render.lights.light_rows import warn_of_filters
+from usdsdg_render.lights.light_values import emitted_colour, light_number, light_value
+from usdsdg_render.lights.linking import is_linked
+from usdsdg_render.scene.scene import Dome
+
+# Rows take a direction of the dome's own space to the frame of `scene.Dome`, where column u lies at angle 2 pi u.
+POLE_FRAMES = {
+    "Y": np.array([[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+    "Z": np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+}
+
+LAYOUTS = ("latlong", "mirroredBall", "angular", "cubeMapVerticalCross")
+UNIFORM = np.ones((1, 2, 3), np.float32)
+
+
+class DomeLight(NamedTuple):
+    """One dome light, before its picture is loaded."""
+
+    path: str
+    file: str  # "" for a uniform dome
+    modified: tuple[int, int]
+    colour: tuple[float, float, float]  # what a texel of 1 radiates [nits]
+    dome_from_world: bytes  # (3, 3) float64; bytes, so that domes can be compared
+    visible: bool
+    layout: str  # of the file: one of LAYOUTS or automatic
+    diffuse: float
+    specular: float
+
+    @property
+    def frame(self) -> np.ndarray:
+        return np.frombuffer(self.dome_from_world).reshape(3, 3)
+
+
+def read_dome(prim: Usd.Prim, local_to_world: np.ndarray) -> DomeLight | None:
+    """The dome light at `prim`; None when it gives no light."""
+    colour = emitted_colour(prim)
+    if colour is None or not colour.any():
+        return None
+    rotation = _rotation(local_to_world)
+    if rotation is None:
+        errors.warn_once(f"{prim.GetPath()}: the dome's transform is NaN or scaled to zero; it is off. Correct it.")
+        return None
+    frame = POLE_FRAMES[_pole(prim)] @ rotation
+    _warn_of_the_rest(prim)
+    file = _file(prim)
+    visible = prim.GetAttribute("visibleInPrimaryRay")
+    return DomeLight(
+        path=str(prim.GetPath()),
+        file=file,
+        modified=image_files.modified(file) if file else (0, 0),
+        colour=(float(colour[0]), float(colour[1]), float(colour[2])),
+        dome_from_world=np.ascontiguousarray(frame, np.float64).tobytes(),
+        visible=not (visible and visible.Get() is False),
+        layout=_layout(prim),
+        diffuse=max(light_number(prim, "diffuse", 1.0), 0.0),
+        specular=max(light_number(prim, "specular", 1.0), 0.0),
+    )
+
+
+def _layout(prim: Usd.Prim) -> str:
+    layout = str(light_value(prim, "texture:format", "automatic"))
+    if layout in (*LAYOUTS, "automatic"):
+        return layout
+    errors.warn_once(
+        f"{prim.GetPath()}: texture format {layout} is none of {', '.join(LAYOUTS)}; the file is read as latlong."
+    )
+    return "latlong"
+
+
+def _warn_of_the_rest(prim: Usd.Prim) -> None:
+    """Say what a dome cannot do here."""
+    warn_of_filters(prim)
+    if light_value(prim, "shadow:enable", True) is False:
+        errors.warn_once(f"{prim.GetPath()}: a dome light always casts shadows; inputs:shadow:enable is ignored.")
+    if is_linked(prim):
+        errors.warn_once(f"{prim.GetPath()}: a dome light reaches everything; its light and shadow links are ignored.")
+
+
+def _pole(prim: Usd.Prim) -> str:
+    up = "Y" if UsdGeom.GetStageUpAxis(prim.GetStage()) == UsdGeom.Tokens.y else "Z"
+    if prim.GetTypeName() == "DomeLight_1":
+        pole = str(prim.GetAttribute("poleAxis").Get())
+        return pole if pole in POLE_FRAMES else up
+    if prim.HasAttribute("xformOp:rotateX:orientToStageUpAxis"):
+        return "Y"
+    return up
+
+
+def _rotation(local_to_world: np.ndarray) -> np.ndarray | None:
+    """(3, 3) that turns a world direction (column) into the prim's space: scale and shear left out."""
+    linear = local_to_world[:3, :3]
+    if not np.isfinite(linear).all():
+        return None
+    u, scale, v = np.linalg.svd(linear)
+    # Row vectors: world = local @ linear, so local = linear @ world for a rotation.
+    return u @ v if scale[2] > 1e-9 * scale[0] else None
+
+
+def _file(prim: Usd.Prim) -> str:
+    for name in ("inputs:texture:file", "texture:file"):
+        attribute = prim.GetAttribute(name)
+        authored, file = image_files.asset_file(attribute) if attribute else ("", "")
+        if authored and not file:
+            errors.warn_once(
+                f"{prim.GetPath()}: {name} names {authored}, which does not exist; the dome is uniform. "
+                f"Correct the path."
+            )
+        if authored:
+            return file
+    return ""
+
+
+class DomeBuilder:
+    """Keeps decoded pictures, so that a dome that only turns or dims costs no decoding."""
+
+    # Decoded pictures are kept up to this size: a script that draws skies from a short list finds them again.
+    KEPT_BYTES = 1 << 29
+
+    def __init__(self) -> None:
+        self._pictures: dict[tuple[str, tuple[int, int], str], np.ndarray] = {}
+
+    def build(self, domes: list[DomeLight]) -> Dome | None:
+        """All domes added up in the first one's frame; None without any."""
+        if not domes:
+            return None
+        first = domes[0]
+        for name in ("visible", "diffuse", "specular"):
+            if len({getattr(dome, name) for dome in domes}) > 1:
+                errors.warn_once(
+                    f"{first.path}: dome lights are added up before anything sees them, but they differ in "
+                    f"{'visibleInPrimaryRay' if name == 'visible' else 'inputs:' + name}; the largest is used for all. "
+                    f"Give them the same."
+                )
+        return Dome(
+            picture=self._picture(first) if len(domes) == 1 else self._sum(domes),
+            dome_from_world=first.frame.astype(np.float32),
+            visible=any(dome.visible for dome in domes),
+            diffuse=max(dome.diffuse for dome in domes),
+            specular=max(dome.specular for dome in domes),
+            color=first.colour if len(domes) == 1 else (1.0, 1.0, 1.0),
+        )
+
+    def _sum(self, domes: list[DomeLight]) -> np.ndarray:
+        """(H, W, 3) what several domes radiate together [nits], in the first one's frame."""
+        pictures = [self._picture(dome) for dome in domes]
+        height = max(picture.shape[0] for picture in pictures)
+        width = max(picture.shape[1] for picture in pictures)
+        first = domes[0]
+        radiance = np.zeros((height, width, 3), np.float32)
+        for dome, picture in zip(domes, pictures):
+            if picture is UNIFORM:
+                picture = picture[:, :1]
+            elif dome.dome_from_world != first.dome_from_world or picture.shape[:2] != (height, width):
+                picture = resample(picture, first.frame, dome.frame, (height, width))
+            radiance += picture * np.array(dome.colour, np.float32)
+        return radiance
+
+    def _picture(self, dome: DomeLight) -> np.ndarray:
+        """(H, W, 3) linear; UNIFORM for a dome without a picture."""
+        if not dome.file:
+            return UNIFORM
+        key = (dome.file, dome.modified, dome.layout)
+        if key not in self._pictures:
+            try:
+                picture = linear_rgb(image_files.read_rgb(dome.file))
+                picture = to_latlong(picture, layout_of(picture) if dome.layout == "automatic" else dome.layout)
+            except errors.AssetUnreadable as error:
+                errors.warn_once(f"{dome.path}: the sky cannot be read ({error}); the dome is uniform.")
+                picture = UNIFORM
+            size = picture.nbytes + sum(kept.nbytes for kept in self._pictures.values())
+            while self._pictures and size > self.KEPT_BYTES:
+                size -= self._pictures.pop(next(iter(self._pictures))).nbytes
+            self._pictures[key] = picture
+        return self._pictures[key]

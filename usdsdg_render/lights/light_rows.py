@@ -1,0 +1,224 @@
+"""UsdLux lights to rows of `scene.LIGHT`, in nits and stage units.
+
+Luminance is intensity * 2^exposure * color * temperature, and `normalize` divides it by the world-space area, as the
+UsdLux schema says. Two deliberate readings:
+
+Distant lights: intensity is the illuminance [lux] of a surface that faces the light, whether `normalize` is on or off.
+UsdLux without `normalize` means nits over the light's cone, which at the fallback angle of 0.53 degrees makes 400 a
+night (0.03 lux); scenes made for Omniverse author a few hundred to a few thousand and expect daylight.
+
+Scale makes ellipses and ellipsoids of disks, tubes and spheres; their area for `normalize` is exact for disks and to
+1 % for the others. `treatAsPoint` and `treatAsLine` shrink a light to a millimetre, with the flux of its authored size.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from pxr import Usd
+
+from usdsdg import errors
+from usdsdg_render.lights.areas import ellipse_perimeter, ellipsoid_area
+from usdsdg_render.lights.light_values import emitted_colour, light_number, light_value
+from usdsdg_render.scene.scene import (
+    LIGHT,
+    LIGHT_CYLINDER,
+    LIGHT_DISK,
+    LIGHT_DISTANT,
+    LIGHT_ELLIPSOID,
+    LIGHT_RECT,
+    LIGHT_SPHERE,
+    NO_PATTERN,
+    NO_RULES,
+)
+
+KINDS = {
+    "SphereLight": LIGHT_SPHERE,
+    "DistantLight": LIGHT_DISTANT,
+    "RectLight": LIGHT_RECT,
+    "DiskLight": LIGHT_DISK,
+    "CylinderLight": LIGHT_CYLINDER,
+}
+DOMES = ("DomeLight", "DomeLight_1")
+UNSUPPORTED = ("PortalLight", "GeometryLight", "PluginLight")
+
+# A light without size has no area to be seen; this radius stands for it [m].
+POINT_RADIUS = 1e-3
+# Distant lights compete with the others by the flux through a disc of this radius [m], the size of a room: fixed, so
+# that the choice of lights does not depend on where objects are.
+NOMINAL_RADIUS = 5.0
+# Scales that differ by less are rounding.
+UNIFORM = 1e-3
+
+
+def read_light(prim: Usd.Prim, local_to_world: np.ndarray, metres_per_unit: float) -> np.ndarray | None:
+    """One row of `scene.LIGHT`, without pattern and rules; None for a light that gives none or cannot be read.
+
+    What cannot be read is named in a warning.
+    """
+    kind = KINDS[str(prim.GetTypeName())]
+    luminance = emitted_colour(prim, 50000.0 if kind == LIGHT_DISTANT else 1.0)
+    axes, scale = _frame(local_to_world)
+    if luminance is None or not luminance.any():
+        return None
+    if axes is None:
+        errors.warn_once(f"{prim.GetPath()}: the light's transform is NaN or scaled to zero; it is off. Correct it.")
+        return None
+    row = np.zeros((), LIGHT)
+    row["kind"], row["pattern"], row["rules"], row["aspect"] = kind, NO_PATTERN, NO_RULES, 1.0
+    row["x_axis"], row["y_axis"], row["z_axis"] = axes
+    row["position"] = local_to_world[3, :3]
+    _read_shaping(prim, row)
+    row["diffuse"] = max(light_number(prim, "diffuse", 1.0), 0.0)
+    row["specular"] = max(light_number(prim, "specular", 1.0), 0.0)
+    visible = prim.GetAttribute("visibleInPrimaryRay")
+    row["visible"] = 0 if visible and visible.Get() is False else 1
+    warn_of_filters(prim)
+    _warn_of_shear(prim, local_to_world, scale)
+    with np.errstate(over="ignore", invalid="ignore"):
+        if kind == LIGHT_DISTANT:
+            light = _distant(prim, row, luminance, metres_per_unit)
+        else:
+            light = _area_light(prim, row, luminance, scale, metres_per_unit)
+    if light is None or all(np.isfinite(light[name]).all() for name in LIGHT.names or ()):
+        return light
+    errors.warn_once(
+        f"{prim.GetPath()}: the light is too bright or too large for 32-bit numbers; it is off. Correct it."
+    )
+    return None
+
+
+def _frame(local_to_world: np.ndarray) -> tuple[np.ndarray | None, np.ndarray]:
+    """Unit axes as rows (the emission axis z kept, x and y made orthogonal to it), and the scale along each."""
+    rows = local_to_world[:3, :3]
+    scale = np.linalg.norm(rows, axis=1)
+    if not np.isfinite(local_to_world).all() or scale.min() < 1e-12:
+        return None, scale
+    z = rows[2] / scale[2]
+    x = rows[0] - z * (rows[0] @ z)
+    x = x / max(np.linalg.norm(x), 1e-30)
+    y = rows[1] - z * (rows[1] @ z)
+    y = y - x * (y @ x)
+    length = np.linalg.norm(y)
+    if length < 1e-12 * scale[1]:
+        return None, scale
+    return np.stack([x, y / length, z]), scale
+
+
+def _distant(prim: Usd.Prim, row: np.ndarray, lux: np.ndarray, metres_per_unit: float) -> np.ndarray:
+    angle = min(max(light_number(prim, "angle", 0.53), 0.0), 360.0)
+    half_angle = math.radians(angle) / 2.0
+    row["cos_angle"] = math.cos(half_angle)
+    # From the float32 that the kernel has: at small angles its rounding is a visible part of 1 - cos.
+    cosine = float(row["cos_angle"])
+    row["radiance"] = lux if cosine == 1.0 else lux / distant_size_factor(cosine)
+    row["power"] = _brightness(lux) * math.pi * (NOMINAL_RADIUS / metres_per_unit) ** 2
+    return row
+
+
+def distant_size_factor(cosine: float) -> float:
+    """Lux per nit of a distant light of that half angle: UsdLux's sizeFactor for distant lights."""
+    sine_squared = 1.0 - cosine * cosine
+    return math.pi * (sine_squared if cosine >= 0.0 else 2.0 - sine_squared)
+
+
+def _area_light(
+    prim: Usd.Prim, row: np.ndarray, luminance: np.ndarray, scale: np.ndarray, metres_per_unit: float
+) -> np.ndarray | None:
+    kind = int(row["kind"])
+    normalize = bool(light_value(prim, "normalize", False))
+    area, half = _shape(prim, kind, scale)
+    _write_shape(prim, row, half, POINT_RADIUS / metres_per_unit)
+    drawn = _drawn_area(row)
+    if normalize:
+        luminance = luminance / (area if area > 0.0 else drawn)
+    elif area <= 0.0:
+        errors.warn_once(
+            f"{prim.GetPath()}: the light has no size, so it gives no light. Author a size, or inputs:normalize = true "
+            f"to keep its power at any size."
+        )
+        return None
+    # What is drawn may differ from the true area (smallest size, points and lines): keep the flux.
+    row["radiance"] = luminance * (area / drawn if area > 0.0 else 1.0)
+    row["power"] = _brightness(np.asarray(row["radiance"], np.float64)) * math.pi * drawn
+    return row
+
+
+def _shape(prim: Usd.Prim, kind: int, scale: np.ndarray) -> tuple[float, np.ndarray]:
+    """World area of a light, and its half extents along x, y, z."""
+    if kind == LIGHT_RECT:
+        half = scale * (_size(prim, "width", 1.0) / 2.0, _size(prim, "height", 1.0) / 2.0, 0.0)
+        return 4.0 * half[0] * half[1], half
+    radius = _size(prim, "radius", 0.5)
+    if kind == LIGHT_CYLINDER:
+        half = scale * (_size(prim, "length", 1.0) / 2.0, radius, radius)
+        return 2.0 * half[0] * ellipse_perimeter(half[1], half[2]), half
+    half = scale * radius
+    return math.pi * half[0] * half[1] if kind == LIGHT_DISK else ellipsoid_area(*half), half
+
+
+def _write_shape(prim: Usd.Prim, row: np.ndarray, half: np.ndarray, point: float) -> None:
+    """The row's sizes, none smaller than `point`; hints that a light is a point or a line are taken."""
+    kind = int(row["kind"])
+    hint = {LIGHT_SPHERE: "treatAsPoint", LIGHT_CYLINDER: "treatAsLine"}.get(kind)
+    if hint and prim.HasAttribute(hint) and prim.GetAttribute(hint).Get():
+        half = half * (0.0 if kind == LIGHT_SPHERE else (1.0, 0.0, 0.0))
+    x, y, z = np.maximum(half, point)
+    if kind == LIGHT_RECT:
+        row["width"], row["height"] = 2.0 * x, 2.0 * y
+    elif kind == LIGHT_CYLINDER:
+        row["radius"], row["aspect"][0], row["height"] = y, z / y, 2.0 * x
+    else:
+        row["radius"] = x
+        if kind == LIGHT_DISK:
+            row["aspect"][0] = y / x
+        elif max(x, y, z) > min(x, y, z) * (1.0 + UNIFORM):
+            row["kind"], row["aspect"] = LIGHT_ELLIPSOID, (y / x, z / x)
+
+
+def _drawn_area(row: np.ndarray) -> float:
+    kind, radius = int(row["kind"]), float(row["radius"])
+    second, third = radius * row["aspect"].astype(float)
+    if kind == LIGHT_RECT:
+        return float(row["width"]) * float(row["height"])
+    if kind == LIGHT_CYLINDER:
+        return ellipse_perimeter(radius, second) * float(row["height"])
+    return math.pi * radius * second if kind == LIGHT_DISK else ellipsoid_area(radius, second, third)
+
+
+def _size(prim: Usd.Prim, name: str, default: float) -> float:
+    value = light_number(prim, name, default)
+    if value >= 0.0:
+        return value
+    errors.warn_once(f"{prim.GetPath()}: inputs:{name} = {value} is no size; 0 is used. Author a value > 0.")
+    return 0.0
+
+
+def _brightness(colour: np.ndarray) -> float:
+    return max(float(colour @ np.array([0.2126, 0.7152, 0.0722])), 1e-12)
+
+
+def _read_shaping(prim: Usd.Prim, row: np.ndarray) -> None:
+    """Without ShapingAPI or authored values a light is not shaped, whatever the schema's fallback angle."""
+    angle = light_number(prim, "shaping:cone:angle", 180.0)
+    row["shaping_cos"] = math.cos(math.radians(min(max(angle, 0.0), 180.0)))
+    row["shaping_softness"] = min(max(light_number(prim, "shaping:cone:softness", 0.0), 0.0), 1.0)
+    row["shaping_focus"] = max(light_number(prim, "shaping:focus", 0.0), 0.0)
+    tint = np.array(light_value(prim, "shaping:focusTint", (0.0, 0.0, 0.0)), float)
+    row["focus_tint"] = np.clip(np.nan_to_num(tint), 0.0, None)
+
+
+def _warn_of_shear(prim: Usd.Prim, local_to_world: np.ndarray, scale: np.ndarray) -> None:
+    rows = local_to_world[:3, :3] / scale[:, None]
+    if np.abs(rows @ rows.T - np.eye(3)).max() > UNIFORM:
+        errors.warn_once(
+            f"{prim.GetPath()}: the light is sheared; its axes are made perpendicular. Scale it along its own axes."
+        )
+
+
+def warn_of_filters(prim: Usd.Prim) -> None:
+    """Say that a light has filters, which are not applied."""
+    filters = prim.GetRelationship("light:filters")
+    if filters and filters.HasAuthoredTargets():
+        errors.warn_once(f"{prim.GetPath()}: light:filters are not supported and are ignored. Remove them.")

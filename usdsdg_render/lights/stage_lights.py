@@ -1,0 +1,53 @@
+"""The lights and skies of a stage in a `scene.Scene`, read again where they may have changed."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from pxr import Sdf, Usd
+
+from usdsdg.stage.poses.transforms import meters_per_unit
+from usdsdg_render.lights.domes import DomeBuilder, DomeLight, read_dome
+from usdsdg_render.lights.light_reader import LightReader
+from usdsdg_render.scene.scene import Scene
+from usdsdg_render.usd.prim_kinds import DOME, LIGHT
+from usdsdg_render.usd.stage_tree import Tree
+
+
+class Illumination:
+    """Keeps the lights and the dome of one scene up to date with a stage."""
+
+    def __init__(self, stage: Usd.Stage, scene: Scene) -> None:
+        self._stage, self._scene = stage, scene
+        self._lights = LightReader()
+        self._dome_builder = DomeBuilder()
+        self._domes: list[DomeLight] = []
+        self._paths: list[Sdf.Path] = []
+        self._matrices = b""
+        self._linked_instances: tuple[str, ...] | None = None  # by which light links were read
+
+    def forget(self, roots: Collection[Sdf.Path]) -> None:
+        """Read the lights at and below `roots` again."""
+        self._lights.forget(roots)
+
+    def read(self, tree: Tree, *, always: bool) -> None:
+        """Read them where there are others, one of them moved, or links may mean other instances, or `always`."""
+        nodes = tree.of_kind(LIGHT, DOME)
+        matrices = tree.world[nodes].tobytes()
+        instances = self._scene.instances.paths
+        same_links = self._linked_instances is None or self._linked_instances is instances
+        paths = [tree.paths[node] for node in nodes]
+        if not always and same_links and paths == self._paths and matrices == self._matrices:
+            return
+        self._paths, self._matrices = paths, matrices
+        lights = [node for node in nodes if tree.kinds[node] == LIGHT]
+        units = meters_per_unit(self._stage)
+        read = self._lights.read([tree.prims[node] for node in lights], tree.world[lights], units, instances)
+        read.write(self._scene)
+        self._linked_instances = instances if read.linked else None
+        domes = [read_dome(tree.prims[node], tree.world[node]) for node in nodes if tree.kinds[node] == DOME]
+        present = [dome for dome in domes if dome is not None]
+        if present != self._domes:
+            self._domes = present
+            self._scene.dome = self._dome_builder.build(present)
+            self._scene.touch("dome")

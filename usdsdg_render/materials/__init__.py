@@ -1,0 +1,1 @@
+"""UsdShade, MDL and MaterialX materials to rows of the material table."""

@@ -1,0 +1,103 @@
+"""Omniverse's gltf/pbr.mdl: the materials of glTF 2.0 with what its extensions add, as its converters write them.
+
+Mirrors https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html#materials and KHR_texture_transform, _clearcoat,
+_specular, _ior, _transmission and _emissive_strength. Textures are connected shaders `gltf_texture_lookup`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from pxr import UsdShade
+
+from usdsdg_render.images.textures import TextureUse
+from usdsdg_render.materials.mdl_inputs import BLACK, WHITE, warn_where
+from usdsdg_render.materials.preview_surface import reflectance, texture_file
+from usdsdg_render.materials.shading import Input, Material, Network
+from usdsdg_render.scene.scene import WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
+
+MASK, BLEND = 1, 2
+# OpenGL's numbers, which glTF uses
+WRAPS = {33071: WRAP_CLAMP, 33648: WRAP_MIRROR, 10497: WRAP_REPEAT}
+LOOKUPS = ("gltf_texture_lookup", "gltf_normal_texture_lookup")
+
+
+def read_gltf(network: Network, shader: UsdShade.Shader) -> Material:
+    """gltf_material."""
+    base = _lookup(network, shader, "base_color_texture", colour=True)
+    packed = _lookup(network, shader, "metallic_roughness_texture", colour=False)
+    coat = _lookup(network, shader, "clearcoat_texture", colour=False)
+    coat_roughness = _lookup(network, shader, "clearcoat_roughness_texture", colour=False)
+    normal = _lookup(network, shader, "normal_texture", colour=False)
+    alpha = network.number(shader, "base_alpha", 1.0)
+    mode = network.number(shader, "alpha_mode", 0.0)
+    strength = network.number(shader, "emissive_strength", 1.0)
+    ior = network.number(shader, "ior", 1.5)
+    specular = network.number(shader, "specular_factor", 1.0) * reflectance(ior)
+    specular_colour = network.floats(shader, "specular_color_factor", WHITE)
+    _warn_of_ignored(network, shader)
+    return Material(
+        base_color=Input(network.floats(shader, "base_color_factor", WHITE), base),
+        metallic=Input((network.number(shader, "metallic_factor", 1.0),), packed, 2),
+        roughness=Input((network.number(shader, "roughness_factor", 1.0),), packed, 1),
+        specular=Input(tuple(min(specular * c, 1.0) for c in specular_colour)),
+        opacity=Input((alpha,), base, 3) if mode in (MASK, BLEND) else Input((1.0,)),
+        opacity_threshold=max(network.number(shader, "alpha_cutoff", 0.5), 1e-6) if mode == MASK else 0.0,
+        transmission=min(max(network.number(shader, "transmission_factor", 0.0), 0.0), 1.0),
+        ior=ior,
+        thin=int(network.number(shader, "thickness_factor", 0.0) <= 0.0),
+        emission=Input(
+            tuple(strength * c for c in network.floats(shader, "emissive_factor", BLACK)),
+            _lookup(network, shader, "emissive_texture", colour=True),
+        ),
+        normal=normal and replace(normal, beyond=(0.5, 0.5, 1.0, 1.0)),
+        normal_scale=network.number(shader, "normal_scale_factor", 1.0),
+        metal_edge=1.0,
+        clearcoat=Input((network.number(shader, "clearcoat_factor", 0.0),), coat, 0),
+        clearcoat_roughness=Input((network.number(shader, "clearcoat_roughness_factor", 0.0),), coat_roughness, 1),
+        uv_primvar=network.uv_primvar or "",
+    )
+
+
+def _lookup(network: Network, shader: UsdShade.Shader, name: str, *, colour: bool) -> TextureUse | None:
+    node = network.source(shader, name).shader
+    if node is None:
+        return None
+    identifier = node.GetPrim().GetAttribute("info:mdl:sourceAsset:subIdentifier")
+    if not identifier or str(identifier.Get()) not in LOOKUPS:
+        network.warn(node, f"it feeds {name} but is no {LOOKUPS[0]}, so it is ignored. Connect a texture.")
+        return None
+    file = texture_file(network, node, "texture")
+    if not file:
+        return None
+    uv_set = int(network.number(node, "tex_coord_index", 0.0))
+    network.use_uv(node, f"st_{uv_set}" if uv_set else "st")
+    return TextureUse(
+        file,
+        colour_space="sRGB" if colour else "raw",
+        colour=colour,
+        wrap_s=WRAPS.get(int(network.number(node, "wrap_s", 10497.0)), WRAP_REPEAT),
+        wrap_t=WRAPS.get(int(network.number(node, "wrap_t", 10497.0)), WRAP_REPEAT),
+        transform=_transform(network, node),
+        shader=str(node.GetPath()),
+    )
+
+
+def _transform(network: Network, node: UsdShade.Shader) -> UvTransform:
+    """glTF's v runs downwards: with (u, 1 - v) for the coordinates, KHR_texture_transform before and after."""
+    x, y = network.floats(node, "offset", (0.0, 0.0))
+    width, height = network.floats(node, "scale", (1.0, 1.0))
+    rotation = network.number(node, "rotation", 0.0)
+    cos, sin = math.cos(rotation), math.sin(rotation)
+    return UvTransform(
+        (cos * width, -sin * height, x + sin * height), (sin * width, cos * height, 1.0 - y - cos * height)
+    )
+
+
+def _warn_of_ignored(network: Network, shader: UsdShade.Shader) -> None:
+    warn_where(network, shader, {"sheen_color_factor": BLACK, "iridescence_factor": (0.0,)})
+    textures = ("transmission_texture", "specular_texture", "specular_color_texture", "clearcoat_normal_texture")
+    for name in textures:
+        if network.source(shader, name).shader is not None:
+            network.warn(shader, f"inputs:{name} is not supported; its factor alone is used. Bake it into a constant.")

@@ -1,0 +1,272 @@
+"""UsdShade materials to rows of `scene.MATERIAL`: which one is bound, what it says, which rows are equal."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Sdf, Usd, UsdShade
+
+from usdsdg import errors
+from usdsdg_render.images.textures import Progress, TexturePool, TextureUse
+from usdsdg_render.materials.material_x import SURFACES, read_material_x
+from usdsdg_render.materials.mdl import mdl_name, read_mdl
+from usdsdg_render.materials.preview_surface import read_preview_surface
+from usdsdg_render.materials.shading import BRIGHTEST, BRIGHTEST_GLOW, Input, Material, Network, shader_id
+from usdsdg_render.scene.scene import MATERIAL, NO_TEXTURE, Texture
+from usdsdg_render.usd.prim_kinds import is_below
+
+# UsdImaging's fallback displayColor.
+DEFAULT_COLOUR = (0.5, 0.5, 0.5)
+
+
+def bound_materials(prims: Sequence[Usd.Prim]) -> list[Usd.Prim | None]:
+    """The material prim of each prim: purpose full, else all-purpose, else preview; collections included."""
+    if not prims:
+        return []
+    api = UsdShade.MaterialBindingAPI
+    found = [material.GetPrim() for material in api.ComputeBoundMaterials(prims, UsdShade.Tokens.full)[0]]
+    unbound = [k for k, prim in enumerate(found) if not prim]
+    if unbound:
+        preview = api.ComputeBoundMaterials([prims[k] for k in unbound], UsdShade.Tokens.preview)[0]
+        for k, material in zip(unbound, preview):
+            found[k] = material.GetPrim()
+        _warn_of_missing([prims[k] for k in unbound if not found[k]])
+    return [prim if prim else None for prim in found]
+
+
+def _warn_of_missing(unbound: list[Usd.Prim]) -> None:
+    """Bindings that name a prim which is no material leave no trace in what UsdShade computes."""
+    seen: set[Sdf.Path] = set()
+    for prim in unbound:
+        while prim and prim.GetPath() not in seen:
+            seen.add(prim.GetPath())
+            binding = prim.GetRelationship("material:binding")
+            targets = binding.GetTargets() if binding else []
+            if len(targets) > 1:
+                errors.warn_once(
+                    f"{prim.GetPath()}: material:binding names {len(targets)} materials, so none counts; displayColor "
+                    f"is used. Name one."
+                )
+            elif targets and not UsdShade.Material(prim.GetStage().GetPrimAtPath(targets[0])):
+                errors.warn_once(
+                    f"{prim.GetPath()}: its material {targets[0]} does not exist; displayColor is used. Correct "
+                    f"material:binding."
+                )
+            prim = prim.GetParent()
+
+
+def stand_in(colour: tuple[float, ...] | None, opacity: float | None) -> Material:
+    """What a gprim without a usable material looks like: its displayColor, grey without one."""
+    return Material(
+        name="displayColor",
+        base_color=Input(tuple(colour or DEFAULT_COLOUR)),
+        opacity=Input((1.0 if opacity is None else opacity,)),
+    )
+
+
+@dataclass(frozen=True)
+class _Entry:
+    material: Material | None  # None: no surface that we know
+    visited: frozenset[Sdf.Path]
+    shared_as: tuple | None
+
+
+class MaterialLibrary:
+    """Materials read so far, by prim path, and by the specs that define them where that decides everything.
+
+    Every reference of an asset has material prims of its own, yet nearly all say the same: they are composed of the
+    same specs. An edit of one adds a spec of its own, so it no longer shares.
+    """
+
+    def __init__(self, stage: Usd.Stage) -> None:
+        self._stage = stage
+        self._by_path: dict[Sdf.Path, _Entry] = {}
+        self._by_specs: dict[tuple, _Entry] = {}
+
+    def read(self, prim: Usd.Prim) -> Material | None:
+        """The material at `prim`; None (with a warning) when its surface shader is missing or unknown."""
+        path = prim.GetPath()
+        entry = self._by_path.get(path)
+        if entry is None:
+            specs = _specs(prim)
+            entry = self._by_specs.get(specs)
+            if entry is None:
+                entry = _read(prim, specs)
+                if entry.shared_as is not None:
+                    self._by_specs[specs] = entry
+            self._by_path[path] = entry
+        return entry.material
+
+    def forget(self, changed: Collection[Sdf.Path], roots: Collection[Sdf.Path]) -> set[Sdf.Path]:
+        """Read again what depends on a prim of `changed`, or on one at or below `roots`; returns those materials.
+
+        A shading prim that no material is known to read may sit between shaders of any, so then all are read again.
+        """
+        known, readers = self._by_path, self._readers()
+        stale = {path for path in known if is_below(path, roots)}
+        stale.update(*(found for visited, found in readers.items() if is_below(visited, roots)))
+        for path in [*changed, *roots]:
+            found = readers.get(path, set()) | {prefix for prefix in path.GetPrefixes() if prefix in known}
+            if not found and path not in stale and self._is_shading(path):
+                stale = set(known)
+                break
+            stale |= found
+        self._drop(stale)
+        return stale
+
+    def _readers(self) -> dict[Sdf.Path, set[Sdf.Path]]:
+        """The materials that depend on each prim."""
+        readers: dict[Sdf.Path, set[Sdf.Path]] = {}
+        for material, entry in self._by_path.items():
+            for visited in entry.visited:
+                readers.setdefault(visited, set()).add(material)
+        return readers
+
+    def _drop(self, paths: Iterable[Sdf.Path]) -> None:
+        """With what they share: nobody would tell us of its changes."""
+        for path in paths:
+            entry = self._by_path.pop(path)
+            if entry.shared_as is not None:
+                self._by_specs.pop(entry.shared_as, None)
+
+    def _is_shading(self, path: Sdf.Path) -> bool:
+        prim = self._stage.GetPrimAtPath(path)
+        return bool(prim) and not prim.IsA(UsdShade.Material) and UsdShade.ConnectableAPI(prim).IsContainer()
+
+    def keep_only(self, paths: set[Sdf.Path]) -> None:
+        """Drop materials that nothing is bound to any more."""
+        self._drop(path for path in list(self._by_path) if path not in paths)
+
+
+def _specs(prim: Usd.Prim) -> tuple:
+    return tuple((spec.layer.identifier, spec.path) for spec in prim.GetPrimStack())
+
+
+def _read(prim: Usd.Prim, specs: tuple) -> _Entry:
+    network = Network(prim)
+    material = _read_surface(network)
+    own = prim.GetPath()
+    closed = all(path.HasPrefix(own) for path in network.visited) and not any(map(_has_arcs, Usd.PrimRange(prim)))
+    return _Entry(material, frozenset(network.visited), specs if closed else None)
+
+
+def _has_arcs(prim: Usd.Prim) -> bool:
+    """Whether the prim composes more than its ancestors bring, from where an edit would not show in the specs above."""
+    return prim.HasAuthoredInherits() or prim.HasAuthoredSpecializes() or prim.HasAuthoredReferences()
+
+
+def _read_surface(network: Network) -> Material | None:
+    material = UsdShade.Material(network.material)
+    mdl = _surface(material, "mdl")
+    name = "" if mdl is None else mdl_name(mdl)
+    if mdl is not None and name:
+        network.visited.add(mdl.GetPath())
+        known = read_mdl(network, mdl, name)
+        if known is not None:
+            return known
+    universal = _surface(material, "")
+    if universal is not None and shader_id(universal) == "UsdPreviewSurface":
+        network.visited.add(universal.GetPath())
+        return read_preview_surface(network, universal)
+    for surface in (universal, _surface(material, "mtlx")):
+        if surface is not None and shader_id(surface) in SURFACES:
+            network.visited.add(surface.GetPath())
+            return read_material_x(network, surface)
+    surface = mdl or universal or _surface(material, "mtlx")
+    name = name or (shader_id(surface) if surface is not None else "")
+    what = f"its surface shader '{name}' is not supported" if surface is not None else "it has no surface shader"
+    errors.warn_once(
+        f"{network.material.GetPath()}: {what}; the displayColor of each mesh is used. Give the material a "
+        f"UsdPreviewSurface or an OmniPBR, or reference its MaterialX as USD."
+    )
+    return None
+
+
+def _surface(material: UsdShade.Material, context: str) -> UsdShade.Shader | None:
+    """The surface shader of exactly this render context ("" is universal)."""
+    output = material.GetSurfaceOutput(context) if context else material.GetSurfaceOutput()
+    if not output:
+        return None
+    for attribute in output.GetValueProducingAttributes():
+        shader = UsdShade.Shader(attribute.GetPrim())
+        if shader:
+            return shader
+    return None
+
+
+class MaterialTable:
+    """Rows of `scene.MATERIAL`; those of materials that stay are made once."""
+
+    def __init__(self) -> None:
+        # With where its textures were, and the bytes of the row.
+        self._rows: dict[Material, tuple[tuple[int | None, ...], bytes]] = {}
+
+    def build(
+        self, materials: Sequence[Material], pool: TexturePool, progress: Progress | None = None
+    ) -> tuple[np.ndarray, list[Texture]]:
+        """One row a material, and the textures that they index."""
+        uses = dict.fromkeys(use for material in materials for use in material.textures)
+        textures, indices = pool.load(uses, progress)
+        before, self._rows = self._rows, {}
+        for material in materials:
+            places = tuple(indices.get(use) for use in material.textures)
+            row = before.get(material)
+            if row is None or row[0] != places:
+                row = places, np.array(_row(material, indices), MATERIAL).tobytes()
+            self._rows[material] = row
+        table = b"".join(self._rows[material][1] for material in materials)
+        return np.frombuffer(table, MATERIAL).copy(), textures
+
+
+def _row(material: Material, indices: dict[TextureUse, int]) -> tuple:
+    def constant(value: Input) -> tuple[float, ...]:
+        if value.texture is None or value.texture in indices:
+            return value.value
+        return value.value if value.missing is None else value.missing
+
+    def texture(value: Input) -> int:
+        return NO_TEXTURE if value.texture is None else indices.get(value.texture, NO_TEXTURE)
+
+    def unit(value: float) -> float:
+        return min(max(value, 0.0), 1.0)
+
+    def positive(values: tuple[float, ...], most: float) -> tuple[float, ...]:
+        if max(values) > most:
+            errors.warn_once(
+                f"{material.name}: a colour of {max(values):g} is more than 32-bit numbers can follow from surface to "
+                f"surface; {most:g} is used. Correct it."
+            )
+        return tuple(min(max(value, 0.0), most) for value in values)
+
+    def normal_map(use: TextureUse | None) -> int:
+        return NO_TEXTURE if use is None else indices.get(use, NO_TEXTURE)
+
+    def scalar(value: Input) -> tuple[float, int, int]:
+        factor = constant(value)[0]
+        return (unit(factor) if texture(value) == NO_TEXTURE else max(factor, 0.0)), texture(value), value.channel
+
+    return (
+        positive(constant(material.base_color), BRIGHTEST),
+        texture(material.base_color),
+        *scalar(material.metallic),
+        *scalar(material.roughness),
+        unit(material.metal_edge),
+        tuple(map(unit, constant(material.specular))),
+        texture(material.specular),
+        *scalar(material.opacity),
+        unit(material.opacity_threshold),
+        unit(material.transmission),
+        material.ior,
+        int(material.thin),
+        positive(constant(material.emission), BRIGHTEST_GLOW),
+        texture(material.emission),
+        normal_map(material.normal),
+        material.normal_scale,
+        normal_map(material.detail),
+        material.detail_scale,
+        unit(material.coat_f0),
+        *scalar(material.clearcoat),
+        *scalar(material.clearcoat_roughness),
+    )

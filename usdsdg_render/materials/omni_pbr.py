@@ -1,0 +1,139 @@
+"""The OmniPBR family of Omniverse's MDL templates, without an MDL compiler.
+
+Mirrors https://docs.omniverse.nvidia.com/materials-and-rendering/latest/templates/OmniPBR.html
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from pxr import UsdShade
+
+from usdsdg_render.images.textures import TextureUse
+from usdsdg_render.materials.mdl_inputs import (
+    BLACK,
+    WHITE,
+    blended,
+    normal_map,
+    texture,
+    textured,
+    transform,
+    warn_where,
+)
+from usdsdg_render.materials.preview_surface import reflectance
+from usdsdg_render.materials.shading import Input, Material, Network
+from usdsdg_render.scene.scene import UvTransform
+
+COAT_IOR = 1.56
+
+
+def read_omni_pbr(network: Network, shader: UsdShade.Shader, *, opacity_enabled: bool = False) -> Material:
+    """OmniPBR, and OmniPBR_Opacity where opacity is enabled by default."""
+    uv = transform(network, shader)
+    if network.flag(shader, "project_uvw", False):
+        network.warn(
+            shader, "project_uvw is approximated by the mesh's texture coordinates. Author them, or switch it off."
+        )
+    orm = None
+    if network.flag(shader, "enable_ORM_texture", False):
+        orm = texture(network, shader, "ORM_texture", colour=False, transform=uv)
+    opacity = _opacity(network, shader, uv, enabled=opacity_enabled)
+    threshold = network.number(shader, "opacity_threshold", 0.0)
+    _warn_of_occlusion(network, shader)
+    return Material(
+        base_color=_albedo(network, shader, uv),
+        roughness=_blended(network, shader, "reflection_roughness", "reflectionroughness_texture", 0.5, orm, 1, uv),
+        metallic=_blended(network, shader, "metallic", "metallic_texture", 0.0, orm, 2, uv),
+        specular=Input((0.08 * max(network.number(shader, "specular_level", 0.5), 0.0),) * 3),
+        opacity=opacity,
+        opacity_threshold=max(threshold, 0.0) if opacity != Input((1.0,)) else 0.0,
+        emission=_emission(network, shader, uv),
+        normal=normal_map(network, shader, "normalmap_texture", uv),
+        normal_scale=network.number(shader, "bump_factor", 1.0),
+        detail=normal_map(network, shader, "detail_normalmap_texture", transform(network, shader, "detail_texture")),
+        detail_scale=network.number(shader, "detail_bump_factor", 0.3),
+    )
+
+
+def read_omni_pbr_clearcoat(network: Network, shader: UsdShade.Shader, *, opacity_enabled: bool = False) -> Material:
+    """OmniPBR under a coat of lacquer."""
+    weight = network.number(shader, "clearcoat_weight", 1.0)
+    if not network.flag(shader, "enable_clearcoat", True):
+        weight = 0.0
+    elif weight > 0.0:
+        warn_where(network, shader, {"clearcoat_tint": WHITE, "clearcoat_transparency": (1.0,)})
+    return replace(
+        read_omni_pbr(network, shader, opacity_enabled=opacity_enabled),
+        coat_f0=reflectance(network.number(shader, "clearcoat_ior", COAT_IOR)),
+        clearcoat=Input((weight,)),
+        clearcoat_roughness=Input((network.number(shader, "clearcoat_reflection_roughness", 0.0),)),
+    )
+
+
+def _albedo(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input:
+    """(base desaturated * brightness + add) * tint, where base is the texture, or the constant without one."""
+    constant = network.floats(shader, "diffuse_color_constant", (0.2, 0.2, 0.2))
+    tint = network.floats(shader, "diffuse_tint", WHITE)
+    brightness = network.number(shader, "albedo_brightness", 1.0)
+    add = network.number(shader, "albedo_add", 0.0)
+    desaturation = network.number(shader, "albedo_desaturation", 0.0)
+    grey = 0.2126 * constant[0] + 0.7152 * constant[1] + 0.0722 * constant[2]
+    plain = tuple(max(((c + desaturation * (grey - c)) * brightness + add) * t, 0.0) for c, t in zip(constant, tint))
+    use = texture(network, shader, "diffuse_texture", colour=True, transform=uv)
+    if use is None:
+        return Input(plain)
+    use = replace(use, desaturation=desaturation)
+    if not add:
+        return Input(tuple(brightness * t for t in tint), use, 0, plain)
+    return Input(tint, replace(use, scale=(brightness,) * 3 + (1.0,), bias=(add,) * 3 + (0.0,)), 0, plain)
+
+
+def _blended(
+    network: Network,
+    shader: UsdShade.Shader,
+    name: str,
+    texture_name: str,
+    default: float,
+    orm: TextureUse | None,
+    orm_channel: int,
+    uv: UvTransform,
+) -> Input:
+    """MDL's default influence is 0; a texture authored without one counts in full, since that is what its author
+    meant."""
+    constant = network.number(shader, f"{name}_constant", default)
+    influence = network.number(shader, f"{name}_texture_influence", 1.0)
+    if orm is not None:
+        return blended(constant, orm, orm_channel, influence)
+    return blended(constant, texture(network, shader, texture_name, colour=False, transform=uv), 0, influence)
+
+
+def _opacity(network: Network, shader: UsdShade.Shader, uv: UvTransform, *, enabled: bool) -> Input:
+    if not network.flag(shader, "enable_opacity", enabled):
+        return Input((1.0,))
+    constant = network.number(shader, "opacity_constant", 1.0)
+    use = None
+    if network.flag(shader, "enable_opacity_texture", True):
+        use = texture(network, shader, "opacity_texture", colour=False, transform=uv)
+    from_alpha = network.number(shader, "opacity_mode", 1.0) == 0.0
+    return Input((constant,), use, 3 if from_alpha else 0, (constant,))
+
+
+def _emission(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input:
+    """emissive_color * emissive_intensity [nits], tinted by its texture or where its mask lets it through."""
+    if not network.flag(shader, "enable_emission", False):
+        return Input(BLACK)
+    colour = network.floats(shader, "emissive_color", (1.0, 0.1, 0.1))
+    intensity = max(network.number(shader, "emissive_intensity", 40.0), 0.0)
+    value = tuple(intensity * c for c in colour)
+    use = texture(network, shader, "emissive_color_texture", colour=True, transform=uv)
+    mask = texture(network, shader, "emissive_mask_texture", colour=False, transform=uv)
+    if use is not None and mask is not None:
+        network.warn(
+            shader, "emissive_mask_texture is ignored beside emissive_color_texture. Multiply one into the other."
+        )
+    return textured(value, use or mask, factor=value)
+
+
+def _warn_of_occlusion(network: Network, shader: UsdShade.Shader) -> None:
+    if network.number(shader, "ao_to_diffuse", 0.0) > 0.0:
+        network.warn(shader, "ao_to_diffuse is ignored: rays find what hides the light. Bake it into the albedo map.")

@@ -1,0 +1,121 @@
+"""OmniSurface and OmniGlass of Omniverse's MDL templates, as far as the renderer's layers go.
+
+Mirrors https://docs.omniverse.nvidia.com/materials-and-rendering/latest/templates/OmniSurface.html and OmniGlass.html.
+Light that scatters below the surface is a diffuse colour here; glass is tinted where light enters it, not on the way.
+"""
+
+from __future__ import annotations
+
+from pxr import UsdShade
+
+from usdsdg_render.materials.mdl_inputs import (
+    BLACK,
+    WHITE,
+    blended,
+    normal_map,
+    texture,
+    textured,
+    transform,
+    warn_where,
+)
+from usdsdg_render.materials.preview_surface import reflectance
+from usdsdg_render.materials.shading import Input, Material, Network
+from usdsdg_render.scene.scene import UvTransform
+
+
+def read_omni_glass(network: Network, shader: UsdShade.Shader) -> Material:
+    """OmniGlass, and OmniGlass_Opacity."""
+    uv = transform(network, shader)
+    ior = network.number(shader, "glass_ior", 1.491)
+    roughness = texture(network, shader, "roughness_texture", colour=False, transform=uv)
+    influence = network.number(shader, "roughness_texture_influence", 1.0)
+    opacity = threshold = None
+    if network.flag(shader, "enable_opacity", False):
+        opacity = network.number(shader, "cutout_opacity", 1.0)
+        threshold = network.number(shader, "opacity_threshold", 0.0)
+    warn_where(network, shader, {"reflection_color": WHITE})
+    return Material(
+        base_color=textured(
+            network.floats(shader, "glass_color", WHITE),
+            texture(network, shader, "glass_color_texture", colour=True, transform=uv),
+        ),
+        roughness=blended(network.number(shader, "frosting_roughness", 0.0), roughness, 0, influence),
+        specular=Input((reflectance(ior),) * 3),
+        opacity=Input((1.0 if opacity is None else opacity,)),
+        opacity_threshold=max(threshold or 0.0, 0.0),
+        transmission=1.0,
+        ior=ior,
+        thin=int(network.flag(shader, "thin_walled", False)),
+        normal=normal_map(network, shader, "normal_map_texture", uv),
+        normal_scale=network.number(shader, "normal_map_strength", 1.0),
+    )
+
+
+def read_omni_surface(network: Network, shader: UsdShade.Shader) -> Material:
+    """OmniSurface and OmniSurfaceLite, with the image of each input where it has one."""
+    uv = UvTransform.of(
+        (network.number(shader, "uvw_s_scale", 1.0), network.number(shader, "uvw_t_scale", 1.0)),
+        0.0,
+        (network.number(shader, "uvw_s_offset", 0.0), network.number(shader, "uvw_t_offset", 0.0)),
+    )
+
+    def scalar(name: str, default: float) -> Input:
+        constant = network.number(shader, name, default)
+        return textured((constant,), texture(network, shader, f"{name}_image", colour=False, transform=uv))
+
+    ior = network.number(shader, "specular_reflection_ior", 1.5)
+    transmission = 0.0
+    if network.flag(shader, "enable_specular_transmission", False):
+        transmission = min(max(network.number(shader, "specular_transmission_weight", 0.0), 0.0), 1.0)
+    has_opacity = network.flag(
+        shader, "enable_opacity", network.source(shader, "geometry_opacity").attribute is not None
+    )
+    return Material(
+        base_color=_base(network, shader, uv, transmission),
+        metallic=scalar("metalness", 0.0),
+        roughness=scalar("specular_reflection_roughness", 0.2),
+        specular=_specular(network, shader, uv, reflectance(ior)),
+        opacity=scalar("geometry_opacity", 1.0) if has_opacity else Input((1.0,)),
+        opacity_threshold=max(network.number(shader, "geometry_opacity_threshold", 0.0), 0.0) if has_opacity else 0.0,
+        transmission=transmission,
+        ior=ior,
+        thin=int(network.flag(shader, "thin_walled", False)),
+        emission=_emission(network, shader, uv),
+        normal=normal_map(network, shader, "geometry_normal_image", uv),
+        normal_scale=network.number(shader, "geometry_normal_strength", 1.0),
+        metal_edge=1.0,
+        coat_f0=reflectance(network.number(shader, "coat_ior", 1.5)),
+        clearcoat=scalar("coat_weight", 0.0),
+        clearcoat_roughness=scalar("coat_roughness", 0.0),
+    )
+
+
+def _base(network: Network, shader: UsdShade.Shader, uv: UvTransform, transmission: float) -> Input:
+    """The diffuse colour, mixed with that of what scatters below, and with the tint of what goes through."""
+    weight = network.number(shader, "diffuse_reflection_weight", 0.8)
+    colour = tuple(weight * c for c in network.floats(shader, "diffuse_reflection_color", WHITE))
+    use = texture(network, shader, "diffuse_reflection_color_image", colour=True, transform=uv)
+    below = 0.0
+    if network.flag(shader, "enable_diffuse_transmission", False):
+        below = min(max(network.number(shader, "subsurface_weight", 0.0), 0.0), 1.0)
+    scattered = network.floats(shader, "subsurface_scattering_color", WHITE)
+    tint = network.floats(shader, "specular_transmission_color", WHITE)
+    colour = tuple(c + below * (s - c) for c, s in zip(colour, scattered))
+    colour = tuple(c + transmission * (t - c) for c, t in zip(colour, tint))
+    return textured(colour, use, factor=(weight,) * 3)
+
+
+def _specular(network: Network, shader: UsdShade.Shader, uv: UvTransform, f0: float) -> Input:
+    weight = f0 * network.number(shader, "specular_reflection_weight", 1.0)
+    colour = network.floats(shader, "specular_reflection_color", WHITE)
+    use = texture(network, shader, "specular_reflection_color_image", colour=True, transform=uv)
+    return textured(tuple(weight * c for c in colour), use, factor=(weight,) * 3)
+
+
+def _emission(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input:
+    weight = network.number(shader, "emission_weight", 0.0) * network.number(shader, "emission_intensity", 1.0)
+    if weight <= 0.0:
+        return Input(BLACK)
+    use = texture(network, shader, "emission_color_image", colour=True, transform=uv)
+    colour = network.floats(shader, "emission_color", WHITE)
+    return textured(tuple(weight * c for c in colour), use, factor=(weight,) * 3)

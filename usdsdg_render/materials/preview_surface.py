@@ -1,0 +1,243 @@
+"""UsdPreviewSurface networks (https://openusd.org/release/spec_usdpreviewsurface.html) to `Material`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from pxr import UsdShade
+
+from usdsdg_render.images import image_files
+from usdsdg_render.images.image_files import UDIM
+from usdsdg_render.images.textures import ONES, ZEROS, TextureUse
+from usdsdg_render.materials.shading import FromGprim, Input, Material, Network, Source, shader_id
+from usdsdg_render.scene.scene import WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
+from usdsdg_render.usd.time_code import value_now
+
+# PNG and JPEG carry no wrap mode, so `useMetadata`, the fallback, means repeat here, as in Omniverse.
+WRAPS = {"repeat": WRAP_REPEAT, "clamp": WRAP_CLAMP, "mirror": WRAP_MIRROR, "black": WRAP_BLACK}
+CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
+COLOUR_SPACES = {
+    **dict.fromkeys(("auto", "unknown"), "auto"),
+    **dict.fromkeys(("sRGB", "srgb_texture", "srgb_rec709_scene"), "sRGB"),
+    **dict.fromkeys(("raw", "data", "identity", "linear", "lin_rec709", "lin_rec709_scene", "lin_srgb"), "raw"),
+}
+BLACK = (0.0, 0.0, 0.0)
+UP = (0.0, 0.0, 1.0)
+CLEAR_PANE = 2
+FIELDS = {
+    "diffuseColor": "base_color",
+    "specularColor": "specular",
+    "emissiveColor": "emission",
+    "clearcoatRoughness": "clearcoat_roughness",
+}
+
+
+def read_preview_surface(network: Network, surface: UsdShade.Shader) -> Material:
+    """Occlusion is not read, since rays find it; displacement and a constant normal are named and ignored."""
+    base = _input(network, surface, "diffuseColor", (0.18, 0.18, 0.18))
+    specular_workflow = bool(network.number(surface, "useSpecularWorkflow", 0.0))
+    ior = network.number(surface, "ior", 1.5)
+    if specular_workflow:
+        metallic, specular = Input((0.0,)), _input(network, surface, "specularColor", BLACK)
+    else:
+        metallic = _input(network, surface, "metallic", (0.0,))
+        specular = Input((reflectance(ior),) * 3)
+    _warn_of_ignored(network, surface)
+    material = Material(
+        name=str(network.material.GetPath()),
+        base_color=base,
+        metallic=metallic,
+        roughness=_input(network, surface, "roughness", (0.5,)),
+        specular=specular,
+        ior=max(ior, 0.0),
+        opacity=_input(network, surface, "opacity", (1.0,)),
+        opacity_threshold=max(network.number(surface, "opacityThreshold", 0.0), 0.0),
+        emission=_input(network, surface, "emissiveColor", BLACK),
+        normal=_normal(network, surface),
+        coat_f0=reflectance(ior),
+        clearcoat=_input(network, surface, "clearcoat", (0.0,)),
+        clearcoat_roughness=_input(network, surface, "clearcoatRoughness", (0.01,)),
+        uv_primvar=network.uv_primvar or "",
+        colour_from_gprim=network.colour_from_gprim,
+        from_gprim=tuple(network.from_gprim),
+    )
+    if str(network.value(surface, "opacityMode") or "transparent") == "presence":
+        return material
+    return see_through(material)
+
+
+def see_through(material: Material) -> Material:
+    """A constant opacity as that of a clear pane, which mirrors however little of it there is.
+
+    One of zero leaves nothing, as an invisible prim, and one with a texture or a threshold is where there is a surface.
+    """
+    opacity = material.opacity.value[0]
+    if material.opacity.texture is not None or material.opacity_threshold > 0.0 or not 0.0 < opacity < 1.0:
+        return material
+    return replace(material, opacity=Input((1.0,)), transmission=1.0 - opacity, thin=CLEAR_PANE)
+
+
+def _warn_of_ignored(network: Network, surface: UsdShade.Shader) -> None:
+    displacement = network.source(surface, "displacement")
+    if displacement.shader is not None or network.number(surface, "displacement", 0.0) != 0.0:
+        network.warn(surface, "displacement is not supported and is ignored. Bake it into the mesh.")
+    if network.source(surface, "normal").shader is None and network.floats(surface, "normal", UP) != UP:
+        network.warn(surface, "a constant normal is ignored. Author the normals of the mesh or connect a texture.")
+
+
+def reflectance(ior: float) -> float:
+    """Fresnel reflectance at normal incidence between air and `ior`."""
+    ior = max(ior, 0.0)
+    return ((1.0 - ior) / (1.0 + ior)) ** 2
+
+
+def _input(network: Network, surface: UsdShade.Shader, name: str, default: tuple[float, ...]) -> Input:
+    source = network.source(surface, name)
+    if source.attribute is not None:
+        return Input(network.as_floats(surface, name, value_now(source.attribute), default))
+    if source.shader is None:
+        return Input(default)
+    kind = shader_id(source.shader)
+    if kind == "UsdUVTexture":
+        return _textured(network, source, default)
+    if kind.startswith("UsdPrimvarReader_float"):
+        return _from_primvar(network, source.shader, name, default)
+    network.warn(
+        source.shader,
+        f"shader '{kind}' feeds {name} of {surface.GetPath()} but is not supported; {default} is used. Connect a "
+        f"UsdUVTexture or author a constant.",
+    )
+    return Input(default)
+
+
+def _from_primvar(network: Network, reader: UsdShade.Shader, name: str, default: tuple[float, ...]) -> Input:
+    variable = str(network.value(reader, "varname") or "").removeprefix("primvars:")
+    fallback = network.floats(reader, "fallback", default)
+    if name == "diffuseColor" and variable == "displayColor":
+        network.colour_from_gprim = True
+    else:
+        network.from_gprim.append(FromGprim(FIELDS.get(name, name), variable, fallback))
+    return Input(fallback)
+
+
+def _textured(network: Network, source: Source, default: tuple[float, ...]) -> Input:
+    texture = source.shader
+    assert texture is not None
+    colour = len(default) > 1
+    missing = network.floats(texture, "fallback", (*default, 1.0)[:4] if colour else default * 4)
+    channel = CHANNELS.get(source.output, 0)
+    spread = channel if colour and source.output in CHANNELS else -1
+    use = texture_use(network, texture, colour=colour or source.output == "a")
+    scale, bias = network.floats(texture, "scale", ONES), network.floats(texture, "bias", ZEROS)
+    if spread >= 0:
+        scale, bias, missing = ((values[channel],) * 4 for values in (scale, bias, (*missing, 1.0)[:4]))
+    missing = missing[: len(default)] if colour else (missing[channel],)
+    if use is None:
+        return Input(missing)
+    if any(bias) or UDIM in use.file:  # a product cannot express it
+        beyond = (*missing, 1.0) if colour else missing * 4
+        use = replace(use, scale=scale, bias=bias, beyond=beyond)
+        scale = ONES
+    factor = scale[: len(default)] if colour else (scale[channel],)
+    return Input(factor, replace(use, spread=spread), channel, missing)
+
+
+def texture_use(network: Network, texture: UsdShade.Shader, *, colour: bool) -> TextureUse | None:
+    """File, colour space, wrap modes and coordinates of a UsdUVTexture; None (with a warning) without a file."""
+    file = texture_file(network, texture, "file")
+    transform = _coordinates(network, texture)
+    if not file:
+        attribute = network.source(texture, "file").attribute
+        if attribute is None or image_files.asset_file(attribute) == ("", ""):
+            network.warn(texture, "it names no file; the fallback is used. Author inputs:file.")
+        return None
+    return TextureUse(
+        file=file,
+        colour_space=_colour_space(network, texture),
+        colour=colour,
+        transform=transform,
+        wrap_s=_wrap(network, texture, "wrapS"),
+        wrap_t=_wrap(network, texture, "wrapT"),
+        shader=str(texture.GetPath()),
+    )
+
+
+def texture_file(network: Network, shader: UsdShade.Shader, name: str) -> str:
+    """Resolved file of an asset-valued input, "" (with a warning when one was named) if there is none."""
+    attribute = network.source(shader, name).attribute
+    if attribute is None:
+        return ""
+    authored, file = image_files.asset_file(attribute)
+    if authored and not file:
+        network.warn(
+            shader, f"inputs:{name} names {authored}, which does not exist; the fallback is used. Correct the path."
+        )
+    return file
+
+
+def _colour_space(network: Network, texture: UsdShade.Shader) -> str:
+    authored = network.value(texture, "sourceColorSpace")
+    if authored is None:  # metadata of the file attribute, as some exporters write
+        attribute = network.source(texture, "file").attribute
+        authored = attribute.GetColorSpace() if attribute is not None else None
+    name = str(authored or "auto")
+    if name not in COLOUR_SPACES:
+        network.warn(
+            texture,
+            f"colour space {name!r} is not supported; the file counts as sRGB where it is a colour of 8 bits, else as "
+            f"linear. Convert it and say sRGB or raw.",
+        )
+    return COLOUR_SPACES.get(name, "auto")
+
+
+def _wrap(network: Network, texture: UsdShade.Shader, name: str) -> int:
+    value = str(network.value(texture, name) or "useMetadata")
+    if value not in WRAPS and value != "useMetadata":
+        network.warn(texture, f"inputs:{name} {value!r} is none of {', '.join(WRAPS)}; repeat is used. Correct it.")
+    return WRAPS.get(value, WRAP_REPEAT)
+
+
+def _coordinates(network: Network, texture: UsdShade.Shader) -> UvTransform:
+    """The texture's own transform; the primvar is noted, since all of a material share one."""
+    transform = UvTransform()
+    reader = network.source(texture, "st").shader
+    if reader is not None and shader_id(reader) == "UsdTransform2d":
+        transform = UvTransform.of(
+            network.floats(reader, "scale", (1.0, 1.0)),
+            math.radians(network.number(reader, "rotation", 0.0)),
+            network.floats(reader, "translation", (0.0, 0.0)),
+        )
+        reader = network.source(reader, "in").shader
+    primvar = "st"
+    if reader is not None and shader_id(reader) == "UsdPrimvarReader_float2":
+        primvar = str(network.value(reader, "varname") or "st")
+    elif reader is not None:
+        network.warn(
+            reader, f"shader '{shader_id(reader)}' as texture coordinates is not supported; primvars:st is used."
+        )
+    network.use_uv(texture, primvar.removeprefix("primvars:"))
+    return transform
+
+
+def _normal(network: Network, surface: UsdShade.Shader) -> TextureUse | None:
+    """Normal maps are never sRGB, whatever the colour space says; its scale and bias are usually 2, -1."""
+    source = network.source(surface, "normal")
+    if source.shader is None:
+        return None
+    if shader_id(source.shader) != "UsdUVTexture":
+        network.warn(
+            source.shader, f"shader '{shader_id(source.shader)}' as a normal map is not supported and is ignored."
+        )
+        return None
+    use = texture_use(network, source.shader, colour=False)
+    if use is None:
+        return None
+    scale = network.floats(source.shader, "scale", (2.0, 2.0, 2.0, 1.0))
+    bias = network.floats(source.shader, "bias", (-1.0, -1.0, -1.0, 0.0))
+    if scale[:3] == ONES[:3] and bias[:3] == ZEROS[:3]:  # left at the fallback: a normal map all the same
+        scale, bias = (2.0, 2.0, 2.0, 1.0), (-1.0, -1.0, -1.0, 0.0)
+    # The kernel reads value * 2 - 1, so what it looks up is (normal + 1) / 2.
+    halved = (*(s / 2.0 for s in scale[:3]), 1.0)
+    raised = (*((b + 1.0) / 2.0 for b in bias[:3]), 0.0)
+    return replace(use, colour_space="raw", scale=halved, bias=raised, beyond=(0.5, 0.5, 1.0, 1.0))

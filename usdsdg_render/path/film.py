@@ -1,0 +1,94 @@
+"""Film: running sums of radiance per pixel, and what becomes of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import warp as wp
+
+from usdsdg.errors import RenderError, warn_once
+from usdsdg_render.device.parallel import launch_rows
+from usdsdg_render.device.readback import fetch
+from usdsdg_render.kernels.path.film import FilmArrays
+from usdsdg_render.kernels.path.tone_map import develop_pixels
+from usdsdg_render.kernels.path.wavelet_denoiser import mix
+from usdsdg_render.path import oidn_denoiser, wavelet_denoiser
+from usdsdg_render.settings import PARTS, ToneSettings
+
+_DENOISERS = {"wavelet": wavelet_denoiser.denoise, "oidn": oidn_denoiser.denoise}
+
+
+class Film:
+    """Sums of samples of one picture; `WarpRenderer.accumulate` adds to it, once for each motion sub-frame."""
+
+    def __init__(self, width: int, height: int, device: str) -> None:
+        self.width, self.height, self.device = width, height, device
+        self.samples = 0  # asked for so far; a pixel may hold fewer (see `dropped`)
+        self.arrays = FilmArrays()
+        self.arrays.color = self._zeros(wp.vec4)
+        self.arrays.dropped = self._zeros(wp.int32)
+        self.has_features = False
+        self.has_parts = False
+
+    def _zeros(self, dtype) -> wp.array:
+        return wp.zeros((self.height, self.width), dtype=dtype, device=self.device)
+
+    def want_features(self) -> None:
+        """Make room for what the denoiser needs; samples added before have none, so ask before the first."""
+        if not self.has_features:
+            self.arrays.background = self._zeros(wp.vec4)
+            self.arrays.albedo = self._zeros(wp.vec3)
+            self.arrays.normal_depth = self._zeros(wp.vec4)
+            self.arrays.square = self._zeros(wp.float32)
+            self.has_features = True
+
+    def want_parts(self) -> None:
+        """Make room for the light by where it came from; samples added before have none, so ask before the first."""
+        if not self.has_parts:
+            shape = (len(PARTS), self.height, self.width)
+            self.arrays.parts = wp.zeros(shape, dtype=wp.vec3, device=self.device)
+            self.has_parts = True
+
+    def parts(self) -> dict[str, np.ndarray]:
+        """Mean radiance by where it came from, (height, width, 3) float32 [nits] each; see `PathSettings.parts`."""
+        samples = np.maximum(self.arrays.color.numpy()[..., 3:], 1.0)
+        return dict(zip(PARTS, self.arrays.parts.numpy() / samples, strict=True)) if self.has_parts else {}
+
+    @property
+    def dropped(self) -> int:
+        """Samples that were left out because they were not finite."""
+        return int(self.arrays.dropped.numpy().sum())
+
+    def radiance(self) -> np.ndarray:
+        """Mean radiance, (height, width, 3) float32 [nits]; black where there is no sample."""
+        color = self.arrays.color.numpy()
+        return color[..., :3] / np.maximum(color[..., 3:], 1.0)
+
+
+def develop(film: Film, tone: ToneSettings, *, threads: int | None = None) -> dict[str, np.ndarray]:
+    """See `WarpRenderer.develop`."""
+    radiance = film.arrays.color
+    if film.has_features and tone.denoise is not False:
+        radiance = _denoised(film, tone, threads)
+    shape = (film.height, film.width)
+    hdr = wp.empty(shape, dtype=wp.vec4h, device=film.device)
+    ldr = wp.empty(shape, dtype=wp.vec4ub, device=film.device)
+    inputs = [radiance, film.arrays.color, tone.exposure, int(tone.enabled)]
+    launch_rows(develop_pixels, shape, inputs, [hdr, ldr], device=film.device, threads=threads, band_rows=64)
+    if film.dropped:
+        warn_once(
+            f"{film.dropped} samples of a {film.width}x{film.height} picture were not finite and were left out",
+            key="dropped samples",
+        )
+    return {**fetch({"HdrColor": hdr, "LdrColor": ldr}), **film.parts()}
+
+
+def _denoised(film: Film, tone: ToneSettings, threads: int | None) -> wp.array:
+    if tone.denoiser not in _DENOISERS:
+        raise RenderError(f"denoiser is {tone.denoiser!r}; it may be {' or '.join(map(repr, _DENOISERS))}.")
+    clean = _DENOISERS[tone.denoiser](film.arrays, film.device, threads=threads)
+    if tone.noisy_share == 0.0:
+        return clean
+    mixed = wp.empty_like(clean)
+    inputs = [film.arrays.color, clean, tone.noisy_share]
+    launch_rows(mix, clean.shape, inputs, [mixed], device=film.device, threads=threads)
+    return mixed

@@ -1,0 +1,103 @@
+"""Path-traced samples of a scene, added to films: row by row on a CPU, in waves of paths on CUDA."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from usdsdg.errors import RenderError, warn_once
+from usdsdg_render.device import view_batches
+from usdsdg_render.device.camera import camera_records, views_of
+from usdsdg_render.device.device_scene import DeviceScene
+from usdsdg_render.device.parallel import launch_rows
+from usdsdg_render.kernels.path.cpu_path import add_samples
+from usdsdg_render.kernels.path.path_state import PathOptions
+from usdsdg_render.kernels.types import Camera
+from usdsdg_render.path.environment_weight import sky_shares
+from usdsdg_render.path.film import Film
+from usdsdg_render.path.wavefront import Waves
+from usdsdg_render.settings import PathSettings
+
+if TYPE_CHECKING:
+    from usdsdg.stage.cameras.camera_view import CameraView
+
+
+class PathTracer:
+    """Draws one scene on its device."""
+
+    def __init__(self, scene: DeviceScene) -> None:
+        self._scene = scene
+        self._waves = Waves(scene.device)
+
+    def accumulate(
+        self,
+        films: Sequence[Film],
+        views: Sequence[CameraView],
+        *,
+        samples: int,
+        settings: PathSettings,
+        threads: int | None,
+    ) -> None:
+        """Add `samples` per pixel to the film of each view; on CUDA views of one size are drawn together.
+
+        Raises:
+            RenderError: a film has not the size of its view.
+        """
+        for film, view in zip(films, views, strict=True):
+            _check_size(film, view)
+            if settings.denoise:
+                film.want_features()
+            if settings.parts:
+                film.want_parts()
+        if not self._scene.lit:
+            warn_once("the scene has no light, so pictures are black: add a UsdLux light, for example a DomeLight")
+        for places in view_batches.alike(views, films):
+            options = path_options(settings, films[places[0]])
+            if not self._scene.has_glass:
+                options.glass_bounces = 0
+            cameras = camera_records([views[k] for k in places], self._scene.device)
+            cameras["sky_share"] = sky_shares(self._scene, cameras, threads=threads)
+            some = [films[k] for k in places]
+            if self._scene.device == "cpu":
+                self._draw_rows(some, cameras, options, samples, threads)
+            else:
+                self._draw_waves(some, cameras, options, samples)
+        for film in films:
+            film.samples += samples
+
+    def _draw_waves(self, films: Sequence[Film], cameras: np.ndarray, options: PathOptions, samples: int) -> None:
+        pictures = views_of(cameras, self._scene.device)
+        self._waves.add_samples(self._scene.tables, options, pictures, [film.arrays for film in films], samples)
+
+    def _draw_rows(
+        self, films: Sequence[Film], cameras: np.ndarray, options: PathOptions, samples: int, threads: int | None
+    ) -> None:
+        options.samples = samples
+        for k, film in enumerate(films):
+            inputs = [self._scene.tables, options, Camera.from_ptr(cameras[k:].ctypes.data)]
+            launch_rows(add_samples, (film.height, film.width), inputs, [film.arrays], device="cpu", threads=threads)
+
+
+def path_options(settings: PathSettings, film: Film) -> PathOptions:
+    """Settings as kernels read them."""
+    options = PathOptions()
+    options.bounces = max(1, settings.bounces)
+    options.glass_bounces = max(0, settings.glass_bounces)
+    options.first_sample = settings.first_sample
+    options.seed = settings.seed & 0xFFFFFFFF
+    options.frame = settings.frame & 0xFFFFFFFF
+    options.clamp = settings.clamp
+    options.regularization = settings.regularization
+    options.features = int(film.has_features)
+    options.parts = int(film.has_parts)
+    return options
+
+
+def _check_size(film: Film, view: CameraView) -> None:
+    if (film.width, film.height) != (view.width, view.height):
+        raise RenderError(
+            f"the film is {film.width}x{film.height} but {view.prim_path} renders "
+            f"{view.width}x{view.height}: make a new film of that size"
+        )

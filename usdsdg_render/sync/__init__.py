@@ -1,0 +1,1 @@
+"""Keep the scene in step with the stage: full extraction, then only what changed."""

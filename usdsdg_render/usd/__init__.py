@@ -1,0 +1,1 @@
+"""Read prims, hierarchy and time codes of a stage."""
