@@ -9,6 +9,7 @@ from pxr import Usd
 
 from usdsdg.errors import PhysicsError, warn_once
 from usdsdg.stage.changes import ChangeTracker
+from usdsdg_physics.compile_kernels import Progress
 from usdsdg_physics.model.apply_edits import apply_edits
 from usdsdg_physics.model.edits import EditReader, Edits
 from usdsdg_physics.model.world import World
@@ -16,7 +17,6 @@ from usdsdg_physics.parse.approximation import HullCache
 from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.parse import Units, parse
 from usdsdg_physics.parse.records import Scene
-from usdsdg_physics.precompile import Progress
 from usdsdg_physics.queries.queries import Queries
 from usdsdg_physics.writeback.restore import Backup
 from usdsdg_physics.writeback.writeback import Writer

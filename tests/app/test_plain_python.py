@@ -32,7 +32,7 @@ def test_a_new_stage_forgets_graph_products_writers_and_engines(tmp_path):
     script = """
         from usdsdg import engines
         from usdsdg.graph.evaluate import graph
-        from usdsdg.create.render_product import products
+        from usdsdg.create.render_products import products
         from usdsdg.writers.base import attached_writers
         old = engines.renderer()
         with rep.trigger.on_frame():

@@ -10,7 +10,7 @@ from usdsdg import create, distribution, get, modify, randomizer, trigger, utils
 from usdsdg.errors import GraphError, UsdsdgWarning
 from usdsdg.graph import evaluate
 from usdsdg.graph.sampling import set_global_seed
-from usdsdg.randomizer.rotation import uniform_quaternions
+from usdsdg.randomizer.rotations import uniform_quaternions
 from usdsdg.session.stage_context import new_stage
 
 

@@ -13,7 +13,7 @@ from typing import Any
 from pxr import Usd
 
 from usdsdg.app.script_loop import ScriptLoop
-from usdsdg.create import render_product
+from usdsdg.create import render_products
 from usdsdg.graph import evaluate
 from usdsdg.session import engines, stage_context
 from usdsdg.session.timeline import get_timeline
@@ -146,7 +146,7 @@ class App:
             get_timeline().follow(stage.GetStartTimeCode() / rate, stage.GetEndTimeCode() / rate, rate)
         engines.reset()
         evaluate.reset()
-        render_product.reset()
+        render_products.reset()
 
 
 def _demo_assets() -> str:

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from pxr import Sdf, Usd
 
-from usdsdg.create import render_product
+from usdsdg.create import render_products
 from usdsdg.graph import evaluate
 from usdsdg.session.stage_context import current_stage
 
@@ -27,7 +27,7 @@ def new_layer(name: str | None = None) -> Iterator[Sdf.Layer]:
     else:
         layer.Clear()
         evaluate.reset()
-        render_product.reset()
+        render_products.reset()
     with Usd.EditContext(stage, layer):
         yield layer
 

@@ -8,7 +8,7 @@ from typing import Any
 from pxr import Sdf, Usd
 
 from usdsdg import distribution, trigger
-from usdsdg.create.render_product import HydraTexture, products
+from usdsdg.create.render_products import HydraTexture, products
 from usdsdg.errors import GraphError, warn_once
 from usdsdg.graph import evaluate
 from usdsdg.graph.actions import action_of

@@ -18,7 +18,7 @@ from usdsdg.annotators.payload import build_payload
 from usdsdg.capture.graph_outputs import distribution_outputs, trigger_outputs
 from usdsdg.capture.render_settings import RenderMode, glass_labels
 from usdsdg.capture.tiles import joined, view_of, views_of
-from usdsdg.create.render_product import HydraTexture, products
+from usdsdg.create.render_products import HydraTexture, products
 from usdsdg.errors import Unsupported, warn_once
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.session import engines

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from pxr import Usd
 
-from usdsdg.create.render_product import HydraTexture
+from usdsdg.create.render_products import HydraTexture
 from usdsdg.errors import Unsupported
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera

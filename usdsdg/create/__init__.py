@@ -14,7 +14,7 @@ from usdsdg.create.lights import light
 from usdsdg.create.materials import material_omnipbr, mdl_from_json
 from usdsdg.create.projections import mesh_decal, projection_material
 from usdsdg.create.references import from_dir, from_usd
-from usdsdg.create.render_product import render_product, render_product_tiled
+from usdsdg.create.render_products import render_product, render_product_tiled
 from usdsdg.create.shapes import cone, cube, cylinder, disk, plane, sphere, torus
 from usdsdg.create.tiled_sensors import tiled_sensor
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from usdsdg.create.cameras import camera
 from usdsdg.create.groups import xform
-from usdsdg.create.render_product import camera_below
+from usdsdg.create.render_products import camera_below
 from usdsdg.errors import GraphError, warn_once
 from usdsdg.graph.node import ReplicatorItem, prim_paths
 from usdsdg.session.stage_context import current_stage

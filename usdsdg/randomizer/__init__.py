@@ -4,9 +4,9 @@ from collections.abc import Callable
 from typing import Any
 
 from usdsdg.arguments.user_functions import enter
+from usdsdg.randomizer.appearance import color, materials, texture
 from usdsdg.randomizer.instances import instantiate
-from usdsdg.randomizer.materials import color, materials, texture
-from usdsdg.randomizer.rotation import rotation
+from usdsdg.randomizer.rotations import rotation
 from usdsdg.randomizer.scatter import scatter_2d, scatter_3d
 
 __all__ = ["color", "instantiate", "materials", "register", "rotation", "scatter_2d", "scatter_3d", "texture"]

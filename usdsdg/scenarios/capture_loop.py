@@ -13,7 +13,7 @@ from pxr import Usd
 
 import usdsdg as rep
 from usdsdg.app.app import get_app
-from usdsdg.create.render_product import HydraTexture
+from usdsdg.create.render_products import HydraTexture
 from usdsdg.scenarios import cameras as camera_steps
 from usdsdg.scenarios import randomizers
 from usdsdg.scenarios.cameras import Cameras

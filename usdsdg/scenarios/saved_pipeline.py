@@ -9,7 +9,7 @@ from typing import Any
 from usdsdg import orchestrator
 from usdsdg.app import saved_graph
 from usdsdg.arguments.registry import near_misses
-from usdsdg.create.render_product import render_product, render_product_tiled
+from usdsdg.create.render_products import render_product, render_product_tiled
 from usdsdg.errors import ConfigError, GraphError
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.scenarios.output_folder import placed
