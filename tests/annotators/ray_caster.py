@@ -8,7 +8,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom
 
 from tests.stage.geometry.counted_masks import outlines_of
-from usdsdg.annotators import EntityReader, Frame
+from usdsdg.annotators import Frame, LabeledPrimReader
 from usdsdg.stage.cameras import render_products
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 from usdsdg.stage.geometry.pixel_masks import STRIP, WORD, Outlines
@@ -182,21 +182,21 @@ def make_frame(
     *,
     camera: str = CAMERA,
     filters: Iterable[str | None] = (),
-    reader: EntityReader | None = None,
+    reader: LabeledPrimReader | None = None,
     product: str = PRODUCT,
     index: int = 0,
 ) -> Frame:
     """A frame of the stage as it is, with every AOV."""
     view = read_camera(stage, camera, resolution)
     caster = RayCaster(stage)
-    entities = (reader or EntityReader(stage)).read(caster.gprims, filters)
+    labeled_prims = (reader or LabeledPrimReader(stage)).read(caster.gprims, filters)
     return Frame(
         index=index,
         camera=view,
         render_product=product,
         aovs=caster.labels(view),
         gprims=caster.gprims,
-        entities=entities,
-        outlines=caster.outlines(view, entities.groups),
+        labeled_prims=labeled_prims,
+        amodal_masks=caster.outlines(view, labeled_prims.groups),
         reference_time=(index, 60),
     )

@@ -172,10 +172,10 @@ def test_requirements_are_the_union():
     ]
     needs = annotators.requirements(wanted)
     assert needs.aovs == {"distance_to_camera", "instance"}
-    assert needs.coverage
-    assert needs.picture
+    assert needs.amodal_masks
+    assert needs.path_tracing
     assert set(needs.filters) == {None, "class:*;part:*"}
-    assert not annotators.requirements([annotators.get("normals")]).coverage
+    assert not annotators.requirements([annotators.get("normals")]).amodal_masks
     assert annotators.requirements([]).aovs == frozenset()
 
 

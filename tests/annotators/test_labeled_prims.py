@@ -6,7 +6,7 @@ from pxr import Gf, Usd, UsdGeom, UsdSkel
 
 from tests.annotators.ray_caster import RayCaster, add_cube, add_sphere, new_stage, place
 from tests.stage.geometry.characters import LENGTH, add_character
-from usdsdg.annotators import EntityReader, bounds
+from usdsdg.annotators import LabeledPrimReader, bounds
 from usdsdg.annotators import labeled_prims as entities
 from usdsdg.stage.semantics.labels import add_labels, remove_labels
 
@@ -17,7 +17,7 @@ def stage():
 
 
 def read(stage, filters=()):
-    return EntityReader(stage).read(RayCaster(stage).gprims, filters)
+    return LabeledPrimReader(stage).read(RayCaster(stage).gprims, filters)
 
 
 def xform(stage, path, **pose):
@@ -41,7 +41,7 @@ def test_gprims_below_a_labelled_prim_are_one_entity_in_its_frame(stage):
     np.testing.assert_allclose([1, 0, 0, 1] @ entities.local_to_world[0], [5, 1, 0, 1], atol=1e-12)
     names = [RayCaster(stage).gprims[g] for g in entities.groups[0]]
     assert names == ["/World/Car/Body", "/World/Car/Wheel"]
-    assert entities.entity_of_gprim.tolist() == [0, 0, -1]
+    assert entities.row_of_gprim.tolist() == [0, 0, -1]
 
 
 def test_labels_are_inherited_joined_and_printed_in_lower_case(stage):
@@ -63,7 +63,7 @@ def car_with_wheel(stage):
 def test_without_a_filter_the_nearest_labelled_prim_owns_a_gprim(car_with_wheel):
     entities = read(car_with_wheel)
     assert entities.prim_paths == ("/World/Car", "/World/Car/Wheel")
-    assert entities.entity_of_gprim.tolist() == [0, 1]
+    assert entities.row_of_gprim.tolist() == [0, 1]
 
 
 def test_a_filter_gives_a_part_to_the_nearest_prim_that_passes(car_with_wheel):
@@ -146,7 +146,7 @@ def assert_equal(one, other):
     assert (one.prim_paths, one.groups, one.labels) == (other.prim_paths, other.groups, other.labels)
     np.testing.assert_allclose(one.bounds, other.bounds)
     np.testing.assert_allclose(one.local_to_world, other.local_to_world)
-    np.testing.assert_array_equal(one.entity_of_gprim, other.entity_of_gprim)
+    np.testing.assert_array_equal(one.row_of_gprim, other.row_of_gprim)
     for predicate, selection in other.selections.items():
         np.testing.assert_array_equal(one.select(predicate).rows, selection.rows)
         assert one.select(predicate).labels == selection.labels
@@ -159,7 +159,7 @@ def test_a_reader_follows_edits(edits):
     add_labels(xform(stage, "/World/Car"), {"class": ["car"]})
     add_cube(stage, "/World/Car/Body")
     add_labels(add_sphere(stage, "/World/Car/Wheel", translate=(3, 0, 0)), {"part": ["wheel"]})
-    reader = EntityReader(stage)
+    reader = LabeledPrimReader(stage)
     reader.read(RayCaster(stage).gprims, ["class:*"])
     for edit in edits:
         try:
@@ -167,17 +167,17 @@ def test_a_reader_follows_edits(edits):
         except (RuntimeError, TypeError, AttributeError, ValueError):
             continue  # the part was removed before; Tf raises, and there is nothing to follow
         gprims = RayCaster(stage).gprims
-        assert_equal(reader.read(gprims, ["class:*"]), EntityReader(stage).read(gprims, ["class:*"]))
+        assert_equal(reader.read(gprims, ["class:*"]), LabeledPrimReader(stage).read(gprims, ["class:*"]))
 
 
 def test_only_what_moved_is_bounded_again(stage, monkeypatch):
     add_cube(stage, "/World/A", "a")
     add_cube(stage, "/World/B", "b")
-    reader = EntityReader(stage)
+    reader = LabeledPrimReader(stage)
     gprims = RayCaster(stage).gprims
     reader.read(gprims)
     monkeypatch.setattr("usdsdg.annotators.labeled_prims.read_hull", lambda *_: pytest.fail("geometry was read again"))
-    monkeypatch.setattr(EntityReader, "_gprim_bound", lambda *_: pytest.fail("bounds were computed again"))
+    monkeypatch.setattr(LabeledPrimReader, "_gprim_bound", lambda *_: pytest.fail("bounds were computed again"))
     place(stage.GetPrimAtPath("/World/A"), translate=(1, 0, 0))
     reader.read(gprims)
 
@@ -194,7 +194,7 @@ def test_a_mesh_shared_by_instances_gets_an_entity_each(stage):
         prim.GetReferences().AddInternalReference(source.GetPath())
         prim.SetInstanceable(True)
         add_labels(prim, {"class": ["mug"]})
-    entities = EntityReader(stage).read(("/World/A/Mesh", "/World/B/Mesh"))
+    entities = LabeledPrimReader(stage).read(("/World/A/Mesh", "/World/B/Mesh"))
     assert entities.prim_paths == ("/World/A", "/World/B")
     np.testing.assert_allclose(entities.bounds[1], [[0, 0, 0], [1, 1, 0]])
 
@@ -207,7 +207,7 @@ def test_a_mesh_edited_in_the_source_of_instances_is_bounded_again(stage):
         prim.GetReferences().AddInternalReference(source.GetPath())
         prim.SetInstanceable(True)
         add_labels(prim, {"class": ["mug"]})
-    reader = EntityReader(stage)
+    reader = LabeledPrimReader(stage)
     gprims = ("/World/A/Cube", "/World/B/Cube")
     reader.read(gprims)
     cube.CreateSizeAttr(6.0)
@@ -239,7 +239,7 @@ TREES = tuple(f"/World/Forest/Points/Tree/{part}[{point}]" for point in (7, 9) f
 
 def test_a_label_in_a_prototype_gives_an_entity_per_point(forest):
     add_labels(forest.GetPrimAtPath("/World/Forest/Points/Tree"), {"class": ["tree"]})
-    entities = EntityReader(forest).read(TREES)
+    entities = LabeledPrimReader(forest).read(TREES)
     assert entities.prim_paths == ("/World/Forest/Points/Tree[7]", "/World/Forest/Points/Tree[9]")
     assert entities.groups == ((0, 1), (2, 3))
     np.testing.assert_allclose(entities.bounds, [[[-0.5, -0.5, -0.5], [0.5, 0.5, 3.5]]] * 2)
@@ -250,7 +250,7 @@ def test_a_label_in_a_prototype_gives_an_entity_per_point(forest):
 
 def test_a_label_above_an_instancer_gives_one_entity_around_all_points(forest):
     add_labels(forest.GetPrimAtPath("/World/Forest"), {"class": ["forest"]})
-    reader = EntityReader(forest)
+    reader = LabeledPrimReader(forest)
     entities = reader.read(TREES)
     assert entities.prim_paths == ("/World/Forest",)
     # half-precision orientations
@@ -268,7 +268,7 @@ def test_two_instancers_share_a_prototype(forest):
     second.CreateProtoIndicesAttr([0])
     second.CreateIdsAttr([7])
     second.CreatePositionsAttr([Gf.Vec3f(0, 0, 100)])
-    entities = EntityReader(forest).read((*TREES, *TREES[:2]))
+    entities = LabeledPrimReader(forest).read((*TREES, *TREES[:2]))
     assert [g for g in entities.groups] == [(1,), (3,), (5,)]
     np.testing.assert_allclose(entities.local_to_world[2][3], [0, 0, 106, 1], atol=1e-3)
 
@@ -280,7 +280,7 @@ def test_a_prototype_elsewhere_belongs_to_the_instancer_that_draws_it(stage):
     instancer.CreatePrototypesRel().SetTargets(["/Prototypes/Tree"])
     instancer.CreateProtoIndicesAttr([0])
     instancer.CreatePositionsAttr([Gf.Vec3f(5, 0, 0)])
-    entities = EntityReader(stage).read(("/Prototypes/Tree/Trunk[0]",))
+    entities = LabeledPrimReader(stage).read(("/Prototypes/Tree/Trunk[0]",))
     assert entities.prim_paths == ("/World/Forest",)
     np.testing.assert_allclose(entities.bounds[0], [[4.5, -0.5, -0.5], [5.5, 0.5, 0.5]])
 
@@ -296,7 +296,7 @@ def test_instancers_inside_prototypes(stage):
         instancer.CreateProtoIndicesAttr([0, 0])
         instancer.CreatePositionsAttr([Gf.Vec3f(0, 0, 0), Gf.Vec3f(*step)])
     entries = tuple(f"/World/Beds/Bed/Flowers/Flower[{i}][{o}]" for o in (0, 1) for i in (0, 1))
-    entities = EntityReader(stage).read(entries)
+    entities = LabeledPrimReader(stage).read(entries)
     assert entities.prim_paths == entries
     np.testing.assert_allclose(
         entities.local_to_world[:, 3, :3], [[0, 0, 0], [0, 1, 0], [10, 0, 0], [10, 1, 0]], atol=1e-6
@@ -304,10 +304,10 @@ def test_instancers_inside_prototypes(stage):
 
 
 def test_readers_with_different_filters_take_turns(car_with_wheel, monkeypatch):
-    reader, gprims = EntityReader(car_with_wheel), RayCaster(car_with_wheel).gprims
+    reader, gprims = LabeledPrimReader(car_with_wheel), RayCaster(car_with_wheel).gprims
     for filters in ([], ["class:*"], ["part:*"]):
         reader.read(gprims, filters)
-    monkeypatch.setattr(EntityReader, "_gprim_bound", lambda *_: pytest.fail("bounds were computed again"))
+    monkeypatch.setattr(LabeledPrimReader, "_gprim_bound", lambda *_: pytest.fail("bounds were computed again"))
     entities = reader.read(gprims, ["class:*"])
     assert entities.select("class:*").labels == ({"class": "car"},)
     assert entities.select("part:*").labels == ({"part": "wheel"},)
@@ -317,7 +317,7 @@ def test_readers_with_different_filters_take_turns(car_with_wheel, monkeypatch):
 def test_boxes_of_characters_follow_time_and_edits(stage):
     mesh = add_character(stage, "/World/Man")
     add_labels(stage.GetPrimAtPath("/World/Man"), {"class": ["man"]})
-    reader = EntityReader(stage)
+    reader = LabeledPrimReader(stage)
 
     def highest(code):
         return reader.read((str(mesh.GetPath()),), time=Usd.TimeCode(code)).bounds[0, 1, 2]
@@ -338,7 +338,7 @@ def test_a_new_time_reads_the_geometry_of_what_varies_alone(stage, monkeypatch):
     size = UsdGeom.Cube(stage.GetPrimAtPath("/World/Growing")).GetSizeAttr()
     size.Set(1.0, 0)
     size.Set(3.0, 10)
-    reader = EntityReader(stage)
+    reader = LabeledPrimReader(stage)
     gprims = RayCaster(stage).gprims
     reader.read(gprims, time=Usd.TimeCode(0))
     seen = []

@@ -163,10 +163,10 @@ def _annotator(name: Name) -> str:
     label = name.path.split("'")[1]
     if missing := _found(lambda: usdsdg.annotators.get(label)):
         return missing
-    kind = usdsdg.annotators.get(label)._kind
-    if _refuses(kind.compute):
+    spec = usdsdg.annotators.get(label)._spec
+    if _refuses(spec.compute):
         return REFUSES
-    takes = kind.params
+    takes = spec.params
     wrong = []
     for parameter in name.signature.parameters.values() if name.signature else ():
         if parameter.name not in takes:

@@ -45,10 +45,10 @@ def tree(value):
 @pytest.mark.parametrize("name", REPEATING)
 def test_it_needs_no_more_than_it_declares(name, frame):
     annotator = get(name)
-    given = set(annotator.aovs) | (PICTURE if annotator.needs_picture else set())
-    outlines = frame.outlines if annotator.needs_coverage else Outlines.nothing(frame.shape)
+    given = set(annotator.aovs) | (PICTURE if annotator.needs_path_tracing else set())
+    masks = frame.amodal_masks if annotator.needs_amodal_masks else Outlines.nothing(frame.shape)
     bare = dataclasses.replace(
-        frame, aovs={k: v for k, v in frame.aovs.items() if k in given}, outlines=outlines, memo={}
+        frame, aovs={k: v for k, v in frame.aovs.items() if k in given}, amodal_masks=masks, memo={}
     )
     assert tree(annotator.compute(bare).flat()) == tree(get(name).compute(frame).flat())
 

@@ -55,7 +55,11 @@ def test_writers_and_backends():
 def test_annotators():
     """Those of the tests, if any are registered now, have no place there."""
     there, missing = section("Annotators").split("These are known and raise", 1)
-    own = {name for name in catalogue.kinds if catalogue.kinds.get(name).compute.__module__.startswith("usdsdg.")}
+    own = {
+        name
+        for name in catalogue.annotator_specs
+        if catalogue.annotator_specs.get(name).compute.__module__.startswith("usdsdg.")
+    }
     assert words(there) - {"annotators.get(name)", "AnnotatorRegistry.get_annotator(name)"} == own
     assert set(catalogue.UNSUPPORTED) <= words(missing)
     assert not words(missing) & own

@@ -34,7 +34,7 @@ from usdsdg.annotators.kinds import (
     skeleton,
     stage_values,
 )
-from usdsdg.annotators.labeled_prims import Entities, EntityReader
+from usdsdg.annotators.labeled_prims import LabeledPrimReader, LabeledPrims
 from usdsdg.annotators.payload import Capture, build_payload, lay_out
 from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, AugmentationError
 
@@ -47,9 +47,9 @@ __all__ = [
     "Augmentation",
     "AugmentationError",
     "Capture",
-    "Entities",
-    "EntityReader",
     "Frame",
+    "LabeledPrimReader",
+    "LabeledPrims",
     "NodeConnectionTemplate",
     "Requirements",
     "amodal",

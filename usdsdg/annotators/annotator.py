@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from usdsdg.annotators.base import Annotation, Kind, predicate_of
+from usdsdg.annotators.base import Annotation, AnnotatorSpec, predicate_of
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.ownership import parse_filter
 from usdsdg.arguments.registry import near_misses
@@ -27,18 +27,18 @@ class Annotator:
 
     def __init__(
         self,
-        kind: Kind,
+        spec: AnnotatorSpec,
         *,
         name: str | None = None,
         init_params: Mapping[str, Any] | None = None,
         device: str | None = None,
         do_array_copy: bool = True,
     ) -> None:
-        self._kind = kind
+        self._spec = spec
         self._device = device
         self._copies = do_array_copy
-        self._name = name or kind.name
-        self._params: dict[str, Any] = dict(kind.params)
+        self._name = name or spec.name
+        self._params: dict[str, Any] = dict(spec.params)
         self._augmentations: list[Augmentation] = []
         self._render_product: str | None = None
         self._latest: Annotation | None = None
@@ -50,21 +50,21 @@ class Annotator:
     @property
     def aovs(self) -> frozenset[str]:
         """AOVs that the renderer must make for it."""
-        return self._kind.aovs.union(*(augmentation.aovs for augmentation in self._augmentations))
+        return self._spec.aovs.union(*(augmentation.aovs for augmentation in self._augmentations))
 
     @property
-    def needs_coverage(self) -> bool:
-        """Whether it reads `Frame.outlines`."""
-        return self._kind.needs_coverage
+    def needs_amodal_masks(self) -> bool:
+        """Whether it reads `Frame.amodal_masks`."""
+        return self._spec.needs_amodal_masks
 
     @property
-    def needs_picture(self) -> bool:
+    def needs_path_tracing(self) -> bool:
         """Whether it reads path-traced colour ("LdrColor", "HdrColor")."""
-        return self._kind.needs_picture
+        return self._spec.needs_path_tracing
 
     @property
     def label_filter(self) -> str | None:
-        """The label filter to announce to `EntityReader.read`."""
+        """The label filter to announce to `LabeledPrimReader.read`."""
         return predicate_of(self._params)
 
     @property
@@ -74,8 +74,8 @@ class Annotator:
 
     def compute(self, frame: Frame) -> Annotation:
         """What it says of `frame`, augmentations applied; also what `get_data` returns from now on."""
-        key = ("annotation", self._kind.compute, json.dumps(self._params, sort_keys=True, default=str))
-        annotation = frame.derive(key, lambda: self._kind.compute(frame, self._params))
+        key = ("annotation", self._spec.compute, json.dumps(self._params, sort_keys=True, default=str))
+        annotation = frame.derive(key, lambda: self._spec.compute(frame, self._params))
         twins: Counter[str] = Counter()
         for augmentation in self._augmentations:
             # What draws depend on: others may be added before and after without changing them.
@@ -97,12 +97,12 @@ class Annotator:
         if self._render_product is not None:
             raise AnnotatorError(f"{self._name} is attached to {self._render_product}: detach it before initialize().")
         for key in init_params:
-            if key not in self._kind.params:
-                close = near_misses(key, self._kind.params)
-                known = ", ".join(self._kind.params) or "none"
+            if key not in self._spec.params:
+                close = near_misses(key, self._spec.params)
+                known = ", ".join(self._spec.params) or "none"
                 hint = f"Did you mean {close[0]!r}?" if close else f"It has: {known}."
                 raise AnnotatorError(f"Annotator {self._name!r} has no init parameter {key!r}. {hint}")
-            given, switch = init_params[key], isinstance(self._kind.params[key], bool)
+            given, switch = init_params[key], isinstance(self._spec.params[key], bool)
             if switch and not isinstance(given, (bool, np.bool_)) and given not in (0, 1):
                 raise AnnotatorError(f"Annotator {self._name!r}: {key} is {given!r}; expected True or False.")
         self._params.update(init_params)
@@ -126,11 +126,11 @@ class Annotator:
         self._render_product = paths[0]
         if self not in _attached:
             _attached.append(self)
-        if self._kind.on_attach is not None:
-            self._kind.on_attach(self)
+        if self._spec.on_attach is not None:
+            self._spec.on_attach(self)
         return self
 
-    def lend(self, render_product: str | None) -> None:
+    def bind(self, render_product: str | None) -> None:
         """Belong to a writer that watches `render_product`, and is the one to compute; None: not any more."""
         if self not in _attached:
             self._render_product = render_product
@@ -160,7 +160,7 @@ class Annotator:
         """
         if self._render_product is None:
             raise AnnotatorError(f"Annotator {self._name!r} is not attached. Call attach(render_product) first.")
-        latest = self._latest or Annotation(self._kind.empty)
+        latest = self._latest or Annotation(self._spec.empty)
         data = latest.data
         device = device or self._device
         if data is not None and device not in (None, "cpu"):
@@ -234,7 +234,7 @@ class Annotator:
     @property
     def template_name(self) -> str:
         """The name that its kind was registered under, whatever it is called itself."""
-        return self._kind.name
+        return self._spec.name
 
     @property
     def is_attached(self) -> bool:
@@ -244,7 +244,7 @@ class Annotator:
     @property
     def documentation(self) -> str:
         """What it gives: shape, type, units, parameters."""
-        return self._kind.documentation
+        return self._spec.documentation
 
 
 _attached: list[Annotator] = []
@@ -294,8 +294,8 @@ class Requirements:
     """What a set of annotators needs of one frame."""
 
     aovs: frozenset[str] = frozenset()
-    coverage: bool = False
-    picture: bool = False
+    amodal_masks: bool = False
+    path_tracing: bool = False
     filters: tuple[str | None, ...] = ()
 
 
@@ -304,7 +304,7 @@ def requirements(annotators: Iterable[Annotator]) -> Requirements:
     annotators = list(annotators)
     return Requirements(
         frozenset().union(*(a.aovs for a in annotators)),
-        any(a.needs_coverage for a in annotators),
-        any(a.needs_picture for a in annotators),
+        any(a.needs_amodal_masks for a in annotators),
+        any(a.needs_path_tracing for a in annotators),
         tuple(dict.fromkeys(a.label_filter for a in annotators)),
     )

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.annotators.base import Annotation, Kind, kinds
+from usdsdg.annotators.base import Annotation, AnnotatorSpec, annotator_specs
 from usdsdg.annotators.frame import Frame
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import AnnotatorRegistryError, Unsupported
@@ -67,19 +67,19 @@ def register_aov(
     compute.__doc__ = documentation or source.documentation
     assert source.empty is not None
     empty = source.empty if wanted is None else np.zeros(0, wanted)
-    kinds.add(name, replace(source, name=name, compute=compute, params={}, empty=empty, on_attach=on_attach))
+    annotator_specs.add(name, replace(source, name=name, compute=compute, params={}, empty=empty, on_attach=on_attach))
 
 
-def _source(aov: str, unsupported: Mapping[str, str]) -> Kind:
+def _source(aov: str, unsupported: Mapping[str, str]) -> AnnotatorSpec:
     """The annotator whose array `aov` is, or one of the renderer's AOV as it is."""
     known = _SYNONYMS.get(aov, aov)
-    if known in kinds and kinds.get(known).empty is not None:
-        return kinds.get(known)
+    if known in annotator_specs and annotator_specs.get(known).empty is not None:
+        return annotator_specs.get(known)
     if known in AOVS:
-        return Kind(aov, _whole(known), frozenset([known]), False, False, {}, np.zeros(0, AOVS[known]))
+        return AnnotatorSpec(aov, _whole(known), frozenset([known]), False, False, {}, np.zeros(0, AOVS[known]))
     if aov in unsupported:
         raise Unsupported(f"AOV {aov!r}: {unsupported[aov]}.")
-    names = [*AOVS, *_SYNONYMS, *(each for each in kinds if kinds.get(each).empty is not None)]
+    names = [*AOVS, *_SYNONYMS, *(each for each in annotator_specs if annotator_specs.get(each).empty is not None)]
     close = near_misses(aov, names)
     hint = f"Did you mean {' or '.join(map(repr, close))}?" if close else f"There are: {', '.join(names)}."
     raise AnnotatorRegistryError(f"No AOV is named {aov!r}. {hint}")

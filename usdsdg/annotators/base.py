@@ -1,7 +1,7 @@
-"""The contract of the family: an annotator is a named function from a `Frame` to an `Annotation`.
+"""What an annotator is: a named function from a `Frame` to an `Annotation`.
 
-A member is one function, registered with `define` together with what it needs rendered. Users hold an `Annotator`
-(annotator.py), which binds the function to parameters, augmentations and a render product.
+`define` registers the function together with what it needs rendered. Users hold an `Annotator` (annotator.py), which
+binds the function to parameters, augmentations and a render product.
 """
 
 from __future__ import annotations
@@ -19,41 +19,44 @@ from usdsdg.errors import AnnotatorError, AnnotatorRegistryError
 
 @dataclass(frozen=True)
 class Annotation:
-    """What an annotator says of one frame: an array, facts about it, or both."""
+    """The output of an annotator for one frame: an array, metadata ("info"), or both."""
 
     data: np.ndarray | None = None
     info: Mapping[str, Any] = field(default_factory=dict)
 
     def legacy(self) -> Any:
-        """The array alone, or {"data", "info"}, or the facts when there is no array."""
+        """Return the array alone, or {"data", "info"}, or the info alone when there is no array."""
         if self.data is None:
             return dict(self.info)
         return {"data": self.data, "info": dict(self.info)} if self.info else self.data
 
     def flat(self) -> dict[str, Any]:
-        """{"data": array, **facts}."""
+        """Return {"data": array, **info}."""
         return dict(self.info) if self.data is None else {"data": self.data, **self.info}
 
 
+Compute = Callable[[Frame, Mapping[str, Any]], Annotation]
+
+
 @dataclass(frozen=True)
-class Kind:
-    """A member of the family, as registered."""
+class AnnotatorSpec:
+    """A registered annotator: its function, what that needs rendered, and its init parameters."""
 
     name: str
-    compute: Callable[[Frame, Mapping[str, Any]], Annotation]
+    compute: Compute
     aovs: frozenset[str]
-    needs_coverage: bool
-    needs_picture: bool
+    needs_amodal_masks: bool  # reads `Frame.amodal_masks`
+    needs_path_tracing: bool  # reads path-traced color ("LdrColor", "HdrColor") or light AOVs
     params: Mapping[str, Any]  # init parameters and their defaults
     empty: np.ndarray | None  # the array before the first frame; None for annotators without one
-    on_attach: Callable[[Any], None] | None = None  # told of each `Annotator` that is attached
+    on_attach: Callable[[Any], None] | None = None  # called with each `Annotator` that is attached
 
     @property
     def documentation(self) -> str:
         return (self.compute.__doc__ or "").strip()
 
 
-kinds: Registry[Kind] = Registry("annotator", AnnotatorRegistryError)
+annotator_specs: Registry[AnnotatorSpec] = Registry("annotator", AnnotatorRegistryError)
 
 # Init parameters of every annotator that reads labels.
 LABEL_PARAMS: Mapping[str, Any] = {"semanticTypes": None, "semanticFilter": None}
@@ -62,34 +65,34 @@ LABEL_PARAMS: Mapping[str, Any] = {"semanticTypes": None, "semanticFilter": None
 def define(
     *names: str,
     aovs: Iterable[str] = (),
-    needs_coverage: bool = False,
-    needs_picture: bool = False,
+    needs_amodal_masks: bool = False,
+    needs_path_tracing: bool = False,
     params: Mapping[str, Any] | None = None,
     dtype: Any = None,
-) -> Callable:
+) -> Callable[[Compute], Compute]:
     """Register the decorated function (frame, params) → `Annotation` under `names`.
 
-    dtype: of the array it returns; None when it returns facts only.
+    dtype: type of the returned array; None when the function returns info only.
     """
 
-    def register(compute: Callable[[Frame, Mapping[str, Any]], Annotation]) -> Callable:
+    empty = None if dtype is None else np.zeros(0, dtype)
+
+    def register(compute: Compute) -> Compute:
         for name in names:
-            empty = None if dtype is None else np.zeros(0, dtype)
-            kinds.add(
-                name,
-                Kind(name, compute, frozenset(aovs), needs_coverage, needs_picture, params or {}, empty),
-                override=False,
+            spec = AnnotatorSpec(
+                name, compute, frozenset(aovs), needs_amodal_masks, needs_path_tracing, params or {}, empty
             )
+            annotator_specs.add(name, spec, override=False)
         return compute
 
     return register
 
 
 def predicate_of(params: Mapping[str, Any]) -> str | None:
-    """The label filter that `semanticTypes` or `semanticFilter` asks for; None lets every label pass.
+    """Return the label filter of `semanticTypes` or `semanticFilter`; None lets every label pass.
 
     Raises:
-        AnnotatorError: both are given, or one is of another type.
+        AnnotatorError: both are given, or one has the wrong type.
     """
     types, predicate = params.get("semanticTypes"), params.get("semanticFilter")
     names = [types] if types is None or isinstance(types, str) else types

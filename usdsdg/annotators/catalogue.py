@@ -8,8 +8,8 @@ from typing import Any
 
 from usdsdg.annotators.annotator import Annotator, attached_annotators
 from usdsdg.annotators.aov_annotator import register_aov
-from usdsdg.annotators.augmentations.augmentation import Augmentation, augmentations, named_augmentation, node_kinds
-from usdsdg.annotators.base import Kind, kinds
+from usdsdg.annotators.augmentations.augmentation import Augmentation, augmentations, named_augmentation, node_specs
+from usdsdg.annotators.base import AnnotatorSpec, annotator_specs
 from usdsdg.arguments.registry import Registry
 from usdsdg.errors import AnnotatorRegistryError, Unsupported
 
@@ -52,14 +52,14 @@ def get(
     if name in _composed:
         found = _composed.get(name).copy(device=device)
         return found.initialize(**init_params) if init_params else found
-    if name in UNSUPPORTED and name not in kinds:
+    if name in UNSUPPORTED and name not in annotator_specs:
         raise Unsupported(f"Annotator {name!r}: {UNSUPPORTED[name]}.")
-    return Annotator(kinds.get(name), init_params=init_params, device=device, do_array_copy=do_array_copy)
+    return Annotator(annotator_specs.get(name), init_params=init_params, device=device, do_array_copy=do_array_copy)
 
 
 def get_registered_annotators() -> list[str]:
     """Names of all annotators that `get` makes, those of scripts last."""
-    return [*kinds.names(), *_composed.names()]
+    return [*annotator_specs.names(), *_composed.names()]
 
 
 def register(name: str, annotator: Annotator | str) -> None:
@@ -81,7 +81,7 @@ def unregister_annotator(name: str) -> None:
     Raises:
         AnnotatorRegistryError: there is no such annotator; the message lists near misses.
     """
-    (_composed if name in _composed else kinds).remove(name)
+    (_composed if name in _composed else annotator_specs).remove(name)
 
 
 def get_augmentation(name: str) -> Augmentation:
@@ -226,10 +226,10 @@ class AnnotatorRegistry:
         if short in _NODE_ANNOTATORS:
             _composed.add(name, get(_NODE_ANNOTATORS[short], arguments).copy(name))
             return
-        if short not in node_kinds:
+        if short not in node_specs:
             raise Unsupported(
                 f"Annotator {name!r} from node {node_type_id!r}: there is no OmniGraph here, and this node is none of "
-                f"{', '.join([*_NODE_ANNOTATORS, *node_kinds])}. Write a function of a Frame and register it with "
+                f"{', '.join([*_NODE_ANNOTATORS, *node_specs])}. Write a function of a Frame and register it with "
                 "usdsdg.annotators.define."
             )
         source = list(input_rendervars)[:1] or [""]
@@ -264,7 +264,7 @@ def _rendervar(source: Any) -> str:
 __all__ = [
     "UNSUPPORTED",
     "AnnotatorRegistry",
-    "Kind",
+    "AnnotatorSpec",
     "NodeConnectionTemplate",
     "augment",
     "augment_compose",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-BACKGROUND, UNLABELLED, FIRST_LABELLED = 0, 1, 2
+BACKGROUND, UNLABELLED, FIRST_LABELED = 0, 1, 2
 
 _GOLDEN_RATIO = 1.618033988749895
 

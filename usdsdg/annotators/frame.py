@@ -11,7 +11,7 @@ import numpy as np
 from usdsdg.errors import AnnotatorError
 
 if TYPE_CHECKING:
-    from usdsdg.annotators.labeled_prims import Entities, Selection
+    from usdsdg.annotators.labeled_prims import LabeledPrims, Selection
     from usdsdg.stage.cameras.camera_view import CameraView
     from usdsdg.stage.geometry.pixel_masks import Outlines
 
@@ -31,8 +31,8 @@ class Frame:
     render_product: str  # prim path
     aovs: Mapping[str, np.ndarray]  # name → (H, W[, C]); see the renderer's list
     gprims: tuple[str, ...]  # prim path of every value of the "instance" AOV; -1 there means no hit
-    entities: Entities
-    outlines: Outlines  # of all entities, by row
+    labeled_prims: LabeledPrims
+    amodal_masks: Outlines  # of all labeled prims, by row; with the visible part of each
     reference_time: tuple[int, int] = (0, 1)
     memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
@@ -57,12 +57,12 @@ class Frame:
 
     @property
     def coverage(self) -> np.ndarray:
-        """(len(entities), 5) int64: pixels, x_min, y_min, x_max, y_max that each would cover alone."""
-        return self.outlines.coverage
+        """(len(labeled_prims), 5) int64: pixels, x_min, y_min, x_max, y_max that each would cover alone."""
+        return self.amodal_masks.coverage
 
     def selection(self, predicate: str | None) -> Selection:
         """The entities whose labels pass the filter `predicate`; None lets every label pass."""
-        return self.entities.select(predicate)
+        return self.labeled_prims.select(predicate)
 
     def members(self, predicate: str | None) -> np.ndarray:
         """(H, W) int32: index into `selection(predicate)` of what each pixel shows, -1 for everything else."""

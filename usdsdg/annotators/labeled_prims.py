@@ -15,7 +15,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.annotators.bounds import Hull, read_hull
 from usdsdg.annotators.ownership import (
-    LabelledStage,
+    LabeledStage,
     Labels,
     Owner,
     group_by_owner,
@@ -39,7 +39,7 @@ _GEOMETRY |= {"positions", "orientations", "orientationsf", "scales", "ids"}
 class Selection:
     """The entities that pass a label filter, in stage order."""
 
-    rows: np.ndarray  # (K,) int64: rows of the `Entities`
+    rows: np.ndarray  # (K,) int64: rows of the `LabeledPrims`
     member_of_gprim: np.ndarray  # (G,) int32: index into rows, -1 for gprims of no selected entity
     labels: tuple[dict[str, str], ...]  # K times {type: "label[,label]"}, as annotators print them
 
@@ -48,7 +48,7 @@ class Selection:
 
 
 @dataclass(frozen=True)
-class Entities:
+class LabeledPrims:
     """One row per labelled prim that owns gprims; more rows where a filter gives a prim a larger group of gprims.
 
     `groups` is what a renderer's `outlines` takes.
@@ -59,7 +59,7 @@ class Entities:
     groups: tuple[tuple[int, ...], ...] = ()  # indices into gprims
     bounds: np.ndarray = field(default_factory=lambda: np.zeros((0, 2, 3)))  # (N, 2, 3) min, max; prim's own frame
     local_to_world: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 4)))  # (N, 4, 4) float64
-    entity_of_gprim: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))  # (G,) row, -1 = unlabelled
+    row_of_gprim: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))  # (G,) row, -1 = unlabelled
     selections: Mapping[str | None, Selection] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -72,18 +72,18 @@ class Entities:
 
     def _reduce(self, predicate: str | None) -> Selection:
         """A filter that was not announced to the reader: keep or drop whole rows of the unfiltered entities."""
-        base = np.unique(self.entity_of_gprim[self.entity_of_gprim >= 0])
+        base = np.unique(self.row_of_gprim[self.row_of_gprim >= 0])
         label_filter = parse_filter(predicate)
         kept = [row for row in base if label_filter is None or label_filter.select(self.labels[row])]
         member_of_row = np.full(len(self) + 1, -1, np.int32)
         member_of_row[kept] = np.arange(len(kept))
         printed = tuple(passed(self.labels[row], label_filter) for row in kept)
-        return Selection(np.array(kept, np.int64), member_of_row[self.entity_of_gprim], printed)
+        return Selection(np.array(kept, np.int64), member_of_row[self.row_of_gprim], printed)
 
 
 @dataclass(frozen=True)
 class _Ownership:
-    """The part of `Entities` that changes only with labels and gprims, not with poses."""
+    """The part of `LabeledPrims` that changes only with labels and gprims, not with poses."""
 
     gprims: tuple[str, ...]
     steps: list[Steps]  # of each gprim
@@ -93,13 +93,13 @@ class _Ownership:
     selections: Mapping[str | None, Selection]
 
 
-class EntityReader:
+class LabeledPrimReader:
     """Reads the entities of a stage again and again, touching only what changed since."""
 
     def __init__(self, stage: Usd.Stage) -> None:
         self._stage = stage
         self._changes = ChangeTracker(stage)
-        self._labels = LabelledStage(stage)
+        self._labels = LabeledStage(stage)
         self._hulls: dict[Sdf.Path, Hull | None] = {}
         self._still: set[Sdf.Path] = set()  # gprims with a hull that has no time
         self._skinning = Skinning()
@@ -114,7 +114,7 @@ class EntityReader:
         filters: Iterable[str | None] = (),
         *,
         time: Usd.TimeCode | None = None,
-    ) -> Entities:
+    ) -> LabeledPrims:
         """The entities that own `gprims` (paths as in the renderer's table), at `time` (default: the default time).
 
         filters: label filters that will be selected from the result; announced here, they are exact where labelled
@@ -137,7 +137,7 @@ class EntityReader:
         frames = PointFrames(self._stage, cache)
         bounds = [self._bound(owner, group, cache, frames) for owner, group in zip(owned.owners, owned.groups)]
         poses = [frames.to_world(owner.path, owner.steps) for owner in owned.owners]
-        return Entities(
+        return LabeledPrims(
             tuple(owner.name for owner in owned.owners),
             owned.labels,
             owned.groups,

@@ -31,7 +31,7 @@ class Owner(NamedTuple):
         return str(self.path) + "".join(f"[{step.point}]" for step in self.steps)
 
 
-class LabelledStage:
+class LabeledStage:
     """The labels of a stage, read once per prim."""
 
     def __init__(self, stage: Usd.Stage) -> None:

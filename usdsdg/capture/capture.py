@@ -13,7 +13,7 @@ from pxr import Usd
 
 from usdsdg.annotators.annotator import Annotator, attached_annotators, requirements
 from usdsdg.annotators.frame import Frame
-from usdsdg.annotators.labeled_prims import Entities, EntityReader
+from usdsdg.annotators.labeled_prims import LabeledPrimReader, LabeledPrims
 from usdsdg.annotators.payload import build_payload
 from usdsdg.capture.graph_outputs import distribution_outputs, trigger_outputs
 from usdsdg.capture.render_settings import RenderMode, glass_labels
@@ -45,16 +45,16 @@ DRAIN_SECONDS = 0.02
 class _Seen(NamedTuple):
     """What one product shows, besides its picture."""
 
-    entities: Entities
+    labeled_prims: LabeledPrims
     labels: list[dict[str, np.ndarray]]  # per camera
-    outlines: Outlines  # of all entities; products of many cameras have none
+    amodal_masks: Outlines  # of all labeled prims; products of many cameras have none
 
 
 class Capture:
     """Draws the enabled render products of one frame and hands them to annotators and writers."""
 
     def __init__(self) -> None:
-        self._entities: EntityReader | None = None
+        self._labeled_prims: LabeledPrimReader | None = None
         self._wanted: dict[str, list[Annotator]] = {}
         self._due: list[Writer] = []
         self._films: dict[str, list[Any]] = {}  # of each product, one per tile
@@ -124,7 +124,7 @@ class Capture:
         alike: dict[bool, list[tuple[Any, CameraView]]] = {}  # films and their views, by whether parts are wanted
         for product in self._active():
             needs = requirements(self._wanted[product.path])
-            if not needs.picture:
+            if not needs.path_tracing:
                 continue
             views = views_of(view_of(product, renderer.time))
             if product.path not in self._films:
@@ -163,22 +163,22 @@ class Capture:
         paths_by_needs: dict[tuple[frozenset[str], bool, tuple[str | None, ...]], list[str]] = {}
         for path in views:
             needs = requirements(self._wanted[path])
-            key = needs.aovs.difference(PARTS), needs.coverage, needs.filters
+            key = needs.aovs.difference(PARTS), needs.amodal_masks, needs.filters
             paths_by_needs.setdefault(key, []).append(path)
         seen = {}
-        for (aovs, coverage, filters), paths in paths_by_needs.items():
-            entities = self._read_entities(renderer.gprims, filters)
+        for (aovs, amodal_masks, filters), paths in paths_by_needs.items():
+            labeled_prims = self._read_labeled_prims(renderer.gprims, filters)
             cameras = [views_of(views[path]) for path in paths]
             flat = [each for some in cameras for each in some]
-            if coverage:
-                labels, outlines = renderer.outlined(flat, aovs, entities.groups)
+            if amodal_masks:
+                labels, outlines = renderer.outlined(flat, aovs, labeled_prims.groups)
             else:
                 labels, outlines = renderer.labels_of(flat, aovs), []
             drawn, around = iter(labels), iter(outlines)
             for path, some in zip(paths, cameras, strict=True):
                 mine = [next(drawn) for _ in some]
-                nothing = Outlines.nothing((views[path].height, views[path].width), len(entities))
-                seen[path] = _Seen(entities, mine, next(around, nothing))
+                nothing = Outlines.nothing((views[path].height, views[path].width), len(labeled_prims))
+                seen[path] = _Seen(labeled_prims, mine, next(around, nothing))
         return seen
 
     def _frame(self, path: str, view: Any, seen: _Seen, index: int, seconds: float) -> Frame:
@@ -191,13 +191,14 @@ class Capture:
             aovs |= joined(view, [renderer.develop(film, tone) for film in self._films.pop(path)])
         return Frame(
             index=index, camera=view, render_product=path, aovs=aovs, gprims=renderer.gprims,
-            entities=seen.entities, outlines=seen.outlines, reference_time=(round(seconds * TICKS), TICKS),
+            labeled_prims=seen.labeled_prims, amodal_masks=seen.amodal_masks,
+            reference_time=(round(seconds * TICKS), TICKS),
         )  # fmt: skip
 
-    def _read_entities(self, gprims: tuple[str, ...], filters: tuple[str | None, ...]) -> Entities:
-        if self._entities is None:
-            self._entities = EntityReader(current_stage())
-        return self._entities.read(gprims, filters, time=engines.renderer().time)
+    def _read_labeled_prims(self, gprims: tuple[str, ...], filters: tuple[str | None, ...]) -> LabeledPrims:
+        if self._labeled_prims is None:
+            self._labeled_prims = LabeledPrimReader(current_stage())
+        return self._labeled_prims.read(gprims, filters, time=engines.renderer().time)
 
     def _write(self, writer: Writer, frames: dict[str, Frame]) -> None:
         seen = {path: frames[path] for path in writer.render_products if path in frames}
@@ -233,7 +234,7 @@ class Capture:
 
 
 def _check_tiles(product: HydraTexture, annotators: list[Annotator], who: str) -> None:
-    needing = [annotator.get_name() for annotator in annotators if annotator.needs_coverage]
+    needing = [annotator.get_name() for annotator in annotators if annotator.needs_amodal_masks]
     if product.tiles is not None and needing:
         raise Unsupported(
             f"{who}: {', '.join(needing)} cannot be told of {product.path}, which shows {len(product.tiles.cameras)} "

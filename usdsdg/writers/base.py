@@ -109,7 +109,7 @@ class Writer(ABC):
         self.annotators = [_annotator(each) for each in self.annotators]
         self._render_products = tuple(dict.fromkeys(existing_products(render_products)))
         for annotator in self.annotators:
-            annotator.lend(self._render_products[0] if self._render_products else None)
+            annotator.bind(self._render_products[0] if self._render_products else None)
         self._trigger = _checked_trigger(trigger)
         self._executions = getattr(self._trigger, "executions", None)
         if self not in _attached:
@@ -122,7 +122,7 @@ class Writer(ABC):
     def detach(self) -> None:
         """See no more frames; what was written stays, what is queued is still written."""
         for annotator in self.get_attached_annotators():
-            annotator.lend(None)
+            annotator.bind(None)
         self._render_products = ()
         self._scheduled = False
         if self in _attached:
@@ -137,7 +137,7 @@ class Writer(ABC):
         elif left != self._render_products:
             self._render_products = left
             for annotator in self.get_attached_annotators():
-                annotator.lend(left[0])
+                annotator.bind(left[0])
 
     def reset(self) -> None:
         """Count written frames from 0 again."""
@@ -214,7 +214,7 @@ class Writer(ABC):
             self.annotators[names.index(found.get_name())] = found
         else:
             self.annotators.append(found)
-        found.lend(self._render_products[0] if self._render_products else None)
+        found.bind(self._render_products[0] if self._render_products else None)
 
     def augment_annotator(self, annotator_name: str, augmentation: Any, **kwargs: Any) -> None:
         """Pass the array of one of the writer's annotators through `augmentation` too; it keeps its name.

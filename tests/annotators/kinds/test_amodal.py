@@ -30,7 +30,7 @@ def masks_alone(stage, frame) -> dict[str, np.ndarray]:
     near_and_far = frame.camera.clipping_range
     hits = [caster._intersect(k, origins, directions, near_and_far)[0] for k in range(len(caster.gprims))]
     masks = {path: np.isfinite(hit).reshape(frame.shape) for path, hit in zip(caster.gprims, hits)}
-    return {path: mask for path, mask in masks.items() if path in frame.entities.prim_paths and mask.any()}
+    return {path: mask for path, mask in masks.items() if path in frame.labeled_prims.prim_paths and mask.any()}
 
 
 def seen_in(frame) -> np.ndarray:
@@ -58,7 +58,7 @@ def check(stage, frame):
     info = compute(frame, "visibility")
     names, path_of = info.info["idToLabels"], dict(zip(info.data["instanceId"].tolist(), info.info["primPaths"]))
     assert list(path_of.values()) == list(masks)
-    labelled = set(frame.entities.prim_paths)
+    labelled = set(frame.labeled_prims.prim_paths)
     expected_pairs = {}
     for row, hidden_by in zip(info.data, info.info["hiddenBy"]):
         path = path_of[int(row["instanceId"])]

@@ -68,9 +68,9 @@ def test_loose_boxes_ignore_occlusion_and_omit_what_is_out_of_view(frame):
 
 def test_occlusion_is_the_hidden_share_of_pixels(frame):
     ratio = {path: row["occlusionRatio"] for path, row in by_path(compute(frame, "bounding_box_3d")).items()}
-    entities = frame.entities
+    labeled_prims = frame.labeled_prims
     for path, value in ratio.items():
-        alone = frame.coverage[entities.prim_paths.index(path), 0]
+        alone = frame.coverage[labeled_prims.prim_paths.index(path), 0]
         assert value == pytest.approx(1 - mask_of(frame, path).sum() / alone, abs=1e-6)
     assert ratio["/World/Hidden"] == 1
     assert ratio["/World/Pear"] == 0

@@ -32,14 +32,14 @@ class Warped(NamedTuple):
 
 
 @dataclass(frozen=True)
-class NodeKind:
+class NodeSpec:
     """One of Replicator's augmentation nodes: the function that does the same, and AOVs that it reads besides."""
 
     function: Callable[..., Any]
     aovs: Mapping[str, str] = field(default_factory=dict)  # argument of the function → AOV
 
 
-node_kinds: Registry[NodeKind] = Registry("augmentation node", AnnotatorRegistryError)
+node_specs: Registry[NodeSpec] = Registry("augmentation node", AnnotatorRegistryError)
 augmentations: Registry[Augmentation] = Registry("augmentation", AnnotatorRegistryError)
 
 
@@ -62,8 +62,8 @@ class Augmentation:
             Unsupported: there is no such node.
             AugmentationError: it takes no such argument.
         """
-        kind = NodeKind(node_type_id) if callable(node_type_id) else _node_kind(node_type_id)
-        self._set(kind.function, data_out_shape, documentation, kwargs, kind.aovs, not callable(node_type_id))
+        spec = NodeSpec(node_type_id) if callable(node_type_id) else _node_spec(node_type_id)
+        self._set(spec.function, data_out_shape, documentation, kwargs, spec.aovs, not callable(node_type_id))
 
     @classmethod
     def from_function(
@@ -268,16 +268,16 @@ def _drawn(value: Any, key: str, frame: Frame) -> Any:
     return drawn.item() if isinstance(drawn, np.generic) else drawn
 
 
-def _node_kind(node_type_id: str) -> NodeKind:
+def _node_spec(node_type_id: str) -> NodeSpec:
     name = str(node_type_id).rsplit(".", 1)[-1].removeprefix("Ogn")
-    if name not in node_kinds:
-        close = near_misses(name, node_kinds)
-        hint = f"Did you mean {' or '.join(close)}?" if close else f"There are: {', '.join(node_kinds)}."
+    if name not in node_specs:
+        close = near_misses(name, node_specs)
+        hint = f"Did you mean {' or '.join(close)}?" if close else f"There are: {', '.join(node_specs)}."
         raise Unsupported(
             f"Augmentation node {node_type_id!r}: there is no OmniGraph here, only Replicator's own augmentations. "
             f"{hint} Write others as a Python function of data_in and use Augmentation.from_function."
         )
-    return node_kinds.get(name)
+    return node_specs.get(name)
 
 
 def _is_kernel(function: Any) -> bool:

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from usdsdg.annotators.augmentations import colors, filters, geometry, images, noise
-from usdsdg.annotators.augmentations.augmentation import Augmentation, NodeKind, augmentations, node_kinds
+from usdsdg.annotators.augmentations.augmentation import Augmentation, NodeSpec, augmentations, node_specs
 
 _NODES = {
-    "AugBgRandExp": NodeKind(images.background_rand, {"instance": "instance"}),
-    "AugCanny": NodeKind(filters.canny),
-    "AugContrastExp": NodeKind(colors.contrast),
-    "AugConv2dExp": NodeKind(filters.conv2d),
-    "AugCropResizeExp": NodeKind(geometry.crop_resize),
-    "AugCutMixExp": NodeKind(images.cut_mix),
-    "AugImgBlendExp": NodeKind(images.image_blend),
-    "AugMotionBlurExp": NodeKind(filters.motion_blur),
-    "AugPixellateExp": NodeKind(filters.pixellate),
-    "AugRotateExp": NodeKind(geometry.rotate),
+    "AugBgRandExp": NodeSpec(images.background_rand, {"instance": "instance"}),
+    "AugCanny": NodeSpec(filters.canny),
+    "AugContrastExp": NodeSpec(colors.contrast),
+    "AugConv2dExp": NodeSpec(filters.conv2d),
+    "AugCropResizeExp": NodeSpec(geometry.crop_resize),
+    "AugCutMixExp": NodeSpec(images.cut_mix),
+    "AugImgBlendExp": NodeSpec(images.image_blend),
+    "AugMotionBlurExp": NodeSpec(filters.motion_blur),
+    "AugPixellateExp": NodeSpec(filters.pixellate),
+    "AugRotateExp": NodeSpec(geometry.rotate),
 }
-for _name, _kind in _NODES.items():
-    node_kinds.add(_name, _kind)
+for _name, _spec in _NODES.items():
+    node_specs.add(_name, _spec)
 
 _FUNCTIONS = {
     "rgba_to_rgb": Augmentation.from_function(colors.rgba_to_rgb),

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
-from usdsdg.annotators.colors import FIRST_LABELLED, UNLABELLED
+from usdsdg.annotators.colors import FIRST_LABELED, UNLABELLED
 from usdsdg.annotators.frame import PIXELS, X_MIN, Frame
 from usdsdg.annotators.kinds.segmentation import unique_labels
 from usdsdg.errors import AnnotatorError
@@ -34,7 +34,7 @@ VISIBILITY = np.dtype(
 )
 OCCLUSION_PAIR = np.dtype([("occluderId", "<u4"), ("occludedId", "<u4"), ("pixels", "<u4")])
 
-_NEEDS: Mapping[str, Any] = {"aovs": ["instance"], "needs_coverage": True}
+_NEEDS: Mapping[str, Any] = {"aovs": ["instance"], "needs_amodal_masks": True}
 _ENCODINGS = ("stack", "rle")
 
 
@@ -53,14 +53,14 @@ def amodal_instance_segmentation(frame: Frame, params: Params) -> Annotation:
     predicate = predicate_of(params)
     listed = _in_view(frame, predicate)
     rows = frame.selection(predicate).rows[listed]
-    ids = listed + FIRST_LABELLED
+    ids = listed + FIRST_LABELED
     info = {
         "instanceIds": ids.astype(np.uint32),
-        "primPaths": [frame.entities.prim_paths[row] for row in rows],
+        "primPaths": [frame.labeled_prims.prim_paths[row] for row in rows],
         "idToLabels": _paths(frame, predicate, ids),
-        "idToSemantics": {str(id_): frame.selection(predicate).labels[id_ - FIRST_LABELLED] for id_ in ids.tolist()},
+        "idToSemantics": {str(id_): frame.selection(predicate).labels[id_ - FIRST_LABELED] for id_ in ids.tolist()},
     }
-    masks = (frame.outlines.mask(row) for row in rows.tolist())
+    masks = (frame.amodal_masks.mask(row) for row in rows.tolist())
     if encoding == "rle":
         return Annotation(None, {**info, "masks": [_run_lengths(mask) for mask in masks]})
     stack = np.zeros((len(rows), *frame.shape), bool)
@@ -83,8 +83,8 @@ def visibility(frame: Frame, params: Params) -> Annotation:
     _, id_of_member = unique_labels(selection.labels)
     coverage = frame.coverage[selection.rows[listed]]
     rows = np.zeros(len(listed), VISIBILITY)
-    rows["instanceId"] = listed + FIRST_LABELLED
-    rows["semanticId"] = id_of_member[listed] + FIRST_LABELLED
+    rows["instanceId"] = listed + FIRST_LABELED
+    rows["semanticId"] = id_of_member[listed] + FIRST_LABELED
     rows["visiblePixels"] = frame.visible_pixels(predicate)[listed]
     rows["amodalPixels"] = coverage[:, PIXELS]
     for column, name in enumerate(("x_min", "y_min", "x_max", "y_max"), X_MIN):
@@ -95,7 +95,7 @@ def visibility(frame: Frame, params: Params) -> Annotation:
     for occluder, occluded, pixels in pairs.tolist():
         hidden_by[occluded][str(occluder)] = pixels
     info = {
-        "primPaths": [frame.entities.prim_paths[row] for row in selection.rows[listed]],
+        "primPaths": [frame.labeled_prims.prim_paths[row] for row in selection.rows[listed]],
         "hiddenBy": list(hidden_by.values()),
         "idToLabels": _paths(frame, predicate, np.union1d(rows["instanceId"], pairs["occluderId"])),
     }
@@ -128,12 +128,12 @@ def _pairs(frame: Frame, predicate: str | None) -> np.ndarray:
 
 def _count_pairs(frame: Frame, predicate: str | None) -> np.ndarray:
     selection = frame.selection(predicate)
-    id_of_row = np.zeros(len(frame.entities), np.int64)
-    id_of_row[selection.rows] = np.arange(len(selection)) + FIRST_LABELLED
-    row, y, x = frame.derive("hidden", frame.outlines.hidden)
+    id_of_row = np.zeros(len(frame.labeled_prims), np.int64)
+    id_of_row[selection.rows] = np.arange(len(selection)) + FIRST_LABELED
+    row, y, x = frame.derive("hidden", frame.amodal_masks.hidden)
     occluded, members = id_of_row[row], frame.members(predicate)[y, x]
-    occluder = np.where(members >= 0, members + FIRST_LABELLED, UNLABELLED)
-    base = len(selection) + FIRST_LABELLED
+    occluder = np.where(members >= 0, members + FIRST_LABELED, UNLABELLED)
+    base = len(selection) + FIRST_LABELED
     keys, pixels = np.unique((occluded * base + occluder)[occluded > 0], return_counts=True)
     pairs = np.zeros(len(keys), OCCLUSION_PAIR)
     pairs["occludedId"], pairs["occluderId"] = np.divmod(keys, base)
@@ -145,7 +145,7 @@ def _paths(frame: Frame, predicate: str | None, ids: np.ndarray) -> dict[str, st
     """Prim path by id, as instance_segmentation has them."""
     rows = frame.selection(predicate).rows
     return {
-        str(id_): "UNLABELLED" if id_ == UNLABELLED else frame.entities.prim_paths[rows[id_ - FIRST_LABELLED]]
+        str(id_): "UNLABELLED" if id_ == UNLABELLED else frame.labeled_prims.prim_paths[rows[id_ - FIRST_LABELED]]
         for id_ in ids.tolist()
     }
 

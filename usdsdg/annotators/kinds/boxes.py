@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
-from usdsdg.annotators.colors import FIRST_LABELLED
+from usdsdg.annotators.colors import FIRST_LABELED
 from usdsdg.annotators.frame import PIXELS, X_MIN, Frame
 from usdsdg.annotators.kinds.segmentation import unique_labels
 
@@ -42,7 +42,7 @@ BOX_3D = np.dtype(
 )
 OCCLUSION = np.dtype([("instanceId", "<u4"), ("semanticId", "<u4"), ("occlusionRatio", "<f4")])
 
-_NEEDS: Mapping[str, Any] = {"aovs": ["instance"], "needs_coverage": True, "params": LABEL_PARAMS}
+_NEEDS: Mapping[str, Any] = {"aovs": ["instance"], "needs_amodal_masks": True, "params": LABEL_PARAMS}
 _CORNERS_2D = ("x_min", "y_min", "x_max", "y_max")
 
 
@@ -108,8 +108,8 @@ def occlusion(frame: Frame, params: Params) -> Annotation:
     selection = frame.selection(predicate_of(params))
     _, id_of_member = unique_labels(selection.labels)
     rows = np.zeros(len(listed), OCCLUSION)
-    rows["instanceId"] = listed + FIRST_LABELLED
-    rows["semanticId"] = id_of_member[listed] + FIRST_LABELLED
+    rows["instanceId"] = listed + FIRST_LABELED
+    rows["semanticId"] = id_of_member[listed] + FIRST_LABELED
     rows["occlusionRatio"] = frame.occlusion(predicate_of(params))[listed]
     return Annotation(rows)
 
@@ -135,18 +135,18 @@ def _boxes_2d(frame: Frame, params: Params, key: Callable, listed: np.ndarray, c
 
 
 def _boxes_3d(frame: Frame, params: Params, key: Callable, *, everywhere: bool) -> Annotation:
-    entities, selection = frame.entities, frame.selection(predicate_of(params))
+    labeled_prims, selection = frame.labeled_prims, frame.selection(predicate_of(params))
     listed = np.arange(len(selection)) if everywhere else np.flatnonzero(_alone(frame, params) > 0)
-    bounds = entities.bounds[selection.rows[listed]]
+    bounds = labeled_prims.bounds[selection.rows[listed]]
     rows = np.zeros(len(listed), BOX_3D)
     for axis, name in enumerate("xyz"):
         rows[f"{name}_min"], rows[f"{name}_max"] = bounds[:, 0, axis], bounds[:, 1, axis]
-    rows["transform"] = entities.local_to_world[selection.rows[listed]]
+    rows["transform"] = labeled_prims.local_to_world[selection.rows[listed]]
     return _described(frame, params, key, listed, rows)
 
 
 def _described(frame: Frame, params: Params, key: Callable, listed: np.ndarray, rows: np.ndarray) -> Annotation:
-    """`rows` of the selected entities `listed`, with their ids and the tables about them."""
+    """`rows` of the selected labeled_prims `listed`, with their ids and the tables about them."""
     predicate = predicate_of(params)
     selection = frame.selection(predicate)
     labels, id_of_member = unique_labels(selection.labels)
@@ -154,8 +154,8 @@ def _described(frame: Frame, params: Params, key: Callable, listed: np.ndarray, 
     rows["occlusionRatio"] = frame.occlusion(predicate)[listed]
     info = {
         "idToLabels": {key(i): labels[i] for i in np.unique(rows["semanticId"]).tolist()},
-        "bboxIds": (listed + FIRST_LABELLED).astype(np.uint32),
-        "primPaths": [frame.entities.prim_paths[row] for row in selection.rows[listed]],
+        "bboxIds": (listed + FIRST_LABELED).astype(np.uint32),
+        "primPaths": [frame.labeled_prims.prim_paths[row] for row in selection.rows[listed]],
     }
     return Annotation(rows, info)
 

@@ -23,7 +23,7 @@ Params = Mapping[str, Any]
 _VISUAL = "DepthSensorOutputVisualization"
 
 
-@define("DepthSensorDistance", aovs=["distance_to_image_plane"], needs_picture=True, dtype=np.float32)
+@define("DepthSensorDistance", aovs=["distance_to_image_plane"], needs_path_tracing=True, dtype=np.float32)
 def depth_sensor_distance(frame: Frame, params: Params) -> Annotation:
     """Measured distance along the optical axis [m], float32 (H, W); 0 where nothing is measured.
 
@@ -41,7 +41,7 @@ def depth_sensor_distance(frame: Frame, params: Params) -> Annotation:
 @define(
     "DepthSensorPointCloudPosition",
     aovs=["distance_to_image_plane", "position"],
-    needs_picture=True,
+    needs_path_tracing=True,
     dtype=np.float32,
 )
 def depth_sensor_points(frame: Frame, params: Params) -> Annotation:
@@ -62,19 +62,19 @@ def depth_sensor_points(frame: Frame, params: Params) -> Annotation:
     return Annotation(out)
 
 
-@define("DepthSensorPointCloudColor", aovs=["distance_to_image_plane"], needs_picture=True, dtype=np.uint8)
+@define("DepthSensorPointCloudColor", aovs=["distance_to_image_plane"], needs_path_tracing=True, dtype=np.uint8)
 def depth_sensor_colors(frame: Frame, params: Params) -> Annotation:
     """Colour of each point of DepthSensorPointCloudPosition, uint8 (H, W, 4); 0 0 0 0 where there is none."""
     return Annotation(stereo.look_up(frame.aov("LdrColor"), _announced(frame).source))
 
 
-@define("DepthSensorImager", needs_picture=True, dtype=np.float32)
+@define("DepthSensorImager", needs_path_tracing=True, dtype=np.float32)
 def depth_sensor_imager(frame: Frame, params: Params) -> Annotation:
     """What the left imager sees: luminance of the tone-mapped picture, 0 to 255, float32 (H, W)."""
     return Annotation(stereo.luminance(frame.aov("LdrColor")))
 
 
-@define(_VISUAL, aovs=["distance_to_image_plane"], needs_picture=True, dtype=np.uint8)
+@define(_VISUAL, aovs=["distance_to_image_plane"], needs_path_tracing=True, dtype=np.uint8)
 def depth_sensor_visualization(frame: Frame, params: Params) -> Annotation:
     """The picture that `rgbDepthOutputMode` asks for, uint8 (H, W, 4), black where nothing is measured.
 

@@ -15,13 +15,13 @@ Params = Mapping[str, Any]
 _HALF_MAX = float(np.finfo(np.float16).max)
 
 
-@define("rgb", "LdrColor", needs_picture=True, dtype=np.uint8)
+@define("rgb", "LdrColor", needs_path_tracing=True, dtype=np.uint8)
 def rgb(frame: Frame, params: Params) -> Annotation:
     """Tone-mapped colour, uint8 (H, W, 4), alpha 255."""
     return Annotation(frame.aov("LdrColor"))
 
 
-@define("HdrColor", needs_picture=True, dtype=np.float16)
+@define("HdrColor", needs_path_tracing=True, dtype=np.float16)
 def hdr_color(frame: Frame, params: Params) -> Annotation:
     """Linear colour, float16 (H, W, 4)."""
     return Annotation(frame.aov("HdrColor"))
@@ -135,7 +135,7 @@ def emission_and_foreground_mask(frame: Frame, params: Params) -> Annotation:
     return Annotation(glow)
 
 
-@define("PtBackground", aovs=["instance"], needs_picture=True, dtype=np.float16)
+@define("PtBackground", aovs=["instance"], needs_path_tracing=True, dtype=np.float16)
 def background(frame: Frame, params: Params) -> Annotation:
     """HdrColor where the pixel's centre shows no geometry, else 0; float16 (H, W, 4).
 
@@ -146,7 +146,7 @@ def background(frame: Frame, params: Params) -> Annotation:
     return Annotation(shown)
 
 
-@define("LdrColorIsaacConvertRGBAToRGB", needs_picture=True, dtype=np.uint8)
+@define("LdrColorIsaacConvertRGBAToRGB", needs_path_tracing=True, dtype=np.uint8)
 def rgb_without_alpha(frame: Frame, params: Params) -> Annotation:
     """Tone-mapped colour, uint8 (H, W, 3)."""
     return Annotation(np.ascontiguousarray(frame.aov("LdrColor")[..., :3]))

@@ -18,19 +18,19 @@ from usdsdg.annotators.kinds.image import four_channels, half
 Params = Mapping[str, Any]
 
 
-@define("DirectDiffuse", aovs=["direct_diffuse"], needs_picture=True, dtype=np.float16)
+@define("DirectDiffuse", aovs=["direct_diffuse"], needs_path_tracing=True, dtype=np.float16)
 def direct_diffuse(frame: Frame, params: Params) -> Annotation:
     """Light that comes straight from lights or the sky and is scattered [nits], float16 (H, W, 4); the fourth is 1."""
     return Annotation(half(frame.aov("direct_diffuse")))
 
 
-@define("DirectSpecular", aovs=["direct_specular"], needs_picture=True, dtype=np.float16)
+@define("DirectSpecular", aovs=["direct_specular"], needs_path_tracing=True, dtype=np.float16)
 def direct_specular(frame: Frame, params: Params) -> Annotation:
     """Light that comes straight from lights or the sky and is mirrored [nits], float16 (H, W, 4); the fourth is 1."""
     return Annotation(half(frame.aov("direct_specular")))
 
 
-@define("PtDirectIllumation", aovs=["direct_diffuse", "direct_specular"], needs_picture=True, dtype=np.float16)
+@define("PtDirectIllumation", aovs=["direct_diffuse", "direct_specular"], needs_path_tracing=True, dtype=np.float16)
 def direct_illumination(frame: Frame, params: Params) -> Annotation:
     """DirectDiffuse and DirectSpecular together [nits], float16 (H, W, 4); the fourth channel is 1.
 
@@ -39,25 +39,25 @@ def direct_illumination(frame: Frame, params: Params) -> Annotation:
     return Annotation(half(frame.aov("direct_diffuse") + frame.aov("direct_specular")))
 
 
-@define("IndirectDiffuse", "PtGlobalIllumination", aovs=["indirect_diffuse"], needs_picture=True, dtype=np.float16)
+@define("IndirectDiffuse", "PtGlobalIllumination", aovs=["indirect_diffuse"], needs_path_tracing=True, dtype=np.float16)
 def indirect_diffuse(frame: Frame, params: Params) -> Annotation:
     """Light that comes from other surfaces and is scattered [nits], float16 (H, W, 4); the fourth channel is 1."""
     return Annotation(half(frame.aov("indirect_diffuse")))
 
 
-@define("PtReflections", aovs=["reflections"], needs_picture=True, dtype=np.float16)
+@define("PtReflections", aovs=["reflections"], needs_path_tracing=True, dtype=np.float16)
 def reflections(frame: Frame, params: Params) -> Annotation:
     """Light that comes from other surfaces and is mirrored [nits], float16 (H, W, 4); the fourth channel is 1."""
     return Annotation(half(frame.aov("reflections")))
 
 
-@define("Reflections", aovs=["reflections"], needs_picture=True, dtype=np.float32)
+@define("Reflections", aovs=["reflections"], needs_path_tracing=True, dtype=np.float32)
 def reflections_of_real_time(frame: Frame, params: Params) -> Annotation:
     """PtReflections as float32 (H, W, 4)."""
     return Annotation(four_channels(frame.aov("reflections"), 1.0))
 
 
-@define("PtRefractions", aovs=["refractions"], needs_picture=True, dtype=np.float16)
+@define("PtRefractions", aovs=["refractions"], needs_path_tracing=True, dtype=np.float16)
 def refractions(frame: Frame, params: Params) -> Annotation:
     """Light that comes through glass [nits], float16 (H, W, 4); the fourth channel is 1."""
     return Annotation(half(frame.aov("refractions")))

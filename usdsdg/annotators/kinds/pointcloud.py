@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
-from usdsdg.annotators.colors import FIRST_LABELLED, UNLABELLED
+from usdsdg.annotators.colors import FIRST_LABELED, UNLABELLED
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.kinds.segmentation import unique_labels
 
@@ -40,7 +40,7 @@ def depth_to_pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
 @define(
     "pointcloud",
     aovs=["position", "normals", "instance"],
-    needs_picture=True,
+    needs_path_tracing=True,
     params={**LABEL_PARAMS, "includeUnlabelled": False},
     dtype=np.float32,
 )
@@ -61,7 +61,7 @@ def pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
         "pointRgb": frame.aov("LdrColor")[kept].reshape(-1),
         "pointNormals": normals.reshape(-1),
         # Member -1, an unlabelled point, looks up the appended entry.
-        "pointSemantic": np.append(id_of_member + FIRST_LABELLED, UNLABELLED)[member].astype(np.uint32),
-        "pointInstance": np.where(member >= 0, member + FIRST_LABELLED, UNLABELLED).astype(np.uint32),
+        "pointSemantic": np.append(id_of_member + FIRST_LABELED, UNLABELLED)[member].astype(np.uint32),
+        "pointInstance": np.where(member >= 0, member + FIRST_LABELED, UNLABELLED).astype(np.uint32),
     }
     return Annotation(frame.aov("position")[kept].astype(np.float32), info)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
-from usdsdg.annotators.colors import BACKGROUND, FIRST_LABELLED, UNLABELLED, colors_of_ids
+from usdsdg.annotators.colors import BACKGROUND, FIRST_LABELED, UNLABELLED, colors_of_ids
 from usdsdg.annotators.frame import Frame
 from usdsdg.errors import AnnotatorError, warn_once
 
@@ -28,12 +28,12 @@ _BACKGROUND_LABEL, _UNLABELLED_LABEL = {"class": "BACKGROUND"}, {"class": "UNLAB
 def semantic_segmentation(frame: Frame, params: Params) -> Annotation:
     """Id of the label of each pixel, uint32 (H, W), or its colour, uint8 (H, W, 4).
 
-    Entities with equal labels share an id. `mapping` {"type:label": RGBA or id}, or a JSON file of it, overrules
+    LabeledPrims with equal labels share an id. `mapping` {"type:label": RGBA or id}, or a JSON file of it, overrules
     ids and colours.
     """
     selection = frame.selection(predicate_of(params))
     labels, id_of_member = unique_labels(selection.labels)
-    ids = _entity_ids(frame, predicate_of(params), id_of_member + FIRST_LABELLED)
+    ids = _entity_ids(frame, predicate_of(params), id_of_member + FIRST_LABELED)
     described = [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *labels]
     ids, old, color_of = _mapped(ids, params["mapping"], lambda: [_keys(own) for own in described])
     return _annotation(ids, params, {"idToLabels": lambda i: described[old(i)]}, str, color_of)
@@ -80,9 +80,9 @@ def unique_labels(labels: Sequence[dict[str, str]]) -> tuple[list[dict[str, str]
 def _instances(frame: Frame, params: Params, key: Callable) -> Annotation:
     predicate = predicate_of(params)
     selection = frame.selection(predicate)
-    paths = ["BACKGROUND", "UNLABELLED", *(frame.entities.prim_paths[row] for row in selection.rows)]
+    paths = ["BACKGROUND", "UNLABELLED", *(frame.labeled_prims.prim_paths[row] for row in selection.rows)]
     labels = [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *selection.labels]
-    ids = _entity_ids(frame, predicate, np.arange(len(selection)) + FIRST_LABELLED)
+    ids = _entity_ids(frame, predicate, np.arange(len(selection)) + FIRST_LABELED)
     ids, old, color_of = _mapped(
         ids, params["mapping"], lambda: [[path, *_keys(own)] for path, own in zip(paths, labels)]
     )
@@ -92,7 +92,7 @@ def _instances(frame: Frame, params: Params, key: Callable) -> Annotation:
 
 def _gprims(frame: Frame, params: Params, key: Callable) -> Annotation:
     instance = frame.aov("instance")
-    ids = np.where(instance >= 0, instance + FIRST_LABELLED, BACKGROUND).astype(np.uint32)
+    ids = np.where(instance >= 0, instance + FIRST_LABELED, BACKGROUND).astype(np.uint32)
     names = ["BACKGROUND", "UNLABELLED", *frame.gprims]
 
     def keys() -> list[list[str]]:

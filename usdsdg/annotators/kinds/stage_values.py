@@ -48,7 +48,7 @@ def attribute(frame: Frame, params: Params) -> Annotation:
 def prim_paths(frame: Frame, params: Params) -> Annotation:
     """{"primPaths"}: paths of the labelled prims that own geometry, in the order of their instance ids."""
     rows = frame.selection(None).rows
-    return Annotation(None, {"primPaths": [frame.entities.prim_paths[row] for row in rows]})
+    return Annotation(None, {"primPaths": [frame.labeled_prims.prim_paths[row] for row in rows]})
 
 
 @define("fabricTime", "rpFabricTime")

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators import catalogue
-from usdsdg.annotators.colors import FIRST_LABELLED, colors_of_ids
+from usdsdg.annotators.colors import FIRST_LABELED, colors_of_ids
 from usdsdg.errors import Unsupported, WriterError, warn_once
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.poses.transforms import up_axis
@@ -211,9 +211,9 @@ class KittiWriter(Writer):
         counted: dict[int, int] = {}
         for number, labels in sorted(instances["idToSemantics"].items()):
             class_id = self._classes.of(labels).id
-            if number >= FIRST_LABELLED:
+            if number >= FIRST_LABELED:
                 counted[class_id] = counted.get(class_id, 0) + 1
-            palette[number] = class_id * 256 + _eight_bits(counted.get(class_id, 0) if number >= FIRST_LABELLED else 0)
+            palette[number] = class_id * 256 + _eight_bits(counted.get(class_id, 0) if number >= FIRST_LABELED else 0)
         return palette[ids]
 
 
