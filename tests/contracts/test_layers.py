@@ -13,21 +13,30 @@ ALLOWED = {
     "usdsdg/errors.py": (),
     "usdsdg_physics": ("usdsdg_physics", "usdsdg.stage", "usdsdg.errors"),
     "usdsdg_render": ("usdsdg_render", "usdsdg.stage", "usdsdg.errors"),
-    "usdsdg/graph": ("usdsdg.graph", "usdsdg.stage", "usdsdg.errors", "usdsdg.settings"),
-    "usdsdg/annotators": (
-        "usdsdg.annotators",
-        "usdsdg.graph.sampling",  # the only source of randomness
+    "usdsdg/graph": (
+        "usdsdg.graph",
+        "usdsdg.arguments",
+        "usdsdg.session",
         "usdsdg.settings",
         "usdsdg.stage",
         "usdsdg.errors",
-        "usdsdg.arguments.registry",
+    ),
+    "usdsdg/annotators": (
+        "usdsdg.annotators",
+        "usdsdg.graph.sampling",  # the only source of randomness
+        "usdsdg.session",
+        "usdsdg.settings",
+        "usdsdg.stage",
+        "usdsdg.errors",
+        "usdsdg.arguments",
     ),
     "usdsdg/writers": (
         "usdsdg.writers",
         "usdsdg.annotators",
+        "usdsdg.session",
         "usdsdg.stage",
         "usdsdg.errors",
-        "usdsdg.arguments.registry",
+        "usdsdg.arguments",
     ),
 }
 ENGINES = ("warp", "newton")
