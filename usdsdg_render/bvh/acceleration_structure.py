@@ -9,7 +9,7 @@ from usdsdg_render.bvh import build, compress
 from usdsdg_render.bvh.build import Builder
 from usdsdg_render.bvh.compress import LEAF_ITEMS, Compressor
 from usdsdg_render.bvh.query import MAX_BOTTOM_DEPTH, MAX_TOP_DEPTH
-from usdsdg_render.device.staging_buffer import aligned, shared
+from usdsdg_render.memory.staging_buffer import aligned, shared
 
 LANES = 8
 LEAF_TRIANGLES = 16  # two blocks: measured faster than one, and half the nodes

@@ -6,7 +6,7 @@ import numpy as np
 import warp as wp
 
 from usdsdg.errors import RenderError
-from usdsdg_render.device.staging_buffer import aligned, shared
+from usdsdg_render.memory.staging_buffer import aligned, shared
 
 NODE_WORDS = 64
 

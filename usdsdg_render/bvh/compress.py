@@ -19,7 +19,7 @@ import numpy as np
 import warp as wp
 
 from usdsdg_render.bvh.build import Builder
-from usdsdg_render.device.staging_buffer import shared
+from usdsdg_render.memory.staging_buffer import shared
 
 LEAF_ITEMS = 2  # on an H200 8 % faster than three
 NODE_WORDS = 20

@@ -12,10 +12,10 @@ import warp as wp
 
 from usdsdg.errors import warn_once
 from usdsdg_render.bvh.acceleration_structure import TopTree, top_node
-from usdsdg_render.device.staging_buffer import LINE, Mirror, shared
 from usdsdg_render.geometry.support_function import SUPPORT
 from usdsdg_render.kernels import types
 from usdsdg_render.kernels.scene.place import Places, place
+from usdsdg_render.memory.staging_buffer import LINE, Mirror, shared
 
 RECORD = np.dtype(types.Instance.numpy_dtype())
 

@@ -15,6 +15,7 @@ from pxr import Usd
 
 from usdsdg import errors
 from usdsdg_render.usd.authored_values import as_floats
+from usdsdg_render.usd.prim_kinds import SHAPE_PARAMETERS
 
 SEGMENTS = 64  # around the axis
 RINGS = 32  # from pole to pole
@@ -39,18 +40,6 @@ class Ring(NamedTuple):
     v: float
 
 
-# Parameters of each shape, with the schema's fallback for a prim that cannot resolve them.
-PARAMETERS: dict[str, dict[str, float]] = {
-    "Cube": {"size": 2.0},
-    "Sphere": {"radius": 1.0},
-    "Cylinder": {"radius": 1.0, "height": 2.0},
-    "Cylinder_1": {"radiusBottom": 1.0, "radiusTop": 1.0, "height": 2.0},
-    "Cone": {"radius": 1.0, "height": 2.0},
-    "Capsule": {"radius": 0.5, "height": 1.0},
-    "Capsule_1": {"radiusBottom": 0.5, "radiusTop": 0.5, "height": 1.0},
-    "Plane": {"width": 2.0, "length": 2.0},
-}
-
 ShapeKey = tuple[str, str, tuple[float, ...]]
 
 
@@ -58,13 +47,13 @@ def shape_key(prim: Usd.Prim, time: Usd.TimeCode) -> ShapeKey | None:
     """What decides the triangles of a shape: type, axis, parameters. None (with a warning) if it has no surface."""
     kind = str(prim.GetTypeName())
     values = []
-    for name, fallback in PARAMETERS[kind].items():
+    for name, fallback in SHAPE_PARAMETERS[kind].items():
         value = prim.GetAttribute(name).Get(time)
         values.append(fallback if value is None else (as_floats(value, 1) or (math.nan,))[0])
     axis_attribute = prim.GetAttribute("axis")
     axis = str(axis_attribute.Get() or "Z") if axis_attribute else "Z"
     if not _has_surface(kind, values) or axis not in ("X", "Y", "Z"):
-        names = ", ".join(f"{name} = {value}" for name, value in zip(PARAMETERS[kind], values))
+        names = ", ".join(f"{name} = {value}" for name, value in zip(SHAPE_PARAMETERS[kind], values))
         errors.warn_once(
             f"{prim.GetPath()}: a {kind} with {names}, axis = {axis} has no surface and is not drawn. "
             f"Author positive sizes up to {LARGEST:.0e}."

@@ -18,11 +18,11 @@ from usdsdg.stage.geometry.pixel_masks import STRIP, WORD, Outlines
 from usdsdg_render.device.camera import camera_array
 from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.device.parallel import launch_rows
-from usdsdg_render.device.readback import fetch
 from usdsdg_render.kernels.labels import coverage as kernels
 from usdsdg_render.kernels.labels.coverage import BYTES, Strip
 from usdsdg_render.kernels.labels.screen_bounds import ANYWHERE, SIDES, draw_octagons
 from usdsdg_render.labels import lens_bounds
+from usdsdg_render.memory.readback import fetch
 
 if TYPE_CHECKING:
     from usdsdg.stage.cameras.camera_view import CameraView

@@ -8,8 +8,8 @@ import numpy as np
 import warp as wp
 
 from usdsdg_render.device.parallel import launch_rows
-from usdsdg_render.device.readback import fetch
 from usdsdg_render.kernels.labels.label_boxes import WORD, label_boxes, map_labels
+from usdsdg_render.memory.readback import fetch
 
 # A box that holds nothing, as it grows: pixels, x_min, y_min, x_max, y_max.
 _EMPTY = np.array([0, 1 << 30, 1 << 30, -1, -1], np.int32)

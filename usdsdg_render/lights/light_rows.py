@@ -32,16 +32,7 @@ from usdsdg_render.scene.scene import (
     NO_PATTERN,
     NO_RULES,
 )
-
-KINDS = {
-    "SphereLight": LIGHT_SPHERE,
-    "DistantLight": LIGHT_DISTANT,
-    "RectLight": LIGHT_RECT,
-    "DiskLight": LIGHT_DISK,
-    "CylinderLight": LIGHT_CYLINDER,
-}
-DOMES = ("DomeLight", "DomeLight_1")
-UNSUPPORTED = ("PortalLight", "GeometryLight", "PluginLight")
+from usdsdg_render.usd.prim_kinds import LIGHT_TYPES
 
 # A light without size has no area to be seen; this radius stands for it [m].
 POINT_RADIUS = 1e-3
@@ -57,7 +48,7 @@ def read_light(prim: Usd.Prim, local_to_world: np.ndarray, metres_per_unit: floa
 
     What cannot be read is named in a warning.
     """
-    kind = KINDS[str(prim.GetTypeName())]
+    kind = LIGHT_TYPES[str(prim.GetTypeName())]
     luminance = emitted_colour(prim, 50000.0 if kind == LIGHT_DISTANT else 1.0)
     axes, scale = _frame(local_to_world)
     if luminance is None or not luminance.any():

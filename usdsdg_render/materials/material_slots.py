@@ -8,7 +8,7 @@ import numpy as np
 from pxr import Sdf
 
 from usdsdg_render.materials.shading import Material
-from usdsdg_render.usd.gprims import Gprim
+from usdsdg_render.sync.gprims import Gprim
 
 
 class MaterialSlots:

@@ -7,10 +7,10 @@ import warp as wp
 
 from usdsdg.errors import RenderError, warn_once
 from usdsdg_render.device.parallel import launch_rows
-from usdsdg_render.device.readback import fetch
 from usdsdg_render.kernels.path.film import FilmArrays
 from usdsdg_render.kernels.path.tone_map import develop_pixels
 from usdsdg_render.kernels.path.wavelet_denoiser import mix
+from usdsdg_render.memory.readback import fetch
 from usdsdg_render.path import oidn_denoiser, wavelet_denoiser
 from usdsdg_render.settings import PARTS, ToneSettings
 

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.changes import Changes
+from usdsdg_render.sync.gprims import Gprims
 from usdsdg_render.sync.invalidation import Plan
-from usdsdg_render.usd.gprims import Gprims
 from usdsdg_render.usd.prim_kinds import DOME, INSTANCER, LIGHT, is_below, kind_of
 from usdsdg_render.usd.stage_tree import Tree
 

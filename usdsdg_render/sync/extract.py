@@ -24,8 +24,8 @@ from usdsdg_render.materials.materials import MaterialLibrary, MaterialTable, bo
 from usdsdg_render.materials.shading import Material
 from usdsdg_render.scene.scene import Instances, Scene
 from usdsdg_render.sync.animation import Animation
+from usdsdg_render.sync.gprims import Gprim, Gprims, display_colour, warn_of_mean, warn_of_no_coordinates
 from usdsdg_render.sync.invalidation import Plan, Planner
-from usdsdg_render.usd.gprims import Gprim, Gprims, display_colour, warn_of_mean, warn_of_no_coordinates
 from usdsdg_render.usd.prim_kinds import MESH, SHAPE, is_below, matrix_product
 from usdsdg_render.usd.stage_tree import Tree
 from usdsdg_render.usd.time_code import reading_at

@@ -9,8 +9,7 @@ import numpy as np
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdShade
 
 from usdsdg import errors
-from usdsdg_render.geometry.shapes import PARAMETERS
-from usdsdg_render.lights.light_rows import DOMES, KINDS, UNSUPPORTED
+from usdsdg_render.scene.scene import LIGHT_CYLINDER, LIGHT_DISK, LIGHT_DISTANT, LIGHT_RECT, LIGHT_SPHERE
 
 # What a prim is to the renderer.
 PASS, MESH, SHAPE, CURVES, POINTS, LIGHT, DOME, INSTANCER, SUBSET, SKIP, UNDRAWN, NO_LIGHT = range(12)
@@ -23,6 +22,29 @@ IGNORED_PREFIXES = ("physics:", "physx", "semantic", "newton:", "ui:", "userProp
 # And schemas that do not when they are applied.
 IGNORED_SCHEMAS = ("Semantics", "Physics", "Physx", "Newton")
 
+# Parameters of each shape, with the schema's fallback for a prim that cannot resolve them.
+SHAPE_PARAMETERS: dict[str, dict[str, float]] = {
+    "Cube": {"size": 2.0},
+    "Sphere": {"radius": 1.0},
+    "Cylinder": {"radius": 1.0, "height": 2.0},
+    "Cylinder_1": {"radiusBottom": 1.0, "radiusTop": 1.0, "height": 2.0},
+    "Cone": {"radius": 1.0, "height": 2.0},
+    "Capsule": {"radius": 0.5, "height": 1.0},
+    "Capsule_1": {"radiusBottom": 0.5, "radiusTop": 0.5, "height": 1.0},
+    "Plane": {"width": 2.0, "length": 2.0},
+}
+
+# Types of lights.
+LIGHT_TYPES = {
+    "SphereLight": LIGHT_SPHERE,
+    "DistantLight": LIGHT_DISTANT,
+    "RectLight": LIGHT_RECT,
+    "DiskLight": LIGHT_DISK,
+    "CylinderLight": LIGHT_CYLINDER,
+}
+DOME_TYPES = ("DomeLight", "DomeLight_1")
+UNSUPPORTED_LIGHT_TYPES = ("PortalLight", "GeometryLight", "PluginLight")
+
 _KNOWN = {
     "Mesh": MESH,
     "BasisCurves": CURVES,
@@ -31,10 +53,10 @@ _KNOWN = {
     "Points": POINTS,
     "PointInstancer": INSTANCER,
     "GeomSubset": SUBSET,
-    **dict.fromkeys(PARAMETERS, SHAPE),
-    **dict.fromkeys(KINDS, LIGHT),
-    **dict.fromkeys(DOMES, DOME),
-    **dict.fromkeys(UNSUPPORTED, NO_LIGHT),
+    **dict.fromkeys(SHAPE_PARAMETERS, SHAPE),
+    **dict.fromkeys(LIGHT_TYPES, LIGHT),
+    **dict.fromkeys(DOME_TYPES, DOME),
+    **dict.fromkeys(UNSUPPORTED_LIGHT_TYPES, NO_LIGHT),
     "Material": SKIP,
     "Shader": SKIP,
     "NodeGraph": SKIP,
@@ -152,6 +174,8 @@ def warn_unsupported(prim: Usd.Prim) -> None:
         return
     what = "shines no light" if kind_of(prim) == NO_LIGHT else "is not drawn"
     remedy = (
-        "Use one of the lights " + ", ".join((*KINDS, *DOMES)) if kind_of(prim) == NO_LIGHT else "Convert it to a Mesh"
+        "Use one of the lights " + ", ".join((*LIGHT_TYPES, *DOME_TYPES))
+        if kind_of(prim) == NO_LIGHT
+        else "Convert it to a Mesh"
     )
     errors.warn_once(f"{prim.GetPath()}: {kind} is not supported and {what}. {remedy}.")

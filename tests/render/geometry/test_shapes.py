@@ -7,6 +7,7 @@ import pytest
 from pxr import Usd, UsdGeom
 
 from usdsdg_render.geometry import shapes
+from usdsdg_render.usd.prim_kinds import SHAPE_PARAMETERS
 
 CLOSED = [
     ("Cube", (3.0,)),
@@ -92,12 +93,12 @@ def test_vertices_lie_on_the_analytic_surface(axis):
 
 def test_size_matches_the_extent_that_usd_computes():
     stage = Usd.Stage.CreateInMemory()
-    for kind in shapes.PARAMETERS:
+    for kind in SHAPE_PARAMETERS:
         for axis in "XYZ":
             prim = stage.DefinePrim(f"/{kind}_{axis}", kind)
             if prim.HasAttribute("axis"):
                 prim.GetAttribute("axis").Set(axis)
-            for k, name in enumerate(shapes.PARAMETERS[kind]):
+            for k, name in enumerate(SHAPE_PARAMETERS[kind]):
                 prim.GetAttribute(name).Set(1.0 + 0.5 * k)
             key = shapes.shape_key(prim, Usd.TimeCode.Default())
             assert key is not None
@@ -127,7 +128,7 @@ def test_uvs_stay_in_the_unit_square_and_v_goes_up():
 @pytest.mark.parametrize("kind", ["Cube", "Sphere", "Cylinder", "Capsule"])
 def test_pictures_are_not_mirrored(kind):
     """Where u and v grow, seen from outside, v is a quarter turn counter-clockwise of u."""
-    surface = shapes.tessellate((kind, "Z", tuple(shapes.PARAMETERS[kind].values())))
+    surface = shapes.tessellate((kind, "Z", tuple(SHAPE_PARAMETERS[kind].values())))
     a, b, c = surface.corner_uvs.astype(np.float64).transpose(1, 0, 2)
     doubled = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     assert (doubled > -1e-9).all()

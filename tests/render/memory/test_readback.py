@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
-from usdsdg_render.device.readback import Loan, Pool, fetch
+from usdsdg_render.memory.readback import Loan, Pool, fetch
 
 
 class Bytes:

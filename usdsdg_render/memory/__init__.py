@@ -1,0 +1,1 @@
+"""Memory shared between host and device: staging buffers and pinned readback."""
