@@ -164,9 +164,9 @@ def write_drawn_setting(node: Any, execution: int) -> None:
 def get_physx_timestep() -> float:
     """Seconds of one physics step on the current stage: its first PhysicsScene's, or 1/60."""
     from usdsdg.session.stage_context import current_stage
-    from usdsdg.stage.physics_scene import steps_per_second
+    from usdsdg.stage.physics.scenes import physics_scene, steps_per_second
 
-    return 1.0 / steps_per_second(current_stage())
+    return 1.0 / steps_per_second(physics_scene(current_stage()))
 
 
 def set_physx_timestep(timestep: float) -> None:
@@ -176,7 +176,7 @@ def set_physx_timestep(timestep: float) -> None:
         ConfigError: (a ValueError) it is not above 0.
     """
     from usdsdg.session.stage_context import current_stage
-    from usdsdg.stage.physics_scene import set_steps_per_second
+    from usdsdg.stage.physics.scenes import set_steps_per_second
 
     if not isinstance(timestep, Real) or not timestep > 0:
         raise ConfigError(f"settings.set_physx_timestep: {timestep!r} must be above 0 seconds")

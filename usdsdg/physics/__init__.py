@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
@@ -20,7 +19,7 @@ from usdsdg.physics.properties import drive_properties, physics_material
 from usdsdg.physics.steps import reset, simulate
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.geometry.populations import SAMPLED
-from usdsdg.stage.schemas import physx
+from usdsdg.stage.physics.rigid_bodies import apply_rigid_body_schemas, set_simulation_owner
 
 __all__ = ["collider", "drive_properties", "mass", "physics_material", "reset", "rigid_body", "simulate"]
 
@@ -38,19 +37,14 @@ def _collide(prim: Usd.Prim, approximation: str | None, **attributes: Any) -> No
         warn_once(str(error))
 
 
-def _scene_path(physics_scene: Any) -> str | None:
-    """The path of a PhysicsScene given as prim, path or item."""
+def _scene_of(physics_scene: Any) -> Usd.Prim | None:
+    """Return the PhysicsScene given as prim, path or item; None for None."""
     if physics_scene is None:
         return None
-    scenes = [path for path in prim_paths(physics_scene) if prim_at(path).IsA(UsdPhysics.Scene)]
+    scenes = [prim for prim in map(prim_at, prim_paths(physics_scene)) if prim.IsA(UsdPhysics.Scene)]
     if len(scenes) != 1:
         raise GraphError(f"physics_scene={physics_scene!r} is not one PhysicsScene; define it with UsdPhysics.Scene")
     return scenes[0]
-
-
-def _assign_scene(prims: Iterable[Usd.Prim], scene: str | None) -> None:
-    for prim in prims if scene else ():
-        prim.CreateRelationship("physics:simulationOwner", custom=False).SetTargets([scene])
 
 
 def collider(
@@ -72,13 +66,14 @@ def collider(
         BadPrim: there is no prim at `physics_scene`.
         GraphError: it is not a PhysicsScene, there is no such approximation, or there are no prims.
     """
-    prims, scene = prim_paths(input_prims) or current_prims(), _scene_path(physics_scene)
+    prims, scene = prim_paths(input_prims) or current_prims(), _scene_of(physics_scene)
     if not prims:
         raise GraphError(f"physics.collider has no prims: {why_no_prims(input_prims)}")
     offsets = dict(contactOffset=contact_offset, restOffset=rest_offset)
     for prim in map(prim_at, prims):
         _collide(prim, approximation_shape, collisionEnabled=True, **offsets)
-        _assign_scene(_colliders(prim), scene)
+        for shape in _colliders(prim):
+            set_simulation_owner(shape, scene)
     return ReplicatorItem(Node(kind="OgnCollider", prims=prims))
 
 
@@ -100,7 +95,7 @@ def rigid_body(
     Raises:
         BadPrim, GraphError: as `collider`; GraphError at execution, where a velocity is not three numbers.
     """
-    scene = _scene_path(physics_scene)
+    scene = _scene_of(physics_scene)
     offsets = dict(contactOffset=contact_offset, restOffset=rest_offset)
     velocities = dict(velocity=velocity, angular_velocity=angular_velocity)
     item = act("OgnRigidBody", input_prims, attribute="physics:velocity", **velocities, **offsets)
@@ -112,9 +107,8 @@ def rigid_body(
             for shape in there:
                 _collide(shape, None, **offsets)
         if overwrite or not prim.HasAPI(UsdPhysics.RigidBodyAPI):
-            UsdPhysics.RigidBodyAPI.Apply(prim).CreateRigidBodyEnabledAttr(True)
-            physx.PhysxRigidBodyAPI.Apply(prim)
-    _assign_scene(map(prim_at, item.prims), scene)
+            apply_rigid_body_schemas(prim).CreateRigidBodyEnabledAttr(True)
+        set_simulation_owner(prim, scene)
     return item
 
 

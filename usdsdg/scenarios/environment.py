@@ -7,7 +7,7 @@ from pxr import Sdf, Usd, UsdGeom
 from usdsdg.scenarios import rigid_bodies
 from usdsdg.session import stage_context
 from usdsdg.stage import assets
-from usdsdg.stage.physics_scene import needed_physics_scene
+from usdsdg.stage.physics.scenes import needed_physics_scene
 from usdsdg.stage.poses.transforms import author_pose
 from usdsdg.stage.schemas import physx
 from usdsdg.stage.semantics import labels

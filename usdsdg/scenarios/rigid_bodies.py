@@ -1,30 +1,34 @@
-"""What turns a prim into a collider or a rigid body."""
+"""Make prims of a scenario colliders and rigid bodies."""
 
 from __future__ import annotations
 
-from pxr import Usd, UsdGeom, UsdPhysics
+from pxr import Usd, UsdPhysics
 
 from usdsdg.errors import warn_once
+from usdsdg.stage.physics.rigid_bodies import (
+    apply_collision_schemas,
+    apply_rigid_body_schemas,
+    gprims_below,
+    set_approximation,
+)
 from usdsdg.stage.schemas import physx
 
 
 def add_colliders(root: Usd.Prim) -> None:
-    """Make every gprim at or below `root` collide, meshes through their convex hull."""
-    for prim in Usd.PrimRange(root):
-        if not prim.IsA(UsdGeom.Gprim):
-            continue
-        UsdPhysics.CollisionAPI.Apply(prim).CreateCollisionEnabledAttr(True)
-        offsets = physx.PhysxCollisionAPI.Apply(prim)
+    """Make every gprim at or below `root` a collider, meshes through their convex hull."""
+    for prim in gprims_below(root):
+        apply_collision_schemas(prim)
+        UsdPhysics.CollisionAPI(prim).CreateCollisionEnabledAttr(True)
+        offsets = physx.PhysxCollisionAPI(prim)
         offsets.CreateContactOffsetAttr(0.001)
         offsets.CreateRestOffsetAttr(0.0)
-        if prim.IsA(UsdGeom.Mesh):
-            UsdPhysics.MeshCollisionAPI.Apply(prim).CreateApproximationAttr(UsdPhysics.Tokens.convexHull)
+        set_approximation(prim, UsdPhysics.Tokens.convexHull)
 
 
 def add_rigid_body(prim: Usd.Prim, *, floating: bool) -> None:
-    """Let physics move a prim and all below it; `floating` takes gravity off. Warns where nothing can collide."""
+    """Make a prim a rigid body; `floating` switches its gravity off. Warns where no collider is at or below it."""
     if not any(below.HasAPI(UsdPhysics.CollisionAPI) for below in Usd.PrimRange(prim)):
         warn_once(f"{prim.GetPath()} has no geometry that could collide, so it stays where it is; check its asset")
         return
-    UsdPhysics.RigidBodyAPI.Apply(prim).CreateRigidBodyEnabledAttr(True)
-    physx.PhysxRigidBodyAPI.Apply(prim).GetDisableGravityAttr().Set(floating)
+    apply_rigid_body_schemas(prim).CreateRigidBodyEnabledAttr(True)
+    physx.PhysxRigidBodyAPI(prim).GetDisableGravityAttr().Set(floating)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
-from pxr import Usd, UsdGeom, UsdPhysics, UsdShade
+from pxr import Usd, UsdPhysics, UsdShade
 
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import BadPrim, GraphError, NoCollider, warn_once
@@ -13,6 +12,13 @@ from usdsdg.functional.arguments import per_prim, prims_of
 from usdsdg.functional.physics.scenes import take_owner
 from usdsdg.functional.physics.schema_attributes import set_attributes
 from usdsdg.stage.attributes import attribute_of, set_value
+from usdsdg.stage.physics.rigid_bodies import (
+    apply_collision_schemas,
+    apply_rigid_body_schemas,
+    gprims_below,
+    set_approximation,
+    set_simulation_owner,
+)
 from usdsdg.stage.poses.transforms import meters_per_unit
 from usdsdg.stage.schemas import physx
 
@@ -54,13 +60,12 @@ def apply_rigid_body(
             warn_once(f"{prim.GetPath()} is not made a rigid body: {nested[0].GetPath()} below it is one already")
             continue
         remove_rigid_body(nested)
-        UsdPhysics.RigidBodyAPI.Apply(prim)
-        physx.PhysxRigidBodyAPI.Apply(prim)
+        apply_rigid_body_schemas(prim)
         unit = 1.0 / meters_per_unit(prim.GetStage())
         defaults = {"maxLinearVelocity": 1000.0 * unit, "maxDepenetrationVelocity": 100000.0 * unit}
         missing = {name: value for name, value in defaults.items() if name.casefold() not in given}
         set_attributes(prim, missing | attributes, ("physics", "physxRigidBody"))
-        _assign(prim, owner)
+        set_simulation_owner(prim, owner)
         if with_collider:
             apply_collider(prim, owner, approximation or "convexHull")
 
@@ -87,13 +92,15 @@ def apply_collider(prims: Any, physics_scene: Any = None, approximation: str | N
     owner = take_owner(attributes, physics_scene)
     for prim in prims_of(prims):
         _open_instances(prim)
-        shapes = list(_shapes(prim))
+        shapes = list(gprims_below(prim))
         if not shapes:
             raise NoCollider(f"{prim.GetPath()} has no shape or mesh at or below it that could collide")
         for shape in shapes:
-            _make_collider(shape, approximation)
+            apply_collision_schemas(shape, sdf=approximation == "sdf")
+            if approximation is not None:
+                set_approximation(shape, approximation)
             set_attributes(shape, attributes, ("physics", "physxCollision"))
-            _assign(shape, owner)
+            set_simulation_owner(shape, owner)
 
 
 def remove_rigid_body(prims: Any) -> None:
@@ -153,10 +160,6 @@ def _attribute(prim: Usd.Prim, name: str) -> Usd.Attribute:
     return attribute_of(prim, name)
 
 
-def _shapes(prim: Usd.Prim) -> Iterator[Usd.Prim]:
-    return (each for each in Usd.PrimRange(prim) if each.IsA(UsdGeom.Gprim))
-
-
 def _open_instances(root: Usd.Prim) -> None:
     """Colliders are authored on the shapes, and those of instances cannot be edited."""
     pending = [root]
@@ -166,22 +169,6 @@ def _open_instances(root: Usd.Prim) -> None:
             warn_once(f"{prim.GetPath()} is an instance; to give its shapes colliders it is made an ordinary prim")
             prim.SetInstanceable(False)
         pending.extend(prim.GetChildren())
-
-
-def _make_collider(shape: Usd.Prim, approximation: str | None) -> None:
-    UsdPhysics.CollisionAPI.Apply(shape)
-    physx.PhysxCollisionAPI.Apply(shape)
-    if approximation == "sdf":
-        physx.PhysxSDFMeshCollisionAPI.Apply(shape)
-    if shape.IsA(UsdGeom.Mesh):
-        mesh = UsdPhysics.MeshCollisionAPI.Apply(shape)
-        if approximation is not None:
-            mesh.CreateApproximationAttr(approximation)
-
-
-def _assign(prim: Usd.Prim, scene: Usd.Prim | None) -> None:
-    if scene is not None:
-        prim.CreateRelationship("physics:simulationOwner", custom=False).SetTargets([scene.GetPath()])
 
 
 def _remove(prim: Usd.Prim, *apis: type) -> None:

@@ -6,15 +6,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from pxr import Sdf, Usd, UsdPhysics
+from pxr import Usd, UsdPhysics
 
 from usdsdg.errors import BadPrim, PhysicsError, Unsupported
 from usdsdg.functional.arguments import prims_of
 from usdsdg.functional.physics.scenes import create_physics_scene, scene_of
 from usdsdg.session.stage_context import current_stage
-from usdsdg.stage.physics_scene import physics_scene as the_scene
-
-_RATE = "physxScene:timeStepsPerSecond"
+from usdsdg.stage.physics import scenes
 
 
 def simulate(time: float, step_dt: float | None = None, physics_scene: Any = None) -> None:
@@ -32,10 +30,10 @@ def simulate(time: float, step_dt: float | None = None, physics_scene: Any = Non
     if not float(time) > 0.0:
         raise PhysicsError(f"simulate: time is {time!r}; expected a positive number of seconds")
     stage = current_stage()
-    if physics_scene is not None and scene_of(physics_scene) != the_scene(stage):
+    if physics_scene is not None and scene_of(physics_scene) != scenes.physics_scene(stage):
         raise Unsupported(
             f"simulate: physics_scene is {scene_of(physics_scene).GetPath()}, but only the first scene, "
-            f"{the_scene(stage).GetPath()}, is simulated; leave physics_scene out or remove the others"
+            f"{scenes.physics_scene(stage).GetPath()}, is simulated; leave physics_scene out or remove the others"
         )
     with _stepping(stage, step_dt):
         engine = engines.physics()
@@ -124,12 +122,12 @@ def _stepping(stage: Usd.Stage, step_dt: float | None) -> Iterator[None]:
         raise PhysicsError(
             f"simulate: step_dt is {step_dt!r}; expected 1 / (a whole number of steps per second), such as 1 / 120"
         )
-    scene = the_scene(stage) or create_physics_scene()
-    layer, path = stage.GetSessionLayer(), scene.GetPath().AppendProperty(_RATE)
+    scene = scenes.physics_scene(stage) or create_physics_scene()
+    layer, path = stage.GetSessionLayer(), scene.GetPath().AppendProperty(scenes.STEP_RATE)
     known = layer.GetAttributeAtPath(path)
     before = known.default if known else None
     with Usd.EditContext(stage, layer):
-        scene.CreateAttribute(_RATE, Sdf.ValueTypeNames.UInt, custom=False).Set(round(1.0 / step_dt))
+        scenes.step_rate_attribute(scene).Set(round(1.0 / step_dt))
     try:
         yield
     finally:
