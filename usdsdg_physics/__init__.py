@@ -1,7 +1,7 @@
 """A USD stage in motion: UsdPhysics on the stage, Newton underneath, poses and velocities back on the prims."""
 
 from usdsdg_physics.engine import NewtonEngine as NewtonEngine
-from usdsdg_physics.queries.queries import Overlap as Overlap
-from usdsdg_physics.queries.queries import RayHit as RayHit
-from usdsdg_physics.simulate import precompile as precompile
-from usdsdg_physics.simulate import simulate as simulate
+from usdsdg_physics.queries.scene_queries import Overlap as Overlap
+from usdsdg_physics.queries.scene_queries import RayHit as RayHit
+from usdsdg_physics.simulation import precompile as precompile
+from usdsdg_physics.simulation import simulate as simulate

@@ -10,11 +10,11 @@ from pxr import Usd
 
 from usdsdg.errors import PhysicsError
 from usdsdg.stage.poses.transforms import meters_per_unit
-from usdsdg_physics.compile_kernels import Progress
-from usdsdg_physics.parse.approximation import HullCache
-from usdsdg_physics.parse.parse import parse
+from usdsdg_physics.model.compile_kernels import Progress
+from usdsdg_physics.parse.convex_hulls import HullCache
+from usdsdg_physics.parse.scene import parse
 from usdsdg_physics.play import Session, initial_poses
-from usdsdg_physics.queries.queries import Overlap, Queries, RayHit
+from usdsdg_physics.queries.scene_queries import Overlap, Queries, RayHit
 
 # Share of a step that rounding may take from the elapsed time without delaying the step to the next update.
 _ROUNDING = 1e-6

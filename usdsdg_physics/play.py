@@ -9,17 +9,17 @@ from pxr import Usd
 
 from usdsdg.errors import PhysicsError, warn_once
 from usdsdg.stage.changes import ChangeTracker
-from usdsdg_physics.compile_kernels import Progress
-from usdsdg_physics.model.apply_edits import apply_edits
-from usdsdg_physics.model.edits import EditReader, Edits
-from usdsdg_physics.model.world import World
-from usdsdg_physics.parse.approximation import HullCache
+from usdsdg_physics.edits.apply_edits import apply_edits
+from usdsdg_physics.edits.edit_reader import EditReader, Edits
+from usdsdg_physics.model.compile_kernels import Progress
 from usdsdg_physics.parse.attributes import value
-from usdsdg_physics.parse.parse import Units, parse
-from usdsdg_physics.parse.records import Scene
-from usdsdg_physics.queries.queries import Queries
+from usdsdg_physics.parse.convex_hulls import HullCache
+from usdsdg_physics.parse.scene import Units, parse
+from usdsdg_physics.queries.scene_queries import Queries
+from usdsdg_physics.scene.records import Scene
+from usdsdg_physics.world.world import World
 from usdsdg_physics.writeback.restore import Backup
-from usdsdg_physics.writeback.writeback import Writer
+from usdsdg_physics.writeback.stage_writer import Writer
 
 STEPS_PER_SECOND = 60.0
 

@@ -8,9 +8,9 @@ from pxr import Gf, UsdGeom, UsdPhysics
 
 from tests.physics.scenes import add, mesh, new_stage, physics_material
 from usdsdg_physics.model.mass import body_mass, volume_integrals
-from usdsdg_physics.parse.approximation import HullCache
-from usdsdg_physics.parse.parse import parse
-from usdsdg_physics.parse.records import Shape
+from usdsdg_physics.parse.convex_hulls import HullCache
+from usdsdg_physics.parse.scene import parse
+from usdsdg_physics.scene.records import Shape
 
 
 def _properties(stage, path):

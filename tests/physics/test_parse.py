@@ -8,8 +8,8 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from tests.physics.scenes import add, collide, make_body, mesh, new_stage, physics_material, playing, position
 from usdsdg import errors
-from usdsdg_physics.parse.approximation import MAX_HULL_VERTICES, HullCache
-from usdsdg_physics.parse.parse import parse
+from usdsdg_physics.parse.convex_hulls import MAX_HULL_VERTICES, HullCache
+from usdsdg_physics.parse.scene import parse
 
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 

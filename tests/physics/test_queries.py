@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from tests.physics.scenes import add, collide, make_body, mesh, new_stage, playing, set_value
 from usdsdg_physics import Overlap
-from usdsdg_physics.parse.approximation import HullCache
-from usdsdg_physics.parse.records import STATIC, Collider, Material, Scene, Shape
-from usdsdg_physics.queries.queries import Queries
+from usdsdg_physics.parse.convex_hulls import HullCache
+from usdsdg_physics.queries.scene_queries import Queries
+from usdsdg_physics.scene.records import STATIC, Collider, Material, Scene, Shape
 
 SIZES = {
     "box": (0.3, 0.2, 0.4),

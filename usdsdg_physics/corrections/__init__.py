@@ -1,1 +1,1 @@
-"""Corrections that the solver does not make: depenetration, tunneling guard, sleeping."""
+"""Correct contacts and bodies where the solver does not: tunneling guard, depenetration, sleeping, stabilization."""

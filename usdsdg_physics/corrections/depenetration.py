@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from usdsdg_physics.parse.extents import half_thickness
-from usdsdg_physics.parse.records import STATIC, Scene
+from usdsdg_physics.scene.extents import half_thickness
+from usdsdg_physics.scene.records import STATIC, Scene
 
 if TYPE_CHECKING:
     import newton

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from usdsdg.stage.poses.transforms import matrix_from_quat
-from usdsdg_physics.parse.records import STATIC, Scene, Shape
+from usdsdg_physics.scene.records import STATIC, Scene, Shape
 
 if TYPE_CHECKING:
     import newton
@@ -52,7 +52,7 @@ class Sides:
         """Correct the contacts that were just found."""
         import warp as wp
 
-        from usdsdg_physics.corrections.tunneling_kernels import keep_sides
+        from usdsdg_physics.corrections.tunneling_guard_kernels import keep_sides
 
         if not len(self._side):
             return

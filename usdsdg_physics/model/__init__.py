@@ -1,1 +1,1 @@
-"""The Newton model of a stage: building, stepping and editing it."""
+"""Build a Newton model of a scene: mass properties, shapes, collision pipeline, solver, kernels."""

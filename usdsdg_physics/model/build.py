@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from usdsdg_physics.compile_kernels import Progress, load_kernels, prepare_newton
+from usdsdg_physics.model.compile_kernels import Progress, load_kernels, prepare_newton
 from usdsdg_physics.model.mass import body_mass
-from usdsdg_physics.parse.records import STATIC, Body, Collider, Scene, Shape, Solid
+from usdsdg_physics.scene.records import STATIC, Body, Collider, Scene, Shape, Solid
 
 if TYPE_CHECKING:
     import newton

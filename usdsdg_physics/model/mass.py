@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdsdg.stage.poses.transforms import matrix_from_quat
-from usdsdg_physics.parse.approximation import inertia_from_covariance
-from usdsdg_physics.parse.records import Body, Collider, Shape
+from usdsdg_physics.parse.convex_hulls import inertia_from_covariance
+from usdsdg_physics.scene.records import Body, Collider, Shape
 
 WATER = 1000.0  # kg/m³, the density of anything that names none
 

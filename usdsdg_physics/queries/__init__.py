@@ -1,1 +1,1 @@
-"""Scene queries: overlap and ray cast."""
+"""Answer scene queries: overlaps and ray casts."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from usdsdg_physics.parse.records import Shape
+from usdsdg_physics.scene.records import Shape
 
 Hit = tuple[float, np.ndarray]  # distance along the ray, outward normal (3,)
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from pxr import Usd, UsdGeom, UsdPhysics
 
 from usdsdg.errors import warn_once
-from usdsdg_physics.compile_kernels import Progress
 from usdsdg_physics.engine import NewtonEngine
+from usdsdg_physics.model.compile_kernels import Progress
 
 _KINDS = ("Cube", "Sphere", "Capsule", "Cylinder", "Cone", "Mesh")
 

@@ -7,10 +7,10 @@ from numpy.typing import ArrayLike
 from pxr import Usd, UsdGeom
 
 from usdsdg.errors import warn_once
-from usdsdg_physics.parse.approximation import HullCache
 from usdsdg_physics.parse.attributes import value
-from usdsdg_physics.parse.frames import rotation_quat, split_scale
-from usdsdg_physics.parse.records import Shape
+from usdsdg_physics.parse.convex_hulls import HullCache
+from usdsdg_physics.scene.records import Shape
+from usdsdg_physics.scene.rigid_frames import rotation_quat, split_scale
 
 # Turns +Z onto the axis of a UsdGeom gprim (row vectors, determinant one).
 _Z_TO = {

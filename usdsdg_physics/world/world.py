@@ -8,13 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdsdg_physics.compile_kernels import Progress
 from usdsdg_physics.corrections.depenetration import Intruders
 from usdsdg_physics.corrections.sleeping import Sleepers
 from usdsdg_physics.corrections.tunneling_guard import Sides
 from usdsdg_physics.model.build import COLLIDES, SWITCHED_OFF, build
-from usdsdg_physics.parse.extents import half_thickness, world_box
-from usdsdg_physics.parse.records import Scene
+from usdsdg_physics.model.compile_kernels import Progress
+from usdsdg_physics.scene.extents import half_thickness, world_box
+from usdsdg_physics.scene.records import Scene
 
 # A step of 1/60 s takes two substeps, the 1/320 s steps of motion blur one.
 SUBSTEPS_PER_SECOND = 120.0
@@ -192,7 +192,7 @@ class World:
         """Advance by `dt` seconds."""
         import warp as wp
 
-        from usdsdg_physics.model.body_kernels import settle
+        from usdsdg_physics.corrections.stabilization_kernels import settle
 
         count = self._substeps(dt)
         h = dt / count

@@ -12,11 +12,11 @@ from pxr import Sdf, Usd, UsdGeom, Vt
 from usdsdg.errors import warn_once
 from usdsdg.stage.changes import Changes
 from usdsdg.stage.poses.transforms import euler_from_matrix, quat_from_matrix
-from usdsdg_physics.parse.frames import pose_matrix
-from usdsdg_physics.parse.prim_paths import below
-from usdsdg_physics.parse.records import Body
+from usdsdg_physics.scene.prim_paths import below
+from usdsdg_physics.scene.records import Body
+from usdsdg_physics.scene.rigid_frames import pose_matrix
+from usdsdg_physics.writeback.pose_ops import PoseOps, plan_pose_ops
 from usdsdg_physics.writeback.restore import Backup, attribute_spec
-from usdsdg_physics.writeback.xform_ops import PoseOps, plan_pose_ops
 
 VELOCITY, ANGULAR_VELOCITY = "physics:velocity", "physics:angularVelocity"
 

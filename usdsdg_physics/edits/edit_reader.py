@@ -8,10 +8,10 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.changes import Changes
-from usdsdg_physics.parse.approximation import HullCache
 from usdsdg_physics.parse.attributes import value
-from usdsdg_physics.parse.frames import body_from_prim, rigid_pose
-from usdsdg_physics.parse.parse import (
+from usdsdg_physics.parse.collision_shapes import read_shape
+from usdsdg_physics.parse.convex_hulls import HullCache
+from usdsdg_physics.parse.scene import (
     Units,
     bound_material,
     frame_from_prim,
@@ -21,9 +21,9 @@ from usdsdg_physics.parse.parse import (
     read_gravity,
     read_velocity,
 )
-from usdsdg_physics.parse.prim_paths import at_or_below, below
-from usdsdg_physics.parse.records import STATIC, Body, Collider, Scene, Shape
-from usdsdg_physics.parse.shapes import read_shape
+from usdsdg_physics.scene.prim_paths import at_or_below, below
+from usdsdg_physics.scene.records import STATIC, Body, Collider, Scene, Shape
+from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
 
 _VELOCITIES = frozenset({"physics:velocity", "physics:angularVelocity"})
 _LIVE = frozenset({"physxRigidBody:disableGravity", "physxRigidBody:linearDamping", "physxRigidBody:angularDamping"})

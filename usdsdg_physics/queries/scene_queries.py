@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdsdg.stage.poses.transforms import matrix_from_quat, quat_from_matrix
-from usdsdg_physics.parse.extents import bounding_sphere
-from usdsdg_physics.parse.records import Scene, Shape
 from usdsdg_physics.queries.raycast import ray_distance
+from usdsdg_physics.scene.extents import bounding_sphere
+from usdsdg_physics.scene.records import Scene, Shape
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdsdg_physics.model.edits import Edits
-from usdsdg_physics.model.world import World
-from usdsdg_physics.parse.records import Scene
-from usdsdg_physics.queries.queries import Queries
+from usdsdg_physics.edits.edit_reader import Edits
+from usdsdg_physics.queries.scene_queries import Queries
+from usdsdg_physics.scene.records import Scene
+from usdsdg_physics.world.world import World
 
 
 def apply_edits(edits: Edits, world: World, scene: Scene, queries: Queries) -> None:

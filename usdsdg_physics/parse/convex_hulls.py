@@ -7,7 +7,7 @@ import hashlib
 import numpy as np
 
 from usdsdg.errors import warn_once
-from usdsdg_physics.parse.records import Solid
+from usdsdg_physics.scene.records import Solid
 
 # Newton's own cap; its narrow phase walks every vertex of a hull in each support query.
 MAX_HULL_VERTICES = 64

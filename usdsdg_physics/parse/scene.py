@@ -8,13 +8,13 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from usdsdg.errors import warn_once
-from usdsdg_physics.parse.approximation import HullCache
 from usdsdg_physics.parse.attributes import MASS, authored, finite, has_api, value
-from usdsdg_physics.parse.filtering import read_filtered_pairs
-from usdsdg_physics.parse.frames import body_from_prim, rigid_pose
-from usdsdg_physics.parse.records import STATIC, Body, Collider, MassSpec, Material, Scene, Vec3
-from usdsdg_physics.parse.shapes import read_shape
-from usdsdg_physics.parse.survey import survey, warn_no_collider, warn_unsupported
+from usdsdg_physics.parse.collision_filters import read_filtered_pairs
+from usdsdg_physics.parse.collision_shapes import read_shape
+from usdsdg_physics.parse.convex_hulls import HullCache
+from usdsdg_physics.parse.physics_prims import survey, warn_no_collider, warn_unsupported
+from usdsdg_physics.scene.records import STATIC, Body, Collider, MassSpec, Material, Scene, Vec3
+from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
 
 GRAVITY = 9.81
 # PhysX's contact offset when a collider names none is a few centimetres at human scale.

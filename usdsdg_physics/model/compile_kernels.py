@@ -21,8 +21,8 @@ _MODULES = (
     "usdsdg_physics.queries.overlap_kernels",
     "newton._src.sim.articulation",
     "newton._src.solvers.steel.cpu_fallback",
-    "usdsdg_physics.model.body_kernels",
-    "usdsdg_physics.corrections.tunneling_kernels",
+    "usdsdg_physics.corrections.stabilization_kernels",
+    "usdsdg_physics.corrections.tunneling_guard_kernels",
     "newton._src.solvers.steel.solver_steel",
 )
 # This one alone compiles three times longer with the gradients that nobody asks for here.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from usdsdg.stage.poses.transforms import matrix_from_quat
-from usdsdg_physics.parse.records import Shape
+from usdsdg_physics.scene.records import Shape
 
 
 def bounding_sphere(shape: Shape) -> tuple[float, float, float, float]:

@@ -8,7 +8,7 @@ from itertools import combinations_with_replacement, product
 from pxr import Sdf, Usd, UsdPhysics
 
 from usdsdg_physics.parse.attributes import value
-from usdsdg_physics.parse.records import Collider
+from usdsdg_physics.scene.records import Collider
 
 
 def read_filtered_pairs(

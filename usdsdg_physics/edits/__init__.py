@@ -1,0 +1,1 @@
+"""Apply to the running simulation what users change on the stage between steps."""

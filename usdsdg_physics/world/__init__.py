@@ -1,0 +1,1 @@
+"""The running simulation: states, substeps, kinematic motion."""
