@@ -1,4 +1,4 @@
-"""A USD stage in motion: UsdPhysics on the stage, Newton underneath, poses and velocities back on the prims."""
+"""Simulate the rigid bodies of a USD stage with Newton, and write poses and velocities back to the prims."""
 
 from usdsdg_physics.engine import NewtonEngine as NewtonEngine
 from usdsdg_physics.queries.scene_queries import Overlap as Overlap

@@ -1,4 +1,4 @@
-"""The whole cycle: what users changed → substeps → poses and velocities on the stage → step listeners."""
+"""The physics engine: play, advance, stop, step listeners, and scene queries on one stage."""
 
 from __future__ import annotations
 
@@ -10,60 +10,64 @@ from pxr import Usd
 
 from usdsdg.errors import PhysicsError
 from usdsdg.stage.poses.transforms import meters_per_unit
-from usdsdg_physics.model.compile_kernels import Progress
 from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.scene import parse
-from usdsdg_physics.play import Session, initial_poses
-from usdsdg_physics.queries.scene_queries import Overlap, Queries, RayHit
+from usdsdg_physics.play import PlaySession, initial_poses
+from usdsdg_physics.queries.scene_queries import Overlap, RayHit, SceneQueries
+from usdsdg_physics.world.compile_kernels import Progress
 
-# Share of a step that rounding may take from the elapsed time without delaying the step to the next update.
+# Fraction of a step that rounding may take from the elapsed time without delaying the step to the next update.
 _ROUNDING = 1e-6
 
 
 class NewtonEngine:
-    """Simulates the rigid bodies of one stage. The stage stays the truth: whatever is written there between two steps
-    (velocities, transforms, switches, new prims) takes effect at the next, and every step writes its result back."""
+    """Simulates the rigid bodies of one stage with Newton.
+
+    Whatever is written to the stage between two steps (velocities, transforms, switches, new prims) takes effect at the
+    next, and every step writes its result back.
+    """
 
     def __init__(self, stage: Usd.Stage, *, device: str | None = None, progress: Progress | None = None) -> None:
-        """`device` is "cpu", "cuda:0" or None for Warp's default; `progress` hears about kernels being compiled."""
+        """`device` is "cpu", "cuda:0" or None for Warp's default; `progress` is told of kernels being compiled."""
         self._stage, self._device, self._progress = stage, device, progress
         self._hulls = HullCache()
         self._listeners: dict[int, Callable[[float], None]] = {}
         self._keys = itertools.count()
-        self._session: Session | None = None
+        self._session: PlaySession | None = None
         self._elapsed = 0.0
 
     @property
     def is_playing(self) -> bool:
+        """Whether `play` was called, and not yet `stop`."""
         return self._session is not None
 
     @property
     def is_built(self) -> bool:
-        """Whether kernels are compiled and the bodies are in the solver."""
+        """Whether kernels are compiled and the solver has the bodies."""
         return self._session is not None and self._session.world is not None
 
     @property
     def rigid_bodies(self) -> tuple[str, ...]:
-        """Paths of the bodies that are simulated; empty while stopped."""
+        """Paths of the rigid bodies that are simulated; empty while stopped."""
         return tuple(self._session.scene.bodies) if self._session else ()
 
     def play(self) -> None:
-        """Remember poses and velocities as they are authored. Again while playing (after a pause) does nothing."""
+        """Begin to simulate, and remember the authored poses and velocities; does nothing while playing."""
         if self._session is None:
-            self._session = Session(self._stage, self._hulls, device=self._device, progress=self._progress)
+            self._session = PlaySession(self._stage, self._hulls, device=self._device, progress=self._progress)
             self._elapsed = 0.0
 
     def stop(self, *, restore: bool = True) -> None:
-        """Put poses and velocities back to what they were before `play`, in the layers that were written.
+        """End the simulation and restore poses and velocities from before `play`, in the layers that were written.
 
-        With `restore` false everything stays where it is, as if authored there.
+        Without `restore` everything stays where it is, as if authored there.
         """
         if self._session is not None:
             self._session.end(restore=restore)
             self._session = None
 
     def reset(self, bodies: Collection[str] | None = None) -> None:
-        """Begin anew with poses and velocities as they were before `play`: all bodies, or those at the paths given.
+        """Restart from the poses and velocities before `play`: all bodies, or those at the given paths.
 
         Does nothing while stopped.
         """
@@ -76,10 +80,10 @@ class NewtonEngine:
         self.play()
 
     def put_to_sleep(self, bodies: Collection[str]) -> None:
-        """Take the speed of the bodies at these paths and hold them where they are, gravity or not.
+        """Zero the velocities of the bodies at these paths and hold them where they are, gravity or not.
 
-        One wakes when a body that moves faster than its own sleepThreshold touches it, when one that it touches wakes,
-        when somebody sets its pose, velocity or gravity, and by `wake_up`. Kinematic bodies stay as they are.
+        A body wakes when one that moves faster than its own sleepThreshold touches it, when one that it touches wakes,
+        when its pose, velocity or gravity is set, and by `wake_up`. Kinematic bodies stay as they are.
 
         Raises:
             PhysicsError: `play` has not been called; bodies that sleep from the start have physics:startsAsleep.
@@ -87,7 +91,7 @@ class NewtonEngine:
         self._playing("put_to_sleep").put_to_sleep(bodies)
 
     def wake_up(self, bodies: Collection[str]) -> None:
-        """Let the bodies at these paths move again, whether they were put to sleep or came to rest.
+        """Let the bodies at these paths move again, whether asleep or at rest.
 
         Raises:
             PhysicsError: `play` has not been called.
@@ -95,16 +99,16 @@ class NewtonEngine:
         self._playing("wake_up").wake_up(bodies)
 
     def close(self) -> None:
-        """Let go of the stage without writing to it."""
+        """Release the stage without writing to it."""
         self.stop(restore=False)
 
     def advance(self, seconds: float) -> int:
-        """Let time pass and take every fixed step that is due; what is left over counts for the next call.
+        """Advance time and take every fixed step that is due; the remainder counts for the next call.
 
         The step length is read from the stage before each step (physxScene:timeStepsPerSecond, 60 by default).
 
         Returns:
-            how many steps were taken.
+            The number of steps taken.
 
         Raises:
             PhysicsError: `play` has not been called, or the step rate is not positive.
@@ -125,7 +129,7 @@ class NewtonEngine:
         return steps
 
     def subscribe_step(self, listener: Callable[[float], None]) -> Callable[[], None]:
-        """Call `listener(dt)` after every step, when the stage shows its result; returns the unsubscribe function."""
+        """Call `listener(dt)` after every step, when its result is on the stage; return the unsubscribe function."""
         key = next(self._keys)
         self._listeners[key] = listener
 
@@ -137,32 +141,32 @@ class NewtonEngine:
     def overlap_box(
         self, half_extent: Sequence[float], origin: Sequence[float], rotation_xyzw: Sequence[float] = (0, 0, 0, 1)
     ) -> list[Overlap]:
-        """Switched-on colliders that share a point with a box [stage units], sorted by collider path."""
-        queries, poses = self._asked()
+        """Return the enabled colliders that overlap a box [stage units], sorted by collider path."""
+        queries, poses = self._queries()
         return queries.overlap_box(poses, self._meters(half_extent), self._meters(origin), rotation_xyzw)
 
     def overlap_sphere(self, radius: float, origin: Sequence[float]) -> list[Overlap]:
-        """Switched-on colliders that share a point with a sphere [stage units], sorted by collider path."""
-        queries, poses = self._asked()
+        """Return the enabled colliders that overlap a sphere [stage units], sorted by collider path."""
+        queries, poses = self._queries()
         return queries.overlap_sphere(poses, radius * meters_per_unit(self._stage), self._meters(origin))
 
     def raycast(self, origin: Sequence[float], direction: Sequence[float], distance: float) -> RayHit | None:
-        """The nearest switched-on collider along a ray [stage units], None when there is none within `distance`."""
-        queries, poses = self._asked()
+        """Return the nearest enabled collider along a ray [stage units], None when there is none within `distance`."""
+        queries, poses = self._queries()
         meters = meters_per_unit(self._stage)
         hit = queries.raycast(poses, self._meters(origin), direction, distance * meters)
         return hit and hit.scaled(1.0 / meters)
 
-    def _asked(self) -> tuple[Queries, np.ndarray]:
-        """What a query looks at: bodies as the last step left them, or a stopped stage as it is authored."""
+    def _queries(self) -> tuple[SceneQueries, np.ndarray]:
+        """Return scene queries and body poses: those of the last step, or of a stopped stage as it is authored."""
         if self._session is not None:
             return self._session.queries, self._session.poses
         scene = parse(self._stage, self._hulls)
-        return Queries(scene), initial_poses(scene)
+        return SceneQueries(scene), initial_poses(scene)
 
-    def _playing(self, what: str) -> Session:
+    def _playing(self, caller: str) -> PlaySession:
         if self._session is None:
-            raise PhysicsError(f"the simulation is stopped; call play() before {what}()")
+            raise PhysicsError(f"the simulation is stopped; call play() before {caller}()")
         return self._session
 
     def _meters(self, vector: Sequence[float]) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""A stage simulated for some time, without a timeline."""
+"""Simulate a stage for some time without a timeline, and compile kernels ahead."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from pxr import Usd, UsdGeom, UsdPhysics
 
 from usdsdg.errors import warn_once
 from usdsdg_physics.engine import NewtonEngine
-from usdsdg_physics.model.compile_kernels import Progress
+from usdsdg_physics.world.compile_kernels import Progress
 
-_KINDS = ("Cube", "Sphere", "Capsule", "Cylinder", "Cone", "Mesh")
+_GPRIMS = ("Cube", "Sphere", "Capsule", "Cylinder", "Cone", "Mesh")
 
 
 def simulate(
@@ -22,15 +22,15 @@ def simulate(
     progress: Progress | None = None,
     on_frame: Callable[[int], None] | None = None,
 ) -> int:
-    """Let the rigid bodies of a stage move for `seconds` and leave them where they end, in the current edit target.
+    """Simulate the rigid bodies of a stage for `seconds` and leave them where they end, in the current edit target.
 
     Args:
-        frames_per_second: how often `on_frame(frame)` is called and `progress` hears "simulating"; the steps between
-            are those of the stage's PhysicsScene.
-        on_frame: sees the stage after each frame, the first time as frame 1.
+        frames_per_second: how often `on_frame(frame)` and `progress("simulating", frame, frames)` are called; the steps
+            between are those of the stage's PhysicsScene.
+        on_frame: called after each frame, the first time with 1.
 
     Returns:
-        the number of physics steps.
+        The number of physics steps.
     """
     engine = NewtonEngine(stage, device=device, progress=progress)
     engine.play()
@@ -54,7 +54,7 @@ def simulate(
 def precompile(*, device: str | None = None, progress: Progress | None = None) -> None:
     """Compile every kernel that a scene of convex shapes needs, by stepping one; quick when they are cached."""
     stage = Usd.Stage.CreateInMemory()
-    for height, kind in enumerate((*_KINDS, "Cube")):
+    for height, kind in enumerate((*_GPRIMS, "Cube")):
         prim = stage.DefinePrim(f"/{kind}_{height}", kind)
         UsdGeom.Xformable(prim).AddTranslateOp().Set((0.0, 0.0, 1.5 * height))
         if kind == "Mesh":

@@ -1,4 +1,4 @@
-"""Static colliders that a script switches on, or moves, around bodies while the simulation runs."""
+"""Push bodies out of a static collider that is switched on, or moved, inside of them while the simulation runs."""
 
 from __future__ import annotations
 
@@ -13,89 +13,89 @@ from usdsdg_physics.scene.records import STATIC, Scene
 if TYPE_CHECKING:
     import newton
 
+    from usdsdg_physics.corrections.contact_arrays import ContactArrays
+
 # Four updates of the app: as long as the tutorial scripts give a camera's collider to make room.
 PUSH_TIME = 4.0 / 60.0  # s
 
 
-class Intruders:
-    """Frees the middle of a collider that appears inside bodies; otherwise a camera would look at their inside.
+class Depenetration:
+    """Frees the center of a collider that appears inside bodies; otherwise a camera would look at their inside.
 
     PhysX pushes at the bodies' maxDepenetrationVelocity, 3 m/s, and in four updates gets a camera out of no body that
-    is wider than 0.4 m. Here a body that holds the collider's middle is pushed as fast as it takes, and keeps nothing
-    of that speed; all others are pushed as in PhysX.
+    is wider than 0.4 m. Here a body that contains the collider's center is pushed as fast as it takes, and keeps
+    nothing of that speed; all others are pushed as in PhysX.
     """
 
-    def __init__(self, scene: Scene, model: newton.Model, shape_index: dict[str, int]) -> None:
+    def __init__(self, scene: Scene, model: newton.Model, shape_index: dict[str, int], contacts: ContactArrays) -> None:
         import warp as wp
 
-        self._model = model
+        self._model, self._contacts = model, contacts
         self._time_left = np.zeros(len(shape_index), np.float32)
-        reach = np.zeros(len(shape_index), np.float32)
+        thickness = np.zeros(len(shape_index), np.float32)
         self._static = set()
         for collider in scene.colliders.values():
-            reach[shape_index[collider.path]] = half_thickness(collider.shape)
+            thickness[shape_index[collider.path]] = half_thickness(collider.shape)
             if collider.body == STATIC:
                 self._static.add(shape_index[collider.path])
         limits = [body.max_depenetration_velocity for body in scene.bodies.values()]
-        where = model.device
-        self._reach = wp.array(reach, dtype=wp.float32, device=where)
-        self._limits = wp.array(limits, dtype=wp.float32, device=where)
-        self._dynamic = wp.array([not body.kinematic for body in scene.bodies.values()], dtype=wp.int32, device=where)
+        device = model.device
+        self._half_thickness = wp.array(thickness, dtype=wp.float32, device=device)
+        self._authored_limits = wp.array(limits, dtype=wp.float32, device=device)
+        self._dynamic = wp.array([not body.kinematic for body in scene.bodies.values()], dtype=wp.int32, device=device)
 
-    def appear(self, shapes: Collection[int]) -> None:
-        """Colliders that were switched on or moved, by shape index."""
+    def activate(self, shapes: Collection[int]) -> None:
+        """Begin to push at the static colliders, by shape index, that were switched on or moved."""
         self._time_left[list(self._static.intersection(shapes))] = PUSH_TIME
 
-    def vanish(self, shapes: Collection[int]) -> None:
+    def deactivate(self, shapes: Collection[int]) -> None:
+        """Stop pushing at colliders that were switched off."""
         self._time_left[list(shapes)] = 0.0
 
     @property
-    def any(self) -> bool:
+    def _active(self) -> bool:
         return bool((self._time_left > 0.0).any())
 
-    def push(self, contacts: newton.Contacts, state: newton.State) -> None:
-        """Set how fast each body may be pushed out of what it is in, before the solver's step."""
+    def raise_velocities(self, state: newton.State) -> None:
+        """Set each body's maximum depenetration velocity for the solver's next step."""
+        if not self._active:
+            return
         import warp as wp
 
-        from usdsdg_physics.corrections.depenetration_kernels import hurry_out
+        from usdsdg_physics.corrections.depenetration_kernels import raise_depenetration_velocity
 
-        speed = self._model.steel.rigid_body_max_depenetration_velocity
-        wp.copy(speed, self._limits)
+        limits = self._model.steel.rigid_body_max_depenetration_velocity
+        wp.copy(limits, self._authored_limits)
         wp.launch(
-            hurry_out,
-            dim=contacts.rigid_contact_max,
+            raise_depenetration_velocity,
+            dim=self._contacts.shape0.size,
             inputs=[
                 wp.array(self._time_left, dtype=wp.float32, device=self._model.device),
-                self._reach,
+                self._half_thickness,
                 self._model.shape_body,
                 state.body_q,
-                contacts.rigid_contact_count,
-                contacts.rigid_contact_shape0,
-                contacts.rigid_contact_shape1,
-                contacts.rigid_contact_point0,
-                contacts.rigid_contact_point1,
-                contacts.rigid_contact_normal,
-                contacts.rigid_contact_margin0,
-                contacts.rigid_contact_margin1,
+                self._contacts,
             ],
-            outputs=[speed],
+            outputs=[limits],
             device=self._model.device,
         )
 
-    def calm(self, before: newton.State, after: newton.State, dt: float) -> None:
-        """Take from the bodies what speed the push gave them, after the solver's step of `dt` seconds."""
+    def clamp_velocities(self, before: newton.State, after: newton.State, dt: float) -> None:
+        """Take from the bodies the speed that depenetration gave them in the solver's step of `dt` seconds."""
+        if not self._active:
+            return
         import warp as wp
 
-        from usdsdg_physics.corrections.depenetration_kernels import calm_down
+        from usdsdg_physics.corrections.depenetration_kernels import clamp_depenetration_velocity
 
         wp.launch(
-            calm_down,
+            clamp_depenetration_velocity,
             dim=self._model.body_count,
-            inputs=[self._dynamic, self._limits, before.body_qd],
+            inputs=[self._dynamic, self._authored_limits, before.body_qd],
             outputs=[after.joint_qd, after.body_qd],
             device=self._model.device,
         )
         self._time_left = np.maximum(self._time_left - dt, 0.0)
         self._time_left[self._time_left < 1e-4] = 0.0
-        if not self.any:
-            wp.copy(self._model.steel.rigid_body_max_depenetration_velocity, self._limits)
+        if not self._active:
+            wp.copy(self._model.steel.rigid_body_max_depenetration_velocity, self._authored_limits)

@@ -1,4 +1,4 @@
-"""Bodies that somebody put to sleep: held where they are until something that moves touches them."""
+"""Hold bodies that were put to sleep where they are, until a moving body touches them."""
 
 from __future__ import annotations
 
@@ -11,19 +11,24 @@ if TYPE_CHECKING:
     import newton
     import warp as wp
 
+    from usdsdg_physics.corrections.contact_arrays import ContactArrays
 
-class Sleepers:
-    """Which bodies sleep. The solver moves them as all others; `kernels.settle` takes that back for those here."""
 
-    def __init__(self, model: newton.Model, gyration: wp.array, sleep_threshold: wp.array) -> None:
+class Sleeping:
+    """Which bodies are asleep. The solver moves them like all others; `Stabilization` then reverts their motion."""
+
+    def __init__(
+        self, model: newton.Model, contacts: ContactArrays, inertia_per_mass: wp.array, sleep_threshold: wp.array
+    ) -> None:
         import warp as wp
 
-        self._model, self._gyration, self._threshold = model, gyration, sleep_threshold
+        self._model, self._contacts = model, contacts
+        self._inertia_per_mass, self._sleep_threshold = inertia_per_mass, sleep_threshold
         self.asleep = wp.zeros(model.body_count, dtype=wp.int32, device=model.device)
         self._any = False
 
-    def put(self, bodies: Sequence[int] | np.ndarray, *, asleep: bool) -> None:
-        """Let bodies sleep, or wake them."""
+    def set_asleep(self, bodies: Sequence[int] | np.ndarray, asleep: bool) -> None:
+        """Put bodies to sleep, or wake them."""
         if not asleep and not self._any:
             return
         flags = self.asleep.numpy().copy()
@@ -32,39 +37,32 @@ class Sleepers:
         self._any = bool(flags.any())
 
     def indices(self) -> np.ndarray:
-        """Who sleeps now."""
+        """Return the indices of the bodies that are asleep."""
         return np.flatnonzero(self.asleep.numpy()) if self._any else np.zeros(0, np.int64)
 
-    def rouse(self, contacts: newton.Contacts, state: newton.State, dt: float) -> None:
-        """Wake those that something moving will touch in the next `dt` seconds, before the solver's step."""
+    def wake_touched(self, state: newton.State, dt: float) -> None:
+        """Wake the bodies that a moving body will touch in the next `dt` seconds, before the solver's step."""
         import warp as wp
 
-        from usdsdg_physics.corrections.sleeping_kernels import wake_touched
+        from usdsdg_physics.corrections.sleeping_kernels import wake_touched_bodies
 
         if not self._any:
             return
-        slept = wp.clone(self.asleep)
+        was_asleep = wp.clone(self.asleep)
         before, left = -1, len(self.indices())
-        # Who has just been woken wakes its neighbours.
+        # A body that has just been woken wakes its neighbors.
         while left != before:
             wp.launch(
-                wake_touched,
-                dim=contacts.rigid_contact_max,
+                wake_touched_bodies,
+                dim=self._contacts.shape0.size,
                 inputs=[
                     self._model.shape_body,
-                    slept,
+                    was_asleep,
                     state.body_q,
                     state.body_qd,
-                    self._gyration,
-                    self._threshold,
-                    contacts.rigid_contact_count,
-                    contacts.rigid_contact_shape0,
-                    contacts.rigid_contact_shape1,
-                    contacts.rigid_contact_point0,
-                    contacts.rigid_contact_point1,
-                    contacts.rigid_contact_normal,
-                    contacts.rigid_contact_margin0,
-                    contacts.rigid_contact_margin1,
+                    self._inertia_per_mass,
+                    self._sleep_threshold,
+                    self._contacts,
                     dt,
                 ],
                 outputs=[self.asleep],

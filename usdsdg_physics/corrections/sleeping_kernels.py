@@ -1,67 +1,64 @@
-"""The Warp kernel that finds out which sleeping bodies are touched."""
+"""Warp kernel that wakes sleeping bodies that a moving body touches."""
 
 from __future__ import annotations
 
 import warp as wp
 
-# Bodies at rest on each other are this near, or nearer.
-TOUCHING = wp.constant(0.001)  # m
+from usdsdg_physics.corrections.contact_arrays import ContactArrays
+
+# Bodies that rest on each other are at most this far apart.
+TOUCH_DISTANCE = wp.constant(0.001)  # m
 
 
 @wp.kernel
-def wake_touched(
+def wake_touched_bodies(
     # scene
     shape_body: wp.array[wp.int32],
     # body
-    slept: wp.array[wp.int32],
+    was_asleep: wp.array[wp.int32],
     body_q: wp.array[wp.transform],
     body_qd: wp.array[wp.spatial_vector],
-    gyration: wp.array[wp.float32],
+    inertia_per_mass: wp.array[wp.float32],
     sleep_threshold: wp.array[wp.float32],
-    # contact
-    count: wp.array[wp.int32],
-    shape0: wp.array[wp.int32],
-    shape1: wp.array[wp.int32],
-    point0: wp.array[wp.vec3],
-    point1: wp.array[wp.vec3],
-    normal: wp.array[wp.vec3],
-    margin0: wp.array[wp.float32],
-    margin1: wp.array[wp.float32],
+    contacts: ContactArrays,
     dt: wp.float32,
     # out
     asleep: wp.array[wp.int32],
 ):
-    """Clear `asleep` of each body that one in motion touches or will reach within `dt` seconds.
+    """Clear `asleep` of each body that a moving body touches or will reach within `dt` seconds.
 
-    In motion are bodies of more kinetic energy per mass than their own sleep threshold [m²/s²], and those that `slept`
-    before and have been woken: a pile wakes as a whole. Static colliders and what lies still wake nobody.
+    A body moves when its kinetic energy per mass is above its own sleep threshold [m²/s²], or when it `was_asleep`
+    before this step and has been woken in it: a pile wakes as a whole. Static colliders and bodies at rest wake none.
     """
     contact = wp.tid()
-    if contact >= count[0] or shape0[contact] < 0 or shape1[contact] < 0:
+    if contact >= contacts.count[0] or contacts.shape0[contact] < 0 or contacts.shape1[contact] < 0:
         return
-    first = shape_body[shape0[contact]]
-    second = shape_body[shape1[contact]]
+    first = shape_body[contacts.shape0[contact]]
+    second = shape_body[contacts.shape1[contact]]
     if first < 0 or second < 0 or (asleep[first] != 0) == (asleep[second] != 0):
         return
-    sleeper = int(first)
+    sleeping = int(first)
     other = int(second)
-    if asleep[sleeper] == 0:
-        sleeper = int(second)
+    if asleep[sleeping] == 0:
+        sleeping = int(second)
         other = int(first)
 
     velocity = wp.spatial_top(body_qd[other])
     angular = wp.spatial_bottom(body_qd[other])
-    energy = 0.5 * (wp.dot(velocity, velocity) + gyration[other] * wp.dot(angular, angular))
-    if energy <= sleep_threshold[other] and slept[other] == 0:
+    energy = 0.5 * (wp.dot(velocity, velocity) + inertia_per_mass[other] * wp.dot(angular, angular))
+    if energy <= sleep_threshold[other] and was_asleep[other] == 0:
         return
 
-    on_first = wp.transform_point(body_q[first], point0[contact])
-    on_second = wp.transform_point(body_q[second], point1[contact])
-    # The normal points from the first shape to the second.
-    depth = wp.dot(normal[contact], on_first - on_second) + margin0[contact] + margin1[contact]
-    lever = on_first - wp.transform_get_translation(body_q[other])
-    approach = wp.dot(normal[contact], velocity + wp.cross(angular, lever))
+    point_on_first = wp.transform_point(body_q[first], contacts.point0[contact])
+    point_on_second = wp.transform_point(body_q[second], contacts.point1[contact])
+    depth = (
+        wp.dot(contacts.normal[contact], point_on_first - point_on_second)
+        + contacts.margin0[contact]
+        + contacts.margin1[contact]
+    )
+    lever = point_on_first - wp.transform_get_translation(body_q[other])
+    approach = wp.dot(contacts.normal[contact], velocity + wp.cross(angular, lever))
     if other == second:
         approach = -approach
-    if depth + wp.max(approach, 0.0) * dt >= -TOUCHING:
-        asleep[sleeper] = 0
+    if depth + wp.max(approach, 0.0) * dt >= -TOUCH_DISTANCE:
+        asleep[sleeping] = 0

@@ -1,4 +1,4 @@
-"""Warp kernels over bodies: what happens to a body after the solver has moved it."""
+"""Warp kernel over bodies: correct what the solver's step made of each."""
 # ruff: noqa: UP018, RUF046
 
 from __future__ import annotations
@@ -7,35 +7,35 @@ import warp as wp
 
 
 @wp.kernel
-def settle(
+def stabilize_bodies(
     # body
     dynamic: wp.array[wp.int32],
-    pulled_by_gravity: wp.array[wp.int32],
-    gyration: wp.array[wp.float32],
+    gravity_enabled: wp.array[wp.int32],
+    inertia_per_mass: wp.array[wp.float32],
     sleep_threshold: wp.array[wp.float32],
     asleep: wp.array[wp.int32],
     max_velocity: wp.array[wp.float32],
     max_angular_velocity: wp.array[wp.float32],
-    before: wp.array[wp.transform],
+    previous_body_q: wp.array[wp.transform],
     # rest
     dt: wp.float32,
-    fall_energy: wp.float32,
-    rest_after: wp.float32,
+    max_rest_energy: wp.float32,
+    rest_delay: wp.float32,
     # out
     joint_q: wp.array[wp.float32],
     joint_qd: wp.array[wp.float32],
     body_q: wp.array[wp.transform],
     body_qd: wp.array[wp.spatial_vector],
-    quiet: wp.array[wp.float32],
-    broken: wp.array[wp.int32],
+    rest_time: wp.array[wp.float32],
+    nonfinite_steps: wp.array[wp.int32],
 ):
-    """Bound the speed of each body, hold bodies that have come to rest, and take back a step that is not finite.
+    """Clamp the velocity of each body, hold bodies at rest or asleep, and revert a step that is not finite.
 
-    A body is quiet while its kinetic energy per mass [m²/s²] is below its sleep threshold, as in PhysX, and below
-    `fall_energy`, which is less than gravity alone would give it in one step: only a supported body can be quiet for
-    longer than an instant, and one that loses its support leaves at once. After `rest_after` seconds it is held where
-    it was, so that the last millimetres per second of the contact solver do not show as creep.
-    Those that were put to sleep (`asleep`) are held at once. `gyration` is inertia over mass [m²].
+    A body may be at rest while its kinetic energy per mass [m²/s²] is below its sleep threshold, as in PhysX, and below
+    `max_rest_energy`, which is less than gravity alone would give it in one step: only a supported body stays below it
+    for longer than an instant, and one that loses its support leaves at once. After `rest_delay` seconds it is held
+    where it was, so that the last millimeters per second of the contact solver do not show as creep. Bodies `asleep`
+    are held at once. `inertia_per_mass` is the mean moment of inertia over the mass [m²].
     """
     body = wp.tid()
     if dynamic[body] == 0:
@@ -44,30 +44,30 @@ def settle(
     velocity = wp.spatial_top(body_qd[body])
     angular = wp.spatial_bottom(body_qd[body])
     speed = wp.length(velocity)
-    spin = wp.length(angular)
-    energy = 0.5 * (speed * speed + gyration[body] * spin * spin)
+    angular_speed = wp.length(angular)
+    energy = 0.5 * (speed * speed + inertia_per_mass[body] * angular_speed * angular_speed)
 
     hold = int(0)
-    if not (wp.isfinite(speed) and wp.isfinite(spin) and finite_transform(pose)):
-        broken[body] = broken[body] + 1
+    if not (wp.isfinite(speed) and wp.isfinite(angular_speed) and finite_transform(pose)):
+        nonfinite_steps[body] = nonfinite_steps[body] + 1
         hold = 1
     elif asleep[body] != 0:
         hold = 1
-    elif pulled_by_gravity[body] != 0 and energy < wp.min(sleep_threshold[body], fall_energy):
-        quiet[body] = quiet[body] + dt
-        if quiet[body] >= rest_after:
+    elif gravity_enabled[body] != 0 and energy < wp.min(sleep_threshold[body], max_rest_energy):
+        rest_time[body] = rest_time[body] + dt
+        if rest_time[body] >= rest_delay:
             hold = 1
     else:
-        quiet[body] = 0.0
+        rest_time[body] = 0.0
 
     if hold != 0:
-        pose = before[body]
+        pose = previous_body_q[body]
         velocity = wp.vec3(0.0, 0.0, 0.0)
         angular = wp.vec3(0.0, 0.0, 0.0)
     elif speed > max_velocity[body]:
         velocity = velocity * (max_velocity[body] / speed)
-    if hold == 0 and spin > max_angular_velocity[body]:
-        angular = angular * (max_angular_velocity[body] / spin)
+    if hold == 0 and angular_speed > max_angular_velocity[body]:
+        angular = angular * (max_angular_velocity[body] / angular_speed)
 
     body_q[body] = pose
     body_qd[body] = wp.spatial_vector(velocity, angular)

@@ -1,4 +1,4 @@
-"""Which side of each static box a body belongs to, so that none is pushed through a wall."""
+"""Keep bodies from being pushed through static boxes such as walls and floors."""
 
 from __future__ import annotations
 
@@ -13,81 +13,73 @@ from usdsdg_physics.scene.records import STATIC, Scene, Shape
 if TYPE_CHECKING:
     import newton
 
+    from usdsdg_physics.corrections.contact_arrays import ContactArrays
 
-class Sides:
-    """Remembers, for every static box and shape in contact, the face on which the contact began.
 
-    PhysX, like every solver that takes the shortest way out, loses bodies that start across a wall or are squeezed
-    more than half way into it.
+class TunnelingGuard:
+    """Remembers, for every pair of a static box and a shape in contact, the face by which the shape leaves the box.
+
+    Without it, bodies that start across a wall or are squeezed more than half way into it are lost: PhysX, like every
+    solver that resolves a contact along the minimum penetration depth, pushes them out on the far side.
     """
 
-    def __init__(self, scene: Scene, model: newton.Model, shape_index: dict[str, int]) -> None:
+    def __init__(self, scene: Scene, model: newton.Model, shape_index: dict[str, int], contacts: ContactArrays) -> None:
         import warp as wp
 
-        self._model = model
+        self._model, self._contacts = model, contacts
         count = len(shape_index)
-        rows, half, center = np.full(count, -1, np.int32), np.zeros((count, 3)), np.zeros((count, 3))
+        box_index, half, center = np.full(count, -1, np.int32), np.zeros((count, 3)), np.zeros((count, 3))
         boxes = 0
         for collider in scene.colliders.values():
             index, shape = shape_index[collider.path], collider.shape
             center[index] = _center(shape)
             if collider.body == STATIC and shape.kind == "box":
-                rows[index], half[index] = boxes, shape.size
+                box_index[index], half[index] = boxes, shape.size
                 boxes += 1
-        where = model.device
-        self._rows = wp.array(rows, dtype=wp.int32, device=where)
-        self._half_extent = wp.array(half, dtype=wp.vec3, device=where)
-        self._center = wp.array(center, dtype=wp.vec3, device=where)
-        self._side = wp.full((boxes, count), -1, dtype=wp.int32, device=where)
-        self._placed = wp.zeros(model.body_count, dtype=wp.int32, device=where)
+        device = model.device
+        self._box_index = wp.array(box_index, dtype=wp.int32, device=device)
+        self._half_extent = wp.array(half, dtype=wp.vec3, device=device)
+        self._center = wp.array(center, dtype=wp.vec3, device=device)
+        self._exit_face = wp.full((boxes, count), -1, dtype=wp.int32, device=device)
+        self._teleported = wp.zeros(model.body_count, dtype=wp.int32, device=device)
         self._step = 0
 
-    def place(self, bodies: Sequence[int] | np.ndarray) -> None:
-        """Bodies that somebody put where they are: the side of their origin counts at the next contact."""
-        placed = self._placed.numpy().copy()
-        placed[bodies] = 1
-        self._placed.assign(placed)
+    def mark_teleported(self, bodies: Sequence[int] | np.ndarray) -> None:
+        """Let the side of a body's origin decide its exit face at the next contact, since its pose was set."""
+        teleported = self._teleported.numpy().copy()
+        teleported[bodies] = 1
+        self._teleported.assign(teleported)
 
-    def apply(self, contacts: newton.Contacts, state: newton.State) -> None:
-        """Correct the contacts that were just found."""
+    def redirect_contacts(self, state: newton.State) -> None:
+        """Correct the contacts that the collision pipeline just found, before the solver's step."""
         import warp as wp
 
-        from usdsdg_physics.corrections.tunneling_guard_kernels import keep_sides
+        from usdsdg_physics.corrections.tunneling_guard_kernels import redirect_contacts
 
-        if not len(self._side):
+        if not len(self._exit_face):
             return
         self._step += 1
         wp.launch(
-            keep_sides,
-            dim=contacts.rigid_contact_max,
+            redirect_contacts,
+            dim=self._contacts.shape0.size,
             inputs=[
-                self._rows,
+                self._box_index,
                 self._half_extent,
                 self._model.shape_transform,
                 self._model.shape_body,
                 self._center,
                 state.body_q,
-                self._placed,
-                contacts.rigid_contact_count,
-                contacts.rigid_contact_shape0,
-                contacts.rigid_contact_shape1,
-                contacts.rigid_contact_margin0,
-                contacts.rigid_contact_margin1,
+                self._teleported,
                 self._step,
             ],
-            outputs=[
-                contacts.rigid_contact_point0,
-                contacts.rigid_contact_point1,
-                contacts.rigid_contact_normal,
-                self._side,
-            ],
+            outputs=[self._contacts, self._exit_face],
             device=self._model.device,
         )
-        self._placed.zero_()
+        self._teleported.zero_()
 
 
 def _center(shape: Shape) -> np.ndarray:
-    """Centre of a shape in its body's frame [m]."""
+    """Return the center of a shape in its body's frame [m]."""
     if shape.solid is None:
         return np.array(shape.position)
     return (shape.solid.centroid * shape.size) @ matrix_from_quat(shape.rotation) + shape.position

@@ -1,4 +1,4 @@
-"""Edits → the running world, and the records that describe it."""
+"""Apply edits to the running world, the scene queries, and the records of the scene."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from usdsdg_physics.edits.edit_reader import Edits
-from usdsdg_physics.queries.scene_queries import Queries
+from usdsdg_physics.queries.scene_queries import SceneQueries
 from usdsdg_physics.scene.records import Scene
 from usdsdg_physics.world.world import World
 
 
-def apply_edits(edits: Edits, world: World, scene: Scene, queries: Queries) -> None:
-    """Make `world` as the stage now says. The records of `scene` follow, except where a body is."""
+def apply_edits(edits: Edits, world: World, scene: Scene, queries: SceneQueries) -> None:
+    """Update `world` and `queries`; the records of `scene` follow, except for the poses of bodies."""
     _apply_poses(edits, world, scene)
     if edits.velocities:
         rows = [world.body_index[path] for path in edits.velocities]
@@ -29,23 +29,24 @@ def apply_edits(edits: Edits, world: World, scene: Scene, queries: Queries) -> N
 
 def _apply_poses(edits: Edits, world: World, scene: Scene) -> None:
     kinematic = {path for path in edits.poses if scene.bodies[path].kinematic}
-    world.move_kinematic({world.body_index[path]: edits.poses[path] for path in kinematic})
-    thrown = [path for path in edits.poses if path not in kinematic]
-    if thrown:
-        world.set_poses([world.body_index[path] for path in thrown], np.array([edits.poses[path] for path in thrown]))
-        world.forget_contacts()
+    world.set_kinematic_targets({world.body_index[path]: edits.poses[path] for path in kinematic})
+    teleported = [path for path in edits.poses if path not in kinematic]
+    if teleported:
+        indices = [world.body_index[path] for path in teleported]
+        world.set_poses(indices, np.array([edits.poses[path] for path in teleported]))
+        world.discard_contact_history()
 
 
-def _apply_colliders(edits: Edits, world: World, scene: Scene, queries: Queries) -> None:
-    switched, moved = {}, {}
+def _apply_colliders(edits: Edits, world: World, scene: Scene, queries: SceneQueries) -> None:
+    enabled, moved = {}, {}
     for path, collider in edits.colliders.items():
         before, index = scene.colliders[path], world.shape_index[path]
         if collider.enabled != before.enabled:
-            switched[index] = collider.enabled
+            enabled[index] = collider.enabled
             queries.set_enabled(path, collider.enabled)
         if collider.shape != before.shape:
             moved[index] = (*collider.shape.position, *collider.shape.rotation)
             queries.set_pose(path, collider.shape)
         scene.colliders[path] = collider
-    world.set_enabled(switched)
+    world.set_colliders_enabled(enabled)
     world.set_shape_poses(moved)

@@ -1,53 +1,57 @@
-"""What users changed on the stage since the last step → changes of the world, or the word that it must be rebuilt."""
+"""Translate stage edits since the last step into world updates, or request a rebuild."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.changes import Changes
 from usdsdg_physics.parse.attributes import value
+from usdsdg_physics.parse.bodies import read_angular_velocity, read_body, read_velocity
+from usdsdg_physics.parse.colliders import frame_from_prim
 from usdsdg_physics.parse.collision_shapes import read_shape
 from usdsdg_physics.parse.convex_hulls import HullCache
-from usdsdg_physics.parse.scene import (
-    Units,
-    bound_material,
-    frame_from_prim,
-    parse,
-    read_angular_velocity,
-    read_body,
-    read_gravity,
-    read_velocity,
-)
-from usdsdg_physics.scene.prim_paths import at_or_below, below
+from usdsdg_physics.parse.materials import bound_materials
+from usdsdg_physics.parse.scene import parse, read_gravity
+from usdsdg_physics.parse.units import Units
+from usdsdg_physics.scene.prim_paths import at_or_below, paths_below
 from usdsdg_physics.scene.records import STATIC, Body, Collider, Scene, Shape
 from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
 
 _VELOCITIES = frozenset({"physics:velocity", "physics:angularVelocity"})
-_LIVE = frozenset({"physxRigidBody:disableGravity", "physxRigidBody:linearDamping", "physxRigidBody:angularDamping"})
-_SWITCH = "physics:collisionEnabled"
-_AT_START = "physics:startsAsleep"
+_LIVE_BODY_ATTRIBUTES = frozenset(
+    {"physxRigidBody:disableGravity", "physxRigidBody:linearDamping", "physxRigidBody:angularDamping"}
+)
+_COLLISION_ENABLED = "physics:collisionEnabled"
+_STARTS_ASLEEP = "physics:startsAsleep"
 _GRAVITY = frozenset({"physics:gravityDirection", "physics:gravityMagnitude"})
-_STRUCTURE = ("physics:", "physxRigidBody:", "physxCollision:", "physxConvex", "material:binding:physics")
-_GEOMETRY = frozenset(
+# Prefixes of attributes whose change needs a rebuild, unless they are among the above.
+_REBUILD_PREFIXES = ("physics:", "physxRigidBody:", "physxCollision:", "physxConvex", "material:binding:physics")
+_SHAPE_ATTRIBUTES = frozenset(
     {"size", "radius", "radiusTop", "radiusBottom", "height", "width", "length", "axis"}
     | {"points", "faceVertexIndices", "faceVertexCounts", "orientation"}
 )
-# On prims that are no bodies or colliders yet.
-_ELSEWHERE = ("physics:rigidBodyEnabled", "physics:filteredGroups", "physics:invertFilteredGroups", "collection:")
+# Likewise on prims that are neither bodies nor colliders yet.
+_NEW_PRIM_PREFIXES = (
+    "physics:rigidBodyEnabled",
+    "physics:filteredGroups",
+    "physics:invertFilteredGroups",
+    "collection:",
+)
 
 
 @dataclass
 class Edits:
-    """What to do before the next step. `rebuild` makes the rest void: everything is read anew."""
+    """World updates to apply before the next step; `rebuild` supersedes the others: the whole stage is read again."""
 
     rebuild: bool = False
-    velocities: dict[str, np.ndarray] = field(default_factory=dict)  # body -> (6,) m/s, rad/s
-    poses: dict[str, np.ndarray] = field(default_factory=dict)  # body -> (7,)
-    bodies: dict[str, Body] = field(default_factory=dict)  # body whose gravity switch or damping changed
-    colliders: dict[str, Collider] = field(default_factory=dict)  # collider that was switched or moved
+    velocities: dict[str, np.ndarray] = field(default_factory=dict)  # by body: (6,) m/s, rad/s
+    poses: dict[str, np.ndarray] = field(default_factory=dict)  # by body: (7,) m
+    bodies: dict[str, Body] = field(default_factory=dict)  # whose gravity switch or damping changed
+    colliders: dict[str, Collider] = field(default_factory=dict)  # that were switched or moved
     gravity: tuple[float, float, float] | None = None
 
     def __bool__(self) -> bool:
@@ -55,7 +59,7 @@ class Edits:
 
 
 class EditReader:
-    """Knows which prims matter for one scene, and reads from them only what changed."""
+    """Reads from the prims of one scene what changed on the stage."""
 
     def __init__(self, stage: Usd.Stage, scene: Scene, hulls: HullCache) -> None:
         self._stage, self._scene, self._hulls = stage, scene, hulls
@@ -65,9 +69,9 @@ class EditReader:
         self._materials = {collider.material.path for collider in scene.colliders.values()} - {""}
 
     def read(self, changes: Changes) -> Edits:
-        """Sort changes by what they mean; values are those on the stage now."""
+        """Read the edits that changes of the stage mean; values are those on the stage now."""
         edits = Edits()
-        if Sdf.Path.absoluteRootPath in changes.changed or any(map(self._restructures, changes.resynced)):
+        if Sdf.Path.absoluteRootPath in changes.changed or any(map(self._needs_rebuild, changes.resynced)):
             edits.rebuild = True
             return edits
         cache = UsdGeom.XformCache(Usd.TimeCode.Default())
@@ -77,15 +81,15 @@ class EditReader:
                 break
         return edits
 
-    def _restructures(self, root: Sdf.Path) -> bool:
-        """Whether what is below a resynced path differs, physically, from what the scene has there."""
+    def _needs_rebuild(self, root: Sdf.Path) -> bool:
+        """Return whether what is below a resynced path differs, physically, from what the scene has there."""
         path = str(root)
         if root == Sdf.Path.absoluteRootPath or any(at_or_below(p, path) for p in self._materials):
             return True
         now = parse(self._stage, self._hulls, root=root)
         if now.scene_path or now.filtered or at_or_below(self._scene.scene_path, path):
             return True
-        before_bodies, before_colliders = below(self._bodies, path), below(self._colliders, path)
+        before_bodies, before_colliders = paths_below(self._bodies, path), paths_below(self._colliders, path)
         return not (
             set(now.bodies) == set(before_bodies)
             and set(now.colliders) == set(before_colliders)
@@ -95,37 +99,37 @@ class EditReader:
 
     def _read_prim(self, path: str, names: set[str], cache: UsdGeom.XformCache, edits: Edits) -> None:
         if any(name.startswith("xformOp") for name in names):
-            self._read_moved(path, cache, edits)
+            self._read_poses(path, cache, edits)
         if "material:binding" in names:
-            edits.rebuild |= self._other_material(path)
+            edits.rebuild |= self._material_changed(path)
         if path == self._scene.scene_path:
             if names & _GRAVITY:
                 edits.gravity = read_gravity(self._stage, self._stage.GetPrimAtPath(path), self._units)
         elif path in self._materials:
             edits.rebuild |= any(name.startswith(("physics:", "physxMaterial:")) for name in names)
         elif path in self._scene.bodies or path in self._scene.colliders:
-            self._read_known(path, names, cache, edits)
+            self._read_body_or_collider(path, names, cache, edits)
         else:
-            edits.rebuild |= any(name.startswith((*_ELSEWHERE, "material:binding:physics")) for name in names)
+            edits.rebuild |= any(name.startswith((*_NEW_PRIM_PREFIXES, "material:binding:physics")) for name in names)
 
-    def _read_known(self, path: str, names: set[str], cache: UsdGeom.XformCache, edits: Edits) -> None:
+    def _read_body_or_collider(self, path: str, names: set[str], cache: UsdGeom.XformCache, edits: Edits) -> None:
         prim = self._stage.GetPrimAtPath(path)
         body, collider = self._scene.bodies.get(path), self._scene.colliders.get(path)
-        structure = names - _VELOCITIES - _LIVE - {_SWITCH, _AT_START}
-        edits.rebuild |= any(name.startswith(_STRUCTURE) for name in structure)
-        edits.rebuild |= collider is not None and bool(structure & _GEOMETRY)
-        if collider is not None and _SWITCH in names:
+        others = names - _VELOCITIES - _LIVE_BODY_ATTRIBUTES - {_COLLISION_ENABLED, _STARTS_ASLEEP}
+        edits.rebuild |= any(name.startswith(_REBUILD_PREFIXES) for name in others)
+        edits.rebuild |= collider is not None and bool(others & _SHAPE_ATTRIBUTES)
+        if collider is not None and _COLLISION_ENABLED in names:
             collider = edits.colliders.get(path, collider)
-            edits.colliders[path] = replace(collider, enabled=bool(value(prim, _SWITCH, True)))
+            edits.colliders[path] = replace(collider, enabled=bool(value(prim, _COLLISION_ENABLED, True)))
         if body is not None and names & _VELOCITIES:
             velocity, angular = read_velocity(prim, self._units), read_angular_velocity(prim)
             edits.velocities[path] = np.array([*velocity, *angular])
-        if body is not None and names & _LIVE:
+        if body is not None and names & _LIVE_BODY_ATTRIBUTES:
             edits.bodies[path] = read_body(prim, cache, self._units)
 
-    def _read_moved(self, path: str, cache: UsdGeom.XformCache, edits: Edits) -> None:
-        """A transform changed: bodies at or below teleport, colliders take another place on what they belong to."""
-        for body in below(self._bodies, path):
+    def _read_poses(self, path: str, cache: UsdGeom.XformCache, edits: Edits) -> None:
+        """Read poses after a transform changed: those of bodies below, and of colliders relative to their owners."""
+        for body in paths_below(self._bodies, path):
             local_to_world = np.array(cache.GetLocalToWorldTransform(self._stage.GetPrimAtPath(body)))
             if not np.isfinite(local_to_world).all():
                 edits.rebuild = True
@@ -134,12 +138,12 @@ class EditReader:
             to_frame = body_from_prim(local_to_world, self._units.meters)
             if not _close(to_frame, self._scene.bodies[body].body_from_prim):
                 edits.rebuild = True
-        for name in below(self._colliders, path):
+        for name in paths_below(self._colliders, path):
             collider = edits.colliders.get(name, self._scene.colliders[name])
             if collider.body == STATIC or not at_or_below(collider.body, path):
-                self._read_moved_collider(collider, cache, edits)
+                self._read_collider_pose(collider, cache, edits)
 
-    def _read_moved_collider(self, collider: Collider, cache: UsdGeom.XformCache, edits: Edits) -> None:
+    def _read_collider_pose(self, collider: Collider, cache: UsdGeom.XformCache, edits: Edits) -> None:
         prim = self._stage.GetPrimAtPath(collider.path)
         if not np.isfinite(cache.GetLocalToWorldTransform(prim)).all():
             edits.rebuild = True
@@ -152,21 +156,22 @@ class EditReader:
         else:
             edits.colliders[collider.path] = replace(collider, shape=shape)
 
-    def _other_material(self, path: str) -> bool:
-        return any(
-            bound_material(self._stage.GetPrimAtPath(name), self._units) != self._scene.colliders[name].material
-            for name in below(self._colliders, path)
-        )
+    def _material_changed(self, path: str) -> bool:
+        colliders = paths_below(self._colliders, path)
+        materials = bound_materials([self._stage.GetPrimAtPath(name) for name in colliders], self._units)
+        return any(self._scene.colliders[name].material != new for name, new in zip(colliders, materials))
 
 
 def _same_body(a: Body, b: Body) -> bool:
-    moved = replace(
+    """Return whether two records differ in pose and velocities at most."""
+    at_pose_of_b = replace(
         a, pose=b.pose, velocity=b.velocity, angular_velocity=b.angular_velocity, body_from_prim=b.body_from_prim
     )
-    return moved == b and _close(a.body_from_prim, b.body_from_prim)
+    return at_pose_of_b == b and _close(a.body_from_prim, b.body_from_prim)
 
 
 def _same_collider(a: Collider, b: Collider) -> bool:
+    """Return whether two records are equal but for rounding."""
     return (
         replace(a, shape=b.shape) == b
         and _same_geometry(a.shape, b.shape)
@@ -179,6 +184,6 @@ def _same_geometry(a: Shape, b: Shape) -> bool:
     return a.kind == b.kind and a.solid == b.solid and _close(a.size, b.size)
 
 
-def _close(a: object, b: object) -> bool:
-    """Equal but for the rounding of single-precision ops."""
+def _close(a: ArrayLike, b: ArrayLike) -> bool:
+    """Return whether values are equal but for the rounding of single-precision ops."""
     return bool(np.allclose(a, b, rtol=1e-4, atol=1e-9))

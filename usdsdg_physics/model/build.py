@@ -1,4 +1,4 @@
-"""Records → a newton model with its collision pipeline and solver."""
+"""Build the Newton model of a scene, its collision pipeline and its solver."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from usdsdg_physics.model.compile_kernels import Progress, load_kernels, prepare_newton
 from usdsdg_physics.model.mass import body_mass
 from usdsdg_physics.scene.records import STATIC, Body, Collider, Scene, Shape, Solid
 
@@ -15,37 +14,33 @@ if TYPE_CHECKING:
     import newton
 
 ITERATIONS = 24
-# Several kernels of the solver run over the whole capacity, so it is kept near what dense piles need.
+# Some of the solver's kernels run over the whole capacity, so it is kept near what dense piles need.
 CONTACTS_PER_BODY = 18
 MIN_CONTACTS = 1000
 CONSTRAINT_ROWS_PER_BODY = 16
 MIN_CONSTRAINT_ROWS = 8192
 MIN_CONSTRAINT_ROWS_CUDA = 4096
 
-COLLIDES, SWITCHED_OFF = 1, 0  # collision groups: newton pairs no shape of group zero
+COLLIDES, DISABLED = 1, 0  # collision groups: Newton pairs no shape of group zero
 
 
-@dataclass
-class Built:
-    """What newton needs for stepping, and where each prim is in its arrays."""
+@dataclass(frozen=True)
+class BuiltModel:
+    """A Newton model, the index of each prim in its arrays, and the mass properties of its bodies."""
 
     model: newton.Model
-    pipeline: newton.CollisionPipeline
-    solver: newton.solvers.SolverSteel
-    body_index: dict[str, int]
-    shape_index: dict[str, int]
+    body_index: dict[str, int]  # by prim path
+    shape_index: dict[str, int]  # by collider path
     mass: np.ndarray  # (N,) kg
-    center: np.ndarray  # (N, 3) centre of mass in the body's frame, m
-    gyration: np.ndarray  # (N,) mean moment of inertia per mass, m²
+    center: np.ndarray  # (N, 3) center of mass in the body's frame, m
+    inertia_per_mass: np.ndarray  # (N,) mean moment of inertia over the mass, m²
 
 
-def build(scene: Scene, *, device: str | None = None, capacity: float = 1.0, progress: Progress | None = None) -> Built:
-    """A model of all bodies and colliders, ready to step.
+def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
+    """Build a model of all bodies and colliders; `device` is "cpu", "cuda:0" or None for Warp's default.
 
-    Switched-off colliders are built like the others: the pipeline only knows the shapes that collide when it is made.
-    `capacity` multiplies the room for contacts.
+    Disabled colliders are built like the others: the pipeline only knows the shapes that collide when it is made.
     """
-    prepare_newton()
     import newton
     import warp as wp
 
@@ -77,16 +72,11 @@ def build(scene: Scene, *, device: str | None = None, capacity: float = 1.0, pro
     for a, b in sorted(scene.filtered):
         builder.add_shape_collision_filter_pair(shape_index[a], shape_index[b])
 
-    # Our inertias are already positive and balanced; newton's check would only compile another kernel.
+    # Our inertias are already positive and balanced; Newton's check would only compile another kernel.
     model = builder.finalize(device=device, skip_validation_inertia=True)
     model.set_gravity(scene.gravity)
-    pipeline = _pipeline(model, capacity)
-    load_kernels(pipeline, progress=progress)
-    solver = _solver(model, capacity)
-    return Built(
+    return BuiltModel(
         model,
-        pipeline,
-        solver,
         body_index,
         shape_index,
         np.array([mass.mass for mass in masses]),
@@ -95,7 +85,8 @@ def build(scene: Scene, *, device: str | None = None, capacity: float = 1.0, pro
     )
 
 
-def _pipeline(model: newton.Model, capacity: float) -> newton.CollisionPipeline:
+def build_pipeline(model: newton.Model, *, capacity: float = 1.0) -> newton.CollisionPipeline:
+    """Build the collision pipeline of a model; `capacity` is a factor on the usual size of its contact buffer."""
     import newton
 
     # One configuration for every scene: each combination of options is another narrow-phase module to compile.
@@ -104,19 +95,20 @@ def _pipeline(model: newton.Model, capacity: float) -> newton.CollisionPipeline:
         broad_phase="sap",
         rigid_contact_max=int(capacity * max(MIN_CONTACTS, CONTACTS_PER_BODY * model.body_count)),
         include_static_kinematic_pairs=False,
-        # The reduction leaves one of the contacts that a body above a mesh is about to touch, and it tips through.
+        # Reduction keeps only one of the contacts of a body just above a mesh, so that it would tip through.
         reduce_contacts=False,
         verify_buffers=False,
         deterministic=model.device.is_cuda,
     )
 
 
-def _solver(model: newton.Model, capacity: float) -> newton.solvers.SolverSteel:
+def build_solver(model: newton.Model, *, capacity: float = 1.0) -> newton.solvers.SolverSteel:
+    """Build the solver of a model; `capacity` is a factor on the usual number of its constraint rows."""
     import newton
     import warp as wp
 
-    least = MIN_CONSTRAINT_ROWS_CUDA if model.device.is_cuda else MIN_CONSTRAINT_ROWS
-    rows = int(capacity * max(least, CONSTRAINT_ROWS_PER_BODY * model.body_count))
+    minimum = MIN_CONSTRAINT_ROWS_CUDA if model.device.is_cuda else MIN_CONSTRAINT_ROWS
+    rows = int(capacity * max(minimum, CONSTRAINT_ROWS_PER_BODY * model.body_count))
     if model.device.is_cuda:
         # The serial sweep would run one world's contacts on a single thread.
         return newton.solvers.SolverSteel(
@@ -137,7 +129,7 @@ def _solver(model: newton.Model, capacity: float) -> newton.solvers.SolverSteel:
 
 
 def _steel_attributes(body: Body) -> dict[str, float]:
-    # Velocity limits are not among them: the solver would spend a constraint row on each; the world clamps instead.
+    # Velocity limits are not among them: the solver would spend a constraint row on each; `Stabilization` clamps.
     return {
         "steel:rigid_body_linear_damping": body.linear_damping,
         "steel:rigid_body_angular_damping": body.angular_damping,

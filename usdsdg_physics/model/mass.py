@@ -1,4 +1,4 @@
-"""Mass, centre of mass and inertia of a body from its colliders and what its MassAPI says."""
+"""Mass, center of mass and inertia of a body from its colliders and its MassAPI."""
 
 from __future__ import annotations
 
@@ -11,19 +11,24 @@ from usdsdg.stage.poses.transforms import matrix_from_quat
 from usdsdg_physics.parse.convex_hulls import inertia_from_covariance
 from usdsdg_physics.scene.records import Body, Collider, Shape
 
-WATER = 1000.0  # kg/m³, the density of anything that names none
+DEFAULT_DENSITY = 1000.0  # kg/m³, that of water, as in PhysX
 
 
 @dataclass(frozen=True)
 class MassProperties:
+    """Mass properties of a body or of one of its colliders."""
+
     mass: float  # kg
     center: np.ndarray  # (3,) m, body frame
-    inertia: np.ndarray  # (3, 3) kg m² about the centre, axes of the body frame
+    inertia: np.ndarray  # (3, 3) kg m² about the center of mass, axes of the body frame
 
 
 def body_mass(body: Body, colliders: Sequence[Collider]) -> MassProperties:
-    """Disabled colliders count too: switching a collider does not make a body lighter. A body without colliders
-    weighs 1 kg unless it says otherwise."""
+    """Return the mass properties of a body from its colliders, its own density, mass and inertia overriding theirs.
+
+    Disabled colliders count too: switching a collider off does not make a body lighter. A body without colliders
+    has 1 kg unless its MassAPI says otherwise.
+    """
     parts = [_collider_mass(collider, body.mass.density) for collider in colliders]
     mass = sum(part.mass for part in parts)
     if mass <= 0.0:
@@ -32,18 +37,18 @@ def body_mass(body: Body, colliders: Sequence[Collider]) -> MassProperties:
     center = sum((part.mass * part.center for part in parts), np.zeros(3)) / mass
     if body.mass.center_of_mass is not None:
         center = np.asarray(body.mass.center_of_mass)
-    inertia = sum((_about(part, center) for part in parts), np.zeros((3, 3)))
+    inertia = sum((_inertia_about(part, center) for part in parts), np.zeros((3, 3)))
     if body.mass.mass > 0.0:
         inertia, mass = inertia * (body.mass.mass / mass), body.mass.mass
     if body.mass.diagonal_inertia is not None:
         axes = matrix_from_quat(body.mass.principal_axes)
         inertia = axes.T @ np.diag(body.mass.diagonal_inertia) @ axes
-    return MassProperties(mass, center, _sane(inertia, mass))
+    return MassProperties(mass, center, _invertible(inertia, mass))
 
 
 def _collider_mass(collider: Collider, body_density: float) -> MassProperties:
     volume, center, covariance = volume_integrals(collider.shape)
-    density = collider.mass.density or body_density or collider.material.density or WATER
+    density = collider.mass.density or body_density or collider.material.density or DEFAULT_DENSITY
     mass = collider.mass.mass or density * volume
     if volume <= 0.0:
         return MassProperties(0.0, center, np.zeros((3, 3)))
@@ -52,25 +57,25 @@ def _collider_mass(collider: Collider, body_density: float) -> MassProperties:
 
 
 def volume_integrals(shape: Shape) -> tuple[float, np.ndarray, np.ndarray]:
-    """Volume, centroid and integral of p pᵀ of a shape in its body's frame."""
+    """Return volume, centroid and integral of p pᵀ of a shape in its body's frame."""
     volume, center, covariance = _local_integrals(shape)
     rotation = matrix_from_quat(shape.rotation)
     position = np.asarray(shape.position)
-    turned = center @ rotation
+    rotated = center @ rotation
     central = rotation.T @ (covariance - volume * np.outer(center, center)) @ rotation
-    placed = turned + position
-    return volume, placed, central + volume * np.outer(placed, placed)
+    centroid = rotated + position
+    return volume, centroid, central + volume * np.outer(centroid, centroid)
 
 
 def _local_integrals(shape: Shape) -> tuple[float, np.ndarray, np.ndarray]:
     a, b, c = shape.size
     if shape.kind == "hull":
         scale = np.asarray(shape.size)
-        stretch = abs(float(scale.prod()))
+        volume_scale = abs(float(scale.prod()))
         return (
-            shape.solid.volume * stretch,
+            shape.solid.volume * volume_scale,
             shape.solid.centroid * scale,
-            (shape.solid.covariance * np.outer(scale, scale) * stretch),
+            shape.solid.covariance * np.outer(scale, scale) * volume_scale,
         )
     if shape.kind == "box":
         return _symmetric(8.0 * a * b * c, a * a / 3.0, b * b / 3.0, c * c / 3.0)
@@ -97,13 +102,13 @@ def _symmetric(volume: float, xx: float, yy: float, zz: float) -> tuple[float, n
     return volume, np.zeros(3), volume * np.diag([xx, yy, zz])
 
 
-def _about(part: MassProperties, center: np.ndarray) -> np.ndarray:
+def _inertia_about(part: MassProperties, center: np.ndarray) -> np.ndarray:
     offset = part.center - center
     return part.inertia + part.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
 
 
-def _sane(inertia: np.ndarray, mass: float) -> np.ndarray:
-    """Principal moments that a solver in single precision can invert: no needle's axis below a ten-thousandth."""
+def _invertible(inertia: np.ndarray, mass: float) -> np.ndarray:
+    """Raise principal moments to a ten-thousandth of the largest, so that single precision can invert the inertia."""
     moments, axes = np.linalg.eigh((inertia + inertia.T) / 2.0)
     floor = max(1e-4 * float(moments.max()), 1e-9 * mass, 1e-12)
     return (axes * np.maximum(moments, floor)) @ axes.T

@@ -1,1 +1,1 @@
-"""Read UsdPhysics from a stage into plain records in SI units."""
+"""Read UsdPhysics from a stage into a scene of plain records in SI units."""

@@ -1,4 +1,4 @@
-"""Attributes read by name, so that it does not matter which schema plugins are registered."""
+"""Read attributes by name, so that it does not matter which schema plugins are registered."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ from typing import Any
 from pxr import Usd
 
 RIGID_BODY = "PhysicsRigidBodyAPI"
-COLLIDER = "PhysicsCollisionAPI"
+COLLISION = "PhysicsCollisionAPI"
 MASS = "PhysicsMassAPI"
 
 
 def value(prim: Usd.Prim, name: str, default: Any) -> Any:
-    """The attribute's value at the default time, its schema's fallback, or `default` when neither exists."""
+    """Return an attribute's value at the default time, its schema's fallback, or `default` when neither exists."""
     found = prim.GetAttribute(name).Get()
     return default if found is None else found
 
 
 def authored(prim: Usd.Prim, name: str) -> Any | None:
-    """The value that somebody gave, None for a mere fallback."""
+    """Return an attribute's authored value; None where there is at most a schema's fallback."""
     attribute = prim.GetAttribute(name)
     return attribute.Get() if attribute and attribute.HasAuthoredValue() else None
 
 
 def finite(number: Any, default: float) -> float:
-    """A float; PhysX writes "use the default" as ±inf."""
+    """Return a number as a float, or `default` for None and for ±inf, which PhysX writes for "use the default"."""
     return default if number is None or not math.isfinite(number) else float(number)
 
 
 def has_api(prim: Usd.Prim, name: str) -> bool:
-    """Whether an applied schema of this name is listed, registered or not."""
+    """Return whether an applied schema of this name is listed, registered or not."""
     return name in prim.GetAppliedSchemas()

@@ -1,4 +1,4 @@
-"""Which colliders may not touch: FilteredPairsAPI and collision groups."""
+"""Find the pairs of colliders that FilteredPairsAPI and collision groups keep from colliding."""
 
 from __future__ import annotations
 
@@ -12,23 +12,28 @@ from usdsdg_physics.scene.records import Collider
 
 
 def read_filtered_pairs(
-    stage: Usd.Stage, colliders: Mapping[str, Collider], filters: list[Usd.Prim], groups: list[Usd.Prim]
+    stage: Usd.Stage, colliders: Mapping[str, Collider], filtered: list[Usd.Prim], groups: list[Usd.Prim]
 ) -> frozenset[tuple[str, str]]:
-    """Pairs of collider paths that never touch, each pair sorted."""
+    """Return the pairs of collider paths that never collide, each pair sorted.
+
+    Args:
+        filtered: prims with FilteredPairsAPI.
+        groups: collision groups.
+    """
     pairs: set[tuple[str, str]] = set()
-    for prim in filters:
+    for prim in filtered:
         own = _below(prim.GetPath(), colliders)
         for target in prim.GetRelationship("physics:filteredPairs").GetTargets():
             _add(pairs, own, _below(target, colliders))
     members = {prim.GetPath(): _members(prim, colliders) for prim in groups}
     for (path_a, in_a), (path_b, in_b) in combinations_with_replacement(sorted(members.items()), 2):
-        if _groups_apart(stage.GetPrimAtPath(path_a), stage.GetPrimAtPath(path_b)):
+        if _groups_filtered(stage.GetPrimAtPath(path_a), stage.GetPrimAtPath(path_b)):
             _add(pairs, in_a, in_b)
     return frozenset(pairs)
 
 
 def _below(root: Sdf.Path, colliders: Mapping[str, Collider]) -> list[str]:
-    """Colliders at or below a path; a rigid body stands for all colliders that it owns."""
+    """Return the colliders at or below a path; a rigid body stands for all colliders that it owns."""
     return [path for path in colliders if Sdf.Path(path).HasPrefix(root)]
 
 
@@ -37,13 +42,13 @@ def _members(group: Usd.Prim, colliders: Mapping[str, Collider]) -> list[str]:
     return [path for path in colliders if query.IsPathIncluded(Sdf.Path(path))]
 
 
-def _groups_apart(a: Usd.Prim, b: Usd.Prim) -> bool:
-    return _names(a, b.GetPath()) or _names(b, a.GetPath())
+def _groups_filtered(a: Usd.Prim, b: Usd.Prim) -> bool:
+    return _filters(a, b.GetPath()) or _filters(b, a.GetPath())
 
 
-def _names(group: Usd.Prim, other: Sdf.Path) -> bool:
-    named = other in group.GetRelationship("physics:filteredGroups").GetTargets()
-    return named != bool(value(group, "physics:invertFilteredGroups", False))
+def _filters(group: Usd.Prim, other: Sdf.Path) -> bool:
+    listed = other in group.GetRelationship("physics:filteredGroups").GetTargets()
+    return listed != bool(value(group, "physics:invertFilteredGroups", False))
 
 
 def _add(pairs: set[tuple[str, str]], some: list[str], others: list[str]) -> None:

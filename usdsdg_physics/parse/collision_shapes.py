@@ -1,6 +1,8 @@
-"""UsdGeom prims with a CollisionAPI → collision shapes."""
+"""Read the collision shapes of gprims: primitives, convex hulls and triangle meshes."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,29 +11,29 @@ from pxr import Usd, UsdGeom
 from usdsdg.errors import warn_once
 from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.convex_hulls import HullCache
-from usdsdg_physics.scene.records import Shape
+from usdsdg_physics.scene.records import Shape, ShapeKind, Solid
 from usdsdg_physics.scene.rigid_frames import rotation_quat, split_scale
 
-# Turns +Z onto the axis of a UsdGeom gprim (row vectors, determinant one).
-_Z_TO = {
+# Rotations of +Z onto the axis of a gprim (row vectors, determinant one).
+_Z_TO_AXIS = {
     "X": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], np.float64),
     "Y": np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]], np.float64),
     "Z": np.eye(3),
 }
-_HULL_OF = {
-    "convexDecomposition": "one convex hull",
-    "sdf": "one convex hull",
-    "meshSimplification": "one convex hull",
-}
+# Approximations that keep hollows, which become one convex hull here.
+_HOLLOW_APPROXIMATIONS = ("convexDecomposition", "sdf", "meshSimplification")
+# Relative difference of scales up to which they are called uniform.
 _UNIFORM = 1e-3
+
+_Reader = Callable[[Usd.Prim, np.ndarray, HullCache, bool], Shape | None]
 
 
 def read_shape(prim: Usd.Prim, frame_from_prim: ArrayLike, hulls: HullCache, *, dynamic: bool) -> Shape | None:
-    """The collision shape of a gprim, or None (with a warning) when its type has none.
+    """Return the collision shape of a gprim, or None (with a warning) when its type has none.
 
     Args:
         frame_from_prim: row-vector 4x4 from the prim's space [stage units] to the body's or the world's frame [m].
-        dynamic: moving bodies get hulls where a static collider may keep its triangles.
+        dynamic: whether a rigid body owns it: its meshes become hulls, where a static collider keeps its triangles.
     """
     matrix = np.asarray(frame_from_prim, np.float64)
     kind = str(prim.GetTypeName())
@@ -54,7 +56,7 @@ def _cube(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -
     if parts is None:
         return _hull(prim, corners, matrix, hulls)
     scale, rotation, position = parts
-    return _placed("box", np.abs(scale) * half, rotation, position)
+    return _shape("box", np.abs(scale) * half, rotation, position)
 
 
 def _sphere(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
@@ -62,43 +64,46 @@ def _sphere(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool)
     parts = split_scale(matrix)
     if parts is not None and _uniform(np.abs(parts[0])):
         scale, rotation, position = parts
-        return _placed("sphere", (np.abs(scale).mean() * radius, 0.0, 0.0), rotation, position)
+        return _shape("sphere", (np.abs(scale).mean() * radius, 0.0, 0.0), rotation, position)
     return _hull(prim, radius * _sphere_points(), matrix, hulls)
 
 
-def _upright(kind: str, radius_default: float):
-    """Reader of capsule, cylinder and cone, whose axis is an attribute."""
+def _axial(kind: ShapeKind, radius_default: float) -> _Reader:
+    """Return the reader of a capsule, cylinder or cone."""
 
     def read(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
         radius = float(value(prim, "radius", radius_default))
         half = float(value(prim, "height", 1.0 if kind == "capsule" else 2.0)) / 2.0
-        turn = np.eye(4)
-        turn[:3, :3] = _Z_TO[str(value(prim, "axis", "Z"))]
-        upright = turn @ matrix
-        parts = split_scale(upright)
+        frame_from_z = _frame_from_z(prim, matrix)
+        parts = split_scale(frame_from_z)
         if parts is not None:
             scale, rotation, position = parts
             size = np.abs(scale)
-            round_enough = _uniform(size) if kind == "capsule" else _uniform(size[:2])
-            if round_enough:
-                return _placed(kind, (size[:2].mean() * radius, size[2] * half, 0.0), rotation, position)
-        return _hull(prim, _upright_points(kind, radius, radius, half), upright, hulls)
+            circular = _uniform(size) if kind == "capsule" else _uniform(size[:2])
+            if circular:
+                return _shape(kind, (size[:2].mean() * radius, size[2] * half, 0.0), rotation, position)
+        return _hull(prim, _primitive_points(kind, radius, radius, half), frame_from_z, hulls)
 
     return read
 
 
-def _tapered(kind: str):
-    """Reader of Cylinder_1 and Capsule_1, which have a radius at either end."""
+def _tapered(kind: ShapeKind) -> _Reader:
+    """Return the reader of Cylinder_1 or Capsule_1, which have a radius at either end."""
 
     def read(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
         default = 0.5 if kind == "capsule" else 1.0
         bottom, top = (float(value(prim, f"radius{end}", default)) for end in ("Bottom", "Top"))
         half = float(value(prim, "height", 1.0 if kind == "capsule" else 2.0)) / 2.0
-        turn = np.eye(4)
-        turn[:3, :3] = _Z_TO[str(value(prim, "axis", "Z"))]
-        return _hull(prim, _upright_points(kind, bottom, top, half), turn @ matrix, hulls)
+        return _hull(prim, _primitive_points(kind, bottom, top, half), _frame_from_z(prim, matrix), hulls)
 
     return read
+
+
+def _frame_from_z(prim: Usd.Prim, frame_from_prim: np.ndarray) -> np.ndarray:
+    """Return the matrix that takes a shape along +Z to the axis of a gprim, and then into the frame."""
+    z_to_axis = np.eye(4)
+    z_to_axis[:3, :3] = _Z_TO_AXIS[str(value(prim, "axis", "Z"))]
+    return z_to_axis @ frame_from_prim
 
 
 def _plane(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
@@ -108,9 +113,7 @@ def _plane(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) 
             "colliders, so it is ignored. Use a thin Cube.",
         )
         return None
-    turn = np.eye(4)
-    turn[:3, :3] = _Z_TO[str(value(prim, "axis", "Z"))]
-    parts = split_scale(turn @ matrix)
+    parts = split_scale(_frame_from_z(prim, matrix))
     if parts is None:
         warn_once(f"{prim.GetPath()} is a sheared or flattened Plane and is ignored as a collider; remove the shear.")
         return None
@@ -118,7 +121,7 @@ def _plane(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) 
     if scale[0] < 0:  # a mirrored plane keeps its normal
         rotation = np.array([-rotation[0], rotation[1], rotation[2]])
         rotation[0] = np.cross(rotation[1], rotation[2])
-    return _placed("plane", (0.0, 0.0, 0.0), rotation, position)
+    return _shape("plane", (0.0, 0.0, 0.0), rotation, position)
 
 
 def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
@@ -131,20 +134,20 @@ def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -
         return _bounding_box(prim, points, matrix, hulls)
     if approximation == "boundingSphere":
         return _bounding_sphere(points, matrix)
-    if approximation in _HULL_OF and (dynamic or approximation == "convexDecomposition"):
+    if approximation in _HOLLOW_APPROXIMATIONS and (dynamic or approximation == "convexDecomposition"):
         warn_once(
-            f"{prim.GetPath()}: the collision approximation {approximation!r} becomes {_HULL_OF[approximation]}, so "
+            f"{prim.GetPath()}: the collision approximation {approximation!r} becomes one convex hull, so "
             "hollows are filled. Split the mesh into convex parts to keep them.",
         )
-    elif approximation not in _HULL_OF and approximation not in ("none", "convexHull"):
+    elif approximation not in _HOLLOW_APPROXIMATIONS and approximation not in ("none", "convexHull"):
         warn_once(f"{prim.GetPath()}: unknown collision approximation {approximation!r}; a convex hull is used.")
     elif approximation != "convexHull" and not dynamic and len(triangles):
-        return _scaled("mesh", prim, points, triangles, matrix, hulls)
+        return _solid_shape("mesh", prim, points, triangles, matrix, hulls)
     return _hull(prim, points, matrix, hulls)
 
 
 def mesh_triangles(prim: Usd.Prim) -> tuple[np.ndarray, np.ndarray]:
-    """Used points (N, 3) float32 and triangles (F, 3) int32 of a mesh; polygons are fanned."""
+    """Return the used points (N, 3) float32 and the triangles (F, 3) int32 of a mesh; polygons become fans."""
     mesh = UsdGeom.Mesh(prim)
     points = np.asarray(mesh.GetPointsAttr().Get() or [], np.float32).reshape(-1, 3)
     counts = np.asarray(mesh.GetFaceVertexCountsAttr().Get() or [], np.int64)
@@ -171,29 +174,29 @@ def _bounding_box(prim: Usd.Prim, points: np.ndarray, matrix: np.ndarray, hulls:
     scale, rotation, _ = parts
     half = np.maximum((high - low) / 2.0 * np.abs(scale), 1e-4 * np.abs(high - low).max() * np.abs(scale).max())
     middle = np.append((low + high) / 2.0, 1.0) @ matrix
-    return _placed("box", half, rotation, middle[:3])
+    return _shape("box", half, rotation, middle[:3])
 
 
 def _bounding_sphere(points: np.ndarray, matrix: np.ndarray) -> Shape:
     placed = points.astype(np.float64) @ matrix[:3, :3] + matrix[3, :3]
     middle = (placed.min(axis=0) + placed.max(axis=0)) / 2.0
     radius = float(np.linalg.norm(placed - middle, axis=1).max())
-    return _placed("sphere", (radius, 0.0, 0.0), np.eye(3), middle)
+    return _shape("sphere", (radius, 0.0, 0.0), np.eye(3), middle)
 
 
 def _hull(prim: Usd.Prim, points: np.ndarray, matrix: np.ndarray, hulls: HullCache) -> Shape | None:
-    return _scaled("hull", prim, points, None, matrix, hulls)
+    return _solid_shape("hull", prim, points, None, matrix, hulls)
 
 
-def _scaled(
-    kind: str,
+def _solid_shape(
+    kind: ShapeKind,
     prim: Usd.Prim,
     points: np.ndarray,
     triangles: np.ndarray | None,
     matrix: np.ndarray,
     hulls: HullCache,
 ) -> Shape | None:
-    """A hull or mesh shared by every prim with these points; only a sheared one is baked."""
+    """Return a hull or mesh whose solid all prims with these points share; shear is baked into its points."""
     if abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
         warn_once(f"{prim.GetPath()} is scaled to nothing and does not collide; give it a scale above zero.")
         return None
@@ -210,10 +213,12 @@ def _scaled(
     except ValueError as reason:
         warn_once(f"{prim.GetPath()} does not collide: {reason}. Repair its points.")
         return None
-    return _placed(kind, scale, rotation, position, solid)
+    return _shape(kind, scale, rotation, position, solid)
 
 
-def _placed(kind: str, size: ArrayLike, rotation: np.ndarray, position: ArrayLike, solid: object = None) -> Shape:
+def _shape(
+    kind: ShapeKind, size: ArrayLike, rotation: np.ndarray, position: ArrayLike, solid: Solid | None = None
+) -> Shape:
     x, y, z = (float(v) for v in np.asarray(size))
     return Shape(kind, (x, y, z), tuple(float(v) for v in position), rotation_quat(rotation), solid)
 
@@ -223,7 +228,7 @@ def _uniform(scale: np.ndarray) -> bool:
 
 
 def _sphere_points() -> np.ndarray:
-    """62 points on the unit sphere, poles included: below the cap on hull vertices."""
+    """Return 62 points on the unit sphere, poles included: fewer than a hull may have."""
     latitude = np.linspace(-np.pi / 2, np.pi / 2, 7)[1:-1]
     longitude = np.arange(12) * np.pi / 6
     rings = [
@@ -233,8 +238,8 @@ def _sphere_points() -> np.ndarray:
     return np.concatenate([*rings, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])
 
 
-def _upright_points(kind: str, bottom: float, top: float, half: float) -> np.ndarray:
-    """Points whose hull is the solid; a capsule's caps are half spheres."""
+def _primitive_points(kind: ShapeKind, bottom: float, top: float, half: float) -> np.ndarray:
+    """Return points along Z whose hull is the solid; a capsule's caps are half spheres."""
     if kind == "capsule":
         ball = _sphere_points()
         lower = ball[ball[:, 2] <= 1e-9] * bottom - (0.0, 0.0, half)
@@ -251,9 +256,9 @@ def _upright_points(kind: str, bottom: float, top: float, half: float) -> np.nda
 _PRIMITIVES = {
     "Cube": _cube,
     "Sphere": _sphere,
-    "Capsule": _upright("capsule", 0.5),
-    "Cylinder": _upright("cylinder", 1.0),
-    "Cone": _upright("cone", 1.0),
+    "Capsule": _axial("capsule", 0.5),
+    "Cylinder": _axial("cylinder", 1.0),
+    "Cone": _axial("cone", 1.0),
     "Capsule_1": _tapered("capsule"),
     "Cylinder_1": _tapered("cylinder"),
     "Plane": _plane,

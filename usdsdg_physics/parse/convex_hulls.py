@@ -1,4 +1,4 @@
-"""Meshes become convex hulls: capped, cached by content, never without volume."""
+"""Convex hulls of meshes: at most 64 vertices, cached by content, never without volume."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ import numpy as np
 from usdsdg.errors import warn_once
 from usdsdg_physics.scene.records import Solid
 
-# Newton's own cap; its narrow phase walks every vertex of a hull in each support query.
+# Newton's own limit; its narrow phase visits every vertex of a hull in each support query.
 MAX_HULL_VERTICES = 64
 # Relative to the largest extent. A flatter hull has no mass to speak of and a contact normal of noise.
 _MIN_THICKNESS = 1e-3
 
 
 class HullCache:
-    """Convex hulls by the content of their points: a thousand references to one asset make one hull."""
+    """Convex hulls and meshes by the content of their points: a thousand references to one asset make one hull."""
 
     def __init__(self) -> None:
         self._hulls: dict[bytes, Solid] = {}
         self._meshes: dict[bytes, Solid] = {}
 
     def hull(self, points: np.ndarray, *, prim_path: str = "") -> Solid:
-        """Convex hull (at most 64 vertices) of points (N, 3).
+        """Return the convex hull (at most 64 vertices) of points (N, 3).
 
         Flat, straight or single points are thickened to a thousandth of their extent, with a warning that names
         `prim_path`.
@@ -38,7 +38,7 @@ class HullCache:
         return self._hulls[key]
 
     def mesh(self, points: np.ndarray, triangles: np.ndarray) -> Solid:
-        """The triangles themselves, for static colliders without approximation."""
+        """Return the triangles themselves, for static colliders without approximation."""
         points = np.ascontiguousarray(points, np.float32).reshape(-1, 3)
         triangles = np.ascontiguousarray(triangles, np.int32).reshape(-1, 3)
         key = _digest(points, triangles)
@@ -48,7 +48,7 @@ class HullCache:
 
 
 def solid(vertices: np.ndarray, triangles: np.ndarray) -> Solid:
-    """A `Solid` with the volume integrals of its triangles (exact for closed, outward-oriented surfaces)."""
+    """Return a `Solid` with the volume integrals of its triangles (exact for closed, outward-oriented surfaces)."""
     vertices = np.ascontiguousarray(vertices, np.float32)
     triangles = np.ascontiguousarray(triangles, np.int32)
     # Tetrahedra from a point near the middle keep the sums well conditioned far from the origin.
@@ -67,7 +67,7 @@ def solid(vertices: np.ndarray, triangles: np.ndarray) -> Solid:
 
 
 def inertia_from_covariance(covariance: np.ndarray) -> np.ndarray:
-    """Inertia tensor of unit density from the integral of p pᵀ."""
+    """Return the inertia tensor of unit density from the integral of p pᵀ."""
     return np.trace(covariance) * np.eye(3) - covariance
 
 
@@ -99,10 +99,10 @@ def _hull(points: np.ndarray, prim_path: str) -> Solid:
 
 
 def _thickened(points: np.ndarray) -> np.ndarray:
-    """The points themselves, or copies of them moved both ways along every direction in which they have no extent."""
-    centred = points - points.mean(axis=0)
-    _, axes = np.linalg.eigh(centred.T @ centred)
-    spread = centred @ axes
+    """Return the points, or copies of them moved both ways along every direction in which they have no extent."""
+    centered = points - points.mean(axis=0)
+    _, axes = np.linalg.eigh(centered.T @ centered)
+    spread = centered @ axes
     extent = spread.max(axis=0) - spread.min(axis=0)
     largest = float(extent.max()) or 1e-3
     for axis, size in zip(axes.T, extent):

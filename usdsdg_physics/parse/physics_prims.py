@@ -1,4 +1,4 @@
-"""One pass over a stage: who is a rigid body, who collides and whose collider it is, and what cannot be simulated."""
+"""Find the prims that matter to physics in one traversal of a stage, and warn of those that cannot be simulated."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.errors import warn_once
-from usdsdg_physics.parse.attributes import COLLIDER, RIGID_BODY, has_api, value
+from usdsdg_physics.parse.attributes import COLLISION, RIGID_BODY, has_api, value
 
 
 @dataclass
-class Survey:
-    """Prims by what they are to a solver; `joints` to `displaced` are paths of those that are left out."""
+class PhysicsPrims:
+    """Prims by their role in the simulation; the lists of paths are of prims that are left out."""
 
     scenes: list[Usd.Prim] = field(default_factory=list)
     bodies: list[Usd.Prim] = field(default_factory=list)
     colliders: list[tuple[Usd.Prim, Usd.Prim | None]] = field(default_factory=list)  # with the body that owns it
-    filters: list[Usd.Prim] = field(default_factory=list)
-    groups: list[Usd.Prim] = field(default_factory=list)
+    filtered: list[Usd.Prim] = field(default_factory=list)  # with FilteredPairsAPI
+    groups: list[Usd.Prim] = field(default_factory=list)  # collision groups
     joints: list[str] = field(default_factory=list)
-    instancers: list[str] = field(default_factory=list)
-    trapped: list[str] = field(default_factory=list)
-    displaced: list[str] = field(default_factory=list)
+    instancers: list[str] = field(default_factory=list)  # PointInstancers of rigid bodies
+    instanced_bodies: list[str] = field(default_factory=list)  # rigid bodies inside instances
+    nonfinite: list[str] = field(default_factory=list)  # with a transform that is not finite
 
 
-def survey(stage: Usd.Stage, root: Sdf.Path, cache: UsdGeom.XformCache) -> Survey:
-    """What is at or below `root`."""
-    found = Survey()
+def find_physics_prims(stage: Usd.Stage, root: Sdf.Path, cache: UsdGeom.XformCache) -> PhysicsPrims:
+    """Find the prims at or below `root`; a collider belongs to the nearest rigid body at or above it."""
+    found = PhysicsPrims()
     owners: dict[Sdf.Path, Usd.Prim | None] = {}
     start = stage.GetPrimAtPath(root)
     if not start or not start.IsActive():
@@ -40,35 +40,34 @@ def survey(stage: Usd.Stage, root: Sdf.Path, cache: UsdGeom.XformCache) -> Surve
         path = prim.GetPath()
         owner = owners.get(path.GetParentPath())
         applied = prim.GetAppliedSchemas()
-        if owner is not None and _resets(prim):
+        if owner is not None and _resets_xform_stack(prim):
             owner = None
         body = _is_body(prim, applied)
-        if (body or COLLIDER in applied) and not np.isfinite(cache.GetLocalToWorldTransform(prim)).all():
-            found.displaced.append(str(path))
+        if (body or COLLISION in applied) and not np.isfinite(cache.GetLocalToWorldTransform(prim)).all():
+            found.nonfinite.append(str(path))
             prims.PruneChildren()
             continue
         if body:
             if prim.IsInstanceProxy():
-                found.trapped.append(str(path))
+                found.instanced_bodies.append(str(path))
             else:
                 found.bodies.append(prim)
                 owner = prim
         owners[path] = owner
-        if COLLIDER in applied:
+        if COLLISION in applied:
             found.colliders.append((prim, owner))
         if "PhysicsFilteredPairsAPI" in applied:
-            found.filters.append(prim)
-        _sort_by_type(prim, found)
-    found.scenes.sort(key=lambda prim: prim.GetPath())
+            found.filtered.append(prim)
+        _add_by_type(prim, found)
     return found
 
 
 def _owner_of(prim: Usd.Prim) -> Usd.Prim | None:
-    """The nearest rigid body at or above a prim."""
+    """Return the nearest rigid body at or above a prim."""
     while prim and not prim.IsPseudoRoot():
         if _is_body(prim, prim.GetAppliedSchemas()) and not prim.IsInstanceProxy():
             return prim
-        if _resets(prim):
+        if _resets_xform_stack(prim):
             return None
         prim = prim.GetParent()
     return None
@@ -78,12 +77,12 @@ def _is_body(prim: Usd.Prim, applied: list[str]) -> bool:
     return RIGID_BODY in applied and bool(value(prim, "physics:rigidBodyEnabled", True))
 
 
-def _resets(prim: Usd.Prim) -> bool:
+def _resets_xform_stack(prim: Usd.Prim) -> bool:
     xformable = UsdGeom.Xformable(prim)
     return bool(xformable) and xformable.GetResetXformStack()
 
 
-def _sort_by_type(prim: Usd.Prim, found: Survey) -> None:
+def _add_by_type(prim: Usd.Prim, found: PhysicsPrims) -> None:
     kind = str(prim.GetTypeName())
     if kind == "PhysicsScene":
         found.scenes.append(prim)
@@ -104,14 +103,14 @@ def _has_rigid_body(stage: Usd.Stage, path: Sdf.Path) -> bool:
     return bool(root) and any(has_api(prim, RIGID_BODY) for prim in Usd.PrimRange(root))
 
 
-def warn_unsupported(found: Survey) -> None:
-    """Name what is on the stage and will not be simulated, or not as authored, each once and with its remedy."""
+def warn_unsupported(found: PhysicsPrims) -> None:
+    """Warn of what will not be simulated, or not as authored, each once and with its remedy."""
     _warn_left_out(found)
-    _warn_sampled(found)
+    _warn_time_sampled(found)
 
 
 def warn_no_collider(bodies: Collection[str], owners: Collection[str]) -> None:
-    """Name the bodies that own no collider."""
+    """Warn of the bodies that own no collider."""
     for path in bodies:
         if path not in owners:
             warn_once(
@@ -120,56 +119,56 @@ def warn_no_collider(bodies: Collection[str], owners: Collection[str]) -> None:
             )
 
 
-def _warn_left_out(found: Survey) -> None:
-    if found.displaced:
+def _warn_left_out(found: PhysicsPrims) -> None:
+    if found.nonfinite:
         warn_once(
-            f"these have a transform that is not a number and are not simulated: {_some(found.displaced)}. Author a "
+            f"these have a transform that is not a number and are not simulated: {_listed(found.nonfinite)}. Author a "
             "finite translation, rotation and scale on them and above them.",
         )
     if found.joints:
         warn_once(
-            f"joints are not simulated: {_some(found.joints)}. Their bodies move freely; set "
+            f"joints are not simulated: {_listed(found.joints)}. Their bodies move freely; set "
             "physics:kinematicEnabled on those that must stay.",
         )
     if found.instancers:
         warn_once(
-            f"rigid bodies drawn by a PointInstancer are not simulated: {_some(found.instancers)}. "
+            f"rigid bodies drawn by a PointInstancer are not simulated: {_listed(found.instancers)}. "
             "Make a prim for every body instead.",
         )
-    if found.trapped:
+    if found.instanced_bodies:
         warn_once(
-            f"rigid bodies inside instances cannot be moved: {_some(found.trapped)}. Apply RigidBodyAPI to the "
-            "instance itself, or clear its instanceable flag.",
+            f"rigid bodies inside instances cannot be moved: {_listed(found.instanced_bodies)}. Apply RigidBodyAPI to "
+            "the instance itself, or clear its instanceable flag.",
         )
     if len(found.scenes) > 1:
-        names = _some([str(prim.GetPath()) for prim in found.scenes])
+        names = _listed([str(path) for path in sorted(prim.GetPath() for prim in found.scenes)])
         warn_once(
             f"the stage has several PhysicsScenes ({names}); everything is simulated in the first. Remove the others."
         )
 
 
-def _warn_sampled(found: Survey) -> None:
+def _warn_time_sampled(found: PhysicsPrims) -> None:
     known: dict[Sdf.Path, bool] = {}
     prims = dict.fromkeys([*found.bodies, *(prim for prim, _ in found.colliders)])
-    sampled = [str(prim.GetPath()) for prim in prims if _is_sampled(prim, known)]
+    sampled = [str(prim.GetPath()) for prim in prims if _is_time_sampled(prim, known)]
     if sampled:
         warn_once(
-            f"time samples of transforms are not followed: {_some(sampled)}. These are where the values at the default "
-            "time put them; set those, before each step to move a kinematic body or a static collider.",
+            f"time samples of transforms are not followed: {_listed(sampled)}. These are where the values at the "
+            "default time put them; set those, before each step to move a kinematic body or a static collider.",
         )
 
 
-def _is_sampled(prim: Usd.Prim, known: dict[Sdf.Path, bool]) -> bool:
-    """Whether time samples move the prim, its own or those of an ancestor."""
+def _is_time_sampled(prim: Usd.Prim, known: dict[Sdf.Path, bool]) -> bool:
+    """Return whether the transform of a prim or of an ancestor has time samples."""
     path = prim.GetPath()
     if path not in known:
         xformable = UsdGeom.Xformable(prim)
         # One sample does not vary, but is no value at the default time either.
         known[path] = bool(xformable) and any(op.GetNumTimeSamples() for op in xformable.GetOrderedXformOps())
-        if not known[path] and not prim.IsPseudoRoot() and not _resets(prim):
-            known[path] = _is_sampled(prim.GetParent(), known)
+        if not known[path] and not prim.IsPseudoRoot() and not _resets_xform_stack(prim):
+            known[path] = _is_time_sampled(prim.GetParent(), known)
     return known[path]
 
 
-def _some(paths: list[str]) -> str:
+def _listed(paths: list[str]) -> str:
     return ", ".join(paths[:5]) + (f" and {len(paths) - 5} more" if len(paths) > 5 else "")

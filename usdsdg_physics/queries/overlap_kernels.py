@@ -1,4 +1,7 @@
-"""Exact overlap of convex shapes: the GJK distance between two cores, in double precision."""
+"""Exact overlap of convex shapes: GJK distance between their cores, in double precision.
+
+The core of a sphere or capsule is its center or axis; its radius is added to the distance.
+"""
 # ruff: noqa: UP018, RUF046, SIM109
 
 from __future__ import annotations
@@ -7,15 +10,15 @@ from typing import Any
 
 import warp as wp
 
+# Indices in SHAPE_KINDS.
 BOX, SPHERE, CAPSULE, CYLINDER, CONE, PLANE, HULL, MESH = range(8)
-KINDS = ("box", "sphere", "capsule", "cylinder", "cone", "plane", "hull", "mesh")
 
 Simplex = wp.types.matrix(shape=(4, 3), dtype=wp.float64)
 
 
 @wp.func
 def core_support(kind: int, size: wp.vec3d, first: int, count: int, points: wp.array[wp.vec3d], d: wp.vec3d):
-    """Farthest point along d of a shape without its rounding radius, in the shape's frame."""
+    """Support function of a shape's core: its farthest point along d, in the shape's frame."""
     zero = wp.float64(0.0)
     if kind == BOX:
         return wp.vec3d(
@@ -52,7 +55,7 @@ def core_support(kind: int, size: wp.vec3d, first: int, count: int, points: wp.a
 
 @wp.func
 def nearest_on_segment(a: wp.vec3d, b: wp.vec3d):
-    """Point of a segment nearest to the origin, and a bit mask of the ends that it needs."""
+    """Return the point of a segment nearest to the origin, and a bit mask of the ends that span it."""
     along = b - a
     t = -wp.dot(a, along)
     length = wp.dot(along, along)
@@ -65,7 +68,7 @@ def nearest_on_segment(a: wp.vec3d, b: wp.vec3d):
 
 @wp.func
 def nearest_on_triangle(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d):
-    """Point of a triangle nearest to the origin, and a bit mask of the corners that it needs."""
+    """Return the point of a triangle nearest to the origin, and a bit mask of the corners that span it."""
     zero = wp.float64(0.0)
     normal = wp.cross(b - a, c - a)
     area = wp.dot(normal, normal)
@@ -89,7 +92,7 @@ def nearest_on_triangle(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d):
 
 @wp.func
 def nearest_on_simplex(s: Any, count: int):
-    """Point of the simplex nearest to the origin, and a bit mask of the vertices that it needs (15 = inside)."""
+    """Return the point of a simplex nearest to the origin, and a bit mask of the vertices that span it (15: inside)."""
     if count == 1:
         return s[0], int(1)
     if count == 2:
@@ -135,7 +138,7 @@ def separated(
     points: wp.array[wp.vec3d],
     radius: wp.float64,
 ):
-    """Whether the cores are farther apart than `radius`. Everything is in the frame of the shape."""
+    """Return whether the cores are farther apart than `radius`; everything is in the frame of the shape."""
     shape_to_query = wp.transform_inverse(query_to_shape)
     v = wp.transform_point(query_to_shape, wp.vec3d(wp.float64(0.0), wp.float64(0.0), wp.float64(0.0)))
     simplex = Simplex()
@@ -145,7 +148,7 @@ def separated(
         if length <= wp.float64(1.0e-24):
             return False
         away = -v
-        # The query's core minus the shape's: v is its point nearest to the origin so far.
+        # Minkowski difference, the query's core minus the shape's: v is its point nearest to the origin so far.
         far = wp.transform_point(
             query_to_shape,
             core_support(query_kind, query_size, 0, 0, points, wp.transform_vector(shape_to_query, away)),
@@ -187,7 +190,7 @@ def overlaps(
     # out
     hit: wp.array[wp.int32],
 ):
-    """hit[i] = 1 where shape candidates[i] and the query box or sphere share a point.
+    """Set hit[i] = 1 where shape candidates[i] and the query box or sphere overlap.
 
     The points of a mesh are the corners of its triangles, three in a row.
     """

@@ -1,16 +1,20 @@
-"""One ray against one shape, in the shape's own frame."""
+"""Intersect a ray with one shape, in the shape's own frame."""
 
 from __future__ import annotations
+
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from usdsdg_physics.scene.records import Shape
 
 Hit = tuple[float, np.ndarray]  # distance along the ray, outward normal (3,)
+# Roots along the ray, a function of a point that gives the normal, and one that tells whether it is on the surface.
+Surface = tuple[list[float], Callable[[np.ndarray], np.ndarray], Callable[[np.ndarray], bool]]
 
 
 def ray_distance(shape: Shape, origin: np.ndarray, direction: np.ndarray) -> Hit | None:
-    """First hit of a ray with unit direction; distance 0 when it starts inside a solid."""
+    """Return the first hit of a ray with unit direction, None for none; distance 0 when it starts inside a solid."""
     if shape.kind == "plane":
         return _half_spaces(np.array([[0.0, 0.0, 1.0]]), np.zeros(1), origin, direction)
     if shape.kind == "box":
@@ -20,18 +24,18 @@ def ray_distance(shape: Shape, origin: np.ndarray, direction: np.ndarray) -> Hit
         return _half_spaces(*_planes(shape), origin, direction)
     if shape.kind == "mesh":
         return _triangles(shape, origin, direction)
-    return _round(shape, origin, direction)
+    return _quadric(shape, origin, direction)
 
 
 def _half_spaces(normals: np.ndarray, offsets: np.ndarray, origin: np.ndarray, direction: np.ndarray) -> Hit | None:
-    """The solid of all points with normal · p <= offset."""
-    speed, height = normals @ direction, offsets - normals @ origin
-    if (height[speed == 0.0] < 0.0).any():
+    """Intersect the convex solid of all points p with normal · p <= offset."""
+    slope, distance = normals @ direction, offsets - normals @ origin
+    if (distance[slope == 0.0] < 0.0).any():
         return None
     with np.errstate(divide="ignore", invalid="ignore"):
-        at = height / speed
-    entering = np.where(speed < 0.0, at, -np.inf)
-    leaving = np.where(speed > 0.0, at, np.inf)
+        t = distance / slope
+    entering = np.where(slope < 0.0, t, -np.inf)
+    leaving = np.where(slope > 0.0, t, np.inf)
     enter = int(entering.argmax())
     if entering[enter] > leaving.min() or leaving.min() < 0.0:
         return None
@@ -55,26 +59,27 @@ def _planes(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
 def _triangles(shape: Shape, origin: np.ndarray, direction: np.ndarray) -> Hit | None:
     points = shape.solid.vertices.astype(np.float64) * shape.size
     a, b, c = (points[shape.solid.triangles[:, corner]] for corner in range(3))
-    along, across = b - a, c - a
-    p = np.cross(direction, across)
-    det = np.einsum("ij,ij->i", along, p)
+    # Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997.
+    edge1, edge2 = b - a, c - a
+    p = np.cross(direction, edge2)
+    det = np.einsum("ij,ij->i", edge1, p)
     with np.errstate(divide="ignore", invalid="ignore"):
         s = origin - a
         u = np.einsum("ij,ij->i", s, p) / det
-        q = np.cross(s, along)
+        q = np.cross(s, edge1)
         v = (q @ direction) / det
-        t = np.einsum("ij,ij->i", across, q) / det
-        good = (np.abs(det) > 0.0) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t >= 0.0)
-    if not good.any():
+        t = np.einsum("ij,ij->i", edge2, q) / det
+        valid = (np.abs(det) > 0.0) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t >= 0.0)
+    if not valid.any():
         return None
-    first = int(np.where(good, t, np.inf).argmin())
-    normal = np.cross(along[first], across[first])
+    first = int(np.where(valid, t, np.inf).argmin())
+    normal = np.cross(edge1[first], edge2[first])
     normal /= np.linalg.norm(normal)
     return float(t[first]), -normal if normal @ direction > 0.0 else normal
 
 
-def _round(shape: Shape, origin: np.ndarray, direction: np.ndarray) -> Hit | None:
-    """Sphere, capsule, cylinder and cone: the nearest root of their surfaces."""
+def _quadric(shape: Shape, origin: np.ndarray, direction: np.ndarray) -> Hit | None:
+    """Intersect a sphere, capsule, cylinder or cone: the nearest valid root of its surfaces."""
     if _inside(shape, origin):
         return 0.0, -direction
     found = [
@@ -91,29 +96,29 @@ def _round(shape: Shape, origin: np.ndarray, direction: np.ndarray) -> Hit | Non
 
 def _inside(shape: Shape, p: np.ndarray) -> bool:
     radius, half, _ = shape.size
-    across = float(np.hypot(p[0], p[1]))
+    radial = float(np.hypot(p[0], p[1]))
     if shape.kind == "sphere":
         return float(np.linalg.norm(p)) < radius
     if shape.kind == "capsule":
-        return float(np.hypot(across, max(abs(p[2]) - half, 0.0))) < radius
+        return float(np.hypot(radial, max(abs(p[2]) - half, 0.0))) < radius
     if shape.kind == "cylinder":
-        return across < radius and abs(p[2]) < half
-    return abs(p[2]) < half and across < radius * (half - p[2]) / (2.0 * half)
+        return radial < radius and abs(p[2]) < half
+    return abs(p[2]) < half and radial < radius * (half - p[2]) / (2.0 * half)
 
 
-def _surfaces(shape: Shape, o: np.ndarray, d: np.ndarray):
-    """(roots along the ray, normal at a point, whether a point belongs) of each piece of the surface."""
+def _surfaces(shape: Shape, o: np.ndarray, d: np.ndarray) -> Iterator[Surface]:
+    """Yield the surfaces that bound a shape."""
     radius, half, _ = shape.size
-    flat = np.array([1.0, 1.0, 0.0])
+    xy = np.array([1.0, 1.0, 0.0])
     up = np.array([0.0, 0.0, 1.0])
     if shape.kind == "sphere":
         yield _sphere_roots(o, d, radius), lambda p: p, lambda p: True
     elif shape.kind == "capsule":
-        yield _roots((d * flat) @ d, (o * flat) @ d, (o * flat) @ o - radius**2), lambda p: p * flat, _between(half)
+        yield _roots((d * xy) @ d, (o * xy) @ d, (o * xy) @ o - radius**2), lambda p: p * xy, _between(half)
         for end in (half, -half):
             yield _sphere_roots(o - end * up, d, radius), lambda p, e=end: p - e * up, lambda p: True
     elif shape.kind == "cylinder":
-        yield _roots((d * flat) @ d, (o * flat) @ d, (o * flat) @ o - radius**2), lambda p: p * flat, _between(half)
+        yield _roots((d * xy) @ d, (o * xy) @ d, (o * xy) @ o - radius**2), lambda p: p * xy, _between(half)
         for end in (half, -half):
             yield _cap_root(o, d, end), lambda p, e=end: e * up, lambda p: np.hypot(p[0], p[1]) <= radius
     else:
@@ -125,7 +130,7 @@ def _surfaces(shape: Shape, o: np.ndarray, d: np.ndarray):
         yield _cap_root(o, d, -half), lambda p: -up, lambda p: np.hypot(p[0], p[1]) <= radius
 
 
-def _between(half: float):
+def _between(half: float) -> Callable[[np.ndarray], bool]:
     return lambda p: abs(p[2]) <= half
 
 
@@ -138,9 +143,9 @@ def _sphere_roots(o: np.ndarray, d: np.ndarray, radius: float) -> list[float]:
 
 
 def _roots(a: float, half_b: float, c: float) -> list[float]:
-    """Real roots of a t² + 2 half_b t + c."""
-    square = half_b * half_b - a * c
-    if square < 0.0 or a == 0.0:
+    """Return the real roots of a t² + 2 half_b t + c."""
+    discriminant = half_b * half_b - a * c
+    if discriminant < 0.0 or a == 0.0:
         return [] if a != 0.0 or half_b == 0.0 else [-c / (2.0 * half_b)]
-    root = float(np.sqrt(square))
+    root = float(np.sqrt(discriminant))
     return [(-half_b - root) / a, (-half_b + root) / a]

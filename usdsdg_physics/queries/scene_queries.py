@@ -1,45 +1,48 @@
-"""Questions about where bodies are: overlap with a box or sphere, and the nearest hit of a ray."""
+"""Scene queries: the colliders that overlap a box or sphere, and the nearest hit of a ray."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from usdsdg.stage.poses.transforms import matrix_from_quat, quat_from_matrix
 from usdsdg_physics.queries.raycast import ray_distance
 from usdsdg_physics.scene.extents import bounding_sphere
-from usdsdg_physics.scene.records import Scene, Shape
+from usdsdg_physics.scene.records import SHAPE_KINDS, Scene, Shape, ShapeKind
+
+if TYPE_CHECKING:
+    import warp as wp
 
 
 @dataclass(frozen=True)
 class Overlap:
-    """A collider that touches the asked volume.
+    """A collider that overlaps the volume of a query."""
 
-    rigid_body: path of the body that owns it; of the collider itself when it is static, as PhysX reports it.
-    """
-
-    rigid_body: str
-    collision: str
+    rigid_body: str  # path of the body that owns it; of the collider itself when it is static, as PhysX reports it
+    collision: str  # path of the collider
 
 
 @dataclass(frozen=True)
 class RayHit:
-    rigid_body: str
+    """Where a ray meets a collider."""
+
+    rigid_body: str  # as in `Overlap`
     collision: str
     distance: float  # stage units
     position: tuple[float, float, float]  # world, stage units
     normal: tuple[float, float, float]  # world, unit length, against the ray
 
     def scaled(self, factor: float) -> RayHit:
-        """The same hit with lengths in another unit."""
+        """Return the same hit with lengths times a factor."""
         x, y, z = self.position
         return replace(self, distance=self.distance * factor, position=(x * factor, y * factor, z * factor))
 
 
-class Queries:
-    """Tables of one scene's colliders; where its bodies are is given with each question. Lengths are in metres."""
+class SceneQueries:
+    """Tables of one scene's colliders; every query takes the poses (N, 7) of its bodies. Lengths are in meters."""
 
     def __init__(self, scene: Scene) -> None:
         self._colliders = list(scene.colliders.values())
@@ -52,13 +55,14 @@ class Queries:
         self._bounds = np.array([bounding_sphere(c.shape) for c in self._colliders], np.float64).reshape(-1, 4)
         # In path order, so that a script's random numbers meet the same hits in every run.
         self._sorted = np.array(sorted(range(len(self._colliders)), key=lambda row: self._colliders[row].path), int)
-        self._tables: tuple | None = None
+        self._tables: tuple[wp.array, ...] | None = None
 
     def set_enabled(self, path: str, enabled: bool) -> None:
+        """Switch a collider on or off."""
         self._enabled[self._row[path]] = enabled
 
     def set_pose(self, path: str, shape: Shape) -> None:
-        """Take over the pose of a collider's shape, in its body's frame or the world."""
+        """Set the pose of a collider from its shape, in its body's frame or the world."""
         row = self._row[path]
         self._rotation[row] = matrix_from_quat(shape.rotation)
         self._position[row] = shape.position
@@ -66,17 +70,17 @@ class Queries:
     def overlap_box(
         self, poses: np.ndarray, half_extent: Sequence[float], origin: Sequence[float], rotation: Sequence[float]
     ) -> list[Overlap]:
-        """Colliders that share a point with a box; `poses` (N, 7) are the bodies'."""
-        return self._overlap(poses, 0, half_extent, float(np.linalg.norm(half_extent)), origin, rotation)
+        """Return the enabled colliders that overlap a box, in path order."""
+        return self._overlap(poses, "box", half_extent, float(np.linalg.norm(half_extent)), origin, rotation)
 
     def overlap_sphere(self, poses: np.ndarray, radius: float, origin: Sequence[float]) -> list[Overlap]:
-        """Colliders that share a point with a sphere."""
-        return self._overlap(poses, 1, (radius, 0.0, 0.0), radius, origin, (0.0, 0.0, 0.0, 1.0))
+        """Return the enabled colliders that overlap a sphere, in path order."""
+        return self._overlap(poses, "sphere", (radius, 0.0, 0.0), radius, origin, (0.0, 0.0, 0.0, 1.0))
 
     def raycast(
         self, poses: np.ndarray, origin: Sequence[float], direction: Sequence[float], distance: float
     ) -> RayHit | None:
-        """The nearest hit within `distance`, None for none. A ray that starts inside a shape hits it at distance 0."""
+        """Return the nearest hit within `distance`, or None; a ray that starts inside a solid hits it at distance 0."""
         start = np.asarray(origin, np.float64)
         along_ray = np.asarray(direction, np.float64) / np.linalg.norm(direction)
         rotation, position = self._frames(poses)
@@ -103,9 +107,9 @@ class Queries:
     def _overlap(
         self,
         poses: np.ndarray,
-        kind: int,
+        kind: ShapeKind,
         size: Sequence[float],
-        reach: float,
+        radius: float,
         origin: Sequence[float],
         rotation_xyzw: Sequence[float],
     ) -> list[Overlap]:
@@ -116,7 +120,7 @@ class Queries:
         from usdsdg_physics.queries import overlap_kernels
 
         rotation, position = self._frames(poses)
-        candidates = self._near_box(rotation, position, kind, np.asarray(size, float), reach, origin, rotation_xyzw)
+        candidates = self._candidates(rotation, position, kind, np.asarray(size, float), radius, origin, rotation_xyzw)
         if not len(candidates):
             return []
         frames = np.concatenate([position, quat_from_matrix(rotation)], axis=1)
@@ -133,7 +137,7 @@ class Queries:
                 counts,
                 points,
                 wp.array(candidates, dtype=wp.int32, device="cpu"),
-                kind,
+                SHAPE_KINDS.index(kind),
                 wp.vec3d(*(float(x) for x in size)),
                 wp.transformd(wp.vec3d(*map(float, origin)), wp.quatd(*map(float, rotation_xyzw))),
             ],
@@ -142,53 +146,52 @@ class Queries:
         )
         return [self._hit(row) for row in candidates[hit.numpy() != 0]]
 
-    def _near_box(
+    def _candidates(
         self,
         rotation: np.ndarray,
         position: np.ndarray,
-        kind: int,
+        kind: ShapeKind,
         size: np.ndarray,
-        reach: float,
+        radius: float,
         origin: Sequence[float],
         rotation_xyzw: Sequence[float],
     ) -> np.ndarray:
-        """Rows, in path order, of switched-on colliders whose bounding sphere reaches the volume."""
+        """Return the rows, in path order, of enabled colliders whose bounding sphere overlaps the volume."""
         centers = np.einsum("ni,nij->nj", self._bounds[:, :3], rotation) + position - np.asarray(origin, float)
-        if kind == 0:
-            inside = centers @ matrix_from_quat(rotation_xyzw).T
-            gap = np.linalg.norm(np.maximum(np.abs(inside) - size, 0.0), axis=1)
+        if kind == "box":
+            in_box = centers @ matrix_from_quat(rotation_xyzw).T
+            gap = np.linalg.norm(np.maximum(np.abs(in_box) - size, 0.0), axis=1)
         else:
-            gap = np.linalg.norm(centers, axis=1) - reach
+            gap = np.linalg.norm(centers, axis=1) - radius
         near = self._enabled & (gap <= self._bounds[:, 3])
         return self._sorted[near[self._sorted]].astype(np.int32)
 
     def _frames(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """World rotations (N, 3, 3) and positions (N, 3) of all shapes."""
+        """Return world rotations (N, 3, 3) and positions (N, 3) of all shapes."""
         rotation, position = self._rotation.copy(), self._position.copy()
         owned = self._body >= 0
         if owned.any():
             body = np.asarray(poses, np.float64)[self._body[owned]]
-            turn = matrix_from_quat(body[:, 3:])
-            position[owned] = np.einsum("ni,nij->nj", position[owned], turn) + body[:, :3]
-            rotation[owned] = rotation[owned] @ turn
+            body_rotation = matrix_from_quat(body[:, 3:])
+            position[owned] = np.einsum("ni,nij->nj", position[owned], body_rotation) + body[:, :3]
+            rotation[owned] = rotation[owned] @ body_rotation
         return rotation, position
 
     def _hit(self, row: int) -> Overlap:
         collider = self._colliders[row]
         return Overlap(collider.body or collider.path, collider.path)
 
-    def _device_tables(self) -> tuple:
+    def _device_tables(self) -> tuple[wp.array, ...]:
+        """Return shape kinds, sizes, and the range and coordinates of their vertices as Warp arrays."""
         if self._tables is None:
             import warp as wp
-
-            from usdsdg_physics.queries.overlap_kernels import KINDS
 
             kinds, sizes, first, counts, points = [], [], [], [], [np.zeros((1, 3))]
             start: dict[str, int] = {}
             total = 1
             for collider in self._colliders:
                 shape = collider.shape
-                kinds.append(KINDS.index(shape.kind))
+                kinds.append(SHAPE_KINDS.index(shape.kind))
                 sizes.append(shape.size)
                 corners = _corners(shape)
                 key = shape.solid.key if shape.solid else ""
@@ -209,6 +212,7 @@ class Queries:
 
 
 def _corners(shape: Shape) -> np.ndarray:
+    """Return the vertices of a hull, or the corners of a mesh's triangles, three in a row; none of other shapes."""
     if shape.solid is None:
         return np.zeros((0, 3))
     if shape.kind == "mesh":

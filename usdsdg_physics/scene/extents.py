@@ -1,4 +1,4 @@
-"""How large shapes are: spheres and boxes around them, and how thin they are."""
+"""Extents of collision shapes: bounding spheres, world boxes, thickness."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from usdsdg_physics.scene.records import Shape
 
 
 def bounding_sphere(shape: Shape) -> tuple[float, float, float, float]:
-    """Centre and radius of a sphere around a shape, in the shape's own frame."""
+    """Return center and radius of a sphere around a shape, in the shape's own frame; a plane's radius is inf."""
     a, b, c = shape.size
     if shape.kind == "plane":
         return 0.0, 0.0, 0.0, float("inf")
@@ -28,7 +28,7 @@ def bounding_sphere(shape: Shape) -> tuple[float, float, float, float]:
 
 
 def half_thickness(shape: Shape) -> float:
-    """Half of the smallest extent along the shape's own axes [m]."""
+    """Return half of the smallest extent along the shape's own axes [m]."""
     a, b, c = shape.size
     if shape.solid is not None:
         points = shape.solid.vertices * shape.size
@@ -39,6 +39,6 @@ def half_thickness(shape: Shape) -> float:
 
 
 def world_box(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper corner of the box around a static hull or mesh."""
+    """Return the lower and upper corner of the box around a static hull or mesh [m]."""
     points = shape.solid.vertices.astype(np.float64) * shape.size @ matrix_from_quat(shape.rotation) + shape.position
     return points.min(axis=0), points.max(axis=0)

@@ -1,12 +1,12 @@
-"""Prim paths as strings: what lies below what."""
+"""Subtrees of prim paths given as strings."""
 
 from __future__ import annotations
 
 from bisect import bisect_left
 
 
-def below(ordered: list[str], root: str) -> list[str]:
-    """Those of the sorted paths that are `root` itself or below it."""
+def paths_below(ordered: list[str], root: str) -> list[str]:
+    """Return those of the sorted paths that are `root` itself or below it."""
     at = bisect_left(ordered, root)
     itself = ordered[at : at + 1] if at < len(ordered) and ordered[at] == root else []
     # "0" is the character after "/".
@@ -14,4 +14,5 @@ def below(ordered: list[str], root: str) -> list[str]:
 
 
 def at_or_below(path: str, root: str) -> bool:
+    """Return whether a path is `root` or below it."""
     return path == root or path.startswith(root + "/")

@@ -1,22 +1,23 @@
-"""What the parser reads from a stage: plain frozen records in SI units (m, kg, s, rad).
+"""Plain frozen records of a scene in SI units (m, kg, s, rad): bodies, colliders, shapes, materials.
 
 Quaternions are (x, y, z, w); a pose is seven numbers x, y, z, qx, qy, qz, qw. A body's frame is its prim's frame
-without the scale: origin and directions are the prim's, lengths are metres.
+without the scale: origin and directions are the prim's, lengths are meters.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 Vec3 = tuple[float, float, float]
 Quat = tuple[float, float, float, float]
 ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "cone", "plane", "hull", "mesh"]
+SHAPE_KINDS: tuple[ShapeKind, ...] = get_args(ShapeKind)
 
-STATIC = ""
+STATIC = ""  # `Collider.body` of a static collider
 
 
 @dataclass(frozen=True)
@@ -50,15 +51,17 @@ class Shape:
 
 @dataclass(frozen=True)
 class Material:
+    """A physics material; `path` is empty for PhysX's defaults."""
+
     path: str = ""
     friction: float = 0.5
     restitution: float = 0.0
-    density: float = 0.0  # kg/m³; 0 = not given
+    density: float = 0.0  # kg/m³; 0 for none
 
 
 @dataclass(frozen=True)
 class MassSpec:
-    """What a MassAPI says; zeros and None mean "compute it"."""
+    """The attributes of a MassAPI; zeros and None mean "compute it"."""
 
     mass: float = 0.0  # kg
     density: float = 0.0  # kg/m³
@@ -69,23 +72,27 @@ class MassSpec:
 
 @dataclass(frozen=True)
 class Collider:
+    """A prim with CollisionAPI."""
+
     path: str
-    body: str  # path of the rigid body that owns it, STATIC for none
+    body: str  # path of the rigid body that owns it, or STATIC
     shape: Shape
     material: Material
     enabled: bool = True
-    gap: float = 0.02  # contacts are found from this distance on [m]
+    gap: float = 0.02  # contacts are generated below this distance [m]
     margin: float = 0.0  # resting distance from the surface [m]
     mass: MassSpec = MassSpec()
 
 
 @dataclass(frozen=True)
 class Body:
+    """A prim with RigidBodyAPI."""
+
     path: str
     pose: tuple[float, ...]  # world, 7 numbers [m]
-    # Row-vector 4x4: the prim's local space into the body's frame [m]; scale, shear and unit, constant while it moves.
+    # Row-vector 4x4 from the prim's local space to the body's frame [m]: scale, shear and units, constant in motion.
     body_from_prim: tuple[tuple[float, ...], ...]
-    velocity: Vec3 = (0.0, 0.0, 0.0)  # of the centre of mass, world, m/s
+    velocity: Vec3 = (0.0, 0.0, 0.0)  # of the center of mass, world, m/s
     angular_velocity: Vec3 = (0.0, 0.0, 0.0)  # world, rad/s
     kinematic: bool = False
     gravity: bool = True
@@ -101,9 +108,11 @@ class Body:
 
 @dataclass(frozen=True)
 class Scene:
+    """All that is simulated; bodies and colliders by prim path, in the order of the stage."""
+
     bodies: Mapping[str, Body]
     colliders: Mapping[str, Collider]
     gravity: Vec3  # m/s²
     scene_path: str  # of the PhysicsScene prim, "" for none
-    # Colliders that never touch each other, each pair in path order.
+    # Pairs of colliders that never collide, each in path order.
     filtered: frozenset[tuple[str, str]] = frozenset()

@@ -1,4 +1,4 @@
-"""Rigid frames and scales: how the world matrix of a prim splits into what a solver moves and what stays."""
+"""Split the world matrix of a prim into the rigid frame that the solver moves and a constant remainder."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from numpy.typing import ArrayLike
 
 from usdsdg.stage.poses.transforms import decompose, matrix_from_quat, quat_from_matrix
 
-# Cosine between two axes above which a matrix is said to shear.
-_SHEAR = 1e-4
+# Cosine between two axes above which a matrix shears.
+_MAX_SHEAR = 1e-4
 
 
 def rigid_pose(local_to_world: ArrayLike, meters_per_unit: float) -> np.ndarray:
-    """Poses (..., 7) [m] of prims: origin and rotation of their matrices (..., 4, 4), scale and shear dropped."""
+    """Return poses (..., 7) [m]: origin and rotation of matrices (..., 4, 4) [stage units], without scale and shear."""
     pose = decompose(local_to_world)
     return np.concatenate([pose.translate * meters_per_unit, pose.rotation], axis=-1)
 
 
 def pose_matrix(pose: ArrayLike, meters_per_unit: float = 1.0) -> np.ndarray:
-    """Row-vector matrices (..., 4, 4) of poses (..., 7) [m], their translation in stage units."""
+    """Return row-vector matrices (..., 4, 4) of poses (..., 7) [m], their translation in stage units."""
     pose = np.asarray(pose, np.float64)
     matrix = np.zeros((*pose.shape[:-1], 4, 4))
     matrix[..., :3, :3] = matrix_from_quat(pose[..., 3:])
@@ -28,7 +28,7 @@ def pose_matrix(pose: ArrayLike, meters_per_unit: float = 1.0) -> np.ndarray:
 
 
 def body_from_prim(local_to_world: ArrayLike, meters_per_unit: float) -> np.ndarray:
-    """The constant part of a prim's matrix: from its local space [stage units] to its rigid frame [m]."""
+    """Return the constant part of a prim's world matrix: from its local space [stage units] to its rigid frame [m]."""
     frame = pose_matrix(rigid_pose(local_to_world, meters_per_unit), meters_per_unit)
     local = np.asarray(local_to_world) @ np.linalg.inv(frame)
     local[:3, :3] *= meters_per_unit
@@ -37,9 +37,10 @@ def body_from_prim(local_to_world: ArrayLike, meters_per_unit: float) -> np.ndar
 
 
 def split_scale(matrix: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Scale (3,), rotation (3, 3) and translation (3,) of scale-then-rotate-then-translate; None when it shears.
+    """Return scale (3,), rotation (3, 3) and translation (3,) of a matrix; None when it shears.
 
-    A mirroring matrix has its x scale negative.
+    Unlike `usdsdg.stage.poses.transforms.decompose` it puts a mirroring into the x scale alone, and refuses shear, so
+    that such a shape becomes a hull.
     """
     m = np.asarray(matrix, np.float64)
     axes = m[:3, :3]
@@ -47,7 +48,7 @@ def split_scale(matrix: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray] 
     if (scale < 1e-12).any():
         return None
     rotation = axes / scale[:, None]
-    if np.abs(rotation @ rotation.T - np.eye(3)).max() > _SHEAR:
+    if np.abs(rotation @ rotation.T - np.eye(3)).max() > _MAX_SHEAR:
         return None
     if np.linalg.det(rotation) < 0:
         scale[0], rotation[0] = -scale[0], -rotation[0]
@@ -55,6 +56,6 @@ def split_scale(matrix: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray] 
 
 
 def rotation_quat(rotation: ArrayLike) -> tuple[float, float, float, float]:
-    """(x, y, z, w) of one row-vector rotation matrix."""
+    """Return (x, y, z, w) of one row-vector rotation matrix."""
     x, y, z, w = (float(component) for component in quat_from_matrix(rotation))
     return x, y, z, w

@@ -1,12 +1,15 @@
-"""Which xform ops of a prim carry its simulated pose, and how a pose becomes their values.
+"""Choose the xform ops of a prim that take its simulated pose.
 
 With the ops of a prim in order, its local matrix is the product of their matrices, last op first (row vectors):
 
     local = after · R · between · T · before
 
 T and R are the translate and rotate op that follow the simulation; what stands before, between and after them is
-constant, whether it is a scale, a pivot, or rotations by somebody else. A prim with a single matrix op has that as T
-and R in one. A prim that lacks a translate or a full rotation gets the op added, as PhysX does.
+constant, be it a scale, a pivot or other rotations. A prim with a single matrix op has that as T and R in one. A prim
+that lacks a translate or a full rotation gets the op added, as PhysX does.
+
+`usdsdg.stage.poses.xform_ops` sets the ops of one prim to a local pose. Here they are chosen once per play, and each
+step computes the values of all bodies together in NumPy.
 """
 
 from __future__ import annotations
@@ -16,45 +19,45 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
+from usdsdg.stage.poses.xform_ops import EULER_ORDERS, SINGLE_AXES
+
 _OP = UsdGeom.XformOp
-EULER = {getattr(_OP, f"TypeRotate{order}"): order for order in ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")}
-_AXES = {_OP.TypeRotateX: "X", _OP.TypeRotateY: "Y", _OP.TypeRotateZ: "Z"}
 
 
 @dataclass(frozen=True)
 class PoseOps:
-    """Where one prim's pose is written. Matrices are row-vector 4x4 in stage units."""
+    """The ops of one prim that take its pose, and the constant matrices around them (row-vector 4x4, stage units)."""
 
-    translate: str  # attribute name; the matrix op's where `rotate` is empty
-    rotate: tuple[str, ...]  # one name, or three of single-axis ops in x, y, z order; none for a matrix op
+    translate: str  # attribute name; that of the matrix op where `rotate` is empty
+    rotate: tuple[str, ...]  # one attribute name, three of single-axis ops in x, y, z order, or none for a matrix op
     order: str  # Euler order, "quat", or "matrix"
     before: np.ndarray
     between: np.ndarray
     after: np.ndarray
 
 
-def plan_pose_ops(prim: Usd.Prim) -> PoseOps:
-    """Find the ops of a prim that follow the simulation, adding to its xformOpOrder what is missing."""
+def choose_pose_ops(prim: Usd.Prim) -> PoseOps:
+    """Choose the ops of a prim that follow the simulation; add those that are missing to its xformOpOrder."""
     xformable = UsdGeom.Xformable(prim)
     ops = xformable.GetOrderedXformOps()
-    moving = _find_translate(ops)
+    translate = _find_translate(ops)
     matrix = next((i for i, op in enumerate(ops) if op.GetOpType() == _OP.TypeTransform and not op.IsInverseOp()), None)
-    if moving is None and matrix is not None:
-        return _planned(ops, matrix, matrix, (), "matrix")
-    if moving is None:
+    if translate is None and matrix is not None:
+        return _pose_ops(ops, matrix, matrix, (), "matrix")
+    if translate is None:
         ops = _insert(xformable, ops, 0, "translate")
-        moving = 0
-    turning = next((i for i, op in enumerate(ops) if i > moving and _is_full_rotation(op)), None)
-    if turning is not None:
-        order = EULER.get(ops[turning].GetOpType(), "quat")
-        return _planned(ops, moving, turning, (ops[turning].GetName(),), order)
-    singles = _single_axes(ops, moving)
+        translate = 0
+    rotate = next((i for i, op in enumerate(ops) if i > translate and _is_full_rotation(op)), None)
+    if rotate is not None:
+        order = EULER_ORDERS.get(ops[rotate].GetOpType(), "quat")
+        return _pose_ops(ops, translate, rotate, (ops[rotate].GetName(),), order)
+    singles = _single_axes(ops, translate)
     if singles is not None:
         first, order = singles
-        names = {_AXES[op.GetOpType()]: op.GetName() for op in ops[first : first + 3]}
-        return _planned(ops, moving, first, (names["X"], names["Y"], names["Z"]), order, width=3)
-    ops = _insert(xformable, ops, moving + 1, "orient")
-    return _planned(ops, moving, moving + 1, (ops[moving + 1].GetName(),), "quat")
+        names = {SINGLE_AXES[op.GetOpType()]: op.GetName() for op in ops[first : first + 3]}
+        return _pose_ops(ops, translate, first, (names["X"], names["Y"], names["Z"]), order, width=3)
+    ops = _insert(xformable, ops, translate + 1, "orient")
+    return _pose_ops(ops, translate, translate + 1, (ops[translate + 1].GetName(),), "quat")
 
 
 def _find_translate(ops: list[UsdGeom.XformOp]) -> int | None:
@@ -65,32 +68,34 @@ def _find_translate(ops: list[UsdGeom.XformOp]) -> int | None:
 
 
 def _is_full_rotation(op: UsdGeom.XformOp) -> bool:
-    return not op.IsInverseOp() and (op.GetOpType() == _OP.TypeOrient or op.GetOpType() in EULER)
+    return not op.IsInverseOp() and (op.GetOpType() == _OP.TypeOrient or op.GetOpType() in EULER_ORDERS)
 
 
-def _single_axes(ops: list[UsdGeom.XformOp], moving: int) -> tuple[int, str] | None:
-    """Index and Euler order of three single-axis rotations in a row; the op listed last turns first."""
-    for first in range(moving + 1, len(ops) - 2):
-        axes = [_AXES.get(op.GetOpType()) if not op.IsInverseOp() else None for op in ops[first : first + 3]]
+def _single_axes(ops: list[UsdGeom.XformOp], translate: int) -> tuple[int, str] | None:
+    """Return index and Euler order of three consecutive single-axis rotations; the op listed last is applied first."""
+    for first in range(translate + 1, len(ops) - 2):
+        axes = [SINGLE_AXES.get(op.GetOpType()) if not op.IsInverseOp() else None for op in ops[first : first + 3]]
         if None not in axes and sorted(axes) == ["X", "Y", "Z"]:
             return first, "".join(reversed(axes))
     return None
 
 
-def _planned(
-    ops: list[UsdGeom.XformOp], moving: int, turning: int, rotate: tuple[str, ...], order: str, width: int = 1
+def _pose_ops(
+    ops: list[UsdGeom.XformOp], translate: int, rotate: int, names: tuple[str, ...], order: str, width: int = 1
 ) -> PoseOps:
+    """Build the record from the indices of both ops; `width` is how many ops the rotation consists of."""
     return PoseOps(
-        translate=ops[moving].GetName(),
-        rotate=rotate,
+        translate=ops[translate].GetName(),
+        rotate=names,
         order=order,
-        before=_product(ops[:moving]),
-        between=_product(ops[moving + 1 : turning]),
-        after=_product(ops[turning + width :]),
+        before=_product(ops[:translate]),
+        between=_product(ops[translate + 1 : rotate]),
+        after=_product(ops[rotate + width :]),
     )
 
 
 def _product(ops: list[UsdGeom.XformOp]) -> np.ndarray:
+    """Return the matrix of consecutive ops; the op listed last is applied first."""
     matrix = np.eye(4)
     for op in ops:
         matrix = np.array(op.GetOpTransform(Usd.TimeCode.Default())) @ matrix
@@ -98,7 +103,7 @@ def _product(ops: list[UsdGeom.XformOp]) -> np.ndarray:
 
 
 def _insert(xformable: UsdGeom.Xformable, ops: list[UsdGeom.XformOp], index: int, kind: str) -> list[UsdGeom.XformOp]:
-    """Add a translate or orient op at a place in the order; pxr itself can only append."""
+    """Add a translate or orient op at an index of the order; pxr itself can only append."""
     resets = xformable.GetResetXformStack()
     suffix = "simulated" if any(op.GetName() == f"xformOp:{kind}" for op in ops) else ""
     add = xformable.AddTranslateOp if kind == "translate" else xformable.AddOrientOp

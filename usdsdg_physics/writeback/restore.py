@@ -1,4 +1,4 @@
-"""What layers said before the simulation wrote to them."""
+"""Restore the opinions that layers had before the simulation wrote to them."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ _ABSENT = object()
 
 
 class Backup:
-    """Opinions of attributes in a layer, put back by `restore` exactly: an attribute without one loses it again."""
+    """Remembered opinions of attributes; `restore` puts back exactly these, and removes what was not there."""
 
     def __init__(self) -> None:
-        # (layer, spec path) -> default value; _ABSENT for no attribute at all, None for one without a default.
+        # Default value by layer and spec path; _ABSENT for no attribute at all, None for one without a default.
         self._values: dict[tuple[Sdf.Layer, Sdf.Path], object] = {}
-        # Prim specs that were made to hold attributes.
-        self._made: list[tuple[Sdf.Layer, Sdf.Path]] = []
+        # Prim specs that did not exist.
+        self._created: list[tuple[Sdf.Layer, Sdf.Path]] = []
 
     def keep(self, layer: Sdf.Layer, path: Sdf.Path) -> None:
-        """Remember the opinion of an attribute, the first time that it is mentioned."""
+        """Remember the opinion of an attribute, before it is written for the first time."""
         if (layer, path) in self._values:
             return
         spec = layer.GetAttributeAtPath(path)
@@ -27,29 +27,29 @@ class Backup:
         if spec is None:
             prim_path = path.GetPrimPath()
             while prim_path != Sdf.Path.absoluteRootPath and layer.GetPrimAtPath(prim_path) is None:
-                self._made.append((layer, prim_path))
+                self._created.append((layer, prim_path))
                 prim_path = prim_path.GetParentPath()
 
-    def put_back(self, prims: Collection[str]) -> None:
-        """Put the remembered opinions of some prims back, and go on remembering them."""
+    def restore_prims(self, prims: Collection[str]) -> None:
+        """Restore the opinions of some prims, and keep remembering them."""
         with Sdf.ChangeBlock():
             for layer, path in self._values:
                 if str(path.GetPrimPath().StripAllVariantSelections()) in prims:
-                    self._put_back(layer, path)
+                    self._restore_attribute(layer, path)
 
     def restore(self) -> None:
-        """Put every remembered opinion back and forget it."""
+        """Restore every remembered opinion and forget it."""
         with Sdf.ChangeBlock():
             for layer, path in self._values:
-                self._put_back(layer, path)
-            for layer, path in self._made:
+                self._restore_attribute(layer, path)
+            for layer, path in self._created:
                 spec = layer.GetPrimAtPath(path)
-                if spec is not None and _says_nothing(spec):
+                if spec is not None and _is_empty(spec):
                     del (spec.nameParent or layer.pseudoRoot).nameChildren[spec.name]
         self._values.clear()
-        self._made.clear()
+        self._created.clear()
 
-    def _put_back(self, layer: Sdf.Layer, path: Sdf.Path) -> None:
+    def _restore_attribute(self, layer: Sdf.Layer, path: Sdf.Path) -> None:
         value, spec = self._values[layer, path], layer.GetAttributeAtPath(path)
         if spec is None:
             return
@@ -61,7 +61,8 @@ class Backup:
             spec.default = value
 
 
-def _says_nothing(spec: Sdf.PrimSpec) -> bool:
+def _is_empty(spec: Sdf.PrimSpec) -> bool:
+    """Return whether a prim spec is an over without opinions."""
     return (
         spec.specifier == Sdf.SpecifierOver
         and not spec.nameChildren
@@ -71,7 +72,7 @@ def _says_nothing(spec: Sdf.PrimSpec) -> bool:
 
 
 def attribute_spec(target: Usd.EditTarget, attribute: Usd.Attribute) -> Sdf.AttributeSpec:
-    """The attribute's spec in an edit target, made where it is missing."""
+    """Return an attribute's spec in an edit target, created where it is missing."""
     path = target.MapToSpecPath(attribute.GetPath())
     layer = target.GetLayer()
     spec = layer.GetAttributeAtPath(path)

@@ -24,8 +24,8 @@ Quaternion: TypeAlias = Gf.Quatd | Gf.Quatf | Gf.Quath
 
 _TYPES = UsdGeom.XformOp
 # Order in which a three-axis rotate op turns, outermost axis last.
-_EULER_ORDERS = {getattr(_TYPES, f"TypeRotate{order}"): order for order in ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")}
-_SINGLE_AXES = {getattr(_TYPES, f"TypeRotate{axis}"): axis for axis in "XYZ"}
+EULER_ORDERS = {getattr(_TYPES, f"TypeRotate{order}"): order for order in ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")}
+SINGLE_AXES = {getattr(_TYPES, f"TypeRotate{axis}"): axis for axis in "XYZ"}
 _VECTORS = {_TYPES.PrecisionDouble: Gf.Vec3d, _TYPES.PrecisionFloat: Gf.Vec3f, _TYPES.PrecisionHalf: Gf.Vec3h}
 _PRECISIONS = {"d": _TYPES.PrecisionDouble, "f": _TYPES.PrecisionFloat, "h": _TYPES.PrecisionHalf}
 _QUATERNIONS = {
@@ -138,9 +138,9 @@ class _Ops:
     def set_rotation(self, rotation: _Rotation) -> None:
         if op := self.find(_TYPES.TypeOrient):
             _set(op, rotation.quat())
-        elif op := self.find(*_EULER_ORDERS):
-            _set(op, rotation.euler(_EULER_ORDERS[op.GetOpType()]))
-        elif self.find(*_SINGLE_AXES):
+        elif op := self.find(*EULER_ORDERS):
+            _set(op, rotation.euler(EULER_ORDERS[op.GetOpType()]))
+        elif self.find(*SINGLE_AXES):
             self.set_single_axes(rotation)
         elif matrix := self.find(_TYPES.TypeTransform):
             matrix.Set(_replaced(matrix, orient=rotation.quat()))
@@ -151,14 +151,14 @@ class _Ops:
 
     def set_single_axes(self, rotation: _Rotation) -> None:
         """Three turns about one axis each form an Euler order; any others give way to rotateXYZ."""
-        singles = [op for op in self.ops if op.GetOpType() in _SINGLE_AXES and not op.IsInverseOp()]
+        singles = [op for op in self.ops if op.GetOpType() in SINGLE_AXES and not op.IsInverseOp()]
         # The op listed last is applied first.
-        order = "".join(_SINGLE_AXES[op.GetOpType()] for op in reversed(singles))
+        order = "".join(SINGLE_AXES[op.GetOpType()] for op in reversed(singles))
         start = self.ops.index(singles[0])
         if sorted(order) == ["X", "Y", "Z"] and self.ops[start : start + 3] == singles:
             angles = rotation.euler(order)
             for op in singles:
-                op.Set(float(angles["XYZ".index(_SINGLE_AXES[op.GetOpType()])]))
+                op.Set(float(angles["XYZ".index(SINGLE_AXES[op.GetOpType()])]))
             return
         self.ops = [op for op in self.ops if op not in singles]
         angles = rotation.euler("XYZ")
@@ -189,7 +189,7 @@ class _Ops:
 
     def after_rotation(self) -> int:
         """Behind the last rotation, where a scale belongs."""
-        rotations = {_TYPES.TypeOrient, *_EULER_ORDERS, *_SINGLE_AXES}
+        rotations = {_TYPES.TypeOrient, *EULER_ORDERS, *SINGLE_AXES}
         places = [i for i, op in enumerate(self.ops) if op.GetOpType() in rotations and not op.IsInverseOp()]
         return places[-1] + 1 if places else self.after_translation()
 

@@ -1,4 +1,4 @@
-"""Kernels are compiled at first use: here that happens on two threads, and somebody is told."""
+"""Compile the kernels that stepping needs on two threads, and report progress."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import newton
 
+# Called with a label, the number of units done, and the total (None when it is unknown).
 Progress = Callable[[str, int, int | None], None]
 
 LABEL = "compiling physics kernels (first use)"
-# The slow ones, longest first. What is not listed compiles at its first launch.
+# Modules that take long to compile, longest first. Those not listed compile at their first launch.
 _MODULES = (
     "newton._src.solvers.steel.kernels",
     "newton._src.solvers.steel.friction_patches",
@@ -25,16 +26,21 @@ _MODULES = (
     "usdsdg_physics.corrections.tunneling_guard_kernels",
     "newton._src.solvers.steel.solver_steel",
 )
-# This one alone compiles three times longer with the gradients that nobody asks for here.
+# With gradients, which are not needed, this module alone takes three times as long.
 _WITHOUT_GRADIENTS = "newton._src.sim.articulation"
 
+# Devices whose kernels are loaded: Warp keeps them for the whole process.
 _loaded: set[str] = set()
 
 
 def prepare_newton() -> None:
-    """Import newton and our kernels with the options that they are compiled with."""
+    """Import Newton and our kernels, and set the options that they are compiled with."""
     import newton  # noqa: F401
     import warp as wp
+
+    import usdsdg_physics.corrections.stabilization_kernels
+    import usdsdg_physics.corrections.tunneling_guard_kernels
+    import usdsdg_physics.queries.overlap_kernels  # noqa: F401
 
     if _WITHOUT_GRADIENTS in sys.modules:
         wp.set_module_options({"enable_backward": False}, module=sys.modules[_WITHOUT_GRADIENTS])
@@ -43,8 +49,8 @@ def prepare_newton() -> None:
 def load_kernels(pipeline: newton.CollisionPipeline, *, progress: Progress | None = None) -> None:
     """Compile, or load from Warp's cache, what stepping with this collision pipeline needs.
 
-    On CUDA the launches choose among variants of a module, so there it is left to them; `progress` then hears the
-    label without a total.
+    On CUDA a module has variants that are chosen at launch, so each compiles at its first launch; `progress` then gets
+    the label without a total.
     """
     import warp as wp
 
@@ -56,7 +62,7 @@ def load_kernels(pipeline: newton.CollisionPipeline, *, progress: Progress | Non
         if progress:
             progress(LABEL, 0, None)
         return
-    # A name that this version of newton does not have gives an empty module.
+    # A name that this version of Newton does not have gives an empty module.
     modules = [module for module in map(wp.get_module, _MODULES) if module.kernels]
     tasks = [partial(wp.load_module, module, device) for module in modules]
     # Newton generates its narrow phase for the shapes of a scene and the arguments of its first launch.
@@ -70,5 +76,5 @@ def load_kernels(pipeline: newton.CollisionPipeline, *, progress: Progress | Non
             if progress:
                 progress(LABEL, done, len(tasks))
     finally:
-        # Nobody waits for a compiler after Ctrl-C.
+        # Do not wait for compilers after Ctrl-C.
         pool.shutdown(wait=False, cancel_futures=True)

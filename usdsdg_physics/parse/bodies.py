@@ -1,0 +1,82 @@
+"""Read rigid bodies and mass properties: RigidBodyAPI, PhysxRigidBodyAPI, MassAPI."""
+
+from __future__ import annotations
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from usdsdg_physics.parse.attributes import MASS, authored, finite, has_api, value
+from usdsdg_physics.parse.units import Units, scaled_vector
+from usdsdg_physics.scene.records import Body, MassSpec, Vec3
+from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
+
+
+def read_body(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units) -> Body:
+    """Read a prim with RigidBodyAPI.
+
+    Its velocities are world vectors, the linear one of the center of mass, as in PhysX.
+    """
+    local_to_world = np.array(cache.GetLocalToWorldTransform(prim))
+    to_frame = body_from_prim(local_to_world, units.meters)
+    max_angular = authored(prim, "physxRigidBody:maxAngularVelocity")
+    return Body(
+        path=str(prim.GetPath()),
+        pose=tuple(rigid_pose(local_to_world, units.meters).tolist()),
+        body_from_prim=tuple(tuple(row) for row in to_frame.tolist()),
+        velocity=read_velocity(prim, units),
+        angular_velocity=read_angular_velocity(prim),
+        kinematic=bool(value(prim, "physics:kinematicEnabled", False)),
+        gravity=not value(prim, "physxRigidBody:disableGravity", False),
+        linear_damping=max(0.0, finite(value(prim, "physxRigidBody:linearDamping", 0.0), 0.0)),
+        angular_damping=max(0.0, finite(value(prim, "physxRigidBody:angularDamping", 0.05), 0.05)),
+        max_velocity=_limit(authored(prim, "physxRigidBody:maxLinearVelocity"), units.meters, float("inf")),
+        max_angular_velocity=_limit(max_angular, np.pi / 180.0, 100.0),
+        max_depenetration_velocity=_limit(authored(prim, "physxRigidBody:maxDepenetrationVelocity"), units.meters, 3.0),
+        sleep_threshold=_sleep_threshold(prim, units),
+        starts_asleep=bool(value(prim, "physics:startsAsleep", False)),
+        mass=read_mass(prim, units, to_frame),
+    )
+
+
+def read_velocity(prim: Usd.Prim, units: Units) -> Vec3:
+    """Read physics:velocity in m/s."""
+    return scaled_vector(value(prim, "physics:velocity", (0.0, 0.0, 0.0)), units.meters)
+
+
+def read_angular_velocity(prim: Usd.Prim) -> Vec3:
+    """Read physics:angularVelocity (degrees per second) in rad/s."""
+    return scaled_vector(value(prim, "physics:angularVelocity", (0.0, 0.0, 0.0)), np.pi / 180.0)
+
+
+def read_mass(prim: Usd.Prim, units: Units, to_frame: np.ndarray) -> MassSpec:
+    """Read the MassAPI of a body or collider.
+
+    Args:
+        to_frame: row-vector 4x4 from the prim's space [stage units] to the body's frame [m].
+    """
+    if not has_api(prim, MASS):
+        return MassSpec()
+    center = authored(prim, "physics:centerOfMass")
+    inertia = authored(prim, "physics:diagonalInertia")
+    axes = authored(prim, "physics:principalAxes")
+    # The schema's fallback for "not given" is -inf.
+    given = center is not None and np.isfinite(center).all()
+    has_axes = axes and axes.GetLength() > 0
+    return MassSpec(
+        mass=max(0.0, finite(value(prim, "physics:mass", 0.0), 0.0)) * units.kilograms,
+        density=max(0.0, finite(value(prim, "physics:density", 0.0), 0.0)) * units.density,
+        center_of_mass=tuple((np.append(center, 1.0) @ to_frame)[:3].tolist()) if given else None,
+        diagonal_inertia=scaled_vector(inertia, units.inertia) if inertia is not None and any(inertia) else None,
+        principal_axes=(*axes.GetImaginary(), axes.GetReal()) if has_axes else (0.0, 0.0, 0.0, 1.0),
+    )
+
+
+def _sleep_threshold(prim: Usd.Prim, units: Units) -> float:
+    """Return the kinetic energy per mass [m²/s²] below which a body may come to rest."""
+    threshold = authored(prim, "physxRigidBody:sleepThreshold")
+    return max(0.0, finite(threshold, 0.0)) * units.meters**2 if threshold is not None else 5e-5
+
+
+def _limit(number: float | None, unit: float, default: float) -> float:
+    """Return a velocity limit in SI units; `default` where it is not a positive number."""
+    return default if number is None or not np.isfinite(number) or number <= 0 else float(number) * unit

@@ -1,0 +1,59 @@
+"""Read colliders: CollisionAPI and PhysxCollisionAPI."""
+
+from __future__ import annotations
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from usdsdg_physics.parse.attributes import authored, finite, value
+from usdsdg_physics.parse.bodies import read_mass
+from usdsdg_physics.parse.collision_shapes import read_shape
+from usdsdg_physics.parse.convex_hulls import HullCache
+from usdsdg_physics.parse.units import Units
+from usdsdg_physics.scene.records import STATIC, Collider, MassSpec, Material
+from usdsdg_physics.scene.rigid_frames import body_from_prim
+
+# PhysX's contact offset when a collider names none is a few centimeters at human scale.
+DEFAULT_GAP = 0.02  # m
+
+
+def read_collider(
+    prim: Usd.Prim,
+    owner: Usd.Prim | None,
+    material: Material,
+    cache: UsdGeom.XformCache,
+    units: Units,
+    hulls: HullCache,
+) -> Collider | None:
+    """Read a prim with CollisionAPI into the frame of its body, or the world's; None when it has no collision shape.
+
+    Args:
+        owner: the rigid body that owns the collider, None for a static collider.
+    """
+    to_frame = frame_from_prim(prim, owner, cache, units)
+    shape = read_shape(prim, to_frame, hulls, dynamic=owner is not None)
+    if shape is None:
+        return None
+    margin = finite(authored(prim, "physxCollision:restOffset"), 0.0) * units.meters
+    offset = finite(authored(prim, "physxCollision:contactOffset"), -1.0) * units.meters
+    return Collider(
+        path=str(prim.GetPath()),
+        body=str(owner.GetPath()) if owner else STATIC,
+        shape=shape,
+        material=material,
+        enabled=bool(value(prim, "physics:collisionEnabled", True)),
+        gap=max(offset - margin, 0.0) if offset >= 0.0 else DEFAULT_GAP,
+        margin=margin,
+        mass=read_mass(prim, units, to_frame) if prim != owner else MassSpec(),
+    )
+
+
+def frame_from_prim(prim: Usd.Prim, owner: Usd.Prim | None, cache: UsdGeom.XformCache, units: Units) -> np.ndarray:
+    """Row-vector 4x4 from a collider's space [stage units] to its body's frame, or the world, in metres."""
+    if owner is None:
+        matrix = np.array(cache.GetLocalToWorldTransform(prim))
+        matrix[:, :3] *= units.meters
+        return matrix
+    # Local transforms up to the body, so that where the body stands does not round into its shapes.
+    relative = np.eye(4) if prim == owner else np.array(cache.ComputeRelativeTransform(prim, owner)[0])
+    return relative @ body_from_prim(np.array(cache.GetLocalToWorldTransform(owner)), units.meters)

@@ -1,0 +1,61 @@
+"""Substeps of a step: more where a fast body is near a static triangle mesh."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from usdsdg_physics.scene.extents import half_thickness, world_box
+from usdsdg_physics.scene.records import Scene
+
+# A step of 1/60 s takes two substeps, the 1/320 s steps of motion blur one.
+SUBSTEPS_PER_SECOND = 120.0
+# A triangle mesh has no inside that would push a body back out, so near one no body may travel farther in a substep
+# than this fraction of its half thickness, at up to this many substeps for each ordinary one.
+MAX_TRAVEL = 0.5
+MAX_SUBSTEP_FACTOR = 4
+NEAR_DISTANCE = 0.5  # m
+
+
+def ordinary_substeps(dt: float) -> int:
+    """Return how many substeps a step of `dt` seconds has away from triangle meshes."""
+    return max(1, math.ceil(dt * SUBSTEPS_PER_SECOND - 1e-6))
+
+
+class StaticMeshes:
+    """The boxes of static triangle meshes, and how thin the bodies are that could tunnel through them."""
+
+    def __init__(self, scene: Scene, shape_index: Mapping[str, int]) -> None:
+        self._shapes = {shape_index[c.path]: c.shape for c in scene.colliders.values() if c.shape.kind == "mesh"}
+        thickness = dict.fromkeys(scene.bodies, np.inf)
+        for collider in scene.colliders.values():
+            if collider.body:
+                thickness[collider.body] = min(thickness[collider.body], half_thickness(collider.shape))
+        self._half_thickness = np.array(list(thickness.values()))
+        self._update_boxes()
+
+    def __len__(self) -> int:
+        return len(self._shapes)
+
+    def set_poses(self, poses: Mapping[int, Sequence[float]]) -> None:
+        """Move those of the shapes that are meshes, by shape index (7 numbers, world)."""
+        for index in poses.keys() & self._shapes.keys():
+            x, y, z, *rotation = poses[index]
+            self._shapes[index] = replace(self._shapes[index], position=(x, y, z), rotation=tuple(rotation))
+        self._update_boxes()
+
+    def substeps(self, dt: float, positions: np.ndarray, velocities: np.ndarray) -> int:
+        """Return how many substeps bodies need at `positions` (N, 3) [m] with linear `velocities` (N, 3) [m/s]."""
+        count = ordinary_substeps(dt)
+        at = positions[:, None]
+        near = ((at > self._boxes[:, 0] - NEAR_DISTANCE) & (at < self._boxes[:, 1] + NEAR_DISTANCE)).all(axis=2)
+        travel = np.linalg.norm(velocities, axis=1) * dt
+        needed = np.where(near.any(axis=1), np.nan_to_num(travel / (MAX_TRAVEL * self._half_thickness)), 0.0).max()
+        return int(np.clip(np.ceil(needed), count, count * MAX_SUBSTEP_FACTOR))
+
+    def _update_boxes(self) -> None:
+        """Compute lower and upper corners (M, 2, 3)."""
+        self._boxes = np.array([world_box(shape) for shape in self._shapes.values()]).reshape(-1, 2, 3)
