@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from tests.physics.scenes import add, collide, make_body, mesh, new_stage, playing, set_value
 from usdsdg_physics import Overlap
 from usdsdg_physics.parse.convex_hulls import HullCache
-from usdsdg_physics.queries.scene_queries import Queries
+from usdsdg_physics.queries.scene_queries import SceneQueries
 from usdsdg_physics.scene.records import STATIC, Collider, Material, Scene, Shape
 
 SIZES = {
@@ -91,7 +91,7 @@ def test_overlap_of_primitives_matches_their_distance(query_kind):
     rng = np.random.default_rng(5)
     shapes = [_placed(kind, rng) for kind in SIZES for _ in range(30)]
     query = _placed(query_kind, rng, size=(0.5, 0.3, 0.2) if query_kind == "box" else (0.5, 0.0, 0.0))
-    queries = Queries(_scene(shapes))
+    queries = SceneQueries(_scene(shapes))
     none = np.zeros((0, 7))
     if query_kind == "box":
         hits = queries.overlap_box(none, query.size, query.position, query.rotation)
@@ -115,7 +115,7 @@ def test_overlap_of_hulls_matches_linear_programming():
         for _ in range(60)
     ]
     half, at, turn = np.array([0.5, 0.3, 0.2]), np.array([0.1, 0.0, -0.1]), Rotation.random(random_state=rng)
-    hits = Queries(_scene(shapes)).overlap_box(np.zeros((0, 7)), half, at, turn.as_quat())
+    hits = SceneQueries(_scene(shapes)).overlap_box(np.zeros((0, 7)), half, at, turn.as_quat())
     found = {int(hit.collision[2:]) for hit in hits}
     for row, shape in enumerate(shapes):
         points = Rotation.from_quat(shape.rotation).apply(shape.solid.vertices * shape.size) + shape.position
@@ -137,7 +137,7 @@ def test_rays_stop_where_small_spheres_begin_to_touch():
     cache = HullCache()
     shapes = [_placed(kind, rng) for kind in SIZES for _ in range(2)]
     shapes += [_placed("hull", rng, cache.hull(rng.normal(size=(30, 3)) * 0.2), (1, 1.5, -0.7)) for _ in range(3)]
-    queries, none = Queries(_scene(shapes)), np.zeros((0, 7))
+    queries, none = SceneQueries(_scene(shapes)), np.zeros((0, 7))
     hits = 0
     for _ in range(60):
         origin = rng.normal(size=3)
@@ -161,7 +161,7 @@ def test_rays_stop_where_small_spheres_begin_to_touch():
 
 def test_ray_from_inside_hits_at_once():
     shape = Shape("cylinder", SIZES["cylinder"])
-    hit = Queries(_scene([shape])).raycast(np.zeros((0, 7)), (0, 0, 0), (0, 0, 1), 9.0)
+    hit = SceneQueries(_scene([shape])).raycast(np.zeros((0, 7)), (0, 0, 0), (0, 0, 1), 9.0)
     assert hit is not None
     assert hit.distance == 0.0
 
