@@ -1,4 +1,4 @@
-"""The stand-ins as USD: every URL of the reference job, and what renderer and physics expect of an asset."""
+"""Demo assets as USD: every URL of Isaac Sim's example, and what renderer and physics expect of an asset."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 from pxr import Usd, UsdGeom, UsdPhysics, UsdShade
 
-from usdsdg.demo import build, catalogue
+from usdsdg.demo import asset_urls, build
 
 # As Isaac Sim's object-based example names them.
 REFERENCE_URLS = [
@@ -37,7 +37,7 @@ REFERENCE_URLS = [
     "/Isaac/Environments/Simple_Warehouse/warehouse.usd",
 ]
 
-# Width, depth, height of the scanned YCB models in metres.
+# Width, depth, height of the scanned YCB models in meters.
 YCB_SIZES = {
     "003_cracker_box": (0.072, 0.164, 0.214),
     "004_sugar_box": (0.045, 0.092, 0.176),
@@ -49,7 +49,7 @@ YCB_SIZES = {
     "035_power_drill": (0.184, 0.187, 0.057),
 }
 
-ASSET_URLS = [url for url in catalogue.urls() if url.endswith(".usd")]
+ASSET_URLS = [url for url in asset_urls.all_urls() if url.endswith(".usd")]
 
 
 @pytest.fixture(scope="module")
@@ -74,13 +74,13 @@ def bounds(stage: Usd.Stage) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("url", REFERENCE_URLS)
-def test_every_url_of_the_reference_has_a_file(root, url):
+def test_every_url_of_the_example_has_a_file(root, url):
     assert (root / url.lstrip("/")).is_file()
-    assert url in catalogue.urls()
+    assert url in asset_urls.all_urls()
 
 
 @pytest.mark.parametrize("url", ASSET_URLS)
-def test_assets_open_whole_in_metres_with_z_up(root, url):
+def test_assets_open_without_errors_in_meters_with_z_up(root, url):
     stage = opened(root, url)
     assert stage.GetDefaultPrim()
     assert UsdGeom.GetStageUpAxis(stage) == "Z"
@@ -108,7 +108,7 @@ def test_meshes_are_complete(root, url):
 
 
 @pytest.mark.parametrize("url", ASSET_URLS)
-def test_every_face_has_a_preview_surface_whose_picture_exists(root, url):
+def test_every_face_has_a_preview_surface_whose_texture_exists(root, url):
     stage = opened(root, url)
     for mesh in meshes(stage):
         subsets = UsdShade.MaterialBindingAPI(mesh).GetMaterialBindSubsets()
@@ -120,24 +120,24 @@ def test_every_face_has_a_preview_surface_whose_picture_exists(root, url):
             material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
             surface = material.ComputeSurfaceSource()[0]
             assert surface.GetIdAttr().Get() == "UsdPreviewSurface"
-            colour = surface.GetInput("diffuseColor")
-            if colour.HasConnectedSource():
-                texture = UsdShade.Shader(colour.GetConnectedSource()[0].GetPrim())
+            color = surface.GetInput("diffuseColor")
+            if color.HasConnectedSource():
+                texture = UsdShade.Shader(color.GetConnectedSource()[0].GetPrim())
                 asset = texture.GetInput("file").Get()
                 assert asset.path.startswith("./")
-                with Image.open(asset.resolvedPath) as picture:
-                    picture.load()
-                    assert min(picture.size) >= 128
+                with Image.open(asset.resolvedPath) as image:
+                    image.load()
+                    assert min(image.size) >= 128
 
 
 @pytest.mark.parametrize("name", YCB_SIZES)
-def test_groceries_have_their_originals_size_around_the_origin(root, name):
-    low, high = bounds(opened(root, f"{catalogue.YCB}/{name}.usd"))
+def test_groceries_have_the_size_of_the_originals_around_the_origin(root, name):
+    low, high = bounds(opened(root, f"{asset_urls.YCB}/{name}.usd"))
     assert high - low == pytest.approx(YCB_SIZES[name], rel=0.1)
     assert low + high == pytest.approx(0.0, abs=1e-4)
 
 
-@pytest.mark.parametrize("url", catalogue.PROPS)
+@pytest.mark.parametrize("url", asset_urls.PROPS)
 def test_props_stand_on_the_origin(root, url):
     low, high = bounds(opened(root, url))
     assert low[2] == pytest.approx(0.0, abs=1e-4)
@@ -145,9 +145,9 @@ def test_props_stand_on_the_origin(root, url):
     assert 0.02 < (high - low).max() < 1.5
 
 
-@pytest.mark.parametrize("name", catalogue.GROCERIES)
-def test_physics_variants_are_bodies_over_the_same_mesh(root, name):
-    plain, physics = (opened(root, f"{folder}/{name}") for folder in (catalogue.YCB, catalogue.YCB_PHYSICS))
+@pytest.mark.parametrize("name", asset_urls.GROCERIES)
+def test_physics_variants_are_rigid_bodies_with_the_same_meshes(root, name):
+    plain, physics = (opened(root, f"{folder}/{name}") for folder in (asset_urls.YCB, asset_urls.YCB_PHYSICS))
     body = physics.GetDefaultPrim()
     assert body.HasAPI(UsdPhysics.RigidBodyAPI)
     assert 0.05 < UsdPhysics.MassAPI(body).GetMassAttr().Get() < 1.0
@@ -160,7 +160,7 @@ def test_physics_variants_are_bodies_over_the_same_mesh(root, name):
 
 
 def test_the_warehouse_has_lamps_and_props_on_its_floor(root):
-    stage = opened(root, catalogue.HALL)
+    stage = opened(root, asset_urls.WAREHOUSE_STAGE)
     low, _ = bounds(stage)
     assert sum(prim.GetTypeName() == "RectLight" for prim in stage.Traverse()) == 6
     assert len([p for p in stage.GetDefaultPrim().GetChildren() if p.HasAuthoredReferences()]) > 10

@@ -1,4 +1,4 @@
-"""The cache folder: once, whole or not at all, for several processes at a time."""
+"""The cache folder of the demo assets: built once and atomically, also by several processes at the same time."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_a_failed_build_leaves_nothing(cache, monkeypatch):
     assert list(cache.iterdir()) == []
 
 
-def test_the_faster_of_two_builders_wins(cache, monkeypatch):
+def test_of_two_processes_that_build_the_first_to_finish_wins(cache, monkeypatch):
     def slow(folder):
         (folder / "mine").mkdir()
         other = build._target()
@@ -52,7 +52,7 @@ def test_the_faster_of_two_builders_wins(cache, monkeypatch):
     assert list(cache.iterdir()) == [folder]
 
 
-def test_a_cache_that_cannot_be_written_is_named(tmp_path, monkeypatch):
+def test_a_cache_folder_that_cannot_be_written_is_an_error_that_names_it(tmp_path, monkeypatch):
     blocked = tmp_path / "file"
     blocked.write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))

@@ -1,4 +1,4 @@
-"""Panoramas: the file format against a decoder of the test's own, the light against hand calculation."""
+"""Panoramas: the file format against an independent decoder, the light against hand calculation."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from usdsdg.demo import catalogue
+from usdsdg.demo import asset_urls
 from usdsdg.demo.skies.panorama import panorama
 from usdsdg.demo.skies.patterns import plain
 from usdsdg.demo.skies.room import Block, Lamp, Room
@@ -15,14 +15,14 @@ from usdsdg.stage.image_files.radiance_writer import write_hdr
 
 
 def read_hdr(path: Path) -> np.ndarray:
-    """A literal reading of the format's description, run by run."""
+    """Decode a Radiance file literally by the format's description, run by run."""
     data = path.read_bytes()
     header, _, rest = data.partition(b"\n\n")
     assert header.startswith(b"#?RADIANCE")
     size, _, body = rest.partition(b"\n")
     _, height, _, width = size.split()
     rows, columns = int(height), int(width)
-    picture, at = np.zeros((rows, columns, 3)), 0
+    image, at = np.zeros((rows, columns, 3)), 0
     for row in range(rows):
         assert body[at : at + 4] == bytes([2, 2, columns >> 8, columns & 255])
         at += 4
@@ -38,12 +38,12 @@ def read_hdr(path: Path) -> np.ndarray:
                     plane += body[at + 1 : at + 1 + count]
                     at += 1 + count
             planes.append(np.frombuffer(bytes(plane), np.uint8).astype(float))
-        picture[row] = np.stack(planes[:3], axis=-1) * np.exp2(planes[3] - 136.0)[:, None]
+        image[row] = np.stack(planes[:3], axis=-1) * np.exp2(planes[3] - 136.0)[:, None]
     assert at == len(body)
-    return picture
+    return image
 
 
-def test_pixels_survive_the_file(tmp_path):
+def test_pixels_are_the_same_after_writing_and_reading(tmp_path):
     rng = np.random.default_rng(1)
     pixels = np.exp(rng.uniform(-8.0, 5.0, (3, 300, 1))) * rng.uniform(0.5, 1.0, (3, 300, 3))
     pixels[0, 0] = 0.0
@@ -53,9 +53,9 @@ def test_pixels_survive_the_file(tmp_path):
     assert (np.abs(read_hdr(tmp_path / "sky.hdr") - pixels) <= largest / 127.0).all()
 
 
-@pytest.mark.parametrize("url", catalogue.PANORAMAS)
+@pytest.mark.parametrize("url", asset_urls.PANORAMAS)
 def test_rooms_have_lamps_and_walls_of_plausible_brightness(url):
-    sky = panorama(catalogue.PANORAMAS[url](), 256)
+    sky = panorama(asset_urls.PANORAMAS[url](), 256)
     rows = np.cos((np.arange(128) + 0.5) / 128 * np.pi - np.pi / 2)
     mean = (sky.mean(axis=(1, 2)) * rows).sum() / rows.sum()
     assert sky.shape == (128, 256, 3)
@@ -63,36 +63,36 @@ def test_rooms_have_lamps_and_walls_of_plausible_brightness(url):
     assert sky.min() >= 0.0
     assert mean == pytest.approx(0.4, rel=0.05)
     assert 2.0 < sky.max() <= 50.0
-    # Dim corners and bright panes, not one grey.
+    # Dim corners and bright panes, not one gray.
     assert np.percentile(sky.mean(axis=2), 95) > 3.0 * np.percentile(sky.mean(axis=2), 5)
 
 
-def grey(value: float):
+def gray(value: float):
     return plain((value, value, value), 0.0)
 
 
 def small_room(**changes) -> Room:
     lamp = Lamp((-0.25, -0.25, 2.99), (0.25, 0.25, 2.99), (0.0, 0.0, -1.0), (10.0, 10.0, 10.0))
-    parts = {"floor": grey(0.5), "ceiling": grey(0.0), "walls": grey(0.0), "lamps": [lamp], **changes}
+    parts = {"floor": gray(0.5), "ceiling": gray(0.0), "walls": gray(0.0), "lamps": [lamp], **changes}
     return Room((-3.0, -3.0, 0.0), (3.0, 3.0, 3.0), (0.0, 0.0, 1.5), **parts)
 
 
 def test_the_floor_under_a_lamp_has_the_radiance_of_the_inverse_square_law():
     sky = panorama(small_room(), 512)
     lamp, below = sky[0].mean(), sky[-1].mean()
-    # Radiance x area / distance² arrives under a small lamp; a matt floor sends albedo/π of it on.
+    # Radiance x area / distance² arrives under a small lamp; a matte floor sends albedo/π of it on.
     assert below / lamp == pytest.approx(0.5 / np.pi * 0.25 / 2.99**2, rel=0.06)
 
 
 def test_black_walls_without_lamp_light_stay_black_and_white_ones_brighten_the_floor():
-    dark, bright = panorama(small_room(), 128), panorama(small_room(walls=grey(0.8)), 128)
+    dark, bright = panorama(small_room(), 128), panorama(small_room(walls=gray(0.8)), 128)
     # Both are exposed to one mean, so compare each with its own lamp.
     assert dark[28:36].max() == 0.0
     assert bright[-1].mean() / bright[0].mean() > 1.05 * dark[-1].mean() / dark[0].mean()
 
 
-def test_a_table_throws_a_shadow():
-    table = Block((-1.0, -1.0, 1.0), (1.0, 1.0, 1.1), grey(0.0))
+def test_a_table_casts_a_shadow():
+    table = Block((-1.0, -1.0, 1.0), (1.0, 1.0, 1.1), gray(0.0))
     open_floor = panorama(small_room(), 256)
     shaded = panorama(small_room(blocks=(table,)), 256)
     # 36 degrees down the view passes the table's edge and ends on the floor 2.1 m out, still within its shadow.

@@ -1,4 +1,4 @@
-"""What an asset is made of before it becomes a USD layer."""
+"""Geometry and materials of a demo asset, before it is written to USD."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from usdsdg.demo.shapes.surface import Surface
 
 @dataclass(frozen=True)
 class Material:
-    """A UsdPreviewSurface. `picture` (sRGB) takes the place of `colour` (linear 0…1)."""
+    """Inputs of a UsdPreviewSurface. `texture` makes an sRGB image that replaces `color` (linear, 0…1)."""
 
-    colour: tuple[float, float, float] = (0.5, 0.5, 0.5)
-    picture: Callable[[], Image.Image] | None = None
+    color: tuple[float, float, float] = (0.5, 0.5, 0.5)
+    texture: Callable[[], Image.Image] | None = None
     roughness: float = 0.5
     metallic: float = 0.0
     clearcoat: float = 0.0
@@ -26,12 +26,13 @@ class Material:
 class Asset:
     """Bodies by mesh name (one mesh and one collider each) and materials by name.
 
-    standing   True: the origin is the middle of the bottom, as props have it; False: the middle of the box
-    mass       kilograms, for the variant with physics
+    origin_at_bottom  True: the origin is the center of the bounding box's bottom; False: the box's center
+    mass              kilograms, for the variant with physics
+    kind              model kind of the root prim
     """
 
     bodies: Mapping[str, list[Surface]]
     materials: Mapping[str, Material]
-    standing: bool = True
+    origin_at_bottom: bool = True
     mass: float | None = None
     kind: str = field(default="component")

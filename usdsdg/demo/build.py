@@ -1,25 +1,30 @@
-"""The built-in assets root as a folder in the user's cache: made once, whole or not at all."""
+"""Build the demo assets in the user's cache folder: once, and atomically."""
 
 from __future__ import annotations
 
 import os
 import shutil
 import tempfile
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from usdsdg.errors import AssetError
 
-# Raise it whenever a stand-in looks different, so that old folders are left behind.
+if TYPE_CHECKING:
+    from usdsdg.demo.skies.room import Room
+
+# Increase it whenever an asset changes, so that cached folders of older editions are no longer used.
 EDITION = 3
 
 
 def root() -> str:
-    """Folder with stand-ins under Isaac Sim's relative paths; built on first use in about three seconds.
+    """Return the folder of the demo assets, laid out like Isaac Sim's; built on first use in about three seconds.
 
-    It lies in `$XDG_CACHE_HOME/usdsdg` (default `~/.cache/usdsdg`). Several processes may ask at once: each
-    builds its own copy and the first to finish is kept.
+    It is in `$XDG_CACHE_HOME/usdsdg` (default `~/.cache/usdsdg`). Processes that build at the same time each make
+    a copy of their own, and the first one to finish is kept.
 
     Raises:
         AssetError: the cache folder cannot be written.
@@ -27,7 +32,7 @@ def root() -> str:
     target = _target()
     if not target.is_dir():
         try:
-            _build_beside(target)
+            _build_and_rename(target)
         except OSError as error:
             raise AssetError(
                 f"The built-in demo assets cannot be written to {target}: {error}. Free space or permissions there, "
@@ -37,14 +42,14 @@ def root() -> str:
 
 
 def build(folder: Path) -> None:
-    """Make every stand-in below `folder`, which must exist."""
-    from usdsdg.demo import catalogue
-    from usdsdg.demo.props import hall
+    """Write every demo asset below `folder`, which must exist."""
+    from usdsdg.demo import asset_urls
+    from usdsdg.demo.props import warehouse_hall
 
     with ThreadPoolExecutor(max_workers=2) as pool:
-        skies = [pool.submit(_write_sky, _below(folder, url), room) for url, room in catalogue.PANORAMAS.items()]
+        skies = [pool.submit(_write_sky, _below(folder, url), room) for url, room in asset_urls.PANORAMAS.items()]
         _write_assets(folder)
-        hall.write_warehouse(_below(folder, catalogue.HALL))
+        warehouse_hall.write_warehouse(_below(folder, asset_urls.WAREHOUSE_STAGE))
         for sky in skies:
             sky.result()
 
@@ -58,41 +63,41 @@ def _target() -> Path:
     return Path(cache) / "usdsdg" / f"demo-{release}-{EDITION}"
 
 
-def _build_beside(target: Path) -> None:
+def _build_and_rename(target: Path) -> None:
     target.parent.mkdir(parents=True, exist_ok=True)
-    draft = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=target.parent))
+    temporary = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=target.parent))
     try:
-        build(draft)
-        draft.chmod(0o755)
-        draft.rename(target)
+        build(temporary)
+        temporary.chmod(0o755)
+        temporary.rename(target)
     except OSError:
-        # Another process was faster: its folder is as good as this one.
+        # Another process may have finished first; its folder has the same contents.
         if not target.is_dir():
             raise
     finally:
-        shutil.rmtree(draft, ignore_errors=True)
+        shutil.rmtree(temporary, ignore_errors=True)
 
 
 def _write_assets(folder: Path) -> None:
-    from usdsdg.demo import catalogue, layer
+    from usdsdg.demo import asset_urls, usd_writer
 
-    for url, make in catalogue.PROPS.items():
-        layer.write_asset(_below(folder, url), make())
-    for name, make in catalogue.GROCERIES.items():
+    for url, make in asset_urls.PROPS.items():
+        usd_writer.write_asset(_below(folder, url), make())
+    for name, make in asset_urls.GROCERIES.items():
         asset = make()
-        plain = _below(folder, f"{catalogue.YCB}/{name}")
-        layer.write_asset(plain, asset)
+        visual = _below(folder, f"{asset_urls.YCB}/{name}")
+        usd_writer.write_asset(visual, asset)
         if asset.mass is None:
             raise AssertionError(f"{name} needs a mass for its physics variant")
-        layer.write_physics_variant(_below(folder, f"{catalogue.YCB_PHYSICS}/{name}"), plain, asset.mass)
+        usd_writer.write_physics_variant(_below(folder, f"{asset_urls.YCB_PHYSICS}/{name}"), visual, asset.mass)
 
 
-def _write_sky(path: Path, room) -> None:
+def _write_sky(path: Path, make_room: Callable[[], Room]) -> None:
     from usdsdg.demo.skies.panorama import panorama
     from usdsdg.stage.image_files.radiance_writer import write_hdr
 
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_hdr(path, panorama(room()))
+    write_hdr(path, panorama(make_room()))
 
 
 def _below(folder: Path, url: str) -> Path:

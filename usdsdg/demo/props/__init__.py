@@ -1,1 +1,1 @@
-"""The stand-in props, by environment."""
+"""Demo props, one module per environment, and their textures."""

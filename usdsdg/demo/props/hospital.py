@@ -1,4 +1,4 @@
-"""Stand-ins for the props of a hospital, origin in the middle of the bottom."""
+"""Props of a hospital; the origin is the center of the bottom."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from functools import partial
 import numpy as np
 
 from usdsdg.demo.asset import Asset, Material
-from usdsdg.demo.props import finishes
+from usdsdg.demo.props import prop_textures
 from usdsdg.demo.shapes.box import box
-from usdsdg.demo.shapes.lathe import bent, cylinder, lathe
+from usdsdg.demo.shapes.lathe import cylinder, lathe, rounded_profile
 from usdsdg.demo.shapes.surface import Surface
 from usdsdg.demo.shapes.sweep import arc, prism, tube
 
-STEEL = Material(colour=(0.55, 0.56, 0.58), roughness=0.3, metallic=1.0)
-RUBBER = Material(colour=(0.02, 0.02, 0.022), roughness=0.8)
+STEEL = Material(color=(0.55, 0.56, 0.58), roughness=0.3, metallic=1.0)
+RUBBER = Material(color=(0.02, 0.02, 0.022), roughness=0.8)
 
 
 def gas_cart() -> Asset:
     """An oxygen cylinder on a two-wheeled trolley, 1.22 m tall."""
     wall = [(0.0, 0.0), (0.100, 0.0), (0.105, 0.02), (0.105, 0.72), (0.085, 0.80), (0.034, 0.842), (0.030, 0.880)]
-    bottle = lathe(bent(wall, 0.03), "green", segments=40).moved(0.0, -0.04, 0.095)
+    bottle = lathe(rounded_profile(wall, 0.03), "green", segments=40).moved(0.0, -0.04, 0.095)
     valve = cylinder(0.031, 0.07, "steel", rim=0.004).moved(0.0, -0.04, 0.965)
     gauge = cylinder(0.032, 0.022, "white", rim=0.004).rotated("x", 90.0).moved(0.05, -0.06, 1.01)
     wheels = [
@@ -44,8 +44,8 @@ def gas_cart() -> Asset:
             "wheels": [*wheels, *hubs],
         },
         materials={
-            "green": Material(picture=finishes.gas_label, roughness=0.35, clearcoat=0.3),
-            "white": Material(colour=(0.82, 0.82, 0.80), roughness=0.4),
+            "green": Material(texture=prop_textures.gas_label, roughness=0.35, clearcoat=0.3),
+            "white": Material(color=(0.82, 0.82, 0.80), roughness=0.4),
             "steel": STEEL,
             "rubber": RUBBER,
         },
@@ -66,10 +66,11 @@ def medical_bag() -> Asset:
         bodies={"bag": [body, pocket, zip_line, *straps], "handles": handles},
         materials={
             "cloth": Material(
-                picture=partial(finishes.first_aid, (190, 34, 38), (246, 244, 238), "FIRST AID", "bag"), roughness=0.8
+                texture=partial(prop_textures.first_aid, (190, 34, 38), (246, 244, 238), "FIRST AID", "bag"),
+                roughness=0.8,
             ),
-            "pocket": Material(colour=(0.36, 0.02, 0.025), roughness=0.85),
-            "strap": Material(colour=(0.75, 0.74, 0.70), roughness=0.7),
+            "pocket": Material(color=(0.36, 0.02, 0.025), roughness=0.85),
+            "strap": Material(color=(0.75, 0.74, 0.70), roughness=0.7),
             "black": RUBBER,
         },
         mass=3.5,
@@ -88,11 +89,13 @@ def medical_box() -> Asset:
         bodies={"case": [case, seam, *latches], "grip": [grip]},
         materials={
             "case": Material(
-                picture=partial(finishes.first_aid, (240, 242, 240), finishes.SAFETY_GREEN, "FIRST AID", "box"),
+                texture=partial(
+                    prop_textures.first_aid, (240, 242, 240), prop_textures.SAFETY_GREEN, "FIRST AID", "box"
+                ),
                 roughness=0.4,
                 clearcoat=0.2,
             ),
-            "grey": Material(colour=(0.16, 0.17, 0.18), roughness=0.45),
+            "grey": Material(color=(0.16, 0.17, 0.18), roughness=0.45),
         },
         mass=1.8,
     )
@@ -110,9 +113,9 @@ def towel_dispenser() -> Asset:
     return Asset(
         bodies={"unit": [shell, lid, window, mouth, lock], "sheet": [sheet]},
         materials={
-            "white": Material(colour=(0.80, 0.81, 0.82), roughness=0.3, clearcoat=0.3),
-            "smoke": Material(colour=(0.03, 0.035, 0.045), roughness=0.12, clearcoat=0.5),
-            "paper": Material(colour=(0.82, 0.80, 0.76), roughness=0.95),
+            "white": Material(color=(0.80, 0.81, 0.82), roughness=0.3, clearcoat=0.3),
+            "smoke": Material(color=(0.03, 0.035, 0.045), roughness=0.12, clearcoat=0.5),
+            "paper": Material(color=(0.82, 0.80, 0.76), roughness=0.95),
             "steel": STEEL,
         },
         mass=1.6,

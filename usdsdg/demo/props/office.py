@@ -1,4 +1,4 @@
-"""Stand-ins for the props of an office, origin in the middle of the bottom."""
+"""Props of an office; the origin is the center of the bottom."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from functools import partial
 import numpy as np
 
 from usdsdg.demo.asset import Asset, Material
-from usdsdg.demo.paint import Colour
-from usdsdg.demo.props import finishes
+from usdsdg.demo.paint import Color
+from usdsdg.demo.props import prop_textures
 from usdsdg.demo.shapes.box import box
-from usdsdg.demo.shapes.lathe import bent, cylinder, lathe
+from usdsdg.demo.shapes.lathe import cylinder, lathe, rounded_profile
 from usdsdg.demo.shapes.surface import Surface, from_grid, joined
 from usdsdg.demo.shapes.sweep import arc, prism, tube
 
-PAPER = Material(picture=finishes.page_edges, roughness=0.9)
-BRASS = Material(colour=(0.72, 0.52, 0.22), roughness=0.3, metallic=1.0)
-CHROME = Material(colour=(0.6, 0.6, 0.62), roughness=0.25, metallic=1.0)
+PAPER = Material(texture=prop_textures.page_edges, roughness=0.9)
+BRASS = Material(color=(0.72, 0.52, 0.22), roughness=0.3, metallic=1.0)
+CHROME = Material(color=(0.6, 0.6, 0.62), roughness=0.25, metallic=1.0)
 
 
 def board() -> Asset:
@@ -32,8 +32,8 @@ def board() -> Asset:
     return Asset(
         bodies={"board": [panel, *rails, *posts]},
         materials={
-            "cork": Material(picture=finishes.cork_board, roughness=0.9),
-            "frame": Material(colour=(0.48, 0.30, 0.15), roughness=0.55),
+            "cork": Material(texture=prop_textures.cork_board, roughness=0.9),
+            "frame": Material(color=(0.48, 0.30, 0.15), roughness=0.55),
         },
         mass=4.0,
     )
@@ -57,9 +57,9 @@ def book_open() -> Asset:
     return Asset(
         bodies={"pages": pages, "cover": covers},
         materials={
-            "print": Material(picture=finishes.open_pages, roughness=0.85),
+            "print": Material(texture=prop_textures.open_pages, roughness=0.85),
             "edges": PAPER,
-            "cover": Material(picture=partial(finishes.leather, (36, 70, 52), "open"), roughness=0.6),
+            "cover": Material(texture=partial(prop_textures.leather, (36, 70, 52), "open"), roughness=0.6),
         },
         mass=0.7,
     )
@@ -83,10 +83,10 @@ def briefcase() -> Asset:
         bodies={"case": [shell, seam, *locks, *corners], "grip": [grip]},
         materials={
             "leather": Material(
-                picture=partial(finishes.leather, (104, 62, 34), "case"), roughness=0.5, clearcoat=0.15
+                texture=partial(prop_textures.leather, (104, 62, 34), "case"), roughness=0.5, clearcoat=0.15
             ),
-            "trim": Material(picture=partial(finishes.leather, (70, 40, 22), "trim"), roughness=0.5),
-            "handle": Material(colour=(0.07, 0.03, 0.015), roughness=0.5),
+            "trim": Material(texture=partial(prop_textures.leather, (70, 40, 22), "trim"), roughness=0.5),
+            "handle": Material(color=(0.07, 0.03, 0.015), roughness=0.5),
             "brass": BRASS,
         },
         mass=2.4,
@@ -96,7 +96,7 @@ def briefcase() -> Asset:
 def extinguisher() -> Asset:
     """0.54 m tall: cylinder, valve with two levers, gauge, hose with horn."""
     wall = [(0.0, 0.012), (0.055, 0.0), (0.078, 0.0), (0.080, 0.020), (0.080, 0.370), (0.070, 0.425), (0.026, 0.452)]
-    body = lathe(bent([*wall, (0.022, 0.470)], 0.03), "red", segments=40)
+    body = lathe(rounded_profile([*wall, (0.022, 0.470)], 0.03), "red", segments=40)
     valve = cylinder(0.024, 0.042, "chrome", rim=0.003).moved(z=0.462)
     levers = [
         box((0.130, 0.018, 0.008), "black", rounding=0.003, atlas=False).rotated("y", tilt).moved(x=0.045, z=z)
@@ -104,28 +104,28 @@ def extinguisher() -> Asset:
     ]
     gauge = cylinder(0.014, 0.010, "white", rim=0.002).rotated("x", 90.0).moved(y=-0.022, z=0.482)
     hose = tube(_hose_path(), 0.009, "black", sides=10)
-    horn = lathe(bent([(0.0, 0.0), (0.021, 0.0), (0.012, 0.090), (0.0, 0.090)], 0.002), "black").moved(
+    horn = lathe(rounded_profile([(0.0, 0.0), (0.021, 0.0), (0.012, 0.090), (0.0, 0.090)], 0.002), "black").moved(
         -0.100, 0.0, 0.105
     )
     return Asset(
         bodies={"cylinder": [body], "valve": [valve, *levers, gauge], "hose": [hose, horn]},
         materials={
-            "red": Material(picture=finishes.extinguisher_wrap, roughness=0.25, clearcoat=0.6),
-            "black": Material(colour=(0.02, 0.02, 0.02), roughness=0.6),
-            "white": Material(colour=(0.85, 0.85, 0.85), roughness=0.3),
+            "red": Material(texture=prop_textures.extinguisher_wrap, roughness=0.25, clearcoat=0.6),
+            "black": Material(color=(0.02, 0.02, 0.02), roughness=0.6),
+            "white": Material(color=(0.85, 0.85, 0.85), roughness=0.3),
             "chrome": CHROME,
         },
         mass=7.5,
     )
 
 
-def _book(size: tuple[float, float, float], colour: Colour, title: tuple[str, str], accent: Colour) -> Asset:
+def _book(size: tuple[float, float, float], color: Color, title: tuple[str, str], accent: Color) -> Asset:
     width, depth, height = size
-    cover = Material(picture=partial(finishes.book_cover, colour, title, accent), roughness=0.5, clearcoat=0.1)
+    cover = Material(texture=partial(prop_textures.book_cover, color, title, accent), roughness=0.5, clearcoat=0.1)
     board = box((width, depth, 0.003), "cover", rounding=0.001, steps=1, atlas=False)
-    lid = _picture_part(board, (0.0, 0.4)).moved(z=height - 0.0015)
-    base = _picture_part(board, (0.6, 1.0)).moved(z=0.0015)
-    spine = _picture_part(box((0.004, depth, height), "cover", rounding=0.0015, steps=1, atlas=False), (0.4, 0.6))
+    lid = _texture_strip(board, (0.0, 0.4)).moved(z=height - 0.0015)
+    base = _texture_strip(board, (0.6, 1.0)).moved(z=0.0015)
+    spine = _texture_strip(box((0.004, depth, height), "cover", rounding=0.0015, steps=1, atlas=False), (0.4, 0.6))
     block = box((width - 0.008, depth - 0.008, height - 0.005), "pages", atlas=False)
     return Asset(
         bodies={
@@ -136,8 +136,8 @@ def _book(size: tuple[float, float, float], colour: Colour, title: tuple[str, st
     )
 
 
-def _picture_part(surface: Surface, columns: tuple[float, float]) -> Surface:
-    """The same faces, showing only the vertical strip s = columns[0] … columns[1] of the picture."""
+def _texture_strip(surface: Surface, columns: tuple[float, float]) -> Surface:
+    """The same faces with s mapped to columns[0] … columns[1] of the texture."""
     st = surface.st * (columns[1] - columns[0], 1.0) + (columns[0], 0.0)
     return replace(surface, st=st)
 

@@ -1,16 +1,16 @@
-"""Stand-ins for the props of a warehouse, origin in the middle of the bottom."""
+"""Props of a warehouse; the origin is the center of the bottom."""
 
 from __future__ import annotations
 
 from functools import partial
 
 from usdsdg.demo.asset import Asset, Material
-from usdsdg.demo.props import finishes
+from usdsdg.demo.props import prop_textures
 from usdsdg.demo.shapes.box import box
-from usdsdg.demo.shapes.lathe import bent, cylinder, lathe
+from usdsdg.demo.shapes.lathe import cylinder, lathe, rounded_profile
 from usdsdg.demo.shapes.sweep import prism
 
-MATT_BLACK = Material(colour=(0.02, 0.02, 0.022), roughness=0.8)
+MATTE_BLACK = Material(color=(0.02, 0.02, 0.022), roughness=0.8)
 
 
 def card_box_a() -> Asset:
@@ -22,7 +22,7 @@ def card_box_d() -> Asset:
 
 
 def traffic_cone() -> Asset:
-    """0.70 m tall; the square foot is a body of its own, so that two hulls follow the shape."""
+    """0.70 m tall; the square foot is a separate body, so that two convex hulls follow the shape."""
     skirt = [(0.0, 0.0), (0.150, 0.0), (0.150, 0.012), (0.130, 0.030)]
     cone = [(0.130, 0.030), (0.026, 0.660), (0.020, 0.668), (0.0, 0.668)]
     foot = box((0.36, 0.36, 0.034), "rubber", rounding=0.012, atlas=False).moved(z=0.017)
@@ -31,13 +31,13 @@ def traffic_cone() -> Asset:
             "cone": [lathe(skirt, "rubber").moved(z=0.030), lathe(cone, "orange", segments=48).moved(z=0.030)],
             "foot": [foot],
         },
-        materials={"orange": Material(picture=finishes.traffic_cone, roughness=0.5), "rubber": MATT_BLACK},
+        materials={"orange": Material(texture=prop_textures.traffic_cone, roughness=0.5), "rubber": MATTE_BLACK},
         mass=3.0,
     )
 
 
 def wet_floor_sign() -> Asset:
-    """Two leaves that lean against each other, 0.62 m tall."""
+    """Two boards that lean against each other, 0.62 m tall."""
     outline = [(-0.145, 0.0), (0.145, 0.0), (0.110, 0.630), (0.095, 0.645), (-0.095, 0.645), (-0.110, 0.630)]
     leaf = prism(outline, 0.014, "yellow")
     front = leaf.rotated("x", -14.0).moved(y=-0.160)
@@ -48,8 +48,8 @@ def wet_floor_sign() -> Asset:
             "hinge": [box((0.17, 0.020, 0.020), "yellow_edge", rounding=0.009, atlas=False).moved(z=0.626)],
         },
         materials={
-            "yellow": Material(picture=finishes.floor_sign, roughness=0.4, clearcoat=0.2),
-            "yellow_edge": Material(colour=(0.9, 0.60, 0.01), roughness=0.4),
+            "yellow": Material(texture=prop_textures.floor_sign, roughness=0.4, clearcoat=0.2),
+            "yellow_edge": Material(color=(0.9, 0.60, 0.01), roughness=0.4),
         },
         mass=1.1,
     )
@@ -64,18 +64,20 @@ def plastic_barrel() -> Asset:
     lid = [(0.266, 0.920), (0.252, 0.920), (0.250, 0.900), (0.0, 0.902)]
     plugs = [cylinder(0.032, 0.022, "plug", rim=0.004).moved(x, 0.0, 0.895) for x in (-0.15, 0.17)]
     return Asset(
-        bodies={"barrel": [lathe(bent(wall, 0.012), "blue", segments=56), lathe(lid, "lid", segments=56), *plugs]},
+        bodies={
+            "barrel": [lathe(rounded_profile(wall, 0.012), "blue", segments=56), lathe(lid, "lid", segments=56), *plugs]
+        },
         materials={
-            "blue": Material(picture=finishes.plastic_barrel, roughness=0.42),
-            "lid": Material(colour=(0.008, 0.06, 0.27), roughness=0.5),
-            "plug": Material(colour=(0.75, 0.75, 0.72), roughness=0.5),
+            "blue": Material(texture=prop_textures.plastic_barrel, roughness=0.42),
+            "lid": Material(color=(0.008, 0.06, 0.27), roughness=0.5),
+            "plug": Material(color=(0.75, 0.75, 0.72), roughness=0.5),
         },
         mass=9.0,
     )
 
 
 def _carton(size: tuple[float, float, float], name: str, code: str) -> Asset:
-    material = Material(picture=partial(finishes.cardboard, name, code), roughness=0.85)
+    material = Material(texture=partial(prop_textures.cardboard, name, code), roughness=0.85)
     return Asset(
         bodies={"carton": [box(size, "cardboard", rounding=0.004, steps=2)]},
         materials={"cardboard": material},

@@ -1,1 +1,1 @@
-"""Polygon modeling for the stand-ins: boxes, lathes, sweeps."""
+"""Polygon modeling of the demo assets: boxes, surfaces of revolution, sweeps."""

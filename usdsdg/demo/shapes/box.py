@@ -1,4 +1,4 @@
-"""Boxes whose six faces look into the six cells of one picture."""
+"""Boxes, plain or rounded, whose six faces show the six cells of one texture atlas."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from usdsdg.demo.shapes.surface import Surface, from_grid, joined, unit
 
-# Right and up of each face as one sees it from outside.
+# Right and up vector of each face, seen from outside.
 FACE_AXES: dict[str, tuple[tuple[int, int, int], tuple[int, int, int]]] = {
     "+x": ((0, 1, 0), (0, 0, 1)),
     "-x": ((0, -1, 0), (0, 0, 1)),
@@ -19,18 +19,18 @@ ATLAS_COLUMNS, ATLAS_ROWS = 3, 2
 
 
 def atlas_cell(face: str) -> tuple[int, int]:
-    """(column, row from the top) of a face's cell in the picture of a box."""
-    place = list(FACE_AXES).index(face)
-    return place % ATLAS_COLUMNS, place // ATLAS_COLUMNS
+    """Return (column, row from the top) of a face's cell in the atlas of a box."""
+    index = list(FACE_AXES).index(face)
+    return index % ATLAS_COLUMNS, index // ATLAS_COLUMNS
 
 
 def box(
     size: tuple[float, float, float], material: str, *, rounding: float = 0.0, steps: int = 3, atlas: bool = True
 ) -> Surface:
-    """A box of `size` [m] centred at the origin, its edges rounded by `rounding` [m] in `steps` facets.
+    """A box of `size` [m] centered at the origin, its edges rounded by `rounding` [m] in `steps` facets.
 
-    With `atlas` each face shows its own cell of the material's picture (see `atlas_cell`); without it
-    every face shows the whole picture.
+    With `atlas` each face shows its own cell of the material's texture (see `atlas_cell`); without it
+    every face shows the whole texture.
     """
     half = np.asarray(size, dtype=float) / 2.0
     rounding = min(rounding, float(half.min()))
@@ -60,17 +60,17 @@ def _face(face: str, half: np.ndarray, rounding: float, steps: int, material: st
 
 
 def _lattice(half: float, rounding: float, steps: int) -> np.ndarray:
-    """Coordinates along one edge of a face: dense in the two rounded margins, one span between."""
+    """Coordinates along one edge of a face: dense in the two rounded margins, one span between them."""
     if rounding <= 0.0:
         return np.array([-half, half])
-    # Half of the corner's quarter circle belongs to this face, hence tan up to 45 degrees.
+    # This face has half of the edge's quarter circle, hence tan up to 45 degrees.
     margin = half - rounding + rounding * np.tan(np.linspace(0.0, np.pi / 4.0, steps + 1))
     return np.concatenate([-margin[::-1], margin])
 
 
 def _in_cell(st: np.ndarray, face: str) -> np.ndarray:
     column, row = atlas_cell(face)
-    # A hair of inset keeps bilinear filtering inside the cell.
+    # A small inset keeps bilinear filtering inside the cell.
     inset = 0.004 + 0.992 * st
     return np.stack(
         [(column + inset[..., 0]) / ATLAS_COLUMNS, (ATLAS_ROWS - 1 - row + inset[..., 1]) / ATLAS_ROWS],

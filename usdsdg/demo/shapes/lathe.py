@@ -1,4 +1,4 @@
-"""Shapes turned about the z axis: bottles, cans, cones, wheels."""
+"""Surfaces of revolution about the z axis: bottles, cans, cones, wheels."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from usdsdg.demo.shapes.surface import Surface, from_grid, joined, unit
 def lathe(
     profile: Sequence[tuple[float, float]], material: str, *, segments: int = 40, crease: float = 35.0
 ) -> Surface:
-    """Turn a profile of (radius, z) pairs [m], listed from bottom to top along the outside.
+    """Revolve a profile of (radius, z) pairs [m], listed from bottom to top along the outside.
 
-    s goes once around, starting at -y and growing towards +x, so that a label's middle (s = 0.5) faces +y;
-    t is the height from 0 at the lowest to 1 at the highest point of the profile. Edges of the profile that
-    bend by more than `crease` degrees stay sharp.
+    s goes once around, starting at -y and growing towards +x, so that the middle of a label (s = 0.5) faces +y;
+    t is the height from 0 at the lowest to 1 at the highest point of the profile. Corners of the profile that turn
+    by more than `crease` degrees stay sharp.
     """
     outline = np.asarray(profile, dtype=float)
     below, above = _outline_normals(outline, crease)
-    # Every outline point occurs twice, once per neighbouring segment, so that an edge may be sharp.
+    # Every profile point occurs twice, once per adjacent segment, so that each side can have its own normal.
     doubled = np.repeat(outline, 2, axis=0)[1:-1]
     outward = np.stack([above[:-1], below[1:]], axis=1).reshape(-1, 2)
     around = np.linspace(0.0, 1.0, segments + 1)
@@ -36,8 +36,8 @@ def lathe(
     return _strips(points, normals, st, strips, material)
 
 
-def bent(corners: Sequence[tuple[float, float]], radius: float, steps: int = 4) -> list[tuple[float, float]]:
-    """A profile whose inner corners are rounded by a quadratic arc that starts `radius` [m] before each one."""
+def rounded_profile(corners: Sequence[tuple[float, float]], radius: float, steps: int = 4) -> list[tuple[float, float]]:
+    """Round the inner corners of a profile by quadratic arcs that start `radius` [m] before each corner."""
     outline = np.asarray(corners, dtype=float)
     result = [outline[0]]
     for before, corner, after in zip(outline, outline[1:], outline[2:]):
@@ -48,8 +48,8 @@ def bent(corners: Sequence[tuple[float, float]], radius: float, steps: int = 4) 
     return [tuple(point) for point in [*result, outline[-1]]]
 
 
-def squared(surface: Surface, exponent: float) -> Surface:
-    """A lathe of radius one bent from a circle towards a square: |x|^n + |y|^n = 1 with n = `exponent`."""
+def superellipse(surface: Surface, exponent: float) -> Surface:
+    """Map the cross sections of a lathe of radius one to superellipses |x|^n + |y|^n = 1 with n = `exponent`."""
     radius = np.linalg.norm(surface.points[:, :2], axis=1, keepdims=True)
     flat = surface.points[:, :2] / np.where(radius > 0.0, radius, 1.0)
     power = (np.abs(flat) ** exponent).sum(axis=1, keepdims=True)
@@ -65,9 +65,9 @@ def squared(surface: Surface, exponent: float) -> Surface:
 
 
 def cylinder(radius: float, height: float, material: str, *, segments: int = 24, rim: float = 0.0) -> Surface:
-    """A closed cylinder along z, its foot at z = 0, with rims rounded by `rim` [m]."""
+    """A closed cylinder along z from z = 0, with rims rounded by `rim` [m]."""
     corners = [(0.0, 0.0), (radius, 0.0), (radius, height), (0.0, height)]
-    return lathe(bent(corners, rim) if rim > 0.0 else corners, material, segments=segments)
+    return lathe(rounded_profile(corners, rim) if rim > 0.0 else corners, material, segments=segments)
 
 
 def _turn(pairs: np.ndarray, cos: np.ndarray, sin: np.ndarray) -> np.ndarray:
@@ -82,7 +82,7 @@ def _turn(pairs: np.ndarray, cos: np.ndarray, sin: np.ndarray) -> np.ndarray:
 
 
 def _outline_normals(outline: np.ndarray, crease: float) -> tuple[np.ndarray, np.ndarray]:
-    """(radial, z) normal of every outline point as its lower and as its upper segment sees it."""
+    """Return the (radial, z) normals of every profile point for its lower and for its upper segment."""
     along = np.diff(outline, axis=0)
     outward = unit(np.stack([along[:, 1], -along[:, 0]], axis=1))
     below = np.concatenate([outward[:1], outward])

@@ -1,4 +1,4 @@
-"""Polygons of one material, and the few ways to move and join them."""
+"""Polygon surfaces of one material: transform, merge, build from grids."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Surface:
-    """A polygon soup of one material, wound counter-clockwise seen from outside.
+    """Polygons of one material, wound counter-clockwise seen from outside.
 
-    points   (N, 3) float64, metres
+    points   (N, 3) float64, meters
     counts   (F,)   int, corners of each face
     indices  (K,)   int, point of each corner
     normals  (K, 3) float64, unit, one per corner
-    st       (K, 2) float64, one per corner; t grows upwards in the picture
+    st       (K, 2) float64, one per corner; t grows upwards in the texture
     material        name of a material of the asset
     """
 
@@ -31,16 +31,13 @@ class Surface:
         return replace(self, points=self.points + np.array([x, y, z]))
 
     def scaled(self, x: float = 1.0, y: float = 1.0, z: float = 1.0) -> Surface:
-        """Stretched along the axes; factors must be positive, so that the winding stays."""
+        """Scale along the axes; factors must be positive, so that the winding stays."""
         factors = np.array([x, y, z])
         return replace(self, points=self.points * factors, normals=unit(self.normals / factors))
 
     def rotated(self, axis: str, degrees: float) -> Surface:
         turn = rotation(axis, degrees)
         return replace(self, points=self.points @ turn.T, normals=self.normals @ turn.T)
-
-    def painted(self, material: str) -> Surface:
-        return replace(self, material=material)
 
 
 def rotation(axis: str, degrees: float) -> np.ndarray:
@@ -55,13 +52,13 @@ def rotation(axis: str, degrees: float) -> np.ndarray:
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
-    """Vectors scaled to length one along the last axis; zero vectors stay zero."""
+    """Normalize vectors along the last axis; zero vectors stay zero."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return vectors / np.where(length > 0.0, length, 1.0)
 
 
 def joined(surfaces: Sequence[Surface]) -> Surface:
-    """One surface of all the faces, under the first one's material."""
+    """Merge surfaces into one, with the material of the first."""
     offsets = np.cumsum([0] + [len(surface.points) for surface in surfaces[:-1]])
     return Surface(
         points=np.concatenate([surface.points for surface in surfaces]),
@@ -74,9 +71,9 @@ def joined(surfaces: Sequence[Surface]) -> Surface:
 
 
 def from_grid(points: np.ndarray, normals: np.ndarray, st: np.ndarray, material: str) -> Surface:
-    """Quads over a (rows, columns) lattice of points (…, 3), normals (…, 3) and st (…, 2).
+    """Build quads over a (rows, columns) grid of points (…, 3), normals (…, 3) and st (…, 2).
 
-    Outside is where (next column) x (next row) points. Quads with two coinciding corners, as at the
+    The outside is the direction of (next column) x (next row). Quads with two coincident corners, as at the
     pole of a lathe, become triangles.
     """
     rows, columns = points.shape[:2]

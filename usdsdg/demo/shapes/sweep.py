@@ -1,4 +1,4 @@
-"""Shapes pulled along a path or a direction: tubes, handles, prisms."""
+"""Shapes swept along a path or a direction: tubes, handles, prisms."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def tube(
 ) -> Surface:
     """A closed round tube of `radius` [m] (one, or one per path point) along a path of points [m].
 
-    s goes around, t along. `flatten` scales the section across the path's bending plane normal.
+    s goes around, t along. `flatten` scales the cross section along its second axis.
     """
     spine = np.asarray(path, dtype=float)
     radii = np.broadcast_to(np.asarray(radius, dtype=float), (len(spine),))
@@ -42,11 +42,11 @@ def tube(
 
 
 def arc(
-    centre: Sequence[float], radius: float, start: float, end: float, *, plane: str = "xz", steps: int = 16
+    center: Sequence[float], radius: float, start: float, end: float, *, plane: str = "xz", steps: int = 16
 ) -> np.ndarray:
-    """(steps + 1, 3) points on a circle [m] from `start` to `end` [degrees] in the plane "xy", "xz" or "yz"."""
+    """Return (steps + 1, 3) points [m] on a circle from `start` to `end` [degrees] in the plane "xy", "xz" or "yz"."""
     angle = np.radians(np.linspace(start, end, steps + 1))
-    points = np.tile(np.asarray(centre, dtype=float), (steps + 1, 1))
+    points = np.tile(np.asarray(center, dtype=float), (steps + 1, 1))
     first, second = ("xyz".index(axis) for axis in plane)
     points[:, first] += radius * np.cos(angle)
     points[:, second] += radius * np.sin(angle)
@@ -54,18 +54,18 @@ def arc(
 
 
 def prism(outline: Sequence[tuple[float, float]], depth: float, material: str) -> Surface:
-    """A convex outline in (x, z) [m], counter-clockwise seen from -y, pulled to y = -depth/2 … depth/2.
+    """Extrude a convex outline in (x, z) [m], counter-clockwise seen from -y, over y = -depth/2 … depth/2.
 
-    The front (-y) and the back show the whole picture over the outline's box; the rim shows its middle row.
+    The texture covers the outline's bounding box on the front (-y) and the back; the rim shows its center.
     """
     corners = np.asarray(outline, dtype=float)
     low, extent = corners.min(axis=0), np.ptp(corners, axis=0)
-    picture = (corners - low) / extent
+    st = (corners - low) / extent
     front = np.insert(corners, 1, -depth / 2.0, axis=1)
     back = np.insert(corners, 1, depth / 2.0, axis=1)
-    mirrored = picture * (-1, 1) + (1, 0)
+    mirrored = st * (-1, 1) + (1, 0)
     parts = [
-        _polygon(front, (0.0, -1.0, 0.0), picture, material),
+        _polygon(front, (0.0, -1.0, 0.0), st, material),
         _polygon(back[::-1], (0.0, 1.0, 0.0), mirrored[::-1], material),
     ]
     for near, far in zip(range(len(corners)), np.roll(np.arange(len(corners)), -1)):
@@ -77,7 +77,7 @@ def prism(outline: Sequence[tuple[float, float]], depth: float, material: str) -
 
 
 def _frames(ahead: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit normals per path point, carried along without twist."""
+    """Return two unit normals per path point: a rotation-minimizing frame."""
     start = np.eye(3)[np.argmin(np.abs(ahead[0]))]
     across = [unit(np.cross(ahead[0], start))]
     for direction in ahead[1:]:

@@ -1,1 +1,1 @@
-"""Indoor panoramas for dome lights, computed from rooms that are described as data."""
+"""Indoor panoramas for dome lights, rendered from rooms that are described as data."""

@@ -1,4 +1,4 @@
-"""A room seen all around: rays against boxes, light from lamps and one bounce, kept in small light maps."""
+"""Render a room as a panorama: rays against boxes, lamps and one diffuse bounce in small lightmaps."""
 
 from __future__ import annotations
 
@@ -12,42 +12,42 @@ from usdsdg.demo.skies.room import Block, Lamp, Pattern, Room
 _ROOM_CELLS, _BLOCK_CELLS = 24, 6
 _LAMP_SAMPLES = 3
 _BOUNCE_PATCHES = 4
-_FINER = 2
+_SUPERSAMPLING = 2
 
-# The pattern of every face, and the corners of the box.
+# The pattern of each face by (axis, upper), and the lowest and highest corner of the box.
 _Solid = tuple[Callable[[int, bool], Pattern], np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
-class _Lights:
-    """Small flat emitters: centres (n, 3), facing (n, 3), flux density x area (n, 3)."""
+class _Emitters:
+    """Small flat emitters: centers (n, 3), facing (n, 3), power = radiance x area (n, 3)."""
 
-    centres: np.ndarray
+    centers: np.ndarray
     facing: np.ndarray
     power: np.ndarray
 
 
-def panorama(room: Room, width: int = 1024, *, mean: float = 0.4, brightest: float = 50.0) -> np.ndarray:
-    """(width / 2, width, 3) float32 linear radiance, latitude-longitude, +z at the top.
+def panorama(room: Room, width: int = 1024, *, mean: float = 0.4, max_radiance: float = 50.0) -> np.ndarray:
+    """Return a lat-long panorama of linear radiance, float32 (width / 2, width, 3), +z at the top.
 
-    Scaled so that the average is about `mean` and nothing exceeds `brightest`. Every pixel is the mean of
-    _FINER² rays: cameras see a small part of a panorama, where jagged edges would show.
+    Scaled so that the average is about `mean` and nothing exceeds `max_radiance`. Every pixel averages
+    `_SUPERSAMPLING` squared rays, since cameras see a small part of a panorama, where aliasing would show.
     """
-    directions = _directions(width * _FINER)
+    directions = _directions(width * _SUPERSAMPLING)
     solids = list(_solids(room))
-    maps = _light_maps(room)
+    maps = _lightmaps(room)
     bands = [_radiance(room, solids, maps, band) for band in np.array_split(directions, max(1, width // 128))]
-    fine = np.concatenate(bands).reshape(width // 2, _FINER, width, _FINER, 3)
+    fine = np.concatenate(bands).reshape(width // 2, _SUPERSAMPLING, width, _SUPERSAMPLING, 3)
     pixels = fine.mean(axis=(1, 3)).reshape(-1, 3)
-    return _exposed(pixels, mean, brightest).reshape(width // 2, width, 3).astype(np.float32)
+    return _scaled_to_mean(pixels, mean, max_radiance).reshape(width // 2, width, 3).astype(np.float32)
 
 
 def _radiance(room: Room, solids: list[_Solid], maps: dict, directions: np.ndarray) -> np.ndarray:
-    """(n, 3) light that arrives at the room's eye from directions (n, 3)."""
+    """Return the radiance (n, 3) that arrives at the room's eye from directions (n, 3)."""
     distance, body, axis, upper = _first_hit(room, directions)
     points = np.asarray(room.eye, np.float32) + directions * distance[:, None]
     pixels = np.zeros_like(points)
-    # One number per solid, axis and side, so that each face's pixels are found by one sort.
+    # One number per solid, axis and side, so that one sort groups the pixels by face.
     face = (body.astype(np.int64) * 3 + axis) * 2 + upper
     order = np.argsort(face, kind="stable")
     present, starts = np.unique(face[order], return_index=True)
@@ -55,11 +55,11 @@ def _radiance(room: Room, solids: list[_Solid], maps: dict, directions: np.ndarr
         solid, face_axis, side = number // 6, number // 2 % 3, bool(number % 2)
         pattern_of, low, high = solids[solid]
         u, v = _surface_coordinates(points[at], face_axis)
-        light = _look_up(maps[solid, face_axis, side], points[at], face_axis, low, high)
+        light = _sample_lightmap(maps[solid, face_axis, side], points[at], face_axis, low, high)
         pixels[at] = pattern_of(face_axis, side)(u, v) * light / np.pi
     for lamp in room.lamps:
-        at = _on_lamp(points, lamp) & (body == 0)
-        pixels[at] = _lamp_picture(points[at], lamp)
+        at = _hits_lamp(points, lamp) & (body == 0)
+        pixels[at] = _lamp_radiance(points[at], lamp)
     return pixels
 
 
@@ -73,16 +73,16 @@ def _directions(width: int) -> np.ndarray:
 
 
 def _solids(room: Room) -> Iterator[_Solid]:
-    """(pattern by face, low, high): the room itself first, then its blocks."""
+    """Yield the room itself first, then its blocks."""
     yield room.face_pattern, np.asarray(room.low), np.asarray(room.high)
     for block in room.blocks:
         yield (lambda axis, upper, pattern=block.pattern: pattern), np.asarray(block.low), np.asarray(block.high)
 
 
 def _first_hit(room: Room, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Distance, solid number, axis of the hit face and whether it is the upper one; every ray hits."""
+    """Return distance, solid number, axis of the hit face and whether it is the upper one; every ray hits."""
     eye = np.asarray(room.eye, np.float32)
-    # One row per axis: minima over a leading axis are many times faster than over a trailing one.
+    # One row per axis: NumPy reduces over a leading axis many times faster than over a trailing one.
     inverse = _inverse(directions.T)
     walls = np.where(inverse > 0.0, _column(room.high) - eye[:, None], _column(room.low) - eye[:, None]) * inverse
     axis, distance = walls.argmin(axis=0), walls.min(axis=0)
@@ -106,7 +106,7 @@ def _inverse(directions: np.ndarray) -> np.ndarray:
 
 
 def _slabs(block: Block, origins: np.ndarray, inverse: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Entry per axis (3, n), entry and exit (n,) of rays into a block, in units of the ray's direction."""
+    """Slab test: entry per axis (3, n), entry and exit (n,) of rays, in units of the ray's direction."""
     first = (_column(block.low) - origins) * inverse
     second = (_column(block.high) - origins) * inverse
     near_faces = np.minimum(first, second)
@@ -118,20 +118,20 @@ def _surface_coordinates(points: np.ndarray, axis: int) -> tuple[np.ndarray, np.
     return points[:, first], points[:, second]
 
 
-def _light_maps(room: Room) -> dict[tuple[int, int, bool], np.ndarray]:
-    """(cells, cells, 3) irradiance per solid, axis and side, from lamps and from what the walls send back."""
-    lamps = _from_lamps(room)
+def _lightmaps(room: Room) -> dict[tuple[int, int, bool], np.ndarray]:
+    """Return irradiance (cells, cells, 3) by solid, axis and side: from lamps, and one bounce off the walls."""
+    lamps = _lamp_emitters(room)
     direct = {}
     for number, (_, low, high) in enumerate(_solids(room)):
         cells = _ROOM_CELLS if number == 0 else _BLOCK_CELLS
         for axis in range(3):
             for upper in (False, True):
-                centres, normal = _cell_centres(low, high, axis, upper, cells, inward=number == 0)
-                direct[number, axis, upper] = (centres, normal, _irradiance(centres, normal, lamps, room.blocks))
-    walls = _from_walls(room, direct)
+                centers, normal = _cell_centers(low, high, axis, upper, cells, inward=number == 0)
+                direct[number, axis, upper] = (centers, normal, _irradiance(centers, normal, lamps, room.blocks))
+    walls = _bounce_emitters(room, direct)
     return {
-        key: (light + _irradiance(centres, normal, walls, room.blocks)).reshape(_side(light), _side(light), 3)
-        for key, (centres, normal, light) in direct.items()
+        key: (light + _irradiance(centers, normal, walls, room.blocks)).reshape(_side(light), _side(light), 3)
+        for key, (centers, normal, light) in direct.items()
     }
 
 
@@ -139,59 +139,59 @@ def _side(light: np.ndarray) -> int:
     return round(len(light) ** 0.5)
 
 
-def _cell_centres(
+def _cell_centers(
     low: np.ndarray, high: np.ndarray, axis: int, upper: bool, cells: int, *, inward: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Centres (cells², 3), second coordinate varying slowest, and the unit normal of a face."""
+    """Return cell centers (cells², 3), second coordinate varying slowest, and the unit normal of a face."""
     first, second = [other for other in range(3) if other != axis]
     middle = (np.arange(cells) + 0.5) / cells
     normal = np.zeros(3)
     normal[axis] = (1.0 if upper else -1.0) * (-1.0 if inward else 1.0)
-    centres = np.empty((cells, cells, 3))
-    centres[..., first] = (low + (high - low) * middle[:, None])[None, :, first]
-    centres[..., second] = (low + (high - low) * middle[:, None])[:, None, second]
-    centres[..., axis] = (high if upper else low)[axis]
-    return (centres + 1e-3 * normal).reshape(-1, 3).astype(np.float32), normal.astype(np.float32)
+    centers = np.empty((cells, cells, 3))
+    centers[..., first] = (low + (high - low) * middle[:, None])[None, :, first]
+    centers[..., second] = (low + (high - low) * middle[:, None])[:, None, second]
+    centers[..., axis] = (high if upper else low)[axis]
+    return (centers + 1e-3 * normal).reshape(-1, 3).astype(np.float32), normal.astype(np.float32)
 
 
-def _from_lamps(room: Room) -> _Lights:
-    centres, facing, power = [], [], []
+def _lamp_emitters(room: Room) -> _Emitters:
+    centers, facing, power = [], [], []
     for lamp in room.lamps:
         low, high = np.asarray(lamp.low), np.asarray(lamp.high)
         spread = [np.arange(_LAMP_SAMPLES) + 0.5 if extent > 0 else np.zeros(1) for extent in high - low]
         grid = np.stack(np.meshgrid(*spread, indexing="ij"), axis=-1).reshape(-1, 3) / _LAMP_SAMPLES
         extents = (high - low)[high > low]
-        centres.append(low + grid * (high - low) + 1e-3 * np.asarray(lamp.facing))
+        centers.append(low + grid * (high - low) + 1e-3 * np.asarray(lamp.facing))
         facing.append(np.tile(lamp.facing, (len(grid), 1)))
         power.append(np.tile(np.asarray(lamp.radiance) * extents.prod() / len(grid), (len(grid), 1)))
-    return _Lights(*(np.concatenate(part).astype(np.float32) for part in (centres, facing, power)))
+    return _Emitters(*(np.concatenate(part).astype(np.float32) for part in (centers, facing, power)))
 
 
-def _from_walls(room: Room, direct: dict) -> _Lights:
-    """The room's faces as coarse emitters of what they reflect of the lamps' light."""
-    centres, facing, power = [], [], []
+def _bounce_emitters(room: Room, direct: dict) -> _Emitters:
+    """Return the room's faces as coarse emitters of the lamp light that they reflect."""
+    centers, facing, power = [], [], []
     extent = np.asarray(room.high) - np.asarray(room.low)
     block = _ROOM_CELLS // _BOUNCE_PATCHES
     for axis in range(3):
         for upper in (False, True):
             points, normal, light = direct[0, axis, upper]
             albedo = room.face_pattern(axis, upper)(*_surface_coordinates(points, axis))
-            sent = _patches(albedo * light / np.pi, block)
+            sent = _patch_means(albedo * light / np.pi, block)
             area = np.delete(extent, axis).prod() / len(sent)
-            centres.append(_patches(points, block))
+            centers.append(_patch_means(points, block))
             facing.append(np.tile(normal, (len(sent), 1)))
             power.append(sent * area)
-    return _Lights(*(np.concatenate(part).astype(np.float32) for part in (centres, facing, power)))
+    return _Emitters(*(np.concatenate(part).astype(np.float32) for part in (centers, facing, power)))
 
 
-def _patches(values: np.ndarray, block: int) -> np.ndarray:
+def _patch_means(values: np.ndarray, block: int) -> np.ndarray:
     side = _side(values)
     return values.reshape(side // block, block, side // block, block, -1).mean(axis=(1, 3)).reshape(-1, values.shape[1])
 
 
-def _irradiance(points: np.ndarray, normal: np.ndarray, lights: _Lights, blocks: tuple[Block, ...]) -> np.ndarray:
-    """(n, 3) light that arrives at points (n, 3) with one normal, blocks in the way taken out."""
-    to_light = lights.centres[None] - points[:, None]
+def _irradiance(points: np.ndarray, normal: np.ndarray, lights: _Emitters, blocks: tuple[Block, ...]) -> np.ndarray:
+    """Return the irradiance (n, 3) at points (n, 3) of one normal, with shadows of blocks."""
+    to_light = lights.centers[None] - points[:, None]
     squared = np.maximum(np.einsum("pli,pli->pl", to_light, to_light), 0.04)
     leaving = np.maximum(-np.einsum("pli,li->pl", to_light, lights.facing), 0.0)
     arriving = np.maximum(to_light @ normal, 0.0)
@@ -210,8 +210,8 @@ def _blocked(origins: np.ndarray, spans: np.ndarray, blocks: tuple[Block, ...]) 
     return hidden
 
 
-def _look_up(light: np.ndarray, points: np.ndarray, axis: int, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Bilinear value of a light map at points of its face."""
+def _sample_lightmap(light: np.ndarray, points: np.ndarray, axis: int, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Interpolate a lightmap bilinearly at points of its face."""
     first, second = [other for other in range(3) if other != axis]
     cells = light.shape[0]
     column = np.clip((points[:, first] - low[first]) / (high - low)[first] * cells - 0.5, 0.0, cells - 1.001)
@@ -223,9 +223,9 @@ def _look_up(light: np.ndarray, points: np.ndarray, axis: int, low: np.ndarray, 
     return upper * (1 - y) + lower * y
 
 
-def _on_lamp(points: np.ndarray, lamp: Lamp) -> np.ndarray:
+def _hits_lamp(points: np.ndarray, lamp: Lamp) -> np.ndarray:
     low, high = np.asarray(lamp.low), np.asarray(lamp.high)
-    # A lamp hangs a little in front of the wall that the ray has hit.
+    # A lamp lies slightly in front of the wall that the ray has hit.
     slack = np.where(high > low, 0.0, 0.12)
     inside = np.ones(len(points), bool)
     for axis in range(3):
@@ -233,8 +233,8 @@ def _on_lamp(points: np.ndarray, lamp: Lamp) -> np.ndarray:
     return inside
 
 
-def _lamp_picture(points: np.ndarray, lamp: Lamp) -> np.ndarray:
-    """A lamp is even; a window shows a pale sky over a dark horizon, crossed by its frame."""
+def _lamp_radiance(points: np.ndarray, lamp: Lamp) -> np.ndarray:
+    """Return a lamp's radiance: uniform, or for a window a pale sky over a dark horizon, crossed by its frame."""
     radiance = np.tile(np.asarray(lamp.radiance), (len(points), 1))
     if not lamp.sky:
         return radiance
@@ -250,12 +250,12 @@ def _lamp_picture(points: np.ndarray, lamp: Lamp) -> np.ndarray:
     return np.where((panes > 0.47)[:, None] | (np.abs(across - 0.5) < 0.02)[:, None], 0.25, radiance)
 
 
-def _exposed(pixels: np.ndarray, mean: float, brightest: float) -> np.ndarray:
-    """Scaled to the wanted mean over the sphere after clipping, in a few rounds."""
+def _scaled_to_mean(pixels: np.ndarray, mean: float, max_radiance: float) -> np.ndarray:
+    """Scale and clip radiance until its mean over the sphere is `mean`, in a few iterations."""
     rows = round((len(pixels) / 2) ** 0.5)
     weight = np.cos((np.arange(rows) + 0.5) / rows * np.pi - np.pi / 2.0)
     weight = np.repeat(weight / weight.sum() / (2 * rows), 2 * rows)
     scaled = pixels
     for _ in range(4):
-        scaled = np.minimum(scaled * (mean / max(float(weight @ scaled.mean(axis=1)), 1e-9)), brightest)
+        scaled = np.minimum(scaled * (mean / max(float(weight @ scaled.mean(axis=1)), 1e-9)), max_radiance)
     return scaled

@@ -1,4 +1,4 @@
-"""What a room is made of: walls, blocks of furniture, lamps and windows. Metres, z up, linear radiance."""
+"""Description of a room: walls, blocks of furniture, lamps and windows. Meters, z up, linear radiance."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-# Albedo (n, 3) at the surface coordinates u, v (n,) in metres: (y, z), (x, z) or (x, y) by the face's axis.
+# Albedo (n, 3) at the surface coordinates u, v (n,) in meters: (y, z), (x, z) or (x, y) by the face's axis.
 Pattern = Callable[[np.ndarray, np.ndarray], np.ndarray]
 Point = tuple[float, float, float]
 
@@ -23,7 +23,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Lamp:
-    """A rectangle (flat along one axis) that shines along `facing`; `sky` paints it as a view outside."""
+    """A rectangular emitter, flat along one axis, that faces `facing`; with `sky` it looks like a window."""
 
     low: Point
     high: Point
@@ -34,7 +34,7 @@ class Lamp:
 
 @dataclass(frozen=True)
 class Room:
-    """The inside of a box, seen from `eye`. Patterns by face: "floor", "ceiling", "walls"."""
+    """The inside of a box, seen from `eye`."""
 
     low: Point
     high: Point
@@ -46,6 +46,7 @@ class Room:
     blocks: Sequence[Block] = field(default_factory=tuple)
 
     def face_pattern(self, axis: int, upper: bool) -> Pattern:
+        """Return the pattern of the face across `axis`, on its upper or lower side."""
         if axis == 2:
             return self.ceiling if upper else self.floor
         return self.walls

@@ -1,4 +1,4 @@
-"""The stand-in for the warehouse: a hall with lamps, racks and a few of the other props."""
+"""The warehouse stage: a hall with lamps, racks and some of the other props."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from PIL import Image
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdLux
 
-from usdsdg.demo import layer, paint
+from usdsdg.demo import paint, usd_writer
 from usdsdg.demo.asset import Asset, Material
 from usdsdg.demo.shapes.box import box
 from usdsdg.demo.shapes.surface import Surface
@@ -15,7 +15,7 @@ from usdsdg.demo.shapes.surface import Surface
 WIDTH, DEPTH, HEIGHT = 14.0, 20.0, 6.0
 PROPS = "Props"
 
-# Prop, (x, y, z) in metres, turn about z in degrees.
+# Prop, (x, y, z) in meters, turn about z in degrees.
 PLACED = (
     ("SM_CardBoxA_01_414", (-5.6, -4.0, 1.06), 4.0),
     ("SM_CardBoxA_01_414", (-5.7, -2.9, 1.06), -7.0),
@@ -35,7 +35,7 @@ PLACED = (
 
 
 def hall() -> Asset:
-    """Floor, walls, roof and two racks, in one asset; the floor's middle is the origin."""
+    """Floor, walls, roof and two racks in one asset; the origin is the center of the floor."""
     return Asset(
         bodies={
             "floor": [_floor()],
@@ -45,21 +45,21 @@ def hall() -> Asset:
             "rack_back": _rack(5.9),
         },
         materials={
-            "concrete": Material(picture=_concrete, roughness=0.55),
-            "panel": Material(picture=_panel, roughness=0.7),
-            "white": Material(colour=(0.62, 0.63, 0.64), roughness=0.8),
-            "blue": Material(colour=(0.02, 0.07, 0.24), roughness=0.4),
-            "orange": Material(colour=(0.75, 0.20, 0.02), roughness=0.4),
-            "board": Material(colour=(0.42, 0.30, 0.18), roughness=0.8),
+            "concrete": Material(texture=_concrete, roughness=0.55),
+            "panel": Material(texture=_panel, roughness=0.7),
+            "white": Material(color=(0.62, 0.63, 0.64), roughness=0.8),
+            "blue": Material(color=(0.02, 0.07, 0.24), roughness=0.4),
+            "orange": Material(color=(0.75, 0.20, 0.02), roughness=0.4),
+            "board": Material(color=(0.42, 0.30, 0.18), roughness=0.8),
         },
         kind=Kind.Tokens.component,
     )
 
 
 def write_warehouse(path: Path) -> None:
-    """Write the hall beside `path` and an assembly that places it, props and lamps."""
+    """Write the hall as an asset, and to `path` an assembly of the hall, props and lamps."""
     hall_path = path.parent / PROPS / "SM_Hall_01.usd"
-    layer.write_asset(hall_path, hall())
+    usd_writer.write_asset(hall_path, hall())
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
@@ -125,18 +125,18 @@ def _rack(x: float) -> list[Surface]:
 def _concrete() -> Image.Image:
     size = (1024, 716)
     shade = 0.25 * (paint.fractal(size, (8, 6), "concrete", octaves=6) - 0.5)
-    picture = paint.tinted(size, (150, 148, 142), shade)
+    image = paint.tinted(size, (150, 148, 142), shade)
     for x in (0.32, 0.68):
-        paint.rectangle(picture, (x, 0.0, x + 0.007, 1.0), (222, 184, 40))
+        paint.rectangle(image, (x, 0.0, x + 0.007, 1.0), (222, 184, 40))
     for joint in (0.25, 0.5, 0.75):
-        paint.rectangle(picture, (0.0, joint, 1.0, joint + 0.002), (110, 108, 102))
-    return picture
+        paint.rectangle(image, (0.0, joint, 1.0, joint + 0.002), (110, 108, 102))
+    return image
 
 
 def _panel() -> Image.Image:
     size = (256, 512)
-    picture = paint.tinted(size, (196, 200, 202), 0.06 * (paint.fractal(size, (4, 8), "panel") - 0.5))
-    paint.rectangle(picture, (0.0, 0.80, 1.0, 1.0), (74, 96, 120))
+    image = paint.tinted(size, (196, 200, 202), 0.06 * (paint.fractal(size, (4, 8), "panel") - 0.5))
+    paint.rectangle(image, (0.0, 0.80, 1.0, 1.0), (74, 96, 120))
     for x in range(32):
-        paint.rectangle(picture, (x / 32, 0.0, x / 32 + 0.002, 1.0), (160, 164, 168))
-    return picture
+        paint.rectangle(image, (x / 32, 0.0, x / 32 + 0.002, 1.0), (160, 164, 168))
+    return image

@@ -1,4 +1,4 @@
-"""Pictures on groceries: box faces, and the wraps of cans and bottles. No real brand is shown."""
+"""Textures of groceries: faces of boxes, and labels around cans and bottles. No real brand is shown."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import numpy as np
 from PIL import Image
 
 from usdsdg.demo import paint
-from usdsdg.demo.paint import BLACK, WHITE, Colour
+from usdsdg.demo.paint import BLACK, WHITE, Color
 
-CREAM: Colour = (250, 238, 208)
+CREAM: Color = (250, 238, 208)
 
 
 def pudding_box() -> Image.Image:
@@ -75,7 +75,7 @@ def sugar_box() -> Image.Image:
 
 
 def soup_wrap() -> Image.Image:
-    """Once around the can, front twice; the metal rims are outside the label's height."""
+    """Label once around the can, with the front twice; the metal rims are above and below it."""
     red = (200, 22, 34)
     wrap = paint.gradient((384, 1024), red, (176, 14, 26))
     paint.rectangle(wrap, (0.0, 0.52, 1.0, 1.0), WHITE)
@@ -92,7 +92,7 @@ def soup_wrap() -> Image.Image:
 
 
 def mustard_wrap() -> Image.Image:
-    """Around a flat bottle: labels on the two broad sides (s = 0.5 and the seam), bare yellow between."""
+    """Around a flat bottle: labels on the two broad sides (s = 0.5 and at the seam), plain yellow between them."""
     yellow, green = (246, 198, 22), (22, 92, 52)
     wrap = paint.tinted((512, 1024), yellow, 0.06 * (paint.fractal((512, 1024), (4, 8), "mustard") - 0.5))
     label = paint.gradient((300, 330), (255, 246, 196), (252, 226, 120))
@@ -115,7 +115,7 @@ def mustard_wrap() -> Image.Image:
 
 
 def meat_wrap() -> Image.Image:
-    """Around a rectangular can: the broad sides at s = 0.5 and at the seam, facts on the narrow ones."""
+    """Around a rectangular can: fronts at s = 0.5 and at the seam, nutrition facts on the narrow sides."""
     blue, yellow = (24, 58, 134), (250, 206, 62)
     wrap = paint.gradient((310, 1240), blue, (16, 36, 92))
     front = paint.gradient((310, 384), blue, (16, 36, 92))
@@ -140,62 +140,62 @@ def banana_skin() -> Image.Image:
 
 
 def _at_seam(wrap: Image.Image, label: Image.Image, half_width: float, top: float, bottom: float) -> None:
-    """Put a label over the seam of a wrap: its right half at the left end, its left half at the right end."""
+    """Paste a label across the seam of a wrap: its right half at the left end, its left half at the right end."""
     half = label.width // 2
     paint.pasted(wrap, label.crop((half, 0, label.width, label.height)), (0.0, top, half_width, bottom))
     paint.pasted(wrap, label.crop((0, 0, half, label.height)), (1.0 - half_width, top, 1.0, bottom))
 
 
-def _bowl(picture: Image.Image, centre: tuple[float, float]) -> None:
-    x, y = centre
-    paint.ellipse(picture, (x, y + 0.10), (0.34, 0.15), WHITE)
-    paint.rectangle(picture, (x - 0.12, y + 0.2, x + 0.12, y + 0.27), WHITE, corner=0.03)
-    paint.ellipse(picture, (x, y + 0.04), (0.34, 0.09), (228, 224, 214))
-    paint.ellipse(picture, (x, y + 0.035), (0.30, 0.07), (84, 42, 22))
+def _bowl(image: Image.Image, center: tuple[float, float]) -> None:
+    x, y = center
+    paint.ellipse(image, (x, y + 0.10), (0.34, 0.15), WHITE)
+    paint.rectangle(image, (x - 0.12, y + 0.2, x + 0.12, y + 0.27), WHITE, corner=0.03)
+    paint.ellipse(image, (x, y + 0.04), (0.34, 0.09), (228, 224, 214))
+    paint.ellipse(image, (x, y + 0.035), (0.30, 0.07), (84, 42, 22))
     for shift, lift in ((-0.06, 0.0), (0.06, 0.0), (0.0, -0.05)):
-        paint.ellipse(picture, (x + shift, y - 0.01 + lift), (0.10, 0.05), (255, 248, 232))
-    paint.ellipse(picture, (x + 0.01, y - 0.10), (0.035, 0.027), (206, 24, 38))
+        paint.ellipse(image, (x + shift, y - 0.01 + lift), (0.10, 0.05), (255, 248, 232))
+    paint.ellipse(image, (x + 0.01, y - 0.10), (0.035, 0.027), (206, 24, 38))
 
 
-def _burst(picture: Image.Image, centre: tuple[float, float], radius: float, colour: Colour) -> None:
-    paint.polygon(picture, _star(centre, radius * 1.2, radius, 18), colour)
+def _burst(image: Image.Image, center: tuple[float, float], radius: float, color: Color) -> None:
+    paint.polygon(image, _star(center, radius * 1.2, radius, 18), color)
 
 
-def _star(centre: tuple[float, float], across: float, down: float, rays: int) -> list[tuple[float, float]]:
+def _star(center: tuple[float, float], across: float, down: float, rays: int) -> list[tuple[float, float]]:
     angle = np.linspace(-np.pi / 2, 1.5 * np.pi, 2 * rays, endpoint=False)
     reach = np.where(np.arange(2 * rays) % 2 == 0, 1.0, 0.72 if rays > 8 else 0.42)
-    return [(centre[0] + across * r * np.cos(a), centre[1] + down * r * np.sin(a)) for a, r in zip(angle, reach)]
+    return [(center[0] + across * r * np.cos(a), center[1] + down * r * np.sin(a)) for a, r in zip(angle, reach)]
 
 
-def _cracker(picture: Image.Image, centre: tuple[float, float]) -> None:
-    x, y = centre
-    paint.rectangle(picture, (x - 0.10, y - 0.052, x + 0.105, y + 0.064), (112, 20, 20), corner=0.02)
-    paint.rectangle(picture, (x - 0.10, y - 0.058, x + 0.10, y + 0.058), (232, 178, 96), corner=0.02)
+def _cracker(image: Image.Image, center: tuple[float, float]) -> None:
+    x, y = center
+    paint.rectangle(image, (x - 0.10, y - 0.052, x + 0.105, y + 0.064), (112, 20, 20), corner=0.02)
+    paint.rectangle(image, (x - 0.10, y - 0.058, x + 0.10, y + 0.058), (232, 178, 96), corner=0.02)
     for row in (-0.034, 0.0, 0.034):
         for column in (-0.06, 0.0, 0.06):
-            paint.ellipse(picture, (x + column, y + row), (0.011, 0.008), (168, 112, 48))
+            paint.ellipse(image, (x + column, y + row), (0.011, 0.008), (168, 112, 48))
 
 
-def _heap(picture: Image.Image, centre: tuple[float, float]) -> None:
-    x, y = centre
-    paint.ellipse(picture, (x, y), (0.36, 0.12), (232, 226, 214))
-    paint.polygon(picture, [(x - 0.3, y), (x - 0.06, y - 0.17), (x + 0.04, y - 0.18), (x + 0.3, y)], WHITE)
-    paint.ellipse(picture, (x, y), (0.3, 0.07), WHITE)
+def _heap(image: Image.Image, center: tuple[float, float]) -> None:
+    x, y = center
+    paint.ellipse(image, (x, y), (0.36, 0.12), (232, 226, 214))
+    paint.polygon(image, [(x - 0.3, y), (x - 0.06, y - 0.17), (x + 0.04, y - 0.18), (x + 0.3, y)], WHITE)
+    paint.ellipse(image, (x, y), (0.3, 0.07), WHITE)
 
 
-def _slices(picture: Image.Image, centre: tuple[float, float]) -> None:
+def _slices(image: Image.Image, center: tuple[float, float]) -> None:
     for shift in (-0.2, 0.0, 0.2):
-        x = centre[0] + shift
-        paint.rectangle(picture, (x - 0.13, centre[1] - 0.14, x + 0.13, centre[1] + 0.14), (150, 60, 56), corner=0.05)
-        paint.rectangle(picture, (x - 0.11, centre[1] - 0.12, x + 0.11, centre[1] + 0.1), (222, 128, 118), corner=0.05)
+        x = center[0] + shift
+        paint.rectangle(image, (x - 0.13, center[1] - 0.14, x + 0.13, center[1] + 0.14), (150, 60, 56), corner=0.05)
+        paint.rectangle(image, (x - 0.11, center[1] - 0.12, x + 0.11, center[1] + 0.1), (222, 128, 118), corner=0.05)
 
 
-def _nutrition(picture: Image.Image, box: tuple[float, float, float, float]) -> None:
+def _nutrition(image: Image.Image, box: tuple[float, float, float, float]) -> None:
     left, top, right, bottom = box
     height = bottom - top
-    paint.rectangle(picture, box, WHITE)
+    paint.rectangle(image, box, WHITE)
     for edge in (top, top + 0.16 * height, bottom - 0.01 * height):
-        paint.rectangle(picture, (left, edge, right, edge + 0.012), BLACK)
+        paint.rectangle(image, (left, edge, right, edge + 0.012), BLACK)
     inner = (right - left) * 0.08
-    paint.rectangle(picture, (left + inner, top + 0.05 * height, right - inner, top + 0.12 * height), BLACK)
-    paint.small_print(picture, (left + inner, top + 0.22 * height, right - inner, bottom), 9, (70, 70, 70), "facts")
+    paint.rectangle(image, (left + inner, top + 0.05 * height, right - inner, top + 0.12 * height), BLACK)
+    paint.small_print(image, (left + inner, top + 0.22 * height, right - inner, bottom), 9, (70, 70, 70), "facts")

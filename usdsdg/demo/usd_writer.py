@@ -1,4 +1,4 @@
-"""Assets written as USD layers: meshes, material subsets, preview surfaces, pictures."""
+"""Write demo assets as USD layers: meshes, material subsets, preview surfaces and their textures."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from usdsdg.demo.shapes.surface import Surface, joined
 
 
 def write_asset(path: Path, asset: Asset) -> None:
-    """Write an asset to a `.usd` file, its pictures to the folder `textures` beside it. Metres, Z up."""
+    """Write an asset to a `.usd` file (meters, Z up), and its textures to the folder `textures` beside it."""
     stage = _new_stage(path, asset.kind)
     root = stage.GetDefaultPrim()
-    looks = UsdGeom.Scope.Define(stage, root.GetPath().AppendChild("Looks")).GetPath()
+    material_scope = UsdGeom.Scope.Define(stage, root.GetPath().AppendChild("Looks")).GetPath()
     materials = {
-        name: _write_material(stage, looks.AppendChild(name), material, path)
+        name: _write_material(stage, material_scope.AppendChild(name), material, path)
         for name, material in asset.materials.items()
     }
-    shift = _origin(asset)
+    offset = _offset_to_origin(asset)
     for name, surfaces in asset.bodies.items():
-        placed = [surface.moved(*shift) for surface in surfaces]
+        placed = [surface.moved(*offset) for surface in surfaces]
         _write_mesh(stage, root.GetPath().AppendChild(name), placed, materials)
     _write_extents_hint(stage, root)
     stage.GetRootLayer().Save()
 
 
 def write_physics_variant(path: Path, sibling: Path, mass: float) -> None:
-    """Write a layer that references `sibling` and makes it a rigid body of `mass` [kg] with hull colliders."""
+    """Write a layer that references `sibling` as a rigid body of `mass` [kg] with convex-hull colliders."""
     stage = _new_stage(path, Kind.Tokens.component)
     root = stage.GetDefaultPrim()
     root.GetReferences().AddReference(os.path.relpath(sibling, path.parent).replace(os.sep, "/"))
@@ -44,7 +44,7 @@ def write_physics_variant(path: Path, sibling: Path, mass: float) -> None:
 
 
 def valid_name(path: Path) -> str:
-    """The prim name that a file name gives; one that starts with a digit gets an underscore before it."""
+    """Return the prim name for a file name; an underscore precedes a leading digit."""
     return Tf.MakeValidIdentifier(path.stem if not path.stem[0].isdigit() else f"_{path.stem}")
 
 
@@ -60,33 +60,33 @@ def _new_stage(path: Path, kind: str) -> Usd.Stage:
     return stage
 
 
-def _origin(asset: Asset) -> tuple[float, float, float]:
+def _offset_to_origin(asset: Asset) -> tuple[float, float, float]:
     points = np.concatenate([surface.points for surfaces in asset.bodies.values() for surface in surfaces])
     low, high = points.min(axis=0), points.max(axis=0)
     middle = (low + high) / 2.0
-    return (-middle[0], -middle[1], -(low[2] if asset.standing else middle[2]))
+    return (-middle[0], -middle[1], -(low[2] if asset.origin_at_bottom else middle[2]))
 
 
 def _write_mesh(
     stage: Usd.Stage, path: Sdf.Path, surfaces: list[Surface], materials: dict[str, UsdShade.Material]
 ) -> None:
-    whole = joined(surfaces)
+    merged = joined(surfaces)
     mesh = UsdGeom.Mesh.Define(stage, path)
-    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(whole.points.astype(np.float32)))
-    mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(whole.counts.astype(np.int32)))
-    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(whole.indices.astype(np.int32)))
-    mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(whole.normals.astype(np.float32)))
+    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(merged.points.astype(np.float32)))
+    mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(merged.counts.astype(np.int32)))
+    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(merged.indices.astype(np.int32)))
+    mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(merged.normals.astype(np.float32)))
     mesh.SetNormalsInterpolation(UsdGeom.Tokens.faceVarying)
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-    extent = np.stack([whole.points.min(axis=0), whole.points.max(axis=0)]).astype(np.float32)
+    extent = np.stack([merged.points.min(axis=0), merged.points.max(axis=0)]).astype(np.float32)
     mesh.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(extent))
     st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying)
-    st.Set(Vt.Vec2fArray.FromNumpy(whole.st.astype(np.float32)))
+    st.Set(Vt.Vec2fArray.FromNumpy(merged.st.astype(np.float32)))
     _bind(mesh, surfaces, materials)
 
 
 def _bind(mesh: UsdGeom.Mesh, surfaces: list[Surface], materials: dict[str, UsdShade.Material]) -> None:
-    """One material binds to the mesh; several bind to one subset of faces each."""
+    """Bind a single material to the mesh, several to one GeomSubset each."""
     owner = np.repeat([surface.material for surface in surfaces], [len(surface.counts) for surface in surfaces])
     names = list(dict.fromkeys(owner.tolist()))
     if len(names) == 1:
@@ -111,21 +111,21 @@ def _write_material(stage: Usd.Stage, path: Sdf.Path, material: Material, layer_
     ):
         surface.CreateInput(name, Sdf.ValueTypeNames.Float).Set(value)
     diffuse = surface.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f)
-    if material.picture is None:
-        diffuse.Set(Gf.Vec3f(*material.colour))
+    if material.texture is None:
+        diffuse.Set(Gf.Vec3f(*material.color))
     else:
-        diffuse.ConnectToSource(_write_picture(stage, path, material, layer_path).ConnectableAPI(), "rgb")
+        diffuse.ConnectToSource(_write_texture(stage, path, material, layer_path).ConnectableAPI(), "rgb")
     if any(material.emissive):
         surface.CreateInput("emissiveColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(*material.emissive))
     prim.CreateSurfaceOutput().ConnectToSource(surface.ConnectableAPI(), "surface")
     return prim
 
 
-def _write_picture(stage: Usd.Stage, path: Sdf.Path, material: Material, layer_path: Path) -> UsdShade.Shader:
-    assert material.picture is not None
+def _write_texture(stage: Usd.Stage, path: Sdf.Path, material: Material, layer_path: Path) -> UsdShade.Shader:
+    assert material.texture is not None
     file = Path("textures") / f"{layer_path.stem}_{path.name}.png"
     (layer_path.parent / "textures").mkdir(exist_ok=True)
-    material.picture().save(layer_path.parent / file, compress_level=1)
+    material.texture().save(layer_path.parent / file, compress_level=1)
     reader = UsdShade.Shader.Define(stage, path.AppendChild("Coordinates"))
     reader.CreateIdAttr("UsdPrimvarReader_float2")
     reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("st")

@@ -1,4 +1,4 @@
-"""The four indoor rooms that the dome light of the object-based job chooses from."""
+"""The four indoor rooms of the panoramas that the object-based scenario's dome light chooses from."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def hotel_room() -> Room:
 
 
 def wooden_lounge() -> Room:
-    """Panelled walls, sofas around a low table, bookshelves, pendant lamps and a garden window."""
+    """Paneled walls, sofas around a low table, bookshelves, pendant lamps and a garden window."""
     low, high = (-4.2, -3.6, 0.0), (4.2, 3.6, 3.0)
     panel = planks((0.36, 0.2, 0.1), 0.22, 3.0, upright=True)
     leather, oak = plain((0.3, 0.12, 0.06), 0.3), planks((0.42, 0.26, 0.13), 0.2, 1.6)

@@ -1,4 +1,4 @@
-"""Which stand-in answers which URL."""
+"""URLs of the demo assets, and the functions that make them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from usdsdg.demo.asset import Asset
 from usdsdg.demo.props import groceries, hospital, office, warehouse
-from usdsdg.demo.skies import rooms
+from usdsdg.demo.skies import indoor_rooms
 from usdsdg.demo.skies.room import Room
 
 WAREHOUSE = "/Isaac/Environments/Simple_Warehouse"
@@ -46,16 +46,16 @@ PROPS: dict[str, Callable[[], Asset]] = {
 }
 
 PANORAMAS: dict[str, Callable[[], Room]] = {
-    f"{SKIES}/autoshop_01_4k.hdr": rooms.autoshop,
-    f"{SKIES}/carpentry_shop_01_4k.hdr": rooms.carpentry_shop,
-    f"{SKIES}/hotel_room_4k.hdr": rooms.hotel_room,
-    f"{SKIES}/wooden_lounge_4k.hdr": rooms.wooden_lounge,
+    f"{SKIES}/autoshop_01_4k.hdr": indoor_rooms.autoshop,
+    f"{SKIES}/carpentry_shop_01_4k.hdr": indoor_rooms.carpentry_shop,
+    f"{SKIES}/hotel_room_4k.hdr": indoor_rooms.hotel_room,
+    f"{SKIES}/wooden_lounge_4k.hdr": indoor_rooms.wooden_lounge,
 }
 
-HALL = f"{WAREHOUSE}/warehouse.usd"
+WAREHOUSE_STAGE = f"{WAREHOUSE}/warehouse.usd"
 
 
-def urls() -> tuple[str, ...]:
-    """Every URL that the built-in assets root answers, sorted."""
+def all_urls() -> tuple[str, ...]:
+    """Return every URL that the demo assets provide, sorted."""
     groceries_urls = [f"{folder}/{name}" for name in GROCERIES for folder in (YCB, YCB_PHYSICS)]
-    return tuple(sorted([*groceries_urls, *PROPS, *PANORAMAS, HALL]))
+    return tuple(sorted([*groceries_urls, *PROPS, *PANORAMAS, WAREHOUSE_STAGE]))
