@@ -1,4 +1,4 @@
-"""The capture loop against the schedule of Isaac Sim's example; engines and orchestrator are recorders."""
+"""The capture loop against the schedule of Isaac Sim's example, with fake physics and a fake orchestrator."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from usdsdg.writers import Writer
 
 
 class Product:
-    """A render product that only knows whether it is on."""
+    """A render product that only knows whether it is enabled."""
 
     def __init__(self) -> None:
         self.enabled = False
@@ -34,7 +34,7 @@ class Product:
 
 
 class Physics:
-    """Hands out the listeners' steps and the overlaps that a test wants."""
+    """Physics that notifies step listeners and returns the overlaps that a test sets."""
 
     def __init__(self) -> None:
         self.advanced = 0.0
@@ -99,7 +99,7 @@ def scene(chosen: ObjectBasedConfig) -> Scene:
     )
 
 
-def test_events_fire_on_the_references_schedule(physics, log):
+def test_events_fire_on_the_schedule_of_isaac_sims_example(physics, log):
     chosen = config(num_frames=60)
     assert capture_loop.capture_frames(chosen, scene(chosen), Draws(0)) == 60
     frames, events = [], []
@@ -126,7 +126,7 @@ def test_events_fire_on_the_references_schedule(physics, log):
         assert frame % 5 == 0 or rt_subframes == 4
 
 
-def test_path_traced_frames_raise_the_physics_rate_and_put_everything_back(physics, monkeypatch):
+def test_path_traced_frames_raise_the_physics_rate_and_restore_all_settings(physics, monkeypatch):
     chosen = config(num_frames=1, path_tracing={"every": 1, "spp": 32, "sub_frames": 8, "duration": 0.025})
     made = scene(chosen)
     rate = physx.PhysxSceneAPI(made.physics_scene).GetTimeStepsPerSecondAttr()
@@ -143,7 +143,7 @@ def test_path_traced_frames_raise_the_physics_rate_and_put_everything_back(physi
     assert [get_settings().get(key) for key in keys] == before
 
 
-def test_settings_come_back_after_a_failure(physics, monkeypatch):
+def test_settings_are_restored_after_a_failure(physics, monkeypatch):
     def fail(**_):
         raise RuntimeError("no picture")
 
@@ -157,7 +157,7 @@ def test_settings_come_back_after_a_failure(physics, monkeypatch):
 
 
 @pytest.mark.parametrize("toggled", [True, False])
-def test_render_products_are_on_while_capturing(physics, monkeypatch, toggled):
+def test_render_products_are_enabled_while_capturing(physics, monkeypatch, toggled):
     chosen = config(num_frames=2, disable_render_products_between_captures=toggled)
     made = scene(chosen)
     seen = []
@@ -168,7 +168,7 @@ def test_render_products_are_on_while_capturing(physics, monkeypatch, toggled):
 
 
 @pytest.mark.parametrize(("seconds", "updates"), [(0.0, 1), (0.05, 4), (0.1, 7)])
-def test_enough_is_simulated_between_captures(physics, log, seconds, updates):
+def test_the_configured_time_is_simulated_between_captures(physics, log, seconds, updates):
     chosen = config(num_frames=1, num_cameras=0, simulation_duration_between_captures=seconds)
     made = scene(chosen)
     capture_loop.capture_frames(chosen, Scene(**{**vars(made), "cameras": Cameras([], [])}), Draws(0))
@@ -184,12 +184,12 @@ def test_camera_spheres_collide_for_four_updates_of_every_third_frame(physics, l
     end = engines.subscribe_step(lambda _dt: states.append(enabled.Get()))
     capture_loop.capture_frames(chosen, made, Draws(0))
     end()
-    # Frames 0, 3 and 6 clear their places; one update follows every frame.
+    # Frames 0, 3 and 6 clear the space around cameras; one update follows every frame.
     clearing, plain = [True] * 4 + [False], [False]
     assert states == clearing + plain * 2 + clearing + plain * 2 + clearing
 
 
-def test_what_reaches_the_floor_is_thrown_up(physics):
+def test_bodies_that_reach_the_floor_are_thrown_up_again(physics):
     chosen = config(working_area_size=(4, 6, 3))
     made = scene(chosen)
     target = made.labeled.floating[0]
@@ -239,7 +239,7 @@ def test_ctrl_c_finishes_the_frame_and_then_stops(physics, monkeypatch, capsys):
 
 @pytest.fixture
 def interruptible():
-    """Python's own handler, also where the tests run in the background, with SIGINT ignored."""
+    """Python's own SIGINT handler, also where tests run in the background with SIGINT ignored."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -247,7 +247,7 @@ def interruptible():
 
 def test_a_second_ctrl_c_stops_at_once(physics, interruptible, monkeypatch):
     def step(**_):
-        # In this thread: two signals from outside may arrive as one. Each is handled where a loop begins anew.
+        # Raised in this thread, since two signals from outside may be merged; each is handled at the next iteration.
         for _press in range(2):
             signal.raise_signal(signal.SIGINT)
 
@@ -278,24 +278,27 @@ def test_an_interrupted_run_says_where_its_files_are(only_the_loop, monkeypatch,
 
 
 @pytest.mark.parametrize("none", ["num_frames", "num_cameras"])
-def test_a_run_without_pictures_says_that_nothing_was_captured(only_the_loop, monkeypatch, capsys, tmp_path, none):
+def test_a_run_without_images_says_that_nothing_was_captured(only_the_loop, monkeypatch, capsys, tmp_path, none):
     monkeypatch.setattr(capture_loop, "capture_frames", lambda config, *_: config.num_frames)
     chosen = config(writer_type="PoseWriter", writer_kwargs={"output_dir": str(tmp_path)}, **{none: 0})
-    assert object_based.run(chosen).pictures == 0
-    told = capsys.readouterr()
-    assert "nothing was captured" in told.err
-    assert none in told.err
-    assert "dataset" not in told.out
+    assert object_based.run(chosen).images == 0
+    printed = capsys.readouterr()
+    assert "nothing was captured" in printed.err
+    assert none in printed.err
+    assert "dataset" not in printed.out
 
 
-def test_the_path_tracing_renderer_takes_samples_and_filter_of_the_configuration():
-    before = {path: get_settings().get(path) for path in ("/rtx/rendermode", *capture_loop._sampling(PathTracing()))}
+def test_the_path_tracing_renderer_takes_samples_and_denoiser_of_the_configuration():
+    before = {
+        path: get_settings().get(path)
+        for path in ("/rtx/rendermode", *capture_loop._path_tracing_settings(PathTracing()))
+    }
     options = {"path_tracing": {"every": 0, "spp": 7, "denoise": True}}
     try:
-        capture_loop.use_renderer(config(launch_config={"renderer": "PathTracing"}, **options))
+        capture_loop.apply_render_settings(config(launch_config={"renderer": "PathTracing"}, **options))
         mode = render_mode(4)
         assert (mode.path_tracing, mode.samples, mode.denoise, mode.motion_blur) == (True, 7, True, False)
-        capture_loop.use_renderer(config(**options))
+        capture_loop.apply_render_settings(config(**options))
         assert not render_mode(4).path_tracing
     finally:
         for path, value in before.items():

@@ -1,4 +1,4 @@
-"""Configuration files: what is read, and how every mistake is told."""
+"""Configuration files: what is read, and how every mistake is reported."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def problems(path: Path, *overrides: str) -> list[str]:
     return [line.strip() for line in lines]
 
 
-def test_left_out_keys_take_the_reference_codes_defaults(written):
+def test_omitted_keys_take_the_defaults_of_isaac_sims_example(written):
     config = load_config(written(TARGET))
     assert config.working_area_size == (3, 3, 3)
     assert (config.num_frames, config.num_cameras, config.rt_subframes) == (10, 1, -1)
@@ -44,14 +44,14 @@ def test_left_out_keys_take_the_reference_codes_defaults(written):
     assert config.camera_distance_to_target_min_max == (0.1, 0.5)
     assert config.shape_distractors_num == 350
     assert config.writer_type is None
-    # Ten of no meshes are none.
+    # The default is ten, but there are no URLs.
     assert config.mesh_distractors_wanted == 0
-    # Those of the reference's capture function, which has no keys for them.
+    # The values of the example's capture function, which has no keys for them.
     expected = {"every": 5, "spp": 128, "sub_frames": 8, "duration": 0.025, "denoise": False}
     assert config.path_tracing.model_dump() == expected
 
 
-def test_the_default_config_is_the_references():
+def test_the_default_configuration_has_the_numbers_of_isaac_sims_example():
     values = yaml.safe_load((CONFIGS / "object_based.yaml").read_text())
     assert values["working_area_size"] == [5, 5, 3]
     assert [a["count"] for a in values["labeled_assets_and_properties"]] == [5, 7]
@@ -61,19 +61,19 @@ def test_the_default_config_is_the_references():
     assert load_config(CONFIGS / "object_based.yaml").resolution == (640, 480)
 
 
-def test_json_and_yaml_say_the_same():
+def test_the_json_and_yaml_configurations_are_equal():
     assert load_config(CONFIGS / "object_based.json") == load_config(CONFIGS / "object_based.yaml")
 
 
 @pytest.mark.parametrize("name", ["dope", "centerpose"])
-def test_variants_differ_in_the_writer_only(name):
+def test_variants_differ_only_in_the_writer(name):
     default = load_config(CONFIGS / "object_based.yaml").model_dump()
     variant = load_config(CONFIGS / f"object_based_{name}.yaml").model_dump()
     assert {key for key in default if default[key] != variant[key]} == {"writer_kwargs"}
     assert variant["writer_kwargs"]["format"] == name
 
 
-def test_all_mistakes_are_told_at_once_with_their_lines(written):
+def test_all_mistakes_are_reported_at_once_with_their_lines(written):
     path = written(
         "num_frmaes: 3\n"
         "working_area_size: [5, -5, 3]\n"
@@ -84,14 +84,14 @@ def test_all_mistakes_are_told_at_once_with_their_lines(written):
         "camera_distance_to_target_min_max: [0.7, 0.2]\n"
         "path_tracing: {every: true}\n"
     )
-    told = problems(path)
-    assert [line.split(": ")[0] for line in told] == [f"line {n}" for n in (1, 2, 4, 5, 6, 7, 8)]
-    assert "num_frmaes: unknown key; did you mean num_frames" in told[0]
-    assert "working_area_size[1]: -5: must be greater than 0" in told[1]
-    assert "labeled_assets_and_properties[0].url: missing; expected path of a USD file" in told[2]
-    assert "labeled_assets_and_properties[0].cuont: unknown key; did you mean count?" in told[3]
-    assert "scale_min_max: [2.0, 1.0] is the wrong way round" in told[4]
-    assert "path_tracing.every: True is not a whole number" in told[6]
+    messages = problems(path)
+    assert [line.split(": ")[0] for line in messages] == [f"line {n}" for n in (1, 2, 4, 5, 6, 7, 8)]
+    assert "num_frmaes: unknown key; did you mean num_frames" in messages[0]
+    assert "working_area_size[1]: -5: must be greater than 0" in messages[1]
+    assert "labeled_assets_and_properties[0].url: missing; expected path of a USD file" in messages[2]
+    assert "labeled_assets_and_properties[0].cuont: unknown key; did you mean count?" in messages[3]
+    assert "scale_min_max: [2.0, 1.0] is the wrong way round" in messages[4]
+    assert "path_tracing.every: True is not a whole number" in messages[6]
 
 
 @pytest.mark.parametrize(
@@ -125,10 +125,10 @@ def test_all_mistakes_are_told_at_once_with_their_lines(written):
         ("num_frames: 3\nnum_frames: 4", "num_frames: given twice (also on line 1)"),
     ],
 )
-def test_mistakes(written, text, expected):
-    told = problems(written(f"{text}\n{TARGET}"))
-    assert len(told) == 1
-    assert expected in told[0]
+def test_every_mistake_names_the_key_and_the_expected_value(written, text, expected):
+    messages = problems(written(f"{text}\n{TARGET}"))
+    assert len(messages) == 1
+    assert expected in messages[0]
 
 
 def test_cameras_need_something_to_look_at(written):
@@ -162,14 +162,14 @@ def test_overrides_reach_into_mappings_and_lists():
 
 
 def test_a_bad_override_is_named_instead_of_a_line():
-    told = problems(
+    messages = problems(
         CONFIGS / "object_based.yaml",
         "num_frames=many", "labeled_assets_and_properties.4.count=1", "num_cameras", "seed.x=1",
     )  # fmt: skip
-    assert "override 'num_frames=many': num_frames: 'many' is not a whole number" in told[-1] + told[0]
-    assert any("labeled_assets_and_properties has entries 0 to 1, no 4" in line for line in told)
-    assert any("expected key=value" in line for line in told)
-    assert any("seed is 0, which has nothing below it" in line for line in told)
+    assert "override 'num_frames=many': num_frames: 'many' is not a whole number" in messages[-1] + messages[0]
+    assert any("labeled_assets_and_properties has entries 0 to 1, no 4" in line for line in messages)
+    assert any("expected key=value" in line for line in messages)
+    assert any("seed is 0, which has nothing below it" in line for line in messages)
 
 
 @pytest.mark.parametrize(
@@ -184,22 +184,22 @@ def test_a_bad_override_is_named_instead_of_a_line():
         ("a.toml", "", "a configuration is a .yaml, .yml or .json file"),
     ],
 )
-def test_unreadable_files(written, name, text, expected):
+def test_unreadable_files_are_errors_that_say_why(written, name, text, expected):
     with pytest.raises(ConfigError, match=expected.replace("[", r"\[")):
         load_config(written(text, name))
 
 
-def test_an_anchor_that_is_used_beside_itself_is_read(written):
+def test_an_anchor_may_be_used_by_a_sibling_key(written):
     text = "camera_distance_to_target_min_max: &range [1, 2]\nshape_distractors_scale_min_max: *range\n"
     assert load_config(written(text + TARGET)).shape_distractors_scale_min_max == (1, 2)
 
 
 def test_an_override_that_contains_itself_is_named(written):
-    told = problems(written(TARGET), "writer_kwargs=&again {deeper: *again}")
-    assert "writer_kwargs: '&again {deeper: *again}' is not a mapping" in told[0]
+    messages = problems(written(TARGET), "writer_kwargs=&again {deeper: *again}")
+    assert "writer_kwargs: '&again {deeper: *again}' is not a mapping" in messages[0]
 
 
-def test_a_missing_file_suggests_its_neighbours():
+def test_a_missing_file_suggests_files_of_similar_names():
     with pytest.raises(ConfigError, match=r"did you mean object_based\.yaml"):
         load_config(CONFIGS / "objekt_based.yaml")
     with pytest.raises(ConfigError, match="there is no folder"):

@@ -1,4 +1,4 @@
-"""The scene of the object-based job on a stage, without engines."""
+"""The scene of the object-based scenario on a stage, without engines."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from usdsdg.errors import AssetNotFound, WriterError, forget_warnings
 from usdsdg.scenarios import cameras, environment, object_based, objects, randomizers
 from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.draws import Draws
-from usdsdg.scenarios.output_folder import placed
+from usdsdg.scenarios.output_folder import with_absolute_output_dir
 from usdsdg.session import engines, stage_context
 from usdsdg.stage import assets
 from usdsdg.stage.poses.transforms import local_to_world
@@ -78,7 +78,7 @@ def poses(prims) -> dict[str, np.ndarray]:
     return {str(prim.GetPath()): np.array(local_to_world(prim)) for prim in prims}
 
 
-def test_labels_counts_and_bodies():
+def test_objects_have_the_labels_and_counts_of_the_configuration_and_are_rigid_bodies():
     made = scene()
     assert [labels.get_labels(prim) for prim in made.labeled.floating] == [{"class": ["mug"]}] * 3
     assert [str(prim.GetPath()) for prim in made.labeled.falling] == [
@@ -92,7 +92,7 @@ def test_labels_counts_and_bodies():
     assert len(made.meshes.all) == 6
 
 
-def test_gravity_is_off_for_what_floats_only():
+def test_gravity_is_disabled_only_for_floating_bodies():
     made = scene()
     for bodies in (made.labeled, made.shapes, made.meshes):
         for prim in bodies.all:
@@ -108,7 +108,7 @@ def test_distractors_carry_no_labels():
             assert labels.get_labels(below) == {}
 
 
-def test_everything_starts_inside_the_working_area_at_its_scale():
+def test_objects_start_inside_the_working_area_with_scales_of_their_range():
     made = scene()
     for prim in [*made.labeled.all, *made.shapes.all, *made.meshes.all]:
         assert (np.abs(np.array(local_to_world(prim).ExtractTranslation())) <= (2.0, 2.5, 1.5)).all()
@@ -127,7 +127,7 @@ def test_everything_starts_inside_the_working_area_at_its_scale():
         {"labeled_assets_and_properties": [{**MUGS, "count": 4}]},
     ],
 )
-def test_changing_one_number_moves_nothing_else(change):
+def test_changing_one_number_leaves_all_other_poses(change):
     def everything(made) -> dict[str, np.ndarray]:
         return poses([*made.labeled.all, *made.shapes.all, *made.meshes.all])
 
@@ -138,13 +138,13 @@ def test_changing_one_number_moves_nothing_else(change):
     assert all(np.array_equal(before[path], after[path]) for path in shared)
 
 
-def test_seeds_repeat_and_differ():
+def test_one_seed_repeats_its_poses_and_another_gives_different_ones():
     first, again, other = (poses(scene(seed=seed).labeled.all) for seed in (1, 1, 2))
     assert all(np.array_equal(first[path], again[path]) for path in first)
     assert not any(np.array_equal(first[path], other[path]) for path in first)
 
 
-def test_walls_close_the_box_without_showing():
+def test_invisible_walls_enclose_the_working_area():
     stage = scene().stage
     size = np.array([4.0, 5.0, 3.0])
     cache = UsdGeom.BBoxCache(
@@ -168,19 +168,19 @@ def test_walls_close_the_box_without_showing():
     assert inner_faces == {(axis, side * size[axis] / 2) for axis in range(3) for side in (-1, 1)}
 
 
-class Crowd:
-    """Physics that finds every place taken until it has been asked `taken` times."""
+class OccupiedSpace:
+    """Physics that reports every position as occupied until it has been asked `occupied` times."""
 
-    def __init__(self, taken: int) -> None:
-        self.taken, self.asked = taken, []
+    def __init__(self, occupied: int) -> None:
+        self.occupied, self.asked = occupied, []
 
     def overlap_sphere(self, radius, origin):
         self.asked.append(tuple(origin))
-        return ["something"] if len(self.asked) <= self.taken else []
+        return ["something"] if len(self.asked) <= self.occupied else []
 
 
-@pytest.mark.parametrize(("near", "told"), [(0.3, True), (0.2, False)])
-def test_cameras_that_come_nearer_than_they_see_are_told(near, told, recwarn):
+@pytest.mark.parametrize(("near", "warned"), [(0.3, True), (0.2, False)])
+def test_cameras_that_come_nearer_than_their_clipping_plane_are_warned_of(near, warned, recwarn):
     forget_warnings()
     properties = {"clippingRange": (near, 100)}
     object_based.build_scene(
@@ -193,31 +193,31 @@ def test_cameras_that_come_nearer_than_they_see_are_told(near, told, recwarn):
             "cameras come as near as 0.25 to what they look at and see nothing nearer than 0.3, their clipping plane: "
             "add clippingRange: [0.01, 1000] to camera_properties_kwargs"
         ]
-        * told
+        * warned
     )
 
 
-def test_cameras_look_for_a_free_place(monkeypatch):
-    crowd = Crowd(taken=3)
-    monkeypatch.setattr(engines, "physics", lambda: crowd)
+def test_cameras_try_positions_until_one_is_free(monkeypatch):
+    space = OccupiedSpace(occupied=3)
+    monkeypatch.setattr(engines, "physics", lambda: space)
     chosen = config(num_cameras=1)
     made = object_based.build_scene(chosen, Draws(0))
     cameras.look_at_targets(made.cameras, made.labeled.all, chosen, Draws(0), 0)
-    assert len(set(crowd.asked)) == 4
-    assert tuple(local_to_world(made.cameras.prims[0]).ExtractTranslation()) == pytest.approx(crowd.asked[-1])
+    assert len(set(space.asked)) == 4
+    assert tuple(local_to_world(made.cameras.prims[0]).ExtractTranslation()) == pytest.approx(space.asked[-1])
 
 
-def test_cameras_give_up_looking_where_all_is_full(monkeypatch):
-    crowd = Crowd(taken=10_000)
-    monkeypatch.setattr(engines, "physics", lambda: crowd)
+def test_cameras_take_the_last_position_where_all_are_occupied(monkeypatch):
+    space = OccupiedSpace(occupied=10_000)
+    monkeypatch.setattr(engines, "physics", lambda: space)
     chosen = config(num_cameras=1)
     made = object_based.build_scene(chosen, Draws(0))
     cameras.look_at_targets(made.cameras, made.labeled.all, chosen, Draws(0), 0)
-    assert len(crowd.asked) == cameras.MAX_ATTEMPTS
+    assert len(space.asked) == cameras.MAX_ATTEMPTS
 
 
-def test_cameras_look_at_a_target_from_the_wanted_distance(monkeypatch):
-    monkeypatch.setattr(engines, "physics", lambda: Crowd(taken=0))
+def test_cameras_look_at_a_target_from_a_distance_of_the_range(monkeypatch):
+    monkeypatch.setattr(engines, "physics", lambda: OccupiedSpace(occupied=0))
     chosen = config(camera_look_at_target_offset=0.0, camera_distance_to_target_min_max=(0.25, 0.75))
     made = object_based.build_scene(chosen, Draws(0))
     targets = [np.array(local_to_world(prim).ExtractTranslation()) for prim in made.labeled.all]
@@ -232,7 +232,7 @@ def test_cameras_look_at_a_target_from_the_wanted_distance(monkeypatch):
             assert ((distance[aimed] > 0.2499) & (distance[aimed] < 0.7501)).any()
 
 
-def test_camera_properties_and_spheres():
+def test_cameras_have_the_configured_properties_and_disabled_collision_spheres():
     made = scene()
     camera = UsdGeom.Camera(made.cameras.prims[0])
     assert camera.GetFocalLengthAttr().Get() == 30.0
@@ -263,16 +263,16 @@ def test_all_missing_assets_are_named_before_any_work():
         assert name in str(caught.value)
 
 
-def test_an_assets_root_that_is_no_folder_is_told_once(tmp_path):
+def test_an_assets_root_that_is_no_folder_is_reported_once(tmp_path):
     assets.set_assets_root(tmp_path / "gone")
     with pytest.raises(AssetNotFound) as caught:
         object_based.check_assets(config())
     assert str(caught.value).count("is not a folder") == 1
 
 
-def test_a_pull_leads_to_the_origin_in_one_to_ten_seconds():
+def test_pulls_reach_the_origin_in_one_to_ten_seconds():
     made = scene()
-    randomizers.pull_to_centre(made.labeled.all, Draws(0), 0)
+    randomizers.pull_to_center(made.labeled.all, Draws(0), 0)
     for prim in made.labeled.all:
         position = np.array(prim.GetAttribute("xformOp:translate").Get())
         velocity = np.array(prim.GetAttribute("physics:velocity").Get())
@@ -281,7 +281,7 @@ def test_a_pull_leads_to_the_origin_in_one_to_ten_seconds():
         assert np.cross(position, velocity) == pytest.approx(0.0, abs=1e-5)
 
 
-def test_objects_of_one_label_in_two_entries_start_apart():
+def test_objects_of_two_entries_with_one_label_have_different_poses():
     twice = [{"url": "/Isaac/mug.usda", "label": "mug"}] * 2
     stage_context.new_stage()
     first, second = objects.add_labeled_assets(
@@ -301,7 +301,7 @@ def test_randomizers_work_without_distractors(without, recwarn):
     assert not [warning for warning in recwarn if "send_og_event" in str(warning.message)]
 
 
-def test_events_change_what_they_are_for():
+def test_each_event_changes_only_its_own_attributes():
     chosen = config()
     made = object_based.build_scene(chosen, Draws(0))
     object_based.add_randomizers(chosen, made, Draws(0))()
@@ -329,13 +329,13 @@ def test_events_change_what_they_are_for():
                 changed = [old != new for old, new in zip(before[name], values)]
                 assert all(changed) if name == event else not any(changed)
     assert len(after[randomizers.LIGHTS]) == 3
-    assert all(0.0 < part < 1.0 for colour in after[randomizers.LIGHTS] for part in colour)
+    assert all(0.0 < component < 1.0 for color in after[randomizers.LIGHTS] for component in color)
 
 
 @pytest.mark.parametrize(
     ("output_dir", "expected"), [("_out", "here/_out"), ("~/data", "home/data"), ("{home}/abs", "home/abs")]
 )
-def test_output_folders_are_relative_to_where_the_program_runs(tmp_path, monkeypatch, output_dir, expected):
+def test_output_folders_are_relative_to_the_working_directory(tmp_path, monkeypatch, output_dir, expected):
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
@@ -356,9 +356,9 @@ def test_output_folders_are_relative_to_where_the_program_runs(tmp_path, monkeyp
         ({}, False),
     ],
 )
-def test_prefixes_in_a_bucket_are_left_as_they_are(tmp_path, monkeypatch, bucket, stays):
+def test_prefixes_in_a_bucket_are_left_unchanged(tmp_path, monkeypatch, bucket, stays):
     monkeypatch.chdir(tmp_path)
-    assert placed({"output_dir": "runs/7", **bucket}) == {
+    assert with_absolute_output_dir({"output_dir": "runs/7", **bucket}) == {
         "output_dir": "runs/7" if stays else str(tmp_path / "runs/7"), **bucket
     }  # fmt: skip
 
@@ -372,7 +372,7 @@ def test_prefixes_in_a_bucket_are_left_as_they_are(tmp_path, monkeypatch, bucket
         ("PoseWritr", {}, "Did you mean 'PoseWriter'"),
     ],
 )
-def test_bad_writers_are_refused_before_the_scene_is_built(monkeypatch, tmp_path, writer, arguments, message):
+def test_wrong_writers_are_errors_before_the_scene_is_built(monkeypatch, tmp_path, writer, arguments, message):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(object_based, "build_scene", lambda *_: pytest.fail("the scene was built first"))
     with pytest.raises(WriterError, match=re.escape(message)):
@@ -380,7 +380,7 @@ def test_bad_writers_are_refused_before_the_scene_is_built(monkeypatch, tmp_path
     assert not list(tmp_path.glob("x"))
 
 
-def test_without_a_writer_it_says_that_nothing_is_written(capsys):
+def test_a_configuration_without_a_writer_says_that_nothing_is_written(capsys):
     chosen = config()
     assert object_based.make_writer(chosen) is None
     assert "nothing is written" in capsys.readouterr().err

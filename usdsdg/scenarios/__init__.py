@@ -1,1 +1,1 @@
-"""Ready-made jobs: a scenario as code, its choices as a configuration file."""
+"""Ready-made data generation scenarios: each is code, configured by a YAML or JSON file or by a saved stage."""

@@ -1,4 +1,4 @@
-"""Camera attributes given by name, held against what USD knows of cameras."""
+"""Validate camera attributes given by name against the schema of USD cameras."""
 
 from __future__ import annotations
 
@@ -6,22 +6,22 @@ from typing import Any
 
 from pxr import Tf, Usd
 
-from usdsdg.scenarios.config_problems import suggestion
+from usdsdg.scenarios.config_errors import suggestion
 
 
 def checked_camera_properties(properties: dict[str, Any]) -> dict[str, Any]:
-    """The same properties, lists made tuples.
+    """Return the same properties, with lists as tuples.
 
     Raises:
-        ValueError: cameras have no attribute of a name, or a value does not fit it; names all of them.
+        ValueError: a name is no attribute of cameras, or a value does not fit its type; one message names all of them.
     """
     stage = Usd.Stage.CreateInMemory()
     camera = stage.DefinePrim("/Camera", "Camera")
-    plain = {name: tuple(value) if isinstance(value, list) else value for name, value in properties.items()}
-    problems = [problem for name, value in plain.items() if (problem := _problem(camera, name, value))]
+    converted = {name: tuple(value) if isinstance(value, list) else value for name, value in properties.items()}
+    problems = [problem for name, value in converted.items() if (problem := _problem(camera, name, value))]
     if problems:
         raise ValueError("; ".join(problems))
-    return plain
+    return converted
 
 
 def _problem(camera: Usd.Prim, name: str, value: Any) -> str | None:
@@ -29,7 +29,7 @@ def _problem(camera: Usd.Prim, name: str, value: Any) -> str | None:
     if not attribute:
         known = [each.GetName() for each in camera.GetAttributes()]
         hint = suggestion(name, known) or f"; USD cameras have {', '.join(known)}"
-        return f"{name} is no attribute of USD cameras{hint}"
+        return f"{name} is not an attribute of USD cameras{hint}"
     try:
         fits = attribute.Set(value)
     except (Tf.ErrorException, TypeError):

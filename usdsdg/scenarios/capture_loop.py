@@ -1,4 +1,4 @@
-"""The capture loop: when to randomize, when to capture and how, what to simulate between."""
+"""Capture loop: which randomizers run at which frame, how frames are captured, how much is simulated between them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from usdsdg.session.timeline import get_timeline
 from usdsdg.settings import get_settings
 from usdsdg.stage.schemas import physx
 
-# Frames between two runs of each randomizer, and app updates while cameras clear their place.
+# Frames between two runs of each randomizer, and app updates while spheres clear the space around cameras.
 CAMERAS_EVERY, PULL_EVERY, LIGHTS_EVERY, COLORS_EVERY = 3, 10, 5, 15
 BACKGROUND_EVERY, VELOCITIES_EVERY = 25, 17
 CLEARING_UPDATES = 4
@@ -33,7 +33,7 @@ WARM_UP_UPDATES = 5
 
 @dataclass(frozen=True)
 class Scene:
-    """What the loop acts on."""
+    """The stage and the prims that the loop acts on."""
 
     stage: Usd.Stage
     physics_scene: Usd.Prim
@@ -44,15 +44,15 @@ class Scene:
     render_products: list[HydraTexture]
 
 
-def use_renderer(config: ObjectBasedConfig) -> None:
-    """Draw frames as `launch_config` says; PathTracing takes samples and filter from `path_tracing`."""
+def apply_render_settings(config: ObjectBasedConfig) -> None:
+    """Set the render mode of `launch_config`; PathTracing takes samples and denoiser from `path_tracing`."""
     get_settings().set("/rtx/rendermode", config.launch_config.renderer)
-    for path, value in _sampling(config.path_tracing).items():
+    for path, value in _path_tracing_settings(config.path_tracing).items():
         get_settings().set(path, value)
 
 
 def start_timeline() -> None:
-    """First randomizations and a few updates, then a timeline that plays on without an end."""
+    """Run the first randomizations and a few updates, then play the timeline without an end."""
     rep.utils.send_og_event(event_name=randomizers.COLORS)
     rep.utils.send_og_event(event_name=randomizers.BACKGROUND)
     for _ in range(WARM_UP_UPDATES):
@@ -67,12 +67,12 @@ def start_timeline() -> None:
 
 
 def capture_frames(config: ObjectBasedConfig, scene: Scene, draws: Draws) -> int:
-    """Capture `num_frames` frames; returns how many were captured, fewer when Ctrl-C was pressed."""
-    with _stop_request() as stop_asked:
+    """Capture `num_frames` frames; return how many were captured, which are fewer after Ctrl-C."""
+    with _stop_request() as stop_requested:
         for frame in range(config.num_frames):
             _randomize(frame, config, scene, draws)
             _capture(frame, config, scene)
-            if stop_asked():
+            if stop_requested():
                 return frame + 1
             _simulate_between(config.simulation_duration_between_captures)
     return config.num_frames
@@ -81,22 +81,22 @@ def capture_frames(config: ObjectBasedConfig, scene: Scene, draws: Draws) -> int
 def _randomize(frame: int, config: ObjectBasedConfig, scene: Scene, draws: Draws) -> None:
     if frame % CAMERAS_EVERY == 0 and scene.cameras.prims:
         camera_steps.look_at_targets(scene.cameras, scene.labeled.all, config, draws, frame // CAMERAS_EVERY)
-        _clear_camera_places(scene.cameras)
+        _clear_space_around(scene.cameras)
     if frame % PULL_EVERY == 0:
         bodies = [*scene.labeled.all, *scene.shapes.all, *scene.meshes.all]
-        randomizers.pull_to_centre(bodies, draws, frame // PULL_EVERY)
-    for every, event in (
+        randomizers.pull_to_center(bodies, draws, frame // PULL_EVERY)
+    for period, event in (
         (LIGHTS_EVERY, randomizers.LIGHTS),
         (COLORS_EVERY, randomizers.COLORS),
         (BACKGROUND_EVERY, randomizers.BACKGROUND),
         (VELOCITIES_EVERY, randomizers.VELOCITIES),
     ):
-        if frame % every == 0:
+        if frame % period == 0:
             rep.utils.send_og_event(event_name=event)
 
 
-def _clear_camera_places(cameras: Cameras) -> None:
-    """Let the cameras' spheres collide for a few updates, so that nothing sits in front of the lens."""
+def _clear_space_around(cameras: Cameras) -> None:
+    """Let the cameras' spheres collide for a few updates, so that nothing is directly in front of a camera."""
     if not cameras.spheres:
         return
     cameras.set_colliding(True)
@@ -109,8 +109,8 @@ def _clear_camera_places(cameras: Cameras) -> None:
 def _capture(frame: int, config: ObjectBasedConfig, scene: Scene) -> None:
     toggled = scene.render_products if config.disable_render_products_between_captures else []
     set_updates(toggled, True)
-    every = config.path_tracing.every
-    if every and frame % every == 0:
+    period = config.path_tracing.every
+    if period and frame % period == 0:
         _capture_path_traced(config.path_tracing, scene.physics_scene)
     else:
         rep.orchestrator.step(delta_time=0.0, rt_subframes=config.rt_subframes, pause_timeline=False)
@@ -118,24 +118,25 @@ def _capture(frame: int, config: ObjectBasedConfig, scene: Scene) -> None:
 
 
 def set_updates(render_products: list[HydraTexture], enabled: bool) -> None:
+    """Switch updates of render products on or off."""
     for product in render_products:
         product.hydra_texture.set_updates_enabled(enabled)
 
 
 def _capture_path_traced(options: PathTracing, physics_scene: Usd.Prim) -> None:
-    """One exposure of `duration` seconds, physics stepping at least once per sub-frame."""
+    """Capture one exposure of `duration` seconds, with at least one physics step per sub-frame."""
     wanted = {
         "/omni/replicator/captureMotionBlur": True,
         "/omni/replicator/pathTracedMotionBlurSubSamples": options.sub_frames,
         "/rtx/rendermode": "PathTracing",
-        **_sampling(options),
+        **_path_tracing_settings(options),
     }
-    with _settings(wanted), _physics_rate(physics_scene, options.sub_frames / options.duration):
+    with _temporary_settings(wanted), _minimum_physics_rate(physics_scene, options.sub_frames / options.duration):
         get_timeline().play()
         rep.orchestrator.step(delta_time=options.duration, pause_timeline=False)
 
 
-def _sampling(options: PathTracing) -> dict[str, object]:
+def _path_tracing_settings(options: PathTracing) -> dict[str, object]:
     return {
         "/rtx/pathtracing/spp": options.spp,
         "/rtx/pathtracing/totalSpp": options.spp,
@@ -144,7 +145,7 @@ def _sampling(options: PathTracing) -> dict[str, object]:
 
 
 @contextmanager
-def _settings(wanted: dict[str, object]) -> Iterator[None]:
+def _temporary_settings(wanted: dict[str, object]) -> Iterator[None]:
     settings = get_settings()
     before = {path: settings.get(path) for path in wanted}
     for path, value in wanted.items():
@@ -157,12 +158,12 @@ def _settings(wanted: dict[str, object]) -> Iterator[None]:
 
 
 @contextmanager
-def _physics_rate(physics_scene: Usd.Prim, at_least: float) -> Iterator[None]:
-    """Steps per second, raised for a while where they would be too few to move something in every sub-frame."""
+def _minimum_physics_rate(physics_scene: Usd.Prim, minimum: float) -> Iterator[None]:
+    """Raise the steps per second temporarily where bodies would not move in every sub-frame."""
     rate = physx.PhysxSceneAPI(physics_scene).GetTimeStepsPerSecondAttr()
     before = rate.Get()
-    if at_least > before:
-        rate.Set(at_least)
+    if minimum > before:
+        rate.Set(minimum)
     try:
         yield
     finally:
@@ -182,7 +183,7 @@ def _simulate_between(seconds: float) -> None:
 
 @contextmanager
 def _stop_request() -> Iterator[Callable[[], bool]]:
-    """Turn the first Ctrl-C into a wish that the loop reads between frames; the second one stops at once."""
+    """Turn the first Ctrl-C into a flag that the loop reads between frames; the second one interrupts at once."""
     asked = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield asked.is_set

@@ -1,6 +1,6 @@
-"""The configuration of the object-based job: the keys of Isaac Sim's example, and two of ours.
+"""Configuration of the object-based scenario: the keys of Isaac Sim's example, and two of ours.
 
-A key that is left out takes the value that Isaac Sim's example takes for it.
+The default of a key is that of Isaac Sim's example.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class _Section(BaseModel):
 
 
 class LaunchConfig(_Section):
-    """How Isaac Sim would be started."""
+    """Launch options of Isaac Sim, of which only the renderer has an effect."""
 
     renderer: Literal["RayTracedLighting", "RaytracedLighting", "PathTracing"] = Field(
         "RayTracedLighting", description="RayTracedLighting or PathTracing"
@@ -49,11 +49,11 @@ class LaunchConfig(_Section):
 
 
 class LabeledAsset(_Section):
-    """One kind of object to be learned."""
+    """One kind of labeled object."""
 
     url: Text = Field(description="path of a USD file under the assets root, for example /Isaac/Props/YCB/…/x.usd")
-    label: Text = Field("unknown", description="the class that its labels carry")
-    count: Count = Field(1, description="how many, 0 or more")
+    label: Text = Field("unknown", description="the class of its label")
+    count: Count = Field(1, description="number of objects, 0 or more")
     floating: Flag = Field(False, description="true: no gravity; false: falls")
     scale_min_max: Range | None = Field(None, description="smallest and largest scale, for example [0.85, 1.25]")
     randomize_scale: Range | None = Field(
@@ -62,6 +62,7 @@ class LabeledAsset(_Section):
 
     @property
     def scale_range(self) -> tuple[float, float]:
+        """The smallest and the largest scale, under either name; 1 where neither is given."""
         return self.randomize_scale or self.scale_min_max or (1.0, 1.0)
 
     @field_validator("randomize_scale")
@@ -76,17 +77,17 @@ class LabeledAsset(_Section):
 
 
 class PathTracing(_Section):
-    """Every so often a frame is path traced with motion blur instead of drawn in the fast mode."""
+    """Options of the frames that are path traced with motion blur instead of rendered in the fast mode."""
 
-    every: Count = Field(5, description="which frames: 5 is 0, 5, 10, …; 0 is none")
+    every: Count = Field(5, description="period in frames: 5 is frames 0, 5, 10, …; 0 is none")
     spp: AtLeastOne = Field(128, description="samples per pixel, 1 or more")
-    sub_frames: AtLeastOne = Field(8, description="moments that one exposure is made of, 1 or more")
+    sub_frames: AtLeastOne = Field(8, description="sub-frames of one exposure, 1 or more")
     duration: Positive = Field(0.025, description="exposure time in seconds")
     denoise: Flag = Field(False, description="true or false")
 
 
 class ObjectBasedConfig(_Section):
-    """Everything that can be chosen about the object-based job. Lengths are metres, times seconds."""
+    """All options of the object-based scenario. Lengths are in meters, times in seconds."""
 
     launch_config: LaunchConfig = Field(LaunchConfig(), description="a mapping with renderer and headless")
     env_url: Annotated[str, Field(strict=True)] = Field("", description="path of a USD stage, or empty for none")
@@ -96,14 +97,14 @@ class ObjectBasedConfig(_Section):
     rt_subframes: Annotated[int, Field(strict=True, ge=-1)] = Field(
         -1, description="sub-frames of the fast mode; -1 takes the default"
     )
-    num_frames: Count = Field(10, description="how many moments to capture, 0 or more")
-    num_cameras: Count = Field(1, description="how many cameras see each of them, 0 or more")
+    num_frames: Count = Field(10, description="number of frames to capture, 0 or more")
+    num_cameras: Count = Field(1, description="number of cameras that capture each frame, 0 or more")
     camera_collider_radius: NotNegative = Field(0.0, description="radius [m] kept free around cameras; 0 for none")
     disable_render_products_between_captures: Flag = Field(True, description="true or false")
     simulation_duration_between_captures: NotNegative = Field(0.025, description="seconds, 0 or more")
     resolution: tuple[AtLeastOne, AtLeastOne] = Field((640, 480), description="width and height in pixels")
     camera_properties_kwargs: dict[Text, Any] = Field({}, description="USD camera attributes, such as focalLength: 24")
-    camera_look_at_target_offset: NotNegative = Field(0.2, description="metres, 0 or more")
+    camera_look_at_target_offset: NotNegative = Field(0.2, description="meters, 0 or more")
     camera_distance_to_target_min_max: Range = Field(
         (0.1, 0.5), description="nearest and farthest distance [m], for example [0.25, 0.75]"
     )
@@ -118,22 +119,23 @@ class ObjectBasedConfig(_Section):
     shape_distractors_scale_min_max: Range = Field(
         (0.02, 0.2), description="smallest and largest scale, for example [0.015, 0.15]"
     )
-    shape_distractors_num: Count = Field(350, description="how many, 0 or more")
+    shape_distractors_num: Count = Field(350, description="number of objects, 0 or more")
     mesh_distractors_urls: list[Text] = Field([], description="a list of paths of USD files under the assets root")
     mesh_distractors_scale_min_max: Range = Field(
         (0.1, 2.0), description="smallest and largest scale, for example [0.35, 1.35]"
     )
-    mesh_distractors_num: Count = Field(10, description="how many, 0 or more")
+    mesh_distractors_num: Count = Field(10, description="number of objects, 0 or more")
     seed: Count = Field(0, description="a whole number, 0 or more; the same seed gives the same dataset")
     path_tracing: PathTracing = Field(PathTracing(), description="a mapping with every, spp, sub_frames, duration")
 
     @property
     def mesh_distractors_wanted(self) -> int:
-        """Without URLs the default number means none."""
+        """Number of mesh distractors; 0 where there are no URLs, whatever the default number."""
         return self.mesh_distractors_num if self.mesh_distractors_urls else 0
 
     @property
     def shape_distractors_wanted(self) -> int:
+        """Number of shape distractors; 0 where no types are listed."""
         return self.shape_distractors_num if self.shape_distractors_types else 0
 
     @field_validator("resolution")
@@ -154,7 +156,7 @@ class ObjectBasedConfig(_Section):
         source = "shape_distractors_types" if info.field_name == "shape_distractors_num" else "mesh_distractors_urls"
         if number and info.data.get(source) == []:
             raise ValueError(
-                f"asks for {number}, but {source} lists nothing to choose from; expected 0 there or some here"
+                f"asks for {number}, but {source} lists nothing to choose from; expected 0 here or entries there"
             )
         return number
 

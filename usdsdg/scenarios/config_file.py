@@ -1,4 +1,4 @@
-"""Configuration files: YAML or JSON to plain values with the line of every key, and overrides on top."""
+"""Read configuration files: YAML or JSON with the line of every key, then overrides, then validation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pydantic import BaseModel, ValidationError
 
 from usdsdg.arguments.yaml_numbers import NumbersLoader
 from usdsdg.errors import ConfigError
-from usdsdg.scenarios.config_problems import Place, Problem, problems_of, suggestion
+from usdsdg.scenarios.config_errors import KeyPath, Problem, problems_of, suggestion
 
 Model = TypeVar("Model", bound=BaseModel)
 SUFFIXES = (".yaml", ".yml", ".json")
@@ -24,51 +24,51 @@ SUFFIXES = (".yaml", ".yml", ".json")
 
 @dataclass
 class _Source:
-    """Values with where they came from: a line of the file, or an override."""
+    """Values and the origin of each: a line of the file, or an override."""
 
     values: dict[str, Any]
-    origins: dict[Place, str] = field(default_factory=dict)
+    origins: dict[KeyPath, str] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
 
-    def origin(self, place: Place) -> str:
-        """Of the place itself, or of the nearest part around it that was written down."""
-        while place and place not in self.origins:
-            place = place[:-1]
-        return self.origins.get(place, "")
+    def origin(self, key_path: KeyPath) -> str:
+        """Return the origin of a key, or of the nearest enclosing key that has one; "" for none."""
+        while key_path and key_path not in self.origins:
+            key_path = key_path[:-1]
+        return self.origins.get(key_path, "")
 
 
 def read_config(path: str | os.PathLike[str], overrides: Sequence[str], model: type[Model]) -> Model:
-    """A validated `model` from a file and "key=value" overrides.
+    """Read a file, apply "key=value" overrides and validate the result as a `model`.
 
     Raises:
-        ConfigError: with every problem found, each with its key, place, and what would have worked.
+        ConfigError: with every problem found, each with its line, its key and the expected values.
     """
     file = Path(path)
     source = _parse(file)
     for override in overrides:
         _override(source, override)
-    made = None
+    config = None
     try:
-        made = model.model_validate(source.values)
+        config = model.model_validate(source.values)
     except ValidationError as error:
         source.problems += problems_of(error, model)
-    if made is None or source.problems:
+    if config is None or source.problems:
         raise ConfigError(_message(file, source))
-    return made
+    return config
 
 
 def _message(file: Path, source: _Source) -> str:
     count = len(source.problems)
-    source.problems.sort(key=lambda problem: _line(problem.origin or source.origin(problem.place)))
+    source.problems.sort(key=lambda problem: _line(problem.origin or source.origin(problem.key_path)))
     lines = [f"{file} has {count} problem{'s' if count > 1 else ''}:"]
     for problem in source.problems:
-        origin = problem.origin or source.origin(problem.place)
+        origin = problem.origin or source.origin(problem.key_path)
         lines.append(f"  {origin}{': ' if origin else ''}{problem.text}")
     return "\n".join(lines)
 
 
 def _line(origin: str) -> int:
-    """Problems are told in the order of the file; overrides and missing keys come last."""
+    """Sort key of problems: their line in the file; overrides and missing keys come last."""
     number = origin.removeprefix("line ")
     return int(number) if number.isdigit() else 1 << 30
 
@@ -89,30 +89,30 @@ def _parse(file: Path) -> _Source:
     if not isinstance(values, dict):
         raise ConfigError(f"{file}: expected a mapping of keys to values, found {type(values).__name__}")
     source = _Source(values)
-    # JSON indented with tabs is no YAML: problems are then told without their lines.
+    # JSON indented with tabs is not YAML; its problems are reported without their lines.
     with contextlib.suppress(yaml.YAMLError):
         _note_lines(yaml.compose(text, Loader=NumbersLoader), (), source)
     return source
 
 
 def _load_yaml(text: str) -> Any:
-    """The values of a YAML text.
+    """Return the values of a YAML text.
 
     Raises:
-        yaml.MarkedYAMLError: it is no YAML, or a part of it contains itself through an anchor.
+        yaml.MarkedYAMLError: it is not valid YAML, or a part of it contains itself through an anchor.
     """
     _refuse_cycles(yaml.compose(text, Loader=NumbersLoader), ())
     return yaml.load(text, Loader=NumbersLoader)
 
 
-def _refuse_cycles(node: yaml.Node | None, around: tuple[yaml.Node, ...]) -> None:
+def _refuse_cycles(node: yaml.Node | None, ancestors: tuple[yaml.Node, ...]) -> None:
     if node is None or isinstance(node, yaml.ScalarNode):
         return
-    if node in around:
+    if node in ancestors:
         raise yaml.MarkedYAMLError(problem="it contains itself through its anchor", problem_mark=node.start_mark)
-    below = node.value if isinstance(node, yaml.SequenceNode) else [part for pair in node.value for part in pair]
-    for part in below:
-        _refuse_cycles(part, (*around, node))
+    children = node.value if isinstance(node, yaml.SequenceNode) else [part for pair in node.value for part in pair]
+    for part in children:
+        _refuse_cycles(part, (*ancestors, node))
 
 
 def _missing(file: Path) -> str:
@@ -141,10 +141,10 @@ def _parse_yaml(file: Path, text: str) -> Any:
         raise ConfigError(f"{file}: not valid YAML: {error}") from None
 
 
-def _note_lines(node: yaml.Node | None, place: Place, source: _Source) -> None:
+def _note_lines(node: yaml.Node | None, key_path: KeyPath, source: _Source) -> None:
     if isinstance(node, yaml.MappingNode):
         for key, value in node.value:
-            below = (*place, key.value)
+            below = (*key_path, key.value)
             line = f"line {key.start_mark.line + 1}"
             if below in source.origins:
                 source.problems.append(
@@ -154,38 +154,38 @@ def _note_lines(node: yaml.Node | None, place: Place, source: _Source) -> None:
             _note_lines(value, below, source)
     elif isinstance(node, yaml.SequenceNode):
         for index, value in enumerate(node.value):
-            source.origins[(*place, index)] = f"line {value.start_mark.line + 1}"
-            _note_lines(value, (*place, index), source)
+            source.origins[(*key_path, index)] = f"line {value.start_mark.line + 1}"
+            _note_lines(value, (*key_path, index), source)
 
 
 def _override(source: _Source, override: str) -> None:
-    """Apply one "a.b.0.c=value"; `a.b[0].c` is understood as well."""
+    """Apply one override "a.b.0.c=value"; the key may also be written `a.b[0].c`."""
     key, equals, text = override.partition("=")
     origin = f"override {override!r}"
-    place: Place = tuple(
+    key_path: KeyPath = tuple(
         int(part) if part.isdigit() else part for part in re.split(r"[.\[\]]+", key.strip().rstrip("]")) if part
     )
-    if not equals or not place:
+    if not equals or not key_path:
         source.problems.append(Problem((), "expected key=value, for example num_frames=3", origin))
         return
     try:
         value = _load_yaml(text)
     except yaml.YAMLError:
         value = text
-    trouble = _assign(source.values, place, value)
-    if trouble:
-        source.problems.append(Problem(place, trouble, origin))
+    error = _assign(source.values, key_path, value)
+    if error:
+        source.problems.append(Problem(key_path, error, origin))
         return
-    for stale in [known for known in source.origins if known[: len(place)] == place]:
+    for stale in [known for known in source.origins if known[: len(key_path)] == key_path]:
         del source.origins[stale]
-    source.origins[place] = origin
+    source.origins[key_path] = origin
 
 
-def _assign(values: Any, place: Place, value: Any) -> str | None:
-    """Put `value` at `place`, making mappings on the way; returns what is wrong when that cannot be."""
-    for depth, part in enumerate(place):
-        last = depth == len(place) - 1
-        where = ".".join(str(step) for step in place[:depth]) or "the configuration"
+def _assign(values: Any, key_path: KeyPath, value: Any) -> str | None:
+    """Set `value` at `key_path`, adding mappings where needed; return what is wrong, or None."""
+    for depth, part in enumerate(key_path):
+        last = depth == len(key_path) - 1
+        where = ".".join(str(step) for step in key_path[:depth]) or "the configuration"
         if isinstance(values, list):
             if not isinstance(part, int) or part >= len(values):
                 return f"{where} has entries 0 to {len(values) - 1}, no {part}"

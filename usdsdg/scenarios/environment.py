@@ -1,4 +1,4 @@
-"""The stage that objects are thrown into: an environment or an empty stage, walls, and the physics scene."""
+"""The stage around the objects: an environment or an empty stage, collision walls, and the physics scene."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PHYSICS_RATE = 60.0
 
 
 def open_environment(env_url: str) -> Usd.Stage:
-    """Open a stage and take all its labels off, or make an empty one with a slanting distant light."""
+    """Open a stage and remove all of its labels, or create an empty one with an oblique distant light."""
     if env_url:
         stage = stage_context.open_stage(assets.resolve(env_url))
         for prim in stage.GetPseudoRoot().GetChildren():
@@ -31,21 +31,21 @@ def open_environment(env_url: str) -> Usd.Stage:
 
 
 def add_walls(stage: Usd.Stage, size: tuple[float, float, float], *, path: str = "/World/CollisionWalls") -> None:
-    """Close the working area with six invisible slabs, thick outwards, so that nothing drifts away."""
+    """Enclose the working area in six invisible walls, so that nothing leaves it; they extend outwards."""
     for axis, names in enumerate((("left_wall", "right_wall"), ("back_wall", "front_wall"), ("floor", "ceiling"))):
         for name, side in zip(names, (-1.0, 1.0)):
             extents, position = list(size), [0.0, 0.0, 0.0]
             extents[axis] = WALL_THICKNESS
             position[axis] = side * (size[axis] + WALL_THICKNESS) / 2.0
             wall = stage.DefinePrim(f"{path}/{name}", "Cube")
-            # A Cube of the default size spans two units.
+            # The default size of a Cube is 2 units.
             author_pose(wall, translate=position, scale=[extent / 2.0 for extent in extents])
             rigid_bodies.add_colliders(wall)
             UsdGeom.Imageable(wall).MakeInvisible()
 
 
 def add_physics_scene(stage: Usd.Stage) -> Usd.Prim:
-    """The stage's physics scene, made at /PhysicsScene where it has none, stepping 60 times a second."""
+    """Return the stage's physics scene, created at /PhysicsScene if it has none, with 60 steps per second."""
     scene = needed_physics_scene(stage)
     physx.PhysxSceneAPI.Apply(scene).GetTimeStepsPerSecondAttr().Set(PHYSICS_RATE)
     return scene

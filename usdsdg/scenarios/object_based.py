@@ -1,12 +1,13 @@
-"""The object-based job: labelled objects and distractors in a closed box, seen by cameras that chase the objects.
+"""Object-based scenario: labeled objects and distractors in a closed box, captured by cameras that follow the objects.
 
-The steps and their order are those of Isaac Sim's object-based example; the random numbers are keyed draws of ours.
+The steps and their order are those of Isaac Sim's object-based example; random numbers are keyed draws of our own.
 """
 
 from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import usdsdg as rep
@@ -18,7 +19,7 @@ from usdsdg.scenarios import cameras, capture_loop, environment, objects, random
 from usdsdg.scenarios.capture_loop import Scene
 from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.draws import Draws
-from usdsdg.scenarios.output_folder import placed
+from usdsdg.scenarios.output_folder import with_absolute_output_dir
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage import assets
 from usdsdg.writers import Writer
@@ -26,10 +27,10 @@ from usdsdg.writers import Writer
 
 @dataclass(frozen=True)
 class Summary:
-    """What a run has left. `output_dir` is None for a writer without one."""
+    """Result of a run. `output_dir` is None for a writer without one."""
 
     frames: int
-    pictures: int
+    images: int
     seconds: float
     simulated_seconds: float
     output_dir: str | None
@@ -44,15 +45,18 @@ def run(config: ObjectBasedConfig) -> Summary:
         AssetNotFound: assets are missing; one message names all of them.
         WriterError: the writer is unknown, its arguments are wrong, or its files cannot be written.
     """
+    # Fail on missing assets and wrong writer options before any work is done.
     check_assets(config)
     set_global_seed(config.seed)
-    capture_loop.use_renderer(config)
+    capture_loop.apply_render_settings(config)
     draws = Draws(config.seed)
     writer = make_writer(config)
+
     scene = build_scene(config, draws)
     if writer is not None and scene.render_products:
         writer.attach(scene.render_products)
     stop_bouncing = add_randomizers(config, scene, draws)
+
     capture_loop.start_timeline()
     get_orchestrator().expect_frames(config.num_frames)
     started = time.perf_counter()
@@ -61,39 +65,40 @@ def run(config: ObjectBasedConfig) -> Summary:
     finally:
         stop_bouncing()
         rep.orchestrator.wait_until_complete()
+
     seconds, simulated = time.perf_counter() - started, get_timeline().get_current_time()
     get_app().update()
     get_timeline().stop()
-    summary = Summary(frames, frames * config.num_cameras, seconds, simulated, _folder_of(writer))
-    _tell(summary)
+    summary = Summary(frames, frames * config.num_cameras, seconds, simulated, _output_dir(writer))
+    _print_summary(summary)
     if frames < config.num_frames:
         raise KeyboardInterrupt
     return summary
 
 
 def check_assets(config: ObjectBasedConfig) -> None:
-    """Look for every asset before any work.
+    """Check that every asset exists.
 
     Raises:
-        AssetNotFound: the assets root is no folder, or with the URLs of all that are missing, and why.
+        AssetNotFound: the assets root is no folder, or assets are missing; one message names all of them and why.
     """
     assets.assets_root()
-    wanted = {asset.url for asset in config.labeled_assets_and_properties if asset.count}
-    wanted.update(config.mesh_distractors_urls if config.mesh_distractors_wanted else [])
-    wanted.update(randomizers.DOME_TEXTURES)
-    wanted.update([config.env_url] if config.env_url else [])
+    urls = {asset.url for asset in config.labeled_assets_and_properties if asset.count}
+    urls.update(config.mesh_distractors_urls if config.mesh_distractors_wanted else [])
+    urls.update(randomizers.DOME_TEXTURES)
+    urls.update([config.env_url] if config.env_url else [])
     missing = []
-    for url in sorted(wanted):
+    for url in sorted(urls):
         try:
             assets.resolve(url)
         except (AssetError, Unsupported) as error:
             missing.append(str(error))
     if missing:
-        raise AssetNotFound("\n  ".join([f"{len(missing)} of {len(wanted)} assets are missing:", *missing]))
+        raise AssetNotFound("\n  ".join([f"{len(missing)} of {len(urls)} assets are missing:", *missing]))
 
 
 def build_scene(config: ObjectBasedConfig, draws: Draws) -> Scene:
-    """Environment, walls, physics scene, objects, cameras, render products, in this order."""
+    """Create environment, walls, physics scene, objects, cameras and render products, in this order."""
     stage = environment.open_environment(config.env_url)
     environment.add_walls(stage, config.working_area_size)
     physics_scene = environment.add_physics_scene(stage)
@@ -101,47 +106,47 @@ def build_scene(config: ObjectBasedConfig, draws: Draws) -> Scene:
     shapes = objects.add_shape_distractors(stage, config, draws)
     meshes = objects.add_mesh_distractors(stage, config, draws)
     rep.orchestrator.set_capture_on_play(False)
-    made_cameras = cameras.add_cameras(stage, config)
+    scene_cameras = cameras.add_cameras(stage, config)
     get_app().update()
-    products = [rep.create.render_product(str(prim.GetPath()), config.resolution) for prim in made_cameras.prims]
+    products = [rep.create.render_product(str(prim.GetPath()), config.resolution) for prim in scene_cameras.prims]
     if config.disable_render_products_between_captures:
         capture_loop.set_updates(products, False)
-    return Scene(stage, physics_scene, labeled, shapes, meshes, made_cameras, products)
+    return Scene(stage, physics_scene, labeled, shapes, meshes, scene_cameras, products)
 
 
 def make_writer(config: ObjectBasedConfig) -> Writer | None:
-    """The initialised writer, not attached yet; None where none is asked for.
+    """Return the initialized writer, not attached yet; None where the configuration names none.
 
     Raises:
-        WriterError: it is unknown, its arguments are wrong, or its folder cannot be written to.
+        WriterError: the writer is unknown, its arguments are wrong, or its folder cannot be written to.
     """
     if config.writer_type is None:
         print("no writer_type in the config: frames are captured, but nothing is written", file=sys.stderr)
         return None
-    return rep.writers.get(config.writer_type, init_params=placed(config.writer_kwargs))
+    return rep.writers.get(config.writer_type, init_params=with_absolute_output_dir(config.writer_kwargs))
 
 
-def add_randomizers(config: ObjectBasedConfig, scene: Scene, draws: Draws):
-    """Everything that events change later, and the bouncing at the floor; returns what ends the bouncing."""
+def add_randomizers(config: ObjectBasedConfig, scene: Scene, draws: Draws) -> Callable[[], None]:
+    """Register randomizers on events and bouncing at the floor; return a function that ends the bouncing."""
     stop_bouncing = randomizers.bounce_at_floor(scene.stage, config, draws)
-    randomizers.on_colors(scene.shapes.all)
-    randomizers.on_velocities([*scene.shapes.floating, *scene.meshes.floating])
-    randomizers.on_lights(config)
-    randomizers.on_background()
+    randomizers.add_color_randomizer(scene.shapes.all)
+    randomizers.add_velocity_randomizer([*scene.shapes.floating, *scene.meshes.floating])
+    randomizers.add_light_randomizer(config)
+    randomizers.add_background_randomizer()
     return stop_bouncing
 
 
-def _folder_of(writer: Writer | None) -> str | None:
+def _output_dir(writer: Writer | None) -> str | None:
     return getattr(writer.backend, "output_dir", None) if writer is not None else None
 
 
-def _tell(summary: Summary) -> None:
-    if not summary.pictures:
+def _print_summary(summary: Summary) -> None:
+    if not summary.images:
         print("nothing was captured: num_frames or num_cameras is 0", file=sys.stderr)
         return
     rate = summary.frames / summary.seconds if summary.seconds > 0 else 0.0
     print(
-        f"{summary.frames} frames, {summary.pictures} views in {summary.seconds:.1f} s "
+        f"{summary.frames} frames, {summary.images} views in {summary.seconds:.1f} s "
         f"({rate:.2f} frames/s, {summary.simulated_seconds:.2f} s simulated)"
     )
     if summary.output_dir:

@@ -1,4 +1,4 @@
-"""What is thrown into the working area: labelled assets, and distractors without labels."""
+"""Rigid bodies in the working area: labeled assets, and distractors without labels."""
 
 from __future__ import annotations
 
@@ -19,25 +19,27 @@ from usdsdg.stage.semantics import labels
 
 @dataclass
 class Bodies:
-    """Prims of one sort, apart by whether gravity pulls them."""
+    """Prims of one kind, separated by whether gravity acts on them."""
 
     floating: list[Usd.Prim] = field(default_factory=list)
     falling: list[Usd.Prim] = field(default_factory=list)
 
     def add(self, prim: Usd.Prim, *, floating: bool) -> None:
+        """Add a prim to the floating or to the falling ones."""
         (self.floating if floating else self.falling).append(prim)
 
     @property
     def all(self) -> list[Usd.Prim]:
+        """All prims, floating ones first."""
         return [*self.floating, *self.falling]
 
 
 def add_labeled_assets(stage: Usd.Stage, config: ObjectBasedConfig, draws: Draws) -> Bodies:
-    """The objects to be learned, each with its class label."""
+    """Add the labeled objects, each with its class label."""
     bodies, seen = Bodies(), Counter()
     low, high = _working_area(config)
     for asset in config.labeled_assets_and_properties:
-        # Two entries of one label draw apart.
+        # Two entries with the same label draw different poses.
         purpose = f"labeled/{asset.label}#{seen[asset.label]}"
         seen[asset.label] += 1
         for index in range(asset.count):
@@ -50,7 +52,7 @@ def add_labeled_assets(stage: Usd.Stage, config: ObjectBasedConfig, draws: Draws
 
 
 def add_shape_distractors(stage: Usd.Stage, config: ObjectBasedConfig, draws: Draws) -> Bodies:
-    """Basic shapes without labels."""
+    """Add distractors of basic shapes, without labels."""
     bodies = Bodies()
     low, high = _working_area(config)
     for index in range(config.shape_distractors_wanted):
@@ -64,7 +66,7 @@ def add_shape_distractors(stage: Usd.Stage, config: ObjectBasedConfig, draws: Dr
 
 
 def add_mesh_distractors(stage: Usd.Stage, config: ObjectBasedConfig, draws: Draws) -> Bodies:
-    """Assets whose labels, if they bring any, are taken off."""
+    """Add distractors from assets, with the labels of the assets removed."""
     bodies = Bodies()
     low, high = _working_area(config)
     for index in range(config.mesh_distractors_wanted):

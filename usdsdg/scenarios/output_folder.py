@@ -1,4 +1,4 @@
-"""Where a job's files go: folders are below the one that the program was started in, prefixes in a bucket are not."""
+"""Output folders of scenarios: relative to the working directory, except for prefixes in an S3 bucket."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 
-def placed(arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """A writer's arguments with an absolute `output_dir`, unless it is a prefix in a bucket."""
+def with_absolute_output_dir(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a writer's arguments with an absolute `output_dir`, unless it is a prefix in a bucket."""
     output_dir = arguments.get("output_dir")
     in_bucket = arguments.get("use_s3", arguments.get("s3_bucket"))
     if not output_dir or not isinstance(output_dir, str) or in_bucket:

@@ -1,4 +1,4 @@
-"""What changes between captures: colours, lights, background, and pushes that keep the objects moving."""
+"""Randomizers of the scenario: colors, lights, background, and velocities that keep the objects moving."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DOME_TEXTURES = (
     "/NVIDIA/Assets/Skies/Indoor/wooden_lounge_4k.hdr",
 )
 BOUNCE_THICKNESS = 0.1
-# Just inside the walls.
+# Fraction of the floor area in which bodies are thrown up: just inside the walls.
 BOUNCE_MARGIN = 0.99
 
 COLORS = "randomize_shape_distractor_colors"
@@ -29,8 +29,8 @@ LIGHTS = "randomize_lights"
 BACKGROUND = "randomize_dome_background"
 
 
-def on_colors(shapes: Iterable[Usd.Prim]) -> None:
-    """On the event COLORS every shape gets a colour of its own."""
+def add_color_randomizer(shapes: Iterable[Usd.Prim]) -> None:
+    """Give every shape a random color at each event COLORS."""
     paths = [str(prim.GetPath()) for prim in shapes]
     trigger = rep.trigger.on_custom_event(event_name=COLORS)
     if paths:
@@ -38,8 +38,8 @@ def on_colors(shapes: Iterable[Usd.Prim]) -> None:
             rep.randomizer.color(colors=rep.distribution.uniform((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))
 
 
-def on_velocities(floating: Iterable[Usd.Prim]) -> None:
-    """On the event VELOCITIES every floating distractor gets a push and a spin."""
+def add_velocity_randomizer(floating: Iterable[Usd.Prim]) -> None:
+    """Give every floating distractor a random linear and angular velocity at each event VELOCITIES."""
     paths = [str(prim.GetPath()) for prim in floating]
     trigger = rep.trigger.on_custom_event(event_name=VELOCITIES)
     if paths:
@@ -50,8 +50,8 @@ def on_velocities(floating: Iterable[Usd.Prim]) -> None:
             )
 
 
-def on_lights(config: ObjectBasedConfig) -> None:
-    """On the event LIGHTS three sphere lights in the working area change place, size, colour and strength."""
+def add_light_randomizer(config: ObjectBasedConfig) -> None:
+    """Give three sphere lights random positions, sizes, colors and intensities at each event LIGHTS."""
     high = tuple(extent / 2.0 for extent in config.working_area_size)
     low = tuple(-extent for extent in high)
     with rep.trigger.on_custom_event(event_name=LIGHTS):
@@ -66,8 +66,8 @@ def on_lights(config: ObjectBasedConfig) -> None:
         )
 
 
-def on_background() -> None:
-    """On the event BACKGROUND the dome light shows another room, turned any way."""
+def add_background_randomizer() -> None:
+    """Give the dome light a random texture and rotation at each event BACKGROUND."""
     textures = [assets.resolve(url) for url in DOME_TEXTURES]
     with rep.trigger.on_custom_event(event_name=BACKGROUND):
         dome = rep.create.light(light_type="Dome")
@@ -76,8 +76,8 @@ def on_background() -> None:
             rep.randomizer.rotation()
 
 
-def pull_to_centre(prims: Iterable[Usd.Prim], draws: Draws, index: int) -> None:
-    """Send every prim towards the origin, to be there in one to ten seconds. `index` counts the calls."""
+def pull_to_center(prims: Iterable[Usd.Prim], draws: Draws, index: int) -> None:
+    """Set velocities towards the origin that would reach it in one to ten seconds. `index` counts the calls."""
     for prim in prims:
         position = Gf.Vec3f(prim.GetAttribute("xformOp:translate").Get())
         strength = float(draws.generator(f"pull{prim.GetPath()}", index).uniform(0.1, 1.0))
@@ -85,7 +85,7 @@ def pull_to_centre(prims: Iterable[Usd.Prim], draws: Draws, index: int) -> None:
 
 
 def bounce_at_floor(stage: Usd.Stage, config: ObjectBasedConfig, draws: Draws) -> Callable[[], None]:
-    """After every physics step throw whatever has reached the floor up again; returns what ends it."""
+    """Throw bodies that have reached the floor up again after every physics step; return a function that ends this."""
     width, depth, height = config.working_area_size
     half_extent = tuple(half * BOUNCE_MARGIN for half in (width / 2.0, depth / 2.0, BOUNCE_THICKNESS / 2.0))
     origin = (0.0, 0.0, (BOUNCE_THICKNESS - height) / 2.0)
@@ -95,7 +95,7 @@ def bounce_at_floor(stage: Usd.Stage, config: ObjectBasedConfig, draws: Draws) -
         nonlocal steps
         hits = engines.physics().overlap_box(half_extent, origin, (0.0, 0.0, 0.0, 1.0))
         for path in dict.fromkeys(str(hit.rigid_body) for hit in hits if hit.rigid_body):
-            # Camera spheres and walls overlap as well, but are no bodies.
+            # Camera spheres and walls overlap as well, but are not rigid bodies.
             prim = stage.GetPrimAtPath(path)
             if prim and prim.HasAPI(UsdPhysics.RigidBodyAPI):
                 speed = draws.generator(f"bounce{path}", steps).uniform((-2.0, -2.0, 4.0), (2.0, 2.0, 8.0))
@@ -106,7 +106,7 @@ def bounce_at_floor(stage: Usd.Stage, config: ObjectBasedConfig, draws: Draws) -
 
 
 def _set_velocity(prim: Usd.Prim, velocity: Gf.Vec3f | np.ndarray) -> None:
-    """Metres per second along world axes; nothing happens to a prim that is no rigid body."""
+    """Set a velocity [stage units per second, world axes]; prims that are no rigid bodies are left alone."""
     attribute = prim.GetAttribute("physics:velocity")
     if attribute:
         attribute.Set(Gf.Vec3f(*(float(part) for part in velocity)))

@@ -1,4 +1,4 @@
-"""A stage that was saved with its graph, run again without the script that made it."""
+"""Run the graph of a saved stage again, without the script that made it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from usdsdg.arguments.registry import near_misses
 from usdsdg.create.render_products import render_product, render_product_tiled
 from usdsdg.errors import ConfigError, GraphError
 from usdsdg.graph.sampling import set_global_seed
-from usdsdg.scenarios.output_folder import placed
+from usdsdg.scenarios.output_folder import with_absolute_output_dir
 from usdsdg.session import stage_context
 from usdsdg.settings import get_settings
 from usdsdg.writers import WriterRegistry
@@ -22,7 +22,7 @@ SUFFIXES = (".usd", ".usda", ".usdc")
 
 @dataclass(frozen=True)
 class Overrides:
-    """What a user may change of a saved run; None leaves what the stage says."""
+    """Options that override those of the saved stage; None keeps the stage's."""
 
     num_frames: int | None = None
     output_dir: str | None = None
@@ -30,10 +30,10 @@ class Overrides:
 
     @classmethod
     def parse(cls, assignments: list[str]) -> Overrides:
-        """From `key=value` texts.
+        """Parse `key=value` strings.
 
         Raises:
-            ConfigError: an unknown key, or a value of the wrong type; all of them at once.
+            ConfigError: unknown keys or values of the wrong type; one message names all of them.
         """
         readers = {"num_frames": int, "output_dir": str, "seed": int}
         values: dict[str, Any] = {}
@@ -54,7 +54,7 @@ class Overrides:
 
 
 def run(stage_file: Path, overrides: Overrides) -> None:
-    """Open the stage, make its graph, render products and writers, and capture its frames.
+    """Open the stage, restore its graph, render products and writers, and capture its frames.
 
     Raises:
         GraphError: the stage holds no graph, no writer, or nodes that need Python code.
@@ -80,7 +80,7 @@ def run(stage_file: Path, overrides: Overrides) -> None:
 def _attach(saved: saved_graph.SavedWriter, overrides: Overrides) -> None:
     arguments = dict(saved.arguments)
     if overrides.output_dir is not None:
-        arguments = placed({**arguments, "output_dir": overrides.output_dir})
+        arguments = with_absolute_output_dir({**arguments, "output_dir": overrides.output_dir})
     writer = WriterRegistry.get(saved.name)
     writer.initialize(**arguments)
     products = []

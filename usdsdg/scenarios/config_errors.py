@@ -1,4 +1,4 @@
-"""What is wrong with a configuration, in words that say what would have worked."""
+"""Error messages for configurations that fail validation, with the values that would be accepted."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-Place = tuple[str | int, ...]
+KeyPath = tuple[str | int, ...]
 
-
-# Pydantic's error types in the words of a configuration file.
+# Pydantic's error types in the terms of a configuration file.
 _KINDS = {
     "int_type": "a whole number",
     "int_from_float": "a whole number",
@@ -31,59 +30,60 @@ _KINDS = {
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong at a place; `origin` overrides the line that the place has in the file."""
+    """One error at a key; `origin` overrides the line that the key has in the file."""
 
-    place: Place
+    key_path: KeyPath
     text: str
     origin: str = ""
 
 
 def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
-    """Every problem that validation found, in the order of the keys."""
+    """Return every problem that validation found, in the order of the keys."""
     return [_problem(detail, model) for detail in error.errors(include_url=False)]
 
 
-def dotted(place: Place) -> str:
-    """("labeled_assets_and_properties", 0, "count") as `labeled_assets_and_properties[0].count`."""
+def dotted(key_path: KeyPath) -> str:
+    """Format ("labeled_assets_and_properties", 0, "count") as `labeled_assets_and_properties[0].count`."""
     text = ""
-    for part in place:
+    for part in key_path:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
     return text
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
+    """Return `; did you mean ...?` with the names nearest to a misspelled one, or ""."""
     near = difflib.get_close_matches(name, list(known), n=2, cutoff=0.6)
     return f"; did you mean {' or '.join(near)}?" if near else ""
 
 
 def _problem(detail: Any, model: type[BaseModel]) -> Problem:
-    place: Place = tuple(detail["loc"])
-    key = dotted(place)
+    key_path: KeyPath = tuple(detail["loc"])
+    key = dotted(key_path)
     if detail["type"] == "extra_forbidden":
-        section = _section(model, place[:-1])
+        section = _section(model, key_path[:-1])
         known = list(section.model_fields) if section else []
-        hint = suggestion(str(place[-1]), known) or f"; known here: {', '.join(known)}"
-        return Problem(place, f"{key}: unknown key{hint}")
-    expected = _description(model, place)
+        hint = suggestion(str(key_path[-1]), known) or f"; known here: {', '.join(known)}"
+        return Problem(key_path, f"{key}: unknown key{hint}")
+    expected = _description(model, key_path)
     wanted = f"; expected {expected}" if expected else ""
     if detail["type"] == "missing":
-        return Problem(place, f"{key}: missing{wanted}")
+        return Problem(key_path, f"{key}: missing{wanted}")
     if detail["type"] == "value_error":
         prefix = f"{key}: " if key else ""
-        return Problem(place, f"{prefix}{detail['ctx']['error']}")
+        return Problem(key_path, f"{prefix}{detail['ctx']['error']}")
     if detail["type"] in _KINDS:
-        return Problem(place, f"{key}: {detail['input']!r} is not {_KINDS[detail['type']]}{wanted}")
+        return Problem(key_path, f"{key}: {detail['input']!r} is not {_KINDS[detail['type']]}{wanted}")
     if detail["type"] == "too_long":
-        return Problem(place, f"{key}: {detail['input']!r} has too many entries{wanted}")
+        return Problem(key_path, f"{key}: {detail['input']!r} has too many entries{wanted}")
     said = detail["msg"].removeprefix("Input should be ")
     verb = "must be " if said != detail["msg"] else ""
-    return Problem(place, f"{key}: {detail['input']!r}: {verb}{said}{wanted}")
+    return Problem(key_path, f"{key}: {detail['input']!r}: {verb}{said}{wanted}")
 
 
-def _section(model: type[BaseModel], place: Place) -> type[BaseModel] | None:
-    """The model that describes the mapping at a place."""
+def _section(model: type[BaseModel], key_path: KeyPath) -> type[BaseModel] | None:
+    """Return the model that describes the mapping at a key path, or None."""
     current: Any = model
-    for part in place:
+    for part in key_path:
         if isinstance(part, int):
             continue
         if not (isinstance(current, type) and issubclass(current, BaseModel)) or part not in current.model_fields:
@@ -93,18 +93,18 @@ def _section(model: type[BaseModel], place: Place) -> type[BaseModel] | None:
 
 
 def _model_in(annotation: Any) -> Any:
-    """The model inside `list[Model]` or `Model | None`, or the annotation itself."""
+    """Return the model inside `list[Model]` or `Model | None`, or the annotation itself."""
     if typing.get_origin(annotation) in (list, tuple, typing.Union, types.UnionType):
         inner = [_model_in(part) for part in typing.get_args(annotation)]
         return next((part for part in inner if isinstance(part, type) and issubclass(part, BaseModel)), annotation)
     return annotation
 
 
-def _description(model: type[BaseModel], place: Place) -> str:
-    """What the nearest described key around a place wants."""
-    for end in range(len(place), 0, -1):
-        name = place[end - 1]
-        section = _section(model, place[: end - 1])
+def _description(model: type[BaseModel], key_path: KeyPath) -> str:
+    """Return the description of a key, or of the nearest enclosing key that has one."""
+    for end in range(len(key_path), 0, -1):
+        name = key_path[end - 1]
+        section = _section(model, key_path[: end - 1])
         if isinstance(name, str) and section is not None and name in section.model_fields:
             return section.model_fields[name].description or ""
     return ""
