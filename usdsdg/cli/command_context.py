@@ -38,7 +38,7 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")]
 
 
 @contextmanager
-def session(
+def command_context(
     *, assets_root: Path | None = None, device: str | None = None, quiet: bool = False, save_stage: Path | None = None
 ) -> Iterator[None]:
     """Set up, run the body, finish its files; errors of ours and Ctrl-C end the program with one plain message."""

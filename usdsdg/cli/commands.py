@@ -10,7 +10,7 @@ import typer
 
 from usdsdg.cli.doctor import doctor
 from usdsdg.cli.generate import generate
-from usdsdg.cli.inspect_page import inspect
+from usdsdg.cli.inspect import inspect
 from usdsdg.cli.render import render
 from usdsdg.cli.run import run
 from usdsdg.cli.simulate import simulate

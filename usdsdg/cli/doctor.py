@@ -9,7 +9,7 @@ import platform
 import shutil
 from pathlib import Path
 
-from usdsdg.cli.session import session
+from usdsdg.cli.command_context import command_context
 
 REQUIRED = [
     "usd-core",
@@ -34,7 +34,7 @@ OPTIONAL = {
 
 def doctor() -> None:
     """Say what is installed, which devices there are, where caches and assets lie, and what is missing."""
-    with session(quiet=True):
+    with command_context(quiet=True):
         missing = [*_packages(), *_devices(), *_denoiser(), *_folders()]
     print()
     print("Nothing is missing." if not missing else "Missing:\n" + "\n".join(f"  {line}" for line in missing))

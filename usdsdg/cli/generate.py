@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
+from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, SaveStage, command_context, seed_everything
 from usdsdg.cli.file_kinds import CONFIGURATION, STAGE, check_kind
-from usdsdg.cli.session import AssetsRoot, Device, Quiet, SaveStage, seed_everything, session
 
 
 def generate(
@@ -24,11 +24,11 @@ def generate(
     save_stage: SaveStage = None,
     quiet: Quiet = False,
 ) -> None:
-    """Generate a dataset of labelled objects among distractors, from a config file.
+    """Generate a dataset of labeled objects among distractors, from a config file.
 
     Given a stage that a script saved, run its graph again without the script.
     """
-    with session(assets_root=assets_root, device=device, quiet=quiet, save_stage=save_stage):
+    with command_context(assets_root=assets_root, device=device, quiet=quiet, save_stage=save_stage):
         from usdsdg.scenarios import object_based, saved_pipeline
         from usdsdg.scenarios.config import load_config
 

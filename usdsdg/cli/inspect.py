@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from usdsdg.cli.session import session
+from usdsdg.cli.command_context import command_context
 
 
 def inspect(
@@ -15,7 +15,7 @@ def inspect(
     output: Annotated[Path | None, typer.Option(help="The page.", show_default="FOLDER/inspect.html")] = None,
 ) -> None:
     """Make one self-contained HTML page: pictures with their labels drawn over them, counts and histograms."""
-    with session(quiet=True):
+    with command_context(quiet=True):
         from usdsdg.inspect import inspect as make_page
 
         print(make_page(folder, output))

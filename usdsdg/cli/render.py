@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, Seed, command_context, seed_everything
 from usdsdg.cli.file_kinds import STAGE, check_kind
-from usdsdg.cli.session import AssetsRoot, Device, Quiet, Seed, seed_everything, session
 from usdsdg.errors import StageError
 
 if TYPE_CHECKING:
     from pxr import Usd
 
 
-BLACK = 2  # brightest grey level of a picture that shows nothing
+BLACK = 2  # brightest gray level of a picture that shows nothing
 
 
 def render(
@@ -38,7 +38,7 @@ def render(
     quiet: Quiet = False,
 ) -> None:
     """Render one camera of a stage: picture, depth, normals, masks and boxes, as BasicWriter lays them out."""
-    with session(assets_root=assets_root, device=device, quiet=quiet):
+    with command_context(assets_root=assets_root, device=device, quiet=quiet):
         import usdsdg as rep
         from usdsdg.session import stage_context
         from usdsdg.stage.cameras import default_view

@@ -10,8 +10,8 @@ from typing import Annotated
 
 import typer
 
+from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, SaveStage, Seed, command_context, seed_everything
 from usdsdg.cli.file_kinds import REPLICATOR_YAML, SCRIPT, check_kind
-from usdsdg.cli.session import AssetsRoot, Device, Quiet, SaveStage, Seed, seed_everything, session
 
 YAML = (".yaml", ".yml")
 
@@ -45,7 +45,7 @@ def run(
     if not script.is_file():
         print(f"error: no script {script}", file=sys.stderr)
         raise typer.Exit(1)
-    with session(assets_root=assets_root, device=device, quiet=quiet, save_stage=save_stage):
+    with command_context(assets_root=assets_root, device=device, quiet=quiet, save_stage=save_stage):
         check_kind(script, SCRIPT, REPLICATOR_YAML)
         seed_everything(seed)
         if script.suffix.lower() in YAML:

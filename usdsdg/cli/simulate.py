@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
+from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, command_context
 from usdsdg.cli.file_kinds import STAGE, check_kind
-from usdsdg.cli.session import AssetsRoot, Device, Quiet, session
 
 
 def simulate(
@@ -20,7 +20,7 @@ def simulate(
     quiet: Quiet = False,
 ) -> None:
     """Simulate a stage for some seconds and save it with the poses at the end."""
-    with session(assets_root=assets_root, device=device, quiet=quiet):
+    with command_context(assets_root=assets_root, device=device, quiet=quiet):
         from usdsdg.errors import OutputNotWritable
         from usdsdg.session import engines, stage_context
         from usdsdg.session.progress import report

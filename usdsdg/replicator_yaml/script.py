@@ -261,7 +261,7 @@ def _check(name: str, function: Callable[..., Any], given: dict[str, Any], node:
 
 
 def _tuples(value: Any) -> Any:
-    """Lists of numbers as tuples: a position, a size, a colour."""
+    """Lists of numbers as tuples: a position, a size, a color."""
     if not isinstance(value, list):
         return value
     inner = [_tuples(each) for each in value]
