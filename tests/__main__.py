@@ -1,4 +1,4 @@
-"""`python -m tests`: the one command that checks everything: style, types, behaviour."""
+"""`python -m tests` checks everything: style, types, behavior."""
 
 import subprocess
 import sys
@@ -15,7 +15,7 @@ CHECKS = [
 
 
 def main() -> int:
-    """Run every check, also after one failed; the number of failures is the exit code."""
+    """Run every check, also after one fails; return the number of failures, which is the exit code."""
     failed = []
     for name, command in CHECKS:
         print(f"== {name}: {' '.join(command[1:])}", flush=True)

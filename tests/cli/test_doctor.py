@@ -1,4 +1,4 @@
-"""`usdsdg doctor`: what is installed but does not load is missing all the same."""
+"""`usdsdg doctor` reports installed packages that do not load as missing."""
 
 import os
 import subprocess
@@ -16,8 +16,8 @@ def doctor(**environment: str) -> str:
 
 
 @pytest.mark.skipif(oidn_denoiser.lacks_sve(), reason="this processor could not run it anyway, and is told so")
-def test_a_denoiser_that_does_not_load_is_missing(tmp_path):
+def test_a_denoiser_that_does_not_load_is_reported_as_missing(tmp_path):
     (tmp_path / "mitsuba_oidn.py").write_text("raise RuntimeError('no thread pool')")
-    told = doctor(PYTHONPATH=os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
-    assert "Missing:\n  Open Image Denoise is installed but cannot be loaded (no thread pool)" in told
-    assert "Nothing is missing" not in told
+    output = doctor(PYTHONPATH=os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
+    assert "Missing:\n  Open Image Denoise is installed but cannot be loaded (no thread pool)" in output
+    assert "Nothing is missing" not in output

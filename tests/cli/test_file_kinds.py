@@ -1,4 +1,4 @@
-"""Files that were given to the wrong command."""
+"""Files that are given to the wrong command are errors that name the right one."""
 
 import shutil
 
@@ -19,7 +19,7 @@ FILES = {
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_a_file_passes_where_its_kind_is_taken_and_else_names_its_command(name, tmp_path):
+def test_a_file_is_accepted_by_its_own_command_and_refused_by_others_with_its_name(name, tmp_path):
     text, kind, command = FILES[name]
     (tmp_path / name).write_text(text)
     check_kind(tmp_path / name, kind)
@@ -29,7 +29,7 @@ def test_a_file_passes_where_its_kind_is_taken_and_else_names_its_command(name, 
 
 
 @pytest.mark.parametrize("text", ["- 1\n", "what: ever\n", "a: [", "", "&a [*a]"])
-def test_what_is_of_no_known_kind_is_left_to_its_reader(text, tmp_path):
+def test_files_of_unknown_kinds_are_left_to_their_reader(text, tmp_path):
     (tmp_path / "file.yaml").write_text(text)
     check_kind(tmp_path / "file.yaml")
     check_kind(tmp_path / "missing.yaml")
@@ -46,7 +46,7 @@ def test_what_is_of_no_known_kind_is_left_to_its_reader(text, tmp_path):
         (("simulate", "scene.yaml", "out.usda"), "usdsdg run"),
     ],
 )
-def test_commands_name_the_one_that_takes_the_file(arguments, command, tmp_path):
+def test_commands_name_the_command_that_takes_the_file(arguments, command, tmp_path):
     for name, (text, _, _) in FILES.items():
         (tmp_path / name).write_text(text)
     done = usdsdg(*arguments, cwd=tmp_path, expect=1)
@@ -55,5 +55,5 @@ def test_commands_name_the_one_that_takes_the_file(arguments, command, tmp_path)
 
 
 @pytest.mark.parametrize("config", sorted((ROOT / "configs").iterdir()), ids=lambda path: path.name)
-def test_our_own_configurations_pass(config, tmp_path):
+def test_our_own_configurations_are_recognized(config, tmp_path):
     check_kind(shutil.copy(config, tmp_path / config.name), CONFIGURATION)

@@ -1,4 +1,4 @@
-"""Ctrl-C before the first frame: exit code 130, whichever module is being read or kernel compiled, and soon."""
+"""Ctrl-C before the first frame ends the program soon, with exit code 130, during imports and compilation."""
 
 import os
 import signal
@@ -24,18 +24,19 @@ main()
 
 
 def usdsdg(*arguments: str, module: str, on_interrupt=signal.SIG_DFL) -> subprocess.CompletedProcess[str]:
-    """The installed program, which gets a Ctrl-C when it asks for `module`."""
+    """Run the program and send it a Ctrl-C when it imports `module`."""
     return subprocess.run(
         [sys.executable, "-c", PROGRAM.replace("MODULE", module), *arguments],
         capture_output=True, text=True, timeout=60, preexec_fn=lambda: signal.signal(signal.SIGINT, on_interrupt),
     )  # fmt: skip
 
 
-# C++ asks for the last two of pxr: it drops a KeyboardInterrupt in one and makes a TypeError of it in the other.
+# The last two modules of pxr are imported by C++, which drops a KeyboardInterrupt in one and turns it into a
+# TypeError in the other.
 @pytest.mark.parametrize(
     "module", ["usdsdg.cli.commands", "numpy", "typer", "pxr.Sdf", "pxr.Kind", "pxr.Vt", "usdsdg.cli.simulate"]
 )
-def test_reading_modules_ends_with_one_line(module):
+def test_an_interrupt_during_imports_ends_the_program_with_one_line(module):
     done = usdsdg("doctor", module=module)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
 
@@ -46,7 +47,7 @@ def test_a_command_that_has_begun_finishes_its_files():
     assert done.stderr.splitlines()[-1] == "files written so far are whole"
 
 
-def test_a_program_that_was_told_to_ignore_it_does():
+def test_an_ignored_interrupt_stays_ignored():
     done = usdsdg("--version", module="numpy", on_interrupt=signal.SIG_IGN)
     assert done.returncode == 0
     assert done.stdout.startswith("usdsdg ")
@@ -63,7 +64,7 @@ def Sphere "ball" ( prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsCollisi
 @pytest.mark.parametrize(
     ("command", "label"), [("render", "render kernels"), ("simulate", "compiling physics kernels")]
 )
-def test_compilers_are_not_waited_for(command, label, tmp_path):
+def test_an_interrupt_does_not_wait_for_compilers(command, label, tmp_path):
     (tmp_path / "scene.usda").write_text(SCENE)
     process = subprocess.Popen(
         [sys.executable, "-m", "usdsdg", command, "scene.usda", "out.usda", "--device=cpu"],
@@ -76,11 +77,11 @@ def test_compilers_are_not_waited_for(command, label, tmp_path):
         assert any(label in line for line in process.stderr)
         time.sleep(0.2)  # until a compiler is at work
         process.send_signal(signal.SIGINT)
-        asked = time.monotonic()
-        _, said = process.communicate(timeout=60)
+        interrupted = time.monotonic()
+        _, stderr = process.communicate(timeout=60)
     finally:
         process.kill()
-    assert process.returncode == 130, said
-    assert said.splitlines()[-1] == "files written so far are whole"
-    # A compiler takes from five seconds on.
-    assert time.monotonic() - asked < 3
+    assert process.returncode == 130, stderr
+    assert stderr.splitlines()[-1] == "files written so far are whole"
+    # Compiling takes at least five seconds.
+    assert time.monotonic() - interrupted < 3

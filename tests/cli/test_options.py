@@ -1,4 +1,4 @@
-"""What all commands refuse before they start, and what their help says."""
+"""Options that all commands refuse before any work, and the texts of their help."""
 
 import re
 
@@ -10,15 +10,15 @@ from tests.scripts.conftest import ROOT, usdsdg
 from usdsdg.cli.commands import app
 
 
-def said(*arguments: str) -> str:
-    """The output of a command that succeeds, on one line and without its frame."""
+def output_of(*arguments: str) -> str:
+    """The output of a command that succeeds, on one line and without box characters."""
     result = CliRunner().invoke(app, list(arguments), env={"COLUMNS": "200", "TERM": "dumb"})
     assert result.exit_code == 0, result.output
     return re.sub(r"[\s│]+", " ", result.output)
 
 
-def test_the_version_is_told():
-    assert said("--version").strip() == f"usdsdg {rep.__version__}"
+def test_the_version_is_printed():
+    assert output_of("--version").strip() == f"usdsdg {rep.__version__}"
 
 
 @pytest.mark.parametrize(
@@ -30,16 +30,16 @@ def test_the_version_is_told():
         ("inspect", "FOLDER/inspect.html"),
     ],
 )
-def test_the_help_tells_defaults(command, default):
-    assert f"[default: ({default})]" in said(command, "--help")
+def test_the_help_names_defaults(command, default):
+    assert f"[default: ({default})]" in output_of(command, "--help")
 
 
-def test_the_help_of_run_says_whose_options_are_whose():
-    assert "Options of usdsdg come before SCRIPT" in said("run", "--help")
+def test_the_help_of_run_says_which_options_belong_to_the_script():
+    assert "Options of usdsdg come before SCRIPT" in output_of("run", "--help")
 
 
 @pytest.mark.parametrize("command", ["run", "generate"])
-def test_a_stage_cannot_be_saved_as_a_picture(tmp_path, command):
+def test_a_stage_cannot_be_saved_as_an_image(tmp_path, command):
     (tmp_path / "script.py").write_text("print('started')")
     what = "script.py" if command == "run" else str(ROOT / "configs" / "object_based.yaml")
     done = usdsdg(command, "--quiet", "--save-stage", "x.png", what, cwd=tmp_path, expect=1)
@@ -55,7 +55,7 @@ def test_a_stage_cannot_be_saved_as_a_picture(tmp_path, command):
         ("run", "in.usda"),
     ],
 )
-def test_a_device_that_does_not_exist_is_refused_first(tmp_path, arguments):
+def test_a_device_that_does_not_exist_is_refused_before_any_work(tmp_path, arguments):
     (tmp_path / "in.usda").write_text("#usda 1.0\n")
     command, *rest = arguments
     done = usdsdg(command, "--device", "abacus", *rest, cwd=tmp_path, expect=1)

@@ -1,4 +1,4 @@
-"""`usdsdg run` as a shell sees it: arguments, exit codes, Ctrl-C, and scripts that run their own loop."""
+"""`usdsdg run` from a shell: arguments, exit codes, Ctrl-C, and scripts that run their own event loop."""
 
 import signal
 import subprocess
@@ -15,7 +15,7 @@ def run(folder, script: str, *arguments: str, expect: int = 0) -> subprocess.Com
     return usdsdg("run", "--quiet", "script.py", *arguments, cwd=folder, expect=expect)
 
 
-def test_what_follows_the_script_belongs_to_the_script(tmp_path):
+def test_arguments_after_the_script_belong_to_the_script(tmp_path):
     done = run(tmp_path, "import sys; print(sys.argv)", "--seed", "9", "-q", "--num", "2", "--help")
     assert done.stdout.strip() == "['script.py', '--seed', '9', '-q', '--num', '2', '--help']"
 
@@ -41,12 +41,12 @@ def test_an_unknown_option_before_the_script_is_named(tmp_path):
     ("argument", "code", "said"),
     [("", 0, ""), ("0", 0, ""), ("3", 3, ""), ("'bad things'", 1, "bad things\n"), ("[1]", 1, "[1]\n")],
 )
-def test_sys_exit_does_what_it_does_in_python(tmp_path, argument, code, said):
+def test_sys_exit_gives_the_exit_code_and_message_of_python(tmp_path, argument, code, said):
     done = run(tmp_path, f"import sys; sys.exit({argument})", expect=code)
     assert done.stderr == said
 
 
-def test_sys_exit_in_a_task_says_nothing(tmp_path):
+def test_sys_exit_in_a_task_prints_nothing(tmp_path):
     script = """
         import asyncio, sys
         async def main():
@@ -117,7 +117,7 @@ STANDALONE = """
 """
 
 
-def test_a_standalone_script_may_run_its_coroutines_in_every_way(tmp_path):
+def test_a_standalone_script_may_run_coroutines_in_every_way_of_isaac_sim(tmp_path):
     assert run(tmp_path, STANDALONE).stdout.split("\n")[:4] == ["loop", "until complete", "app", "run"]
 
 
@@ -176,7 +176,7 @@ DELETIONS = """
 
 
 @pytest.mark.parametrize("script", [SYNCHRONOUS, UPDATES, TASK, IDLE, DELETIONS])
-def test_ctrl_c_ends_a_script_with_whole_files(tmp_path, script):
+def test_ctrl_c_ends_a_script_and_leaves_no_partial_files(tmp_path, script):
     out = tmp_path / "out"
     (tmp_path / "script.py").write_text(textwrap.dedent(script).replace("OUT", str(out)))
     command = [sys.executable, "-m", "usdsdg", "run", "--quiet", "script.py"]
@@ -188,18 +188,18 @@ def test_ctrl_c_ends_a_script_with_whole_files(tmp_path, script):
         assert process.stdout is not None
         assert process.stdout.readline() == "ready\n"
         process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=30)
+        _, stderr = process.communicate(timeout=30)
     finally:
         process.kill()
-    assert process.returncode == 130, said
-    assert "interrupted" in said
-    assert "Traceback" not in said
+    assert process.returncode == 130, stderr
+    assert "interrupted" in stderr
+    assert "Traceback" not in stderr
     if script is SYNCHRONOUS:
         assert list(out.glob("rgb_*.png"))
         assert not list(out.glob(".*"))
 
 
-def test_a_run_that_cannot_end_is_refused_before_it_writes(tmp_path):
+def test_a_run_that_cannot_end_is_refused_before_it_writes_files(tmp_path):
     script = SYNCHRONOUS.replace("OUT", str(tmp_path / "out")).split("rep.orchestrator.step()")[0] + (
         "with rep.trigger.on_time(interval=1, num=3):\n"
         "        rep.randomizer.rotation(input_prims=camera)\n"

@@ -52,19 +52,19 @@ def test_a_file_runs_until_its_triggers_have_run_out(tmp_path):
     assert 'usdsdg:line = "scene.yaml:' in (tmp_path / "last.usda").read_text()
 
 
-def test_the_last_line_counts_what_was_captured(tmp_path):
+def test_the_last_line_of_progress_counts_the_captured_frames(tmp_path):
     done, files = run(tmp_path, "trigger.on_frame: {max_execs: 3}", quiet=())
     counts = [line for line in done.stderr.splitlines() if line.startswith("[usdsdg] frames captured: ")]
     assert counts[-1].startswith(f"[usdsdg] frames captured: {len(files)}/{len(files)}")
 
 
-def test_the_timeline_plays_for_triggers_of_times(tmp_path):
+def test_the_timeline_plays_for_triggers_by_time(tmp_path):
     _, files = run(tmp_path, "trigger.on_time: {interval: 0.05, max_execs: 2}")
     assert len({(tmp_path / "out" / name).read_bytes() for name in files}) == 3
     assert [name for name in files if "tight_2_" in name]
 
 
-def test_a_file_without_an_end_is_refused(tmp_path):
+def test_a_file_whose_run_would_not_end_is_refused(tmp_path):
     done, files = run(tmp_path, "trigger.on_frame: {interval: 1}", expect=1)
     assert "no trigger has max_execs" in done.stderr
     assert files == []
@@ -77,7 +77,7 @@ def test_a_file_without_an_end_is_refused(tmp_path):
         ("trigger.on_frame: {max_execs: 2, intervall: 3}", "line 21: .*'intervall'; did you mean 'interval'"),
     ],
 )
-def test_mistakes_end_with_one_line(tmp_path, trigger, words):
+def test_mistakes_are_reported_without_a_traceback(tmp_path, trigger, words):
     done, _ = run(tmp_path, trigger, expect=1)
     assert re.search(words, done.stderr)
     assert "Traceback" not in done.stderr

@@ -1,4 +1,4 @@
-"""What `usdsdg/compat/GAPS.md` lists; `python -m tests.contracts.gaps` rewrites its last section."""
+"""Read the names that `usdsdg/compat/GAPS.md` lists; `python -m tests.contracts.gaps` rewrites its last section."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MISSING, DIFFERENT, UNBUILT = "Missing on purpose", "Different on purpose", "Not
 
 
 def listed(section: str, text: str | None = None) -> list[str]:
-    """The names in a section of GAPS.md: those in backticks before a row's first bar, or a list item's colon."""
+    """Return the names in a section of GAPS.md: those in backticks in a row's first cell or before an item's colon."""
     text = GAPS.read_text(encoding="utf-8") if text is None else text
     _, _, rest = text.partition(f"## {section}\n")
     lines = re.split(r"^## ", rest, maxsplit=1, flags=re.MULTILINE)[0].splitlines()
@@ -22,7 +22,7 @@ def listed(section: str, text: str | None = None) -> list[str]:
 
 
 def with_unbuilt(text: str) -> str:
-    """`text` of GAPS.md with its last section made anew from the table and from what there is."""
+    """Return `text` of GAPS.md with its last section rewritten from the current differences."""
     before, heading, _ = text.partition(f"## {UNBUILT}\n")
     on_purpose = set(listed(MISSING, text)) | set(listed(DIFFERENT, text))
     items = [f"- `{path}`: {what}" for path, what in mirror.differences().items() if path not in on_purpose]

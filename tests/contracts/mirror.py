@@ -1,4 +1,4 @@
-"""The mirror's contract: reads the table of Replicator's names and says how ours differ from it."""
+"""Compare our public names with the table of Replicator's names."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Name:
 
 
 def parsed(text: str) -> inspect.Signature:
-    """The signature that `text` ("(a, b=1)") writes down."""
+    """Parse a signature such as "(a, b=1)"."""
     scope: dict[str, Any] = {}
     exec(f"def f{text}: ...", scope)
     return inspect.signature(scope["f"])
@@ -71,7 +71,7 @@ def _name(section: str, module: str, line: str) -> Name:
 
 @cache
 def names() -> dict[str, Name]:
-    """The table by path, in its order."""
+    """Return the names of the table by path, in order."""
     found: dict[str, Name] = {}
     for section, module, lines in TABLE:
         for line in (" ".join(line.split()) for line in lines.splitlines()):
@@ -82,20 +82,20 @@ def names() -> dict[str, Name]:
             if first is None:
                 found[name.path] = name
             elif name.version == "1.12" or name.signature is None:
-                raise ValueError(f"{name.path} stands twice in the table")
+                raise ValueError(f"{name.path} is given twice in the table")
             else:
                 found[name.path] = replace(first, more=(*first.more, (name.version, name.signature)))
     return found
 
 
-# What names say that stand in another place with us, or on an object that a function returns.
+# Objects whose attributes the table lists, which only functions return.
 def _objects() -> dict[str, Any]:
     from usdsdg.stage.cameras.render_products import HydraTexture
 
     return {"HydraTexture": HydraTexture("/Render/HydraTextures/rp", "/World/camera", (64, 64))}
 
 
-# Words that an annotation of each return kind may hold.
+# Words that an annotation of each return kind may contain.
 RETURNS = {
     "annotator": ("Annotator",),
     "augmentation": ("Augmentation",),
@@ -121,14 +121,14 @@ REFUSES = "raises Unsupported whatever it is given"
 
 @cache
 def differences() -> dict[str, str]:
-    """How ours differ, by path: "missing", or what is wrong with them; names that are as in the table are left out."""
+    """Return differences by path: "missing", or what differs; names that agree with the table are left out."""
     found = {path: difference(name) for path, name in names().items() if name.kind != "import"}
     found |= _imports([path for path, name in names().items() if name.kind == "import"])
     return {path: found[path] for path in names() if found[path]}
 
 
 def difference(name: Name) -> str:
-    """How ours differs from one name of the table that is no import; "" when it does not."""
+    """Return how ours differs from one name of the table that is not an import; "" when it does not."""
     if name.kind == "annotator":
         return _annotator(name)
     if name.kind == "augmentation":
@@ -141,7 +141,7 @@ def difference(name: Name) -> str:
 
 
 def _refuses(ours: Any) -> bool:
-    """Whether a function or class is there only to say that there is no such thing here."""
+    """Return whether a function or class does nothing but raise Unsupported."""
     if (inspect.isclass(ours) or inspect.isfunction(ours)) and (ours.__doc__ or "").startswith("Unsupported:"):
         return True
     if not inspect.isfunction(ours):
@@ -177,10 +177,10 @@ def _annotator(name: Name) -> str:
 
 
 def _resolved(path: str) -> tuple[Any, Any]:
-    """What holds the last part of `path`, and what it holds; a class's annotated or assigned attribute is `...`.
+    """Return the owner of a path's last part and its value, which is `...` for attributes that instances get.
 
     Raises:
-        AttributeError: there is no such thing.
+        AttributeError: there is no such attribute.
     """
     first, *rest = path.split(".")
     owner, ours = usdsdg, _objects().get(first) or getattr(usdsdg, first)
@@ -191,7 +191,7 @@ def _resolved(path: str) -> tuple[Any, Any]:
 
 
 def _sets(owner: type, attribute: str) -> bool:
-    """Whether instances get `attribute`: it is annotated in the class, or a method assigns it."""
+    """Return whether instances get `attribute`: it is annotated in the class, or a method assigns it."""
     assigned = re.compile(rf"self\.{attribute}\b[^=\n]*=[^=]")
     return any(
         attribute in inspect.get_annotations(base) or assigned.search(inspect.getsource(base))
@@ -227,7 +227,7 @@ def _faults(name: Name, owner: Any, ours: Any) -> Iterator[str]:
 
 
 def _signature(owner: Any, last: str, ours: Any) -> inspect.Signature:
-    """As a caller sees it: without the `self` of a function that is looked up in its class."""
+    """Return the signature without the `self` of a function that is looked up in its class."""
     signature = inspect.signature(ours)
     if inspect.isclass(owner) and inspect.isfunction(inspect.getattr_static(owner, last)):
         return signature.replace(parameters=list(signature.parameters.values())[1:])
@@ -235,13 +235,13 @@ def _signature(owner: Any, last: str, ours: Any) -> inspect.Signature:
 
 
 def _returns(kind: str, annotation: Any) -> bool:
-    """Whether an annotation, if there is one, is of the kind."""
+    """Return whether an annotation, if there is one, is of the kind."""
     text = annotation if isinstance(annotation, str) else inspect.formatannotation(annotation)
     return annotation in (inspect.Signature.empty, "Any", Any) or any(word in text for word in RETURNS[kind])
 
 
 def unread(name: Name) -> list[str]:
-    """Arguments that our function takes, does not look at and does not name in its docstring."""
+    """Return arguments that our function neither reads nor names in its docstring."""
     try:
         _, ours = _resolved(name.path)
     except AttributeError:
@@ -264,17 +264,19 @@ def unread(name: Name) -> list[str]:
 
 
 def signature_faults(theirs: inspect.Signature, ours: inspect.Signature) -> Iterator[str]:
-    """Where a call that fits `theirs` would not do the same with `ours`.
+    """Yield the reasons why a call that fits `theirs` could behave differently with `ours`.
 
     Ours may have keyword-only options beyond theirs, and a default where theirs has none.
     """
     kinds = inspect.Parameter
-    placed = [p for p in theirs.parameters.values() if p.kind is kinds.POSITIONAL_OR_KEYWORD]
+    positional = [p for p in theirs.parameters.values() if p.kind is kinds.POSITIONAL_OR_KEYWORD]
     named = {p.name: p for p in theirs.parameters.values() if p.kind is kinds.KEYWORD_ONLY}
-    our_placed = [p for p in ours.parameters.values() if p.kind in (kinds.POSITIONAL_OR_KEYWORD, kinds.POSITIONAL_ONLY)]
+    our_positional = [
+        p for p in ours.parameters.values() if p.kind in (kinds.POSITIONAL_OR_KEYWORD, kinds.POSITIONAL_ONLY)
+    ]
 
-    # Names and places.
-    wanted, got = [p.name for p in placed], [p.name for p in our_placed]
+    # Names and positions.
+    wanted, got = [p.name for p in positional], [p.name for p in our_positional]
     nameless = {i for i, each in enumerate(wanted) if each.startswith("_") and i < len(got)}
     lacking = [each for i, each in enumerate(wanted) if i not in nameless and each not in ours.parameters]
     if lacking:
@@ -289,7 +291,7 @@ def signature_faults(theirs: inspect.Signature, ours: inspect.Signature) -> Iter
     lacking = [each for each in named if each not in ours.parameters]
     if lacking:
         yield f"has no parameter {', '.join(lacking)}"
-    for parameter in [*placed, *named.values()]:
+    for parameter in [*positional, *named.values()]:
         mine = ours.parameters.get(parameter.name)
         default = ... if parameter.default is kinds.empty else parameter.default
         if mine is not None and not _same(default, mine.default):
@@ -320,7 +322,7 @@ def _same(theirs: Any, ours: Any) -> bool:
 
 
 def _imports(paths: list[str]) -> dict[str, str]:
-    """Which of the import paths fail, asked in a process of its own, where the old names are installed."""
+    """Return which import paths fail, tried in a separate process with the old names installed."""
     code = """
     import importlib, json, sys
     import usdsdg.compat; usdsdg.compat.install()

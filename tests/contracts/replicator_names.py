@@ -1,6 +1,6 @@
-"""Every public name of omni.replicator.core 1.12, with signature, return kind and the place in our specification.
+"""Every public name of omni.replicator.core 1.12, with signature, return kind and section of our specification.
 
-The table is the blocks of text below, one name a line: `path(parameters) -> return kind`, below the block's module.
+The table is the text blocks below, one name per line: `path(parameters) -> return kind`, below the block's module.
 
 - `4.2 ` before a line of a name that exists in 1.12 too: parameters that scripts for 4.2 pass, which must be accepted.
 - `6.0 ` likewise for what 6.0 added; before a name of its own: a name that 6.0 added.
@@ -489,8 +489,8 @@ block(
     Rotate
     """,
 )
-# One line of parameters for those that b.2 gives; the others take what they take.
-LABELLED = "semanticTypes=..., semanticFilter=..."
+# Parameters of the annotators for which section b.2 gives them; those of the others are not checked.
+LABELED = "semanticTypes=..., semanticFilter=..."
 COLORIZED = "colorize=..., mapping=..., semanticFilter=..."
 block(
     "b.2",
@@ -514,13 +514,13 @@ block(
     shaded_semantic_segmentation
     shaded_instance_segmentation
     shaded_instance_id_segmentation
-    bounding_box_2d_tight({LABELLED})
-    bounding_box_2d_tight_fast({LABELLED})
-    bounding_box_2d_loose({LABELLED})
-    bounding_box_2d_loose_fast({LABELLED})
-    bounding_box_3d({LABELLED})
-    bounding_box_3d_fast({LABELLED})
-    bounding_box_3d_360({LABELLED})
+    bounding_box_2d_tight({LABELED})
+    bounding_box_2d_tight_fast({LABELED})
+    bounding_box_2d_loose({LABELED})
+    bounding_box_2d_loose_fast({LABELED})
+    bounding_box_3d({LABELED})
+    bounding_box_3d_fast({LABELED})
+    bounding_box_3d_360({LABELED})
     occlusion
     camera_params
     CameraParams

@@ -1,4 +1,4 @@
-"""What every registered annotator promises."""
+"""Contract of every registered annotator."""
 
 import dataclasses
 
@@ -14,10 +14,10 @@ from usdsdg.stage.cameras import render_products
 from usdsdg.stage.geometry.pixel_masks import Outlines
 
 NAMES = annotators.get_registered_annotators()
-PICTURE = {"LdrColor", "HdrColor"}
-# Those that say nothing without.
+IMAGE = {"LdrColor", "HdrColor"}
+# Parameters without which an annotator returns nothing.
 PARAMS = {"Attribute": {"prims": [CAMERA], "attribute": "focalLength"}}
-# The clock on the wall does not repeat.
+# The system time differs at every call.
 REPEATING = [name for name in NAMES if name != "IsaacReadSystemTime"]
 
 
@@ -36,16 +36,16 @@ def get(name):
 
 
 def tree(value):
-    """A nested payload with arrays as tuples, to compare by value."""
+    """Convert a nested payload to tuples, which compare by value."""
     if isinstance(value, dict):
         return {key: tree(item) for key, item in value.items()}
     return (value.dtype, value.shape, value.tobytes()) if isinstance(value, np.ndarray) else value
 
 
 @pytest.mark.parametrize("name", REPEATING)
-def test_it_needs_no_more_than_it_declares(name, frame):
+def test_an_annotator_uses_only_the_aovs_that_it_declares(name, frame):
     annotator = get(name)
-    given = set(annotator.aovs) | (PICTURE if annotator.needs_path_tracing else set())
+    given = set(annotator.aovs) | (IMAGE if annotator.needs_path_tracing else set())
     masks = frame.amodal_masks if annotator.needs_amodal_masks else Outlines.nothing(frame.shape)
     bare = dataclasses.replace(
         frame, aovs={k: v for k, v in frame.aovs.items() if k in given}, amodal_masks=masks, memo={}
@@ -54,7 +54,7 @@ def test_it_needs_no_more_than_it_declares(name, frame):
 
 
 @pytest.mark.parametrize("name", REPEATING)
-def test_it_leaves_the_frame_alone_and_repeats(name, frame):
+def test_an_annotator_does_not_change_the_frame_and_repeats_its_result(name, frame):
     before = tree(dict(frame.aovs))
     first = tree(get(name).compute(dataclasses.replace(frame, memo={})).flat())
     again = tree(get(name).compute(dataclasses.replace(frame, memo={})).flat())
@@ -63,7 +63,7 @@ def test_it_leaves_the_frame_alone_and_repeats(name, frame):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_its_empty_array_is_of_the_type_of_the_full_one(name, frame):
+def test_data_before_the_first_frame_are_empty_arrays_of_the_same_type(name, frame):
     annotator = get(name).attach(known("/Render/Any"))
     try:
         empty = annotator.get_data()
@@ -77,5 +77,5 @@ def test_its_empty_array_is_of_the_type_of_the_full_one(name, frame):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_it_is_documented(name):
+def test_every_annotator_is_documented(name):
     assert get(name).documentation

@@ -1,4 +1,4 @@
-"""docs/compatibility.md lists what there is: its tables agree with the registries and modules."""
+"""The tables of docs/compatibility.md agree with the registries and modules."""
 
 import re
 from pathlib import Path
@@ -19,7 +19,7 @@ FAMILIES = ["create", "modify", "get", "randomizer", "distribution", "trigger", 
 
 
 def words(text: str) -> set[str]:
-    """Everything in backticks, split at spaces."""
+    """Return all words in backticks, split at spaces."""
     return {word for part in re.findall(r"`([^`]*)`", text) for word in part.split()}
 
 
@@ -33,18 +33,18 @@ def row(name: str) -> set[str]:
 
 
 def built(family: str) -> set[str]:
-    """The members of a family that Replicator has, and that are here and do more than say that they are not."""
+    """Return the members of a family that Replicator has and that are implemented here."""
     names = [name for path, name in mirror.names().items() if re.fullmatch(rf"{family}\.\w+", path)]
     absent = (mirror.MISSING, mirror.REFUSES)
     return {name.path.split(".")[1] for name in names if mirror.difference(name) not in absent}
 
 
 @pytest.mark.parametrize("family", [name for name in FAMILIES if hasattr(rep, name)])
-def test_families(family):
+def test_the_page_lists_the_members_of_each_family(family):
     assert row(family) == built(family)
 
 
-def test_writers_and_backends():
+def test_the_page_lists_writers_and_backends():
     assert {"BasicWriter", "PoseWriter"} <= row("writers")
     assert row("writers") >= set(rep.writers.get_writers())
     assert row("backends") >= set(backends.registered.names())
@@ -52,8 +52,8 @@ def test_writers_and_backends():
     assert all(hasattr(rep, name) for name in row("top level"))
 
 
-def test_annotators():
-    """Those of the tests, if any are registered now, have no place there."""
+def test_the_page_lists_annotators():
+    """Annotators that tests may have registered do not count."""
     there, missing = section("Annotators").split("These are known and raise", 1)
     own = {
         name
@@ -65,10 +65,10 @@ def test_annotators():
     assert not words(missing) & own
 
 
-def test_augmentations():
+def test_the_page_lists_augmentations():
     assert words(section("Augmentations")) >= set(DEFAULT_AUGMENTATIONS)
 
 
-def test_settings():
-    told = {word.rstrip(",") for word in words(section("Settings with a meaning")) if word.startswith("/")}
-    assert told == set(settings.DEFAULTS)
+def test_the_page_lists_settings_that_have_an_effect():
+    listed = {word.rstrip(",") for word in words(section("Settings with a meaning")) if word.startswith("/")}
+    assert listed == set(settings.DEFAULTS)

@@ -1,4 +1,4 @@
-"""Every name of Replicator's that is here says what it does, and every function which errors it raises itself."""
+"""Every name of Replicator has a docstring, and docstrings of functions name the errors that they raise."""
 
 import inspect
 import re
@@ -9,14 +9,14 @@ import usdsdg as rep
 from tests.contracts import mirror
 from usdsdg.stage.cameras.render_products import HydraTexture
 
-# Modules, imports and registries' members have pages of their own.
+# Modules, imports and members of registries are documented elsewhere.
 FUNCTIONS = [
     path for path, name in mirror.names().items() if name.kind not in ("module", "import", "annotator", "augmentation")
 ]
 
 
 def found(path):
-    """What a name stands for, as written: functions of classes and properties without their wrappers."""
+    """Return the object of a name; methods and properties without their wrappers."""
     value, parts = rep, path.split(".")
     if parts[0] == "HydraTexture":
         value, parts = HydraTexture, parts[1:]
@@ -32,18 +32,18 @@ def described(path):
 
 
 @pytest.mark.parametrize("path", FUNCTIONS)
-def test_it_says_what_it_does(path):
+def test_every_name_has_a_docstring(path):
     _, text = described(path)
     assert text is None or len(text) >= 12
 
 
 @pytest.mark.parametrize("path", FUNCTIONS)
-def test_it_names_the_errors_that_it_raises(path):
+def test_docstrings_name_the_errors_that_are_raised(path):
     value, text = described(path)
     if not inspect.isfunction(value) or not value.__module__.startswith("usdsdg"):
         return
     raised = set(re.findall(r"^\s+raise (\w+)\(", inspect.getsource(value), re.MULTILINE))
     module = inspect.getdoc(inspect.getmodule(value)) or ""
-    # What only refuses says so in its first words.
-    untold = {error for error in raised if error not in text and error not in module}
-    assert untold <= ({"Unsupported"} if text.startswith("Not available") else set())
+    # Functions that only raise Unsupported say so in their first words.
+    undocumented = {error for error in raised if error not in text and error not in module}
+    assert undocumented <= ({"Unsupported"} if text.startswith("Not available") else set())

@@ -1,4 +1,4 @@
-"""The Python and YAML of README.md and docs/ run as they stand there, but for the size and number of pictures."""
+"""The Python and YAML code in README.md and docs/ runs as written, except for the size and number of images."""
 
 import re
 
@@ -18,7 +18,7 @@ PAGES = sorted(path for path in [ROOT / "README.md", *(ROOT / "docs").glob("*.md
 
 
 def blocks(page, language: str) -> str:
-    """All blocks of a page in order: later ones go on with what earlier ones made."""
+    """Return all code blocks of a page in order; later ones use names of earlier ones."""
     text = "\n".join(
         re.findall(rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
     )
@@ -28,7 +28,7 @@ def blocks(page, language: str) -> str:
 
 
 def save_scene(path) -> None:
-    """A cube between the two cameras that docs/renderer.md looks through."""
+    """Save a scene with the two cameras that docs/renderer.md uses."""
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.Cube.Define(stage, "/World/Cube").AddTranslateOp().Set((0, 0, -10))
     UsdLux.DomeLight.Define(stage, "/World/Sky").CreateIntensityAttr(1000)
@@ -39,14 +39,14 @@ def save_scene(path) -> None:
 
 @pytest.fixture(autouse=True)
 def home(tmp_path, monkeypatch):
-    """Writers leave their files below the home folder; compiled kernels stay where they are."""
+    """Writers write below a temporary home folder; the kernel cache stays where it is."""
     wp.init()
     monkeypatch.setenv("WARP_CACHE_PATH", wp.config.kernel_cache_dir)
     monkeypatch.setenv("HOME", str(tmp_path))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_python_runs(page, tmp_path):
+def test_documented_python_runs(page, tmp_path):
     save_scene(tmp_path / "scene.usda")
     (tmp_path / "script.py").write_text(blocks(page, "python"))
     usdsdg("run", "--quiet", "script.py", cwd=tmp_path)
@@ -54,7 +54,7 @@ def test_python_runs(page, tmp_path):
         assert (tmp_path / "omni.replicator_out/cubes/rgb_0001.png").is_file()
 
 
-def test_yaml_runs_and_sees_something(tmp_path):
+def test_documented_yaml_runs_and_its_images_are_not_black(tmp_path):
     (tmp_path / "scene.yaml").write_text(blocks(ROOT / "docs/yaml.md", "yaml"))
     done = usdsdg("run", "--quiet", "scene.yaml", cwd=tmp_path)
     assert "black" not in done.stderr

@@ -6,13 +6,13 @@ from usdsdg.errors import WriterRegistryError
 
 @pytest.fixture
 def registry():
-    made = Registry("fruit", WriterRegistryError)
-    made.add("Apple", 1)
-    made.add("Banana", 2)
-    return made
+    fruits = Registry("fruit", WriterRegistryError)
+    fruits.add("Apple", 1)
+    fruits.add("Banana", 2)
+    return fruits
 
 
-def test_members_come_in_order(registry):
+def test_members_are_listed_in_order(registry):
     assert registry.names() == list(registry) == ["Apple", "Banana"]
     assert len(registry) == 2
     assert "Apple" in registry
@@ -20,30 +20,30 @@ def test_members_come_in_order(registry):
 
 
 @pytest.mark.parametrize("name", ["apple", "Aple", "APPLES"])
-def test_near_misses_are_suggested_whatever_the_case(registry, name):
+def test_similar_names_are_suggested_regardless_of_case(registry, name):
     with pytest.raises(WriterRegistryError, match=rf"No fruit is named '{name}'. Did you mean 'Apple'"):
         registry.get(name)
 
 
-def test_without_a_near_miss_all_names_are_listed(registry):
+def test_without_a_similar_name_all_names_are_listed(registry):
     with pytest.raises(WriterRegistryError, match="Known: Apple, Banana"):
         registry.get("xyz")
 
 
-def test_taken_names(registry):
+def test_a_name_can_be_replaced_only_with_override(registry):
     registry.add("Apple", 3)
     assert registry.get("Apple") == 3
     with pytest.raises(WriterRegistryError, match="exists already"):
         registry.add("Apple", 4, override=False)
 
 
-def test_removing(registry):
+def test_a_removed_member_is_gone(registry):
     assert registry.remove("Apple") == 1
     assert registry.names() == ["Banana"]
     with pytest.raises(WriterRegistryError):
         registry.remove("Apple")
 
 
-def test_near_misses_are_best_first():
+def test_similar_names_are_listed_best_first():
     assert near_misses("rgbb", ["depth", "rgb", "rgba"])[0] in ("rgb", "rgba")
     assert near_misses("zzz", ["depth"]) == []

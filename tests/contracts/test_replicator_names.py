@@ -1,4 +1,4 @@
-"""Every name of Replicator's is here as the table says, or stands in GAPS.md with the reason."""
+"""Every name of Replicator exists here with the signature of the table, or is listed in GAPS.md with the reason."""
 
 import inspect
 
@@ -8,30 +8,30 @@ from tests.contracts import gaps, mirror
 from tests.contracts.mirror import parsed, signature_faults
 
 
-def test_whatever_is_missing_or_different_is_listed():
+def test_missing_and_different_names_are_listed():
     known = {name for section in (gaps.MISSING, gaps.DIFFERENT, gaps.UNBUILT) for name in gaps.listed(section)}
     unlisted = {path: what for path, what in mirror.differences().items() if path not in known}
     assert not unlisted
 
 
-def test_what_is_listed_as_missing_is_missing():
+def test_names_listed_as_missing_are_missing():
     found = mirror.differences()
     assert [path for path in gaps.listed(gaps.MISSING) if found.get(path) not in (mirror.MISSING, mirror.REFUSES)] == []
 
 
-def test_what_is_listed_as_different_is_there_and_different():
+def test_names_listed_as_different_exist_and_differ():
     found = mirror.differences()
     stale = [path for path in gaps.listed(gaps.DIFFERENT) if found.get(path, mirror.MISSING) == mirror.MISSING]
     assert stale == []
 
 
-def test_names_are_listed_once_and_in_the_table():
+def test_listed_names_are_listed_once_and_are_in_the_table():
     every = [name for section in (gaps.MISSING, gaps.DIFFERENT, gaps.UNBUILT) for name in gaps.listed(section)]
     assert len(every) == len(set(every))
     assert set(every) <= set(mirror.names())
 
 
-def test_arguments_without_an_effect_are_named_in_the_docstring():
+def test_unused_arguments_are_named_in_the_docstring():
     silent = {path: mirror.unread(name) for path, name in mirror.names().items() if name.signature is not None}
     assert {path: arguments for path, arguments in silent.items() if arguments} == {}
 
@@ -71,20 +71,20 @@ def test_signatures_are_compared_as_callers_see_them(theirs, ours, fault):
     assert fault in found if fault else found == ""
 
 
-def test_a_function_that_only_refuses_counts_as_missing():
+def test_a_function_that_only_raises_unsupported_counts_as_missing():
     assert mirror.differences()["trigger.on_key_press"] == mirror.REFUSES
 
 
-def test_the_section_of_what_is_not_built_is_made_from_the_table():
+def test_the_section_of_names_not_built_yet_is_generated_from_the_table():
     text = "## Missing on purpose\n\n| `trigger.on_key_press` | x | y |\n\n## Not built yet\n\n- `old`: missing\n"
-    made = gaps.with_unbuilt(text)
-    on_purpose = gaps.listed(gaps.MISSING, made)
+    rewritten = gaps.with_unbuilt(text)
+    on_purpose = gaps.listed(gaps.MISSING, rewritten)
     assert on_purpose == ["trigger.on_key_press"]
-    assert set(gaps.listed(gaps.UNBUILT, made)) == set(mirror.differences()) - set(on_purpose)
-    assert gaps.with_unbuilt(made) == made
+    assert set(gaps.listed(gaps.UNBUILT, rewritten)) == set(mirror.differences()) - set(on_purpose)
+    assert gaps.with_unbuilt(rewritten) == rewritten
 
 
-def test_the_table_reads_as_written():
+def test_the_table_is_parsed_as_written():
     names = mirror.names()
     on_frame = names["trigger.on_frame"]
     assert (on_frame.section, on_frame.returns, on_frame.version) == ("a.7", "item", "1.12")

@@ -1,4 +1,4 @@
-"""What functions return is of the kind that the table says: items in the graph's families, prims in immediate mode."""
+"""Functions return the kind of object that the table says: items in the graph families, prims in immediate mode."""
 
 import contextlib
 
@@ -36,7 +36,7 @@ PRIMS = {"input_prims": MESH}
 UNIT = ((0, 0, 0), (1, 1, 1))
 AUGMENTATION = lambda data_in: data_in  # noqa: E731
 
-# Arguments by name; the functions that are not here are called without any.
+# Arguments by function; functions that are not listed are called without arguments.
 ARGUMENTS = {
     "create.stereo_camera": (1.0,),
     "create.render_product": (CAMERA, (8, 8)),
@@ -102,10 +102,10 @@ ARGUMENTS = {
     "functional.create_batch.material": ("OmniPBR.mdl",),
     "functional.get.prim_at_path": ("{stage}", CUBE),
 }
-# What acts on prims takes them by name, as scripts do outside of a `with`.
+# Functions that act on prims get them as an argument, as in scripts outside of a `with` block.
 ON_PRIMS = ("modify.", "randomizer.", "physics.", "create.projection_material", "create.mesh_decal")
 NOT_ON_PRIMS = ("modify.semantics", "modify.timeline", "modify.time", "modify.frame", "randomizer.instantiate")
-# Methods need an object, and the rest would change what other tests see.
+# Methods need an object, and the other two would affect other tests.
 NOT_CALLED = (
     "HydraTexture.", "Annotator.", "Augmentation.", "BaseBackend.", "ReplicatorItem.", "Writer.", "ReplicatorRNG.",
     "open_stage", "set_global_seed",
@@ -119,7 +119,7 @@ def called() -> list[str]:
 
 @pytest.fixture
 def given(tmp_path):
-    """What stands for the words in braces: a new stage with a few prims, and files; settings are put back after."""
+    """Values for the words in braces: a new stage with a few prims, and files; settings are restored afterwards."""
     settings = get_settings()
     before = {key: settings.get(key) for key in settings.changed()}
     evaluate.reset()
@@ -161,14 +161,14 @@ def given(tmp_path):
 
 
 def filled(value, given):
-    """`value` with the words in braces replaced."""
+    """Return `value` with the words in braces replaced."""
     if isinstance(value, (list, tuple)):
         return type(value)(filled(each, given) for each in value)
     return given[value[1:-1]] if isinstance(value, str) and value.startswith("{") else value
 
 
 @pytest.mark.parametrize("path", called())
-def test_it_returns_what_the_table_says(path, given):
+def test_a_function_returns_the_kind_of_the_table(path, given):
     function = rep
     for part in path.split("."):
         function = getattr(function, part)

@@ -1,4 +1,4 @@
-"""What every registered writer promises."""
+"""Contract of every registered writer."""
 
 import inspect
 import json
@@ -14,7 +14,7 @@ from tests.annotators.scenes import street
 from usdsdg import annotators, writers
 from usdsdg.errors import WriterError
 
-# Options that make a writer write as much as it can.
+# Options with which a writer writes as many files as possible.
 OPTIONS = {
     "BasicWriter": dict.fromkeys(["rgb", "semantic_segmentation", "bounding_box_3d", "camera_params", "normals"], True),
     "PoseWriter": {"write_debug_images": True},
@@ -53,7 +53,7 @@ def run(name, folder, frame, count=3):
     return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
-def test_every_writer_is_tried():
+def test_every_writer_is_tested():
     assert set(OPTIONS) | WITHOUT_FILES == set(writers.get_writers())
 
 
@@ -89,7 +89,7 @@ def test_no_frame_overwrites_another(name, frame, tmp_path):
 
 
 @pytest.mark.parametrize("name", OPTIONS)
-def test_detaching_and_attaching_again_replaces_nothing(name, frame, tmp_path):
+def test_a_writer_that_is_attached_again_replaces_no_files(name, frame, tmp_path):
     writer = writers.get(name, init_params={"output_dir": str(tmp_path / "apart"), **OPTIONS[name]})
     for _ in range(2):
         writer.attach(known(PRODUCT))
@@ -100,9 +100,9 @@ def test_detaching_and_attaching_again_replaces_nothing(name, frame, tmp_path):
     assert apart == set(run(name, tmp_path / "together", frame, count=2))
 
 
-# A CocoWriter takes a folder of its own by itself.
+# CocoWriter makes a new folder by itself.
 @pytest.mark.parametrize("name", sorted(set(OPTIONS) - {"CocoWriter"}))
-def test_two_writers_in_one_folder_are_pointed_out(name, frame, tmp_path, recwarn):
+def test_two_writers_in_one_folder_give_a_warning(name, frame, tmp_path, recwarn):
     pair = [writers.get(name, init_params={"output_dir": str(tmp_path), **OPTIONS[name]}) for _ in range(2)]
     for writer in pair:
         writer.attach(known(PRODUCT))
@@ -110,8 +110,8 @@ def test_two_writers_in_one_folder_are_pointed_out(name, frame, tmp_path, recwar
         writer.detach()
     for writer in pair:
         writer.backend.wait_until_done()
-    told = "|".join(str(each.message) for each in recwarn)
-    assert f"{tmp_path} is written to by several writers: files of the same names, such as metadata.txt" in told
+    messages = "|".join(str(each.message) for each in recwarn)
+    assert f"{tmp_path} is written to by several writers: files of the same names, such as metadata.txt" in messages
 
 
 def has(name, option):
@@ -122,7 +122,7 @@ def has(name, option):
     ("name", "options", "message"),
     [(name, wrong, message) for name in OPTIONS for wrong, message in WRONG if has(name, *wrong)],
 )
-def test_wrong_options_are_named(name, options, message, tmp_path):
+def test_wrong_options_are_errors_that_name_them(name, options, message, tmp_path):
     with pytest.raises(WriterError, match=re.escape(message)):
         writers.get(name, init_params={"output_dir": str(tmp_path), **options})
     with pytest.raises(WriterError, match=re.escape(message)):
@@ -130,5 +130,5 @@ def test_wrong_options_are_named(name, options, message, tmp_path):
 
 
 @pytest.mark.parametrize("name", OPTIONS)
-def test_nothing_temporary_is_left(name, frame, tmp_path):
+def test_no_temporary_file_is_left(name, frame, tmp_path):
     assert not [path for path in run(name, tmp_path / "run", frame) if path.rsplit("/", 1)[-1].startswith(".")]

@@ -1,4 +1,4 @@
-"""Every example, small, as a user starts it: the files that it names are there, and a number is worked out here."""
+"""Every example, at a small size, run as a user would: its files exist, and a number agrees with a hand calculation."""
 
 import json
 import subprocess
@@ -14,12 +14,12 @@ from pxr import Usd
 from tests.scripts.conftest import ROOT, usdsdg
 
 EXAMPLES = ROOT / "examples"
-# Pixels of a picture one pixel wide that a length spans at its own distance, for Replicator's default camera.
+# Focal length of Replicator's default camera as a fraction of the image width.
 FOCAL = 24 / 20.955
 
 
 def run(name: str, folder: Path, *options: str) -> Path:
-    """The folder that the example leaves."""
+    """Run an example; return its output folder."""
     command = [sys.executable, str(EXAMPLES / f"{name}.py"), "--out", "out", *options]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=280)
     assert done.returncode == 0, done.stderr
@@ -29,8 +29,8 @@ def run(name: str, folder: Path, *options: str) -> Path:
 def test_first_script(tmp_path):
     script = str(EXAMPLES / "first_script.py")
     usdsdg("run", "--quiet", script, "--out", "out", "--width", "160", "--frames", "2", cwd=tmp_path)
-    # The cube is 1 m wide with its front 4.5 m and its top's far edge 5.5 m away, 0.4 m below the camera; it stands
-    # partly below the picture. Its first pixels are those whose middles lie inside.
+    # The cube is 1 m wide, its front 4.5 m and the far edge of its top 5.5 m away, 0.4 m below the camera; its bottom
+    # is outside of the image. Its first pixels are those whose centers are inside.
     left, top = 80 - 160 * FOCAL * 0.5 / 4.5, 45 + 160 * FOCAL * 0.4 / 5.5
     box = [round(left), round(top), 159 - round(left), 89]
     for frame in ("0000", "0001"):
@@ -50,7 +50,7 @@ def test_yolo_writer(tmp_path):
     width, height = Image.open(out / "picture_0000.png").size
     coins = np.loadtxt(out / "picture_0000.txt")
     assert sorted(coins[:, 0]) == [0] * 6 + [1] * 6
-    # Coins of 0.4 m are seen from 4.95 m, and a little of their rims.
+    # Coins of 0.4 m are seen from 4.95 m, with a small part of their rims.
     across = 0.4 / 4.95 * FOCAL * width
     np.testing.assert_allclose(coins[:, 3] * width, across, atol=1.5)
     np.testing.assert_allclose(coins[:, 4] * height, across, atol=1.5)
@@ -68,12 +68,12 @@ def test_many_cameras(tmp_path):
         x, y, width, height = each["bbox"]
         assert (x, y, x + width - 1, y + height - 1) == (columns.min(), rows.min(), columns.max(), rows.max())
         boxes[each["image_id"], coco["categories"][each["category_id"]]["name"]] = x, x + width
-    # The nearest ball is hidden by none. Vertical planes through the first camera, which looks along -X and a little
-    # down, touch it where its outline has its first and last column.
-    places = [(0.45 * k**0.5 * np.cos(2.4 * k), 0.45 * k**0.5 * np.sin(2.4 * k), 0.08 * k) for k in range(12)]
-    nearest = min(range(12), key=lambda k: np.linalg.norm(np.subtract(places[k], (6, 0, 2))))
+    # Nothing hides the nearest ball. The vertical planes through the first camera, which looks along -X and slightly
+    # down, that touch the ball give its first and last column.
+    positions = [(0.45 * k**0.5 * np.cos(2.4 * k), 0.45 * k**0.5 * np.sin(2.4 * k), 0.08 * k) for k in range(12)]
+    nearest = min(range(12), key=lambda k: np.linalg.norm(np.subtract(positions[k], (6, 0, 2))))
     ahead = np.array([-6, 0, -1.6]) / np.hypot(6, 1.6)
-    right, depth = places[nearest][1], np.subtract(places[nearest], (6, 0, 2)) @ ahead
+    right, depth = positions[nearest][1], np.subtract(positions[nearest], (6, 0, 2)) @ ahead
     middle, half = np.arctan2(right, depth), np.arcsin(0.3 / np.hypot(right, depth))
     edges = 80 + 160 * 35 / 20.955 * np.tan([middle - half, middle + half])
     np.testing.assert_allclose(boxes[0, f"/World/Ball_{nearest:02}"], edges, atol=1)
@@ -83,7 +83,7 @@ def test_hidden_parts(tmp_path):
     out = run("hidden_parts", tmp_path, "--width=240")
     report = json.loads((out / "hidden_parts.json").read_text())
     assert Image.open(out / "hidden_parts.png").size == (240, 120)
-    # The crate's front is 2 m wide, 7 m away, in the middle of the picture; the wall ends there too.
+    # The crate's front is 2 m wide, 7 m away, in the center of the image; the wall ends there too.
     first = round(120 - 240 * FOCAL / 7)
     columns = report["crate"]["whole box"][0], report["crate"]["whole box"][2]
     assert columns == (first, 239 - first)
@@ -96,7 +96,7 @@ def test_depth_of_field(tmp_path):
     out = run("depth_of_field", tmp_path, "--width=64", "--samples=4")
     assert Image.open(out / "picture.png").size == (64, 32)
     assert (out / "sky.png").is_file()
-    # The middle pixel looks half a pixel past the axis, at a ball of 0.5 m that is 6 m away and has 64 sides.
+    # The ray of the middle pixel is half a pixel off the axis; the ball has 0.5 m radius, 64 sides and is 6 m away.
     k = 1 + 2 * (0.5 / (64 * 35 / 20.955)) ** 2
     depth = (6 - np.sqrt(36 - k * (36 - 0.25))) / k
     stage = Usd.Stage.Open(str(out / "scene.usda"))
@@ -111,7 +111,7 @@ def test_fisheye_points(tmp_path):
     for name in ("pinhole", "fisheye"):
         points = np.asarray(trimesh.load(out / f"{name}.ply").vertices)
         assert len(points) > 1000
-        # Floor and tops are level; walls of blocks stand 0.4 m from the block's middle along X or Y.
+        # Floor and tops of blocks are horizontal; sides of blocks are 0.4 m from the block's center along X or Y.
         angles = np.arange(12) * np.pi / 6
         offsets = np.abs(points[:, None, :2] - 4 * np.stack([np.cos(angles), np.sin(angles)], -1)).max(-1).min(-1)
         error = np.minimum(np.abs(points[:, 2] * (points[:, 2] - 1.5)), np.abs(offsets - 0.4))
@@ -143,10 +143,10 @@ def test_own_assets(tmp_path):
         np.testing.assert_allclose(gear["size"], (0.2, 0.2, 0.04), atol=1e-4)
 
 
-def test_the_table_shows_every_example():
+def test_the_table_of_the_readme_lists_every_example():
     table = (EXAMPLES / "README.md").read_text(encoding="utf-8")
     for script in EXAMPLES.glob("*.py"):
-        picture = ROOT / "docs/images" / f"example_{script.stem}.png"
+        image = ROOT / "docs/images" / f"example_{script.stem}.png"
         assert f"({script.name})" in table
-        assert f"(../docs/images/{picture.name})" in table
-        assert picture.stat().st_size < 60_000
+        assert f"(../docs/images/{image.name})" in table
+        assert image.stat().st_size < 60_000

@@ -1,4 +1,4 @@
-"""Replicator YAML files: what they leave on the stage, and what is said of mistakes."""
+"""Replicator YAML files: what they build on the stage, and how mistakes are reported."""
 
 import re
 import textwrap
@@ -23,7 +23,7 @@ def stage():
 
 @pytest.fixture
 def parsed(tmp_path):
-    """Parses text that is put into a file `scene.yaml`."""
+    """A function that writes text to `scene.yaml` and parses it."""
 
     def parse_text(text, **options):
         path = tmp_path / "scene.yaml"
@@ -33,7 +33,7 @@ def parsed(tmp_path):
     return parse_text
 
 
-def place(path):
+def position_of(path):
     matrix = UsdGeom.XformCache().GetLocalToWorldTransform(current_stage().GetPrimAtPath(path))
     return np.array(matrix.ExtractTranslation())
 
@@ -78,11 +78,11 @@ SCENE = """
     """
 
 
-def test_groups_are_calls_and_names_of_what_they_made(stage, parsed):
+def test_groups_are_calls_and_names_of_their_results(stage, parsed):
     made = parsed(SCENE)
     assert UsdGeom.GetStageUpAxis(stage) == "Z"
     assert UsdGeom.GetStageMetersPerUnit(stage) == 0.01
-    assert tuple(place("/Replicator/Cube_Xform")) == (1, 2, 3)
+    assert tuple(position_of("/Replicator/Cube_Xform")) == (1, 2, 3)
     assert isinstance(made["both"], ReplicatorItem)
     assert made["both"].prims == (*made["cube"].prims, *made["sphere"].prims)
     assert made["trigger"]._trigger.max_execs == 4
@@ -95,7 +95,7 @@ def test_with_blocks_nest_and_run_their_calls_in_order(parsed):
     assert [node.kind for node in trigger.nodes] == ["OgnWritePose", "OgnWriteSemantics"]
     assert trigger.nodes[0].prims == made["both"].prims
     evaluate.graph().evaluate(preview=True)
-    heights = [place(path)[2] for path in made["both"].prims]
+    heights = [position_of(path)[2] for path in made["both"].prims]
     assert heights == [5] * 4
     prim = current_stage().GetPrimAtPath("/Replicator/Sphere_Xform_02")
     assert UsdGeom.Xformable(prim).GetLocalTransformation().GetRow3(0)[0] == pytest.approx(0.1)
@@ -105,17 +105,17 @@ def test_a_file_draws_what_the_same_script_draws(parsed):
     parsed(SCENE)
     evaluate.graph().evaluate(preview=True)
     paths = ["/Replicator/Cube_Xform", "/Replicator/Sphere_Xform_01"]
-    by_file = [place(path) for path in paths]
+    by_file = [position_of(path) for path in paths]
     new_stage()
     rep.settings.set_stage_up_axis("Z")
     both = rep.create.group([rep.create.cube(position=(1, 2, 3)), rep.create.sphere(count=3)])
     with rep.trigger.on_frame(max_execs=4), both:
         rep.modify.pose(position=rep.distribution.uniform((-1, -1, 5), (1, 1, 5)), scale=0.1)
     evaluate.graph().evaluate(preview=True)
-    assert np.array_equal(by_file, [place(path) for path in paths])
+    assert np.array_equal(by_file, [position_of(path) for path in paths])
 
 
-def test_words_that_are_labels_are_not_groups(parsed):
+def test_labels_are_not_names_of_groups(parsed):
     made = parsed(
         """
         cube:
@@ -147,10 +147,10 @@ def test_plain_groups_are_values_for_later_ones(parsed):
         """
     )
     evaluate.graph().evaluate()
-    assert [place(f"/Replicator/Cube_Xform{end}")[2] for end in ("", "_01")] == [1, 2]
+    assert [position_of(f"/Replicator/Cube_Xform{end}")[2] for end in ("", "_01")] == [1, 2]
 
 
-def test_registered_functions_have_inputs_and_names_of_their_own(stage, parsed):
+def test_registered_functions_have_inputs_and_local_names(stage, parsed):
     parsed(
         """
         shape:
@@ -188,7 +188,7 @@ def test_registered_functions_have_inputs_and_names_of_their_own(stage, parsed):
         del rep.randomizer.yaml_tower
 
 
-def test_methods_of_what_a_group_made(parsed, tmp_path):
+def test_methods_of_the_result_of_a_group_can_be_called(parsed, tmp_path):
     made = parsed(
         f"""
         camera:
@@ -214,7 +214,7 @@ def test_methods_of_what_a_group_made(parsed, tmp_path):
     made["writer"].detach()
 
 
-def test_a_group_inherits_and_says_the_rest_itself(parsed, tmp_path):
+def test_a_group_inherits_the_entries_that_it_does_not_have(parsed, tmp_path):
     (tmp_path / "base.yaml").write_text(
         textwrap.dedent(
             """
@@ -251,13 +251,13 @@ def test_a_group_inherits_and_says_the_rest_itself(parsed, tmp_path):
     )
     evaluate.graph().evaluate()
     assert len(made["objects"].prims) == 4
-    assert place(made["objects"].prims[3])[2] == 7
-    assert tuple(place("/Replicator/Cube_Xform")) == (1, 0, 0)
+    assert position_of(made["objects"].prims[3])[2] == 7
+    assert tuple(position_of("/Replicator/Cube_Xform")) == (1, 0, 0)
     assert not current_stage().GetPrimAtPath("/Replicator/Torus_Xform")
     assert "move" not in made
 
 
-def test_paths_of_files_are_relative_to_a_root(parsed, tmp_path):
+def test_file_paths_are_relative_to_a_root(parsed, tmp_path):
     (tmp_path / "assets").mkdir()
     thing = Usd.Stage.CreateNew(str(tmp_path / "assets" / "thing.usda"))
     thing.SetDefaultPrim(UsdGeom.Cube.Define(thing, "/Thing").GetPrim())
@@ -277,7 +277,7 @@ def test_paths_of_files_are_relative_to_a_root(parsed, tmp_path):
         assert current_stage().GetPrimAtPath("/Replicator/Ref_Xform/Ref").GetTypeName() == "Cube"
 
 
-def test_nucleus_paths_get_their_server(parsed):
+def test_nucleus_paths_are_prefixed_with_their_server(parsed):
     text = """
         nucleus_server: "omniverse://there/"
         path: {value: "NVIDIA/a.usd", property: "nucleus_path"}
@@ -286,7 +286,7 @@ def test_nucleus_paths_get_their_server(parsed):
     assert parsed(text, nucleus_server="here")["path"] == "omniverse://here/NVIDIA/a.usd"
 
 
-def test_nodes_know_their_line_also_in_a_saved_stage(parsed, tmp_path):
+def test_nodes_keep_their_line_also_in_a_saved_stage(parsed, tmp_path):
     parsed(
         """
         cube:
@@ -317,7 +317,7 @@ def test_nodes_know_their_line_also_in_a_saved_stage(parsed, tmp_path):
         ("a:\n  create.cube: 3\n", 2, "as a mapping of names to values, not 3"),
         ("cube:\n  create.cube: null\nb:\n  with.cub:\n    modify.pose: {scale: 2}\n", 4, "no group 'cub'.*'cube'"),
         ("n: 3\nb:\n  with.n:\n    modify.pose: {scale: 2}\n", 3, "'n' is the int 3"),
-        ("a:\n  create.cube: null\n\na:\n  create.cone: null\n", 4, "'a' stands twice in the file"),
+        ("a:\n  create.cube: null\n\na:\n  create.cone: null\n", 4, "'a' is given twice in the file"),
         ("a:\n  inherit: b\n  create.cube: null\nbb: 3\n", 2, "no group 'b' to inherit from"),
         ("a: {create.cube: {position: {distribution.uniform: {}}}}\n", 1, "uniform needs a value for lower, upper"),
         ("a:\n  inherit: b\nb:\n  inherit: c\nc:\n  inherit: b\n", 6, "inherits from itself"),
@@ -330,7 +330,7 @@ def test_nodes_know_their_line_also_in_a_saved_stage(parsed, tmp_path):
         ("a:\n  create.cube:\n    count: -1\n", 2, "create.cube: count is -1"),
         (
             "a:\n  create.render_product: {camera: camera, resolution: [8, 8]}\ncamera:\n  create.camera: null\n",
-            2, "camera is 'camera', a group that is made later, in line 3",
+            2, "camera is 'camera', a group that is defined later, in line 3",
         ),
         (
             "camera:\n  create.camera: null\na:\n  create.render_product:\n    camera: camra\n    resolution: [8, 8]\n",
@@ -338,27 +338,27 @@ def test_nodes_know_their_line_also_in_a_saved_stage(parsed, tmp_path):
         ),
     ],
 )  # fmt: skip
-def test_mistakes_are_told_with_their_line(parsed, tmp_path, text, line, words):
+def test_mistakes_are_reported_with_their_line(parsed, tmp_path, text, line, words):
     with pytest.raises(ParserError, match=f"Error parsing {tmp_path / 'scene.yaml'}, line {line}: .*{words}"):
         parsed(text)
 
 
-def test_a_file_that_is_not_there_is_told(tmp_path):
+def test_a_missing_file_is_an_error_that_names_it(tmp_path):
     with pytest.raises(ParserError, match=r"nothing\.yaml: it cannot be read"):
         parse(tmp_path / "nothing.yaml")
 
 
-def test_an_alias_inside_itself_is_told(parsed):
+def test_an_alias_inside_itself_is_an_error(parsed):
     with pytest.raises(ParserError, match="alias"):
         parsed("a: &a\n  b: *a\n")
 
 
-def test_the_example_of_the_page_works(parsed, tmp_path):
+def test_the_example_of_the_documentation_works(parsed, tmp_path):
     page = (Path(__file__).parents[2] / "docs" / "yaml.md").read_text(encoding="utf-8")
     example = re.search(r"```yaml\n(.*?)```", page, re.DOTALL)[1]
     made = parsed(example.replace("output_dir: cubes", f"output_dir: {tmp_path}/out"))
     made["writer"].detach()
     assert [trigger.max_execs for trigger in evaluate.graph().triggers] == [10]
-    told = re.search(r"line (\d+): create.cube", page)[1]
-    with pytest.raises(ParserError, match=f"line {told}: create.cube .*'positon'; did you mean 'position'"):
+    line = re.search(r"line (\d+): create.cube", page)[1]
+    with pytest.raises(ParserError, match=f"line {line}: create.cube .*'positon'; did you mean 'position'"):
         parsed(example.replace("semantics:", "positon:"))

@@ -1,4 +1,4 @@
-"""The object-based job at a small size, run as a user would run it, once for all tests of this folder."""
+"""The object-based scenario at a small size, run as a user would run it, once for all tests of this folder."""
 
 import subprocess
 import sys
@@ -27,14 +27,14 @@ def usdsdg(*arguments: str, cwd: Path, expect: int = 0) -> subprocess.CompletedP
 
 
 def generate(folder: Path, *more: str) -> Path:
-    """One small dataset of the default configuration; returns its folder."""
+    """Generate one small dataset of the default configuration; return its folder."""
     overrides = [f"--set={item}" for item in (*SMALL, *more)]
     usdsdg("generate", str(ROOT / "configs" / "object_based.yaml"), "--quiet", *overrides, cwd=folder)
     return folder / "_out_object_based"
 
 
 def basic_writer() -> list[str]:
-    """Overrides that make BasicWriter write everything, with plain ids."""
+    """Overrides that make BasicWriter write everything, with ids instead of colors."""
     return [
         "writer_type=BasicWriter",
         "writer_kwargs={output_dir: _out_object_based, colorize_instance_segmentation: false, "
@@ -45,9 +45,9 @@ def basic_writer() -> list[str]:
 
 
 @pytest.fixture(scope="session")
-def labelled(tmp_path_factory) -> Path:
+def labeled(tmp_path_factory) -> Path:
     """A dataset of BasicWriter with all labels of the tests."""
-    return generate(tmp_path_factory.mktemp("labelled"), *basic_writer())
+    return generate(tmp_path_factory.mktemp("labeled"), *basic_writer())
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""Broken scenes and places: each defect is named with its prim or file, and the rest of the dataset is whole."""
+"""Broken scenes and folders: each defect is named with its prim or file, and the rest of the dataset is complete."""
 
 import json
 import os
@@ -103,10 +103,10 @@ def test_each_defect_is_named(rendered, named):
     assert lines, rendered[1]
 
 
-def test_what_is_sound_is_still_labelled_and_pictured(rendered):
+def test_prims_without_defects_are_still_rendered_and_labeled(rendered):
     out, _ = rendered
-    picture = np.asarray(Image.open(out / "rgb_0000.png")).astype(float)[..., :3]
-    assert picture[24, 32].min() > 10
+    image = np.asarray(Image.open(out / "rgb_0000.png")).astype(float)[..., :3]
+    assert image[24, 32].min() > 10
     boxes = np.load(out / "bounding_box_2d_tight_0000.npy")
     assert json.loads((out / "bounding_box_2d_tight_prim_paths_0000.json").read_text()) == ["/World/Good"]
     assert len(boxes) == 1
@@ -119,7 +119,7 @@ def test_a_file_that_is_not_usd_is_an_error_that_names_it(tmp_path):
     assert "Traceback" not in done.stderr
 
 
-def test_a_full_disk_is_an_error_and_leaves_no_half_file(tmp_path):
+def test_a_full_disk_is_an_error_and_leaves_no_partial_file(tmp_path):
     disk = tmp_path / "disk"
     disk.mkdir()
     mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=200k", "tmpfs", str(disk)], capture_output=True)

@@ -21,7 +21,7 @@ def digest(folder: Path) -> dict[str, str]:
     }
 
 
-def test_every_view_has_a_picture_an_overlay_and_a_json(posed):
+def test_every_view_has_an_image_an_overlay_and_a_json_file(posed):
     names = sorted(path.name for path in posed.iterdir())
     assert names == sorted(
         [f"{i:06d}{suffix}" for i in range(4) for suffix in (".json", ".png", "_overlay.png")] + ["metadata.txt"]
@@ -32,8 +32,8 @@ def test_every_view_has_a_picture_an_overlay_and_a_json(posed):
         assert json.loads(path.read_text()).keys() == {"camera_data", "keypoint_order", "objects"}
 
 
-def test_poses_of_the_shipped_configuration_fit_the_picture(posed):
-    """The pose in the camera's frame, undone by the one in the world's, takes every keypoint to its pixel."""
+def test_poses_of_the_shipped_configuration_fit_the_image(posed):
+    """Keypoints in the object's frame, transformed by the camera-frame pose and projected, are at their pixels."""
     count = 0
     for path in sorted(posed.glob("*.json")):
         data = json.loads(path.read_text())
@@ -45,18 +45,18 @@ def test_poses_of_the_shipped_configuration_fit_the_picture(posed):
             w, *xyz = seen["quat_wxyz_camera_frame"]
             x, y, z = (Rotation.from_quat([*xyz, w]).apply(own) + seen["location_camera_frame"]).T
             pixels = np.stack([lens["cx"] - lens["fx"] * x / z, lens["cy"] + lens["fy"] * y / z], axis=1)
-            # Points beside or behind the lens have no pixel; the written ones are whole numbers.
+            # Points beside or behind the camera have no pixel; written pixels are whole numbers.
             ahead = z < -0.05
             assert np.abs(pixels - seen["cuboid_keypoints_projected"])[ahead].max(initial=0) <= 0.51
             count += ahead.sum()
     assert count >= 18
 
 
-def test_the_same_seed_leaves_the_same_bytes(posed, tmp_path):
+def test_the_same_seed_writes_the_same_bytes(posed, tmp_path):
     assert digest(generate(tmp_path)) == digest(posed)
 
 
-def test_another_seed_leaves_other_pictures(posed, tmp_path):
+def test_another_seed_writes_other_images(posed, tmp_path):
     other = digest(generate(tmp_path, "seed=1"))
     assert other["000000.png"] != digest(posed)["000000.png"]
 
@@ -73,8 +73,8 @@ def test_the_saved_stage_opens_with_standard_schemas(tmp_path):
     assert not stage.GetCompositionErrors()
     assert any(prim.HasAuthoredReferences() for prim in bodies)
     assert 'prepend apiSchemas = ["PhysicsRigidBodyAPI"' in (tmp_path / "last.usda").read_text()
-    moved = UsdGeom.Xformable(bodies[0]).GetLocalTransformation().ExtractTranslation()
-    assert all(abs(value) < 3 for value in moved)
+    position = UsdGeom.Xformable(bodies[0]).GetLocalTransformation().ExtractTranslation()
+    assert all(abs(value) < 3 for value in position)
 
 
 SCRIPT = """
@@ -122,7 +122,7 @@ def test_a_failing_script_shows_its_own_lines(tmp_path):
     assert "usdsdg/app/app.py" not in done.stderr
 
 
-def test_a_misspelt_writer_names_the_near_miss_and_the_line(tmp_path):
+def test_a_misspelled_writer_is_an_error_that_names_a_similar_one_and_the_line(tmp_path):
     (tmp_path / "script.py").write_text("import omni.replicator.core as rep\nrep.writers.get('PoseWritr')\n")
     done = usdsdg("run", "--quiet", "script.py", cwd=tmp_path, expect=1)
     assert "PoseWriter" in done.stderr
@@ -130,7 +130,7 @@ def test_a_misspelt_writer_names_the_near_miss_and_the_line(tmp_path):
     assert "Traceback" not in done.stderr
 
 
-def test_an_unwritable_folder_is_named(tmp_path):
+def test_a_folder_that_cannot_be_written_is_an_error_that_names_it(tmp_path):
     (tmp_path / "file").write_text("in the way")
     done = usdsdg(
         "generate", str(ROOT / "configs" / "object_based.yaml"), "--quiet",

@@ -1,4 +1,4 @@
-"""All labels of one frame describe one scene: checked from the files, with nothing of usdsdg but its camera numbers."""
+"""All labels of one frame describe the same scene: checked from the files alone, by the written camera parameters."""
 
 import json
 from pathlib import Path
@@ -45,7 +45,7 @@ def camera(view):
 
 
 def world_points(view):
-    """(H, W, 3) the point that each pixel centre sees, from distance_to_camera alone; inf where nothing."""
+    """World points (H, W, 3) that pixel centers see, from distance_to_camera alone; inf where nothing is hit."""
     width, height, focal, world_to_camera = camera(view)
     u, v = np.meshgrid(np.arange(width) + 0.5 - width / 2, np.arange(height) + 0.5 - height / 2)
     rays = np.stack([u / focal, -v / focal, -np.ones_like(u)], -1)
@@ -62,27 +62,27 @@ def boxes(view, kind):
     return dict(zip(paths, rows, strict=True))
 
 
-def test_something_labelled_is_seen(labelled):
-    assert sum(len(boxes(view, "bounding_box_2d_tight")) for view in views(labelled)) >= 4
+def test_labeled_objects_are_visible(labeled):
+    assert sum(len(boxes(view, "bounding_box_2d_tight")) for view in views(labeled)) >= 4
 
 
-def test_tight_boxes_are_the_bounds_of_the_masks(labelled):
-    for view in views(labelled):
+def test_tight_boxes_are_the_bounds_of_the_masks(labeled):
+    for view in views(labeled):
         ids, image = instance_ids(view)
         for path, row in boxes(view, "bounding_box_2d_tight").items():
             y, x = np.nonzero(image == ids[path])
             assert (row["x_min"], row["y_min"], row["x_max"], row["y_max"]) == (x.min(), y.min(), x.max(), y.max())
 
 
-def test_every_labelled_instance_in_a_mask_has_a_box_and_the_other_way_round(labelled):
-    for view in views(labelled):
+def test_every_labeled_instance_in_a_mask_has_a_box_and_every_box_a_mask(labeled):
+    for view in views(labeled):
         ids, image = instance_ids(view)
         seen = {path for path, value in ids.items() if value >= 2 and (image == value).any()}
         assert seen == set(boxes(view, "bounding_box_2d_tight"))
 
 
-def test_loose_boxes_enclose_tight_ones(labelled):
-    for view in views(labelled):
+def test_loose_boxes_enclose_tight_ones(labeled):
+    for view in views(labeled):
         loose = boxes(view, "bounding_box_2d_loose")
         for path, row in boxes(view, "bounding_box_2d_tight").items():
             outer = loose[path]
@@ -92,8 +92,8 @@ def test_loose_boxes_enclose_tight_ones(labelled):
             assert outer["y_max"] >= row["y_max"]
 
 
-def test_masks_and_depth_have_the_same_silhouette(labelled):
-    for view in views(labelled):
+def test_masks_and_depth_have_the_same_silhouette(labeled):
+    for view in views(labeled):
         _, image = instance_ids(view)
         assert np.array_equal(image > 0, np.isfinite(read(view, "distance_to_camera")))
         assert np.array_equal(image, read(view, "instance_segmentation", suffix=".png"))
@@ -101,8 +101,8 @@ def test_masks_and_depth_have_the_same_silhouette(labelled):
         assert np.array_equal(semantic >= 2, image >= 2)
 
 
-def test_both_depths_are_the_same_point(labelled):
-    for view in views(labelled):
+def test_both_depths_are_the_same_point(labeled):
+    for view in views(labeled):
         width, height, focal, _ = camera(view)
         u, v = np.meshgrid(np.arange(width) + 0.5 - width / 2, np.arange(height) + 0.5 - height / 2)
         stretch = np.sqrt(1 + (u**2 + v**2) / focal**2)
@@ -113,9 +113,9 @@ def test_both_depths_are_the_same_point(labelled):
         np.testing.assert_allclose(plane[hit] * stretch[hit], distance[hit], rtol=1e-6)
 
 
-def test_every_pixel_of_an_instance_lies_in_its_3d_box(labelled):
+def test_every_pixel_of_an_instance_lies_in_its_3d_box(labeled):
     checked = 0
-    for view in views(labelled):
+    for view in views(labeled):
         ids, image = instance_ids(view)
         points = world_points(view)
         for path, row in boxes(view, "bounding_box_3d").items():
@@ -130,9 +130,9 @@ def test_every_pixel_of_an_instance_lies_in_its_3d_box(labelled):
     assert checked > 500
 
 
-def test_projected_cuboids_enclose_the_masks_to_within_a_pixel(labelled):
+def test_projected_cuboids_enclose_the_masks_to_within_a_pixel(labeled):
     checked = 0
-    for view in views(labelled):
+    for view in views(labeled):
         ids, image = instance_ids(view)
         width, height, focal, world_to_camera = camera(view)
         for path, row in boxes(view, "bounding_box_3d").items():
@@ -143,7 +143,7 @@ def test_projected_cuboids_enclose_the_masks_to_within_a_pixel(labelled):
             seen = corners @ row["transform"] @ world_to_camera
             y, x = np.nonzero(image == ids.get(path, -1))
             if len(x) == 0 or np.any(seen[:, 2] > -0.05):
-                continue  # behind the lens there is no projection; the test in 3D covers that case
+                continue  # points behind the camera have no projection; the test of 3D boxes covers them
             pixels = np.stack(
                 [width / 2 - focal * seen[:, 0] / seen[:, 2], height / 2 + focal * seen[:, 1] / seen[:, 2]], 1
             )
@@ -154,15 +154,15 @@ def test_projected_cuboids_enclose_the_masks_to_within_a_pixel(labelled):
     assert checked >= 3
 
 
-def test_occlusion_is_the_share_of_hidden_pixels(labelled):
-    for view in views(labelled):
+def test_occlusion_is_a_fraction(labeled):
+    for view in views(labeled):
         for row in boxes(view, "bounding_box_2d_tight").values():
             assert 0.0 <= row["occlusionRatio"] <= 1.0
 
 
 @pytest.mark.parametrize("kind", ["rgb", "normals"])
-def test_pictures_are_pictures(labelled, kind):
-    for view in views(labelled):
+def test_images_have_the_configured_size_and_show_something(labeled, kind):
+    for view in views(labeled):
         image = read(view, kind, suffix=".png")
         assert image.shape[:2] == (120, 160)
         assert image.std() > 1

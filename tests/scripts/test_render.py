@@ -1,4 +1,4 @@
-"""`usdsdg render` on stages as people have them: without camera, without light, in any unit."""
+"""`usdsdg render` on ordinary stages: without camera, without light, in any unit."""
 
 import hashlib
 import json
@@ -35,21 +35,21 @@ def test_a_stage_without_camera_and_light_is_shown_whole_and_lit(tmp_path, unit,
     write(tmp_path, unit=unit, up=up, size=size)
     before = hashlib.sha256((tmp_path / "scene.usda").read_bytes()).hexdigest()
     done = usdsdg("render", "scene.usda", "out", *SMALL, cwd=tmp_path)
-    assert "no camera: this picture shows everything" in done.stderr
+    assert "no camera: this image shows everything" in done.stderr
     assert "no light: a plain sky and a sun" in done.stderr
     assert hashlib.sha256((tmp_path / "scene.usda").read_bytes()).hexdigest() == before
 
     depth = np.load(tmp_path / "out" / "distance_to_image_plane_0000.npy")
     rows, columns = np.nonzero(np.isfinite(depth))
-    # All of it, some way from the border, and large.
+    # The whole cube is visible, away from the border, and large.
     assert 0 < rows.min() < rows.max() < 47
     assert 0 < columns.min() < columns.max() < 63
     assert len(rows) > 0.1 * depth.size
-    # Grey as it is, neither black nor burnt out, and its sides told apart.
-    picture = np.array(Image.open(tmp_path / "out" / "rgb_0000.png"))[rows, columns, :3].mean(axis=1)
-    assert picture.min() > 40
-    assert picture.max() < 250
-    assert np.ptp(np.percentile(picture, [10, 90])) > 30
+    # The gray cube is neither black nor overexposed, and its sides differ.
+    image = np.array(Image.open(tmp_path / "out" / "rgb_0000.png"))[rows, columns, :3].mean(axis=1)
+    assert image.min() > 40
+    assert image.max() < 250
+    assert np.ptp(np.percentile(image, [10, 90])) > 30
 
 
 def test_a_camera_and_a_light_of_the_stage_are_used_as_they_are(tmp_path):
@@ -71,22 +71,24 @@ def test_a_camera_and_a_light_of_the_stage_are_used_as_they_are(tmp_path):
     assert np.array(params["cameraViewTransform"]).reshape(4, 4)[3, 2] == -6
 
 
-def test_a_wrong_camera_is_answered_with_the_cameras_there_are(tmp_path):
+def test_a_wrong_camera_is_an_error_that_lists_the_cameras_of_the_stage(tmp_path):
     write(tmp_path, more='def Camera "Eye" {}\n    def Xform "Box" {}')
-    for asked, told in (("/Things/Box", "is a Xform without a camera in it"), ("/Nope", "is not on the stage")):
-        done = usdsdg("render", "scene.usda", "out", f"--camera={asked}", *SMALL, cwd=tmp_path, expect=1)
-        assert f"{asked} {told}; cameras on the stage: /Things/Eye" in done.stderr
+    for path, problem in (("/Things/Box", "is a Xform without a camera in it"), ("/Nope", "is not on the stage")):
+        done = usdsdg("render", "scene.usda", "out", f"--camera={path}", *SMALL, cwd=tmp_path, expect=1)
+        assert f"{path} {problem}; cameras on the stage: /Things/Eye" in done.stderr
 
 
-@pytest.mark.parametrize(("option", "told"), [("--time=nan", "--time nan is no time code"), ("--camera=", "is not on")])
-def test_options_that_mean_nothing_are_refused(tmp_path, option, told):
+@pytest.mark.parametrize(
+    ("option", "message"), [("--time=nan", "--time nan is not a time code"), ("--camera=", "is not on")]
+)
+def test_invalid_options_are_refused(tmp_path, option, message):
     write(tmp_path)
     done = usdsdg("render", "scene.usda", "out", option, *SMALL, cwd=tmp_path, expect=1)
-    assert told in done.stderr
+    assert message in done.stderr
     assert "Traceback" not in done.stderr
 
 
-def test_a_picture_too_large_to_be_made_is_refused(tmp_path):
+def test_an_image_that_is_too_large_is_refused(tmp_path):
     write(tmp_path)
     done = usdsdg("render", "scene.usda", "out", "--width=100000", "--height=100000", cwd=tmp_path, expect=1)
     assert "error: render_product: a picture of 100000 x 100000 pixels cannot be made" in done.stderr
@@ -94,11 +96,11 @@ def test_a_picture_too_large_to_be_made_is_refused(tmp_path):
     assert not list(tmp_path.glob("out/*.png"))
 
 
-def test_a_hall_that_is_lit_inside_and_seen_from_outside_is_black_and_told(tmp_path):
+def test_a_closed_hall_seen_from_outside_is_black_with_a_warning(tmp_path):
     lamp = 'def SphereLight "Lamp" {\nfloat inputs:intensity = 5000\n}\n'
     write(tmp_path, size=10.0, more=lamp)
-    said = usdsdg("render", "scene.usda", "out", *SMALL, cwd=tmp_path).stderr
+    stderr = usdsdg("render", "scene.usda", "out", *SMALL, cwd=tmp_path).stderr
     assert np.array(Image.open(tmp_path / "out" / "rgb_0000.png"))[..., :3].max() == 0
-    assert "the picture is black: no light reaches what /" in said
+    assert "the image is black: no light reaches what /" in stderr
     write(tmp_path, size=10.0, more=lamp + 'def DomeLight "Sky" {\nfloat inputs:intensity = 500\n}\n')
     assert "black" not in usdsdg("render", "scene.usda", "out", *SMALL, cwd=tmp_path).stderr

@@ -1,4 +1,4 @@
-"""`usdsdg simulate`: a stage goes in, and where its bodies came to be goes out."""
+"""`usdsdg simulate`: reads a stage and writes it with the simulated poses."""
 
 import pytest
 from pxr import Usd
@@ -7,7 +7,7 @@ from tests.physics.scenes import add, new_stage, position
 from tests.scripts.conftest import usdsdg
 
 
-def test_a_body_falls_and_nothing_but_our_own_progress_is_said(tmp_path):
+def test_a_body_falls_and_only_our_own_progress_is_printed(tmp_path):
     stage = new_stage()
     add(stage, "/World/box", at=(0, 0, 5))
     stage.Export(str(tmp_path / "scene.usda"))
@@ -22,7 +22,7 @@ def test_a_body_falls_and_nothing_but_our_own_progress_is_said(tmp_path):
     assert "[usdsdg] simulating: 30/30" in done.stderr
 
 
-def test_a_stage_in_which_nothing_can_move_says_so_and_its_file_is_never_overwritten(tmp_path):
+def test_a_stage_without_rigid_bodies_says_so_and_its_file_is_never_overwritten(tmp_path):
     (tmp_path / "still.usda").write_text('#usda 1.0\ndef Cube "box" {}\n')
     done = usdsdg("simulate", "still.usda", "out.usda", "--seconds=0.1", "--device=cpu", cwd=tmp_path)
     assert "no rigid body" in done.stderr
@@ -32,7 +32,7 @@ def test_a_stage_in_which_nothing_can_move_says_so_and_its_file_is_never_overwri
     assert (tmp_path / "still.usda").read_bytes() == before
 
 
-def test_where_the_result_cannot_be_written_is_told_before_it_is_simulated(tmp_path):
+def test_an_output_that_cannot_be_written_is_an_error_before_the_simulation(tmp_path):
     (tmp_path / "still.usda").write_text('#usda 1.0\ndef Cube "box" {}\n')
     (tmp_path / "file").write_text("not a folder")
     done = usdsdg("simulate", "still.usda", "file/out.usda", cwd=tmp_path, expect=1)

@@ -1,4 +1,4 @@
-"""What all commands share: options, set-up, progress, and how an error ends the program."""
+"""What all commands share: common options, setup, progress, errors and interruption."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from usdsdg.errors import UsdsdgError, UsdsdgWarning
 from usdsdg.session import progress
 
 REPEAT_SECONDS = 0.02
-COMPILERS = "usdsdg-compile"  # how the names of both engines' compiling threads begin
+COMPILER_THREADS = "usdsdg-compile"  # prefix of the names of threads in which both engines compile kernels
 
 AssetsRoot = Annotated[
     Path | None,
@@ -30,55 +30,58 @@ AssetsRoot = Annotated[
     ),
 ]
 Device = Annotated[str | None, typer.Option(help="cpu or cuda:0.", show_default="CUDA where there is one")]
-Seed = Annotated[int, typer.Option(min=0, help="The one seed of the run; the same seed leaves the same bytes.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of the run; the same seed writes the same bytes.")]
 SaveStage = Annotated[
-    Path | None, typer.Option(help="Write the stage of the last captured frame as .usd, .usda or .usdc.")
+    Path | None, typer.Option(help="Save the stage of the last captured frame as .usd, .usda or .usdc.")
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no progress.")]
 
 
 @contextmanager
 def command_context(
     *, assets_root: Path | None = None, device: str | None = None, quiet: bool = False, save_stage: Path | None = None
 ) -> Iterator[None]:
-    """Set up, run the body, finish its files; errors of ours and Ctrl-C end the program with one plain message."""
+    """Set up, run the body of a command, and finish its files.
+
+    Errors of usdsdg and Ctrl-C end the program with one message, without a traceback.
+    """
     warnings.showwarning = _plain_warning
-    sys.unraisablehook = _interrupt_again
+    sys.unraisablehook = _repeat_lost_interrupt
     progress.use_default(quiet)
     try:
         let_commands_be_interrupted()
-        keeper = _set_up(assets_root, device, save_stage)
+        snapshot = _set_up(assets_root, device, save_stage)
         yield
         _finish_files()
-        if keeper is not None:
-            keeper.write()
+        if snapshot is not None:
+            snapshot.write()
     except UsdsdgError as error:
-        _fail(error)
+        _exit_with_error(error)
     except KeyboardInterrupt:
-        _end_interrupted()
+        _exit_interrupted()
     finally:
         progress.use(progress.Silent())
 
 
-def _set_up(assets_root: Path | None, device: str | None, save_stage: Path | None) -> _StageKeeper | None:
-    """Take the options over; what cannot work is refused before any work."""
+def _set_up(assets_root: Path | None, device: str | None, save_stage: Path | None) -> _StageSnapshot | None:
+    """Apply the common options; options that cannot work are errors before any work is done."""
     from usdsdg.session import engines
     from usdsdg.stage import assets
 
-    keeper = _StageKeeper(save_stage) if save_stage is not None else None
+    snapshot = _StageSnapshot(save_stage) if save_stage is not None else None
     if assets_root is not None:
         assets.set_assets_root(assets_root)
     engines.use_device(device)
-    return keeper
+    return snapshot
 
 
-def _fail(error: UsdsdgError) -> NoReturn:
+def _exit_with_error(error: UsdsdgError) -> NoReturn:
     progress.use(progress.Silent())
     print(f"error: {error}", file=sys.stderr)
     raise typer.Exit(1) from None
 
 
-def _end_interrupted() -> NoReturn:
+def _exit_interrupted() -> NoReturn:
     progress.use(progress.Silent())
     print("interrupted: finishing the files in hand; Ctrl-C again stops at once", file=sys.stderr)
     try:
@@ -87,16 +90,16 @@ def _end_interrupted() -> NoReturn:
     except UsdsdgError as error:
         print(f"error: {error}", file=sys.stderr)
     except KeyboardInterrupt:
-        # Files appear whole or not at all, so that nothing has to be waited for.
+        # Files are renamed into place when complete, so ending here leaves no partial file.
         sys.stderr.flush()
         os._exit(INTERRUPTED)
-    if any(thread.name.startswith(COMPILERS) for thread in threading.enumerate()):
-        _leave_compilers()
+    if any(thread.name.startswith(COMPILER_THREADS) for thread in threading.enumerate()):
+        _exit_without_joining_compilers()
     raise typer.Exit(INTERRUPTED) from None
 
 
-def _leave_compilers() -> NoReturn:
-    """End the program without waiting for threads that compile kernels, which nothing can interrupt."""
+def _exit_without_joining_compilers() -> NoReturn:
+    """End the program without waiting for threads that compile kernels, which cannot be interrupted."""
     atexit._run_exitfuncs()
     sys.stdout.flush()
     sys.stderr.flush()
@@ -104,7 +107,7 @@ def _leave_compilers() -> NoReturn:
 
 
 def seed_everything(seed: int) -> None:
-    """One seed for usdsdg's draws and for what scripts use: Python's `random` and NumPy's legacy generator."""
+    """Seed usdsdg's draws and the generators that scripts use: Python's `random` and NumPy's legacy generator."""
     import random
 
     import numpy as np
@@ -129,18 +132,18 @@ def _plain_warning(message: Any, category: type, filename: str, lineno: int, *_:
         print(f"{filename}:{lineno}: {category.__name__}: {message}", file=sys.stderr)
 
 
-def _interrupt_again(dropped: sys.UnraisableHookArgs) -> None:
-    """Python drops a Ctrl-C that comes while it runs a `__del__`; let it come again a moment later."""
-    if dropped.exc_type is not KeyboardInterrupt:
-        sys.__unraisablehook__(dropped)
+def _repeat_lost_interrupt(unraisable: sys.UnraisableHookArgs) -> None:
+    """Raise a Ctrl-C again shortly after Python has dropped it, which it does inside a `__del__`."""
+    if unraisable.exc_type is not KeyboardInterrupt:
+        sys.__unraisablehook__(unraisable)
         return
     timer = threading.Timer(REPEAT_SECONDS, _thread.interrupt_main)
     timer.daemon = True
     timer.start()
 
 
-class _StageKeeper:
-    """Remembers the stage as it was at the last capture, since scripts stop the timeline, which moves all back."""
+class _StageSnapshot:
+    """Copy of the stage at the last capture; scripts stop the timeline afterwards, which restores the first poses."""
 
     def __init__(self, path: Path) -> None:
         from usdsdg.orchestrator import get_orchestrator
@@ -149,17 +152,18 @@ class _StageKeeper:
         self._path = path.absolute()
         flatten.check_place(self._path)
         self._layer: Any = None
-        get_orchestrator().on_captured(self._remember)
+        get_orchestrator().on_captured(self._take)
 
-    def _remember(self) -> None:
+    def _take(self) -> None:
         from usdsdg.session.stage_context import snapshot
 
         self._layer = snapshot(self._path.parent)
 
     def write(self) -> None:
+        """Save the copy, or the current stage where nothing was captured."""
         from usdsdg.stage import flatten
 
         if self._layer is None:
-            self._remember()
+            self._take()
         flatten.write_layer(self._layer, self._path)
         print(f"stage of the last frame: {self._path}")

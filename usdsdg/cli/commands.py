@@ -1,4 +1,4 @@
-"""The command line: `usdsdg run | generate | render | simulate | inspect | doctor`; imports stay inside commands."""
+"""The commands `usdsdg run | generate | render | simulate | inspect | doctor`; heavy imports stay inside them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ app = typer.Typer(
     name="usdsdg", help="Synthetic data from USD scenes: the Replicator API on open parts.", no_args_is_help=True,
     pretty_exceptions_enable=False, add_completion=False,
 )  # fmt: skip
-# What follows the script's name belongs to the script.
+# Options after the script's name belong to the script.
 app.command(context_settings={"allow_interspersed_args": False})(run)
 for command in (generate, render, simulate, inspect, doctor):
     app.command()(command)
@@ -36,13 +36,13 @@ def _print_version(wanted: bool) -> None:
 @app.callback()
 def _options(
     version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Say the version and end.")
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None: ...
 
 
 def main() -> None:
-    """Run the command that was typed."""
-    # The interpreter would look for cycles in every module that goes: seconds, once newton is loaded.
+    """Run the command of the command line."""
+    # Without this the garbage collector walks all modules at exit, which takes seconds once newton is loaded.
     atexit.register(gc.freeze)
     app()

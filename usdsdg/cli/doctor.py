@@ -1,4 +1,4 @@
-"""`usdsdg doctor`: what is installed, which devices there are, where caches and assets lie."""
+"""`usdsdg doctor`: print installed packages, devices, and the folders of caches and assets."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ REQUIRED = [
 ]
 OPTIONAL = {
     "OpenEXR": "reads .exr skies and textures",
-    "boto3": "writes to buckets of S3",
-    "mitsuba-oidn": "cleans path-traced pictures with Open Image Denoise",
+    "boto3": "writes to S3 buckets",
+    "mitsuba-oidn": "denoises path-traced images with Open Image Denoise",
 }
 
 
 def doctor() -> None:
-    """Say what is installed, which devices there are, where caches and assets lie, and what is missing."""
+    """Print installed packages, devices, the folders of caches and assets, and what is missing."""
     with command_context(quiet=True):
         missing = [*_packages(), *_devices(), *_denoiser(), *_folders()]
     print()
@@ -74,7 +74,7 @@ def _devices() -> list[str]:
 
 
 def _denoiser() -> list[str]:
-    """What keeps an installed Open Image Denoise from loading: it alone needs a library that no package brings."""
+    """Return why an installed Open Image Denoise cannot load: it needs a system library that no package provides."""
     from usdsdg.errors import RenderError
     from usdsdg_render.path import oidn_denoiser
 

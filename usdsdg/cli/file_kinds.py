@@ -1,4 +1,4 @@
-"""Files that were given to the wrong command: what they are, and which command takes them."""
+"""Detect files that were given to the wrong command, and name the command that takes them."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ SCRIPT, REPLICATOR_YAML, CONFIGURATION, STAGE = range(4)
 _TAKEN_BY = {
     SCRIPT: "a script, which `usdsdg run {}` runs",
     REPLICATOR_YAML: "a Replicator YAML file, which `usdsdg run {}` runs",
-    CONFIGURATION: "a configuration of the object-based job, which `usdsdg generate {}` runs",
-    STAGE: "a stage, which `usdsdg render {} FOLDER` draws; `usdsdg generate {}` runs a graph that was saved in it",
+    CONFIGURATION: "a configuration of the object-based scenario, which `usdsdg generate {}` runs",
+    STAGE: "a stage, which `usdsdg render {} FOLDER` renders; `usdsdg generate {}` runs a graph that was saved in it",
 }
 _BY_SUFFIX = {".py": SCRIPT, ".usd": STAGE, ".usda": STAGE, ".usdc": STAGE, ".usdz": STAGE}
 
 
-def check_kind(file: Path, *taken: int) -> None:
-    """Let a file pass that is missing, of one of the kinds `taken`, or of no kind that is known.
+def check_kind(file: Path, *accepted: int) -> None:
+    """Check that a file is of one of the `accepted` kinds; missing files and unknown kinds pass.
 
     Raises:
-        ConfigError: another command takes it.
+        ConfigError: another command takes the file; the message names it.
     """
     kind = _kind(file) if file.is_file() else None
-    if kind is not None and kind not in taken:
+    if kind is not None and kind not in accepted:
         raise ConfigError(f"{file} is {_TAKEN_BY[kind].format(file, file)}")
 
 
@@ -43,7 +43,7 @@ def _kind_of_values(file: Path) -> int | None:
     try:
         values = yaml.safe_load(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, yaml.YAMLError, RecursionError):
-        return None  # whoever reads it next says what is wrong
+        return None  # the reader of the file reports what is wrong
     if not isinstance(values, dict):
         return None
     if not ObjectBasedConfig.model_fields.keys().isdisjoint(values):

@@ -1,4 +1,4 @@
-"""`usdsdg generate CONFIG`: the object-based job from a YAML or JSON file, or a saved stage with its graph."""
+"""`usdsdg generate CONFIG`: run the object-based scenario from a YAML or JSON file, or the graph of a saved stage."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from usdsdg.cli.file_kinds import CONFIGURATION, STAGE, check_kind
 
 def generate(
     config: Annotated[
-        Path, typer.Argument(help="Job file such as configs/object_based.yaml, or a .usd saved with its graph.")
+        Path, typer.Argument(help="Configuration such as configs/object_based.yaml, or a .usd saved with its graph.")
     ],
     set_: Annotated[
         list[str] | None, typer.Option("--set", help="Override a key: num_frames=3, resolution=[320,240].")
@@ -37,6 +37,6 @@ def generate(
         if config.suffix.lower() in saved_pipeline.SUFFIXES:
             saved_pipeline.run(config, saved_pipeline.Overrides.parse(overrides))
             return
-        job = load_config(config, overrides)
-        seed_everything(job.seed)
-        object_based.run(job)
+        options = load_config(config, overrides)
+        seed_everything(options.seed)
+        object_based.run(options)

@@ -1,4 +1,4 @@
-"""`usdsdg inspect DIR`: one HTML page over a dataset."""
+"""`usdsdg inspect DIR`: make an HTML page that shows a dataset."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from usdsdg.cli.command_context import command_context
 
 def inspect(
     folder: Annotated[Path, typer.Argument(help="A dataset of PoseWriter or BasicWriter.")],
-    output: Annotated[Path | None, typer.Option(help="The page.", show_default="FOLDER/inspect.html")] = None,
+    output: Annotated[Path | None, typer.Option(help="File of the page.", show_default="FOLDER/inspect.html")] = None,
 ) -> None:
-    """Make one self-contained HTML page: pictures with their labels drawn over them, counts and histograms."""
+    """Make one self-contained HTML page: images with their labels drawn over them, counts and histograms."""
     with command_context(quiet=True):
         from usdsdg.inspect import inspect as make_page
 

@@ -1,4 +1,4 @@
-"""The `usdsdg` program from its first import on: until a command has begun, Ctrl-C ends it with one line."""
+"""Entry point of the `usdsdg` program; until a command begins, Ctrl-C ends it with one line."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ INTERRUPTED = 130
 
 
 def main() -> None:
-    """Entry point of the `usdsdg` program."""
-    # Modules that are written in C++ lose a KeyboardInterrupt that comes while they are read, or make another error of
-    # it. Nothing is begun then, so the process ends at once.
+    """Run the `usdsdg` program."""
+    # Extension modules drop a KeyboardInterrupt that is raised while they are imported, or turn it into another error.
+    # No work has begun then, so the process can end at once.
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _end)
-    from usdsdg.cli.commands import main as commands
+    from usdsdg.cli.commands import main as run_command
 
-    commands()
+    run_command()
 
 
 def let_commands_be_interrupted() -> None:
-    """From here on Ctrl-C is a KeyboardInterrupt, as in any Python program."""
+    """Make Ctrl-C raise KeyboardInterrupt from here on, as in any Python program."""
     if signal.getsignal(signal.SIGINT) is _end:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -1,4 +1,4 @@
-"""`usdsdg render STAGE`: one still of a stage, with its labels."""
+"""`usdsdg render STAGE`: render one image of a stage, with its labels."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from usdsdg.errors import StageError
 if TYPE_CHECKING:
     from pxr import Usd
 
-
-BLACK = 2  # brightest gray level of a picture that shows nothing
+BLACK = 2  # highest pixel value of an image that counts as black
 
 
 def render(
     stage: Annotated[Path, typer.Argument(help="A USD file.")],
-    output: Annotated[Path, typer.Argument(help="Folder for the pictures and label arrays.")],
+    output: Annotated[Path, typer.Argument(help="Folder for the images and label arrays.")],
     camera: Annotated[
-        str | None, typer.Option(help="Path of the camera.", show_default="the stage's first, else one that sees all")
+        str | None,
+        typer.Option(help="Path of the camera.", show_default="the stage's first, else one that sees everything"),
     ] = None,
     width: Annotated[int, typer.Option(min=1)] = 640,
     height: Annotated[int, typer.Option(min=1)] = 480,
@@ -37,14 +37,14 @@ def render(
     seed: Seed = 0,
     quiet: Quiet = False,
 ) -> None:
-    """Render one camera of a stage: picture, depth, normals, masks and boxes, as BasicWriter lays them out."""
+    """Render one camera of a stage: image, depth, normals, masks and boxes, in BasicWriter's layout."""
     with command_context(assets_root=assets_root, device=device, quiet=quiet):
         import usdsdg as rep
         from usdsdg.session import stage_context
         from usdsdg.stage.cameras import default_view
 
         if time is not None and not math.isfinite(time):
-            raise StageError(f"--time {time} is no time code: give a number")
+            raise StageError(f"--time {time} is not a time code: give a number")
         check_kind(stage, STAGE)
         seed_everything(seed)
         opened = stage_context.open_stage(stage)
@@ -52,7 +52,7 @@ def render(
             rep.timeline.get_timeline().set_current_time(time / opened.GetTimeCodesPerSecond())
         path = _camera(opened, width / height, time) if camera is None else camera
         if not default_view.has_light(opened):
-            print("the stage has no light: a plain sky and a sun are added for this picture", file=sys.stderr)
+            print("the stage has no light: a plain sky and a sun are added for this image", file=sys.stderr)
             default_view.add_sky(opened)
         rep.settings.set_render_pathtraced(spp)
         writer = rep.writers.get("BasicWriter")
@@ -67,21 +67,21 @@ def render(
         rep.orchestrator.step(delta_time=0.0)
         if rgb.get_data()[..., :3].max() <= BLACK:
             print(
-                f"the picture is black: no light reaches what {path} sees, as in a closed hall from outside. "
-                "Author a camera where there is light and give it as --camera; labels need no light",
+                f"the image is black: no light reaches what {path} sees, as outside of a closed hall with lamps. "
+                "Author a camera where there is light and pass it as --camera; labels need no light",
                 file=sys.stderr,
             )
     print(output.absolute())
 
 
 def _camera(stage: Usd.Stage, aspect: float, time: float | None) -> str:
-    """The stage's first camera, or one that sees all of it at a time code."""
+    """Return the stage's first camera, or add one that sees the whole stage at a time code."""
     from pxr import Usd
 
     from usdsdg.stage.cameras import default_view
 
-    there_are = default_view.cameras(stage)
-    if there_are:
-        return there_are[0]
-    print("the stage has no camera: this picture shows everything from a three-quarter view", file=sys.stderr)
+    cameras = default_view.cameras(stage)
+    if cameras:
+        return cameras[0]
+    print("the stage has no camera: this image shows everything from a three-quarter view", file=sys.stderr)
     return default_view.add_camera(stage, aspect, None if time is None else Usd.TimeCode(time))

@@ -1,4 +1,4 @@
-"""`usdsdg run SCRIPT`: an existing Replicator or Isaac Sim script, or a Replicator YAML file, unchanged."""
+"""`usdsdg run SCRIPT`: run an existing Replicator or Isaac Sim script, or a Replicator YAML file, unchanged."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def run(
     ],
     arguments: Annotated[
         list[str] | None,
-        typer.Argument(metavar="ARGS", help="What the script finds in sys.argv.", show_default=False),
+        typer.Argument(metavar="ARGS", help="Arguments of the script, in its sys.argv.", show_default=False),
     ] = None,
     assets_root: AssetsRoot = None,
     device: Device = None,
@@ -33,14 +33,14 @@ def run(
     save_stage: SaveStage = None,
     quiet: Quiet = False,
 ) -> None:
-    """Run an existing Replicator or Isaac Sim script unchanged; it ends when its tasks have ended.
+    """Run an existing Replicator or Isaac Sim script unchanged, until its asyncio tasks have ended.
 
     A Replicator YAML file (.yaml, .yml) is run until every trigger with max_execs has run out.
 
-    Options of usdsdg come before SCRIPT; what follows it belongs to the script, but for --assets-root and --save-stage,
-    which may stand on either side. All that follows a -- is the script's.
+    Options of usdsdg come before SCRIPT; arguments after it belong to the script, except --assets-root and
+    --save-stage, which may be given on either side. All arguments after a -- belong to the script.
     """
-    arguments, own = _without_own(arguments or [])
+    arguments, own = _split_own_options(arguments or [])
     assets_root, save_stage = own.get("--assets-root", assets_root), own.get("--save-stage", save_stage)
     if not script.is_file():
         print(f"error: no script {script}", file=sys.stderr)
@@ -54,8 +54,8 @@ def run(
             execute(script, arguments)
 
 
-def _without_own(arguments: list[str]) -> tuple[list[str], dict[str, Path]]:
-    """The script's arguments, and those of ours that no script has an option of that name for."""
+def _split_own_options(arguments: list[str]) -> tuple[list[str], dict[str, Path]]:
+    """Split arguments after the script's name into the script's own and the two options of usdsdg."""
     rest, own, given = [], {}, iter(arguments)
     for argument in given:
         name, _, value = argument.partition("=")
@@ -69,10 +69,10 @@ def _without_own(arguments: list[str]) -> tuple[list[str], dict[str, Path]]:
 
 
 def execute(script: Path, arguments: list[str]) -> None:
-    """Run the script's file as `__main__`, then its tasks to their end.
+    """Run the script's file as `__main__`, then its asyncio tasks until they end.
 
     Raises:
-        typer.Exit: the script failed or ended itself; what Python prints then has been printed, from the script on.
+        typer.Exit: the script failed or called sys.exit; its traceback, from the script on, has been printed.
     """
     from usdsdg import compat
     from usdsdg.app.app import get_app
@@ -91,10 +91,10 @@ def execute(script: Path, arguments: list[str]) -> None:
         if code := _exit_code(ended):
             raise typer.Exit(code) from None
     except (UsdsdgError, KeyboardInterrupt) as error:
-        _say_where(error, script)
+        _print_location(error, script)
         raise
-    except Exception as error:  # noqa: BLE001 - whatever the script raised is the script's to show
-        _print_from(error, script)
+    except Exception as error:  # noqa: BLE001 - scripts may raise anything, and its traceback is printed
+        _print_traceback(error, script)
         raise typer.Exit(1) from None
 
 
@@ -108,14 +108,14 @@ def _execute_yaml(script: Path, arguments: list[str]) -> None:
 
 
 def _main_module(script: Path) -> ModuleType:
-    """The script's module, where pickle and its kind look for names of `__main__`."""
+    """Create the script's module as `__main__`, where pickle and others look up its names."""
     main = sys.modules["__main__"] = ModuleType("__main__")
     main.__file__ = str(script)
     return main
 
 
 def _exit_code(ended: SystemExit) -> int:
-    """The exit code that `sys.exit` asked for; like Python, print anything else that was given to it."""
+    """Return the exit code given to `sys.exit`; as in Python, print any other object and return 1."""
     if ended.code is None or isinstance(ended.code, int):
         return ended.code or 0
     print(ended.code, file=sys.stderr)
@@ -123,7 +123,7 @@ def _exit_code(ended: SystemExit) -> int:
 
 
 def _inside(error: BaseException, script: Path) -> list[TracebackType]:
-    """What of the error's traceback lies in the script."""
+    """Return the entries of the error's traceback that are in the script."""
     return [each for each in _tracebacks(error) if each.tb_frame.f_code.co_filename == str(script)]
 
 
@@ -134,13 +134,16 @@ def _tracebacks(error: BaseException) -> Iterator[TracebackType]:
         each = each.tb_next
 
 
-def _say_where(error: BaseException, script: Path) -> None:
+def _print_location(error: BaseException, script: Path) -> None:
     if inside := _inside(error, script):
         print(f"{script}:{inside[-1].tb_lineno}: in {inside[-1].tb_frame.f_code.co_name}", file=sys.stderr)
 
 
-def _print_from(error: BaseException, script: Path) -> None:
-    """Python's own report, with its suggestions and causes, from the script's first line on, else from below here."""
+def _print_traceback(error: BaseException, script: Path) -> None:
+    """Print Python's traceback, with suggestions and causes, from the script's first frame on.
+
+    Where no frame is in the script, as for a syntax error, only frames of this file are left out.
+    """
     below = [each for each in _tracebacks(error) if each.tb_frame.f_code.co_filename != __file__]
     first = next(iter(_inside(error, script) or below), None)
     sys.__excepthook__(type(error), error.with_traceback(first), first)

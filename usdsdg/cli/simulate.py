@@ -1,4 +1,4 @@
-"""`usdsdg simulate STAGE`: step the physics of a stage and save where things came to be."""
+"""`usdsdg simulate STAGE`: simulate the physics of a stage and save the resulting poses."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from usdsdg.cli.file_kinds import STAGE, check_kind
 
 def simulate(
     stage: Annotated[Path, typer.Argument(help="A USD file.")],
-    output: Annotated[Path, typer.Argument(help="Where to write the simulated stage.")],
-    seconds: Annotated[float, typer.Option(min=0.0, help="Simulated time.")] = 5.0,
+    output: Annotated[Path, typer.Argument(help="File of the simulated stage.")],
+    seconds: Annotated[float, typer.Option(min=0.0, help="Simulated time in seconds.")] = 5.0,
     assets_root: AssetsRoot = None,
     device: Device = None,
     quiet: Quiet = False,
 ) -> None:
-    """Simulate a stage for some seconds and save it with the poses at the end."""
+    """Simulate the physics of a stage and save it with the final poses."""
     with command_context(assets_root=assets_root, device=device, quiet=quiet):
         from usdsdg.errors import OutputNotWritable
         from usdsdg.session import engines, stage_context
@@ -29,7 +29,7 @@ def simulate(
 
         check_kind(stage, STAGE)
         if output.resolve() == stage.resolve():
-            raise OutputNotWritable(f"{output} is the stage that is read; give the result another name")
+            raise OutputNotWritable(f"{output} is the input stage; give the result another name")
         flatten.check_place(output.absolute())
         engines.hush_warp()
         opened = stage_context.open_stage(stage)

@@ -1,4 +1,4 @@
-"""Replicator scripts as YAML files, in the form that docs/yaml.md tells. Mirrors `omni.replicator.replicator_yaml`."""
+"""Replicator scripts as YAML files, in the form of docs/yaml.md. Mirrors `omni.replicator.replicator_yaml`."""
 
 from usdsdg.replicator_yaml.errors import ParserError
 from usdsdg.replicator_yaml.script import parse, run_file

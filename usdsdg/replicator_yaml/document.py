@@ -1,4 +1,4 @@
-"""The groups of a file and of the profiles that it inherits from, as YAML nodes, which know their lines."""
+"""Read a file and the profiles that it inherits from into groups of YAML nodes, which keep their line numbers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ INHERIT = "inherit"
 
 @dataclass
 class Document:
-    """One file: its groups in order, those that only serve others, and where relative paths begin."""
+    """One file: its groups in order, the groups that are only inherited from, and the base of relative paths."""
 
     path: Path
     groups: Groups = field(default_factory=dict)  # to be run, from first to last
@@ -30,10 +30,10 @@ class Document:
     nucleus: str | None = None
 
     def group(self, name: yaml.Node) -> yaml.Node:
-        """The group that a node names.
+        """Return the group that a node names.
 
         Raises:
-            ParserError: there is none; names near misses.
+            ParserError: there is none; the message suggests similar names.
         """
         known = self.templates | self.groups
         if plain(name) not in known:
@@ -42,17 +42,17 @@ class Document:
 
 
 def read_document(path: Path, *, root: Path | None, nucleus: str | None) -> Document:
-    """Read a file and its profiles; relative paths begin at `root`, else at the file's folder.
+    """Read a file and its profiles; relative paths are below `root`, else below the file's folder.
 
     Raises:
-        ParserError: a file cannot be read, is no mapping of names, or has a name twice.
+        ParserError: a file cannot be read, is not a mapping of names, or has a name twice.
     """
     groups = _read(path)
     document = Document(path, file_root=root or path.parent, nucleus=nucleus)
-    if (said := groups.pop(FILE_ROOT, None)) is not None:
-        document.file_root = document.file_root / str(plain(said))
-    if (said := groups.pop(NUCLEUS, None)) is not None and nucleus is None:
-        document.nucleus = str(plain(said))
+    if (file_root := groups.pop(FILE_ROOT, None)) is not None:
+        document.file_root = document.file_root / str(plain(file_root))
+    if (server := groups.pop(NUCLEUS, None)) is not None and nucleus is None:
+        document.nucleus = str(plain(server))
     for profile in items(groups.pop(PROFILES, None), "profiles"):
         where = document.file_root / str(plain(profile)).lstrip("/")
         if Path(str(plain(profile))).is_file():
@@ -62,19 +62,19 @@ def read_document(path: Path, *, root: Path | None, nucleus: str | None) -> Docu
         inner = read_document(where, root=document.file_root, nucleus=nucleus)
         document.templates |= inner.templates | inner.groups
     try:
-        served = {name for group in groups.values() for name in _inherited(group)}
+        inherited = {name for group in groups.values() for name in _inherited(group)}
     except RecursionError:
-        raise ParserError(f"Error parsing {path}: an alias stands inside the value that it stands for") from None
-    document.templates |= {name: group for name, group in groups.items() if name in served}
-    document.groups = {name: group for name, group in groups.items() if name not in served}
+        raise ParserError(f"Error parsing {path}: an alias is inside the value that it refers to") from None
+    document.templates |= {name: group for name, group in groups.items() if name in inherited}
+    document.groups = {name: group for name, group in groups.items() if name not in inherited}
     return document
 
 
 def entries(node: yaml.Node, what: str) -> dict[str, yaml.Node]:
-    """The entries of a mapping, in order; none where there is nothing.
+    """Return the entries of a mapping in order; {} for null.
 
     Raises:
-        ParserError: it is no mapping of names, or has a name twice.
+        ParserError: it is not a mapping of names, or has a name twice.
     """
     if isinstance(node, yaml.ScalarNode) and plain(node) is None:
         return {}
@@ -85,17 +85,17 @@ def entries(node: yaml.Node, what: str) -> dict[str, yaml.Node]:
     for key, value in node.value:
         name = plain(key)
         if not isinstance(name, str):
-            fail(key, f"{name!r} is no name")
+            fail(key, f"{name!r} is not a name")
         if name in found:
-            fail(key, f"{name!r} stands twice in {what}; the first is in line {found[name].start_mark.line + 1}")
-        # The line of a call is that of its name.
+            fail(key, f"{name!r} is given twice in {what}; the first is in line {found[name].start_mark.line + 1}")
+        # Errors in a call are reported at the line of its name.
         value.start_mark = key.start_mark if isinstance(value, yaml.CollectionNode) else value.start_mark
         found[name] = value
     return found
 
 
 def items(node: yaml.Node | None, what: str) -> list[yaml.Node]:
-    """The elements of a list; none where there is nothing."""
+    """Return the elements of a list; [] for null."""
     if node is None or plain(node) is None:
         return []
     if not isinstance(node, yaml.SequenceNode):
@@ -104,7 +104,7 @@ def items(node: yaml.Node | None, what: str) -> list[yaml.Node]:
 
 
 def plain(node: yaml.Node) -> Any:
-    """The value of a node, whatever it holds."""
+    """Return the Python value of a node."""
     loader = yaml.SafeLoader("")
     try:
         return loader.construct_object(node, deep=True)
@@ -113,28 +113,28 @@ def plain(node: yaml.Node) -> Any:
 
 
 def hint(name: str, known: Any) -> str:
-    """`; did you mean ...?` for a name that is not among those known, or nothing."""
+    """Return `; did you mean ...?` with the known names nearest to a misspelled one, or ""."""
     close = near_misses(name, known)
     return f"; did you mean {' or '.join(map(repr, close))}?" if close else ""
 
 
 def merged(child: dict[str, yaml.Node], parent: dict[str, yaml.Node]) -> dict[str, yaml.Node]:
-    """The entries of a group that inherits: the child's count, and arguments of one function come together."""
-    both = parent | child
+    """Merge a group's entries with inherited ones: the child's win, and arguments of the same function are combined."""
+    result = parent | child
     for name in child.keys() & parent.keys():
         if isinstance(child[name], yaml.MappingNode) and isinstance(parent[name], yaml.MappingNode):
-            both[name] = _joined(child[name], parent[name])
-    return both
+            result[name] = _combined(child[name], parent[name])
+    return result
 
 
-def _joined(child: yaml.MappingNode, parent: yaml.MappingNode) -> yaml.MappingNode:
+def _combined(child: yaml.MappingNode, parent: yaml.MappingNode) -> yaml.MappingNode:
     own = {plain(key) for key, _ in child.value}
     inherited = [(key, value) for key, value in parent.value if plain(key) not in own]
     return yaml.MappingNode(child.tag, inherited + child.value, child.start_mark, child.end_mark)
 
 
 def _flatten(node: yaml.MappingNode) -> None:
-    """Put what YAML's own `<<: *anchor` brings in among the entries, where a mapping does not say so itself."""
+    """Expand YAML's merge keys (`<<: *anchor`); the mapping's own entries win."""
     if any(key.tag == "tag:yaml.org,2002:merge" for key, _ in node.value):
         yaml.SafeLoader("").flatten_mapping(node)
         last = {plain(key): (key, value) for key, value in node.value}
@@ -142,7 +142,7 @@ def _flatten(node: yaml.MappingNode) -> None:
 
 
 def _inherited(node: yaml.Node) -> set[str]:
-    """Names of the groups that something below a node inherits from."""
+    """Return the names of the groups that a node or its descendants inherit from."""
     if isinstance(node, yaml.SequenceNode):
         return {name for each in node.value for name in _inherited(each)}
     if not isinstance(node, yaml.MappingNode):

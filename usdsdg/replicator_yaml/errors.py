@@ -1,4 +1,4 @@
-"""What is wrong with a file, and in which line."""
+"""Errors of Replicator YAML files, with file and line."""
 
 from __future__ import annotations
 
@@ -14,6 +14,6 @@ class ParserError(ConfigError):
 
 
 def fail(node: yaml.Node, problem: str, *, cause: BaseException | None = None) -> NoReturn:
-    """Raise a `ParserError` about what stands at `node`."""
+    """Raise a `ParserError` with the file and line of `node`."""
     mark = node.start_mark
     raise ParserError(f"Error parsing {mark.name}, line {mark.line + 1}: {problem}") from cause

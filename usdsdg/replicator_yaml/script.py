@@ -1,4 +1,4 @@
-"""A file from top to bottom: calls of `rep`, names for what they make, `with` blocks, registered functions."""
+"""Run a Replicator YAML file: calls of `rep`, names for their results, `with` blocks, registered functions."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from usdsdg.replicator_yaml.errors import ParserError, fail
 
 Scope = MutableMapping[str, Any]
 
-# Arguments whose texts are never names of groups.
+# Arguments whose strings are never names of groups.
 TEXT = frozenset(
     {"name", "fn_name", "semantics", "semantics_exclusion", "light_type", "projection_type", "mode", "modify_type"}
     | {"path_pattern", "path_match", "path_pattern_exclusion", "prim_types", "prim_types_exclusion", "event_name"}
     | {"setting", "antialiasing", "up_axis", "approximation_shape", "rotation_order", "category"}
 )
 
-# The keys of a path that begins somewhere else.
+# The keys of a path relative to a file root or a Nucleus server.
 PATH = {"value", "property"}
 
 
@@ -39,12 +39,12 @@ def parse(
 
     Args:
         yaml_path: the file.
-        root_dir: where relative paths begin, that of the file too; by default its own folder. `file_root_dir` in the
-            file is below it.
-        nucleus_server: what stands before paths of the property "nucleus_path", instead of the file's own.
+        root_dir: base of relative paths, that of the file too; by default its own folder. `file_root_dir` in the
+            file is relative to it.
+        nucleus_server: prefix of paths with the property "nucleus_path", instead of the file's own.
 
     Returns:
-        what each group made, by name.
+        the result of each group, by name.
 
     Raises:
         ParserError: the file cannot be read, or a call in it fails; the message names file and line.
@@ -59,10 +59,10 @@ def parse(
 def run_file(path: str | Path) -> None:
     """Build what a file describes and capture until every trigger with `max_execs` has run out.
 
-    The timeline plays where a trigger waits for times.
+    The timeline plays if a trigger fires by time.
 
     Raises:
-        ParserError: as `parse`, or no trigger has `max_execs`, so that nothing would end the run.
+        ParserError: as `parse`, or no trigger has `max_execs`, so that the run would not end.
     """
     from usdsdg import orchestrator
 
@@ -75,7 +75,7 @@ def run_file(path: str | Path) -> None:
 
 
 class Script:
-    """One run of a document."""
+    """Executes a document; results of groups are kept by name."""
 
     def __init__(self, document: Document) -> None:
         self._document = document
@@ -89,7 +89,7 @@ class Script:
 
     # --- groups and blocks ---
     def _group(self, node: yaml.Node, scope: Scope) -> Any:
-        """What a group makes: the result of its last call, or its plain value."""
+        """Return the result of a group: that of its last call, or its plain value."""
         if not isinstance(node, yaml.MappingNode):
             return self._value(node, scope)
         block = self._entries(node)
@@ -100,7 +100,7 @@ class Script:
         return {name: self._group(value, scope) for name, value in block.items()}
 
     def _block(self, block: dict[str, yaml.Node], scope: Scope) -> Any:
-        """Run calls, `with` blocks and groups one after the other; returns the result of the last that is no block."""
+        """Run calls, `with` blocks and groups in order; return the result of the last that is not a `with` block."""
         made = None
         for name, node in block.items():
             if name.startswith("with."):
@@ -118,12 +118,15 @@ class Script:
             fail(node, f"with.{name}: there is no group {name!r} before this line{hint(name, scope)}")
         item = self._named(name, scope)
         if not hasattr(item, "__enter__"):
-            fail(node, f"with.{name}: {name!r} is {_kind(item)}; only prims, groups of prims and triggers hold calls")
+            fail(
+                node,
+                f"with.{name}: {name!r} is {_kind(item)}; only prims, groups and triggers can contain calls",
+            )
         with item:
             self._block(self._entries(node), scope)
 
     def _register(self, node: yaml.Node, scope: Scope) -> None:
-        """Make `rep.randomizer.<name>` of each entry: a function of its `inputs` whose body is the rest."""
+        """Register each entry as `rep.randomizer.<name>`: a function of its `inputs`, its body the other entries."""
         for name, body in entries(node, "randomizer.register").items():
             block = self._entries(body)
             inputs = entries(block.pop("inputs"), "inputs") if "inputs" in block else {}
@@ -147,7 +150,7 @@ class Script:
         return function
 
     def _entries(self, node: yaml.Node, heirs: tuple[str, ...] = ()) -> dict[str, yaml.Node]:
-        """The entries of a block, with those that it inherits; `heirs` are the groups that ask for them."""
+        """Return the entries of a block, inherited ones included; `heirs` are the groups that inherit from it."""
         block = entries(node, "a group")
         if INHERIT not in block:
             return block
@@ -174,7 +177,7 @@ class Script:
             fail(node, f"{name}: {error}{self._names_meant(given, scope)}", cause=error)
 
     def _found(self, name: str, node: yaml.Node, scope: Scope) -> Callable[..., Any]:
-        """The function of `rep`, or the method of what an earlier group made, that a key names."""
+        """Return the function of `rep`, or the method of an earlier group's result, that a key names."""
         first, *rest = name.split(".")
         starts = [usdsdg] if hasattr(usdsdg, first) else []
         starts += [self._named(first, scope)] if first in scope else []
@@ -192,12 +195,12 @@ class Script:
         fail(node, f"there is no function {name}{hint(rest[-1], known)}")
 
     def _names_meant(self, given: dict[str, Any], scope: Scope) -> str:
-        """A hint where a text among the arguments looks like the name of a group."""
+        """Return a hint where a string argument looks like the name of a group, or ""."""
         for key, value in given.items():
             if isinstance(value, str) and key not in TEXT:
                 if value in self._document.groups:
                     line = self._document.groups[value].start_mark.line + 1
-                    return f" ({key} is {value!r}, a group that is made later, in line {line})"
+                    return f" ({key} is {value!r}, a group that is defined later, in line {line})"
                 if close := hint(value, scope):
                     return f" ({key} is {value!r}{close})"
         return ""
@@ -207,7 +210,7 @@ class Script:
         return _tuples(plain(node)) if name in TEXT else self._value(node, scope)
 
     def _value(self, node: yaml.Node, scope: Scope) -> Any:
-        """A value: a call, a path, what a group made, or what stands there; lists of numbers are tuples."""
+        """Evaluate a value: a call, a path, the result of a group, or a plain value; lists of numbers become tuples."""
         if isinstance(node, yaml.SequenceNode):
             return _tuples([self._value(each, scope) for each in items(node, "a list")])
         if not isinstance(node, yaml.MappingNode):
@@ -224,7 +227,7 @@ class Script:
         return {name: self._value(value, scope) for name, value in block.items()}
 
     def _named(self, name: str, scope: Scope) -> Any:
-        """What the group of that name made; the text itself where there is none."""
+        """Return the result of the group of that name, or the string itself where there is none."""
         if name in scope:
             return scope[name]
         if name in self._document.templates:
@@ -243,7 +246,7 @@ class Script:
 
 
 def _check(name: str, function: Callable[..., Any], given: dict[str, Any], node: yaml.Node) -> None:
-    """Say which arguments a function does not take, or lacks, in the lines where they stand."""
+    """Report arguments that a function does not take or that are missing, with their lines."""
     try:
         parameters = inspect.signature(function).parameters
     except (TypeError, ValueError):  # written in C
@@ -261,7 +264,7 @@ def _check(name: str, function: Callable[..., Any], given: dict[str, Any], node:
 
 
 def _tuples(value: Any) -> Any:
-    """Lists of numbers as tuples: a position, a size, a color."""
+    """Convert lists of numbers, such as a position or a color, to tuples."""
     if not isinstance(value, list):
         return value
     inner = [_tuples(each) for each in value]
