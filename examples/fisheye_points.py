@@ -3,7 +3,7 @@
     python examples/fisheye_points.py [--out FOLDER] [--width PIXELS]
 
 Shows an f-theta lens of 190 degrees, and CameraView.rays, which turns distances into points of the world through any
-lens. Leaves the two pictures in views.png and their points, coloured, in pinhole.ply and fisheye.ply in FOLDER
+lens. Leaves the two pictures in views.png and their points, colored, in pinhole.ply and fisheye.ply in FOLDER
 (_out/fisheye_points).
 """
 
@@ -34,7 +34,7 @@ for k in range(12):
     paint = rep.create.material_omnipbr(diffuse=[(0.6, 0.1, 0.1), (0.1, 0.4, 0.15), (0.1, 0.25, 0.6)][k % 3])
     rep.create.cube(position=place, scale=(0.8, 0.8, 1.5), material=paint)
 
-# The angle from the axis is `polynomial_b` times the distance from the centre, in pixels of the nominal picture.
+# The angle from the axis is `polynomial_b` times the distance from the center, in pixels of the nominal picture.
 fisheye = rep.create.camera(
     position=(0, 0, 2), clipping_range=(0.01, 100), projection_type="fisheyePolynomial", fisheye_max_fov=190,
     fisheye_nominal_width=1000, fisheye_nominal_height=1000, fisheye_optical_centre_x=500,

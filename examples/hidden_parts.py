@@ -21,10 +21,10 @@ parser.add_argument("--width", type=int, default=480)
 args = parser.parse_args()
 
 rep.set_global_seed(4)
-colours = {"wall": (0.6, 0.15, 0.1), "crate": (0.1, 0.3, 0.6), "ball": (0.15, 0.5, 0.15)}
+colors = {"wall": (0.6, 0.15, 0.1), "crate": (0.1, 0.3, 0.6), "ball": (0.15, 0.5, 0.15)}
 of_class = {
-    name: {"semantics": [("class", name)], "material": rep.create.material_omnipbr(diffuse=colour)}
-    for name, colour in colours.items()
+    name: {"semantics": [("class", name)], "material": rep.create.material_omnipbr(diffuse=color)}
+    for name, color in colors.items()
 }
 rep.create.cube(position=(-0.5, -1, 0.9), scale=(1, 0.1, 1.8), **of_class["wall"])
 rep.create.cube(position=(0, 2.5, 1), scale=(2, 1, 2), **of_class["crate"])
@@ -52,7 +52,7 @@ for thing, hidden_by in zip(visibility["data"], visibility["info"]["hiddenBy"], 
     }
 picture = picture[..., :3].copy()
 for mask in amodal["data"]:
-    # A pixel of the outline has a neighbour that is not inside.
+    # A pixel of the outline has a neighbor that is not inside.
     inside = mask[1:-1, 1:-1] & mask[2:, 1:-1] & mask[:-2, 1:-1] & mask[1:-1, 2:] & mask[1:-1, :-2]
     picture[1:-1, 1:-1][mask[1:-1, 1:-1] & ~inside] = 255
 args.out.mkdir(parents=True, exist_ok=True)

@@ -66,7 +66,7 @@ coco = {
 }
 args.out.mkdir(parents=True, exist_ok=True)
 (args.out / "annotations.json").write_text(json.dumps(coco))
-# -1, nothing, is the palette's last colour.
+# -1, nothing, is the palette's last color.
 palette = np.random.default_rng(4).integers(60, 256, (len(renderer.gprims) + 1, 3), np.uint8)
 palette[-1] = 20
 Image.fromarray(palette[np.hstack(pictures[:4])]).save(args.out / "masks.png", optimize=True)

@@ -2,7 +2,7 @@
 
     python examples/own_assets.py [--out FOLDER] [--width PIXELS] [--frames N]
 
-Shows what `usdsdg generate` wants of an asset, a mesh below a default prim, in metres, and how few keys a
+Shows what `usdsdg generate` wants of an asset, a mesh below a default prim, in meters, and how few keys a
 configuration needs. Leaves gear.usda, job.yaml, which `usdsdg generate job.yaml` runs again, and the dataset of
 PoseWriter in FOLDER (_out/own_assets).
 """

@@ -4,7 +4,7 @@
 
 Shows rigid bodies, physics that runs between pictures, a trigger on a custom event, and labels of where things came to
 be. Leaves picture.png, boxes in the air, on the floor and tossed, and heights.json, the heights of their middles in
-metres at these moments, in FOLDER (_out/physics_drop).
+meters at these moments, in FOLDER (_out/physics_drop).
 """
 
 import argparse

@@ -53,9 +53,9 @@ table = rep.create.plane(scale=(3.6, 2.6, 1), material=wood)
 coins = [
     rep.create.cylinder(
         scale=(0.4, 0.4, 0.05), count=6, semantics=[("class", name)],
-        material=rep.create.material_omnipbr(diffuse=colour, metallic=1.0, roughness=0.35),
+        material=rep.create.material_omnipbr(diffuse=color, metallic=1.0, roughness=0.35),
     )
-    for name, colour in zip(CLASSES, [(0.95, 0.55, 0.35), (0.9, 0.9, 0.9)], strict=True)
+    for name, color in zip(CLASSES, [(0.95, 0.55, 0.35), (0.9, 0.9, 0.9)], strict=True)
 ]  # fmt: skip
 with rep.trigger.on_frame(rt_subframes=16), rep.create.group(coins):
     rep.randomizer.scatter_2d(table, check_for_collisions=True)
