@@ -1,10 +1,10 @@
-"""A path-traced picture: preview materials under a painted sky, through a lens that focuses by itself.
+"""A path-traced image: preview materials under a painted sky, with depth of field focused by the depth label.
 
     python examples/depth_of_field.py [--out FOLDER] [--width PIXELS] [--samples N]
 
 Shows UsdPreviewSurface, a dome light with a texture, and depth of field in the renderer alone: the depth of the ball in
-the middle sets the focus. Leaves picture.png, and scene.usda with its sky.png, which `usdsdg render` draws as well, in
-FOLDER (_out/depth_of_field).
+the middle sets the focus distance. Writes picture.png, and scene.usda with its sky.png, which `usdsdg render` also
+renders, to FOLDER (_out/depth_of_field).
 """
 
 import argparse
@@ -22,7 +22,7 @@ from usdsdg_render.settings import PathSettings
 
 FLOAT = Sdf.ValueTypeNames.Float
 INPUTS = {"diffuseColor": Sdf.ValueTypeNames.Color3f, "metallic": FLOAT, "roughness": FLOAT}
-LOOKS = [((1.0, 0.7, 0.3), 1.0, 0.15), ((0.05, 0.2, 0.35), 0.0, 0.8), ((0.6, 0.05, 0.05), 0.0, 0.05)]
+MATERIALS = [((1.0, 0.7, 0.3), 1.0, 0.15), ((0.05, 0.2, 0.35), 0.0, 0.8), ((0.6, 0.05, 0.05), 0.0, 0.05)]
 
 parser = argparse.ArgumentParser()
 parser.add_argument("--out", type=Path, default="_out/depth_of_field")
@@ -51,7 +51,7 @@ for k in range(9):
     material = UsdShade.Material.Define(stage, f"/World/Ball_{k}/Look")
     shader = UsdShade.Shader.Define(stage, f"/World/Ball_{k}/Look/Surface")
     shader.CreateIdAttr("UsdPreviewSurface")
-    for (name, kind), value in zip(INPUTS.items(), LOOKS[k % 3], strict=True):
+    for (name, kind), value in zip(INPUTS.items(), MATERIALS[k % 3], strict=True):
         shader.CreateInput(name, kind).Set(value)
     material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
     UsdShade.MaterialBindingAPI.Apply(ball.GetPrim()).Bind(material)

@@ -1,9 +1,9 @@
-"""A first Replicator script, as it would run in Omniverse: toys thrown anew around a cube for every picture.
+"""A first Replicator script, as it would run in Omniverse: toys at random poses around a cube in every frame.
 
     usdsdg run examples/first_script.py [--out FOLDER] [--width PIXELS] [--frames N]
 
-Shows a layer of its own, a registered randomizer, a trigger and BasicWriter. Leaves pictures with boxes, masks and
-depths in FOLDER (_out/first_script). The cube stays where it is, so that its box is the same in every picture.
+Shows a new layer, a registered randomizer, a trigger and BasicWriter. Writes images with boxes, masks and depths to
+FOLDER (_out/first_script). The cube does not move, so its box is the same in every frame.
 """
 
 import argparse

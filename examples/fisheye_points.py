@@ -1,9 +1,9 @@
-"""A fisheye beside a pinhole in one place, and the points that their depths are of.
+"""A fisheye and a pinhole camera at the same position, and point clouds from their depths.
 
     python examples/fisheye_points.py [--out FOLDER] [--width PIXELS]
 
-Shows an f-theta lens of 190 degrees, and CameraView.rays, which turns distances into points of the world through any
-lens. Leaves the two pictures in views.png and their points, colored, in pinhole.ply and fisheye.ply in FOLDER
+Shows an f-theta lens of 190 degrees, and CameraView.rays, which gives world-space points from distances for any lens.
+Writes the two images to views.png and their colored points to pinhole.ply and fisheye.ply in FOLDER
 (_out/fisheye_points).
 """
 
@@ -30,11 +30,11 @@ rep.create.plane(scale=20)
 rep.create.light(light_type="Dome", intensity=400)
 rep.create.light(light_type="Distant", intensity=2500, rotation=(35, 30, 0))
 for k in range(12):
-    place = (4 * math.cos(k * math.pi / 6), 4 * math.sin(k * math.pi / 6), 0.75)
+    position = (4 * math.cos(k * math.pi / 6), 4 * math.sin(k * math.pi / 6), 0.75)
     paint = rep.create.material_omnipbr(diffuse=[(0.6, 0.1, 0.1), (0.1, 0.4, 0.15), (0.1, 0.25, 0.6)][k % 3])
-    rep.create.cube(position=place, scale=(0.8, 0.8, 1.5), material=paint)
+    rep.create.cube(position=position, scale=(0.8, 0.8, 1.5), material=paint)
 
-# The angle from the axis is `polynomial_b` times the distance from the center, in pixels of the nominal picture.
+# The angle from the axis is `polynomial_b` times the distance from the center, in pixels of the nominal image.
 fisheye = rep.create.camera(
     position=(0, 0, 2), clipping_range=(0.01, 100), projection_type="fisheyePolynomial", fisheye_max_fov=190,
     fisheye_nominal_width=1000, fisheye_nominal_height=1000, fisheye_optical_centre_x=500,
@@ -51,14 +51,14 @@ rep.orchestrator.step(rt_subframes=16)
 
 args.out.mkdir(parents=True, exist_ok=True)
 columns, rows = np.meshgrid(np.arange(size[0]) + 0.5, np.arange(size[1]) + 0.5)
-pictures = []
+images = []
 for name, camera, (rgb, distance_to_camera) in zip(("pinhole", "fisheye"), (pinhole, fisheye), annotators, strict=True):
     view = read_camera(current_stage(), camera.get_output_prims()["prims"][0], size)
     origins, directions = view.rays(np.stack([columns, rows], -1))
     distance = distance_to_camera.get_data().reshape(-1, 1)
     hit = np.isfinite(distance[:, 0])
     points = (origins + directions * distance)[hit] @ view.local_to_world[:3, :3] + view.local_to_world[3, :3]
-    pictures.append(rgb.get_data()[..., :3])
-    trimesh.PointCloud(points, pictures[-1].reshape(-1, 3)[hit]).export(args.out / f"{name}.ply")
+    images.append(rgb.get_data()[..., :3])
+    trimesh.PointCloud(points, images[-1].reshape(-1, 3)[hit]).export(args.out / f"{name}.ply")
     print(f"{len(points)} points of the {name} in {args.out / name}.ply")
-Image.fromarray(np.hstack(pictures)).save(args.out / "views.png", optimize=True)
+Image.fromarray(np.hstack(images)).save(args.out / "views.png", optimize=True)

@@ -1,9 +1,9 @@
-"""Who hides whom: outlines of things as if they stood alone, and how much of each is seen.
+"""Occlusion: outlines of objects as if they were alone, how much of each is visible, and what hides it.
 
     python examples/hidden_parts.py [--out FOLDER] [--width PIXELS]
 
 Shows the annotators amodal_instance_segmentation and visibility, which go beyond Replicator's, read without a writer.
-Leaves hidden_parts.json and hidden_parts.png, in which every thing keeps its whole outline, in FOLDER
+Writes hidden_parts.json and hidden_parts.png, which shows the whole outline of every object, to FOLDER
 (_out/hidden_parts).
 """
 
@@ -40,22 +40,22 @@ annotators = {name: rep.AnnotatorRegistry.get_annotator(name) for name in names}
 for annotator in annotators.values():
     annotator.attach(product)
 rep.orchestrator.step(rt_subframes=16)
-picture, visibility, amodal = (annotators[name].get_data() for name in names)
+image, visibility, amodal = (annotators[name].get_data() for name in names)
 
 classes = {number: labels["class"] for number, labels in amodal["info"]["idToSemantics"].items()}
 report = {}
-for thing, hidden_by in zip(visibility["data"], visibility["info"]["hiddenBy"], strict=True):
-    report[classes[str(thing["instanceId"])]] = {
-        "visible share": float(thing["visibleRatio"]),
-        "whole box": [int(thing[edge]) for edge in ("x_min", "y_min", "x_max", "y_max")],
+for row, hidden_by in zip(visibility["data"], visibility["info"]["hiddenBy"], strict=True):
+    report[classes[str(row["instanceId"])]] = {
+        "visible share": float(row["visibleRatio"]),
+        "whole box": [int(row[edge]) for edge in ("x_min", "y_min", "x_max", "y_max")],
         "hidden by": {classes[number]: pixels for number, pixels in hidden_by.items()},
     }
-picture = picture[..., :3].copy()
+image = image[..., :3].copy()
 for mask in amodal["data"]:
-    # A pixel of the outline has a neighbor that is not inside.
+    # A pixel of the mask is on the outline if one of its neighbors is not in the mask.
     inside = mask[1:-1, 1:-1] & mask[2:, 1:-1] & mask[:-2, 1:-1] & mask[1:-1, 2:] & mask[1:-1, :-2]
-    picture[1:-1, 1:-1][mask[1:-1, 1:-1] & ~inside] = 255
+    image[1:-1, 1:-1][mask[1:-1, 1:-1] & ~inside] = 255
 args.out.mkdir(parents=True, exist_ok=True)
 (args.out / "hidden_parts.json").write_text(json.dumps(report, indent=2))
-Image.fromarray(picture).save(args.out / "hidden_parts.png", optimize=True)
-print(f"outlines of {len(report)} things in {args.out}")
+Image.fromarray(image).save(args.out / "hidden_parts.png", optimize=True)
+print(f"outlines of {len(report)} objects in {args.out}")

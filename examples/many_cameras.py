@@ -1,10 +1,10 @@
-"""The renderer alone: labels of a ring of cameras in one batch, saved as masks in COCO's form.
+"""The renderer alone: labels of a ring of cameras in one batch, saved as masks in COCO format.
 
     python examples/many_cameras.py [--out FOLDER] [--width PIXELS] [--cameras N]
 
-Shows a stage made with USD's own Python, cameras that are no prims, WarpRenderer.label_batch, and boxes that are made
-where the labels are, on a GPU too. Leaves annotations.json, and masks.png with the masks of the first four cameras, in
-FOLDER (_out/many_cameras).
+Shows a stage made with USD's own Python API, cameras that are not prims, WarpRenderer.label_batch, and boxes computed
+on the device of the labels, also on a GPU. Writes annotations.json, and masks.png with the masks of the first four
+cameras, to FOLDER (_out/many_cameras).
 """
 
 import argparse
@@ -47,11 +47,11 @@ renderer = WarpRenderer(stage)
 renderer.sync()
 batch = renderer.label_batch(views, ["instance"])
 boxes = batch.boxes(len(renderer.gprims))  # pixels, first and last column and row of each ball in each view
-pictures = [labels["instance"] for labels in batch.numpy()]
+id_images = [labels["instance"] for labels in batch.numpy()]
 
 annotations = []
-for image, picture in enumerate(pictures):
-    for gprim, lengths in runs_of_ids(picture).items():
+for image, ids in enumerate(id_images):
+    for gprim, lengths in runs_of_ids(ids).items():
         if gprim >= 0:
             pixels, x, y, right, bottom = boxes[image, gprim].tolist()
             annotations.append({
@@ -66,8 +66,8 @@ coco = {
 }
 args.out.mkdir(parents=True, exist_ok=True)
 (args.out / "annotations.json").write_text(json.dumps(coco))
-# -1, nothing, is the palette's last color.
+# The id -1, where nothing is hit, takes the last color of the palette.
 palette = np.random.default_rng(4).integers(60, 256, (len(renderer.gprims) + 1, 3), np.uint8)
 palette[-1] = 20
-Image.fromarray(palette[np.hstack(pictures[:4])]).save(args.out / "masks.png", optimize=True)
+Image.fromarray(palette[np.hstack(id_images[:4])]).save(args.out / "masks.png", optimize=True)
 print(f"{len(annotations)} masks of {len(views)} cameras in {args.out}")

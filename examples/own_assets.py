@@ -1,10 +1,10 @@
-"""The object-based job on assets of your own: a USD file made here, and a configuration that throws it about.
+"""The object-based scenario with assets of your own: a USD file made here, and a short configuration.
 
     python examples/own_assets.py [--out FOLDER] [--width PIXELS] [--frames N]
 
-Shows what `usdsdg generate` wants of an asset, a mesh below a default prim, in meters, and how few keys a
-configuration needs. Leaves gear.usda, job.yaml, which `usdsdg generate job.yaml` runs again, and the dataset of
-PoseWriter in FOLDER (_out/own_assets).
+Shows what `usdsdg generate` requires of an asset, a mesh below a default prim, in meters, and how few keys a
+configuration needs. Writes gear.usda, job.yaml, which `usdsdg generate job.yaml` runs again, and the dataset of
+PoseWriter to FOLDER (_out/own_assets).
 """
 
 import argparse
@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Usd, UsdGeom
 
-JOB = """\
+CONFIG = """\
 num_frames: {frames}
 num_cameras: 1
 resolution: [{width}, {height}]
@@ -58,5 +58,5 @@ mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
 mesh.CreateDisplayColorAttr([(0.5, 0.35, 0.1)])
 stage.Save()
 
-(args.out / "job.yaml").write_text(JOB.format(frames=args.frames, width=args.width, height=args.width * 3 // 4))
+(args.out / "job.yaml").write_text(CONFIG.format(frames=args.frames, width=args.width, height=args.width * 3 // 4))
 subprocess.run([sys.executable, "-m", "usdsdg", "generate", "job.yaml"], cwd=args.out, check=True)

@@ -1,10 +1,10 @@
-"""Boxes that fall, and are tossed up whenever the script fires an event.
+"""Boxes that fall, and are tossed up whenever the script sends an event.
 
     python examples/physics_drop.py [--out FOLDER] [--width PIXELS]
 
-Shows rigid bodies, physics that runs between pictures, a trigger on a custom event, and labels of where things came to
-be. Leaves picture.png, boxes in the air, on the floor and tossed, and heights.json, the heights of their middles in
-meters at these moments, in FOLDER (_out/physics_drop).
+Shows rigid bodies, physics that runs between captures, a trigger on a custom event, and labels of the simulated poses.
+Writes picture.png, boxes in the air, on the floor and tossed, and heights.json, the heights of their centers in meters
+at these times, to FOLDER (_out/physics_drop).
 """
 
 import argparse
@@ -24,8 +24,8 @@ args = parser.parse_args()
 rep.set_global_seed(4)
 wood = rep.create.material_omnipbr(diffuse=(0.30, 0.17, 0.09), roughness=0.6)
 floor = rep.create.cube(position=(0, 0, -0.5), scale=(12, 12, 1), material=wood)
-places = [(0.8 * (k % 3 - 1), 0.8 * (k // 3 % 3 - 1), 2.0 + 0.8 * (k // 9)) for k in range(18)]
-boxes = rep.create.cube(position=places, scale=0.5, count=18, semantics=[("class", "box")])
+positions = [(0.8 * (k % 3 - 1), 0.8 * (k // 3 % 3 - 1), 2.0 + 0.8 * (k // 9)) for k in range(18)]
+boxes = rep.create.cube(position=positions, scale=0.5, count=18, semantics=[("class", "box")])
 rep.physics.collider(input_prims=floor)
 rep.physics.rigid_body(input_prims=boxes)
 with rep.trigger.on_custom_event("toss"), boxes:
@@ -44,14 +44,14 @@ rgb, boxes_3d = (rep.AnnotatorRegistry.get_annotator(name) for name in ("rgb", "
 rgb.attach(product)
 boxes_3d.attach(product)
 
-pictures, heights = [], {}
+images, heights = [], {}
 
 
-def capture(moment: str) -> None:
+def capture(name: str) -> None:
     rep.orchestrator.step(rt_subframes=16, delta_time=0.0)
-    pictures.append(rgb.get_data()[..., :3])
-    # A matrix of a box holds its place in its last row.
-    heights[moment] = boxes_3d.get_data()["data"]["transform"][:, 3, 2].tolist()
+    images.append(rgb.get_data()[..., :3])
+    # The last row of a box's matrix is its position.
+    heights[name] = boxes_3d.get_data()["data"]["transform"][:, 3, 2].tolist()
 
 
 rep.physics.simulate(0.25)
@@ -62,6 +62,6 @@ rep.utils.send_og_event("toss")
 capture("tossed")
 
 args.out.mkdir(parents=True, exist_ok=True)
-Image.fromarray(np.hstack(pictures)).save(args.out / "picture.png", optimize=True)
+Image.fromarray(np.hstack(images)).save(args.out / "picture.png", optimize=True)
 (args.out / "heights.json").write_text(json.dumps(heights, indent=2))
-print(f"three moments of {len(places)} boxes in {args.out}")
+print(f"three images of {len(positions)} boxes in {args.out}")

@@ -1,10 +1,10 @@
-"""A writer of your own: pictures of coins on a table, with labels for YOLO.
+"""A custom writer: images of coins on a table, with labels for YOLO.
 
     python examples/yolo_writer.py [--out FOLDER] [--width PIXELS] [--frames N]
 
-Shows a subclass of Writer, scattering without collisions, and `import usdsdg as rep` in a plain Python program. Leaves
-picture_N.png and picture_N.txt, one line "class x y width height" for each coin, all shares of the picture, in FOLDER
-(_out/yolo_writer).
+Shows a subclass of Writer, scattering without collisions, and `import usdsdg as rep` in a plain Python program. Writes
+picture_N.png and picture_N.txt, one line "class x y width height" for each coin, as fractions of the image size, to
+FOLDER (_out/yolo_writer).
 """
 
 import argparse
@@ -16,7 +16,7 @@ CLASSES = ["copper", "silver"]
 
 
 class YoloWriter(rep.Writer):
-    """Writes a picture and its boxes whenever the render product is captured."""
+    """Writes an image and its boxes whenever the render product is captured."""
 
     def __init__(self, output_dir):
         self.backend = rep.backends.get("DiskBackend")
@@ -29,11 +29,12 @@ class YoloWriter(rep.Writer):
         boxes, labels = data["bounding_box_2d_tight"]["data"], data["bounding_box_2d_tight"]["info"]["idToLabels"]
         lines = []
         for box in boxes:
-            # Replicator's boxes name their first and their last pixel.
+            # Replicator's boxes give their first and their last pixel.
             x, y, right, bottom = box["x_min"], box["y_min"], box["x_max"] + 1, box["y_max"] + 1
-            shares = (x + right) / 2 / width, (y + bottom) / 2 / height, (right - x) / width, (bottom - y) / height
+            center = (x + right) / 2 / width, (y + bottom) / 2 / height
+            size = (right - x) / width, (bottom - y) / height
             number = CLASSES.index(labels[str(box["semanticId"])]["class"])
-            lines.append(" ".join([str(number), *(f"{share:.6f}" for share in shares)]))
+            lines.append(" ".join([str(number), *(f"{value:.6f}" for value in (*center, *size))]))
         self.backend.write_image(f"picture_{self._number:04}.png", data["rgb"])
         self.backend.write_blob(f"picture_{self._number:04}.txt", "\n".join(lines).encode())
         self._number += 1

@@ -70,5 +70,5 @@ def test_the_page_lists_augmentations():
 
 
 def test_the_page_lists_settings_that_have_an_effect():
-    listed = {word.rstrip(",") for word in words(section("Settings with a meaning")) if word.startswith("/")}
+    listed = {word.rstrip(",") for word in words(section("Settings with an effect")) if word.startswith("/")}
     assert listed == set(settings.DEFAULTS)

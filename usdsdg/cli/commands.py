@@ -16,8 +16,8 @@ from usdsdg.cli.run import run
 from usdsdg.cli.simulate import simulate
 
 app = typer.Typer(
-    name="usdsdg", help="Synthetic data from USD scenes: the Replicator API on open parts.", no_args_is_help=True,
-    pretty_exceptions_enable=False, add_completion=False,
+    name="usdsdg", help="Synthetic data from USD scenes: the Replicator API on open-source components.",
+    no_args_is_help=True, pretty_exceptions_enable=False, add_completion=False,
 )  # fmt: skip
 # Options after the script's name belong to the script.
 app.command(context_settings={"allow_interspersed_args": False})(run)
