@@ -10,7 +10,8 @@ import numpy as np
 
 from benchmarks.path_tracers import SURFACES, View
 from benchmarks.scene_meshes import is_flat, material_of, turned_sky
-from usdsdg_render.scene.scene import LIGHT_DISTANT, LIGHT_SPHERE, Prototype, Scene
+from usdsdg_render.kernels.types import LIGHT_DISTANT, LIGHT_SPHERE
+from usdsdg_render.scene.scene import Prototype, Scene
 
 
 class Cycles:
@@ -86,8 +87,8 @@ class Cycles:
         surface["Metallic"].default_value = float(row["metallic"])
         surface["IOR"].default_value = 1.5
         surface["Specular IOR Level"].default_value = float(row["specular"][0]) / 0.08
-        if row["base_texture"] >= 0:
-            texels = scene.textures[row["base_texture"]].texels[::-1] / np.float32(255)
+        if row["base_color_texture"] >= 0:
+            texels = scene.textures[row["base_color_texture"]].texels[::-1] / np.float32(255)
             texture = nodes.new("ShaderNodeTexImage")
             texture.image = self._image(f"texture_{index}", texels)
             links.new(texture.outputs["Color"], surface["Base Color"])

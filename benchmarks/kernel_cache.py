@@ -26,7 +26,7 @@ wp.config.log_level = 30
 start = time.process_time(), time.perf_counter()
 wp.init()
 ready = time.process_time(), time.perf_counter()
-from usdsdg_render.precompile import precompile
+from usdsdg_render.device.precompile import precompile
 imported = time.process_time(), time.perf_counter()
 precompile("cpu")
 done = time.process_time(), time.perf_counter()

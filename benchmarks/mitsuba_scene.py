@@ -10,7 +10,8 @@ import numpy as np
 
 from benchmarks.path_tracers import SURFACES, View
 from benchmarks.scene_meshes import WeldedMesh, material_of, placed, scale_and_rotation, turned_sky, welded
-from usdsdg_render.scene.scene import LIGHT_DISTANT, LIGHT_SPHERE, Scene
+from usdsdg_render.kernels.types import LIGHT_DISTANT, LIGHT_SPHERE
+from usdsdg_render.scene.scene import Scene
 
 # The fast one wants a shared library of LLVM; the other one needs nothing.
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
@@ -101,8 +102,8 @@ class Mitsuba:
     def _material(self, scene: Scene, index: int) -> dict[str, Any]:
         row = scene.materials[index]
         color: dict[str, Any] = {"type": "rgb", "value": row["base_color"].tolist()}
-        if row["base_texture"] >= 0:
-            texels = np.ascontiguousarray(scene.textures[row["base_texture"]].texels[::-1, :, :3])
+        if row["base_color_texture"] >= 0:
+            texels = np.ascontiguousarray(scene.textures[row["base_color_texture"]].texels[::-1, :, :3])
             color = {"type": "bitmap", "bitmap": self._mi.Bitmap(texels), "raw": False}
         # A reflectance of 4 % at normal incidence is "specular" 0.5.
         return {

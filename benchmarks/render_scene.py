@@ -12,7 +12,8 @@ import numpy as np
 
 from tests.render.scenes import cube, light, material, prototype, scene_of, sphere_light, view_from
 from usdsdg.stage.cameras.camera_view import CameraView
-from usdsdg_render.scene.scene import LIGHT_DISTANT, Dome, Prototype, Scene, Texture
+from usdsdg_render.kernels.types import LIGHT_DISTANT
+from usdsdg_render.scene.scene import Dome, Prototype, Scene, Texture
 
 REGION = np.array([5.0, 5.0, 3.0])
 MESHES, MESH_INSTANCES, SMALL = 15, 187, 150
@@ -99,7 +100,7 @@ def _materials(rng: np.random.Generator, count: int) -> np.ndarray:
     rows["base_color"] = rng.uniform(0.05, 0.95, (count, 3))
     rows["roughness"] = rng.uniform(0.15, 0.9, count)
     rows["metallic"] = rng.random(count) < 0.2
-    rows["base_texture"][:MESHES] = np.arange(MESHES)
+    rows["base_color_texture"][:MESHES] = np.arange(MESHES)
     rows["base_color"][:MESHES] = 1.0
     rows["metallic"][MESHES:] = 0.0
     return rows

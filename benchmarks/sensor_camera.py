@@ -84,7 +84,7 @@ def _model(newton: Any, scene: Scene, device: str) -> Any:
             builder.add_shape_box(body, hx=scale, hy=scale, hz=scale, color=color)
         else:
             if which not in meshes:
-                texels = scene.textures[row["base_texture"]].texels[..., :3]
+                texels = scene.textures[row["base_color_texture"]].texels[..., :3]
                 meshes[which] = _mesh(newton, welded(prototype), np.ascontiguousarray(texels))
             builder.add_shape_mesh(body, mesh=meshes[which], scale=wp.vec3(scale))
     return builder.finalize(device=device)

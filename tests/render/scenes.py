@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from usdsdg.stage.cameras.camera_view import CameraView
+from usdsdg_render.kernels.types import LIGHT_DISTANT, LIGHT_SPHERE
 from usdsdg_render.scene.scene import (
     LIGHT,
-    LIGHT_DISTANT,
-    LIGHT_SPHERE,
     MATERIAL,
     NO_PATTERN,
     NO_RULES,

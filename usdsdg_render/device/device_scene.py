@@ -102,10 +102,7 @@ class DeviceScene:
         return wp.array(words, dtype=wp.uint32, device=self.device, copy=self.device != "cpu")
 
     def _upload_materials(self, scene: Scene) -> None:
-        rows = records(types.Material, len(scene.materials))
-        for name in rows.dtype.names or ():
-            rows[name] = scene.materials[name]
-        self.tables.materials = uploaded(rows, types.Material, self.device)
+        self.tables.materials = uploaded(scene.materials, types.Material, self.device)
         see_through = _see_through(scene)
         self.tables.cutouts = int(see_through.any())
         self.has_glass = bool((scene.materials["transmission"] > 0).any())

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from usdsdg import errors
+from usdsdg.stage.colors import LUMINANCE
 from usdsdg_render.images import image_files
 from usdsdg_render.scene.scene import AS_IT_IS, WRAP_CLAMP, WRAP_REPEAT, Texture, UvTransform
 
@@ -27,7 +28,7 @@ IDLE_BYTES = 1 << 30
 IDLE_LEAST = 1 << 20  # that each counts for besides its own
 MOST_HALF = 65504.0
 
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
+_LUMINANCE = LUMINANCE.astype(np.float32)
 
 
 class Decoding(NamedTuple):

@@ -1,9 +1,13 @@
-"""Colours in linear Rec. 709."""
+"""Colors in linear Rec. 709."""
 
 import warp as wp
+
+from usdsdg.stage.colors import LUMINANCE
+
+RED, GREEN, BLUE = (wp.constant(weight) for weight in LUMINANCE.tolist())
 
 
 @wp.func
 def luminance(color: wp.vec3):
-    """How bright a colour looks, relative to white."""
-    return 0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2]
+    """Luminance of a color, relative to white."""
+    return RED * color[0] + GREEN * color[1] + BLUE * color[2]

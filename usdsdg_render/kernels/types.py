@@ -53,35 +53,43 @@ class Tree:
     order: wp.array(dtype=wp.int32)  # instances as the leaves count them (CUDA only)
 
 
+# Material.thin; 0 = a solid body.
+THIN_WALLED, CLEAR_PANE = (wp.constant(code) for code in (1, 2))
+
+
 @wp.struct
 class Material:
-    """A row of `scene.MATERIAL`."""
+    """A material. Hosts keep arrays of it as well: `scene.MATERIAL` is its NumPy dtype.
+
+    A texture, where there is one, is multiplied by the constant beside it. *_texture is a row of the textures or
+    NO_TEXTURE; *_channel picks r g b a (0-3).
+    """
 
     base_color: wp.vec3
-    base_texture: wp.int32
+    base_color_texture: wp.int32
     metallic: wp.float32
     metallic_texture: wp.int32
     metallic_channel: wp.int32
     roughness: wp.float32
     roughness_texture: wp.int32
     roughness_channel: wp.int32
-    metal_edge: wp.float32
-    specular: wp.vec3
+    metal_edge: wp.float32  # reflectance of a metal at grazing incidence: 0 its color, 1 everything
+    specular: wp.vec3  # reflectance at normal incidence of the dielectric part
     specular_texture: wp.int32
     opacity: wp.float32
     opacity_texture: wp.int32
     opacity_channel: wp.int32
-    opacity_threshold: wp.float32
-    transmission: wp.float32
-    ior: wp.float32
-    thin: wp.int32
-    emission: wp.vec3
+    opacity_threshold: wp.float32  # > 0: cut-out; 0: stochastic transparency
+    transmission: wp.float32  # fraction of the light that is not reflected which passes through, as through glass
+    ior: wp.float32  # index of refraction of the glass
+    thin: wp.int32  # THIN_WALLED: without refraction; CLEAR_PANE: also without roughness and tint
+    emission: wp.vec3  # nits
     emission_texture: wp.int32
-    normal_texture: wp.int32
+    normal_texture: wp.int32  # tangent space; texel * 2 - 1
     normal_scale: wp.float32
-    detail_texture: wp.int32
+    detail_texture: wp.int32  # a second normal map, whose slopes are added
     detail_scale: wp.float32
-    coat_f0: wp.float32
+    coat_f0: wp.float32  # reflectance at normal incidence of the coat
     clearcoat: wp.float32
     clearcoat_texture: wp.int32
     clearcoat_channel: wp.int32
@@ -111,38 +119,49 @@ class Texture:
     tile_rows: wp.int32
 
 
+# Light.kind. LIGHT_MESH is an emissive instance: the device makes these rows, from the materials.
+LIGHT_SPHERE, LIGHT_DISTANT, LIGHT_RECT, LIGHT_DISK, LIGHT_CYLINDER, LIGHT_ELLIPSOID, LIGHT_MESH = (
+    wp.constant(kind) for kind in range(7)
+)
+
+
 @wp.struct
 class Light:
-    """A row of `scene.LIGHT`, with what is needed to judge how much it matters (see `light_power`)."""
+    """A light. Hosts keep the authored fields: `scene.LIGHT` is made of them."""
 
     kind: wp.int32
+    # Unit axes in world space. A light emits along -z (rect, disk, distant); a cylinder's axis is x.
     x_axis: wp.vec3
     y_axis: wp.vec3
     z_axis: wp.vec3
     position: wp.vec3
-    radiance: wp.vec3
+    radiance: wp.vec3  # nits of the surface; for distant: nits over its cone
+    # Half axes [stage units, world scale applied] are radius and aspect times radius: of a disk x, y, of an
+    # ellipsoid x, y, z, of a cylinder y, z; a sphere has the radius alone.
     radius: wp.float32
     aspect: wp.vec2
-    width: wp.float32
-    height: wp.float32
-    cos_angle: wp.float32
-    shaping_cos: wp.float32
+    width: wp.float32  # rect: x extent
+    height: wp.float32  # rect: y extent; cylinder: x extent (its length)
+    cos_angle: wp.float32  # distant: cosine of half its angle; 1 = a delta light, then radiance holds lux
+    shaping_cos: wp.float32  # cosine of shaping:cone:angle; -1 = no cone
     shaping_softness: wp.float32
     shaping_focus: wp.float32
     focus_tint: wp.vec3
+    diffuse: wp.float32
+    specular: wp.float32
+    visible: wp.int32  # 1 = seen by camera rays
+
+    # The rest is made on the device.
     pattern: wp.uint64  # one LightPattern; 0 = shines evenly
     rules: wp.uint64  # one LightRules; 0 = reaches everything and casts full shadows
-    # Of a glowing instance: its row, running sums of the shares of its triangles, their number, and luminance times
-    # area of all [nit * stage unit^2].
+    strength: wp.float32  # see `lights.power`
+    extent: wp.float32
+    # Of an emissive instance: its row, the running sums of the fractions of its triangles, their number, and luminance
+    # times area of all [nit * stage unit^2].
     instance: wp.int32
     faces: wp.uint64
     face_count: wp.int32
     glow: wp.float32
-    diffuse: wp.float32
-    specular: wp.float32
-    visible: wp.int32
-    strength: wp.float32
-    extent: wp.float32
 
 
 @wp.struct

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from usdsdg.stage.cameras.pixels import pixel_centers
+
 if TYPE_CHECKING:
     from usdsdg.stage.cameras.camera_view import CameraView
     from usdsdg.stage.cameras.lenses import Lens
@@ -55,7 +57,7 @@ def _cones(lens: Lens) -> tuple[np.ndarray, np.ndarray]:
     rows, columns = -(-lens.height // TILE), -(-lens.width // TILE)
     y, x = np.mgrid[: rows * TILE, : columns * TILE]
     # The last tiles' missing pixels repeat the last there are.
-    pixels = np.stack([np.minimum(x, lens.width - 1), np.minimum(y, lens.height - 1)], axis=-1) + 0.5
+    pixels = pixel_centers(np.minimum(x, lens.width - 1), np.minimum(y, lens.height - 1))
     rays = lens.to_directions(pixels.reshape(-1, 2)).reshape(rows, TILE, columns, TILE, 3)
     rays = rays.transpose(0, 2, 1, 3, 4).reshape(rows, columns, TILE * TILE, 3)
     there = np.isfinite(rays).all(axis=-1)

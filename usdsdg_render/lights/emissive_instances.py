@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from usdsdg.stage.colors import LUMINANCE
 from usdsdg_render.scene.scene import Scene
 
 # The brightest so many are drawn from, and of them those that give at least that share of the light of all. Every point
 # weighs every light: 64 lamps take as much time as they save. The others are found by following paths.
 MOST_EMITTERS = 32
 LEAST_SHARE = 1e-3
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 class Emitter(NamedTuple):
@@ -27,7 +27,7 @@ class Emitter(NamedTuple):
 
 def find_emitters(scene: Scene) -> list[Emitter]:
     """The brightest glowing instances of a scene, brightest first; textures of what they give off count as white."""
-    luminance = np.nan_to_num(scene.materials["emission"].astype(np.float64) @ _LUMINANCE, posinf=0.0, neginf=0.0)
+    luminance = np.nan_to_num(scene.materials["emission"].astype(np.float64) @ LUMINANCE, posinf=0.0, neginf=0.0)
     glowing = luminance > 0.0
     if not glowing.any():
         return []

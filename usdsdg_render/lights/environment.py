@@ -8,13 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import warp as wp
 
+from usdsdg.stage.colors import LUMINANCE
 from usdsdg_render.kernels import types
 from usdsdg_render.scene.scene import Dome
 
 # Cells of the coarse sky: half a megabyte stays in a core's cache.
 GRID_HEIGHT, GRID_WIDTH = 256, 512
 _TEXELS_AT_ONCE = 1 << 14  # what stays in a cache
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 class SkyGrid(NamedTuple):
@@ -28,7 +28,7 @@ class SkyGrid(NamedTuple):
 
 def sampled(radiance: np.ndarray) -> SkyGrid:
     """How to draw from a sky of cells, (H, W, 3) [nits]; a black one is drawn from uniformly, with no weight."""
-    luminance = radiance.astype(np.float64) @ _LUMINANCE
+    luminance = radiance.astype(np.float64) @ LUMINANCE
     height, width = luminance.shape
     edges = np.cos(np.pi * np.arange(height + 1) / height)
     solid_angle = (edges[:-1] - edges[1:])[:, None] * (2 * np.pi / width)

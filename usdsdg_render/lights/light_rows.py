@@ -19,19 +19,18 @@ import numpy as np
 from pxr import Usd
 
 from usdsdg import errors
-from usdsdg_render.lights.areas import ellipse_perimeter, ellipsoid_area
-from usdsdg_render.lights.light_values import emitted_colour, light_number, light_value
-from usdsdg_render.scene.scene import (
-    LIGHT,
+from usdsdg.stage.colors import LUMINANCE
+from usdsdg_render.kernels.types import (
     LIGHT_CYLINDER,
     LIGHT_DISK,
     LIGHT_DISTANT,
     LIGHT_ELLIPSOID,
     LIGHT_RECT,
     LIGHT_SPHERE,
-    NO_PATTERN,
-    NO_RULES,
 )
+from usdsdg_render.lights.areas import ellipse_perimeter, ellipsoid_area
+from usdsdg_render.lights.light_values import emitted_colour, light_number, light_value
+from usdsdg_render.scene.scene import LIGHT, NO_PATTERN, NO_RULES
 from usdsdg_render.usd.prim_kinds import LIGHT_TYPES
 
 # A light without size has no area to be seen; this radius stands for it [m].
@@ -187,7 +186,7 @@ def _size(prim: Usd.Prim, name: str, default: float) -> float:
 
 
 def _brightness(colour: np.ndarray) -> float:
-    return max(float(colour @ np.array([0.2126, 0.7152, 0.0722])), 1e-12)
+    return max(float(colour @ LUMINANCE), 1e-12)
 
 
 def _read_shaping(prim: Usd.Prim, row: np.ndarray) -> None:

@@ -6,23 +6,22 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from usdsdg_render.lights.areas import ellipse_perimeter, ellipsoid_area
-from usdsdg_render.scene.scene import (
+from usdsdg.stage.colors import LUMINANCE
+from usdsdg_render.kernels.types import (
     LIGHT_CYLINDER,
     LIGHT_DISK,
     LIGHT_DISTANT,
     LIGHT_ELLIPSOID,
     LIGHT_RECT,
     LIGHT_SPHERE,
-    LightPattern,
 )
-
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+from usdsdg_render.lights.areas import ellipse_perimeter, ellipsoid_area
+from usdsdg_render.scene.scene import LightPattern
 
 
 def strengths(lights: np.ndarray, patterns: Sequence[LightPattern] = ()) -> np.ndarray:
     """Per row of `scene.LIGHT`: irradiance of a distant light [lux], intensity of the others head on [cd]."""
-    luminance = np.maximum(np.nan_to_num(lights["radiance"].astype(np.float64) @ _LUMINANCE), 0.0)
+    luminance = np.maximum(np.nan_to_num(lights["radiance"].astype(np.float64) @ LUMINANCE), 0.0)
     radius, width, height = (lights[name].astype(np.float64) for name in ("radius", "width", "height"))
     second, third = radius * lights["aspect"][:, 0], radius * lights["aspect"][:, 1]
     facing = {
@@ -46,7 +45,7 @@ def _distant_size(cosine: np.ndarray) -> np.ndarray:
 def _gain(pattern: LightPattern) -> float:
     """The brightest direction of a profile, times the mean of a picture."""
     brightest = 1.0 if pattern.profile is None else float(pattern.profile.max())
-    return brightest * (1.0 if pattern.picture is None else float(pattern.picture.mean((0, 1)) @ _LUMINANCE))
+    return brightest * (1.0 if pattern.picture is None else float(pattern.picture.mean((0, 1)) @ LUMINANCE))
 
 
 def extents(lights: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from pxr import Sdf, Usd, UsdShade
@@ -16,6 +16,14 @@ from usdsdg_render.materials.preview_surface import read_preview_surface
 from usdsdg_render.materials.shading import BRIGHTEST, BRIGHTEST_GLOW, Input, Material, Network, shader_id
 from usdsdg_render.scene.scene import MATERIAL, NO_TEXTURE, Texture
 from usdsdg_render.usd.prim_kinds import is_below
+
+_COLUMNS = {name: MATERIAL[name] for name in MATERIAL.names or ()}
+# Fields of `Material` with the columns that they fill: `normal` and `detail` a texture alone.
+_FIELDS = [
+    (each.name, f"{each.name}_texture", f"{each.name}_channel")
+    for each in fields(Material)
+    if {each.name, f"{each.name}_texture"} & _COLUMNS.keys()
+]
 
 # UsdImaging's fallback displayColor.
 DEFAULT_COLOUR = (0.5, 0.5, 0.5)
@@ -220,53 +228,42 @@ class MaterialTable:
         return np.frombuffer(table, MATERIAL).copy(), textures
 
 
+# Largest constants; those in neither table end at 1.
+_HIGHEST = {"base_color": BRIGHTEST, "emission": BRIGHTEST_GLOW}
+_UNLIMITED = ("ior", "thin", "normal_scale", "detail_scale")
+
+
 def _row(material: Material, indices: dict[TextureUse, int]) -> tuple:
-    def constant(value: Input) -> tuple[float, ...]:
-        if value.texture is None or value.texture in indices:
-            return value.value
-        return value.value if value.missing is None else value.missing
+    """The values of a row of `MATERIAL`: of an `Input` x those of x, x_texture and x_channel, else of the same name."""
+    values: dict[str, object] = {}
+    for name, texture_column, channel_column in _FIELDS:
+        value = getattr(material, name)
+        if isinstance(value, Input):
+            texture = NO_TEXTURE if value.texture is None else indices.get(value.texture, NO_TEXTURE)
+            values[name] = _constant(material.name, name, value, textured=texture != NO_TEXTURE)
+            values[texture_column], values[channel_column] = texture, value.channel
+        elif name in _COLUMNS:
+            values[name] = value if name in _UNLIMITED else _unit(value)
+        else:
+            values[texture_column] = NO_TEXTURE if value is None else indices.get(value, NO_TEXTURE)
+    return tuple(map(values.__getitem__, _COLUMNS))
 
-    def texture(value: Input) -> int:
-        return NO_TEXTURE if value.texture is None else indices.get(value.texture, NO_TEXTURE)
 
-    def unit(value: float) -> float:
-        return min(max(value, 0.0), 1.0)
-
-    def positive(values: tuple[float, ...], most: float) -> tuple[float, ...]:
-        if max(values) > most:
+def _constant(material: str, name: str, value: Input, *, textured: bool) -> float | tuple[float, ...]:
+    """The constant of an input within its limits; beside a texture, a scalar may be any factor > 0."""
+    constant = value.value if value.texture is None or textured or value.missing is None else value.missing
+    if name in _HIGHEST:
+        highest = _HIGHEST[name]
+        if max(constant) > highest:
             errors.warn_once(
-                f"{material.name}: a colour of {max(values):g} is more than 32-bit numbers can follow from surface to "
-                f"surface; {most:g} is used. Correct it."
+                f"{material}: a color of {max(constant):g} is more than 32-bit numbers can follow from surface to "
+                f"surface; {highest:g} is used. Correct it."
             )
-        return tuple(min(max(value, 0.0), most) for value in values)
+        return tuple(min(max(number, 0.0), highest) for number in constant)
+    if _COLUMNS[name].shape:
+        return tuple(map(_unit, constant))
+    return max(constant[0], 0.0) if textured else _unit(constant[0])
 
-    def normal_map(use: TextureUse | None) -> int:
-        return NO_TEXTURE if use is None else indices.get(use, NO_TEXTURE)
 
-    def scalar(value: Input) -> tuple[float, int, int]:
-        factor = constant(value)[0]
-        return (unit(factor) if texture(value) == NO_TEXTURE else max(factor, 0.0)), texture(value), value.channel
-
-    return (
-        positive(constant(material.base_color), BRIGHTEST),
-        texture(material.base_color),
-        *scalar(material.metallic),
-        *scalar(material.roughness),
-        unit(material.metal_edge),
-        tuple(map(unit, constant(material.specular))),
-        texture(material.specular),
-        *scalar(material.opacity),
-        unit(material.opacity_threshold),
-        unit(material.transmission),
-        material.ior,
-        int(material.thin),
-        positive(constant(material.emission), BRIGHTEST_GLOW),
-        texture(material.emission),
-        normal_map(material.normal),
-        material.normal_scale,
-        normal_map(material.detail),
-        material.detail_scale,
-        unit(material.coat_f0),
-        *scalar(material.clearcoat),
-        *scalar(material.clearcoat_roughness),
-    )
+def _unit(value: float) -> float:
+    return min(max(value, 0.0), 1.0)

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from pxr import UsdShade
 
+from usdsdg.stage.colors import LUMINANCE
 from usdsdg_render.images.textures import TextureUse
 from usdsdg_render.materials.mdl_inputs import (
     BLACK,
@@ -77,7 +78,8 @@ def _albedo(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input
     brightness = network.number(shader, "albedo_brightness", 1.0)
     add = network.number(shader, "albedo_add", 0.0)
     desaturation = network.number(shader, "albedo_desaturation", 0.0)
-    grey = 0.2126 * constant[0] + 0.7152 * constant[1] + 0.0722 * constant[2]
+    red, green, blue = LUMINANCE.tolist()
+    grey = red * constant[0] + green * constant[1] + blue * constant[2]
     plain = tuple(max(((c + desaturation * (grey - c)) * brightness + add) * t, 0.0) for c, t in zip(constant, tint))
     use = texture(network, shader, "diffuse_texture", colour=True, transform=uv)
     if use is None:

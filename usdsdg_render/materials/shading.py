@@ -44,25 +44,28 @@ class FromGprim(NamedTuple):
 
 @dataclass(frozen=True)
 class Material:
-    """A material read from the stage: what a row of `scene.MATERIAL` is made of, before textures are loaded."""
+    """A material read from the stage, with defaults: a row of `scene.MATERIAL` before its textures are loaded.
+
+    See `kernels.types.Material` for the fields of the same names.
+    """
 
     name: str = ""
     base_color: Input = Input((0.18, 0.18, 0.18))
     metallic: Input = Input((0.0,))
     roughness: Input = Input((0.5,))
-    metal_edge: float = 0.0  # what a metal reflects at grazing incidence: 0 its colour, 1 everything
+    metal_edge: float = 0.0
     specular: Input = Input((0.04, 0.04, 0.04))
     opacity: Input = Input((1.0,))
     opacity_threshold: float = 0.0
-    transmission: float = 0.0  # 1 = glass
-    ior: float = 1.5  # of the glass
-    thin: int = 0  # 1 = a pane: light goes straight through; 2 = neither blurred nor tinted
+    transmission: float = 0.0
+    ior: float = 1.5
+    thin: int = 0
     emission: Input = Input((0.0, 0.0, 0.0))
     normal: TextureUse | None = None
     normal_scale: float = 1.0
-    detail: TextureUse | None = None  # a second normal map, whose slopes are added
+    detail: TextureUse | None = None
     detail_scale: float = 1.0
-    coat_f0: float = 0.04  # reflectance of the coat
+    coat_f0: float = 0.04
     clearcoat: Input = Input((0.0,))
     clearcoat_roughness: Input = Input((0.01,))
     uv_primvar: str = ""

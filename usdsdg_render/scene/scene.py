@@ -10,89 +10,33 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import takewhile
 from typing import NamedTuple
 
 import numpy as np
+
+from usdsdg_render.kernels import types
 
 # Value of the instance AOV where the ray meets nothing.
 NO_INSTANCE = -1
 NO_TEXTURE = -1
 
-LIGHT_SPHERE, LIGHT_DISTANT, LIGHT_RECT, LIGHT_DISK, LIGHT_CYLINDER, LIGHT_ELLIPSOID = range(6)
-# A glowing instance: the device makes these rows, from the materials.
-LIGHT_MESH = 6
 # Of a light that shines evenly, and of one that reaches everything and casts full shadows.
 NO_PATTERN = NO_RULES = -1
 
 WRAP_REPEAT, WRAP_CLAMP, WRAP_MIRROR, WRAP_BLACK = range(4)
 TEXELS_SRGB, TEXELS_RAW, TEXELS_SHORT, TEXELS_HALF = range(4)
 
-MATERIAL = np.dtype(
-    [
-        # A texture, where there is one, is multiplied by the constant beside it. *_texture is an index or NO_TEXTURE;
-        # *_channel picks r g b a (0-3).
-        ("base_color", "f4", 3),
-        ("base_texture", "i4"),
-        ("metallic", "f4"),
-        ("metallic_texture", "i4"),
-        ("metallic_channel", "i4"),
-        ("roughness", "f4"),
-        ("roughness_texture", "i4"),
-        ("roughness_channel", "i4"),
-        ("metal_edge", "f4"),  # what a metal reflects at grazing incidence: 0 its colour, 1 everything
-        ("specular", "f4", 3),  # reflectance at normal incidence of the dielectric part
-        ("specular_texture", "i4"),
-        ("opacity", "f4"),
-        ("opacity_texture", "i4"),
-        ("opacity_channel", "i4"),
-        ("opacity_threshold", "f4"),  # > 0: cut-out; 0: stochastic transparency
-        ("transmission", "f4"),  # share of what is not mirrored that goes through, as through glass
-        ("ior", "f4"),  # index of refraction of the glass
-        ("thin", "i4"),  # 1 = a pane: nothing is bent; 2 = nor blurred or tinted
-        ("emission", "f4", 3),  # nits
-        ("emission_texture", "i4"),
-        ("normal_texture", "i4"),  # tangent space; texel * 2 - 1
-        ("normal_scale", "f4"),
-        ("detail_texture", "i4"),  # a second normal map, whose slopes are added
-        ("detail_scale", "f4"),
-        ("coat_f0", "f4"),  # reflectance at normal incidence of the coat
-        ("clearcoat", "f4"),
-        ("clearcoat_texture", "i4"),
-        ("clearcoat_channel", "i4"),
-        ("clearcoat_roughness", "f4"),
-        ("clearcoat_roughness_texture", "i4"),
-        ("clearcoat_roughness_channel", "i4"),
-    ],
-    align=True,
-)
+MATERIAL = np.dtype(types.Material.numpy_dtype())
 
+_LIGHT = np.dtype(types.Light.numpy_dtype())
+# The authored fields of types.Light, and indices where it has addresses.
 LIGHT = np.dtype(
-    [
-        ("kind", "i4"),
-        # Unit rows of the frame in the world: x, y, z. A light emits along -z (rect, disk, distant);
-        # a cylinder's axis is x.
-        ("x_axis", "f4", 3),
-        ("y_axis", "f4", 3),
-        ("z_axis", "f4", 3),
-        ("position", "f4", 3),
-        ("radiance", "f4", 3),  # nits of the surface; for distant: nits over its cone
-        # Half axes [stage units, world scale applied] are radius and aspect times radius: of a disk x, y, of an
-        # ellipsoid x, y, z, of a cylinder y, z; a sphere has the radius alone.
-        ("radius", "f4"),
-        ("aspect", "f4", 2),
-        ("width", "f4"),  # rect: x extent
-        ("height", "f4"),  # rect: y extent; cylinder: x extent (its length)
-        ("cos_angle", "f4"),  # distant: cosine of half its angle; 1 = a delta light, then radiance holds lux
+    [(name, _LIGHT[name]) for name in takewhile(lambda name: name != "pattern", _LIGHT.names or ())]
+    + [
         ("power", "f4"),  # relative weight for choosing a light, > 0
-        ("shaping_cos", "f4"),  # cosine of shaping:cone:angle; -1 = no cone
-        ("shaping_softness", "f4"),
-        ("shaping_focus", "f4"),
-        ("focus_tint", "f4", 3),
         ("pattern", "i4"),  # row of Scene.light_patterns, or NO_PATTERN
         ("rules", "i4"),  # row of Scene.light_rules, or NO_RULES
-        ("diffuse", "f4"),
-        ("specular", "f4"),
-        ("visible", "i4"),  # 1 = seen by camera rays
     ],
     align=True,
 )

@@ -54,7 +54,7 @@ def test_instances_prototypes_and_textures_come_and_go():
     ball = scenes.sphere(rings=16)
     scene.prototypes = [ball]
     scene.textures = [Texture("red", np.full((1, 1, 4), (255, 0, 0, 255), np.uint8), False, 0, 0)]
-    scene.materials["base_texture"] = 0
+    scene.materials["base_color_texture"] = 0
     scene.instances = Instances(
         ("/ball",), np.zeros(1, np.int32), scenes.moved()[None], np.zeros(1, np.int32), np.ones(1, np.int32)
     )

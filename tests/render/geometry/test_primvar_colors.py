@@ -86,7 +86,7 @@ def test_every_interpolation_comes_to_the_corners(interpolation, where, indices)
     assert (prototype.corner_colors[..., 3] == 1).all()
     assert base_colours(scene, 0) == [[1, 1, 1]]
     row = scene.materials[scene.material_slots[0]]
-    texture = scene.textures[row["base_texture"]]
+    texture = scene.textures[row["base_color_texture"]]
     seen = look_up(texture.texels, prototype.corner_uvs.reshape(-1, 2).astype(np.float64))
     np.testing.assert_allclose(seen[:, :3], values[where].reshape(-1, 3), atol=0.005)
     assert row["opacity_texture"] == -1
@@ -114,7 +114,7 @@ def test_opacity_may_vary_too():
     mesh.CreateDisplayOpacityPrimvar("uniform").Set([1.0, 0.25])
     scene = extract(stage)
     row = scene.materials[scene.material_slots[0]]
-    assert row["opacity_texture"] == row["base_texture"] >= 0
+    assert row["opacity_texture"] == row["base_color_texture"] >= 0
     assert row["opacity_channel"] == 3
     np.testing.assert_allclose(scene.prototypes[0].corner_colors[..., 3], [[1] * 3, [0.25] * 3])
 
@@ -156,7 +156,7 @@ def test_a_material_that_reads_the_colour_gets_it_varying():
     bind(add_square(stage, "uniform", [(1, 0, 0), (0, 1, 0)]), material)
     scene = extract(stage)
     row = scene.materials[scene.material_slots[0]]
-    assert row["base_texture"] >= 0
+    assert row["base_color_texture"] >= 0
     assert row["roughness"] == 0.25
 
 
@@ -169,12 +169,12 @@ def test_a_bound_material_wins_and_edits_are_followed():
     mesh.GetDisplayColorAttr().Set([Gf.Vec3f(0, 0, 1), Gf.Vec3f(0, 1, 0)])
     extractor.update()
     scene = extractor.scene
-    texture = scene.textures[scene.materials[scene.material_slots[0]]["base_texture"]]
+    texture = scene.textures[scene.materials[scene.material_slots[0]]["base_color_texture"]]
     assert texture.texels[0, 0, :3].tolist() == [0, 0, 255]
     bind(mesh, add_material(stage, "/Looks/M", (0.5, 0.5, 0.5)))
     extractor.update()
     assert base_colours(extractor.scene, 0) == [[0.5, 0.5, 0.5]]
-    assert extractor.scene.materials[extractor.scene.material_slots[0]]["base_texture"] == -1
+    assert extractor.scene.materials[extractor.scene.material_slots[0]]["base_color_texture"] == -1
 
 
 def test_moving_points_keep_their_colours():
@@ -188,7 +188,7 @@ def test_moving_points_keep_their_colours():
         scene = extractor.scene
         prototype = scene.prototypes[scene.instances.prototype[0]]
         assert (prototype.corner_colors[0, :, :3] == [1, 0, 0]).all()
-        assert scene.materials[scene.material_slots[scene.instances.slot_offset[0]]]["base_texture"] >= 0
+        assert scene.materials[scene.material_slots[scene.instances.slot_offset[0]]]["base_color_texture"] >= 0
     assert prototype.points.max() == 1.5
 
 

@@ -146,7 +146,7 @@ def checker(texels, *, wrap=0, **values):
     rgba = np.full((*texels.shape[:2], 4), 255, np.uint8)
     rgba[..., : texels.shape[2]] = texels
     texture = Texture("checker", rgba, values.pop("srgb", False), wrap, wrap, values.pop("transform", UvTransform()))
-    matt = scenes.material(base_texture=0, **values)
+    matt = scenes.material(base_color_texture=0, **values)
     scene = scenes.scene_of([(scenes.square(), scenes.moved(), 0)], materials=[matt], textures=[texture])
     view = scenes.view_from((0, 0, 5), up=(0, 1, 0), size=(64, 64), focal_length=20.0 * 5 / 2)
     return renderer_of(scene).labels(view, ["albedo"])["albedo"]

@@ -8,16 +8,15 @@ import pytest
 from tests.render import scenes
 from tests.render.images import radiance
 from tests.render.lights import light_oracle
-from usdsdg_render.scene.scene import (
+from usdsdg_render.kernels.types import (
     LIGHT_CYLINDER,
     LIGHT_DISK,
     LIGHT_DISTANT,
     LIGHT_ELLIPSOID,
     LIGHT_RECT,
     LIGHT_SPHERE,
-    Dome,
-    LightPattern,
 )
+from usdsdg_render.scene.scene import Dome, LightPattern
 
 ALBEDO = 0.5
 SAMPLES = 512

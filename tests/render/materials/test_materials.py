@@ -117,7 +117,7 @@ def test_a_texture_comes_with_its_wraps_and_scale(tmp_path):
     looks.connect("diffuseColor", texture)
     row, textures = looks.row()
     np.testing.assert_allclose(row["base_color"], (0.5, 0.25, 2.0))
-    loaded = textures[row["base_texture"]]
+    loaded = textures[row["base_color_texture"]]
     assert (loaded.path, loaded.wrap_s, loaded.wrap_t) == (str(file), scene.WRAP_CLAMP, scene.WRAP_MIRROR)
     assert loaded.srgb
 
@@ -128,7 +128,7 @@ def test_wraps_repeat_unless_they_say_otherwise(wrap, tmp_path):
     options = {} if wrap is None else {"wrapS": wrap}
     looks.connect("diffuseColor", looks.texture(save(tmp_path / "a.png", (1, 2, 3)), **options))
     row, textures = looks.row()
-    assert textures[row["base_texture"]].wrap_s == scene.WRAP_REPEAT
+    assert textures[row["base_color_texture"]].wrap_s == scene.WRAP_REPEAT
 
 
 @pytest.mark.parametrize(("space", "coded"), [("raw", False), ("sRGB", True), ("auto", True)])
@@ -136,7 +136,7 @@ def test_source_colour_space(space, coded, tmp_path):
     looks = Looks()
     looks.connect("diffuseColor", looks.texture(save(tmp_path / "a.png", (1, 2, 3)), sourceColorSpace=space))
     row, textures = looks.row()
-    assert textures[row["base_texture"]].srgb is coded
+    assert textures[row["base_color_texture"]].srgb is coded
 
 
 def test_channels_of_one_packed_file_share_a_texture(tmp_path):
@@ -179,7 +179,7 @@ def test_transform_and_primvar_name_are_followed(tmp_path):
     texture.CreateInput("st", T.Float2).ConnectToSource(transform.ConnectableAPI(), "result")
     looks.connect("diffuseColor", texture)
     row, textures = looks.row()
-    np.testing.assert_allclose(textures[row["base_texture"]].transform, [[0, -3, 0.25], [2, 0, 0.5]], atol=1e-12)
+    np.testing.assert_allclose(textures[row["base_color_texture"]].transform, [[0, -3, 0.25], [2, 0, 0.5]], atol=1e-12)
     assert looks.read().uv_primvar == "UVMap"
 
 
@@ -236,7 +236,7 @@ def test_unreadable_textures_are_named_and_the_fallback_counts(file, fallback, t
     looks.connect("diffuseColor", texture)
     with pytest.warns(UserWarning, match=f"/Looks/M/Tex.*{file}"):
         row, _ = looks.row()
-    assert row["base_texture"] == scene.NO_TEXTURE
+    assert row["base_color_texture"] == scene.NO_TEXTURE
     np.testing.assert_allclose(row["base_color"], fallback[:3] if fallback else (0.18,) * 3, rtol=1e-6)
 
 
@@ -261,7 +261,7 @@ def test_a_channel_may_be_a_colour(tmp_path):
         "diffuseColor", looks.texture(save(tmp_path / "a.png", (10, 20, 30, 40)), sourceColorSpace="raw"), "a"
     )
     row, textures = looks.row()
-    assert textures[row["base_texture"]].texels[0, 0].tolist() == [40, 40, 40, 40]
+    assert textures[row["base_color_texture"]].texels[0, 0].tolist() == [40, 40, 40, 40]
 
 
 def test_tiles_are_read_and_the_fallback_lies_beyond(tmp_path):
@@ -270,7 +270,7 @@ def test_tiles_are_read_and_the_fallback_lies_beyond(tmp_path):
     looks = Looks()
     looks.connect("diffuseColor", looks.texture(tmp_path / "a.<UDIM>.png", fallback=Gf.Vec4f(0.5, 0.25, 0.125, 1)))
     row, textures = looks.row()
-    used = textures[row["base_texture"]]
+    used = textures[row["base_color_texture"]]
     assert [place for place, _ in used.tiles] == [0, 11]
     np.testing.assert_allclose(used.texels[0, 0], (0.5, 0.25, 0.125, 1))
 
@@ -289,7 +289,7 @@ def test_every_texture_has_its_transform_and_one_set_of_coordinates_is_asked_for
         looks.connect(name, texture, output)
     with pytest.warns(UserWarning, match="/Looks/M/roughness: .*st1"):
         row, textures = looks.row()
-    assert textures[row["base_texture"]].transform.u_row[0] == 2
+    assert textures[row["base_color_texture"]].transform.u_row[0] == 2
     assert textures[row["roughness_texture"]].transform.u_row[0] == 5
 
 
@@ -386,7 +386,7 @@ def test_unknown_words_of_a_texture_are_named(inputs, named, tmp_path):
     looks = Looks()
     looks.connect("diffuseColor", looks.texture(save(tmp_path / "a.png", (9, 9, 9)), **inputs))
     with pytest.warns(UserWarning, match=f"/Looks/M/Tex: {named}"):
-        assert looks.row()[0]["base_texture"] == 0
+        assert looks.row()[0]["base_color_texture"] == 0
 
 
 @pytest.mark.parametrize(
@@ -458,7 +458,7 @@ def test_omnipbr_diffuse_texture_replaces_the_constant(tmp_path):
     looks.set("diffuse_texture", T.Asset, str(save(tmp_path / "a.png", (1, 2, 3))))
     row, textures = looks.row()
     np.testing.assert_allclose(row["base_color"], (0.5, 0.25, 0.125), rtol=1e-6)
-    assert textures[row["base_texture"]].srgb
+    assert textures[row["base_color_texture"]].srgb
 
 
 def test_omnipbr_missing_texture_leaves_the_constant(tmp_path):
@@ -620,7 +620,7 @@ def test_gltf_textures_have_their_channels_and_wraps(tmp_path):
     gltf_texture(looks, "metallic_roughness_texture", packed)
     gltf_texture(looks, "normal_texture", packed)
     row, textures = looks.row()
-    base = textures[row["base_texture"]]
+    base = textures[row["base_color_texture"]]
     assert (base.srgb, base.wrap_s, base.wrap_t) == (True, scene.WRAP_CLAMP, scene.WRAP_MIRROR)
     assert row["metallic_texture"] == row["roughness_texture"] == row["normal_texture"] >= 0
     assert (row["metallic_channel"], row["roughness_channel"]) == (2, 1)
@@ -645,7 +645,7 @@ def test_gltf_transforms_are_those_of_khr_texture_transform(tmp_path):
         offset=tuple(offset), rotation=rotation, scale=tuple(size),
     )  # fmt: skip
     row, textures = looks.row()
-    found = np.array(textures[row["base_texture"]].transform)
+    found = np.array(textures[row["base_color_texture"]].transform)
     # glTF's v runs downwards, and it turns the picture's coordinates counter-clockwise as they are seen.
     turn = np.array([[np.cos(rotation), np.sin(rotation)], [-np.sin(rotation), np.cos(rotation)]])
     for u, v in ((0, 0), (1, 0), (0.3, 0.9)):
@@ -665,7 +665,7 @@ def test_omnipbr_adjusts_its_texture_exactly(tmp_path):
     looks.set("albedo_add", T.Float, -0.125)
     looks.set("diffuse_tint", T.Color3f, Gf.Vec3f(1, 0.5, 0.25))
     row, textures = looks.row()
-    used = textures[row["base_texture"]]
+    used = textures[row["base_color_texture"]]
     np.testing.assert_allclose(row["base_color"], (1, 0.5, 0.25))
     assert (used.scale, used.bias) == ((1.5, 1.5, 1.5, 1.0), (-0.125, -0.125, -0.125, 0.0))
 
@@ -787,7 +787,7 @@ def test_open_pbr_images_and_their_channels(tmp_path):
     looks.connect("geometry_normal", bump, "out")
     looks.set("base_weight", T.Float, 0.5)
     row, textures = looks.row()
-    base = textures[row["base_texture"]]
+    base = textures[row["base_color_texture"]]
     assert (base.srgb, base.wrap_s, base.transform.u_row[0], base.transform.v_row[1]) == (True, scene.WRAP_MIRROR, 2, 3)
     np.testing.assert_allclose(row["base_color"], 0.5)
     assert row["roughness_channel"] == 1
@@ -838,7 +838,7 @@ def test_mdl_files_that_fill_in_a_template_are_read(authored, tmp_path):
         looks.set("reflection_roughness_constant", T.Float, authored)
     row, textures = looks.row()
     np.testing.assert_allclose(row["base_color"], 0.5)
-    base = textures[row["base_texture"]]
+    base = textures[row["base_color_texture"]]
     assert base.srgb
     assert (base.transform.u_row[0], base.transform.v_row[1]) == (2, 4)
     assert row["roughness"] == (authored or 0.125)

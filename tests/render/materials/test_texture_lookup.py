@@ -63,13 +63,13 @@ def test_texels_of_every_precision_are_interpolated_as_numpy_does(kind, toleranc
         values, bias = texels / float(most), (0.0,) * 4
     picture = Texture("t", texels, False, WRAP_REPEAT, WRAP_REPEAT, scale=(0.5, 2.0, 1.0, 1.0), bias=bias)
     expected = np.maximum(bilinear(values, *coordinates()) * picture.scale + bias, 0.0)[..., :3]
-    np.testing.assert_allclose(shown([picture], base_texture=0), expected, rtol=tolerance, atol=tolerance)
+    np.testing.assert_allclose(shown([picture], base_color_texture=0), expected, rtol=tolerance, atol=tolerance)
 
 
 def test_sixteen_bits_are_finer_than_eight():
     ramp = np.linspace(0.5, 0.51, 64)
     texels = np.repeat(np.round(ramp * 65535)[None, :, None], 4, axis=2).astype(np.uint16)
-    albedo = shown([Texture("ramp", texels, False, WRAP_CLAMP, WRAP_CLAMP)], base_texture=0)[32, :, 0]
+    albedo = shown([Texture("ramp", texels, False, WRAP_CLAMP, WRAP_CLAMP)], base_color_texture=0)[32, :, 0]
     assert len(np.unique(albedo)) == 64
     np.testing.assert_allclose(albedo, ramp, atol=1e-5)
 
@@ -82,7 +82,7 @@ def test_textures_of_one_material_have_a_transform_each():
         Texture("base", texels, False, WRAP_REPEAT, WRAP_REPEAT),
         Texture("rough", texels, False, WRAP_REPEAT, WRAP_REPEAT, turned),
     ]
-    values = dict(base_texture=0, roughness_texture=1, roughness_channel=1)
+    values = dict(base_color_texture=0, roughness_texture=1, roughness_channel=1)
     u, v = coordinates()
     cos, sin = np.cos(0.7), np.sin(0.7)
     u2, v2 = cos * 2 * u - sin * 3 * v + 0.1, sin * 2 * u + cos * 3 * v - 0.2
@@ -100,7 +100,7 @@ def test_tiles_lie_side_by_side_and_beyond_them_is_the_fallback():
     beyond = np.full((1, 1, 4), 0.25, np.float16)
     # The square shows [-1, 3)^2.
     spread = UvTransform.of((4.0, 4.0), 0.0, (-1.0, -1.0))
-    albedo = shown([Texture("t", beyond, False, WRAP_CLAMP, WRAP_CLAMP, spread, tiles=tiles)], base_texture=0)
+    albedo = shown([Texture("t", beyond, False, WRAP_CLAMP, WRAP_CLAMP, spread, tiles=tiles)], base_color_texture=0)
     for row in range(4):
         for column in range(4):
             pixel = albedo[SIZE - 8 - 16 * row, 8 + 16 * column]

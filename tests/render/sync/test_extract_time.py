@@ -274,5 +274,5 @@ def test_texture_files_follow_the_time(tmp_path):
     extractor = SceneExtractor(stage)
     for code in (0, 10, 3):
         scene, _ = at(extractor, code)
-        shown = scene.textures[scene.materials[scene.material_slots[0]]["base_texture"]]
+        shown = scene.textures[scene.materials[scene.material_slots[0]]["base_color_texture"]]
         assert shown.texels[0, 0, 0] == (10 if code == 10 else 0)

@@ -12,6 +12,7 @@ from usdsdg.annotators.frame import Frame
 from usdsdg.errors import AnnotatorError
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
+from usdsdg.stage.cameras.pixels import pixel_centers
 from usdsdg.stage.cameras.render_products import products
 
 _REFERENCE = "crossCameraReferenceName"
@@ -41,7 +42,7 @@ def cross_correspondence(frame: Frame, params: Mapping[str, Any]) -> Annotation:
         inside = ((pixels >= 0) & (pixels < size)).all(axis=1)
     if reference.lens is None:
         inside &= depths > 0
-    shift = (pixels - np.stack([columns + 0.5, rows + 0.5], axis=-1)) / size
+    shift = (pixels - pixel_centers(columns, rows)) / size
     out = np.full((*seen.shape, 4), -1, np.float32)
     out[seen, :2] = np.nan_to_num(shift, nan=-1.0)
     out[seen, 2] = ~inside

@@ -11,6 +11,7 @@ from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_o
 from usdsdg.annotators.colors import FIRST_LABELED, UNLABELLED
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.kinds.segmentation import unique_labels
+from usdsdg.stage.cameras.pixels import pixel_centers
 
 
 @define(
@@ -26,7 +27,7 @@ def depth_to_pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     camera, depth = frame.camera, frame.aov("distance_to_image_plane").astype(np.float64)
     seen = np.isfinite(depth)
     rows, columns = np.nonzero(seen)
-    origins, directions = camera.rays(np.stack([columns, rows], axis=-1) + 0.5)
+    origins, directions = camera.rays(pixel_centers(columns, rows))
     if camera.lens is None:
         along = depth[seen] / -directions[:, 2]
     else:

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# Weights of red, green and blue in luminance (Rec. 709).
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
+from usdsdg.stage.colors import LUMINANCE
+
+_LUMINANCE = LUMINANCE.astype(np.float32)
 
 
 @dataclass(frozen=True)

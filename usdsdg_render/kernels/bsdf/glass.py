@@ -8,8 +8,7 @@ import warp as wp
 
 from usdsdg_render.kernels.bsdf.bsdf import Bsdf, perpendicular, sample_facet, smith_root
 from usdsdg_render.kernels.scene.surface import Surface
-from usdsdg_render.kernels.scene.visibility import CLEAR
-from usdsdg_render.kernels.types import Material
+from usdsdg_render.kernels.types import CLEAR_PANE, Material
 
 
 @wp.struct
@@ -49,7 +48,7 @@ def through_glass(surface: Surface, material: Material, b: Bsdf, number: float, 
         # Between the two faces of a pane light is mirrored to and fro.
         share = 2.0 * share / (1.0 + share)
     side = float(1.0)
-    if number >= share and material.thin == CLEAR:
+    if number >= share and material.thin == CLEAR_PANE:
         ray.crossed = 1
         ray.direction = -b.wo
         ray.weight = wp.vec3(1.0)

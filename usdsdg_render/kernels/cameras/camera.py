@@ -2,11 +2,13 @@
 
 import warp as wp
 
+from usdsdg.stage.cameras import pixels
 from usdsdg_render.kernels.cameras.lens import FLAT, NONE, PANORAMA, lens_direction, panorama_direction, panorama_eye
 from usdsdg_render.kernels.trig import cos_sin
 from usdsdg_render.kernels.types import Camera
 
-# Neighbouring threads take pixels along columns of bands of so many rows, so that the rays of a warp look one way.
+PIXEL_CENTER = wp.constant(pixels.PIXEL_CENTER)
+# Neighboring threads take pixels along columns of bands of so many rows, so that the rays of a warp look one way.
 BAND = wp.constant(4)
 
 
@@ -85,3 +87,9 @@ def camera_ray(camera: Camera, column: float, row: float, lens: wp.vec2):
         tmin=camera.near * per_depth,
         tmax=camera.far * per_depth,
     )
+
+
+@wp.func
+def pixel_ray(camera: Camera, x: int, y: int):
+    """The ray through the center of a pixel and the center of the lens."""
+    return camera_ray(camera, float(x) + PIXEL_CENTER, float(y) + PIXEL_CENTER, wp.vec2(0.0))

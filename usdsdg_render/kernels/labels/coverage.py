@@ -7,7 +7,7 @@ of instances become those of the groups that they belong to.
 import warp as wp
 
 from usdsdg_render.bvh.query import wide_meets_instance
-from usdsdg_render.kernels.cameras.camera import camera_ray
+from usdsdg_render.kernels.cameras.camera import PIXEL_CENTER, pixel_ray
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.scene.visibility import meets_cutout
 from usdsdg_render.kernels.types import Camera, SceneTables
@@ -30,13 +30,13 @@ class Strip:
 @wp.func
 def first_centre(place: float, size: int):
     """The first pixel of a row of `size` whose centre is not before a place; `size` if none is."""
-    return int(wp.clamp(wp.ceil(place - 0.5), 0.0, float(size)))
+    return int(wp.clamp(wp.ceil(place - PIXEL_CENTER), 0.0, float(size)))
 
 
 @wp.func
 def columns_of(ends: wp.array(dtype=wp.float32), row: int, width: int):
     """[first, last) of the pixels of a row whose centres are within an octagon; see tangents.py for its sides."""
-    y = float(row) + 0.5
+    y = float(row) + PIXEL_CENTER
     left = wp.max(wp.max(-ends[4], -ends[6] - y), y - ends[7])
     right = wp.min(wp.min(ends[0], ends[2] - y), ends[3] + y)
     return first_centre(left, width), first_centre(right, width)
@@ -83,7 +83,7 @@ def cut_strips(
 @wp.func
 def meets(tables: SceneTables, camera: Camera, x: int, y: int, instance: int, mode: int):
     """Whether the ray through the centre of a pixel would meet an instance that is alone."""
-    ray = camera_ray(camera, float(x) + 0.5, float(y) + 0.5, wp.vec2(0.0))
+    ray = pixel_ray(camera, x, y)
     if tables.tree.instances[instance].cutout != 0:
         return meets_cutout(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, instance, mode)
     return wide_meets_instance(tables.tree, ray.origin, ray.direction, ray.tmin, ray.tmax, instance)[3] >= 0

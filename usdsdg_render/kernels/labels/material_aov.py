@@ -8,8 +8,7 @@ import warp as wp
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.labels.views import Views, meet_centre, picture_row
 from usdsdg_render.kernels.scene.surface import bumped, surface_at, with_material
-from usdsdg_render.kernels.scene.visibility import CLEAR
-from usdsdg_render.kernels.types import SceneTables
+from usdsdg_render.kernels.types import CLEAR_PANE, SceneTables
 
 
 @wp.struct
@@ -58,6 +57,6 @@ def label_materials(
         out.emission[v, y, x] = surface.emission
     if out.transmission.shape[0] > 0:
         tint = surface.base
-        if material.thin == CLEAR:
+        if material.thin == CLEAR_PANE:
             tint = wp.vec3(1.0)
         out.transmission[v, y, x] = tint * material.transmission

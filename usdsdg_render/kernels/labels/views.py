@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from usdsdg_render.kernels.cameras.camera import BAND, camera_ray
+from usdsdg_render.kernels.cameras.camera import BAND, pixel_ray
 from usdsdg_render.kernels.scene.visibility import closest
 from usdsdg_render.kernels.types import Camera, SceneTables
 
@@ -27,5 +27,5 @@ def picture_row(views: Views, band: int, row_of_band: int):
 @wp.func
 def meet_centre(tables: SceneTables, camera: Camera, x: int, y: int, mode: int):
     """(ray through the centre of a pixel, what it meets first); `mode` as for `closest`."""
-    ray = camera_ray(camera, float(x) + 0.5, float(y) + 0.5, wp.vec2(0.0))
+    ray = pixel_ray(camera, x, y)
     return ray, closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, mode, 0.5)

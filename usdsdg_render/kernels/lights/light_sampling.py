@@ -8,14 +8,8 @@ import warp as wp
 
 from usdsdg_render.kernels.bsdf.bsdf import perpendicular
 from usdsdg_render.kernels.lights.cdf import invert_cdf
-from usdsdg_render.kernels.lights.emissive_instances import MESH, sample_emitter
+from usdsdg_render.kernels.lights.emissive_instances import sample_emitter
 from usdsdg_render.kernels.lights.light_shapes import (
-    CYLINDER,
-    DISK,
-    DISTANT,
-    ELLIPSOID,
-    RECT,
-    SPHERE,
     LightSample,
     emitted,
     half_axes,
@@ -25,7 +19,18 @@ from usdsdg_render.kernels.lights.light_shapes import (
 from usdsdg_render.kernels.scene.texture import cell_density, cell_radiance, sky_radiance
 from usdsdg_render.kernels.scene.visibility import FAR_AWAY
 from usdsdg_render.kernels.trig import cos_sin, half_turns_from_pole
-from usdsdg_render.kernels.types import Dome, Light, SceneTables
+from usdsdg_render.kernels.types import (
+    LIGHT_CYLINDER,
+    LIGHT_DISK,
+    LIGHT_DISTANT,
+    LIGHT_ELLIPSOID,
+    LIGHT_MESH,
+    LIGHT_RECT,
+    LIGHT_SPHERE,
+    Dome,
+    Light,
+    SceneTables,
+)
 
 PI = wp.constant(wp.pi)
 
@@ -57,7 +62,7 @@ def on_plane(light: Light, r: wp.vec2):
     """A uniform point of a rectangle or disk."""
     x = (r[0] - 0.5) * light.width
     y = (r[1] - 0.5) * light.height
-    if light.kind == DISK:
+    if light.kind == LIGHT_DISK:
         radius = light.radius * wp.sqrt(r[0])
         around = cos_sin(r[1])
         x = radius * around[0]
@@ -84,7 +89,7 @@ def sample_one(light: Light, point: wp.vec3, r: wp.vec2):
     s = LightSample()
     s.diffuse = light.diffuse
     s.specular = light.specular
-    if light.kind == DISTANT:
+    if light.kind == LIGHT_DISTANT:
         s.distance = FAR_AWAY
         s.direction = light.z_axis
         s.pdf = -1.0
@@ -93,14 +98,14 @@ def sample_one(light: Light, point: wp.vec3, r: wp.vec2):
             s.pdf = 1.0 / (2.0 * PI * (1.0 - light.cos_angle))
         s.radiance = emitted(light, s.direction, light.position)
         return s
-    if light.kind == SPHERE:
+    if light.kind == LIGHT_SPHERE:
         s.direction = towards_sphere(light.position - point, light.radius, r)
-    elif light.kind == ELLIPSOID:
+    elif light.kind == LIGHT_ELLIPSOID:
         axes = half_axes(light)
         center = wp.cw_div(in_frame(light, light.position - point), axes)
         d = wp.cw_mul(towards_sphere(center, 1.0, r), axes)
         s.direction = wp.normalize(light.x_axis * d[0] + light.y_axis * d[1] + light.z_axis * d[2])
-    elif light.kind == CYLINDER:
+    elif light.kind == LIGHT_CYLINDER:
         around = cos_sin(r[1])
         on = light.y_axis * around[0] + light.z_axis * (around[1] * light.aspect[0])
         on = light.position + light.x_axis * ((r[0] - 0.5) * light.height) + on * light.radius
@@ -158,7 +163,7 @@ def weight_at(light: Light, point: wp.vec3, normal: wp.vec3, sky_share: float):
 
     Of what comes from beyond the scene, `sky_share` passes what stands around.
     """
-    if light.kind == DISTANT:
+    if light.kind == LIGHT_DISTANT:
         return sky_share * light.strength * wp.clamp(wp.dot(normal, light.z_axis) + light.extent, 0.0, 1.0)
     to_light = light.position - point
     e2 = light.extent * light.extent
@@ -172,7 +177,7 @@ def weight_at(light: Light, point: wp.vec3, normal: wp.vec3, sky_share: float):
     if light.shaping_cos > -1.0 and off_axis <= light.shaping_cos:
         return 0.0
     facing = wp.clamp(wp.dot(normal, to_light) * per_distance + slack, 0.0, 1.0)
-    if light.kind == RECT or light.kind == DISK:
+    if light.kind == LIGHT_RECT or light.kind == LIGHT_DISK:
         facing *= wp.clamp(wp.dot(to_light, light.z_axis) * per_distance + slack, 0.0, 1.0)
     return light.strength * facing / d2
 
@@ -218,7 +223,7 @@ def sample_light(tables: SceneTables, index: int, point: wp.vec3, r: wp.vec2, fi
     if index < 0:
         return LightSample()
     if index < tables.light_count:
-        if tables.lights[index].kind == MESH:
+        if tables.lights[index].kind == LIGHT_MESH:
             return sample_emitter(tables, tables.lights[index], point, r)
         return sample_one(tables.lights[index], point, r)
     return sample_sky(tables.dome, r, fine_sky)

@@ -4,15 +4,16 @@ import warp as wp
 
 from usdsdg_render.kernels.scene.visibility import FAR_AWAY
 from usdsdg_render.kernels.trig import half_turns_from_pole, turn_of
-from usdsdg_render.kernels.types import Light, LightPattern
-from usdsdg_render.scene import scene
+from usdsdg_render.kernels.types import (
+    LIGHT_CYLINDER,
+    LIGHT_DISK,
+    LIGHT_DISTANT,
+    LIGHT_ELLIPSOID,
+    LIGHT_SPHERE,
+    Light,
+    LightPattern,
+)
 
-SPHERE = wp.constant(scene.LIGHT_SPHERE)
-DISTANT = wp.constant(scene.LIGHT_DISTANT)
-RECT = wp.constant(scene.LIGHT_RECT)
-DISK = wp.constant(scene.LIGHT_DISK)
-CYLINDER = wp.constant(scene.LIGHT_CYLINDER)
-ELLIPSOID = wp.constant(scene.LIGHT_ELLIPSOID)
 PI = wp.constant(wp.pi)
 
 
@@ -173,7 +174,7 @@ def hit_plane(light: Light, origin: wp.vec3, direction: wp.vec3):
     x = wp.dot(p, light.x_axis)
     y = wp.dot(p, light.y_axis)
     area = light.width * light.height
-    if light.kind == DISK:
+    if light.kind == LIGHT_DISK:
         area = PI * light.radius * light.radius * light.aspect[0]
         y /= light.aspect[0]
         if x * x + y * y > light.radius * light.radius:
@@ -219,22 +220,22 @@ def hit_light(light: Light, origin: wp.vec3, direction: wp.vec3):
     """Where a ray meets a light that has a surface, or the disk of a distant light."""
     hit = LightHit()
     hit.distance = -1.0
-    if light.kind != DISTANT:
+    if light.kind != LIGHT_DISTANT:
         # Most rays pass the ball that holds the light.
         to_center = light.position - origin
         along = wp.max(wp.dot(to_center, direction), 0.0)
         nearest = to_center - direction * along
         if wp.dot(nearest, nearest) > 1.0001 * light.extent * light.extent:
             return hit
-    if light.kind == SPHERE:
+    if light.kind == LIGHT_SPHERE:
         hit = hit_sphere(light.position - origin, light.radius, direction)
-    elif light.kind == CYLINDER:
+    elif light.kind == LIGHT_CYLINDER:
         hit = hit_cylinder(light, origin, direction)
-    elif light.kind == DISTANT:
+    elif light.kind == LIGHT_DISTANT:
         if wp.dot(direction, light.z_axis) > light.cos_angle:
             hit.distance = FAR_AWAY
             hit.pdf = 1.0 / (2.0 * PI * (1.0 - light.cos_angle))
-    elif light.kind == ELLIPSOID:
+    elif light.kind == LIGHT_ELLIPSOID:
         hit = hit_ellipsoid(light, origin, direction)
     else:
         hit = hit_plane(light, origin, direction)

@@ -5,11 +5,10 @@ import warp as wp
 from usdsdg_render.kernels.cameras.camera import camera_ray
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.lights.light_sampling import sample_sky
-from usdsdg_render.kernels.lights.light_shapes import DISTANT
 from usdsdg_render.kernels.path.sampler import pixel_seed, sample_pair
 from usdsdg_render.kernels.scene.surface import facing, surface_at
 from usdsdg_render.kernels.scene.visibility import BY_THRESHOLD, FAR_AWAY, closest, transmitted
-from usdsdg_render.kernels.types import Camera, SceneTables
+from usdsdg_render.kernels.types import LIGHT_DISTANT, Camera, SceneTables
 
 # Points on each side of a grid over the picture, and from each directions to the sky, then to all distant lights.
 POINTS = wp.constant(16)
@@ -53,7 +52,7 @@ def ask_sky(
             direction = sample_sky(tables.dome, sample_pair(seed, wp.uint32(k), 0), False).direction
             # A surface under an even sky, which meets its rays at a quarter on average, gets what `strength` says.
             strength = tables.dome.strength * 4.0 / float(SKY_RAYS)
-        elif tables.lights[each].kind == DISTANT:
+        elif tables.lights[each].kind == LIGHT_DISTANT:
             direction = tables.lights[each].z_axis
             strength = tables.lights[each].strength
         strength *= wp.dot(normal, direction)

@@ -31,7 +31,7 @@ from usdsdg_render.kernels.scene.texture import (
     sky_radiance,
 )
 from usdsdg_render.kernels.scene.visibility import BY_CHANCE, FAR_AWAY, REFRACTING, closest
-from usdsdg_render.kernels.types import Hit, Material, SceneTables
+from usdsdg_render.kernels.types import LIGHT_DISTANT, Hit, Material, SceneTables
 
 # Surfaces with a sharper lobe than this see the sky's picture; rougher ones a coarse one that stays in cache.
 FINE_SKY_ALPHA = wp.constant(0.04)
@@ -103,7 +103,7 @@ def arrive(tables: SceneTables, options: PathOptions, path: Path, parts: Parts, 
         if path.pdf >= 0.0 or light.visible != 0:
             on_light = hit_light(light, path.origin, path.direction)
             inside = on_light.distance >= path.tmin and on_light.distance < reach
-            if light.kind == 1 and hit.instance < 0 and on_light.distance > 0.0:
+            if light.kind == LIGHT_DISTANT and hit.instance < 0 and on_light.distance > 0.0:
                 inside = True
             if light.rules != wp.uint64(0) and path.pdf >= 0.0 and path.pdf < CERTAIN and on_light.distance > 0.0:
                 through = by_rules(tables, light, path.instance, path.origin, path.direction, on_light.distance)

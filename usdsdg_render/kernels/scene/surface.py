@@ -114,7 +114,7 @@ def scalar_at(tables: SceneTables, value: float, texture: int, index: int, uv: w
 
 @wp.func
 def base_color_at(tables: SceneTables, material: Material, uv: wp.vec2):
-    return color_at(tables, material.base_color, material.base_texture, uv)
+    return color_at(tables, material.base_color, material.base_color_texture, uv)
 
 
 @wp.func

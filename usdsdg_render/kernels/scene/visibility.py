@@ -5,7 +5,7 @@ import warp as wp
 from usdsdg_render.bvh.query import unpack, wide_closest, wide_closest_in_instance, wide_occluded
 from usdsdg_render.kernels.color import luminance
 from usdsdg_render.kernels.scene.texture import channel, lookup
-from usdsdg_render.kernels.types import Hit, Instance, Material, SceneTables, Triangle
+from usdsdg_render.kernels.types import CLEAR_PANE, Hit, Instance, Material, SceneTables, Triangle
 
 FAR_AWAY = wp.constant(1.0e30)
 # Rays stop looking through transparent layers after so many, and take the next one as opaque.
@@ -17,8 +17,6 @@ BY_CHANCE = wp.constant(1)
 REFRACTING = wp.constant(2)
 # As by threshold, but labels look through glass.
 BEHIND_GLASS = wp.constant(3)
-# A pane of this kind is clear: it bends, blurs and tints nothing.
-CLEAR = wp.constant(2)
 
 
 @wp.func
@@ -44,7 +42,7 @@ def opacity_at(tables: SceneTables, material: Material, uv: wp.vec2):
 def clearness(material: Material):
     """Share of light that goes straight through glass, where it is not bent: past both of its faces' reflections."""
     share = material.transmission * (1.0 - material.specular[0])
-    if material.thin == CLEAR:
+    if material.thin == CLEAR_PANE:
         return share
     return share * luminance(material.base_color)
 
