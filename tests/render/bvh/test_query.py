@@ -259,7 +259,7 @@ def test_the_trees_know_no_structs_of_warps_headers():
         code = re.sub(r"//[^\n]*", "", source.read_text())
         assert set(re.findall(r"wp::(\w+)", code)) <= {"vec_t", "uint32"}, source.name
         assert not re.search(r"#\s*include|bvh_|mesh_|\bBVH\b|\bMesh\b", code), source.name
-    for module in ("build", "compress", "forest", "query"):
+    for module in ("build", "compress", "acceleration_structure", "query"):
         code = (folder / f"{module}.py").read_text()
         assert not re.search(r"wp\.(Mesh|Bvh|mesh_|bvh_)", code), module
 

@@ -76,7 +76,7 @@ def test_a_bare_preview_surface_has_the_specs_defaults():
     np.testing.assert_allclose(row["specular"], 0.04, rtol=1e-6)  # ior 1.5
     assert (row["emission"] == 0).all()
     assert row["clearcoat"] == 0
-    for name in ("base", "metallic", "roughness", "opacity", "emission", "normal"):
+    for name in ("base_color", "metallic", "roughness", "opacity", "emission", "normal"):
         assert row[f"{name}_texture"] == scene.NO_TEXTURE
 
 
@@ -395,7 +395,7 @@ def test_unknown_words_of_a_texture_are_named(inputs, named, tmp_path):
 def test_colours_that_would_leave_32_bits_are_named(name, column, most):
     looks = Looks()
     looks.set(name, T.Color3f, Gf.Vec3f(1e30, 0.5, 0))
-    with pytest.warns(UserWarning, match="/Looks/M: a colour of 1e.30"):
+    with pytest.warns(UserWarning, match="/Looks/M: a color of 1e.30"):
         np.testing.assert_allclose(looks.row()[0][column], (most, 0.5, 0))
 
 

@@ -138,8 +138,9 @@ def test_developing_takes_it_and_mixes_it_as_asked():
 @needs_library
 def test_the_interpreter_ends_without_a_word():
     code = (
-        "import numpy as np; from tests.render.path.films import film_of; from usdsdg_render import oidn\n"
-        "oidn.denoise(film_of(np.ones((9, 9, 3))).arrays, 'cpu')"
+        "import numpy as np; from tests.render.path.films import film_of\n"
+        "from usdsdg_render.path import oidn_denoiser\n"
+        "oidn_denoiser.denoise(film_of(np.ones((9, 9, 3))).arrays, 'cpu')"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
     assert "leak" not in done.stdout + done.stderr
