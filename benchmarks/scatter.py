@@ -21,7 +21,6 @@ from usdsdg.session.stage_context import current_stage, new_stage
 
 def scene(count: int) -> list[str]:
     """Objects of 6 to 14 cm, turned at random; the prims' paths."""
-    evaluate.reset()
     new_stage()
     rep.set_global_seed(1)
     size, turn = rep.distribution.uniform(0.06, 0.14), rep.distribution.uniform((0, 0, 0), (360, 360, 360))

@@ -1,5 +1,6 @@
 """Where bytes go (`rep.backends`): the names of `usdsdg.writers.backends.catalogue` that scripts use."""
 
+from usdsdg.session.session import current
 from usdsdg.writers.backends.catalogue import (
     BackendDispatch,
     BackendGroup,
@@ -11,7 +12,8 @@ from usdsdg.writers.backends.catalogue import (
     register,
     unregister,
 )
-from usdsdg.writers.backends.io_queue import io_queue
+
+io_queue = current().io_queue
 
 __all__ = [
     "BackendDispatch",

@@ -12,7 +12,7 @@ from usdsdg.app.app import get_app
 from usdsdg.app.frame_loop import Orchestrator, OrchestratorError, Status, StatusCallback, get_orchestrator
 from usdsdg.arguments.values import whole_number
 from usdsdg.errors import GraphError
-from usdsdg.settings import get_settings
+from usdsdg.session.settings_store import get_settings
 
 __all__ = [
     "Orchestrator", "OrchestratorError", "Status", "StatusCallback", "get_is_paused", "get_is_started",

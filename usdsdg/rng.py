@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import weakref
 from typing import Any
 
 import numpy as np
 
 from usdsdg.graph.sampling import get_global_seed, own_seed
-from usdsdg.settings import get_settings
+from usdsdg.session.session import current
 
 __all__ = ["ReplicatorRNG", "generator_of", "reset_all"]
-
-_alive: weakref.WeakSet[ReplicatorRNG] = weakref.WeakSet()
 
 
 class ReplicatorRNG:
@@ -28,7 +25,7 @@ class ReplicatorRNG:
         self._node: Any = None
         self._node_id = 0
         self.initialize(seed, node)
-        _alive.add(self)
+        current().random_generators.add(self)
 
     def initialize(self, seed: int | None, node: Any = None, node_id: int | None = None) -> None:
         """Begin anew with another seed, and for another node if one is given; `node_id` tells nodes apart.
@@ -70,7 +67,7 @@ class ReplicatorRNG:
 
 def reset_all() -> None:
     """Let every generator begin anew, as when a stopped orchestrator starts."""
-    for rng in list(_alive):
+    for rng in list(current().random_generators):
         rng.reset()
 
 
@@ -84,6 +81,3 @@ def generator_of(rng: ReplicatorRNG | np.random.Generator) -> np.random.Generato
     if not isinstance(generator, np.random.Generator):
         raise TypeError(f"rng is {rng!r}; expected rep.rng.ReplicatorRNG() or numpy.random.default_rng()")
     return generator
-
-
-get_settings().on_change("/omni/replicator/globalSeed", lambda _: reset_all())

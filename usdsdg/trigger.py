@@ -14,8 +14,8 @@ from usdsdg.errors import GraphError, Unsupported
 from usdsdg.functional import physics
 from usdsdg.graph.evaluate import Moment, Trigger, graph
 from usdsdg.graph.node import Node, ReplicatorItem
+from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
-from usdsdg.settings import get_settings
 
 # After so many captures without being true a condition no longer counts as something that will end a run.
 PATIENCE = 1000

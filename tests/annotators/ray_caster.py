@@ -9,7 +9,7 @@ from pxr import Gf, Usd, UsdGeom
 
 from tests.stage.geometry.counted_masks import outlines_of
 from usdsdg.annotators import Frame, LabeledPrimReader
-from usdsdg.stage.cameras import render_products
+from usdsdg.session import render_products
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 from usdsdg.stage.geometry.pixel_masks import STRIP, WORD, Outlines
 from usdsdg.stage.semantics.labels import add_labels

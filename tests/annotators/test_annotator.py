@@ -9,7 +9,7 @@ from tests.annotators.ray_caster import PRODUCT, known, make_frame
 from tests.annotators.scenes import street
 from usdsdg import annotators
 from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, BadPrim, Unsupported, UsdsdgWarning, forget_warnings
-from usdsdg.stage.cameras import render_products
+from usdsdg.session import render_products
 
 
 @pytest.fixture(scope="module")

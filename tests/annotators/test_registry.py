@@ -8,7 +8,7 @@ from tests.annotators.scenes import street
 from usdsdg import annotators
 from usdsdg.annotators import AnnotatorRegistry, NodeConnectionTemplate
 from usdsdg.errors import AnnotatorRegistryError, AugmentationError, Unsupported
-from usdsdg.stage.cameras import render_products
+from usdsdg.session import render_products
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ import pytest
 from usdsdg.app.app import get_app
 from usdsdg.graph import evaluate
 from usdsdg.session import engines
+from usdsdg.session.session import current
 from usdsdg.session.stage_context import new_stage
 from usdsdg.session.timeline import get_timeline
 
@@ -21,6 +22,8 @@ class StandIn:
 
     def stop(self): ...
 
+    def close(self): ...
+
     def advance(self, seconds):
         self.advanced.append(seconds)
         return 1
@@ -31,7 +34,7 @@ def physics(monkeypatch):
     get_app()
     new_stage()
     stand_in = StandIn()
-    monkeypatch.setattr(engines, "_physics", stand_in)
+    monkeypatch.setattr(current().engines, "physics", stand_in)
     yield stand_in
     get_timeline().stop()
 

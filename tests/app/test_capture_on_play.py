@@ -11,8 +11,8 @@ import usdsdg as rep
 from usdsdg.app.app import get_app
 from usdsdg.app.frame_loop import Status, get_orchestrator
 from usdsdg.session import stage_context
+from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
-from usdsdg.settings import get_settings
 
 
 class Counting(rep.Writer):

@@ -7,9 +7,9 @@ import pytest
 from usdsdg import distribution, modify, orchestrator, trigger, utils
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.orchestrator import OrchestratorError, get_orchestrator
+from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage, new_stage
 from usdsdg.session.timeline import get_timeline
-from usdsdg.settings import get_settings
 
 
 @pytest.fixture(autouse=True)

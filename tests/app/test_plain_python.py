@@ -30,7 +30,7 @@ def python(folder, script: str, *, expect: int = 0) -> subprocess.CompletedProce
 
 def test_a_new_stage_forgets_graph_products_writers_and_engines(tmp_path):
     script = """
-        from usdsdg import engines
+        from usdsdg.session import engines
         from usdsdg.graph.evaluate import graph
         from usdsdg.create.render_products import products
         from usdsdg.writers.base import attached_writers
@@ -58,7 +58,7 @@ def test_a_body_falls_while_the_timeline_plays(tmp_path):
 
 def test_settings_of_writing_are_obeyed(tmp_path):
     script = """
-        from usdsdg.writers.backends.io_queue import io_queue
+        from usdsdg.backends import io_queue
         rep.settings.carb_settings("/omni/replicator/backends/disk/root_dir", OUT)
         rep.settings.carb_settings("/omni/replicator/backend/queueSize", 7)
         writer = rep.writers.get("BasicWriter")

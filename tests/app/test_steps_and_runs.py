@@ -7,9 +7,9 @@ import pytest
 import usdsdg as rep
 from usdsdg.app.frame_loop import Status
 from usdsdg.orchestrator import OrchestratorError
+from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import new_stage
 from usdsdg.session.timeline import get_timeline
-from usdsdg.settings import get_settings
 
 
 class Counting(rep.Writer):

@@ -10,9 +10,9 @@ from usdsdg.app.frame_loop import get_orchestrator
 from usdsdg.errors import GraphError
 from usdsdg.functional import create, physics
 from usdsdg.graph import evaluate
+from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage, new_stage
 from usdsdg.session.timeline import DEFAULT_END_TIME, get_timeline
-from usdsdg.settings import get_settings
 from usdsdg.trigger import trigger_of
 
 FRAME = 1 / 60

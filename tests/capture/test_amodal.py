@@ -6,8 +6,8 @@ from pxr import Gf, Sdf, UsdGeom, UsdShade
 
 import usdsdg as rep
 from usdsdg.errors import UsdsdgWarning
+from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import new_stage
-from usdsdg.settings import get_settings
 from usdsdg.stage.poses.transforms import look_at
 from usdsdg.stage.semantics.labels import add_labels
 

@@ -7,8 +7,8 @@ import pytest
 
 import usdsdg as rep
 from tests.render.path.films import needs_library
-from usdsdg import settings
 from usdsdg.errors import UsdsdgWarning, forget_warnings
+from usdsdg.session import settings_store as settings
 from usdsdg.session.stage_context import new_stage
 from usdsdg_render.path import oidn_denoiser
 

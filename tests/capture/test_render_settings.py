@@ -6,7 +6,7 @@ import pytest
 
 from usdsdg.capture.render_settings import RenderMode, render_mode
 from usdsdg.errors import UsdsdgWarning, forget_warnings
-from usdsdg.settings import Settings
+from usdsdg.session.settings_store import Settings
 from usdsdg_render.path import oidn_denoiser
 
 

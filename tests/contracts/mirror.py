@@ -90,7 +90,7 @@ def names() -> dict[str, Name]:
 
 # Objects whose attributes the table lists, which only functions return.
 def _objects() -> dict[str, Any]:
-    from usdsdg.stage.cameras.render_products import HydraTexture
+    from usdsdg.session.render_products import HydraTexture
 
     return {"HydraTexture": HydraTexture("/Render/HydraTextures/rp", "/World/camera", (64, 64))}
 

@@ -9,8 +9,7 @@ from pxr import Sdf
 from tests.annotators.ray_caster import CAMERA, known, make_frame, new_stage
 from tests.annotators.scenes import add_camera, street
 from usdsdg import annotators
-from usdsdg.session import stage_context
-from usdsdg.stage.cameras import render_products
+from usdsdg.session import render_products, stage_context
 from usdsdg.stage.geometry.pixel_masks import Outlines
 
 NAMES = annotators.get_registered_annotators()

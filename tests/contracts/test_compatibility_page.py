@@ -7,9 +7,9 @@ import pytest
 
 import usdsdg as rep
 from tests.contracts import mirror
-from usdsdg import settings
 from usdsdg.annotators import catalogue
 from usdsdg.annotators.augmentations.defaults import DEFAULT_AUGMENTATIONS
+from usdsdg.session import settings_store as settings
 from usdsdg.writers import catalogue as writers
 from usdsdg.writers.backends import catalogue as backends
 

@@ -7,7 +7,7 @@ import pytest
 
 import usdsdg as rep
 from tests.contracts import mirror
-from usdsdg.stage.cameras.render_products import HydraTexture
+from usdsdg.session.render_products import HydraTexture
 
 # Modules, imports and members of registries are documented elsewhere.
 FUNCTIONS = [

@@ -17,7 +17,6 @@ ALLOWED = {
         "usdsdg.graph",
         "usdsdg.arguments",
         "usdsdg.session",
-        "usdsdg.settings",
         "usdsdg.stage",
         "usdsdg.errors",
     ),
@@ -25,7 +24,6 @@ ALLOWED = {
         "usdsdg.annotators",
         "usdsdg.graph.sampling",  # the only source of randomness
         "usdsdg.session",
-        "usdsdg.settings",
         "usdsdg.stage",
         "usdsdg.errors",
         "usdsdg.arguments",

@@ -9,10 +9,9 @@ from pxr import Usd, UsdGeom
 
 import usdsdg as rep
 from tests.contracts import mirror
-from usdsdg.graph import evaluate
+from usdsdg.session.render_products import HydraTexture
+from usdsdg.session.settings_store import DEFAULTS, get_settings
 from usdsdg.session.stage_context import new_stage
-from usdsdg.settings import DEFAULTS, get_settings
-from usdsdg.stage.cameras.render_products import HydraTexture
 
 IS = {
     "annotator": lambda value: isinstance(value, rep.annotators.Annotator),
@@ -122,7 +121,6 @@ def given(tmp_path):
     """Values for the words in braces: a new stage with a few prims, and files; settings are restored afterwards."""
     settings = get_settings()
     before = {key: settings.get(key) for key in settings.changed()}
-    evaluate.reset()
     stage = new_stage()
     for name, kind in (
         ("cube", "Cube"),
@@ -156,7 +154,6 @@ def given(tmp_path):
     for key in settings.changed():
         value = before.get(key, DEFAULTS.get(key))
         settings.set(key, value) if value is not None else settings.destroy_item(key)
-    evaluate.reset()
     new_stage()
 
 

@@ -18,7 +18,6 @@ OF_USD = ["sphere", "plane", "cube", "cylinder", "cone"]
 
 @pytest.fixture
 def stage():
-    evaluate.reset()
     rep.set_global_seed(5)
     return stage_context.new_stage()
 

@@ -15,7 +15,6 @@ from usdsdg.stage.semantics import labels
 
 @pytest.fixture
 def stage():
-    evaluate.reset()
     rep.set_global_seed(9)
     return stage_context.new_stage()
 

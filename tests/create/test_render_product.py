@@ -5,14 +5,12 @@ from pxr import UsdRender
 
 import usdsdg as rep
 from usdsdg.errors import BadPrim, GraphError, RenderError
-from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
-from usdsdg.stage.cameras.render_products import products
+from usdsdg.session.render_products import products
 
 
 @pytest.fixture
 def stage():
-    evaluate.reset()
     return stage_context.new_stage()
 
 

@@ -3,7 +3,6 @@
 import pytest
 from pxr import UsdGeom
 
-from usdsdg.graph import evaluate
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.session.stage_context import new_stage
 
@@ -11,7 +10,6 @@ from usdsdg.session.stage_context import new_stage
 @pytest.fixture
 def stage():
     """Z up, metres, with an empty /World."""
-    evaluate.reset()
     set_global_seed(1)
     return new_stage()
 

@@ -12,7 +12,6 @@ from usdsdg.stage.semantics import labels
 
 @pytest.fixture
 def stage():
-    evaluate.reset()
     stage = stage_context.new_stage()
     rep.create.cube(count=2, semantics=[("class", "crate")])
     rep.create.sphere(semantics=[("class", "ball"), ("color", "red")], as_mesh=False)

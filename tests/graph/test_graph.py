@@ -17,7 +17,6 @@ from usdsdg.session.stage_context import new_stage
 @pytest.fixture
 def stage():
     set_global_seed(4)
-    evaluate.reset()
     return new_stage()
 
 
@@ -70,7 +69,6 @@ def test_every_execution_draws_anew_and_a_restart_repeats(stage):
 def test_a_randomizer_added_before_does_not_move_the_others(stage):
     def draw(with_extra):
         stage = new_stage()
-        evaluate.reset()
         with trigger.on_custom_event("go"), create.group(cubes(stage)):
             if with_extra:
                 randomizer.rotation()
@@ -167,7 +165,6 @@ def test_colours_bind_one_material_per_prim_and_reuse_it(stage):
 
 def colours_drawn(colors, seed=None):
     stage = new_stage()
-    evaluate.reset()
     with trigger.on_custom_event("paint"), create.group(cubes(stage, 40)):
         randomizer.color(colors=colors, seed=seed)
     utils.send_og_event("paint")

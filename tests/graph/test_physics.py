@@ -12,7 +12,6 @@ from usdsdg.session.stage_context import new_stage
 
 @pytest.fixture
 def stage():
-    evaluate.reset()
     stage = new_stage()
     UsdPhysics.Scene.Define(stage, "/World/Second")
     stage.DefinePrim("/World/box", "Cube")

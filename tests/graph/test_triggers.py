@@ -6,12 +6,11 @@ import usdsdg as rep
 from usdsdg.errors import GraphError
 from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
-from usdsdg.settings import get_settings
+from usdsdg.session.settings_store import get_settings
 
 
 @pytest.fixture(autouse=True)
 def stage():
-    evaluate.reset()
     stage = stage_context.new_stage()
     get_settings().set("/app/player/playSimulations", False)
     yield stage

@@ -12,7 +12,6 @@ from usdsdg.session import stage_context
 
 @pytest.fixture
 def stage():
-    evaluate.reset()
     return stage_context.new_stage()
 
 

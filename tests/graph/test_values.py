@@ -16,7 +16,6 @@ from usdsdg.stage.semantics import labels
 
 @pytest.fixture
 def stage():
-    evaluate.reset()
     return stage_context.new_stage()
 
 

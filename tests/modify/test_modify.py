@@ -12,7 +12,6 @@ from usdsdg.stage.semantics import labels
 
 @pytest.fixture
 def stage():
-    evaluate.reset()
     rep.set_global_seed(5)
     return stage_context.new_stage()
 

@@ -17,7 +17,6 @@ from usdsdg.stage.poses import transforms
 
 @pytest.fixture
 def stage():
-    evaluate.reset()
     rep.set_global_seed(2)
     return stage_context.new_stage()
 

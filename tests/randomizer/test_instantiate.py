@@ -15,7 +15,6 @@ from usdsdg.stage.semantics import labels
 
 @pytest.fixture
 def stage():
-    evaluate.reset()
     rep.set_global_seed(6)
     return stage_context.new_stage()
 
@@ -121,7 +120,6 @@ def test_prims_of_the_stage_are_members_too(stage):
 
 def test_own_seeds_replace_the_global_one(files):
     def drawn(seed, own):
-        evaluate.reset()
         stage = stage_context.new_stage()
         rep.set_global_seed(seed)
         item = rep.randomizer.instantiate(files, size=12, seed=own, name="toys")

@@ -13,7 +13,6 @@ from usdsdg.session import stage_context
 
 @pytest.fixture
 def stage():
-    evaluate.reset()
     rep.set_global_seed(5)
     return stage_context.new_stage()
 
@@ -25,7 +24,6 @@ def fire():
 
 def drawn(make, seed=1):
     """What a randomizer of forty cubes leaves in two firings on a new stage."""
-    evaluate.reset()
     stage = stage_context.new_stage()
     rep.set_global_seed(seed)
     with rep.trigger.on_custom_event("go"), rep.create.cube(count=40) as cubes:

@@ -43,7 +43,6 @@ def fired(times):
 
 
 def test_a_saved_graph_goes_on_as_the_script_would(tmp_path):
-    evaluate.reset()
     stage_context.new_stage()
     rep.set_global_seed(11)
     build()
@@ -61,5 +60,4 @@ def test_a_saved_graph_goes_on_as_the_script_would(tmp_path):
 @pytest.fixture(autouse=True)
 def _leave_nothing():
     yield
-    evaluate.reset()
     stage_context.new_stage()

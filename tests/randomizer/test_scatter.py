@@ -18,7 +18,6 @@ from usdsdg.stage.poses import transforms
 
 @pytest.fixture
 def stage():
-    evaluate.reset()
     rep.set_global_seed(3)
     return stage_context.new_stage()
 
@@ -116,7 +115,6 @@ def test_a_full_floor_is_an_error_that_names_the_object(stage):
 
 def test_places_repeat_with_the_seed_and_change_with_the_execution(stage):
     def scattered(seed=None, extra=False):
-        evaluate.reset()
         stage_context.new_stage()
         floor, balls = rep.create.plane(scale=5), rep.create.sphere(count=6, scale=0.2)
         with rep.trigger.on_custom_event("go"):

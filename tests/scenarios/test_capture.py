@@ -16,8 +16,9 @@ from usdsdg.scenarios.config import ObjectBasedConfig, PathTracing
 from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.objects import Bodies
 from usdsdg.session import engines, stage_context
+from usdsdg.session.session import current
+from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
-from usdsdg.settings import get_settings
 from usdsdg.stage.schemas import physx
 from usdsdg.writers import Writer
 
@@ -46,7 +47,7 @@ class Physics:
 
     def advance(self, seconds: float) -> int:
         self.advanced += seconds
-        engines._tell_step(seconds)
+        current().engines.on_step(seconds)
         return 1
 
     def overlap_box(self, half_extent, origin, rotation_xyzw):

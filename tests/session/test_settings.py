@@ -7,7 +7,7 @@ import usdsdg as rep
 from usdsdg.capture.render_settings import render_mode
 from usdsdg.errors import ConfigError
 from usdsdg.session import stage_context
-from usdsdg.settings import DEFAULTS, get_settings
+from usdsdg.session.settings_store import DEFAULTS, get_settings
 
 MODES = ("/rtx/rendermode", "/rtx/post/aa/op", "/rtx/pathtracing/totalSpp")
 

@@ -2,8 +2,8 @@ import pytest
 
 from tests.annotators.ray_caster import known
 from usdsdg import writers
+from usdsdg.session import render_products
 from usdsdg.session.stage_context import current_stage
-from usdsdg.stage.cameras import render_products
 
 
 @pytest.fixture(autouse=True)

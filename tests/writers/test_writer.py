@@ -19,7 +19,7 @@ from usdsdg.errors import (
     WriterRegistryError,
     forget_warnings,
 )
-from usdsdg.stage.cameras import render_products
+from usdsdg.session import render_products
 from usdsdg.writers.catalogue import WriterRegistry
 
 PRODUCT = "/Render/HydraTextures/rp1"

@@ -16,7 +16,8 @@ from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.ownership import parse_filter
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import AnnotatorError, Unsupported
-from usdsdg.stage.cameras.render_products import product_at
+from usdsdg.session.render_products import product_at
+from usdsdg.session.session import current
 
 if TYPE_CHECKING:
     from usdsdg.annotators.augmentations.augmentation import Augmentation
@@ -124,15 +125,15 @@ class Annotator:
                 f"Annotator {self._name!r} was given {len(paths)} render products: attach one annotator to each."
             )
         self._render_product = paths[0]
-        if self not in _attached:
-            _attached.append(self)
+        if self not in current().annotators:
+            current().annotators.append(self)
         if self._spec.on_attach is not None:
             self._spec.on_attach(self)
         return self
 
     def bind(self, render_product: str | None) -> None:
         """Belong to a writer that watches `render_product`, and is the one to compute; None: not any more."""
-        if self not in _attached:
+        if self not in current().annotators:
             self._render_product = render_product
             self._latest = self._latest if render_product else None
 
@@ -141,8 +142,8 @@ class Annotator:
         if render_products is None or self._render_product in render_product_paths(render_products):
             self._render_product = None
             self._latest = None
-            if self in _attached:
-                _attached.remove(self)
+            if self in current().annotators:
+                current().annotators.remove(self)
         return self
 
     def get_data(
@@ -247,12 +248,9 @@ class Annotator:
         return self._spec.documentation
 
 
-_attached: list[Annotator] = []
-
-
 def attached_annotators() -> tuple[Annotator, ...]:
     """Annotators that users attached to render products themselves; those of writers are the writers'."""
-    return tuple(_attached)
+    return tuple(current().annotators)
 
 
 def detach_all() -> None:

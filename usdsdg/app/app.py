@@ -10,17 +10,12 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from typing import Any
 
-from pxr import Usd
-
 from usdsdg.app.script_loop import ScriptLoop
-from usdsdg.create import render_products
-from usdsdg.graph import evaluate
-from usdsdg.session import engines, stage_context
+from usdsdg.graph.evaluate import graph
+from usdsdg.session import engines
+from usdsdg.session.session import current
+from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
-from usdsdg.settings import get_settings
-from usdsdg.stage import assets
-from usdsdg.writers.backends.catalogue import set_disk_root
-from usdsdg.writers.backends.io_queue import set_max_queue_size
 
 
 class App:
@@ -32,22 +27,17 @@ class App:
         self._updates = 0
         self._running = True
         self._loop: ScriptLoop | None = None
-        get_timeline().subscribe(self._on_timeline)
-        stage_context.on_new_stage(self._on_new_stage)
-        settings = get_settings()
-        settings.on_change("/omni/replicator/backends/disk/root_dir", lambda root: set_disk_root(root or None))
-        settings.on_change("/omni/replicator/backend/queueSize", set_max_queue_size)
-        settings.on_change("/omni/replicator/globalSeed", lambda _: evaluate.graph().restart_draws())
 
     # --- updates ---
     def update(self) -> None:
         """One application update; while the timeline plays it advances by one time code."""
         timeline = get_timeline()
-        evaluate.graph().evaluate(time=timeline.get_elapsed_time())
+        graph().evaluate(time=timeline.get_elapsed_time())
         dt = 1.0 / timeline.get_time_codes_per_seconds()
         if timeline.is_playing() and timeline.is_auto_updating():
             self.advance(dt)
         self._updates += 1
+        current().orchestrator.capture_on_play()
         for listener in list(self._listeners):
             listener(dt)
         for waiter in self._take_waiters():
@@ -132,33 +122,7 @@ class App:
         """End `is_running`: tasks that are left are not waited for."""
         self._running = False
 
-    # --- reactions ---
-    def _on_timeline(self, event: str) -> None:
-        if event == "play":
-            engines.physics().play()
-        elif event == "stop" and (physics := engines.physics_if_made()) is not None:
-            physics.stop()
-
-    def _on_new_stage(self, stage: Usd.Stage) -> None:
-        get_timeline().reset()
-        if stage.HasAuthoredTimeCodeRange():
-            rate = stage.GetTimeCodesPerSecond()
-            get_timeline().follow(stage.GetStartTimeCode() / rate, stage.GetEndTimeCode() / rate, rate)
-        engines.reset()
-        evaluate.reset()
-        render_products.reset()
-
-
-def _demo_assets() -> str:
-    from usdsdg import demo
-
-    return demo.root()
-
-
-assets.set_fallback_root(_demo_assets)
-_app = App()
-
 
 def get_app() -> App:
-    """The process-wide application (`omni.kit.app.get_app()`)."""
-    return _app
+    """The application of the session (`omni.kit.app.get_app()`)."""
+    return current().app

@@ -14,18 +14,18 @@ from collections.abc import Callable, Iterator
 from pxr import Usd
 
 from usdsdg import rng
-from usdsdg.annotators import annotator
 from usdsdg.app.app import get_app
+from usdsdg.app.saved_graph import note_run
 from usdsdg.capture.capture import Capture
 from usdsdg.capture.render_settings import RenderMode, render_mode
 from usdsdg.errors import UsdsdgError, warn_once
 from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
 from usdsdg.session.progress import report
+from usdsdg.session.session import current
+from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
-from usdsdg.settings import get_settings
 from usdsdg.stage import assets
-from usdsdg.writers import base as writer_base
 
 
 class OrchestratorError(UsdsdgError, RuntimeError):
@@ -76,10 +76,6 @@ class Orchestrator:
         self.status_callbacks: weakref.WeakSet[StatusCallback] = weakref.WeakSet()
         self._captured_callbacks: list[Callable[[], None]] = []
         self._asked_subframes = self._frames_of_last_run = 0
-        stage_context.on_new_stage(lambda *_: self.reset())
-        get_timeline().subscribe(self._on_timeline)
-        get_app().subscribe_update(self._on_update)
-        stage_context.before_saving(self._note_run)
 
     def reset(self) -> None:
         """A new stage: nothing captured, nothing started."""
@@ -87,8 +83,6 @@ class Orchestrator:
         self.captures, self._initialized, self._next_subframes = 0, False, 0
         self._asked_subframes = self._frames_of_last_run = 0
         self._capture = Capture()
-        annotator.detach_all()
-        writer_base.detach_all()
 
     # --- one frame ---
     def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
@@ -149,14 +143,14 @@ class Orchestrator:
         self._set_status(Status.STARTED)
 
     # --- many frames ---
-    def _on_update(self, _dt: float) -> None:
-        """Capture on play: every update of a playing timeline is a frame, when somebody looks."""
+    def capture_on_play(self) -> None:
+        """Capture an app update of a playing timeline, where that is on and somebody is attached."""
         timeline = get_timeline()
         plays = timeline.is_playing() and timeline.is_auto_updating() and self.status is not Status.PAUSED
         if plays and get_settings().get_as_bool("/omni/replicator/captureOnPlay") and self._capture.is_watched():
             self.step(-1, False, 0.0)
 
-    def _on_timeline(self, event: str) -> None:
+    def follow_timeline(self, event: str) -> None:
         """Where playing means capturing, stopping means that the run is over."""
         if event == "stop" and self.captures and get_settings().get_as_bool("/omni/replicator/captureOnPlay"):
             self.finish()
@@ -217,9 +211,8 @@ class Orchestrator:
         self._frames_of_last_run = self.captures or self._frames_of_last_run
         self.captures, self._initialized = 0, False
 
-    def _note_run(self, stage: Usd.Stage) -> None:
-        from usdsdg.app.saved_graph import note_run
-
+    def note_run(self, stage: Usd.Stage) -> None:
+        """Author what a saved stage tells of the run."""
         note_run(stage, frames=self.captures or self._frames_of_last_run, rt_subframes=self._asked_subframes)
 
     # --- status ---
@@ -252,9 +245,6 @@ def _triggers_are_left() -> bool:
     return bool(left)
 
 
-_orchestrator = Orchestrator()
-
-
 def get_orchestrator() -> Orchestrator:
-    """The process-wide orchestrator."""
-    return _orchestrator
+    """The orchestrator of the session."""
+    return current().orchestrator

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pxr import Sdf, Usd
 
 from usdsdg.create import render_products
-from usdsdg.graph import evaluate
+from usdsdg.graph.evaluate import graph
 from usdsdg.session.stage_context import current_stage
 
 
@@ -26,7 +26,7 @@ def new_layer(name: str | None = None) -> Iterator[Sdf.Layer]:
         stage.GetRootLayer().subLayerPaths.insert(0, layer.identifier)
     else:
         layer.Clear()
-        evaluate.reset()
+        graph().reset()
         render_products.reset()
     with Usd.EditContext(stage, layer):
         yield layer

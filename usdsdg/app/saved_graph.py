@@ -11,11 +11,11 @@ from usdsdg import distribution, trigger
 from usdsdg.create.render_products import HydraTexture, products
 from usdsdg.errors import GraphError, warn_once
 from usdsdg.graph import evaluate
-from usdsdg.graph.actions import action_of
+from usdsdg.graph.actions import action_of, load_actions
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.graph.node_prims import PIPELINE, Link, NodeRecord, define_node, read_node
 from usdsdg.graph.sampling import get_global_seed
-from usdsdg.settings import get_settings
+from usdsdg.session.settings_store import get_settings
 from usdsdg.writers.base import attached_writers
 
 WRITERS = "/WriterOrchestrator"
@@ -104,7 +104,8 @@ def load(stage: Usd.Stage) -> SavedRun:
             f"the stage has no {PIPELINE}, the graph that scripts leave in the stages that they save. `usdsdg render` "
             "makes a still of a stage without one."
         )
-    evaluate.reset()
+    load_actions()
+    evaluate.graph().reset()
     _Loader(stage).load(root)
     return _read_run(stage, root)
 

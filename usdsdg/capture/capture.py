@@ -23,13 +23,13 @@ from usdsdg.errors import Unsupported, warn_once
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.session import engines
 from usdsdg.session.progress import report, say
+from usdsdg.session.session import current
+from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage
 from usdsdg.session.timeline import get_timeline
-from usdsdg.settings import get_settings
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.geometry.pixel_masks import Outlines
 from usdsdg.writers import base as writer_base
-from usdsdg.writers.backends.io_queue import io_queue
 from usdsdg.writers.base import Writer, attached_writers
 from usdsdg_render.settings import PARTS, PathSettings, ToneSettings
 
@@ -217,20 +217,20 @@ class Capture:
 
     def drain(self) -> None:
         """Wait until every file is on disk; raises the first failure."""
-        first = waiting = io_queue.open_jobs()
+        first = waiting = current().io_queue.open_jobs()
         while waiting:
             report("files written", first - waiting, first)
             time.sleep(DRAIN_SECONDS)
-            waiting = io_queue.open_jobs()
+            waiting = current().io_queue.open_jobs()
         if first:
             report("files written", first, first)
-        io_queue.wait_until_done()
+        current().io_queue.wait_until_done()
 
     def close_writers(self) -> None:
         """Tell every writer that the last frame has been written."""
         for writer in attached_writers():
             writer.on_final_frame()
-        io_queue.wait_until_done()
+        current().io_queue.wait_until_done()
 
 
 def _check_tiles(product: HydraTexture, annotators: list[Annotator], who: str) -> None:

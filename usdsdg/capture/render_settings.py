@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from usdsdg.errors import warn_once
-from usdsdg.settings import get_settings
+from usdsdg.session.settings_store import get_settings
 
 # Samples per pixel of the fast mode: enough for the filter to work with, and one more for every sub-frame.
 LEAST_SAMPLES = 4

@@ -90,12 +90,12 @@ def _folders() -> list[str]:
     import warp as wp
 
     from usdsdg.errors import AssetError
-    from usdsdg.stage import assets
+    from usdsdg.session.stage_context import assets_root
 
     print("\nfolders")
     _folder("kernel cache", Path(wp.config.kernel_cache_dir))
     try:
-        _folder("assets root", Path(assets.assets_root()))
+        _folder("assets root", Path(assets_root()))
     except AssetError as error:
         return [str(error)]
     return []

@@ -41,6 +41,7 @@ def render(
     with command_context(assets_root=assets_root, device=device, quiet=quiet):
         import usdsdg as rep
         from usdsdg.session import stage_context
+        from usdsdg.session.timeline import get_timeline
         from usdsdg.stage.cameras import default_view
 
         if time is not None and not math.isfinite(time):
@@ -49,7 +50,7 @@ def render(
         seed_everything(seed)
         opened = stage_context.open_stage(stage)
         if time is not None:
-            rep.timeline.get_timeline().set_current_time(time / opened.GetTimeCodesPerSecond())
+            get_timeline().set_current_time(time / opened.GetTimeCodesPerSecond())
         path = _camera(opened, width / height, time) if camera is None else camera
         if not default_view.has_light(opened):
             print("the stage has no light: a plain sky and a sun are added for this image", file=sys.stderr)

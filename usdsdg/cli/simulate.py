@@ -31,7 +31,7 @@ def simulate(
         if output.resolve() == stage.resolve():
             raise OutputNotWritable(f"{output} is the input stage; give the result another name")
         flatten.check_place(output.absolute())
-        engines.hush_warp()
+        engines.quiet_warp()
         opened = stage_context.open_stage(stage)
         simulate_stage(opened, seconds, device=engines.physics_device(), progress=report)
         print(stage_context.save_stage(output))

@@ -12,11 +12,12 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
 
 from usdsdg.errors import BadPrim, GraphError, RenderError
 from usdsdg.graph.node import prim_paths
+from usdsdg.session import render_products
+from usdsdg.session.render_products import HydraTexture, product_at, products, reset
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import paths
-from usdsdg.stage.cameras import default_view, render_products
-from usdsdg.stage.cameras.render_products import HydraTexture, Tiles, product_at, products, reset
-from usdsdg.stage.cameras.tiled_sensors import tiles_of_sensor
+from usdsdg.stage.cameras import default_view
+from usdsdg.stage.cameras.tiled_sensors import Tiles, tiles_of_sensor
 
 __all__ = ["HydraTexture", "product_at", "products", "render_product", "render_product_tiled", "reset"]
 

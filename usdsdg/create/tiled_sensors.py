@@ -11,8 +11,7 @@ from usdsdg.create.render_products import camera_below
 from usdsdg.errors import GraphError, warn_once
 from usdsdg.graph.node import ReplicatorItem, prim_paths
 from usdsdg.session.stage_context import current_stage
-from usdsdg.stage.cameras.render_products import Tiles
-from usdsdg.stage.cameras.tiled_sensors import author_tiled_sensor
+from usdsdg.stage.cameras.tiled_sensors import Tiles, author_tiled_sensor
 
 OUTPUT_TYPES = ("rgb", "depth")
 

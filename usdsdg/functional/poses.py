@@ -11,7 +11,7 @@ from pxr import Sdf, Usd, UsdGeom
 from usdsdg.errors import BadPrim, DegenerateFrame, GraphError, Unsupported
 from usdsdg.functional.arguments import one_prim, per_prim, prims_of, rotations, vectors
 from usdsdg.graph.node import ReplicatorItem
-from usdsdg.settings import get_settings
+from usdsdg.session.settings_store import get_settings
 from usdsdg.stage.poses.look_at import facing
 from usdsdg.stage.poses.pose_batch import Rotations, author_poses
 from usdsdg.stage.poses.rotations import decompose, quat_from_matrix

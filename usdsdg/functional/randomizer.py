@@ -1,7 +1,7 @@
 """Randomizers that act when the line runs. Mirrors `rep.functional.randomizer`.
 
 `rng` is a ReplicatorRNG or a NumPy Generator, from which the numbers are taken one after the other. Without it a
-generator of this module is used, which follows the global seed.
+generator of the session is used, which follows the global seed.
 """
 
 from __future__ import annotations
@@ -21,11 +21,10 @@ from usdsdg.scatter import surface, volume
 from usdsdg.scatter.bounds import Bounds
 from usdsdg.scatter.places import Draws
 from usdsdg.scatter.stage_bodies import scatter, surface_of, volume_of
+from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 
 __all__ = ["display_color", "scatter_2d", "scatter_3d"]
-
-_default: ReplicatorRNG | None = None
 
 
 def display_color(prims: Any, rng: ReplicatorRNG | np.random.Generator | None = None) -> None:
@@ -144,9 +143,4 @@ def _prims(value: Any) -> list[Usd.Prim]:
 
 
 def _generator(rng: ReplicatorRNG | np.random.Generator | None) -> np.random.Generator:
-    global _default
-    if rng is None:
-        if _default is None:
-            _default = ReplicatorRNG()
-        rng = _default
-    return generator_of(rng)
+    return generator_of(current().default_generator if rng is None else rng)

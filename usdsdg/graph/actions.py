@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable
 
 from usdsdg.graph.node import Node
-from usdsdg.settings import write_drawn_setting
 
 Action = Callable[[Node, int], None]
 
-# The settings lie below the graph and cannot register themselves.
-_ACTIONS: dict[str, Action] = {"OgnCarbSettings": write_drawn_setting}
+# Modules that register the actions of all node types when they are imported.
+FAMILIES = ("usdsdg.create", "usdsdg.modify", "usdsdg.physics", "usdsdg.randomizer", "usdsdg.settings")
+
+_ACTIONS: dict[str, Action] = {}
 
 
 def action(kind: str) -> Callable[[Action], Action]:
-    """Register what a node of type `kind` does. It is called with the node and the execution number, and reads
-    nothing but the node: what it needs is in `inputs` and `prims`, what it keeps between executions in `state`.
+    """Register the action of nodes of type `kind`.
+
+    It is called with the node and the number of executions before, and reads nothing but the node: what it needs is in
+    `inputs` and `prims`, what it keeps between executions in `state`.
     """
 
     def register(function: Action) -> Action:
@@ -26,5 +30,11 @@ def action(kind: str) -> Callable[[Action], Action]:
 
 
 def action_of(kind: str) -> Action | None:
-    """What nodes of this type do; None for a type that only holds prims."""
+    """The action of nodes of this type; None for a type that only holds prims."""
     return _ACTIONS.get(kind)
+
+
+def load_actions() -> None:
+    """Import all families, so that the action of every node type is known, whichever scripts have called."""
+    for family in FAMILIES:
+        importlib.import_module(family)

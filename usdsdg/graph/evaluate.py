@@ -13,8 +13,9 @@ from typing import Any
 
 from usdsdg.errors import GraphError, UsdsdgError
 from usdsdg.graph.actions import action_of
-from usdsdg.graph.authoring import author, author_impulse
+from usdsdg.graph.authoring import author, author_impulse, author_input
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, plain, prim_paths, why_no_prims
+from usdsdg.session.session import current
 
 
 @dataclass(eq=False)
@@ -65,6 +66,10 @@ class Graph:
     """All nodes of the current stage."""
 
     def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Remove all nodes, as for a new stage; prims of theirs stay."""
         self.triggers: list[Trigger] = []
         self.impulses: list[Node] = []
         self._events: list[str] = []
@@ -102,6 +107,10 @@ class Graph:
         base = f"{trigger}/{about}"
         node.key = f"{base}#{self._keys[base]}"
         self._keys[base] += 1
+
+    def update_input(self, node: Node, name: str) -> None:
+        """Author an input of a node that has changed."""
+        author_input(node, name)
 
     def send(self, event: str) -> None:
         """Queue a custom event for the next evaluation."""
@@ -168,18 +177,9 @@ def run(node: Node) -> None:
     node.executions += 1
 
 
-_graph = Graph()
-
-
 def graph() -> Graph:
     """The graph of the current stage."""
-    return _graph
-
-
-def reset() -> None:
-    """A new stage has an empty graph."""
-    global _graph
-    _graph = Graph()
+    return current().graph
 
 
 def act_now(kind: str, input_prims: Any = None, **inputs: Any) -> ReplicatorItem:

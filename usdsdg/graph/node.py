@@ -11,27 +11,26 @@ from types import TracebackType
 from typing import Any
 
 from usdsdg.errors import NotAPrim
+from usdsdg.session.session import current
 
 _PACKAGE = str(Path(__file__).resolve().parents[1])
-
-
-_lines: list[str] = []
 
 
 @contextmanager
 def made_at(line: str) -> Iterator[None]:
     """Nodes that are made inside come from `line` of a file that is no Python: "scene.yaml:12"."""
-    _lines.append(line)
+    lines = current().source_lines
+    lines.append(line)
     try:
         yield
     finally:
-        _lines.pop()
+        lines.pop()
 
 
 def script_line() -> str:
     """`my_script.py:41`: what `made_at` says, or the nearest caller outside usdsdg."""
-    if _lines:
-        return _lines[-1]
+    if lines := current().source_lines:
+        return lines[-1]
     frame = sys._getframe(1)
     # "<string>" is the __init__ that dataclasses generate.
     while frame is not None and frame.f_code.co_filename.startswith((_PACKAGE, "<string>")):
@@ -67,24 +66,21 @@ class Node:
         return f"{self.kind} (made at {self.line})"
 
 
-# What the enclosing `with` blocks say: the trigger that fires new nodes, and the prims that they act on.
-_triggers: list[Any] = []
-_targets: list[tuple[str, ...]] = []
-
-
 def current_trigger() -> Any | None:
     """The innermost `with trigger:`, or None."""
-    return _triggers[-1] if _triggers else None
+    triggers = current().open_triggers
+    return triggers[-1] if triggers else None
 
 
 def current_prims() -> tuple[str, ...]:
     """The prims of the innermost `with group:`, or ()."""
-    return _targets[-1] if _targets else ()
+    groups = current().open_groups
+    return groups[-1] if groups else ()
 
 
 def why_no_prims(input_prims: Any) -> str:
     """Why a node that was given `input_prims` has nothing to act on, and what to do."""
-    if input_prims is not None or _targets:
+    if input_prims is not None or current().open_groups:
         return "the item that it was given is empty. rep.get finds what is on the stage when its line runs"
     return "call it inside `with <group or prims>:` or pass input_prims"
 
@@ -151,25 +147,23 @@ class ReplicatorItem:
 
     def set_input(self, name: str, value: Any) -> None:
         """Change an input, with or without the `inputs:` prefix, from the next execution on."""
-        from usdsdg.graph.authoring import author_input
-
         name = name.removeprefix("inputs:")
         self.node.inputs[name] = plain(value)
-        author_input(self.node, name)
+        current().graph.update_input(self.node, name)
 
     def __enter__(self) -> ReplicatorItem:
         """Inside, new nodes run when this trigger fires, or act on these prims."""
         if self._trigger is not None:
-            _triggers.append(self._trigger)
+            current().open_triggers.append(self._trigger)
         else:
-            _targets.append(self.prims)
+            current().open_groups.append(self.prims)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Outside, new nodes belong to what was around it."""
-        (_triggers if self._trigger is not None else _targets).pop()
+        (current().open_groups if self._trigger is None else current().open_triggers).pop()
 
     def __repr__(self) -> str:
         return f"ReplicatorItem({self.node.kind}, {len(self.prims)} prims)"

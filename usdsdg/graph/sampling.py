@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.errors import GraphError
-from usdsdg.settings import get_settings
+from usdsdg.session.session import current
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
@@ -90,8 +90,15 @@ def _whole(name: str, value: Any, expected: str) -> int:
         raise GraphError(f"{name} is {value!r}; expected {expected}") from None
 
 
-_SETTING = "/omni/replicator/globalSeed"
-_global_seed: int | None = None
+class GlobalSeed:
+    """The seed of the session; None until one is set or needed."""
+
+    def __init__(self) -> None:
+        self.value: int | None = None
+
+    def follow_setting(self, seed: Any) -> None:
+        """Take the value that the setting `/omni/replicator/globalSeed` was given; a negative one: draw one."""
+        self.value = own_seed(seed)
 
 
 def set_global_seed(seed: int) -> None:
@@ -105,20 +112,12 @@ def set_global_seed(seed: int) -> None:
     number = _whole("global seed", seed, "a whole number, 0 or more")
     if number < 0:
         raise GraphError(f"global seed is {number}; expected a whole number, 0 or more")
-    get_settings().set(_SETTING, number)
-
-
-def _follow(setting: Any) -> None:
-    global _global_seed
-    _global_seed = own_seed(setting)
-
-
-get_settings().on_change(_SETTING, _follow)
+    current().settings.set("/omni/replicator/globalSeed", number)
 
 
 def get_global_seed() -> int:
     """The global seed; one from 0 to 2³¹-1 is drawn and kept when none was set. Mirrors `rep.get_global_seed`."""
-    global _global_seed
-    if _global_seed is None:
-        _global_seed = int(np.random.SeedSequence().generate_state(1)[0] & 0x7FFFFFFF)
-    return _global_seed
+    seed = current().global_seed
+    if seed.value is None:
+        seed.value = int(np.random.SeedSequence().generate_state(1)[0] & 0x7FFFFFFF)
+    return seed.value

@@ -20,8 +20,8 @@ from usdsdg.scenarios.cameras import Cameras
 from usdsdg.scenarios.config import ObjectBasedConfig, PathTracing
 from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.objects import Bodies
+from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
-from usdsdg.settings import get_settings
 from usdsdg.stage.schemas import physx
 
 # Frames between two runs of each randomizer, and app updates while spheres clear the space around cameras.

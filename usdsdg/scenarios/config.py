@@ -13,7 +13,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInf
 
 from usdsdg.scenarios.camera_properties import checked_camera_properties
 from usdsdg.scenarios.config_file import read_config
-from usdsdg.stage.cameras.render_products import size_problem
+from usdsdg.session.render_products import size_problem
 
 # Numbers are strict: "3" and true are not numbers.
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]

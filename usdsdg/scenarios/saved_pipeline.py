@@ -14,7 +14,7 @@ from usdsdg.errors import ConfigError, GraphError
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.scenarios.output_folder import with_absolute_output_dir
 from usdsdg.session import stage_context
-from usdsdg.settings import get_settings
+from usdsdg.session.settings_store import get_settings
 from usdsdg.writers import WriterRegistry
 
 SUFFIXES = (".usd", ".usda", ".usdc")

@@ -12,6 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from usdsdg.session.progress import report
+from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.geometry.pixel_masks import Outlines
@@ -23,6 +24,8 @@ class PhysicsEngine(Protocol):
     def play(self) -> None: ...
 
     def stop(self) -> None: ...
+
+    def close(self) -> None: ...
 
     def advance(self, seconds: float) -> int: ...
 
@@ -44,7 +47,11 @@ class PhysicsEngine(Protocol):
 class Renderer(Protocol):
     """A stage seen by cameras; see `usdsdg_render.renderer` for the meaning of each call."""
 
-    glass_labels: str
+    @property
+    def glass_labels(self) -> str: ...
+
+    @glass_labels.setter
+    def glass_labels(self, value: str) -> None: ...
 
     @property
     def gprims(self) -> tuple[str, ...]: ...
@@ -71,63 +78,84 @@ class Renderer(Protocol):
     def develop(self, film: Any, tone: Any) -> dict[str, np.ndarray]: ...
 
 
-_device: str | None = None
-_physics: Any = None
-_renderer: Any = None
-_step_listeners: list[Callable[[float], None]] = []
+class Engines:
+    """The engines that have been needed so far, and what outlives them."""
+
+    def __init__(self) -> None:
+        self.device: str | None = None  # None: CUDA where there is one
+        self.physics: PhysicsEngine | None = None
+        self.renderer: Renderer | None = None
+        self.step_listeners: list[Callable[[float], None]] = []
+
+    def follow_timeline(self, event: str) -> None:
+        """Let physics play and stop with the timeline."""
+        if event == "play":
+            physics().play()
+        elif event == "stop" and self.physics is not None:
+            self.physics.stop()
+
+    def on_step(self, dt: float) -> None:
+        """Call all listeners of physics steps."""
+        for listener in list(self.step_listeners):
+            listener(dt)
+
+    def reset(self) -> None:
+        """Close both engines, so that new ones are made for the next stage; listeners of steps stay."""
+        if self.physics is not None:
+            self.physics.close()
+        self.physics = self.renderer = None
 
 
 def use_device(device: str | None) -> None:
-    """ "cpu", "cuda:0", or None for CUDA where there is one.
+    """Run both engines on "cpu" or "cuda:0"; None: physics on the CPU, the renderer on CUDA where there is one.
 
     Raises:
         RenderError: there is no such device.
     """
-    global _device
     if device not in (None, "cpu"):
-        hush_warp()
+        quiet_warp()
         from usdsdg_render.renderer import chosen_device
 
         chosen_device(device)
-    _device = device
-    reset()
+    current().engines.device = device
+    current().engines.reset()
 
 
-def physics() -> Any:
+def physics() -> PhysicsEngine:
     """The physics engine of the current stage."""
-    global _physics
-    if _physics is None:
-        hush_warp()
+    engines = current().engines
+    if engines.physics is None:
+        quiet_warp()
         from usdsdg_physics.engine import NewtonEngine
 
-        _physics = NewtonEngine(current_stage(), device=physics_device(), progress=report)
-        _physics.subscribe_step(_tell_step)
-    return _physics
+        engines.physics = NewtonEngine(current_stage(), device=physics_device(), progress=report)
+        engines.physics.subscribe_step(engines.on_step)
+    return engines.physics
+
+
+def physics_if_made() -> PhysicsEngine | None:
+    """The physics engine, or None when nothing has needed it yet."""
+    return current().engines.physics
 
 
 def physics_device() -> str:
     """Physics of one scene is a chain of small steps: a CPU core is faster for it than a GPU unless asked for."""
-    return _device or "cpu"
+    return current().engines.device or "cpu"
 
 
-def physics_if_made() -> Any | None:
-    """The physics engine, or None when nothing has needed it yet."""
-    return _physics
-
-
-def renderer() -> Any:
+def renderer() -> Renderer:
     """The renderer of the current stage."""
-    global _renderer
-    if _renderer is None:
-        hush_warp()
+    engines = current().engines
+    if engines.renderer is None:
+        quiet_warp()
         from usdsdg_render.renderer import WarpRenderer
 
-        _renderer = WarpRenderer(current_stage(), device=_device, progress=report)
-    return _renderer
+        engines.renderer = WarpRenderer(current_stage(), device=engines.device, progress=report)
+    return engines.renderer
 
 
-def hush_warp() -> None:
-    """Warp tells of every module that it loads; our own progress says what a person wants to know of it."""
+def quiet_warp() -> None:
+    """Turn off Warp's message for every module that it loads: our own progress reports say what is compiled."""
     import warp
 
     warp.config.log_level = logging.WARNING
@@ -135,19 +163,6 @@ def hush_warp() -> None:
 
 def subscribe_step(listener: Callable[[float], None]) -> Callable[[], None]:
     """Call `listener(dt)` after every physics step of whatever stage is current; returns what ends it."""
-    _step_listeners.append(listener)
-    return lambda: _step_listeners.remove(listener) if listener in _step_listeners else None
-
-
-def _tell_step(dt: float) -> None:
-    for listener in list(_step_listeners):
-        listener(dt)
-
-
-def reset() -> None:
-    """A new stage gets new engines; subscriptions to steps stay."""
-    global _physics, _renderer
-    for engine in (_physics, _renderer):
-        if hasattr(engine, "close"):
-            engine.close()
-    _physics = _renderer = None
+    listeners = current().engines.step_listeners
+    listeners.append(listener)
+    return lambda: listeners.remove(listener) if listener in listeners else None

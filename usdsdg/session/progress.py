@@ -6,13 +6,25 @@ import sys
 import time
 from typing import Any, Protocol, TextIO
 
+from usdsdg.session.session import current
+
 LINE_INTERVAL = 5.0  # seconds between plain lines of one task
 
 
 class Reporter(Protocol):
-    """What long work calls: `report(label, done, total)`; `total` is None while it is not known."""
+    """Where progress and single lines go."""
 
-    def __call__(self, label: str, done: int, total: int | None) -> None: ...
+    def __call__(self, label: str, done: int, total: int | None) -> None:
+        """Show that `done` of `total` steps of a task are done; `total` is None while it is not known."""
+        ...
+
+    def say(self, line: str) -> None:
+        """Show one line."""
+        ...
+
+    def close(self) -> None:
+        """Stop showing anything."""
+        ...
 
 
 class Silent:
@@ -105,14 +117,10 @@ def described(done: int, total: int | None, elapsed: float) -> str:
     return ", ".join(parts)
 
 
-_reporter: Any = Notes()
-
-
-def use(reporter: Any) -> None:
+def use(reporter: Reporter) -> None:
     """Send the progress of this process to `reporter`."""
-    global _reporter
-    _reporter.close()
-    _reporter = reporter
+    current().reporter.close()
+    current().reporter = reporter
 
 
 def use_default(quiet: bool = False) -> None:
@@ -121,10 +129,10 @@ def use_default(quiet: bool = False) -> None:
 
 
 def report(label: str, done: int, total: int | None) -> None:
-    """Tell whoever listens how far a task is."""
-    _reporter(label, done, total)
+    """Report that `done` of `total` steps of a task are done; `total` is None while it is not known."""
+    current().reporter(label, done, total)
 
 
 def say(line: str) -> None:
-    """Tell whoever listens one thing that is worth a line."""
-    _reporter.say(line)
+    """Report one line."""
+    current().reporter.say(line)

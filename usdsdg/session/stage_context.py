@@ -10,19 +10,17 @@ from pathlib import Path
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdUtils
 
 from usdsdg import errors
+from usdsdg.session.session import current
 from usdsdg.stage import assets, flatten, schemas
 from usdsdg.stage.usd_errors import reason
 
 schemas.register()
 
-_current: Usd.Stage | None = None
-_listeners: list[Callable[[Usd.Stage], None]] = []
-_before_saving: list[Callable[[Usd.Stage], None]] = []
-
 
 def current_stage() -> Usd.Stage:
     """The stage that scripts and engines share; a new one when there is none yet."""
-    return _current if _current is not None else new_stage()
+    stage = current().stage
+    return new_stage() if stage is None else stage
 
 
 def new_stage() -> Usd.Stage:
@@ -70,30 +68,32 @@ def _check_times(stage: Usd.Stage, file: str) -> None:
 
 
 def set_stage(stage: Usd.Stage) -> Usd.Stage:
-    """Make `stage` the current one and tell everybody who subscribed with `on_new_stage`."""
-    global _current
-    if _current == stage:
+    """Make `stage` the current one, reset what belonged to the one before, and call the `on_new_stage` callbacks."""
+    session, cache = current(), UsdUtils.StageCache.Get()
+    if session.stage == stage:
         return stage
-    cache = UsdUtils.StageCache.Get()
-    if _current is not None:
-        cache.Erase(_current)
+    if session.stage is not None:
+        cache.Erase(session.stage)
     cache.Insert(stage)
-    _current = stage
-    errors.forget_warnings()
-    for callback in tuple(_listeners):
-        callback(stage)
+    session.stage = stage
+    session.begin_stage(stage)
     return stage
 
 
 def on_new_stage(callback: Callable[[Usd.Stage], None]) -> Callable[[], None]:
     """Call `callback(stage)` whenever another stage becomes the current one; returns what ends that."""
-    _listeners.append(callback)
+    listeners = current().stage_listeners
+    listeners.append(callback)
+    return lambda: listeners.remove(callback) if callback in listeners else None
 
-    def unsubscribe() -> None:
-        if callback in _listeners:
-            _listeners.remove(callback)
 
-    return unsubscribe
+def assets_root() -> str:
+    """Folder that holds the assets `Isaac` and `NVIDIA`: the one set, else the environment's, else the demo assets.
+
+    Raises:
+        AssetNotFound: the folder does not exist.
+    """
+    return assets.assets_root()  # the session has registered the demo assets
 
 
 def stage_id() -> int:
@@ -133,11 +133,5 @@ def save_stage(path: str | os.PathLike[str]) -> Path:
 
 def snapshot(folder: Path) -> Sdf.Layer:
     """The current stage as it would be saved into `folder` now."""
-    for callback in tuple(_before_saving):
-        callback(current_stage())
+    current().orchestrator.note_run(current_stage())
     return flatten.flattened(current_stage(), folder)
-
-
-def before_saving(callback: Callable[[Usd.Stage], None]) -> None:
-    """Call `callback(stage)` whenever the current stage is about to be saved, to author what belongs in the file."""
-    _before_saving.append(callback)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from usdsdg.errors import Unsupported
+from usdsdg.session.session import current
 
 DEFAULT_END_TIME = 100 / 60
 
@@ -179,9 +180,6 @@ class Timeline:
         self.time_codes_per_second = 60.0
 
 
-_timeline = Timeline()
-
-
 def get_timeline() -> Timeline:
-    """The process-wide timeline (`omni.timeline.get_timeline_interface()`)."""
-    return _timeline
+    """The timeline of the session (`omni.timeline.get_timeline_interface()`)."""
+    return current().timeline

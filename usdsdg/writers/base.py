@@ -10,6 +10,7 @@ from usdsdg.annotators.annotator import Annotator, existing_products, render_pro
 from usdsdg.annotators.payload import check_layout
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import Unsupported, WriterError
+from usdsdg.session.session import current
 from usdsdg.writers.backends.catalogue import BaseBackend
 from usdsdg.writers.files import write_json
 from usdsdg.writers.options import check_names
@@ -17,13 +18,10 @@ from usdsdg.writers.options import check_names
 # Write at every captured frame.
 ON_FRAME = "omni.replicator.core.OgnOnFrame"
 
-_attached: list[Writer] = []
-_global_seed: int | None = None
-
 
 def attached_writers() -> tuple[Writer, ...]:
     """The writers that see frames now, in the order in which they were attached."""
-    return tuple(_attached)
+    return tuple(current().writers)
 
 
 def detach_all() -> None:
@@ -34,13 +32,12 @@ def detach_all() -> None:
 
 def set_global_seed(seed: int | None) -> None:
     """The seed that metadata.txt tells."""
-    global _global_seed
-    _global_seed = seed
+    current().metadata_seed = seed
 
 
 def global_seed() -> int | None:
     """The seed of the run; None before its first frame."""
-    return _global_seed
+    return current().metadata_seed
 
 
 class Writer(ABC):
@@ -112,8 +109,8 @@ class Writer(ABC):
             annotator.bind(self._render_products[0] if self._render_products else None)
         self._trigger = _checked_trigger(trigger)
         self._executions = getattr(self._trigger, "executions", None)
-        if self not in _attached:
-            _attached.append(self)
+        if self not in current().writers:
+            current().writers.append(self)
 
     async def attach_async(self, render_products: Any, trigger: Any = ON_FRAME) -> None:
         """As `attach`."""
@@ -125,8 +122,8 @@ class Writer(ABC):
             annotator.bind(None)
         self._render_products = ()
         self._scheduled = False
-        if self in _attached:
-            _attached.remove(self)
+        if self in current().writers:
+            current().writers.remove(self)
 
     def leave(self, render_products: Any) -> None:
         """See no more frames of `render_products`; without any left the writer is detached."""
@@ -246,7 +243,7 @@ class Writer(ABC):
     def get_metadata(self) -> dict[str, Any]:
         """What metadata.txt holds."""
         # The colon is Replicator's.
-        facts = {"name": type(self).__name__, "version": self.version, "replicator_global_seed:": _global_seed}
+        facts = {"name": type(self).__name__, "version": self.version, "replicator_global_seed:": global_seed()}
         return {**facts, **self.metadata}
 
     def write_metadata(self) -> None:

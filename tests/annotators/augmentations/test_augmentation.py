@@ -13,7 +13,7 @@ from tests.annotators.scenes import street
 from usdsdg import annotators, distribution
 from usdsdg.annotators.augmentations.augmentation import seed_of_frame
 from usdsdg.errors import AnnotatorRegistryError, AugmentationError, Unsupported, UsdsdgWarning, forget_warnings
-from usdsdg.stage.cameras import render_products
+from usdsdg.session import render_products
 
 wp.config.quiet = True
 

@@ -8,8 +8,8 @@ from tests.annotators.ray_caster import CAMERA, make_frame, place, rays
 from tests.annotators.scenes import street
 from usdsdg import annotators
 from usdsdg.errors import AnnotatorError
+from usdsdg.session import render_products
 from usdsdg.session.stage_context import set_stage
-from usdsdg.stage.cameras import render_products
 
 
 def compute(frame, name) -> Any:

@@ -12,7 +12,7 @@ from usdsdg.annotators.kinds.depth_sensor import ATTRIBUTES, SETTINGS, read_dept
 from usdsdg.errors import AnnotatorError, Unsupported, UsdsdgWarning, forget_warnings
 from usdsdg.graph.sampling import get_global_seed, set_global_seed
 from usdsdg.session import stage_context
-from usdsdg.settings import DEFAULTS, get_settings
+from usdsdg.session.settings_store import DEFAULTS, get_settings
 
 SIZE = (320, 240)
 BASELINE = 0.2  # metres

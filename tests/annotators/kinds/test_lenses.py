@@ -10,8 +10,8 @@ from tests.annotators import ray_caster
 from tests.annotators.ray_caster import CAMERA, make_frame
 from tests.annotators.scenes import street
 from usdsdg import annotators
+from usdsdg.session import render_products
 from usdsdg.session.stage_context import set_stage
-from usdsdg.stage.cameras import render_products
 
 SIZE = (64, 48)
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from usdsdg import backends
 from usdsdg.errors import OutputNotWritable, UsdsdgWarning, WriterError, WriterRegistryError
 from usdsdg.writers import BackendDispatch, BackendGroup, BaseBackend, DiskBackend, files, set_disk_root
 from usdsdg.writers.backends import catalogue
@@ -317,14 +318,14 @@ def test_a_failure_that_nobody_waited_for_is_told_at_the_end(tmp_path):
 
 
 def test_the_queue_of_all_backends_is_bounded_by_name(tmp_path, monkeypatch):
-    queue = catalogue.io_queue
+    queue = backends.io_queue
     monkeypatch.setattr(queue, "max_jobs", queue.max_jobs)
     BackendDispatch(output_dir=tmp_path).set_max_queue_size(7)
     assert queue.max_jobs == 7
-    catalogue.io_queue.set_max_queue_size(8)
+    queue.set_max_queue_size(8)
     assert queue.max_jobs == 8
-    catalogue.io_queue.wait_until_done()
-    assert catalogue.io_queue.is_done_writing()
+    queue.wait_until_done()
+    assert queue.is_done_writing()
 
 
 def test_a_users_backend_is_registered_and_found_under_its_class_name(tmp_path):

@@ -15,8 +15,9 @@ from usdsdg import AnnotatorRegistry, annotators, orchestrator, writers
 from usdsdg.errors import AnnotatorRegistryError, AugmentationError, BadPrim, WriterError
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.session import engines
+from usdsdg.session.session import current
+from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage, new_stage
-from usdsdg.settings import get_settings
 from usdsdg.writers import BackendDispatch, Writer, WriterRegistry
 from usdsdg.writers.files import write_image
 
@@ -111,8 +112,8 @@ def product(monkeypatch):
     get_settings().set("/app/player/playSimulations", False)
     add_cube(current_stage(), "/World/Box", "box")
     camera = add_camera(current_stage(), "/World/Camera", (0, -4, 1), (0, 0, 0))
-    monkeypatch.setattr(engines, "_renderer", StandIn())
-    monkeypatch.setattr(engines, "hush_warp", lambda: None)
+    monkeypatch.setattr(current().engines, "renderer", StandIn())
+    monkeypatch.setattr(engines, "quiet_warp", lambda: None)
     yield rep.create.render_product(camera, (32, 24))
     orchestrator.stop()
     get_settings().set("/app/player/playSimulations", True)

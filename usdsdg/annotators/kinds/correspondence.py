@@ -10,10 +10,10 @@ import numpy as np
 from usdsdg.annotators.base import Annotation, define
 from usdsdg.annotators.frame import Frame
 from usdsdg.errors import AnnotatorError
+from usdsdg.session.render_products import products
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 from usdsdg.stage.cameras.pixels import pixel_centers
-from usdsdg.stage.cameras.render_products import products
 
 _REFERENCE = "crossCameraReferenceName"
 

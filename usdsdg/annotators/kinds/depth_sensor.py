@@ -16,8 +16,8 @@ from usdsdg.annotators.kinds import stereo
 from usdsdg.annotators.kinds.stereo import DepthSensor, Measurement
 from usdsdg.errors import AnnotatorError, Unsupported, warn_once
 from usdsdg.graph.sampling import generator, get_global_seed
+from usdsdg.session.settings_store import DEFAULTS, get_settings
 from usdsdg.session.stage_context import current_stage
-from usdsdg.settings import DEFAULTS, get_settings
 
 ATTRIBUTES, SETTINGS = "omni:rtx:post:depthSensor:", "/rtx/post/depthSensor/"
 MODES = range(8)

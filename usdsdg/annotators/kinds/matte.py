@@ -12,8 +12,8 @@ from usdsdg.annotators.base import Annotation, define
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.point_instances import prim_path
 from usdsdg.errors import warn_once
+from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage
-from usdsdg.settings import get_settings
 
 # Pictures of mattes, and channels of each.
 PICTURES, CHANNELS = 8, 3

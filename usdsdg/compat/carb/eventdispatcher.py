@@ -11,6 +11,7 @@ from typing import Any
 from usdsdg.app.app import get_app
 from usdsdg.app.frame_loop import get_orchestrator
 from usdsdg.graph import evaluate
+from usdsdg.session.session import current
 from usdsdg.session.timeline import get_timeline
 
 __all__ = ["Event", "EventDispatcher", "Observer", "get_eventdispatcher"]
@@ -63,6 +64,9 @@ class EventDispatcher:
     def __init__(self) -> None:
         self._observers: dict[int, tuple[str, int, Mapping[str, Any], Callable[[Event], None]]] = {}
         self._keys = itertools.count()
+        get_app().subscribe_update(lambda dt: self._tell(APP_UPDATE, {"dt": dt}) and None)
+        get_timeline().subscribe(self._tell_timeline)
+        get_orchestrator().on_captured(lambda: self._tell(NEW_FRAME, {}) and None)
 
     def observe_event(
         self,
@@ -104,12 +108,6 @@ class EventDispatcher:
             self._tell(TIMELINE_EVENTS[change], {"currentTime": get_timeline().get_current_time()})
 
 
-_dispatcher = EventDispatcher()
-get_app().subscribe_update(lambda dt: _dispatcher._tell(APP_UPDATE, {"dt": dt}) and None)
-get_timeline().subscribe(_dispatcher._tell_timeline)
-get_orchestrator().on_captured(lambda: _dispatcher._tell(NEW_FRAME, {}) and None)
-
-
 def get_eventdispatcher() -> EventDispatcher:
-    """The one dispatcher."""
-    return _dispatcher
+    """The event dispatcher of the session."""
+    return current().event_dispatcher

@@ -1,7 +1,7 @@
 """`carb.settings`: the settings tree."""
 
-from usdsdg.settings import Settings as ISettings
-from usdsdg.settings import get_settings
+from usdsdg.session.settings_store import Settings as ISettings
+from usdsdg.session.settings_store import get_settings
 
 acquire_settings_interface = get_settings
 

@@ -9,7 +9,7 @@ from typing import Any
 from usdsdg import orchestrator
 from usdsdg.app.app import App, get_app
 from usdsdg.session import stage_context
-from usdsdg.settings import get_settings
+from usdsdg.session.settings_store import get_settings
 
 
 class SimulationApp:

@@ -6,14 +6,22 @@ The camera names a bridge prim, and the bridge has the cameras and the sizes.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from pxr import Gf, Sdf, Usd
 
 from usdsdg.errors import RenderError
-from usdsdg.stage.cameras.render_products import Tiles
 
 CONFIG, PLUGIN = "sensorModelConfig", "sensorModelPluginName"
 CAMERAS, TILE, WHOLE = "camPrims", "cameraResolution", "tiledResolution"
+
+
+@dataclass(frozen=True)
+class Tiles:
+    """Cameras whose images stand side by side in one, row by row from the top left; positions left over stay empty."""
+
+    cameras: tuple[str, ...]
+    size: tuple[int, int]  # width, height of each
 
 
 def author_tiled_sensor(

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.session.session import current
 from usdsdg.writers import files
-from usdsdg.writers.backends.io_queue import io_queue
 
 
 class BaseBackend:
@@ -46,7 +46,7 @@ class BaseBackend:
         if _takes_backend(fn):
             kwargs.setdefault("backend_instance", self)
         job = functools.partial(fn, *args, **kwargs)
-        io_queue.submit(job, what=what, size=_size_of((args, kwargs)), owner=self)
+        current().io_queue.submit(job, what=what, size=_size_of((args, kwargs)), owner=self)
 
     def schedule_together(self, steps: Sequence[Callable[..., None]]) -> None:
         """Run `steps` one after the other as one job: a file that names others goes last, and if one fails the rest are
@@ -56,11 +56,11 @@ class BaseBackend:
 
     def is_done_writing(self) -> bool:
         """Whether nothing of this backend waits or runs."""
-        return io_queue.is_done_writing(self)
+        return current().io_queue.is_done_writing(self)
 
     def wait_until_done(self) -> None:
         """Return when all is written; raises the first failure (a WriterError)."""
-        io_queue.wait_until_done(self)
+        current().io_queue.wait_until_done(self)
 
     def get_name(self) -> str:
         """The name of its class."""

@@ -11,24 +11,21 @@ from typing import Any
 
 from usdsdg.arguments.registry import Registry
 from usdsdg.errors import WriterError, WriterRegistryError, warn_once
+from usdsdg.session.session import current
 from usdsdg.writers.backends.backend import BaseBackend
-from usdsdg.writers.backends.io_queue import io_queue
 from usdsdg.writers.backends.s3 import S3Backend
 from usdsdg.writers.backends.whole_file import check_writable, write_whole
 from usdsdg.writers.options import check_names
 
-_disk_root: Path | None = None
-
 
 def set_disk_root(path: str | os.PathLike | None) -> None:
     """The folder that relative output folders are under (setting /omni/replicator/backends/disk/root_dir)."""
-    global _disk_root
-    _disk_root = None if path is None else Path(path).expanduser()
+    current().disk_root = None if path is None else Path(path).expanduser()
 
 
 def disk_root() -> Path:
     """The folder that relative output folders are under; without a setting ~/omni.replicator_out."""
-    return _disk_root or Path.home() / "omni.replicator_out"
+    return current().disk_root or Path.home() / "omni.replicator_out"
 
 
 class DiskBackend(BaseBackend):
@@ -143,7 +140,7 @@ class BackendDispatch(BackendGroup):
     @staticmethod
     def set_max_queue_size(jobs: int) -> None:
         """How many jobs of all backends may wait before `schedule` blocks."""
-        io_queue.set_max_queue_size(jobs)
+        current().io_queue.set_max_queue_size(jobs)
 
 
 registered: Registry[type[BaseBackend]] = Registry("backend", WriterRegistryError)

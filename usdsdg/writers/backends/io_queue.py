@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import contextlib
-import logging
 import os
 import sys
 import threading
@@ -14,6 +12,9 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from usdsdg.errors import UsdsdgError, WriterError
+from usdsdg.session.session import current
+
+THREADS = min(4, os.cpu_count() or 1)
 
 
 class _Job(NamedTuple):
@@ -30,7 +31,7 @@ class IoQueue:
     renderer cannot fill the memory.
     """
 
-    def __init__(self, *, threads: int, max_jobs: int = 1000, max_bytes: int = 1 << 30) -> None:
+    def __init__(self, *, threads: int = THREADS, max_jobs: int = 1000, max_bytes: int = 1 << 30) -> None:
         self.max_jobs, self.max_bytes = max_jobs, max_bytes
         self._threads = threads
         self._changed = threading.Condition()
@@ -135,35 +136,13 @@ class IoQueue:
 
     def _finish(self) -> None:
         """At exit: write what waits, and make the program fail if something could not be written and nobody asked."""
-        global _failed_at_exit
         last = [method for each in self._at_exit if (method := each()) is not None]
         for step in (*last, self.wait_until_done):
             try:
                 step()
             except UsdsdgError as error:
                 print(f"error: {error}", file=sys.stderr)
-                _failed_at_exit = True
-
-
-_failed_at_exit = False
-
-
-def _exit_as_failed() -> None:
-    """Give a program that has left files unwritten the exit code 1.
-
-    At exit neither an exception nor sys.exit changes the code that the interpreter has settled on; only leaving at once
-    does. Functions registered with atexit run from the last to the first: all but those from before usdsdg was imported
-    have run by now.
-    """
-    if _failed_at_exit:
-        logging.shutdown()
-        for stream in filter(None, (sys.stdout, sys.stderr)):
-            with contextlib.suppress(OSError, ValueError):  # closed, or its reader has gone
-                stream.flush()
-        os._exit(1)
-
-
-atexit.register(_exit_as_failed)
+                current().failed_at_exit = True
 
 
 def _failure_of(job: _Job) -> UsdsdgError | None:
@@ -179,19 +158,16 @@ def _failure_of(job: _Job) -> UsdsdgError | None:
     return None
 
 
-io_queue = IoQueue(threads=min(4, os.cpu_count() or 1))
-
-
 def is_done_writing() -> bool:
     """Whether every backend has written everything."""
-    return io_queue.is_done_writing()
+    return current().io_queue.is_done_writing()
 
 
 def wait_until_done() -> None:
     """Return when every backend has written everything; raises the first failure."""
-    io_queue.wait_until_done()
+    current().io_queue.wait_until_done()
 
 
 def set_max_queue_size(jobs: int) -> None:
     """How many jobs may wait before `schedule` blocks."""
-    io_queue.set_max_queue_size(jobs)
+    current().io_queue.set_max_queue_size(jobs)

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators import catalogue
+from usdsdg.session.session import current
 from usdsdg.writers import base
 from usdsdg.writers.backends.catalogue import BackendDispatch
-from usdsdg.writers.backends.io_queue import io_queue
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image
 from usdsdg.writers.formats import run_length
@@ -83,7 +83,7 @@ class CocoWriter(Writer):
         self._sequence, self._frame_id = "", 0
         self._file = CocoFile(self.backend, {"info": _info(self.version), "licenses": self._licenses})
         # Also where a script ends, or is interrupted, without waiting for its run to be complete.
-        io_queue.call_at_exit(self._file.write)
+        current().io_queue.call_at_exit(self._file.write)
         types = {"semanticTypes": semantic_types or _SEMANTIC_TYPES}
         self.annotators = [catalogue.get(RGB), *(catalogue.get(name, types) for name in (BOXES, CLASSES, INSTANCES))]
 

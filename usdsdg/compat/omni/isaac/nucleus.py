@@ -1,6 +1,6 @@
 """`omni.isaac.nucleus`: the assets root."""
 
-from usdsdg.stage.assets import assets_root
+from usdsdg.session.stage_context import assets_root
 
 
 def get_assets_root_path() -> str:

@@ -1,5 +1,7 @@
 """`omni.kit.viewport.utility`: there is no window, so the viewport is only switched."""
 
+from usdsdg.session.session import current
+
 
 class Viewport:
     """What scripts switch: updates, camera and resolution of the window that is not there."""
@@ -12,11 +14,8 @@ class Viewport:
         self.camera_path = str(path)
 
 
-_viewport = Viewport()
-
-
 def get_active_viewport(usd_context_name: str = "") -> Viewport:
-    return _viewport
+    return current().viewport
 
 
 def get_active_viewport_window(*_: object, **__: object) -> None:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import difflib
-from dataclasses import dataclass
 
 from usdsdg import errors
+from usdsdg.session.session import current
+from usdsdg.stage.cameras.tiled_sensors import Tiles
 
 # What renderer and files can hold: the largest side of a picture, and a few hundred bytes for each pixel of it.
 MAX_SIDE, MAX_PIXELS = 16384, 1 << 26
@@ -19,14 +20,6 @@ def size_problem(width: int, height: int) -> str | None:
         f"a picture of {width} x {height} pixels cannot be made; expected 1 to {MAX_SIDE} along each side and no more "
         f"than {MAX_PIXELS} in all, such as 8192 x 8192"
     )
-
-
-@dataclass(frozen=True)
-class Tiles:
-    """Cameras whose pictures stand side by side in one, row by row from the top left; places left over stay empty."""
-
-    cameras: tuple[str, ...]
-    size: tuple[int, int]  # width, height of each
 
 
 class HydraTexture:
@@ -72,18 +65,15 @@ class HydraTexture:
 
     def destroy(self) -> None:
         """Forget the product; writers attached to it no longer see it."""
-        _products.pop(self.path, None)
+        current().render_products.pop(self.path, None)
 
     def __repr__(self) -> str:
         return f"HydraTexture({self.path!r}, camera={self.camera_path!r}, resolution={self.resolution})"
 
 
-_products: dict[str, HydraTexture] = {}
-
-
 def products() -> list[HydraTexture]:
     """All render products of the current stage, oldest first."""
-    return list(_products.values())
+    return list(current().render_products.values())
 
 
 def product_at(path: str) -> HydraTexture:
@@ -92,19 +82,20 @@ def product_at(path: str) -> HydraTexture:
     Raises:
         BadPrim: there is none, or none any more; the message names near misses, or all that exist.
     """
-    if path not in _products:
-        near = difflib.get_close_matches(path, _products, n=2, cutoff=0.8)
-        hint = f"did you mean {' or '.join(near)}?" if near else f"there are: {', '.join(_products) or 'none'}."
+    known = current().render_products
+    if path not in known:
+        near = difflib.get_close_matches(path, known, n=2, cutoff=0.8)
+        hint = f"did you mean {' or '.join(near)}?" if near else f"there are: {', '.join(known) or 'none'}."
         raise errors.BadPrim(f"there is no render product {path}, or it has been destroyed; {hint}")
-    return _products[path]
+    return known[path]
 
 
 def add(product: HydraTexture) -> HydraTexture:
     """Make a product known; returns it."""
-    _products[product.path] = product
+    current().render_products[product.path] = product
     return product
 
 
 def reset() -> None:
     """A new stage has no products."""
-    _products.clear()
+    current().render_products.clear()

@@ -1,0 +1,94 @@
+"""Each module of the state of a process works when it is the first and only one that a script imports."""
+
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+SCRIPTS = {
+    "the timeline drives physics": """
+        from usdsdg.session.timeline import get_timeline
+        get_timeline().play()
+        from usdsdg.session.engines import physics_if_made
+        print(physics_if_made().is_playing)
+    """,
+    "updates of a playing timeline are captured": """
+        from usdsdg.app.app import get_app
+        from usdsdg import annotators, create, settings
+        settings.carb_settings("/app/player/playSimulations", False)
+        rgb = annotators.get("camera_params").attach(create.render_product(create.camera(), (8, 8)))
+        from usdsdg.session.timeline import get_timeline
+        get_timeline().play()
+        get_app().update()
+        print(len(rgb.get_data()["cameraViewTransform"]) == 16)
+    """,
+    "the seed follows its setting": """
+        from usdsdg.session.settings_store import get_settings
+        get_settings().set("/omni/replicator/globalSeed", 7)
+        from usdsdg.graph.sampling import get_global_seed
+        print(get_global_seed() == 7)
+    """,
+    "settings of writing are obeyed": """
+        from usdsdg.session.settings_store import get_settings
+        get_settings().set("/omni/replicator/backend/queueSize", 7)
+        get_settings().set("/omni/replicator/backends/disk/root_dir", "/some/folder")
+        from usdsdg.writers.backends.catalogue import disk_root
+        from usdsdg.backends import io_queue
+        print(io_queue.max_jobs == 7 and str(disk_root()) == "/some/folder")
+    """,
+    "a stage gets its run when it is saved": """
+        from usdsdg.create import cube
+        from usdsdg.distribution import uniform
+        from usdsdg.session.stage_context import current_stage, snapshot
+        from pathlib import Path
+        cube(position=uniform((0, 0, 0), (1, 1, 1)))
+        layer = snapshot(Path.cwd())
+        print(layer.GetAttributeAtPath("/Replicator/SDGPipeline.usdsdg:frames").default == 0)
+    """,
+    "a saved graph knows what its nodes do": """
+        from usdsdg.graph.actions import action_of, load_actions
+        load_actions()
+        known = "OgnRotation OgnMass OgnWritePose OgnCarbSettings OgnWriteMaterialInputs".split()
+        print(all(map(action_of, known)))
+    """,
+    "demo assets stand in for real ones": """
+        from usdsdg.session.stage_context import assets_root
+        import os
+        print(os.path.isdir(assets_root()))
+    """,
+    "foreign names come first": """
+        import usdsdg.compat
+        usdsdg.compat.install()
+        from omni.isaac.nucleus import get_assets_root_path
+        import carb.settings, omni.timeline, omni.kit.app
+        heard = []
+        from carb.eventdispatcher import get_eventdispatcher
+        held = get_eventdispatcher().observe_event(
+            event_name=omni.timeline.GLOBAL_EVENT_STOP, on_event=lambda event: heard.append(event.event_name)
+        )
+        carb.settings.get_settings().set("/app/player/playSimulations", False)
+        omni.timeline.get_timeline_interface().play()
+        omni.kit.app.get_app().update()
+        import omni.usd
+        omni.usd.get_context().new_stage()
+        print(bool(get_assets_root_path()) and heard == [omni.timeline.GLOBAL_EVENT_STOP])
+    """,
+    "the package alone": """
+        import usdsdg as rep
+        cube = rep.create.cube()
+        with rep.trigger.on_frame():
+            with cube:
+                rep.randomizer.rotation()
+        rep.orchestrator.step()
+        print(rep.orchestrator.get_status().name == "STEPPED")
+    """,
+}
+
+
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_alone_in_a_fresh_process(name, tmp_path):
+    command = [sys.executable, "-c", textwrap.dedent(SCRIPTS[name])]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == "True"

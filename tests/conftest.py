@@ -1,0 +1,16 @@
+"""The fixture of all tests that need a stage."""
+
+import pytest
+
+from usdsdg.graph.sampling import set_global_seed
+from usdsdg.session import session
+from usdsdg.session.stage_context import new_stage
+
+
+@pytest.fixture
+def stage():
+    """The empty stage of a new session: Z up, meters, /World; the global seed is 1. Nothing of it outlives the test."""
+    session.restart()
+    set_global_seed(1)
+    yield new_stage()
+    session.restart()

@@ -1,0 +1,158 @@
+"""The state of one process in one object: the current stage, and one of everything that works on it."""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import importlib
+import logging
+import os
+import sys
+from collections.abc import Callable
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pxr import Usd, UsdUtils
+
+from usdsdg import errors
+from usdsdg.stage import assets
+
+if TYPE_CHECKING:
+    from usdsdg.session.settings_store import Settings
+    from usdsdg.session.timeline import Timeline
+
+
+def _imported(name: str) -> Any:
+    module, _, attribute = name.partition(":")
+    return getattr(importlib.import_module(module), attribute)
+
+
+def _part(factory: str) -> Any:
+    """A member that `factory`, "module:name", makes when it is first used, whichever modules have been imported."""
+    return cached_property(lambda _session: _imported(factory)())
+
+
+class Session:
+    """One of everything that a process has one of. Module functions such as `get_timeline()` give its parts.
+
+    Parts of higher packages are named, not imported, so that every package above `usdsdg.stage` can import this module.
+    """
+
+    engines = _part("usdsdg.session.engines:Engines")
+    reporter = _part("usdsdg.session.progress:Notes")
+    global_seed = _part("usdsdg.graph.sampling:GlobalSeed")
+    graph = _part("usdsdg.graph.evaluate:Graph")
+    random_generators = _part("weakref:WeakSet")  # every ReplicatorRNG that somebody holds
+    default_generator = _part("usdsdg.rng:ReplicatorRNG")
+    io_queue = _part("usdsdg.writers.backends.io_queue:IoQueue")
+    app = _part("usdsdg.app.app:App")
+    orchestrator = _part("usdsdg.app.frame_loop:Orchestrator")
+    viewport = _part("usdsdg.compat.omni.kit.viewport.utility:Viewport")
+    event_dispatcher = _part("usdsdg.compat.carb.eventdispatcher:EventDispatcher")
+
+    def __init__(self) -> None:
+        self.stage: Usd.Stage | None = None
+        self.stage_listeners: list[Callable[[Usd.Stage], None]] = []
+        # What the `with` blocks around the running line say: see `usdsdg.graph.node`.
+        self.open_triggers: list[Any] = []
+        self.open_groups: list[tuple[str, ...]] = []
+        self.source_lines: list[str] = []
+        self.render_products: dict[str, Any] = {}  # HydraTexture by prim path, oldest first
+        self.annotators: list[Any] = []  # attached by users, in the order of attaching
+        self.writers: list[Any] = []  # attached, in the order of attaching
+        self.metadata_seed: int | None = None  # the global seed of the latest captured frame
+        self.disk_root: Path | None = None  # where relative output folders lie; None: the default
+        self.failed_at_exit = False  # a file could not be written and nobody asked for it
+        assets.set_fallback_root(lambda: _imported("usdsdg.demo:root")())
+
+    @cached_property
+    def timeline(self) -> Timeline:
+        timeline = _imported("usdsdg.session.timeline:Timeline")()
+        timeline.subscribe(self._on_timeline)
+        return timeline
+
+    @cached_property
+    def settings(self) -> Settings:
+        settings = _imported("usdsdg.session.settings_store:Settings")()
+        settings.on_change("/omni/replicator/globalSeed", self._on_global_seed)
+        settings.on_change("/omni/replicator/backends/disk/root_dir", self._on_disk_root)
+        settings.on_change("/omni/replicator/backend/queueSize", lambda jobs: self.io_queue.set_max_queue_size(jobs))
+        return settings
+
+    def _made(self, *names: str) -> list[Any]:
+        """Those of the named parts that somebody has used: the others have no state yet."""
+        return [vars(self)[name] for name in names if name in vars(self)]
+
+    # --- what follows what ---
+    def begin_stage(self, stage: Usd.Stage) -> None:
+        """Reset whatever belongs to a stage, in this order, and tell those who subscribed."""
+        errors.forget_warnings()
+        self.timeline.reset()
+        if stage.HasAuthoredTimeCodeRange():
+            rate = stage.GetTimeCodesPerSecond()
+            self.timeline.follow(stage.GetStartTimeCode() / rate, stage.GetEndTimeCode() / rate, rate)
+        for part in self._made("engines", "graph"):
+            part.reset()
+        self.render_products.clear()
+        for part in self._made("orchestrator"):
+            part.reset()
+        for attached in (*self.annotators, *self.writers):
+            attached.detach()
+        for listener in tuple(self.stage_listeners):
+            listener(stage)
+
+    def _on_timeline(self, event: str) -> None:
+        self.engines.follow_timeline(event)
+        for part in self._made("orchestrator"):
+            part.follow_timeline(event)
+
+    def _on_global_seed(self, seed: Any) -> None:
+        self.global_seed.follow_setting(seed)
+        for generator in list(self.random_generators):
+            generator.reset()
+        for part in self._made("graph"):
+            part.restart_draws()
+
+    def _on_disk_root(self, folder: str) -> None:
+        self.disk_root = Path(folder).expanduser() if folder else None
+
+
+_session = Session()
+
+
+def current() -> Session:
+    """The session of this process."""
+    return _session
+
+
+def restart() -> None:
+    """Begin a new session, as a new process would; the I/O queue, the progress reporter and the device are kept."""
+    global _session
+    before, _session = _session, Session()
+    for engines in before._made("engines"):
+        engines.reset()
+        _session.engines.device = engines.device
+    if before.stage is not None:
+        UsdUtils.StageCache.Get().Erase(before.stage)
+    for name in ("io_queue", "reporter"):
+        for part in before._made(name):
+            setattr(_session, name, part)
+
+
+def _exit_as_failed() -> None:
+    """Give a program that has left files unwritten the exit code 1.
+
+    At exit neither an exception nor sys.exit changes the code that the interpreter has settled on; only leaving at once
+    does. Functions registered with atexit run from the last to the first: all but those from before usdsdg was imported
+    have run by now.
+    """
+    if _session.failed_at_exit:
+        logging.shutdown()
+        for stream in filter(None, (sys.stdout, sys.stderr)):
+            with contextlib.suppress(OSError, ValueError):  # closed, or its reader has gone
+                stream.flush()
+        os._exit(1)
+
+
+atexit.register(_exit_as_failed)

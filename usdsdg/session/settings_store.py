@@ -1,0 +1,132 @@
+"""The settings tree: keys such as `/rtx/rendermode`, as scripts read and write them through `carb.settings`.
+
+Mirrors the keys of spec "settings" that have a meaning here; any other key can be stored and read back, because scripts
+toggle many that only matter to a user interface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from usdsdg.session.session import current
+
+DEFAULTS: dict[str, Any] = {
+    "/app/player/playSimulations": True,
+    "/omni/replicator/RTSubframes": 1,
+    "/omni/replicator/captureOnPlay": True,
+    "/omni/replicator/captureMotionBlur": False,
+    "/omni/replicator/pathTracedMotionBlurSubSamples": 8,
+    "/omni/replicator/globalSeed": -1,
+    "/omni/replicator/backends/disk/root_dir": "",
+    "/omni/replicator/backend/queueSize": 1000,
+    "/rtx/rendermode": "RaytracedLighting",
+    "/rtx/pathtracing/spp": 1,
+    "/rtx/pathtracing/totalSpp": 64,
+    "/rtx/pathtracing/maxBounces": 3,
+    "/rtx/pathtracing/maxSpecularAndTransmissionBounces": 6,
+    "/rtx/pathtracing/optixDenoiser/enabled": True,
+    "/rtx/pathtracing/optixDenoiser/blendFactor": 0.0,
+    "/rtx/pathtracing/multimatte/channelCount": 0,
+    "/rtx/post/tonemap/filmIso": 100.0,
+    "/rtx/post/tonemap/cameraShutter": 50.0,
+    "/rtx/post/tonemap/fNumber": 5.0,
+    "/rtx/post/depthSensor/baselineMM": 55.0,
+    "/rtx/post/depthSensor/focalLengthPixel": 897.0,
+    "/rtx/post/depthSensor/sensorSizePixel": 1280.0,
+    "/rtx/post/depthSensor/maxDisparityPixel": 110.0,
+    "/rtx/post/depthSensor/confidenceThreshold": 0.7,
+    "/rtx/post/depthSensor/noiseMean": 0.25,
+    "/rtx/post/depthSensor/noiseSigma": 0.25,
+    "/rtx/post/depthSensor/noiseDownscaleFactorPixel": 1.0,
+    "/rtx/post/depthSensor/outlierRemovalEnabled": True,
+    "/rtx/post/depthSensor/minDistance": 0.5,
+    "/rtx/post/depthSensor/maxDistance": 10000000.0,
+    "/rtx/post/depthSensor/rgbDepthOutputMode": 0,
+    "/rtx/post/depthSensor/showDistance": False,
+    "/usdsdg/denoiser": "auto",
+    "/usdsdg/labels/glass": "surface",
+    "/syntheticdata/sensors/perSubsetSegmentation": False,
+}
+
+
+_UNSET = object()
+
+
+def normalized(path: str) -> str:
+    """`rtx//rendermode/` and `/rtx/rendermode` are one key."""
+    return "/" + "/".join(part for part in path.split("/") if part)
+
+
+class Settings:
+    """A flat store of typed values under normalized paths."""
+
+    def __init__(self) -> None:
+        self._values: dict[str, Any] = dict(DEFAULTS)
+        self._listeners: dict[str, list[Callable[[Any], None]]] = {}
+
+    def get(self, path: str) -> Any:
+        """The value at `path`, or None where nothing was set."""
+        return self._values.get(normalized(path))
+
+    def set(self, path: str, value: Any) -> None:
+        """Store `value` and tell the listeners of that key."""
+        key = normalized(path)
+        self._values[key] = value
+        for listener in self._listeners.get(key, []):
+            listener(value)
+
+    def set_default(self, path: str, value: Any) -> None:
+        """Store `value` unless the key has one."""
+        self._values.setdefault(normalized(path), value)
+
+    def changed(self) -> dict[str, Any]:
+        """What was set to something else than its default."""
+        return {key: value for key, value in self._values.items() if DEFAULTS.get(key, _UNSET) != value}
+
+    def destroy_item(self, path: str) -> None:
+        """Forget a key and everything below it."""
+        key = normalized(path)
+        for name in [name for name in self._values if name == key or name.startswith(key + "/")]:
+            del self._values[name]
+
+    def on_change(self, path: str, listener: Callable[[Any], None]) -> Callable[[], None]:
+        """Call `listener(value)` whenever the key is set; returns the function that ends it."""
+        listeners = self._listeners.setdefault(normalized(path), [])
+        listeners.append(listener)
+        return lambda: listeners.remove(listener) if listener in listeners else None
+
+    # carb.settings has one getter and setter per type.
+    def get_as_int(self, path: str) -> int:
+        """The value as a whole number; 0 where nothing was set."""
+        return int(self.get(path) or 0)
+
+    def get_as_float(self, path: str) -> float:
+        """The value as a number; 0.0 where nothing was set."""
+        return float(self.get(path) or 0.0)
+
+    def get_as_bool(self, path: str) -> bool:
+        """The value as true or false; False where nothing was set."""
+        return bool(self.get(path))
+
+    def get_as_string(self, path: str) -> str:
+        """The value as text; "" where nothing was set."""
+        value = self.get(path)
+        return "" if value is None else str(value)
+
+    def set_int(self, path: str, value: int) -> None:
+        self.set(path, int(value))
+
+    def set_float(self, path: str, value: float) -> None:
+        self.set(path, float(value))
+
+    def set_bool(self, path: str, value: bool) -> None:
+        self.set(path, bool(value))
+
+    def set_string(self, path: str, value: str) -> None:
+        self.set(path, str(value))
+
+
+def get_settings() -> Settings:
+    """The settings of the session (`carb.settings.get_settings()`)."""
+    return current().settings
