@@ -38,12 +38,12 @@ def test_an_unknown_option_before_the_script_is_named(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("argument", "code", "said"),
+    ("argument", "code", "stderr"),
     [("", 0, ""), ("0", 0, ""), ("3", 3, ""), ("'bad things'", 1, "bad things\n"), ("[1]", 1, "[1]\n")],
 )
-def test_sys_exit_gives_the_exit_code_and_message_of_python(tmp_path, argument, code, said):
+def test_sys_exit_gives_the_exit_code_and_message_of_python(tmp_path, argument, code, stderr):
     done = run(tmp_path, f"import sys; sys.exit({argument})", expect=code)
-    assert done.stderr == said
+    assert done.stderr == stderr
 
 
 def test_sys_exit_in_a_task_prints_nothing(tmp_path):
