@@ -21,8 +21,8 @@ from tests.render.path.test_wavefront import VIEW, everything
 from tests.stage.cameras.lens_cases import CASES
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg_render.kernels.scene.rays import trace_rays
-from usdsdg_render.kernels.types import Hit
 from usdsdg_render.renderer import WarpRenderer
+from usdsdg_render.scene.structs import Hit
 from usdsdg_render.settings import PathSettings
 
 BLOCK = 128

@@ -10,8 +10,8 @@ import numpy as np
 
 from benchmarks.path_tracers import SURFACES, View
 from benchmarks.scene_meshes import is_flat, material_of, turned_sky
-from usdsdg_render.kernels.types import LIGHT_DISTANT, LIGHT_SPHERE
 from usdsdg_render.scene.scene import Prototype, Scene
+from usdsdg_render.scene.structs import LIGHT_DISTANT, LIGHT_SPHERE
 
 
 class Cycles:

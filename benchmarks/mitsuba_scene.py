@@ -10,8 +10,8 @@ import numpy as np
 
 from benchmarks.path_tracers import SURFACES, View
 from benchmarks.scene_meshes import WeldedMesh, material_of, placed, scale_and_rotation, turned_sky, welded
-from usdsdg_render.kernels.types import LIGHT_DISTANT, LIGHT_SPHERE
 from usdsdg_render.scene.scene import Scene
+from usdsdg_render.scene.structs import LIGHT_DISTANT, LIGHT_SPHERE
 
 # The fast one wants a shared library of LLVM; the other one needs nothing.
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")

@@ -20,8 +20,8 @@ from benchmarks.scene_meshes import FlatMesh, flattened
 from benchmarks.timing import in_turns
 from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.kernels.scene.rays import trace_rays
-from usdsdg_render.kernels.types import LIGHT_SPHERE, Hit
 from usdsdg_render.scene.scene import Scene
+from usdsdg_render.scene.structs import LIGHT_SPHERE, Hit
 
 FAR = np.float32(1e30)
 # Secondary rays start so far above what was hit, and shadow rays end so far before the light [m].

@@ -12,8 +12,8 @@ import numpy as np
 
 from tests.render.scenes import cube, light, material, prototype, scene_of, sphere_light, view_from
 from usdsdg.stage.cameras.camera_view import CameraView
-from usdsdg_render.kernels.types import LIGHT_DISTANT
 from usdsdg_render.scene.scene import Dome, Prototype, Scene, Texture
+from usdsdg_render.scene.structs import LIGHT_DISTANT
 
 REGION = np.array([5.0, 5.0, 3.0])
 MESHES, MESH_INSTANCES, SMALL = 15, 187, 150

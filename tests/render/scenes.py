@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from usdsdg.stage.cameras.camera_view import CameraView
-from usdsdg_render.kernels.types import LIGHT_DISTANT, LIGHT_SPHERE
 from usdsdg_render.scene.scene import (
     LIGHT,
     MATERIAL,
@@ -17,6 +16,7 @@ from usdsdg_render.scene.scene import (
     Prototype,
     Scene,
 )
+from usdsdg_render.scene.structs import LIGHT_DISTANT, LIGHT_SPHERE
 
 
 def prototype(points, triangles, *, normals=None, uvs=None, slots=None, name="/mesh") -> Prototype:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import warp as wp
 
-from usdsdg_render.kernels.types import Hit, Tree
+from usdsdg_render.scene.structs import Hit, Tree
 
 # Depth limits of the two levels, checked while building: a level leaves at most seven entries on the stack.
 MAX_TOP_DEPTH = 12

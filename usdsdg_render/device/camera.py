@@ -13,8 +13,8 @@ from usdsdg_render.device.lens_tables import table_address
 from usdsdg_render.kernels.cameras import lens as kernel
 from usdsdg_render.kernels.cameras.camera import BAND
 from usdsdg_render.kernels.labels.views import Views
-from usdsdg_render.kernels.types import Camera
 from usdsdg_render.scene.struct_rows import records, uploaded
+from usdsdg_render.scene.structs import Camera
 
 if TYPE_CHECKING:
     from usdsdg.stage.cameras.camera_view import CameraView

@@ -12,9 +12,9 @@ from usdsdg_render.device.albedo_table import albedo_table
 from usdsdg_render.device.light_tables import LightTables
 from usdsdg_render.device.placement import Placement
 from usdsdg_render.geometry.support_function import SUPPORT, support
-from usdsdg_render.kernels import types
 from usdsdg_render.kernels.scene.reach import Supports
 from usdsdg_render.lights.environment import SkyMemory
+from usdsdg_render.scene import structs
 from usdsdg_render.scene.scene import TEXELS_HALF, TEXELS_RAW, TEXELS_SHORT, TEXELS_SRGB, Prototype, Scene, Texture
 from usdsdg_render.scene.struct_rows import records, uploaded
 
@@ -27,7 +27,7 @@ class _PrototypeMemory:
 
     def __init__(self, prototype: Prototype, device: str) -> None:
         self.prototype = prototype  # keeps its identity from being reused
-        self.triangles = uploaded(_triangle_records(prototype), types.Triangle, device)
+        self.triangles = uploaded(_triangle_records(prototype), structs.Triangle, device)
         self.tree = BottomTree(prototype.points, prototype.triangles, device)
         used = np.zeros(len(prototype.points), bool)
         used[prototype.triangles] = True
@@ -39,7 +39,7 @@ class DeviceScene:
 
     def __init__(self, device: str) -> None:
         self.device = device
-        self.tables = types.SceneTables()
+        self.tables = structs.SceneTables()
         self.tables.texel_values = self._array(_texel_values(), wp.float32)
         self.tables.albedo_table = self._array(albedo_table().reshape(-1, 2), wp.vec2)
         self._versions: dict[str, int] = {}
@@ -83,7 +83,7 @@ class DeviceScene:
     def _upload_textures(self, scene: Scene) -> None:
         """Rows of the scene's textures, then those of their tiles."""
         tiles = [tile for texture in scene.textures for _, tile in texture.tiles]
-        rows = records(types.Texture, len(scene.textures) + len(tiles))
+        rows = records(structs.Texture, len(scene.textures) + len(tiles))
         kept = {}
         for row, texture in zip(rows, [*scene.textures, *tiles], strict=True):
             held = kept.get(id(texture.texels)) or self._textures.get(id(texture.texels))
@@ -94,7 +94,7 @@ class DeviceScene:
             row["texels"] = held[1].ptr
         self._textures = kept
         self._tile_tables = _tile_tables(scene.textures, rows, self.device)
-        self.tables.textures = uploaded(rows, types.Texture, self.device)
+        self.tables.textures = uploaded(rows, structs.Texture, self.device)
 
     def _texel_memory(self, texels: np.ndarray) -> wp.array:
         """On a CPU the kernels read the decoded image itself."""
@@ -102,7 +102,7 @@ class DeviceScene:
         return wp.array(words, dtype=wp.uint32, device=self.device, copy=self.device != "cpu")
 
     def _upload_materials(self, scene: Scene) -> None:
-        self.tables.materials = uploaded(scene.materials, types.Material, self.device)
+        self.tables.materials = uploaded(scene.materials, structs.Material, self.device)
         see_through = _see_through(scene)
         self.tables.cutouts = int(see_through.any())
         self.has_glass = bool((scene.materials["transmission"] > 0).any())
@@ -119,7 +119,7 @@ class DeviceScene:
         """All of the instances' records but where they are."""
         instances = scene.instances
         memories = [self._prototypes.get(id(prototype)) for prototype in scene.prototypes]
-        parts = records(types.Instance, len(memories))
+        parts = records(structs.Instance, len(memories))
         supports = np.zeros((len(memories), *SUPPORT))
         slots = np.zeros(len(memories), np.int64)  # how many each has
         for k, memory in enumerate(memories):
@@ -176,7 +176,7 @@ def _tile_tables(textures: list[Texture], rows: np.ndarray, device: str) -> list
 
 
 def _triangle_records(prototype: Prototype) -> np.ndarray:
-    rows = records(types.Triangle, len(prototype.triangles))
+    rows = records(structs.Triangle, len(prototype.triangles))
     corners = prototype.points[prototype.triangles]
     for k in range(3):
         rows[f"p{k}"] = corners[:, k]

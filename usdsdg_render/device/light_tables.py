@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from usdsdg_render.kernels import types
-from usdsdg_render.kernels.types import LIGHT_DISTANT, LIGHT_MESH
 from usdsdg_render.lights.emissive_instances import Emitter, find_emitters
 from usdsdg_render.lights.power import extents, strengths
+from usdsdg_render.scene import structs
 from usdsdg_render.scene.scene import LightPattern, LightRules, Scene
 from usdsdg_render.scene.struct_rows import records, uploaded
+from usdsdg_render.scene.structs import LIGHT_DISTANT, LIGHT_MESH
 
 _LIT, _CASTING = 1, 2
 
@@ -28,13 +28,13 @@ class LightTables:
         self._shares: list[wp.array] = []
 
     def upload(self, scene: Scene, tables: Any) -> None:
-        """Fill the lights of `types.SceneTables`."""
+        """Fill the lights of `structs.SceneTables`."""
         # Lights that a ray can meet first: the loop over them then ends early.
         delta = (scene.lights["kind"] == LIGHT_DISTANT) & (scene.lights["cos_angle"] >= 1.0)
         lights = scene.lights[np.argsort(delta, kind="stable")]
         emitters = find_emitters(scene)
         count = len(lights)
-        table = records(types.Light, count + len(emitters))
+        table = records(structs.Light, count + len(emitters))
         rows = table[:count]
         for name in lights.dtype.names or ():
             if name not in ("power", "pattern", "rules"):
@@ -47,7 +47,7 @@ class LightTables:
         tables.surface_count = int((~delta).sum())
         tables.instance_light = self._array(_rows_of(emitters, count, len(scene.instances)), wp.int32)
         tables.emitter_count = len(emitters)
-        tables.lights = uploaded(table, types.Light, self.device)
+        tables.lights = uploaded(table, structs.Light, self.device)
         tables.light_count = len(table)
         distant = table["kind"] == LIGHT_DISTANT
         self.near, self.distant = (float(table["strength"][some].sum()) for some in (~distant, distant))
@@ -72,7 +72,7 @@ class LightTables:
         return [held[id(pattern)][1].ptr for pattern in patterns]
 
     def _upload_pattern(self, pattern: LightPattern) -> tuple[wp.array, list[wp.array]]:
-        row = records(types.LightPattern, 1)
+        row = records(structs.LightPattern, 1)
         parts = []
         if pattern.profile is not None:
             parts.append(self._array(np.ascontiguousarray(pattern.profile, np.float32).reshape(-1), wp.float32))
@@ -82,12 +82,12 @@ class LightTables:
             parts.append(self._array(np.ascontiguousarray(pattern.picture, np.float32).reshape(-1, 3), wp.vec3))
             row["texels"] = parts[-1].ptr
             row["height"], row["width"] = pattern.picture.shape[:2]
-        return uploaded(row, types.LightPattern, self.device), parts
+        return uploaded(row, structs.LightPattern, self.device), parts
 
     def _upload_rules(self, rules: list[LightRules]) -> list[int]:
         addresses, held = [], []
         for rule in rules:
-            row = records(types.LightRules, 1)
+            row = records(structs.LightRules, 1)
             if rule.lit is not None or rule.casting is not None:
                 lit = np.uint8(_LIT) if rule.lit is None else rule.lit * np.uint8(_LIT)
                 casting = np.uint8(_CASTING) if rule.casting is None else rule.casting * np.uint8(_CASTING)
@@ -95,7 +95,7 @@ class LightTables:
                 row["links"] = held[-1].ptr
             for name in ("shadow_color", "shadow_distance", "shadow_falloff", "shadow_gamma"):
                 row[name] = getattr(rule, name)
-            held.append(uploaded(row, types.LightRules, self.device))
+            held.append(uploaded(row, structs.LightRules, self.device))
             addresses.append(held[-1].ptr)
         self._rules = held
         return addresses

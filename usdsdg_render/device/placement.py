@@ -13,11 +13,11 @@ import warp as wp
 from usdsdg.errors import warn_once
 from usdsdg_render.bvh.acceleration_structure import TopTree, top_node
 from usdsdg_render.geometry.support_function import SUPPORT
-from usdsdg_render.kernels import types
 from usdsdg_render.kernels.scene.place import Places, place
 from usdsdg_render.memory.staging_buffer import LINE, Mirror, shared
+from usdsdg_render.scene import structs
 
-RECORD = np.dtype(types.Instance.numpy_dtype())
+RECORD = np.dtype(structs.Instance.numpy_dtype())
 
 
 class Placement:
@@ -46,7 +46,7 @@ class Placement:
         self._rows[:], self._prototype[:], self._supports[:], self._filled[:] = rows, prototype, supports, filled
 
     def place(self, tree: Any, local_to_world: np.ndarray, paths: tuple[str, ...]) -> None:
-        """Put them somewhere, (N, 4, 4) as in `scene.Instances`, and make a `types.Tree` of them."""
+        """Put them somewhere, (N, 4, 4) as in `scene.Instances`, and make a `structs.Tree` of them."""
         if len(self._rows):
             self._matrices[:] = local_to_world
             self._placing.launch()
@@ -67,7 +67,7 @@ class Placement:
         self._mirror = mirror = Mirror(self._nodes_at + max(count, 1) * node.itemsize, self.device)
         self._on_device = (
             mirror.address(self._nodes_at),
-            mirror.array(0, count, types.Instance),
+            mirror.array(0, count, structs.Instance),
             mirror.array(order_at, count, wp.int32),
         )
         self._rows = mirror.host[:order_at].view(RECORD)
@@ -88,7 +88,7 @@ class Placement:
         places.matrices = shared(self._matrices, wp.mat44d)
         places.prototype = shared(self._prototype, wp.int32)
         places.supports = shared(self._supports.reshape(len(self._supports), -1), wp.float64)
-        places.instances = shared(self._rows, types.Instance)
+        places.instances = shared(self._rows, structs.Instance)
         places.lower, places.upper = shared(self.lower, wp.vec3), shared(self.upper, wp.vec3)
         places.solid = shared(self._solid, wp.uint8)
         return places

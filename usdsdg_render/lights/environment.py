@@ -9,7 +9,7 @@ import numpy as np
 import warp as wp
 
 from usdsdg.stage.colors import LUMINANCE
-from usdsdg_render.kernels import types
+from usdsdg_render.scene import structs
 from usdsdg_render.scene.scene import Dome
 
 # Cells of the coarse sky: half a megabyte stays in a core's cache.
@@ -82,9 +82,9 @@ class SkyMemory:
         self.device = device
         self._pictures: dict[int, tuple[weakref.ref[np.ndarray], _Picture]] = {}  # the last used is the last
 
-    def upload(self, dome: Dome | None) -> types.Dome:
+    def upload(self, dome: Dome | None) -> structs.Dome:
         """The kernels' record of a dome."""
-        record = types.Dome()
+        record = structs.Dome()
         record.dome_from_world = wp.mat33(np.eye(3))
         if dome is None:
             return record

@@ -20,7 +20,10 @@ from pxr import Usd
 
 from usdsdg import errors
 from usdsdg.stage.colors import LUMINANCE
-from usdsdg_render.kernels.types import (
+from usdsdg_render.lights.areas import ellipse_perimeter, ellipsoid_area
+from usdsdg_render.lights.light_values import emitted_colour, light_number, light_value
+from usdsdg_render.scene.scene import LIGHT, NO_PATTERN, NO_RULES
+from usdsdg_render.scene.structs import (
     LIGHT_CYLINDER,
     LIGHT_DISK,
     LIGHT_DISTANT,
@@ -28,9 +31,6 @@ from usdsdg_render.kernels.types import (
     LIGHT_RECT,
     LIGHT_SPHERE,
 )
-from usdsdg_render.lights.areas import ellipse_perimeter, ellipsoid_area
-from usdsdg_render.lights.light_values import emitted_colour, light_number, light_value
-from usdsdg_render.scene.scene import LIGHT, NO_PATTERN, NO_RULES
 from usdsdg_render.usd.prim_kinds import LIGHT_TYPES
 
 # A light without size has no area to be seen; this radius stands for it [m].

@@ -7,7 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from usdsdg.stage.colors import LUMINANCE
-from usdsdg_render.kernels.types import (
+from usdsdg_render.lights.areas import ellipse_perimeter, ellipsoid_area
+from usdsdg_render.scene.scene import LightPattern
+from usdsdg_render.scene.structs import (
     LIGHT_CYLINDER,
     LIGHT_DISK,
     LIGHT_DISTANT,
@@ -15,8 +17,6 @@ from usdsdg_render.kernels.types import (
     LIGHT_RECT,
     LIGHT_SPHERE,
 )
-from usdsdg_render.lights.areas import ellipse_perimeter, ellipsoid_area
-from usdsdg_render.scene.scene import LightPattern
 
 
 def strengths(lights: np.ndarray, patterns: Sequence[LightPattern] = ()) -> np.ndarray:

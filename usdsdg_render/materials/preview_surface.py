@@ -10,9 +10,9 @@ from pxr import UsdShade
 from usdsdg_render.images import image_files
 from usdsdg_render.images.image_files import UDIM
 from usdsdg_render.images.textures import ONES, ZEROS, TextureUse
-from usdsdg_render.kernels.types import CLEAR_PANE
 from usdsdg_render.materials.shading import FromGprim, Input, Material, Network, Source, shader_id
 from usdsdg_render.scene.scene import WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
+from usdsdg_render.scene.structs import CLEAR_PANE
 from usdsdg_render.usd.time_code import value_now
 
 # PNG and JPEG carry no wrap mode, so `useMetadata`, the fallback, means repeat here, as in Omniverse.

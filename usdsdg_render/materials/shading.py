@@ -46,7 +46,7 @@ class FromGprim(NamedTuple):
 class Material:
     """A material read from the stage, with defaults: a row of `scene.MATERIAL` before its textures are loaded.
 
-    See `kernels.types.Material` for the fields of the same names.
+    See `scene.structs.Material` for the fields of the same names.
     """
 
     name: str = ""

@@ -8,8 +8,8 @@ import warp as wp
 from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.device.parallel import launch_rows
 from usdsdg_render.kernels.path.environment_weight import ASKED, POINTS, ask_sky
-from usdsdg_render.kernels.types import Camera
 from usdsdg_render.scene.struct_rows import uploaded
+from usdsdg_render.scene.structs import Camera
 
 # Of what would come if nothing were in the way: windows that no point of the grid sees are still looked for.
 LEAST = 1.0 / 32.0

@@ -14,10 +14,10 @@ from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.device.parallel import launch_rows
 from usdsdg_render.kernels.path.cpu_path import add_samples
 from usdsdg_render.kernels.path.path_state import PathOptions
-from usdsdg_render.kernels.types import Camera
 from usdsdg_render.path.environment_weight import sky_shares
 from usdsdg_render.path.film import Film
 from usdsdg_render.path.wavefront import Waves
+from usdsdg_render.scene.structs import Camera
 from usdsdg_render.settings import PathSettings
 
 if TYPE_CHECKING:

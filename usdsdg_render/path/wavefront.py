@@ -11,7 +11,7 @@ from usdsdg_render.kernels.labels.views import Views
 from usdsdg_render.kernels.path import wavefront
 from usdsdg_render.kernels.path.film import FilmArrays
 from usdsdg_render.kernels.path.path_state import Connection, Feature, Parts, Path, PathOptions
-from usdsdg_render.kernels.types import Hit, SceneTables
+from usdsdg_render.scene.structs import Hit, SceneTables
 
 # Paths in flight: enough to fill a large GPU, in about 200 bytes each.
 WAVE_PATHS = 1 << 21

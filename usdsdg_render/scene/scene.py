@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from usdsdg_render.kernels import types
+from usdsdg_render.scene import structs
 
 # Value of the instance AOV where the ray meets nothing.
 NO_INSTANCE = -1
@@ -27,10 +27,10 @@ NO_PATTERN = NO_RULES = -1
 WRAP_REPEAT, WRAP_CLAMP, WRAP_MIRROR, WRAP_BLACK = range(4)
 TEXELS_SRGB, TEXELS_RAW, TEXELS_SHORT, TEXELS_HALF = range(4)
 
-MATERIAL = np.dtype(types.Material.numpy_dtype())
+MATERIAL = np.dtype(structs.Material.numpy_dtype())
 
-_LIGHT = np.dtype(types.Light.numpy_dtype())
-# The authored fields of types.Light, and indices where it has addresses.
+_LIGHT = np.dtype(structs.Light.numpy_dtype())
+# The authored fields of structs.Light, and indices where it has addresses.
 LIGHT = np.dtype(
     [(name, _LIGHT[name]) for name in takewhile(lambda name: name != "pattern", _LIGHT.names or ())]
     + [

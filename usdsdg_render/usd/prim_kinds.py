@@ -9,7 +9,7 @@ import numpy as np
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdShade
 
 from usdsdg import errors
-from usdsdg_render.kernels.types import LIGHT_CYLINDER, LIGHT_DISK, LIGHT_DISTANT, LIGHT_RECT, LIGHT_SPHERE
+from usdsdg_render.scene.structs import LIGHT_CYLINDER, LIGHT_DISK, LIGHT_DISTANT, LIGHT_RECT, LIGHT_SPHERE
 
 # What a prim is to the renderer.
 PASS, MESH, SHAPE, CURVES, POINTS, LIGHT, DOME, INSTANCER, SUBSET, SKIP, UNDRAWN, NO_LIGHT = range(12)

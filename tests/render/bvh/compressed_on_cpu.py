@@ -11,7 +11,7 @@ import warp as wp
 from usdsdg_render.bvh import acceleration_structure
 from usdsdg_render.bvh.compress import NODE_WORDS
 from usdsdg_render.bvh.query import _COMPRESSED, CUDA_STACK_SIZE, Packed
-from usdsdg_render.kernels import types
+from usdsdg_render.scene import structs
 from usdsdg_render.scene.struct_rows import records
 
 _INTRINSICS = """
@@ -49,16 +49,16 @@ def _snippet(any_hit: bool) -> str:
 
 
 @wp.func_native(_snippet(any_hit=False))
-def _closest(tree: types.Tree, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float) -> Packed: ...
+def _closest(tree: structs.Tree, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float) -> Packed: ...
 
 
 @wp.func_native(_snippet(any_hit=True))
-def _occluded(tree: types.Tree, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float) -> Packed: ...
+def _occluded(tree: structs.Tree, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float) -> Packed: ...
 
 
 @wp.kernel(enable_backward=False)
 def _trace(
-    tree: types.Tree,
+    tree: structs.Tree,
     any_hit: int,
     origins: wp.array(dtype=wp.vec3),
     directions: wp.array(dtype=wp.vec3),
@@ -90,11 +90,11 @@ def trace(device_scene, scene, origins, directions, *, reach=None, any_hit=False
     placed = np.flatnonzero(placement.placed)
     nodes, order = np.zeros((len(placed), NODE_WORDS), np.uint32), np.zeros(len(placed), np.int32)
     acceleration_structure.TopTree(placement.lower, placement.upper, nodes, order, "cuda").build(placed)
-    tree = types.Tree()
+    tree = structs.Tree()
     tree.nodes, tree.instance_count = address(nodes), len(placed)
     tree.order = wp.array(order, dtype=wp.int32, device="cpu")
-    tree.instances = wp.array(rows, dtype=types.Instance, device="cpu")
-    assert rows.dtype == records(types.Instance, 0).dtype
+    tree.instances = wp.array(rows, dtype=structs.Instance, device="cpu")
+    assert rows.dtype == records(structs.Instance, 0).dtype
     reach = np.full(len(origins), 1e30) if reach is None else reach
     rays = [
         wp.array(np.ascontiguousarray(each, np.float32), dtype=wp.vec3, device="cpu") for each in (origins, directions)

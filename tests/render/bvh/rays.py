@@ -7,8 +7,8 @@ import warp as wp
 
 from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.kernels.scene.rays import trace_rays
-from usdsdg_render.kernels.types import Hit
 from usdsdg_render.scene.scene import Scene
+from usdsdg_render.scene.structs import Hit
 
 
 def trace(scene: Scene | DeviceScene, origins, directions, *, reach=1e30, any_hit=False) -> np.ndarray:

@@ -7,11 +7,11 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
 from usdsdg.stage.poses.transforms import local_to_world
-from usdsdg_render.kernels import types
 from usdsdg_render.lights.areas import ellipse_perimeter, ellipsoid_area
 from usdsdg_render.lights.light_reader import LightReader
 from usdsdg_render.lights.light_rows import read_light
 from usdsdg_render.lights.light_values import temperature_colour
+from usdsdg_render.scene import structs
 
 ALIVE = []  # a prim does not keep its stage
 
@@ -52,11 +52,11 @@ def flux_per_pi(row):
     radius, width, height = float(row["radius"]), float(row["width"]), float(row["height"])
     second, third = radius * row["aspect"].astype(float)
     area = {
-        types.LIGHT_SPHERE: lambda: 4 * math.pi * radius**2,
-        types.LIGHT_DISK: lambda: math.pi * radius * second,
-        types.LIGHT_RECT: lambda: width * height,
-        types.LIGHT_CYLINDER: lambda: tube_surface(radius, second, height),
-        types.LIGHT_ELLIPSOID: lambda: ellipsoid_surface(radius, second, third),
+        structs.LIGHT_SPHERE: lambda: 4 * math.pi * radius**2,
+        structs.LIGHT_DISK: lambda: math.pi * radius * second,
+        structs.LIGHT_RECT: lambda: width * height,
+        structs.LIGHT_CYLINDER: lambda: tube_surface(radius, second, height),
+        structs.LIGHT_ELLIPSOID: lambda: ellipsoid_surface(radius, second, third),
     }[int(row["kind"])]()
     return np.asarray(row["radiance"], float) * area
 

@@ -8,7 +8,8 @@ import pytest
 from tests.render import scenes
 from tests.render.images import radiance
 from tests.render.lights import light_oracle
-from usdsdg_render.kernels.types import (
+from usdsdg_render.scene.scene import Dome, LightPattern
+from usdsdg_render.scene.structs import (
     LIGHT_CYLINDER,
     LIGHT_DISK,
     LIGHT_DISTANT,
@@ -16,7 +17,6 @@ from usdsdg_render.kernels.types import (
     LIGHT_RECT,
     LIGHT_SPHERE,
 )
-from usdsdg_render.scene.scene import Dome, LightPattern
 
 ALBEDO = 0.5
 SAMPLES = 512

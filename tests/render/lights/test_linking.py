@@ -8,9 +8,9 @@ from pxr import Gf, Usd, UsdGeom, UsdLux
 
 from tests.render import scenes
 from tests.render.images import radiance
-from usdsdg_render.kernels.types import LIGHT_DISTANT, LIGHT_RECT, LIGHT_SPHERE
 from usdsdg_render.lights.linking import read_rules
 from usdsdg_render.scene.scene import LightRules
+from usdsdg_render.scene.structs import LIGHT_DISTANT, LIGHT_RECT, LIGHT_SPHERE
 from usdsdg_render.sync.extract import SceneExtractor
 
 # A floor of two materials' worth of instances, and a plate above the left one.

@@ -10,13 +10,13 @@ import warp as wp
 
 from tests.render import scenes
 from usdsdg_render.device.albedo_table import albedo_table
-from usdsdg_render.kernels import types
 from usdsdg_render.kernels.bsdf.bsdf import bsdf_at, sample_direction, scatter
 from usdsdg_render.kernels.scene.surface import Surface
+from usdsdg_render.scene import structs
 
 
 @wp.func
-def flat(material: types.Material, up: wp.vec3):
+def flat(material: structs.Material, up: wp.vec3):
     surface = Surface()
     surface.normal = up
     surface.horizon = up
@@ -32,7 +32,7 @@ def flat(material: types.Material, up: wp.vec3):
 @wp.kernel(enable_backward=False)
 def scatter_between(
     table: wp.array(dtype=wp.vec2),
-    materials: wp.array(dtype=types.Material),
+    materials: wp.array(dtype=structs.Material),
     seen_from: wp.array(dtype=wp.vec3),
     lit_from: wp.array(dtype=wp.vec3),
     # out
@@ -55,7 +55,7 @@ def scatter_between(
 @wp.kernel(enable_backward=False)
 def draw_directions(
     table: wp.array(dtype=wp.vec2),
-    materials: wp.array(dtype=types.Material),
+    materials: wp.array(dtype=structs.Material),
     seen_from: wp.vec3,
     numbers: wp.array(dtype=wp.vec2),
     # out
@@ -77,11 +77,11 @@ class Scattered(NamedTuple):
 
 
 def on_device(material: np.ndarray) -> list[wp.array]:
-    row = np.zeros(1, types.Material.numpy_dtype())
+    row = np.zeros(1, structs.Material.numpy_dtype())
     for name in row.dtype.names or ():
         row[name] = material[name]
     table = wp.array(albedo_table().reshape(-1, 2), dtype=wp.vec2, device="cpu")
-    return [table, wp.array(row, dtype=types.Material, device="cpu")]
+    return [table, wp.array(row, dtype=structs.Material, device="cpu")]
 
 
 def vectors(values) -> wp.array:

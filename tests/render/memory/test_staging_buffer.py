@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import warp as wp
 
-from usdsdg_render.kernels.types import Hit
 from usdsdg_render.memory.staging_buffer import LINE, Mirror, aligned
+from usdsdg_render.scene.structs import Hit
 
 DEVICES = ["cpu", *(device.alias for device in wp.get_cuda_devices())]
 

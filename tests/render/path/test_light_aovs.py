@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.render import scenes
 from tests.render.images import EXACT, renderer_of
-from usdsdg_render.kernels.types import LIGHT_RECT
+from usdsdg_render.scene.structs import LIGHT_RECT
 from usdsdg_render.settings import PathSettings
 
 VIEW = scenes.view_from((0, -4, 2), size=(24, 18))

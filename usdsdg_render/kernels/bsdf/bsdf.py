@@ -13,7 +13,7 @@ from usdsdg_render.kernels.color import luminance
 from usdsdg_render.kernels.scene.surface import Surface
 from usdsdg_render.kernels.scene.visibility import clearness
 from usdsdg_render.kernels.trig import cos_sin
-from usdsdg_render.kernels.types import Material
+from usdsdg_render.scene.structs import Material
 
 PI = wp.constant(wp.pi)
 # A mirror is this rough [GGX alpha]: sharper lobes overflow float32.

@@ -8,7 +8,7 @@ import warp as wp
 
 from usdsdg_render.kernels.bsdf.bsdf import Bsdf, perpendicular, sample_facet, smith_root
 from usdsdg_render.kernels.scene.surface import Surface
-from usdsdg_render.kernels.types import CLEAR_PANE, Material
+from usdsdg_render.scene.structs import CLEAR_PANE, Material
 
 
 @wp.struct

@@ -5,7 +5,7 @@ import warp as wp
 from usdsdg.stage.cameras import pixels
 from usdsdg_render.kernels.cameras.lens import FLAT, NONE, PANORAMA, lens_direction, panorama_direction, panorama_eye
 from usdsdg_render.kernels.trig import cos_sin
-from usdsdg_render.kernels.types import Camera
+from usdsdg_render.scene.structs import Camera
 
 PIXEL_CENTER = wp.constant(pixels.PIXEL_CENTER)
 # Neighboring threads take pixels along columns of bands of so many rows, so that the rays of a warp look one way.

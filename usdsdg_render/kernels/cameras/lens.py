@@ -6,6 +6,7 @@
 import warp as wp
 
 from usdsdg_render.kernels.cameras.lens_table import table_direction, table_place
+from usdsdg_render.scene.structs import Lens
 
 # Lens.kind
 NONE = wp.constant(0)
@@ -24,33 +25,6 @@ HALF_SINE = wp.constant(4)
 NEWTON_STEPS = wp.constant(24)
 SHIFT_STEPS = wp.constant(12)
 PI = wp.constant(3.14159265358979)
-
-
-@wp.struct
-class Lens:
-    """`stage.lenses.Lens` but for what a `Camera` holds: focal length and centre."""
-
-    kind: wp.int32
-    curve: wp.int32
-    k0: wp.float32
-    k1: wp.float32
-    k2: wp.float32
-    k3: wp.float32
-    k4: wp.float32
-    k5: wp.float32
-    limit: wp.float32
-    last: wp.float32
-    bends: wp.int32  # 1 = there is tangential or thin prism distortion
-    p1: wp.float32
-    p2: wp.float32
-    s1: wp.float32
-    s2: wp.float32
-    s3: wp.float32
-    s4: wp.float32
-    eye: wp.float32  # of a panorama: how far right of the middle it is seen from, where it looks ahead
-    table_width: wp.int32
-    table_height: wp.int32
-    table: wp.uint64  # address of what `lens_table` reads
 
 
 @wp.func

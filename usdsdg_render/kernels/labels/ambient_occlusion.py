@@ -9,7 +9,7 @@ from usdsdg_render.kernels.path.sampler import pixel_seed, sample_pair
 from usdsdg_render.kernels.scene.surface import facing, surface_at
 from usdsdg_render.kernels.scene.visibility import transmitted
 from usdsdg_render.kernels.trig import cos_sin
-from usdsdg_render.kernels.types import SceneTables
+from usdsdg_render.scene.structs import SceneTables
 
 AMBIENT_RAYS = wp.constant(64)
 

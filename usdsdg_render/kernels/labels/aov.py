@@ -6,7 +6,7 @@ from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.labels.views import Views, meet_centre, picture_row
 from usdsdg_render.kernels.scene.surface import base_color_at, surface_at
 from usdsdg_render.kernels.scene.visibility import corner_uv, triangle_of
-from usdsdg_render.kernels.types import Camera, Hit, SceneTables
+from usdsdg_render.scene.structs import Camera, Hit, SceneTables
 
 
 @wp.struct

@@ -10,7 +10,7 @@ from usdsdg_render.bvh.query import wide_meets_instance
 from usdsdg_render.kernels.cameras.camera import PIXEL_CENTER, pixel_ray
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.scene.visibility import meets_cutout
-from usdsdg_render.kernels.types import Camera, SceneTables
+from usdsdg_render.scene.structs import Camera, SceneTables
 
 WORD = wp.constant(64)
 BYTES = wp.constant(8)  # of a word

@@ -10,7 +10,7 @@ from usdsdg_render.kernels.labels.aov import Past, past_point, pixel_of
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.labels.views import Views, meet_centre, picture_row
 from usdsdg_render.kernels.scene.visibility import triangle_of
-from usdsdg_render.kernels.types import Camera, SceneTables
+from usdsdg_render.scene.structs import Camera, SceneTables
 
 # What stands still has moved by exactly nothing: two places that are found by one formula are rounded alike.
 wp.set_module_options({"fuse_fp": False})

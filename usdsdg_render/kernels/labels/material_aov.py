@@ -8,7 +8,7 @@ import warp as wp
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.labels.views import Views, meet_centre, picture_row
 from usdsdg_render.kernels.scene.surface import bumped, surface_at, with_material
-from usdsdg_render.kernels.types import CLEAR_PANE, SceneTables
+from usdsdg_render.scene.structs import CLEAR_PANE, SceneTables
 
 
 @wp.struct

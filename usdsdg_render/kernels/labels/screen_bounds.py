@@ -11,7 +11,7 @@ import warp as wp
 from usdsdg_render.kernels.cameras.camera import Camera
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.scene.reach import Supports, farthest, reach_from
-from usdsdg_render.kernels.types import Instance, SceneTables
+from usdsdg_render.scene.structs import Instance, SceneTables
 
 # Sides of an octagon: outwards, in columns and rows.
 SIDES = wp.constant(8)

@@ -4,7 +4,7 @@ import warp as wp
 
 from usdsdg_render.kernels.cameras.camera import BAND, pixel_ray
 from usdsdg_render.kernels.scene.visibility import closest
-from usdsdg_render.kernels.types import Camera, SceneTables
+from usdsdg_render.scene.structs import Camera, SceneTables
 
 
 @wp.struct

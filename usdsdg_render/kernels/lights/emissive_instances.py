@@ -7,7 +7,7 @@ from usdsdg_render.kernels.lights.cdf import invert_cdf
 from usdsdg_render.kernels.lights.light_shapes import LightSample
 from usdsdg_render.kernels.scene.texture import lookup
 from usdsdg_render.kernels.scene.visibility import BY_CHANCE, corner_uv, opacity_of_hit, triangle_of
-from usdsdg_render.kernels.types import Hit, Light, Material, SceneTables
+from usdsdg_render.scene.structs import Hit, Light, Material, SceneTables
 
 # A shadow ray ends before the point that it goes to, so that its own triangle is not in the way.
 ALMOST = wp.constant(0.9998)

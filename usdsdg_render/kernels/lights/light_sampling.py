@@ -19,7 +19,7 @@ from usdsdg_render.kernels.lights.light_shapes import (
 from usdsdg_render.kernels.scene.texture import cell_density, cell_radiance, sky_radiance
 from usdsdg_render.kernels.scene.visibility import FAR_AWAY
 from usdsdg_render.kernels.trig import cos_sin, half_turns_from_pole
-from usdsdg_render.kernels.types import (
+from usdsdg_render.scene.structs import (
     LIGHT_CYLINDER,
     LIGHT_DISK,
     LIGHT_DISTANT,

@@ -4,7 +4,7 @@ import warp as wp
 
 from usdsdg_render.kernels.scene.visibility import FAR_AWAY
 from usdsdg_render.kernels.trig import half_turns_from_pole, turn_of
-from usdsdg_render.kernels.types import (
+from usdsdg_render.scene.structs import (
     LIGHT_CYLINDER,
     LIGHT_DISK,
     LIGHT_DISTANT,

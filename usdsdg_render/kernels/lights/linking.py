@@ -4,7 +4,7 @@ import warp as wp
 
 from usdsdg_render.bvh.query import unpack, wide_closest
 from usdsdg_render.kernels.scene.visibility import BY_CHANCE, MAX_LAYERS, opacity_of_hit
-from usdsdg_render.kernels.types import Light, LightRules, SceneTables
+from usdsdg_render.scene.structs import Light, LightRules, SceneTables
 
 LIT = wp.constant(1)
 CASTING = wp.constant(2)

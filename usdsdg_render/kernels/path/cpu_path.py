@@ -8,7 +8,7 @@ from usdsdg_render.kernels.path.path_state import Feature, Parts, PathOptions, b
 from usdsdg_render.kernels.path.sampler import PAIR_LENS, PAIR_PIXEL, pixel_seed, sample_pair
 from usdsdg_render.kernels.path.segment import arrive, connected, depart, next_hit
 from usdsdg_render.kernels.scene.visibility import transmitted
-from usdsdg_render.kernels.types import Camera, SceneTables
+from usdsdg_render.scene.structs import Camera, SceneTables
 
 
 @wp.func

@@ -8,7 +8,7 @@ from usdsdg_render.kernels.lights.light_sampling import sample_sky
 from usdsdg_render.kernels.path.sampler import pixel_seed, sample_pair
 from usdsdg_render.kernels.scene.surface import facing, surface_at
 from usdsdg_render.kernels.scene.visibility import BY_THRESHOLD, FAR_AWAY, closest, transmitted
-from usdsdg_render.kernels.types import LIGHT_DISTANT, Camera, SceneTables
+from usdsdg_render.scene.structs import LIGHT_DISTANT, Camera, SceneTables
 
 # Points on each side of a grid over the picture, and from each directions to the sky, then to all distant lights.
 POINTS = wp.constant(16)

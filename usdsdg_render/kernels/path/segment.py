@@ -31,7 +31,7 @@ from usdsdg_render.kernels.scene.texture import (
     sky_radiance,
 )
 from usdsdg_render.kernels.scene.visibility import BY_CHANCE, FAR_AWAY, REFRACTING, closest
-from usdsdg_render.kernels.types import LIGHT_DISTANT, Hit, Material, SceneTables
+from usdsdg_render.scene.structs import LIGHT_DISTANT, Hit, Material, SceneTables
 
 # Surfaces with a sharper lobe than this see the sky's picture; rougher ones a coarse one that stays in cache.
 FINE_SKY_ALPHA = wp.constant(0.04)

@@ -14,7 +14,7 @@ from usdsdg_render.kernels.path.path_state import Connection, Feature, Parts, Pa
 from usdsdg_render.kernels.path.sampler import PAIR_LENS, PAIR_PIXEL, pixel_seed, sample_pair
 from usdsdg_render.kernels.path.segment import arrive, connected, depart, next_hit
 from usdsdg_render.kernels.scene.visibility import transmitted
-from usdsdg_render.kernels.types import Hit, SceneTables
+from usdsdg_render.scene.structs import Hit, SceneTables
 
 # The threads of a warp take their places together. On a CPU, for tests, there is one thread.
 _TAKE_PLACE = """

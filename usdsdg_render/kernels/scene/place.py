@@ -3,7 +3,7 @@
 import warp as wp
 
 from usdsdg_render.kernels.scene.reach import reach
-from usdsdg_render.kernels.types import Instance
+from usdsdg_render.scene.structs import Instance
 
 _HALF = wp.constant(wp.float64(0.5))
 # Of a matrix as good as flat: its volume as a share of the product of its rows, and that product.

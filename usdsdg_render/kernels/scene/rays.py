@@ -3,7 +3,7 @@
 import warp as wp
 
 from usdsdg_render.kernels.scene.visibility import BY_THRESHOLD, closest, transmitted
-from usdsdg_render.kernels.types import Hit, SceneTables
+from usdsdg_render.scene.structs import Hit, SceneTables
 
 
 @wp.kernel(enable_backward=False)

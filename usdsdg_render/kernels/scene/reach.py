@@ -5,7 +5,7 @@ from typing import Any
 import warp as wp
 
 from usdsdg_render.geometry.support_function import CELLS
-from usdsdg_render.kernels.types import Instance
+from usdsdg_render.scene.structs import Instance
 
 # More than what single precision rounds a ray by, in lengths of all that goes into it.
 ROUNDING = wp.constant(1.0e-5)

@@ -4,7 +4,7 @@ import warp as wp
 
 from usdsdg_render.kernels.scene.texture import channel, lookup
 from usdsdg_render.kernels.scene.visibility import corner_uv, triangle_of
-from usdsdg_render.kernels.types import Hit, Instance, Material, SceneTables, Triangle
+from usdsdg_render.scene.structs import Hit, Instance, Material, SceneTables, Triangle
 
 # Rounding of a ray's origin relative to each of its coordinates: three sums, half a unit in the last place each. And of
 # taking it to the frame of its instance and back relative to its distance from there: the worst of random instances,

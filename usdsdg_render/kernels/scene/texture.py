@@ -5,7 +5,7 @@ from pathlib import Path
 import warp as wp
 
 from usdsdg_render.kernels.trig import half_turns_from_pole, turn_of
-from usdsdg_render.kernels.types import Dome, SceneTables, Texture
+from usdsdg_render.scene.structs import Dome, SceneTables, Texture
 
 # Three mantissas of nine bits and a common exponent of five (see `sky.packed`).
 _UNPACKED = """

@@ -5,7 +5,7 @@ import warp as wp
 from usdsdg_render.bvh.query import unpack, wide_closest, wide_closest_in_instance, wide_occluded
 from usdsdg_render.kernels.color import luminance
 from usdsdg_render.kernels.scene.texture import channel, lookup
-from usdsdg_render.kernels.types import CLEAR_PANE, Hit, Instance, Material, SceneTables, Triangle
+from usdsdg_render.scene.structs import CLEAR_PANE, Hit, Instance, Material, SceneTables, Triangle
 
 FAR_AWAY = wp.constant(1.0e30)
 # Rays stop looking through transparent layers after so many, and take the next one as opaque.

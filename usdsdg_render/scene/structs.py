@@ -8,7 +8,32 @@ keeps the memory alive.
 
 import warp as wp
 
-from usdsdg_render.kernels.cameras.lens import Lens
+
+@wp.struct
+class Lens:
+    """`stage.lenses.Lens` but for what a `Camera` holds: focal length and centre."""
+
+    kind: wp.int32
+    curve: wp.int32
+    k0: wp.float32
+    k1: wp.float32
+    k2: wp.float32
+    k3: wp.float32
+    k4: wp.float32
+    k5: wp.float32
+    limit: wp.float32
+    last: wp.float32
+    bends: wp.int32  # 1 = there is tangential or thin prism distortion
+    p1: wp.float32
+    p2: wp.float32
+    s1: wp.float32
+    s2: wp.float32
+    s3: wp.float32
+    s4: wp.float32
+    eye: wp.float32  # of a panorama: how far right of the middle it is seen from, where it looks ahead
+    table_width: wp.int32
+    table_height: wp.int32
+    table: wp.uint64  # address of what `lens_table` reads
 
 
 @wp.struct
