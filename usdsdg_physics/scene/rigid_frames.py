@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from usdsdg.stage.poses.transforms import decompose, matrix_from_quat, quat_from_matrix
+from usdsdg.stage.poses.transforms import compose, decompose, quat_from_matrix
 
 # Cosine between two axes above which a matrix shears.
 _MAX_SHEAR = 1e-4
@@ -20,11 +20,7 @@ def rigid_pose(local_to_world: ArrayLike, meters_per_unit: float) -> np.ndarray:
 def pose_matrix(pose: ArrayLike, meters_per_unit: float = 1.0) -> np.ndarray:
     """Return row-vector matrices (..., 4, 4) of poses (..., 7) [m], their translation in stage units."""
     pose = np.asarray(pose, np.float64)
-    matrix = np.zeros((*pose.shape[:-1], 4, 4))
-    matrix[..., :3, :3] = matrix_from_quat(pose[..., 3:])
-    matrix[..., 3, :3] = pose[..., :3] / meters_per_unit
-    matrix[..., 3, 3] = 1.0
-    return matrix
+    return compose(pose[..., :3] / meters_per_unit, pose[..., 3:])
 
 
 def body_from_prim(local_to_world: ArrayLike, meters_per_unit: float) -> np.ndarray:

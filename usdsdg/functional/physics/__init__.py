@@ -1,4 +1,4 @@
-"""UsdPhysics and PhysX schemas, authored when the line runs, and physics without a timeline.
+"""Author UsdPhysics and PhysX schemas at once, and simulate without a timeline.
 
 Mirrors `rep.functional.physics`. `prims` is one prim, a path, or a list of these.
 """

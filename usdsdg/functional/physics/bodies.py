@@ -1,4 +1,4 @@
-"""Rigid bodies and colliders."""
+"""Make prims rigid bodies and colliders, and set their physics attributes."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ APPROXIMATIONS = (
     "none", "convexDecomposition", "convexHull", "boundingSphere", "boundingCube", "meshSimplification", "sdf",
     "sphereFill",
 )  # fmt: skip
-_OF_MATERIALS = ("physics:staticFriction", "physics:dynamicFriction", "physics:restitution")
-_OF_INSTANCES = {"physics:velocity": "velocities", "physics:angularVelocity": "angularVelocities"}
-_DRIVES = {"rep:physics:resolveStiffness": "stiffness", "rep:physics:resolveDamping": "damping"}
+_MATERIAL_ATTRIBUTES = ("physics:staticFriction", "physics:dynamicFriction", "physics:restitution")
+_INSTANCER_ATTRIBUTES = {"physics:velocity": "velocities", "physics:angularVelocity": "angularVelocities"}
+_DRIVE_ATTRIBUTES = {"rep:physics:resolveStiffness": "stiffness", "rep:physics:resolveDamping": "damping"}
 _DRIVE_OF_JOINT = {"PhysicsPrismaticJoint": "linear", "PhysicsRevoluteJoint": "angular"}
 
 
@@ -40,17 +40,17 @@ def apply_rigid_body(
 
     Args:
         physics_scene: Path or prim of the PhysicsScene that simulates them.
-        overwrite_rigid_body: Whether bodies below a prim stop being bodies; else a prim with such a body is left as it
-            is, with a warning. Bodies do not nest.
-        with_collider: Whether all shapes at and below a prim collide, as by `apply_collider`.
+        overwrite_rigid_body: Whether rigid bodies below a prim stop being rigid bodies, since they must not nest;
+            otherwise a prim with such a body is left as it is, with a warning.
+        with_collider: Whether all gprims at and below a prim become colliders, as by `apply_collider`.
         approximation: Of meshes; "convexHull" by default.
-        attributes: Those of RigidBodyAPI and PhysxRigidBodyAPI, with or without the prefix: `velocity` [stage
+        attributes: Attributes of RigidBodyAPI and PhysxRigidBodyAPI, with or without the prefix: `velocity` [stage
             units/s], `angularVelocity` [degrees/s], `kinematicEnabled`, `disableGravity`, ... The maximum linear
             velocity is 1000 m/s and the maximum depenetration velocity 100000 m/s unless given.
 
     Raises:
         BadPrim: there is no such attribute, or `physics_scene` is no PhysicsScene.
-        NoCollider: there is no shape at or below a prim.
+        NoCollider: there is no gprim at or below a prim.
     """
     owner = take_owner(attributes, physics_scene)
     given = {name.rpartition(":")[2].casefold() for name in attributes}
@@ -71,19 +71,19 @@ def apply_rigid_body(
 
 
 def apply_collider(prims: Any, physics_scene: Any = None, approximation: str | None = None, **attributes: Any) -> None:
-    """Make every shape at and below prims collide.
+    """Make every gprim at and below prims a collider.
 
     Args:
         physics_scene: Path or prim of the PhysicsScene that simulates them.
-        approximation: Of meshes: "none" (the triangles; the default, for things that do not move), "convexHull",
+        approximation: Of meshes: "none" (the triangles; the default, for static colliders), "convexHull",
             "convexDecomposition", "boundingSphere", "boundingCube", "meshSimplification", "sdf", "sphereFill".
-        attributes: Those of CollisionAPI and PhysxCollisionAPI, with or without the prefix: `collisionEnabled`,
+        attributes: Attributes of CollisionAPI and PhysxCollisionAPI, with or without the prefix: `collisionEnabled`,
             `contactOffset` and `restOffset` [stage units], ...
 
     Raises:
         BadPrim: there is no such attribute, or `physics_scene` is no PhysicsScene.
         GraphError: unknown approximation.
-        NoCollider: there is no shape at or below a prim.
+        NoCollider: there is no gprim at or below a prim.
     """
     if approximation is not None and approximation not in APPROXIMATIONS:
         near = near_misses(approximation, APPROXIMATIONS)
@@ -91,26 +91,26 @@ def apply_collider(prims: Any, physics_scene: Any = None, approximation: str | N
         raise GraphError(f"approximation is {approximation!r}; {hint}")
     owner = take_owner(attributes, physics_scene)
     for prim in prims_of(prims):
-        _open_instances(prim)
-        shapes = list(gprims_below(prim))
-        if not shapes:
+        _uninstance(prim)
+        gprims = list(gprims_below(prim))
+        if not gprims:
             raise NoCollider(f"{prim.GetPath()} has no shape or mesh at or below it that could collide")
-        for shape in shapes:
-            apply_collision_schemas(shape, sdf=approximation == "sdf")
+        for gprim in gprims:
+            apply_collision_schemas(gprim, sdf=approximation == "sdf")
             if approximation is not None:
-                set_approximation(shape, approximation)
-            set_attributes(shape, attributes, ("physics", "physxCollision"))
-            set_simulation_owner(shape, owner)
+                set_approximation(gprim, approximation)
+            set_attributes(gprim, attributes, ("physics", "physxCollision"))
+            set_simulation_owner(gprim, owner)
 
 
 def remove_rigid_body(prims: Any) -> None:
-    """Make prims no rigid bodies any more; what is below them stays as it is."""
+    """Remove the schemas of rigid bodies from prims; the prims below them stay as they are."""
     for prim in prims_of(prims):
         _remove(prim, UsdPhysics.RigidBodyAPI, physx.PhysxRigidBodyAPI)
 
 
 def remove_collider(prims: Any) -> None:
-    """Let no shape at or below prims collide any more."""
+    """Remove the schemas of colliders from every prim at or below prims."""
     apis = (
         UsdPhysics.CollisionAPI, UsdPhysics.MeshCollisionAPI, physx.PhysxCollisionAPI, physx.PhysxSDFMeshCollisionAPI,
     )  # fmt: skip
@@ -122,9 +122,9 @@ def remove_collider(prims: Any) -> None:
 def modify_attribute(prims: Any, name: str, value: Any) -> None:
     """Set a physics attribute, by its full name, to one value or to one per prim.
 
-    Friction and restitution of a prim that is no material are those of the material bound to it.
-    "rep:physics:resolveStiffness" and "rep:physics:resolveDamping" stand for those of the drive of a prismatic or
-    revolute joint. A PointInstancer takes velocities of its instances.
+    Friction and restitution of a prim that is no material are set on the material bound to it.
+    "rep:physics:resolveStiffness" and "rep:physics:resolveDamping" mean the drive of a prismatic or revolute joint.
+    The velocities of a PointInstancer are those of its instances.
 
     Raises:
         BadPrim: a prim has no such attribute, no material bound, or is another kind of joint.
@@ -137,17 +137,18 @@ def modify_attribute(prims: Any, name: str, value: Any) -> None:
 
 
 def _attribute(prim: Usd.Prim, name: str) -> Usd.Attribute:
-    if prim.GetTypeName() == "PointInstancer" and name in _OF_INSTANCES:
-        return prim.GetAttribute(_OF_INSTANCES[name])
-    if name in _DRIVES:
+    """Return the attribute that `modify_attribute` sets."""
+    if prim.GetTypeName() == "PointInstancer" and name in _INSTANCER_ATTRIBUTES:
+        return prim.GetAttribute(_INSTANCER_ATTRIBUTES[name])
+    if name in _DRIVE_ATTRIBUTES:
         kind = _DRIVE_OF_JOINT.get(str(prim.GetTypeName()))
         if kind is None:
             raise BadPrim(
                 f"{prim.GetPath()} is a {prim.GetTypeName()}; {name} needs a prismatic or revolute joint. Pass the "
                 "full name of the attribute instead, such as drive:rotX:physics:stiffness"
             )
-        return attribute_of(prim, f"drive:{kind}:physics:{_DRIVES[name]}")
-    if name in _OF_MATERIALS and not prim.IsA(UsdShade.Material):
+        return attribute_of(prim, f"drive:{kind}:physics:{_DRIVE_ATTRIBUTES[name]}")
+    if name in _MATERIAL_ATTRIBUTES and not prim.IsA(UsdShade.Material):
         api = UsdShade.MaterialBindingAPI(prim)
         material = api.ComputeBoundMaterial("physics")[0] or api.ComputeBoundMaterial()[0]
         if not material:
@@ -160,13 +161,13 @@ def _attribute(prim: Usd.Prim, name: str) -> Usd.Attribute:
     return attribute_of(prim, name)
 
 
-def _open_instances(root: Usd.Prim) -> None:
-    """Colliders are authored on the shapes, and those of instances cannot be edited."""
+def _uninstance(root: Usd.Prim) -> None:
+    """Make instances at and below a prim ordinary prims, since gprims inside of an instance cannot be edited."""
     pending = [root]
     while pending:
         prim = pending.pop()
         if prim.IsInstance():
-            warn_once(f"{prim.GetPath()} is an instance; to give its shapes colliders it is made an ordinary prim")
+            warn_once(f"{prim.GetPath()} is an instance; to make its gprims colliders it becomes an ordinary prim")
             prim.SetInstanceable(False)
         pending.extend(prim.GetChildren())
 

@@ -1,4 +1,4 @@
-"""PhysicsScenes: making one, and which one simulates a prim."""
+"""Define PhysicsScenes, and read arguments that name one."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from usdsdg.stage.schemas import physx
 
 
 def create_physics_scene(path: Any = "/PhysicsScene", **attributes: Any) -> Usd.Prim:
-    """Define a PhysicsScene, or take the one that is there, and set its attributes; returns its prim.
+    """Define a PhysicsScene, or use the one at the path, and set its attributes; return its prim.
 
     Attributes are those of UsdPhysics.Scene and PhysxSceneAPI, with or without the prefix: `gravityMagnitude` [stage
-    units/s²], `enableCCD`, `broadphaseType`, `enableGPUDynamics`, `timeStepsPerSecond`, ... The others are as the
-    schemas say.
+    units/s²], `enableCCD`, `broadphaseType`, `enableGPUDynamics`, `timeStepsPerSecond`, ... The others keep the
+    fallbacks of the schemas.
 
     Raises:
         BadPrim: there is no such attribute, or another kind of prim is at the path.
@@ -37,7 +37,7 @@ def create_physics_scene(path: Any = "/PhysicsScene", **attributes: Any) -> Usd.
 
 
 def scene_of(value: Any) -> Usd.Prim:
-    """The PhysicsScene that an argument names, as a prim or path (or a list with one of these).
+    """Return the PhysicsScene that an argument names as a prim or path (or a list with one of these).
 
     Raises:
         BadPrim: it is not one PhysicsScene on the stage.
@@ -52,7 +52,7 @@ def scene_of(value: Any) -> Usd.Prim:
 
 
 def take_owner(attributes: dict[str, Any], physics_scene: Any) -> Usd.Prim | None:
-    """The scene given as `simulationOwner`, which is taken out of the attributes, or else as `physics_scene`."""
+    """Return the PhysicsScene given as `simulationOwner`, which is removed from `attributes`, or `physics_scene`."""
     for name in ("simulationOwner", "physics:simulationOwner"):
         if (given := attributes.pop(name, None)) is not None:
             return scene_of(given)

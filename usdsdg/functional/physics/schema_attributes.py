@@ -1,4 +1,4 @@
-"""Attributes of physics schemas by their names with or without the schema's prefix."""
+"""Set attributes of physics schemas by their names with or without the schema's prefix."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from usdsdg.stage.attributes import missing_attribute, set_value
 
 
 def set_attributes(prim: Usd.Prim, attributes: dict[str, Any], prefixes: tuple[str, ...]) -> None:
-    """Set attributes that the prim's schemas have: `prefix:name` for a `name` without a prefix, in the order given.
+    """Set attributes that the prim's schemas have; a `name` without a prefix is tried with each prefix, in order.
 
-    None leaves an attribute as it is. Case does not matter where no name fits exactly.
+    None leaves an attribute as it is. Case does not matter where no name matches exactly.
 
     Raises:
         BadPrim: there is no such attribute; names near misses.

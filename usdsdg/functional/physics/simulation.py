@@ -1,4 +1,4 @@
-"""Physics without a timeline: steps, resets, sleep."""
+"""Simulate, reset, and put bodies to sleep without a timeline."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from usdsdg.stage.physics import scenes
 
 
 def simulate(time: float, step_dt: float | None = None, physics_scene: Any = None) -> None:
-    """Let the bodies of the stage move for `time` seconds in steps of `step_dt` (default: that of the PhysicsScene).
+    """Simulate the rigid bodies of the stage for `time` seconds in steps of `step_dt` (default: the PhysicsScene's).
 
     The timeline stays where it is and nothing is rendered. Bodies stay where they end, also when the timeline is
     stopped later; while it plays they go on from there.
@@ -48,9 +48,9 @@ def simulate(time: float, step_dt: float | None = None, physics_scene: Any = Non
 
 
 def reset(prims: Any = None) -> None:
-    """Put bodies back to the poses and velocities that they had when the timeline began to play.
+    """Restore the poses and velocities that bodies had when the timeline began to play.
 
-    Without `prims` all of them, and the simulation begins anew; with `prims` those alone, while the others go on.
+    Without `prims` all bodies restart; with `prims` only these, while the others go on.
     Kinematic bodies, which the simulation does not move, stay. Without a running simulation nothing happens.
 
     Raises:
@@ -65,33 +65,33 @@ def reset(prims: Any = None) -> None:
 
 
 def put_to_sleep(prims: Any) -> None:
-    """Take the speed of rigid bodies and hold them where they are, gravity or not, until something wakes them.
+    """Zero the velocities of rigid bodies and hold them where they are, gravity or not, until something wakes them.
 
     A body wakes when another one that moves faster than its own `sleepThreshold` (1 cm/s by default) touches it, when a
     sleeping body that it touches wakes, when its pose, velocity or gravity switch is set, and by `wake_up`. Unlike
     PhysX's, it does not wake when a static collider below it is switched off. Kinematic bodies stay as they are.
 
-    While the timeline is stopped, `physics:startsAsleep` is set: the bodies sleep from the start of what is simulated
-    next, be it with the timeline or by `simulate`.
+    While the timeline is stopped, `physics:startsAsleep` is set: the bodies are asleep when the next simulation starts,
+    be it with the timeline or by `simulate`.
 
     Raises:
         BadPrim: a prim is no rigid body.
     """
-    _let_sleep(_bodies(prims), True)
+    _set_asleep(_bodies(prims), True)
 
 
 def wake_up(prims: Any) -> None:
-    """Let rigid bodies move again that were put to sleep or have come to rest, from standstill.
+    """Let rigid bodies move again that are asleep or at rest; they start with velocity zero.
 
-    While the timeline is stopped, bodies that `physics:startsAsleep` will start awake instead.
+    While the timeline is stopped, `physics:startsAsleep` is cleared instead.
 
     Raises:
         BadPrim: a prim is no rigid body.
     """
-    _let_sleep(_bodies(prims), False)
+    _set_asleep(_bodies(prims), False)
 
 
-def _let_sleep(bodies: list[Usd.Prim], asleep: bool) -> None:
+def _set_asleep(bodies: list[Usd.Prim], asleep: bool) -> None:
     from usdsdg.session import engines
 
     engine = engines.physics_if_made()
@@ -105,6 +105,7 @@ def _let_sleep(bodies: list[Usd.Prim], asleep: bool) -> None:
 
 
 def _bodies(prims: Any) -> list[Usd.Prim]:
+    """Return the prims of an argument, all of them rigid bodies."""
     found = prims_of(prims)
     for prim in found:
         if not prim.HasAPI(UsdPhysics.RigidBodyAPI):
@@ -114,7 +115,7 @@ def _bodies(prims: Any) -> list[Usd.Prim]:
 
 @contextmanager
 def _stepping(stage: Usd.Stage, step_dt: float | None) -> Iterator[None]:
-    """The simulated scene steps by `step_dt` inside; said in the session layer, so that nothing of it is saved."""
+    """Set the step rate of the simulated scene inside; in the session layer, so that it is not saved."""
     if step_dt is None:
         yield
         return

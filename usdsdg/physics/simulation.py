@@ -1,4 +1,4 @@
-"""Physics without a timeline. Mirrors `rep.physics.simulate` and `reset`."""
+"""Simulate and reset without a timeline. Mirrors `rep.physics.simulate` and `reset`."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from usdsdg.graph.node import Node, ReplicatorItem, current_trigger, prim_paths
 
 
 def simulate(time: float, step_dt: float | None = None, physics_scene: Any = None) -> ReplicatorItem:
-    """Let bodies move for `time` seconds without the timeline: at once, or whenever the enclosing trigger fires.
+    """Simulate the rigid bodies for `time` seconds without the timeline: at once, or when the enclosing trigger fires.
 
     Args:
-        step_dt: length of a step [s]; by default that of the physics scene.
-        physics_scene: the first scene of the stage, which is the one that is simulated.
+        step_dt: length of a step [s]; by default that of the PhysicsScene.
+        physics_scene: the first PhysicsScene of the stage, which is the one that is simulated.
 
     Raises:
         PhysicsError: `time` or `step_dt` is not positive, or no whole number of steps makes a second.
         Unsupported: `physics_scene` is another one.
     """
-    return _now_or_later("OgnSimulate", time=time, stepDt=step_dt, physicsScene=_one_scene(physics_scene))
+    return _now_or_later("OgnSimulate", time=time, stepDt=step_dt, physicsScene=_scene_path(physics_scene))
 
 
 @action("OgnSimulate")
@@ -31,8 +31,8 @@ def _simulate(node: Node, execution: int) -> None:
 
 
 def reset(physics_scene: Any = None) -> ReplicatorItem:
-    """Put all bodies back to where they were when the timeline began to play; at once or by the enclosing trigger."""
-    return _now_or_later("OgnResetPhysics", physicsScene=_one_scene(physics_scene))
+    """Restore the poses and velocities from when the timeline began to play: at once, or when the trigger fires."""
+    return _now_or_later("OgnResetPhysics", physicsScene=_scene_path(physics_scene))
 
 
 @action("OgnResetPhysics")
@@ -40,7 +40,8 @@ def _reset(node: Node, execution: int) -> None:
     physics.reset()
 
 
-def _one_scene(physics_scene: Any) -> str | None:
+def _scene_path(physics_scene: Any) -> str | None:
+    """Return the path of the one PhysicsScene given; None for None."""
     paths = prim_paths(physics_scene)
     if len(paths) > 1:
         raise GraphError(f"physics_scene is {len(paths)} prims; give one PhysicsScene")
@@ -48,7 +49,7 @@ def _one_scene(physics_scene: Any) -> str | None:
 
 
 def _now_or_later(kind: str, **inputs: Any) -> ReplicatorItem:
-    """A node without prims: acts now, or when its trigger fires."""
+    """Execute a node without prims at once, or add it to the enclosing trigger."""
     node = Node(kind=kind, inputs={name: value for name, value in inputs.items() if value is not None})
     if current_trigger() is not None:
         return ReplicatorItem(graph().add(node))
