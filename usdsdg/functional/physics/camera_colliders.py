@@ -67,7 +67,7 @@ def _half_width(camera: Usd.Prim) -> float:
     directions = directions[np.isfinite(directions).all(axis=1)]
     if (-directions[:, 2] < np.cos(np.radians(_MAX_HALF_ANGLE))).any():
         raise Unsupported(
-            f"create_camera_collision_prims: {camera.GetPath()} sees more than {_MAX_HALF_ANGLE:g} degrees to a side, and "
-            "no cone is that wide; give it a longer lens, or colliders of your own"
+            f"create_camera_collision_prims: {camera.GetPath()} sees more than {_MAX_HALF_ANGLE:g} degrees to a side, "
+            "and no cone is that wide; give it a longer lens, or colliders of your own"
         )
     return float(np.abs(directions[:, 0] / directions[:, 2]).max(initial=0.0))
