@@ -1,4 +1,4 @@
-"""One play of a stage, from `play` to `stop`: the parsed scene, the running world, and what was there before."""
+"""One play of a stage, from `play` to `stop`: the parsed scene, the running world, and the backup."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class PlaySession:
         self._stage, self._hulls, self._device, self._progress = stage, hulls, device, progress
         self._tracker = ChangeTracker(stage)
         self._backup = Backup()
-        # Of the contact buffers, as a multiple of what scenes usually need.
+        # Factor on the usual capacity of the contact buffers.
         self._capacity = 1.0
         self._contacts_overflowed = False
         self.world: World | None = None

@@ -1,4 +1,4 @@
-"""What functional.physics authors, and that things move when it simulates."""
+"""The attributes that functional.physics authors, and bodies that move when it simulates."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def test_a_scene_is_made_once_and_takes_attributes_of_both_schemas(stage):
     assert scene.GetAttribute("physics:gravityDirection").Get() == Gf.Vec3f(0, -1, 0)
 
 
-def test_wrong_scenes_are_told(stage, cube):
+def test_wrong_scenes_raise_errors(stage, cube):
     with pytest.raises(BadPrim, match="no attribute 'enableCDC'; did you mean enableCCD"):
         physics.create_physics_scene(enableCDC=True)
     with pytest.raises(BadPrim, match="/World/Cube is a Mesh, not a PhysicsScene"):
@@ -62,7 +62,7 @@ def test_a_rigid_body_gets_schemas_limits_and_a_collider(cube):
     assert [cube.GetAttribute(name).Get() for name in limits] == [1000, 100000]
 
 
-def test_limits_are_metres_and_give_way_to_given_ones(y_up_stage):
+def test_limits_are_meters_and_give_way_to_given_ones(y_up_stage):
     cube = create.cube()
     physics.apply_rigid_body(cube, maxDepenetrationVelocity=5)
     assert cube.GetAttribute("physxRigidBody:maxLinearVelocity").Get() == 100000
@@ -141,7 +141,7 @@ def test_removing(stage):
     assert not [schema for schema in cube.GetAppliedSchemas() if "Collision" in schema]
 
 
-def test_wrong_bodies_are_told(stage, cube):
+def test_wrong_bodies_raise_errors(stage, cube):
     with pytest.raises(BadPrim, match="no attribute 'disableGravitiy'; did you mean disableGravity"):
         physics.apply_rigid_body(cube, disableGravitiy=True)
     with pytest.raises(GraphError, match="approximation is 'hull'"):
@@ -266,7 +266,7 @@ def test_reset_of_one_body_leaves_the_others(stage, cube):
     assert world(other)[3, :3] == pytest.approx((3, 0, 10))
 
 
-def test_a_sleeper_stays_in_the_air_until_it_is_woken(stage, cube):
+def test_a_sleeping_body_stays_in_the_air_until_it_is_woken(stage, cube):
     physics.apply_rigid_body(cube)
     played(10)
     height = world(cube)[3, 2]
@@ -294,7 +294,7 @@ def test_put_to_sleep_before_a_simulation_lasts_into_it(stage, cube):
     assert world(cube)[3, 2] < 9.5
 
 
-def test_what_the_simulation_cannot_do_is_told(stage, cube):
+def test_unsupported_simulations_raise_errors(stage, cube):
     physics.apply_rigid_body(cube)
     with pytest.raises(PhysicsError, match="time is 0"):
         physics.simulate(0, 1 / 60)

@@ -1,4 +1,4 @@
-"""What rep.physics authors on the stage."""
+"""The schemas and attributes that rep.physics authors on the stage."""
 
 import pytest
 from pxr import UsdGeom, UsdPhysics, UsdShade
@@ -34,7 +34,7 @@ def test_the_physics_scene_becomes_the_simulation_owner(stage, author, api):
     assert owners(stage, api) == ["/World/Second"]
 
 
-def test_what_is_no_physics_scene_is_named(stage):
+def test_errors_name_what_is_no_physics_scene(stage):
     with pytest.raises(GraphError, match="/World/box"):
         physics.collider(physics_scene="/World/box", input_prims="/World/box")
     with pytest.raises(BadPrim, match="/World/nowhere"):
@@ -110,7 +110,7 @@ def test_instances_are_opened_for_their_colliders(stage, shelf):
     assert all(child.HasAPI(UsdPhysics.CollisionAPI) for child in copy.GetChildren())
 
 
-def test_what_cannot_collide_is_told(stage):
+def test_prims_that_cannot_collide_are_warned_about(stage):
     light = create.light()
     with pytest.warns(UsdsdgWarning, match=f"{light.prims[0]} has no shape or mesh"):
         physics.collider(input_prims=[*light.prims, "/World/box"])

@@ -1,4 +1,4 @@
-"""A collider that is switched on inside bodies makes room around its middle."""
+"""A collider that is switched on inside bodies frees its center."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_four_updates_free_a_camera_from_a_large_box(radius, moved):
     assert _speed(crate) <= 3.0 + 1e-3
 
 
-def test_what_only_touches_the_collider_is_pushed_as_gently_as_in_physx():
+def test_a_body_that_only_touches_the_collider_is_pushed_as_gently_as_in_physx():
     stage = new_stage()
     _, switch = _camera_with_collider(stage, (0, 0, 0), 1.25)
     toy = add(stage, "/World/toy", "Sphere", at=(0.6, 0, 0), scale=(0.1, 0.1, 0.1), gravity=False)

@@ -1,4 +1,4 @@
-"""What scripts do to the stage between steps takes effect at the next step."""
+"""Edits of the stage between steps take effect at the next step."""
 
 from __future__ import annotations
 
@@ -301,7 +301,7 @@ def test_listener_may_stop_the_simulation():
 
 
 def test_mass_change_while_playing():
-    """A light body hit by one whose mass was raised a hundredfold leaves faster than the centre of mass ever was."""
+    """A light body hit by one whose mass was raised a hundredfold leaves faster than the center of mass ever was."""
     speeds = []
     for mass in (1.0, 100.0):
         stage = new_stage()
@@ -369,8 +369,8 @@ def test_a_transform_that_is_not_a_number_leaves_that_prim_out(while_playing, bo
     errors.forget_warnings()
 
 
-def test_room_for_contacts_grows(monkeypatch):
-    """A pile that needs more contacts than there is room for is still held by its floor."""
+def test_contact_buffers_grow(monkeypatch):
+    """Boxes that need more contacts than the buffers hold are still held by their floor."""
     from usdsdg_physics.model import build
 
     monkeypatch.setattr(build, "MIN_CONTACTS", 6)

@@ -1,4 +1,4 @@
-"""Mass, centre of mass and inertia against closed forms and against random points inside the shapes."""
+"""Mass, center of mass and inertia against closed forms and against random points inside the shapes."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ def test_integrals_of_primitives_match_random_points(kind):
     points = np.random.default_rng(1).uniform(-reach, reach, (2_000_000, 3))
     inside = points[_inside(kind, size, points)]
     cube = (2 * reach) ** 3
-    share = cube / len(points)
+    volume_per_point = cube / len(points)
     volume, center, covariance = volume_integrals(Shape(kind, size))
-    assert volume == pytest.approx(len(inside) * share, rel=0.01)
+    assert volume == pytest.approx(len(inside) * volume_per_point, rel=0.01)
     assert center == pytest.approx(inside.mean(axis=0), abs=2e-3)
-    assert covariance == pytest.approx(inside.T @ inside * share, abs=0.01 * np.trace(covariance))
+    assert covariance == pytest.approx(inside.T @ inside * volume_per_point, abs=0.01 * np.trace(covariance))
 
 
 def test_hull_mass_follows_scale_and_rotation():
@@ -67,8 +67,8 @@ def test_hull_mass_follows_scale_and_rotation():
     assert hull.center == pytest.approx(np.zeros(3), abs=1e-6)
 
 
-def test_compound_body_shifts_its_centre():
-    """A 1 kg and a 3 kg cube 4 m apart: the centre is 1 m from the heavy one."""
+def test_compound_body_shifts_its_center():
+    """A 1 kg and a 3 kg cube 4 m apart: the center is 1 m from the heavy one."""
     stage = new_stage()
     body = UsdGeom.Xform.Define(stage, "/World/body").GetPrim()
     UsdPhysics.RigidBodyAPI.Apply(body)
@@ -102,7 +102,7 @@ def test_density_comes_from_the_nearest_authority(source, expected):
     assert _properties(stage, "/World/body").mass == pytest.approx(expected * 0.008)
 
 
-def test_authored_inertia_and_centre_win():
+def test_authored_inertia_and_center_win():
     stage = new_stage()
     prim = add(stage, "/World/box", scale=(2, 2, 2))
     api = UsdPhysics.MassAPI.Apply(prim)
@@ -117,7 +117,7 @@ def test_authored_inertia_and_centre_win():
 
 
 def test_units_do_not_change_the_mass():
-    """The same cube of 20 cm, authored in centimetres and in metres."""
+    """The same cube of 20 cm, authored in centimeters and in meters."""
     meters, centimeters = new_stage(), new_stage(meters_per_unit=0.01)
     add(meters, "/World/box", scale=(0.1, 0.1, 0.1))
     add(centimeters, "/World/box", scale=(10, 10, 10))

@@ -1,7 +1,7 @@
 """Nature as the oracle: one stage with the experiments of a first physics course, run for ten seconds.
 
 Tolerances: positions of a symplectic Euler integration are off by v·h/2 after a fall (h = 1/120 s); contacts
-within a millimetre at rest; slides 3 %, rebounds 5 %, the mean height of a pile 10 %.
+within a millimeter at rest; slides 3 %, rebounds 5 %, the mean height of a pile 10 %.
 """
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ def test_pile_stays_in_its_bin(experiments):
 
 
 def test_bodies_at_rest_do_not_creep(experiments):
-    """Over the last second, boxes that lie still move by less than a hundredth of a millimetre."""
+    """Over the last second, boxes that lie still move by less than a hundredth of a millimeter."""
     for name in ("rest", "stick", "stack_0", "stack_4"):
         path = experiments.positions[name]
         assert np.linalg.norm(path[-1] - path[-61]) < 1e-5, name

@@ -1,4 +1,4 @@
-"""What the parser makes of a stage: owners, shapes, units, materials, and a word about what it leaves out."""
+"""Parsing a stage: owners, shapes, units, materials, and warnings of what is left out."""
 
 from __future__ import annotations
 
@@ -219,7 +219,7 @@ def test_y_up_stage_falls_along_y():
     assert position(prim) == pytest.approx([0, -9.81 / 8, 0], abs=0.03)
 
 
-def test_centimetre_stage_moves_like_a_metre_stage():
+def test_centimeter_stage_moves_like_a_meter_stage():
     """The same bounce in both units, to single precision; contact offsets and gravity scale with them."""
     paths = []
     for unit in (1.0, 0.01):
@@ -271,7 +271,7 @@ def _decomposition(stage):
     collide(prim, approximation="convexDecomposition")
 
 
-def _trapped(stage):
+def _body_inside_an_instance(stage):
     add(stage, "/Asset/box")
     stage.GetPrimAtPath("/Asset").SetSpecifier(Sdf.SpecifierClass)
     prim = stage.DefinePrim("/World/instance", "Xform")
@@ -311,12 +311,12 @@ def _sampled_kinematic(stage):
         (_instancer, "PointInstancer.*/World/many"),
         (_no_collider, "/World/ghost.*no collider"),
         (_decomposition, "/World/cup.*convexDecomposition"),
-        (_trapped, "instances.*/World/instance/box"),
+        (_body_inside_an_instance, "instances.*/World/instance/box"),
         (_curves, "/World/curves.*BasisCurves"),
         (_two_frictions, "/World/m.*staticFriction 0.9"),
     ],
 )
-def test_what_is_left_out_is_named(author, words):
+def test_warnings_name_what_is_left_out(author, words):
     errors.forget_warnings()
     stage = new_stage()
     author(stage)

@@ -146,8 +146,8 @@ def test_rays_stop_where_small_spheres_begin_to_touch():
         direction /= np.linalg.norm(direction)
         hit = queries.raycast(none, origin, direction, 6.0)
         reach = hit.distance if hit else 6.0
-        for share in np.linspace(0, 0.999, 40):
-            assert not queries.overlap_sphere(none, 1e-5, origin + share * (reach - 1e-3) * direction)
+        for fraction in np.linspace(0, 0.999, 40):
+            assert not queries.overlap_sphere(none, 1e-5, origin + fraction * (reach - 1e-3) * direction)
         if hit:
             hits += 1
             touching = queries.overlap_sphere(none, 1e-6, hit.position)

@@ -1,4 +1,4 @@
-"""Bodies that are put to sleep: what holds them, what wakes them."""
+"""Bodies that are put to sleep are held until something wakes them."""
 
 import numpy as np
 import pytest
@@ -26,13 +26,13 @@ def asleep(engine):
 
 
 def floating(stage, name, x, *, speed=0.0):
-    """A cube of 0.2 m without weight, and its velocity along x."""
+    """A cube of 0.2 m without gravity, with a velocity along x."""
     prim = add(stage, f"/World/{name}", at=(x, 0, 5), gravity=False)
     UsdPhysics.RigidBodyAPI(prim).CreateVelocityAttr(Gf.Vec3f(speed, 0, 0))
     return prim
 
 
-def test_a_sleeper_neither_falls_nor_moves_on(stage):
+def test_a_sleeping_body_neither_falls_nor_moves_on(stage):
     box = add(stage, "/World/box", at=(0, 0, 5))
     UsdPhysics.RigidBodyAPI(box).CreateVelocityAttr(Gf.Vec3f(2, 0, 0))
     engine = playing(stage)
@@ -44,7 +44,7 @@ def test_a_sleeper_neither_falls_nor_moves_on(stage):
     assert (position(box) == there).all()
 
 
-def test_a_blow_wakes_and_is_not_lost(stage):
+def test_an_impact_wakes_and_passes_its_momentum_on(stage):
     floating(stage, "sleeper", 0.0)
     floating(stage, "bullet", -1.0, speed=4.0)
     engine = playing(stage)
@@ -56,7 +56,7 @@ def test_a_blow_wakes_and_is_not_lost(stage):
     assert speeds == pytest.approx([2.0, 2.0], abs=0.05)
 
 
-def test_a_pile_of_sleepers_wakes_as_a_whole(stage):
+def test_a_pile_of_sleeping_bodies_wakes_as_a_whole(stage):
     names = ["a", "b", "c"]
     for index, name in enumerate(names):
         floating(stage, name, 0.2 * index)
@@ -70,7 +70,7 @@ def test_a_pile_of_sleepers_wakes_as_a_whole(stage):
     assert min(speeds) > 1.0
 
 
-def test_what_passes_by_or_lies_still_wakes_nobody(stage):
+def test_bodies_that_pass_by_or_lie_still_wake_no_body(stage):
     floating(stage, "sleeper", 0.0)
     floating(stage, "still", 0.2)
     floating(stage, "far", -5.0, speed=1.0)
@@ -106,7 +106,7 @@ def test_a_kinematic_body_wakes_when_it_comes_and_cannot_sleep(stage):
         ("physxRigidBody:disableGravity", False),
     ],
 )
-def test_setting_something_of_it_wakes_it(stage, name, value):
+def test_setting_its_velocity_pose_or_gravity_wakes_it(stage, name, value):
     box = floating(stage, "box", 0.0)
     UsdPhysics.RigidBodyAPI(box).CreateVelocityAttr(Gf.Vec3f(0, 0, 0))
     engine = playing(stage)
@@ -187,7 +187,7 @@ def test_a_whole_reset_repeats_bit_for_bit(stage):
     assert (runs[0] == runs[1]).all()
 
 
-def test_a_stopped_simulation_is_told(stage):
+def test_sleep_needs_a_running_simulation(stage):
     engine = NewtonEngine(stage, device="cpu")
     for call in (engine.put_to_sleep, engine.wake_up):
         with pytest.raises(PhysicsError, match=f"call play\\(\\) before {call.__name__}"):
@@ -195,7 +195,7 @@ def test_a_stopped_simulation_is_told(stage):
     engine.reset()
 
 
-def test_nothing_to_put_to_sleep(stage):
+def test_paths_that_are_no_bodies_are_ignored(stage):
     engine = playing(stage)
     engine.put_to_sleep(["/World/nobody"])
     engine.wake_up(["/World/nobody"])

@@ -1,4 +1,4 @@
-"""No body is pushed through a wall, whichever way out is the shortest."""
+"""No body is pushed through a wall, even where the minimum penetration depth leads through it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _standing(stage, path, at, *, gravity=False):
 
 
 def _room(stage):
-    """Floor and walls that only touch at the seams, around 4 x 4 metres from z = 0 up."""
+    """Floor and walls that only touch at the seams, around 4 x 4 meters from z = 0 up."""
     add(stage, "/World/floor", at=(0, 0, -0.25), scale=(2, 2, 0.25), body=False)
     for i, (x, y) in enumerate(((2.25, 0), (-2.25, 0), (0, 2.25), (0, -2.25))):
         scale = (0.25, 2.5, 2) if x else (2.5, 0.25, 2)

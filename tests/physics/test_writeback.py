@@ -22,7 +22,7 @@ def _thrown(prim: Usd.Prim) -> None:
 
 
 def _check(stage: Usd.Stage, prim: Usd.Prim, before: Gf.Matrix4d, seconds: float = 0.5) -> None:
-    """World pose after a throw: moved by v t, turned by ω t about the world's z through the moving centre."""
+    """World pose after a throw: moved by v t, turned by ω t about the world's z through the moving center."""
     start = np.array(before)
     turn = np.array(Gf.Matrix4d().SetRotate(Gf.Rotation(Gf.Vec3d(0, 0, 1), 60 * seconds)))
     expected = start @ turn

@@ -49,11 +49,11 @@ def read_collider(
 
 
 def frame_from_prim(prim: Usd.Prim, owner: Usd.Prim | None, cache: UsdGeom.XformCache, units: Units) -> np.ndarray:
-    """Row-vector 4x4 from a collider's space [stage units] to its body's frame, or the world, in metres."""
+    """Return the row-vector 4x4 from a collider's space [stage units] to its body's frame, or the world's [m]."""
     if owner is None:
         matrix = np.array(cache.GetLocalToWorldTransform(prim))
         matrix[:, :3] *= units.meters
         return matrix
-    # Local transforms up to the body, so that where the body stands does not round into its shapes.
+    # Local transforms up to the body, so that rounding of its world position does not change its shapes.
     relative = np.eye(4) if prim == owner else np.array(cache.ComputeRelativeTransform(prim, owner)[0])
     return relative @ body_from_prim(np.array(cache.GetLocalToWorldTransform(owner)), units.meters)

@@ -206,7 +206,7 @@ class World:
         return self._meshes.substeps(dt, self.poses()[:, :3], self.velocities()[:, :3])
 
     def _apply_gravity(self) -> None:
-        """Give bodies without gravity the opposite force; it stays in both states, which nobody clears."""
+        """Give bodies without gravity the opposite force; it stays set in both states."""
         force = np.zeros((len(self.bodies), 6), np.float32)
         weightless = ~self._gravity_enabled & self._dynamic
         force[weightless, :3] = -self.mass[weightless, None] * self.gravity

@@ -4,7 +4,7 @@ With the ops of a prim in order, its local matrix is the product of their matric
 
     local = after · R · between · T · before
 
-T and R are the translate and rotate op that follow the simulation; what stands before, between and after them is
+T and R are the translate and rotate op that follow the simulation; the ops before, between and after them are
 constant, be it a scale, a pivot or other rotations. A prim with a single matrix op has that as T and R in one. A prim
 that lacks a translate or a full rotation gets the op added, as PhysX does.
 
