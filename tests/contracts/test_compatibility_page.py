@@ -7,8 +7,9 @@ import pytest
 
 import usdsdg as rep
 from tests.contracts import mirror
-from usdsdg.annotators import catalogue
 from usdsdg.annotators.augmentations.defaults import DEFAULT_AUGMENTATIONS
+from usdsdg.annotators.base import annotator_specs
+from usdsdg.annotators.named_annotators import UNSUPPORTED
 from usdsdg.session import settings_store as settings
 from usdsdg.writers import catalogue as writers
 from usdsdg.writers.backends import catalogue as backends
@@ -55,13 +56,10 @@ def test_the_page_lists_writers_and_backends():
 def test_the_page_lists_annotators():
     """Annotators that tests may have registered do not count."""
     there, missing = section("Annotators").split("These are known and raise", 1)
-    own = {
-        name
-        for name in catalogue.annotator_specs
-        if catalogue.annotator_specs.get(name).compute.__module__.startswith("usdsdg.")
-    }
+    specs = {name: annotator_specs.get(name) for name in annotator_specs}
+    own = {name for name, spec in specs.items() if spec.compute.__module__.startswith("usdsdg.")}
     assert words(there) - {"annotators.get(name)", "AnnotatorRegistry.get_annotator(name)"} == own
-    assert set(catalogue.UNSUPPORTED) <= words(missing)
+    assert set(UNSUPPORTED) <= words(missing)
     assert not words(missing) & own
 
 

@@ -1,84 +1,40 @@
-"""Annotators: what is seen in one frame, as labelled arrays (`rep.annotators`)."""
+"""Annotators: the labels of one rendered frame, as arrays and tables (`rep.annotators`)."""
 
-# Members of the family register themselves when imported.
+from usdsdg.annotators import kinds  # noqa: F401 - registers the annotators
 from usdsdg.annotators.annotator import Annotator, Requirements, attached_annotators, detach_all, requirements
-from usdsdg.annotators.augmentations import defaults as default_augmentations
-from usdsdg.annotators.augmentations.augmentation import Augmentation
+from usdsdg.annotators.annotator_registry import AnnotatorRegistry, NodeConnectionTemplate
+from usdsdg.annotators.augmentations import defaults  # noqa: F401 - registers the augmentations
+from usdsdg.annotators.augmentations.augmentation import (
+    Augmentation,
+    get_augmentation,
+    register_augmentation,
+    unregister_augmentation,
+)
 from usdsdg.annotators.base import Annotation, define
-from usdsdg.annotators.catalogue import (
-    AnnotatorRegistry,
-    NodeConnectionTemplate,
+from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.labeled_prims import LabeledPrimReader, LabeledPrims
+from usdsdg.annotators.named_annotators import (
     augment,
     augment_compose,
     get,
-    get_augmentation,
     get_registered_annotators,
     register,
-    register_augmentation,
     unregister_annotator,
-    unregister_augmentation,
 )
-from usdsdg.annotators.frame import Frame
-from usdsdg.annotators.kinds import (
-    amodal,
-    boxes,
-    camera,
-    correspondence,
-    depth_camera,
-    image,
-    light,
-    matte,
-    pointcloud,
-    segmentation,
-    shading,
-    skeleton,
-    stage_values,
-)
-from usdsdg.annotators.labeled_prims import LabeledPrimReader, LabeledPrims
 from usdsdg.annotators.payload import Capture, build_payload, lay_out
 from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, AugmentationError
 
 __all__ = [
-    "Annotation",
-    "Annotator",
-    "AnnotatorError",
-    "AnnotatorRegistry",
-    "AnnotatorRegistryError",
-    "Augmentation",
-    "AugmentationError",
-    "Capture",
-    "Frame",
-    "LabeledPrimReader",
-    "LabeledPrims",
-    "NodeConnectionTemplate",
-    "Requirements",
-    "amodal",
-    "attached_annotators",
-    "augment",
-    "augment_compose",
-    "boxes",
-    "build_payload",
-    "camera",
-    "correspondence",
-    "default_augmentations",
-    "define",
-    "depth_camera",
-    "detach_all",
-    "get",
-    "get_augmentation",
-    "get_registered_annotators",
-    "image",
-    "lay_out",
-    "light",
-    "matte",
-    "pointcloud",
-    "register",
-    "register_augmentation",
-    "requirements",
-    "segmentation",
-    "shading",
-    "skeleton",
-    "stage_values",
-    "unregister_annotator",
+    # annotators by name
+    "get", "get_registered_annotators", "Annotator", "AnnotatorRegistry", "NodeConnectionTemplate",
+    # augmentations of their arrays
+    "augment", "augment_compose", "Augmentation", "get_augmentation", "register_augmentation",
     "unregister_augmentation",
-]
+    # annotators of one's own
+    "define", "Frame", "Annotation", "register", "unregister_annotator",
+    # what a capture needs: what is attached, what to render, which prims are labeled, what writers receive
+    "attached_annotators", "detach_all", "requirements", "Requirements",
+    "LabeledPrimReader", "LabeledPrims", "Capture", "build_payload", "lay_out",
+    # errors
+    "AnnotatorError", "AnnotatorRegistryError", "AugmentationError",
+]  # fmt: skip

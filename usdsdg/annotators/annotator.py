@@ -7,20 +7,19 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from usdsdg.annotators.augmentations.array_transform import ArrayTransform
+from usdsdg.annotators.augmentations.warp_kernel import device_or_cpu
 from usdsdg.annotators.base import Annotation, AnnotatorSpec, predicate_of
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.ownership import parse_filter
+from usdsdg.annotators.render_products import existing_products, render_product_paths
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import AnnotatorError, Unsupported
-from usdsdg.session.render_products import product_at
 from usdsdg.session.session import current
-
-if TYPE_CHECKING:
-    from usdsdg.annotators.augmentations.augmentation import Augmentation
 
 
 class Annotator:
@@ -40,7 +39,7 @@ class Annotator:
         self._copies = do_array_copy
         self._name = name or spec.name
         self._params: dict[str, Any] = dict(spec.params)
-        self._augmentations: list[Augmentation] = []
+        self._augmentations: list[ArrayTransform] = []
         self._render_product: str | None = None
         self._latest: Annotation | None = None
         if init_params:
@@ -167,8 +166,6 @@ class Annotator:
         if data is not None and device not in (None, "cpu"):
             import warp
 
-            from usdsdg.annotators.augmentations.warp_kernel import device_or_cpu
-
             # Warp has no unsigned 32-bit textures of ids in Replicator either; ids stay below 2**31.
             data = warp.array(data.view(np.int32) if data.dtype == np.uint32 else data, device=device_or_cpu(device))
         elif data is not None and (do_array_copy or self._copies):
@@ -192,9 +189,7 @@ class Annotator:
             AnnotatorRegistryError: there is no augmentation of that name.
             AugmentationError: it takes no such argument, or needs one that is not there.
         """
-        from usdsdg.annotators.augmentations.augmentation import as_augmentation
-
-        self._augmentations.append(as_augmentation(augmentation, data_out_shape, kwargs))
+        self._augmentations.append(ArrayTransform.of(augmentation).with_arguments(data_out_shape, kwargs))
         self._name = name or self._name
         self._device = device or self._device
         return self
@@ -205,9 +200,7 @@ class Annotator:
         Raises:
             as `augment`; then none of them is applied.
         """
-        from usdsdg.annotators.augmentations.augmentation import as_augmentation
-
-        self._augmentations += [as_augmentation(each, None, {}) for each in augmentations]
+        self._augmentations += [ArrayTransform.of(each).with_arguments(None, {}) for each in augmentations]
         self._name = name or self._name
         return self
 
@@ -257,34 +250,6 @@ def detach_all() -> None:
     """Detach every annotator, as for a new stage."""
     for annotator in attached_annotators():
         annotator.detach()
-
-
-def render_product_paths(render_products: Any) -> list[str]:
-    """Prim paths of a render product, of its path, or of a list of either.
-
-    Raises:
-        AnnotatorError: something in it is neither.
-    """
-    items = render_products if isinstance(render_products, (list, tuple, set)) else [render_products]
-    paths = []
-    for item in items:
-        path = str(getattr(item, "path", item) or "")
-        if not path.startswith("/"):
-            raise AnnotatorError(
-                f"{item!r} is not a render product: give what create.render_product returned, or its path."
-            )
-        paths.append(path)
-    return paths
-
-
-def existing_products(render_products: Any) -> list[str]:
-    """As `render_product_paths`, of products that exist.
-
-    Raises:
-        AnnotatorError: something in it is no render product.
-        BadPrim: one does not exist, or not any more; the message names near misses.
-    """
-    return [product_at(path).path for path in render_product_paths(render_products)]
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Any
 
-from usdsdg.annotators import catalogue
-from usdsdg.annotators.annotator import Annotator, existing_products, render_product_paths
+from usdsdg.annotators import named_annotators
+from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.payload import check_layout
+from usdsdg.annotators.render_products import existing_products, render_product_paths
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import Unsupported, WriterError
 from usdsdg.session.session import current
@@ -223,7 +224,9 @@ class Writer(ABC):
             WriterError: the writer reads no such annotator.
         """
         index = self._index_of(annotator_name)
-        self.add_annotator(catalogue.augment(self.annotators[index], augmentation, name=annotator_name, **kwargs))
+        self.add_annotator(
+            named_annotators.augment(self.annotators[index], augmentation, name=annotator_name, **kwargs)
+        )
 
     def _index_of(self, name: str) -> int:
         names = self._names()
@@ -232,7 +235,7 @@ class Writer(ABC):
             raise WriterError(f"{type(self).__name__} reads no annotator {name!r}; it reads {', '.join(close)}.")
         index = names.index(name)
         if isinstance(self.annotators[index], str):
-            self.annotators[index] = catalogue.get(name)
+            self.annotators[index] = named_annotators.get(name)
         return index
 
     def _names(self) -> list[str]:
@@ -257,7 +260,7 @@ class Writer(ABC):
 
 
 def _annotator(annotator: Any) -> Annotator:
-    found = catalogue.get(annotator) if isinstance(annotator, str) else annotator
+    found = named_annotators.get(annotator) if isinstance(annotator, str) else annotator
     if not isinstance(found, Annotator):
         raise WriterError(f"{annotator!r} is no annotator: give a name, or what annotators.get(name) returns.")
     return found

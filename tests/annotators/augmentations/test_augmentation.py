@@ -11,7 +11,7 @@ import warp as wp
 from tests.annotators.ray_caster import PRODUCT, known, make_frame
 from tests.annotators.scenes import street
 from usdsdg import annotators, distribution
-from usdsdg.annotators.augmentations.augmentation import seed_of_frame
+from usdsdg.annotators.augmentations.array_transform import seed_of_frame
 from usdsdg.errors import AnnotatorRegistryError, AugmentationError, Unsupported, UsdsdgWarning, forget_warnings
 from usdsdg.session import render_products
 

@@ -5,6 +5,7 @@ from pxr import Gf, Sdf, UsdGeom
 from tests.annotators.ray_caster import make_frame, new_stage
 from tests.annotators.scenes import add_camera
 from usdsdg import annotators
+from usdsdg.annotators.kinds.camera import read_params
 
 
 def params_of(stage, camera, resolution=(64, 48)):
@@ -56,7 +57,7 @@ def test_lens_attributes_are_read_from_the_prim(stage):
     UsdGeom.Camera(prim).GetClippingRangeAttr().Set(Gf.Vec2f(1, 50))
     from tests.annotators.ray_caster import read_camera
 
-    params = annotators.camera.read_params(read_camera(stage, "/World/Camera", (32, 32)))
+    params = read_params(read_camera(stage, "/World/Camera", (32, 32)))
     assert params["cameraModel"] == "fisheyePolynomial"
     assert params["cameraFisheyePolynomial"][1] == pytest.approx(0.005)
     assert params["cameraFisheyeOpticalCentre"][0] == 12.0

@@ -1,324 +1,42 @@
-"""Augmentations: what an annotator's array passes through before anybody sees it.
-
-An augmentation is a Python function of `data_in`, a Warp kernel from `data_in` to `data_out`, or one of Replicator's
-augmentation nodes by its name (`augmentation_table`). Its arguments are constants or distributions, drawn anew for
-every frame; the `seed` that it is given is a function of (seed, annotator, augmentation, frame) alone, so runs repeat.
-"""
+"""Augmentations as users hold and name them: `rep.annotators.Augmentation`, `get_augmentation` and their like."""
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
-import numpy as np
-
-from usdsdg.annotators.base import Annotation
-from usdsdg.annotators.frame import Frame
-from usdsdg.arguments.registry import Registry, near_misses
-from usdsdg.errors import AnnotatorRegistryError, AugmentationError, Unsupported, warn_once
-from usdsdg.graph.sampling import get_global_seed, own_seed, uniforms
-
-# Seeds lie below this, so that every generator takes them.
-SEEDS = 2**31 - 1
+from usdsdg.annotators.annotator import Annotator
+from usdsdg.annotators.augmentations.array_transform import ArrayTransform, augmentations
+from usdsdg.annotators.named_annotators import augment
 
 
-class Warped(NamedTuple):
-    """What an augmentation that moves pixels returns."""
-
-    data: np.ndarray
-    xform: np.ndarray  # (3, 3): (x, y, 1) in pixels of the result = xform @ (x, y, 1) in pixels of the input
-
-
-@dataclass(frozen=True)
-class NodeSpec:
-    """One of Replicator's augmentation nodes: the function that does the same, and AOVs that it reads besides."""
-
-    function: Callable[..., Any]
-    aovs: Mapping[str, str] = field(default_factory=dict)  # argument of the function → AOV
-
-
-node_specs: Registry[NodeSpec] = Registry("augmentation node", AnnotatorRegistryError)
-augmentations: Registry[Augmentation] = Registry("augmentation", AnnotatorRegistryError)
-
-
-class Augmentation:
+class Augmentation(ArrayTransform):
     """A function of an annotator's array, with its arguments. Mirrors `rep.annotators.Augmentation`."""
 
-    _function: Any
-    _shape: tuple[int, ...] | None
-    _kwargs: Mapping[str, Any]
-    _aovs: Mapping[str, str]
-    _is_node: bool
-    documentation: str
-
-    def __init__(
-        self, node_type_id: Any, data_out_shape: Any = None, documentation: str | None = None, **kwargs: Any
-    ) -> None:
-        """The node with type `node_type_id` ("omni.replicator.core.AugRotateExp"), or a function.
-
-        Raises:
-            Unsupported: there is no such node.
-            AugmentationError: it takes no such argument.
-        """
-        spec = NodeSpec(node_type_id) if callable(node_type_id) else _node_spec(node_type_id)
-        self._set(spec.function, data_out_shape, documentation, kwargs, spec.aovs, not callable(node_type_id))
-
-    @classmethod
-    def from_function(
-        cls, augmentation: Any, data_out_shape: Any = None, documentation: str | None = None, **kwargs: Any
-    ) -> Augmentation:
-        """An augmentation that calls a Python function, or launches a Warp kernel with one thread per pixel.
-
-        A function is called as `augmentation(data_in=array, **kwargs)` and returns an array; it may write into
-        `data_in`, which is a copy. A kernel has the arrays `data_in` and `data_out`, which begins as zeros. Both get
-        `seed`, a whole number from 0 to 2**31 - 2 that differs from frame to frame, if they have an argument of that
-        name.
-
-        Args:
-            augmentation: the function or kernel.
-            data_out_shape: shape of the result; -1 keeps that axis of the input. None: any for a function, that of the
-                input for a kernel.
-            documentation: default, the docstring.
-            kwargs: its other arguments: values, or distributions to draw from at every frame. `seed` is what its seeds
-                are derived from; None or a negative one stands for the global seed.
-
-        Raises:
-            Unsupported: it is neither a function nor a kernel.
-            AugmentationError: it takes no such argument.
-        """
-        if not callable(augmentation) and not _is_kernel(augmentation):
-            raise Unsupported(
-                f"{augmentation!r} is no augmentation: give a Python function of data_in, or a Warp kernel with "
-                "data_in and data_out."
-            )
-        made = object.__new__(cls)
-        made._set(augmentation, data_out_shape, documentation, kwargs, {}, False)
-        return made
-
-    @classmethod
-    def from_node(
-        cls,
-        node_type_id: str,
-        attributes_mapping: Any = None,
-        data_out_shape: Any = None,
-        documentation: str | None = None,
-        **kwargs: Any,
-    ) -> Augmentation:
-        """One of Replicator's augmentation nodes, such as "omni.replicator.core.AugContrastExp".
-
-        attributes_mapping: ignored, as nothing has to be connected.
-
-        Raises:
-            Unsupported: there is no such node: nodes of other extensions do not exist here.
-            AugmentationError: it takes no such argument.
-        """
-        if attributes_mapping:
-            warn_once(
-                f"Augmentation.from_node({node_type_id!r}): attributes_mapping is ignored, there is no OmniGraph."
-            )
-        return cls(node_type_id, data_out_shape, documentation, **kwargs)
-
-    def _set(
-        self,
-        function: Any,
-        shape: Any,
-        documentation: str | None,
-        kwargs: Mapping[str, Any],
-        aovs: Mapping[str, str],
-        is_node: bool,
-    ) -> None:
-        self._function, self._kwargs, self._aovs, self._is_node = function, dict(kwargs), aovs, is_node
-        self._shape = None if shape is None else tuple(int(size) for size in shape)
-        self.documentation = documentation or inspect.getdoc(getattr(function, "func", function)) or ""
-        known = _arguments(function)
-        if known is not None:
-            for name in kwargs:
-                if name not in known or name in ("data_in", "data_out"):
-                    raise AugmentationError(_unknown_argument(self.label, name, known))
-
-    # What annotators ask
-
-    @property
-    def label(self) -> str:
-        """The function's name."""
-        return getattr(self._function, "__name__", None) or getattr(self._function, "key", repr(self._function))
-
-    @property
-    def aovs(self) -> frozenset[str]:
-        """AOVs that it reads besides the array."""
-        return frozenset(self._aovs.values())
-
-    def with_arguments(self, data_out_shape: Any, kwargs: Mapping[str, Any]) -> Augmentation:
-        """The same function with other arguments added.
-
-        Raises:
-            AugmentationError: it takes no such argument, or needs one that is not there.
-        """
-        made = object.__new__(type(self))
-        shape = self._shape if data_out_shape is None else data_out_shape
-        made._set(self._function, shape, self.documentation, {**self._kwargs, **kwargs}, self._aovs, self._is_node)
-        given = {"data_in", "data_out", "seed", *self._aovs, *made._kwargs}
-        missing = [name for name, needed in (_arguments(self._function) or {}).items() if needed and name not in given]
-        if missing:
-            raise AugmentationError(f"Augmentation {self.label} needs {', '.join(missing)}: give it as an argument.")
-        return made
-
-    def apply(self, annotator: Any, name: str | None = None, **kwargs: Any) -> Any:
-        """A new annotator: `annotator` (object or name) passed through this augmentation."""
-        from usdsdg.annotators.catalogue import augment
-
+    def apply(self, annotator: Annotator | str, name: str | None = None, **kwargs: Any) -> Annotator:
+        """Return a new annotator: `annotator` (object or name) passed through this augmentation."""
         return augment(annotator, self, name=name, **kwargs)
 
-    def run(self, annotation: Annotation, frame: Frame, *, key: str | None = None, device: Any = None) -> Annotation:
-        """The annotation with its array passed through.
 
-        key: what its draws depend on besides the seed and the frame's index; default, the render product and `label`.
-        device: where kernels run; None or one that there is not: on the CPU.
-
-        Raises:
-            AugmentationError: there is no array, the function failed, or the result is not an array of the right shape.
-        """
-        if annotation.data is None:
-            raise AugmentationError(f"Augmentation {self.label} was given an annotator without an array.")
-        key = f"{frame.render_product}/{self.label}" if key is None else key
-        kwargs = {name: _drawn(value, f"{key}/{name}", frame) for name, value in self._kwargs.items()}
-        kwargs |= {name: frame.aov(aov) for name, aov in self._aovs.items()}
-        if "seed" in (_arguments(self._function) or {}):
-            kwargs["seed"] = seed_of_frame(kwargs.get("seed"), key, frame.index)
-        try:
-            result = self._call(annotation.data, kwargs, device)
-        except AugmentationError:
-            raise
-        except Exception as error:
-            data = annotation.data
-            raise AugmentationError(
-                f"Augmentation {self.label} failed on {data.dtype} of {data.shape}: {type(error).__name__}: {error}"
-            ) from error
-        return self._annotation(result, annotation)
-
-    def _call(self, data: np.ndarray, kwargs: Mapping[str, Any], device: Any) -> Any:
-        if _is_kernel(self._function):
-            from usdsdg.annotators.augmentations.warp_kernel import launch
-
-            return launch(self._function, data, _shape_of(self._shape, data), kwargs, device)
-        # A copy, because functions may write in place and the frame's arrays are shared.
-        if _has_data_in(self._function):
-            return self._function(data_in=data.copy(), **kwargs)
-        return self._function(data.copy(), **kwargs)
-
-    def _annotation(self, result: Any, before: Annotation) -> Annotation:
-        assert before.data is not None
-        info = dict(before.info)
-        if self._is_node:
-            moved = result.xform if isinstance(result, Warped) else np.eye(3)
-            info["xform"] = (moved @ np.reshape(info.get("xform", np.eye(3)), (3, 3))).reshape(9)
-        data = result.data if isinstance(result, Warped) else result
-        if not isinstance(data, np.ndarray) and hasattr(data, "numpy"):  # functions may launch kernels of their own
-            data = data.numpy()
-        if not isinstance(data, np.ndarray):
-            raise AugmentationError(
-                f"Augmentation {self.label} returned {type(data).__name__}; it must return an array."
-            )
-        wanted = _shape_of(self._shape, before.data)
-        if wanted is not None and data.shape != wanted:
-            raise AugmentationError(
-                f"Augmentation {self.label} returned shape {data.shape}, data_out_shape is {wanted}."
-            )
-        return Annotation(data, info)
-
-
-def as_augmentation(augmentation: Any, data_out_shape: Any, kwargs: Mapping[str, Any]) -> Augmentation:
-    """An `Augmentation` from one, from its registered name, from the type of a node, or from a function; with `kwargs`.
+def get_augmentation(name: str) -> Augmentation:
+    """Return a registered augmentation, or one of Replicator's (defaults.py).
 
     Raises:
-        AnnotatorRegistryError: there is no augmentation of that name.
-        AugmentationError: it takes no such argument, or needs one that is not there.
+        AnnotatorRegistryError: there is no such augmentation; the message lists near misses.
     """
-    return named_augmentation(augmentation).with_arguments(data_out_shape, kwargs)
+    found = augmentations.get(name)
+    assert isinstance(found, Augmentation)
+    return found
 
 
-def named_augmentation(augmentation: Any) -> Augmentation:
-    """As `as_augmentation`, with what it has."""
-    if isinstance(augmentation, Augmentation):
-        return augmentation
-    if not isinstance(augmentation, str):
-        return Augmentation.from_function(augmentation)
-    if augmentation not in augmentations and "." in augmentation:
-        return Augmentation.from_node(augmentation)
-    return augmentations.get(augmentation)
+def register_augmentation(name: str, augmentation: Any) -> None:
+    """Make an augmentation (or a function, a registered name, or the type of a node) available under `name`."""
+    augmentations.add(name, Augmentation.of(augmentation))
 
 
-def seed_of_frame(seed: Any, key: str, execution: int) -> int:
-    """A whole number from 0 to 2**31 - 2 for one execution of what `key` names.
+def unregister_augmentation(name: str) -> None:
+    """Remove an augmentation from the registry.
 
-    seed: of its own; None or negative: the global one.
+    Raises:
+        AnnotatorRegistryError: there is no such augmentation; the message lists near misses.
     """
-    own = own_seed(seed)
-    own = get_global_seed() if own is None else own
-    return int(uniforms(own, key, execution, [""], 1)[0, 0] * SEEDS)
-
-
-def _drawn(value: Any, key: str, frame: Frame) -> Any:
-    """A constant, or what a distribution gives for this frame."""
-    if not callable(getattr(value, "sample", None)):
-        return value
-    drawn = value.sample(key, frame.index, [frame.render_product])[0]
-    return drawn.item() if isinstance(drawn, np.generic) else drawn
-
-
-def _node_spec(node_type_id: str) -> NodeSpec:
-    name = str(node_type_id).rsplit(".", 1)[-1].removeprefix("Ogn")
-    if name not in node_specs:
-        close = near_misses(name, node_specs)
-        hint = f"Did you mean {' or '.join(close)}?" if close else f"There are: {', '.join(node_specs)}."
-        raise Unsupported(
-            f"Augmentation node {node_type_id!r}: there is no OmniGraph here, only Replicator's own augmentations. "
-            f"{hint} Write others as a Python function of data_in and use Augmentation.from_function."
-        )
-    return node_specs.get(name)
-
-
-def _is_kernel(function: Any) -> bool:
-    return type(function).__module__.partition(".")[0] == "warp" and hasattr(function, "adj")
-
-
-def _arguments(function: Any) -> Mapping[str, bool] | None:
-    """Names of its arguments, and whether they must be given; None where it takes any, or does not tell."""
-    if _is_kernel(function):
-        return {argument.label: True for argument in function.adj.args}
-    try:
-        parameters = inspect.signature(function).parameters
-    except (TypeError, ValueError):  # built-ins need not have one
-        return None
-    kinds = {parameter.kind for parameter in parameters.values()}
-    if inspect.Parameter.VAR_KEYWORD in kinds:
-        return None
-    others = [name for name in parameters if name != "data_in"]
-    if "data_in" not in parameters:
-        others = others[1:]  # the array goes into the first, whatever its name
-    optional = inspect.Parameter.VAR_POSITIONAL
-    needed = {n: parameters[n].default is inspect.Parameter.empty and parameters[n].kind != optional for n in others}
-    return {"data_in": False, **needed}
-
-
-def _has_data_in(function: Any) -> bool:
-    try:
-        return "data_in" in inspect.signature(function).parameters
-    except (TypeError, ValueError):
-        return False
-
-
-def _unknown_argument(label: str, name: str, known: Mapping[str, bool]) -> str:
-    names = [each for each in known if each not in ("data_in", "data_out")]
-    close = near_misses(name, names)
-    hint = f"Did you mean {close[0]!r}?" if close else f"It has: {', '.join(names) or 'none'}."
-    return f"Augmentation {label} has no argument {name!r}. {hint}"
-
-
-def _shape_of(shape: Sequence[int] | None, data: np.ndarray) -> tuple[int, ...] | None:
-    """`shape` with the sizes of `data` in place of -1."""
-    if shape is None:
-        return None
-    return tuple(data.shape[axis] if size == -1 and axis < data.ndim else size for axis, size in enumerate(shape))
+    augmentations.remove(name)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from usdsdg.annotators.augmentations import colors, filters, geometry, images, noise
-from usdsdg.annotators.augmentations.augmentation import Augmentation, NodeSpec, augmentations, node_specs
+from usdsdg.annotators.augmentations.array_transform import NodeSpec, augmentations, node_specs
+from usdsdg.annotators.augmentations.augmentation import Augmentation
 
 _NODES = {
     "AugBgRandExp": NodeSpec(images.background_rand, {"instance": "instance"}),

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from usdsdg.annotators.augmentations.augmentation import Warped
+from usdsdg.annotators.augmentations.array_transform import Warped
 from usdsdg.graph.sampling import generator
 
 

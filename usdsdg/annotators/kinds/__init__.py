@@ -1,1 +1,18 @@
-"""The annotators, one module for each group of related outputs."""
+"""The annotators, one module for each group of related outputs. Importing this package registers them all."""
+
+# One row a module. The order is that of `annotators.get_registered_annotators()`.
+from usdsdg.annotators.kinds import (  # noqa: F401
+    amodal,
+    boxes,
+    camera,
+    correspondence,
+    depth_camera,
+    image,
+    light,
+    matte,
+    pointcloud,
+    segmentation,
+    shading,
+    skeleton,
+    stage_values,
+)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.annotators import catalogue
+from usdsdg.annotators import named_annotators
 from usdsdg.errors import WriterError
 from usdsdg.writers.backends.catalogue import BaseBackend, make_backend
 from usdsdg.writers.base import Writer
@@ -101,7 +101,7 @@ class BasicWriter(Writer):
             "pointcloud": (pointcloud, labels | {"includeUnlabelled": pointcloud_include_unlabelled}),
             "skeleton_data": (skeleton_data, {}),
         }
-        self.annotators = [catalogue.get(name, params) for name, (asked, params) in wanted.items() if asked]
+        self.annotators = [named_annotators.get(name, params) for name, (asked, params) in wanted.items() if asked]
         self.backend = make_backend(
             "BasicWriter", output_dir, backend, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint
         )

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.annotators import catalogue
+from usdsdg.annotators import named_annotators
 from usdsdg.session.session import current
 from usdsdg.writers import base
 from usdsdg.writers.backends.catalogue import BackendDispatch
@@ -85,7 +85,10 @@ class CocoWriter(Writer):
         # Also where a script ends, or is interrupted, without waiting for its run to be complete.
         current().io_queue.call_at_exit(self._file.write)
         types = {"semanticTypes": semantic_types or _SEMANTIC_TYPES}
-        self.annotators = [catalogue.get(RGB), *(catalogue.get(name, types) for name in (BOXES, CLASSES, INSTANCES))]
+        self.annotators = [
+            named_annotators.get(RGB),
+            *(named_annotators.get(name, types) for name in (BOXES, CLASSES, INSTANCES)),
+        ]
 
     def write(self, data: dict[str, Any]) -> None:
         self.dataset_id = self.dataset_id or _id_of_seed(base.global_seed())

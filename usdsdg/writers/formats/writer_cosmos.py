@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.annotators import catalogue
+from usdsdg.annotators import named_annotators
 from usdsdg.errors import WriterError, warn_once
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.image_files.motion_jpeg import encode_picture, encode_video
@@ -71,11 +71,11 @@ class CosmosWriter(Writer):
         colors = {"useCandyColours": False, "mapping": mapping} if mapping else {}
         thresholds = {"thresholdLow": canny_threshold_low, "thresholdHigh": canny_threshold_high}
         self.annotators = [
-            catalogue.get("rgb"),
-            catalogue.get(shaded, colors).copy("shaded_seg"),
-            catalogue.get(flat, {"colorize": True, "mapping": mapping}).copy("segmentation"),
-            catalogue.get("distance_to_camera").augment("ColorizeDepth", name="depth"),
-            catalogue.get(shaded).augment("Canny", name="edges", **thresholds),
+            named_annotators.get("rgb"),
+            named_annotators.get(shaded, colors).copy("shaded_seg"),
+            named_annotators.get(flat, {"colorize": True, "mapping": mapping}).copy("segmentation"),
+            named_annotators.get("distance_to_camera").augment("ColorizeDepth", name="depth"),
+            named_annotators.get(shaded).augment("Canny", name="edges", **thresholds),
         ]
         self._clip, self._frame_id = 0, 0
         self._in_videos = 0  # frames of the clip that its videos have

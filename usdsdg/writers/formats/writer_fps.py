@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from usdsdg.annotators import catalogue
+from usdsdg.annotators import named_annotators
 from usdsdg.writers.base import Writer
 from usdsdg.writers.options import typed
 
@@ -21,7 +21,7 @@ class FPSWriter(Writer):
 
     @typed
     def __init__(self) -> None:
-        self.annotators = [catalogue.get("LdrColor")]
+        self.annotators = [named_annotators.get("LdrColor")]
         self.times_per_frame: list[float] = []
         self._last: float | None = None
 

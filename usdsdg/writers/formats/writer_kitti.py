@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.annotators import catalogue
+from usdsdg.annotators import named_annotators
 from usdsdg.annotators.colors import FIRST_LABELED, colors_of_ids
 from usdsdg.errors import Unsupported, WriterError, warn_once
 from usdsdg.session.stage_context import current_stage
@@ -120,8 +120,8 @@ class KittiWriter(Writer):
             "semanticFilter": semantic_filter_predicate or "class:*"
         }  # fmt: skip
         self.annotators = [
-            *(catalogue.get(name) for name in (RGB, DEPTH, CAMERA)),
-            *(catalogue.get(name, labels) for name in (BOXES, BOXES_3D, CLASSES, INSTANCES)),
+            *(named_annotators.get(name) for name in (RGB, DEPTH, CAMERA)),
+            *(named_annotators.get(name, labels) for name in (BOXES, BOXES_3D, CLASSES, INSTANCES)),
         ]
 
     def write(self, data: dict[str, Any]) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.annotators import catalogue
+from usdsdg.annotators import named_annotators
 from usdsdg.errors import WriterError, warn_once
 from usdsdg.writers.backends.catalogue import BaseBackend, make_backend
 from usdsdg.writers.base import Writer
@@ -90,9 +90,9 @@ class PoseWriter(Writer):
         self._frame_id = 0
         self._pictures = self._left_out = 0
         self.annotators = [
-            catalogue.get(RGB),
-            catalogue.get(BOXES, init_params={"semanticTypes": ["class"]}),
-            catalogue.get(CAMERA),
+            named_annotators.get(RGB),
+            named_annotators.get(BOXES, init_params={"semanticTypes": ["class"]}),
+            named_annotators.get(CAMERA),
         ]
 
     def get_current_frame_id(self) -> int:
