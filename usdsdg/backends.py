@@ -1,17 +1,11 @@
-"""Where bytes go (`rep.backends`): the names of `usdsdg.writers.backends.catalogue` that scripts use."""
+"""Backends, which store what writers write (`rep.backends`)."""
 
 from usdsdg.session.session import current
-from usdsdg.writers.backends.catalogue import (
-    BackendDispatch,
-    BackendGroup,
-    BackendRegistry,
-    BaseBackend,
-    DiskBackend,
-    S3Backend,
-    get,
-    register,
-    unregister,
-)
+from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.backends.disk import DiskBackend
+from usdsdg.writers.backends.group import BackendDispatch, BackendGroup
+from usdsdg.writers.backends.registry import BackendRegistry, get, register, unregister
+from usdsdg.writers.backends.s3 import S3Backend
 
 io_queue = current().io_queue
 

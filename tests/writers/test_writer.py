@@ -20,7 +20,7 @@ from usdsdg.errors import (
     forget_warnings,
 )
 from usdsdg.session import render_products
-from usdsdg.writers.catalogue import WriterRegistry
+from usdsdg.writers.registry import WriterRegistry
 
 PRODUCT = "/Render/HydraTextures/rp1"
 

@@ -1,9 +1,20 @@
-"""Writers: frames to files (`rep.writers`, `rep.backends`)."""
+"""Writers: annotations to files in the formats of datasets (`rep.writers`, `rep.backends`)."""
 
 from usdsdg.errors import OutputNotWritable, WriterError, WriterRegistryError
-from usdsdg.writers.backends.catalogue import BackendDispatch, BackendGroup, BaseBackend, DiskBackend, set_disk_root
+from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.backends.disk import DiskBackend, set_disk_root
+from usdsdg.writers.backends.group import BackendDispatch, BackendGroup
 from usdsdg.writers.base import Writer, attached_writers, detach_all, set_global_seed
-from usdsdg.writers.catalogue import (
+from usdsdg.writers.formats import (
+    DEFAULT_WRITERS,
+    BasicWriter,
+    CocoWriter,
+    CosmosWriter,
+    FPSWriter,
+    KittiWriter,
+    PoseWriter,
+)
+from usdsdg.writers.registry import (
     WriterRegistry,
     get,
     get_writers,
@@ -11,39 +22,21 @@ from usdsdg.writers.catalogue import (
     register_writer,
     unregister_writer,
 )
-from usdsdg.writers.formats.writer_basic import BasicWriter
-from usdsdg.writers.formats.writer_coco import CocoWriter
-from usdsdg.writers.formats.writer_cosmos import CosmosWriter
-from usdsdg.writers.formats.writer_fps import FPSWriter
-from usdsdg.writers.formats.writer_kitti import KittiWriter
-from usdsdg.writers.formats.writer_pose import PoseWriter
 
-for _writer in (BasicWriter, PoseWriter, CocoWriter, KittiWriter, CosmosWriter, FPSWriter):
+for _writer in DEFAULT_WRITERS:
     register_writer(_writer)
 
 __all__ = [
-    "BackendDispatch",
-    "BackendGroup",
-    "BaseBackend",
-    "BasicWriter",
-    "CocoWriter",
-    "CosmosWriter",
-    "DiskBackend",
-    "FPSWriter",
-    "KittiWriter",
-    "OutputNotWritable",
-    "PoseWriter",
-    "Writer",
-    "WriterError",
-    "WriterRegistry",
-    "WriterRegistryError",
-    "attached_writers",
-    "detach_all",
-    "get",
-    "get_writers",
-    "register_node_writer",
-    "register_writer",
-    "set_disk_root",
-    "set_global_seed",
-    "unregister_writer",
-]
+    # writers by name
+    "get", "get_writers", "WriterRegistry",
+    # the formats
+    "BasicWriter", "PoseWriter", "CocoWriter", "KittiWriter", "CosmosWriter", "FPSWriter",
+    # writers of one's own
+    "Writer", "register_writer", "register_node_writer", "unregister_writer",
+    # where files go
+    "BaseBackend", "DiskBackend", "BackendGroup", "BackendDispatch", "set_disk_root",
+    # what a capture needs
+    "attached_writers", "detach_all", "set_global_seed",
+    # errors
+    "OutputNotWritable", "WriterError", "WriterRegistryError",
+]  # fmt: skip

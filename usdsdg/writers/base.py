@@ -12,7 +12,7 @@ from usdsdg.annotators.render_products import existing_products, render_product_
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import Unsupported, WriterError
 from usdsdg.session.session import current
-from usdsdg.writers.backends.catalogue import BaseBackend
+from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.files import write_json
 from usdsdg.writers.options import check_names
 

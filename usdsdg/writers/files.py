@@ -16,6 +16,7 @@ import numpy as np
 from usdsdg.errors import Unsupported, WriterError
 from usdsdg.stage.image_files import exr
 from usdsdg.stage.image_files.png import encode_png
+from usdsdg.writers.whole_file import write_whole
 
 
 class BlobSink(Protocol):
@@ -192,8 +193,6 @@ def _plain(value: Any) -> Any:
 
 def _put(backend: BlobSink | None, path: str, data: bytes) -> None:
     if backend is None or isinstance(backend, type):
-        from usdsdg.writers.backends.catalogue import write_whole
-
         write_whole(Path(path), data)
     else:
         backend.write_blob(path, data)

@@ -1,4 +1,4 @@
-"""The writers that are registered from the start, at the place where scripts import them from."""
+"""The built-in writers (`rep.writers_default`), also one module for each, as in Replicator."""
 
 from usdsdg.writers import BasicWriter, CocoWriter, CosmosWriter, FPSWriter, KittiWriter, PoseWriter
 

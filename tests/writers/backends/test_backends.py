@@ -14,9 +14,9 @@ from PIL import Image
 from usdsdg import backends
 from usdsdg.errors import OutputNotWritable, UsdsdgWarning, WriterError, WriterRegistryError
 from usdsdg.writers import BackendDispatch, BackendGroup, BaseBackend, DiskBackend, files, set_disk_root
-from usdsdg.writers.backends import catalogue
+from usdsdg.writers.backends import registry
 from usdsdg.writers.backends.io_queue import IoQueue
-from usdsdg.writers.backends.whole_file import write_whole
+from usdsdg.writers.whole_file import write_whole
 
 
 def names(folder: Path) -> list[str]:
@@ -61,24 +61,24 @@ def test_relative_folders_lie_under_the_root_that_was_set(tmp_path, monkeypatch)
 
 
 def test_a_backend_from_the_registry_has_to_be_initialised(tmp_path):
-    backend = catalogue.get("DiskBackend")
+    backend = registry.get("DiskBackend")
     with pytest.raises(WriterError, match="initialize"):
         _ = backend.output_dir
     backend.initialize(output_dir=tmp_path / "x")
     assert backend.output_dir == str(tmp_path / "x")
     with pytest.raises(WriterRegistryError, match="'DiskBackend'"):
-        catalogue.get("DiscBackend")
+        registry.get("DiscBackend")
 
 
 def test_misspelt_backends_and_arguments_are_told_with_near_misses(tmp_path):
     with pytest.raises(WriterRegistryError, match="Did you mean 'DiskBackend'"):
-        catalogue.get("DiskBackent")
+        registry.get("DiskBackent")
     with pytest.raises(WriterError, match=r"DiskBackend has no option 'outputdir'\. Did you mean 'output_dir'"):
-        catalogue.get("DiskBackend", init_params={"outputdir": str(tmp_path)})
+        registry.get("DiskBackend", init_params={"outputdir": str(tmp_path)})
     with pytest.raises(WriterError, match="DiskBackend needs output_dir"):
-        catalogue.get("DiskBackend", init_params={})
+        registry.get("DiskBackend", init_params={})
     with pytest.raises(WriterRegistryError, match="'DiskBackend' is not a subclass of BaseBackend"):
-        catalogue.register("DiskBackend")
+        registry.register("DiskBackend")
 
 
 def test_a_group_writes_everywhere(tmp_path):
@@ -329,20 +329,20 @@ def test_the_queue_of_all_backends_is_bounded_by_name(tmp_path, monkeypatch):
 
 
 def test_a_users_backend_is_registered_and_found_under_its_class_name(tmp_path):
-    catalogue.BackendRegistry.register_backend(Memory)
+    registry.BackendRegistry.register_backend(Memory)
     try:
         assert {"Memory", "DiskBackend", "S3Backend", "BackendGroup"} <= set(
-            catalogue.BackendRegistry.get_registered_backends()
+            registry.BackendRegistry.get_registered_backends()
         )
-        memory = catalogue.get("Memory", {})
+        memory = registry.get("Memory", {})
         assert memory.get_name() == "Memory"
-        group = catalogue.get("BackendGroup", {"backends": [memory, DiskBackend(tmp_path)]})
+        group = registry.get("BackendGroup", {"backends": [memory, DiskBackend(tmp_path)]})
         group.schedule(files.write_np, path="x.npy", data=np.arange(3))
         group.wait_until_done()
-        assert memory.blobs["x.npy"] == group._backends[1].read_blob("x.npy") == (tmp_path / "x.npy").read_bytes()
+        assert memory.blobs["x.npy"] == group.backends[1].read_blob("x.npy") == (tmp_path / "x.npy").read_bytes()
     finally:
-        catalogue.BackendRegistry.unregister_backend("Memory")
+        registry.BackendRegistry.unregister_backend("Memory")
     with pytest.raises(WriterRegistryError, match="Memory"):
-        catalogue.BackendRegistry.get_backend("Memory")
+        registry.BackendRegistry.get_backend("Memory")
     with pytest.raises(NotImplementedError, match="Memory does not read blobs"):
         memory.read_blob("x.npy")

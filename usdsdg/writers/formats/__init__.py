@@ -1,1 +1,11 @@
-"""The writers and what belongs to their file formats."""
+"""The writers, one module for each, and what they share. Importing this package loads them all."""
+
+from usdsdg.writers.formats.writer_basic import BasicWriter
+from usdsdg.writers.formats.writer_coco import CocoWriter
+from usdsdg.writers.formats.writer_cosmos import CosmosWriter
+from usdsdg.writers.formats.writer_fps import FPSWriter
+from usdsdg.writers.formats.writer_kitti import KittiWriter
+from usdsdg.writers.formats.writer_pose import PoseWriter
+
+# Registered from the start, in the order of `writers.get_writers()`.
+DEFAULT_WRITERS = (BasicWriter, PoseWriter, CocoWriter, KittiWriter, CosmosWriter, FPSWriter)

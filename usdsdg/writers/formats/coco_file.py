@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from usdsdg.writers.backends.catalogue import BaseBackend
+from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.files import write_text
 from usdsdg.writers.formats.coco_categories import Category
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from usdsdg.writers.formats import cuboid
+from usdsdg.writers.formats.camera_projection import clip_to_front, is_straight, project
 from usdsdg.writers.formats.drawing import Canvas, Color
-from usdsdg.writers.formats.projection import clip_to_front, is_straight, project
 
 RED, GREEN, BLUE = (255, 0, 0), (0, 128, 0), (0, 0, 255)
 # Of the keypoints, in the order of the file.

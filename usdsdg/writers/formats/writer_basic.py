@@ -12,7 +12,8 @@ import numpy as np
 
 from usdsdg.annotators import named_annotators
 from usdsdg.errors import WriterError
-from usdsdg.writers.backends.catalogue import BaseBackend, make_backend
+from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_json, write_np
 from usdsdg.writers.options import typed

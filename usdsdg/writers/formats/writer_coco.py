@@ -14,7 +14,7 @@ import numpy as np
 from usdsdg.annotators import named_annotators
 from usdsdg.session.session import current
 from usdsdg.writers import base
-from usdsdg.writers.backends.catalogue import BackendDispatch
+from usdsdg.writers.backends.group import BackendDispatch
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image
 from usdsdg.writers.formats import run_length

@@ -14,7 +14,8 @@ from usdsdg.annotators import named_annotators
 from usdsdg.errors import WriterError, warn_once
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.image_files.motion_jpeg import encode_picture, encode_video
-from usdsdg.writers.backends.catalogue import BackendGroup, BaseBackend, make_backend
+from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.backends.group import BackendGroup, make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import write_image
 from usdsdg.writers.options import typed
@@ -149,7 +150,7 @@ def _times_fired(trigger_outputs: Mapping[str, Any]) -> int | None:
 
 def _reads(backend: BaseBackend) -> bool:
     if isinstance(backend, BackendGroup):
-        return all(map(_reads, backend._backends))
+        return all(map(_reads, backend.backends))
     return type(backend).read_blob is not BaseBackend.read_blob
 
 

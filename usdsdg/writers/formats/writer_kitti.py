@@ -14,13 +14,13 @@ from usdsdg.annotators.colors import FIRST_LABELED, colors_of_ids
 from usdsdg.errors import Unsupported, WriterError, warn_once
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.poses.transforms import up_axis
-from usdsdg.writers.backends.catalogue import BackendDispatch
+from usdsdg.writers.backends.group import BackendDispatch
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import write_image, write_text
 from usdsdg.writers.formats import cuboid, kitti_object
+from usdsdg.writers.formats.camera_projection import project
 from usdsdg.writers.formats.kitti_classes import KittiClasses, read_mapping
 from usdsdg.writers.formats.pose import Pose, truncation_ratio
-from usdsdg.writers.formats.projection import project
 from usdsdg.writers.options import typed
 
 RGB, BOXES, BOXES_3D, CAMERA = "rgb", "bounding_box_2d_tight_fast", "bounding_box_3d_fast", "camera_params"

@@ -11,13 +11,14 @@ import numpy as np
 
 from usdsdg.annotators import named_annotators
 from usdsdg.errors import WriterError, warn_once
-from usdsdg.writers.backends.catalogue import BaseBackend, make_backend
+from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_json
 from usdsdg.writers.formats import cuboid
+from usdsdg.writers.formats.camera_projection import project
 from usdsdg.writers.formats.pose import Pose, quaternion, truncation_ratio
 from usdsdg.writers.formats.pose_overlay import PosedBox, draw_overlay
-from usdsdg.writers.formats.projection import project
 from usdsdg.writers.options import typed
 
 RGB, BOXES, CAMERA = "rgb", "bounding_box_3d_fast", "camera_params"

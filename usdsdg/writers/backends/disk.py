@@ -1,0 +1,91 @@
+"""Files in a local folder."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import weakref
+from pathlib import Path
+
+from usdsdg.errors import WriterError, warn_once
+from usdsdg.session.session import current
+from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.whole_file import check_writable, write_whole
+
+
+def set_disk_root(path: str | os.PathLike | None) -> None:
+    """Set the root of relative output folders (setting /omni/replicator/backends/disk/root_dir)."""
+    current().disk_root = None if path is None else Path(path).expanduser()
+
+
+def disk_root() -> Path:
+    """Return the root of relative output folders; without a setting ~/omni.replicator_out."""
+    return current().disk_root or Path.home() / "omni.replicator_out"
+
+
+class DiskBackend(BaseBackend):
+    """A backend that writes files into a local folder. Mirrors `rep.backends.DiskBackend`."""
+
+    def __init__(self, output_dir: str | os.PathLike, overwrite: bool = True) -> None:
+        """Create the folder; warn if it is not empty.
+
+        output_dir: a relative path is below `disk_root()`.
+        overwrite: False writes into a new folder next to an existing one, with _0001 (and so on) appended.
+
+        Raises:
+            OutputNotWritable: the folder cannot be created or written to.
+        """
+        folder = disk_root() / Path(output_dir).expanduser()
+        self._folder = folder if overwrite else _free_folder(folder)
+        check_writable(self._folder)
+        _warn_of_leftovers(self._folder)
+
+    @property
+    def output_dir(self) -> str:
+        """The absolute path of the folder.
+
+        Raises:
+            WriterError: the backend was not initialised.
+        """
+        folder = self.__dict__.get("_folder")
+        if folder is None:
+            raise WriterError("This DiskBackend has no folder yet: call initialize(output_dir=...) first.")
+        return str(folder)
+
+    def resolve_path(self, path: str) -> str:
+        """Return the absolute path of a file of this backend."""
+        return os.path.join(self.output_dir, path)
+
+    def write_blob(self, path: str, data: bytes) -> None:
+        _warn_of_sharing(self)
+        write_whole(Path(self.resolve_path(path)), data)
+
+    def read_blob(self, path: str) -> bytes:
+        return Path(self.resolve_path(path)).read_bytes()
+
+
+def _free_folder(folder: Path) -> Path:
+    candidates = (folder.with_name(f"{folder.name}_{number:04d}") for number in itertools.count(1))
+    return next((path for path in candidates if not path.exists()), folder) if folder.exists() else folder
+
+
+def _warn_of_leftovers(folder: Path) -> None:
+    """Warn that files of an earlier, longer run would remain among the new ones."""
+    if any(folder.iterdir()):
+        warn_once(
+            f"{folder} is not empty: files of the same names are replaced, the others stay. "
+            "Empty it or give another output_dir to keep runs apart."
+        )
+
+
+# By folder, the first live backend of this process that wrote into it.
+_writing: weakref.WeakValueDictionary[str, DiskBackend] = weakref.WeakValueDictionary()
+
+
+def _warn_of_sharing(backend: DiskBackend) -> None:
+    """Warn that writers with the same folder replace each other's files."""
+    if _writing.setdefault(backend.output_dir, backend) is not backend:
+        warn_once(
+            f"{backend.output_dir} is written to by several writers: files of the same names, such as metadata.txt, "
+            "replace each other. Give each writer an output_dir of its own."
+        )

@@ -1,0 +1,118 @@
+"""Several backends behind one, and the backend that a writer's arguments ask for."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from usdsdg.errors import WriterError
+from usdsdg.session.session import current
+from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.backends.disk import DiskBackend
+from usdsdg.writers.backends.s3 import S3Backend
+
+
+class BackendGroup(BaseBackend):
+    """Backends that all receive every file; files are read from the first. Mirrors `rep.backends.BackendGroup`."""
+
+    def __init__(self, backends: Sequence[BaseBackend]) -> None:
+        self.backends = list(backends)
+
+    @property
+    def output_dir(self) -> str:
+        """The output folder of the first backend that has one."""
+        for backend in self.backends:
+            if hasattr(backend, "output_dir"):
+                return backend.output_dir  # type: ignore[attr-defined]
+        raise WriterError("None of the backends of this group writes into a folder.")
+
+    def write_blob(self, path: str, data: bytes) -> None:
+        for backend in self.backends:
+            backend.write_blob(path, data)
+
+    def read_blob(self, path: str) -> bytes:
+        return self.backends[0].read_blob(path)
+
+    def schedule(self, fn: Callable[..., None], *args: Any, **kwargs: Any) -> None:
+        for backend in self.backends:
+            backend.schedule(fn, *args, **kwargs)
+
+    def is_done_writing(self) -> bool:
+        return all(backend.is_done_writing() for backend in self.backends)
+
+    def wait_until_done(self) -> None:
+        for backend in self.backends:
+            backend.wait_until_done()
+
+
+class BackendDispatch(BackendGroup):
+    """A disk or S3 backend, or both, from the arguments of older writers. Mirrors `rep.BackendDispatch`."""
+
+    def __init__(
+        self,
+        config: Mapping[str, Any] | None = None,
+        output_dir: str | os.PathLike | None = None,
+        key_prefix: str | None = None,
+        bucket: str | None = None,
+        region: str | None = None,
+        endpoint_url: str | None = None,
+        overwrite: bool = True,
+    ) -> None:
+        """Write to a folder, to a bucket, or to both.
+
+        config: {"paths": {"out_dir": folder, "s3_bucket": name}}, an alternative to `output_dir` and `bucket`.
+        key_prefix: prefix of the keys in the bucket; default, `output_dir`, and then no local files are written.
+        region, endpoint_url: of the bucket; see `S3Backend`.
+
+        Raises:
+            WriterError: neither a folder nor a bucket is given.
+            OutputNotWritable, Unsupported: as `DiskBackend` and `S3Backend`.
+        """
+        paths = (config or {}).get("paths", {})
+        folder, bucket = output_dir or paths.get("out_dir"), bucket or paths.get("s3_bucket")
+        backends: list[BaseBackend] = []
+        if folder and (key_prefix or not bucket):
+            backends.append(DiskBackend(folder, overwrite))
+        if bucket:
+            prefix = key_prefix or (folder and os.fspath(folder))
+            backends.append(S3Backend(bucket, prefix, region, endpoint_url, overwrite))
+        if not backends:
+            raise WriterError("BackendDispatch has nowhere to write: give output_dir, or bucket and key_prefix.")
+        super().__init__(backends)
+
+    @staticmethod
+    def set_max_queue_size(jobs: int) -> None:
+        """Set how many jobs of all backends may wait before `schedule` blocks."""
+        current().io_queue.set_max_queue_size(jobs)
+
+
+def make_backend(
+    writer: str,
+    output_dir: str | os.PathLike | None,
+    backend: BaseBackend | None,
+    *,
+    bucket: str | None = None,
+    region: str | None = None,
+    endpoint_url: str | None = None,
+) -> BaseBackend:
+    """Return the backend of a writer: the one given, one for the folder, or a group of both.
+
+    bucket: write there instead of into the folder, with `output_dir` as the key prefix.
+
+    Raises:
+        WriterError: nothing is given, or `backend` is not a BaseBackend.
+    """
+    if backend is not None and not isinstance(backend, BaseBackend):
+        raise WriterError(
+            f"{writer}: backend must be a BaseBackend, such as backends.get('DiskBackend'); got {backend!r}."
+        )
+    if not output_dir and not bucket:
+        if backend is None:
+            raise WriterError(f"{writer} has nowhere to write: give output_dir, or backend.")
+        return backend
+    folder = BackendDispatch(output_dir=output_dir, bucket=bucket, region=region, endpoint_url=endpoint_url)
+    if backend is None:
+        return folder
+    known = backend.backends if isinstance(backend, BackendGroup) else [backend]
+    return BackendGroup([*known, *folder.backends])
