@@ -33,7 +33,7 @@ SCRIPTS = {
         from usdsdg.session.settings_store import get_settings
         get_settings().set("/omni/replicator/backend/queueSize", 7)
         get_settings().set("/omni/replicator/backends/disk/root_dir", "/some/folder")
-        from usdsdg.writers.backends.catalogue import disk_root
+        from usdsdg.writers.backends.disk import disk_root
         from usdsdg.backends import io_queue
         print(io_queue.max_jobs == 7 and str(disk_root()) == "/some/folder")
     """,

@@ -11,7 +11,7 @@ from usdsdg.demo import asset_urls
 from usdsdg.demo.skies.panorama import panorama
 from usdsdg.demo.skies.patterns import plain
 from usdsdg.demo.skies.room import Block, Lamp, Room
-from usdsdg.stage.image_files.radiance_writer import write_hdr
+from usdsdg.stage.image_files import radiance_hdr
 
 
 def read_hdr(path: Path) -> np.ndarray:
@@ -47,7 +47,7 @@ def test_pixels_are_the_same_after_writing_and_reading(tmp_path):
     rng = np.random.default_rng(1)
     pixels = np.exp(rng.uniform(-8.0, 5.0, (3, 300, 1))) * rng.uniform(0.5, 1.0, (3, 300, 3))
     pixels[0, 0] = 0.0
-    write_hdr(tmp_path / "sky.hdr", pixels.astype(np.float32))
+    (tmp_path / "sky.hdr").write_bytes(radiance_hdr.encode(pixels.astype(np.float32)))
     # Eight bits of mantissa under the largest component's exponent, cut off: at most 1/128 of it.
     largest = pixels.max(axis=2, keepdims=True)
     assert (np.abs(read_hdr(tmp_path / "sky.hdr") - pixels) <= largest / 127.0).all()

@@ -94,10 +94,10 @@ def _write_assets(folder: Path) -> None:
 
 def _write_sky(path: Path, make_room: Callable[[], Room]) -> None:
     from usdsdg.demo.skies.panorama import panorama
-    from usdsdg.stage.image_files.radiance_writer import write_hdr
+    from usdsdg.stage.image_files import radiance_hdr
 
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_hdr(path, panorama(make_room()))
+    path.write_bytes(radiance_hdr.encode(panorama(make_room())))
 
 
 def _below(folder: Path, url: str) -> Path:

@@ -46,7 +46,7 @@ def recompressed(image, compression):
     chunks = []
     for y, line in enumerate(np.moveaxis(image[..., ::-1], 2, 1)):
         raw = np.ascontiguousarray(line).tobytes()
-        packed = zlib.compress(exr._shuffled(raw)) if compression else raw
+        packed = zlib.compress(exr._split_and_differenced(raw)) if compression else raw
         body = packed if len(packed) < len(raw) else raw
         chunks.append(struct.pack("<ii", y, len(body)) + body)
     places = np.cumsum([len(head) + 8 * len(chunks), *(len(chunk) for chunk in chunks[:-1])])
@@ -59,8 +59,8 @@ def test_other_compressions_are_read(compression):
     np.testing.assert_array_equal(exr.decode(recompressed(image, compression)), image)
 
 
-def test_runs_are_unrolled():
-    assert exr._unrolled(bytes([2, 7, 256 - 3, 1, 2, 3, 0, 9])) == bytes([7, 7, 7, 1, 2, 3, 9])
+def test_runs_are_expanded():
+    assert exr._run_length_decoded(bytes([2, 7, 256 - 3, 1, 2, 3, 0, 9])) == bytes([7, 7, 7, 1, 2, 3, 9])
 
 
 @pytest.mark.parametrize(

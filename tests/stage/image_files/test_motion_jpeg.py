@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from usdsdg.errors import WriterError
-from usdsdg.stage.image_files.motion_jpeg import encode_picture, encode_video
+from usdsdg.stage.image_files.motion_jpeg import encode_frame, encode_video
 
 CONTAINERS = {b"moov", b"trak", b"mdia", b"minf", b"dinf", b"stbl"}
 
@@ -57,7 +57,7 @@ def ramps(count: int = 5) -> list[np.ndarray]:
 
 
 def test_the_pictures_come_back():
-    video = encode_video([encode_picture(each) for each in ramps()], (44, 30), 24)
+    video = encode_video([encode_frame(each) for each in ramps()], (44, 30), 24)
     read = pictures_of(video)
     assert len(read) == 5
     for ours, theirs in zip(ramps(), read):
@@ -65,7 +65,7 @@ def test_the_pictures_come_back():
 
 
 def test_rate_duration_and_size():
-    video = encode_video([encode_picture(each) for each in ramps()], (44, 30), 29.97)
+    video = encode_video([encode_frame(each) for each in ramps()], (44, 30), 29.97)
     found = boxes(video)
     assert list(found)[:2] == [b"ftyp", b"mdat"]
     clock, duration = struct.unpack_from(">2I", video, found[b"mdhd"][0] + 12)
@@ -76,7 +76,7 @@ def test_rate_duration_and_size():
 
 def test_ffmpeg_reads_it(tmp_path):
     av = pytest.importorskip("av")
-    (tmp_path / "video.mp4").write_bytes(encode_video([encode_picture(each) for each in ramps()], (44, 30), 24))
+    (tmp_path / "video.mp4").write_bytes(encode_video([encode_frame(each) for each in ramps()], (44, 30), 24))
     with av.open(str(tmp_path / "video.mp4")) as container:
         stream = container.streams.video[0]
         frames = [frame.to_ndarray(format="rgb24") for frame in container.decode(stream)]
@@ -88,7 +88,7 @@ def test_ffmpeg_reads_it(tmp_path):
 
 @pytest.mark.parametrize("shape", [(6, 9), (6, 9, 1), (6, 9, 3), (6, 9, 4)])
 def test_grey_and_alpha(shape):
-    with Image.open(io.BytesIO(encode_picture(np.full(shape, 90, np.uint8)))) as image:
+    with Image.open(io.BytesIO(encode_frame(np.full(shape, 90, np.uint8)))) as image:
         assert (image.mode, image.size) == ("RGB", (9, 6))
         assert np.abs(np.asarray(image).astype(int) - 90).max() <= 2
 

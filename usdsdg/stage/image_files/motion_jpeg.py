@@ -1,7 +1,9 @@
-"""Pictures to a video: each one a JPEG, all in one MP4 file. It needs no codec library and is the same everywhere.
+"""Motion JPEG video in an MP4 file: every frame is a JPEG.
 
-Players and readers on FFmpeg (OpenCV, PyAV, decord, torchvision, VLC) show it; browsers do not. Source: ISO/IEC
-14496-12 (boxes), 14496-1 (descriptors).
+Our own, because it needs no codec library (PyAV and imageio-ffmpeg bundle FFmpeg) and gives the same bytes on every
+machine. Players and readers based on FFmpeg (OpenCV, PyAV, decord, torchvision, VLC) support it; browsers do not.
+
+Source: ISO/IEC 14496-12 (boxes), 14496-1 (descriptors).
 """
 
 from __future__ import annotations
@@ -15,14 +17,14 @@ import numpy as np
 from usdsdg.errors import WriterError
 
 _QUALITY = 95
-_TICKS = 1000  # of the video's clock for each picture
+_TICKS = 1000  # of the video's clock per frame
 _MATRIX = struct.pack(">9I", 0x10000, 0, 0, 0, 0x10000, 0, 0, 0, 0x40000000)
-_JPEG = 0x6C  # MPEG-4's number of the codec
-_UNDETERMINED = 0x55C4  # the language, "und"
+_JPEG = 0x6C  # object type of the codec in MPEG-4
+_UNDETERMINED = 0x55C4  # language code "und"
 
 
-def encode_picture(image: np.ndarray) -> bytes:
-    """JPEG of a uint8 picture (H, W), (H, W, 1), (H, W, 3) or (H, W, 4), colours unshared; alpha is dropped."""
+def encode_frame(image: np.ndarray) -> bytes:
+    """Encode a uint8 image (H, W), (H, W, 1), (H, W, 3) or (H, W, 4) as JPEG 4:4:4; alpha is dropped."""
     from PIL import Image
 
     image = image[..., 0] if image.ndim == 3 and image.shape[2] == 1 else image
@@ -32,25 +34,27 @@ def encode_picture(image: np.ndarray) -> bytes:
     return buffer.getvalue()
 
 
-def encode_video(pictures: Sequence[bytes], size: tuple[int, int], rate: float) -> bytes:
-    """MP4 file of JPEGs.
+def encode_video(frames: Sequence[bytes], size: tuple[int, int], rate: float) -> bytes:
+    """Pack JPEG frames into an MP4 file.
 
-    size: width and height [pixels]. rate: pictures per second.
+    size: width and height [pixels]. rate: frames per second.
 
     Raises:
-        WriterError: there are no pictures, or the rate is not above 0.
+        WriterError: there are no frames, or the rate is not positive.
     """
-    if not pictures or rate <= 0:
-        raise WriterError(f"A video of {len(pictures)} pictures at {rate} per second cannot be written; give some.")
+    if not frames or rate <= 0:
+        raise WriterError(
+            f"A video of {len(frames)} frames at {rate} per second cannot be written; both must be above 0."
+        )
     head = _box(b"ftyp", b"isom", struct.pack(">I", 0x200), b"isomiso2mp41")
-    data = b"".join(pictures)
-    # With a size of 64 bits, since clips may be longer than 4 GiB.
+    data = b"".join(frames)
+    # A 64-bit size, since clips may exceed 4 GiB.
     body = struct.pack(">I4sQ", 1, b"mdat", 16 + len(data)) + data
-    return head + body + _movie([len(picture) for picture in pictures], size, rate, offset=len(head) + 16)
+    return head + body + _movie([len(frame) for frame in frames], size, rate, offset=len(head) + 16)
 
 
 def _movie(lengths: Sequence[int], size: tuple[int, int], rate: float, *, offset: int) -> bytes:
-    """The table of contents of pictures that follow each other from `offset` on."""
+    """Build the "moov" box of frames that are stored one after the other from `offset` on."""
     clock, duration = round(rate * _TICKS), len(lengths) * _TICKS
     width, height = size
     movie_head = struct.pack(">4I I H 10x", 0, 0, clock, duration, 0x10000, 0x100) + _MATRIX + struct.pack(">24x I", 2)
@@ -83,7 +87,7 @@ def _movie(lengths: Sequence[int], size: tuple[int, int], rate: float, *, offset
 
 
 def _format(width: int, height: int) -> bytes:
-    """What a picture of the track is: JPEG of this size."""
+    """Build the sample entry of the track: JPEG of this size."""
     config = _descriptor(0x04, struct.pack(">2B 3s 2I", _JPEG, 0x11, b"\0\0\0", 0, 0))
     stream = _descriptor(0x03, struct.pack(">HB", 1, 0), config, _descriptor(0x06, b"\x02"))
     entry = struct.pack(">6xH 16x 2H 2I 4x H 32x Hh", 1, width, height, 0x480000, 0x480000, 1, 24, -1)
@@ -96,7 +100,7 @@ def _box(kind: bytes, *parts: bytes) -> bytes:
 
 
 def _full(kind: bytes, *parts: bytes, flags: int = 0) -> bytes:
-    """A box with a version, 0, and flags."""
+    """Build a full box: version 0 and flags before the content."""
     return _box(kind, struct.pack(">I", flags), *parts)
 
 

@@ -1,7 +1,9 @@
-"""PNG of sixteen bits a channel, of which Pillow keeps the high eight where there are several channels.
+"""Decoding of PNG with several channels of 16 bits.
 
-After https://www.w3.org/TR/png-3/: every byte was stored as the difference to a guess from its neighbours to the left,
-above, and above on the left. Pixels of one diagonal are restored together, since they do not depend on each other.
+Our own, because Pillow keeps only the high 8 bits of 16-bit RGB, RGBA and gray + alpha.
+
+Source: https://www.w3.org/TR/png-3/. Every byte is stored as its difference from a prediction from its left, upper and
+upper-left neighbors. Pixels of one anti-diagonal do not depend on each other and are restored together.
 """
 
 from __future__ import annotations
@@ -14,31 +16,29 @@ import numpy as np
 from usdsdg import errors
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
-# Channels by colour type; grey without alpha is left to Pillow, which reads it whole.
+# Channels by color type; gray without alpha is left to Pillow, which reads all 16 bits of it.
 CHANNELS = {2: 3, 4: 2, 6: 4}
 LEFT, ABOVE, MEAN, PAETH = 1, 2, 3, 4
 
 
 def decode(data: bytes, *, name: str) -> np.ndarray | None:
-    """(H, W, 2, 3 or 4) uint16 of a file with that many channels of sixteen bits, None of any other file.
-
-    Interlaced files are left to others too.
+    """Decode a file with 2 to 4 channels of 16 bits to (H, W, C) uint16; None for any other or an interlaced file.
 
     Raises:
-        AssetUnreadable: it is such a file, but damaged.
+        AssetUnreadable: `data` is such a file, but damaged; names it by `name`.
     """
     if not data.startswith(SIGNATURE) or len(data) < 33:
         return None
-    width, height, depth, colour_type, _, _, interlaced = struct.unpack(">IIBBBBB", data[16:29])
-    if depth != 16 or colour_type not in CHANNELS or interlaced:
+    width, height, depth, color_type, _, _, interlaced = struct.unpack(">IIBBBBB", data[16:29])
+    if depth != 16 or color_type not in CHANNELS or interlaced:
         return None
-    channels = CHANNELS[colour_type]
+    channels = CHANNELS[color_type]
     try:
         raw = np.frombuffer(zlib.decompress(_image_data(data)), np.uint8)
     except (zlib.error, struct.error) as error:
         raise errors.AssetUnreadable(f"{name}: {error}") from error
     if len(raw) != height * (1 + 2 * width * channels) or not len(raw):
-        raise errors.AssetUnreadable(f"{name}: the picture is cut off")
+        raise errors.AssetUnreadable(f"{name}: the image data is truncated")
     rows = raw.reshape(height, -1)
     stored = rows[:, 1:].reshape(height, width, 2 * channels)
     restored = _restored(rows[:, 0], stored)
@@ -57,11 +57,11 @@ def _image_data(data: bytes) -> bytes:
 
 
 def _restored(filters: np.ndarray, stored: np.ndarray) -> np.ndarray:
-    """(H, W, bytes a pixel) uint8 bytes from what was stored; one filter a row."""
+    """Undo the filters: (H, W, bytes per pixel) uint8, with one filter per row."""
     height, width, size = stored.shape
     if not filters.any():
         return np.ascontiguousarray(stored)
-    # [x + y, y + 1] holds the pixel (x, y); what was never written is the zero outside the picture.
+    # [x + y, y + 1] holds the pixel (x, y); entries that are never written are the zeros outside the image.
     skewed = np.zeros((width + height, height + 1, size), np.uint8)
     for y in range(height):
         skewed[y : y + width, y + 1] = stored[y]
@@ -72,16 +72,16 @@ def _restored(filters: np.ndarray, stored: np.ndarray) -> np.ndarray:
         left = skewed[diagonal - 1, here].astype(np.int16)
         above = skewed[diagonal - 1, up].astype(np.int16)
         corner = skewed[diagonal - 2, up].astype(np.int16)
-        guess = np.where(chosen[LEFT][rows], left, 0)
-        guess = np.where(chosen[ABOVE][rows], above, guess)
-        guess = np.where(chosen[MEAN][rows], (left + above) >> 1, guess)
-        guess = np.where(chosen[PAETH][rows], _nearest(left, above, corner), guess)
-        skewed[diagonal, here] += guess.astype(np.uint8)
+        predicted = np.where(chosen[LEFT][rows], left, 0)
+        predicted = np.where(chosen[ABOVE][rows], above, predicted)
+        predicted = np.where(chosen[MEAN][rows], (left + above) >> 1, predicted)
+        predicted = np.where(chosen[PAETH][rows], _paeth(left, above, corner), predicted)
+        skewed[diagonal, here] += predicted.astype(np.uint8)
     return np.stack([skewed[y : y + width, y + 1] for y in range(height)])
 
 
-def _nearest(left: np.ndarray, above: np.ndarray, corner: np.ndarray) -> np.ndarray:
-    """The one of three neighbours that is nearest to left + above - corner."""
+def _paeth(left: np.ndarray, above: np.ndarray, corner: np.ndarray) -> np.ndarray:
+    """Return the Paeth predictor: the neighbor nearest to left + above - corner."""
     to_left, to_above = np.abs(above - corner), np.abs(left - corner)
     to_corner = np.abs(left + above - 2 * corner)
     return np.where(

@@ -13,7 +13,7 @@ import numpy as np
 from usdsdg.annotators import named_annotators
 from usdsdg.errors import WriterError, warn_once
 from usdsdg.session.stage_context import current_stage
-from usdsdg.stage.image_files.motion_jpeg import encode_picture, encode_video
+from usdsdg.stage.image_files.motion_jpeg import encode_frame, encode_video
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import BackendGroup, make_backend
 from usdsdg.writers.base import Writer
@@ -161,4 +161,4 @@ def _write_video(
     from PIL import Image
 
     frames = (np.asarray(Image.open(io.BytesIO(backend_instance.read_blob(picture)))) for picture in pictures)
-    backend_instance.write_blob(path, encode_video([encode_picture(frame) for frame in frames], size, rate))
+    backend_instance.write_blob(path, encode_video([encode_frame(frame) for frame in frames], size, rate))
