@@ -1,4 +1,4 @@
-"""Replicator's default augmentations as functions (`rep.augmentations_default`): to call, or to give to
+"""Replicator's default augmentations as functions (`rep.augmentations_default`), for direct calls or for
 `Augmentation.from_function`. Where Replicator has Warp kernels these are NumPy functions of `data_in`.
 """
 

@@ -1,4 +1,4 @@
-"""The object users hold: one use of an annotator, with its parameters, augmentations and render product."""
+"""The object that users hold: an annotator bound to parameters, augmentations and a render product."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from usdsdg.session.session import current
 
 
 class Annotator:
-    """One use of an annotator: its parameters, its augmentations, the render product it watches."""
+    """An annotator with its parameters and augmentations, attached to a render product or not yet."""
 
     def __init__(
         self,
@@ -36,7 +36,7 @@ class Annotator:
     ) -> None:
         self._spec = spec
         self._device = device
-        self._copies = do_array_copy
+        self._do_array_copy = do_array_copy
         self._name = name or spec.name
         self._params: dict[str, Any] = dict(spec.params)
         self._augmentations: list[ArrayTransform] = []
@@ -45,11 +45,11 @@ class Annotator:
         if init_params:
             self.initialize(**init_params)
 
-    # What the orchestrator asks
+    # For the capture
 
     @property
     def aovs(self) -> frozenset[str]:
-        """AOVs that the renderer must make for it."""
+        """The AOVs that it needs rendered."""
         return self._spec.aovs.union(*(augmentation.aovs for augmentation in self._augmentations))
 
     @property
@@ -59,40 +59,40 @@ class Annotator:
 
     @property
     def needs_path_tracing(self) -> bool:
-        """Whether it reads path-traced colour ("LdrColor", "HdrColor")."""
+        """Whether it reads path-traced color ("LdrColor", "HdrColor") or light AOVs."""
         return self._spec.needs_path_tracing
 
     @property
     def label_filter(self) -> str | None:
-        """The label filter to announce to `LabeledPrimReader.read`."""
+        """The label filter to pass to `LabeledPrimReader.read`."""
         return predicate_of(self._params)
 
     @property
     def render_product(self) -> str | None:
-        """Path of the render product it is attached to."""
+        """The path of the render product that it is attached to."""
         return self._render_product
 
     def compute(self, frame: Frame) -> Annotation:
-        """What it says of `frame`, augmentations applied; also what `get_data` returns from now on."""
+        """Compute the annotation of `frame`, augmentations applied, and keep it for `get_data`."""
         key = ("annotation", self._spec.compute, json.dumps(self._params, sort_keys=True, default=str))
         annotation = frame.derive(key, lambda: self._spec.compute(frame, self._params))
-        twins: Counter[str] = Counter()
+        counts: Counter[str] = Counter()
         for augmentation in self._augmentations:
-            # What draws depend on: others may be added before and after without changing them.
-            key = f"{frame.render_product}/{self._name}/{augmentation.label}#{twins[augmentation.label]}"
-            twins[augmentation.label] += 1
+            # Random draws depend on this key, so that adding other augmentations does not change them.
+            key = f"{frame.render_product}/{self._name}/{augmentation.label}#{counts[augmentation.label]}"
+            counts[augmentation.label] += 1
             annotation = augmentation.run(annotation, frame, key=key, device=self._device)
         self._latest = annotation
         return annotation
 
-    # What users call
+    # For users
 
     def initialize(self, **init_params: Any) -> Annotator:
         """Set init parameters; only before attaching.
 
         Raises:
-            AnnotatorError: it is attached, has no such parameter, two exclude each other, or a value does not fit.
-            ConfigError: the label filter does not follow the grammar.
+            AnnotatorError: it is attached, has no such parameter, two exclude each other, or a value is invalid.
+            ConfigError: the label filter cannot be parsed.
         """
         if self._render_product is not None:
             raise AnnotatorError(f"{self._name} is attached to {self._render_product}: detach it before initialize().")
@@ -110,12 +110,12 @@ class Annotator:
         return self
 
     def attach(self, render_products: Any, render_product_idxs: Any = None) -> Annotator:
-        """Watch one render product (an object with `.path`, a path, or a list of one).
+        """Attach to one render product (an object with `.path`, a path, or a list of one).
 
-        `render_product_idxs` changes nothing: there is only one.
+        `render_product_idxs` is ignored: there is only one.
 
         Raises:
-            BadPrim: there is no such render product, or none any more.
+            BadPrim: the render product does not exist.
             Unsupported: several render products.
         """
         paths = existing_products(render_products)
@@ -131,13 +131,13 @@ class Annotator:
         return self
 
     def bind(self, render_product: str | None) -> None:
-        """Belong to a writer that watches `render_product`, and is the one to compute; None: not any more."""
+        """Bind to the render product of a writer, which then computes it; None unbinds."""
         if self not in current().annotators:
             self._render_product = render_product
             self._latest = self._latest if render_product else None
 
     def detach(self, render_products: Any = None) -> Annotator:
-        """Stop watching; `render_products`, if given, says which one."""
+        """Detach from its render product; with `render_products` only if it is among them."""
         if render_products is None or self._render_product in render_product_paths(render_products):
             self._render_product = None
             self._latest = None
@@ -148,12 +148,12 @@ class Annotator:
     def get_data(
         self, device: str | None = None, do_array_copy: bool = False, use_legacy_structure: bool = True
     ) -> Any:
-        """What it said of the latest frame; arrays of size 0 before the first.
+        """Return the annotation of the latest frame; arrays of size 0 before the first.
 
-        device: "cpu" gives a NumPy array, "cuda[:n]" a Warp array (on the CPU where there is no such device); None
-            takes what the annotator was made with.
-        do_array_copy: give an array of the caller's own, also where the annotator was made with do_array_copy=False.
-            Without, the array is shared with the writers and must not be written into.
+        device: "cpu" returns a NumPy array, "cuda[:n]" a Warp array (on the CPU if there is no such device); None
+            uses the device that the annotator was created with.
+        do_array_copy: copy the array, even if the annotator was created with do_array_copy=False. Without a copy the
+            array is shared with the writers and must not be written into.
 
         Raises:
             AnnotatorError: it is not attached.
@@ -166,9 +166,9 @@ class Annotator:
         if data is not None and device not in (None, "cpu"):
             import warp
 
-            # Warp has no unsigned 32-bit textures of ids in Replicator either; ids stay below 2**31.
+            # As in Replicator, ids are int32 in Warp arrays; they stay below 2**31.
             data = warp.array(data.view(np.int32) if data.dtype == np.uint32 else data, device=device_or_cpu(device))
-        elif data is not None and (do_array_copy or self._copies):
+        elif data is not None and (do_array_copy or self._do_array_copy):
             data = data.copy()
         latest = Annotation(data, latest.info)
         return latest.legacy() if use_legacy_structure else latest.flat()
@@ -176,18 +176,18 @@ class Annotator:
     def augment(
         self, augmentation: Any, data_out_shape: Any = None, name: str | None = None, device: Any = None, **kwargs: Any
     ) -> Annotator:
-        """Pass the array through `augmentation` too, from now on; returns the annotator itself.
+        """Apply `augmentation` to the array too, from now on; returns the annotator itself.
 
         Args:
             augmentation: an Augmentation, its registered name, the type of a node, or a function.
             data_out_shape: shape of the result; -1 keeps that axis of the input.
-            name: of the annotator from now on: its key in a writer's payload. None: as before.
-            device: where kernels run and what `get_data` gives; None: as before.
+            name: new name of the annotator, its key in a writer's payload. None: unchanged.
+            device: where kernels run and `get_data` returns arrays; None: unchanged.
             kwargs: arguments of the augmentation; see `Augmentation.from_function`.
 
         Raises:
             AnnotatorRegistryError: there is no augmentation of that name.
-            AugmentationError: it takes no such argument, or needs one that is not there.
+            AugmentationError: it takes no such argument, or a required one is missing.
         """
         self._augmentations.append(ArrayTransform.of(augmentation).with_arguments(data_out_shape, kwargs))
         self._name = name or self._name
@@ -195,17 +195,17 @@ class Annotator:
         return self
 
     def augment_compose(self, augmentations: Sequence[Any], name: str | None = None) -> Annotator:
-        """Pass the array through several augmentations too, one after the other; returns the annotator itself.
+        """Apply several augmentations to the array in turn, from now on; returns the annotator itself.
 
         Raises:
-            as `augment`; then none of them is applied.
+            as `augment`; in that case none of them is added.
         """
         self._augmentations += [ArrayTransform.of(each).with_arguments(None, {}) for each in augmentations]
         self._name = name or self._name
         return self
 
     def copy(self, name: str | None = None, *, device: str | None = None) -> Annotator:
-        """An unattached annotator with the same parameters and augmentations."""
+        """Return an unattached annotator with the same parameters and augmentations."""
         twin = copy.copy(self)
         twin._name, twin._device = name or self._name, device or self._device
         twin._params, twin._augmentations = dict(self._params), list(self._augmentations)
@@ -213,11 +213,11 @@ class Annotator:
         return twin
 
     def get_name(self) -> str:
-        """What it is called: its key in a writer's payload."""
+        """Return its name: its key in a writer's payload."""
         return self._name
 
     def get_node(self) -> Annotator:
-        """An opaque handle: there is no OmniGraph node behind an annotator."""
+        """Return the annotator itself as an opaque handle: there is no OmniGraph node behind it."""
         return self
 
     @property
@@ -227,22 +227,22 @@ class Annotator:
 
     @property
     def template_name(self) -> str:
-        """The name that its kind was registered under, whatever it is called itself."""
+        """The name of the registered annotator that it was created from."""
         return self._spec.name
 
     @property
     def is_attached(self) -> bool:
-        """Whether it watches a render product."""
+        """Whether it is attached to a render product."""
         return self._render_product is not None
 
     @property
     def documentation(self) -> str:
-        """What it gives: shape, type, units, parameters."""
+        """The documentation of its output: shape, type, units, parameters."""
         return self._spec.documentation
 
 
 def attached_annotators() -> tuple[Annotator, ...]:
-    """Annotators that users attached to render products themselves; those of writers are the writers'."""
+    """Return the annotators that users attached to render products; those of writers are not included."""
     return tuple(current().annotators)
 
 
@@ -254,7 +254,7 @@ def detach_all() -> None:
 
 @dataclass(frozen=True)
 class Requirements:
-    """What a set of annotators needs of one frame."""
+    """What a set of annotators needs rendered in one frame."""
 
     aovs: frozenset[str] = frozenset()
     amodal_masks: bool = False
@@ -263,7 +263,7 @@ class Requirements:
 
 
 def requirements(annotators: Iterable[Annotator]) -> Requirements:
-    """The union of what `annotators` need."""
+    """Return the union of what `annotators` need."""
     annotators = list(annotators)
     return Requirements(
         frozenset().union(*(a.aovs for a in annotators)),

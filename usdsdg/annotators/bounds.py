@@ -1,7 +1,7 @@
 """Exact bounds of a gprim in the frame of one of its ancestors.
 
-Authored extents are not trusted: they may be stale, and an axis-aligned box that is rotated grows. Meshes give the
-points that their faces use; the quadrics give the surface itself, which contains any tessellation of it.
+Authored extents are not used: they may be stale, and transforming an axis-aligned box enlarges it. Bounds of meshes are
+those of the points that faces use; bounds of quadrics are those of the exact surface, which contains any tessellation.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from usdsdg.stage.geometry.skinning import Skinning
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 
-# A hull is what a gprim needs to bound itself under any affine map: (matrix) → (2, 3) min and max.
+# Computes the bounds of a gprim under any affine transform: (matrix) → (2, 3) min and max.
 Hull = Callable[[np.ndarray], np.ndarray]
 
 
 def read_hull(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Hull | None:
-    """The hull of a gprim in its own frame [stage units], or None when it has no finite extent.
+    """Return the hull of a gprim in its own frame [stage units], or None when it has no finite extent.
 
-    A skinned mesh is as large as its skeleton makes it at `time`.
+    Skinned meshes are posed by their skeleton at `time`.
     """
     kind = prim.GetTypeName()
     if kind in _QUADRICS:
@@ -51,7 +51,7 @@ def _mesh_points(mesh: UsdGeom.Mesh, time: Usd.TimeCode, skinning: Skinning) -> 
     used = np.asarray(mesh.GetFaceVertexIndicesAttr().Get(time) or (), np.int64)
     if not len(used):
         return points
-    # A point that no face uses is not part of the surface; an index out of range is the renderer's to report.
+    # Points that no face uses are not part of the surface. The renderer reports indices out of range.
     is_used = np.zeros(len(points), bool)
     is_used[used[(used >= 0) & (used < len(points))]] = True
     return points[is_used]
@@ -78,19 +78,19 @@ def _points_hull(points: np.ndarray) -> Hull:
 
 
 def _discs_hull(discs: list[tuple[np.ndarray, np.ndarray | None, float]]) -> Hull:
-    """Hull of several discs (centre, unit axis, radius), or balls where the axis is None.
+    """Return the hull of several discs (center, unit axis, radius), or balls where the axis is None.
 
-    Under the linear map L a ball of radius r reaches r |L column j| along axis j, a disc the same with the part of
-    the column along its normal taken out.
+    Under the linear map L the support of a ball of radius r along axis j is r |L column j|; of a disc it is the same
+    with the component of the column along its normal removed.
     """
 
     def bound(matrix: np.ndarray) -> np.ndarray:
         linear, low, high = matrix[:3, :3], [], []
-        for centre, normal, radius in discs:
+        for center, normal, radius in discs:
             columns = linear if normal is None else linear - np.outer(normal, normal @ linear)
-            middle, reach = centre @ linear + matrix[3, :3], radius * np.linalg.norm(columns, axis=0)
-            low.append(middle - reach)
-            high.append(middle + reach)
+            middle, support = center @ linear + matrix[3, :3], radius * np.linalg.norm(columns, axis=0)
+            low.append(middle - support)
+            high.append(middle + support)
         return np.stack([np.min(low, axis=0), np.max(high, axis=0)])
 
     return bound
@@ -101,14 +101,14 @@ def _sphere(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
 
 
 def _capsule(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
-    along, half = _spine(prim, 1.0, time)
+    along, half = _axis_and_half_height(prim, 1.0, time)
     radius = _number(prim, "radius", 0.5, time)
     return _discs_hull([(-along * half, None, radius), (along * half, None, radius)])
 
 
 def _tapered_capsule(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
-    """The balls that touch the frustum at its ends from within."""
-    along, half = _spine(prim, 1.0, time)
+    """Bound the two balls that are tangent to the cone frustum at its ends."""
+    along, half = _axis_and_half_height(prim, 1.0, time)
     bottom, top = _number(prim, "radiusBottom", 0.5, time), _number(prim, "radiusTop", 0.5, time)
     if half == 0.0:
         return _discs_hull([(np.zeros(3), None, max(bottom, top))])
@@ -119,19 +119,19 @@ def _tapered_capsule(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
 
 
 def _tapered_cylinder(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
-    along, half = _spine(prim, 2.0, time)
+    along, half = _axis_and_half_height(prim, 2.0, time)
     bottom, top = _number(prim, "radiusBottom", 1.0, time), _number(prim, "radiusTop", 1.0, time)
     return _discs_hull([(-along * half, along, bottom), (along * half, along, top)])
 
 
 def _cylinder(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
-    along, half = _spine(prim, 2.0, time)
+    along, half = _axis_and_half_height(prim, 2.0, time)
     radius = _number(prim, "radius", 1.0, time)
     return _discs_hull([(-along * half, along, radius), (along * half, along, radius)])
 
 
 def _cone(prim: Usd.Prim, time: Usd.TimeCode) -> Hull:
-    along, half = _spine(prim, 2.0, time)
+    along, half = _axis_and_half_height(prim, 2.0, time)
     return _discs_hull([(-along * half, along, _number(prim, "radius", 1.0, time)), (along * half, along, 0.0)])
 
 
@@ -145,8 +145,8 @@ _QUADRICS: dict[str, Callable[[Usd.Prim, Usd.TimeCode], Hull]] = {
 }
 
 
-def _spine(prim: Usd.Prim, default_height: float, time: Usd.TimeCode) -> tuple[np.ndarray, float]:
-    """Unit axis and half height."""
+def _axis_and_half_height(prim: Usd.Prim, default_height: float, time: Usd.TimeCode) -> tuple[np.ndarray, float]:
+    """Return the unit axis and half the height."""
     return np.eye(3)[_axis(prim, time)], _number(prim, "height", default_height, time) / 2
 
 

@@ -1,4 +1,4 @@
-"""Colours of segmentation ids: a function of the id alone, so that a thing keeps its colour over frames and runs."""
+"""Colors of segmentation ids: a function of the id alone, so that they are the same in all frames and runs."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ _GOLDEN_RATIO = 1.618033988749895
 
 
 def colors_of_ids(ids: np.ndarray) -> np.ndarray:
-    """(N, 4) uint8 RGBA of N ids, as Replicator colours them since 1.12.26.
+    """Return (N, 4) uint8 RGBA of N ids, with the colors of Replicator since 1.12.26.
 
-    Ids of labelled things start at 2; 0 is transparent black and 1 opaque black.
+    Ids of labeled prims start at 2; 0 is transparent black and 1 opaque black.
     """
     ids = np.asarray(ids, np.uint64)
     hashed = _hash(ids)
@@ -29,7 +29,7 @@ def colors_of_ids(ids: np.ndarray) -> np.ndarray:
 
 
 def pastels_of_ids(ids: np.ndarray) -> np.ndarray:
-    """(N, 3) float32 RGB from 0 to 255: pale, bright colours of N ids, with the hues of `colors_of_ids`."""
+    """Return (N, 3) float32 RGB from 0 to 255: pastel colors of N ids, with the hues of `colors_of_ids`."""
     ids = np.asarray(ids, np.uint64)
     hashed = _hash(ids)
     hue = ((ids.astype(np.float64) / _GOLDEN_RATIO) % 1.0 + 0.1 * (hashed & 0xFFFF) / 65536) % 1.0
@@ -39,10 +39,10 @@ def pastels_of_ids(ids: np.ndarray) -> np.ndarray:
 
 
 def _hash(ids: np.ndarray) -> np.ndarray:
-    """The low 24 bits of a murmur-like finaliser in unbounded integers.
+    """Return the low 24 bits of a MurmurHash3-like finalizer in unbounded integers.
 
-    They depend on no more than the low 40 bits of the second product, hence on the low 53 of the first, which fits: the
-    wrap of uint64 is never seen for ids below 2**32.
+    They depend only on the low 40 bits of the second product, hence on the low 53 of the first, so that the overflow of
+    uint64 has no effect for ids below 2**32.
     """
     h = ids.copy()
     h ^= h >> np.uint64(16)
@@ -54,9 +54,9 @@ def _hash(ids: np.ndarray) -> np.ndarray:
 
 
 def hsv_to_rgb(hue: np.ndarray, saturation: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """(N, 3) in [0, 1]; hue in turns."""
+    """Return (N, 3) RGB in [0, 1]; hue in turns."""
     sector = hue * 6.0
-    # The distance of each channel's hue from `hue`, in sectors, as a saw between 0 and 1.
+    # Distance of each channel's hue from `hue` [sectors], clipped to a trapezoid between 0 and 1.
     offsets = np.array([5.0, 3.0, 1.0])
     k = (offsets + sector[:, None]) % 6.0
     return value[:, None] * (1 - saturation[:, None] * np.clip(np.minimum(k, 4 - k), 0, 1))

@@ -1,4 +1,4 @@
-"""One captured picture with everything known about it: the record that annotators turn into labels."""
+"""The input of annotators: the AOVs of one render product with the labeled prims in view."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ PIXELS, X_MIN, Y_MIN, X_MAX, Y_MAX = range(5)
 
 @dataclass(frozen=True)
 class Frame:
-    """The AOVs of one render product at one instant, with the labelled things in front of its camera.
+    """One captured frame of one render product: AOVs, camera, and the labeled prims of the stage.
 
-    Arrays are shared, never copied: nobody may write into them, also not later.
+    Arrays are shared by all readers and must never be written into.
     """
 
-    index: int  # how many captures came before it
+    index: int  # number of earlier captures
     camera: CameraView
     render_product: str  # prim path
-    aovs: Mapping[str, np.ndarray]  # name → (H, W[, C]); see the renderer's list
-    gprims: tuple[str, ...]  # prim path of every value of the "instance" AOV; -1 there means no hit
+    aovs: Mapping[str, np.ndarray]  # name → (H, W[, C]); see the renderer's AOV table
+    gprims: tuple[str, ...]  # prim path of every value of the "instance" AOV; -1 means no hit
     labeled_prims: LabeledPrims
     amodal_masks: Outlines  # of all labeled prims, by row; with the visible part of each
     reference_time: tuple[int, int] = (0, 1)
     memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def aov(self, name: str) -> np.ndarray:
-        """The AOV called `name`.
+        """Return the AOV called `name`.
 
         Raises:
-            AnnotatorError: it was not rendered, so the annotator declares too little.
+            AnnotatorError: it was not rendered: the annotator does not declare it.
         """
         try:
             return self.aovs[name]
@@ -52,28 +52,28 @@ class Frame:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """(height, width) in pixels."""
+        """Height and width [pixels]."""
         return self.camera.height, self.camera.width
 
     @property
     def coverage(self) -> np.ndarray:
-        """(len(labeled_prims), 5) int64: pixels, x_min, y_min, x_max, y_max that each would cover alone."""
+        """Amodal pixel count and bounds of each labeled prim, (N, 5) int64: pixels, x_min, y_min, x_max, y_max."""
         return self.amodal_masks.coverage
 
     def selection(self, predicate: str | None) -> Selection:
-        """The entities whose labels pass the filter `predicate`; None lets every label pass."""
+        """Return the labeled prims whose labels pass the filter `predicate`; None lets every label pass."""
         return self.labeled_prims.select(predicate)
 
     def members(self, predicate: str | None) -> np.ndarray:
-        """(H, W) int32: index into `selection(predicate)` of what each pixel shows, -1 for everything else."""
-        # The appended -1 is what a pixel without a hit, index -1, looks up.
+        """Return (H, W) int32: the index in `selection(predicate)` of each pixel's prim, -1 for everything else."""
+        # Pixels without a hit have index -1 and look up the appended entry.
         return self.derive(
             ("members", predicate),
             lambda: np.append(self.selection(predicate).member_of_gprim, np.int32(-1))[self.aov("instance")],
         )
 
     def visible_pixels(self, predicate: str | None) -> np.ndarray:
-        """(K,) int64: in how many pixels each of the K selected entities is seen."""
+        """Return (K,) int64: the number of visible pixels of each of the K selected prims."""
         count = len(self.selection(predicate))
         return self.derive(
             ("visible_pixels", predicate),
@@ -81,14 +81,14 @@ class Frame:
         )
 
     def occlusion(self, predicate: str | None) -> np.ndarray:
-        """(K,) float32: hidden share of the pixels that each would cover alone; nan out of view."""
-        alone = self.coverage[self.selection(predicate).rows, PIXELS]
-        ratio = np.full(len(alone), np.nan, np.float32)
-        np.divide(alone - self.visible_pixels(predicate), alone, out=ratio, where=alone > 0, casting="unsafe")
+        """Return (K,) float32: the occluded fraction of each selected prim's amodal pixels; nan out of view."""
+        amodal = self.coverage[self.selection(predicate).rows, PIXELS]
+        ratio = np.full(len(amodal), np.nan, np.float32)
+        np.divide(amodal - self.visible_pixels(predicate), amodal, out=ratio, where=amodal > 0, casting="unsafe")
         return ratio
 
     def derive(self, key: Any, make: Callable[[], Any]) -> Any:
-        """What `make` returns, computed once per frame and `key`."""
+        """Return `make()`, computed once per frame and `key`."""
         if key not in self.memo:
             self.memo[key] = make()
         return self.memo[key]

@@ -1,8 +1,7 @@
-"""Which gprims belong together under which label: the labelled prims of a stage, read for one frame.
+"""The labeled prims of a stage, read for one frame: which gprims each owns, its bounds and its pose.
 
-An entity is a labelled prim with the gprims whose nearest labelled ancestor (or self) it is. A label filter
-changes who is the nearest: with "class:*", the gprims of a wheel labelled only {part: wheel} belong to the car
-{class: car} above it.
+A labeled prim owns the gprims whose nearest labeled ancestor (or self) it is. A label filter changes which ancestor is
+the nearest: with "class:*", the gprims of a wheel labeled only {part: wheel} belong to the car {class: car} above it.
 """
 
 from __future__ import annotations
@@ -19,9 +18,9 @@ from usdsdg.annotators.ownership import (
     Labels,
     Owner,
     group_by_owner,
+    output_labels,
     parse_filter,
-    passed,
-    warn_of_nothing,
+    warn_of_empty_selection,
 )
 from usdsdg.annotators.point_instances import PointFrames, Steps, prim_path
 from usdsdg.errors import warn_once
@@ -29,7 +28,7 @@ from usdsdg.stage.changes import Changes, ChangeTracker
 from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg.stage.poses.transforms import as_array
 
-# Attributes that shape a gprim, or place point instances.
+# Attributes that determine the geometry of a gprim, or the transforms of point instances.
 _GEOMETRY = {"points", "faceVertexIndices", "extent", "radius", "height", "axis", "size", "width", "length"}
 _GEOMETRY |= {"widths", "radiusTop", "radiusBottom", "curveVertexCounts"}
 _GEOMETRY |= {"positions", "orientations", "orientationsf", "scales", "ids"}
@@ -37,11 +36,11 @@ _GEOMETRY |= {"positions", "orientations", "orientationsf", "scales", "ids"}
 
 @dataclass(frozen=True)
 class Selection:
-    """The entities that pass a label filter, in stage order."""
+    """The labeled prims that pass a label filter, in stage order."""
 
     rows: np.ndarray  # (K,) int64: rows of the `LabeledPrims`
-    member_of_gprim: np.ndarray  # (G,) int32: index into rows, -1 for gprims of no selected entity
-    labels: tuple[dict[str, str], ...]  # K times {type: "label[,label]"}, as annotators print them
+    member_of_gprim: np.ndarray  # (G,) int32: index into rows, -1 for gprims of no selected prim
+    labels: tuple[dict[str, str], ...]  # K times {type: "label[,label]"}, as annotators output them
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -49,41 +48,41 @@ class Selection:
 
 @dataclass(frozen=True)
 class LabeledPrims:
-    """One row per labelled prim that owns gprims; more rows where a filter gives a prim a larger group of gprims.
+    """One row per labeled prim that owns gprims; more rows where a filter gives a prim a larger group of gprims.
 
-    `groups` is what a renderer's `outlines` takes.
+    The renderer computes amodal masks of `groups`.
     """
 
     prim_paths: tuple[str, ...] = ()
     labels: tuple[Labels, ...] = ()  # own and inherited, outermost first; lower case
     groups: tuple[tuple[int, ...], ...] = ()  # indices into gprims
-    bounds: np.ndarray = field(default_factory=lambda: np.zeros((0, 2, 3)))  # (N, 2, 3) min, max; prim's own frame
+    bounds: np.ndarray = field(default_factory=lambda: np.zeros((0, 2, 3)))  # (N, 2, 3) min, max in the prim's frame
     local_to_world: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 4)))  # (N, 4, 4) float64
-    row_of_gprim: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))  # (G,) row, -1 = unlabelled
+    row_of_gprim: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))  # (G,) row, -1 = unlabeled
     selections: Mapping[str | None, Selection] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.prim_paths)
 
     def select(self, predicate: str | None) -> Selection:
-        """The entities under the filter `predicate` (None: every label passes)."""
+        """Return the labeled prims under the filter `predicate` (None: every label passes)."""
         known = self.selections.get(predicate)
-        return known if known is not None else self._reduce(predicate)
+        return known if known is not None else self._filtered(predicate)
 
-    def _reduce(self, predicate: str | None) -> Selection:
-        """A filter that was not announced to the reader: keep or drop whole rows of the unfiltered entities."""
+    def _filtered(self, predicate: str | None) -> Selection:
+        """Apply a filter that the reader was not given: keep or drop whole rows of the unfiltered prims."""
         base = np.unique(self.row_of_gprim[self.row_of_gprim >= 0])
         label_filter = parse_filter(predicate)
         kept = [row for row in base if label_filter is None or label_filter.select(self.labels[row])]
         member_of_row = np.full(len(self) + 1, -1, np.int32)
         member_of_row[kept] = np.arange(len(kept))
-        printed = tuple(passed(self.labels[row], label_filter) for row in kept)
-        return Selection(np.array(kept, np.int64), member_of_row[self.row_of_gprim], printed)
+        output = tuple(output_labels(self.labels[row], label_filter) for row in kept)
+        return Selection(np.array(kept, np.int64), member_of_row[self.row_of_gprim], output)
 
 
 @dataclass(frozen=True)
 class _Ownership:
-    """The part of `LabeledPrims` that changes only with labels and gprims, not with poses."""
+    """The part of `LabeledPrims` that depends on labels and gprims, not on poses."""
 
     gprims: tuple[str, ...]
     steps: list[Steps]  # of each gprim
@@ -94,18 +93,18 @@ class _Ownership:
 
 
 class LabeledPrimReader:
-    """Reads the entities of a stage again and again, touching only what changed since."""
+    """Reads the labeled prims of a stage for every frame, incrementally from stage changes."""
 
     def __init__(self, stage: Usd.Stage) -> None:
         self._stage = stage
         self._changes = ChangeTracker(stage)
         self._labels = LabeledStage(stage)
         self._hulls: dict[Sdf.Path, Hull | None] = {}
-        self._still: set[Sdf.Path] = set()  # gprims with a hull that has no time
+        self._static: set[Sdf.Path] = set()  # gprims whose hull does not vary over time
         self._skinning = Skinning()
         self._bounds: dict[Sdf.Path, dict[tuple[Owner, tuple[int, ...]], np.ndarray]] = {}  # by path of the owner
         self._ownership: _Ownership | None = None
-        self._filters: dict[str | None, None] = {None: None}  # every one announced so far; no filter comes first
+        self._filters: dict[str | None, None] = {None: None}  # all requested so far; the unfiltered one is first
         self._time: Usd.TimeCode | None = None
 
     def read(
@@ -115,19 +114,20 @@ class LabeledPrimReader:
         *,
         time: Usd.TimeCode | None = None,
     ) -> LabeledPrims:
-        """The entities that own `gprims` (paths as in the renderer's table), at `time` (default: the default time).
+        """Return the labeled prims that own `gprims` (paths as in the renderer's table), at `time` (default: the
+        default time).
 
-        filters: label filters that will be selected from the result; announced here, they are exact where labelled
-            prims nest, and rows for their groups are added.
+        filters: label filters that will be selected from the result. Filters given here are exact for nested labeled
+            prims: rows are added for the groups of gprims that they make.
         """
-        self._forget_changed(self._changes.take())
+        self._invalidate(self._changes.take())
         time = Usd.TimeCode.Default() if time is None else time
         if time != self._time:
-            self._hulls = {path: hull for path, hull in self._hulls.items() if path in self._still}
+            self._hulls = {path: hull for path, hull in self._hulls.items() if path in self._static}
             self._bounds.clear()
             self._time = time
         gprims = tuple(gprims)
-        # Filters stay announced: readers of several render products take turns.
+        # Earlier filters are kept, since render products with different filters alternate.
         self._filters |= dict.fromkeys(filters)
         owned = self._ownership
         if owned is None or owned.gprims != gprims or owned.selections.keys() != self._filters.keys():
@@ -143,7 +143,7 @@ class LabeledPrimReader:
             owned.groups,
             np.array(bounds, np.float64).reshape(-1, 2, 3),
             np.array(poses, np.float64).reshape(-1, 4, 4),
-            # The unfiltered selection came first, so its members are the rows.
+            # The unfiltered selection is the first, so its members are the rows.
             owned.selections[None].member_of_gprim,
             owned.selections,
         )
@@ -159,17 +159,17 @@ class LabeledPrimReader:
         selections: dict[str | None, Selection] = {}
         for predicate in self._filters:
             label_filter = parse_filter(predicate)
-            rows, members, printed = [], np.full(len(gprims), -1, np.int32), []
+            rows, members, output = [], np.full(len(gprims), -1, np.int32), []
             for key in group_by_owner([chain for _, chain in found], label_filter).items():
                 if key not in row_of:
                     row_of[key] = len(row_of)
                     labels.append(self._labels.all_labels(key[0]))
                 members[list(key[1])] = len(rows)
                 rows.append(row_of[key])
-                printed.append(passed(labels[row_of[key]], label_filter))
-            selections[predicate] = Selection(np.array(rows, np.int64), members, tuple(printed))
+                output.append(output_labels(labels[row_of[key]], label_filter))
+            selections[predicate] = Selection(np.array(rows, np.int64), members, tuple(output))
             if not rows:
-                warn_of_nothing(predicate, [labels for _, chain in found for _, labels in chain])
+                warn_of_empty_selection(predicate, [labels for _, chain in found for _, labels in chain])
         owners, groups = (tuple(key[part] for key in row_of) for part in (0, 1))
         return _Ownership(gprims, [steps for steps, _ in found], owners, tuple(labels), groups, selections)
 
@@ -178,7 +178,7 @@ class LabeledPrimReader:
     def _bound(
         self, owner: Owner, group: tuple[int, ...], cache: UsdGeom.XformCache, frames: PointFrames
     ) -> np.ndarray:
-        """(2, 3) bounds of the group in the owner's frame; a point at the origin when nothing has an extent."""
+        """Return (2, 3) bounds of the group in the owner's frame; both zero when nothing has an extent."""
         known = self._bounds.setdefault(owner.path, {})
         if (owner, group) not in known:
             bounds = [self._gprim_bound(gprim, owner, cache, frames) for gprim in group]
@@ -197,7 +197,7 @@ class LabeledPrimReader:
         prim = self._stage.GetPrimAtPath(path)
         if path not in self._hulls:
             self._hulls[path] = read_hull(prim, cache.GetTime(), self._skinning)
-            self._note_still(prim)
+            self._note_whether_static(prim)
         hull = self._hulls[path]
         if hull is None:
             return None
@@ -205,23 +205,23 @@ class LabeledPrimReader:
             relative, resets = cache.ComputeRelativeTransform(prim, self._stage.GetPrimAtPath(owner.path))
             if not resets:
                 return hull(as_array(relative))
-        # Points of an instancer, or `resetXformStack`, between the two: only the world knows how they stand.
+        # With an instancer or `resetXformStack` between the two, only their world transforms are comparable.
         return hull(frames.to_world(path, steps) @ np.linalg.inv(frames.to_world(owner.path, owner.steps)))
 
-    def _note_still(self, prim: Usd.Prim) -> None:
+    def _note_whether_static(self, prim: Usd.Prim) -> None:
         varies = any(
             attribute.GetName() in _GEOMETRY and attribute.ValueMightBeTimeVarying()
             for attribute in prim.GetAuthoredAttributes()
         )
         if varies or self._skinning.is_skinned(prim):
-            self._still.discard(prim.GetPath())
+            self._static.discard(prim.GetPath())
         else:
-            self._still.add(prim.GetPath())
+            self._static.add(prim.GetPath())
 
     # Changes
 
-    def _forget_changed(self, changes: Changes) -> None:
-        # What changed in a prototype changed in all its instances, whose own paths are not told.
+    def _invalidate(self, changes: Changes) -> None:
+        # A change in a prototype applies to all its instances, whose paths are not reported.
         if any(Usd.Prim.IsPathInPrototype(path) for path in (*changes.resynced, *changes.changed)):
             changes = Changes({Sdf.Path.absoluteRootPath})
         if self._skinning.concerns(self._stage, changes):
@@ -230,21 +230,21 @@ class LabeledPrimReader:
             self._bounds.clear()
         for root in changes.resynced:
             self._ownership = None
-            self._labels.forget(root)
+            self._labels.invalidate(root)
             self._hulls = {path: hull for path, hull in self._hulls.items() if not path.HasPrefix(root)}
             self._bounds = {path: known for path, known in self._bounds.items() if not path.HasPrefix(root)}
-            self._forget_bounds(root)
+            self._invalidate_bounds(root)
         for path, names in changes.changed.items():
             if any(name.startswith(("semantics:", "semantic:")) for name in names):
                 self._ownership = None
-                self._labels.forget()
+                self._labels.invalidate()
             if not _GEOMETRY.isdisjoint(names):
                 self._hulls.pop(path, None)
-                self._forget_bounds(path)
+                self._invalidate_bounds(path)
             elif any(name.startswith("xformOp") for name in names):
-                # The bounds of the entities above change; the prim's own frame moves along.
-                self._forget_bounds(path.GetParentPath())
+                # The bounds of labeled ancestors change; those in the prim's own frame do not.
+                self._invalidate_bounds(path.GetParentPath())
 
-    def _forget_bounds(self, path: Sdf.Path) -> None:
+    def _invalidate_bounds(self, path: Sdf.Path) -> None:
         for prefix in path.GetPrefixes():
             self._bounds.pop(prefix, None)

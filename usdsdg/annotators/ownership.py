@@ -1,4 +1,4 @@
-"""Who owns a gprim: its nearest labelled ancestor, or itself, that passes a label filter."""
+"""Owners of gprims: the nearest labeled ancestor (or the gprim itself) that passes a label filter."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from usdsdg.stage.semantics.labels import LabelFilter, get_labels, inherited_lab
 
 Labels = Mapping[str, Sequence[str]]
 
-# Labels that a warning lists.
+# Number of labels that a warning lists.
 LISTED = 8
 
 
 class Owner(NamedTuple):
-    """A labelled prim; inside a point instancer's prototype, one of its drawings."""
+    """A labeled prim; inside a point instancer's prototype, one of its instances."""
 
     path: Sdf.Path
     steps: Steps = ()
@@ -38,12 +38,12 @@ class LabeledStage:
         self._stage = stage
         self._own: dict[Sdf.Path, Labels] = {}
 
-    def forget(self, root: Sdf.Path = Sdf.Path.absoluteRootPath) -> None:
-        """Read the labels below `root` again."""
+    def invalidate(self, root: Sdf.Path = Sdf.Path.absoluteRootPath) -> None:
+        """Read the labels below `root` again when they are next needed."""
         self._own = {path: own for path, own in self._own.items() if not path.HasPrefix(root)}
 
     def chains(self, gprims: Sequence[str]) -> list[tuple[Steps, list[tuple[Owner, Labels]]]]:
-        """Of each gprim, how it is drawn and its labelled ancestors with their own labels, nearest first."""
+        """Return, for each gprim, its instance path and its labeled ancestors with their own labels, nearest first."""
         all_steps = find_steps(self._stage, gprims)
         return [
             (
@@ -54,7 +54,7 @@ class LabeledStage:
         ]
 
     def all_labels(self, owner: Owner) -> Labels:
-        """Own and inherited labels by type, outermost first."""
+        """Return own and inherited labels by type, outermost first."""
         return _lower(inherited_labels(self._stage.GetPrimAtPath(owner.path)))
 
     def _labels(self, path: Sdf.Path) -> Labels:
@@ -65,7 +65,7 @@ class LabeledStage:
 
 
 def _ancestors(path: Sdf.Path, steps: Steps) -> Iterator[Owner]:
-    """The prim and its ancestors; from the root of a prototype it goes on at the instancer that draws it."""
+    """Yield the prim and its ancestors; the root of a prototype is followed by the instancer that draws it."""
     while not path.IsAbsoluteRootPath():
         yield Owner(path, steps)
         if steps and path == steps[0].prototype:
@@ -77,7 +77,7 @@ def _ancestors(path: Sdf.Path, steps: Steps) -> Iterator[Owner]:
 def group_by_owner(
     chains: Sequence[Sequence[tuple[Owner, Labels]]], label_filter: LabelFilter | None
 ) -> dict[Owner, tuple[int, ...]]:
-    """Owner → its gprims, in the order in which the owners are first met."""
+    """Return owner → its gprims, owners in the order of their first gprim."""
     groups: dict[Owner, list[int]] = {}
     for index, chain in enumerate(chains):
         owner = next((owner for owner, own in chain if label_filter is None or label_filter.select(own)), None)
@@ -87,12 +87,12 @@ def group_by_owner(
 
 
 def parse_filter(predicate: str | None) -> LabelFilter | None:
-    """The filter; labels in it are compared in lower case, as labels are read."""
+    """Parse a label filter; its labels are lower-cased, as those of the stage are."""
     return LabelFilter(re.sub(r":[^,;]*", lambda labels: labels[0].lower(), predicate)) if predicate else None
 
 
-def warn_of_nothing(predicate: str | None, owned: Sequence[Labels]) -> None:
-    """Say which types and labels there are, where a filter selects none of them."""
+def warn_of_empty_selection(predicate: str | None, owned: Sequence[Labels]) -> None:
+    """Warn that a filter selects none of the labels on the stage, and list those."""
     there = {f"{kind}:{label}" for own in owned for kind, values in own.items() for label in values}
     if not there or not predicate:
         return
@@ -106,12 +106,12 @@ def warn_of_nothing(predicate: str | None, owned: Sequence[Labels]) -> None:
     warn_once(f"the semantic filter {predicate!r} selects none of the labels on the stage; {hint}there are: {some}")
 
 
-def passed(labels: Labels, label_filter: LabelFilter | None) -> dict[str, str]:
-    """The labels that pass, as annotators print them: {type: "label[,label]"}."""
+def output_labels(labels: Labels, label_filter: LabelFilter | None) -> dict[str, str]:
+    """Return the labels that pass in the form of annotator outputs: {type: "label[,label]"}."""
     kept = labels if label_filter is None else label_filter.select(labels)
     return {kind: ",".join(values) for kind, values in kept.items()}
 
 
 def _lower(labels: Labels) -> Labels:
-    """Labels in lower case, as annotators print them; types keep their case."""
+    """Return labels in lower case, as annotators output them; types keep their case."""
     return {kind: tuple(dict.fromkeys(value.lower() for value in values)) for kind, values in labels.items()}

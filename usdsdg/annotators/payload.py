@@ -1,4 +1,4 @@
-"""What a writer's `write` receives: the annotations of all its render products, in one of three layouts."""
+"""The argument of a writer's `write`: the annotations of all its render products, in one of three layouts."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LAYOUTS = ("legacy", "annotator", "renderProduct")
 
 @dataclass(frozen=True)
 class Capture:
-    """What one render product gives to a payload."""
+    """The part of a payload that comes from one render product."""
 
     camera: str  # prim path
     resolution: tuple[int, int]  # width, height
@@ -26,11 +26,11 @@ class Capture:
 
 
 class Reader(Protocol):
-    """Who a payload is for: a writer."""
+    """The receiver of a payload: a writer."""
 
     data_structure: str
-    render_products: Sequence[str]  # those that it is attached to, whether they are in this payload or not
-    shares_arrays: bool  # whether it leaves arrays as they are, so that it needs none of its own
+    render_products: Sequence[str]  # all that it is attached to, including those not in this payload
+    shares_arrays: bool  # whether it never modifies arrays, so that they need not be copied for it
 
     def annotators_of(self, render_product: str) -> Sequence[Annotator]: ...
 
@@ -38,7 +38,7 @@ class Reader(Protocol):
 def build_payload(
     reader: Reader, frames: Mapping[str, Frame], *, frame_number: int | None = None, **outputs: Any
 ) -> dict[str, Any]:
-    """The payload for `reader` of `frames`, by render product path; computes its annotators.
+    """Compute the annotators of `reader` and build its payload from `frames`, by render product path.
 
     frame_number: default, the index of the frames.
     outputs: trigger_outputs, distribution_outputs, named_outputs.
@@ -57,7 +57,7 @@ def build_payload(
     first = next(iter(frames.values()), None)
     number = frame_number if frame_number is not None else first.index if first else 0
     time = first.reference_time if first else (0, 1)
-    # One that is switched off for a frame does not rename what the others give.
+    # Keys must not change when a product is disabled for a frame.
     several = max(len(reader.render_products), len(captures)) > 1
     return lay_out(
         reader.data_structure, captures, several=several, frame_number=number, reference_time=time, **outputs
@@ -65,7 +65,7 @@ def build_payload(
 
 
 def _own(annotation: Annotation, *, shared: bool) -> Annotation:
-    """The annotation with arrays that its reader may write into, unless they are to be shared."""
+    """Copy the arrays of an annotation, so that the reader may write into them, unless they are shared."""
     if shared:
         return annotation
     info = {key: value.copy() if isinstance(value, np.ndarray) else value for key, value in annotation.info.items()}
@@ -83,10 +83,10 @@ def lay_out(
     trigger_outputs: Mapping[str, Any] | None = None,
     named_outputs: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """The payload of `captures`, by render product name.
+    """Arrange `captures`, by render product name, in the layout of a writer.
 
     layout: a writer's `data_structure`. "legacy" names arrays after annotators, with "-<render product>" appended where
-        the writer has `several`; "annotator" and "renderProduct" nest, in the order that the word says.
+        the writer has `several`; "annotator" and "renderProduct" nest with that level outermost.
 
     Raises:
         WriterError: there is no such layout.
@@ -104,7 +104,7 @@ def lay_out(
 
 
 def check_layout(layout: str, writer: str = "A writer") -> None:
-    """Raises WriterError where there is no such layout."""
+    """Raise a WriterError if there is no such layout."""
     if layout not in LAYOUTS:
         raise WriterError(f"{writer}: data_structure {layout!r} does not exist; it may be {', '.join(LAYOUTS)}.")
 
@@ -124,8 +124,8 @@ def _by_annotator(captures: Mapping[str, Capture], several: bool) -> dict[str, A
     for product, capture in captures.items():
         for name, annotation in capture.annotations.items():
             laid_out.setdefault(name, {})[product] = annotation.flat()
-        for fact, value in _product(capture).items():
-            laid_out.setdefault(fact, {})[product] = value
+        for key, value in _product(capture).items():
+            laid_out.setdefault(key, {})[product] = value
     return {"annotators": laid_out}
 
 

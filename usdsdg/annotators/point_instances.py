@@ -1,8 +1,8 @@
-"""Where the gprims of point instancers stand.
+"""Transforms and instancers of point-instanced gprims.
 
-The renderer lists a gprim that a point instancer draws as `path[id]`, where path is the gprim's in the prototype;
-nested instancers append theirs: `path[inner][outer]`. When several instancers share a prototype, equal entries follow
-the order of the instancers on the stage.
+The renderer lists a gprim of a point instance as `path[id]`, where path is that of the gprim in the prototype; nested
+instancers append theirs: `path[inner][outer]`. When several instancers share a prototype, equal entries follow the
+order of the instancers on the stage.
 """
 
 from __future__ import annotations
@@ -22,35 +22,35 @@ class Step(NamedTuple):
     """One point of one instancer."""
 
     instancer: Sdf.Path
-    prototype: Sdf.Path  # root of what the point draws
-    point: int  # its id
+    prototype: Sdf.Path  # root of the prototype that the point instances
+    point: int  # id of the point
 
 
-# From the innermost instancer to the outermost; empty for what is simply on the stage.
+# From the innermost instancer to the outermost; empty for gprims that are not point-instanced.
 Steps = tuple[Step, ...]
 
 
 def prim_path(gprim: str) -> Sdf.Path:
-    """The prim of an entry of the renderer's table."""
+    """Return the prim path of an entry of the renderer's gprim table."""
     return Sdf.Path(gprim.split("[", 1)[0])
 
 
 def find_steps(stage: Usd.Stage, gprims: Sequence[str]) -> list[Steps]:
-    """How each gprim of the renderer's table comes to be drawn."""
+    """Return the instancers and points of each gprim of the renderer's table."""
     if not any(gprim.endswith("]") for gprim in gprims):
         return [()] * len(gprims)
     instancers = _instancers(stage)
-    met: Counter[str] = Counter()
+    seen: Counter[str] = Counter()
     found = []
     for gprim in gprims:
         path, *points = gprim.replace("]", "").split("[")
-        found.append(_steps(Sdf.Path(path), [int(point) for point in points], instancers, met[gprim]))
-        met[gprim] += 1
+        found.append(_steps(Sdf.Path(path), [int(point) for point in points], instancers, seen[gprim]))
+        seen[gprim] += 1
     return found
 
 
 def _instancers(stage: Usd.Stage) -> list[tuple[Sdf.Path, Sdf.Path]]:
-    """(instancer, prototype root) of all point instancers, in stage order."""
+    """Return (instancer, prototype root) of all point instancers, in stage order."""
     everything = Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate))
     return [
         (prim.GetPath(), prototype)
@@ -67,7 +67,7 @@ def _steps(path: Sdf.Path, points: list[int], instancers: list[tuple[Sdf.Path, S
         if not drawn_by:
             warn_once(f"{path}: no point instancer draws it, so its point instances have no label.")
             return ()
-        # The nearest prototype root; of the instancers that share it, the one whose turn it is.
+        # The nearest prototype root; instancers that share it are assigned in turn.
         nearest = max(p.pathElementCount for _, p in drawn_by)
         sharing = [(i, p) for i, p in drawn_by if p.pathElementCount == nearest]
         instancer, prototype = sharing[turn % len(sharing)]
@@ -77,19 +77,19 @@ def _steps(path: Sdf.Path, points: list[int], instancers: list[tuple[Sdf.Path, S
 
 
 class PointFrames:
-    """Matrices of point instances at one time."""
+    """World transforms of point instances at one time."""
 
     def __init__(self, stage: Usd.Stage, cache: UsdGeom.XformCache) -> None:
         self._stage, self._cache = stage, cache
         self._points: dict[Sdf.Path, dict[int, np.ndarray]] = {}
 
     def to_world(self, path: Sdf.Path, steps: Steps) -> np.ndarray:
-        """(4, 4) local to world of the prim at `path`, as drawn by way of `steps`."""
+        """Return the (4, 4) local-to-world matrix of the prim at `path`, instanced through `steps`."""
         prim = self._stage.GetPrimAtPath(path)
         if not steps:
             return as_array(self._cache.GetLocalToWorldTransform(prim))
         step = steps[0]
-        # A point takes the frame that its prototype's root stands in to the instancer's frame.
+        # A point maps the parent frame of its prototype's root to the instancer's frame.
         above = self._stage.GetPrimAtPath(step.prototype.GetParentPath())
         relative, _ = self._cache.ComputeRelativeTransform(prim, above)
         return as_array(relative) @ self._point(step) @ self.to_world(step.instancer, steps[1:])
@@ -100,7 +100,7 @@ class PointFrames:
         return self._points[step.instancer][step.point]
 
     def _read(self, path: Sdf.Path) -> dict[int, np.ndarray]:
-        """Point id → (4, 4) to the instancer's frame."""
+        """Return point id → (4, 4) matrix to the instancer's frame."""
         instancer, time = UsdGeom.PointInstancer(self._stage.GetPrimAtPath(path)), self._cache.GetTime()
         matrices = instancer.ComputeInstanceTransformsAtTime(
             time, time, UsdGeom.PointInstancer.ExcludeProtoXform, UsdGeom.PointInstancer.IgnoreMask

@@ -9,10 +9,10 @@ from usdsdg.session.render_products import product_at
 
 
 def render_product_paths(render_products: Any) -> list[str]:
-    """Prim paths of a render product, of its path, or of a list of either.
+    """Return the prim paths of a render product, of a path, or of a list of either.
 
     Raises:
-        AnnotatorError: something in it is neither.
+        AnnotatorError: an item is neither.
     """
     items = render_products if isinstance(render_products, (list, tuple, set)) else [render_products]
     paths = []
@@ -27,10 +27,10 @@ def render_product_paths(render_products: Any) -> list[str]:
 
 
 def existing_products(render_products: Any) -> list[str]:
-    """As `render_product_paths`, of products that exist.
+    """Return the prim paths as `render_product_paths` does, and check that the products exist.
 
     Raises:
-        AnnotatorError: something in it is no render product.
-        BadPrim: one does not exist, or not any more; the message names near misses.
+        AnnotatorError: an item is not a render product.
+        BadPrim: one does not exist; the message names near misses.
     """
     return [product_at(path).path for path in render_product_paths(render_products)]

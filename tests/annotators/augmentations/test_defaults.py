@@ -433,7 +433,7 @@ def test_background_rand_shows_through_alpha_and_where_nothing_is(folder):
 @pytest.mark.parametrize("function", [images.image_blend, images.cut_mix, images.background_rand])
 def test_a_folder_without_pictures_is_told(function, tmp_path):
     for path in ("", str(tmp_path), str(tmp_path / "nowhere")):
-        with pytest.raises(AugmentationError, match="has no pictures"):
+        with pytest.raises(AugmentationError, match="has no images"):
             function(picture(), folderpath=path)
     (tmp_path / "broken.png").write_bytes(b"no picture")
     with pytest.raises(AugmentationError, match=r"broken\.png cannot be read"):

@@ -1,1 +1,1 @@
-"""Augmentations: functions and kernels that an annotator's array passes through."""
+"""Augmentations of annotator arrays: what they are, and Replicator's built-in ones."""

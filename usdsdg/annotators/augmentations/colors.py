@@ -1,6 +1,6 @@
-"""Augmentations of each pixel by itself: brightness, contrast, colour spaces, pictures of depth and normals.
+"""Per-pixel augmentations: brightness, contrast, color spaces, colorized depth and normals.
 
-Pictures are uint8 (H, W, 3 or 4); alpha stays as it is. Numbers are cut off, not rounded, as in Replicator.
+Images are uint8 (H, W, 3 or 4); alpha does not change. Values are truncated, not rounded, as in Replicator.
 """
 
 from __future__ import annotations
@@ -9,23 +9,23 @@ import numpy as np
 
 from usdsdg.graph.sampling import generator
 
-# Weights of red, green and blue in brightness (ITU-R BT.601), as in Replicator.
+# Weights of red, green and blue in luma (ITU-R BT.601), as in Replicator.
 LUMA = (0.2989, 0.587, 0.114)
 
 
 def rgba_to_rgb(data_in: np.ndarray) -> np.ndarray:
-    """Drop alpha: (H, W, 4) to (H, W, 3), of any type."""
+    """Drop alpha: (H, W, 4) to (H, W, 3) of any type."""
     return np.ascontiguousarray(data_in[..., :3])
 
 
 def adjust_sigmoid(data_in: np.ndarray, cutoff: float = 0.5, gain: float = 1.0) -> np.ndarray:
-    """Contrast along a sigmoid: 255 / (1 + exp(gain * (cutoff - value / 255))) of each value."""
+    """Adjust contrast by a sigmoid: 255 / (1 + exp(gain * (cutoff - value / 255))) of each value."""
     values = np.arange(256, dtype=np.float32) / 255
     return _looked_up(data_in, 255 / (1 + np.exp(gain * (cutoff - values))))
 
 
 def brightness(data_in: np.ndarray, brightness_factor: float = 2.0) -> np.ndarray:
-    """Each value times `brightness_factor`, at most 255."""
+    """Multiply each value by `brightness_factor`, clipped at 255."""
     return _looked_up(data_in, np.arange(256, dtype=np.float32) * brightness_factor)
 
 
@@ -36,20 +36,20 @@ def contrast(
     contrastFactorIntervalMax: float = 5.0,
     seed: int = 0,
 ) -> np.ndarray:
-    """Spread values around the mean brightness: 0 gives grey, 1 the input, 2 twice the contrast.
+    """Scale values around the mean luma: 0 gives gray, 1 the input, 2 twice the contrast.
 
-    contrastFactor: None draws it uniformly between the two ends of the interval, as older versions do.
+    contrastFactor: None draws it uniformly from the interval, as older versions do.
     """
     factor = contrastFactor
     if factor is None:
         low, high = contrastFactorIntervalMin, contrastFactorIntervalMax
         factor = generator(seed, "contrast", 0).uniform(low, high)
-    mean = float(grey(data_in).mean())
+    mean = float(gray(data_in).mean())
     return _looked_up(data_in, np.arange(256, dtype=np.float32) * factor + (1 - factor) * mean)
 
 
 def rgb_to_hsv(data_in: np.ndarray) -> np.ndarray:
-    """RGB to hue, saturation and value, each from 0 to 255 in whole numbers; a turn of hue is 256 (red at 0)."""
+    """Convert RGB to hue, saturation and value, integers from 0 to 255; a full turn of hue is 256 (red at 0)."""
     r, g, b = (data_in[..., channel].astype(np.int32) for channel in range(3))
     value, least = np.maximum(np.maximum(r, g), b), np.minimum(np.minimum(r, g), b)
     spread = value - least
@@ -64,7 +64,7 @@ def rgb_to_hsv(data_in: np.ndarray) -> np.ndarray:
 
 
 def hsv_to_rgb(data_in: np.ndarray) -> np.ndarray:
-    """The inverse of `rgb_to_hsv`, up to the rounding of whole numbers."""
+    """Convert hue, saturation and value to RGB: the inverse of `rgb_to_hsv`, up to integer rounding."""
     hue, saturation, value = (data_in[..., channel].astype(np.int32) for channel in range(3))
     sector, within = hue // 43, hue % 43 * 6
     low = value * (255 - saturation) // 256
@@ -79,42 +79,42 @@ def hsv_to_rgb(data_in: np.ndarray) -> np.ndarray:
 
 
 def colorize_depth(data_in: np.ndarray, near: float = 0.1, far: float = 100.0) -> np.ndarray:
-    """uint8 (H, W, 4) of depths (H, W) [m]: white at `near`, black at `far`, on a logarithmic scale; nothing is black.
+    """Colorize depth (H, W) [m] as uint8 (H, W, 4): white at `near`, black at `far`, logarithmic; no hit is black.
 
-    near, far: above 0; depths beyond are cut off.
+    near, far: above 0; depths are clipped to them.
     """
     depth = data_in.astype(np.float32).reshape(data_in.shape[:2])
     seen = np.isfinite(depth)
-    share = np.log(np.clip(np.where(seen, depth, far), near, far) / np.float32(near)) / np.log(far / near)
-    shade = np.where(seen, np.clip(1 - share, 0, 1) * 255, 0).astype(np.uint8)
+    fraction = np.log(np.clip(np.where(seen, depth, far), near, far) / np.float32(near)) / np.log(far / near)
+    shade = np.where(seen, np.clip(1 - fraction, 0, 1) * 255, 0).astype(np.uint8)
     return np.dstack([shade, shade, shade, np.full_like(shade, 255)])
 
 
 def colorize_normals(data_in: np.ndarray) -> np.ndarray:
-    """uint8 (H, W, 4) of normals (H, W, 3 or 4): -1..1 becomes 0..255; no normal is black."""
+    """Colorize normals (H, W, 3 or 4) as uint8 (H, W, 4): -1..1 becomes 0..255; no normal is black."""
     normals = data_in[..., :3]
     out = np.full((*data_in.shape[:2], 4), 255, np.uint8)
     out[..., :3] = np.where(normals.any(axis=-1, keepdims=True), (normals * 0.5 + 0.5) * 255, 0)
     return out
 
 
-def grey(picture: np.ndarray) -> np.ndarray:
-    """uint8 (H, W): brightness of a picture."""
-    return (picture[..., :3].astype(np.float32) @ np.array(LUMA, np.float32)).astype(np.uint8)
+def gray(image: np.ndarray) -> np.ndarray:
+    """Return the luma of an image, uint8 (H, W)."""
+    return (image[..., :3].astype(np.float32) @ np.array(LUMA, np.float32)).astype(np.uint8)
 
 
 def to_bytes(values: np.ndarray) -> np.ndarray:
-    """uint8: cut off at 0 and 255, and to whole numbers."""
+    """Clip to 0..255 and truncate to uint8."""
     return np.clip(values, 0, 255).astype(np.uint8)
 
 
-def _looked_up(picture: np.ndarray, table: np.ndarray) -> np.ndarray:
-    """The picture with each colour value replaced by its entry in `table` (256)."""
-    return with_rgb(picture, to_bytes(table)[picture[..., :3]])
+def _looked_up(image: np.ndarray, table: np.ndarray) -> np.ndarray:
+    """Replace each color value by its entry in `table` (256)."""
+    return with_rgb(image, to_bytes(table)[image[..., :3]])
 
 
-def with_rgb(picture: np.ndarray, rgb: np.ndarray) -> np.ndarray:
-    """The picture with other colours and its own alpha."""
-    out = picture.copy()
+def with_rgb(image: np.ndarray, rgb: np.ndarray) -> np.ndarray:
+    """Replace the color of an image and keep its alpha."""
+    out = image.copy()
     out[..., :3] = rgb
     return out

@@ -1,4 +1,4 @@
-"""Replicator's own augmentations by name: those of `rep.annotators.get_augmentation`, and their nodes."""
+"""Replicator's built-in augmentations by name, those of `rep.annotators.get_augmentation`, and their nodes."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ _FUNCTIONS = {
 for _name, _augmentation in _FUNCTIONS.items():
     augmentations.add(_name, _augmentation)
 
-# The names of the functions and nodes behind some of them.
+# Names of the functions and nodes that implement some of them.
 _ALIASES = {
     "adjust_sigmoid": "AdjustSigmoid",
     "brightness": "Brightness",

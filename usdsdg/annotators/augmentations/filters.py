@@ -1,6 +1,6 @@
-"""Augmentations of each pixel with its neighbours: convolutions, motion blur, pixellation, edges.
+"""Augmentations that filter neighborhoods: convolution, motion blur, pixelation, edges.
 
-Pictures are uint8 (H, W, 3 or 4); alpha stays as it is. Outside the picture its border continues.
+Images are uint8 (H, W, 3 or 4); alpha does not change. Borders are extended by their edge pixels.
 """
 
 from __future__ import annotations
@@ -9,23 +9,23 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.annotators.augmentations.colors import grey, to_bytes, with_rgb
+from usdsdg.annotators.augmentations.colors import gray, to_bytes, with_rgb
 from usdsdg.graph.sampling import generator
 
-# Replicator's Canny holds three times the gradient against its thresholds.
+# Replicator's Canny compares three times the gradient with its thresholds.
 CANNY_SCALE = 3.0
 
 
 def conv2d(
     data_in: np.ndarray, kernel: Any = None, alpha: float = 0.7, kernelWidth: int = 3, seed: int = 0
 ) -> np.ndarray:
-    """Convolve, and mix the result with the input: alpha * filtered + (1 - alpha) * input.
+    """Convolve, and blend the result with the input: alpha * filtered + (1 - alpha) * input.
 
     Args:
-        data_in: the picture.
-        kernel: weights (N, N), or flat (N * N); N is odd. Not mirrored: row 0 weighs the row above. None draws
-            `kernelWidth` x `kernelWidth` weights as a layer of a neural network begins (He), as older versions do.
-        alpha: 0 is the input, 1 the filtered picture.
+        data_in: the image.
+        kernel: weights (N, N), or flat (N * N); N is odd. Not mirrored: row 0 weights the row above. None draws
+            `kernelWidth` x `kernelWidth` weights by He initialization, as older versions do.
+        alpha: 0 is the input, 1 the filtered image.
         kernelWidth: size of a drawn kernel.
         seed: of a drawn kernel.
 
@@ -48,16 +48,15 @@ def motion_blur(
     alpha: float = 0.7,
     seed: int = 0,
 ) -> np.ndarray:
-    """Blur along a line, and mix the result with the input: alpha * blurred + (1 - alpha) * input.
+    """Blur along a line, and blend the result with the input: alpha * blurred + (1 - alpha) * input.
 
     Args:
-        data_in: the picture.
+        data_in: the image.
         motionAngle: degrees; 0 to the left, 90 to the bottom, 270 to the top. None draws one.
-        strength: from -1, where only the half behind weighs much, over 0, all the same, to 1, only the half ahead.
-            None draws one.
+        strength: from -1, most weight behind, over 0, equal weights, to 1, most weight ahead. None draws one.
         kernelSize: length of the line [pixels]; at least 2.
-        alpha: 0 is the input, 1 the blurred picture.
-        seed: of what is drawn.
+        alpha: 0 is the input, 1 the blurred image.
+        seed: of the random draws.
     """
     draws = generator(seed, "motion_blur", 0).random(2)
     angle = 360 * draws[0] if motionAngle is None else motionAngle
@@ -66,7 +65,7 @@ def motion_blur(
 
 
 def pixellate(data_in: np.ndarray, kernelSize: int = 8) -> np.ndarray:
-    """Every block of `kernelSize` x `kernelSize` pixels in its mean colour; blocks at the right and bottom may be cut.
+    """Fill each block of `kernelSize` x `kernelSize` pixels with its mean color; right and bottom blocks may be cut.
 
     Raises:
         ValueError: kernelSize is below 1.
@@ -84,27 +83,27 @@ def pixellate(data_in: np.ndarray, kernelSize: int = 8) -> np.ndarray:
 
 
 def sobel(data_in: np.ndarray) -> np.ndarray:
-    """uint8 (H, W, 4): strength of edges, a quarter of the gradient of the channels' mean; black at the border."""
+    """Return edge strength, uint8 (H, W, 4): a quarter of the gradient of the channels' mean; black at the border."""
     dx, dy = _gradient(data_in[..., :3].astype(np.float32).mean(axis=-1))
     edges = to_bytes(np.hypot(dx, dy) / 4)
     return np.dstack([edges, edges, edges, np.full_like(edges, 255)])
 
 
 def canny(data_in: np.ndarray, thresholdLow: float = 50.0, thresholdHigh: float = 100.0) -> np.ndarray:
-    """uint8 (H, W): 255 on the edges that Canny's method finds, 0 elsewhere and at the border.
+    """Return Canny edges, uint8 (H, W): 255 on edges, 0 elsewhere and at the border.
 
-    An edge is where three times the Sobel gradient of the blurred brightness is largest across the edge and above
-    `thresholdHigh`, or above `thresholdLow` and connected with such pixels.
+    An edge is where three times the Sobel gradient of the blurred luma is largest across the edge and above
+    `thresholdHigh`, or above `thresholdLow` and connected to such pixels.
     """
     from scipy import ndimage
 
-    shades = grey(data_in)
+    shades = gray(data_in)
     smooth = shades.astype(np.float32)
     blurred = ndimage.correlate(smooth, np.outer([1, 2, 1], [1, 2, 1]) / np.float32(16), mode="nearest")
     smooth[1:-1, 1:-1] = to_bytes(blurred)[1:-1, 1:-1]
     dx, dy = _gradient(smooth)
     strength = np.hypot(dx, dy)
-    # The neighbour across the edge, as one of four directions.
+    # Direction across the edge, quantized to four.
     octant = np.round(np.arctan2(dy, dx) / (np.pi / 4)).astype(int) % 4
     padded = np.pad(strength, 1)
     height, width = strength.shape
@@ -113,21 +112,21 @@ def canny(data_in: np.ndarray, thresholdLow: float = 50.0, thresholdHigh: float 
         here = octant == number
         ahead[here] = padded[1 + down : 1 + down + height, 1 + right : 1 + right + width][here]
         behind[here] = padded[1 - down : 1 - down + height, 1 - right : 1 - right + width][here]
-    # A ridge of two equal pixels keeps one.
+    # Of two equal pixels across a ridge one is kept.
     ridge = np.where((strength > ahead) & (strength >= behind), strength * CANNY_SCALE, 0)
-    parts, _ = ndimage.label((ridge >= thresholdLow) & (ridge > 0), np.ones((3, 3)))
-    strong = np.unique(parts[(ridge >= thresholdHigh) & (ridge > 0)])
-    return np.where(np.isin(parts, strong[strong > 0]), np.uint8(255), np.uint8(0))
+    components, _ = ndimage.label((ridge >= thresholdLow) & (ridge > 0), np.ones((3, 3)))
+    strong = np.unique(components[(ridge >= thresholdHigh) & (ridge > 0)])
+    return np.where(np.isin(components, strong[strong > 0]), np.uint8(255), np.uint8(0))
 
 
-def _filtered(picture: np.ndarray, weights: np.ndarray, alpha: float) -> np.ndarray:
+def _filtered(image: np.ndarray, weights: np.ndarray, alpha: float) -> np.ndarray:
     from scipy import ndimage
 
-    colors = picture[..., :3].astype(np.float32)
+    colors = image[..., :3].astype(np.float32)
     channels = [ndimage.correlate(colors[..., c], weights.astype(np.float32), mode="nearest") for c in range(3)]
     filtered = np.clip(np.stack(channels, axis=-1), 0, 255)
-    # Sums of weights that should be 1 miss it by rounding; a constant picture stays as it is.
-    return with_rgb(picture, to_bytes(alpha * filtered + (1 - alpha) * colors + np.float32(1e-3)))
+    # Weights that should sum to 1 miss it by rounding; the offset keeps a constant image unchanged.
+    return with_rgb(image, to_bytes(alpha * filtered + (1 - alpha) * colors + np.float32(1e-3)))
 
 
 def _square(kernel: Any) -> np.ndarray:
@@ -141,24 +140,24 @@ def _square(kernel: Any) -> np.ndarray:
 
 
 def _motion_weights(size: int, angle: float, strength: float) -> np.ndarray:
-    """Weights along the line through the middle, from one end to the other, with the sum 1."""
+    """Return weights (N, N) along the line through the center, varying linearly between its ends, with sum 1."""
     if size < 2:
         raise ValueError(f"kernelSize is {size!r}; expected a whole number above 1")
     half = size // 2
     rows, columns = np.mgrid[-half : half + 1, -half : half + 1]
-    turn = np.deg2rad(angle)
-    # Coordinates along and across the line; its first end lies to the left at 0 degrees and below at 90.
-    along = columns * np.cos(turn) - rows * np.sin(turn)
-    across = columns * np.sin(turn) + rows * np.cos(turn)
+    radians = np.deg2rad(angle)
+    # Coordinates along and across the line; its first end is at the left for 0 degrees and at the bottom for 90.
+    along = columns * np.cos(radians) - rows * np.sin(radians)
+    across = columns * np.sin(radians) + rows * np.cos(radians)
     on_line = (np.abs(across) < 0.5 + 1e-9) & (np.abs(along) <= half + 1e-9)
     ahead = (np.clip(strength, -1, 1) + 1) / 2
-    share = np.clip((along + half) / (2 * half), 0, 1)
-    weights = np.where(on_line, ahead + (1 - 2 * ahead) * share, 0)
+    fraction = np.clip((along + half) / (2 * half), 0, 1)
+    weights = np.where(on_line, ahead + (1 - 2 * ahead) * fraction, 0)
     return weights / weights.sum()
 
 
 def _gradient(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sobel's derivatives to the right and downwards, 0 at the border."""
+    """Return Sobel's derivatives to the right and downward, 0 at the border."""
     dx, dy = np.zeros_like(values), np.zeros_like(values)
     if min(values.shape) > 2:
         down = values[:-2] + 2 * values[1:-1] + values[2:]

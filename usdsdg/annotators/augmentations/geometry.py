@@ -1,6 +1,6 @@
-"""Augmentations that move pixels: crop and rotate. They say where each pixel of the input went (`Warped.xform`).
+"""Augmentations that move pixels: crop and rotate. They return the transform of pixel positions (`Warped.xform`).
 
-Pictures are uint8 (H, W, C) of the same size before and after; pixel (0, 0) is the middle of the top left one.
+Images are uint8 (H, W, C) of the same size before and after; (0, 0) is the center of the top left pixel.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ def crop_resize(
     minPercent: float = 0.5,
     seed: int = 0,
 ) -> Warped:
-    """Cut a part out and enlarge it to the size of the picture.
+    """Crop a part and scale it up to the size of the image.
 
     Args:
-        data_in: the picture.
-        cropFactor: size of the part, above 0 to 1 (everything). None draws it between `minPercent` and 1, and the place
-            too, as older versions do.
-        offsetFactor: (vertical, horizontal), each from -1 to 1: where the part's contents move: (1, 1) to the top and
-            the right, so the part is cut out at the bottom left; (0, 0) cuts out the middle.
-        minPercent: smallest size that is drawn.
-        seed: of what is drawn.
+        data_in: the image.
+        cropFactor: size of the part as a fraction, above 0 to 1. None draws it between `minPercent` and 1, and the
+            offset too, as older versions do.
+        offsetFactor: (vertical, horizontal), each from -1 to 1: direction in which the contents move. (1, 1) is to the
+            top right, so that the bottom left is cropped; (0, 0) crops the center.
+        minPercent: smallest fraction that is drawn.
+        seed: of the random draws.
 
     Raises:
         ValueError: a factor is outside its range, or nothing would be left.
@@ -52,14 +52,14 @@ def crop_resize(
 
 
 def rotate(data_in: np.ndarray, rotation: float | None = None, rotateDegrees: float = 45.0, seed: int = 0) -> Warped:
-    """Turn the picture about its middle; what comes from outside is 0 in all channels.
+    """Rotate the image about its center; pixels from outside are 0 in all channels.
 
     Args:
-        data_in: the picture.
-        rotation: degrees, counter-clockwise as one sees it (what Replicator does; its documentation says clockwise).
-            None draws it between -rotateDegrees and rotateDegrees, as older versions do.
+        data_in: the image.
+        rotation: degrees, counterclockwise in the displayed image (as Replicator does; its documentation says
+            clockwise). None draws it between -rotateDegrees and rotateDegrees, as older versions do.
         rotateDegrees: largest angle that is drawn.
-        seed: of what is drawn.
+        seed: of the random draws.
     """
     if rotation is None:
         rotation = rotateDegrees * (2 * generator(seed, "rotate", 0).random() - 1)
@@ -71,23 +71,23 @@ def rotate(data_in: np.ndarray, rotation: float | None = None, rotateDegrees: fl
 
 
 def _cut(length: int, factor: float, offset: float) -> tuple[int, int]:
-    """First pixel and number of pixels of a part of `length`."""
+    """Return the first pixel and the number of pixels of the cropped part of `length`."""
     size = int(factor * length)
     if size < 1:
         raise ValueError(f"cropFactor {factor:g} leaves nothing of {length} pixels")
     return int(offset * (1 - factor) / 2 * length + (length - size) / 2), size
 
 
-def _resampled(picture: np.ndarray, xform: np.ndarray, *, outside: str) -> np.ndarray:
-    """The picture moved by `xform`, with linear interpolation; `outside` as in scipy.ndimage."""
+def _resampled(image: np.ndarray, xform: np.ndarray, *, outside: str) -> np.ndarray:
+    """Transform the image by `xform` with linear interpolation; `outside` is a mode of scipy.ndimage."""
     from scipy import ndimage
 
     back = np.linalg.inv(xform)
-    # scipy counts (row, column).
+    # scipy orders coordinates (row, column).
     matrix, offset = back[1::-1, 1::-1], back[1::-1, 2]
-    out = np.empty_like(picture)
-    for channel in range(picture.shape[2]):
-        values = picture[..., channel].astype(np.float32)
+    out = np.empty_like(image)
+    for channel in range(image.shape[2]):
+        values = image[..., channel].astype(np.float32)
         moved = ndimage.affine_transform(values, matrix, offset, order=1, mode=outside, cval=0.0)
         out[..., channel] = np.clip(moved + 1e-3, 0, 255)
     return out

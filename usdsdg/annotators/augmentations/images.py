@@ -1,6 +1,6 @@
-"""Augmentations with other pictures, drawn from a folder: backgrounds, patches, blends.
+"""Augmentations with random images from a folder: backgrounds, patches, blends.
 
-Pictures are uint8 (H, W, 3 or 4); alpha stays as it is. The other picture is resized to the same size.
+Images are uint8 (H, W, 3 or 4); alpha does not change. The other image is resized to the same size.
 """
 
 from __future__ import annotations
@@ -20,34 +20,34 @@ SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".gif", ".tif", ".tiff", ".webp")
 def background_rand(
     data_in: np.ndarray, folderpath: str = "", instance: np.ndarray | None = None, seed: int = 0
 ) -> np.ndarray:
-    """Put a picture behind what the camera sees.
+    """Composite the image over a random background.
 
     Args:
-        data_in: the picture, (H, W, 4); where its alpha is below 255 the background shines through.
+        data_in: the image, (H, W, 4); where its alpha is below 255 the background shows through.
         folderpath: folder with the backgrounds.
-        instance: (H, W) int32, -1 where no geometry is seen, as in the AOV "instance": there is the background alone.
+        instance: the AOV "instance", (H, W) int32, -1 where no geometry is hit: only the background shows there.
         seed: of the choice.
 
     Raises:
-        AugmentationError: the folder has no pictures.
+        AugmentationError: the folder has no images.
     """
-    behind = _drawn_picture(folderpath, data_in.shape[:2], seed, "background_rand").astype(np.float32)
-    cover = np.ones((*data_in.shape[:2], 1), np.float32)
+    behind = _random_image(folderpath, data_in.shape[:2], seed, "background_rand").astype(np.float32)
+    alpha = np.ones((*data_in.shape[:2], 1), np.float32)
     if data_in.shape[2] > 3:
-        cover = data_in[..., 3:4] / np.float32(255)
+        alpha = data_in[..., 3:4] / np.float32(255)
     if instance is not None:
-        cover = np.where((instance >= 0)[..., None], cover, 0)
-    return with_rgb(data_in, to_bytes(cover * data_in[..., :3] + (1 - cover) * behind))
+        alpha = np.where((instance >= 0)[..., None], alpha, 0)
+    return with_rgb(data_in, to_bytes(alpha * data_in[..., :3] + (1 - alpha) * behind))
 
 
 def cut_mix(data_in: np.ndarray, folderpath: str = "", seed: int = 0) -> np.ndarray:
-    """Put a rectangle of another picture over this one; its corners are drawn uniformly.
+    """Replace a rectangle by that of a random image; its corners are drawn uniformly.
 
     Raises:
-        AugmentationError: the folder has no pictures.
+        AugmentationError: the folder has no images.
     """
     height, width = data_in.shape[:2]
-    other = _drawn_picture(folderpath, (height, width), seed, "cut_mix")
+    other = _random_image(folderpath, (height, width), seed, "cut_mix")
     draws = generator(seed, "cut_mix/corners", 0)
     rows, columns = np.sort(draws.integers(0, height, 2)), np.sort(draws.integers(0, width, 2))
     out = data_in.copy()
@@ -59,25 +59,25 @@ def cut_mix(data_in: np.ndarray, folderpath: str = "", seed: int = 0) -> np.ndar
 def image_blend(
     data_in: np.ndarray, folderpath: str = "", blendFactor: float | None = None, seed: int = 0
 ) -> np.ndarray:
-    """Mix with another picture: (1 - blendFactor) * this + blendFactor * other.
+    """Blend with a random image: (1 - blendFactor) * this + blendFactor * other.
 
     blendFactor: from 0 to 1; None draws it, as older versions do.
 
     Raises:
-        AugmentationError: the folder has no pictures.
+        AugmentationError: the folder has no images.
     """
-    other = _drawn_picture(folderpath, data_in.shape[:2], seed, "image_blend")
-    share = generator(seed, "image_blend/factor", 0).random() if blendFactor is None else blendFactor
-    return with_rgb(data_in, to_bytes((1 - share) * data_in[..., :3] + share * other + 1e-3))
+    other = _random_image(folderpath, data_in.shape[:2], seed, "image_blend")
+    factor = generator(seed, "image_blend/factor", 0).random() if blendFactor is None else blendFactor
+    return with_rgb(data_in, to_bytes((1 - factor) * data_in[..., :3] + factor * other + 1e-3))
 
 
-def _drawn_picture(folder: str, shape: tuple[int, int], seed: int, what: str) -> np.ndarray:
-    """(H, W, 3) uint8: one of the pictures of `folder`, in `shape`."""
+def _random_image(folder: str, shape: tuple[int, int], seed: int, what: str) -> np.ndarray:
+    """Return a random image of `folder`, resized to `shape`, uint8 (H, W, 3)."""
     paths = sorted(p for p in Path(folder).expanduser().glob("*") if p.suffix.lower() in SUFFIXES) if folder else []
     if not paths:
         raise AugmentationError(
-            f"{what}: folderpath is {str(folder)!r}, which has no pictures ({', '.join(SUFFIXES)}). Give a folder that "
-            "has."
+            f"{what}: folderpath is {str(folder)!r}, which has no images ({', '.join(SUFFIXES)}). Give a folder "
+            "with images."
         )
     return _resized(str(paths[generator(seed, what, 0).integers(len(paths))]), shape)
 
@@ -87,10 +87,10 @@ def _resized(path: str, shape: tuple[int, int]) -> np.ndarray:
     from PIL import Image, UnidentifiedImageError
 
     try:
-        with Image.open(path) as picture:
-            resized = picture.convert("RGB").resize(shape[::-1], Image.Resampling.BILINEAR)
+        with Image.open(path) as opened:
+            resized = opened.convert("RGB").resize(shape[::-1], Image.Resampling.BILINEAR)
     except (UnidentifiedImageError, OSError) as error:
-        raise AugmentationError(f"{path} cannot be read as a picture: {error}") from error
+        raise AugmentationError(f"{path} cannot be read as an image: {error}") from error
     pixels = np.asarray(resized)
     pixels.flags.writeable = False
     return pixels

@@ -1,4 +1,4 @@
-"""Augmentations with noise. Pictures are uint8 (H, W, 3 or 4); alpha stays as it is."""
+"""Augmentations that add noise. Images are uint8 (H, W, 3 or 4); alpha does not change."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from usdsdg.graph.sampling import generator
 
 
 def speckle_noise(data_in: np.ndarray, sigma: float = 0.5, seed: int = 0) -> np.ndarray:
-    """Noise in proportion to the value: value * (1 + sigma * n), with n from a standard normal distribution."""
+    """Add multiplicative noise: value * (1 + sigma * n), with n from a standard normal distribution."""
     noise = _normals(data_in, seed, "speckle_noise")
     return with_rgb(data_in, to_bytes(data_in[..., :3] * (1 + np.float32(sigma) * noise)))
 
 
 def shot_noise(data_in: np.ndarray, sigma: float = 0.5, seed: int = 0) -> np.ndarray:
-    """Noise of counted photons: value + n * sqrt(value / sigma), with values from 0 to 1 and n from a standard normal
+    """Add photon shot noise: value + n * sqrt(value / sigma), for values in 0..1 and n from a standard normal
     distribution.
 
-    sigma: photons at full brightness: the more, the less noise.
+    sigma: number of photons at full brightness; larger values give less noise.
 
     Raises:
         ValueError: sigma is not above 0.
@@ -30,7 +30,7 @@ def shot_noise(data_in: np.ndarray, sigma: float = 0.5, seed: int = 0) -> np.nda
 
 
 def glass_blur(data_in: np.ndarray, delta: int = 4, seed: int = 0) -> np.ndarray:
-    """Each pixel's colour from another one, at most `delta` rows and columns away.
+    """Replace each pixel's color by that of a random pixel at most `delta` rows and columns away.
 
     Raises:
         ValueError: delta is below 1.
@@ -43,6 +43,6 @@ def glass_blur(data_in: np.ndarray, delta: int = 4, seed: int = 0) -> np.ndarray
     return with_rgb(data_in, data_in[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1), :3])
 
 
-def _normals(picture: np.ndarray, seed: int, what: str) -> np.ndarray:
-    """(H, W, 3) float32 from a standard normal distribution."""
-    return generator(seed, what, 0).standard_normal((*picture.shape[:2], 3), np.float32)
+def _normals(image: np.ndarray, seed: int, what: str) -> np.ndarray:
+    """Draw (H, W, 3) float32 from a standard normal distribution."""
+    return generator(seed, what, 0).standard_normal((*image.shape[:2], 3), np.float32)

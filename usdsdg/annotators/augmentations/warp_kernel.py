@@ -13,13 +13,13 @@ from usdsdg.errors import AugmentationError, warn_once
 def launch(
     kernel: Any, data: np.ndarray, shape: tuple[int, ...] | None, kwargs: Mapping[str, Any], device: str | None
 ) -> np.ndarray:
-    """What `kernel` makes of `data`, with the grid of its first two axes.
+    """Launch `kernel` on `data` with one thread per element of its first two axes, and return `data_out`.
 
-    shape: of the result; None: that of the input. What the kernel does not write is 0.
-    device: "cpu" or "cuda[:n]"; without such a device the CPU does it.
+    shape: of the result; None: that of the input. Elements that the kernel does not write are 0.
+    device: "cpu" or "cuda[:n]"; an unavailable device is replaced by the CPU.
 
     Raises:
-        AugmentationError: `data` or `shape` does not fit the arrays that the kernel declares.
+        AugmentationError: `data` or `shape` does not match the arrays that the kernel declares.
     """
     import warp as wp
 
@@ -47,7 +47,7 @@ def launch(
 
 
 def device_or_cpu(device: str | None) -> str:
-    """`device` where there is such a one, else "cpu" (with a warning, once)."""
+    """Return `device` if it is available, else "cpu" (with one warning)."""
     import warp as wp
 
     if device in (None, "cpu"):
@@ -60,7 +60,7 @@ def device_or_cpu(device: str | None) -> str:
 
 
 def _as_declared(kernel: Any, data: np.ndarray, dtype: Any) -> np.ndarray:
-    """`data` in the number type that the kernel reads; floats may change their size, nothing else."""
+    """Convert `data` to the dtype that the kernel declares; floats may change their size, nothing else."""
     import warp as wp
 
     wanted = np.dtype(wp.dtype_to_numpy(dtype))
