@@ -5,6 +5,7 @@ UsdsdgError                     the one to catch; the command line prints it wit
 ├── AssetError                  a file that is missing or unreadable (AssetNotFound, AssetUnreadable)
 ├── ConfigError                 a configuration file with wrong keys, types or values
 ├── GraphError                  a node, trigger, distribution or event that cannot work as written
+│   └── ArgumentError           an argument of a function that is of the wrong type, shape or value
 ├── PhysicsError                a body or collider that cannot be simulated (NoCollider)
 ├── RenderError                 a camera or scene that cannot be rendered
 ├── AnnotatorError              an annotator that cannot give its data (AnnotatorRegistryError, AugmentationError)
@@ -64,6 +65,13 @@ class ConfigError(UsdsdgError, ValueError):
 
 class GraphError(UsdsdgError, ValueError):
     """A node of the randomization graph cannot work as written."""
+
+
+class ArgumentError(GraphError):
+    """An argument has the wrong type, shape or value, or asks for what the stage cannot give; the message names it.
+
+    A GraphError, so that scripts which catch that one catch every wrong argument too.
+    """
 
 
 class PhysicsError(UsdsdgError):

@@ -37,7 +37,7 @@ def prims(
         ignore_case: paths match in any case.
 
     Raises:
-        GraphError: a pattern is no regular expression, or `semantics` are no labels.
+        ArgumentError: a pattern is no regular expression, or `semantics` are no labels.
     """
     found = find.prims(
         None, path_pattern, path_match, path_pattern_exclusion, prim_types, prim_types_exclusion, semantics,

@@ -8,7 +8,7 @@ import pytest
 from pxr import UsdGeom
 
 import usdsdg as rep
-from usdsdg.errors import GraphError
+from usdsdg.errors import ArgumentError, GraphError
 from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
 from usdsdg.stage.semantics import labels
@@ -116,3 +116,9 @@ def test_a_distribution_of_the_wrong_length_names_its_line(stage):
         rep.randomizer.color(colors=rep.distribution.uniform((0, 0), (1, 1)))
     with pytest.raises(GraphError, match=r"colors is \[0\.\d+, 0\.\d+\]; expected three numbers"):
         evaluate.graph().evaluate()
+
+
+def test_scripts_that_catch_graph_errors_catch_wrong_arguments(stage):
+    with pytest.raises(ArgumentError, match="count is -1") as caught:
+        rep.create.cube(count=-1)
+    assert isinstance(caught.value, GraphError)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.errors import GraphError
+from usdsdg.errors import ArgumentError
 
 Labels = dict[str, list[str]]
 
@@ -19,14 +19,14 @@ def vector(name: str, value: Any, size: int = 3) -> list[float]:
     """`size` floats, from as many numbers or from one for all components.
 
     Raises:
-        GraphError: `value` is neither; names the argument, what came, and what is expected.
+        ArgumentError: `value` is neither; names the argument, what came, and what is expected.
     """
     try:
         numbers = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
         numbers = np.full((0, 0), np.nan)
     if numbers.shape not in ((), (size,)):
-        raise GraphError(
+        raise ArgumentError(
             f"{name} is {shown(value)}; expected {_WORDS.get(size, size)} numbers, one number for all of them, or a "
             "list with one such value per prim"
         )
@@ -37,7 +37,7 @@ def count_of(value: Any) -> int:
     """How many prims to make.
 
     Raises:
-        GraphError: `value` is no whole number, or negative.
+        ArgumentError: `value` is no whole number, or negative.
     """
     return whole_number("count", value, least=0)
 
@@ -46,10 +46,10 @@ def whole_number(name: str, value: Any, *, least: int | None = None) -> int:
     """An argument that counts something.
 
     Raises:
-        GraphError: `value` is no whole number, or below `least`.
+        ArgumentError: `value` is no whole number, or below `least`.
     """
     if not isinstance(value, Integral) or isinstance(value, bool) or (least is not None and value < least):
-        raise GraphError(
+        raise ArgumentError(
             f"{name} is {shown(value)}; expected a whole number" + ("" if least is None else f", {least} or more")
         )
     return int(value)
@@ -59,11 +59,11 @@ def labels_of(semantics: Any) -> Labels:
     """`[("class", "cube")]` or `{"class": "cube" | ["cube", ...]}` as {type: [labels]}.
 
     Raises:
-        GraphError: it is neither.
+        ArgumentError: it is neither.
     """
     pairs = list(semantics.items()) if isinstance(semantics, Mapping) else semantics
     if not _is_list(pairs) or not all(_is_pair(pair) for pair in pairs):
-        raise GraphError(
+        raise ArgumentError(
             f"semantics is {shown(semantics)}; expected pairs of a type and a label such as [('class', 'cube')], or "
             "{'class': 'cube'}"
         )
@@ -77,7 +77,7 @@ def labels_per_prim(semantics: Any, count: int) -> list[Labels]:
     """The labels of each of `count` prims: the same for all, or from a list with one `labels_of` value per prim.
 
     Raises:
-        GraphError: `semantics` is neither.
+        ArgumentError: `semantics` is neither.
     """
     per_prim = _is_list(semantics) and len(semantics) == count and not any(_is_pair(each) for each in semantics)
     return [labels_of(each) for each in semantics] if per_prim else [labels_of(semantics)] * count

@@ -9,7 +9,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 from usdsdg import modify
 from usdsdg.arguments.values import count_of, vector
 from usdsdg.create.objects import ROOT, new_object, posed
-from usdsdg.errors import BadPrim, GraphError, Unsupported
+from usdsdg.errors import ArgumentError, BadPrim, Unsupported
 from usdsdg.graph.node import ReplicatorItem, prim_paths
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import paths
@@ -45,7 +45,7 @@ def camera(
         cross_camera_reference_name: the other camera of a stereo pair, for cross correspondence.
 
     Raises:
-        GraphError: an unknown projection, or a clipping range that is not two numbers.
+        ArgumentError: an unknown projection, or a clipping range that is not two numbers.
         Unsupported: `tick_rate` (6.0); capture at other rates with rep.trigger.on_time.
     """
     lens = dict(locals())
@@ -84,13 +84,13 @@ def stereo_camera(
     the picture. All other arguments are those of `camera`.
 
     Raises:
-        GraphError: `stereo_baseline` is no number, or as for `camera`.
+        ArgumentError: `stereo_baseline` is no number, or as for `camera`.
     """
     lens = dict(locals())
     try:
         half = float(stereo_baseline) / 2
     except (TypeError, ValueError):
-        raise GraphError(f"stereo_baseline is {stereo_baseline!r}; expected a number") from None
+        raise ArgumentError(f"stereo_baseline is {stereo_baseline!r}; expected a number") from None
     stage = current_stage()
     # Pictures have their right on +X of the child camera: -Y of the object in a Z-up stage.
     right = Gf.Vec3d(0, -1, 0) if transforms.up_axis(stage) == "Z" else Gf.Vec3d(1, 0, 0)
@@ -160,11 +160,11 @@ def projection_of(name: Any) -> str:
     """A lens model's name in camelCase.
 
     Raises:
-        GraphError: there is none of that name.
+        ArgumentError: there is none of that name.
     """
     first, *others = str(name).split("_")
     known = first + "".join(part[:1].upper() + part[1:] for part in others)
     by_folded = {each.lower(): each for each in (*PROJECTIONS, *OLD_PROJECTIONS)}
     if known.lower() not in by_folded:
-        raise GraphError(f"projection_type is {name!r}; expected one of {', '.join(PROJECTIONS)}")
+        raise ArgumentError(f"projection_type is {name!r}; expected one of {', '.join(PROJECTIONS)}")
     return by_folded[known.lower()]

@@ -43,7 +43,7 @@ def xform(
         semantics: labels of all, or a list with those of each.
 
     Raises:
-        GraphError: a value has another shape, or `count` is no whole number. BadPrim: `parent` is not on the stage.
+        ArgumentError: a value has another shape, or `count` is no whole number. BadPrim: `parent` is not on the stage.
     """
     objects = [new_object("Xform", name, parent)[0] for _ in range(count_of(count))]
     return posed(

@@ -9,7 +9,7 @@ from pxr import UsdLux
 from usdsdg import modify
 from usdsdg.arguments.values import count_of
 from usdsdg.create.objects import new_object, posed
-from usdsdg.errors import GraphError
+from usdsdg.errors import ArgumentError
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.session.stage_context import current_stage
 
@@ -44,14 +44,14 @@ def light(
         texture: picture of a dome or rect light, a file or a URL below the assets root.
 
     Raises:
-        GraphError: an unknown light_type, or a texture for a light that has none.
+        ArgumentError: an unknown light_type, or a texture for a light that has none.
         AssetNotFound: there is no such texture; names near misses.
     """
     schema = LIGHT_SCHEMAS.get(str(light_type).lower())
     if schema is None:
-        raise GraphError(f"create.light: light_type={light_type!r}; known: {', '.join(LIGHT_SCHEMAS)}")
+        raise ArgumentError(f"create.light: light_type={light_type!r}; known: {', '.join(LIGHT_SCHEMAS)}")
     if texture is not None and schema not in _TEXTURED:
-        raise GraphError(f"create.light: a {light_type} light has no texture; give it to a dome or rect light")
+        raise ArgumentError(f"create.light: a {light_type} light has no texture; give it to a dome or rect light")
     stage = current_stage()
     objects, lights = [], []
     for _ in range(count_of(count)):

@@ -43,9 +43,9 @@ def material_omnipbr(
         project_uvw: textures are projected along the axes of the object instead of using its UVs.
 
     Raises:
-        GraphError: `count` is no whole number, or negative.
+        ArgumentError: `count` is no whole number, or negative.
         AssetNotFound: a texture does not exist.
-        GraphError: a value has the wrong length. BadValue: it has the wrong type.
+        ArgumentError: a value has the wrong length. BadValue: it has the wrong type.
     """
     inputs = {
         "diffuse_color_constant": diffuse,

@@ -11,7 +11,7 @@ from usdsdg.arguments.values import vector
 from usdsdg.create.materials import material_omnipbr
 from usdsdg.create.objects import new_object
 from usdsdg.distribution import Distribution
-from usdsdg.errors import GraphError, Unsupported
+from usdsdg.errors import ArgumentError, Unsupported
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, prim_paths
 from usdsdg.modify import prim_at, projection_meshes
 from usdsdg.modify.projections import write_textures
@@ -37,12 +37,12 @@ def projection_material(
         input_prims: targets; by default those of the enclosing `with`.
 
     Raises:
-        GraphError: there is no target, or not one projector.
+        ArgumentError: there is no target, or not one projector.
         BadPrim: a prim is not on the stage.
     """
     proxies, targets = prim_paths(proxy_prim), prim_paths(input_prims) or current_prims()
     if len(proxies) != 1 or not targets:
-        raise GraphError(
+        raise ArgumentError(
             f"create.projection_material: {len(proxies)} projectors and {len(targets)} targets; give one projector as "
             "proxy_prim, and targets as input_prims or by `with`"
         )
@@ -87,7 +87,7 @@ def mesh_decal(
         offset_depth: shift of the projector along its Z [stage units].
 
     Raises:
-        GraphError: there is no target; or `material` with textures, or a texture group with single textures.
+        ArgumentError: there is no target; or `material` with textures, or a texture group with single textures.
         Unsupported: `decal` (a ready decal mesh); give textures or a material.
     """
     if decal is not None:
@@ -98,7 +98,7 @@ def mesh_decal(
     single = dict(diffuse=diffuse, normal=normal, roughness=roughness, metallic=metallic, opacity=opacity)
     textures = {role: value for role, value in single.items() if value is not None}
     if not targets or sum((bool(textures), texture_group is not None, material is not None)) > 1:
-        raise GraphError(
+        raise ArgumentError(
             f"create.mesh_decal: {len(targets)} targets; give some as input_prims or by `with`, and one of material, "
             "texture_group or single textures"
         )

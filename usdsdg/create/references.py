@@ -29,7 +29,7 @@ def from_usd(
 
     Raises:
         AssetNotFound: there is no such file; names near misses. AssetError: it cannot be referenced.
-        BadPrim: `parent` is not on the stage. GraphError: a value has another shape.
+        BadPrim: `parent` is not on the stage. ArgumentError: a value has another shape.
     """
     stage, file = current_stage(), assets.resolve(usd)
     objects = []
@@ -58,7 +58,7 @@ def from_dir(
 
     Raises:
         AssetNotFound: there is no such folder, or no file that matches.
-        GraphError: `path_filter` is no regular expression.
+        ArgumentError: `path_filter` is no regular expression.
     """
     found = usd_files(dir_path, recursive=recursive, path_filter=path_filter)
     if not found:

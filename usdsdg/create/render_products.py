@@ -10,7 +10,7 @@ from typing import Any
 
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
 
-from usdsdg.errors import BadPrim, GraphError, RenderError
+from usdsdg.errors import ArgumentError, BadPrim, RenderError
 from usdsdg.graph.node import prim_paths
 from usdsdg.session import render_products
 from usdsdg.session.render_products import HydraTexture, product_at, products, reset
@@ -45,7 +45,7 @@ def render_product(
         TypeError: resolution is not a pair of whole numbers.
         RenderError: a picture of this size cannot be made, or it is not that of the tiled sensor.
         BadPrim: a path is not a camera on the stage, there is none, or `name` cannot be the name of a prim.
-        GraphError: there is another number of names than cameras.
+        ArgumentError: there is another number of names than cameras.
     """
     size = _size("resolution", resolution)
     cameras = [camera_below(path) for path in prim_paths(camera)]
@@ -53,7 +53,9 @@ def render_product(
     if not cameras:
         raise BadPrim(f"render_product: camera is {camera!r}; give at least one. {_cameras_there_are().capitalize()}")
     if len(names) != len(cameras):
-        raise GraphError(f"render_product: name has {len(names)} entries for {len(cameras)} cameras; give one for each")
+        raise ArgumentError(
+            f"render_product: name has {len(names)} entries for {len(cameras)} cameras; give one for each"
+        )
     handles = [_product(path, size, force_new, one) for path, one in zip(cameras, names)]
     return handles[0] if len(handles) == 1 else handles
 

@@ -13,7 +13,7 @@ semantics: [("class", "cube")] or {"class": "cube"}. visible: False hides. mater
 as_mesh, count: how it is made, and how many. name, parent: the first object is `<parent>/<name>_Xform`, further ones
     get _01, _02, ...; by default `/Replicator/<Type>_Xform`.
 
-Errors: GraphError for a value of another shape and for `count`, BadPrim for a parent or material that is not there.
+Errors: ArgumentError for a value of another shape and for `count`, BadPrim for a parent or material that is not there.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from typing import Any
 from usdsdg.create.cameras import camera
 from usdsdg.create.groups import xform
 from usdsdg.create.render_products import camera_below
-from usdsdg.errors import GraphError, warn_once
+from usdsdg.errors import ArgumentError, warn_once
 from usdsdg.graph.node import ReplicatorItem, prim_paths
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.tiled_sensors import Tiles, author_tiled_sensor
@@ -38,21 +38,21 @@ def tiled_sensor(
         parent: prim below which it is made.
 
     Raises:
-        GraphError: a resolution is not a multiple, has no room for all cameras, or an output type is unknown.
+        ArgumentError: a resolution is not a multiple, has no room for all cameras, or an output type is unknown.
         BadPrim: a camera is not on the stage.
     """
     warn_once("create.tiled_sensor is deprecated; use create.render_product_tiled(cameras, tile_resolution)")
     types = ["rgb"] if output_types is None else list(output_types)
     if not types or not set(types) <= set(OUTPUT_TYPES):
-        raise GraphError(f"tiled_sensor: output_types is {types!r}; expected some of {', '.join(OUTPUT_TYPES)}")
+        raise ArgumentError(f"tiled_sensor: output_types is {types!r}; expected some of {', '.join(OUTPUT_TYPES)}")
     paths = tuple(camera_below(path) for path in prim_paths(cameras))
     (width, height), whole = (int(n) for n in camera_resolution), (int(tiled_resolution[0]), int(tiled_resolution[1]))
     if whole[0] % width or whole[1] % height:
-        raise GraphError(
+        raise ArgumentError(
             f"tiled_sensor: tiled_resolution {whole} is not a multiple of camera_resolution {(width, height)}"
         )
     if (room := (whole[0] // width) * (whole[1] // height)) < len(paths):
-        raise GraphError(f"tiled_sensor: tiled_resolution {whole} has room for {room} tiles, not for {len(paths)}")
+        raise ArgumentError(f"tiled_sensor: tiled_resolution {whole} has room for {room} tiles, not for {len(paths)}")
     sensor = camera(name=name or "tiled_sensor", parent=parent)
     stage = current_stage()
     bridge = stage.GetPrimAtPath(xform().prims[0])

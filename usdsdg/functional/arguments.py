@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pxr import Gf, Sdf, Usd
 
 from usdsdg.arguments.values import shown
-from usdsdg.errors import BadPrim, GraphError, NotAPrim
+from usdsdg.errors import ArgumentError, BadPrim, NotAPrim
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.paths import prim_at
@@ -54,11 +54,11 @@ def one_prim(name: str, value: Any) -> Usd.Prim:
     """The only prim of an argument.
 
     Raises:
-        GraphError: it is several, or none.
+        ArgumentError: it is several, or none.
     """
     found = prims_of(value)
     if len(found) != 1:
-        raise GraphError(f"{name} is {shown(value)}; expected one prim")
+        raise ArgumentError(f"{name} is {shown(value)}; expected one prim")
     return found[0]
 
 
@@ -80,7 +80,7 @@ def vectors(name: str, value: Any, count: int, *, number_per_prim: bool = False)
     three is one vector in any case.
 
     Raises:
-        GraphError: `value` is none of these.
+        ArgumentError: `value` is none of these.
     """
     numbers = _numbers(value)
     rows = None
@@ -93,7 +93,7 @@ def vectors(name: str, value: Any, count: int, *, number_per_prim: bool = False)
         # Numbers and vectors mixed.
         rows = np.concatenate([vectors(name, each, 1) for each in value])
     if rows is None:
-        raise GraphError(_explained(name, value, count, "three numbers, one number for all of them"))
+        raise ArgumentError(_explained(name, value, count, "three numbers, one number for all of them"))
     return np.array(rows, np.float64)
 
 
@@ -103,10 +103,10 @@ def rotations(name: str, value: Any, count: int, order: str) -> Rotations:
     Angle i of a triple turns about axis i of `order`, the first axis first; one number stands for all three.
 
     Raises:
-        GraphError: the value or the order is none of these.
+        ArgumentError: the value or the order is none of these.
     """
     if order not in ROTATION_ORDERS:
-        raise GraphError(f"rotation order is {order!r}; expected one of {', '.join(ROTATION_ORDERS)}")
+        raise ArgumentError(f"rotation order is {order!r}; expected one of {', '.join(ROTATION_ORDERS)}")
     each = [value] if isinstance(value, (*_QUATERNIONS, Gf.Rotation)) else value
     if isinstance(each, (list, tuple)) and each and all(isinstance(v, (*_QUATERNIONS, Gf.Rotation)) for v in each):
         value = np.array([_xyzw(v) for v in each])
@@ -115,9 +115,9 @@ def rotations(name: str, value: Any, count: int, order: str) -> Rotations:
         return Rotations(quats=np.array(np.broadcast_to(numbers, (count, 4))))
     try:
         degrees = vectors(name, value, count)
-    except GraphError:
+    except ArgumentError:
         expected = "three angles in degrees, a quaternion (x, y, z, w), a Gf.Rotation"
-        raise GraphError(_explained(name, value, count, expected)) from None
+        raise ArgumentError(_explained(name, value, count, expected)) from None
     if order == "XYZ":
         return Rotations(degrees=degrees)
     by_axis = degrees[:, [order.index(axis) for axis in "XYZ"]]

@@ -13,7 +13,7 @@ from typing import Any
 from pxr import Usd
 
 from usdsdg.arguments.values import labels_of, shown
-from usdsdg.errors import GraphError
+from usdsdg.errors import ArgumentError
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.paths import prim_at
 from usdsdg.stage.semantics.labels import get_labels
@@ -35,7 +35,7 @@ def prims(
         ignore_case: Whether paths match in any case.
 
     Raises:
-        GraphError: a pattern is no regular expression.
+        ArgumentError: a pattern is no regular expression.
     """
     matches = [
         _pattern("path_pattern", path_pattern, ignore_case),
@@ -71,7 +71,7 @@ def _pattern(name: str, pattern: str | None, ignore_case: bool) -> _Match | None
     try:
         compiled = re.compile(pattern, re.IGNORECASE if ignore_case else 0)
     except re.error as error:
-        raise GraphError(f"{name} is {shown(pattern)}, which is no regular expression: {error}") from error
+        raise ArgumentError(f"{name} is {shown(pattern)}, which is no regular expression: {error}") from error
     return lambda prim: compiled.search(prim.GetPath().pathString) is not None
 
 

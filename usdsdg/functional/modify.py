@@ -11,7 +11,7 @@ from typing import Any
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg.arguments.values import labels_per_prim, shown
-from usdsdg.errors import BadPrim, GraphError, warn_once
+from usdsdg.errors import ArgumentError, BadPrim, warn_once
 from usdsdg.functional.arguments import one_prim, per_prim, prims_of
 from usdsdg.functional.poses import set_instancer_poses, set_poses
 from usdsdg.stage import materials
@@ -56,7 +56,7 @@ def pose(
     Raises:
         BadPrim: a prim has no transform, lies inside an instance, or does not exist any more.
         DegenerateFrame: a prim shall look at its own position.
-        GraphError: a value has another shape, or rotation and look-at are both given.
+        ArgumentError: a value has another shape, or rotation and look-at are both given.
         Unsupported: look_at, pivot or relative_to for a PointInstancer.
     """
     targets = prims_of(prims)
@@ -64,7 +64,7 @@ def pose(
     others: dict[str, Any] = {"relative_to": relative_to, "look_at": look_at_value, "pivot": pivot}
     instancers = _instancers(targets)
     if instancers and len(targets) > 1:
-        raise GraphError(
+        raise ArgumentError(
             f"{instancers[0].GetPath()} is a PointInstancer, which takes one value per instance; pose it in a call of "
             "its own"
         )
@@ -152,10 +152,10 @@ def semantics(prims: Any, value: Any = None, mode: str = "add") -> None:
         mode: "add" to the labels there are, "replace" those of the types given, or "clear" all before.
 
     Raises:
-        GraphError: the value or the mode is none of these.
+        ArgumentError: the value or the mode is none of these.
     """
     if str(mode).lower() not in ("add", "replace", "clear"):
-        raise GraphError(f"mode is {mode!r}; expected 'add', 'replace' or 'clear'")
+        raise ArgumentError(f"mode is {mode!r}; expected 'add', 'replace' or 'clear'")
     targets = prims_of(prims)
     if isinstance(value, (list, tuple)) and len(value) == 2 and all(isinstance(each, str) for each in value):
         value = [tuple(value)]
@@ -167,12 +167,12 @@ def visibility(prims: Any, value: Any) -> None:
     """Show (True: as the parent is) or hide (False) prims. Prims that are not Imageable are left out, with a warning.
 
     Raises:
-        GraphError: a value is no bool.
+        ArgumentError: a value is no bool.
     """
     targets = prims_of(prims)
     shows = per_prim(value, len(targets))
     if not all(isinstance(show, bool) for show in shows):
-        raise GraphError(f"visibility is {shown(value)}; expected True or False, or a list with one per prim")
+        raise ArgumentError(f"visibility is {shown(value)}; expected True or False, or a list with one per prim")
     for prim, show in zip(targets, shows):
         if not prim.IsA(UsdGeom.Imageable):
             warn_once(f"{prim.GetPath()} ({prim.GetTypeName() or 'no type'}) has no visibility and is left as it is")

@@ -8,7 +8,7 @@ from typing import Any
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
 
 from usdsdg.arguments.values import count_of, labels_per_prim, shown
-from usdsdg.errors import BadPrim, GraphError, warn_once
+from usdsdg.errors import ArgumentError, BadPrim, warn_once
 from usdsdg.functional import modify
 from usdsdg.functional.arguments import one_prim, per_prim
 from usdsdg.functional.poses import set_poses
@@ -27,13 +27,13 @@ def new_paths(name: str, parent: Any, count: Any) -> list[str]:
 
     Raises:
         BadPrim: a parent is not on the stage, or is a shape (USD does not nest shapes).
-        GraphError: count is no whole number, or there is another number of parents.
+        ArgumentError: count is no whole number, or there is another number of parents.
     """
     count = count_of(count)
     if not isinstance(parent, (list, tuple)):
         return _free_paths(_parent_path(parent), _valid_name(name), count)
     if len(parent) != count:
-        raise GraphError(f"parent has {len(parent)} prims for count {count}; give one, or one for each")
+        raise ArgumentError(f"parent has {len(parent)} prims for count {count}; give one, or one for each")
     paths: list[str] = []
     for each in parent:
         paths += _free_paths(_parent_path(each), _valid_name(name), 1, taken=paths)
@@ -101,14 +101,14 @@ def numbers(name: str, value: Any, count: int) -> list[float] | None:
     """One number per prim, None for None.
 
     Raises:
-        GraphError: something is no number.
+        ArgumentError: something is no number.
     """
     if value is None:
         return None
     try:
         return [float(each) for each in per_prim(value, count)]
     except (TypeError, ValueError):
-        raise GraphError(f"{name} is {shown(value)}; expected a number, or a list with one per prim") from None
+        raise ArgumentError(f"{name} is {shown(value)}; expected a number, or a list with one per prim") from None
 
 
 def _author_ops(spec: Sdf.PrimSpec) -> None:

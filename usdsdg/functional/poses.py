@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Sdf, Usd, UsdGeom
 
-from usdsdg.errors import BadPrim, DegenerateFrame, GraphError, Unsupported
+from usdsdg.errors import ArgumentError, BadPrim, DegenerateFrame, Unsupported
 from usdsdg.functional.arguments import one_prim, per_prim, prims_of, rotations, vectors
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.session.settings_store import get_settings
@@ -36,7 +36,7 @@ def set_poses(
 ) -> None:
     """Write the parts of the poses that are given; `modify.pose` says what each argument means."""
     if rotation is not None and look_at is not None:
-        raise GraphError("rotation and look_at exclude each other; give one of them")
+        raise ArgumentError("rotation and look_at exclude each other; give one of them")
     if all(value is None for value in (position, rotation, scale, look_at, pivot)) or not prims:
         return
     count = len(prims)
@@ -97,7 +97,7 @@ def _targets(look_at: Any, count: int) -> Array:
     """(count, 3) world points; several prims for one prim that looks are one target in their middle.
 
     Raises:
-        GraphError: as many targets as neither one nor the number of prims.
+        ArgumentError: as many targets as neither one nor the number of prims.
     """
     if isinstance(look_at, (str, Sdf.Path, Usd.Prim, ReplicatorItem)):
         return np.tile(_middle(prims_of(look_at)), (count, 1))
@@ -106,7 +106,7 @@ def _targets(look_at: Any, count: int) -> Array:
     if count == 1 and all(_is_prim(target) for target in look_at):
         return _middle(prims_of(look_at))[None]
     if len(look_at) not in (1, count):
-        raise GraphError(f"look_at has {len(look_at)} targets for {count} prims; give one, or one per prim")
+        raise ArgumentError(f"look_at has {len(look_at)} targets for {count} prims; give one, or one per prim")
     points = [_middle(prims_of(target)) if _is_prim(target) else vectors("look_at", target, 1)[0] for target in look_at]
     return np.broadcast_to(np.array(points), (count, 3))
 

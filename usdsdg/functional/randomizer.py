@@ -13,7 +13,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, Vt
 
 from usdsdg.arguments.values import shown
-from usdsdg.errors import BadPrim, GraphError
+from usdsdg.errors import ArgumentError, BadPrim
 from usdsdg.functional.arguments import prims_of
 from usdsdg.randomizer.scatter import show_voxels
 from usdsdg.rng import ReplicatorRNG, generator_of
@@ -61,11 +61,11 @@ def scatter_2d(
         check_for_collisions: Whether no prim may touch one placed before.
 
     Raises:
-        GraphError: no surface is given, there is none within the bounds, or a prim has no free place.
+        ArgumentError: no surface is given, there is none within the bounds, or a prim has no free position.
     """
     surfaces = prims_of(surface_prims)
     if not surfaces:
-        raise GraphError(f"scatter_2d: surface_prims is {shown(surface_prims)}; give at least one prim")
+        raise ArgumentError(f"scatter_2d: surface_prims is {shown(surface_prims)}; give at least one prim")
     scatter(
         prims_of(prims),
         surface_of(surfaces, _bounds(extents), offset=float(offset)),
@@ -95,10 +95,11 @@ def scatter_3d(
         input_voxel_size: Edge of a voxel [stage units], instead of `resolution_scaling`.
 
     Raises:
-        GraphError: there is no volume and a bound is missing, nothing is left to sample, or a prim has no free place.
+        ArgumentError: there is no volume and a bound is missing, nothing is left to sample, or a prim has no free
+            position.
     """
     if not (resolution_scaling > 0 and input_voxel_size >= 0):
-        raise GraphError(
+        raise ArgumentError(
             f"scatter_3d: resolution_scaling is {resolution_scaling!r} and input_voxel_size {input_voxel_size!r}; "
             "expected a number above 0, and one not below"
         )
@@ -125,7 +126,7 @@ def _bounds(extents: Any) -> Bounds:
     if extents is None:
         return Bounds.given(None, None)
     if not isinstance(extents, (list, tuple, np.ndarray)) or len(extents) != 2:
-        raise GraphError(f"extents is {shown(extents)}; expected ((x, y, z) lowest, (x, y, z) highest)")
+        raise ArgumentError(f"extents is {shown(extents)}; expected ((x, y, z) lowest, (x, y, z) highest)")
     return Bounds.given(extents[0], extents[1])
 
 

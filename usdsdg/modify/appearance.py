@@ -9,7 +9,7 @@ from pxr import Usd, UsdGeom, UsdShade
 
 from usdsdg.arguments.values import labels_per_prim, shown
 from usdsdg.distribution import Distribution, draw
-from usdsdg.errors import BadPrim, GraphError
+from usdsdg.errors import ArgumentError, BadPrim
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act, act_now
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
@@ -24,10 +24,10 @@ def semantics(semantics: Any = None, input_prims: Any = None, mode: str = "add")
     prim.
 
     Raises:
-        GraphError: it is something else, or the mode does not exist.
+        ArgumentError: it is something else, or the mode does not exist.
     """
     if mode not in ("add", "replace", "clear"):
-        raise GraphError(f"modify.semantics: mode={mode!r}; known: add, replace, clear")
+        raise ArgumentError(f"modify.semantics: mode={mode!r}; known: add, replace, clear")
     return act_now("OgnWriteSemantics", input_prims, semantics=semantics, mode=mode)
 
 
@@ -45,7 +45,8 @@ def visibility(value: Any = None, input_prims: Any = None, name: str | None = No
         value: True, False, a list with one per prim, or a distribution over these; None draws yes or no for each.
 
     Raises:
-        GraphError: it is something else; of what a distribution draws, at execution.
+        ArgumentError: `value` is something else.
+        GraphError: at execution, a distribution has drawn something else.
     """
     from usdsdg.distribution import choice
 
@@ -63,7 +64,7 @@ def _write_visibility(node: Node, execution: int) -> None:
         value if isinstance(value, list) and len(value) == len(node.prims) else draw(value, node, execution, "value")
     )
     if not all(isinstance(visible, (bool, np.bool_)) or visible in (0, 1) for visible in shows):
-        raise GraphError(f"visibility is {shown(value)}; expected True or False, or a list with one per prim")
+        raise ArgumentError(f"visibility is {shown(value)}; expected True or False, or a list with one per prim")
     for path, visible in zip(node.prims, shows):
         imageable = UsdGeom.Imageable(prim_at(path))
         (imageable.MakeVisible if visible else imageable.MakeInvisible)()
@@ -76,7 +77,8 @@ def material(value: Any, input_prims: Any = None, name: str | None = None) -> Re
         value: path, prim or item of a material, a list with one per prim, or a distribution over these.
 
     Raises:
-        BadPrim: it is not on the stage, or no material. GraphError: likewise, at the execution of a distribution.
+        BadPrim: it is not on the stage, or not a material.
+        GraphError: at execution, a distribution has drawn such a value.
     """
     if isinstance(value, Distribution):
         return act("OgnWriteMaterial", input_prims, name=name, value=value)
@@ -125,8 +127,10 @@ def _write_variant(node: Node, execution: int) -> None:
     for path, chosen in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
         variants = prim_at(path).GetVariantSets()
         if name not in variants.GetNames():
-            raise GraphError(f"{path} has no variant set {name!r}; it has: {', '.join(variants.GetNames()) or 'none'}")
+            raise ArgumentError(
+                f"{path} has no variant set {name!r}; it has: {', '.join(variants.GetNames()) or 'none'}"
+            )
         known = variants.GetVariantSet(name).GetVariantNames()
         if chosen not in known:
-            raise GraphError(f"{path}: variant set {name!r} has no {chosen!r}; it has: {', '.join(known)}")
+            raise ArgumentError(f"{path}: variant set {name!r} has no {chosen!r}; it has: {', '.join(known)}")
         variants.GetVariantSet(name).SetVariantSelection(chosen)

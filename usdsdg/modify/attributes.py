@@ -10,7 +10,7 @@ from pxr import Sdf, Usd
 from usdsdg.arguments.registry import near_misses
 from usdsdg.arguments.values import vector
 from usdsdg.distribution import Distribution, draw, is_vector
-from usdsdg.errors import BadValue, GraphError
+from usdsdg.errors import ArgumentError, BadValue
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem
@@ -28,7 +28,7 @@ def _attribute(prim: Usd.Prim, name: str, attribute_type: str | None) -> Usd.Att
             return prim.GetAttribute(candidate)
     if attribute_type is None:
         near = near_misses(name, [a.GetName() for a in prim.GetAttributes()])
-        raise GraphError(
+        raise ArgumentError(
             f"{prim.GetPath()} has no attribute {name!r}"
             + (f"; similar: {', '.join(near[:5])}" if near else "")
             + ". Pass attribute_type to create it."
@@ -37,7 +37,7 @@ def _attribute(prim: Usd.Prim, name: str, attribute_type: str | None) -> Usd.Att
     if not type_name:
         near = near_misses(attribute_type, VALUE_TYPES)
         hint = f"; did you mean {' or '.join(near)}?" if near else " such as 'float' or 'color3f'"
-        raise GraphError(f"attribute_type={attribute_type!r} is not a USD value type{hint}")
+        raise ArgumentError(f"attribute_type={attribute_type!r} is not a USD value type{hint}")
     return prim.CreateAttribute(name, type_name, custom=True)
 
 
@@ -51,7 +51,7 @@ def set_attribute(prim: Usd.Prim, name: str, value: Any, attribute_type: str | N
     """Author one value on the prim that has the attribute (the prim itself, else the object's children).
 
     Raises:
-        GraphError: there is no such attribute and no type for a new one, or it does not take the value.
+        ArgumentError: there is no such attribute and no type for a new one, or it does not take the value.
         AssetNotFound: a string for an asset attribute is no file, nor one below the assets root.
     """
     for owner in _owners(prim, name):
@@ -61,7 +61,7 @@ def set_attribute(prim: Usd.Prim, name: str, value: Any, attribute_type: str | N
         try:
             set_value(target, held)
         except BadValue as error:
-            raise GraphError(str(error)) from None
+            raise ArgumentError(str(error)) from None
 
 
 def _owners(prim: Usd.Prim, name: str) -> list[Usd.Prim]:

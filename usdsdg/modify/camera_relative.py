@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.distribution import draw
-from usdsdg.errors import GraphError
+from usdsdg.errors import ArgumentError
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, plain, prim_paths
@@ -33,12 +33,12 @@ def pose_camera_relative(
         vertical_location: -1 (bottom edge) to 1 (top edge).
 
     Raises:
-        GraphError: `camera` is not one camera, or `render_product` has no resolution. At execution: the place lies
-            outside of what the camera's lens sees.
+        ArgumentError: `camera` is not one camera, or `render_product` has no resolution.
+        GraphError: at execution, the position lies outside of what the camera's lens sees.
     """
     cameras = prim_paths(camera)
     if len(cameras) != 1:
-        raise GraphError(f"modify.pose_camera_relative: camera is {len(cameras)} prims; give one")
+        raise ArgumentError(f"modify.pose_camera_relative: camera is {len(cameras)} prims; give one")
     product = str(getattr(render_product, "path", render_product))
     _view(cameras[0], product)
     return act(
@@ -50,7 +50,7 @@ def pose_camera_relative(
 def _view(camera: str, product: str) -> CameraView:
     resolution = prim_at(product).GetAttribute("resolution").Get()
     if resolution is None:
-        raise GraphError(f"modify.pose_camera_relative: render_product {product} has no resolution")
+        raise ArgumentError(f"modify.pose_camera_relative: render_product {product} has no resolution")
     return read_camera(current_stage(), camera, (resolution[0], resolution[1]))
 
 
@@ -64,7 +64,7 @@ def _write_camera_relative(node: Node, execution: int) -> None:
     origins, directions = view.rays(np.stack([columns, rows], axis=1))
     unseen = np.flatnonzero(~np.isfinite(directions).all(axis=1))
     if len(unseen):
-        raise GraphError(
+        raise ArgumentError(
             f"modify.pose_camera_relative: {view.prim_path} sees nothing at horizontal_location {x[unseen[0]]:g}, "
             f"vertical_location {y[unseen[0]]:g}: its lens, {view.projection_type}, ends before that"
         )

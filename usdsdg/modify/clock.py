@@ -9,7 +9,7 @@ from typing import Any
 from pxr import Sdf, Usd, UsdSkel
 
 from usdsdg.distribution import Distribution, choice, draw
-from usdsdg.errors import BadPrim, GraphError
+from usdsdg.errors import ArgumentError, BadPrim
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act, graph
 from usdsdg.graph.node import Node, ReplicatorItem, current_trigger, plain, prim_paths
@@ -31,11 +31,11 @@ def timeline(value: Any, modify_type: str) -> ReplicatorItem:
         modify_type: time, start_time, end_time, frame, start_frame or end_frame.
 
     Raises:
-        GraphError: another `modify_type`.
+        ArgumentError: another `modify_type`.
     """
     known = [*_SETTERS, *(kind.replace("time", "frame") for kind in _SETTERS)]
     if modify_type not in known:
-        raise GraphError(f"modify.timeline: modify_type={modify_type!r}; known: {', '.join(known)}")
+        raise ArgumentError(f"modify.timeline: modify_type={modify_type!r}; known: {', '.join(known)}")
     node = Node(kind="OgnWriteTimeline", inputs={"attribute": modify_type, "value": plain(value)})
     if current_trigger() is None and not isinstance(value, Distribution):
         _write_timeline(node, 0)

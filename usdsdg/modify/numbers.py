@@ -6,7 +6,7 @@ import numpy as np
 
 from usdsdg.arguments.values import shown
 from usdsdg.distribution import Distribution, draw
-from usdsdg.errors import GraphError
+from usdsdg.errors import ArgumentError
 from usdsdg.graph.node import Node
 
 
@@ -14,7 +14,7 @@ def draw_numbers(role: str, node: Node, execution: int) -> np.ndarray:
     """(len(node.prims),) from the input `role`: a number for all, a list of one per prim, or a distribution.
 
     Raises:
-        GraphError: it is something else.
+        ArgumentError: it is something else.
     """
     value = node.inputs[role]
     drawn = draw(value, node, execution, role) if isinstance(value, Distribution) else value
@@ -23,5 +23,5 @@ def draw_numbers(role: str, node: Node, execution: int) -> np.ndarray:
     except (TypeError, ValueError):
         numbers = np.full((0, 0), np.nan)
     if numbers.shape not in ((), (len(node.prims),)):
-        raise GraphError(f"{role} is {shown(drawn)}; expected one number, or a list of one per prim")
+        raise ArgumentError(f"{role} is {shown(drawn)}; expected one number, or a list of one per prim")
     return np.broadcast_to(numbers, len(node.prims))

@@ -11,7 +11,7 @@ from pxr import Gf, Usd, UsdGeom
 
 from usdsdg.arguments.values import vector
 from usdsdg.distribution import Distribution, draw
-from usdsdg.errors import GraphError
+from usdsdg.errors import ArgumentError
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, plain
@@ -55,8 +55,8 @@ def pose(
         look_at_up_axis: direction of the world that is up in the picture of `look_at`; the stage's up axis by default.
 
     Raises:
-        GraphError: (a ValueError) position with a single axis of it, rotation likewise, scale with size, rotation with
-            look_at, or an unknown rotation order.
+        ArgumentError: (a ValueError) position is given with a single axis of it, rotation likewise, scale with size,
+            rotation with look_at, or an unknown rotation order.
     """
     single = {
         "position": {"position_x": position_x, "position_y": position_y, "position_z": position_z},
@@ -69,7 +69,7 @@ def pose(
     turned = rotation if rotation is not None else next(iter(_given(single["rotation"])), None)
     _exclude("rotation", turned, *_given({"look_at": look_at}))
     if str(rotation_order).upper() not in ORDERS:
-        raise GraphError(f"modify.pose: rotation_order={rotation_order!r}; known: {', '.join(ORDERS)}")
+        raise ArgumentError(f"modify.pose: rotation_order={rotation_order!r}; known: {', '.join(ORDERS)}")
     values = dict(position=position, pivot=pivot, rotation=rotation, scale=scale, size=size, look_at=look_at)
     given |= {role: value for role, value in values.items() if value is not None}
     attribute = ",".join(given)
@@ -86,7 +86,7 @@ def _given(arguments: dict[str, Any]) -> list[str]:
 
 def _exclude(role: str, value: Any, *others: str) -> None:
     if value is not None and others:
-        raise GraphError(f"modify.pose: give {role} or {', '.join(others)}, not both")
+        raise ArgumentError(f"modify.pose: give {role} or {', '.join(others)}, not both")
 
 
 def apply_or_schedule_pose(item: ReplicatorItem, **pose_values: Any) -> None:

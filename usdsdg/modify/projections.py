@@ -8,7 +8,7 @@ from pxr import Usd, UsdShade
 
 from usdsdg.arguments.values import shown, vector
 from usdsdg.distribution import draw
-from usdsdg.errors import BadPrim, GraphError
+from usdsdg.errors import ArgumentError, BadPrim
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem
@@ -46,12 +46,13 @@ def projection_material(
             such; or the textures one by one.
 
     Raises:
-        GraphError: a texture group with single textures of it. At execution: a group has other keys.
+        ArgumentError: a texture group is given together with single textures.
+        GraphError: at execution, a texture group has unknown keys.
         BadPrim: at execution, a prim is no projection, or it has no OmniPBR material.
     """
     single = dict(diffuse=diffuse, normal=normal, roughness=roughness, metallic=metallic)
     if texture_group is not None and any(value is not None for value in single.values()):
-        raise GraphError("modify.projection_material: give texture_group or single textures, not both")
+        raise ArgumentError("modify.projection_material: give texture_group or single textures, not both")
     values = dict(position=position, rotation=rotation, scale=scale, texture_group=texture_group, **single)
     given = {role: value for role, value in values.items() if value is not None}
     return act("OgnModifyProjection", input_prims, name=name, attribute=",".join(given) or "projection", **given)
@@ -101,11 +102,11 @@ def write_textures(material: Usd.Prim, group: Any) -> None:
     """Set the textures of an OmniPBR material by the names of a texture group.
 
     Raises:
-        GraphError: it is no mapping, or has other keys.
+        ArgumentError: it is no mapping, or has other keys.
         AssetNotFound: a texture does not exist.
     """
     if not isinstance(group, dict) or not set(group) <= set(TEXTURES):
-        raise GraphError(f"texture_group is {shown(group)}; expected a mapping with the keys {', '.join(TEXTURES)}")
+        raise ArgumentError(f"texture_group is {shown(group)}; expected a mapping with the keys {', '.join(TEXTURES)}")
     for role, texture in group.items():
         materials.set_input(material, TEXTURES[role], texture)
         if role in _INFLUENCES:

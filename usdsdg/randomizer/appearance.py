@@ -32,8 +32,8 @@ def color(colors: Any, per_sub_mesh: bool = False, seed: int | None = None, inpu
         seed: replaces the global seed.
 
     Raises:
-        GraphError: `seed` is no whole number, or `colors` is a distribution with another one. At execution: a colour is
-            not three numbers.
+        ArgumentError: `seed` is no whole number, or `colors` is a distribution with another one.
+        GraphError: at execution, a color is not three numbers.
     """
     single = not isinstance(colors, Distribution) and is_vector(colors)
     drawn = colors if single else one_of(colors, seed)
@@ -56,7 +56,7 @@ def texture(
 
     Raises:
         AssetNotFound: a picture does not exist; names near misses.
-        GraphError: `seed` is no whole number, or `textures` is a distribution with another one.
+        ArgumentError: `seed` is no whole number, or `textures` is a distribution with another one.
     """
     drawn = one_of(textures, seed)
     for path in drawn.node.inputs.get("choices") or []:
@@ -186,7 +186,7 @@ def materials(
 
     Raises:
         BadPrim: one is not on the stage, or no material.
-        GraphError: `seed` is no whole number, or `materials` is a distribution with another one.
+        ArgumentError: `seed` is no whole number, or `materials` is a distribution with another one.
     """
     if isinstance(materials, Distribution):
         return material(one_of(materials, seed), input_prims=input_prims, name=name)

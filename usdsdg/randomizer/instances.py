@@ -10,7 +10,7 @@ from pxr import Gf, Sdf, UsdGeom, Vt
 from usdsdg import modify
 from usdsdg.arguments.values import count_of
 from usdsdg.distribution import Choice, Distribution, choice, draw, one_of
-from usdsdg.errors import AssetError, BadPrim, GraphError
+from usdsdg.errors import ArgumentError, AssetError, BadPrim
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import graph
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
@@ -45,15 +45,15 @@ def instantiate(
         semantics: labels of all objects.
 
     Raises:
-        GraphError: an unknown mode, no paths, or `seed` and `weights` beside a distribution.
+        ArgumentError: an unknown mode, no paths, or `seed` and `weights` beside a distribution.
         AssetNotFound: a path is neither a prim nor a file.
     """
     if mode not in MODES:
-        raise GraphError(f"randomizer.instantiate: mode={mode!r}; known: {', '.join(MODES)}")
+        raise ArgumentError(f"randomizer.instantiate: mode={mode!r}; known: {', '.join(MODES)}")
     drawn = _choice(paths, weights, with_replacements, seed)
     count = count_of(size)
     if not with_replacements and isinstance(drawn, Choice) and count > len(drawn.node.inputs["choices"]):
-        raise GraphError(
+        raise ArgumentError(
             f"randomizer.instantiate: size={count} without replacements, but only "
             f"{len(drawn.node.inputs['choices'])} paths"
         )
@@ -71,11 +71,11 @@ def instantiate(
 def _choice(given: Any, weights: Any, with_replacements: bool, seed: int | None) -> Distribution:
     if isinstance(given, Distribution):
         if weights is not None:
-            raise GraphError("randomizer.instantiate: give weights to the distribution, not beside it")
+            raise ArgumentError("randomizer.instantiate: give weights to the distribution, not beside it")
         return one_of(given, seed)
     options = list(prim_paths(given))
     if not options:
-        raise GraphError("randomizer.instantiate: paths is empty")
+        raise ArgumentError("randomizer.instantiate: paths is empty")
     for option in options:
         _source(option)
     return choice(options, weights=weights, seed=seed, with_replacements=with_replacements)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.arguments.values import vector
-from usdsdg.errors import GraphError
+from usdsdg.errors import ArgumentError
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem
@@ -32,11 +32,11 @@ def rotation(
         seed: replaces the global seed.
 
     Raises:
-        GraphError: a bound is not three numbers or is above the other one, or the seed is no whole number.
+        ArgumentError: a bound is not three numbers or is above the other one, or the seed is no whole number.
     """
     lower, upper = vector("min_angle", min_angle), vector("max_angle", max_angle)
     if any(low > high for low, high in zip(lower, upper)):
-        raise GraphError(f"randomizer.rotation: min_angle={min_angle!r} is above max_angle={max_angle!r}")
+        raise ArgumentError(f"randomizer.rotation: min_angle={min_angle!r} is above max_angle={max_angle!r}")
     angles = dict(minAngle=tuple(lower), maxAngle=tuple(upper))
     return act("OgnRotation", input_prims, attribute="rotation", seed=own_seed(seed), **angles)
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, Vt
 
-from usdsdg.errors import GraphError
+from usdsdg.errors import ArgumentError
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
@@ -47,8 +47,8 @@ def scatter_2d(
     collision. The surface itself is not checked.
 
     Raises:
-        GraphError: (a ValueError) no surface is given. At execution: there is none within the bounds, or a prim has no
-            free place after 10,000 tries.
+        ArgumentError: (a ValueError) no surface is given.
+        GraphError: at execution, no surface lies within the bounds, or a prim has no free position after 10,000 tries.
     """
     surfaces = _some("scatter_2d", "surface_prims", surface_prims)
     return act(
@@ -89,14 +89,14 @@ def scatter_3d(
         seed: replaces the global seed.
 
     Raises:
-        GraphError: (a ValueError) there is no volume and a bound is missing. At execution: nothing is left to sample,
-            or a prim has no free place after 10,000 tries.
+        ArgumentError: (a ValueError) there is no volume and a bound is missing.
+        GraphError: at execution, nothing is left to sample, or a prim has no free position after 10,000 tries.
     """
     volumes, bounds = list(prim_paths(volume_prims)), _bounds(min_samp, max_samp)
     if not volumes:
         volume.Box(_given_bounds(bounds))
     if not (resolution_scaling > 0 and voxel_size >= 0):
-        raise GraphError(
+        raise ArgumentError(
             f"randomizer.scatter_3d: resolution_scaling={resolution_scaling!r} must be above 0 and "
             f"voxel_size={voxel_size!r} not below"
         )
@@ -154,7 +154,7 @@ def _draws(node: Node, names: Sequence[str], execution: int, components: int) ->
 def _some(function: str, argument: str, prims: Any) -> list[str]:
     paths = list(prim_paths(prims))
     if not paths:
-        raise GraphError(f"randomizer.{function}: {argument} is {prims!r}; give at least one prim")
+        raise ArgumentError(f"randomizer.{function}: {argument} is {prims!r}; give at least one prim")
     return paths
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdsdg.arguments.values import shown
-from usdsdg.errors import GraphError
+from usdsdg.errors import ArgumentError
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,11 +23,11 @@ class Bounds:
         """From Replicator's arguments, in which None stands for no bound.
 
         Raises:
-            GraphError: not three numbers or None each, or a lower bound above its upper one.
+            ArgumentError: not three numbers or None each, or a lower bound above its upper one.
         """
         bounds = cls(_side("min_samp", min_samp, -np.inf), _side("max_samp", max_samp, np.inf))
         if (bounds.lower > bounds.upper).any():
-            raise GraphError(f"min_samp={shown(min_samp)} is above max_samp={shown(max_samp)}")
+            raise ArgumentError(f"min_samp={shown(min_samp)} is above max_samp={shown(max_samp)}")
         return bounds
 
     def contain(self, points: np.ndarray) -> np.ndarray:
@@ -55,7 +55,7 @@ def _side(name: str, given: Sequence[float | None] | None, otherwise: float) -> 
     except (TypeError, ValueError):
         side = np.zeros(0)
     if side.shape != (3,) or np.isnan(side).any():
-        raise GraphError(f"{name} is {shown(given)}; expected three numbers, None where there is no bound")
+        raise ArgumentError(f"{name} is {shown(given)}; expected three numbers, None where there is no bound")
     return side
 
 

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from usdsdg.errors import GraphError
+from usdsdg.errors import ArgumentError
 from usdsdg.scatter.solid import DIRECTIONS, Solid
 from usdsdg.scatter.touching import collide
 
@@ -82,7 +82,7 @@ def free_places(
         (N, 3) places and (N, components) the numbers that they were drawn from.
 
     Raises:
-        GraphError: an object has no place after MAX_TRIES draws.
+        ArgumentError: an object has no place after MAX_TRIES draws.
     """
     everybody = list(range(len(names)))
     u = draw(everybody, 0, _FIRST)
@@ -103,7 +103,7 @@ def free_places(
                 break
             tried += len(points)
             if tried >= MAX_TRIES:
-                raise GraphError(
+                raise ArgumentError(
                     f"no free place for {names[row]} after {tried:,} tries ({row} of {len(names)} objects have one). "
                     "Use fewer or smaller objects, or more room."
                 )

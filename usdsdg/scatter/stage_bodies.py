@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from pxr import Gf, Sdf, Usd
 
-from usdsdg.errors import GraphError
+from usdsdg.errors import ArgumentError
 from usdsdg.scatter.bounds import Bounds
 from usdsdg.scatter.places import Draws, Region, free_places
 from usdsdg.scatter.solid import Shape, Solid, Solids
@@ -28,7 +28,7 @@ def surface_of(prims: Sequence[Usd.Prim], bounds: Bounds, *, offset: float = 0.0
     """The surface of all gprims at and below `prims`; see `Surface`.
 
     Raises:
-        GraphError: there is none within the bounds.
+        ArgumentError: there is none within the bounds.
     """
     return Surface(_corners(triangles_below(prims)), bounds, offset=offset)
 
@@ -45,7 +45,7 @@ def volume_of(
     """What closed meshes enclose, one volume per prim; all of the bounds where there are none. See `Volume`, `Box`.
 
     Raises:
-        GraphError: a prim has no geometry, or nothing is left to sample.
+        ArgumentError: a prim has no geometry, or nothing is left to sample.
     """
     taken = [_volume(prim) for prim in excluded]
     if not prims:
@@ -80,7 +80,7 @@ def scatter(
         (N, components) the uniform numbers that the places were drawn from.
 
     Raises:
-        GraphError: there is no free place for one of them.
+        ArgumentError: there is no free place for one of them.
         BadPrim: a prim has no transform.
     """
     bodies: list[Solid] | None = None
@@ -129,7 +129,7 @@ def _origin(prim: Usd.Prim) -> np.ndarray:
 def _volume(prim: Usd.Prim) -> np.ndarray:
     found = triangles_below([prim])
     if not found:
-        raise GraphError(f"{prim.GetPath()} has no geometry at or below it, so it encloses no volume")
+        raise ArgumentError(f"{prim.GetPath()} has no geometry at or below it, so it encloses no volume")
     return _corners(found)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from usdsdg.errors import GraphError
+from usdsdg.errors import ArgumentError
 from usdsdg.scatter.bounds import Bounds
 
 # Uniform numbers that a point takes.
@@ -18,14 +18,14 @@ class Surface:
         """`corners` (T, 3, 3) counter-clockwise from outside; points lie `offset` [stage units] above them.
 
         Raises:
-            GraphError: nothing of the surface lies within the bounds.
+            ArgumentError: nothing of the surface lies within the bounds.
         """
         self._corners = bounds.cut(corners)
         a, b, c = np.moveaxis(self._corners, 1, 0)
         area_vectors = np.cross(b - a, c - a)
         areas = np.linalg.norm(area_vectors, axis=1)
         if not areas.sum() > 0:
-            raise GraphError(f"the surface prims have no surface within {bounds}")
+            raise ArgumentError(f"the surface prims have no surface within {bounds}")
         self._normals = area_vectors / np.maximum(areas, 1e-300)[:, None]
         self._until = np.cumsum(areas) / areas.sum()
         self._offset = offset

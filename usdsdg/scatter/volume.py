@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from usdsdg.errors import GraphError
+from usdsdg.errors import ArgumentError
 from usdsdg.scatter.bounds import Bounds
 
 # Uniform numbers that a point takes.
@@ -22,9 +22,9 @@ class Box:
     """All of a box, less what excluded volumes (T, 3, 3) take."""
 
     def __init__(self, bounds: Bounds, excluded: Sequence[np.ndarray] = ()) -> None:
-        """Raises GraphError where the box is open on a side."""
+        """Raises ArgumentError where the box is open on a side."""
         if not (np.isfinite(bounds.lower).all() and np.isfinite(bounds.upper).all()):
-            raise GraphError(
+            raise ArgumentError(
                 "without volume_prims the volume is the box from min_samp to max_samp; give all six numbers "
                 f"(they say {bounds})"
             )
@@ -56,7 +56,7 @@ class Volume:
         times denser.
 
         Raises:
-            GraphError: nothing lies inside of the volumes, within the bounds and outside of what is excluded; or there
+            ArgumentError: nothing lies inside the volumes, within the bounds and outside the excluded volumes; or there
                 would be more than MAX_VOXELS.
         """
         sizes = np.array([corners.max((0, 1)) - corners.min((0, 1)) for corners in volumes])
@@ -66,10 +66,10 @@ class Volume:
         self._lower = np.maximum(lowest, bounds.lower)
         room = np.minimum(highest, bounds.upper) - self._lower
         if not ((room >= 0).all() and self.voxel_size > 0):
-            raise GraphError(f"no volume lies within {bounds}")
+            raise ArgumentError(f"no volume lies within {bounds}")
         self._shape = np.maximum(np.ceil(room / self.voxel_size), 1).astype(np.int64)
         if self._shape.prod() > MAX_VOXELS:
-            raise GraphError(
+            raise ArgumentError(
                 f"voxels of {self.voxel_size:g} make {self._shape.prod():,} of them; use a larger voxel_size or a "
                 "smaller resolution_scaling"
             )
@@ -94,7 +94,7 @@ class Volume:
                 unsure.append(np.full(len(found), doubtful))
         self._cells, self._owners, self._unsure = np.concatenate(cells), np.concatenate(owners), np.concatenate(unsure)
         if not len(self._cells):
-            raise GraphError(
+            raise ArgumentError(
                 f"nothing is left to sample inside of the volume prims within {self._bounds}"
                 + (" outside of volume_excl_prims" if self._excluded else "")
             )

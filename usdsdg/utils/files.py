@@ -15,7 +15,7 @@ def get_usd_files(path: str, recursive: bool = False, path_filter: str | None = 
 
     Raises:
         AssetNotFound: there is no such folder.
-        GraphError: `path_filter` is no regular expression.
+        ArgumentError: `path_filter` is no regular expression.
     """
     return asset_folders.usd_files(path, recursive=recursive, path_filter=path_filter)
 

@@ -9,7 +9,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdShade
 
 from usdsdg import modify
-from usdsdg.errors import BadPrim, GraphError
+from usdsdg.errors import ArgumentError, BadPrim
 from usdsdg.graph.node import prim_paths
 from usdsdg.stage.poses import transforms
 
@@ -40,11 +40,11 @@ def find_prims(prim_paths: Any, mode: str = "instances") -> list[str]:
     """Paths of what lies at and below some prims: `instances`, `prototypes` of these, `meshes`, `materials` or `prims`.
 
     Raises:
-        GraphError: another mode.
+        ArgumentError: another mode.
         BadPrim: a path is not on the stage.
     """
     if mode not in _MODES and mode != "prototypes":
-        raise GraphError(f"utils.find_prims: mode={mode!r}; known: {', '.join(_MODES)}, prototypes")
+        raise ArgumentError(f"utils.find_prims: mode={mode!r}; known: {', '.join(_MODES)}, prototypes")
     below = [prim for root in get_prims_from_paths(prim_paths) for prim in Usd.PrimRange(root)]
     if mode == "prototypes":
         return list(dict.fromkeys(str(prim.GetPrototype().GetPath()) for prim in below if prim.IsInstance()))

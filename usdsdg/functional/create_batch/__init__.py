@@ -13,8 +13,8 @@ visible: False hides a prim.
 name, parent: the first prim is `<parent>/<name>`, further ones and names that are taken get _01, _02, ... By default
     the name is that of the type and the prim lies at the root. `parent` may be a list of N.
 
-Errors are those of `modify.pose`; besides GraphError for `count` and for values of a wrong shape, BadPrim for a parent
-that is not on the stage or is itself a shape, and Unsupported where a function says so.
+Errors are those of `modify.pose`; besides ArgumentError for `count` and for values of a wrong shape, BadPrim for a
+parent that is not on the stage or is itself a shape, and Unsupported where a function says so.
 """
 
 from usdsdg.functional.create_batch.cameras import camera

@@ -8,7 +8,7 @@ import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg.arguments.values import shown
-from usdsdg.errors import GraphError, Unsupported
+from usdsdg.errors import ArgumentError, Unsupported
 from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.new_prims import define, dress, new_paths, numbers
 from usdsdg.stage.cameras.lens_attributes import LENS, OLD_PROJECTIONS, OPTICS, PROJECTIONS
@@ -35,7 +35,7 @@ def camera(
     `fisheye_max_fov` in degrees. Names of projections may be written in snake_case.
 
     Raises:
-        GraphError: an unknown projection, or a clipping range that is not two numbers.
+        ArgumentError: an unknown projection, or a clipping range that is not two numbers.
         Unsupported: `tick_rate` (6.0); capture at other rates with rep.trigger.on_time.
     """
     arguments = dict(locals())
@@ -63,7 +63,7 @@ def _projection(name: Any) -> str:
     first, *others = str(name).split("_")
     known = first + "".join(part.capitalize() for part in others)
     if known not in (*PROJECTIONS, *OLD_PROJECTIONS):
-        raise GraphError(f"projection_type is {name!r}; expected one of {', '.join(PROJECTIONS)}")
+        raise ArgumentError(f"projection_type is {name!r}; expected one of {', '.join(PROJECTIONS)}")
     return known
 
 
@@ -71,5 +71,5 @@ def _ranges(value: Any, count: int) -> list[list[float]]:
     """Near and far for each camera."""
     pairs = np.asarray(value, np.float64) if isinstance(value, (list, tuple, np.ndarray)) else np.zeros(0)
     if pairs.shape not in ((2,), (1, 2), (count, 2)):
-        raise GraphError(f"clipping_range is {shown(value)}; expected (near, far), or a list with one per camera")
+        raise ArgumentError(f"clipping_range is {shown(value)}; expected (near, far), or a list with one per camera")
     return np.broadcast_to(pairs, (count, 2)).tolist()

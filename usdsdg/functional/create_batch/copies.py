@@ -6,7 +6,7 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom, UsdUtils
 
-from usdsdg.errors import AssetError, AssetUnreadable, GraphError
+from usdsdg.errors import ArgumentError, AssetError, AssetUnreadable
 from usdsdg.functional.arguments import one_prim, per_prim
 from usdsdg.functional.new_prims import define, dress, give_ops, new_paths
 from usdsdg.session.stage_context import current_stage
@@ -29,10 +29,10 @@ def reference(
     Raises:
         AssetNotFound: there is no such file.
         AssetError: the file has no such prim, or no default prim.
-        GraphError: neither `usd_path` nor `prim_path` is given.
+        ArgumentError: neither `usd_path` nor `prim_path` is given.
     """
     if usd_path is None and prim_path is None:
-        raise GraphError("reference needs usd_path, the file to refer to, or prim_path, a prim of this stage")
+        raise ArgumentError("reference needs usd_path, the file to refer to, or prim_path, a prim of this stage")
     chosen = [_target(file, prim) for file, prim in zip(per_prim(usd_path, count), per_prim(prim_path, count))]
     prims = define(new_paths(name or "Ref", parent, count), "", with_ops=False)
     with Sdf.ChangeBlock():

@@ -13,7 +13,7 @@ from typing import Any
 from pxr import Gf, Sdf, Usd, UsdLux
 
 from usdsdg.arguments.values import shown
-from usdsdg.errors import GraphError
+from usdsdg.errors import ArgumentError
 from usdsdg.functional.arguments import per_prim, vectors
 from usdsdg.functional.new_prims import define, dress, new_paths, numbers
 from usdsdg.stage.attributes import asset_path
@@ -64,14 +64,14 @@ def dome_light(
 
     Raises:
         AssetNotFound: there is no such picture.
-        GraphError: `texture_format` is not one of USD's.
+        ArgumentError: `texture_format` is not one of USD's.
     """
     arguments = dict(locals())
     # Checked before any prim is made.
     files = [None if each is None else asset_path(each) for each in per_prim(arguments.pop("texture"), count)]
     formats = per_prim(arguments.pop("texture_format"), count)
     if unknown := [each for each in formats if each not in _TEXTURE_FORMATS]:
-        raise GraphError(f"texture_format is {shown(unknown[0])}; expected one of {', '.join(_TEXTURE_FORMATS)}")
+        raise ArgumentError(f"texture_format is {shown(unknown[0])}; expected one of {', '.join(_TEXTURE_FORMATS)}")
     prims = _lights("DomeLight", arguments)
     for prim, file, layout in zip(prims, files, formats):
         light = UsdLux.DomeLight(prim)

@@ -7,7 +7,7 @@ from typing import Any
 from pxr import Sdf, Usd, UsdShade
 
 from usdsdg.arguments.values import count_of
-from usdsdg.errors import BadPrim, GraphError
+from usdsdg.errors import ArgumentError, BadPrim
 from usdsdg.functional.arguments import per_prim, prims_of
 from usdsdg.functional.new_prims import new_paths
 from usdsdg.session.stage_context import current_stage
@@ -30,7 +30,7 @@ def material(
         AssetNotFound: a texture does not exist.
         BadPrim: OmniPBR has no such input, or a prim to bind is not on the stage.
         BadValue: an input does not take its value.
-        GraphError: another number of prims to bind than materials.
+        ArgumentError: another number of prims to bind than materials.
     """
     count = count_of(count)
     bound = [] if bind_prims is None else _bindings(bind_prims, count)
@@ -53,7 +53,7 @@ def _bindings(bind_prims: Any, count: int) -> list[list[Usd.Prim]]:
         return [prims_of(bind_prims)]
     each = list(bind_prims) if isinstance(bind_prims, (list, tuple)) else [bind_prims]
     if len(each) != count:
-        raise GraphError(f"bind_prims has {len(each)} entries for {count} materials; give one for each")
+        raise ArgumentError(f"bind_prims has {len(each)} entries for {count} materials; give one for each")
     return [[] if prims is None else prims_of(prims) for prims in each]
 
 

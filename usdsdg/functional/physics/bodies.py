@@ -7,7 +7,7 @@ from typing import Any
 from pxr import Usd, UsdPhysics, UsdShade
 
 from usdsdg.arguments.registry import near_misses
-from usdsdg.errors import BadPrim, GraphError, NoCollider, warn_once
+from usdsdg.errors import ArgumentError, BadPrim, NoCollider, warn_once
 from usdsdg.functional.arguments import per_prim, prims_of
 from usdsdg.functional.physics.scenes import take_owner
 from usdsdg.functional.physics.schema_attributes import set_attributes
@@ -82,13 +82,13 @@ def apply_collider(prims: Any, physics_scene: Any = None, approximation: str | N
 
     Raises:
         BadPrim: there is no such attribute, or `physics_scene` is no PhysicsScene.
-        GraphError: unknown approximation.
+        ArgumentError: unknown approximation.
         NoCollider: there is no gprim at or below a prim.
     """
     if approximation is not None and approximation not in APPROXIMATIONS:
         near = near_misses(approximation, APPROXIMATIONS)
         hint = f"did you mean {near[0]!r}?" if near else f"expected one of {', '.join(APPROXIMATIONS)}"
-        raise GraphError(f"approximation is {approximation!r}; {hint}")
+        raise ArgumentError(f"approximation is {approximation!r}; {hint}")
     owner = take_owner(attributes, physics_scene)
     for prim in prims_of(prims):
         _uninstance(prim)
