@@ -1,5 +1,9 @@
 """What create and create_batch leave on the stage."""
 
+import ast
+import inspect
+from pathlib import Path
+
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade
@@ -365,3 +369,25 @@ def test_other_sensors_are_refused(stage, sensor):
     for module in (create, create_batch):
         with pytest.raises(Unsupported, match=f"{sensor}: .* use a camera"):
             getattr(module, sensor)()
+
+
+def test_the_stub_has_the_signatures_and_docstrings_of_the_functions():
+    stub = ast.parse(Path(create.__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+    written = {each.name: each for each in stub.body if isinstance(each, ast.FunctionDef)}
+    made = {name for name in vars(create_batch) if inspect.isfunction(getattr(create, name, None))}
+    assert written.keys() == made
+    for name, definition in written.items():
+        function = getattr(create, name)
+        definition.body[1:] = []
+        namespace: dict = {}
+        exec(f"from __future__ import annotations\n{ast.unparse(definition)}", namespace)
+        assert inspect.signature(namespace[name]) == inspect.signature(function)
+        assert namespace[name].__doc__ == function.__doc__
+
+
+def test_one_prim_takes_no_more_positional_arguments_than_its_signature_has(stage):
+    assert create.scope("Parts", None).GetName() == "Parts"
+    with pytest.raises(TypeError, match=r"scope\(\) takes 2 positional arguments, not 3"):
+        create.scope("Parts", None, 1)
+    with pytest.raises(TypeError, match="multiple values for keyword argument 'name'"):
+        create.scope("Parts", name="Others")

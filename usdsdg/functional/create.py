@@ -1,10 +1,14 @@
 """One prim at a time; each function returns the new pxr prim. Mirrors `rep.functional.create`.
 
-`create_batch` says what the arguments mean and which errors they raise; here each of them has one value.
+`create_batch` says what the arguments mean and when they raise ArgumentError, AssetError, BadPrim or Unsupported; here
+each of them has one value. `create.pyi` has the signatures for editors and type checkers.
 """
 
 from __future__ import annotations
 
+import functools
+import inspect
+from collections.abc import Callable
 from typing import Any
 
 from pxr import Usd
@@ -12,210 +16,47 @@ from pxr import Usd
 from usdsdg.functional import create_batch
 
 
-def scope(name: str | None = None, parent: Any = None) -> Usd.Prim:
-    """A Scope, which groups prims and has no transform."""
-    return create_batch.scope(**locals(), count=1)[0]
+def _single(batch: Callable[..., list[Usd.Prim]], doc: str) -> Callable[..., Usd.Prim]:
+    """Return a function that makes one prim by `batch` and takes the same arguments, without `count`."""
+    signature = inspect.signature(batch)
+    parameters = [each for each in signature.parameters.values() if each.name != "count"]
+    positional = [each.name for each in parameters if each.kind is each.POSITIONAL_OR_KEYWORD]
+
+    @functools.wraps(batch, assigned=("__name__", "__qualname__"))
+    def create(*values: Any, **arguments: Any) -> Usd.Prim:
+        if len(values) > len(positional):
+            raise TypeError(f"{batch.__name__}() takes {len(positional)} positional arguments, not {len(values)}")
+        return batch(**dict(zip(positional, values)), **arguments, count=1)[0]
+
+    create.__doc__ = doc
+    create.__signature__ = signature.replace(parameters=parameters, return_annotation="Usd.Prim")  # type: ignore[attr-defined]
+    return create
 
 
-def xform(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    relative_to: Any = None, pivot: Any = None, semantics: Any = None, visible: Any = True, name: str | None = None,
-    parent: Any = None,
-) -> Usd.Prim:  # fmt: skip
-    """An empty transform."""
-    return create_batch.xform(**locals(), count=1)[0]
-
-
-def clone(
-    path: Any, parent: Any = None, name: str | None = None, *, position: Any = None, scale: Any = None,
-    rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None, pivot: Any = None, relative_to: Any = None,
-) -> Usd.Prim:  # fmt: skip
-    """A copy of the prim at `path` with everything below it."""
-    return create_batch.clone(**locals(), count=1)[0]
-
-
-def reference(
-    usd_path: Any = None, prim_path: Any = None, position: Any = None, scale: Any = None, rotation: Any = None,
-    look_at: Any = None, look_at_up_axis: Any = None, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
-    visible: Any = True, name: str | None = None, parent: Any = None,
-) -> Usd.Prim:  # fmt: skip
-    """A reference to a USD file or to a prim of this stage."""
-    return create_batch.reference(**locals(), count=1)[0]
-
-
-def camera(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    relative_to: Any = None, focal_length: Any = 24.0, focus_distance: Any = 400.0, f_stop: Any = 0.0,
-    horizontal_aperture: Any = 20.955, horizontal_aperture_offset: Any = 0.0, vertical_aperture_offset: Any = 0.0,
-    clipping_range: Any = (1.0, 1000000.0), projection_type: Any = "pinhole", fisheye_nominal_width: Any = 1936.0,
-    fisheye_nominal_height: Any = 1216.0, fisheye_optical_centre_x: Any = 970.94244,
-    fisheye_optical_centre_y: Any = 600.37482, openCV_focal_x: Any = 731.78788, openCV_focal_y: Any = 731.78789,
-    fisheye_max_fov: Any = 200.0, fisheye_polynomial_a: Any = 0.0, fisheye_polynomial_b: Any = 0.00245,
-    fisheye_polynomial_c: Any = 0.0, fisheye_polynomial_d: Any = 0.0, fisheye_polynomial_e: Any = 0.0,
-    fisheye_polynomial_f: Any = 0.0, fisheye_p0: Any = -0.00037, fisheye_p1: Any = -0.00074, fisheye_s0: Any = -0.00058,
-    fisheye_s1: Any = -0.00022, fisheye_s2: Any = 0.00019, fisheye_s3: Any = -0.0002,
-    cross_camera_reference_name: Any = None, name: str | None = None, parent: Any = None, *, tick_rate: Any = None,
-) -> Usd.Prim:  # fmt: skip
-    """A camera that looks along its own -Z with +Y up, whatever the stage's up axis."""
-    return create_batch.camera(**locals(), count=1)[0]
-
-
-def plane(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None,
-) -> Usd.Prim:  # fmt: skip
-    """A square of one metre edge that faces the stage's up axis."""
-    return create_batch.plane(**locals(), count=1)[0]
-
-
-def sphere(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None,
-) -> Usd.Prim:  # fmt: skip
-    """A sphere of one metre diameter."""
-    return create_batch.sphere(**locals(), count=1)[0]
-
-
-def torus(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None,
-) -> Usd.Prim:  # fmt: skip
-    """A ring around the stage's up axis, one metre across; always a mesh."""
-    return create_batch.torus(**locals(), count=1)[0]
-
-
-def disk(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None,
-) -> Usd.Prim:  # fmt: skip
-    """A flat disc of one metre diameter that faces the stage's up axis; always a mesh."""
-    return create_batch.disk(**locals(), count=1)[0]
-
-
-def cube(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None,
-) -> Usd.Prim:  # fmt: skip
-    """A cube of one metre edge."""
-    return create_batch.cube(**locals(), count=1)[0]
-
-
-def cylinder(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None,
-) -> Usd.Prim:  # fmt: skip
-    """A cylinder of one metre height and diameter along the stage's up axis."""
-    return create_batch.cylinder(**locals(), count=1)[0]
-
-
-def cone(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None,
-) -> Usd.Prim:  # fmt: skip
-    """A cone of one metre height and base diameter along the stage's up axis."""
-    return create_batch.cone(**locals(), count=1)[0]
-
-
-def capsule(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None,
-) -> Usd.Prim:  # fmt: skip
-    """A capsule of one metre height and half a metre diameter along the stage's up axis. Since 6.0."""
-    return create_batch.capsule(**locals(), count=1)[0]
-
-
-def sphere_light(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    color: Any = (1.0, 1.0, 1.0), intensity: Any = 30000.0, exposure: Any = None, color_temperature: Any = 6500,
-    enable_color_temperature: Any = False, diffuse: Any = 1.0, specular: Any = 1.0, shaping_cone_angle: Any = 180.0,
-    shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), radius: Any = 1.0,
-    name: str | None = None, parent: Any = None, *, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
-    visible: Any = True,
-) -> Usd.Prim:  # fmt: skip
-    """Light from the surface of a sphere."""
-    return create_batch.sphere_light(**locals(), count=1)[0]
-
-
-def disk_light(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    color: Any = (1.0, 1.0, 1.0), intensity: Any = 30000.0, exposure: Any = None, color_temperature: Any = 6500,
-    enable_color_temperature: Any = False, diffuse: Any = 1.0, specular: Any = 1.0, shaping_cone_angle: Any = 180.0,
-    shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), radius: Any = 1.0,
-    name: str | None = None, parent: Any = None, *, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
-    visible: Any = True,
-) -> Usd.Prim:  # fmt: skip
-    """Light from a disc, towards -Z."""
-    return create_batch.disk_light(**locals(), count=1)[0]
-
-
-def rect_light(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    color: Any = (1.0, 1.0, 1.0), intensity: Any = 30000.0, exposure: Any = None, color_temperature: Any = 6500,
-    enable_color_temperature: Any = False, diffuse: Any = 1.0, specular: Any = 1.0, shaping_cone_angle: Any = 180.0,
-    shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), height: Any = 1.0, width: Any = 1.0,
-    name: str | None = None, parent: Any = None, *, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
-    visible: Any = True,
-) -> Usd.Prim:  # fmt: skip
-    """Light from a rectangle, towards -Z."""
-    return create_batch.rect_light(**locals(), count=1)[0]
-
-
-def cylinder_light(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    color: Any = (1.0, 1.0, 1.0), intensity: Any = 30000.0, exposure: Any = None, color_temperature: Any = 6500,
-    enable_color_temperature: Any = False, diffuse: Any = 1.0, specular: Any = 1.0, shaping_cone_angle: Any = 180.0,
-    shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), radius: Any = 1.0, length: Any = 1.0,
-    name: str | None = None, parent: Any = None, *, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
-    visible: Any = True,
-) -> Usd.Prim:  # fmt: skip
-    """Light from a cylinder along x."""
-    return create_batch.cylinder_light(**locals(), count=1)[0]
-
-
-def distant_light(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    color: Any = (1.0, 1.0, 1.0), intensity: Any = 30000.0, exposure: Any = None, color_temperature: Any = 6500,
-    enable_color_temperature: Any = False, diffuse: Any = 1.0, specular: Any = 1.0, shaping_cone_angle: Any = 180.0,
-    shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), angle: Any = 1.0,
-    name: str | None = None, parent: Any = None, *, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
-    visible: Any = True,
-) -> Usd.Prim:  # fmt: skip
-    """Parallel light towards -Z."""
-    return create_batch.distant_light(**locals(), count=1)[0]
-
-
-def dome_light(
-    color: Any = (1.0, 1.0, 1.0), texture: Any = None, texture_format: Any = "latlong", intensity: Any = 1000.0,
-    exposure: Any = 1.0, diffuse: Any = 1.0, specular: Any = 1.0, color_temperature: Any = 6500,
-    enable_color_temperature: Any = False, rotation: Any = None, name: str | None = None, parent: Any = None, *,
-    position: Any = None, scale: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-) -> Usd.Prim:  # fmt: skip
-    """Light from all around, coloured by the picture `texture`."""
-    return create_batch.dome_light(**locals(), count=1)[0]
-
-
-def material(mdl: str, bind_prims: Any = None, name: str | None = None, parent: Any = None, **inputs: Any) -> Usd.Prim:
-    """An MDL material such as "OmniPBR.mdl" with `inputs` set, bound to a prim or to several."""
-    return create_batch.material(mdl, bind_prims, name, parent, 1, **inputs)[0]
-
-
-def omni_lidar(
-    position: Any = None, rotation: Any = None, name: str | None = None, parent: Any = None, **attributes: Any
-) -> Usd.Prim:
-    """Unsupported: usdsdg has no lidar model."""
-    return create_batch.omni_lidar(position, rotation, name, parent, 1, **attributes)[0]
-
-
-def omni_radar(
-    position: Any = None, rotation: Any = None, name: str | None = None, parent: Any = None, **attributes: Any
-) -> Usd.Prim:
-    """Unsupported: usdsdg has no radar model."""
-    return create_batch.omni_radar(position, rotation, name, parent, 1, **attributes)[0]
+scope = _single(create_batch.scope, "A Scope, which groups prims and has no transform.")
+xform = _single(create_batch.xform, "An empty transform.")
+clone = _single(create_batch.clone, "A copy of the prim at `path` with everything below it.")
+reference = _single(create_batch.reference, "A reference to a USD file or to a prim of this stage.")
+camera = _single(create_batch.camera, "A camera that looks along its own -Z with +Y up, whatever the stage's up axis.")
+plane = _single(create_batch.plane, "A square of one metre edge that faces the stage's up axis.")
+sphere = _single(create_batch.sphere, "A sphere of one metre diameter.")
+torus = _single(create_batch.torus, "A ring around the stage's up axis, one metre across; always a mesh.")
+disk = _single(create_batch.disk, "A flat disc of one metre diameter that faces the stage's up axis; always a mesh.")
+cube = _single(create_batch.cube, "A cube of one metre edge.")
+cylinder = _single(create_batch.cylinder, "A cylinder of one metre height and diameter along the stage's up axis.")
+cone = _single(create_batch.cone, "A cone of one metre height and base diameter along the stage's up axis.")
+capsule = _single(
+    create_batch.capsule,
+    "A capsule of one metre height and half a metre diameter along the stage's up axis. Since 6.0.",
+)
+sphere_light = _single(create_batch.sphere_light, "Light from the surface of a sphere.")
+disk_light = _single(create_batch.disk_light, "Light from a disc, towards -Z.")
+rect_light = _single(create_batch.rect_light, "Light from a rectangle, towards -Z.")
+cylinder_light = _single(create_batch.cylinder_light, "Light from a cylinder along x.")
+distant_light = _single(create_batch.distant_light, "Parallel light towards -Z.")
+dome_light = _single(create_batch.dome_light, "Light from all around, coloured by the picture `texture`.")
+material = _single(
+    create_batch.material, 'An MDL material such as "OmniPBR.mdl" with `inputs` set, bound to a prim or to several.'
+)
+omni_lidar = _single(create_batch.omni_lidar, "Unsupported: usdsdg has no lidar model.")
+omni_radar = _single(create_batch.omni_radar, "Unsupported: usdsdg has no radar model.")
