@@ -16,7 +16,7 @@ from PIL import Image
 from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade
 
 from usdsdg.stage.cameras.camera_view import read_camera
-from usdsdg.stage.poses.transforms import look_at
+from usdsdg.stage.poses.look_at import look_at_matrix
 from usdsdg_render.renderer import WarpRenderer
 from usdsdg_render.settings import PathSettings
 
@@ -56,7 +56,7 @@ for k in range(9):
     material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
     UsdShade.MaterialBindingAPI.Apply(ball.GetPrim()).Bind(material)
 camera = UsdGeom.Camera.Define(stage, "/World/Camera")
-camera.AddTransformOp().Set(look_at((0, -6, 0.5), (0, 0, 0.5)))
+camera.AddTransformOp().Set(look_at_matrix((0, -6, 0.5), (0, 0, 0.5)))
 camera.CreateClippingRangeAttr((0.1, 1000.0))
 camera.CreateFocalLengthAttr(35.0)
 

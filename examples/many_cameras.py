@@ -18,7 +18,7 @@ from PIL import Image
 from pxr import Gf, Usd, UsdGeom
 
 from usdsdg.stage.cameras.camera_view import CameraView
-from usdsdg.stage.poses.transforms import look_at
+from usdsdg.stage.poses.look_at import look_at_matrix
 from usdsdg.writers.formats.run_length import runs_of_ids
 from usdsdg_render.renderer import WarpRenderer
 
@@ -39,7 +39,7 @@ for k in range(12):
     ball.AddTranslateOp().Set(Gf.Vec3d(radius * math.cos(turn), radius * math.sin(turn), 0.08 * k))
 
 turns = np.arange(args.cameras) * 2 * math.pi / args.cameras
-poses = [np.array(look_at((6 * math.cos(turn), 6 * math.sin(turn), 2), (0, 0, 0.4))) for turn in turns]
+poses = [np.array(look_at_matrix((6 * math.cos(turn), 6 * math.sin(turn), 2), (0, 0, 0.4))) for turn in turns]
 views = [CameraView(f"camera {k}", width, height, pose, focal_length=35.0) for k, pose in enumerate(poses)]
 
 wp.config.log_level = wp.LOG_WARNING

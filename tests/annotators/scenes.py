@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from pxr import Gf, Usd, UsdGeom
 
 from tests.annotators.ray_caster import add_cube, add_sphere, new_stage
-from usdsdg.stage.poses.transforms import look_at
+from usdsdg.stage.poses.look_at import look_at_matrix
 
 
 def street() -> Usd.Stage:
@@ -27,7 +27,7 @@ def add_camera(stage: Usd.Stage, path: str, eye, target, *, near: float = 0.1) -
     camera.CreateFocalLengthAttr(24.0)
     camera.CreateHorizontalApertureAttr(20.955)
     camera.CreateClippingRangeAttr(Gf.Vec2f(near, 1000.0))
-    UsdGeom.Xformable(camera).AddTransformOp().Set(look_at(eye, target, up=(0, 0, 1)))
+    UsdGeom.Xformable(camera).AddTransformOp().Set(look_at_matrix(eye, target, up=(0, 0, 1)))
     return path
 
 

@@ -8,7 +8,7 @@ import usdsdg as rep
 from usdsdg.errors import UsdsdgWarning
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import new_stage
-from usdsdg.stage.poses.transforms import look_at
+from usdsdg.stage.poses.look_at import look_at_matrix
 from usdsdg.stage.semantics.labels import add_labels
 
 
@@ -37,7 +37,7 @@ def annotators():
     glass.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
     UsdShade.MaterialBindingAPI.Apply(pane).Bind(glass)
     camera = UsdGeom.Camera.Define(stage, "/World/Camera")
-    camera.AddTransformOp().Set(look_at((0, -12, 0), (0, 0, 0), up=(0, 0, 1)))
+    camera.AddTransformOp().Set(look_at_matrix((0, -12, 0), (0, 0, 0), up=(0, 0, 1)))
     camera.CreateClippingRangeAttr(Gf.Vec2f(0.1, 100.0))
     product = rep.create.render_product("/World/Camera", (100, 70))
     names = ["visibility", "occlusion", "instance_segmentation", "amodal_instance_segmentation"]

@@ -12,7 +12,7 @@ from tests.stage.geometry.characters import add_character
 from usdsdg.cli.commands import app
 from usdsdg.session.stage_context import new_stage, open_stage
 from usdsdg.session.timeline import get_timeline
-from usdsdg.stage.poses.transforms import look_at
+from usdsdg.stage.poses.look_at import look_at_matrix
 from usdsdg.stage.semantics.labels import add_labels
 
 RATE = 24
@@ -32,7 +32,7 @@ def animated(stage):
     UsdGeom.Xformable(man).AddTranslateOp().Set(Gf.Vec3d(0, 0, 2))
     add_labels(man, {"class": ["man"]})
     camera = UsdGeom.Camera.Define(stage, "/World/Camera")
-    camera.AddTransformOp().Set(look_at((0, -12, 2), (0, 0, 2), up=(0, 0, 1)))
+    camera.AddTransformOp().Set(look_at_matrix((0, -12, 2), (0, 0, 2), up=(0, 0, 1)))
     camera.CreateClippingRangeAttr(Gf.Vec2f(0.1, 100.0))
     camera.CreateFocalLengthAttr(20.0)
     UsdGeom.SetStageUpAxis(stage, "Z")

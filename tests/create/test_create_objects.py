@@ -9,7 +9,7 @@ from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported
 from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
 from usdsdg.stage.cameras.lens_attributes import LENS, OPTICS
-from usdsdg.stage.poses.transforms import compose_euler
+from usdsdg.stage.poses.rotations import compose_euler
 from usdsdg.stage.semantics import labels as semantics
 
 SHAPES = ["sphere", "torus", "disk", "plane", "cube", "cylinder", "cone"]

@@ -7,7 +7,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 from tests.functional.poses import local, ops, value, world
 from usdsdg.errors import BadPrim, DegenerateFrame, GraphError, Unsupported
 from usdsdg.functional import create, create_batch, modify
-from usdsdg.stage.poses.transforms import compose_euler
+from usdsdg.stage.poses.rotations import compose_euler
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from usdsdg.session import stage_context
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.poses import transforms
+from usdsdg.stage.poses.rotations import compose_euler
 
 
 @pytest.fixture
@@ -71,7 +72,7 @@ def test_a_single_axis_of_a_prim_with_a_matrix_or_an_orient_op(stage):
     both = ["/World/matrix", "/World/orient"]
     rep.modify.pose(position_y=7, rotation_x=90, input_prims=both)
     run()
-    expected = transforms.compose_euler((1, 7, 3), (90, 0, 30))
+    expected = compose_euler((1, 7, 3), (90, 0, 30))
     for path in both:
         np.testing.assert_allclose(matrix(stage, path), expected, atol=1e-6)
 

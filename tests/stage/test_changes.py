@@ -5,7 +5,7 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg.stage.changes import Changes, ChangeTracker
-from usdsdg.stage.poses.transforms import author_pose
+from usdsdg.stage.poses.xform_ops import author_pose
 
 ROOT = Sdf.Path.absoluteRootPath
 

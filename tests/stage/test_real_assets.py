@@ -9,6 +9,8 @@ from pxr import Tf, Usd, UsdGeom
 from usdsdg.session import stage_context
 from usdsdg.stage import assets, paths
 from usdsdg.stage.poses import transforms
+from usdsdg.stage.poses.rotations import decompose, euler_xyz_from_quat
+from usdsdg.stage.poses.xform_ops import author_pose
 from usdsdg.stage.semantics import labels
 
 pytestmark = pytest.mark.skipif(not os.environ.get(assets.ROOT_VARIABLE), reason="no assets root is configured")
@@ -26,15 +28,15 @@ def test_props_are_referenced_posed_labelled_and_saved(tmp_path):
         url = "/Isaac/" + str(file.relative_to(folder))
         prim = stage.DefinePrim(paths.next_free_path(stage, f"/World/{Tf.MakeValidIdentifier(file.stem)}"), "Xform")
         prim.GetReferences().AddReference(assets.resolve(url))
-        transforms.author_pose(prim, translate=(1, 2, 3), rotate_xyz=(10, 20, 30), scale=(2, 2, 2))
+        author_pose(prim, translate=(1, 2, 3), rotate_xyz=(10, 20, 30), scale=(2, 2, 2))
         labels.remove_labels(prim, recursive=True)
         assert not any(labels.get_labels(each) for each in Usd.PrimRange(prim))
         labels.add_labels(prim, {"class": file.stem})
         # Assets bring their own ops; the pose must be the one asked for all the same.
-        pose = transforms.decompose(transforms.as_array(UsdGeom.Xformable(prim).GetLocalTransformation()))
+        pose = decompose(transforms.as_array(UsdGeom.Xformable(prim).GetLocalTransformation()))
         assert pose.translate == pytest.approx([1, 2, 3])
         assert pose.scale == pytest.approx([2, 2, 2], rel=1e-5)
-        assert transforms.euler_xyz_from_quat(pose.rotation) == pytest.approx([10, 20, 30], abs=1e-3)
+        assert euler_xyz_from_quat(pose.rotation) == pytest.approx([10, 20, 30], abs=1e-3)
     assert assets.missing_dependencies(stage) == []
     before = meshes(stage)
     assert before

@@ -15,6 +15,7 @@ from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import paths
 from usdsdg.stage.cameras.lens_attributes import LENS, OLD_PROJECTIONS, OPTICS, PROJECTIONS
 from usdsdg.stage.poses import transforms
+from usdsdg.stage.poses.xform_ops import author_pose
 
 
 def camera(
@@ -99,7 +100,7 @@ def stereo_camera(
         pairs.append(_stereo_xform(stage, parent))
         for side, shift in (("L", -half), ("R", half)):
             made = _camera_at(stage, f"{pairs[-1].GetPath()}/{name or 'StereoCam'}_{side}")
-            transforms.author_pose(made, translate=right * shift)
+            author_pose(made, translate=right * shift)
             cameras.append(made)
     item = posed(
         pairs, position=position, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from usdsdg import modify
+from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import count_of
 from usdsdg.create.objects import new_object, posed
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
-from usdsdg.modify import prim_at
 
 
 def group(items: Any, semantics: Any = None, name: str | None = None) -> ReplicatorItem:

@@ -7,13 +7,13 @@ from typing import Any
 from pxr import Sdf
 
 from usdsdg import modify
+from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import count_of
 from usdsdg.distribution import Distribution, draw
 from usdsdg.errors import Unsupported
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, plain
-from usdsdg.modify import prim_at
 from usdsdg.modify.numbers import draw_numbers
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import materials, paths

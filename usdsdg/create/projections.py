@@ -7,16 +7,18 @@ from typing import Any
 from pxr import Usd
 
 from usdsdg import modify
+from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import vector
 from usdsdg.create.materials import material_omnipbr
 from usdsdg.create.objects import new_object
 from usdsdg.distribution import Distribution
 from usdsdg.errors import ArgumentError, Unsupported
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, prim_paths
-from usdsdg.modify import prim_at, projection_meshes
+from usdsdg.modify import projection_meshes
 from usdsdg.modify.projections import write_textures
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.poses import transforms
+from usdsdg.stage.poses.xform_ops import author_pose
 
 
 def projection_material(
@@ -122,5 +124,5 @@ def _projector(pose: dict[str, Any]) -> Usd.Prim:
     prim, _ = new_object("DecalProjector", None, None)
     names = {"position": "translate", "rotation": "rotate_xyz", "scale": "scale"}
     constant = {role: value for role, value in pose.items() if not isinstance(value, Distribution)}
-    transforms.author_pose(prim, **{names[role]: vector(role, value) for role, value in constant.items()})
+    author_pose(prim, **{names[role]: vector(role, value) for role, value in constant.items()})
     return prim

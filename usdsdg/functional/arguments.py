@@ -5,61 +5,21 @@ A value may be given once for all prims or once per prim, as tuples, lists or ar
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Gf, Sdf, Usd
+from pxr import Gf
 
 from usdsdg.arguments.values import shown
-from usdsdg.errors import ArgumentError, BadPrim, NotAPrim
+from usdsdg.errors import ArgumentError
 from usdsdg.graph.node import ReplicatorItem
-from usdsdg.session.stage_context import current_stage
-from usdsdg.stage.paths import prim_at
 from usdsdg.stage.poses.pose_batch import Rotations
-from usdsdg.stage.poses.rotations import euler_from_matrix, matrix_from_euler
+from usdsdg.stage.poses.rotations import ROTATION_ORDERS, euler_from_matrix, matrix_from_euler
 
 Array = NDArray[np.float64]
 
-ROTATION_ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
-
 _QUATERNIONS = (Gf.Quatd, Gf.Quatf, Gf.Quath)
-
-
-def prims_of(prims: Any) -> list[Usd.Prim]:
-    """The prims of one prim, a path, an item or a sequence of these, in order.
-
-    Raises:
-        BadPrim: a path is not on the stage, or a prim does not exist any more.
-        NotAPrim: (a BadPrim and a TypeError) something else was given.
-    """
-    if isinstance(prims, Usd.Prim):
-        prims = [prims]
-    if isinstance(prims, (list, tuple)) and all(type(prim) is Usd.Prim for prim in prims):
-        if not all(prims):
-            gone = next(prim for prim in prims if not prim)
-            raise BadPrim(f"{gone} does not exist any more; it was removed after the script got hold of it")
-        return list(prims)
-    if isinstance(prims, ReplicatorItem):
-        return [prim_at(current_stage(), path) for path in prims.prims]
-    if isinstance(prims, (str, Sdf.Path)):
-        return [prim_at(current_stage(), prims)]
-    if isinstance(prims, Sequence):
-        return [prim for each in prims for prim in prims_of(each)]
-    raise NotAPrim(f"expected a prim, a path or a list of these, got {type(prims).__name__}: {shown(prims)}")
-
-
-def one_prim(name: str, value: Any) -> Usd.Prim:
-    """The only prim of an argument.
-
-    Raises:
-        ArgumentError: it is several, or none.
-    """
-    found = prims_of(value)
-    if len(found) != 1:
-        raise ArgumentError(f"{name} is {shown(value)}; expected one prim")
-    return found[0]
 
 
 def per_prim(value: Any, count: int) -> list[Any]:

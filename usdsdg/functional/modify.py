@@ -10,9 +10,10 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
+from usdsdg.arguments.prims import one_prim, prims_of
 from usdsdg.arguments.values import labels_per_prim, shown
 from usdsdg.errors import ArgumentError, BadPrim, warn_once
-from usdsdg.functional.arguments import one_prim, per_prim, prims_of
+from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.poses import set_instancer_poses, set_poses
 from usdsdg.stage import materials
 from usdsdg.stage.attributes import attribute_of, set_value

@@ -7,10 +7,11 @@ from typing import Any
 
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
 
+from usdsdg.arguments.prims import one_prim
 from usdsdg.arguments.values import count_of, labels_per_prim, shown
 from usdsdg.errors import ArgumentError, BadPrim, warn_once
 from usdsdg.functional import modify
-from usdsdg.functional.arguments import one_prim, per_prim
+from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.poses import set_poses
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.semantics.labels import add_labels

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, Vt
 
+from usdsdg.arguments.prims import prims_of
 from usdsdg.arguments.values import shown
 from usdsdg.errors import ArgumentError, BadPrim
-from usdsdg.functional.arguments import prims_of
 from usdsdg.randomizer.scatter import show_voxels
 from usdsdg.rng import ReplicatorRNG, generator_of
 from usdsdg.scatter import surface, volume

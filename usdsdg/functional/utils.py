@@ -6,7 +6,7 @@ from typing import Any
 
 from pxr import Gf
 
-from usdsdg.functional.arguments import one_prim
+from usdsdg.arguments.prims import one_prim
 from usdsdg.stage.poses.transforms import local_to_world
 
 

@@ -9,7 +9,7 @@ from usdsdg.modify.attributes import apply_or_schedule, attribute, set_attribute
 from usdsdg.modify.camera_relative import pose_camera_relative, pose_orbit
 from usdsdg.modify.clock import animation, frame, time, timeline
 from usdsdg.modify.poses import apply_or_schedule_pose, pose
-from usdsdg.modify.prims import non_xform_prims, prim_at
+from usdsdg.modify.prims import non_xform_prims
 from usdsdg.modify.projections import projection_material
 
 __all__ = [  # noqa: RUF022
@@ -18,7 +18,7 @@ __all__ = [  # noqa: RUF022
     "projection_material", "register",
     "semantics", "time", "timeline", "variant", "visibility",
     # what the other families use
-    "apply_or_schedule", "apply_or_schedule_pose", "bind_material", "check_material", "non_xform_prims", "prim_at",
+    "apply_or_schedule", "apply_or_schedule_pose", "bind_material", "check_material", "non_xform_prims",
     "set_attribute",
 ]  # fmt: skip
 

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from pxr import Usd, UsdGeom, UsdShade
 
+from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import labels_per_prim, shown
 from usdsdg.distribution import Distribution, draw
 from usdsdg.errors import ArgumentError, BadPrim
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act, act_now
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
-from usdsdg.modify.prims import prim_at
 from usdsdg.stage.semantics import labels
 
 

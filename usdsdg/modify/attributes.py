@@ -14,7 +14,7 @@ from usdsdg.errors import ArgumentError, BadValue
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem
-from usdsdg.modify.prims import non_xform_prims, prims_of
+from usdsdg.modify.prims import non_xform_prims, target_prims
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.attributes import set_value
 
@@ -91,18 +91,18 @@ def _write_attribute(node: Node, execution: int) -> None:
     name, type_name = node.inputs["attribute"], node.inputs.get("attributeType")
     value = node.inputs["value"]
     values = (
-        _per_prim(name, value, prims_of(node), type_name)
+        _per_prim(name, value, target_prims(node), type_name)
         if isinstance(value, list)
         else draw(value, node, execution, "value")
     )
 
     def find() -> list[Usd.Attribute]:
-        owners = [_owners(prim, name) for prim in prims_of(node)]
+        owners = [_owners(prim, name) for prim in target_prims(node)]
         return [_attribute(owner, name, type_name) for of_prim in owners for owner in of_prim]
 
     if len(values) == len(node.prims) and write_batch(node.state, "values", find, values):
         return
-    for prim, drawn in zip(prims_of(node), values):
+    for prim, drawn in zip(target_prims(node), values):
         set_attribute(prim, name, drawn, type_name)
 
 

@@ -6,17 +6,19 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.arguments.prims import prim_at
 from usdsdg.distribution import draw
 from usdsdg.errors import ArgumentError
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, plain, prim_paths
 from usdsdg.modify.numbers import draw_numbers
-from usdsdg.modify.poses import is_paths, look_at, point_of
-from usdsdg.modify.prims import prim_at
+from usdsdg.modify.poses import is_paths, point_of
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
-from usdsdg.stage.poses import local_pose, transforms
+from usdsdg.stage.poses import transforms
+from usdsdg.stage.poses.look_at import author_look_at
+from usdsdg.stage.poses.xform_ops import author_world_position
 
 
 def pose_camera_relative(
@@ -70,7 +72,7 @@ def _write_camera_relative(node: Node, execution: int) -> None:
         )
     points = (origins + directions * distance[:, None]) @ view.local_to_world[:3, :3] + view.local_to_world[3, :3]
     for path, point in zip(node.prims, points):
-        local_pose.author_world_position(prim_at(path), point)
+        author_world_position(prim_at(path), point)
 
 
 def pose_orbit(
@@ -107,6 +109,6 @@ def _write_orbit(node: Node, execution: int) -> None:
     centres = [given] * len(node.prims) if is_paths(given) else draw(given, node, execution, "barycentre")
     for path, direction, radius, centre in zip(node.prims, directions, distance, centres):
         prim, middle = prim_at(path), np.array(point_of("barycentre", centre))
-        local_pose.author_world_position(prim, middle + radius * direction)
+        author_world_position(prim, middle + radius * direction)
         if node.inputs["lookAtBarycentre"]:
-            look_at(prim, middle.tolist())
+            author_look_at(prim, middle)

@@ -8,12 +8,12 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdSkel
 
+from usdsdg.arguments.prims import prim_at
 from usdsdg.distribution import Distribution, choice, draw
 from usdsdg.errors import ArgumentError, BadPrim
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act, graph
 from usdsdg.graph.node import Node, ReplicatorItem, current_trigger, plain, prim_paths
-from usdsdg.modify.prims import prim_at
 from usdsdg.session.timeline import Timeline, get_timeline
 
 _SETTERS: dict[str, Callable[[Timeline, float], None]] = {

@@ -12,7 +12,7 @@ from usdsdg.distribution import draw
 from usdsdg.errors import Unsupported
 from usdsdg.graph.node import Node
 from usdsdg.stage.geometry.populations import author_orientations, author_positions, instance_names
-from usdsdg.stage.poses import transforms
+from usdsdg.stage.poses.rotations import matrix_from_euler, quat_from_matrix
 
 _ROLES = ("position", "rotation", "scale")
 
@@ -39,5 +39,5 @@ def pose_instances(prim: Usd.Prim, node: Node, execution: int, order: str) -> No
     if "scale" in columns:
         UsdGeom.PointInstancer(prim).CreateScalesAttr(Vt.Vec3fArray.FromNumpy(columns["scale"]))
     if "rotation" in columns:
-        turns = transforms.matrix_from_euler(columns["rotation"], order)
-        author_orientations(prim, transforms.quat_from_matrix(turns))
+        turns = matrix_from_euler(columns["rotation"], order)
+        author_orientations(prim, quat_from_matrix(turns))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import permutations
 from typing import Any
 
 import numpy as np
 from pxr import Gf, Usd, UsdGeom
 
+from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import vector
 from usdsdg.distribution import Distribution, draw
 from usdsdg.errors import ArgumentError
@@ -17,14 +17,14 @@ from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, plain
 from usdsdg.modify.numbers import draw_numbers
 from usdsdg.modify.point_instances import pose_instances
-from usdsdg.modify.prims import prim_at, prims_of
-from usdsdg.session.stage_context import current_stage
+from usdsdg.modify.prims import target_prims
 from usdsdg.stage.geometry.populations import is_population
-from usdsdg.stage.poses import local_pose, transforms
-from usdsdg.stage.poses.look_at import facing
+from usdsdg.stage.poses import pivots, transforms
+from usdsdg.stage.poses.look_at import author_look_at
 from usdsdg.stage.poses.pose_batch import Rotations, author_poses
+from usdsdg.stage.poses.rotations import ROTATION_ORDERS, euler_from_matrix, matrix_from_euler
+from usdsdg.stage.poses.xform_ops import author_pose, local_euler, local_translation
 
-ORDERS = tuple("".join(order) for order in permutations("XYZ"))
 _AXES = "xyz"
 # Not drawn per prim.
 _SETTINGS = ("attribute", "rotation_order")
@@ -68,8 +68,8 @@ def pose(
     _exclude("scale", scale, *_given({"size": size}))
     turned = rotation if rotation is not None else next(iter(_given(single["rotation"])), None)
     _exclude("rotation", turned, *_given({"look_at": look_at}))
-    if str(rotation_order).upper() not in ORDERS:
-        raise ArgumentError(f"modify.pose: rotation_order={rotation_order!r}; known: {', '.join(ORDERS)}")
+    if str(rotation_order).upper() not in ROTATION_ORDERS:
+        raise ArgumentError(f"modify.pose: rotation_order={rotation_order!r}; known: {', '.join(ROTATION_ORDERS)}")
     values = dict(position=position, pivot=pivot, rotation=rotation, scale=scale, size=size, look_at=look_at)
     given |= {role: value for role, value in values.items() if value is not None}
     attribute = ",".join(given)
@@ -107,7 +107,7 @@ def apply_or_schedule_pose(item: ReplicatorItem, **pose_values: Any) -> None:
 def write_pose(node: Node, execution: int) -> None:
     """What `pose` does at each execution."""
     order = node.inputs.get("rotation_order", "XYZ")
-    prims = prims_of(node)
+    prims = target_prims(node)
     populations = [prim for prim in prims if is_population(prim)]
     for population in populations:
         pose_instances(population, node, execution, order)
@@ -169,20 +169,22 @@ def _pose_one(prim: Usd.Prim, values: dict[str, Any], order: str) -> None:
     if "position" in values:
         parts["translate"] = Gf.Vec3d(vector("position", values["position"]))
     elif axes := _single_axes("position", values):
-        parts["translate"] = _replaced(local_pose.translation(prim), axes)
+        parts["translate"] = _replaced(local_translation(prim), axes)
     if "pivot" in values:
-        local_pose.set_pivot(prim, vector("pivot", values["pivot"]))
+        pivots.set_pivot(prim, vector("pivot", values["pivot"]))
     if "rotation" in values:
         parts["rotate_xyz"] = _in_xyz(vector("rotation", values["rotation"]), order)
     elif axes := _single_axes("rotation", values):
-        parts["rotate_xyz"] = _in_xyz(_replaced(local_pose.euler(prim, order), axes), order)
+        parts["rotate_xyz"] = _in_xyz(_replaced(local_euler(prim, order), axes), order)
     if "scale" in values:
         parts["scale"] = Gf.Vec3d(vector("scale", values["scale"]))
     elif "size" in values:
         parts["scale"] = _scale_for(prim, vector("size", values["size"]))
-    transforms.author_pose(prim, **parts)
+    author_pose(prim, **parts)
     if "look_at" in values:
-        look_at(prim, values["look_at"], values.get("look_at_up_axis"))
+        up = values.get("look_at_up_axis")
+        upwards = None if up is None else vector("look_at_up_axis", up)
+        author_look_at(prim, point_of("look_at", values["look_at"]), upwards)
 
 
 def _single_axes(role: str, values: dict[str, Any]) -> dict[int, float]:
@@ -199,31 +201,14 @@ def _replaced(numbers: Sequence[float] | np.ndarray, axes: dict[int, float]) -> 
 
 def _in_xyz(degrees: Sequence[float] | Gf.Vec3d, order: str) -> Gf.Vec3d:
     if order != "XYZ":
-        degrees = transforms.euler_from_matrix(transforms.matrix_from_euler(tuple(degrees), order)).tolist()
+        degrees = euler_from_matrix(matrix_from_euler(tuple(degrees), order)).tolist()
     return Gf.Vec3d(*degrees)
 
 
 def _scale_for(prim: Usd.Prim, size: list[float]) -> Gf.Vec3d:
     now = np.linalg.norm(transforms.as_array(UsdGeom.Xformable(prim).GetLocalTransformation())[:3, :3], axis=1)
-    lengths = local_pose.extents(prim).tolist()
+    lengths = pivots.extents(prim).tolist()
     return Gf.Vec3d(*(s / length if length > 0 else kept for s, length, kept in zip(size, lengths, now.tolist())))
-
-
-def look_at(prim: Usd.Prim, target: Any, up: Any = None) -> None:
-    """Turn a prim so that its camera child (or its own -Z) looks at a point [world] or at the middle of prims."""
-    up_axis = transforms.up_axis(current_stage())
-    default_up = (0.0, 0.0, 1.0) if up_axis == "Z" else (0.0, 1.0, 0.0)
-    upwards = default_up if up is None else vector("look_at_up_axis", up)
-    eye = transforms.local_to_world(prim).ExtractTranslation()
-    turn = facing([tuple(eye)], [tuple(point_of("look_at", target))], upwards, stage_up_axis=up_axis)[0]
-    to_world = Gf.Matrix4d(Gf.Matrix3d(*turn.ravel().tolist()), eye)
-    # The child camera of a Replicator camera object is turned against the object; undo that turn.
-    cameras = [child for child in prim.GetChildren() if child.IsA(UsdGeom.Camera)]
-    if cameras:
-        to_world = UsdGeom.Xformable(cameras[0]).GetLocalTransformation().GetInverse() * to_world
-    local = transforms.as_array(to_world * local_pose.parent_to_world(prim).GetInverse())
-    rotation = transforms.decompose(local).rotation
-    transforms.author_pose(prim, rotate_xyz=Gf.Vec3d(*transforms.euler_xyz_from_quat(rotation).tolist()))
 
 
 def point_of(role: str, target: Any) -> Gf.Vec3d:

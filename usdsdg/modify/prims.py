@@ -4,21 +4,11 @@ from __future__ import annotations
 
 from pxr import Usd
 
+from usdsdg.arguments.prims import prim_at
 from usdsdg.graph.node import Node
-from usdsdg.session.stage_context import current_stage
-from usdsdg.stage import paths
 
 
-def prim_at(path: str) -> Usd.Prim:
-    """The prim at `path` of the current stage.
-
-    Raises:
-        BadPrim: there is none; names what is there instead.
-    """
-    return paths.prim_at(current_stage(), path)
-
-
-def prims_of(node: Node) -> list[Usd.Prim]:
+def target_prims(node: Node) -> list[Usd.Prim]:
     """The targets of a node, looked up again when one of them has gone.
 
     Raises:

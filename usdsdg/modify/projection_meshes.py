@@ -14,7 +14,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 from usdsdg.errors import BadPrim
 from usdsdg.scatter.bounds import Bounds
 from usdsdg.stage.geometry.triangles import triangles_below
-from usdsdg.stage.poses import local_pose, transforms
+from usdsdg.stage.poses import pivots, transforms
 
 PROJECTOR, TARGETS, OFFSET, DEPTH = (f"usdsdg:{name}" for name in ("projector", "targets", "offset", "depth"))
 # Sine of the angle between a face and the direction of projection below which the face is passed over.
@@ -120,7 +120,7 @@ def size_of(projector: Usd.Prim) -> float:
 
 def _box(projector: Usd.Prim) -> Bounds:
     """The projector's own box; a metre each way where it has no geometry, as deep as wide where it is flat."""
-    found = local_pose.bounds(projector)
+    found = pivots.bounds(projector)
     if found.IsEmpty():
         half = np.full(3, 0.5 / transforms.meters_per_unit(projector.GetStage()))
         return Bounds(-half, half)

@@ -6,6 +6,7 @@ from typing import Any
 
 from pxr import Usd, UsdShade
 
+from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import shown, vector
 from usdsdg.distribution import draw
 from usdsdg.errors import ArgumentError, BadPrim
@@ -13,9 +14,8 @@ from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.modify import projection_meshes
-from usdsdg.modify.prims import prim_at
 from usdsdg.stage import materials
-from usdsdg.stage.poses import transforms
+from usdsdg.stage.poses.xform_ops import author_pose
 
 # The parts of a texture group, and the inputs of OmniPBR that they go to.
 TEXTURES = {
@@ -73,7 +73,7 @@ def _modify_projection(node: Node, execution: int) -> None:
             values["texture_group"] if "texture_group" in values else {k: values[k] for k in TEXTURES if k in values}
         )
         for mesh in meshes:
-            transforms.author_pose(projection_meshes.projector_of(mesh), **parts)
+            author_pose(projection_meshes.projector_of(mesh), **parts)
             if group:
                 write_textures(_material_of(mesh), group)
             projection_meshes.bake(mesh)

@@ -6,12 +6,12 @@ from typing import Any
 
 from pxr import Usd, UsdPhysics
 
+from usdsdg.arguments.prims import prim_at
 from usdsdg.errors import BadPrim
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.modify.numbers import draw_numbers
-from usdsdg.modify.prims import prim_at
 
 
 def drive_properties(stiffness: Any = 0.0, damping: Any = 0.0, input_prims: Any = None) -> ReplicatorItem:

@@ -12,7 +12,7 @@ from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.modify.numbers import draw_numbers
-from usdsdg.modify.prims import prims_of
+from usdsdg.modify.prims import target_prims
 from usdsdg.stage.attribute_batch import write_batch
 
 # Methods that create the attributes of MassAPI, by input.
@@ -59,7 +59,7 @@ def _write_mass(node: Node, execution: int) -> None:
 
 def _write_mass_property(node: Node, name: str, values: list[Any]) -> None:
     def find() -> list[Usd.Attribute]:
-        return [getattr(UsdPhysics.MassAPI.Apply(prim), _CREATE_ATTRIBUTE[name])() for prim in prims_of(node)]
+        return [getattr(UsdPhysics.MassAPI.Apply(prim), _CREATE_ATTRIBUTE[name])() for prim in target_prims(node)]
 
     if name != "principalAxes" and write_batch(node.state, name, find, values):
         return

@@ -6,11 +6,11 @@ from typing import Any
 
 from pxr import Usd, UsdPhysics, UsdShade
 
+from usdsdg.arguments.prims import prim_at
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.modify.numbers import draw_numbers
-from usdsdg.modify.prims import prim_at
 
 
 def physics_material(

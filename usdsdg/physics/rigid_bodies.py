@@ -6,6 +6,7 @@ from typing import Any
 
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
+from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import vector
 from usdsdg.distribution import draw
 from usdsdg.errors import GraphError, NoCollider, warn_once
@@ -13,7 +14,7 @@ from usdsdg.functional.physics import apply_collider
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, prim_paths, why_no_prims
-from usdsdg.modify.prims import prim_at, prims_of
+from usdsdg.modify.prims import target_prims
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.geometry.populations import SAMPLED
 from usdsdg.stage.physics.rigid_bodies import apply_rigid_body_schemas, set_simulation_owner
@@ -98,7 +99,7 @@ def _write_velocities(node: Node, execution: int) -> None:
     linear = draw(node.inputs["velocity"], node, execution, "velocity")
     turning = node.inputs.get("angular_velocity")
     angular = None if turning is None else draw(turning, node, execution, "angular_velocity")
-    bodies = [UsdPhysics.RigidBodyAPI(prim) for prim in prims_of(node)]
+    bodies = [UsdPhysics.RigidBodyAPI(prim) for prim in target_prims(node)]
     if not write_batch(node.state, "linear", lambda: [body.CreateVelocityAttr() for body in bodies], linear):
         for body, value in zip(bodies, linear):
             body.CreateVelocityAttr().Set(Gf.Vec3f(vector("velocity", value)))

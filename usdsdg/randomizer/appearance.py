@@ -7,13 +7,14 @@ from typing import Any
 
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
+from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import vector
 from usdsdg.distribution import Distribution, draw, is_vector, one_of
 from usdsdg.errors import AssetNotFound
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
-from usdsdg.modify import bind_material, check_material, material, prim_at
+from usdsdg.modify import bind_material, check_material, material
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets, paths
 from usdsdg.stage.attribute_batch import write_batch

@@ -13,10 +13,10 @@ from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.graph.sampling import get_global_seed, own_seed, uniforms
-from usdsdg.modify.prims import prims_of
+from usdsdg.modify.prims import target_prims
 from usdsdg.stage.geometry.populations import author_orientations, instance_names, is_population
-from usdsdg.stage.poses import transforms
 from usdsdg.stage.poses.pose_batch import Rotations, author_poses
+from usdsdg.stage.poses.rotations import euler_xyz_from_quat
 
 
 def rotation(
@@ -48,9 +48,9 @@ def _rotate(node: Node, execution: int) -> None:
 
     def angles(names: Sequence[str]) -> np.ndarray:
         u = uniforms(seed, node.key, execution, names, 3)
-        return transforms.euler_xyz_from_quat(uniform_quaternions(u)) if whole else lower + u * (upper - lower)
+        return euler_xyz_from_quat(uniform_quaternions(u)) if whole else lower + u * (upper - lower)
 
-    prims = prims_of(node)
+    prims = target_prims(node)
     single = [prim for prim in prims if not is_population(prim)]
     if single:
         author_poses(single, rotate=Rotations(degrees=angles([str(prim.GetPath()) for prim in single])))

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, Vt
 
+from usdsdg.arguments.prims import prim_at
 from usdsdg.errors import ArgumentError
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.graph.sampling import get_global_seed, own_seed, uniforms
-from usdsdg.modify import prim_at
 from usdsdg.scatter import surface, volume
 from usdsdg.scatter.bounds import Bounds
 from usdsdg.scatter.places import Draws

@@ -21,7 +21,8 @@ from usdsdg.stage.geometry.populations import (
     world_positions,
 )
 from usdsdg.stage.geometry.triangles import Placed, triangles_below
-from usdsdg.stage.poses import local_pose
+from usdsdg.stage.poses.transforms import parent_to_world
+from usdsdg.stage.poses.xform_ops import author_world_position, local_translation
 
 
 def surface_of(prims: Sequence[Usd.Prim], bounds: Bounds, *, offset: float = 0.0) -> Surface:
@@ -104,7 +105,7 @@ def scatter(
             author_world_positions(prim, places[row : row + count])
         else:
             count = 1
-            local_pose.author_world_position(prim, places[row])
+            author_world_position(prim, places[row])
         row += count
     return chosen
 
@@ -122,8 +123,8 @@ def _bodies(prim: Usd.Prim, solids: Solids) -> list[Solid]:
 
 def _origin(prim: Usd.Prim) -> np.ndarray:
     """Where in the world the prim's position is: its pivot where it has one."""
-    here = Gf.Vec3d(*local_pose.translation(prim).tolist())
-    return np.array(local_pose.parent_to_world(prim).Transform(here))
+    here = Gf.Vec3d(*local_translation(prim).tolist())
+    return np.array(parent_to_world(prim).Transform(here))
 
 
 def _volume(prim: Usd.Prim) -> np.ndarray:

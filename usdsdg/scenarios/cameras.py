@@ -11,7 +11,7 @@ from usdsdg.scenarios import rigid_bodies
 from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.draws import Draws
 from usdsdg.session import engines
-from usdsdg.stage.poses.transforms import author_pose
+from usdsdg.stage.poses.xform_ops import author_pose
 
 # Free space required around a camera [stage units]; after MAX_ATTEMPTS occupied positions the last one is used.
 CLEARANCE = 0.1

@@ -8,7 +8,7 @@ from usdsdg.scenarios import rigid_bodies
 from usdsdg.session import stage_context
 from usdsdg.stage import assets
 from usdsdg.stage.physics.scenes import needed_physics_scene
-from usdsdg.stage.poses.transforms import author_pose
+from usdsdg.stage.poses.xform_ops import author_pose
 from usdsdg.stage.schemas import physx
 from usdsdg.stage.semantics import labels
 

@@ -13,7 +13,7 @@ from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.draws import Draws, Placement
 from usdsdg.stage import assets
 from usdsdg.stage.paths import next_free_path, valid_name
-from usdsdg.stage.poses.transforms import author_pose
+from usdsdg.stage.poses.xform_ops import author_pose
 from usdsdg.stage.semantics import labels
 
 

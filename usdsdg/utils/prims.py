@@ -9,6 +9,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdShade
 
 from usdsdg import modify
+from usdsdg.arguments.prims import prim_at
 from usdsdg.errors import ArgumentError, BadPrim
 from usdsdg.graph.node import prim_paths
 from usdsdg.stage.poses import transforms
@@ -20,7 +21,7 @@ def get_prims_from_paths(paths: Sequence[Any]) -> list[Usd.Prim]:
     Raises:
         BadPrim: one of them is not on the stage.
     """
-    return [modify.prim_at(path) for path in prim_paths(paths)]
+    return [prim_at(path) for path in prim_paths(paths)]
 
 
 def get_non_xform_prims(prim_paths: Any) -> list[str]:

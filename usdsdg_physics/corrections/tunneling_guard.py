@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from usdsdg.stage.poses.transforms import matrix_from_quat
+from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.scene.records import STATIC, Scene, Shape
 
 if TYPE_CHECKING:

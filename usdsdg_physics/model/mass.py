@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdsdg.stage.poses.transforms import matrix_from_quat
+from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.parse.convex_hulls import inertia_from_covariance
 from usdsdg_physics.scene.records import Body, Collider, Shape
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from usdsdg.stage.poses.transforms import matrix_from_quat, quat_from_matrix
+from usdsdg.stage.poses.rotations import matrix_from_quat, quat_from_matrix
 from usdsdg_physics.queries.raycast import ray_distance
 from usdsdg_physics.scene.extents import bounding_sphere
 from usdsdg_physics.scene.records import SHAPE_KINDS, Scene, Shape, ShapeKind

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from usdsdg.stage.poses.transforms import matrix_from_quat
+from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.scene.records import Shape
 
 

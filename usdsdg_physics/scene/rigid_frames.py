@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from usdsdg.stage.poses.transforms import compose, decompose, quat_from_matrix
+from usdsdg.stage.poses.rotations import compose, decompose, quat_from_matrix
 
 # Cosine between two axes above which a matrix shears.
 _MAX_SHEAR = 1e-4

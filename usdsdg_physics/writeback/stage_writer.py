@@ -11,7 +11,7 @@ from pxr import Sdf, Usd, UsdGeom, Vt
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.changes import Changes
-from usdsdg.stage.poses.transforms import euler_from_matrix, quat_from_matrix
+from usdsdg.stage.poses.rotations import euler_from_matrix, quat_from_matrix
 from usdsdg_physics.scene.prim_paths import paths_below
 from usdsdg_physics.scene.records import Body
 from usdsdg_physics.scene.rigid_frames import pose_matrix

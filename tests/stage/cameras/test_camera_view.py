@@ -11,7 +11,8 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 from usdsdg import errors
 from usdsdg.errors import BadPrim, RenderError, Unsupported, UsdsdgWarning
 from usdsdg.stage.cameras import camera_view
-from usdsdg.stage.poses import transforms
+from usdsdg.stage.poses.rotations import compose_euler
+from usdsdg.stage.poses.xform_ops import author_pose
 
 RESOLUTION = (640, 360)
 
@@ -25,7 +26,7 @@ def stage():
 
 def make(stage, *, path="/World/cam", **attributes):
     camera = UsdGeom.Camera.Define(stage, path)
-    transforms.author_pose(camera.GetPrim(), translate=(3, -4, 5), rotate_xyz=(60, 5, 30))
+    author_pose(camera.GetPrim(), translate=(3, -4, 5), rotate_xyz=(60, 5, 30))
     for name, value in {"clippingRange": Gf.Vec2f(0.1, 100), **attributes}.items():
         camera.GetPrim().GetAttribute(name).Set(value)
     return camera
@@ -125,7 +126,7 @@ def test_projection_is_undone_by_unprojection(pixel, depth, offset, degrees):
         "/cam",
         640,
         360,
-        transforms.compose_euler((1, 2, 3), degrees),
+        compose_euler((1, 2, 3), degrees),
         horizontal_aperture_offset=offset[0],
         vertical_aperture_offset=offset[1],
     )
@@ -178,7 +179,7 @@ def test_lenses_without_a_formula_say_so(stage):
 def test_scale_above_a_camera_does_not_scale_depths(stage):
     make(stage, path="/World/rig/cam")
     rig = UsdGeom.Xform.Define(stage, "/World/rig")
-    transforms.author_pose(rig.GetPrim(), scale=(10, 10, 10))
+    author_pose(rig.GetPrim(), scale=(10, 10, 10))
     view = camera_view.read_camera(stage, "/World/rig/cam", RESOLUTION)
     np.testing.assert_allclose(view.local_to_world[3, :3], (30, -40, 50), atol=1e-5)
     np.testing.assert_allclose(view.local_to_world[:3, :3] @ view.local_to_world[:3, :3].T, np.eye(3), atol=1e-6)
@@ -259,6 +260,6 @@ def test_a_unit_that_is_no_length_is_named_and_a_metre(stage, unit):
 
 def test_a_camera_scaled_to_zero(stage):
     camera = make(stage)
-    transforms.author_pose(camera.GetPrim(), scale=(0, 1, 1))
+    author_pose(camera.GetPrim(), scale=(0, 1, 1))
     with pytest.raises(RenderError, match="scale of zero"):
         camera_view.read_camera(stage, "/World/cam", RESOLUTION)

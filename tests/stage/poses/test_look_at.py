@@ -6,7 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from usdsdg.errors import DegenerateFrame
-from usdsdg.stage.poses.look_at import facing
+from usdsdg.stage.poses.look_at import look_at_rotations
 
 POINTS = st.tuples(*[st.floats(-100, 100)] * 3).map(np.array)
 
@@ -15,7 +15,7 @@ POINTS = st.tuples(*[st.floats(-100, 100)] * 3).map(np.array)
 def test_minus_z_points_at_the_target(eye, target, up, axis):
     assume(np.linalg.norm(target - eye) > 1e-3)
     assume(np.linalg.norm(up) > 1e-3)
-    (turn,) = facing([eye], [target], up, stage_up_axis=axis)
+    (turn,) = look_at_rotations([eye], [target], up, stage_up_axis=axis)
     towards = (target - eye) / np.linalg.norm(target - eye)
     np.testing.assert_allclose(-turn[2], towards, atol=1e-9)
     np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-9)
@@ -31,22 +31,22 @@ def test_minus_z_points_at_the_target(eye, target, up, axis):
     [("Z", (0, 0, 1), (-1, 0, 0)), ("Y", (0, 1, 0), (0, 0, -1))],
 )
 def test_straight_down_has_a_fixed_top(axis, up, shown):
-    (turn,) = facing([np.array(up) * 5.0], [(0, 0, 0)], up, stage_up_axis=axis)
+    (turn,) = look_at_rotations([np.array(up) * 5.0], [(0, 0, 0)], up, stage_up_axis=axis)
     np.testing.assert_allclose(turn[1], shown, atol=1e-12)
 
 
 def test_up_along_the_axis_that_breaks_ties():
-    turns = facing([(1, 0, 0)], [(0, 0, 0)], (1, 0, 0), stage_up_axis="Z")
+    turns = look_at_rotations([(1, 0, 0)], [(0, 0, 0)], (1, 0, 0), stage_up_axis="Z")
     np.testing.assert_allclose(turns @ turns.transpose(0, 2, 1), np.eye(3)[None], atol=1e-12)
 
 
 def test_each_eye_may_have_its_own_up():
-    turns = facing([(5, 0, 0), (5, 0, 0)], (0, 0, 0), [(0, 0, 1), (0, 1, 0)])
+    turns = look_at_rotations([(5, 0, 0), (5, 0, 0)], (0, 0, 0), [(0, 0, 1), (0, 1, 0)])
     np.testing.assert_allclose(turns[:, 1], [(0, 0, 1), (0, 1, 0)], atol=1e-12)
 
 
 def test_frames_that_do_not_exist_are_told():
     with pytest.raises(DegenerateFrame, match="own position"):
-        facing([(1, 2, 3)], [(1, 2, 3)], (0, 0, 1))
+        look_at_rotations([(1, 2, 3)], [(1, 2, 3)], (0, 0, 1))
     with pytest.raises(DegenerateFrame, match="zero vector"):
-        facing([(1, 2, 3)], [(0, 0, 0)], (0, 0, 0))
+        look_at_rotations([(1, 2, 3)], [(0, 0, 0)], (0, 0, 0))

@@ -6,6 +6,8 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg.errors import BadPrim, DegenerateFrame
 from usdsdg.stage.poses import transforms
+from usdsdg.stage.poses.look_at import look_at_matrix
+from usdsdg.stage.poses.xform_ops import author_pose, gf_quat
 
 ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 TRANSLATE, DEGREES, SCALE = (1.0, -2.0, 3.0), (20.0, -35.0, 50.0), (2.0, 3.0, 0.5)
@@ -52,24 +54,24 @@ def assert_pose(xform, matrix, atol=1e-5):
 
 
 def test_a_bare_prim_gets_translate_rotate_scale(xform):
-    transforms.author_pose(xform.GetPrim(), translate=TRANSLATE, rotate_xyz=DEGREES, scale=SCALE)
+    author_pose(xform.GetPrim(), translate=TRANSLATE, rotate_xyz=DEGREES, scale=SCALE)
     assert order_of(xform) == ["xformOp:translate", "xformOp:rotateXYZ", "xformOp:scale"]
     assert_pose(xform, expected(TRANSLATE, DEGREES, SCALE))
 
 
 def test_ops_come_in_canonical_order_whatever_is_set_first(xform):
     prim = xform.GetPrim()
-    transforms.author_pose(prim, scale=SCALE)
-    transforms.author_pose(prim, translate=TRANSLATE)
-    transforms.author_pose(prim, rotate_xyz=DEGREES)
+    author_pose(prim, scale=SCALE)
+    author_pose(prim, translate=TRANSLATE)
+    author_pose(prim, rotate_xyz=DEGREES)
     assert order_of(xform) == ["xformOp:translate", "xformOp:rotateXYZ", "xformOp:scale"]
     assert_pose(xform, expected(TRANSLATE, DEGREES, SCALE))
 
 
 def test_parts_that_are_not_given_stay(xform):
     prim = xform.GetPrim()
-    transforms.author_pose(prim, translate=TRANSLATE, rotate_xyz=DEGREES, scale=SCALE)
-    transforms.author_pose(prim, rotate_xyz=(0, 0, 0))
+    author_pose(prim, translate=TRANSLATE, rotate_xyz=DEGREES, scale=SCALE)
+    author_pose(prim, rotate_xyz=(0, 0, 0))
     assert_pose(xform, expected(TRANSLATE, (0, 0, 0), SCALE))
 
 
@@ -80,7 +82,7 @@ def test_rotation_is_written_in_the_order_of_the_existing_op(xform, order, given
     getattr(xform, f"AddRotate{order}Op")()
     quat = Gf.Matrix3d(*rotation(DEGREES).ravel()).ExtractRotation().GetQuat()
     value = DEGREES if given == "rotate_xyz" else quat
-    transforms.author_pose(xform.GetPrim(), translate=TRANSLATE, **{given: value})
+    author_pose(xform.GetPrim(), translate=TRANSLATE, **{given: value})
     assert order_of(xform) == ["xformOp:translate", f"xformOp:rotate{order}"]
     assert_pose(xform, expected(TRANSLATE, DEGREES))
 
@@ -97,7 +99,7 @@ def test_rotation_is_written_in_the_order_of_the_existing_op(xform, order, given
 def test_orient_keeps_its_precision(xform, precision, kind, atol, given):
     op = xform.AddOrientOp(precision)
     quat = Gf.Matrix3d(*rotation(DEGREES).ravel()).ExtractRotation().GetQuat()
-    transforms.author_pose(xform.GetPrim(), **{given: DEGREES if given == "rotate_xyz" else quat})
+    author_pose(xform.GetPrim(), **{given: DEGREES if given == "rotate_xyz" else quat})
     assert type(op.Get()) is kind
     assert_pose(xform, expected(degrees=DEGREES), atol)
 
@@ -106,13 +108,13 @@ def test_orient_keeps_its_precision(xform, precision, kind, atol, given):
 def test_vector_ops_keep_their_precision(xform, precision):
     value = getattr(UsdGeom.XformOp, f"Precision{precision}")
     ops = [xform.AddTranslateOp(value), xform.AddRotateXYZOp(value), xform.AddScaleOp(value)]
-    transforms.author_pose(xform.GetPrim(), translate=TRANSLATE, rotate_xyz=DEGREES, scale=SCALE)
+    author_pose(xform.GetPrim(), translate=TRANSLATE, rotate_xyz=DEGREES, scale=SCALE)
     assert {type(op.Get()) for op in ops} == {getattr(Gf, f"Vec3{precision[0].lower()}")}
     assert_pose(xform, expected(TRANSLATE, DEGREES, SCALE))
 
 
 def test_orient_on_a_bare_prim_adds_orient(xform):
-    transforms.author_pose(xform.GetPrim(), scale=SCALE, orient=Gf.Quatf(0, 1, 0, 0))
+    author_pose(xform.GetPrim(), scale=SCALE, orient=Gf.Quatf(0, 1, 0, 0))
     assert order_of(xform) == ["xformOp:orient", "xformOp:scale"]
     assert_pose(xform, expected(degrees=(180, 0, 0), scale=SCALE))
 
@@ -123,7 +125,7 @@ def test_three_single_axis_ops_are_an_euler_order(xform, order):
     for axis in reversed(order):
         getattr(xform, f"AddRotate{axis}Op")()
     before = order_of(xform)
-    transforms.author_pose(xform.GetPrim(), rotate_xyz=DEGREES)
+    author_pose(xform.GetPrim(), rotate_xyz=DEGREES)
     assert order_of(xform) == before
     assert_pose(xform, expected(degrees=DEGREES))
 
@@ -134,7 +136,7 @@ def test_other_single_axis_ops_give_way_to_rotate_xyz(xform, axes):
     for index, axis in enumerate(axes):
         getattr(xform, f"AddRotate{axis}Op")(opSuffix=f"s{index}").Set(30.0)
     xform.AddScaleOp().Set(Gf.Vec3f(SCALE))
-    transforms.author_pose(xform.GetPrim(), rotate_xyz=DEGREES)
+    author_pose(xform.GetPrim(), rotate_xyz=DEGREES)
     assert order_of(xform) == ["xformOp:translate", "xformOp:rotateXYZ", "xformOp:scale"]
     assert_pose(xform, expected(degrees=DEGREES, scale=SCALE))
 
@@ -142,11 +144,11 @@ def test_other_single_axis_ops_give_way_to_rotate_xyz(xform, axes):
 def test_parts_of_a_matrix_op_are_exchanged_in_it(xform):
     xform.AddTransformOp().Set(Gf.Matrix4d(*expected((7, 8, 9), (5, 6, 7), SCALE).ravel()))
     prim = xform.GetPrim()
-    transforms.author_pose(prim, translate=TRANSLATE)
+    author_pose(prim, translate=TRANSLATE)
     assert_pose(xform, expected(TRANSLATE, (5, 6, 7), SCALE), 1e-9)
-    transforms.author_pose(prim, rotate_xyz=DEGREES)
+    author_pose(prim, rotate_xyz=DEGREES)
     assert_pose(xform, expected(TRANSLATE, DEGREES, SCALE), 1e-9)
-    transforms.author_pose(prim, scale=(1, 1, 1))
+    author_pose(prim, scale=(1, 1, 1))
     assert_pose(xform, expected(TRANSLATE, DEGREES), 1e-9)
     assert order_of(xform) == ["xformOp:transform"]
 
@@ -155,7 +157,7 @@ def test_pivots_stay(xform):
     pivot = Gf.Vec3f(1, 0, 0)
     xform.AddTranslateOp(opSuffix="pivot").Set(pivot)
     xform.AddTranslateOp(opSuffix="pivot", isInverseOp=True)
-    transforms.author_pose(xform.GetPrim(), translate=TRANSLATE, rotate_xyz=(0, 0, 90), scale=(2, 2, 2))
+    author_pose(xform.GetPrim(), translate=TRANSLATE, rotate_xyz=(0, 0, 90), scale=(2, 2, 2))
     assert order_of(xform) == [
         "xformOp:translate",
         "xformOp:translate:pivot",
@@ -171,7 +173,7 @@ def test_pivots_stay(xform):
 def test_reset_xform_stack_stays(xform):
     xform.AddTranslateOp()
     xform.SetResetXformStack(True)
-    transforms.author_pose(xform.GetPrim(), translate=TRANSLATE, rotate_xyz=DEGREES, scale=SCALE)
+    author_pose(xform.GetPrim(), translate=TRANSLATE, rotate_xyz=DEGREES, scale=SCALE)
     assert order_of(xform)[0] == "!resetXformStack!"
     assert xform.GetResetXformStack()
     assert_pose(xform, expected(TRANSLATE, DEGREES, SCALE))
@@ -182,25 +184,25 @@ def test_an_op_left_out_of_the_order_is_used_again(xform):
     xform.AddTranslateOp().Set(Gf.Vec3d(5, 5, 5))
     xform.AddScaleOp(UsdGeom.XformOp.PrecisionDouble)
     xform.ClearXformOpOrder()
-    transforms.author_pose(xform.GetPrim(), scale=SCALE, translate=TRANSLATE)
+    author_pose(xform.GetPrim(), scale=SCALE, translate=TRANSLATE)
     assert_pose(xform, expected(TRANSLATE, scale=SCALE))
 
 
 def test_angles_beyond_a_turn_are_kept_as_given(xform):
-    transforms.author_pose(xform.GetPrim(), rotate_xyz=(370.0, 0.0, -400.0))
+    author_pose(xform.GetPrim(), rotate_xyz=(370.0, 0.0, -400.0))
     assert xform.GetPrim().GetAttribute("xformOp:rotateXYZ").Get() == Gf.Vec3f(370, 0, -400)
 
 
 def test_both_forms_of_rotation_are_refused(xform):
     with pytest.raises(ValueError, match="either"):
-        transforms.author_pose(xform.GetPrim(), rotate_xyz=DEGREES, orient=Gf.Quatf(1))
+        author_pose(xform.GetPrim(), rotate_xyz=DEGREES, orient=Gf.Quatf(1))
 
 
 def test_a_prim_without_transform_is_refused(stage):
     with pytest.raises(BadPrim, match="/Looks: Scope has no transform"):
-        transforms.author_pose(stage.DefinePrim("/Looks", "Scope"), translate=TRANSLATE)
+        author_pose(stage.DefinePrim("/Looks", "Scope"), translate=TRANSLATE)
     with pytest.raises(BadPrim, match="does not exist"):
-        transforms.author_pose(stage.GetPrimAtPath("/nothing"), translate=TRANSLATE)
+        author_pose(stage.GetPrimAtPath("/nothing"), translate=TRANSLATE)
 
 
 def test_a_prim_inside_an_instance_is_refused(stage):
@@ -209,19 +211,19 @@ def test_a_prim_inside_an_instance_is_refused(stage):
     instance.GetReferences().AddInternalReference("/proto")
     instance.SetInstanceable(True)
     with pytest.raises(BadPrim, match="/instance/cube: it lies inside an instance"):
-        transforms.author_pose(stage.GetPrimAtPath("/instance/cube"), translate=TRANSLATE)
+        author_pose(stage.GetPrimAtPath("/instance/cube"), translate=TRANSLATE)
 
 
 def test_local_to_world_and_back(stage):
     parent = UsdGeom.Xform.Define(stage, "/p")
-    transforms.author_pose(parent.GetPrim(), translate=(1, 2, 3), rotate_xyz=(0, 0, 90))
+    author_pose(parent.GetPrim(), translate=(1, 2, 3), rotate_xyz=(0, 0, 90))
     child = UsdGeom.Cube.Define(stage, "/p/c").GetPrim()
-    transforms.author_pose(child, translate=(1, 0, 0))
+    author_pose(child, translate=(1, 0, 0))
     matrix = transforms.as_array(transforms.local_to_world(child))
     np.testing.assert_allclose(matrix[3, :3], (1, 3, 3), atol=1e-6)
     back = transforms.as_array(transforms.world_to_local(child))
     np.testing.assert_allclose(matrix @ back, np.eye(4), atol=1e-9)
-    transforms.author_pose(child, scale=(0, 1, 1))
+    author_pose(child, scale=(0, 1, 1))
     with pytest.raises(DegenerateFrame, match="/p/c"):
         transforms.world_to_local(child)
 
@@ -237,7 +239,7 @@ def test_local_to_world_at_a_time(xform):
     ("eye", "target"), [((3, 4, 5), (0, 0, 0)), ((0, -2, 0), (1, 5, 2)), ((1e4, 0, 1), (1e4, 1, 1))]
 )
 def test_look_at_puts_the_target_on_the_optical_axis(eye, target):
-    matrix = transforms.look_at(eye, target, up=(0, 0, 1))
+    matrix = look_at_matrix(eye, target, up=(0, 0, 1))
     in_camera = matrix.GetInverse().Transform(Gf.Vec3d(*target))
     distance = np.linalg.norm(np.subtract(eye, target))
     np.testing.assert_allclose(in_camera, (0, 0, -distance), atol=1e-9)
@@ -251,7 +253,7 @@ def test_look_at_puts_the_target_on_the_optical_axis(eye, target):
 
 def test_look_at_is_that_of_gf():
     view = Gf.Matrix4d().SetLookAt(Gf.Vec3d(3, 4, 5), Gf.Vec3d(1, 0, -1), Gf.Vec3d(0, 1, 0))
-    ours = transforms.look_at(Gf.Vec3d(3, 4, 5), Gf.Vec3f(1, 0, -1), up=(0, 2, 0))
+    ours = look_at_matrix(Gf.Vec3d(3, 4, 5), Gf.Vec3f(1, 0, -1), up=(0, 2, 0))
     assert Gf.IsClose(ours, view.GetInverse(), 1e-9)
 
 
@@ -266,7 +268,7 @@ def test_look_at_is_that_of_gf():
 )
 def test_look_at_without_a_frame(eye, target, up):
     with pytest.raises(DegenerateFrame):
-        transforms.look_at(eye, target, up=up)
+        look_at_matrix(eye, target, up=up)
 
 
 def test_units_and_up_axis(stage):
@@ -277,12 +279,12 @@ def test_units_and_up_axis(stage):
 
 
 def test_gf_quat_orders_its_components():
-    assert transforms.gf_quat([1, 2, 3, 4]) == Gf.Quatd(4, 1, 2, 3)
+    assert gf_quat([1, 2, 3, 4]) == Gf.Quatd(4, 1, 2, 3)
 
 
 def test_authoring_goes_to_the_edit_target(stage, xform):
     with Usd.EditContext(stage, stage.GetSessionLayer()):
-        transforms.author_pose(xform.GetPrim(), translate=TRANSLATE)
+        author_pose(xform.GetPrim(), translate=TRANSLATE)
     path = Sdf.Path("/World/a.xformOp:translate")
     assert stage.GetSessionLayer().GetAttributeAtPath(path)
     assert not stage.GetRootLayer().GetAttributeAtPath(path)

@@ -18,7 +18,7 @@ from tests.annotators.scenes import add_camera, mask_of, street
 from usdsdg import annotators, writers
 from usdsdg.errors import AssetUnreadable, Unsupported, UsdsdgWarning, WriterError, forget_warnings
 from usdsdg.session.stage_context import set_stage
-from usdsdg.stage.poses.transforms import look_at
+from usdsdg.stage.poses.look_at import look_at_matrix
 from usdsdg.stage.semantics.labels import add_labels
 from usdsdg.writers.formats.writer_kitti import depth_picture
 
@@ -109,7 +109,7 @@ def level_scene(sizes, yaw, heading, offset, *, up="Z", unit=1.0):
     camera.CreateHorizontalApertureAttr(20.955)
     camera.CreateClippingRangeAttr(Gf.Vec2f(0.01, 1e6))
     upwards = (0, 1, 0) if up == "Y" else (0, 0, 1)
-    UsdGeom.Xformable(camera).AddTransformOp().Set(look_at(eye, target, up=upwards))
+    UsdGeom.Xformable(camera).AddTransformOp().Set(look_at_matrix(eye, target, up=upwards))
     return set_stage(stage), camera.GetPrim()
 
 

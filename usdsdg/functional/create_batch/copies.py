@@ -6,8 +6,9 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom, UsdUtils
 
+from usdsdg.arguments.prims import one_prim
 from usdsdg.errors import ArgumentError, AssetError, AssetUnreadable
-from usdsdg.functional.arguments import one_prim, per_prim
+from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.new_prims import define, dress, give_ops, new_paths
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets

@@ -6,9 +6,10 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdShade
 
+from usdsdg.arguments.prims import prims_of
 from usdsdg.arguments.values import count_of
 from usdsdg.errors import ArgumentError, BadPrim
-from usdsdg.functional.arguments import per_prim, prims_of
+from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.new_prims import new_paths
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import materials

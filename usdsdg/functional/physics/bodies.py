@@ -6,9 +6,10 @@ from typing import Any
 
 from pxr import Usd, UsdPhysics, UsdShade
 
+from usdsdg.arguments.prims import prims_of
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import ArgumentError, BadPrim, NoCollider, warn_once
-from usdsdg.functional.arguments import per_prim, prims_of
+from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.physics.scenes import take_owner
 from usdsdg.functional.physics.schema_attributes import set_attributes
 from usdsdg.stage.attributes import attribute_of, set_value

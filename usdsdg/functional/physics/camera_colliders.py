@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from usdsdg.arguments.prims import one_prim
 from usdsdg.errors import BadPrim, Unsupported
 from usdsdg.functional import create_batch
-from usdsdg.functional.arguments import one_prim
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.poses.transforms import meters_per_unit
 

@@ -6,8 +6,8 @@ from typing import Any
 
 from pxr import Usd, UsdPhysics
 
+from usdsdg.arguments.prims import one_prim
 from usdsdg.errors import BadPrim
-from usdsdg.functional.arguments import one_prim
 from usdsdg.functional.physics.schema_attributes import set_attributes
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.paths import prim_path

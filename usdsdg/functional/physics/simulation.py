@@ -8,8 +8,8 @@ from typing import Any
 
 from pxr import Usd, UsdPhysics
 
+from usdsdg.arguments.prims import prims_of
 from usdsdg.errors import BadPrim, PhysicsError, Unsupported
-from usdsdg.functional.arguments import prims_of
 from usdsdg.functional.physics.scenes import create_physics_scene, scene_of
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.physics import scenes

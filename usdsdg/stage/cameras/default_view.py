@@ -12,7 +12,8 @@ from pxr import Gf, Usd, UsdGeom, UsdLux
 
 from usdsdg.errors import StageError
 from usdsdg.stage.geometry.skinning import Skinning
-from usdsdg.stage.poses.transforms import as_array, local_to_world, look_at, up_axis
+from usdsdg.stage.poses.look_at import look_at_matrix
+from usdsdg.stage.poses.transforms import as_array, local_to_world, up_axis
 
 ROOT = "/DefaultView"
 CAMERA, SKY, SUN = (f"{ROOT}/{name}" for name in ("Camera", "Sky", "Sun"))
@@ -47,7 +48,7 @@ def add_camera(stage: Usd.Stage, aspect: float, time: Usd.TimeCode | None = None
     """
     low, high = world_bounds(stage, time)
     center, towards = (low + high) / 2, _direction(stage, _TO_CAMERA)
-    to_world = as_array(look_at(towards, (0, 0, 0), up=_axes(stage)[2]))
+    to_world = as_array(look_at_matrix(towards, (0, 0, 0), up=_axes(stage)[2]))
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * (high - low) + low
     in_camera = (corners - center) @ to_world[:3, :3].T
     half = _FILL * _APERTURE / _FOCAL_LENGTH / 2 * np.array([1.0, 1.0 / aspect])
@@ -75,7 +76,7 @@ def add_sky(stage: Usd.Stage) -> None:
         sun.CreateIntensityAttr(_SUN_LUX)
         sun.CreateAngleAttr(_SUN_DEGREES)
         # A distant light shines along its -Z.
-        sun.AddTransformOp().Set(look_at(_direction(stage, _TO_SUN), (0, 0, 0), up=_axes(stage)[2]))
+        sun.AddTransformOp().Set(look_at_matrix(_direction(stage, _TO_SUN), (0, 0, 0), up=_axes(stage)[2]))
 
 
 def world_bounds(stage: Usd.Stage, time: Usd.TimeCode | None = None) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, Vt
 
-from usdsdg.stage.poses.transforms import as_array, gf_quat, local_to_world, world_to_local
+from usdsdg.stage.poses.transforms import as_array, local_to_world, world_to_local
+from usdsdg.stage.poses.xform_ops import gf_quat
 
 # Where populations are made.
 SAMPLED = "/Replicator/SampledAssets"

@@ -1,1 +1,1 @@
-"""Transforms of prims: reading, look-at, and writing into existing xform ops."""
+"""Transforms of prims: reading them, writing poses into the xform ops that prims have, pivots, look-at."""

@@ -1,22 +1,42 @@
-"""Rotations that make cameras, lights and other prims face a point, whole batches at a time."""
+"""Rotations that make cameras, lights and other prims look at a point.
+
+`look_at_rotations` is the computation, for whole batches; `look_at_quaternions` and `author_look_at` apply it to prims.
+`look_at_matrix` is the plain camera matrix, which refuses a view along the up direction.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pxr import Gf, Usd, UsdGeom
 
 from usdsdg.errors import DegenerateFrame
+from usdsdg.stage.poses.rotations import decompose, euler_xyz_from_quat, matrix_from_quat, quat_from_matrix
+from usdsdg.stage.poses.transforms import (
+    as_array,
+    local_matrices,
+    local_to_world,
+    parent_to_world,
+    parents_to_world,
+    up_axis,
+    up_vector,
+)
+from usdsdg.stage.poses.xform_ops import Vector, author_pose
 
 # Sine of the angle between view and up below which the two count as parallel.
 _PARALLEL = 1e-9
 
 
-def facing(eyes: ArrayLike, targets: ArrayLike, up: ArrayLike, *, stage_up_axis: str = "Z") -> NDArray[np.float64]:
+def look_at_rotations(
+    eyes: ArrayLike, targets: ArrayLike, up: ArrayLike, *, stage_up_axis: str = "Z"
+) -> NDArray[np.float64]:
     """Rotation matrices (N, 3, 3), row vectors, that turn -Z towards the targets with +Y upwards.
 
-    `eyes` and `targets` are (N, 3) points of one space and `up` is one direction of it, or one per eye. A view along
-    `up` has no upright picture: as in Replicator the eye then counts as moved a hair along +X (Z-up stages) or +Z
-    (Y-up stages), so that a camera above its target shows -X (Z-up) or -Z (Y-up) at the top.
+    `eyes` and `targets` are (N, 3) points of one space and `up` is one direction of it, or one per eye. For a view
+    along `up` the roll is undefined: as in Replicator the eye then counts as moved slightly along +X (Z-up stages) or
+    +Z (Y-up stages), so that a camera above its target shows -X (Z-up) or -Z (Y-up) at the top of the image.
 
     Raises:
         DegenerateFrame: an eye is at its target, or `up` is the zero vector.
@@ -34,14 +54,97 @@ def facing(eyes: ArrayLike, targets: ArrayLike, up: ArrayLike, *, stage_up_axis:
         )
     back, up = back / distance[..., None], up / height[..., None]
     right = np.cross(up, back)
-    for nudge in _nudges(stage_up_axis):
+    for offset in _offsets(stage_up_axis):
         parallel = np.linalg.norm(right, axis=-1) < _PARALLEL
-        right[parallel] = np.cross(up[parallel], nudge)
+        right[parallel] = np.cross(up[parallel], offset)
     right /= np.linalg.norm(right, axis=-1, keepdims=True)
     return np.stack([right, np.cross(back, right), back], -2)
 
 
-def _nudges(stage_up_axis: str) -> NDArray[np.float64]:
+def look_at_matrix(eye: Vector, target: Vector, *, up: Vector = (0.0, 0.0, 1.0)) -> Gf.Matrix4d:
+    """Camera-to-world matrix [stage units] of a USD camera (looks along -Z, +Y up) at `eye`.
+
+    Raises:
+        DegenerateFrame: eye and target coincide, or the view direction is parallel to `up`.
+    """
+    eye, target, up = (np.asarray(tuple(vector), np.float64) for vector in (eye, target, up))
+    back = eye - target
+    distance, height = np.linalg.norm(back), np.linalg.norm(up)
+    if not distance > 1e-12 * max(1.0, float(np.abs(eye).max())):
+        raise DegenerateFrame(f"a camera at {tuple(eye)} cannot look at its own position; move the eye or the target")
+    right = np.cross(up, back) / (height * distance) if height > 0 else np.zeros(3)
+    if not np.linalg.norm(right) > _PARALLEL:
+        raise DegenerateFrame(
+            f"a camera at {tuple(eye)} looking at {tuple(target)} looks along its up direction {tuple(up)}; "
+            "choose another up or move the eye sideways"
+        )
+    back /= distance
+    right /= np.linalg.norm(right)
+    matrix = np.eye(4)
+    matrix[:3, :3] = right, np.cross(back, right), back
+    matrix[3, :3] = eye
+    return Gf.Matrix4d(matrix.tolist())
+
+
+def look_at_quaternions(
+    prims: Sequence[Usd.Prim], positions: NDArray[np.float64] | None, targets: ArrayLike, up: ArrayLike
+) -> NDArray[np.float64]:
+    """Quaternions (N, 4) xyzw, in the parents' spaces, with which -Z of each prim (or its camera) points at a target.
+
+    Args:
+        positions: (N, 3) of the prims in their parents' spaces; None for those that they have.
+        targets: (N, 3) points of the world.
+        up: direction of the world, or one per prim.
+
+    Raises:
+        DegenerateFrame: a prim is at its target, or `up` is the zero vector.
+    """
+    to_world = parents_to_world(prims)
+    where = local_matrices(prims)[:, 3, :3] if positions is None else positions
+    eyes = np.einsum("ni,nij->nj", np.c_[where, np.ones(len(prims))], to_world)[:, :3]
+    turned = look_at_rotations(eyes, targets, up, stage_up_axis=up_axis(prims[0].GetStage()))
+    for row, prim in enumerate(prims):
+        # The camera made by rep.create.camera is rotated against the Xform that carries it.
+        if (camera := _camera_of_object(prim)) is not None:
+            camera_pose = decompose(as_array(UsdGeom.Xformable(camera).GetLocalTransformation())[None])
+            turned[row] = matrix_from_quat(camera_pose.rotation)[0].T @ turned[row]
+    parents = matrix_from_quat(decompose(to_world).rotation)
+    return quat_from_matrix(turned @ parents.transpose(0, 2, 1))
+
+
+def author_look_at(prim: Usd.Prim, point: Vector, up: Vector | None = None) -> None:
+    """Rotate a prim in place so that its camera child (or its own -Z) looks at a point of the world.
+
+    It differs from `look_at_quaternions` in the last bits, because it inverts whole matrices and not rotations; saved
+    datasets depend on both.
+
+    Args:
+        up: direction of the world that is up in the image; None for the stage's up axis.
+
+    Raises:
+        BadPrim: the prim has no transform.
+        DegenerateFrame: the prim is at `point`, or `up` is the zero vector.
+    """
+    stage = prim.GetStage()
+    eye = local_to_world(prim).ExtractTranslation()
+    upwards = up_vector(stage) if up is None else tuple(up)
+    turn = look_at_rotations([tuple(eye)], [tuple(point)], upwards, stage_up_axis=up_axis(stage))[0]
+    to_world = Gf.Matrix4d(Gf.Matrix3d(*turn.ravel().tolist()), eye)
+    # The child camera of a Replicator camera object is rotated against the object; undo that rotation.
+    cameras = [child for child in prim.GetChildren() if child.IsA(UsdGeom.Camera)]
+    if cameras:
+        to_world = UsdGeom.Xformable(cameras[0]).GetLocalTransformation().GetInverse() * to_world
+    rotation = decompose(as_array(to_world * parent_to_world(prim).GetInverse())).rotation
+    author_pose(prim, rotate_xyz=Gf.Vec3d(*euler_xyz_from_quat(rotation).tolist()))
+
+
+def _camera_of_object(prim: Usd.Prim) -> Usd.Prim | None:
+    if not (prim.HasAttribute("replicatorXform") or prim.HasAttribute("replicatorCameraXform")):
+        return None
+    return next((child for child in prim.GetChildren() if child.IsA(UsdGeom.Camera)), None)
+
+
+def _offsets(stage_up_axis: str) -> NDArray[np.float64]:
     """Directions to move an eye that looks along `up`; the second is for an `up` along the first."""
     x, z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
     return np.array([z, x] if stage_up_axis == "Y" else [x, z])

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Sdf, Usd, UsdGeom, Vt
 
-from usdsdg.stage.poses.rotations import euler_from_matrix, matrix_from_euler, matrix_from_quat
+from usdsdg.stage.poses.rotations import ROTATION_ORDERS, euler_from_matrix, matrix_from_euler, matrix_from_quat
 from usdsdg.stage.poses.xform_ops import author_pose, gf_quat
 
 Array = NDArray[np.float64]
 
 _ROLES = ("translate", "rotate", "scale")
-_ROTATIONS = ("orient", "rotateXYZ", "rotateXZY", "rotateYXZ", "rotateYZX", "rotateZXY", "rotateZYX")
+_ROTATIONS = ("orient", *(f"rotate{order}" for order in ROTATION_ORDERS))
 _ROLE_OF = {f"xformOp:{kind}": kind for kind in ("translate", "scale")} | {
     f"xformOp:{op}": "rotate" for op in _ROTATIONS
 }

@@ -13,6 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+# The orders of three-axis rotate ops, in which the first axis turns first.
+ROTATION_ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
+
 # Below this a scale is called zero: its axis has no direction left.
 _TINY = 1e-12
 

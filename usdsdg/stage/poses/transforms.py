@@ -1,45 +1,20 @@
-"""Transforms of prims and stages; the numpy side is in `rotations`, writing poses in `xform_ops`."""
+"""Transforms as the stage has them: matrices of prims, the up axis and the length unit."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom
+from numpy.typing import NDArray
+from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg.errors import DegenerateFrame, warn_once
-from usdsdg.stage.poses.rotations import (
-    Pose,
-    compose,
-    compose_euler,
-    decompose,
-    euler_from_matrix,
-    euler_xyz_from_quat,
-    matrix_from_euler,
-    matrix_from_quat,
-    quat_from_matrix,
-)
-from usdsdg.stage.poses.xform_ops import Vector, author_pose, gf_quat
 
-__all__ = [
-    "Pose",
-    "as_array",
-    "author_pose",
-    "compose",
-    "compose_euler",
-    "decompose",
-    "euler_from_matrix",
-    "euler_xyz_from_quat",
-    "gf_quat",
-    "local_to_world",
-    "look_at",
-    "matrix_from_euler",
-    "matrix_from_quat",
-    "meters_per_unit",
-    "quat_from_matrix",
-    "up_axis",
-    "world_to_local",
-]
+Array = NDArray[np.float64]
+
+# A matrix with a smaller determinant counts as singular.
+SINGULAR = 1e-30
 
 
 def local_to_world(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) -> Gf.Matrix4d:  # noqa: B008
@@ -54,18 +29,47 @@ def world_to_local(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) 
         DegenerateFrame: the prim or an ancestor is scaled to zero.
     """
     matrix = local_to_world(prim, time)
-    if abs(matrix.GetDeterminant()) < 1e-30:
+    if abs(matrix.GetDeterminant()) < SINGULAR:
         raise DegenerateFrame(f"{prim.GetPath()} has no inverse transform: it or an ancestor has a scale of zero")
     return matrix.GetInverse()
 
 
-def as_array(matrix: Gf.Matrix4d) -> np.ndarray:
+def parent_to_world(prim: Usd.Prim) -> Gf.Matrix4d:
+    """The matrix that the prim's local matrix is multiplied with: identity where it resets the transform stack."""
+    if UsdGeom.Xformable(prim).GetResetXformStack():
+        return Gf.Matrix4d(1)
+    return UsdGeom.XformCache(Usd.TimeCode.Default()).GetParentToWorldTransform(prim)
+
+
+def parents_to_world(prims: Sequence[Usd.Prim]) -> Array:
+    """(N, 4, 4) `parent_to_world` of each prim; siblings are computed once."""
+    cache = UsdGeom.XformCache()
+    known: dict[Sdf.Path, Array] = {}
+    matrices = []
+    for prim in prims:
+        if UsdGeom.Xformable(prim).GetResetXformStack():
+            matrices.append(np.eye(4))
+            continue
+        path = prim.GetPath().GetParentPath()
+        if path not in known:
+            known[path] = as_array(cache.GetParentToWorldTransform(prim))
+        matrices.append(known[path])
+    return np.stack(matrices)
+
+
+def local_matrices(prims: Sequence[Usd.Prim]) -> Array:
+    """(N, 4, 4) matrices from each prim's own space to its parent's."""
+    cache = UsdGeom.XformCache()
+    return np.stack([as_array(cache.GetLocalTransformation(prim)[0]) for prim in prims])
+
+
+def as_array(matrix: Gf.Matrix4d) -> Array:
     """(4, 4) float64 copy, row vectors as in USD."""
     return np.array(matrix, np.float64)
 
 
 def meters_per_unit(stage: Usd.Stage) -> float:
-    """Length of one stage unit [m]; 1 (with a warning) where the stage says what is no length."""
+    """Length of one stage unit [m]; 1 (with a warning) where the stage's metersPerUnit is not a positive number."""
     value = float(UsdGeom.GetStageMetersPerUnit(stage))
     if math.isfinite(value) and value > 0.0:
         return value
@@ -78,26 +82,6 @@ def up_axis(stage: Usd.Stage) -> str:
     return str(UsdGeom.GetStageUpAxis(stage))
 
 
-def look_at(eye: Vector, target: Vector, *, up: Vector = (0.0, 0.0, 1.0)) -> Gf.Matrix4d:
-    """Camera-to-world matrix [stage units] of a USD camera (looks along -Z, +Y up) at `eye`.
-
-    Raises:
-        DegenerateFrame: eye and target coincide, or the view direction is parallel to `up`.
-    """
-    eye, target, up = (np.asarray(tuple(vector), np.float64) for vector in (eye, target, up))
-    back = eye - target
-    distance, height = np.linalg.norm(back), np.linalg.norm(up)
-    if not distance > 1e-12 * max(1.0, float(np.abs(eye).max())):
-        raise DegenerateFrame(f"a camera at {tuple(eye)} cannot look at its own position; move the eye or the target")
-    right = np.cross(up, back) / (height * distance) if height > 0 else np.zeros(3)
-    if not np.linalg.norm(right) > 1e-9:
-        raise DegenerateFrame(
-            f"a camera at {tuple(eye)} looking at {tuple(target)} looks along its up direction {tuple(up)}; "
-            "choose another up or move the eye sideways"
-        )
-    back /= distance
-    right /= np.linalg.norm(right)
-    matrix = np.eye(4)
-    matrix[:3, :3] = right, np.cross(back, right), back
-    matrix[3, :3] = eye
-    return Gf.Matrix4d(matrix.tolist())
+def up_vector(stage: Usd.Stage) -> tuple[float, float, float]:
+    """Unit vector of the stage's up axis."""
+    return (0.0, 0.0, 1.0) if up_axis(stage) == "Z" else (0.0, 1.0, 0.0)

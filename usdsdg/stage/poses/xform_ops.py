@@ -1,4 +1,4 @@
-"""Poses written into whatever xform ops a prim already has."""
+"""The xform ops of one prim: its pose read from them, and written into those that it has."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pxr import Gf, Usd, UsdGeom
 
 from usdsdg.errors import BadPrim
 from usdsdg.stage.poses.rotations import (
+    ROTATION_ORDERS,
     compose,
     decompose,
     euler_from_matrix,
@@ -18,13 +19,14 @@ from usdsdg.stage.poses.rotations import (
     matrix_from_quat,
     quat_from_matrix,
 )
+from usdsdg.stage.poses.transforms import SINGULAR, as_array, parent_to_world
 
 Vector: TypeAlias = Sequence[float] | Gf.Vec3d | Gf.Vec3f | np.ndarray
 Quaternion: TypeAlias = Gf.Quatd | Gf.Quatf | Gf.Quath
 
 _TYPES = UsdGeom.XformOp
 # Order in which a three-axis rotate op turns, outermost axis last.
-EULER_ORDERS = {getattr(_TYPES, f"TypeRotate{order}"): order for order in ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")}
+EULER_ORDERS = {getattr(_TYPES, f"TypeRotate{order}"): order for order in ROTATION_ORDERS}
 SINGLE_AXES = {getattr(_TYPES, f"TypeRotate{axis}"): axis for axis in "XYZ"}
 _VECTORS = {_TYPES.PrecisionDouble: Gf.Vec3d, _TYPES.PrecisionFloat: Gf.Vec3f, _TYPES.PrecisionHalf: Gf.Vec3h}
 _PRECISIONS = {"d": _TYPES.PrecisionDouble, "f": _TYPES.PrecisionFloat, "h": _TYPES.PrecisionHalf}
@@ -62,6 +64,37 @@ def author_pose(
         ops.set_rotation(_Rotation(rotate_xyz, orient))
     if scale is not None:
         ops.set_scale(scale)
+
+
+def author_world_position(prim: Usd.Prim, point: Vector) -> None:
+    """Move a prim to a point of the world [stage units].
+
+    Raises:
+        BadPrim: the prim has no transform, or an ancestor is scaled to zero.
+    """
+    matrix = parent_to_world(prim)
+    if abs(matrix.GetDeterminant()) < SINGULAR:
+        raise BadPrim(f"{prim.GetPath()} cannot be placed: an ancestor is scaled to nothing")
+    author_pose(prim, translate=matrix.GetInverse().Transform(Gf.Vec3d(*(float(c) for c in point))))
+
+
+def local_translation(prim: Usd.Prim) -> np.ndarray:
+    """(3,) of the translate op [parent's units], which `author_pose` writes; without one, of the whole local matrix."""
+    xformable = UsdGeom.Xformable(prim)
+    op = _Ops(xformable).find(_TYPES.TypeTranslate)
+    if op is not None:
+        return np.array(op.Get() or (0.0, 0.0, 0.0), np.float64)
+    return as_array(xformable.GetLocalTransformation())[3, :3]
+
+
+def local_euler(prim: Usd.Prim, order: str = "XYZ") -> np.ndarray:
+    """(3,) angles about x, y, z [degrees] of the prim's own rotation, for a rotate op of `order`."""
+    xformable = UsdGeom.Xformable(prim)
+    op = _Ops(xformable).find(getattr(_TYPES, f"TypeRotate{order}"))
+    if op is not None:
+        return np.array(op.Get() or (0.0, 0.0, 0.0), np.float64)
+    pose = decompose(as_array(xformable.GetLocalTransformation()))
+    return euler_from_matrix(matrix_from_quat(pose.rotation), order)
 
 
 def _editable(prim: Usd.Prim) -> UsdGeom.Xformable:

@@ -1,0 +1,66 @@
+"""Prims as users pass them: a path, a prim, an item, or a list of these.
+
+`graph.node.prim_paths` gives the paths and looks nothing up; here they become prims of the current stage.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from pxr import Sdf, Usd
+
+from usdsdg.arguments.values import shown
+from usdsdg.errors import ArgumentError, BadPrim, NotAPrim
+from usdsdg.graph.node import ReplicatorItem
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage import paths
+
+
+def prim_at(path: str | Sdf.Path) -> Usd.Prim:
+    """The prim at `path` of the current stage.
+
+    Raises:
+        BadPrim: there is none; names what is there instead.
+    """
+    return paths.prim_at(current_stage(), path)
+
+
+def prims_of(prims: Any) -> list[Usd.Prim]:
+    """The prims of one prim, a path, an item or a sequence of these, in order.
+
+    Raises:
+        BadPrim: a path is not on the stage, or a prim does not exist any more.
+        NotAPrim: (a BadPrim and a TypeError) something else was given.
+    """
+    if isinstance(prims, Usd.Prim):
+        prims = [prims]
+    if isinstance(prims, (list, tuple)) and all(type(prim) is Usd.Prim for prim in prims):
+        if not all(prims):
+            gone = next(prim for prim in prims if not prim)
+            raise BadPrim(f"{gone} does not exist any more; it was removed after the script got hold of it")
+        return list(prims)
+    if isinstance(prims, ReplicatorItem):
+        return [prim_at(path) for path in prims.prims]
+    if isinstance(prims, (str, Sdf.Path)):
+        return [prim_at(prims)]
+    if isinstance(prims, Sequence):
+        return [prim for each in prims for prim in prims_of(each)]
+    raise NotAPrim(f"expected a prim, a path or a list of these, got {type(prims).__name__}: {shown(prims)}")
+
+
+def one_prim(name: str, value: Any) -> Usd.Prim:
+    """The only prim of the argument `name`.
+
+    Raises:
+        ArgumentError: it is several, or none.
+    """
+    found = prims_of(value)
+    if len(found) != 1:
+        raise ArgumentError(f"{name} is {shown(value)}; expected one prim")
+    return found[0]
+
+
+def is_prim(value: Any) -> bool:
+    """Whether a value stands for prims, and is no list of such values."""
+    return isinstance(value, (str, Sdf.Path, Usd.Prim, ReplicatorItem))

@@ -1,0 +1,98 @@
+"""Pivots: points of a prim's bounding box that it is placed, rotated and scaled about.
+
+A pivot is relative to the box, -1 to 1 on each axis: (0, 0, -1) is the middle of the bottom.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pxr import Gf, Sdf, Usd, UsdGeom
+
+from usdsdg.errors import BadPrim
+from usdsdg.stage.poses.pose_batch import Rotations
+from usdsdg.stage.poses.rotations import decompose
+from usdsdg.stage.poses.transforms import local_matrices
+from usdsdg.stage.poses.xform_ops import author_pose
+
+Array = NDArray[np.float64]
+
+PIVOT = "xformOp:translate:pivot"
+_INVERSE = f"!invert!{PIVOT}"
+
+
+def bounds(prim: Usd.Prim) -> Gf.Range3d:
+    """Bounding box of the geometry at and below a prim, before the prim's own transform; empty without geometry."""
+    purposes = [UsdGeom.Tokens.default_, UsdGeom.Tokens.render, UsdGeom.Tokens.proxy]
+    cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), purposes, useExtentsHint=False)
+    return cache.ComputeUntransformedBound(prim).ComputeAlignedRange()
+
+
+def extents(prim: Usd.Prim) -> Array:
+    """(3,) edge lengths of `bounds`.
+
+    Raises:
+        BadPrim: the prim has no extent.
+    """
+    box = bounds(prim)
+    if box.IsEmpty():
+        raise BadPrim(f"{prim.GetPath()} has no extent (no geometry below it), so it has neither a size nor a pivot")
+    return np.array(box.GetSize(), np.float64)
+
+
+def set_pivot(prim: Usd.Prim, relative: Sequence[float]) -> None:
+    """Author a pivot op, with which a point of the prim's box becomes the origin of its pose; replaces an earlier one.
+
+    Raises:
+        BadPrim: the prim has no extent, or no transform.
+    """
+    extents(prim)
+    box = bounds(prim)
+    author_pose(prim)
+    half = np.array(box.GetSize(), np.float64) / 2
+    point = np.array(box.GetMidpoint(), np.float64) + half * np.asarray(relative, np.float64)
+    attribute = prim.GetAttribute(PIVOT) or prim.CreateAttribute(PIVOT, Sdf.ValueTypeNames.Double3, custom=False)
+    kind = Gf.Vec3f if attribute.GetTypeName() == Sdf.ValueTypeNames.Float3 else Gf.Vec3d
+    attribute.Set(kind(*point.tolist()))
+    # Without its counterpart the inverse op moves the pivot to the origin, and the other ops act on that.
+    order = prim.GetAttribute("xformOpOrder")
+    names = [name for name in order.Get() or () if name not in (PIVOT, _INVERSE)]
+    UsdGeom.Xformable(prim).CreateXformOpOrderAttr([*names, _INVERSE])
+
+
+def translations_about_pivots(
+    prims: Sequence[Usd.Prim],
+    relative: ArrayLike,
+    translate: Array | None,
+    rotate: Rotations | None,
+    scale: Array | None,
+) -> Array:
+    """Translations (N, 3) that put each pivot at the position `translate`, or leave it where it is for None.
+
+    `relative` (N, 3) are the pivots; rotations and scales are those that will be written, None for those there are.
+
+    Raises:
+        BadPrim: a prim has no extent.
+    """
+    points, before = _pivot_points(prims, np.asarray(relative, np.float64)), local_matrices(prims)
+    if translate is None:
+        translate = np.einsum("ni,nij->nj", points, before[:, :3, :3]) + before[:, 3, :3]
+    now = decompose(before)
+    turned = (Rotations(quats=now.rotation) if rotate is None else rotate).matrices()
+    sizes = now.scale if scale is None else scale
+    return translate - np.einsum("ni,nij->nj", points * sizes, turned)
+
+
+def _pivot_points(prims: Sequence[Usd.Prim], relative: Array) -> Array:
+    """(N, 3) points in the prims' own spaces."""
+    cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), [UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
+    points = []
+    for prim, normalized in zip(prims, relative):
+        box = cache.ComputeUntransformedBound(prim).ComputeAlignedRange()
+        if box.IsEmpty():
+            raise BadPrim(f"{prim.GetPath()} has no extent, so it has no pivot; leave pivot out")
+        low, high = np.array(box.GetMin()), np.array(box.GetMax())
+        points.append(low + (high - low) * (normalized + 1) / 2)
+    return np.array(points)
