@@ -200,8 +200,8 @@ class Bench:
             renderer = WarpRenderer.of_scene(everything(), device=device)
             renderer.sync()
             film = renderer.new_film(VIEW.width, VIEW.height)
-            renderer.accumulate(film, VIEW, samples=256, settings=PathSettings(parts=True))
-            films.append([film.radiance(), *film.parts().values()])
+            renderer.accumulate(film, VIEW, samples=256, settings=PathSettings(light_aovs=True))
+            films.append([film.radiance(), *film.light_aovs().values()])
         apart = max(abs(ours.mean() - theirs.mean()) / theirs.mean() for ours, theirs in zip(*films, strict=True))
         print(f"mean of a picture and of its parts: within {apart:.1e} of the CPU's")
 

@@ -13,7 +13,7 @@ from usdsdg.session import render_products
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 from usdsdg.stage.geometry.pixel_masks import STRIP, WORD, Outlines
 from usdsdg.stage.semantics.labels import add_labels
-from usdsdg_render.settings import PARTS
+from usdsdg_render.settings import LIGHT_AOVS
 
 CAMERA = "/World/Camera"
 PRODUCT = "/Render/HydraTextures/Replicator"
@@ -100,7 +100,7 @@ class RayCaster:
             "emission": np.where(seen[:, None], (0.0, 20.0, 1e6), 0).astype(np.float32).reshape(*shape, 3),
             "transmission": np.where(seen[:, None], (0.0, 0.25, 1.0), 0).astype(np.float32).reshape(*shape, 3),
             "ambient_occlusion": np.where(seen, 0.75, 1).astype(np.float32).reshape(shape),
-            **{part: np.full((*shape, 3), 10.0 * k, np.float32) for k, part in enumerate(PARTS)},
+            **{part: np.full((*shape, 3), 10.0 * k, np.float32) for k, part in enumerate(LIGHT_AOVS)},
             "motion_vectors": np.zeros((*shape, 2), np.float32),
             "LdrColor": color.reshape(*shape, 4),
             "HdrColor": (color.astype(np.float32) / 255).astype(np.float16).reshape(*shape, 4),

@@ -111,7 +111,7 @@ def test_the_blend_factor_is_the_share_of_the_noisy_picture(settings, monkeypatc
     monkeypatch.setattr(oidn_denoiser, "is_installed", lambda: True)
     settings.set("/rtx/rendermode", "PathTracing")
     settings.set("/rtx/pathtracing/optixDenoiser/blendFactor", given)
-    assert render_mode(1).noisy_share == taken
+    assert render_mode(1).denoiser_blend == taken
 
 
 @pytest.mark.parametrize(("given", "taken"), [(1.5, 1.0), (-1, 0.0), (float("nan"), 0.0)])
@@ -120,9 +120,9 @@ def test_blend_factors_beyond_their_range_are_named(settings, monkeypatch, given
     settings.set("/rtx/rendermode", "PathTracing")
     settings.set("/rtx/pathtracing/optixDenoiser/blendFactor", given)
     with pytest.warns(UsdsdgWarning, match="blendFactor is .*; it may be 0"):
-        assert render_mode(1).noisy_share == taken
+        assert render_mode(1).denoiser_blend == taken
 
 
 def test_the_fast_mode_has_no_blend_factor(settings):
     settings.set("/rtx/pathtracing/optixDenoiser/blendFactor", 0.5)
-    assert render_mode(1).noisy_share == 0.0
+    assert render_mode(1).denoiser_blend == 0.0

@@ -31,7 +31,7 @@ from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.geometry.pixel_masks import Outlines
 from usdsdg.writers import base as writer_base
 from usdsdg.writers.base import Writer, attached_writers
-from usdsdg_render.settings import PARTS, PathSettings, ToneSettings
+from usdsdg_render.settings import LIGHT_AOVS, PathSettings, ToneSettings
 
 # Ticks per second of reference times.
 TICKS = 1_000_000
@@ -121,7 +121,7 @@ class Capture:
 
     def _add_samples(self, mode: RenderMode, frame: int, total: int) -> None:
         renderer = engines.renderer()
-        alike: dict[bool, list[tuple[Any, CameraView]]] = {}  # films and their views, by whether parts are wanted
+        alike: dict[bool, list[tuple[Any, CameraView]]] = {}  # films and their views, by whether light AOVs are wanted
         for product in self._active():
             needs = requirements(self._wanted[product.path])
             if not needs.path_tracing:
@@ -129,11 +129,11 @@ class Capture:
             views = views_of(view_of(product, renderer.time))
             if product.path not in self._films:
                 self._films[product.path] = [renderer.new_film(view.width, view.height) for view in views]
-            exposed = alike.setdefault(not needs.aovs.isdisjoint(PARTS), [])
+            exposed = alike.setdefault(not needs.aovs.isdisjoint(LIGHT_AOVS), [])
             exposed += zip(self._films[product.path], views, strict=True)
-        for with_parts, exposed in alike.items():
+        for with_light_aovs, exposed in alike.items():
             films, views = zip(*exposed, strict=True)
-            settings = _path_settings(mode, frame, with_parts=with_parts)
+            settings = _path_settings(mode, frame, with_light_aovs=with_light_aovs)
             renderer.accumulate_all(films, views, samples=mode.samples, settings=settings)
         if mode.path_tracing:
             report(f"frame {frame}: samples per pixel", min(mode.first_sample + mode.samples, total), total)
@@ -163,7 +163,7 @@ class Capture:
         paths_by_needs: dict[tuple[frozenset[str], bool, tuple[str | None, ...]], list[str]] = {}
         for path in views:
             needs = requirements(self._wanted[path])
-            key = needs.aovs.difference(PARTS), needs.amodal_masks, needs.filters
+            key = needs.aovs.difference(LIGHT_AOVS), needs.amodal_masks, needs.filters
             paths_by_needs.setdefault(key, []).append(path)
         seen = {}
         for (aovs, amodal_masks, filters), paths in paths_by_needs.items():
@@ -247,9 +247,9 @@ def _now() -> Usd.TimeCode:
     return Usd.TimeCode(get_timeline().get_current_time() * current_stage().GetTimeCodesPerSecond())
 
 
-def _path_settings(mode: RenderMode, frame: int, *, with_parts: bool) -> PathSettings:
+def _path_settings(mode: RenderMode, frame: int, *, with_light_aovs: bool) -> PathSettings:
     settings = get_settings()
-    keys = {"seed": get_global_seed(), "frame": frame, "first_sample": mode.first_sample, "parts": with_parts}
+    keys = {"seed": get_global_seed(), "frame": frame, "first_sample": mode.first_sample, "light_aovs": with_light_aovs}
     keys["glass_bounces"] = settings.get_as_int("/rtx/pathtracing/maxSpecularAndTransmissionBounces")
     if not mode.path_tracing:
         return PathSettings.fast(**keys)
@@ -264,5 +264,5 @@ def _tone_settings(mode: RenderMode) -> ToneSettings:
         f_number=settings.get_as_float("/rtx/post/tonemap/fNumber"),
         denoise=mode.denoise,
         denoiser=mode.denoiser,
-        noisy_share=mode.noisy_share,
+        denoiser_blend=mode.denoiser_blend,
     )

@@ -22,7 +22,7 @@ class RenderMode:
     denoise: bool
     first_sample: int = 0
     denoiser: str = "wavelet"
-    noisy_share: float = 0.0  # of the picture before it was denoised
+    denoiser_blend: float = 0.0  # weight of the noisy image, 0 = fully denoised
 
     def split(self, parts: int) -> list[RenderMode]:
         """The samples in `parts` shares that follow each other, the first ones taking the remainder; none is empty."""
@@ -50,7 +50,7 @@ def render_mode(rt_subframes: int) -> RenderMode:
         sub_frames = max(settings.get_as_int("/omni/replicator/pathTracedMotionBlurSubSamples"), 1)
         blur = settings.get_as_bool("/omni/replicator/captureMotionBlur")
         denoise = settings.get_as_bool("/rtx/pathtracing/optixDenoiser/enabled")
-        filtering = {"denoiser": _denoiser("oidn"), "noisy_share": _noisy_share()} if denoise else {}
+        filtering = {"denoiser": _denoiser("oidn"), "denoiser_blend": _denoiser_blend()} if denoise else {}
         return RenderMode(True, samples, min(sub_frames, samples), blur, denoise, **filtering)
     if name not in ("RaytracedLighting", "RayTracedLighting", "RealTimePathTracing"):
         warn_once(
@@ -82,7 +82,7 @@ def _denoiser(best: str) -> str:
     return "wavelet"
 
 
-def _noisy_share() -> float:
+def _denoiser_blend() -> float:
     key = "/rtx/pathtracing/optixDenoiser/blendFactor"
     share = get_settings().get_as_float(key)
     if not 0.0 <= share <= 1.0:

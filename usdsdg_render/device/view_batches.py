@@ -20,7 +20,7 @@ def alike(views: Sequence[CameraView], films: Sequence[Film] = ()) -> list[list[
     """Indices of views that may be drawn in one launch: of one size and stage, with films that hold the same sums."""
     groups: dict[tuple[float | bool, ...], list[int]] = {}
     for k, view in enumerate(views):
-        sums = (films[k].has_features, films[k].has_parts) if films else ()
+        sums = (films[k].has_features, films[k].has_light_aovs) if films else ()
         groups.setdefault((view.width, view.height, view.meters_per_unit, *sums), []).append(k)
     return list(groups.values())
 

@@ -12,7 +12,7 @@ from usdsdg_render.kernels.path.tone_map import develop_pixels
 from usdsdg_render.kernels.path.wavelet_denoiser import mix
 from usdsdg_render.memory.readback import fetch
 from usdsdg_render.path import oidn_denoiser, wavelet_denoiser
-from usdsdg_render.settings import PARTS, ToneSettings
+from usdsdg_render.settings import LIGHT_AOVS, ToneSettings
 
 _DENOISERS = {"wavelet": wavelet_denoiser.denoise, "oidn": oidn_denoiser.denoise}
 
@@ -27,12 +27,12 @@ class Film:
         self.arrays.color = self._zeros(wp.vec4)
         self.arrays.dropped = self._zeros(wp.int32)
         self.has_features = False
-        self.has_parts = False
+        self.has_light_aovs = False
 
     def _zeros(self, dtype) -> wp.array:
         return wp.zeros((self.height, self.width), dtype=dtype, device=self.device)
 
-    def want_features(self) -> None:
+    def allocate_features(self) -> None:
         """Make room for what the denoiser needs; samples added before have none, so ask before the first."""
         if not self.has_features:
             self.arrays.background = self._zeros(wp.vec4)
@@ -41,17 +41,19 @@ class Film:
             self.arrays.square = self._zeros(wp.float32)
             self.has_features = True
 
-    def want_parts(self) -> None:
+    def allocate_light_aovs(self) -> None:
         """Make room for the light by where it came from; samples added before have none, so ask before the first."""
-        if not self.has_parts:
-            shape = (len(PARTS), self.height, self.width)
-            self.arrays.parts = wp.zeros(shape, dtype=wp.vec3, device=self.device)
-            self.has_parts = True
+        if not self.has_light_aovs:
+            shape = (len(LIGHT_AOVS), self.height, self.width)
+            self.arrays.light_aovs = wp.zeros(shape, dtype=wp.vec3, device=self.device)
+            self.has_light_aovs = True
 
-    def parts(self) -> dict[str, np.ndarray]:
-        """Mean radiance by where it came from, (height, width, 3) float32 [nits] each; see `PathSettings.parts`."""
+    def light_aovs(self) -> dict[str, np.ndarray]:
+        """Mean radiance per light AOV, (height, width, 3) float32 [nits] each; empty unless allocated."""
+        if not self.has_light_aovs:
+            return {}
         samples = np.maximum(self.arrays.color.numpy()[..., 3:], 1.0)
-        return dict(zip(PARTS, self.arrays.parts.numpy() / samples, strict=True)) if self.has_parts else {}
+        return dict(zip(LIGHT_AOVS, self.arrays.light_aovs.numpy() / samples, strict=True))
 
     @property
     def dropped(self) -> int:
@@ -79,16 +81,16 @@ def develop(film: Film, tone: ToneSettings, *, threads: int | None = None) -> di
             f"{film.dropped} samples of a {film.width}x{film.height} picture were not finite and were left out",
             key="dropped samples",
         )
-    return {**fetch({"HdrColor": hdr, "LdrColor": ldr}), **film.parts()}
+    return {**fetch({"HdrColor": hdr, "LdrColor": ldr}), **film.light_aovs()}
 
 
 def _denoised(film: Film, tone: ToneSettings, threads: int | None) -> wp.array:
     if tone.denoiser not in _DENOISERS:
         raise RenderError(f"denoiser is {tone.denoiser!r}; it may be {' or '.join(map(repr, _DENOISERS))}.")
     clean = _DENOISERS[tone.denoiser](film.arrays, film.device, threads=threads)
-    if tone.noisy_share == 0.0:
+    if tone.denoiser_blend == 0.0:
         return clean
     mixed = wp.empty_like(clean)
-    inputs = [film.arrays.color, clean, tone.noisy_share]
+    inputs = [film.arrays.color, clean, tone.denoiser_blend]
     launch_rows(mix, clean.shape, inputs, [mixed], device=film.device, threads=threads)
     return mixed

@@ -48,9 +48,9 @@ class PathTracer:
         for film, view in zip(films, views, strict=True):
             _check_size(film, view)
             if settings.denoise:
-                film.want_features()
-            if settings.parts:
-                film.want_parts()
+                film.allocate_features()
+            if settings.light_aovs:
+                film.allocate_light_aovs()
         if not self._scene.lit:
             warn_once("the scene has no light, so pictures are black: add a UsdLux light, for example a DomeLight")
         for places in view_batches.alike(views, films):
@@ -91,7 +91,7 @@ def path_options(settings: PathSettings, film: Film) -> PathOptions:
     options.clamp = settings.clamp
     options.regularization = settings.regularization
     options.features = int(film.has_features)
-    options.parts = int(film.has_parts)
+    options.light_aovs = int(film.has_light_aovs)
     return options
 
 

@@ -10,7 +10,7 @@ import warp as wp
 from usdsdg_render.kernels.labels.views import Views
 from usdsdg_render.kernels.path import wavefront
 from usdsdg_render.kernels.path.film import FilmArrays
-from usdsdg_render.kernels.path.path_state import Connection, Feature, Parts, Path, PathOptions
+from usdsdg_render.kernels.path.path_state import Connection, Feature, LightAovs, Path, PathOptions
 from usdsdg_render.scene.structs import Hit, SceneTables
 
 # Paths in flight: enough to fill a large GPU, in about 200 bytes each.
@@ -68,7 +68,7 @@ class Waves:
         wp.launch(kernel, dim=size, inputs=inputs, device=self.device, block_dim=BLOCK)
 
     def _grow(self, size: int, options: PathOptions, steps: int) -> None:
-        """Have memory for that many paths, with features and parts where the film has them."""
+        """Have memory for that many paths, with features and light_aovs where the film has them."""
 
         def make(dtype: Any, shape: Any = size) -> wp.array:
             return wp.empty(shape, dtype=dtype, device=self.device)
@@ -78,7 +78,10 @@ class Waves:
             self._size = size
             wave.paths, wave.hits, wave.connections = make(Path), make(Hit), make(Connection)
             wave.rays, wave.shadows = make(wp.int32, (2, size)), make(wp.int32)
-        for name, dtype, wanted in (("parts", Parts, options.parts), ("features", Feature, options.features)):
+        for name, dtype, wanted in (
+            ("light_aovs", LightAovs, options.light_aovs),
+            ("features", Feature, options.features),
+        ):
             rows = self._size if wanted else 0
             if _length(getattr(wave, name)) != rows:
                 setattr(wave, name, make(dtype, rows))

@@ -27,7 +27,7 @@ def film_of(light, *, albedo=None, normal=(0.0, 0.0, 1.0), depth=2.0, noise=0.3,
     samples = light * factors * hit
     hits = hit.sum(0)
     film = Film(shape[1], shape[0], "cpu")
-    film.want_features()
+    film.allocate_features()
     background = np.concatenate([(SAMPLES - hits) * np.broadcast_to(sky, light.shape), SAMPLES - hits], -1)
     color = background + np.concatenate([(samples * albedo).sum(0), hits], -1)
     brightness = samples @ np.array([0.2126, 0.7152, 0.0722])

@@ -1,4 +1,4 @@
-"""The light of a picture by where it came from: the parts add up, and each holds what its name says."""
+"""The light of a picture by where it came from: the light_aovs add up, and each holds what its name says."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from usdsdg_render.settings import PathSettings
 VIEW = scenes.view_from((0, -4, 2), size=(24, 18))
 
 
-def parts_of(scene, *, view=VIEW, samples=16, **settings) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Mean radiance and its parts."""
+def light_aovs_of(scene, *, view=VIEW, samples=16, **settings) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Mean radiance and its light_aovs."""
     renderer = renderer_of(scene)
     film = renderer.new_film(view.width, view.height)
-    chosen = PathSettings(**{**EXACT, "parts": True, **settings})
+    chosen = PathSettings(**{**EXACT, "light_aovs": True, **settings})
     renderer.accumulate(film, view, samples=samples, settings=chosen)
-    return film.radiance(), film.parts()
+    return film.radiance(), film.light_aovs()
 
 
 def still_life(*materials, dome=None, lights=()):
@@ -33,34 +33,34 @@ def test_parts_and_what_surfaces_give_off_make_up_the_picture():
     for ball in (scenes.material(metallic=1.0, roughness=0.05), glass, scenes.material(base_color=0.8)):
         scene = still_life(floor, ball, dome=scenes.white_dome(), lights=[scenes.distant_light(3.0)])
         view = scenes.view_from((0, -4, 3), (0, 0, 0.5), size=(24, 18))  # sees no sky
-        picture, parts = parts_of(scene, view=view, bounces=5)
-        np.testing.assert_allclose(sum(parts.values()), picture, rtol=1e-3, atol=1e-5)
-        assert all((part >= -1e-6).all() for part in parts.values())
+        picture, light_aovs = light_aovs_of(scene, view=view, bounces=5)
+        np.testing.assert_allclose(sum(light_aovs.values()), picture, rtol=1e-3, atol=1e-5)
+        assert all((part >= -1e-6).all() for part in light_aovs.values())
 
 
 def test_a_picture_is_the_same_with_and_without_its_parts():
     scene = still_life(scenes.material(), scenes.material(metallic=1.0), dome=scenes.white_dome())
-    with_parts, _ = parts_of(scene)
-    without, nothing = parts_of(scene, parts=False)
-    np.testing.assert_array_equal(with_parts, without)
+    with_aovs, _ = light_aovs_of(scene)
+    without, nothing = light_aovs_of(scene, light_aovs=False)
+    np.testing.assert_array_equal(with_aovs, without)
     assert nothing == {}
 
 
 def test_one_bounce_off_rough_things_is_direct_diffuse_alone():
     scene = still_life(*[scenes.material(specular=0.0)] * 2, lights=[scenes.distant_light(3.0)])
     view = scenes.view_from((0, -4, 3), (0, 0, 0.5), size=(24, 18))
-    picture, parts = parts_of(scene, view=view, bounces=1)
-    np.testing.assert_allclose(parts["direct_diffuse"], picture, rtol=1e-5)
-    assert all(not part.any() for name, part in parts.items() if name != "direct_diffuse")
+    picture, light_aovs = light_aovs_of(scene, view=view, bounces=1)
+    np.testing.assert_allclose(light_aovs["direct_diffuse"], picture, rtol=1e-5)
+    assert all(not part.any() for name, part in light_aovs.items() if name != "direct_diffuse")
 
 
 def test_indirect_diffuse_is_what_more_bounces_add():
     scene = still_life(*[scenes.material(specular=0.0, base_color=0.5)] * 2, dome=scenes.white_dome())
     view = scenes.view_from((0, -4, 3), (0, 0, 0.5), size=(24, 18))
-    once, first = parts_of(scene, view=view, bounces=1, samples=512)
-    more, parts = parts_of(scene, view=view, bounces=4, samples=512)
-    np.testing.assert_allclose(parts["direct_diffuse"].mean(), first["direct_diffuse"].mean(), rtol=0.01)
-    np.testing.assert_allclose(parts["indirect_diffuse"].mean(), more.mean() - once.mean(), rtol=0.05)
+    once, first = light_aovs_of(scene, view=view, bounces=1, samples=512)
+    more, light_aovs = light_aovs_of(scene, view=view, bounces=4, samples=512)
+    np.testing.assert_allclose(light_aovs["direct_diffuse"].mean(), first["direct_diffuse"].mean(), rtol=0.01)
+    np.testing.assert_allclose(light_aovs["indirect_diffuse"].mean(), more.mean() - once.mean(), rtol=0.05)
 
 
 def test_a_mirror_shows_lights_as_direct_and_surfaces_as_reflections():
@@ -71,15 +71,15 @@ def test_a_mirror_shows_lights_as_direct_and_surfaces_as_reflections():
     # Between both, it lights the ceiling and shows its dark back to the floor.
     upwards = scenes.light(LIGHT_RECT, radiance=50.0, position=(0, 2, 0.5), z_axis=(0, 0, -1), y_axis=(0, -1, 0))
     view = scenes.view_from((0, -4, 2), size=(8, 6), focal_length=80.0)
-    sky, parts = parts_of(scenes.scene_of(floor, materials=[mirror], dome=scenes.white_dome()), view=view)
-    np.testing.assert_allclose(parts["direct_specular"], sky, rtol=1e-4)
-    shown, parts = parts_of(scenes.scene_of([*floor, ceiling], materials=[mirror, lamp]), view=view)
-    np.testing.assert_allclose(parts["direct_specular"], shown, rtol=1e-4)
+    sky, light_aovs = light_aovs_of(scenes.scene_of(floor, materials=[mirror], dome=scenes.white_dome()), view=view)
+    np.testing.assert_allclose(light_aovs["direct_specular"], sky, rtol=1e-4)
+    shown, light_aovs = light_aovs_of(scenes.scene_of([*floor, ceiling], materials=[mirror, lamp]), view=view)
+    np.testing.assert_allclose(light_aovs["direct_specular"], shown, rtol=1e-4)
     np.testing.assert_allclose(shown.mean(), 2.0, rtol=0.02)
     matt = scenes.material(base_color=0.5, specular=0.0)
     lit = scenes.scene_of([*floor, ceiling], materials=[mirror, matt], lights=[upwards])
-    shown, parts = parts_of(lit, view=view)
-    np.testing.assert_allclose(parts["reflections"], shown, rtol=1e-4)
+    shown, light_aovs = light_aovs_of(lit, view=view)
+    np.testing.assert_allclose(light_aovs["reflections"], shown, rtol=1e-4)
     assert shown.mean() > 0.1
 
 
@@ -89,6 +89,6 @@ def test_what_is_seen_through_glass_is_refractions():
     upright = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
     placed = [(scenes.square(), scenes.moved((0, y, 0), scale=10, rotation=upright), k) for k, y in enumerate((0, 3))]
     view = scenes.view_from((0, -4, 0), size=(8, 6), focal_length=80.0)
-    picture, parts = parts_of(scenes.scene_of(placed, materials=[glass, lamp]), view=view, samples=64)
-    np.testing.assert_allclose(parts["refractions"], picture, rtol=1e-5)
+    picture, light_aovs = light_aovs_of(scenes.scene_of(placed, materials=[glass, lamp]), view=view, samples=64)
+    np.testing.assert_allclose(light_aovs["refractions"], picture, rtol=1e-5)
     assert picture.mean() > 1.8

@@ -130,7 +130,7 @@ def test_pixels_without_samples_stay_clear():
 def test_developing_takes_it_and_mixes_it_as_asked():
     film = striped_film()
     assert np.array_equal(develop(film, OIDN)["HdrColor"][..., :3], filtered(film).astype(np.float16))
-    share = ToneSettings(denoiser="oidn", noisy_share=0.5)
+    share = ToneSettings(denoiser="oidn", denoiser_blend=0.5)
     expected = (film.radiance() + filtered(film)) / 2
     np.testing.assert_allclose(develop(film, share)["HdrColor"][..., :3], expected, rtol=2**-10)
 

@@ -30,7 +30,7 @@ def everything():
 
 
 @pytest.mark.parametrize("most", [1 << 20, 250, 70])
-@pytest.mark.parametrize("wanted", [{}, {"denoise": True, "parts": True}])
+@pytest.mark.parametrize("wanted", [{}, {"denoise": True, "light_aovs": True}])
 def test_waves_of_any_size_make_the_same_picture(most, wanted):
     renderer = renderer_of(everything())
     settings = PathSettings(first_sample=3, **wanted)
@@ -38,13 +38,13 @@ def test_waves_of_any_size_make_the_same_picture(most, wanted):
     renderer.accumulate(film, VIEW, samples=7, settings=settings)
     other = renderer.new_film(VIEW.width, VIEW.height)
     if wanted:
-        other.want_features()
-        other.want_parts()
+        other.allocate_features()
+        other.allocate_light_aovs()
     tables = renderer._on_device.tables
     Waves(DEVICE, most).add_samples(
         tables, path_options(settings, other), views_record([VIEW], DEVICE), [other.arrays], 7
     )
-    extra = ("albedo", "normal_depth", "square", "parts") if wanted else ()
+    extra = ("albedo", "normal_depth", "square", "light_aovs") if wanted else ()
     for name in ("color", "dropped", *extra):
         np.testing.assert_array_equal(
             getattr(other.arrays, name).numpy(), getattr(film.arrays, name).numpy(), err_msg=name

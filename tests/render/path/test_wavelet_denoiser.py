@@ -90,7 +90,7 @@ def test_developing_filters_unless_told_not_to():
 @pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
 def test_a_share_of_the_noisy_picture_stays(share):
     film = film_of(np.full((SIZE, SIZE, 3), 300.0))
-    got = develop(film, ToneSettings(noisy_share=share))["HdrColor"][..., :3]
+    got = develop(film, ToneSettings(denoiser_blend=share))["HdrColor"][..., :3]
     expected = share * film.radiance() + (1 - share) * filtered(film)
     np.testing.assert_allclose(got, expected, rtol=2**-10)  # half floats have eleven digits
 

@@ -32,7 +32,7 @@ def frame(renderer, stage, time=None):
     view = read_camera(stage, "/World/Camera", (48, 36), time=time)
     pictures = dict(renderer.labels(view, AOVS))
     film = renderer.new_film(view.width, view.height)
-    renderer.accumulate(film, view, samples=1, settings=PathSettings(parts=True))
+    renderer.accumulate(film, view, samples=1, settings=PathSettings(light_aovs=True))
     pictures |= renderer.develop(film)
     pictures["paths"] = np.array(renderer.gprims)
     return pictures

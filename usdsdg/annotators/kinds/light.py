@@ -1,7 +1,7 @@
 """Annotators of the light in a picture by where it came from, and of how open to light surfaces are.
 
-The parts are those of the path tracer in either render mode (see `PathSettings.parts`), before any denoising. Together
-with what surfaces give off themselves (PtSelfIllumination) and the background (PtBackground) they make up HdrColor.
+They are the path tracer's light AOVs (see `PathSettings.light_aovs`) in either render mode, before any denoising. With
+emission (PtSelfIllumination) and background (PtBackground) they add up to HdrColor.
 """
 
 from __future__ import annotations

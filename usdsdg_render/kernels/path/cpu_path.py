@@ -4,7 +4,7 @@ import warp as wp
 
 from usdsdg_render.kernels.cameras.camera import camera_ray
 from usdsdg_render.kernels.path.film import FilmArrays, PixelSums, load_pixel, store_pixel, with_sample
-from usdsdg_render.kernels.path.path_state import Feature, Parts, PathOptions, begin_path
+from usdsdg_render.kernels.path.path_state import Feature, LightAovs, PathOptions, begin_path
 from usdsdg_render.kernels.path.sampler import PAIR_LENS, PAIR_PIXEL, pixel_seed, sample_pair
 from usdsdg_render.kernels.path.segment import arrive, connected, depart, next_hit
 from usdsdg_render.kernels.scene.visibility import transmitted
@@ -29,30 +29,30 @@ def trace_path(
     path = begin_path(camera_ray(camera, column, row, lens), camera.sky_share)
     if path.alive == 0:
         return sums
-    parts = Parts()
+    light_aovs = LightAovs()
     feature = Feature(albedo=wp.vec3(1.0), normal=wp.vec3(0.0), depth=0.0)
     # The last surface may need a segment more, on which only lights count.
     for bounce in range(options.bounces + options.glass_bounces + 1):
         if path.alive == 0:
             break
         hit = next_hit(tables, path, bounce, seed, index)
-        arrival = arrive(tables, options, path, parts, hit, bounce)
+        arrival = arrive(tables, options, path, light_aovs, hit, bounce)
         path = arrival.path
-        parts = arrival.parts
+        light_aovs = arrival.light_aovs
         if path.alive != 0:
-            left = depart(tables, options, path, parts, hit, bounce, seed, index)
+            left = depart(tables, options, path, light_aovs, hit, bounce, seed, index)
             path = left.path
-            parts = left.parts
+            light_aovs = left.light_aovs
             if bounce == 0:
                 feature = left.feature
             light = left.connection.light
             if light[0] + light[1] + light[2] > 0.0:
                 share = transmitted(tables, path.origin, left.connection.direction, left.connection.distance)
                 if share > 0.0:
-                    arrival = connected(path, parts, left.connection, share, bounce)
+                    arrival = connected(path, light_aovs, left.connection, share, bounce)
                     path = arrival.path
-                    parts = arrival.parts
-    return with_sample(sums, options, path.radiance, feature, parts)
+                    light_aovs = arrival.light_aovs
+    return with_sample(sums, options, path.radiance, feature, light_aovs)
 
 
 @wp.kernel(enable_backward=False)

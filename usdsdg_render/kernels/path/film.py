@@ -10,14 +10,14 @@ from usdsdg_render.kernels.path.path_state import (
     REFLECTIONS,
     REFRACTIONS,
     Feature,
-    Parts,
+    LightAovs,
     PathOptions,
 )
 
 
 @wp.struct
 class FilmArrays:
-    """Running sums per pixel, (height, width); features and parts are empty unless asked for."""
+    """Running sums per pixel, (height, width); features and light_aovs are empty unless asked for."""
 
     color: wp.array2d(dtype=wp.vec4)  # radiance [nits] and number of samples
     background: wp.array2d(dtype=wp.vec4)  # of the samples that hit no surface: radiance [nits] and their number
@@ -25,7 +25,7 @@ class FilmArrays:
     normal_depth: wp.array2d(dtype=wp.vec4)  # world normal, distance of the first hit [stage units]
     square: wp.array2d(dtype=wp.float32)  # squared luminance of radiance over albedo
     dropped: wp.array2d(dtype=wp.int32)  # samples that were not finite
-    parts: wp.array3d(dtype=wp.vec3)  # radiance by `settings.PARTS`, (len(PARTS), height, width)
+    light_aovs: wp.array3d(dtype=wp.vec3)  # radiance by `settings.LIGHT_AOVS`, (len(LIGHT_AOVS), height, width)
 
 
 @wp.struct
@@ -38,7 +38,7 @@ class PixelSums:
     normal_depth: wp.vec4
     square: wp.float32
     dropped: wp.int32
-    parts: Parts
+    light_aovs: LightAovs
 
 
 @wp.func
@@ -50,17 +50,17 @@ def load_pixel(film: FilmArrays, options: PathOptions, y: int, x: int):
         sums.albedo = film.albedo[y, x]
         sums.normal_depth = film.normal_depth[y, x]
         sums.square = film.square[y, x]
-    if options.parts != 0:
-        sums.parts.direct_diffuse = film.parts[DIRECT_DIFFUSE, y, x]
-        sums.parts.direct_specular = film.parts[DIRECT_SPECULAR, y, x]
-        sums.parts.indirect_diffuse = film.parts[INDIRECT_DIFFUSE, y, x]
-        sums.parts.reflections = film.parts[REFLECTIONS, y, x]
-        sums.parts.refractions = film.parts[REFRACTIONS, y, x]
+    if options.light_aovs != 0:
+        sums.light_aovs.direct_diffuse = film.light_aovs[DIRECT_DIFFUSE, y, x]
+        sums.light_aovs.direct_specular = film.light_aovs[DIRECT_SPECULAR, y, x]
+        sums.light_aovs.indirect_diffuse = film.light_aovs[INDIRECT_DIFFUSE, y, x]
+        sums.light_aovs.reflections = film.light_aovs[REFLECTIONS, y, x]
+        sums.light_aovs.refractions = film.light_aovs[REFRACTIONS, y, x]
     return sums
 
 
 @wp.func
-def with_sample(sums: PixelSums, options: PathOptions, radiance: wp.vec3, feature: Feature, parts: Parts):
+def with_sample(sums: PixelSums, options: PathOptions, radiance: wp.vec3, feature: Feature, light_aovs: LightAovs):
     """Count one sample; one that is not finite is left out."""
     if wp.isfinite(radiance[0]) and wp.isfinite(radiance[1]) and wp.isfinite(radiance[2]):
         sample = wp.vec4(radiance[0], radiance[1], radiance[2], 1.0)
@@ -72,12 +72,12 @@ def with_sample(sums: PixelSums, options: PathOptions, radiance: wp.vec3, featur
             sums.normal_depth += wp.vec4(feature.normal[0], feature.normal[1], feature.normal[2], feature.depth)
             light = luminance(wp.cw_div(radiance, wp.max(feature.albedo, wp.vec3(0.01))))
             sums.square += light * light
-        if options.parts != 0:
-            sums.parts.direct_diffuse += parts.direct_diffuse
-            sums.parts.direct_specular += parts.direct_specular
-            sums.parts.indirect_diffuse += parts.indirect_diffuse
-            sums.parts.reflections += parts.reflections
-            sums.parts.refractions += parts.refractions
+        if options.light_aovs != 0:
+            sums.light_aovs.direct_diffuse += light_aovs.direct_diffuse
+            sums.light_aovs.direct_specular += light_aovs.direct_specular
+            sums.light_aovs.indirect_diffuse += light_aovs.indirect_diffuse
+            sums.light_aovs.reflections += light_aovs.reflections
+            sums.light_aovs.refractions += light_aovs.refractions
     else:
         sums.dropped += 1
     return sums
@@ -91,11 +91,11 @@ def store_pixel(film: FilmArrays, options: PathOptions, y: int, x: int, sums: Pi
         film.albedo[y, x] = sums.albedo
         film.normal_depth[y, x] = sums.normal_depth
         film.square[y, x] = sums.square
-    if options.parts != 0:
-        film.parts[DIRECT_DIFFUSE, y, x] = sums.parts.direct_diffuse
-        film.parts[DIRECT_SPECULAR, y, x] = sums.parts.direct_specular
-        film.parts[INDIRECT_DIFFUSE, y, x] = sums.parts.indirect_diffuse
-        film.parts[REFLECTIONS, y, x] = sums.parts.reflections
-        film.parts[REFRACTIONS, y, x] = sums.parts.refractions
+    if options.light_aovs != 0:
+        film.light_aovs[DIRECT_DIFFUSE, y, x] = sums.light_aovs.direct_diffuse
+        film.light_aovs[DIRECT_SPECULAR, y, x] = sums.light_aovs.direct_specular
+        film.light_aovs[INDIRECT_DIFFUSE, y, x] = sums.light_aovs.indirect_diffuse
+        film.light_aovs[REFLECTIONS, y, x] = sums.light_aovs.reflections
+        film.light_aovs[REFRACTIONS, y, x] = sums.light_aovs.refractions
     if sums.dropped > 0:
         film.dropped[y, x] = film.dropped[y, x] + sums.dropped

@@ -5,7 +5,7 @@ import warp as wp
 from usdsdg_render.kernels.cameras.camera import Ray
 from usdsdg_render.kernels.color import luminance
 
-# Rows of `FilmArrays.parts`, in the order of `settings.PARTS`.
+# Rows of `FilmArrays.light_aovs`, in the order of `settings.LIGHT_AOVS`.
 DIRECT_DIFFUSE = wp.constant(0)
 DIRECT_SPECULAR = wp.constant(1)
 INDIRECT_DIFFUSE = wp.constant(2)
@@ -26,7 +26,7 @@ class PathOptions:
     clamp: wp.float32  # most that one indirect contribution may add [nits]; 0 = no limit
     regularization: wp.float32  # least GGX alpha after a rough bounce
     features: wp.int32  # 1 = also sum what the denoiser needs
-    parts: wp.int32  # 1 = also sum the light by where it came from
+    light_aovs: wp.int32  # 1 = also sum the light by where it came from
 
 
 @wp.struct
@@ -55,7 +55,7 @@ class Path:
 
 
 @wp.struct
-class Parts:
+class LightAovs:
     """The radiance of a path by what its first surface did with the light, without what that gives off itself.
 
     They are always counted and stored only on demand: a flag within the loop over a path's surfaces makes the compiler
@@ -120,14 +120,14 @@ def limited(color: wp.vec3, most: float):
 
 
 @wp.func
-def with_part(parts: Parts, light: wp.vec3, diffuse: wp.vec3, bounce: int):
+def add_light_aov(light_aovs: LightAovs, light: wp.vec3, diffuse: wp.vec3, bounce: int):
     """Count light that surface number `bounce`, from 0, scatters; `diffuse` is the share of it that is not mirrored."""
-    if parts.bent != 0:
-        parts.refractions += light
+    if light_aovs.bent != 0:
+        light_aovs.refractions += light
     elif bounce == 0:
-        parts.direct_diffuse += wp.cw_mul(light, diffuse)
-        parts.direct_specular += wp.cw_mul(light, wp.vec3(1.0) - diffuse)
+        light_aovs.direct_diffuse += wp.cw_mul(light, diffuse)
+        light_aovs.direct_specular += wp.cw_mul(light, wp.vec3(1.0) - diffuse)
     else:
-        parts.indirect_diffuse += wp.cw_mul(light, wp.vec3(1.0) - parts.mirrored)
-        parts.reflections += wp.cw_mul(light, parts.mirrored)
-    return parts
+        light_aovs.indirect_diffuse += wp.cw_mul(light, wp.vec3(1.0) - light_aovs.mirrored)
+        light_aovs.reflections += wp.cw_mul(light, light_aovs.mirrored)
+    return light_aovs

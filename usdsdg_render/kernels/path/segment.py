@@ -12,7 +12,15 @@ from usdsdg_render.kernels.color import luminance
 from usdsdg_render.kernels.lights.emissive_instances import emitter_density, is_emitter
 from usdsdg_render.kernels.lights.light_sampling import choose_light, hit_light, sample_light, weight_at
 from usdsdg_render.kernels.lights.linking import by_rules, has_rules
-from usdsdg_render.kernels.path.path_state import Connection, Feature, Parts, Path, PathOptions, limited, with_part
+from usdsdg_render.kernels.path.path_state import (
+    Connection,
+    Feature,
+    LightAovs,
+    Path,
+    PathOptions,
+    add_light_aov,
+    limited,
+)
 from usdsdg_render.kernels.path.sampler import (
     PAIR_FIRST_SEGMENT,
     PAIR_LIGHT,
@@ -43,7 +51,7 @@ CERTAIN = wp.constant(1.0e15)
 @wp.struct
 class Arrival:
     path: Path
-    parts: Parts
+    light_aovs: LightAovs
 
 
 @wp.struct
@@ -51,7 +59,7 @@ class Departure:
     """How a path leaves a surface: a `connection` to try, and the path towards the next one unless it is dead."""
 
     path: Path
-    parts: Parts
+    light_aovs: LightAovs
     connection: Connection
     feature: Feature
 
@@ -80,14 +88,16 @@ def with_light(arrival: Arrival, light: wp.vec3, bounce: int):
     """Count light that the path's ray brings to the surface that it left."""
     arrival.path.radiance += light
     if bounce > 0:
-        arrival.parts = with_part(arrival.parts, light, wp.vec3(1.0) - arrival.parts.mirrored, bounce - 1)
+        arrival.light_aovs = add_light_aov(
+            arrival.light_aovs, light, wp.vec3(1.0) - arrival.light_aovs.mirrored, bounce - 1
+        )
     return arrival
 
 
 @wp.func
-def arrive(tables: SceneTables, options: PathOptions, path: Path, parts: Parts, hit: Hit, bounce: int):
+def arrive(tables: SceneTables, options: PathOptions, path: Path, light_aovs: LightAovs, hit: Hit, bounce: int):
     """Light on the way to the hit: of lights that the ray meets, and of the sky where it meets nothing; path dead."""
-    a = Arrival(path=path, parts=parts)
+    a = Arrival(path=path, light_aovs=light_aovs)
     most = float(0.0)
     if path.met > 1:
         most = options.clamp
@@ -164,8 +174,8 @@ def into_glass(d: Departure, surface: Surface, material: Material, bsdf: Bsdf, b
     d.path.glossy = 1.0
     d.path.fine_sky = 1
     if bounce == 0:
-        d.parts.bent = ray.crossed
-        d.parts.mirrored = wp.vec3(1.0)
+        d.light_aovs.bent = ray.crossed
+        d.light_aovs.mirrored = wp.vec3(1.0)
     return d
 
 
@@ -174,7 +184,7 @@ def depart(
     tables: SceneTables,
     options: PathOptions,
     path: Path,
-    parts: Parts,
+    light_aovs: LightAovs,
     hit: Hit,
     bounce: int,
     seed: wp.uint32,
@@ -183,7 +193,7 @@ def depart(
     """Scatter the path at a hit."""
     d = Departure()
     d.path = path
-    d.parts = parts
+    d.light_aovs = light_aovs
     surface = surface_at(tables, hit, path.direction)
     material = tables.materials[surface.material]
     surface = with_material(tables, surface, material)
@@ -211,7 +221,9 @@ def depart(
     if bounce == 0:
         d.feature = Feature(albedo=bsdf.albedo, normal=bsdf.normal, depth=hit.t)
     else:
-        d.parts = with_part(d.parts, emitted, wp.vec3(1.0) - d.parts.mirrored, wp.where(sampled, bounce - 1, bounce))
+        d.light_aovs = add_light_aov(
+            d.light_aovs, emitted, wp.vec3(1.0) - d.light_aovs.mirrored, wp.where(sampled, bounce - 1, bounce)
+        )
     if d.path.alive == 0:
         return d
     pair = PAIR_FIRST_SEGMENT + PAIRS_PER_SEGMENT * bounce
@@ -281,18 +293,18 @@ def depart(
     if d.path.glossy < 0.5 or sharpest > FINE_SKY_ALPHA:
         d.path.refracting = 0
     if bounce == 0:
-        d.parts.mirrored = wp.cw_div(out.specular, wp.max(total, wp.vec3(1.0e-30)))
+        d.light_aovs.mirrored = wp.cw_div(out.specular, wp.max(total, wp.vec3(1.0e-30)))
     return d
 
 
 @wp.func
-def connected(path: Path, parts: Parts, connection: Connection, share: float, bounce: int):
+def connected(path: Path, light_aovs: LightAovs, connection: Connection, share: float, bounce: int):
     """Add the light of a connection of which `share` came through."""
-    a = Arrival(path=path, parts=parts)
+    a = Arrival(path=path, light_aovs=light_aovs)
     light = limited(connection.light * share, connection.most)
     a.path.radiance += light
     diffuse = connection.diffuse
     if bounce > 0:
-        diffuse = wp.vec3(1.0) - parts.mirrored
-    a.parts = with_part(a.parts, light, diffuse, bounce)
+        diffuse = wp.vec3(1.0) - light_aovs.mirrored
+    a.light_aovs = add_light_aov(a.light_aovs, light, diffuse, bounce)
     return a

@@ -10,7 +10,7 @@ import warp as wp
 from usdsdg_render.kernels.cameras.camera import BAND, camera_ray
 from usdsdg_render.kernels.labels.views import Views
 from usdsdg_render.kernels.path.film import FilmArrays, load_pixel, store_pixel, with_sample
-from usdsdg_render.kernels.path.path_state import Connection, Feature, Parts, Path, PathOptions, begin_path
+from usdsdg_render.kernels.path.path_state import Connection, Feature, LightAovs, Path, PathOptions, begin_path
 from usdsdg_render.kernels.path.sampler import PAIR_LENS, PAIR_PIXEL, pixel_seed, sample_pair
 from usdsdg_render.kernels.path.segment import arrive, connected, depart, next_hit
 from usdsdg_render.kernels.scene.visibility import transmitted
@@ -46,7 +46,7 @@ class Wave:
     pixels: wp.int32
     samples: wp.int32
     paths: wp.array(dtype=Path)
-    parts: wp.array(dtype=Parts)  # empty unless asked for
+    light_aovs: wp.array(dtype=LightAovs)  # empty unless asked for
     features: wp.array(dtype=Feature)  # empty unless asked for
     hits: wp.array(dtype=Hit)
     connections: wp.array(dtype=Connection)
@@ -90,10 +90,10 @@ def place_of(wave: Wave, options: PathOptions, views: Views, number: int):
 
 
 @wp.func
-def parts_of(wave: Wave, number: int):
-    if wave.parts.shape[0] > 0:
-        return wave.parts[number]
-    return Parts()
+def light_aovs_of(wave: Wave, number: int):
+    if wave.light_aovs.shape[0] > 0:
+        return wave.light_aovs[number]
+    return LightAovs()
 
 
 @wp.kernel(enable_backward=False)
@@ -107,8 +107,8 @@ def begin(options: PathOptions, views: Views, wave: Wave):
         lens = sample_pair(place.seed, place.index, PAIR_LENS)
     ray = camera_ray(camera, float(place.x) + jitter[0], float(place.y) + jitter[1], lens)
     path = begin_path(ray, camera.sky_share)
-    if wave.parts.shape[0] > 0:
-        wave.parts[number] = Parts()
+    if wave.light_aovs.shape[0] > 0:
+        wave.light_aovs[number] = LightAovs()
     if wave.features.shape[0] > 0:
         wave.features[number] = Feature(albedo=wp.vec3(1.0), normal=wp.vec3(0.0), depth=0.0)
     if path.alive != 0:
@@ -135,14 +135,14 @@ def shade(tables: SceneTables, options: PathOptions, views: Views, wave: Wave, s
         return
     number = wave.rays[step % 2, i]
     hit = wave.hits[number]
-    arrival = arrive(tables, options, wave.paths[number], parts_of(wave, number), hit, step)
+    arrival = arrive(tables, options, wave.paths[number], light_aovs_of(wave, number), hit, step)
     path = arrival.path
-    parts = arrival.parts
+    light_aovs = arrival.light_aovs
     if path.alive != 0:
         place = place_of(wave, options, views, number)
-        left = depart(tables, options, path, parts, hit, step, place.seed, place.index)
+        left = depart(tables, options, path, light_aovs, hit, step, place.seed, place.index)
         path = left.path
-        parts = left.parts
+        light_aovs = left.light_aovs
         if step == 0 and wave.features.shape[0] > 0:
             wave.features[number] = left.feature
         light = left.connection.light
@@ -152,8 +152,8 @@ def shade(tables: SceneTables, options: PathOptions, views: Views, wave: Wave, s
         if path.alive != 0:
             wave.rays[(step + 1) % 2, take_place(wave.counts, 2 * step + 2)] = number
     wave.paths[number] = path
-    if wave.parts.shape[0] > 0:
-        wave.parts[number] = parts
+    if wave.light_aovs.shape[0] > 0:
+        wave.light_aovs[number] = light_aovs
 
 
 @wp.kernel(enable_backward=False)
@@ -166,10 +166,10 @@ def connect(tables: SceneTables, wave: Wave, step: int):
     connection = wave.connections[number]
     share = transmitted(tables, path.origin, connection.direction, connection.distance)
     if share > 0.0:
-        arrival = connected(path, parts_of(wave, number), connection, share, step)
+        arrival = connected(path, light_aovs_of(wave, number), connection, share, step)
         wave.paths[number].radiance = arrival.path.radiance
-        if wave.parts.shape[0] > 0:
-            wave.parts[number] = arrival.parts
+        if wave.light_aovs.shape[0] > 0:
+            wave.light_aovs[number] = arrival.light_aovs
 
 
 @wp.kernel(enable_backward=False)
@@ -186,5 +186,5 @@ def gather(options: PathOptions, views: Views, wave: Wave, films: wp.array(dtype
             feature = Feature()
             if wave.features.shape[0] > 0:
                 feature = wave.features[number]
-            sums = with_sample(sums, options, wave.paths[number].radiance, feature, parts_of(wave, number))
+            sums = with_sample(sums, options, wave.paths[number].radiance, feature, light_aovs_of(wave, number))
     store_pixel(film, options, y, x, sums)
