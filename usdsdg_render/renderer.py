@@ -17,7 +17,7 @@ from usdsdg_render.labels import label_pass
 from usdsdg_render.labels.coverage import Coverage
 from usdsdg_render.labels.label_batch import LabelBatch
 from usdsdg_render.labels.previous_frame import History
-from usdsdg_render.path.film import Film, develop
+from usdsdg_render.path.film import Film, tone_map
 from usdsdg_render.path.path_tracer import PathTracer
 from usdsdg_render.scene.aov import check_names
 from usdsdg_render.scene.scene import Scene
@@ -235,8 +235,12 @@ class WarpRenderer:
         self._path_tracer.accumulate(films, views, samples=samples, settings=settings, threads=self.threads)
 
     def develop(self, film: Film, tone: ToneSettings | None = None) -> dict[str, np.ndarray]:
-        """HdrColor, (H, W, 4) float16 radiance [nits], LdrColor, (H, W, 4) uint8 sRGB, and the film's parts."""
-        return develop(film, tone or ToneSettings(), threads=self.threads)
+        """Denoise and tone-map a film.
+
+        Returns:
+            HdrColor, (H, W, 4) float16 radiance [nits]; LdrColor, (H, W, 4) uint8 sRGB; and the film's light AOVs.
+        """
+        return tone_map(film, tone or ToneSettings(), threads=self.threads)
 
 
 def keep_memory(device: str) -> None:

@@ -8,8 +8,8 @@ from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg_render.scene.scene import (
     LIGHT,
     MATERIAL,
-    NO_PATTERN,
-    NO_RULES,
+    NO_EMISSION_PROFILE,
+    NO_LINKS,
     NO_TEXTURE,
     Dome,
     Instances,
@@ -93,7 +93,7 @@ def light(kind: int, **values) -> np.ndarray:
     row = np.zeros(1, LIGHT)
     row["kind"] = kind
     row["x_axis"], row["y_axis"], row["z_axis"] = (1, 0, 0), (0, 1, 0), (0, 0, 1)
-    row["pattern"], row["rules"] = NO_PATTERN, NO_RULES
+    row["emission_profile"], row["links"] = NO_EMISSION_PROFILE, NO_LINKS
     defaults = dict(radiance=1.0, radius=1.0, aspect=1.0, width=1.0, height=1.0, power=1.0, shaping_cos=-1.0, visible=1)
     for name, value in {**defaults, "diffuse": 1.0, "specular": 1.0, **values}.items():
         row[name] = value

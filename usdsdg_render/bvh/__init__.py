@@ -1,5 +1,5 @@
-"""Ray queries against a scene: closest hit and occlusion, with one back end per kind of device.
+"""Bounding volume hierarchies (BVHs) and ray queries: closest hit and occlusion, with one back end per kind of device.
 
-Eight-wide trees of our own: on a CPU they are walked with vector instructions, on CUDA in compressed form. Only this
-package knows the difference.
+Trees are eight-wide: on a CPU traversal uses vector instructions, on CUDA nodes are compressed. Only this package knows
+the difference.
 """

@@ -1,4 +1,4 @@
-"""Trees over boxes, as `build_tree.cpp` builds them."""
+"""BVH construction over boxes, by `build_tree.cpp`."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ NODE_WORDS = 64
 
 @wp.struct
 class Task:
-    """What `build_tree.cpp` reads and fills: see there."""
+    """Inputs and outputs of `build_tree.cpp`, described there."""
 
     lowers: wp.array2d(dtype=wp.float32)
     uppers: wp.array2d(dtype=wp.float32)
@@ -37,21 +37,21 @@ def build_tree(task: Task):
 
 
 class Builder:
-    """Builds trees over boxes that stay where they are in memory, again after each change of them.
+    """Builds BVHs over boxes in fixed memory; call `build` again after the boxes changed.
 
     Args:
         lower, upper: (N, 3) float32 corners of boxes.
-        count: how many of them a tree is over, > 0.
+        count: number of boxes in the tree, > 0.
         block: boxes that are tested at once.
-        leaf: boxes in a leaf, at most.
-        max_depth: levels of nodes, at most.
-        nodes: (count, NODE_WORDS) float32, aligned to lines of memory: room for the nodes, made here if None.
+        leaf: maximum number of boxes in a leaf.
+        max_depth: maximum number of levels of nodes.
+        nodes: (count, NODE_WORDS) float32 output, aligned to cache lines; None allocates it.
 
     Attributes:
-        order: (count,) int32: which boxes; `build` brings it into the order of the leaves.
-        nodes: what was built, as `build_tree.cpp` describes it.
-        members: (count, block) int32: boxes of each block, -1 in empty lanes; empty where a block is one box.
-        depth: levels of nodes.
+        order: (count,) int32 indices of the boxes to use; `build` permutes it to leaf order.
+        nodes: the nodes, in the format of `build_tree.cpp`.
+        members: (count, block) int32: boxes of each block, -1 in empty lanes; empty if a block is one box.
+        depth: number of levels of nodes.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class Builder:
         self.block = block
         self.depth = 0
         self.order = np.arange(count, dtype=np.int32)
-        # An inner node has at least two children, so there are fewer of them than boxes.
+        # An inner node has at least two children, so there are fewer nodes than boxes.
         self.nodes = aligned((count, NODE_WORDS), np.float32) if nodes is None else nodes
         self.members = np.empty((count if block > 1 else 0, block), np.int32)
         self._max_depth = max_depth
@@ -85,7 +85,7 @@ class Builder:
         self._launch = wp.launch(build_tree, dim=1, inputs=[task], device="cpu", record_cmd=True)
 
     def build(self) -> tuple[int, int]:
-        """Fill `nodes` and `members`; returns how many nodes and blocks there are."""
+        """Fill `nodes` and `members`; return the numbers of nodes and blocks."""
         self._launch.launch()
         nodes, blocks, self.depth = self._counts.tolist()
         if self.depth > self._max_depth:

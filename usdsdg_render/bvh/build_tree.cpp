@@ -1,11 +1,11 @@
 // Body of build_tree: an 8-wide bounding volume hierarchy over boxes, on one CPU thread.
 //
 // A node is opened by splitting its widest child in two (binned surface area heuristic, costs counted in blocks of
-// `block` boxes because a leaf is tested a block at a time) until it has eight. `order` names the boxes that count and
-// comes back in the order of the leaves. Outputs: nodes of 64 words (lower x y z, upper x y z, eight children, unused),
+// `block` boxes because a leaf is tested a block at a time) until it has eight. `order` lists the boxes to use and is
+// permuted to leaf order. Outputs: nodes of 64 words (lower x y z, upper x y z, eight children, unused),
 // `members` = box indices per block, -1 in empty lanes, and counts = nodes, blocks, depth. A child is a node (>= 0), or
-// ~(first block << 2 | number of blocks), or with block = 1 ~(box index). Once the depth left would only just do, nodes
-// split at the median, which makes `max_depth` a bound.
+// ~(first block << 2 | number of blocks), or with block = 1 ~(box index). Once the remaining depth is
+// just enough for a balanced tree, nodes split at the median, which makes `max_depth` a bound.
 constexpr int BINS = 16;
 constexpr float FAR = 3.0e38f;
 
@@ -59,7 +59,7 @@ auto split_at_median = [&](const Range& r, Range& left, Range& right) {
     left = bounds_of(r.begin, middle);
     right = bounds_of(middle, r.end);
 };
-// Two boxes need no bins: one each, in order along the first axis that tells them apart.
+// Two boxes need no bins: one each, ordered along the first axis in which their centers differ.
 auto split_in_two = [&](const Range& r, Range& left, Range& right) {
     int &first = index[r.begin], &second = index[r.begin + 1];
     for (int k = 0; k < 3; ++k) {
@@ -76,7 +76,7 @@ auto split_in_two = [&](const Range& r, Range& left, Range& right) {
 };
 auto split_by_area = [&](const Range& r, Range& left, Range& right) {
     if (r.size() == 2) return split_in_two(r, left, right);
-    // Twice the centre of a box is as good as its centre.
+    // Twice the center is used instead of the center.
     float lo[3] = {FAR, FAR, FAR}, hi[3] = {-FAR, -FAR, -FAR};
     for (int i = r.begin; i < r.end; ++i)
         for (int k = 0; k < 3; ++k) {
@@ -124,7 +124,7 @@ auto split_by_area = [&](const Range& r, Range& left, Range& right) {
             if (n > 0 && n < r.size() && cost < best) best = cost, axis = k, cut = b;
         }
     }
-    if (axis < 0) return split_at_median(r, left, right);  // all centres coincide
+    if (axis < 0) return split_at_median(r, left, right);  // all centers coincide
     int i = r.begin, j = r.end;
     while (i < j) {
         if (bin_of(index[i], axis) <= cut)
@@ -149,7 +149,7 @@ auto leaf_code = [&](const Range& r) {
     return ~(first << 2 | (block_count - first));
 };
 
-// A job is open for at most seven siblings on each level of the tree.
+// At most seven siblings are open on each level of the tree.
 Job jobs[8 * 64];
 int open = 0;
 jobs[open++] = {bounds_of(0, n), 0, 1};
@@ -185,7 +185,7 @@ while (open) {
             box[8 * axis + k] = b.lo[axis];
             box[24 + 8 * axis + k] = b.hi[axis];
         }
-        // Only NaN meets an empty child: a leaf without blocks, or the first box again, but never the root.
+        // Empty child: only a NaN ray could hit its inverted box. A leaf without blocks, or the first box again, never the root.
         code[k] = ~0;
         code[8 + k] = 0;
         if (k >= children) continue;

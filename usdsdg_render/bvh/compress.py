@@ -1,13 +1,13 @@
-"""Trees for the CUDA back end: nodes of 80 bytes whose boxes are counted in 255 steps of the node's own box.
+"""Compression of BVHs for CUDA: 80-byte nodes with child boxes quantized to 8 bits.
 
 A node is five rows of four words, as `compressed.cpp` reads them:
 
-    corner x, y, z; exponents of the steps in x, y, z, and in the last byte a mark for each child that is a node
-    index of the first child that is a node, and of the first item; eight bytes, one for each child
+    corner x, y, z; step exponents in x, y, z, and in the last byte a bit for each child that is a node
+    index of the first child node, and of the first item; eight bytes, one for each child
     eight bytes each of lower x, lower y, lower z, upper x, upper y, upper z
 
-A child's byte is 0 for none, 32 + 24 + slot for a node, and for a leaf a one for each of its items, of which there is
-room for three, above five bits of their place. Children sit in the slots that suit their direction from the middle of
+A child's byte is 0 if empty, 32 + 24 + slot for a node, and for a leaf three bits with a one for each of its items,
+above five bits with the offset of the first. Children are assigned to slots by their octant relative to the center of
 the node, so that the slot number alone, compared with the signs of a ray, orders them from near to far.
 """
 
@@ -27,13 +27,13 @@ NODE_WORDS = 20
 
 @wp.struct
 class Compression:
-    """What `compress_tree.cpp` reads and fills: see there."""
+    """Inputs and outputs of `compress_tree.cpp`, described there."""
 
     nodes: wp.array2d(dtype=wp.float32)
     members: wp.array2d(dtype=wp.int32)
     block: wp.int32
     # out
-    places: wp.array(dtype=wp.int32)
+    write_order: wp.array(dtype=wp.int32)
     compressed: wp.array2d(dtype=wp.uint32)
     order: wp.array(dtype=wp.int32)
     counts: wp.array(dtype=wp.int32)
@@ -49,11 +49,11 @@ def compress_tree(task: Compression):
 
 
 class Compressor:
-    """Compresses what a builder has built, again after each time.
+    """Compresses the tree of a builder; call `compress` again after each build.
 
     Args:
-        nodes: (N, NODE_WORDS) uint32, room for the nodes.
-        order: (M,) int32, room for the items (triangles or instances) as leaves count them.
+        nodes: (N, NODE_WORDS) uint32 output.
+        order: (M,) int32 output: the items (triangles or instances) in leaf order.
     """
 
     def __init__(self, builder: Builder, nodes: np.ndarray, order: np.ndarray) -> None:
@@ -61,12 +61,12 @@ class Compressor:
         task = Compression()
         task.nodes, task.members = shared(builder.nodes, wp.float32), shared(builder.members, wp.int32)
         task.block = builder.block
-        task.places = wp.empty(len(builder.nodes), dtype=wp.int32, device="cpu")
+        task.write_order = wp.empty(len(builder.nodes), dtype=wp.int32, device="cpu")
         task.compressed, task.order = shared(nodes, wp.uint32), shared(order, wp.int32)
         task.counts = shared(self._counts, wp.int32)
         self._launch = wp.launch(compress_tree, dim=1, inputs=[task], device="cpu", record_cmd=True)
 
     def compress(self) -> int:
-        """Fill `nodes` and `order`; returns the number of nodes."""
+        """Fill `nodes` and `order`; return the number of nodes."""
         self._launch.launch()
         return int(self._counts[0])

@@ -1,24 +1,24 @@
 // Body of compress_tree: nodes of build_tree.cpp as compress.py describes them, on one CPU thread.
 //
-// Nodes are written level by level, so that the children of each lie together. `places` is the list of nodes to write.
-// Outputs: nodes of 20 words, `order` = items as leaves count them, and counts = nodes, items.
+// Nodes are written level by level, so that the children of each lie together. `write_order` lists the nodes
+// to write. Outputs: nodes of 20 words, `order` = items in leaf order, and counts = nodes, items.
 {
 #pragma clang fp contract(off)
     using wp::uint32;
     using byte = unsigned char;
     constexpr int CHILDREN = 8;
     constexpr double FAR = 1e300;
-    // Children's boxes grow by these shares of their parent and of its place, for the rounding of a ray's distances: a
+    // Padding of child boxes relative to the parent's extent and to its position, for the rounding of ray distances: a
     // step of 255 is known to 2^-9.
     constexpr double SLACK = 2e-5, SLACK_OF_PLACE = 1e-6;
 
-    auto least = [](double a, double b) { return a < b ? a : b; };
-    auto most = [](double a, double b) { return a > b ? a : b; };
+    auto min_of = [](double a, double b) { return a < b ? a : b; };
+    auto max_of = [](double a, double b) { return a > b ? a : b; };
     auto below = [](float x) {
         const int bits = __builtin_bit_cast(int, x);
         return __builtin_bit_cast(float, x > 0.0f ? bits - 1 : x < 0.0f ? bits + 1 : (int)0x80000001);
     };
-    // The power of two that is no less than a positive number.
+    // Exponent of the smallest power of two that is not below a positive number.
     auto exponent_of = [](double x) {
         const long long bits = __builtin_bit_cast(long long, x);
         return (int)(bits >> 52) - 1023 + ((bits & 0xfffffffffffffll) != 0);
@@ -29,17 +29,17 @@
         return (byte)((int)steps + (up && (double)(int)steps < steps));
     };
 
-    int* place = task.places.data;
+    int* write_order = task.write_order.data;
     int written = 1, items = 0;
-    place[0] = 0;
+    write_order[0] = 0;
     for (int node = 0; node < written; ++node) {
-        const float* box = task.nodes.data + (size_t)place[node] * 64;
+        const float* box = task.nodes.data + (size_t)write_order[node] * 64;
         const int* code = (const int*)(box + 48);
-        bool settled[CHILDREN];  // those that are not there to begin with
+        bool settled[CHILDREN];  // empty children are settled from the start
         int children = 0;
         for (int k = 0; k < CHILDREN; ++k) children += !(settled[k] = !(box[k] <= box[24 + k]));
 
-        // The boxes, grown; and that of the node, whose corner is a float.
+        // The padded boxes, and that of the node, whose corner is a float.
         double lo[CHILDREN][3], hi[CHILDREN][3], extent[3];
         float corner[3];
         for (int axis = 0; axis < 3; ++axis) {
@@ -47,14 +47,14 @@
             const float* upper = box + 24 + 8 * axis;
             double first = FAR, last = -FAR;
             for (int k = 0; k < CHILDREN; ++k)
-                if (!settled[k]) first = least(first, lower[k]), last = most(last, upper[k]);
+                if (!settled[k]) first = min_of(first, lower[k]), last = max_of(last, upper[k]);
             const double slack = SLACK * (last - first) + SLACK_OF_PLACE * __builtin_fabs(first);
             for (int k = 0; k < CHILDREN; ++k) lo[k][axis] = lower[k] - slack, hi[k][axis] = upper[k] + slack;
             corner[axis] = below((float)(first - slack));
             extent[axis] = last + slack - corner[axis];
         }
 
-        // Pairs of a child and a slot are settled one after the other, the one that agrees best first.
+        // Greedy assignment of children to slots, best agreement first.
         double agreement[CHILDREN][8];
         for (int k = 0; k < CHILDREN; ++k) {
             double middle[3];
@@ -82,7 +82,7 @@
         double steps[3];
         for (int axis = 0; axis < 3; ++axis) {
             words[axis] = __builtin_bit_cast(uint32, corner[axis]);
-            const int exponent = exponent_of(most(extent[axis], 1e-30) / 255.0);
+            const int exponent = exponent_of(max_of(extent[axis], 1e-30) / 255.0);
             bytes[12 + axis] = (byte)(exponent + 127);
             steps[axis] = power_of_two(-exponent);
         }
@@ -99,7 +99,7 @@
             if (code[k] >= 0) {
                 bytes[15] |= 1 << slot;
                 bytes[24 + slot] = 32 + 24 + slot;
-                place[written++] = code[k];
+                write_order[written++] = code[k];
                 continue;
             }
             const int first = count;

@@ -1,9 +1,9 @@
-// Body of closest, occluded and closest_in_instance on CUDA; ANY_HIT and ONE_INSTANCE are set by trace/query.py.
+// Body of closest, occluded and closest_in_instance on CUDA; ANY_HIT and ONE_INSTANCE are set by query.py.
 //
 // The two levels of traverse.cpp with nodes of 80 bytes (see compress.py), after Ylitie, Karras and Laine, "Efficient
 // Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs" (HPG 2017): a group is a base index and a word whose
 // high byte marks nodes still to visit, nearest first, and whose low 24 bits mark triangles or instances. Rays and
-// triangles go through the same roundings as in traverse.cpp, so both devices find the same hits.
+// triangles are rounded as in traverse.cpp, so both devices find the same hits.
 constexpr float WIDEN = 1.0000005f;
 constexpr unsigned LEAVES = 0x00ffffffu, ROOT = 0x80000000u;
 using wp::uint32;
@@ -16,12 +16,12 @@ auto dot3 = [](float a, float b, float c, float x, float y, float z) {
     return __fadd_rn(__fadd_rn(__fmul_rn(a, x), __fmul_rn(b, y)), __fmul_rn(c, z));
 };
 auto cross2 = [](float ax, float ay, float bx, float by) { return __fsub_rn(__fmul_rn(ax, by), __fmul_rn(ay, bx)); };
-// Byte k of a word as 1 + byte / FINE: put together in one step, where a conversion takes the time of four.
+// Byte k of a word as 1 + byte / FINE: one permute, where an integer conversion takes the time of four.
 constexpr float FINE = 32768.0f;
 auto one_and_byte = [](uint32 word, int k) {
     return __uint_as_float(__byte_perm(word, 0x3f800000u, 0x7604u + (k << 4)));
 };
-// The largest and the smallest of three floats, by their bits: right where it is positive, and negative where it is not.
+// Largest and smallest of three floats by their bit patterns: exact if positive, else still negative.
 auto largest = [](float a, float b, float c) {
     return __int_as_float(__vimax3_s32(__float_as_int(a), __float_as_int(b), __float_as_int(c)));
 };
@@ -34,7 +34,7 @@ int best_instance = -1, best_triangle = -1;
 Group stack[STACK_SIZE];
 int top = 0, entered = -1, floor_of_instance = 0;
 
-// The ray in the frame of the tree being walked: the world, or the instance entered.
+// The ray in the frame of the current tree: the world, or the instance that was entered.
 float ox, oy, oz, rx, ry, rz;
 uint32 octant;
 const uint4* nodes;
@@ -49,11 +49,11 @@ auto look_along = [&](float px, float py, float pz, float dx, float dy, float dz
 };
 auto into_world = [&]() {
     entered = -1;
-    nodes = (const uint4*)tree.nodes;
+    nodes = (const uint4*)tlas.nodes;
     look_along(origin[0], origin[1], origin[2], direction[0], direction[1], direction[2]);
 };
 auto enter = [&](int index) {
-    const auto& in = tree.instances.data[index];
+    const auto& in = tlas.instances.data[index];
     const auto& m = in.world_to_local.data;
     entered = index;
     floor_of_instance = top;
@@ -84,7 +84,7 @@ auto enter = [&](int index) {
     nodes = (const uint4*)in.nodes;
     triangles = (const float4*)in.blocks;
 };
-// A corner in the sheared frame.
+// Transform a corner into the sheared frame.
 auto shear = [&](const float4& p, float& x, float& y, float& z) {
     const float px = axis == 0 ? p.y : (axis == 1 ? p.z : p.x);
     const float py = axis == 0 ? p.z : (axis == 1 ? p.x : p.y);
@@ -92,8 +92,8 @@ auto shear = [&](const float4& p, float& x, float& y, float& z) {
     x = __fmaf_rn(-sx, z, __fsub_rn(px, okx));
     y = __fmaf_rn(-sy, z, __fsub_rn(py, oky));
 };
-// Whether the triangle is hit before everything so far.
-auto meets = [&](int item) {
+// Whether the triangle is hit closer than the best hit so far.
+auto intersects = [&](int item) {
     const float4* corner = triangles + 3 * (size_t)item;
     const float4 p0 = __ldg(corner), p1 = __ldg(corner + 1), p2 = __ldg(corner + 2);
     float ax, ay, az, bx, by, bz, cx, cy, cz;
@@ -121,7 +121,7 @@ wp::vec_t<5, int> found;
 found[3] = -1;
 if (ONE_INSTANCE)
     enter(only_instance);
-else if (tree.instance_count == 0)
+else if (tlas.instance_count == 0)
     return found;
 else
     into_world();
@@ -138,7 +138,7 @@ for (;;) {
         const uint4* node = nodes + 5 * (size_t)child;
         const uint4 head = __ldg(node), links = __ldg(node + 1);
         const uint4 low_xy = __ldg(node + 2), mixed = __ldg(node + 3), high_yz = __ldg(node + 4);
-        // Boxes count in steps of a power of two from the node's corner.
+        // Boxes are quantized in steps of a power of two from the node's corner.
         const float adx = __uint_as_float((head.w & 255u) << 23) * (rx * FINE);
         const float ady = __uint_as_float((head.w >> 8 & 255u) << 23) * (ry * FINE);
         const float adz = __uint_as_float((head.w >> 16 & 255u) << 23) * (rz * FINE);
@@ -182,14 +182,14 @@ for (;;) {
         leaves.bits &= ~(1u << k);
         const int item = (int)leaves.base + k;
         if (entered >= 0) {
-            if (meets(item) && ANY_HIT) {
+            if (intersects(item) && ANY_HIT) {
                 found[3] = entered;
                 return found;
             }
             continue;
         }
-        const int instance = tree.order.data[item];
-        if (ANY_HIT && !tree.instances.data[instance].casts_shadow)
+        const int instance = tlas.order.data[item];
+        if (ANY_HIT && !tlas.instances.data[instance].casts_shadow)
             continue;
         if (leaves.bits)
             stack[top++] = leaves;

@@ -1,29 +1,29 @@
-"""`wide_closest` and friends: one ray against a `Tree`, compiled for CPU or CUDA; both give the same hits.
+"""Ray queries: one ray against a `Tlas`, compiled for CPU or CUDA; both give the same hits.
 
 Results are packed in five words: t, u, v (bit patterns of floats), instance or -1, triangle. The parameter t is in
-lengths of `direction`; only hits with tmin < t < tmax count, so a query repeated with tmin = t goes on behind a hit.
+lengths of `direction`; only hits with tmin < t < tmax count, so a query repeated with tmin = t continues behind a hit.
 """
 
 from pathlib import Path
 
 import warp as wp
 
-from usdsdg_render.scene.structs import Hit, Tree
+from usdsdg_render.scene.structs import Hit, Tlas
 
-# Depth limits of the two levels, checked while building: a level leaves at most seven entries on the stack.
-MAX_TOP_DEPTH = 12
-MAX_BOTTOM_DEPTH = 20
+# Depth limits of BLAS and TLAS, checked while building: each level leaves at most seven entries on the stack.
+MAX_TLAS_DEPTH = 12
+MAX_BLAS_DEPTH = 20
 STACK_SIZE = 256
-assert 7 * (MAX_TOP_DEPTH + MAX_BOTTOM_DEPTH) + 8 <= STACK_SIZE
-# A group of nodes stands for what is left of a level; an instance is entered over two groups.
+assert 7 * (MAX_TLAS_DEPTH + MAX_BLAS_DEPTH) + 8 <= STACK_SIZE
+# On CUDA a group holds the remaining nodes of a level; entering an instance pushes two groups.
 CUDA_STACK_SIZE = 40
-assert MAX_TOP_DEPTH + MAX_BOTTOM_DEPTH + 2 <= CUDA_STACK_SIZE
+assert MAX_TLAS_DEPTH + MAX_BLAS_DEPTH + 2 <= CUDA_STACK_SIZE
 
 Packed = wp.types.vector(length=5, dtype=wp.int32)
 
 _TRAVERSE = Path(__file__).with_name("traverse.cpp").read_text()
 _COMPRESSED = Path(__file__).with_name("compressed.cpp").read_text()
-# A ray of NaN or infinity would pass every test of a box: it meets nothing.
+# A ray with NaN or infinity would pass every box test; it hits nothing.
 _ONLY_FINITE = """
 {
     float zero = 0.0f;
@@ -47,22 +47,22 @@ def _snippet(*, any_hit: bool, one_instance: bool) -> str:
 
 
 @wp.func_native(_snippet(any_hit=False, one_instance=False))
-def wide_closest(tree: Tree, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float) -> Packed: ...
+def wide_closest(tlas: Tlas, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float) -> Packed: ...
 
 
 @wp.func_native(_snippet(any_hit=True, one_instance=False))
-def wide_occluded(tree: Tree, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float) -> Packed: ...
+def wide_occluded(tlas: Tlas, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float) -> Packed: ...
 
 
 @wp.func_native(_snippet(any_hit=False, one_instance=True))
 def wide_closest_in_instance(
-    tree: Tree, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float, only_instance: int
+    tlas: Tlas, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float, only_instance: int
 ) -> Packed: ...
 
 
 @wp.func_native(_snippet(any_hit=True, one_instance=True))
-def wide_meets_instance(
-    tree: Tree, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float, only_instance: int
+def wide_any_hit_in_instance(
+    tlas: Tlas, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float, only_instance: int
 ) -> Packed: ...
 
 

@@ -1,6 +1,6 @@
-// Body of closest, occluded and closest_in_instance on a CPU; ANY_HIT and ONE_INSTANCE are set by trace/query.py.
+// Body of closest, occluded and closest_in_instance on a CPU; ANY_HIT and ONE_INSTANCE are set by query.py.
 //
-// Two levels of one kind of tree: a node tests eight boxes at once, a leaf tests triangles in blocks of eight. The
+// TLAS and BLAS have one format: a node tests eight boxes at once, a leaf tests triangles in blocks of eight. The
 // triangle test is that of Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013): vertices are
 // sheared into a frame where the ray runs along z, and the signs of three edge functions decide. Products in an edge
 // function are rounded one by one (no fused multiply-add), so exchanging the ends of an edge exactly changes its sign:
@@ -20,10 +20,10 @@ constexpr int FINISHED = -2147483647 - 1;
 // The far side of a slab is moved out by three roundings, so that a box never hides what it contains (Ize, JCGT 2013).
 constexpr float WIDEN = 1.0000004f;
 
-// A direction component of zero acts like one that is not quite zero. It must not lead a ray out of a box that a corner
-// like (cos(pi / 2), 0, 1) made 6e-17 wider than its neighbour, however far it goes.
+// A zero direction component is replaced by a tiny one. It must be so tiny that a ray cannot leave a flat box, even one
+// that a corner like (cos(pi / 2), 0, 1) made 6e-17 wider than its neighbor.
 auto reciprocal = [](float x) { return 1.0f / (x > 1e-37f || x < -1e-37f ? x : (x < 0 ? -1e-37f : 1e-37f)); };
-// One instruction each; the elementwise builtins would take care of NaN, which does not occur.
+// One instruction each; the elementwise builtins would handle NaN, which does not occur.
 auto larger = [](float8 a, float8 b) -> float8 { return a > b ? a : b; };
 auto smaller = [](float8 a, float8 b) -> float8 { return a < b ? a : b; };
 auto mask_of = [](int8 lanes) -> unsigned {
@@ -35,12 +35,12 @@ int best_instance = -1, best_triangle = -1;
 Entry stack[STACK_SIZE];
 int top = 0;
 
-// The ray in the frame of the tree being walked: the world, or the instance entered.
+// The ray in the frame of the current tree: the world, or the instance that was entered.
 float ox = origin[0], oy = origin[1], oz = origin[2];
 float dx = direction[0], dy = direction[1], dz = direction[2];
 float rx = reciprocal(dx), ry = reciprocal(dy), rz = reciprocal(dz);
 const float world_rx = rx, world_ry = ry, world_rz = rz;
-const float* nodes = (const float*)tree.nodes;
+const float* nodes = (const float*)tlas.nodes;
 const float* blocks = nullptr;
 int entered = -1, floor_of_instance = 0;
 int node = 0;
@@ -50,11 +50,11 @@ int kx = 0, ky = 8, kz = 16;
 float sx = 0.0f, sy = 0.0f, sz = 0.0f, okx = 0.0f, oky = 0.0f, okz = 0.0f;
 
 auto enter = [&](int index) {
-    const auto& in = tree.instances.data[index];
+    const auto& in = tlas.instances.data[index];
     const auto& m = in.world_to_local.data;
     entered = index;
     floor_of_instance = top;
-    // The difference first: it is exact near the instance, however far from the origin of the world that is.
+    // The difference first: it is exact near the instance, however far that is from the world origin.
     const auto& start = in.world_origin;
     const float wx = origin[0] - start[0], wy = origin[1] - start[1], wz = origin[2] - start[2];
     const float ex = direction[0], ey = direction[1], ez = direction[2];
@@ -90,7 +90,7 @@ wp::vec_t<5, int> found;
 found[3] = -1;
 if (ONE_INSTANCE)
     enter(only_instance);
-else if (tree.instance_count == 0)
+else if (tlas.instance_count == 0)
     return found;
 
 for (;;) {
@@ -116,7 +116,7 @@ for (;;) {
             node = child[k];
             continue;
         }
-        // Push all, nearest on top.
+        // Push all hits, nearest on top.
         const int bottom = top;
         float entry_t[8];
         __builtin_memcpy(entry_t, &t_near, 32);
@@ -137,7 +137,7 @@ for (;;) {
     if (node != FINISHED) {
         const int leaf = ~node;
         if (entered < 0) {
-            if (!(ANY_HIT && !tree.instances.data[leaf].casts_shadow)) {
+            if (!(ANY_HIT && !tlas.instances.data[leaf].casts_shadow)) {
                 enter(leaf);
                 continue;
             }
@@ -185,13 +185,13 @@ for (;;) {
             }
         }
     }
-    // Back to what is still open, first of the instance, then of the world.
+    // Pop the next node, first of the instance, then of the world.
     do {
         if (entered >= 0 && top == floor_of_instance) {
             if (ONE_INSTANCE)
                 goto done;
             entered = -1;
-            nodes = (const float*)tree.nodes;
+            nodes = (const float*)tlas.nodes;
             ox = origin[0], oy = origin[1], oz = origin[2];
             rx = world_rx, ry = world_ry, rz = world_rz;
         }

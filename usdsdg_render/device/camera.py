@@ -40,7 +40,7 @@ def camera_records(views: Sequence[CameraView], device: str) -> np.ndarray:
         AssetError: a texture that says what a lens is like is missing or unreadable.
     """
     rows = records(Camera, len(views))
-    rows["sky_share"] = 1.0
+    rows["environment_weight"] = 1.0
     matrices = np.array([view.local_to_world for view in views]).reshape(-1, 4, 4)
     rows["origin"] = matrices[:, 3, :3]
     # Rows of the row-vector matrix are the camera's axes; the kernel wants them as columns.

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from usdsdg_render.bvh.acceleration_structure import BottomTree
+from usdsdg_render.bvh.acceleration_structure import Blas
 from usdsdg_render.device.albedo_table import albedo_table
 from usdsdg_render.device.light_tables import LightTables
 from usdsdg_render.device.placement import Placement
 from usdsdg_render.geometry.support_function import SUPPORT, support
 from usdsdg_render.kernels.scene.reach import Supports
-from usdsdg_render.lights.environment import SkyMemory
+from usdsdg_render.lights.environment import EnvironmentMaps
 from usdsdg_render.scene import structs
 from usdsdg_render.scene.scene import TEXELS_HALF, TEXELS_RAW, TEXELS_SHORT, TEXELS_SRGB, Prototype, Scene, Texture
 from usdsdg_render.scene.struct_rows import records, uploaded
@@ -28,7 +28,7 @@ class _PrototypeMemory:
     def __init__(self, prototype: Prototype, device: str) -> None:
         self.prototype = prototype  # keeps its identity from being reused
         self.triangles = uploaded(_triangle_records(prototype), structs.Triangle, device)
-        self.tree = BottomTree(prototype.points, prototype.triangles, device)
+        self.blas = Blas(prototype.points, prototype.triangles, device)
         used = np.zeros(len(prototype.points), bool)
         used[prototype.triangles] = True
         self.support = support(prototype.points[used])
@@ -47,10 +47,10 @@ class DeviceScene:
         self._textures: dict[int, tuple[Texture, wp.array]] = {}
         self._tile_tables: list[wp.array] = []
         self.lit = False  # whether anything shines
-        self.lit_from_near_and_far = False
+        self.has_local_and_environment_light = False
         self.has_glass = False
         self._lights = LightTables(device)
-        self._sky = SkyMemory(device)
+        self._sky = EnvironmentMaps(device)
         self.placement = Placement(device)
         self.supports = Supports()
 
@@ -68,13 +68,13 @@ class DeviceScene:
         if changed & {"prototypes", "instances", "transforms", "materials"}:
             self.place(scene, scene.instances.local_to_world)
         glows = bool((scene.materials["emission"] > 0).any())
-        if "lights" in changed or ((glows or self.tables.emitter_count > 0) and changed):
+        if "lights" in changed or ((glows or self.tables.emissive_count > 0) and changed):
             self._lights.upload(scene, self.tables)
         if "dome" in changed:
             self.tables.dome = self._sky.upload(scene.dome)
         far = self._lights.distant + self.tables.dome.strength
         self.lit = glows or self._lights.near + far > 0
-        self.lit_from_near_and_far = self._lights.near > 0 and far > 0
+        self.has_local_and_environment_light = self._lights.near > 0 and far > 0
         self._versions = dict(scene.versions)
 
     def _array(self, values: np.ndarray, dtype: Any) -> wp.array:
@@ -125,7 +125,7 @@ class DeviceScene:
         for k, memory in enumerate(memories):
             if memory is not None:
                 parts[k]["triangles"] = memory.triangles.ptr
-                parts[k]["nodes"], parts[k]["blocks"] = memory.tree.nodes, memory.tree.blocks
+                parts[k]["nodes"], parts[k]["blocks"] = memory.blas.nodes, memory.blas.blocks
                 supports[k] = memory.support
                 slots[k] = memory.prototype.triangle_slots.max(initial=0) + 1
         rows = parts[instances.prototype]
@@ -142,7 +142,7 @@ class DeviceScene:
 
     def place(self, scene: Scene, local_to_world: np.ndarray) -> None:
         """Put the instances somewhere, (N, 4, 4) as in `Instances`: where the scene has them, or between."""
-        self.placement.place(self.tables.tree, local_to_world, scene.instances.paths)
+        self.placement.place(self.tables.tlas, local_to_world, scene.instances.paths)
 
 
 def fill_texture(row: Any, texture: Texture) -> None:

@@ -1,4 +1,4 @@
-"""Lights on the device: their rows, and the patterns and rules that rows point to."""
+"""Lights on the device: their rows, and the emission profiles and light links that rows point to."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from usdsdg_render.lights.emissive_instances import Emitter, find_emitters
+from usdsdg_render.lights.emissive_instances import EmissiveInstance, find_emissive_instances
 from usdsdg_render.lights.power import extents, strengths
 from usdsdg_render.scene import structs
-from usdsdg_render.scene.scene import LightPattern, LightRules, Scene
+from usdsdg_render.scene.scene import EmissionProfile, LightLinks, Scene
 from usdsdg_render.scene.struct_rows import records, uploaded
 from usdsdg_render.scene.structs import LIGHT_DISTANT, LIGHT_MESH
 
@@ -18,92 +18,93 @@ _LIT, _CASTING = 1, 2
 
 
 class LightTables:
-    """Uploads the lights of a scene, all but the dome, and keeps alive what they point to."""
+    """Uploads all lights of a scene but the dome, and keeps the memory alive that their rows point to."""
 
     def __init__(self, device: str) -> None:
         self.device = device
-        self.near = self.distant = 0.0  # sums of the strengths of lights
-        self._patterns: dict[int, tuple[LightPattern, wp.array, list[wp.array]]] = {}
-        self._rules: list[wp.array] = []
-        self._shares: list[wp.array] = []
+        self.near = self.distant = 0.0  # sums of light strengths
+        self._profiles: dict[int, tuple[EmissionProfile, wp.array, list[wp.array]]] = {}
+        self._links: list[wp.array] = []
+        self._face_cdfs: list[wp.array] = []
 
     def upload(self, scene: Scene, tables: Any) -> None:
-        """Fill the lights of `structs.SceneTables`."""
-        # Lights that a ray can meet first: the loop over them then ends early.
+        """Fill the light tables of `structs.SceneTables`."""
+        # Delta lights last: rays cannot hit them, so the loop over hittable lights ends early.
         delta = (scene.lights["kind"] == LIGHT_DISTANT) & (scene.lights["cos_angle"] >= 1.0)
         lights = scene.lights[np.argsort(delta, kind="stable")]
-        emitters = find_emitters(scene)
+        emissive = find_emissive_instances(scene)
         count = len(lights)
-        table = records(structs.Light, count + len(emitters))
+        table = records(structs.Light, count + len(emissive))
         rows = table[:count]
         for name in lights.dtype.names or ():
-            if name not in ("power", "pattern", "rules"):
+            if name not in ("power", "emission_profile", "links"):
                 rows[name] = lights[name]
-        rows["strength"], rows["extent"] = strengths(lights, scene.light_patterns), extents(lights)
-        # The last address stands for none, which is row -1.
-        rows["pattern"] = np.array([*self._upload_patterns(scene.light_patterns), 0], np.uint64)[lights["pattern"]]
-        rows["rules"] = np.array([*self._upload_rules(scene.light_rules), 0], np.uint64)[lights["rules"]]
-        self._write_emitters(emitters, table[count:])
+        rows["strength"], rows["extent"] = strengths(lights, scene.emission_profiles), extents(lights)
+        # Row -1 means none, so the last address is 0.
+        profiles = np.array([*self._upload_profiles(scene.emission_profiles), 0], np.uint64)
+        rows["emission_profile"] = profiles[lights["emission_profile"]]
+        rows["links"] = np.array([*self._upload_links(scene.light_links), 0], np.uint64)[lights["links"]]
+        self._write_emissive(emissive, table[count:])
         tables.surface_count = int((~delta).sum())
-        tables.instance_light = self._array(_rows_of(emitters, count, len(scene.instances)), wp.int32)
-        tables.emitter_count = len(emitters)
+        tables.instance_light = self._array(_rows_of(emissive, count, len(scene.instances)), wp.int32)
+        tables.emissive_count = len(emissive)
         tables.lights = uploaded(table, structs.Light, self.device)
         tables.light_count = len(table)
         distant = table["kind"] == LIGHT_DISTANT
         self.near, self.distant = (float(table["strength"][some].sum()) for some in (~distant, distant))
 
-    def _write_emitters(self, emitters: list[Emitter], rows: np.ndarray) -> None:
-        self._shares = [self._array(each.shares, wp.float32) for each in emitters]
-        for row, each, shares in zip(rows, emitters, self._shares, strict=True):
-            row["kind"], row["instance"], row["glow"] = LIGHT_MESH, each.instance, each.glow
-            row["faces"], row["face_count"] = shares.ptr, len(each.shares) - 1
+    def _write_emissive(self, emissive: list[EmissiveInstance], rows: np.ndarray) -> None:
+        self._face_cdfs = [self._array(each.face_cdf, wp.float32) for each in emissive]
+        for row, each, face_cdf in zip(rows, emissive, self._face_cdfs, strict=True):
+            row["kind"], row["instance"], row["luminance_area"] = LIGHT_MESH, each.instance, each.luminance_area
+            row["face_cdf"], row["face_count"] = face_cdf.ptr, len(each.face_cdf) - 1
             row["position"], row["extent"], row["shaping_cos"] = each.center, each.radius, -1.0
-            # Half of what glows faces a point, on average at half its area, from both of its sides.
-            row["strength"] = each.glow / 2.0
+            # Both sides of a triangle emit. On average half of the area faces a point, at half its projected size.
+            row["strength"] = each.luminance_area / 2.0
 
     def _array(self, values: np.ndarray, dtype: Any) -> wp.array:
         return wp.array(values, dtype=dtype, device=self.device)
 
-    def _upload_patterns(self, patterns: list[LightPattern]) -> list[int]:
+    def _upload_profiles(self, profiles: list[EmissionProfile]) -> list[int]:
         held = {}
-        for pattern in patterns:
-            held[id(pattern)] = self._patterns.get(id(pattern)) or (pattern, *self._upload_pattern(pattern))
-        self._patterns = held
-        return [held[id(pattern)][1].ptr for pattern in patterns]
+        for profile in profiles:
+            held[id(profile)] = self._profiles.get(id(profile)) or (profile, *self._upload_profile(profile))
+        self._profiles = held
+        return [held[id(profile)][1].ptr for profile in profiles]
 
-    def _upload_pattern(self, pattern: LightPattern) -> tuple[wp.array, list[wp.array]]:
-        row = records(structs.LightPattern, 1)
+    def _upload_profile(self, profile: EmissionProfile) -> tuple[wp.array, list[wp.array]]:
+        row = records(structs.EmissionProfile, 1)
         parts = []
-        if pattern.profile is not None:
-            parts.append(self._array(np.ascontiguousarray(pattern.profile, np.float32).reshape(-1), wp.float32))
-            row["profile"] = parts[-1].ptr
-            row["profile_height"], row["profile_width"] = pattern.profile.shape
-        if pattern.picture is not None:
-            parts.append(self._array(np.ascontiguousarray(pattern.picture, np.float32).reshape(-1, 3), wp.vec3))
+        if profile.ies is not None:
+            parts.append(self._array(np.ascontiguousarray(profile.ies, np.float32).reshape(-1), wp.float32))
+            row["ies"] = parts[-1].ptr
+            row["ies_height"], row["ies_width"] = profile.ies.shape
+        if profile.texture is not None:
+            parts.append(self._array(np.ascontiguousarray(profile.texture, np.float32).reshape(-1, 3), wp.vec3))
             row["texels"] = parts[-1].ptr
-            row["height"], row["width"] = pattern.picture.shape[:2]
-        return uploaded(row, structs.LightPattern, self.device), parts
+            row["height"], row["width"] = profile.texture.shape[:2]
+        return uploaded(row, structs.EmissionProfile, self.device), parts
 
-    def _upload_rules(self, rules: list[LightRules]) -> list[int]:
+    def _upload_links(self, links: list[LightLinks]) -> list[int]:
         addresses, held = [], []
-        for rule in rules:
-            row = records(structs.LightRules, 1)
+        for rule in links:
+            row = records(structs.LightLinks, 1)
             if rule.lit is not None or rule.casting is not None:
                 lit = np.uint8(_LIT) if rule.lit is None else rule.lit * np.uint8(_LIT)
                 casting = np.uint8(_CASTING) if rule.casting is None else rule.casting * np.uint8(_CASTING)
                 held.append(self._array(np.asarray(lit | casting, np.uint8), wp.uint8))
-                row["links"] = held[-1].ptr
+                row["masks"] = held[-1].ptr
             for name in ("shadow_color", "shadow_distance", "shadow_falloff", "shadow_gamma"):
                 row[name] = getattr(rule, name)
-            held.append(uploaded(row, structs.LightRules, self.device))
+            held.append(uploaded(row, structs.LightLinks, self.device))
             addresses.append(held[-1].ptr)
-        self._rules = held
+        self._links = held
         return addresses
 
 
-def _rows_of(emitters: list[Emitter], first: int, instances: int) -> np.ndarray:
-    """Per instance its row in the table of lights, or -1; empty without emitters."""
-    rows = np.full(instances if emitters else 0, -1, np.int32)
-    for k, each in enumerate(emitters):
+def _rows_of(emissive: list[EmissiveInstance], first: int, instances: int) -> np.ndarray:
+    """Per instance its row in the table of lights, or -1; empty where no instance is sampled as a light."""
+    rows = np.full(instances if emissive else 0, -1, np.int32)
+    for k, each in enumerate(emissive):
         rows[each.instance] = first + k
     return rows

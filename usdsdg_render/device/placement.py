@@ -11,7 +11,7 @@ import numpy as np
 import warp as wp
 
 from usdsdg.errors import warn_once
-from usdsdg_render.bvh.acceleration_structure import TopTree, top_node
+from usdsdg_render.bvh.acceleration_structure import TlasBuilder, tlas_node_dtype
 from usdsdg_render.geometry.support_function import SUPPORT
 from usdsdg_render.kernels.scene.place import Places, place
 from usdsdg_render.memory.staging_buffer import LINE, Mirror, shared
@@ -46,7 +46,7 @@ class Placement:
         self._rows[:], self._prototype[:], self._supports[:], self._filled[:] = rows, prototype, supports, filled
 
     def place(self, tree: Any, local_to_world: np.ndarray, paths: tuple[str, ...]) -> None:
-        """Put them somewhere, (N, 4, 4) as in `scene.Instances`, and make a `structs.Tree` of them."""
+        """Put them somewhere, (N, 4, 4) as in `scene.Instances`, and make a `structs.Tlas` of them."""
         if len(self._rows):
             self._matrices[:] = local_to_world
             self._placing.launch()
@@ -54,7 +54,7 @@ class Placement:
             np.logical_and(self._solid, self._filled, out=self.placed)
         which = np.flatnonzero(self.placed)
         nodes = self._top.build(which) if len(which) else 0
-        self._mirror.send(self._nodes_at + nodes * top_node(self.device).itemsize)
+        self._mirror.send(self._nodes_at + nodes * tlas_node_dtype(self.device).itemsize)
         tree.instance_count = len(which)
         tree.nodes, tree.instances, tree.order = self._on_device
 
@@ -63,7 +63,7 @@ class Placement:
         order_at = count * RECORD.itemsize
         self._nodes_at = -(-(order_at + 4 * count) // LINE) * LINE
         # An inner node has at least two children, so there are fewer of them than instances.
-        node = top_node(self.device)
+        node = tlas_node_dtype(self.device)
         self._mirror = mirror = Mirror(self._nodes_at + max(count, 1) * node.itemsize, self.device)
         self._on_device = (
             mirror.address(self._nodes_at),
@@ -79,7 +79,7 @@ class Placement:
         self._matrices = np.zeros((count, 4, 4))
         self._prototype, self._solid = np.zeros(count, np.int32), np.zeros(count, np.uint8)
         self._supports = np.zeros((prototypes, *SUPPORT))
-        self._top = TopTree(self.lower, self.upper, nodes, order, self.device)
+        self._top = TlasBuilder(self.lower, self.upper, nodes, order, self.device)
         if count:
             self._placing = wp.launch(place, dim=count, inputs=[self._places()], device="cpu", record_cmd=True)
 

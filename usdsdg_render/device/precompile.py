@@ -45,10 +45,10 @@ def precompile(device: str = "cpu", progress: Progress | None = None) -> None:
 
 def _loads(target: wp.Device) -> list[tuple[wp.Module, wp.Device, int]]:
     """Modules with the device and the size of a block that they are wanted for, those that take longest first."""
-    kernels = [wavefront.trace if target.is_cuda else cpu_path.add_samples]
+    kernels = [wavefront.intersect_closest if target.is_cuda else cpu_path.add_samples]
     kernels += [aov.label_pixels, material_aov.label_materials, ambient_occlusion.label_ambient]
     kernels += [lens_motion.label_curved_motion, screen_bounds.draw_octagons, coverage.cover_strips]
-    kernels += [wavelet_denoiser.smooth, tone_map.develop_pixels]
+    kernels += [wavelet_denoiser.atrous_pass, tone_map.tone_map_pixels]
     # Instances are placed and trees are built on the CPU for either device.
     host = [build.build_tree, place.place] + [compress.compress_tree] * target.is_cuda
     # Several kernels may share a module.

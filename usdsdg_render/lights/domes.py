@@ -1,10 +1,10 @@
-"""UsdLux dome lights to one lat-long picture, `scene.Dome`.
+"""UsdLux dome lights to one lat-long environment map, `scene.Dome`.
 
-Orientation. A sky's pole is the stage's up axis: for `DomeLight_1` because its poleAxis says so, and for the older
-`DomeLight`, whose text says +Y always, because Omniverse shows it so and scripts written for it turn nothing. A
-`DomeLight` that carries UsdLux's own `orientToStageUpAxis` op was written for a +Y pole and is taken so.
-Longitudes are UsdLux's: with a Y pole the centre of the picture lies towards +Z and a quarter to the left of it towards
-+X; with a Z pole the centre lies towards -Y.
+Orientation. A dome's pole is the stage's up axis: for `DomeLight_1` because its poleAxis says so; for the older
+`DomeLight`, whose schema says +Y always, because Omniverse renders it so and scripts written for it do not rotate it. A
+`DomeLight` with UsdLux's own `orientToStageUpAxis` op was authored for a +Y pole and keeps it.
+Longitudes are UsdLux's: with a Y pole the center of the texture lies towards +Z and a quarter to the left of it towards
++X; with a Z pole the center lies towards -Y.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from pxr import Usd, UsdGeom
 
 from usdsdg import errors
 from usdsdg_render.images import image_files
-from usdsdg_render.lights.light_images import layout_of, linear_rgb, resample, to_latlong
 from usdsdg_render.lights.light_rows import warn_of_filters
-from usdsdg_render.lights.light_values import emitted_colour, light_number, light_value
+from usdsdg_render.lights.light_textures import layout_of, linear_rgb, resample, to_latlong
+from usdsdg_render.lights.light_values import emitted_color, light_number, light_value
 from usdsdg_render.lights.linking import is_linked
 from usdsdg_render.scene.scene import Dome
 
-# Rows take a direction of the dome's own space to the frame of `scene.Dome`, where column u lies at angle 2 pi u.
+# Rotation from the dome's own space to the frame of `scene.Dome`, where column u lies at angle 2 pi u.
 POLE_FRAMES = {
     "Y": np.array([[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
     "Z": np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
@@ -33,12 +33,12 @@ UNIFORM = np.ones((1, 2, 3), np.float32)
 
 
 class DomeLight(NamedTuple):
-    """One dome light, before its picture is loaded."""
+    """One dome light, before its texture is loaded."""
 
     path: str
     file: str  # "" for a uniform dome
     modified: tuple[int, int]
-    colour: tuple[float, float, float]  # what a texel of 1 radiates [nits]
+    color: tuple[float, float, float]  # radiance of a texel of 1 [nits]
     dome_from_world: bytes  # (3, 3) float64; bytes, so that domes can be compared
     visible: bool
     layout: str  # of the file: one of LAYOUTS or automatic
@@ -51,23 +51,23 @@ class DomeLight(NamedTuple):
 
 
 def read_dome(prim: Usd.Prim, local_to_world: np.ndarray) -> DomeLight | None:
-    """The dome light at `prim`; None when it gives no light."""
-    colour = emitted_colour(prim)
-    if colour is None or not colour.any():
+    """Read the dome light at `prim`; None if it emits no light."""
+    color = emitted_color(prim)
+    if color is None or not color.any():
         return None
     rotation = _rotation(local_to_world)
     if rotation is None:
         errors.warn_once(f"{prim.GetPath()}: the dome's transform is NaN or scaled to zero; it is off. Correct it.")
         return None
     frame = POLE_FRAMES[_pole(prim)] @ rotation
-    _warn_of_the_rest(prim)
+    _warn_of_unsupported(prim)
     file = _file(prim)
     visible = prim.GetAttribute("visibleInPrimaryRay")
     return DomeLight(
         path=str(prim.GetPath()),
         file=file,
         modified=image_files.modified(file) if file else (0, 0),
-        colour=(float(colour[0]), float(colour[1]), float(colour[2])),
+        color=(float(color[0]), float(color[1]), float(color[2])),
         dome_from_world=np.ascontiguousarray(frame, np.float64).tobytes(),
         visible=not (visible and visible.Get() is False),
         layout=_layout(prim),
@@ -86,8 +86,8 @@ def _layout(prim: Usd.Prim) -> str:
     return "latlong"
 
 
-def _warn_of_the_rest(prim: Usd.Prim) -> None:
-    """Say what a dome cannot do here."""
+def _warn_of_unsupported(prim: Usd.Prim) -> None:
+    """Warn of inputs that are not supported on a dome."""
     warn_of_filters(prim)
     if light_value(prim, "shadow:enable", True) is False:
         errors.warn_once(f"{prim.GetPath()}: a dome light always casts shadows; inputs:shadow:enable is ignored.")
@@ -106,7 +106,7 @@ def _pole(prim: Usd.Prim) -> str:
 
 
 def _rotation(local_to_world: np.ndarray) -> np.ndarray | None:
-    """(3, 3) that turns a world direction (column) into the prim's space: scale and shear left out."""
+    """Return the (3, 3) rotation from world directions (columns) to the prim's space, without scale and shear."""
     linear = local_to_world[:3, :3]
     if not np.isfinite(linear).all():
         return None
@@ -130,16 +130,16 @@ def _file(prim: Usd.Prim) -> str:
 
 
 class DomeBuilder:
-    """Keeps decoded pictures, so that a dome that only turns or dims costs no decoding."""
+    """Combines dome lights to one; caches decoded textures, so that rotating or dimming a dome is cheap."""
 
-    # Decoded pictures are kept up to this size: a script that draws skies from a short list finds them again.
+    # Size of the cache of decoded textures, for scripts that randomize among a few domes [bytes].
     KEPT_BYTES = 1 << 29
 
     def __init__(self) -> None:
-        self._pictures: dict[tuple[str, tuple[int, int], str], np.ndarray] = {}
+        self._textures: dict[tuple[str, tuple[int, int], str], np.ndarray] = {}
 
     def build(self, domes: list[DomeLight]) -> Dome | None:
-        """All domes added up in the first one's frame; None without any."""
+        """Sum all domes in the frame of the first one; None if there are none."""
         if not domes:
             return None
         first = domes[0]
@@ -151,43 +151,43 @@ class DomeBuilder:
                     f"Give them the same."
                 )
         return Dome(
-            picture=self._picture(first) if len(domes) == 1 else self._sum(domes),
+            texture=self._texture(first) if len(domes) == 1 else self._sum(domes),
             dome_from_world=first.frame.astype(np.float32),
             visible=any(dome.visible for dome in domes),
             diffuse=max(dome.diffuse for dome in domes),
             specular=max(dome.specular for dome in domes),
-            color=first.colour if len(domes) == 1 else (1.0, 1.0, 1.0),
+            color=first.color if len(domes) == 1 else (1.0, 1.0, 1.0),
         )
 
     def _sum(self, domes: list[DomeLight]) -> np.ndarray:
-        """(H, W, 3) what several domes radiate together [nits], in the first one's frame."""
-        pictures = [self._picture(dome) for dome in domes]
-        height = max(picture.shape[0] for picture in pictures)
-        width = max(picture.shape[1] for picture in pictures)
+        """Sum the radiance of several domes, (H, W, 3) [nits], in the frame of the first one."""
+        textures = [self._texture(dome) for dome in domes]
+        height = max(texture.shape[0] for texture in textures)
+        width = max(texture.shape[1] for texture in textures)
         first = domes[0]
         radiance = np.zeros((height, width, 3), np.float32)
-        for dome, picture in zip(domes, pictures):
-            if picture is UNIFORM:
-                picture = picture[:, :1]
-            elif dome.dome_from_world != first.dome_from_world or picture.shape[:2] != (height, width):
-                picture = resample(picture, first.frame, dome.frame, (height, width))
-            radiance += picture * np.array(dome.colour, np.float32)
+        for dome, texture in zip(domes, textures):
+            if texture is UNIFORM:
+                texture = texture[:, :1]
+            elif dome.dome_from_world != first.dome_from_world or texture.shape[:2] != (height, width):
+                texture = resample(texture, first.frame, dome.frame, (height, width))
+            radiance += texture * np.array(dome.color, np.float32)
         return radiance
 
-    def _picture(self, dome: DomeLight) -> np.ndarray:
-        """(H, W, 3) linear; UNIFORM for a dome without a picture."""
+    def _texture(self, dome: DomeLight) -> np.ndarray:
+        """Load the (H, W, 3) linear texture; UNIFORM for a dome without one."""
         if not dome.file:
             return UNIFORM
         key = (dome.file, dome.modified, dome.layout)
-        if key not in self._pictures:
+        if key not in self._textures:
             try:
-                picture = linear_rgb(image_files.read_rgb(dome.file))
-                picture = to_latlong(picture, layout_of(picture) if dome.layout == "automatic" else dome.layout)
+                texture = linear_rgb(image_files.read_rgb(dome.file))
+                texture = to_latlong(texture, layout_of(texture) if dome.layout == "automatic" else dome.layout)
             except errors.AssetUnreadable as error:
-                errors.warn_once(f"{dome.path}: the sky cannot be read ({error}); the dome is uniform.")
-                picture = UNIFORM
-            size = picture.nbytes + sum(kept.nbytes for kept in self._pictures.values())
-            while self._pictures and size > self.KEPT_BYTES:
-                size -= self._pictures.pop(next(iter(self._pictures))).nbytes
-            self._pictures[key] = picture
-        return self._pictures[key]
+                errors.warn_once(f"{dome.path}: the dome texture cannot be read ({error}); the dome is uniform.")
+                texture = UNIFORM
+            size = texture.nbytes + sum(kept.nbytes for kept in self._textures.values())
+            while self._textures and size > self.KEPT_BYTES:
+                size -= self._textures.pop(next(iter(self._textures))).nbytes
+            self._textures[key] = texture
+        return self._textures[key]

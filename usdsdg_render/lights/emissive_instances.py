@@ -1,4 +1,4 @@
-"""Instances that glow, as lights: rows beside those of `scene.LIGHT`, and shares of their triangles."""
+"""Emissive instances that are sampled as area lights: their power, bounds and triangle CDFs."""
 
 from __future__ import annotations
 
@@ -9,57 +9,58 @@ import numpy as np
 from usdsdg.stage.colors import LUMINANCE
 from usdsdg_render.scene.scene import Scene
 
-# The brightest so many are drawn from, and of them those that give at least that share of the light of all. Every point
-# weighs every light: 64 lamps take as much time as they save. The others are found by following paths.
-MOST_EMITTERS = 32
-LEAST_SHARE = 1e-3
+# Only this many of the brightest instances are sampled as lights, if they emit at least that fraction of all power.
+# Every shading point evaluates the weight of every light: with 64 lamps that costs what it saves. Other instances
+# contribute through BSDF sampling alone.
+MAX_EMISSIVE_LIGHTS = 32
+MIN_POWER_FRACTION = 1e-3
 
 
-class Emitter(NamedTuple):
-    """One glowing instance."""
+class EmissiveInstance(NamedTuple):
+    """One emissive instance."""
 
     instance: int
-    glow: float  # luminance times area of all its triangles in the world [nit * stage unit^2]
-    center: np.ndarray  # (3,) of a ball that holds what glows
+    luminance_area: float  # luminance times world area, summed over its triangles [nit * stage unit^2]
+    center: np.ndarray  # (3,) of the bounding sphere of its emissive triangles
     radius: float
-    shares: np.ndarray  # (T + 1,) float32 running sums over its triangles, from 0 to 1
+    face_cdf: np.ndarray  # (T + 1,) float32 CDF over its triangles, from 0 to 1
 
 
-def find_emitters(scene: Scene) -> list[Emitter]:
-    """The brightest glowing instances of a scene, brightest first; textures of what they give off count as white."""
+def find_emissive_instances(scene: Scene) -> list[EmissiveInstance]:
+    """Find the brightest emissive instances of a scene, brightest first; emission textures count as white."""
     luminance = np.nan_to_num(scene.materials["emission"].astype(np.float64) @ LUMINANCE, posinf=0.0, neginf=0.0)
-    glowing = luminance > 0.0
-    if not glowing.any():
+    emissive = luminance > 0.0
+    if not emissive.any():
         return []
-    may_glow = _may_glow(scene, glowing[scene.material_slots])
-    found = [_emitter(scene, k, luminance) for k in np.flatnonzero(may_glow)]
-    brightest = sorted((each for each in found if each is not None), key=lambda each: -each.glow)
-    least = LEAST_SHARE * sum(each.glow for each in brightest)
-    return [each for each in brightest[:MOST_EMITTERS] if each.glow >= least]
+    candidates = _has_emission(scene, emissive[scene.material_slots])
+    found = [_emissive_instance(scene, k, luminance) for k in np.flatnonzero(candidates)]
+    brightest = sorted((each for each in found if each is not None), key=lambda each: -each.luminance_area)
+    least = MIN_POWER_FRACTION * sum(each.luminance_area for each in brightest)
+    return [each for each in brightest[:MAX_EMISSIVE_LIGHTS] if each.luminance_area >= least]
 
 
-def _may_glow(scene: Scene, slots: np.ndarray) -> np.ndarray:
-    """(instances,) bool: whether a slot of the instance's prototype glows."""
+def _has_emission(scene: Scene, slots: np.ndarray) -> np.ndarray:
+    """(instances,) bool: whether a material slot of the instance is emissive."""
     counts = np.array([p.triangle_slots.max(initial=-1) + 1 for p in scene.prototypes], np.int64)
     running = np.append(0, np.cumsum(slots))
     first = scene.instances.slot_offset
     return running[first + counts[scene.instances.prototype]] > running[first] if len(first) else np.zeros(0, bool)
 
 
-def _emitter(scene: Scene, instance: int, luminance: np.ndarray) -> Emitter | None:
+def _emissive_instance(scene: Scene, instance: int, luminance: np.ndarray) -> EmissiveInstance | None:
     prototype = scene.prototypes[scene.instances.prototype[instance]]
     matrix = scene.instances.local_to_world[instance]
     corners = (prototype.points @ matrix[:3, :3])[prototype.triangles]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2.0
     slots = scene.instances.slot_offset[instance] + prototype.triangle_slots
     power = area * luminance[scene.material_slots[slots]]
-    glow = float(power.sum())
-    if not np.isfinite(glow) or glow <= 0.0:
+    luminance_area = float(power.sum())
+    if not np.isfinite(luminance_area) or luminance_area <= 0.0:
         return None
-    shares = np.append(0.0, np.cumsum(power) / glow)
-    shares[-1] = 1.0
+    face_cdf = np.append(0.0, np.cumsum(power) / luminance_area)
+    face_cdf[-1] = 1.0
     bright = corners[power > 0.0].reshape(-1, 3)
     lower, upper = bright.min(0), bright.max(0)
     center = (lower + upper) / 2.0
     radius = float(np.linalg.norm(bright - center, axis=1).max())
-    return Emitter(instance, glow, center + matrix[3, :3], radius, shares.astype(np.float32))
+    return EmissiveInstance(instance, luminance_area, center + matrix[3, :3], radius, face_cdf.astype(np.float32))

@@ -1,7 +1,7 @@
-"""IES photometric files (ANSI/IES LM-63, 1986 to 2019): how many candelas a luminaire gives in each direction.
+"""IES photometric files (ANSI/IES LM-63, 1986 to 2019): intensity of a luminaire by direction [cd].
 
-Only type C photometry is read, which nearly all files have: vertical angles from nadir (0) to zenith (180), horizontal
-angles about that axis. Files that give part of a symmetric distribution are completed by mirroring.
+Only type C photometry is supported, which nearly all files use: vertical angles from nadir (0) to zenith (180),
+horizontal angles about that axis. Files that hold part of a symmetric distribution are completed by mirroring.
 """
 
 from __future__ import annotations
@@ -14,25 +14,25 @@ import numpy as np
 
 from usdsdg import errors
 
-# Rows of a profile are a quarter of a degree apart, columns one degree: nearly all files keep to such steps.
+# Rows of a profile are a quarter of a degree apart, columns one degree; nearly all files use multiples of that.
 ROWS, COLUMNS = 721, 360
 _TYPE_C = 1
 _NUMBERS_BEFORE_ANGLES = 13
 
 
 class Photometry(NamedTuple):
-    """Candelas of a type C file, multipliers applied."""
+    """Intensities of a type C file [cd], with all multipliers applied."""
 
-    vertical: np.ndarray  # (V,) degrees from nadir, rising
-    horizontal: np.ndarray  # (H,) degrees, rising
+    vertical: np.ndarray  # (V,) degrees from nadir, increasing
+    horizontal: np.ndarray  # (H,) degrees, increasing
     candela: np.ndarray  # (H, V)
 
 
 def parse(text: str, *, name: str) -> Photometry:
-    """The contents of a file called `name`.
+    """Parse the text of an IES file; `name` is for error messages.
 
     Raises:
-        AssetUnreadable: not an IES file, it ends early, its angles do not rise, or its photometry is not of type C.
+        AssetUnreadable: not an IES file, it ends early, its angles do not increase, or its photometry is not of type C.
     """
     numbers = _numbers(text, name)
     multiplier, vertical_count, horizontal_count = numbers[2], int(numbers[3]), int(numbers[4])
@@ -52,7 +52,7 @@ def parse(text: str, *, name: str) -> Photometry:
 
 
 def _numbers(text: str, name: str) -> np.ndarray:
-    """All numbers after the TILT line and what belongs to it."""
+    """Return all numbers after the TILT line and its data."""
     lines = text.splitlines()
     tilt = next((k for k, line in enumerate(lines) if line.strip().upper().startswith("TILT=")), None)
     if tilt is None:
@@ -63,7 +63,7 @@ def _numbers(text: str, name: str) -> np.ndarray:
     except ValueError as error:
         raise errors.AssetUnreadable(f"{name}: {error}") from error
     if lines[tilt].strip().upper() == "TILT=INCLUDE" and len(numbers) > 1:
-        # Lamp geometry, count, angles, factors: how the lamp dims when the luminaire is tipped. Nobody tips it here.
+        # Skip lamp geometry, count, angles and factors: dimming of tilted luminaires is not modeled.
         numbers = numbers[2 + 2 * int(numbers[1]) :]
     if len(numbers) < _NUMBERS_BEFORE_ANGLES or not np.isfinite(numbers).all():
         raise errors.AssetUnreadable(f"{name}: it ends early, or has numbers that are none")
@@ -71,35 +71,39 @@ def _numbers(text: str, name: str) -> np.ndarray:
 
 
 def candela_at(photometry: Photometry, vertical: np.ndarray, horizontal: np.ndarray) -> np.ndarray:
-    """(V, H) candelas at (V,) vertical and (H,) horizontal angles [degrees]; 0 outside of the file's vertical range."""
-    known, values = _all_round(photometry)
+    """Interpolate intensity at (V,) vertical and (H,) horizontal angles [degrees].
+
+    Returns:
+        (V, H) candelas; 0 outside of the file's vertical range.
+    """
+    angles, values = _closed(photometry)
     along = np.stack([np.interp(vertical, photometry.vertical, row, left=0.0, right=0.0) for row in values], 1)
     folded = _folded(photometry.horizontal, np.asarray(horizontal, float) % 360.0)
-    return np.stack([np.interp(folded, known, row) for row in along])
+    return np.stack([np.interp(folded, angles, row) for row in along])
 
 
-def _all_round(photometry: Photometry) -> tuple[np.ndarray, np.ndarray]:
-    """Horizontal angles and their rows, closed where the file leaves out 360 degrees."""
-    known, values = photometry.horizontal, photometry.candela
-    if known[-1] in (90.0, 180.0, 270.0, 360.0) or len(known) == 1:
-        return known, values
-    return np.append(known, known[0] + 360.0), np.concatenate([values, values[:1]])
+def _closed(photometry: Photometry) -> tuple[np.ndarray, np.ndarray]:
+    """Return horizontal angles and their rows, with the first repeated at +360 degrees if the file omits that."""
+    angles, values = photometry.horizontal, photometry.candela
+    if angles[-1] in (90.0, 180.0, 270.0, 360.0) or len(angles) == 1:
+        return angles, values
+    return np.append(angles, angles[0] + 360.0), np.concatenate([values, values[:1]])
 
 
-def _folded(known: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Angles in [0, 360) by the symmetry that the file's range stands for."""
-    if known[0] == 90.0 and known[-1] == 270.0:
+def _folded(angles: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Fold angles in [0, 360) into the file's range by the symmetry that this range implies."""
+    if angles[0] == 90.0 and angles[-1] == 270.0:
         return np.where((angle < 90.0) | (angle > 270.0), (180.0 - angle) % 360.0, angle)
-    if known[-1] == 90.0:
+    if angles[-1] == 90.0:
         angle = np.where(angle > 180.0, 360.0 - angle, angle)
         return np.where(angle > 90.0, 180.0 - angle, angle)
-    if known[-1] == 180.0:
+    if angles[-1] == 180.0:
         return np.where(angle > 180.0, 360.0 - angle, angle)
-    return np.where(angle < known[0], angle + 360.0, angle)
+    return np.where(angle < angles[0], angle + 360.0, angle)
 
 
 def power(photometry: Photometry) -> float:
-    """What UsdLux divides by to normalize: mean candelas over the sphere, or the half of it that the file covers."""
+    """Return UsdLux's normalization divisor: mean candelas over the sphere, or over the covered hemisphere."""
     theta = (np.arange(4 * ROWS) + 0.5) * (math.pi / (4 * ROWS))
     mean_round = candela_at(photometry, np.degrees(theta), np.arange(COLUMNS)).mean(1)
     mean = float((mean_round * np.sin(theta)).mean() * math.pi / 2.0)
@@ -108,7 +112,7 @@ def power(photometry: Photometry) -> float:
 
 
 def profile(photometry: Photometry, *, angle_scale: float = 0.0, normalize: bool = False) -> np.ndarray:
-    """(ROWS, COLUMNS) or, if the same all around, (ROWS, 1) float32: the factors of `scene.LightPattern`.
+    """Resample to the factors of `scene.EmissionProfile`: (ROWS, COLUMNS) float32, or (ROWS, 1) if axially symmetric.
 
     Args:
         angle_scale: inputs:shaping:ies:angleScale; 0 leaves the vertical angles, positive values stretch them about

@@ -4,11 +4,12 @@ Luminance is intensity * 2^exposure * color * temperature, and `normalize` divid
 UsdLux schema says. Two deliberate readings:
 
 Distant lights: intensity is the illuminance [lux] of a surface that faces the light, whether `normalize` is on or off.
-UsdLux without `normalize` means nits over the light's cone, which at the fallback angle of 0.53 degrees makes 400 a
-night (0.03 lux); scenes made for Omniverse author a few hundred to a few thousand and expect daylight.
+UsdLux without `normalize` means nits over the light's cone, which at the fallback angle of 0.53 degrees would turn 400
+into night (0.03 lux); scenes made for Omniverse author a few hundred to a few thousand and expect daylight.
 
-Scale makes ellipses and ellipsoids of disks, tubes and spheres; their area for `normalize` is exact for disks and to
-1 % for the others. `treatAsPoint` and `treatAsLine` shrink a light to a millimetre, with the flux of its authored size.
+Non-uniform scale turns disks, cylinders and spheres into ellipses and ellipsoids; their area for `normalize` is exact
+for disks and within 1 % for the others. `treatAsPoint` and `treatAsLine` shrink a light to a millimeter and keep the
+flux of its authored size.
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ from pxr import Usd
 
 from usdsdg import errors
 from usdsdg.stage.colors import LUMINANCE
-from usdsdg_render.lights.areas import ellipse_perimeter, ellipsoid_area
-from usdsdg_render.lights.light_values import emitted_colour, light_number, light_value
-from usdsdg_render.scene.scene import LIGHT, NO_PATTERN, NO_RULES
+from usdsdg_render.lights.light_values import emitted_color, light_number, light_value
+from usdsdg_render.lights.power import ellipse_perimeter, ellipsoid_area
+from usdsdg_render.scene.scene import LIGHT, NO_EMISSION_PROFILE, NO_LINKS
 from usdsdg_render.scene.structs import (
     LIGHT_CYLINDER,
     LIGHT_DISK,
@@ -33,22 +34,22 @@ from usdsdg_render.scene.structs import (
 )
 from usdsdg_render.usd.prim_kinds import LIGHT_TYPES
 
-# A light without size has no area to be seen; this radius stands for it [m].
+# Radius of lights without a size [m].
 POINT_RADIUS = 1e-3
-# Distant lights compete with the others by the flux through a disc of this radius [m], the size of a room: fixed, so
-# that the choice of lights does not depend on where objects are.
+# The weight of a distant light is its flux through a disk of this radius [m], the size of a room: fixed, so that light
+# selection does not depend on where objects are.
 NOMINAL_RADIUS = 5.0
-# Scales that differ by less are rounding.
-UNIFORM = 1e-3
+# Relative differences of scales below this are rounding.
+UNIFORM_SCALE_TOLERANCE = 1e-3
 
 
-def read_light(prim: Usd.Prim, local_to_world: np.ndarray, metres_per_unit: float) -> np.ndarray | None:
-    """One row of `scene.LIGHT`, without pattern and rules; None for a light that gives none or cannot be read.
+def read_light(prim: Usd.Prim, local_to_world: np.ndarray, meters_per_unit: float) -> np.ndarray | None:
+    """Read one row of `scene.LIGHT`, without emission profile and links; None if it emits nothing or is invalid.
 
-    What cannot be read is named in a warning.
+    Invalid lights are named in a warning.
     """
     kind = LIGHT_TYPES[str(prim.GetTypeName())]
-    luminance = emitted_colour(prim, 50000.0 if kind == LIGHT_DISTANT else 1.0)
+    luminance = emitted_color(prim, 50000.0 if kind == LIGHT_DISTANT else 1.0)
     axes, scale = _frame(local_to_world)
     if luminance is None or not luminance.any():
         return None
@@ -56,7 +57,7 @@ def read_light(prim: Usd.Prim, local_to_world: np.ndarray, metres_per_unit: floa
         errors.warn_once(f"{prim.GetPath()}: the light's transform is NaN or scaled to zero; it is off. Correct it.")
         return None
     row = np.zeros((), LIGHT)
-    row["kind"], row["pattern"], row["rules"], row["aspect"] = kind, NO_PATTERN, NO_RULES, 1.0
+    row["kind"], row["emission_profile"], row["links"], row["aspect"] = kind, NO_EMISSION_PROFILE, NO_LINKS, 1.0
     row["x_axis"], row["y_axis"], row["z_axis"] = axes
     row["position"] = local_to_world[3, :3]
     _read_shaping(prim, row)
@@ -68,9 +69,9 @@ def read_light(prim: Usd.Prim, local_to_world: np.ndarray, metres_per_unit: floa
     _warn_of_shear(prim, local_to_world, scale)
     with np.errstate(over="ignore", invalid="ignore"):
         if kind == LIGHT_DISTANT:
-            light = _distant(prim, row, luminance, metres_per_unit)
+            light = _distant(prim, row, luminance, meters_per_unit)
         else:
-            light = _area_light(prim, row, luminance, scale, metres_per_unit)
+            light = _area_light(prim, row, luminance, scale, meters_per_unit)
     if light is None or all(np.isfinite(light[name]).all() for name in LIGHT.names or ()):
         return light
     errors.warn_once(
@@ -96,47 +97,47 @@ def _frame(local_to_world: np.ndarray) -> tuple[np.ndarray | None, np.ndarray]:
     return np.stack([x, y / length, z]), scale
 
 
-def _distant(prim: Usd.Prim, row: np.ndarray, lux: np.ndarray, metres_per_unit: float) -> np.ndarray:
+def _distant(prim: Usd.Prim, row: np.ndarray, lux: np.ndarray, meters_per_unit: float) -> np.ndarray:
     angle = min(max(light_number(prim, "angle", 0.53), 0.0), 360.0)
     half_angle = math.radians(angle) / 2.0
     row["cos_angle"] = math.cos(half_angle)
-    # From the float32 that the kernel has: at small angles its rounding is a visible part of 1 - cos.
+    # From the kernel's float32: at small angles its rounding is a visible part of 1 - cos.
     cosine = float(row["cos_angle"])
     row["radiance"] = lux if cosine == 1.0 else lux / distant_size_factor(cosine)
-    row["power"] = _brightness(lux) * math.pi * (NOMINAL_RADIUS / metres_per_unit) ** 2
+    row["power"] = _luminance(lux) * math.pi * (NOMINAL_RADIUS / meters_per_unit) ** 2
     return row
 
 
 def distant_size_factor(cosine: float) -> float:
-    """Lux per nit of a distant light of that half angle: UsdLux's sizeFactor for distant lights."""
+    """Return lux per nit of a distant light by the cosine of its half angle: UsdLux's sizeFactor."""
     sine_squared = 1.0 - cosine * cosine
     return math.pi * (sine_squared if cosine >= 0.0 else 2.0 - sine_squared)
 
 
 def _area_light(
-    prim: Usd.Prim, row: np.ndarray, luminance: np.ndarray, scale: np.ndarray, metres_per_unit: float
+    prim: Usd.Prim, row: np.ndarray, luminance: np.ndarray, scale: np.ndarray, meters_per_unit: float
 ) -> np.ndarray | None:
     kind = int(row["kind"])
     normalize = bool(light_value(prim, "normalize", False))
     area, half = _shape(prim, kind, scale)
-    _write_shape(prim, row, half, POINT_RADIUS / metres_per_unit)
-    drawn = _drawn_area(row)
+    _write_shape(prim, row, half, POINT_RADIUS / meters_per_unit)
+    rendered_area = _rendered_area(row)
     if normalize:
-        luminance = luminance / (area if area > 0.0 else drawn)
+        luminance = luminance / (area if area > 0.0 else rendered_area)
     elif area <= 0.0:
         errors.warn_once(
             f"{prim.GetPath()}: the light has no size, so it gives no light. Author a size, or inputs:normalize = true "
             f"to keep its power at any size."
         )
         return None
-    # What is drawn may differ from the true area (smallest size, points and lines): keep the flux.
-    row["radiance"] = luminance * (area / drawn if area > 0.0 else 1.0)
-    row["power"] = _brightness(np.asarray(row["radiance"], np.float64)) * math.pi * drawn
+    # The rendered area may differ from the authored one (minimum size, points and lines): keep the flux.
+    row["radiance"] = luminance * (area / rendered_area if area > 0.0 else 1.0)
+    row["power"] = _luminance(np.asarray(row["radiance"], np.float64)) * math.pi * rendered_area
     return row
 
 
 def _shape(prim: Usd.Prim, kind: int, scale: np.ndarray) -> tuple[float, np.ndarray]:
-    """World area of a light, and its half extents along x, y, z."""
+    """Return the world area of a light, and its half extents along x, y, z."""
     if kind == LIGHT_RECT:
         half = scale * (_size(prim, "width", 1.0) / 2.0, _size(prim, "height", 1.0) / 2.0, 0.0)
         return 4.0 * half[0] * half[1], half
@@ -148,13 +149,13 @@ def _shape(prim: Usd.Prim, kind: int, scale: np.ndarray) -> tuple[float, np.ndar
     return math.pi * half[0] * half[1] if kind == LIGHT_DISK else ellipsoid_area(*half), half
 
 
-def _write_shape(prim: Usd.Prim, row: np.ndarray, half: np.ndarray, point: float) -> None:
-    """The row's sizes, none smaller than `point`; hints that a light is a point or a line are taken."""
+def _write_shape(prim: Usd.Prim, row: np.ndarray, half: np.ndarray, min_half: float) -> None:
+    """Write the sizes to the row, at least `min_half`; treatAsPoint and treatAsLine shrink the light."""
     kind = int(row["kind"])
     hint = {LIGHT_SPHERE: "treatAsPoint", LIGHT_CYLINDER: "treatAsLine"}.get(kind)
     if hint and prim.HasAttribute(hint) and prim.GetAttribute(hint).Get():
         half = half * (0.0 if kind == LIGHT_SPHERE else (1.0, 0.0, 0.0))
-    x, y, z = np.maximum(half, point)
+    x, y, z = np.maximum(half, min_half)
     if kind == LIGHT_RECT:
         row["width"], row["height"] = 2.0 * x, 2.0 * y
     elif kind == LIGHT_CYLINDER:
@@ -163,11 +164,11 @@ def _write_shape(prim: Usd.Prim, row: np.ndarray, half: np.ndarray, point: float
         row["radius"] = x
         if kind == LIGHT_DISK:
             row["aspect"][0] = y / x
-        elif max(x, y, z) > min(x, y, z) * (1.0 + UNIFORM):
+        elif max(x, y, z) > min(x, y, z) * (1.0 + UNIFORM_SCALE_TOLERANCE):
             row["kind"], row["aspect"] = LIGHT_ELLIPSOID, (y / x, z / x)
 
 
-def _drawn_area(row: np.ndarray) -> float:
+def _rendered_area(row: np.ndarray) -> float:
     kind, radius = int(row["kind"]), float(row["radius"])
     second, third = radius * row["aspect"].astype(float)
     if kind == LIGHT_RECT:
@@ -185,12 +186,12 @@ def _size(prim: Usd.Prim, name: str, default: float) -> float:
     return 0.0
 
 
-def _brightness(colour: np.ndarray) -> float:
-    return max(float(colour @ LUMINANCE), 1e-12)
+def _luminance(color: np.ndarray) -> float:
+    return max(float(color @ LUMINANCE), 1e-12)
 
 
 def _read_shaping(prim: Usd.Prim, row: np.ndarray) -> None:
-    """Without ShapingAPI or authored values a light is not shaped, whatever the schema's fallback angle."""
+    """Read cone and focus; unauthored inputs mean no shaping, whatever the schema's fallback angle."""
     angle = light_number(prim, "shaping:cone:angle", 180.0)
     row["shaping_cos"] = math.cos(math.radians(min(max(angle, 0.0), 180.0)))
     row["shaping_softness"] = min(max(light_number(prim, "shaping:cone:softness", 0.0), 0.0), 1.0)
@@ -201,14 +202,14 @@ def _read_shaping(prim: Usd.Prim, row: np.ndarray) -> None:
 
 def _warn_of_shear(prim: Usd.Prim, local_to_world: np.ndarray, scale: np.ndarray) -> None:
     rows = local_to_world[:3, :3] / scale[:, None]
-    if np.abs(rows @ rows.T - np.eye(3)).max() > UNIFORM:
+    if np.abs(rows @ rows.T - np.eye(3)).max() > UNIFORM_SCALE_TOLERANCE:
         errors.warn_once(
             f"{prim.GetPath()}: the light is sheared; its axes are made perpendicular. Scale it along its own axes."
         )
 
 
 def warn_of_filters(prim: Usd.Prim) -> None:
-    """Say that a light has filters, which are not applied."""
+    """Warn that light filters are not supported."""
     filters = prim.GetRelationship("light:filters")
     if filters and filters.HasAuthoredTargets():
         errors.warn_once(f"{prim.GetPath()}: light:filters are not supported and are ignored. Remove them.")

@@ -1,4 +1,4 @@
-"""Values of UsdLux attributes, and the light that they add up to."""
+"""Values of UsdLux attributes, and the color that a light emits."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from usdsdg import errors
 from usdsdg_render.usd.authored_values import as_floats
 from usdsdg_render.usd.time_code import value_now
 
-# More leaves 32-bit numbers somewhere on its way.
+# Larger values overflow float32 in later computations.
 BRIGHTEST = 1e20
 
 _WHITE = np.array(UsdLux.BlackbodyTemperatureAsRgb(6500.0))
 
 
 def light_value(prim: Usd.Prim, name: str, default):
-    """Value of `inputs:<name>`, or of `<name>` as files before USD 21.02 wrote it."""
+    """Return the value of `inputs:<name>`, or of `<name>` as files before USD 21.02 wrote it."""
     attribute = prim.GetAttribute(f"inputs:{name}")
     if not (attribute and attribute.HasAuthoredValue()):
         old = prim.GetAttribute(name)
@@ -29,7 +29,7 @@ def light_value(prim: Usd.Prim, name: str, default):
 
 
 def _typed(prim: Usd.Prim, name: str, value, default):
-    """The value as the default's type, in floats unless that is a flag or a word; else (with a warning) the default."""
+    """Convert a value to the type of the default (numbers to floats); if impossible warn and return the default."""
     if isinstance(default, (bool, str)):
         usable = value if isinstance(value, str) == isinstance(default, str) else None
     else:
@@ -45,7 +45,7 @@ def _typed(prim: Usd.Prim, name: str, value, default):
 
 
 def light_number(prim: Usd.Prim, name: str, default: float) -> float:
-    """A finite number; `default` (with a warning) for NaN and infinity."""
+    """Return a finite number; `default` (with a warning) for NaN and infinity."""
     value = float(light_value(prim, name, default))
     if math.isfinite(value):
         return value
@@ -53,23 +53,23 @@ def light_number(prim: Usd.Prim, name: str, default: float) -> float:
     return default
 
 
-def emitted_colour(prim: Usd.Prim, fallback_intensity: float = 1.0) -> np.ndarray | None:
-    """(3,) intensity * 2^exposure * color * temperature; None (with a warning) if it is no light."""
-    colour = np.array(light_value(prim, "color", (1.0, 1.0, 1.0)), np.float64)
-    colour = colour * float(light_value(prim, "intensity", fallback_intensity))
+def emitted_color(prim: Usd.Prim, fallback_intensity: float = 1.0) -> np.ndarray | None:
+    """Return (3,) intensity * 2^exposure * color * temperature; None (with a warning) if that is out of range."""
+    color = np.array(light_value(prim, "color", (1.0, 1.0, 1.0)), np.float64)
+    color = color * float(light_value(prim, "intensity", fallback_intensity))
     with np.errstate(over="ignore", invalid="ignore"):
-        colour = colour * np.exp2(float(light_value(prim, "exposure", 0.0)))
+        color = color * np.exp2(float(light_value(prim, "exposure", 0.0)))
     if light_value(prim, "enableColorTemperature", False):
-        colour = colour * temperature_colour(light_number(prim, "colorTemperature", 6500.0))
-    if not np.isfinite(colour).all() or (colour < 0.0).any() or (colour > BRIGHTEST).any():
+        color = color * temperature_color(light_number(prim, "colorTemperature", 6500.0))
+    if not np.isfinite(color).all() or (color < 0.0).any() or (color > BRIGHTEST).any():
         errors.warn_once(
-            f"{prim.GetPath()}: intensity, exposure and color give {colour.tolist()}, which is no light; it is off. "
+            f"{prim.GetPath()}: intensity, exposure and color give {color.tolist()}, which is no light; it is off. "
             f"Author values from 0 to {BRIGHTEST:g}."
         )
         return None
-    return colour
+    return color
 
 
-def temperature_colour(kelvin: float) -> np.ndarray:
-    """(3,) linear Rec.709 of a black body, white at 6500 K as the schema asks."""
+def temperature_color(kelvin: float) -> np.ndarray:
+    """Return the (3,) linear Rec.709 color of a black body, white at 6500 K as the schema asks."""
     return np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin)) / _WHITE

@@ -1,4 +1,4 @@
-"""How much each light gives to the scene: the weights by which the path tracer chooses among them."""
+"""Strength and extent of lights, by which the path tracer selects lights, and areas of light shapes."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from usdsdg.stage.colors import LUMINANCE
-from usdsdg_render.lights.areas import ellipse_perimeter, ellipsoid_area
-from usdsdg_render.scene.scene import LightPattern
+from usdsdg_render.scene.scene import EmissionProfile
 from usdsdg_render.scene.structs import (
     LIGHT_CYLINDER,
     LIGHT_DISK,
@@ -19,12 +18,12 @@ from usdsdg_render.scene.structs import (
 )
 
 
-def strengths(lights: np.ndarray, patterns: Sequence[LightPattern] = ()) -> np.ndarray:
-    """Per row of `scene.LIGHT`: irradiance of a distant light [lux], intensity of the others head on [cd]."""
+def strengths(lights: np.ndarray, profiles: Sequence[EmissionProfile] = ()) -> np.ndarray:
+    """Return per row of `scene.LIGHT` the irradiance [lux] of a distant light, the peak intensity [cd] of others."""
     luminance = np.maximum(np.nan_to_num(lights["radiance"].astype(np.float64) @ LUMINANCE), 0.0)
     radius, width, height = (lights[name].astype(np.float64) for name in ("radius", "width", "height"))
     second, third = radius * lights["aspect"][:, 0], radius * lights["aspect"][:, 1]
-    facing = {
+    projected_area = {
         LIGHT_SPHERE: np.pi * radius**2,
         LIGHT_DISTANT: _distant_size(lights["cos_angle"].astype(np.float64)),
         LIGHT_RECT: width * height,
@@ -32,26 +31,26 @@ def strengths(lights: np.ndarray, patterns: Sequence[LightPattern] = ()) -> np.n
         LIGHT_CYLINDER: ellipse_perimeter(radius, second) * height / np.pi,
         LIGHT_ELLIPSOID: ellipsoid_area(radius, second, third) / 4.0,
     }
-    area = np.select([lights["kind"] == kind for kind in facing], list(facing.values()), 0.0)
-    gains = np.array([_gain(pattern) for pattern in patterns] + [1.0])
-    return luminance * area * gains[lights["pattern"]] * (lights["power"] > 0)
+    area = np.select([lights["kind"] == kind for kind in projected_area], list(projected_area.values()), 0.0)
+    factors = np.array([_profile_factor(profile) for profile in profiles] + [1.0])
+    return luminance * area * factors[lights["emission_profile"]] * (lights["power"] > 0)
 
 
 def _distant_size(cosine: np.ndarray) -> np.ndarray:
-    """Lux per nit of a surface that faces the light; a delta light has its lux already."""
+    """Return lux per nit on a surface that faces a distant light; 1 for delta lights, which are given in lux."""
     return np.where(cosine < 1.0, np.pi * (1.0 - np.maximum(cosine, 0.0) ** 2), 1.0)
 
 
-def _gain(pattern: LightPattern) -> float:
-    """The brightest direction of a profile, times the mean of a picture."""
-    brightest = 1.0 if pattern.profile is None else float(pattern.profile.max())
-    return brightest * (1.0 if pattern.picture is None else float(pattern.picture.mean((0, 1)) @ LUMINANCE))
+def _profile_factor(profile: EmissionProfile) -> float:
+    """Return the maximum of the IES profile times the mean luminance of the texture."""
+    brightest = 1.0 if profile.ies is None else float(profile.ies.max())
+    return brightest * (1.0 if profile.texture is None else float(profile.texture.mean((0, 1)) @ LUMINANCE))
 
 
 def extents(lights: np.ndarray) -> np.ndarray:
-    """Per light: radius of the ball around its position that holds it [stage units].
+    """Return the radius of each light's bounding sphere [stage units].
 
-    Of a distant one the sine of half its angle, or 2 where that is obtuse: it then reaches surfaces of any tilt.
+    For distant lights it is the sine of half the angle, or 2 if that is obtuse: the light then reaches every normal.
     """
     radius, width, height = (lights[name] for name in ("radius", "width", "height"))
     second, third = radius * lights["aspect"][:, 0], radius * lights["aspect"][:, 1]
@@ -65,3 +64,14 @@ def extents(lights: np.ndarray) -> np.ndarray:
         LIGHT_ELLIPSOID: np.maximum(radius, np.maximum(second, third)),
     }
     return np.select([lights["kind"] == kind for kind in by_kind], list(by_kind.values()), 0.0).astype(np.float32)
+
+
+def ellipse_perimeter(a, b):
+    """Approximate the perimeter of an ellipse by its half axes, exact for circles (Ramanujan); numbers or arrays."""
+    return np.pi * (3.0 * (a + b) - np.sqrt((3.0 * a + b) * (a + 3.0 * b)))
+
+
+def ellipsoid_area(a, b, c):
+    """Approximate the area of an ellipsoid by its half axes, within 1.1 %, exact for spheres (Thomsen)."""
+    p = 1.6075
+    return 4.0 * np.pi * (((a * b) ** p + (a * c) ** p + (b * c) ** p) / 3.0) ** (1.0 / p)

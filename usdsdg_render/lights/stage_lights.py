@@ -1,4 +1,4 @@
-"""The lights and skies of a stage in a `scene.Scene`, read again where they may have changed."""
+"""Keeps the lights and the dome of a `scene.Scene` in sync with a stage."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from usdsdg_render.usd.prim_kinds import DOME, LIGHT
 from usdsdg_render.usd.stage_tree import Tree
 
 
-class Illumination:
-    """Keeps the lights and the dome of one scene up to date with a stage."""
+class StageLights:
+    """The lights and domes of one stage; `read` updates a scene if they changed."""
 
     def __init__(self, stage: Usd.Stage, scene: Scene) -> None:
         self._stage, self._scene = stage, scene
@@ -24,14 +24,14 @@ class Illumination:
         self._domes: list[DomeLight] = []
         self._paths: list[Sdf.Path] = []
         self._matrices = b""
-        self._linked_instances: tuple[str, ...] | None = None  # by which light links were read
+        self._linked_instances: tuple[str, ...] | None = None  # for which light links were read
 
-    def forget(self, roots: Collection[Sdf.Path]) -> None:
-        """Read the lights at and below `roots` again."""
-        self._lights.forget(roots)
+    def invalidate(self, roots: Collection[Sdf.Path]) -> None:
+        """Make `read` read the lights at and below `roots` again."""
+        self._lights.invalidate(roots)
 
     def read(self, tree: Tree, *, always: bool) -> None:
-        """Read them where there are others, one of them moved, or links may mean other instances, or `always`."""
+        """Read lights if their set, a transform or the linked instances changed, or `always`; update the scene."""
         nodes = tree.of_kind(LIGHT, DOME)
         matrices = tree.world[nodes].tobytes()
         instances = self._scene.instances.paths

@@ -1,4 +1,4 @@
-"""Film: running sums of radiance per pixel, and what becomes of them."""
+"""Film: running sums of radiance per pixel, and their denoising and tone mapping."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import warp as wp
 from usdsdg.errors import RenderError, warn_once
 from usdsdg_render.device.parallel import launch_rows
 from usdsdg_render.kernels.path.film import FilmArrays
-from usdsdg_render.kernels.path.tone_map import develop_pixels
-from usdsdg_render.kernels.path.wavelet_denoiser import mix
+from usdsdg_render.kernels.path.tone_map import tone_map_pixels
+from usdsdg_render.kernels.path.wavelet_denoiser import blend
 from usdsdg_render.memory.readback import fetch
 from usdsdg_render.path import oidn_denoiser, wavelet_denoiser
 from usdsdg_render.settings import LIGHT_AOVS, ToneSettings
@@ -18,11 +18,11 @@ _DENOISERS = {"wavelet": wavelet_denoiser.denoise, "oidn": oidn_denoiser.denoise
 
 
 class Film:
-    """Sums of samples of one picture; `WarpRenderer.accumulate` adds to it, once for each motion sub-frame."""
+    """Running sums of one image; `WarpRenderer.accumulate` adds samples, once for each motion-blur sub-frame."""
 
     def __init__(self, width: int, height: int, device: str) -> None:
         self.width, self.height, self.device = width, height, device
-        self.samples = 0  # asked for so far; a pixel may hold fewer (see `dropped`)
+        self.samples = 0  # per pixel, requested so far; a pixel may hold fewer (see `dropped`)
         self.arrays = FilmArrays()
         self.arrays.color = self._zeros(wp.vec4)
         self.arrays.dropped = self._zeros(wp.int32)
@@ -33,7 +33,7 @@ class Film:
         return wp.zeros((self.height, self.width), dtype=dtype, device=self.device)
 
     def allocate_features(self) -> None:
-        """Make room for what the denoiser needs; samples added before have none, so ask before the first."""
+        """Allocate the feature buffers of the denoisers; call before the first sample."""
         if not self.has_features:
             self.arrays.background = self._zeros(wp.vec4)
             self.arrays.albedo = self._zeros(wp.vec3)
@@ -42,7 +42,7 @@ class Film:
             self.has_features = True
 
     def allocate_light_aovs(self) -> None:
-        """Make room for the light by where it came from; samples added before have none, so ask before the first."""
+        """Allocate the sums of the light AOVs; call before the first sample."""
         if not self.has_light_aovs:
             shape = (len(LIGHT_AOVS), self.height, self.width)
             self.arrays.light_aovs = wp.zeros(shape, dtype=wp.vec3, device=self.device)
@@ -57,7 +57,7 @@ class Film:
 
     @property
     def dropped(self) -> int:
-        """Samples that were left out because they were not finite."""
+        """Number of samples that were rejected because they were not finite."""
         return int(self.arrays.dropped.numpy().sum())
 
     def radiance(self) -> np.ndarray:
@@ -66,8 +66,8 @@ class Film:
         return color[..., :3] / np.maximum(color[..., 3:], 1.0)
 
 
-def develop(film: Film, tone: ToneSettings, *, threads: int | None = None) -> dict[str, np.ndarray]:
-    """See `WarpRenderer.develop`."""
+def tone_map(film: Film, tone: ToneSettings, *, threads: int | None = None) -> dict[str, np.ndarray]:
+    """Denoise and tone-map a film; see `WarpRenderer.develop`."""
     radiance = film.arrays.color
     if film.has_features and tone.denoise is not False:
         radiance = _denoised(film, tone, threads)
@@ -75,7 +75,7 @@ def develop(film: Film, tone: ToneSettings, *, threads: int | None = None) -> di
     hdr = wp.empty(shape, dtype=wp.vec4h, device=film.device)
     ldr = wp.empty(shape, dtype=wp.vec4ub, device=film.device)
     inputs = [radiance, film.arrays.color, tone.exposure, int(tone.enabled)]
-    launch_rows(develop_pixels, shape, inputs, [hdr, ldr], device=film.device, threads=threads, band_rows=64)
+    launch_rows(tone_map_pixels, shape, inputs, [hdr, ldr], device=film.device, threads=threads, band_rows=64)
     if film.dropped:
         warn_once(
             f"{film.dropped} samples of a {film.width}x{film.height} picture were not finite and were left out",
@@ -87,10 +87,10 @@ def develop(film: Film, tone: ToneSettings, *, threads: int | None = None) -> di
 def _denoised(film: Film, tone: ToneSettings, threads: int | None) -> wp.array:
     if tone.denoiser not in _DENOISERS:
         raise RenderError(f"denoiser is {tone.denoiser!r}; it may be {' or '.join(map(repr, _DENOISERS))}.")
-    clean = _DENOISERS[tone.denoiser](film.arrays, film.device, threads=threads)
+    denoised = _DENOISERS[tone.denoiser](film.arrays, film.device, threads=threads)
     if tone.denoiser_blend == 0.0:
-        return clean
-    mixed = wp.empty_like(clean)
-    inputs = [film.arrays.color, clean, tone.denoiser_blend]
-    launch_rows(mix, clean.shape, inputs, [mixed], device=film.device, threads=threads)
-    return mixed
+        return denoised
+    blended = wp.empty_like(denoised)
+    inputs = [film.arrays.color, denoised, tone.denoiser_blend]
+    launch_rows(blend, denoised.shape, inputs, [blended], device=film.device, threads=threads)
+    return blended

@@ -1,7 +1,7 @@
-"""Intel's Open Image Denoise over a film's radiance: networks that the extra `usdsdg[denoise]` installs.
+"""Denoising of a film by Intel's Open Image Denoise, which the extra `usdsdg[denoise]` installs.
 
-Albedo and normal guide the filter. They are cleaned first, each by a network of its own, because depth of field and
-motion blur make them as noisy as the light.
+Albedo and normal guide the filter. Both are prefiltered, each by a network of its own, because depth of field and
+motion blur make them as noisy as the radiance.
 """
 
 from __future__ import annotations
@@ -21,28 +21,28 @@ import warp as wp
 from usdsdg.errors import RenderError
 from usdsdg_render.device.parallel import available_threads, launch_rows
 from usdsdg_render.kernels.path.film import FilmArrays
-from usdsdg_render.kernels.path.wavelet_denoiser import LEVEL_PIXELS, average, levels
+from usdsdg_render.kernels.path.wavelet_denoiser import BLOCK_PIXELS, average_with_margin, block_luminance
 
-MIDDLE_GREY = 0.18
-# Pixels that are mirrored around a picture: the networks take what lies outside for black, which darkens the last ones.
+MIDDLE_GRAY = 0.18
+# Border of mirrored pixels: the networks assume black outside of the image, which darkens its last pixels.
 MARGIN = 8
-# Below this a block of pixels is black and says nothing of how bright a picture is [nits].
+# Blocks of pixels below this luminance are ignored in the estimate of exposure [nits].
 BLACK = 1.0e-8
-# Where Linux on aarch64 tells what the processor has: the key of the list of features, and the bit of SVE in it.
+# getauxval key of the processor features of Linux on aarch64, and the bit of SVE.
 _HWCAP, _SVE = 16, 1 << 22
 
-# The networks of `_filters` belong to one picture at a time.
+# The networks of `_filters` serve one image at a time.
 _busy = threading.Lock()
 
 
 def is_installed() -> bool:
-    """Whether the extra is there."""
+    """Whether the extra is installed."""
     return importlib.util.find_spec("mitsuba_oidn") is not None
 
 
 @lru_cache(maxsize=1)
 def lacks_sve() -> bool:
-    """Whether the library would end this process: its build for Linux on aarch64 takes SVE for granted (0.1.2)."""
+    """Whether the library would crash this process: its build for Linux on aarch64 requires SVE (0.1.2)."""
     if sys.platform != "linux" or platform.machine() != "aarch64":
         return False
     value_of = ctypes.CDLL(None).getauxval
@@ -51,10 +51,10 @@ def lacks_sve() -> bool:
 
 
 def denoise(film: FilmArrays, device: str, *, threads: int | None = None) -> wp.array:
-    """The film's mean radiance, filtered: on its CUDA device where the library has a part for it, else on the CPU.
+    """Denoise the film's mean radiance, on its CUDA device if the library supports that, else on the CPU.
 
     Args:
-        film: sums with features.
+        film: sums with feature buffers.
 
     Returns:
         (height, width) vec4: radiance [nits], and 1 as the number of samples.
@@ -62,18 +62,18 @@ def denoise(film: FilmArrays, device: str, *, threads: int | None = None) -> wp.
     Raises:
         RenderError: the extra is not installed, or does not run here.
     """
-    place = _place(device)
+    target = _oidn_device(device)
     height, width = film.color.shape
     shape = (height + 2 * MARGIN, width + 2 * MARGIN)
-    color = wp.empty(shape, dtype=wp.vec4, device=place)
-    albedo, normal = (wp.empty(shape, dtype=wp.vec3, device=place) for _ in range(2))
-    sums = [each.to(place) for each in (film.color, film.background, film.albedo, film.normal_depth)]
-    launch_rows(average, shape, [*sums, MARGIN], [color, albedo, normal], device=place, threads=threads)
+    color = wp.empty(shape, dtype=wp.vec4, device=target)
+    albedo, normal = (wp.empty(shape, dtype=wp.vec3, device=target) for _ in range(2))
+    sums = [each.to(target) for each in (film.color, film.background, film.albedo, film.normal_depth)]
+    launch_rows(average_with_margin, shape, [*sums, MARGIN], [color, albedo, normal], device=target, threads=threads)
     scale = _input_scale(color, threads)
     with _busy:
-        filters = _filters(shape, place, threads or available_threads())
-        for name, picture in (("albedo", albedo), ("normal", normal)):
-            _run(filters[name], {name: picture}, picture)
+        filters = _filters(shape, target, threads or available_threads())
+        for name, image in (("albedo", albedo), ("normal", normal)):
+            _run(filters[name], {name: image}, image)
         filters["color"].input_scale = scale
         _run(filters["color"], {"color": color, "albedo": albedo, "normal": normal}, color)
     inside: Any = color[MARGIN:-MARGIN, MARGIN:-MARGIN]
@@ -81,7 +81,7 @@ def denoise(film: FilmArrays, device: str, *, threads: int | None = None) -> wp.
 
 
 def library() -> Any:
-    """The binding of Open Image Denoise, loaded.
+    """Import the Python binding of Open Image Denoise.
 
     Raises:
         RenderError: the extra is not installed, or the system lacks a library or the processor SVE.
@@ -107,23 +107,23 @@ def library() -> Any:
     return mitsuba_oidn
 
 
-def _place(device: str) -> str:
+def _oidn_device(device: str) -> str:
     oidn = library()
     on_cuda = any(each.type is oidn.DeviceType.CUDA for each in oidn.physical_devices())
     return device if on_cuda else "cpu"
 
 
 @lru_cache(maxsize=4)
-def _filters(shape: tuple[int, int], place: str, threads: int) -> dict[str, Any]:
-    """Networks for pictures of one size; setting them up takes longer than running them."""
+def _filters(shape: tuple[int, int], target: str, threads: int) -> dict[str, Any]:
+    """Return the networks for one image size; cached because setup takes longer than execution."""
     oidn = library()
-    if place == "cpu":
+    if target == "cpu":
         device = oidn.Device(oidn.DeviceType.CPU)
         device.num_threads = threads
     else:
-        device = oidn.Device.cuda(wp.get_device(place).ordinal, wp.get_stream(place).cuda_stream)
+        device = oidn.Device.cuda(wp.get_device(target).ordinal, wp.get_stream(target).cuda_stream)
     filters = {name: device.new_filter("RT") for name in ("albedo", "normal", "color")}
-    # Guides that a better network has cleaned make the same picture.
+    # Higher quality of the prefiltered guides does not change the result.
     filters["albedo"].quality = filters["normal"].quality = oidn.Quality.Fast
     filters["color"].quality = oidn.Quality.High
     filters["color"].hdr = True
@@ -131,25 +131,25 @@ def _filters(shape: tuple[int, int], place: str, threads: int) -> dict[str, Any]
     return filters
 
 
-# Networks that the interpreter's end finds alive are reported as leaks.
+# Networks alive at interpreter shutdown are reported as leaks.
 atexit.register(_filters.cache_clear)
 
 
 def _run(network: Any, inputs: dict[str, wp.array], output: wp.array) -> None:
-    for name, picture in inputs.items():
-        network.set_image(name, picture)
+    for name, image in inputs.items():
+        network.set_image(name, image)
     network.set_image("output", output)
     network.execute()
 
 
 def _input_scale(color: wp.array, threads: int | None) -> float:
-    """The factor that makes a picture's typical level a middle grey, which the networks are at their best with.
+    """Return the input scale that maps the image's log-average luminance to middle gray, as the networks expect.
 
-    The library would choose much the same, but in the last digits it would depend on the number of threads.
+    The library's own estimate depends on the number of threads in the last digits.
     """
-    rows, columns = (-(-length // LEVEL_PIXELS) for length in color.shape)
+    rows, columns = (-(-length // BLOCK_PIXELS) for length in color.shape)
     means = wp.empty((rows, columns), dtype=wp.float32, device=color.device)
-    launch_rows(levels, (rows, columns), [color], [means], device=color.device.alias, threads=threads)
-    bright = means.numpy().astype(np.float64)
-    bright = bright[bright > BLACK]
-    return float(MIDDLE_GREY / np.exp2(np.log2(bright).mean())) if bright.size else 1.0
+    launch_rows(block_luminance, (rows, columns), [color], [means], device=color.device.alias, threads=threads)
+    lit = means.numpy().astype(np.float64)
+    lit = lit[lit > BLACK]
+    return float(MIDDLE_GRAY / np.exp2(np.log2(lit).mean())) if lit.size else 1.0

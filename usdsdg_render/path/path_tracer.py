@@ -1,4 +1,4 @@
-"""Path-traced samples of a scene, added to films: row by row on a CPU, in waves of paths on CUDA."""
+"""Path tracer: adds samples to films, row by row on a CPU, as a wavefront on CUDA."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.device.parallel import launch_rows
 from usdsdg_render.kernels.path.cpu_path import add_samples
 from usdsdg_render.kernels.path.path_state import PathOptions
-from usdsdg_render.path.environment_weight import sky_shares
+from usdsdg_render.path.environment_weight import environment_weights
 from usdsdg_render.path.film import Film
-from usdsdg_render.path.wavefront import Waves
+from usdsdg_render.path.wavefront import WavefrontTracer
 from usdsdg_render.scene.structs import Camera
 from usdsdg_render.settings import PathSettings
 
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 
 class PathTracer:
-    """Draws one scene on its device."""
+    """Path-traces one scene on its device."""
 
     def __init__(self, scene: DeviceScene) -> None:
         self._scene = scene
-        self._waves = Waves(scene.device)
+        self._wavefront = WavefrontTracer(scene.device)
 
     def accumulate(
         self,
@@ -40,10 +40,10 @@ class PathTracer:
         settings: PathSettings,
         threads: int | None,
     ) -> None:
-        """Add `samples` per pixel to the film of each view; on CUDA views of one size are drawn together.
+        """Add `samples` per pixel to the film of each view; on CUDA views of one size are traced together.
 
         Raises:
-            RenderError: a film has not the size of its view.
+            RenderError: a film does not have the size of its view.
         """
         for film, view in zip(films, views, strict=True):
             _check_size(film, view)
@@ -53,25 +53,25 @@ class PathTracer:
                 film.allocate_light_aovs()
         if not self._scene.lit:
             warn_once("the scene has no light, so pictures are black: add a UsdLux light, for example a DomeLight")
-        for places in view_batches.alike(views, films):
-            options = path_options(settings, films[places[0]])
+        for indices in view_batches.alike(views, films):
+            options = path_options(settings, films[indices[0]])
             if not self._scene.has_glass:
                 options.glass_bounces = 0
-            cameras = camera_records([views[k] for k in places], self._scene.device)
-            cameras["sky_share"] = sky_shares(self._scene, cameras, threads=threads)
-            some = [films[k] for k in places]
+            cameras = camera_records([views[k] for k in indices], self._scene.device)
+            cameras["environment_weight"] = environment_weights(self._scene, cameras, threads=threads)
+            batch = [films[k] for k in indices]
             if self._scene.device == "cpu":
-                self._draw_rows(some, cameras, options, samples, threads)
+                self._trace_rows(batch, cameras, options, samples, threads)
             else:
-                self._draw_waves(some, cameras, options, samples)
+                self._trace_wavefront(batch, cameras, options, samples)
         for film in films:
             film.samples += samples
 
-    def _draw_waves(self, films: Sequence[Film], cameras: np.ndarray, options: PathOptions, samples: int) -> None:
-        pictures = views_of(cameras, self._scene.device)
-        self._waves.add_samples(self._scene.tables, options, pictures, [film.arrays for film in films], samples)
+    def _trace_wavefront(self, films: Sequence[Film], cameras: np.ndarray, options: PathOptions, samples: int) -> None:
+        view_records = views_of(cameras, self._scene.device)
+        self._wavefront.add_samples(self._scene.tables, options, view_records, [film.arrays for film in films], samples)
 
-    def _draw_rows(
+    def _trace_rows(
         self, films: Sequence[Film], cameras: np.ndarray, options: PathOptions, samples: int, threads: int | None
     ) -> None:
         options.samples = samples
@@ -81,7 +81,7 @@ class PathTracer:
 
 
 def path_options(settings: PathSettings, film: Film) -> PathOptions:
-    """Settings as kernels read them."""
+    """Convert settings to the record that kernels read."""
     options = PathOptions()
     options.bounces = max(1, settings.bounces)
     options.glass_bounces = max(0, settings.glass_bounces)

@@ -1,4 +1,4 @@
-"""The host's side of CUDA's path tracer: pictures, many at once, cut into waves of paths, and their memory."""
+"""Host side of the wavefront path tracer (CUDA): launches its kernels and owns the memory of the paths in flight."""
 
 from __future__ import annotations
 
@@ -10,39 +10,39 @@ import warp as wp
 from usdsdg_render.kernels.labels.views import Views
 from usdsdg_render.kernels.path import wavefront
 from usdsdg_render.kernels.path.film import FilmArrays
-from usdsdg_render.kernels.path.path_state import Connection, Feature, LightAovs, Path, PathOptions
+from usdsdg_render.kernels.path.path_state import DenoiserFeatures, LightAovs, Path, PathOptions, ShadowRay
 from usdsdg_render.scene.structs import Hit, SceneTables
 
-# Paths in flight: enough to fill a large GPU, in about 200 bytes each.
-WAVE_PATHS = 1 << 21
+# Paths in flight: enough to fill a large GPU, at about 200 bytes each.
+MAX_ACTIVE_PATHS = 1 << 21
 BLOCK = 128
 
 
-class Waves:
-    """Memory for the paths in flight on one device, kept from picture to picture."""
+class WavefrontTracer:
+    """Traces paths on one device in chunks; memory is kept between calls."""
 
-    def __init__(self, device: str, paths: int = WAVE_PATHS) -> None:
+    def __init__(self, device: str, paths: int = MAX_ACTIVE_PATHS) -> None:
         self.device = device
-        self._most = paths
-        self._wave = wavefront.Wave()
+        self._max_paths = paths
+        self._wavefront = wavefront.Wavefront()
         self._size = 0
 
     def add_samples(
         self, tables: SceneTables, options: PathOptions, views: Views, films: Sequence[FilmArrays], samples: int
     ) -> None:
-        """Add samples to the film of each of the views, numbered from `options.first_sample`."""
+        """Add samples to the film of each view, numbered from `options.first_sample`."""
         pixels = len(films) * views.width * views.height
         table = wp.array(films, dtype=FilmArrays, device=self.device)
         first = options.first_sample
-        for first_pixel in range(0, pixels, self._most):
-            count = min(self._most, pixels - first_pixel)
-            at_once = min(samples, max(1, self._most // count))
-            for done in range(0, samples, at_once):
+        for first_pixel in range(0, pixels, self._max_paths):
+            count = min(self._max_paths, pixels - first_pixel)
+            samples_at_once = min(samples, max(1, self._max_paths // count))
+            for done in range(0, samples, samples_at_once):
                 options.first_sample = first + done
-                self._run(tables, options, views, table, first_pixel, count, min(at_once, samples - done))
+                self._trace(tables, options, views, table, first_pixel, count, min(samples_at_once, samples - done))
         options.first_sample = first
 
-    def _run(
+    def _trace(
         self,
         tables: SceneTables,
         options: PathOptions,
@@ -52,41 +52,41 @@ class Waves:
         pixels: int,
         samples: int,
     ) -> None:
-        steps = options.bounces + options.glass_bounces + 1
-        wave, size = self._wave, pixels * samples
-        self._grow(size, options, steps)
-        wave.first_pixel, wave.pixels, wave.samples = first_pixel, pixels, samples
-        wave.counts.zero_()
-        self._launch(wavefront.begin, size, options, views, wave)
-        for step in range(steps):
-            self._launch(wavefront.trace, size, tables, options, views, wave, step)
-            self._launch(wavefront.shade, size, tables, options, views, wave, step)
-            self._launch(wavefront.connect, size, tables, wave, step)
-        self._launch(wavefront.gather, pixels, options, views, wave, films)
+        segments = options.bounces + options.glass_bounces + 1
+        state, size = self._wavefront, pixels * samples
+        self._allocate(size, options, segments)
+        state.first_pixel, state.pixels, state.samples = first_pixel, pixels, samples
+        state.counts.zero_()
+        self._launch(wavefront.generate_camera_rays, size, options, views, state)
+        for segment in range(segments):
+            self._launch(wavefront.intersect_closest, size, tables, options, views, state, segment)
+            self._launch(wavefront.shade, size, tables, options, views, state, segment)
+            self._launch(wavefront.intersect_shadow, size, tables, state, segment)
+        self._launch(wavefront.update_film, pixels, options, views, state, films)
 
     def _launch(self, kernel: Any, size: int, *inputs: Any) -> None:
         wp.launch(kernel, dim=size, inputs=inputs, device=self.device, block_dim=BLOCK)
 
-    def _grow(self, size: int, options: PathOptions, steps: int) -> None:
-        """Have memory for that many paths, with features and light_aovs where the film has them."""
+    def _allocate(self, size: int, options: PathOptions, segments: int) -> None:
+        """Allocate memory for that many paths, with features and light AOVs if the film has them."""
 
-        def make(dtype: Any, shape: Any = size) -> wp.array:
+        def empty(dtype: Any, shape: Any = size) -> wp.array:
             return wp.empty(shape, dtype=dtype, device=self.device)
 
-        wave = self._wave
+        state = self._wavefront
         if size > self._size:
             self._size = size
-            wave.paths, wave.hits, wave.connections = make(Path), make(Hit), make(Connection)
-            wave.rays, wave.shadows = make(wp.int32, (2, size)), make(wp.int32)
+            state.paths, state.hits, state.shadow_rays = empty(Path), empty(Hit), empty(ShadowRay)
+            state.ray_queue, state.shadow_queue = empty(wp.int32, (2, size)), empty(wp.int32)
         for name, dtype, wanted in (
             ("light_aovs", LightAovs, options.light_aovs),
-            ("features", Feature, options.features),
+            ("features", DenoiserFeatures, options.features),
         ):
-            rows = self._size if wanted else 0
-            if _length(getattr(wave, name)) != rows:
-                setattr(wave, name, make(dtype, rows))
-        if _length(wave.counts) < 2 * steps + 1:
-            wave.counts = make(wp.int32, 2 * steps + 1)
+            length = self._size if wanted else 0
+            if _length(getattr(state, name)) != length:
+                setattr(state, name, empty(dtype, length))
+        if _length(state.counts) < 2 * segments + 1:
+            state.counts = empty(wp.int32, 2 * segments + 1)
 
 
 def _length(array: wp.array | None) -> int:

@@ -22,7 +22,7 @@ NO_INSTANCE = -1
 NO_TEXTURE = -1
 
 # Of a light that shines evenly, and of one that reaches everything and casts full shadows.
-NO_PATTERN = NO_RULES = -1
+NO_EMISSION_PROFILE = NO_LINKS = -1
 
 WRAP_REPEAT, WRAP_CLAMP, WRAP_MIRROR, WRAP_BLACK = range(4)
 TEXELS_SRGB, TEXELS_RAW, TEXELS_SHORT, TEXELS_HALF = range(4)
@@ -32,29 +32,29 @@ MATERIAL = np.dtype(structs.Material.numpy_dtype())
 _LIGHT = np.dtype(structs.Light.numpy_dtype())
 # The authored fields of structs.Light, and indices where it has addresses.
 LIGHT = np.dtype(
-    [(name, _LIGHT[name]) for name in takewhile(lambda name: name != "pattern", _LIGHT.names or ())]
+    [(name, _LIGHT[name]) for name in takewhile(lambda name: name != "emission_profile", _LIGHT.names or ())]
     + [
         ("power", "f4"),  # relative weight for choosing a light, > 0
-        ("pattern", "i4"),  # row of Scene.light_patterns, or NO_PATTERN
-        ("rules", "i4"),  # row of Scene.light_rules, or NO_RULES
+        ("emission_profile", "i4"),  # row of Scene.emission_profiles, or NO_EMISSION_PROFILE
+        ("links", "i4"),  # row of Scene.light_links, or NO_LINKS
     ],
     align=True,
 )
 
 
 @dataclass(frozen=True, eq=False)
-class LightPattern:
+class EmissionProfile:
     """How what leaves a light differs by direction and by place; shared by every light that has it, by identity."""
 
     # (H, W) float32 factor by direction: row k at k pi / (H - 1) from the light's -z, column k at 2 pi k / W about z,
     # from -x towards -y; W = 1 is the same all around.
-    profile: np.ndarray | None = None
+    ies: np.ndarray | None = None
     # (H, W, 3) float32 linear, on a rectangle: its first texel lies at the corner +x +y, the last at -x -y.
-    picture: np.ndarray | None = None
+    texture: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
-class LightRules:
+class LightLinks:
     """What a light reaches, and how its shadows look (UsdLuxShadowAPI and light linking)."""
 
     lit: np.ndarray | None = None  # (instances,) bool: which ones it shines on; None = all
@@ -142,7 +142,7 @@ class Dome:
     theta = acos(d.z), u = atan2(d.y, d.x) / 2pi.
     """
 
-    picture: np.ndarray  # (H, W, 3) float32; the same object for as long as it is the same
+    texture: np.ndarray  # (H, W, 3) float32; the same object for as long as it is the same
     dome_from_world: np.ndarray  # (3, 3) float32
     visible: bool = True
     diffuse: float = 1.0
@@ -152,7 +152,7 @@ class Dome:
     @property
     def radiance(self) -> np.ndarray:
         """(H, W, 3) float32 [nits]."""
-        return self.picture * np.array(self.color, np.float32)
+        return self.texture * np.array(self.color, np.float32)
 
 
 @dataclass
@@ -165,8 +165,8 @@ class Scene:
     material_slots: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     textures: list[Texture] = field(default_factory=list)
     lights: np.ndarray = field(default_factory=lambda: np.zeros(0, LIGHT))
-    light_patterns: list[LightPattern] = field(default_factory=list)
-    light_rules: list[LightRules] = field(default_factory=list)
+    emission_profiles: list[EmissionProfile] = field(default_factory=list)
+    light_links: list[LightLinks] = field(default_factory=list)
     dome: Dome | None = None
     versions: dict[str, int] = field(
         default_factory=lambda: dict.fromkeys(

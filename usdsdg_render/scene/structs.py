@@ -1,8 +1,8 @@
-"""Records that kernels read: the device form of `scene.Scene`, and of a camera.
+"""Structs that kernels read: the device form of `scene.Scene`, and of a camera.
 
-Colours are linear Rec.709, light in nits, lengths in stage units. `world_to_local` and `local_to_world` are 3x3
+Colors are linear Rec.709, light in nits, lengths in stage units. `world_to_local` and `local_to_world` are 3x3
 matrices for column vectors plus an offset: p_world = local_to_world @ p_local + world_origin. Large tables are held by
-address (uint64), so that one prototype or texture can be added without copying the others; whoever fills a record
+address (uint64), so that one prototype or texture can be added without copying the others; the owner of a record
 keeps the memory alive.
 """
 
@@ -11,7 +11,7 @@ import warp as wp
 
 @wp.struct
 class Lens:
-    """`stage.lenses.Lens` but for what a `Camera` holds: focal length and centre."""
+    """Device form of `stage.cameras.lenses.Lens`, without focal length and center, which are in `Camera`."""
 
     kind: wp.int32
     curve: wp.int32
@@ -30,15 +30,15 @@ class Lens:
     s2: wp.float32
     s3: wp.float32
     s4: wp.float32
-    eye: wp.float32  # of a panorama: how far right of the middle it is seen from, where it looks ahead
+    eye: wp.float32  # stereo panorama: offset of the eye to the right of the forward direction [stage units]
     table_width: wp.int32
     table_height: wp.int32
-    table: wp.uint64  # address of what `lens_table` reads
+    table: wp.uint64  # address of the table, see `lens_table`
 
 
 @wp.struct
 class Triangle:
-    """All that shading needs of one triangle of a prototype, together in memory: corners, normals, UVs."""
+    """One triangle of a prototype for shading: corners, normals, UVs, contiguous in memory."""
 
     p0: wp.vec3
     p1: wp.vec3
@@ -60,22 +60,22 @@ class Instance:
     world_to_local: wp.mat33
     local_to_world: wp.mat33
     world_origin: wp.vec3
-    nodes: wp.uint64  # bottom-level tree
-    blocks: wp.uint64  # its triangles: in blocks of eight on a CPU, one by one on CUDA
+    nodes: wp.uint64  # of the BLAS
+    blocks: wp.uint64  # triangles of the BLAS: in blocks of eight on a CPU, single ones on CUDA
     triangles: wp.uint64  # Triangle records
     slot_offset: wp.int32
     casts_shadow: wp.int32
-    cutout: wp.int32  # 1 = some of its materials may let a ray through
+    cutout: wp.int32  # 1 = one of its materials may be transparent
 
 
 @wp.struct
-class Tree:
-    """What a ray is traced against."""
+class Tlas:
+    """Top-level acceleration structure over the instances."""
 
-    nodes: wp.uint64  # top-level tree
+    nodes: wp.uint64  # of the TLAS
     instances: wp.array(dtype=Instance)
     instance_count: wp.int32
-    order: wp.array(dtype=wp.int32)  # instances as the leaves count them (CUDA only)
+    order: wp.array(dtype=wp.int32)  # instances in leaf order (CUDA only)
 
 
 # Material.thin; 0 = a solid body.
@@ -177,35 +177,35 @@ class Light:
     visible: wp.int32  # 1 = seen by camera rays
 
     # The rest is made on the device.
-    pattern: wp.uint64  # one LightPattern; 0 = shines evenly
-    rules: wp.uint64  # one LightRules; 0 = reaches everything and casts full shadows
+    emission_profile: wp.uint64  # address of an EmissionProfile; 0 = uniform emission
+    links: wp.uint64  # address of a LightLinks; 0 = lights everything and casts full shadows
     strength: wp.float32  # see `lights.power`
     extent: wp.float32
-    # Of an emissive instance: its row, the running sums of the fractions of its triangles, their number, and luminance
-    # times area of all [nit * stage unit^2].
+    # Of an emissive instance: its row, the CDF of its triangles, their number, and luminance times area summed over
+    # them [nit * stage unit^2].
     instance: wp.int32
-    faces: wp.uint64
+    face_cdf: wp.uint64
     face_count: wp.int32
-    glow: wp.float32
+    luminance_area: wp.float32
 
 
 @wp.struct
-class LightPattern:
-    """`scene.LightPattern`; address 0 = none."""
+class EmissionProfile:
+    """`scene.EmissionProfile`; address 0 = none."""
 
-    profile: wp.uint64  # float32, row by row
-    profile_height: wp.int32
-    profile_width: wp.int32
+    ies: wp.uint64  # float32, row by row
+    ies_height: wp.int32
+    ies_width: wp.int32
     texels: wp.uint64  # vec3, row by row
     height: wp.int32
     width: wp.int32
 
 
 @wp.struct
-class LightRules:
-    """`scene.LightRules`."""
+class LightLinks:
+    """`scene.LightLinks`."""
 
-    links: wp.uint64  # uint8 per instance: 1 = it is lit, 2 = it casts the light's shadow; 0 = all do both
+    masks: wp.uint64  # uint8 per instance: bit 1 = is lit, bit 2 = casts the shadow; address 0 = all do both
     shadow_color: wp.vec3
     shadow_distance: wp.float32
     shadow_falloff: wp.float32
@@ -214,10 +214,10 @@ class LightRules:
 
 @wp.struct
 class Dome:
-    """A lat-long sky: the picture itself, and a coarse one of constant cells that light is drawn from (see `sky`)."""
+    """A lat-long environment map, and a coarse grid of constant cells for importance sampling (see `environment`)."""
 
-    texels: wp.array(dtype=wp.uint32)  # width * height, packed by `sky.packed`
-    unit: wp.vec3  # nits of one step at exponent 0
+    texels: wp.array(dtype=wp.uint32)  # width * height, packed by `environment.packed`
+    unit: wp.vec3  # radiance of one step at exponent 0 [nits]
     width: wp.int32
     height: wp.int32  # 0 = no dome
     dome_from_world: wp.mat33
@@ -226,7 +226,7 @@ class Dome:
     specular: wp.float32
     grid_width: wp.int32
     grid_height: wp.int32
-    cells: wp.array(dtype=wp.uint32)  # per cell two words: packed radiance, and the bits of its density [1/sr]
+    cells: wp.array(dtype=wp.uint32)  # per cell two words: packed radiance, and the bits of its pdf [1/sr]
     row_cdf: wp.array(dtype=wp.float32)  # grid_height + 1, from 0 to 1
     cell_cdf: wp.array(dtype=wp.float32)  # per row grid_width + 1, from 0 to 1
     strength: wp.float32  # typical irradiance [lux]; 0 = black
@@ -234,21 +234,21 @@ class Dome:
 
 @wp.struct
 class SceneTables:
-    """The whole scene as kernels see it."""
+    """The whole scene on the device."""
 
-    tree: Tree
+    tlas: Tlas
     slots: wp.array(dtype=wp.int32)
     materials: wp.array(dtype=Material)
     textures: wp.array(dtype=Texture)
-    texel_values: wp.array(dtype=wp.float32)  # 512: of a texel in sRGB, and of a raw one
-    albedo_table: wp.array(dtype=wp.vec2)  # see `energy.albedo_table`
+    texel_values: wp.array(dtype=wp.float32)  # 512: linear values of 8-bit sRGB texels, then of raw ones
+    albedo_table: wp.array(dtype=wp.vec2)  # see `device.albedo_table`
     lights: wp.array(dtype=Light)
     light_count: wp.int32
-    surface_count: wp.int32  # the first so many are lights that a ray can meet
-    instance_light: wp.array(dtype=wp.int32)  # row of a glowing instance in `lights`, or -1; empty where none glows
-    emitter_count: wp.int32  # lights that are instances
+    surface_count: wp.int32  # lights that a ray can hit come first: this many
+    instance_light: wp.array(dtype=wp.int32)  # row of an emissive instance in `lights`, or -1; empty if there is none
+    emissive_count: wp.int32  # lights that are emissive instances
     dome: Dome
-    cutouts: wp.int32  # 1 = some material may let a ray through
+    cutouts: wp.int32  # 1 = some material may be transparent
 
 
 @wp.struct
@@ -266,16 +266,18 @@ class Camera:
     near: wp.float32  # clipping range along the axis [stage units]
     far: wp.float32
     orthographic: wp.int32  # 1 = parallel rays; fx, fy are then pixels per stage unit
-    lens_radius: wp.float32  # 0 = all is sharp
+    lens_radius: wp.float32  # 0 = no depth of field
     focus_distance: wp.float32
-    sky_share: wp.float32  # about how much of the light of sky and distant lights comes to what it sees, above 0
+    environment_weight: (
+        wp.float32
+    )  # about how much of the light of sky and distant lights comes to what it sees, above 0
     lens_kind: wp.int32  # NONE for pinhole and orthographic cameras, else that of `lens`
     lens: Lens
 
 
 @wp.struct
 class Hit:
-    """Where a ray met a triangle: weights of corners 1 and 2, and the parameter t of the ray."""
+    """Intersection of a ray with a triangle: barycentric weights of corners 1 and 2, and the ray parameter t."""
 
     t: wp.float32
     u: wp.float32

@@ -17,8 +17,8 @@ from usdsdg.stage.changes import Changes, ChangeTracker
 from usdsdg_render.geometry.primvar_colors import ColorPictures
 from usdsdg_render.geometry.prototypes import PrototypeCache
 from usdsdg_render.images.textures import Progress, TexturePool
-from usdsdg_render.lights.mesh_lights import glowing, is_light
-from usdsdg_render.lights.stage_lights import Illumination
+from usdsdg_render.lights.mesh_lights import emissive_material, is_light
+from usdsdg_render.lights.stage_lights import StageLights
 from usdsdg_render.materials.material_slots import MaterialSlots
 from usdsdg_render.materials.materials import MaterialLibrary, MaterialTable, bound_materials, stand_in
 from usdsdg_render.materials.shading import Material
@@ -59,7 +59,7 @@ class SceneExtractor:
         self._point_matrices = np.zeros((0, 4, 4))  # of those, to the instancer
         self._has_surface = np.zeros(0, bool)
         self._drawn = np.zeros(0, np.int64)  # placements that became instances
-        self._illumination = Illumination(stage, self.scene)
+        self._stage_lights = StageLights(stage, self.scene)
 
     @property
     def time(self) -> Usd.TimeCode:
@@ -114,7 +114,7 @@ class SceneExtractor:
         self._gprims.forget(plan)
         if looks:
             self._gprims.forget_looks(looks)
-        self._illumination.forget(plan.lights)
+        self._stage_lights.invalidate(plan.lights)
         if plan.everything:
             self._tree = Tree(self._stage, self._time)
         if plan.regrown and not plan.everything:
@@ -133,7 +133,7 @@ class SceneExtractor:
         if drawn or moved:
             self._place(anew=drawn)
         if plan.regrown or plan.lights or moved:
-            self._illumination.read(self._tree, always=bool(plan.lights))
+            self._stage_lights.read(self._tree, always=bool(plan.lights))
 
     # What is drawn
 
@@ -181,7 +181,7 @@ class SceneExtractor:
             for path in gprim.bound
         ]
         if is_light(gprim.prim):
-            gprim.materials = [glowing(material, gprim.prim) for material in gprim.materials]
+            gprim.materials = [emissive_material(material, gprim.prim) for material in gprim.materials]
 
     def _finished(self, gprim: Gprim, material: Material | None) -> Material:
         """The material, with the gprim's own colour where it asks for that or there is no material."""

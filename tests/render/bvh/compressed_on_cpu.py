@@ -49,16 +49,16 @@ def _snippet(any_hit: bool) -> str:
 
 
 @wp.func_native(_snippet(any_hit=False))
-def _closest(tree: structs.Tree, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float) -> Packed: ...
+def _closest(tlas: structs.Tlas, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float) -> Packed: ...
 
 
 @wp.func_native(_snippet(any_hit=True))
-def _occluded(tree: structs.Tree, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float) -> Packed: ...
+def _occluded(tlas: structs.Tlas, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float) -> Packed: ...
 
 
 @wp.kernel(enable_backward=False)
 def _trace(
-    tree: structs.Tree,
+    tlas: structs.Tlas,
     any_hit: int,
     origins: wp.array(dtype=wp.vec3),
     directions: wp.array(dtype=wp.vec3),
@@ -67,9 +67,9 @@ def _trace(
 ):
     i = wp.tid()
     if any_hit != 0:
-        hits[i] = _occluded(tree, origins[i], directions[i], 0.0, reach[i])
+        hits[i] = _occluded(tlas, origins[i], directions[i], 0.0, reach[i])
     else:
-        hits[i] = _closest(tree, origins[i], directions[i], 0.0, reach[i])
+        hits[i] = _closest(tlas, origins[i], directions[i], 0.0, reach[i])
 
 
 def trace(device_scene, scene, origins, directions, *, reach=None, any_hit=False) -> np.ndarray:
@@ -80,20 +80,20 @@ def trace(device_scene, scene, origins, directions, *, reach=None, any_hit=False
         kept.append(wp.array(values.reshape(-1).view(np.uint32), dtype=wp.uint32, device="cpu"))
         return int(kept[-1].ptr)
 
-    trees = []
+    blases = []
     for prototype in scene.prototypes:
-        trees.append(tuple(map(address, acceleration_structure.cuda_bottom(prototype.points, prototype.triangles))))
-    rows = device_scene.tables.tree.instances.numpy().copy()
+        blases.append(tuple(map(address, acceleration_structure.cuda_blas(prototype.points, prototype.triangles))))
+    rows = device_scene.tables.tlas.instances.numpy().copy()
     for row, which in zip(rows, scene.instances.prototype, strict=True):
-        row["nodes"], row["blocks"] = trees[which]
+        row["nodes"], row["blocks"] = blases[which]
     placement = device_scene.placement
     placed = np.flatnonzero(placement.placed)
     nodes, order = np.zeros((len(placed), NODE_WORDS), np.uint32), np.zeros(len(placed), np.int32)
-    acceleration_structure.TopTree(placement.lower, placement.upper, nodes, order, "cuda").build(placed)
-    tree = structs.Tree()
-    tree.nodes, tree.instance_count = address(nodes), len(placed)
-    tree.order = wp.array(order, dtype=wp.int32, device="cpu")
-    tree.instances = wp.array(rows, dtype=structs.Instance, device="cpu")
+    acceleration_structure.TlasBuilder(placement.lower, placement.upper, nodes, order, "cuda").build(placed)
+    tlas = structs.Tlas()
+    tlas.nodes, tlas.instance_count = address(nodes), len(placed)
+    tlas.order = wp.array(order, dtype=wp.int32, device="cpu")
+    tlas.instances = wp.array(rows, dtype=structs.Instance, device="cpu")
     assert rows.dtype == records(structs.Instance, 0).dtype
     reach = np.full(len(origins), 1e30) if reach is None else reach
     rays = [
@@ -103,7 +103,7 @@ def trace(device_scene, scene, origins, directions, *, reach=None, any_hit=False
     wp.launch(
         _trace,
         dim=len(origins),
-        inputs=[tree, int(any_hit), *rays, wp.array(reach, dtype=wp.float32, device="cpu"), hits],
+        inputs=[tlas, int(any_hit), *rays, wp.array(reach, dtype=wp.float32, device="cpu"), hits],
         device="cpu",
     )
     return hits.numpy()

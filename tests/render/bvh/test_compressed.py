@@ -9,7 +9,7 @@ from tests.render import scenes
 from tests.render.bvh import compress_by_numpy, compressed_on_cpu
 from tests.render.bvh.rays import trace
 from tests.render.bvh.test_query import random_rotation, shells, soup
-from usdsdg_render.bvh.acceleration_structure import cuda_bottom
+from usdsdg_render.bvh.acceleration_structure import cuda_blas
 from usdsdg_render.bvh.build import Builder
 from usdsdg_render.bvh.compress import LEAF_ITEMS, NODE_WORDS, Compressor
 from usdsdg_render.device.device_scene import DeviceScene
@@ -78,7 +78,7 @@ def test_nested_things_fill_the_stack_and_lose_no_hit():
 
 def test_every_triangle_is_in_one_leaf():
     mesh = soup(np.random.default_rng(1), "small")
-    nodes, corners = cuda_bottom(mesh.points, mesh.triangles)
+    nodes, corners = cuda_blas(mesh.points, mesh.triangles)
     order = corners[:, 0, 3].view(np.int32)
     assert sorted(order) == list(range(len(mesh.triangles)))
     np.testing.assert_array_equal(corners[..., :3], mesh.points[mesh.triangles[order]])

@@ -11,9 +11,9 @@ import pytest
 from tests.render import scenes
 from tests.render.bvh.rays import brute_force, trace, world_triangles
 from usdsdg_render.bvh import build
-from usdsdg_render.bvh.acceleration_structure import LANES, LEAF_TRIANGLES, cpu_bottom
+from usdsdg_render.bvh.acceleration_structure import LANES, LEAF_TRIANGLES, cpu_blas
 from usdsdg_render.bvh.build import Builder
-from usdsdg_render.bvh.query import MAX_BOTTOM_DEPTH, MAX_TOP_DEPTH
+from usdsdg_render.bvh.query import MAX_BLAS_DEPTH, MAX_TLAS_DEPTH
 
 
 def random_rotation(rng: np.random.Generator) -> np.ndarray:
@@ -163,14 +163,14 @@ def test_trees_stay_within_their_depth_whatever_they_hold():
     size = (4.0 ** np.arange(-20, 20))[:, None].astype(np.float32)
     lower, upper = np.repeat(-size, 3, 1), np.repeat(size, 3, 1)
     lower, upper = np.tile(lower, (50, 1)), np.tile(upper, (50, 1))
-    builder = Builder(lower, upper, len(lower), max_depth=MAX_TOP_DEPTH)
+    builder = Builder(lower, upper, len(lower), max_depth=MAX_TLAS_DEPTH)
     builder.build()
-    assert builder.depth <= MAX_TOP_DEPTH
+    assert builder.depth <= MAX_TLAS_DEPTH
     corners = (rng.normal(size=(3000, 3, 3)) * 10.0 ** rng.uniform(-12, 6, (3000, 1, 1))).astype(np.float32)
     lower, upper = corners.min(1), corners.max(1)
-    builder = Builder(lower, upper, 3000, block=LANES, leaf=LEAF_TRIANGLES, max_depth=MAX_BOTTOM_DEPTH)
+    builder = Builder(lower, upper, 3000, block=LANES, leaf=LEAF_TRIANGLES, max_depth=MAX_BLAS_DEPTH)
     _, blocks = builder.build()
-    assert builder.depth <= MAX_BOTTOM_DEPTH
+    assert builder.depth <= MAX_BLAS_DEPTH
     members = builder.members[:blocks]
     assert sorted(members[members >= 0]) == list(range(3000))
 
@@ -266,6 +266,6 @@ def test_the_trees_know_no_structs_of_warps_headers():
 
 def test_tree_memory_starts_on_cache_lines():
     mesh = scenes.sphere(rings=12)
-    nodes, blocks = cpu_bottom(mesh.points, mesh.triangles)
+    nodes, blocks = cpu_blas(mesh.points, mesh.triangles)
     assert nodes.ctypes.data % 64 == 0
     assert blocks.ctypes.data % 64 == 0

@@ -12,7 +12,7 @@ from usdsdg.errors import RenderError
 from usdsdg_render.device.precompile import precompile, without_bfloat16
 from usdsdg_render.kernels.labels import aov
 from usdsdg_render.kernels.path import wavefront
-from usdsdg_render.lights.environment import packed, packing_unit, resized
+from usdsdg_render.lights.environment import packed, packing_unit, to_grid
 from usdsdg_render.renderer import chosen_device
 from usdsdg_render.scene.scene import Instances, Texture
 from usdsdg_render.settings import PathSettings
@@ -111,8 +111,8 @@ def test_resized_skies_keep_their_energy(shape):
         edges = np.cos(np.pi * np.arange(rows + 1) / rows)
         return float((picture.mean(1) * (edges[:-1] - edges[1:])[:, None]).sum())
 
-    np.testing.assert_allclose(energy(resized(sky)), energy(sky), rtol=0.02)
-    assert resized(sky).shape == (256, 512, 3)
+    np.testing.assert_allclose(energy(to_grid(sky)), energy(sky), rtol=0.02)
+    assert to_grid(sky).shape == (256, 512, 3)
 
 
 def test_far_away_and_tiny_scenes_look_like_near_ones():
@@ -165,6 +165,6 @@ def test_kernels_keep_the_compiler_flags_of_the_user(flags, kept, monkeypatch):
 
 def test_kernels_compile_for_cuda(tmp_path):
     """Hopper's code, by the compiler that Warp brings along; no device is needed."""
-    for kernel in (wavefront.trace, aov.label_pixels):
+    for kernel in (wavefront.intersect_closest, aov.label_pixels):
         made = wp.compile_aot_module(kernel.module, arch=90, module_dir=tmp_path / kernel.key, use_ptx=True)
         assert any(file.stat().st_size > 1000 for file in made)

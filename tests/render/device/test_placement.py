@@ -32,7 +32,7 @@ def synced(matrices: np.ndarray) -> tuple[DeviceScene, scenes.Scene]:
 def test_records_hold_the_matrices_and_their_inverses():
     matrices = turned(100, 1)
     on_device, _ = synced(matrices)
-    rows = on_device.tables.tree.instances.numpy()
+    rows = on_device.tables.tlas.instances.numpy()
     linear = matrices[:, :3, :3].transpose(0, 2, 1)
     np.testing.assert_array_equal(rows["local_to_world"], linear.astype(np.float32))
     np.testing.assert_array_equal(rows["world_origin"], matrices[:, 3, :3].astype(np.float32))
@@ -67,7 +67,7 @@ def test_what_has_no_place_is_named_and_left_out(wrong):
     with pytest.warns(UserWarning, match="/object_2 is not in the picture"):
         on_device, _ = synced(matrices)
     np.testing.assert_array_equal(on_device.placement.placed, [True, True, False, True, True])
-    assert on_device.tables.tree.instance_count == 4
+    assert on_device.tables.tlas.instance_count == 4
     assert np.isfinite(on_device.placement.lower).all()
 
 
@@ -81,10 +81,10 @@ def test_places_one_after_the_other_are_those_of_a_new_renderer():
         scene.touch("transforms")
         on_device.sync(scene)
         expected, _ = synced(matrices)
-        assert on_device.tables.tree.instance_count == 60 - hidden
+        assert on_device.tables.tlas.instance_count == 60 - hidden
         for name in ("lower", "upper", "placed"):
             now, then = getattr(on_device.placement, name), getattr(expected.placement, name)
             np.testing.assert_array_equal(now, then)
         for name in ("world_to_local", "local_to_world", "world_origin"):
-            now, then = (each.tables.tree.instances.numpy()[name] for each in (on_device, expected))
+            now, then = (each.tables.tlas.instances.numpy()[name] for each in (on_device, expected))
             np.testing.assert_array_equal(now, then)

@@ -9,7 +9,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
 from usdsdg.stage.poses.transforms import local_to_world
 from usdsdg_render.lights.domes import DomeBuilder, read_dome
-from usdsdg_render.lights.light_images import directions, resample
+from usdsdg_render.lights.light_textures import directions, resample
 
 HEIGHT, WIDTH = 16, 32
 ALIVE = []  # a prim does not keep its stage

@@ -8,7 +8,7 @@ import pytest
 from tests.render import scenes
 from tests.render.images import EXACT, radiance, renderer_of
 from tests.render.lights import light_oracle
-from usdsdg_render.lights.emissive_instances import MOST_EMITTERS, find_emitters
+from usdsdg_render.lights.emissive_instances import MAX_EMISSIVE_LIGHTS, find_emissive_instances
 from usdsdg_render.scene.scene import WRAP_CLAMP, Texture
 from usdsdg_render.settings import PathSettings
 
@@ -115,12 +115,12 @@ def test_light_of_glossy_floors_does_not_depend_on_how_it_is_found(roughness):
     plate = (scenes.square(), scenes.moved((0.0, 2.0, 1.6), scale=1.2, rotation=POSE), 1)
     view = scenes.view_from((0.0, -2.0, 1.5), size=(4, 4), focal_length=100.0)
     # Far below the floor, out of everybody's sight.
-    crowd = [(scenes.square(), scenes.moved((k, 0, -900.0), scale=40.0), 1) for k in range(MOST_EMITTERS)]
+    crowd = [(scenes.square(), scenes.moved((k, 0, -900.0), scale=40.0), 1) for k in range(MAX_EMISSIVE_LIGHTS)]
 
     def seen(placed, samples):
         scene = scenes.scene_of([(scenes.square(), scenes.moved(scale=50.0), 0), *placed], materials=[floor, glow()])
         picture = radiance(scene, view, samples=samples, bounces=2).mean()
-        return picture, any(each.instance == 1 for each in find_emitters(scene))
+        return picture, any(each.instance == 1 for each in find_emissive_instances(scene))
 
     sampled, known = seen([plate], 4096)
     followed, unknown = seen([plate, *crowd], 16384)
@@ -132,10 +132,10 @@ def test_light_of_glossy_floors_does_not_depend_on_how_it_is_found(roughness):
 def test_only_lamps_that_matter_are_drawn_from():
     lamps = [(scenes.square(), scenes.moved((k, 0, 3.0), scale=size), 1) for k, size in enumerate((1.0, 0.01, 2.0))]
     scene = scenes.scene_of([GROUND, *lamps], materials=[FLOOR, glow()])
-    found = find_emitters(scene)
+    found = find_emissive_instances(scene)
     assert [each.instance for each in found] == [3, 1]
     # A square of side 2 and of side 4, of 40 nits.
-    np.testing.assert_allclose([each.glow for each in found], [40 * 16.0, 40 * 4.0])
+    np.testing.assert_allclose([each.luminance_area for each in found], [40 * 16.0, 40 * 4.0])
     np.testing.assert_allclose(found[1].center, (0, 0, 3.0))
     assert found[1].radius == pytest.approx(np.sqrt(2))
 

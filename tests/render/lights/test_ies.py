@@ -8,7 +8,7 @@ from pxr import Usd, UsdLux
 
 from usdsdg import errors
 from usdsdg_render.lights import ies
-from usdsdg_render.lights.patterns import read_pattern
+from usdsdg_render.lights.emission_profiles import read_emission_profile
 
 VERTICAL = [0, 30, 60, 90]
 DOWNLIGHT = [1000, 800, 200, 0]
@@ -123,20 +123,20 @@ def test_lights_take_profiles_from_their_shaping_inputs(tmp_path):
     stage = Usd.Stage.CreateInMemory()
     prim = UsdLux.SphereLight.Define(stage, "/Light").GetPrim()
     shaping = UsdLux.ShapingAPI.Apply(prim)
-    assert read_pattern(prim) is None
+    assert read_emission_profile(prim) is None
     shaping.CreateShapingIesFileAttr(str(path))
-    first = read_pattern(prim)
+    first = read_emission_profile(prim)
     assert first is not None
-    assert first.profile is not None
-    assert first.profile[0, 0] == 1000
-    assert read_pattern(prim) is first
+    assert first.ies is not None
+    assert first.ies[0, 0] == 1000
+    assert read_emission_profile(prim) is first
     shaping.CreateShapingIesNormalizeAttr(True)
     shaping.CreateShapingIesAngleScaleAttr(0.5)
-    second = read_pattern(prim)
+    second = read_emission_profile(prim)
     assert second is not None
-    assert second.profile is not None
-    assert 1 < second.profile[0, 0] < 10
-    assert second.profile[46 * 4, 0] == 0
+    assert second.ies is not None
+    assert 1 < second.ies[0, 0] < 10
+    assert second.ies[46 * 4, 0] == 0
     path.write_text("broken")
     with pytest.warns(UserWarning, match="/Light: the IES profile cannot be read.*TILT"):
-        assert read_pattern(prim) is None
+        assert read_emission_profile(prim) is None

@@ -7,10 +7,10 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
 from usdsdg.stage.poses.transforms import local_to_world
-from usdsdg_render.lights.areas import ellipse_perimeter, ellipsoid_area
 from usdsdg_render.lights.light_reader import LightReader
 from usdsdg_render.lights.light_rows import read_light
-from usdsdg_render.lights.light_values import temperature_colour
+from usdsdg_render.lights.light_values import temperature_color
+from usdsdg_render.lights.power import ellipse_perimeter, ellipsoid_area
 from usdsdg_render.scene import structs
 
 ALIVE = []  # a prim does not keep its stage
@@ -25,8 +25,8 @@ def light(kind, **inputs):
     return stage, prim
 
 
-def row_of(prim, metres_per_unit=1.0):
-    return read_light(prim, np.array(local_to_world(prim)), metres_per_unit)
+def row_of(prim, meters_per_unit=1.0):
+    return read_light(prim, np.array(local_to_world(prim)), meters_per_unit)
 
 
 def scaled(prim, *scale):
@@ -130,7 +130,7 @@ def test_a_surface_facing_a_distant_light_gets_its_intensity_in_lux(angle, norma
 
 
 def test_temperature_is_white_at_6500_and_blackbody_elsewhere():
-    np.testing.assert_allclose(temperature_colour(6500.0), 1.0)
+    np.testing.assert_allclose(temperature_color(6500.0), 1.0)
     warm = np.array(UsdLux.BlackbodyTemperatureAsRgb(3000)) / np.array(UsdLux.BlackbodyTemperatureAsRgb(6500))
     _, prim = light("SphereLight", colorTemperature=3000.0)
     np.testing.assert_allclose(row_of(prim)["radiance"], 1.0)
@@ -260,7 +260,7 @@ def test_zero_scale_is_off_and_named():
 
 def test_a_point_light_with_normalize_keeps_its_power():
     _, prim = light("SphereLight", radius=0.0, normalize=True, intensity=9.0)
-    row = row_of(prim, metres_per_unit=0.01)
+    row = row_of(prim, meters_per_unit=0.01)
     assert row["radius"] == pytest.approx(0.1)  # a millimetre in a stage of centimetres
     np.testing.assert_allclose(flux_per_pi(row), 9.0, rtol=1e-6)
 
@@ -279,8 +279,8 @@ def test_what_is_ignored_is_named(author, name):
     with pytest.warns(UserWarning, match=f"/Light.*{name}"):
         lights = LightReader().read([prim], [np.array(local_to_world(prim))], 1.0, [])
     assert len(lights.table) == 1
-    assert not lights.patterns
-    assert not lights.rules
+    assert not lights.profiles
+    assert not lights.links
 
 
 def test_power_is_positive_and_grows_with_the_flux():

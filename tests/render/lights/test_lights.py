@@ -8,7 +8,7 @@ import pytest
 from tests.render import scenes
 from tests.render.images import radiance
 from tests.render.lights import light_oracle
-from usdsdg_render.scene.scene import Dome, LightPattern
+from usdsdg_render.scene.scene import Dome, EmissionProfile
 from usdsdg_render.scene.structs import (
     LIGHT_CYLINDER,
     LIGHT_DISK,
@@ -28,12 +28,12 @@ def matt_floor(**scene) -> scenes.Scene:
     return scenes.scene_of([(scenes.square(), scenes.moved(scale=1000.0), 0)], materials=[floor], **scene)
 
 
-def floor_irradiance(light: np.ndarray, *, seed=0, samples=SAMPLES, pattern: LightPattern | None = None) -> float:
+def floor_irradiance(light: np.ndarray, *, seed=0, samples=SAMPLES, pattern: EmissionProfile | None = None) -> float:
     """Irradiance at the origin of the floor, seen from obliquely above in one pixel."""
     view = scenes.view_from((0.0, -6.0, 0.3), size=(1, 1), focal_length=50000.0)
     scene = matt_floor(lights=[light])
     if pattern is not None:
-        scene.light_patterns, scene.lights["pattern"] = [pattern], 0
+        scene.emission_profiles, scene.lights["emission_profile"] = [pattern], 0
     picture = radiance(scene, view, samples=samples, bounces=1, seed=seed)
     return float(picture.mean() * np.pi / ALBEDO)
 
@@ -340,10 +340,10 @@ def test_a_profile_shines_by_the_angles_that_the_scene_says():
         light = scenes.sphere_light(1e4, -5 * leaving, 0.01, visible=0)
         plain = floor_irradiance(light)
         expected = (1 + off / 180) * (2 + np.cos(np.radians(turn - 50)) if off else 1)
-        measured = floor_irradiance(light, pattern=LightPattern(profile=profile)) / plain
+        measured = floor_irradiance(light, pattern=EmissionProfile(ies=profile)) / plain
         if off:
             np.testing.assert_allclose(measured, expected, rtol=1e-3)
-        even = LightPattern(profile=profile[:, :1])
+        even = EmissionProfile(ies=profile[:, :1])
         wanted = (1 + off / 180) * (2 + np.cos(np.radians(50)))
         np.testing.assert_allclose(floor_irradiance(light, pattern=even) / plain, wanted, rtol=1e-3)
 
@@ -353,7 +353,7 @@ def test_a_picture_on_a_rectangle_is_upright_on_its_lit_side():
     picture = np.array([[(1, 0, 0), (0, 1, 0)], [(0, 0, 1), (1, 1, 1)]], np.float32)
     light = scenes.light(LIGHT_RECT, radiance=10.0, width=2.0, height=2.0)
     scene = scenes.scene_of([], lights=[light])
-    scene.light_patterns, scene.lights["pattern"] = [LightPattern(picture=picture)], 0
+    scene.emission_profiles, scene.lights["emission_profile"] = [EmissionProfile(texture=picture)], 0
     view = scenes.view_from((0, 0, -5), up=(0, 1, 0), size=(41, 41), focal_length=50.0)
     seen = radiance(scene, view, samples=16)
     lit = seen.sum(-1) > 0
@@ -377,7 +377,7 @@ def test_a_picture_lights_as_its_texels_integrate_to():
     value = (grey[top, left] * (1 - fx) + grey[top, left + 1] * fx) * (1 - fy)
     value += (grey[top + 1, left] * (1 - fx) + grey[top + 1, left + 1] * fx) * fy
     expected = light_oracle.irradiance(points + np.array([0.2, 0.1, 0.6]), areas, 100.0 * value)
-    measured = floor_irradiance(light, samples=16384, pattern=LightPattern(picture=picture))
+    measured = floor_irradiance(light, samples=16384, pattern=EmissionProfile(texture=picture))
     np.testing.assert_allclose(measured, expected, rtol=0.015)
 
 

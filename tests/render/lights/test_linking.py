@@ -8,8 +8,8 @@ from pxr import Gf, Usd, UsdGeom, UsdLux
 
 from tests.render import scenes
 from tests.render.images import radiance
-from usdsdg_render.lights.linking import read_rules
-from usdsdg_render.scene.scene import LightRules
+from usdsdg_render.lights.linking import read_links
+from usdsdg_render.scene.scene import LightLinks
 from usdsdg_render.scene.structs import LIGHT_DISTANT, LIGHT_RECT, LIGHT_SPHERE
 from usdsdg_render.sync.extract import SceneExtractor
 
@@ -23,7 +23,7 @@ LIGHTS = {
 }
 
 
-def lit_floor(light: str, rules: LightRules | None, *, plate: bool, floor=None, bounces=2) -> np.ndarray:
+def lit_floor(light: str, links: LightLinks | None, *, plate: bool, floor=None, bounces=2) -> np.ndarray:
     """Mean radiance (3,) at the origin of a floor (instance 0), a plate (instance 1) hanging over it or not."""
     floor = scenes.material(base_color=0.5, specular=0.0, roughness=1.0) if floor is None else floor
     placed = [(scenes.square(), scenes.moved(scale=20.0), 0)]
@@ -32,8 +32,8 @@ def lit_floor(light: str, rules: LightRules | None, *, plate: bool, floor=None, 
     row = scenes.light(visible=0, **LIGHTS[light])
     dark = scenes.material(base_color=0.0, specular=0.0)
     scene = scenes.scene_of(placed, materials=[floor, dark], lights=[row])
-    if rules is not None:
-        scene.light_rules, scene.lights["rules"] = [rules], 0
+    if links is not None:
+        scene.light_links, scene.lights["links"] = [links], 0
     view = scenes.view_from((0.0, -8.0, 1.2), size=(1, 1), focal_length=50000.0)
     return radiance(scene, view, samples=1024, bounces=bounces).mean((0, 1))
 
@@ -50,7 +50,7 @@ def test_without_shadows_a_light_shines_through_what_is_in_the_way(light, floor)
     material = FLOORS[floor]
     open_sky = lit_floor(light, None, plate=False, floor=material)
     assert lit_floor(light, None, plate=True, floor=material).max() < 0.02 * open_sky.max()
-    through = lit_floor(light, LightRules(shadow_distance=0.0), plate=True, floor=material)
+    through = lit_floor(light, LightLinks(shadow_distance=0.0), plate=True, floor=material)
     np.testing.assert_allclose(through, open_sky, rtol=0.02)
 
 
@@ -59,7 +59,7 @@ def test_without_shadows_a_light_shines_through_what_is_in_the_way(light, floor)
 def test_shadows_have_their_colour(light, floor):
     material = FLOORS[floor]
     open_sky = lit_floor(light, None, plate=False, floor=material)
-    shadow = lit_floor(light, LightRules(shadow_color=(0.2, 0.5, 1.0)), plate=True, floor=material)
+    shadow = lit_floor(light, LightLinks(shadow_color=(0.2, 0.5, 1.0)), plate=True, floor=material)
     np.testing.assert_allclose(shadow, open_sky * (0.2, 0.5, 1.0), rtol=0.02)
 
 
@@ -67,8 +67,8 @@ def test_shadows_end_and_fade_with_the_distance_of_what_casts_them():
     """The plate hangs two units up: full shadow beyond its zone, none past the distance, a power between."""
     open_sky = lit_floor("delta", None, plate=False)[0]
 
-    def left(**rules) -> float:
-        return lit_floor("delta", LightRules(**rules), plate=True)[0] / open_sky
+    def left(**links) -> float:
+        return lit_floor("delta", LightLinks(**links), plate=True)[0] / open_sky
 
     assert left(shadow_distance=2.1) < 1e-3
     assert left(shadow_distance=1.9) == pytest.approx(1.0, abs=1e-3)
@@ -82,28 +82,28 @@ def test_shadows_end_and_fade_with_the_distance_of_what_casts_them():
 def test_lights_reach_what_they_are_linked_to(light, floor):
     material = FLOORS[floor]
     open_sky = lit_floor(light, None, plate=False, floor=material)
-    assert lit_floor(light, LightRules(lit=np.array([False])), plate=False, floor=material).max() == 0.0
-    linked = lit_floor(light, LightRules(lit=np.array([True])), plate=False, floor=material)
+    assert lit_floor(light, LightLinks(lit=np.array([False])), plate=False, floor=material).max() == 0.0
+    linked = lit_floor(light, LightLinks(lit=np.array([True])), plate=False, floor=material)
     np.testing.assert_allclose(linked, open_sky, rtol=0.02)
 
 
 @pytest.mark.parametrize("light", LIGHTS)
 def test_only_linked_things_cast_a_shadow(light):
     open_sky = lit_floor(light, None, plate=False)
-    free = lit_floor(light, LightRules(casting=np.array([True, False])), plate=True)
+    free = lit_floor(light, LightLinks(casting=np.array([True, False])), plate=True)
     np.testing.assert_allclose(free, open_sky, rtol=0.02)
-    assert lit_floor(light, LightRules(casting=np.array([False, True])), plate=True).max() < 0.02 * open_sky.max()
+    assert lit_floor(light, LightLinks(casting=np.array([False, True])), plate=True).max() < 0.02 * open_sky.max()
 
 
 def test_a_light_with_rules_leaves_others_alone():
     plain = scenes.sphere_light(500.0, (1, 0, 5), 0.3, visible=0)
-    ruled = scenes.sphere_light(900.0, (-1, 0, 5), 0.3, visible=0, rules=0)
+    ruled = scenes.sphere_light(900.0, (-1, 0, 5), 0.3, visible=0, links=0)
     view = scenes.view_from((0.0, -8.0, 1.2), size=(1, 1), focal_length=50000.0)
     placed = [(scenes.square(), scenes.moved(scale=20.0), 0)]
 
     def seen(lights) -> float:
         scene = scenes.scene_of(placed, lights=lights)
-        scene.light_rules = [LightRules(lit=np.array([False]))]
+        scene.light_links = [LightLinks(lit=np.array([False]))]
         return radiance(scene, view, samples=4096, bounces=2).mean()
 
     np.testing.assert_allclose(seen([plain, ruled]), seen([plain]), rtol=0.02)
@@ -117,10 +117,10 @@ def test_glass_shows_a_light_with_rules_once():
     slab = (scenes.cube(), scenes.moved(scale=(2.0, 2.0, 0.2)), 0)
     view = scenes.view_from((0.0, 0.1, 5.0), size=(4, 4), focal_length=100.0)
 
-    def seen(rules: int) -> float:
-        light["rules"] = rules
+    def seen(links: int) -> float:
+        light["links"] = links
         scene = scenes.scene_of([slab], materials=[glass], lights=[light])
-        scene.light_rules = [LightRules(casting=np.array([True]))]
+        scene.light_links = [LightLinks(casting=np.array([True]))]
         return radiance(scene, view, samples=512, bounces=4).mean()
 
     plain = seen(-1)
@@ -146,17 +146,17 @@ PATHS = ["/World/A/Cube", "/World/B/Cube"]
 def test_plain_lights_have_no_rules():
     _, light = stage_of_two()
     UsdLux.ShadowAPI.Apply(light.GetPrim()).CreateShadowEnableAttr(True)
-    assert read_rules(light.GetPrim(), PATHS) is None
+    assert read_links(light.GetPrim(), PATHS) is None
 
 
 def test_excluded_prims_are_not_lit():
     _, light = stage_of_two()
     UsdLux.LightAPI(light).GetLightLinkCollectionAPI().ExcludePath("/World/B")
-    rules = read_rules(light.GetPrim(), PATHS)
-    assert rules is not None
-    assert rules.lit is not None
-    assert rules.lit.tolist() == [True, False]
-    assert rules.casting is None
+    links = read_links(light.GetPrim(), PATHS)
+    assert links is not None
+    assert links.lit is not None
+    assert links.lit.tolist() == [True, False]
+    assert links.casting is None
 
 
 def test_without_the_root_only_included_prims_cast_shadows():
@@ -164,11 +164,11 @@ def test_without_the_root_only_included_prims_cast_shadows():
     shadow = UsdLux.LightAPI(light).GetShadowLinkCollectionAPI()
     shadow.GetIncludeRootAttr().Set(False)
     shadow.IncludePath("/World/B")
-    rules = read_rules(light.GetPrim(), PATHS)
-    assert rules is not None
-    assert rules.casting is not None
-    assert rules.casting.tolist() == [False, True]
-    assert rules.lit is None
+    links = read_links(light.GetPrim(), PATHS)
+    assert links is not None
+    assert links.casting is not None
+    assert links.casting.tolist() == [False, True]
+    assert links.lit is None
 
 
 def test_shadow_inputs_are_read():
@@ -178,15 +178,15 @@ def test_shadow_inputs_are_read():
     shadow.CreateShadowDistanceAttr(4.0)
     shadow.CreateShadowFalloffAttr(9.0)
     shadow.CreateShadowFalloffGammaAttr(2.0)
-    rules = read_rules(light.GetPrim(), PATHS)
-    assert rules is not None
+    links = read_links(light.GetPrim(), PATHS)
+    assert links is not None
     # The zone cannot be longer than the distance.
-    assert (rules.shadow_distance, rules.shadow_falloff, rules.shadow_gamma) == (4.0, 4.0, 2.0)
-    assert rules.shadow_color == (0.5, 0.25, 0.0)
+    assert (links.shadow_distance, links.shadow_falloff, links.shadow_gamma) == (4.0, 4.0, 2.0)
+    assert links.shadow_color == (0.5, 0.25, 0.0)
     shadow.CreateShadowEnableAttr(False)
-    rules = read_rules(light.GetPrim(), PATHS)
-    assert rules is not None
-    assert rules.shadow_distance == 0.0
+    links = read_links(light.GetPrim(), PATHS)
+    assert links is not None
+    assert links.shadow_distance == 0.0
 
 
 def test_links_follow_the_stage():
@@ -195,15 +195,15 @@ def test_links_follow_the_stage():
     extractor = SceneExtractor(stage)
     extractor.update()
     scene = extractor.scene
-    assert scene.lights["rules"].tolist() == [0]
-    assert scene.light_rules[0].lit.tolist() == [True, False]
+    assert scene.lights["links"].tolist() == [0]
+    assert scene.light_links[0].lit.tolist() == [True, False]
     before = scene.versions["lights"]
     extractor.update()
     assert scene.versions["lights"] == before
     # One more instance, also lit.
     UsdGeom.Sphere.Define(stage, "/World/A/Ball")
     extractor.update()
-    assert dict(zip(scene.instances.paths, scene.light_rules[0].lit.tolist(), strict=True)) == {
+    assert dict(zip(scene.instances.paths, scene.light_links[0].lit.tolist(), strict=True)) == {
         "/World/A/Cube": True,
         "/World/A/Ball": True,
         "/World/B/Cube": False,
@@ -211,8 +211,8 @@ def test_links_follow_the_stage():
     # A link that is taken back.
     UsdLux.LightAPI(light).GetLightLinkCollectionAPI().GetExcludesRel().SetTargets([])
     extractor.update()
-    assert scene.lights["rules"].tolist() == [-1]
-    assert scene.light_rules == []
+    assert scene.lights["links"].tolist() == [-1]
+    assert scene.light_links == []
     # One instance goes by its transform alone.
     UsdLux.LightAPI(light).GetLightLinkCollectionAPI().ExcludePath("/World/B")
     ball = UsdGeom.Xformable(stage.GetPrimAtPath("/World/A/Ball"))
@@ -222,7 +222,7 @@ def test_links_follow_the_stage():
     scale.Set(Gf.Vec3f(0))
     with pytest.warns(UserWarning, match="/World/A/Ball"):
         extractor.update()
-    assert scene.light_rules[0].lit.tolist() == [True, False]
+    assert scene.light_links[0].lit.tolist() == [True, False]
     extractor.close()
 
 
@@ -236,7 +236,7 @@ def test_point_instances_are_linked_by_their_prototypes():
     UsdLux.LightAPI(light).GetLightLinkCollectionAPI().ExcludePath("/World/Many")
     extractor = SceneExtractor(stage)
     extractor.update()
-    lit = dict(zip(extractor.scene.instances.paths, extractor.scene.light_rules[0].lit.tolist(), strict=True))
+    lit = dict(zip(extractor.scene.instances.paths, extractor.scene.light_links[0].lit.tolist(), strict=True))
     assert [lit[path] for path in PATHS] == [True, True]
     assert sum(lit.values()) == 2
     assert len(lit) == 4

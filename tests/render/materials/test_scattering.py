@@ -10,7 +10,7 @@ import warp as wp
 
 from tests.render import scenes
 from usdsdg_render.device.albedo_table import albedo_table
-from usdsdg_render.kernels.bsdf.bsdf import bsdf_at, sample_direction, scatter
+from usdsdg_render.kernels.bsdf.bsdf import evaluate_bsdf, make_bsdf, sample_bsdf
 from usdsdg_render.kernels.scene.surface import Surface
 from usdsdg_render.scene import structs
 
@@ -19,7 +19,7 @@ from usdsdg_render.scene import structs
 def flat(material: structs.Material, up: wp.vec3):
     surface = Surface()
     surface.normal = up
-    surface.horizon = up
+    surface.horizon_normal = up
     surface.base = material.base_color
     surface.metallic = material.metallic
     surface.roughness = material.roughness
@@ -44,8 +44,8 @@ def scatter_between(
     k = wp.tid()
     material = materials[0]
     up = wp.vec3(0.0, 0.0, 1.0)
-    b = bsdf_at(table, flat(material, up), material, 1.0, up, seen_from[k], 0.0)
-    out = scatter(b, lit_from[k])
+    b = make_bsdf(table, flat(material, up), material, 1.0, up, seen_from[k], 0.0)
+    out = evaluate_bsdf(b, lit_from[k])
     diffuse[k] = out.diffuse
     specular[k] = out.specular
     scale[k] = b.specular_scale
@@ -64,10 +64,10 @@ def draw_directions(
     k = wp.tid()
     material = materials[0]
     up = wp.vec3(0.0, 0.0, 1.0)
-    directions[k] = sample_direction(bsdf_at(table, flat(material, up), material, 1.0, up, seen_from, 0.0), numbers[k])
+    directions[k] = sample_bsdf(make_bsdf(table, flat(material, up), material, 1.0, up, seen_from, 0.0), numbers[k])
 
 
-class Scattered(NamedTuple):
+class BsdfValue(NamedTuple):
     """f * cosine of each pair of directions, by lobe; the scale of the glossy one; the density [1/sr]."""
 
     diffuse: np.ndarray
@@ -88,12 +88,12 @@ def vectors(values) -> wp.array:
     return wp.array(np.ascontiguousarray(values, np.float32), dtype=wp.vec3, device="cpu")
 
 
-def scattered(material: np.ndarray, seen_from, lit_from) -> Scattered:
+def scattered(material: np.ndarray, seen_from, lit_from) -> BsdfValue:
     seen_from, lit_from = np.broadcast_arrays(seen_from, lit_from)
     out = [wp.zeros(len(lit_from), dtype=kind, device="cpu") for kind in (wp.vec3, wp.vec3, wp.vec3, wp.float32)]
     inputs = [*on_device(material), vectors(seen_from), vectors(lit_from)]
     wp.launch(scatter_between, dim=len(lit_from), inputs=inputs, outputs=out, device="cpu")
-    return Scattered(*(each.numpy().astype(np.float64) for each in out))
+    return BsdfValue(*(each.numpy().astype(np.float64) for each in out))
 
 
 def hemisphere(count: int) -> tuple[np.ndarray, float]:

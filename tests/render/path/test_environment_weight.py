@@ -9,7 +9,7 @@ from tests.render import scenes
 from tests.render.images import EXACT, renderer_of
 from usdsdg_render.device.camera import camera_records
 from usdsdg_render.path import path_tracer
-from usdsdg_render.path.environment_weight import LEAST, sky_shares
+from usdsdg_render.path.environment_weight import MIN_WEIGHT, environment_weights
 from usdsdg_render.settings import PathSettings
 
 VIEW = scenes.view_from((0, -0.9, 0), (0, 1, 0), size=(24, 18), focal_length=12.0)
@@ -38,14 +38,14 @@ def room(*, window: float = 0.0, lamp: bool = True, sky: float = 1.0, sun: float
 def share_of(scene: scenes.Scene, view=VIEW) -> float:
     renderer = renderer_of(scene)
     on_device = renderer._on_device
-    return float(sky_shares(on_device, camera_records([view], renderer.device), threads=1)[0])
+    return float(environment_weights(on_device, camera_records([view], renderer.device), threads=1)[0])
 
 
 def test_it_is_what_comes_in():
-    assert share_of(room()) == LEAST
+    assert share_of(room()) == MIN_WEIGHT
     shares = [share_of(room(window=window)) for window in (0.1, 0.4, 1.0)]
-    assert LEAST <= shares[0] <= shares[1] <= shares[2] < 1.0
-    assert shares[2] > 4 * LEAST
+    assert MIN_WEIGHT <= shares[0] <= shares[1] <= shares[2] < 1.0
+    assert shares[2] > 4 * MIN_WEIGHT
     # Outside, before one wall.
     assert share_of(room(), scenes.view_from((0, -9, 0), (0, 0, 0))) == 1.0
 
@@ -57,15 +57,15 @@ def test_it_does_not_matter_where_all_light_is_from_one_side():
 def test_it_counts_the_sun():
     towards_the_sun = scenes.view_from((-0.9, 0, 0), (1, 0, 0), size=(24, 18), focal_length=12.0)
     behind_the_wall = share_of(room(sun=1e4, window=0.1), towards_the_sun)
-    assert behind_the_wall == LEAST
+    assert behind_the_wall == MIN_WEIGHT
     assert share_of(room(sun=1e4, window=1.0), VIEW) > behind_the_wall
 
 
 @pytest.mark.parametrize("scene", [room(), room(window=0.3), room(window=1.0, sun=2.0)], ids=["closed", "ajar", "open"])
-@pytest.mark.parametrize("share", [LEAST, 0.25])
+@pytest.mark.parametrize("share", [MIN_WEIGHT, 0.25])
 def test_pictures_are_right_with_any(scene, share, monkeypatch):
     def mean(value):
-        monkeypatch.setattr(path_tracer, "sky_shares", lambda *_, **__: np.float32(value))
+        monkeypatch.setattr(path_tracer, "environment_weights", lambda *_, **__: np.float32(value))
         renderer = renderer_of(scene, threads=2)
         film = renderer.new_film(VIEW.width, VIEW.height)
         renderer.accumulate(film, VIEW, samples=512, settings=PathSettings(**EXACT, bounces=3))
@@ -86,5 +86,5 @@ def test_a_lit_room_under_a_bright_sky_has_a_tenth_of_the_noise(monkeypatch):
         return np.var([film.radiance() for film in films], axis=0).mean()
 
     now = variance()
-    monkeypatch.setattr(path_tracer, "sky_shares", lambda *_, **__: np.float32(1.0))
+    monkeypatch.setattr(path_tracer, "environment_weights", lambda *_, **__: np.float32(1.0))
     assert now < variance() / 10

@@ -10,7 +10,7 @@ import warp as wp
 from tests.render.path.films import film_of, needs_library, rms
 from usdsdg.errors import RenderError
 from usdsdg_render.path import oidn_denoiser
-from usdsdg_render.path.film import develop
+from usdsdg_render.path.film import tone_map
 from usdsdg_render.path.wavelet_denoiser import denoise as wavelet
 from usdsdg_render.settings import ToneSettings
 
@@ -121,7 +121,7 @@ def test_pixels_without_samples_stay_clear():
     color = film.arrays.color.numpy()
     color[:10] = 0.0
     film.arrays.color.assign(color)
-    out = develop(film, OIDN)
+    out = tone_map(film, OIDN)
     assert not out["HdrColor"][:10].any()
     assert (out["HdrColor"][10:, :, 3] == 1).all()
 
@@ -129,10 +129,10 @@ def test_pixels_without_samples_stay_clear():
 @needs_library
 def test_developing_takes_it_and_mixes_it_as_asked():
     film = striped_film()
-    assert np.array_equal(develop(film, OIDN)["HdrColor"][..., :3], filtered(film).astype(np.float16))
+    assert np.array_equal(tone_map(film, OIDN)["HdrColor"][..., :3], filtered(film).astype(np.float16))
     share = ToneSettings(denoiser="oidn", denoiser_blend=0.5)
     expected = (film.radiance() + filtered(film)) / 2
-    np.testing.assert_allclose(develop(film, share)["HdrColor"][..., :3], expected, rtol=2**-10)
+    np.testing.assert_allclose(tone_map(film, share)["HdrColor"][..., :3], expected, rtol=2**-10)
 
 
 @needs_library
@@ -152,13 +152,13 @@ def test_without_the_library_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "mitsuba_oidn", None)
     film = film_of(np.ones((4, 4, 3)))
     with pytest.raises(RenderError, match=r"pip install 'usdsdg\[denoise\]', or .* 'wavelet'"):
-        develop(film, OIDN)
+        tone_map(film, OIDN)
 
 
 def test_a_processor_that_it_would_crash_on_is_named(monkeypatch):
     monkeypatch.setattr(oidn_denoiser, "lacks_sve", lambda: True)
     with pytest.raises(RenderError, match=r"needs a processor with SVE.* 'wavelet'"):
-        develop(film_of(np.ones((4, 4, 3))), OIDN)
+        tone_map(film_of(np.ones((4, 4, 3))), OIDN)
 
 
 @pytest.mark.parametrize(
@@ -184,7 +184,7 @@ def test_a_system_library_that_it_lacks_is_named(monkeypatch, tmp_path):
     monkeypatch.delitem(sys.modules, "mitsuba_oidn", raising=False)
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(RenderError, match=r"could not load libnanothread.so\).* .libatomic1 in .* or .* 'wavelet'"):
-        develop(film_of(np.ones((4, 4, 3))), OIDN)
+        tone_map(film_of(np.ones((4, 4, 3))), OIDN)
 
 
 @pytest.mark.cuda

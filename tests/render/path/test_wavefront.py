@@ -9,7 +9,7 @@ from tests.render import scenes
 from tests.render.images import DEVICE, renderer_of
 from usdsdg_render.device.camera import views_record
 from usdsdg_render.path.path_tracer import path_options
-from usdsdg_render.path.wavefront import Waves
+from usdsdg_render.path.wavefront import WavefrontTracer
 from usdsdg_render.settings import PathSettings
 
 VIEW = scenes.view_from((0, -4, 2), size=(12, 9), f_stop=1.0, focus_distance=4.0)
@@ -41,7 +41,7 @@ def test_waves_of_any_size_make_the_same_picture(most, wanted):
         other.allocate_features()
         other.allocate_light_aovs()
     tables = renderer._on_device.tables
-    Waves(DEVICE, most).add_samples(
+    WavefrontTracer(DEVICE, most).add_samples(
         tables, path_options(settings, other), views_record([VIEW], DEVICE), [other.arrays], 7
     )
     extra = ("albedo", "normal_depth", "square", "light_aovs") if wanted else ()
@@ -58,7 +58,9 @@ def test_lenses_that_leave_pixels_dark():
     film, other = (renderer.new_film(12, 9) for _ in range(2))
     renderer.accumulate(film, view, samples=2, settings=PathSettings())
     options = path_options(PathSettings(), other)
-    Waves(DEVICE, 100).add_samples(renderer._on_device.tables, options, views_record([view], DEVICE), [other.arrays], 2)
+    WavefrontTracer(DEVICE, 100).add_samples(
+        renderer._on_device.tables, options, views_record([view], DEVICE), [other.arrays], 2
+    )
     np.testing.assert_array_equal(other.arrays.color.numpy(), film.arrays.color.numpy())
 
 
@@ -71,7 +73,7 @@ def test_pictures_in_one_wave_are_those_that_each_has_alone(most):
     renderer.accumulate_all(films, views, samples=3, settings=PathSettings())
     options = path_options(PathSettings(), others[0])
     tables, arrays = renderer._on_device.tables, [other.arrays for other in others]
-    Waves(DEVICE, most).add_samples(tables, options, views_record(views, DEVICE), arrays, 3)
+    WavefrontTracer(DEVICE, most).add_samples(tables, options, views_record(views, DEVICE), arrays, 3)
     for film, other, view in zip(films, others, views, strict=True):
         alone = renderer.new_film(12, 9)
         renderer.accumulate(alone, view, samples=3, settings=PathSettings())

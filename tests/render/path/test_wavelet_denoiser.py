@@ -5,7 +5,7 @@ import pytest
 
 from tests.render.path.films import SAMPLES, film_of, rms
 from usdsdg.errors import RenderError
-from usdsdg_render.path.film import develop
+from usdsdg_render.path.film import tone_map
 from usdsdg_render.path.wavelet_denoiser import denoise
 from usdsdg_render.settings import ToneSettings
 
@@ -82,15 +82,15 @@ def test_the_result_does_not_depend_on_threads(threads):
 
 def test_developing_filters_unless_told_not_to():
     film = film_of(np.full((SIZE, SIZE, 3), 300.0))
-    plain = develop(film, ToneSettings(denoise=False))["LdrColor"].astype(float)
-    clean = develop(film, ToneSettings())["LdrColor"].astype(float)
+    plain = tone_map(film, ToneSettings(denoise=False))["LdrColor"].astype(float)
+    clean = tone_map(film, ToneSettings())["LdrColor"].astype(float)
     assert clean[..., :3].std() < plain[..., :3].std() / 3
 
 
 @pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
 def test_a_share_of_the_noisy_picture_stays(share):
     film = film_of(np.full((SIZE, SIZE, 3), 300.0))
-    got = develop(film, ToneSettings(denoiser_blend=share))["HdrColor"][..., :3]
+    got = tone_map(film, ToneSettings(denoiser_blend=share))["HdrColor"][..., :3]
     expected = share * film.radiance() + (1 - share) * filtered(film)
     np.testing.assert_allclose(got, expected, rtol=2**-10)  # half floats have eleven digits
 
@@ -98,4 +98,4 @@ def test_a_share_of_the_noisy_picture_stays(share):
 def test_a_denoiser_that_there_is_not_is_named():
     film = film_of(np.full((4, 4, 3), 300.0))
     with pytest.raises(RenderError, match="'median'; it may be 'wavelet' or 'oidn'"):
-        develop(film, ToneSettings(denoiser="median"))
+        tone_map(film, ToneSettings(denoiser="median"))

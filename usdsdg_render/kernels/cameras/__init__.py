@@ -1,1 +1,1 @@
-"""Pixels to rays, through every lens model."""
+"""Cameras: pixels to rays and back, through every lens model."""

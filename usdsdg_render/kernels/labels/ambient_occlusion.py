@@ -33,10 +33,10 @@ def label_ambient(
     if hit.instance < 0:
         return
     surface = surface_at(tables, hit, ray.direction)
-    normal = facing(surface.normal, surface.horizon, -ray.direction)
+    normal = facing(surface.normal, surface.horizon_normal, -ray.direction)
     across = perpendicular(normal)
     along = wp.cross(normal, across)
-    origin = surface.position + surface.lift + surface.geometric * surface.gap
+    origin = surface.position + surface.terminator_offset + surface.geometric * surface.ray_epsilon
     seed = pixel_seed(wp.uint32(0), wp.uint32(0), x, y)
     free = float(0.0)
     for k in range(AMBIENT_RAYS):
@@ -44,6 +44,6 @@ def label_ambient(
         around = cos_sin(r[1])
         s = wp.sqrt(r[0])
         direction = across * (s * around[0]) + along * (s * around[1]) + normal * wp.sqrt(1.0 - r[0])
-        if wp.dot(direction, surface.horizon) > 0.0:
+        if wp.dot(direction, surface.horizon_normal) > 0.0:
             free += transmitted(tables, origin, direction, reach)
     openness[v, y, x] = free / float(AMBIENT_RAYS)

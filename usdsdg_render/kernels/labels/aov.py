@@ -123,7 +123,7 @@ def label_pixels(
     if out.barycentrics.shape[0] > 0:
         out.barycentrics[v, y, x] = wp.vec3(1.0 - hit.u - hit.v, hit.u, hit.v)
     if out.prim.shape[0] + out.uv.shape[0] > 0:
-        triangle = triangle_of(tables.tree.instances[hit.instance], hit.triangle)
+        triangle = triangle_of(tables.tlas.instances[hit.instance], hit.triangle)
         if out.prim.shape[0] > 0:
             out.prim[v, y, x] = triangle.face
         if out.uv.shape[0] > 0:
@@ -149,7 +149,7 @@ def label_pixels(
         moved = wp.vec2(0.0)
         was = past.places[past.moments[v], hit.instance]
         if was.known != 0:
-            instance = tables.tree.instances[hit.instance]
+            instance = tables.tlas.instances[hit.instance]
             triangle = triangle_of(instance, hit.triangle)
             local = triangle.p0 * (1.0 - hit.u - hit.v) + triangle.p1 * hit.u + triangle.p2 * hit.v
             now = instance.local_to_world * local + instance.world_origin

@@ -6,7 +6,7 @@ of instances become those of the groups that they belong to.
 
 import warp as wp
 
-from usdsdg_render.bvh.query import wide_meets_instance
+from usdsdg_render.bvh.query import wide_any_hit_in_instance
 from usdsdg_render.kernels.cameras.camera import PIXEL_CENTER, pixel_ray
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.scene.visibility import meets_cutout
@@ -84,9 +84,9 @@ def cut_strips(
 def meets(tables: SceneTables, camera: Camera, x: int, y: int, instance: int, mode: int):
     """Whether the ray through the centre of a pixel would meet an instance that is alone."""
     ray = pixel_ray(camera, x, y)
-    if tables.tree.instances[instance].cutout != 0:
+    if tables.tlas.instances[instance].cutout != 0:
         return meets_cutout(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, instance, mode)
-    return wide_meets_instance(tables.tree, ray.origin, ray.direction, ray.tmin, ray.tmax, instance)[3] >= 0
+    return wide_any_hit_in_instance(tables.tlas, ray.origin, ray.direction, ray.tmin, ray.tmax, instance)[3] >= 0
 
 
 @wp.kernel(enable_backward=False, module=LABELS)

@@ -5,7 +5,7 @@ A kernel of its own, because the way back from points to pixels would make the l
 
 import warp as wp
 
-from usdsdg_render.kernels.cameras.lens import NONE, PANORAMA, lens_plane, panorama_place
+from usdsdg_render.kernels.cameras.lens import NONE, PANORAMA, project_lens, project_panorama
 from usdsdg_render.kernels.labels.aov import Past, past_point, pixel_of
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.labels.views import Views, meet_centre, picture_row
@@ -27,9 +27,9 @@ def place_of(camera: Camera, point: wp.vec3, at_infinity: bool):
     p = wp.transpose(camera.rotation) * p
     if camera.lens_kind == PANORAMA:
         # From far away, the circle that the eye goes round is a point.
-        place = panorama_place(wp.where(at_infinity, 0.0, camera.lens.eye), p)
+        place = project_panorama(wp.where(at_infinity, 0.0, camera.lens.eye), p)
         return wp.vec3(place[0] * float(camera.width), place[1] * float(camera.height), place[2])
-    q = lens_plane(camera.lens, p)
+    q = project_lens(camera.lens, p)
     return wp.vec3(camera.cx + camera.fx * q[0], camera.cy + camera.fy * q[1], 1.0) * q[2]
 
 
@@ -62,7 +62,7 @@ def label_curved_motion(
         was = past.places[past.moments[v], hit.instance]
         if was.known == 0:
             return
-        instance = tables.tree.instances[hit.instance]
+        instance = tables.tlas.instances[hit.instance]
         triangle = triangle_of(instance, hit.triangle)
         local = triangle.p0 * (1.0 - hit.u - hit.v) + triangle.p1 * hit.u + triangle.p2 * hit.v
         now = instance.local_to_world * local + instance.world_origin

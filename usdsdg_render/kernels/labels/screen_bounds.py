@@ -113,7 +113,7 @@ def draw_octagons(
         for side in range(sides):
             ends[v, k, side] = NOWHERE
         return
-    instance = tables.tree.instances[index]
+    instance = tables.tlas.instances[index]
     largest = farthest(supports, instance, index, camera.origin)
     back = camera.rotation * wp.vec3(0.0, 0.0, 1.0)
     deepest = reach_from(supports, instance, index, -back, camera.origin, largest)

@@ -1,8 +1,9 @@
-"""Drawing an index from running sums."""
+"""Inversion of cumulative distribution functions (CDFs)."""
 
 import warp as wp
 
-# The last cell in [start, start + count) whose running sum is at most `number`: by halves to 32 cells, then at once.
+# The last cell in [start, start + count) whose CDF value is at most `number`: bisection down to 32 cells, which a CPU
+# then compares at once.
 _INVERT_CDF = """
     const float* sums = cdf.data + start;
     int first = 0, left = count;

@@ -1,4 +1,4 @@
-"""Glowing instances as lights: a point is drawn on their triangles, by how much light each gives off."""
+"""Emissive instances as area lights: points are sampled on their triangles in proportion to emitted power."""
 
 import warp as wp
 
@@ -9,52 +9,52 @@ from usdsdg_render.kernels.scene.texture import lookup
 from usdsdg_render.kernels.scene.visibility import BY_CHANCE, corner_uv, opacity_of_hit, triangle_of
 from usdsdg_render.scene.structs import Hit, Light, Material, SceneTables
 
-# A shadow ray ends before the point that it goes to, so that its own triangle is not in the way.
-ALMOST = wp.constant(0.9998)
+# Shadow rays end just before the sampled point, so that its own triangle does not occlude it.
+SHADOW_RAY_FRACTION = wp.constant(0.9998)
 
 
 @wp.func
-def is_emitter(tables: SceneTables, instance: int):
-    """Whether an instance is drawn from as a light."""
-    if tables.emitter_count == 0:
+def is_emissive_light(tables: SceneTables, instance: int):
+    """Whether an instance is sampled as a light."""
+    if tables.emissive_count == 0:
         return False
     return tables.instance_light[instance] >= 0
 
 
 @wp.func
-def emitter_density(light: Light, material: Material, normal: wp.vec3, direction: wp.vec3, distance: float):
-    """Density with which `sample_emitter` finds a point of the light along a direction [1/sr]; both sides glow."""
+def emissive_light_pdf(light: Light, material: Material, normal: wp.vec3, direction: wp.vec3, distance: float):
+    """Return the pdf of `sample_emissive_light` for a point along a direction [1/sr]; both sides of a triangle emit."""
     cosine = wp.max(wp.abs(wp.dot(normal, direction)), 1.0e-6)
-    return luminance(material.emission) / light.glow * distance * distance / cosine
+    return luminance(material.emission) / light.luminance_area * distance * distance / cosine
 
 
 @wp.func
-def sample_emitter(tables: SceneTables, light: Light, point: wp.vec3, r: wp.vec2):
-    """A direction from `point` to a point of a glowing instance."""
+def sample_emissive_light(tables: SceneTables, light: Light, point: wp.vec3, r: wp.vec2):
+    """Sample a direction from `point` to a point of an emissive instance."""
     s = LightSample()
     s.diffuse = 1.0
     s.specular = 1.0
-    shares = wp.array(ptr=light.faces, shape=(light.face_count + 1,), dtype=wp.float32)
-    face = invert_cdf(shares, 0, light.face_count, r[0])
-    left = wp.min((r[0] - shares[face]) / wp.max(shares[face + 1] - shares[face], 1.0e-30), 1.0)
+    face_cdf = wp.array(ptr=light.face_cdf, shape=(light.face_count + 1,), dtype=wp.float32)
+    face = invert_cdf(face_cdf, 0, light.face_count, r[0])
+    remaining = wp.min((r[0] - face_cdf[face]) / wp.max(face_cdf[face + 1] - face_cdf[face], 1.0e-30), 1.0)
     # Uniform over the triangle.
-    along = wp.sqrt(left)
-    u = along * (1.0 - r[1])
-    v = along * r[1]
-    instance = tables.tree.instances[light.instance]
+    root = wp.sqrt(remaining)
+    u = root * (1.0 - r[1])
+    v = root * r[1]
+    instance = tables.tlas.instances[light.instance]
     triangle = triangle_of(instance, face)
     p0 = instance.local_to_world * triangle.p0
     p1 = instance.local_to_world * triangle.p1
     p2 = instance.local_to_world * triangle.p2
-    at = p0 * (1.0 - u - v) + p1 * u + p2 * v + instance.world_origin
-    across = at - point
-    distance = wp.length(across)
+    on_light = p0 * (1.0 - u - v) + p1 * u + p2 * v + instance.world_origin
+    to_light = on_light - point
+    distance = wp.length(to_light)
     normal = wp.cross(p1 - p0, p2 - p0)
     material = tables.materials[tables.slots[instance.slot_offset + triangle.slot]]
     if distance <= 0.0 or wp.length(normal) <= 0.0 or luminance(material.emission) <= 0.0:
         return s
-    s.direction = across / distance
-    s.distance = distance * ALMOST
+    s.direction = to_light / distance
+    s.distance = distance * SHADOW_RAY_FRACTION
     s.radiance = material.emission
     if material.emission_texture >= 0:
         rgba = lookup(tables, material.emission_texture, corner_uv(triangle, u, v))
@@ -62,5 +62,5 @@ def sample_emitter(tables: SceneTables, light: Light, point: wp.vec3, r: wp.vec2
     if tables.cutouts != 0:
         hit = Hit(t=distance, u=u, v=v, instance=light.instance, triangle=face)
         s.radiance *= opacity_of_hit(tables, hit, BY_CHANCE)
-    s.pdf = emitter_density(light, material, wp.normalize(normal), s.direction, distance)
+    s.pdf = emissive_light_pdf(light, material, wp.normalize(normal), s.direction, distance)
     return s

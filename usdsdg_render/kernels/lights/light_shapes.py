@@ -1,4 +1,4 @@
-"""What a ray sees of a light: where it meets its surface, and what the surface gives off in that direction."""
+"""Analytic light shapes: ray intersection, and radiance emitted towards the ray's origin."""
 
 import warp as wp
 
@@ -10,8 +10,8 @@ from usdsdg_render.scene.structs import (
     LIGHT_DISTANT,
     LIGHT_ELLIPSOID,
     LIGHT_SPHERE,
+    EmissionProfile,
     Light,
-    LightPattern,
 )
 
 PI = wp.constant(wp.pi)
@@ -19,11 +19,11 @@ PI = wp.constant(wp.pi)
 
 @wp.struct
 class LightSample:
-    """A direction towards a light; pdf 0 = none, pdf < 0 = the only direction of a delta light."""
+    """A sampled direction towards a light; pdf 0 = no sample, pdf < 0 = a delta light."""
 
     direction: wp.vec3
     distance: wp.float32
-    radiance: wp.vec3  # nits; of a delta light lux
+    radiance: wp.vec3  # nits; lux for a delta light
     pdf: wp.float32
     diffuse: wp.float32
     specular: wp.float32
@@ -31,7 +31,7 @@ class LightSample:
 
 @wp.struct
 class LightHit:
-    """Where a ray meets a light, and with which density `sample_one` finds it; distance < 0 = nowhere."""
+    """Intersection of a ray with a light, and the pdf of `sample_analytic_light` for it; distance < 0 = no hit."""
 
     distance: wp.float32
     radiance: wp.vec3
@@ -39,52 +39,52 @@ class LightHit:
 
 
 @wp.func
-def shaping(light: Light, leaving: wp.vec3):
-    """What a light's cone and focus leave of its radiance along a unit direction (UsdLuxShapingAPI)."""
-    c = -wp.dot(leaving, light.z_axis)
-    share = float(1.0)
+def shaping(light: Light, emitted_direction: wp.vec3):
+    """Return the factor of a light's cone and focus along a unit direction of emission (UsdLuxShapingAPI)."""
+    c = -wp.dot(emitted_direction, light.z_axis)
+    falloff = float(1.0)
     if light.shaping_cos > -1.0:
         if c <= light.shaping_cos:
             return wp.vec3(0.0)
         if light.shaping_softness > 0.0:
             cutoff = wp.acos(wp.clamp(light.shaping_cos, -1.0, 1.0))
             start = cutoff * (1.0 - wp.min(light.shaping_softness, 1.0))
-            share = 1.0 - wp.smoothstep(start, cutoff, wp.acos(wp.clamp(c, -1.0, 1.0)))
+            falloff = 1.0 - wp.smoothstep(start, cutoff, wp.acos(wp.clamp(c, -1.0, 1.0)))
     if light.shaping_focus > 0.0:
         focus = wp.pow(wp.abs(c), light.shaping_focus)
-        return (light.focus_tint * (1.0 - focus) + wp.vec3(focus)) * share
-    return wp.vec3(share)
+        return (light.focus_tint * (1.0 - focus) + wp.vec3(focus)) * falloff
+    return wp.vec3(falloff)
 
 
 @wp.func
-def profile_at(pattern: LightPattern, towards: wp.vec3):
-    """Bilinear look-up of a profile; `towards` is the unit direction to the light, in the light's frame."""
-    values = wp.array(ptr=pattern.profile, shape=(pattern.profile_height * pattern.profile_width,), dtype=wp.float32)
-    y = half_turns_from_pole(wp.clamp(towards[2], -1.0, 1.0)) * float(pattern.profile_height - 1)
-    x = turn_of(towards[0], towards[1]) * float(pattern.profile_width)
-    y0 = wp.clamp(int(y), 0, pattern.profile_height - 2)
-    x0 = wp.clamp(int(x), 0, pattern.profile_width - 1)
-    x1 = wp.where(x0 + 1 == pattern.profile_width, 0, x0 + 1)
+def ies_factor(profile: EmissionProfile, towards: wp.vec3):
+    """Look up an IES profile bilinearly; `towards` is the unit direction to the light, in the light's frame."""
+    values = wp.array(ptr=profile.ies, shape=(profile.ies_height * profile.ies_width,), dtype=wp.float32)
+    y = half_turns_from_pole(wp.clamp(towards[2], -1.0, 1.0)) * float(profile.ies_height - 1)
+    x = turn_of(towards[0], towards[1]) * float(profile.ies_width)
+    y0 = wp.clamp(int(y), 0, profile.ies_height - 2)
+    x0 = wp.clamp(int(x), 0, profile.ies_width - 1)
+    x1 = wp.where(x0 + 1 == profile.ies_width, 0, x0 + 1)
     fy = y - float(y0)
     fx = x - float(x0)
-    row = y0 * pattern.profile_width
+    row = y0 * profile.ies_width
     upper = values[row + x0] * (1.0 - fx) + values[row + x1] * fx
-    row += pattern.profile_width
+    row += profile.ies_width
     lower = values[row + x0] * (1.0 - fx) + values[row + x1] * fx
     return upper * (1.0 - fy) + lower * fy
 
 
 @wp.func
-def picture_at(pattern: LightPattern, u: float, v: float):
-    """Bilinear look-up of a picture, u to the right and v downwards in [0, 1]."""
-    texels = wp.array(ptr=pattern.texels, shape=(pattern.height * pattern.width,), dtype=wp.vec3)
-    x = wp.clamp(u * float(pattern.width) - 0.5, 0.0, float(pattern.width - 1))
-    y = wp.clamp(v * float(pattern.height) - 0.5, 0.0, float(pattern.height - 1))
+def light_texture_at(profile: EmissionProfile, u: float, v: float):
+    """Look up a light texture bilinearly, u to the right and v downwards in [0, 1]."""
+    texels = wp.array(ptr=profile.texels, shape=(profile.height * profile.width,), dtype=wp.vec3)
+    x = wp.clamp(u * float(profile.width) - 0.5, 0.0, float(profile.width - 1))
+    y = wp.clamp(v * float(profile.height) - 0.5, 0.0, float(profile.height - 1))
     x0 = int(x)
     y0 = int(y)
-    x1 = wp.min(x0 + 1, pattern.width - 1)
-    y1 = wp.min(y0 + 1, pattern.height - 1) * pattern.width
-    y0 *= pattern.width
+    x1 = wp.min(x0 + 1, profile.width - 1)
+    y1 = wp.min(y0 + 1, profile.height - 1) * profile.width
+    y0 *= profile.width
     fx = x - wp.floor(x)
     fy = y - wp.floor(y)
     upper = texels[y0 + x0] * (1.0 - fx) + texels[y0 + x1] * fx
@@ -93,32 +93,32 @@ def picture_at(pattern: LightPattern, u: float, v: float):
 
 
 @wp.func
-def emitted(light: Light, direction: wp.vec3, point: wp.vec3):
-    """Radiance that comes from a point of a light along a ray that goes towards it [nits]."""
+def emitted_radiance(light: Light, direction: wp.vec3, point: wp.vec3):
+    """Return the radiance [nits] emitted at a point of a light against `direction`, a ray towards the light."""
     radiance = wp.cw_mul(light.radiance, shaping(light, -direction))
-    if light.pattern != wp.uint64(0):
-        pattern = wp.array(ptr=light.pattern, shape=(1,), dtype=LightPattern)[0]
-        if pattern.profile != wp.uint64(0):
+    if light.emission_profile != wp.uint64(0):
+        profile = wp.array(ptr=light.emission_profile, shape=(1,), dtype=EmissionProfile)[0]
+        if profile.ies != wp.uint64(0):
             towards = wp.vec3(
                 wp.dot(direction, light.x_axis), wp.dot(direction, light.y_axis), wp.dot(direction, light.z_axis)
             )
-            radiance *= profile_at(pattern, towards)
-        if pattern.texels != wp.uint64(0):
+            radiance *= ies_factor(profile, towards)
+        if profile.texels != wp.uint64(0):
             u = 0.5 - wp.dot(point - light.position, light.x_axis) / light.width
             v = 0.5 - wp.dot(point - light.position, light.y_axis) / light.height
-            radiance = wp.cw_mul(radiance, picture_at(pattern, u, v))
+            radiance = wp.cw_mul(radiance, light_texture_at(profile, u, v))
     return radiance
 
 
 @wp.func
-def cone_density(sin2: float):
-    """Uniform density over a cone, from the squared sine of its half angle; exact for thin cones."""
+def cone_pdf(sin2: float):
+    """Return the uniform pdf over a cone, from the squared sine of its half angle; accurate for thin cones."""
     return 1.0 / (2.0 * PI * (sin2 / (1.0 + wp.sqrt(wp.max(0.0, 1.0 - sin2)))))
 
 
 @wp.func
 def hit_sphere(center: wp.vec3, radius: float, direction: wp.vec3):
-    """A ray from the origin against a sphere, and the density of the cone that it fills."""
+    """Intersect a ray from the origin with a sphere; the pdf is uniform over the cone that the sphere subtends."""
     hit = LightHit()
     hit.distance = -1.0
     d2 = wp.dot(center, center)
@@ -130,7 +130,7 @@ def hit_sphere(center: wp.vec3, radius: float, direction: wp.vec3):
         return hit
     if d2 > r2:
         hit.distance = along - wp.sqrt(q)
-        hit.pdf = cone_density(r2 / d2)
+        hit.pdf = cone_pdf(r2 / d2)
     else:
         hit.distance = along + wp.sqrt(q)
         hit.pdf = 1.0 / (4.0 * PI)
@@ -143,17 +143,20 @@ def half_axes(light: Light):
 
 
 @wp.func
-def in_frame(light: Light, v: wp.vec3):
+def to_light_frame(light: Light, v: wp.vec3):
     return wp.vec3(wp.dot(v, light.x_axis), wp.dot(v, light.y_axis), wp.dot(v, light.z_axis))
 
 
 @wp.func
 def hit_ellipsoid(light: Light, origin: wp.vec3, direction: wp.vec3):
-    """In the space where the ellipsoid is a unit sphere; solid angles shrink by the cube of the ray's length there."""
+    """Intersect an ellipsoid in the space where it is a unit sphere.
+
+    Solid angles change by the cube of the ray's length in that space, times the product of the half axes.
+    """
     axes = half_axes(light)
-    squeezed = wp.cw_div(in_frame(light, direction), axes)
+    squeezed = wp.cw_div(to_light_frame(light, direction), axes)
     length = wp.length(squeezed)
-    hit = hit_sphere(wp.cw_div(in_frame(light, light.position - origin), axes), 1.0, squeezed / length)
+    hit = hit_sphere(wp.cw_div(to_light_frame(light, light.position - origin), axes), 1.0, squeezed / length)
     hit.distance = hit.distance / length
     hit.pdf = hit.pdf / (axes[0] * axes[1] * axes[2] * length * length * length)
     return hit
@@ -161,7 +164,7 @@ def hit_ellipsoid(light: Light, origin: wp.vec3, direction: wp.vec3):
 
 @wp.func
 def hit_plane(light: Light, origin: wp.vec3, direction: wp.vec3):
-    """Rectangle or disk: both shine from their -z side only."""
+    """Intersect a rectangle or disk; both emit from their -z side only."""
     hit = LightHit()
     hit.distance = -1.0
     c = wp.dot(direction, light.z_axis)
@@ -188,7 +191,7 @@ def hit_plane(light: Light, origin: wp.vec3, direction: wp.vec3):
 
 @wp.func
 def hit_cylinder(light: Light, origin: wp.vec3, direction: wp.vec3):
-    """The outside of an open tube about x, in a space where its section is a circle of the radius."""
+    """Intersect the outside of an open cylinder about x, in a space where its cross section is a circle."""
     hit = LightHit()
     hit.distance = -1.0
     to_origin = origin - light.position
@@ -198,7 +201,7 @@ def hit_cylinder(light: Light, origin: wp.vec3, direction: wp.vec3):
     dz = wp.dot(direction, light.z_axis) / light.aspect[0]
     a = dy * dy + dz * dz
     b = oy * dy + oz * dz
-    # Distance of the ray from the axis, taken across the ray: no cancellation far away.
+    # Discriminant from the distance between ray and axis: no cancellation far away.
     cross = oy * dz - oz * dy
     q = light.radius * light.radius * a - cross * cross
     if q <= 0.0 or b >= 0.0 or a < 1.0e-12:
@@ -209,19 +212,19 @@ def hit_cylinder(light: Light, origin: wp.vec3, direction: wp.vec3):
     if t <= 0.0 or wp.abs(x) > 0.5 * light.height:
         return hit
     hit.distance = t
-    # Points are drawn evenly in angle. Of a circle, root / radius is the cosine at the surface; of an ellipse, the
-    # stretch of its rim and that cosine leave the same.
+    # Points are sampled uniformly in angle. For a circle root / radius is the cosine at the surface; for an ellipse its
+    # product with the arc length element is the same.
     hit.pdf = t * t / (2.0 * PI * light.height * light.aspect[0] * root)
     return hit
 
 
 @wp.func
 def hit_light(light: Light, origin: wp.vec3, direction: wp.vec3):
-    """Where a ray meets a light that has a surface, or the disk of a distant light."""
+    """Intersect a ray with a light that has a surface, or with the disk of a distant light."""
     hit = LightHit()
     hit.distance = -1.0
     if light.kind != LIGHT_DISTANT:
-        # Most rays pass the ball that holds the light.
+        # Most rays miss the bounding sphere.
         to_center = light.position - origin
         along = wp.max(wp.dot(to_center, direction), 0.0)
         nearest = to_center - direction * along
@@ -240,5 +243,5 @@ def hit_light(light: Light, origin: wp.vec3, direction: wp.vec3):
     else:
         hit = hit_plane(light, origin, direction)
     if hit.distance >= 0.0:
-        hit.radiance = emitted(light, direction, origin + direction * hit.distance)
+        hit.radiance = emitted_radiance(light, direction, origin + direction * hit.distance)
     return hit

@@ -1,12 +1,12 @@
-"""The CPU's path tracer: adds samples to a film, one thread a pixel, all samples of a call in a loop."""
+"""CPU path tracer: adds samples to a film; one thread per pixel loops over the samples of a call."""
 
 import warp as wp
 
 from usdsdg_render.kernels.cameras.camera import camera_ray
 from usdsdg_render.kernels.path.film import FilmArrays, PixelSums, load_pixel, store_pixel, with_sample
-from usdsdg_render.kernels.path.path_state import Feature, LightAovs, PathOptions, begin_path
+from usdsdg_render.kernels.path.path_state import DenoiserFeatures, LightAovs, PathOptions, begin_path
 from usdsdg_render.kernels.path.sampler import PAIR_LENS, PAIR_PIXEL, pixel_seed, sample_pair
-from usdsdg_render.kernels.path.segment import arrive, connected, depart, next_hit
+from usdsdg_render.kernels.path.segment import add_direct_light, add_emission, next_hit, scatter_path
 from usdsdg_render.kernels.scene.visibility import transmitted
 from usdsdg_render.scene.structs import Camera, SceneTables
 
@@ -22,37 +22,37 @@ def trace_path(
     seed: wp.uint32,
     sums: PixelSums,
 ):
-    """The sums of a pixel with the light that arrives through one point of it."""
+    """Trace one path through a point of a pixel and add it to the pixel's sums."""
     lens = wp.vec2(0.0)
     if camera.lens_radius > 0.0:
         lens = sample_pair(seed, index, PAIR_LENS)
-    path = begin_path(camera_ray(camera, column, row, lens), camera.sky_share)
+    path = begin_path(camera_ray(camera, column, row, lens), camera.environment_weight)
     if path.alive == 0:
         return sums
     light_aovs = LightAovs()
-    feature = Feature(albedo=wp.vec3(1.0), normal=wp.vec3(0.0), depth=0.0)
-    # The last surface may need a segment more, on which only lights count.
-    for bounce in range(options.bounces + options.glass_bounces + 1):
+    features = DenoiserFeatures(albedo=wp.vec3(1.0), normal=wp.vec3(0.0), depth=0.0)
+    # One segment more than surfaces: on the last one only lights count.
+    for segment in range(options.bounces + options.glass_bounces + 1):
         if path.alive == 0:
             break
-        hit = next_hit(tables, path, bounce, seed, index)
-        arrival = arrive(tables, options, path, light_aovs, hit, bounce)
-        path = arrival.path
-        light_aovs = arrival.light_aovs
+        hit = next_hit(tables, path, segment, seed, index)
+        update = add_emission(tables, options, path, light_aovs, hit, segment)
+        path = update.path
+        light_aovs = update.light_aovs
         if path.alive != 0:
-            left = depart(tables, options, path, light_aovs, hit, bounce, seed, index)
-            path = left.path
-            light_aovs = left.light_aovs
-            if bounce == 0:
-                feature = left.feature
-            light = left.connection.light
-            if light[0] + light[1] + light[2] > 0.0:
-                share = transmitted(tables, path.origin, left.connection.direction, left.connection.distance)
-                if share > 0.0:
-                    arrival = connected(path, light_aovs, left.connection, share, bounce)
-                    path = arrival.path
-                    light_aovs = arrival.light_aovs
-    return with_sample(sums, options, path.radiance, feature, light_aovs)
+            scattering = scatter_path(tables, options, path, light_aovs, hit, segment, seed, index)
+            path = scattering.path
+            light_aovs = scattering.light_aovs
+            if segment == 0:
+                features = scattering.features
+            ray = scattering.shadow_ray
+            if ray.radiance[0] + ray.radiance[1] + ray.radiance[2] > 0.0:
+                visibility = transmitted(tables, path.origin, ray.direction, ray.distance)
+                if visibility > 0.0:
+                    update = add_direct_light(path, light_aovs, ray, visibility, segment)
+                    path = update.path
+                    light_aovs = update.light_aovs
+    return with_sample(sums, options, path.radiance, features, light_aovs)
 
 
 @wp.kernel(enable_backward=False)

@@ -1,4 +1,4 @@
-"""A film's running sums, and adding one sample to those of a pixel."""
+"""Film: running sums per pixel, and adding one sample to those of a pixel."""
 
 import warp as wp
 
@@ -9,7 +9,7 @@ from usdsdg_render.kernels.path.path_state import (
     INDIRECT_DIFFUSE,
     REFLECTIONS,
     REFRACTIONS,
-    Feature,
+    DenoiserFeatures,
     LightAovs,
     PathOptions,
 )
@@ -17,20 +17,20 @@ from usdsdg_render.kernels.path.path_state import (
 
 @wp.struct
 class FilmArrays:
-    """Running sums per pixel, (height, width); features and light_aovs are empty unless asked for."""
+    """Running sums per pixel, (height, width); features and light AOVs are empty unless allocated."""
 
     color: wp.array2d(dtype=wp.vec4)  # radiance [nits] and number of samples
-    background: wp.array2d(dtype=wp.vec4)  # of the samples that hit no surface: radiance [nits] and their number
-    albedo: wp.array2d(dtype=wp.vec3)  # this and the next two are of the others
+    background: wp.array2d(dtype=wp.vec4)  # of samples that hit no surface: radiance [nits] and their number
+    albedo: wp.array2d(dtype=wp.vec3)  # this and the next two: of samples that hit a surface
     normal_depth: wp.array2d(dtype=wp.vec4)  # world normal, distance of the first hit [stage units]
-    square: wp.array2d(dtype=wp.float32)  # squared luminance of radiance over albedo
+    square: wp.array2d(dtype=wp.float32)  # squared luminance of radiance divided by albedo
     dropped: wp.array2d(dtype=wp.int32)  # samples that were not finite
     light_aovs: wp.array3d(dtype=wp.vec3)  # radiance by `settings.LIGHT_AOVS`, (len(LIGHT_AOVS), height, width)
 
 
 @wp.struct
 class PixelSums:
-    """What a film holds of one pixel."""
+    """Running sums of one pixel."""
 
     color: wp.vec4
     background: wp.vec4
@@ -60,18 +60,20 @@ def load_pixel(film: FilmArrays, options: PathOptions, y: int, x: int):
 
 
 @wp.func
-def with_sample(sums: PixelSums, options: PathOptions, radiance: wp.vec3, feature: Feature, light_aovs: LightAovs):
-    """Count one sample; one that is not finite is left out."""
+def with_sample(
+    sums: PixelSums, options: PathOptions, radiance: wp.vec3, features: DenoiserFeatures, light_aovs: LightAovs
+):
+    """Add one sample; a sample that is not finite is counted as dropped instead."""
     if wp.isfinite(radiance[0]) and wp.isfinite(radiance[1]) and wp.isfinite(radiance[2]):
         sample = wp.vec4(radiance[0], radiance[1], radiance[2], 1.0)
         sums.color += sample
-        if options.features != 0 and feature.depth == 0.0:
+        if options.features != 0 and features.depth == 0.0:
             sums.background += sample
         elif options.features != 0:
-            sums.albedo += feature.albedo
-            sums.normal_depth += wp.vec4(feature.normal[0], feature.normal[1], feature.normal[2], feature.depth)
-            light = luminance(wp.cw_div(radiance, wp.max(feature.albedo, wp.vec3(0.01))))
-            sums.square += light * light
+            sums.albedo += features.albedo
+            sums.normal_depth += wp.vec4(features.normal[0], features.normal[1], features.normal[2], features.depth)
+            demodulated = luminance(wp.cw_div(radiance, wp.max(features.albedo, wp.vec3(0.01))))
+            sums.square += demodulated * demodulated
         if options.light_aovs != 0:
             sums.light_aovs.direct_diffuse += light_aovs.direct_diffuse
             sums.light_aovs.direct_specular += light_aovs.direct_specular

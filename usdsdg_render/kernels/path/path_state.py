@@ -1,4 +1,4 @@
-"""What a path carries from one surface to the next, and what its light adds up to."""
+"""State of a path between two segments, and its accumulated radiance."""
 
 import warp as wp
 
@@ -15,51 +15,50 @@ REFRACTIONS = wp.constant(4)
 
 @wp.struct
 class PathOptions:
-    """`settings.PathSettings` as kernels read it."""
+    """Device form of `settings.PathSettings`."""
 
-    bounces: wp.int32  # surfaces a path may meet
-    glass_bounces: wp.int32  # and faces of glass besides
+    bounces: wp.int32  # maximum number of surfaces, without glass
+    glass_bounces: wp.int32  # maximum number of additional glass interfaces
     samples: wp.int32
     first_sample: wp.int32
     seed: wp.uint32
     frame: wp.uint32
-    clamp: wp.float32  # most that one indirect contribution may add [nits]; 0 = no limit
-    regularization: wp.float32  # least GGX alpha after a rough bounce
-    features: wp.int32  # 1 = also sum what the denoiser needs
-    light_aovs: wp.int32  # 1 = also sum the light by where it came from
+    clamp: wp.float32  # firefly clamp of indirect contributions [nits]; 0 = none
+    regularization: wp.float32  # minimum GGX alpha after a rough bounce
+    features: wp.int32  # 1 = also accumulate denoiser features
+    light_aovs: wp.int32  # 1 = also accumulate light AOVs
 
 
 @wp.struct
 class Path:
-    """A path on its way: the ray that it follows next, and what that is worth."""
+    """A path: the ray of its next segment, throughput, and what MIS and regularization need of the last vertex."""
 
     origin: wp.vec3
     direction: wp.vec3
     tmin: wp.float32
     tmax: wp.float32
     throughput: wp.vec3
-    # Of the direction: its density, -1 for the camera's, and the glossy share of its weight.
-    pdf: wp.float32
-    glossy: wp.float32
-    # Of the point that it leaves: instance, normal, and sum of the weights of all lights.
+    pdf: wp.float32  # of the direction [1/sr]; -1 for camera rays
+    specular_fraction: wp.float32  # specular fraction of the last BSDF weight, by luminance
+    # The last vertex: instance, normal, and sum of the selection weights of all lights there.
     instance: wp.int32
     normal: wp.vec3
-    all_lights: wp.float32
-    sky_share: wp.float32  # that of the camera
-    fine_sky: wp.int32
-    least_alpha: wp.float32
-    refracting: wp.int32  # 1 = nothing rough was met yet, so glass bends the path; else it goes straight through
-    met: wp.int32  # surfaces so far, without glass
+    light_weight_sum: wp.float32
+    environment_weight: wp.float32  # of the camera, see `types.Camera`
+    fine_environment: wp.int32  # 1 = look up the full-resolution environment map, 0 = its coarse grid
+    min_alpha: wp.float32  # path regularization: lower bound on GGX alpha
+    can_refract: wp.int32  # 1 = no rough surface so far, so glass refracts; 0 = glass is passed straight
+    bounces: wp.int32  # surfaces so far, without glass
     alive: wp.int32
-    radiance: wp.vec3  # so far
+    radiance: wp.vec3  # accumulated so far [nits]
 
 
 @wp.struct
 class LightAovs:
-    """The radiance of a path by what its first surface did with the light, without what that gives off itself.
+    """Radiance of a path split by how its first surface scattered it, without that surface's emission.
 
-    They are always counted and stored only on demand: a flag within the loop over a path's surfaces makes the compiler
-    double the loop, which costs more than the sums.
+    Always computed, stored only on demand: a flag inside of the loop over segments makes the compiler duplicate the
+    loop, which costs more than the sums.
     """
 
     direct_diffuse: wp.vec3
@@ -67,14 +66,13 @@ class LightAovs:
     indirect_diffuse: wp.vec3
     reflections: wp.vec3
     refractions: wp.vec3
-    # Of the direction in which the path left its first surface: the share of its weight that was mirrored, 1 = bent.
-    mirrored: wp.vec3
-    bent: wp.int32
+    specular_fraction: wp.vec3  # of the BSDF weight at the first surface
+    refracted: wp.int32  # 1 = the path was transmitted at the first surface
 
 
 @wp.struct
-class Feature:
-    """What the first surface of a path is, for the denoiser."""
+class DenoiserFeatures:
+    """First-hit features that guide the denoisers; depth 0 = no surface was hit."""
 
     albedo: wp.vec3
     normal: wp.vec3
@@ -82,19 +80,19 @@ class Feature:
 
 
 @wp.struct
-class Connection:
-    """Light that a surface scatters into the path if nothing is between the surface and the light."""
+class ShadowRay:
+    """Next-event estimation: a ray to a sampled light, and the radiance that it adds if it is not occluded."""
 
     direction: wp.vec3
     distance: wp.float32
-    light: wp.vec3  # [nits]; 0 = none
-    diffuse: wp.vec3  # share of the light that was not mirrored
-    most: wp.float32  # what it may add at most; 0 = no limit
+    radiance: wp.vec3  # [nits]; 0 = none
+    diffuse_fraction: wp.vec3  # fraction of the radiance that the diffuse lobe scattered
+    clamp: wp.float32  # firefly clamp [nits]; 0 = none
 
 
 @wp.func
-def begin_path(ray: Ray, sky_share: float):
-    """The path of a camera ray; dead where the lens lets no light in."""
+def begin_path(ray: Ray, environment_weight: float):
+    """Start a path at a camera ray; dead where the lens transmits no light."""
     path = Path()
     path.origin = ray.origin
     path.direction = ray.direction
@@ -102,32 +100,37 @@ def begin_path(ray: Ray, sky_share: float):
     path.tmax = ray.tmax
     path.throughput = wp.vec3(1.0)
     path.pdf = -1.0
-    path.sky_share = sky_share
+    path.environment_weight = environment_weight
     path.instance = -1
-    path.refracting = 1
+    path.can_refract = 1
     if ray.tmin <= ray.tmax:
         path.alive = 1
     return path
 
 
 @wp.func
-def limited(color: wp.vec3, most: float):
-    """Scale a contribution down to luminance `most`."""
+def clamp_firefly(color: wp.vec3, max_luminance: float):
+    """Scale a contribution down to `max_luminance` [nits]; 0 = no clamp."""
     y = luminance(color)
-    if most > 0.0 and y > most:
-        return color * (most / y)
+    if max_luminance > 0.0 and y > max_luminance:
+        return color * (max_luminance / y)
     return color
 
 
 @wp.func
-def add_light_aov(light_aovs: LightAovs, light: wp.vec3, diffuse: wp.vec3, bounce: int):
-    """Count light that surface number `bounce`, from 0, scatters; `diffuse` is the share of it that is not mirrored."""
-    if light_aovs.bent != 0:
-        light_aovs.refractions += light
-    elif bounce == 0:
-        light_aovs.direct_diffuse += wp.cw_mul(light, diffuse)
-        light_aovs.direct_specular += wp.cw_mul(light, wp.vec3(1.0) - diffuse)
+def add_light_aov(light_aovs: LightAovs, radiance: wp.vec3, diffuse_fraction: wp.vec3, segment: int):
+    """Add radiance that the surface at the end of a segment scattered.
+
+    Args:
+        diffuse_fraction: of the radiance; read at the first surface only.
+        segment: number of the segment, from 0.
+    """
+    if light_aovs.refracted != 0:
+        light_aovs.refractions += radiance
+    elif segment == 0:
+        light_aovs.direct_diffuse += wp.cw_mul(radiance, diffuse_fraction)
+        light_aovs.direct_specular += wp.cw_mul(radiance, wp.vec3(1.0) - diffuse_fraction)
     else:
-        light_aovs.indirect_diffuse += wp.cw_mul(light, wp.vec3(1.0) - light_aovs.mirrored)
-        light_aovs.reflections += wp.cw_mul(light, light_aovs.mirrored)
+        light_aovs.indirect_diffuse += wp.cw_mul(radiance, wp.vec3(1.0) - light_aovs.specular_fraction)
+        light_aovs.reflections += wp.cw_mul(radiance, light_aovs.specular_fraction)
     return light_aovs

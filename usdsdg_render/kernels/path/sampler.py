@@ -1,14 +1,14 @@
 """Sample points: a padded two-dimensional Sobol sequence with hashed Owen scrambling.
 
 Every number is a function of (seed, frame, pixel, sample, dimension) alone. Each pair of dimensions is a Sobol (0, 2)
-sequence in its own order, so that pairs are well spread alone and independent of each other.
+sequence with its own shuffled index, so that a pair is well stratified and pairs are decorrelated.
 Sources: Burley, "Practical Hash-based Owen Scrambling" (JCGT 2020) for the construction; Vegdahl's constants for the
 hash of Laine and Karras.
 """
 
 import warp as wp
 
-# Dimensions come in pairs. The camera takes two; each segment takes three from its own offset.
+# Dimensions come in pairs: two for the camera, then three for each segment.
 PAIR_PIXEL = wp.constant(0)
 PAIR_LENS = wp.constant(1)
 PAIR_FIRST_SEGMENT = wp.constant(2)
@@ -57,5 +57,5 @@ def sample_pair(seed: wp.uint32, index: wp.uint32, pair: int) -> wp.vec2: ...
 
 @wp.func
 def pixel_seed(seed: wp.uint32, frame: wp.uint32, x: int, y: int):
-    """The scramble of one pixel of one frame."""
+    """Return the scramble seed of one pixel of one frame."""
     return hash_pair(hash_pair(hash_pair(seed, frame), wp.uint32(x)), wp.uint32(y))

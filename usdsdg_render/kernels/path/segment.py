@@ -1,25 +1,25 @@
-"""One step of a path: what its ray meets, and how it goes on from there.
+"""One segment of a path: intersection, emission, next-event estimation and BSDF sampling.
 
-The same steps make up the CPU's path tracer, which runs a path to its end in one thread (`path`), and that of CUDA,
-which runs each step for many paths at a time (`wavefront`).
+The CPU's path tracer runs all segments of a path in one thread (`cpu_path`), that of CUDA runs one segment of many
+paths at a time (`wavefront`).
 """
 
 import warp as wp
 
-from usdsdg_render.kernels.bsdf.bsdf import Bsdf, bsdf_at, opaque_share, sample_direction, scatter
-from usdsdg_render.kernels.bsdf.glass import through_glass
+from usdsdg_render.kernels.bsdf.bsdf import Bsdf, diffuse_fraction, evaluate_bsdf, make_bsdf, sample_bsdf
+from usdsdg_render.kernels.bsdf.glass import sample_glass
 from usdsdg_render.kernels.color import luminance
-from usdsdg_render.kernels.lights.emissive_instances import emitter_density, is_emitter
-from usdsdg_render.kernels.lights.light_sampling import choose_light, hit_light, sample_light, weight_at
-from usdsdg_render.kernels.lights.linking import by_rules, has_rules
+from usdsdg_render.kernels.lights.emissive_instances import emissive_light_pdf, is_emissive_light
+from usdsdg_render.kernels.lights.light_sampling import choose_light, hit_light, light_weight, sample_light
+from usdsdg_render.kernels.lights.linking import has_links, linked_visibility
 from usdsdg_render.kernels.path.path_state import (
-    Connection,
-    Feature,
+    DenoiserFeatures,
     LightAovs,
     Path,
     PathOptions,
+    ShadowRay,
     add_light_aov,
-    limited,
+    clamp_firefly,
 )
 from usdsdg_render.kernels.path.sampler import (
     PAIR_FIRST_SEGMENT,
@@ -31,280 +31,299 @@ from usdsdg_render.kernels.path.sampler import (
 )
 from usdsdg_render.kernels.scene.surface import Surface, bumped, facing, surface_at, with_material
 from usdsdg_render.kernels.scene.texture import (
-    cell_density,
+    cell_pdf,
     cell_radiance,
-    sky_cell,
-    sky_coordinates,
-    sky_picture,
-    sky_radiance,
+    environment_background,
+    environment_cell,
+    environment_radiance,
+    environment_uv,
 )
 from usdsdg_render.kernels.scene.visibility import BY_CHANCE, FAR_AWAY, REFRACTING, closest
-from usdsdg_render.scene.structs import LIGHT_DISTANT, Hit, Material, SceneTables
+from usdsdg_render.scene.structs import LIGHT_DISTANT, Hit, Light, Material, SceneTables
 
-# Surfaces with a sharper lobe than this see the sky's picture; rougher ones a coarse one that stays in cache.
-FINE_SKY_ALPHA = wp.constant(0.04)
-LAST_ALPHA = wp.constant(0.2)
-# Density of a direction that sampling lights cannot find.
-CERTAIN = wp.constant(1.0e15)
+# Surfaces with a sharper lobe than this look up the full-resolution environment map; rougher ones a coarse grid that
+# stays in cache.
+FINE_ENVIRONMENT_ALPHA = wp.constant(0.04)
+# A last surface that is rougher than this uses next-event estimation alone.
+LAST_BOUNCE_ALPHA = wp.constant(0.2)
+# Sentinel pdf of specular bounces, which next-event estimation cannot find; gives them MIS weight 1.
+DELTA_PDF = wp.constant(1.0e15)
 
 
 @wp.struct
-class Arrival:
+class PathUpdate:
+    """A path and its light AOVs after radiance was added."""
+
     path: Path
     light_aovs: LightAovs
 
 
 @wp.struct
-class Departure:
-    """How a path leaves a surface: a `connection` to try, and the path towards the next one unless it is dead."""
+class Scattering:
+    """Result of scattering at a surface: a shadow ray to trace, and the path of the next segment unless it is dead."""
 
     path: Path
     light_aovs: LightAovs
-    connection: Connection
-    feature: Feature
+    shadow_ray: ShadowRay
+    features: DenoiserFeatures
 
 
 @wp.func
-def mis(pdf: float, other: float):
-    """Power heuristic: weight of a sample with density `pdf` that another way finds with density `other`."""
+def mis_weight(pdf: float, other: float):
+    """Power heuristic: MIS weight of a sample with density `pdf` that another technique finds with density `other`."""
     a = pdf * pdf
     return a / (a + other * other)
 
 
 @wp.func
-def next_hit(tables: SceneTables, path: Path, bounce: int, seed: wp.uint32, index: wp.uint32):
-    """The surface that the path meets next."""
+def light_probability(light: Light, path: Path):
+    """Probability that next-event estimation at the path's last vertex chooses this light."""
+    return light_weight(light, path.origin, path.normal, path.environment_weight) / path.light_weight_sum
+
+
+@wp.func
+def next_hit(tables: SceneTables, path: Path, segment: int, seed: wp.uint32, index: wp.uint32):
+    """Intersect the path's ray with the scene, with stochastic transparency."""
     number = float(0.0)
     mode = int(BY_CHANCE)
     if tables.cutouts != 0:
-        number = sample_pair(seed, index, PAIR_FIRST_SEGMENT + PAIRS_PER_SEGMENT * bounce + PAIR_OPACITY)[0]
-        if path.refracting != 0:
+        number = sample_pair(seed, index, PAIR_FIRST_SEGMENT + PAIRS_PER_SEGMENT * segment + PAIR_OPACITY)[0]
+        if path.can_refract != 0:
             mode = REFRACTING
     return closest(tables, path.origin, path.direction, path.tmin, path.tmax, mode, number)
 
 
 @wp.func
-def with_light(arrival: Arrival, light: wp.vec3, bounce: int):
-    """Count light that the path's ray brings to the surface that it left."""
-    arrival.path.radiance += light
-    if bounce > 0:
-        arrival.light_aovs = add_light_aov(
-            arrival.light_aovs, light, wp.vec3(1.0) - arrival.light_aovs.mirrored, bounce - 1
+def add_radiance(update: PathUpdate, radiance: wp.vec3, segment: int):
+    """Add radiance that arrives along the path's ray at its last vertex."""
+    update.path.radiance += radiance
+    if segment > 0:
+        update.light_aovs = add_light_aov(
+            update.light_aovs, radiance, wp.vec3(1.0) - update.light_aovs.specular_fraction, segment - 1
         )
-    return arrival
+    return update
 
 
 @wp.func
-def arrive(tables: SceneTables, options: PathOptions, path: Path, light_aovs: LightAovs, hit: Hit, bounce: int):
-    """Light on the way to the hit: of lights that the ray meets, and of the sky where it meets nothing; path dead."""
-    a = Arrival(path=path, light_aovs=light_aovs)
-    most = float(0.0)
-    if path.met > 1:
-        most = options.clamp
-    reach = path.tmax
-    if hit.instance >= 0:
-        reach = hit.t
+def add_emission(tables: SceneTables, options: PathOptions, path: Path, light_aovs: LightAovs, hit: Hit, segment: int):
+    """Add the emission of lights that the ray hits, and of the environment if it hits no surface.
 
-    # Lights in the way: the camera stops at the first, other rays look through them.
-    stopped = bool(False)
-    seen = wp.vec3(0.0)
+    The path ends if it hits no surface, sees a light directly, or is at its last bounce.
+    """
+    update = PathUpdate(path=path, light_aovs=light_aovs)
+    clamp = float(0.0)
+    if path.bounces > 1:
+        clamp = options.clamp
+    t_end = path.tmax
+    if hit.instance >= 0:
+        t_end = hit.t
+
+    # Lights do not occlude, except that a camera ray ends at the first visible one.
+    sees_light = bool(False)
+    light_radiance = wp.vec3(0.0)
     for k in range(tables.surface_count):
         light = tables.lights[k]
         if path.pdf >= 0.0 or light.visible != 0:
-            on_light = hit_light(light, path.origin, path.direction)
-            inside = on_light.distance >= path.tmin and on_light.distance < reach
-            if light.kind == LIGHT_DISTANT and hit.instance < 0 and on_light.distance > 0.0:
-                inside = True
-            if light.rules != wp.uint64(0) and path.pdf >= 0.0 and path.pdf < CERTAIN and on_light.distance > 0.0:
-                through = by_rules(tables, light, path.instance, path.origin, path.direction, on_light.distance)
-                on_light.radiance = wp.cw_mul(on_light.radiance, through)
-                inside = True
-            if inside:
+            light_hit = hit_light(light, path.origin, path.direction)
+            is_hit = light_hit.distance >= path.tmin and light_hit.distance < t_end
+            if light.kind == LIGHT_DISTANT and hit.instance < 0 and light_hit.distance > 0.0:
+                is_hit = True
+            if light.links != wp.uint64(0) and path.pdf >= 0.0 and path.pdf < DELTA_PDF and light_hit.distance > 0.0:
+                visibility = linked_visibility(
+                    tables, light, path.instance, path.origin, path.direction, light_hit.distance
+                )
+                light_hit.radiance = wp.cw_mul(light_hit.radiance, visibility)
+                is_hit = True
+            if is_hit:
                 if path.pdf < 0.0:
-                    reach = on_light.distance
-                    seen = on_light.radiance
-                    stopped = True
+                    t_end = light_hit.distance
+                    light_radiance = light_hit.radiance
+                    sees_light = True
                 else:
-                    dim = light.diffuse * (1.0 - path.glossy) + light.specular * path.glossy
-                    chance = weight_at(light, path.origin, path.normal, path.sky_share) / path.all_lights
-                    weight = mis(path.pdf, on_light.pdf * chance) * dim
-                    found = limited(wp.cw_mul(path.throughput, on_light.radiance) * weight, most)
-                    a = with_light(a, found, bounce)
-    if stopped:
-        a.path.radiance = seen
-        a.path.alive = 0
-        return a
+                    scale = light.diffuse * (1.0 - path.specular_fraction) + light.specular * path.specular_fraction
+                    weight = mis_weight(path.pdf, light_hit.pdf * light_probability(light, path)) * scale
+                    contribution = clamp_firefly(wp.cw_mul(path.throughput, light_hit.radiance) * weight, clamp)
+                    update = add_radiance(update, contribution, segment)
+    if sees_light:
+        update.path.radiance = light_radiance
+        update.path.alive = 0
+        return update
     if hit.instance < 0:
-        a.path.alive = 0
+        update.path.alive = 0
         dome = tables.dome
         if dome.height > 0 and (path.pdf >= 0.0 or dome.visible != 0):
-            uv = sky_coordinates(dome, path.direction)
+            uv = environment_uv(dome, path.direction)
             if path.pdf < 0.0:
-                a.path.radiance = sky_picture(dome, uv)
+                update.path.radiance = environment_background(dome, uv)
             else:
-                cell = sky_cell(dome, uv)
-                weight = mis(path.pdf, cell_density(dome, cell) * (dome.strength * path.sky_share / path.all_lights))
-                weight *= dome.diffuse * (1.0 - path.glossy) + dome.specular * path.glossy
-                sky = wp.vec3(0.0)
-                if path.fine_sky != 0:
-                    sky = sky_radiance(dome, uv)
+                cell = environment_cell(dome, uv)
+                probability = dome.strength * path.environment_weight / path.light_weight_sum
+                weight = mis_weight(path.pdf, cell_pdf(dome, cell) * probability)
+                weight *= dome.diffuse * (1.0 - path.specular_fraction) + dome.specular * path.specular_fraction
+                radiance = wp.vec3(0.0)
+                if path.fine_environment != 0:
+                    radiance = environment_radiance(dome, uv)
                 else:
-                    sky = cell_radiance(dome, cell)
-                a = with_light(a, limited(wp.cw_mul(path.throughput, sky) * weight, most), bounce)
-    elif path.met == options.bounces and not is_emitter(tables, hit.instance):
-        a.path.alive = 0
-    return a
+                    radiance = cell_radiance(dome, cell)
+                contribution = clamp_firefly(wp.cw_mul(path.throughput, radiance) * weight, clamp)
+                update = add_radiance(update, contribution, segment)
+    elif path.bounces == options.bounces and not is_emissive_light(tables, hit.instance):
+        update.path.alive = 0
+    return update
 
 
 @wp.func
-def into_glass(d: Departure, surface: Surface, material: Material, bsdf: Bsdf, bounce: int, number: float, r: wp.vec2):
-    """Mirror or bend the path. No light is sampled: only the path's own ray finds what glass shows."""
-    ray = through_glass(surface, material, bsdf, number, r)
+def scatter_at_glass(
+    d: Scattering, surface: Surface, material: Material, bsdf: Bsdf, segment: int, number: float, r: wp.vec2
+):
+    """Reflect or refract the path at glass, without next-event estimation: both are treated as specular bounces."""
+    ray = sample_glass(surface, material, bsdf, number, r)
     d.path.throughput = wp.cw_mul(d.path.throughput, ray.weight)
     if ray.weight[0] + ray.weight[1] + ray.weight[2] <= 0.0:
         d.path.alive = 0
     side = float(1.0)
-    if ray.crossed != 0:
+    if ray.transmitted != 0:
         side = -1.0
-    d.path.origin = surface.position + surface.geometric * (side * surface.gap)
+    d.path.origin = surface.position + surface.geometric * (side * surface.ray_epsilon)
     d.path.direction = ray.direction
     d.path.normal = bsdf.normal
-    d.path.pdf = CERTAIN
-    d.path.all_lights = CERTAIN
-    d.path.glossy = 1.0
-    d.path.fine_sky = 1
-    if bounce == 0:
-        d.light_aovs.bent = ray.crossed
-        d.light_aovs.mirrored = wp.vec3(1.0)
+    d.path.pdf = DELTA_PDF
+    d.path.light_weight_sum = DELTA_PDF
+    d.path.specular_fraction = 1.0
+    d.path.fine_environment = 1
+    if segment == 0:
+        d.light_aovs.refracted = ray.transmitted
+        d.light_aovs.specular_fraction = wp.vec3(1.0)
     return d
 
 
 @wp.func
-def depart(
+def scatter_path(
     tables: SceneTables,
     options: PathOptions,
     path: Path,
     light_aovs: LightAovs,
     hit: Hit,
-    bounce: int,
+    segment: int,
     seed: wp.uint32,
     index: wp.uint32,
 ):
-    """Scatter the path at a hit."""
-    d = Departure()
+    """Add the emission of the hit surface, sample a light for next-event estimation, and sample the next direction."""
+    d = Scattering()
     d.path = path
     d.light_aovs = light_aovs
     surface = surface_at(tables, hit, path.direction)
     material = tables.materials[surface.material]
     surface = with_material(tables, surface, material)
     wo = -path.direction
-    surface.normal = facing(surface.normal, surface.horizon, wo)
+    surface.normal = facing(surface.normal, surface.horizon_normal, wo)
     normal = surface.normal
     if material.normal_texture >= 0 or material.detail_texture >= 0:
-        normal = facing(bumped(tables, hit, surface, material), surface.horizon, wo)
-    opaque = opaque_share(material, path.refracting)
-    bsdf = bsdf_at(tables.albedo_table, surface, material, opaque, normal, wo, path.least_alpha)
-    most = float(0.0)
-    if path.met > 1:
-        most = options.clamp
-    # Light of a surface that is also drawn from as a light counts by what following the path is worth.
-    sampled = path.pdf >= 0.0 and is_emitter(tables, hit.instance)
-    share = float(1.0)
+        normal = facing(bumped(tables, hit, surface, material), surface.horizon_normal, wo)
+    diffuse_scale = diffuse_fraction(material, path.can_refract)
+    bsdf = make_bsdf(tables.albedo_table, surface, material, diffuse_scale, normal, wo, path.min_alpha)
+    clamp = float(0.0)
+    if path.bounces > 1:
+        clamp = options.clamp
+    # Emission of a surface that is also sampled as a light gets the MIS weight of BSDF sampling.
+    sampled = path.pdf >= 0.0 and is_emissive_light(tables, hit.instance)
+    emission_weight = float(1.0)
     if sampled:
         light = tables.lights[tables.instance_light[hit.instance]]
-        chance = weight_at(light, path.origin, path.normal, path.sky_share) / path.all_lights
-        share = mis(path.pdf, emitter_density(light, material, surface.geometric, path.direction, hit.t) * chance)
-    emitted = limited(wp.cw_mul(path.throughput, surface.emission) * share, most)
+        light_pdf = emissive_light_pdf(light, material, surface.geometric, path.direction, hit.t)
+        emission_weight = mis_weight(path.pdf, light_pdf * light_probability(light, path))
+    emitted = clamp_firefly(wp.cw_mul(path.throughput, surface.emission) * emission_weight, clamp)
     d.path.radiance += emitted
-    if path.met == options.bounces:
+    if path.bounces == options.bounces:
         d.path.alive = 0
-    if bounce == 0:
-        d.feature = Feature(albedo=bsdf.albedo, normal=bsdf.normal, depth=hit.t)
+    if segment == 0:
+        d.features = DenoiserFeatures(albedo=bsdf.albedo, normal=bsdf.normal, depth=hit.t)
     else:
-        d.light_aovs = add_light_aov(
-            d.light_aovs, emitted, wp.vec3(1.0) - d.light_aovs.mirrored, wp.where(sampled, bounce - 1, bounce)
-        )
+        diffuse = wp.vec3(1.0) - d.light_aovs.specular_fraction
+        d.light_aovs = add_light_aov(d.light_aovs, emitted, diffuse, wp.where(sampled, segment - 1, segment))
     if d.path.alive == 0:
         return d
-    pair = PAIR_FIRST_SEGMENT + PAIRS_PER_SEGMENT * bounce
+    pair = PAIR_FIRST_SEGMENT + PAIRS_PER_SEGMENT * segment
     d.path.tmin = 0.0
     d.path.tmax = FAR_AWAY
     d.path.instance = hit.instance
-    if material.transmission > 0.0 and path.refracting != 0:
-        chances = sample_pair(seed, index, pair + PAIR_OPACITY)
-        if chances[1] < material.transmission:
+    if material.transmission > 0.0 and path.can_refract != 0:
+        glass_numbers = sample_pair(seed, index, pair + PAIR_OPACITY)
+        if glass_numbers[1] < material.transmission:
             number = sample_pair(seed, index, pair + PAIR_LIGHT)[0]
-            return into_glass(d, surface, material, bsdf, bounce, number, sample_pair(seed, index, pair + PAIR_LOBE))
+            r = sample_pair(seed, index, pair + PAIR_LOBE)
+            return scatter_at_glass(d, surface, material, bsdf, segment, number, r)
 
-    # A rough last surface finds its light by sampling lights alone; a sharp lobe has to look for them as well.
-    sharpest = wp.min(bsdf.alpha, bsdf.coat_alpha)
-    d.path.met += 1
-    last = d.path.met == options.bounces and sharpest > LAST_ALPHA
+    # At the last bounce a rough surface relies on light sampling alone; a sharp lobe also traces its own ray.
+    min_lobe_alpha = wp.min(bsdf.alpha, bsdf.coat_alpha)
+    d.path.bounces += 1
+    last = d.path.bounces == options.bounces and min_lobe_alpha > LAST_BOUNCE_ALPHA
 
-    # Light that arrives straight from a light.
+    # Next-event estimation.
     numbers = sample_pair(seed, index, pair + PAIR_LIGHT)
-    d.path.origin = surface.position + surface.lift + surface.geometric * surface.gap
+    d.path.origin = surface.position + surface.terminator_offset + surface.geometric * surface.ray_epsilon
     d.path.normal = bsdf.normal
-    d.path.fine_sky = wp.where(sharpest < FINE_SKY_ALPHA, 1, 0)
-    chosen = choose_light(tables, d.path.origin, bsdf.normal, numbers[0], path.sky_share)
-    d.path.all_lights = wp.max(chosen.total, 1.0e-30)
-    at = wp.vec2(chosen.number, numbers[1])
-    to_light = sample_light(tables, chosen.index, d.path.origin, at, sharpest < FINE_SKY_ALPHA)
-    if to_light.pdf != 0.0:
-        out = scatter(bsdf, to_light.direction)
-        diffuse = out.diffuse * to_light.diffuse
-        weighted = diffuse + out.specular * to_light.specular
+    d.path.fine_environment = wp.where(min_lobe_alpha < FINE_ENVIRONMENT_ALPHA, 1, 0)
+    chosen = choose_light(tables, d.path.origin, bsdf.normal, numbers[0], path.environment_weight)
+    d.path.light_weight_sum = wp.max(chosen.weight_sum, 1.0e-30)
+    fine = min_lobe_alpha < FINE_ENVIRONMENT_ALPHA
+    light_sample = sample_light(tables, chosen.index, d.path.origin, wp.vec2(chosen.remaining, numbers[1]), fine)
+    if light_sample.pdf != 0.0:
+        bsdf_value = evaluate_bsdf(bsdf, light_sample.direction)
+        diffuse = bsdf_value.diffuse * light_sample.diffuse
+        weighted = diffuse + bsdf_value.specular * light_sample.specular
         if weighted[0] + weighted[1] + weighted[2] > 0.0:
-            density = wp.abs(to_light.pdf) * chosen.chance
-            weight = 1.0 / density
-            if to_light.pdf > 0.0 and not last:
-                weight *= mis(density, out.pdf)
-            d.connection.direction = to_light.direction
-            d.connection.distance = to_light.distance
-            if has_rules(tables, chosen.index):
+            pdf = wp.abs(light_sample.pdf) * chosen.probability
+            weight = 1.0 / pdf
+            if light_sample.pdf > 0.0 and not last:
+                weight *= mis_weight(pdf, bsdf_value.pdf)
+            d.shadow_ray.direction = light_sample.direction
+            d.shadow_ray.distance = light_sample.distance
+            if has_links(tables, chosen.index):
                 light = tables.lights[chosen.index]
-                through = by_rules(tables, light, hit.instance, d.path.origin, to_light.direction, to_light.distance)
-                to_light.radiance = wp.cw_mul(to_light.radiance, through)
-                d.connection.distance = 0.0
-            arriving = wp.cw_mul(to_light.radiance, weighted) * weight
-            d.connection.light = wp.cw_mul(path.throughput, arriving)
-            if path.met > 0:
-                d.connection.most = options.clamp
-            d.connection.diffuse = wp.cw_div(diffuse, wp.max(weighted, wp.vec3(1.0e-30)))
+                visibility = linked_visibility(
+                    tables, light, hit.instance, d.path.origin, light_sample.direction, light_sample.distance
+                )
+                light_sample.radiance = wp.cw_mul(light_sample.radiance, visibility)
+                d.shadow_ray.distance = 0.0
+            scattered = wp.cw_mul(light_sample.radiance, weighted) * weight
+            d.shadow_ray.radiance = wp.cw_mul(path.throughput, scattered)
+            if path.bounces > 0:
+                d.shadow_ray.clamp = options.clamp
+            d.shadow_ray.diffuse_fraction = wp.cw_div(diffuse, wp.max(weighted, wp.vec3(1.0e-30)))
     if last:
         d.path.alive = 0
         return d
 
-    # On to the next surface.
-    towards = sample_direction(bsdf, sample_pair(seed, index, pair + PAIR_LOBE))
-    out = scatter(bsdf, towards)
-    if out.pdf <= 0.0:
+    # BSDF sampling: the ray of the next segment.
+    wi = sample_bsdf(bsdf, sample_pair(seed, index, pair + PAIR_LOBE))
+    bsdf_value = evaluate_bsdf(bsdf, wi)
+    if bsdf_value.pdf <= 0.0:
         d.path.alive = 0
         return d
-    total = out.diffuse + out.specular
-    d.path.throughput = wp.cw_mul(path.throughput, total) / out.pdf
-    d.path.glossy = luminance(out.specular) / wp.max(luminance(total), 1.0e-20)
-    d.path.least_alpha = wp.max(
-        path.least_alpha, options.regularization * wp.min(1.0, 1.0 - d.path.glossy + bsdf.alpha)
-    )
-    d.path.direction = towards
-    d.path.pdf = out.pdf
-    # What a mirror shows of glass is bent as well; from rough surfaces light goes straight through it.
-    if d.path.glossy < 0.5 or sharpest > FINE_SKY_ALPHA:
-        d.path.refracting = 0
-    if bounce == 0:
-        d.light_aovs.mirrored = wp.cw_div(out.specular, wp.max(total, wp.vec3(1.0e-30)))
+    total = bsdf_value.diffuse + bsdf_value.specular
+    d.path.throughput = wp.cw_mul(path.throughput, total) / bsdf_value.pdf
+    d.path.specular_fraction = luminance(bsdf_value.specular) / wp.max(luminance(total), 1.0e-20)
+    roughened = wp.min(1.0, 1.0 - d.path.specular_fraction + bsdf.alpha)
+    d.path.min_alpha = wp.max(path.min_alpha, options.regularization * roughened)
+    d.path.direction = wi
+    d.path.pdf = bsdf_value.pdf
+    # Glass seen in a mirror refracts as well; after a rough bounce paths pass it straight.
+    if d.path.specular_fraction < 0.5 or min_lobe_alpha > FINE_ENVIRONMENT_ALPHA:
+        d.path.can_refract = 0
+    if segment == 0:
+        d.light_aovs.specular_fraction = wp.cw_div(bsdf_value.specular, wp.max(total, wp.vec3(1.0e-30)))
     return d
 
 
 @wp.func
-def connected(path: Path, light_aovs: LightAovs, connection: Connection, share: float, bounce: int):
-    """Add the light of a connection of which `share` came through."""
-    a = Arrival(path=path, light_aovs=light_aovs)
-    light = limited(connection.light * share, connection.most)
-    a.path.radiance += light
-    diffuse = connection.diffuse
-    if bounce > 0:
-        diffuse = wp.vec3(1.0) - light_aovs.mirrored
-    a.light_aovs = add_light_aov(a.light_aovs, light, diffuse, bounce)
-    return a
+def add_direct_light(path: Path, light_aovs: LightAovs, shadow_ray: ShadowRay, visibility: float, segment: int):
+    """Add the radiance of a shadow ray, times its `visibility` from 0 to 1."""
+    update = PathUpdate(path=path, light_aovs=light_aovs)
+    radiance = clamp_firefly(shadow_ray.radiance * visibility, shadow_ray.clamp)
+    update.path.radiance += radiance
+    diffuse = shadow_ray.diffuse_fraction
+    if segment > 0:
+        diffuse = wp.vec3(1.0) - light_aovs.specular_fraction
+    update.light_aovs = add_light_aov(update.light_aovs, radiance, diffuse, segment)
+    return update

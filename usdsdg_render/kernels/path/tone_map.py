@@ -1,4 +1,4 @@
-"""From mean radiance to colours that a screen shows."""
+"""Tone mapping: mean radiance to display colors."""
 
 import warp as wp
 
@@ -11,17 +11,18 @@ def filmic(x: float):
 
 @wp.func
 def srgb_encoded(x: float):
+    """Encode a linear value by the sRGB transfer function."""
     if x <= 0.0031308:
         return 12.92 * x
     return 1.055 * wp.pow(x, 1.0 / 2.4) - 0.055
 
 
 @wp.kernel(enable_backward=False)
-def develop_pixels(
+def tone_map_pixels(
     radiance: wp.array2d(dtype=wp.vec4),  # sums, and number of samples
     film: wp.array2d(
         dtype=wp.vec4
-    ),  # the same before any filter: a pixel without samples, outside of the lens, is clear
+    ),  # the same before denoising; pixels without samples (outside of the lens) are clear
     exposure: float,
     curve: int,  # 1 = filmic, 0 = clip
     first_row: int,
@@ -39,9 +40,9 @@ def develop_pixels(
         if curve != 0:
             value = filmic(value)
         encoded[k] = wp.floor(255.0 * srgb_encoded(wp.clamp(value, 0.0, 1.0)) + 0.5)
-    # Half floats end at 65504.
-    most = wp.vec3(65504.0)
-    mean = wp.min(wp.vec3(pixel[0], pixel[1], pixel[2]) * scale, most)
+    # The largest half float.
+    largest_half = wp.vec3(65504.0)
+    mean = wp.min(wp.vec3(pixel[0], pixel[1], pixel[2]) * scale, largest_half)
     alpha = float(1.0)
     if film[y, x][3] == 0.0:
         alpha = 0.0

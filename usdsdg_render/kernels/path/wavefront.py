@@ -1,8 +1,8 @@
-"""CUDA's path tracer: many paths take each step together, so that neighbouring threads do alike.
+"""CUDA's path tracer: a wavefront of paths advances segment by segment, so that neighboring threads do alike.
 
-A wave holds some samples of some pixels. Its paths wait in queues of numbers; counts[2 b] paths wait for their ray
-number b, and counts[2 b + 1] of those for light that their surface number b scatters. The order in a queue differs from
-run to run, but each path keeps its own sums, and they are added to the film in the order of the samples.
+A wavefront holds some samples of some pixels. Queues hold path numbers: counts[2 s] paths wait for the ray of their
+segment number s, and counts[2 s + 1] of those for their shadow ray. The order in a queue differs from run to run, but
+each path has its own sums, and they are added to the film in the order of the samples.
 """
 
 import warp as wp
@@ -10,14 +10,14 @@ import warp as wp
 from usdsdg_render.kernels.cameras.camera import BAND, camera_ray
 from usdsdg_render.kernels.labels.views import Views
 from usdsdg_render.kernels.path.film import FilmArrays, load_pixel, store_pixel, with_sample
-from usdsdg_render.kernels.path.path_state import Connection, Feature, LightAovs, Path, PathOptions, begin_path
+from usdsdg_render.kernels.path.path_state import DenoiserFeatures, LightAovs, Path, PathOptions, ShadowRay, begin_path
 from usdsdg_render.kernels.path.sampler import PAIR_LENS, PAIR_PIXEL, pixel_seed, sample_pair
-from usdsdg_render.kernels.path.segment import arrive, connected, depart, next_hit
+from usdsdg_render.kernels.path.segment import add_direct_light, add_emission, next_hit, scatter_path
 from usdsdg_render.kernels.scene.visibility import transmitted
 from usdsdg_render.scene.structs import Hit, SceneTables
 
-# The threads of a warp take their places together. On a CPU, for tests, there is one thread.
-_TAKE_PLACE = """
+# Append to a queue: one atomic for all threads of a warp. On a CPU, for tests, there is one thread.
+_PUSH = """
 #if defined(__CUDA_ARCH__)
     const unsigned mask = __activemask();
     const int lane = threadIdx.x & 31, leader = __ffs(mask) - 1;
@@ -31,35 +31,35 @@ _TAKE_PLACE = """
 """
 
 
-@wp.func_native(_TAKE_PLACE)
-def take_place(counts: wp.array(dtype=wp.int32), which: int) -> int: ...
+@wp.func_native(_PUSH)
+def push(counts: wp.array(dtype=wp.int32), which: int) -> int: ...
 
 
 @wp.struct
-class Wave:
-    """The paths of a wave; path number k is sample k / pixels of the pixel number first_pixel + k % pixels.
+class Wavefront:
+    """The paths in flight; path number k is sample k / pixels of the pixel number first_pixel + k % pixels.
 
-    Pixels are counted through all pictures, one after the other.
+    Pixels are numbered through all views, one after the other.
     """
 
     first_pixel: wp.int32
     pixels: wp.int32
     samples: wp.int32
     paths: wp.array(dtype=Path)
-    light_aovs: wp.array(dtype=LightAovs)  # empty unless asked for
-    features: wp.array(dtype=Feature)  # empty unless asked for
+    light_aovs: wp.array(dtype=LightAovs)  # empty unless allocated
+    features: wp.array(dtype=DenoiserFeatures)  # empty unless allocated
     hits: wp.array(dtype=Hit)
-    connections: wp.array(dtype=Connection)
-    rays: wp.array2d(dtype=wp.int32)  # two queues: of an even step, and of an odd one
-    shadows: wp.array(dtype=wp.int32)
+    shadow_rays: wp.array(dtype=ShadowRay)
+    ray_queue: wp.array2d(dtype=wp.int32)  # two queues: of even and of odd segments
+    shadow_queue: wp.array(dtype=wp.int32)
     counts: wp.array(dtype=wp.int32)
 
 
 @wp.struct
-class Place:
-    """Where a path began."""
+class PathSample:
+    """Pixel and sample index of a path, and the seed of its pixel."""
 
-    picture: wp.int32
+    view: wp.int32
     x: wp.int32
     y: wp.int32
     seed: wp.uint32
@@ -67,124 +67,125 @@ class Place:
 
 
 @wp.func
-def pixel_at(views: Views, number: int):
-    """(picture, x, y) of a pixel by its number: along columns of bands of four rows, so that a warp looks one way."""
-    picture = number // (views.width * views.height)
-    of_picture = number - picture * views.width * views.height
-    band = of_picture // (BAND * views.width)
+def pixel_at(views: Views, index: int):
+    """Return (view, x, y) of a pixel by its number, along columns of bands of four rows to keep warps coherent."""
+    view = index // (views.width * views.height)
+    in_view = index - view * views.width * views.height
+    band = in_view // (BAND * views.width)
     rows = wp.min(BAND, views.height - BAND * band)
-    inside = of_picture - BAND * band * views.width
-    return wp.vec3i(picture, inside // rows, BAND * band + inside % rows)
+    in_band = in_view - BAND * band * views.width
+    return wp.vec3i(view, in_band // rows, BAND * band + in_band % rows)
 
 
 @wp.func
-def place_of(wave: Wave, options: PathOptions, views: Views, number: int):
-    pixel = pixel_at(views, wave.first_pixel + number % wave.pixels)
-    place = Place()
-    place.picture = pixel[0]
-    place.x = pixel[1]
-    place.y = pixel[2]
-    place.seed = pixel_seed(options.seed, options.frame, place.x, place.y)
-    place.index = wp.uint32(options.first_sample + number // wave.pixels)
-    return place
+def sample_of(wavefront: Wavefront, options: PathOptions, views: Views, number: int):
+    pixel = pixel_at(views, wavefront.first_pixel + number % wavefront.pixels)
+    sample = PathSample()
+    sample.view = pixel[0]
+    sample.x = pixel[1]
+    sample.y = pixel[2]
+    sample.seed = pixel_seed(options.seed, options.frame, sample.x, sample.y)
+    sample.index = wp.uint32(options.first_sample + number // wavefront.pixels)
+    return sample
 
 
 @wp.func
-def light_aovs_of(wave: Wave, number: int):
-    if wave.light_aovs.shape[0] > 0:
-        return wave.light_aovs[number]
+def light_aovs_of(wavefront: Wavefront, number: int):
+    if wavefront.light_aovs.shape[0] > 0:
+        return wavefront.light_aovs[number]
     return LightAovs()
 
 
 @wp.kernel(enable_backward=False)
-def begin(options: PathOptions, views: Views, wave: Wave):
+def generate_camera_rays(options: PathOptions, views: Views, wavefront: Wavefront):
     number = wp.tid()
-    place = place_of(wave, options, views, number)
-    camera = views.cameras[place.picture]
-    jitter = sample_pair(place.seed, place.index, PAIR_PIXEL)
+    sample = sample_of(wavefront, options, views, number)
+    camera = views.cameras[sample.view]
+    jitter = sample_pair(sample.seed, sample.index, PAIR_PIXEL)
     lens = wp.vec2(0.0)
     if camera.lens_radius > 0.0:
-        lens = sample_pair(place.seed, place.index, PAIR_LENS)
-    ray = camera_ray(camera, float(place.x) + jitter[0], float(place.y) + jitter[1], lens)
-    path = begin_path(ray, camera.sky_share)
-    if wave.light_aovs.shape[0] > 0:
-        wave.light_aovs[number] = LightAovs()
-    if wave.features.shape[0] > 0:
-        wave.features[number] = Feature(albedo=wp.vec3(1.0), normal=wp.vec3(0.0), depth=0.0)
+        lens = sample_pair(sample.seed, sample.index, PAIR_LENS)
+    ray = camera_ray(camera, float(sample.x) + jitter[0], float(sample.y) + jitter[1], lens)
+    path = begin_path(ray, camera.environment_weight)
+    if wavefront.light_aovs.shape[0] > 0:
+        wavefront.light_aovs[number] = LightAovs()
+    if wavefront.features.shape[0] > 0:
+        wavefront.features[number] = DenoiserFeatures(albedo=wp.vec3(1.0), normal=wp.vec3(0.0), depth=0.0)
     if path.alive != 0:
-        wave.rays[0, take_place(wave.counts, 0)] = number
+        wavefront.ray_queue[0, push(wavefront.counts, 0)] = number
     else:
-        path.met = -1
-    wave.paths[number] = path
+        path.bounces = -1
+    wavefront.paths[number] = path
 
 
 @wp.kernel(enable_backward=False)
-def trace(tables: SceneTables, options: PathOptions, views: Views, wave: Wave, step: int):
+def intersect_closest(tables: SceneTables, options: PathOptions, views: Views, wavefront: Wavefront, segment: int):
     i = wp.tid()
-    if i >= wave.counts[2 * step]:
+    if i >= wavefront.counts[2 * segment]:
         return
-    number = wave.rays[step % 2, i]
-    place = place_of(wave, options, views, number)
-    wave.hits[number] = next_hit(tables, wave.paths[number], step, place.seed, place.index)
+    number = wavefront.ray_queue[segment % 2, i]
+    sample = sample_of(wavefront, options, views, number)
+    wavefront.hits[number] = next_hit(tables, wavefront.paths[number], segment, sample.seed, sample.index)
 
 
 @wp.kernel(enable_backward=False)
-def shade(tables: SceneTables, options: PathOptions, views: Views, wave: Wave, step: int):
+def shade(tables: SceneTables, options: PathOptions, views: Views, wavefront: Wavefront, segment: int):
     i = wp.tid()
-    if i >= wave.counts[2 * step]:
+    if i >= wavefront.counts[2 * segment]:
         return
-    number = wave.rays[step % 2, i]
-    hit = wave.hits[number]
-    arrival = arrive(tables, options, wave.paths[number], light_aovs_of(wave, number), hit, step)
-    path = arrival.path
-    light_aovs = arrival.light_aovs
+    number = wavefront.ray_queue[segment % 2, i]
+    hit = wavefront.hits[number]
+    update = add_emission(tables, options, wavefront.paths[number], light_aovs_of(wavefront, number), hit, segment)
+    path = update.path
+    light_aovs = update.light_aovs
     if path.alive != 0:
-        place = place_of(wave, options, views, number)
-        left = depart(tables, options, path, light_aovs, hit, step, place.seed, place.index)
-        path = left.path
-        light_aovs = left.light_aovs
-        if step == 0 and wave.features.shape[0] > 0:
-            wave.features[number] = left.feature
-        light = left.connection.light
-        if light[0] + light[1] + light[2] > 0.0:
-            wave.connections[number] = left.connection
-            wave.shadows[take_place(wave.counts, 2 * step + 1)] = number
+        sample = sample_of(wavefront, options, views, number)
+        scattering = scatter_path(tables, options, path, light_aovs, hit, segment, sample.seed, sample.index)
+        path = scattering.path
+        light_aovs = scattering.light_aovs
+        if segment == 0 and wavefront.features.shape[0] > 0:
+            wavefront.features[number] = scattering.features
+        radiance = scattering.shadow_ray.radiance
+        if radiance[0] + radiance[1] + radiance[2] > 0.0:
+            wavefront.shadow_rays[number] = scattering.shadow_ray
+            wavefront.shadow_queue[push(wavefront.counts, 2 * segment + 1)] = number
         if path.alive != 0:
-            wave.rays[(step + 1) % 2, take_place(wave.counts, 2 * step + 2)] = number
-    wave.paths[number] = path
-    if wave.light_aovs.shape[0] > 0:
-        wave.light_aovs[number] = light_aovs
+            wavefront.ray_queue[(segment + 1) % 2, push(wavefront.counts, 2 * segment + 2)] = number
+    wavefront.paths[number] = path
+    if wavefront.light_aovs.shape[0] > 0:
+        wavefront.light_aovs[number] = light_aovs
 
 
 @wp.kernel(enable_backward=False)
-def connect(tables: SceneTables, wave: Wave, step: int):
+def intersect_shadow(tables: SceneTables, wavefront: Wavefront, segment: int):
     i = wp.tid()
-    if i >= wave.counts[2 * step + 1]:
+    if i >= wavefront.counts[2 * segment + 1]:
         return
-    number = wave.shadows[i]
-    path = wave.paths[number]
-    connection = wave.connections[number]
-    share = transmitted(tables, path.origin, connection.direction, connection.distance)
-    if share > 0.0:
-        arrival = connected(path, light_aovs_of(wave, number), connection, share, step)
-        wave.paths[number].radiance = arrival.path.radiance
-        if wave.light_aovs.shape[0] > 0:
-            wave.light_aovs[number] = arrival.light_aovs
+    number = wavefront.shadow_queue[i]
+    path = wavefront.paths[number]
+    shadow_ray = wavefront.shadow_rays[number]
+    visibility = transmitted(tables, path.origin, shadow_ray.direction, shadow_ray.distance)
+    if visibility > 0.0:
+        update = add_direct_light(path, light_aovs_of(wavefront, number), shadow_ray, visibility, segment)
+        wavefront.paths[number].radiance = update.path.radiance
+        if wavefront.light_aovs.shape[0] > 0:
+            wavefront.light_aovs[number] = update.light_aovs
 
 
 @wp.kernel(enable_backward=False)
-def gather(options: PathOptions, views: Views, wave: Wave, films: wp.array(dtype=FilmArrays)):
+def update_film(options: PathOptions, views: Views, wavefront: Wavefront, films: wp.array(dtype=FilmArrays)):
     i = wp.tid()
-    pixel = pixel_at(views, wave.first_pixel + i)
+    pixel = pixel_at(views, wavefront.first_pixel + i)
     film = films[pixel[0]]
     x = pixel[1]
     y = pixel[2]
     sums = load_pixel(film, options, y, x)
-    for k in range(wave.samples):
-        number = k * wave.pixels + i
-        if wave.paths[number].met >= 0:
-            feature = Feature()
-            if wave.features.shape[0] > 0:
-                feature = wave.features[number]
-            sums = with_sample(sums, options, wave.paths[number].radiance, feature, light_aovs_of(wave, number))
+    for k in range(wavefront.samples):
+        number = k * wavefront.pixels + i
+        if wavefront.paths[number].bounces >= 0:
+            features = DenoiserFeatures()
+            if wavefront.features.shape[0] > 0:
+                features = wavefront.features[number]
+            radiance = wavefront.paths[number].radiance
+            sums = with_sample(sums, options, radiance, features, light_aovs_of(wavefront, number))
     store_pixel(film, options, y, x, sums)

@@ -1,21 +1,21 @@
-"""The edge-avoiding filter of the fast mode: light without its surface colours is smoothed, then put back on them.
-At the end, what another filter takes instead of it, and mixing a filtered picture with what it was.
+"""Kernels of the denoisers: an edge-avoiding wavelet filter, inputs of Open Image Denoise, and the final blend.
 
-An à-trous wavelet (Dammertz et al., HPG 2010) whose weights know how noisy each pixel is (Schied et al., "SVGF", HPG
-2017), over one frame alone: nothing is carried from frame to frame, so a picture never depends on the one before.
+The wavelet filter smooths radiance divided by albedo and multiplies the albedo back. It is an à-trous wavelet (Dammertz
+et al., HPG 2010) with variance-guided weights (Schied et al., "SVGF", HPG 2017), over one frame alone: there is no
+temporal accumulation, so an image never depends on the one before.
 """
 
 import warp as wp
 
 from usdsdg_render.kernels.color import luminance
 
-# How many standard deviations two pixels may differ and still count as the same light.
+# Tolerance of the luminance weight [standard deviations].
 LIGHT_SIGMAS = wp.constant(3.0)
 NORMAL_POWER = wp.constant(64.0)
-# Least albedo that light is divided by.
-DARKEST = wp.constant(0.02)
-# Side of the blocks of pixels whose brightness `levels` tells.
-LEVEL_PIXELS = wp.constant(16)
+# Lower bound of the albedo that radiance is divided by.
+MIN_ALBEDO = wp.constant(0.02)
+# Side of the blocks of `block_luminance` [pixels].
+BLOCK_PIXELS = wp.constant(16)
 
 
 @wp.func
@@ -24,31 +24,31 @@ def xyz(v: wp.vec4):
 
 
 @wp.kernel(enable_backward=False)
-def separate(
+def demodulate(
     color: wp.array2d(dtype=wp.vec4),  # sums, and number of samples
     background: wp.array2d(dtype=wp.vec4),
     albedo: wp.array2d(dtype=wp.vec3),
     normal_depth: wp.array2d(dtype=wp.vec4),
     square: wp.array2d(dtype=wp.float32),
     first_row: int,
-    # out, of what hit a surface
-    light: wp.array2d(dtype=wp.vec4),  # mean light over albedo [nits], and variance of its mean brightness
-    guide: wp.array2d(dtype=wp.vec4),  # unit normal and mean depth; 0 where nothing hit, or all sides of a thing
-    surface: wp.array2d(dtype=wp.vec3),  # mean albedo, not below DARKEST
+    # out, of samples that hit a surface
+    irradiance: wp.array2d(dtype=wp.vec4),  # mean radiance over albedo [nits], and variance of its mean luminance
+    guide: wp.array2d(dtype=wp.vec4),  # unit normal and mean depth; 0 where no sample hit or normals cancel
+    surface_albedo: wp.array2d(dtype=wp.vec3),  # mean albedo, at least MIN_ALBEDO
 ):
     y, x = wp.tid()
     y += first_row
-    # What lies behind an edge is added again at the end: times the albedo of the edge it would be another colour.
-    seen = color[y, x] - background[y, x]
-    n = wp.max(seen[3], 1.0)
-    base = wp.max(albedo[y, x] / n, wp.vec3(DARKEST))
-    mean = wp.cw_div(xyz(seen) / n, base)
-    level = luminance(mean)
-    # One sample says nothing of its own variance; count it as wholly uncertain.
-    variance = wp.max(square[y, x] / n - level * level, 0.0) / n
+    # Background samples are set aside and added at the end: they must not be multiplied by the albedo of an edge.
+    foreground = color[y, x] - background[y, x]
+    n = wp.max(foreground[3], 1.0)
+    mean_albedo = wp.max(albedo[y, x] / n, wp.vec3(MIN_ALBEDO))
+    mean = wp.cw_div(xyz(foreground) / n, mean_albedo)
+    mean_luminance = luminance(mean)
+    # One sample gives no variance estimate; treat it as fully uncertain.
+    variance = wp.max(square[y, x] / n - mean_luminance * mean_luminance, 0.0) / n
     if n < 2.0:
-        variance = level * level
-    light[y, x] = wp.vec4(mean[0], mean[1], mean[2], variance)
+        variance = mean_luminance * mean_luminance
+    irradiance[y, x] = wp.vec4(mean[0], mean[1], mean[2], variance)
     sums = normal_depth[y, x]
     normal = xyz(sums) / n
     length = wp.length(normal)
@@ -56,12 +56,12 @@ def separate(
     if length > 0.5:
         normal = normal / length
         guide[y, x] = wp.vec4(normal[0], normal[1], normal[2], sums[3] / n)
-    surface[y, x] = base
+    surface_albedo[y, x] = mean_albedo
 
 
 @wp.func
-def steepness(guide: wp.array2d(dtype=wp.vec4), y: int, x: int):
-    """Change of depth from pixel to pixel: the smaller of the two sides, so that an edge does not count."""
+def depth_gradient(guide: wp.array2d(dtype=wp.vec4), y: int, x: int):
+    """Depth change per pixel: the smaller of both sides of each axis, so that depth discontinuities do not count."""
     z = guide[y, x][3]
     left = wp.abs(z - guide[y, wp.max(x - 1, 0)][3])
     right = wp.abs(z - guide[y, wp.min(x + 1, guide.shape[1] - 1)][3])
@@ -71,24 +71,24 @@ def steepness(guide: wp.array2d(dtype=wp.vec4), y: int, x: int):
 
 
 @wp.func
-def steady_variance(light: wp.array2d(dtype=wp.vec4), y: int, x: int):
-    """Variance smoothed over 3x3 pixels: a few samples estimate their own badly."""
+def smoothed_variance(irradiance: wp.array2d(dtype=wp.vec4), y: int, x: int):
+    """Variance filtered over 3x3 pixels, because few samples estimate it badly."""
     total = float(0.0)
     weights = float(0.0)
     for j in range(-1, 2):
         for i in range(-1, 2):
             v = y + j
             u = x + i
-            if v >= 0 and u >= 0 and v < light.shape[0] and u < light.shape[1]:
+            if v >= 0 and u >= 0 and v < irradiance.shape[0] and u < irradiance.shape[1]:
                 w = 1.0 / float((1 + wp.abs(i)) * (1 + wp.abs(j)))
-                total += w * light[v, u][3]
+                total += w * irradiance[v, u][3]
                 weights += w
     return total / weights
 
 
 @wp.kernel(enable_backward=False)
-def smooth(
-    light: wp.array2d(dtype=wp.vec4),
+def atrous_pass(
+    irradiance: wp.array2d(dtype=wp.vec4),
     guide: wp.array2d(dtype=wp.vec4),
     step: int,  # pixels between taps
     first_row: int,
@@ -97,46 +97,49 @@ def smooth(
 ):
     y, x = wp.tid()
     y += first_row
-    here = light[y, x]
+    center = irradiance[y, x]
     normal = xyz(guide[y, x])
     if wp.dot(normal, normal) == 0.0:
-        smoothed[y, x] = here
+        smoothed[y, x] = center
         return
     depth = guide[y, x][3]
-    slope = steepness(guide, y, x)
-    level = luminance(xyz(here))
-    tolerance = LIGHT_SIGMAS * wp.sqrt(steady_variance(light, y, x)) + 1.0e-4 * level + 1.0e-8
+    gradient = depth_gradient(guide, y, x)
+    level = luminance(xyz(center))
+    tolerance = LIGHT_SIGMAS * wp.sqrt(smoothed_variance(irradiance, y, x)) + 1.0e-4 * level + 1.0e-8
     total = wp.vec3(0.0)
     variance = float(0.0)
-    weights = float(0.0)
+    weight_sum = float(0.0)
     for j in range(-2, 3):
         for i in range(-2, 3):
             v = y + j * step
             u = x + i * step
-            if v >= 0 and u >= 0 and v < light.shape[0] and u < light.shape[1]:
-                other = guide[v, u]
-                alike = wp.dot(normal, xyz(other))
-                if alike > 0.0:
+            if v >= 0 and u >= 0 and v < irradiance.shape[0] and u < irradiance.shape[1]:
+                other_guide = guide[v, u]
+                cos_normals = wp.dot(normal, xyz(other_guide))
+                if cos_normals > 0.0:
                     # The B3 spline: 3/8, 1/4, 1/16.
                     a = wp.abs(i)
                     b = wp.abs(j)
-                    w = wp.where(a == 0, 0.375, wp.where(a == 1, 0.25, 0.0625))
-                    w *= wp.where(b == 0, 0.375, wp.where(b == 1, 0.25, 0.0625))
-                    reach = slope * float(step * (a + b)) + 2.0e-3 * depth + 1.0e-12
-                    there = light[v, u]
-                    apart = wp.abs(depth - other[3]) / reach + wp.abs(level - luminance(xyz(there))) / tolerance
-                    w *= wp.pow(alike, NORMAL_POWER) * wp.exp(-apart)
-                    total += xyz(there) * w
-                    variance += there[3] * w * w
-                    weights += w
-    total = total / weights
-    smoothed[y, x] = wp.vec4(total[0], total[1], total[2], variance / (weights * weights))
+                    weight = wp.where(a == 0, 0.375, wp.where(a == 1, 0.25, 0.0625))
+                    weight *= wp.where(b == 0, 0.375, wp.where(b == 1, 0.25, 0.0625))
+                    depth_tolerance = gradient * float(step * (a + b)) + 2.0e-3 * depth + 1.0e-12
+                    tap = irradiance[v, u]
+                    distance = (
+                        wp.abs(depth - other_guide[3]) / depth_tolerance
+                        + wp.abs(level - luminance(xyz(tap))) / tolerance
+                    )
+                    weight *= wp.pow(cos_normals, NORMAL_POWER) * wp.exp(-distance)
+                    total += xyz(tap) * weight
+                    variance += tap[3] * weight * weight
+                    weight_sum += weight
+    total = total / weight_sum
+    smoothed[y, x] = wp.vec4(total[0], total[1], total[2], variance / (weight_sum * weight_sum))
 
 
 @wp.kernel(enable_backward=False)
-def combine(
-    light: wp.array2d(dtype=wp.vec4),
-    surface: wp.array2d(dtype=wp.vec3),
+def remodulate(
+    irradiance: wp.array2d(dtype=wp.vec4),
+    surface_albedo: wp.array2d(dtype=wp.vec3),
     sums: wp.array2d(dtype=wp.vec4),  # and number of samples
     background: wp.array2d(dtype=wp.vec4),
     first_row: int,
@@ -147,13 +150,13 @@ def combine(
     y += first_row
     n = wp.max(sums[y, x][3], 1.0)
     behind = background[y, x]
-    radiance = wp.cw_mul(xyz(light[y, x]), surface[y, x]) * ((n - behind[3]) / n) + xyz(behind) / n
+    radiance = wp.cw_mul(xyz(irradiance[y, x]), surface_albedo[y, x]) * ((n - behind[3]) / n) + xyz(behind) / n
     color[y, x] = wp.vec4(radiance[0], radiance[1], radiance[2], 1.0)
 
 
 @wp.func
-def mirrored(i: int, length: int):
-    """The place in 0 … length - 1 that a mirror at either end shows at `i`."""
+def mirror_index(i: int, length: int):
+    """Mirror an index at both ends of 0 … length - 1."""
     if i < 0:
         i = -1 - i
     if i >= length:
@@ -162,12 +165,12 @@ def mirrored(i: int, length: int):
 
 
 @wp.kernel(enable_backward=False)
-def average(
+def average_with_margin(
     color: wp.array2d(dtype=wp.vec4),  # sums, and number of samples
     background: wp.array2d(dtype=wp.vec4),
     albedo: wp.array2d(dtype=wp.vec3),
     normal_depth: wp.array2d(dtype=wp.vec4),
-    margin: int,  # pixels around the picture, mirrored
+    margin: int,  # border of mirrored pixels
     first_row: int,
     # out, larger by the margin on each side
     mean_color: wp.array2d(dtype=wp.vec4),  # radiance [nits], one sample
@@ -176,18 +179,18 @@ def average(
 ):
     y, x = wp.tid()
     y += first_row
-    v = mirrored(y - margin, color.shape[0])
-    u = mirrored(x - margin, color.shape[1])
+    v = mirror_index(y - margin, color.shape[0])
+    u = mirror_index(x - margin, color.shape[1])
     n = wp.max(color[v, u][3], 1.0)
     radiance = xyz(color[v, u]) / n
     mean_color[y, x] = wp.vec4(radiance[0], radiance[1], radiance[2], 1.0)
-    # What hits nothing is white for the networks.
+    # The networks expect white albedo where no surface was hit.
     mean_albedo[y, x] = wp.min((albedo[v, u] + wp.vec3(background[v, u][3])) / n, wp.vec3(1.0))
     mean_normal[y, x] = xyz(normal_depth[v, u]) / n
 
 
 @wp.kernel(enable_backward=False)
-def levels(
+def block_luminance(
     color: wp.array2d(dtype=wp.vec4),  # radiance [nits]
     first_row: int,
     # out
@@ -196,25 +199,25 @@ def levels(
     row, column = wp.tid()
     row += first_row
     total = float(0.0)
-    bottom = wp.min((row + 1) * LEVEL_PIXELS, color.shape[0])
-    right = wp.min((column + 1) * LEVEL_PIXELS, color.shape[1])
-    for y in range(row * LEVEL_PIXELS, bottom):
-        for x in range(column * LEVEL_PIXELS, right):
+    bottom = wp.min((row + 1) * BLOCK_PIXELS, color.shape[0])
+    right = wp.min((column + 1) * BLOCK_PIXELS, color.shape[1])
+    for y in range(row * BLOCK_PIXELS, bottom):
+        for x in range(column * BLOCK_PIXELS, right):
             total += luminance(xyz(color[y, x]))
-    mean[row, column] = total / float((bottom - row * LEVEL_PIXELS) * (right - column * LEVEL_PIXELS))
+    mean[row, column] = total / float((bottom - row * BLOCK_PIXELS) * (right - column * BLOCK_PIXELS))
 
 
 @wp.kernel(enable_backward=False)
-def mix(
+def blend(
     noisy: wp.array2d(dtype=wp.vec4),  # sums, and number of samples
-    clean: wp.array2d(dtype=wp.vec4),  # radiance [nits], one sample
-    share: float,  # of the noisy picture, 0 to 1
+    denoised: wp.array2d(dtype=wp.vec4),  # radiance [nits], one sample
+    noisy_weight: float,  # weight of the noisy image, 0 to 1
     first_row: int,
     # out
     color: wp.array2d(dtype=wp.vec4),  # radiance [nits], one sample
 ):
     y, x = wp.tid()
     y += first_row
-    before = xyz(noisy[y, x]) / wp.max(noisy[y, x][3], 1.0)
-    radiance = before * share + xyz(clean[y, x]) * (1.0 - share)
+    mean = xyz(noisy[y, x]) / wp.max(noisy[y, x][3], 1.0)
+    radiance = mean * noisy_weight + xyz(denoised[y, x]) * (1.0 - noisy_weight)
     color[y, x] = wp.vec4(radiance[0], radiance[1], radiance[2], 1.0)

@@ -19,11 +19,11 @@ class Surface:
     """A point of a surface seen along a ray; normals point to the side the ray came from."""
 
     position: wp.vec3
-    gap: wp.float32  # secondary rays start this far off the surface [stage units]
+    ray_epsilon: wp.float32  # offset of secondary rays along the geometric normal [stage units]
     geometric: wp.vec3  # normal of the triangle
     normal: wp.vec3  # interpolated normal
-    horizon: wp.vec3  # light arrives from this side of the plane across it only
-    lift: wp.vec3  # from the triangle to the round surface that its normals mean
+    horizon_normal: wp.vec3  # normal of the geometric horizon: light from below it is blocked
+    terminator_offset: wp.vec3  # shadow-terminator offset, from the triangle to the smooth surface
     uv: wp.vec2
     material: wp.int32
     flipped: wp.int32  # 1 = seen from behind
@@ -59,18 +59,18 @@ def rounded(surface: Surface, triangle: Triangle, instance: Instance, local: wp.
     a = wp.min(0.0, side * wp.dot(local - triangle.p0, triangle.n0)) * (1.0 - hit.u - hit.v)
     b = wp.min(0.0, side * wp.dot(local - triangle.p1, triangle.n1)) * hit.u
     c = wp.min(0.0, side * wp.dot(local - triangle.p2, triangle.n2)) * hit.v
-    lift = triangle.n0 * a + triangle.n1 * b + triangle.n2 * c
-    surface.lift = instance.local_to_world * (lift * (-side * trust))
+    offset = triangle.n0 * a + triangle.n1 * b + triangle.n2 * c
+    surface.terminator_offset = instance.local_to_world * (offset * (-side * trust))
     horizon = wp.normalize(surface.geometric * (1.0 - trust) + surface.normal * trust)
     if wp.dot(horizon, direction) < -0.05:
-        surface.horizon = horizon
+        surface.horizon_normal = horizon
     return surface
 
 
 @wp.func
 def surface_at(tables: SceneTables, hit: Hit, direction: wp.vec3):
     """Position, normals, UV and material row of a hit; no texture is read yet."""
-    instance = tables.tree.instances[hit.instance]
+    instance = tables.tlas.instances[hit.instance]
     triangle = triangle_of(instance, hit.triangle)
     w = 1.0 - hit.u - hit.v
     local = triangle.p0 * w + triangle.p1 * hit.u + triangle.p2 * hit.v
@@ -79,8 +79,8 @@ def surface_at(tables: SceneTables, hit: Hit, direction: wp.vec3):
     s.position = instance.local_to_world * local + instance.world_origin
     s.geometric = wp.normalize(to_normal * wp.cross(triangle.p1 - triangle.p0, triangle.p2 - triangle.p0))
     # Of the rounding in the world only what lies along the normal can put a ray behind the surface.
-    s.gap = WORLD_ERROR * wp.dot(wp.abs(s.geometric), wp.abs(s.position))
-    s.gap += LOCAL_ERROR * max_abs(s.position - instance.world_origin)
+    s.ray_epsilon = WORLD_ERROR * wp.dot(wp.abs(s.geometric), wp.abs(s.position))
+    s.ray_epsilon += LOCAL_ERROR * max_abs(s.position - instance.world_origin)
     s.normal = wp.normalize(to_normal * (triangle.n0 * w + triangle.n1 * hit.u + triangle.n2 * hit.v))
     if wp.dot(s.normal, s.geometric) < 0.0:
         s.normal = -s.normal
@@ -88,7 +88,7 @@ def surface_at(tables: SceneTables, hit: Hit, direction: wp.vec3):
         s.geometric = -s.geometric
         s.normal = -s.normal
         s.flipped = 1
-    s.horizon = s.geometric
+    s.horizon_normal = s.geometric
     # Flat triangles, the most common ones in made things, have nothing to round.
     if wp.length_sq(triangle.n1 - triangle.n0) + wp.length_sq(triangle.n2 - triangle.n0) > 1.0e-10:
         s = rounded(s, triangle, instance, local, hit, direction)
@@ -153,7 +153,7 @@ def tilt_at(tables: SceneTables, texture: int, uv: wp.vec2, scale: float):
 @wp.func
 def bumped(tables: SceneTables, hit: Hit, surface: Surface, material: Material):
     """The normal after the material's normal maps; tangents follow the gradients of the mesh's UVs."""
-    instance = tables.tree.instances[hit.instance]
+    instance = tables.tlas.instances[hit.instance]
     triangle = triangle_of(instance, hit.triangle)
     a = triangle.uv1 - triangle.uv0
     b = triangle.uv2 - triangle.uv0

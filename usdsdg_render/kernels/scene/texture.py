@@ -44,14 +44,14 @@ def channel(rgba: wp.vec4, index: int):
 
 
 @wp.func
-def sky_coordinates(dome: Dome, direction: wp.vec3):
+def environment_uv(dome: Dome, direction: wp.vec3):
     """Where a world direction lies in the sky: (u around, v from the pole), both in [0, 1]."""
     d = dome.dome_from_world * direction
     return wp.vec2(turn_of(d[0], d[1]), half_turns_from_pole(d[2]))
 
 
 @wp.func
-def sky_cell(dome: Dome, uv: wp.vec2):
+def environment_cell(dome: Dome, uv: wp.vec2):
     """Index of the coarse cell at sky coordinates."""
     x = wp.clamp(int(uv[0] * float(dome.grid_width)), 0, dome.grid_width - 1)
     y = wp.clamp(int(uv[1] * float(dome.grid_height)), 0, dome.grid_height - 1)
@@ -65,13 +65,13 @@ def cell_radiance(dome: Dome, cell: int):
 
 
 @wp.func
-def cell_density(dome: Dome, cell: int):
-    """Density with which `sample_sky` draws directions in a cell [1/sr]."""
+def cell_pdf(dome: Dome, cell: int):
+    """Density with which `sample_environment` draws directions in a cell [1/sr]."""
     return wp.cast(dome.cells[2 * cell + 1], wp.float32)
 
 
 @wp.func
-def sky_radiance(dome: Dome, uv: wp.vec2):
+def environment_radiance(dome: Dome, uv: wp.vec2):
     """Bilinear radiance of the sky [nits]: around it repeats, at the poles it stops."""
     x = uv[0] * float(dome.width) - 0.5
     y = uv[1] * float(dome.height) - 0.5
@@ -93,7 +93,7 @@ def sky_radiance(dome: Dome, uv: wp.vec2):
 
 
 @wp.func
-def sky_picture(dome: Dome, uv: wp.vec2):
+def environment_background(dome: Dome, uv: wp.vec2):
     """Radiance of the sky as a camera sees it [nits].
 
     Pictures often show less than one texel per pixel, and bilinear interpolation draws slanted edges as stairs. This

@@ -50,7 +50,7 @@ def clearness(material: Material):
 @wp.func
 def opacity_of_hit(tables: SceneTables, hit: Hit, mode: int):
     """Chance that a hit is there: 0 or 1 at cut-outs and, in modes BY_THRESHOLD and BEHIND_GLASS, everywhere."""
-    instance = tables.tree.instances[hit.instance]
+    instance = tables.tlas.instances[hit.instance]
     if instance.cutout == 0:
         return 1.0
     triangle = triangle_of(instance, hit.triangle)
@@ -92,7 +92,7 @@ def closest(
     hit = Hit()
     t = tmin
     for _layer in range(MAX_LAYERS):
-        hit = unpack(wide_closest(tables.tree, origin, direction, t, tmax))
+        hit = unpack(wide_closest(tables.tlas, origin, direction, t, tmax))
         if tables.cutouts == 0 or hit.instance < 0:
             break
         opacity = opacity_of_hit(tables, hit, mode)
@@ -111,7 +111,7 @@ def meets_cutout(
     """Whether `closest` by labels would meet anything if the scene held one instance alone."""
     t = tmin
     for _layer in range(MAX_LAYERS):
-        hit = unpack(wide_closest_in_instance(tables.tree, origin, direction, t, tmax, instance))
+        hit = unpack(wide_closest_in_instance(tables.tlas, origin, direction, t, tmax, instance))
         if hit.instance < 0:
             return False
         if opacity_of_hit(tables, hit, mode) > 0.5:
@@ -124,16 +124,16 @@ def meets_cutout(
 def transmitted(tables: SceneTables, origin: wp.vec3, direction: wp.vec3, tmax: float):
     """Share of light that comes through along a shadow ray, 0 to 1."""
     if tables.cutouts == 0:
-        if wide_occluded(tables.tree, origin, direction, 0.0, tmax)[3] >= 0:
+        if wide_occluded(tables.tlas, origin, direction, 0.0, tmax)[3] >= 0:
             return 0.0
         return 1.0
     share = float(1.0)
     t = float(0.0)
     for _layer in range(MAX_LAYERS):
-        hit = unpack(wide_closest(tables.tree, origin, direction, t, tmax))
+        hit = unpack(wide_closest(tables.tlas, origin, direction, t, tmax))
         if hit.instance < 0:
             break
-        if tables.tree.instances[hit.instance].casts_shadow != 0:
+        if tables.tlas.instances[hit.instance].casts_shadow != 0:
             share *= 1.0 - opacity_of_hit(tables, hit, BY_CHANCE)
         if share <= 0.0:
             break

@@ -1,4 +1,4 @@
-"""Pictures of lights: decoded to linear light, and skies of other layouts turned into latitude and longitude."""
+"""Light textures: decoding to linear radiance, and conversion of dome layouts to latitude-longitude maps."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import numpy as np
 
 from usdsdg_render.images.textures import srgb_to_linear
 
-# Times any intensity this stays within 32-bit numbers; the sun has 1.6e9 nits.
+# Times any intensity this fits into float32; the sun has 1.6e9 nits.
 BRIGHTEST_TEXEL = 1e12
 
 
 def linear_rgb(texels: np.ndarray) -> np.ndarray:
-    """(H, W, 3) float32 linear, NaN, infinite and negative texels replaced."""
+    """Decode texels to (H, W, 3) float32 linear; NaN, infinite and negative values are replaced."""
     if texels.dtype.kind == "f":
-        if texels.min(initial=0.0) >= 0.0 and texels.max(initial=0.0) <= BRIGHTEST_TEXEL:  # not of NaN
+        if texels.min(initial=0.0) >= 0.0 and texels.max(initial=0.0) <= BRIGHTEST_TEXEL:  # false for NaN
             return np.ascontiguousarray(texels)
         clean = np.nan_to_num(texels, nan=0.0, posinf=65504.0, neginf=0.0)
         return np.clip(clean, 0.0, BRIGHTEST_TEXEL)
@@ -23,7 +23,7 @@ def linear_rgb(texels: np.ndarray) -> np.ndarray:
 
 
 def directions(height: int, width: int) -> np.ndarray:
-    """(height, width, 3) unit vectors through the texel centres of a lat-long picture, in the frame of `scene.Dome`."""
+    """(height, width, 3) unit vectors through the texel centers of a lat-long map, in the frame of `scene.Dome`."""
     theta = (np.arange(height) + 0.5) * (np.pi / height)
     phi = (np.arange(width) + 0.5) * (2.0 * np.pi / width)
     sine = np.sin(theta)[:, None]
@@ -31,10 +31,10 @@ def directions(height: int, width: int) -> np.ndarray:
     return np.stack([sine * np.cos(phi), sine * np.sin(phi), up], axis=-1)
 
 
-def resample(picture: np.ndarray, to_frame: np.ndarray, from_frame: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """`picture`, given in `from_frame`, as seen in `to_frame` (both dome_from_world), bilinear."""
+def resample(texture: np.ndarray, to_frame: np.ndarray, from_frame: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """Resample a lat-long map from `from_frame` to `to_frame` (both dome_from_world), bilinear."""
     wanted = directions(*shape) @ (to_frame @ from_frame.T)
-    height, width = picture.shape[:2]
+    height, width = texture.shape[:2]
     row = np.arccos(np.clip(wanted[..., 2], -1.0, 1.0)) / np.pi * height - 0.5
     column = np.arctan2(wanted[..., 1], wanted[..., 0]) / (2.0 * np.pi) % 1.0 * width - 0.5
     top, left = np.floor(row).astype(int), np.floor(column).astype(int)
@@ -42,45 +42,45 @@ def resample(picture: np.ndarray, to_frame: np.ndarray, from_frame: np.ndarray, 
     right = (column - left)[..., None].astype(np.float32)
     rows = np.clip([top, top + 1], 0, height - 1)
     columns = np.array([left, left + 1]) % width
-    upper = picture[rows[0], columns[0]] * (1 - right) + picture[rows[0], columns[1]] * right
-    lower = picture[rows[1], columns[0]] * (1 - right) + picture[rows[1], columns[1]] * right
+    upper = texture[rows[0], columns[0]] * (1 - right) + texture[rows[0], columns[1]] * right
+    lower = texture[rows[1], columns[0]] * (1 - right) + texture[rows[1], columns[1]] * right
     return upper * (1 - down) + lower * down
 
 
-def layout_of(picture: np.ndarray) -> str:
-    """What `automatic` means: a cross where the sides are as three to four, else latitude and longitude."""
-    height, width = picture.shape[:2]
+def layout_of(texture: np.ndarray) -> str:
+    """Return the layout that `automatic` means: a cross if width to height is 3 to 4, else latlong."""
+    height, width = texture.shape[:2]
     return "cubeMapVerticalCross" if 4 * width == 3 * height else "latlong"
 
 
-def to_latlong(picture: np.ndarray, layout: str) -> np.ndarray:
-    """A sky of one of UsdLux's texture formats as a lat-long picture, both (H, W, 3).
+def to_latlong(texture: np.ndarray, layout: str) -> np.ndarray:
+    """Convert a dome texture of one of UsdLux's formats to a lat-long map, both (H, W, 3).
 
-    The middle of each layout is the middle of the lat-long picture. A mirrored ball is seen from outside, so that its
-    picture is the wrong way round; the angular map and the cross are seen from inside.
+    The center of each layout is the center of the lat-long map. A mirrored ball is seen from outside, so its image is
+    flipped; the angular map and the cross are seen from inside.
     """
     if layout == "latlong":
-        return picture
-    height = picture.shape[0] // (2 if layout == "cubeMapVerticalCross" else 1)
+        return texture
+    height = texture.shape[0] // (2 if layout == "cubeMapVerticalCross" else 1)
     d = directions(height, 2 * height)
-    # Ahead is the middle column, half a turn from the first; the picture's right is where columns grow.
+    # Ahead is the middle column, half a turn from the first; right is the direction of growing columns.
     ahead, right, up = -d[..., 0], -d[..., 1], d[..., 2]
     if layout == "cubeMapVerticalCross":
-        x, y = _on_cross(ahead, right, up, picture.shape)
+        x, y = _on_cross(ahead, right, up, texture.shape)
     else:
         sideways = np.maximum(np.hypot(right, up), 1e-12)
         if layout == "mirroredBall":
-            # The ball's normal halves the way between the viewer and the direction.
+            # The ball's normal is the half vector between viewer and direction.
             radius, right = np.sqrt(np.clip((1.0 - ahead) / 2.0, 0.0, 1.0)), -right
         else:
             radius = np.arccos(np.clip(ahead, -1.0, 1.0)) / np.pi
-        x = (0.5 + 0.5 * radius * right / sideways) * picture.shape[1] - 0.5
-        y = (0.5 - 0.5 * radius * up / sideways) * picture.shape[0] - 0.5
-    return bilinear(picture, x, y)
+        x = (0.5 + 0.5 * radius * right / sideways) * texture.shape[1] - 0.5
+        y = (0.5 - 0.5 * radius * up / sideways) * texture.shape[0] - 0.5
+    return bilinear(texture, x, y)
 
 
 def _on_cross(ahead: np.ndarray, right: np.ndarray, up: np.ndarray, shape: tuple[int, ...]) -> tuple:
-    """Where directions lie on a cross: ahead in the middle of the second row, behind upside down at the bottom."""
+    """Return texel coordinates on a cross: ahead is in the middle of the second row, behind at the bottom, flipped."""
     side_x, side_y = shape[1] / 3, shape[0] / 4
     largest = np.maximum(np.maximum(np.abs(ahead), np.abs(right)), np.abs(up))
     faces = [
@@ -93,20 +93,20 @@ def _on_cross(ahead: np.ndarray, right: np.ndarray, up: np.ndarray, shape: tuple
     ]
     x, y = np.zeros((2, *ahead.shape))
     for here, column, row, across, down in faces:
-        # Half a texel inside the face, so that no neighbour on the picture, which is none in the sky, bleeds in.
+        # Half a texel inside of the face, so that faces that are adjacent only on the cross do not bleed in.
         u = np.clip((across / largest + 1) / 2 * side_x - 0.5, 0.0, side_x - 1.0) + column * side_x
         v = np.clip((down / largest + 1) / 2 * side_y - 0.5, 0.0, side_y - 1.0) + row * side_y
         x, y = np.where(here, u, x), np.where(here, v, y)
     return x, y
 
 
-def bilinear(picture: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Values at texel coordinates (0 = the first texel's centre), the edges going on outside."""
-    height, width = picture.shape[:2]
+def bilinear(texture: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Interpolate at texel coordinates (0 = center of the first texel), clamped at the edges."""
+    height, width = texture.shape[:2]
     x, y = np.clip(x, 0, width - 1), np.clip(y, 0, height - 1)
     left, top = np.floor(x).astype(int), np.floor(y).astype(int)
     right, bottom = np.minimum(left + 1, width - 1), np.minimum(top + 1, height - 1)
     fx, fy = (x - left)[..., None].astype(np.float32), (y - top)[..., None].astype(np.float32)
-    upper = picture[top, left] * (1 - fx) + picture[top, right] * fx
-    lower = picture[bottom, left] * (1 - fx) + picture[bottom, right] * fx
+    upper = texture[top, left] * (1 - fx) + texture[top, right] * fx
+    lower = texture[bottom, left] * (1 - fx) + texture[bottom, right] * fx
     return upper * (1 - fy) + lower * fy

@@ -1,4 +1,4 @@
-"""IES profiles and pictures of lights to `scene.LightPattern`."""
+"""IES profiles and textures of lights, read to `scene.EmissionProfile`."""
 
 from __future__ import annotations
 
@@ -11,25 +11,28 @@ from pxr import Usd
 from usdsdg import errors
 from usdsdg_render.images import image_files
 from usdsdg_render.lights import ies
-from usdsdg_render.lights.light_images import linear_rgb
+from usdsdg_render.lights.light_textures import linear_rgb
 from usdsdg_render.lights.light_values import light_number, light_value
-from usdsdg_render.scene.scene import LightPattern
+from usdsdg_render.scene.scene import EmissionProfile
 
 
-def read_pattern(prim: Usd.Prim) -> LightPattern | None:
-    """The pattern of a light, the same object for as long as its files and inputs stay; None if it shines evenly."""
-    profile, picture = (), ()
+def read_emission_profile(prim: Usd.Prim) -> EmissionProfile | None:
+    """Read the emission profile of a light; None for uniform emission.
+
+    It is the same object for as long as its files and inputs stay the same.
+    """
+    ies_key, texture_key = (), ()
     if file := _file(prim, "inputs:shaping:ies:file"):
         scale = light_number(prim, "shaping:ies:angleScale", 0.0)
         normalize = bool(light_value(prim, "shaping:ies:normalize", False))
-        profile = (file, image_files.modified(file), scale, normalize)
+        ies_key = (file, image_files.modified(file), scale, normalize)
     if prim.GetTypeName() == "RectLight" and (file := _file(prim, "inputs:texture:file")):
-        picture = (file, image_files.modified(file))
-    if profile and not _is_readable(prim, "the IES profile", _profile, profile):
-        profile = ()
-    if picture and not _is_readable(prim, "the light's texture", _picture, picture):
-        picture = ()
-    return _pattern(profile, picture) if profile or picture else None
+        texture_key = (file, image_files.modified(file))
+    if ies_key and not _is_readable(prim, "the IES profile", _ies_profile, ies_key):
+        ies_key = ()
+    if texture_key and not _is_readable(prim, "the light's texture", _texture, texture_key):
+        texture_key = ()
+    return _emission_profile(ies_key, texture_key) if ies_key or texture_key else None
 
 
 def _file(prim: Usd.Prim, name: str) -> str:
@@ -52,16 +55,16 @@ def _is_readable(prim: Usd.Prim, what: str, read: Callable, arguments: tuple) ->
 
 
 @lru_cache(maxsize=64)
-def _pattern(profile: tuple, picture: tuple) -> LightPattern:
-    return LightPattern(_profile(*profile) if profile else None, _picture(*picture) if picture else None)
+def _emission_profile(ies_key: tuple, texture_key: tuple) -> EmissionProfile:
+    return EmissionProfile(_ies_profile(*ies_key) if ies_key else None, _texture(*texture_key) if texture_key else None)
 
 
 @lru_cache(maxsize=64)
-def _profile(file: str, _modified: tuple[int, int], angle_scale: float, normalize: bool) -> np.ndarray:
+def _ies_profile(file: str, _modified: tuple[int, int], angle_scale: float, normalize: bool) -> np.ndarray:
     photometry = ies.parse(image_files.read_bytes(file).decode("latin-1"), name=file)
     return ies.profile(photometry, angle_scale=angle_scale, normalize=normalize)
 
 
 @lru_cache(maxsize=16)
-def _picture(file: str, _modified: tuple[int, int]) -> np.ndarray:
+def _texture(file: str, _modified: tuple[int, int]) -> np.ndarray:
     return linear_rgb(image_files.read_rgb(file))
