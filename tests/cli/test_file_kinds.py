@@ -5,16 +5,16 @@ import shutil
 import pytest
 
 from tests.scripts.conftest import ROOT, usdsdg
-from usdsdg.cli.file_kinds import CONFIGURATION, REPLICATOR_YAML, SCRIPT, STAGE, check_kind
+from usdsdg.cli.file_kinds import FileKind, check_kind
 from usdsdg.errors import ConfigError
 
 FILES = {
-    "script.py": ("print(1)", SCRIPT, "`usdsdg run "),
-    "scene.yaml": ("cube:\n  create.cube: {}\n", REPLICATOR_YAML, "`usdsdg run "),
-    "up.yml": ("settings.set_stage_up_axis: {up_axis: Z}\n", REPLICATOR_YAML, "`usdsdg run "),
-    "job.yaml": ("num_frames: 3\n", CONFIGURATION, "`usdsdg generate "),
-    "job.json": ('{"num_frames": 3}', CONFIGURATION, "`usdsdg generate "),
-    "scene.usda": ("#usda 1.0\n", STAGE, "`usdsdg render "),
+    "script.py": ("print(1)", FileKind.SCRIPT, "`usdsdg run "),
+    "scene.yaml": ("cube:\n  create.cube: {}\n", FileKind.REPLICATOR_YAML, "`usdsdg run "),
+    "up.yml": ("settings.set_stage_up_axis: {up_axis: Z}\n", FileKind.REPLICATOR_YAML, "`usdsdg run "),
+    "job.yaml": ("num_frames: 3\n", FileKind.CONFIGURATION, "`usdsdg generate "),
+    "job.json": ('{"num_frames": 3}', FileKind.CONFIGURATION, "`usdsdg generate "),
+    "scene.usda": ("#usda 1.0\n", FileKind.STAGE, "`usdsdg render "),
 }
 
 
@@ -23,7 +23,7 @@ def test_a_file_is_accepted_by_its_own_command_and_refused_by_others_with_its_na
     text, kind, command = FILES[name]
     (tmp_path / name).write_text(text)
     check_kind(tmp_path / name, kind)
-    others = {SCRIPT, REPLICATOR_YAML, CONFIGURATION, STAGE} - {kind}
+    others = set(FileKind) - {kind}
     with pytest.raises(ConfigError, match=command):
         check_kind(tmp_path / name, *others)
 
@@ -56,4 +56,4 @@ def test_commands_name_the_command_that_takes_the_file(arguments, command, tmp_p
 
 @pytest.mark.parametrize("config", sorted((ROOT / "configs").iterdir()), ids=lambda path: path.name)
 def test_our_own_configurations_are_recognized(config, tmp_path):
-    check_kind(shutil.copy(config, tmp_path / config.name), CONFIGURATION)
+    check_kind(shutil.copy(config, tmp_path / config.name), FileKind.CONFIGURATION)

@@ -11,13 +11,16 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
 from usdsdg.cli.program import INTERRUPTED, let_commands_be_interrupted
 from usdsdg.errors import UsdsdgError, UsdsdgWarning
 from usdsdg.session import progress
+
+if TYPE_CHECKING:
+    from pxr import Sdf
 
 REPEAT_SECONDS = 0.02
 COMPILER_THREADS = "usdsdg-compile"  # prefix of the names of threads in which both engines compile kernels
@@ -125,7 +128,7 @@ def _finish_files() -> None:
     orchestrator.wait_until_complete()
 
 
-def _plain_warning(message: Any, category: type, filename: str, lineno: int, *_: Any) -> None:
+def _plain_warning(message: object, category: type, filename: str, lineno: int, *_: object) -> None:
     if issubclass(category, UsdsdgWarning):
         print(f"warning: {message}", file=sys.stderr)
     else:
@@ -151,7 +154,7 @@ class _StageSnapshot:
 
         self._path = path.absolute()
         flatten.check_place(self._path)
-        self._layer: Any = None
+        self._layer: Sdf.Layer | None = None
         get_orchestrator().on_captured(self._take)
 
     def _take(self) -> None:

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+from enum import Enum
 from pathlib import Path
 from typing import Any
 
 from usdsdg.errors import ConfigError
 
-SCRIPT, REPLICATOR_YAML, CONFIGURATION, STAGE = range(4)
 
-_TAKEN_BY = {
-    SCRIPT: "a script, which `usdsdg run {}` runs",
-    REPLICATOR_YAML: "a Replicator YAML file, which `usdsdg run {}` runs",
-    CONFIGURATION: "a configuration of the object-based scenario, which `usdsdg generate {}` runs",
-    STAGE: "a stage, which `usdsdg render {} FOLDER` renders; `usdsdg generate {}` runs a graph that was saved in it",
-}
-_BY_SUFFIX = {".py": SCRIPT, ".usd": STAGE, ".usda": STAGE, ".usdc": STAGE, ".usdz": STAGE}
+class FileKind(Enum):
+    """Kinds of input files; the values say which command takes them."""
+
+    SCRIPT = "a script, which `usdsdg run {}` runs"
+    REPLICATOR_YAML = "a Replicator YAML file, which `usdsdg run {}` runs"
+    CONFIGURATION = "a configuration of the object-based scenario, which `usdsdg generate {}` runs"
+    STAGE = "a stage, which `usdsdg render {} FOLDER` renders; `usdsdg generate {}` runs a graph that was saved in it"
 
 
-def check_kind(file: Path, *accepted: int) -> None:
+_BY_SUFFIX = {".py": FileKind.SCRIPT, **dict.fromkeys((".usd", ".usda", ".usdc", ".usdz"), FileKind.STAGE)}
+
+
+def check_kind(file: Path, *accepted: FileKind) -> None:
     """Check that a file is of one of the `accepted` kinds; missing files and unknown kinds pass.
 
     Raises:
@@ -26,16 +29,16 @@ def check_kind(file: Path, *accepted: int) -> None:
     """
     kind = _kind(file) if file.is_file() else None
     if kind is not None and kind not in accepted:
-        raise ConfigError(f"{file} is {_TAKEN_BY[kind].format(file, file)}")
+        raise ConfigError(f"{file} is {kind.value.format(file, file)}")
 
 
-def _kind(file: Path) -> int | None:
+def _kind(file: Path) -> FileKind | None:
     if file.suffix.lower() in (".yaml", ".yml", ".json"):
         return _kind_of_values(file)
     return _BY_SUFFIX.get(file.suffix.lower())
 
 
-def _kind_of_values(file: Path) -> int | None:
+def _kind_of_values(file: Path) -> FileKind | None:
     import yaml
 
     from usdsdg.scenarios.config import ObjectBasedConfig
@@ -47,10 +50,9 @@ def _kind_of_values(file: Path) -> int | None:
     if not isinstance(values, dict):
         return None
     if not ObjectBasedConfig.model_fields.keys().isdisjoint(values):
-        return CONFIGURATION
-    return (
-        REPLICATOR_YAML if any(_is_call(key) for group in (values, *values.values()) for key in _keys(group)) else None
-    )
+        return FileKind.CONFIGURATION
+    has_calls = any(_is_call(key) for group in (values, *values.values()) for key in _keys(group))
+    return FileKind.REPLICATOR_YAML if has_calls else None
 
 
 def _keys(group: Any) -> list[Any]:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, SaveStage, command_context, seed_everything
-from usdsdg.cli.file_kinds import CONFIGURATION, STAGE, check_kind
+from usdsdg.cli.file_kinds import FileKind, check_kind
 
 
 def generate(
@@ -32,7 +32,7 @@ def generate(
         from usdsdg.scenarios import object_based, saved_pipeline
         from usdsdg.scenarios.config import load_config
 
-        check_kind(config, CONFIGURATION, STAGE)
+        check_kind(config, FileKind.CONFIGURATION, FileKind.STAGE)
         overrides = [*(set_ or []), *([f"seed={seed}"] if seed is not None else [])]
         if config.suffix.lower() in saved_pipeline.SUFFIXES:
             saved_pipeline.run(config, saved_pipeline.Overrides.parse(overrides))

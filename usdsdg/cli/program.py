@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-from typing import Any
 
 INTERRUPTED = 130
 
@@ -26,6 +25,6 @@ def let_commands_be_interrupted() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _end(*_: Any) -> None:
+def _end(*_: object) -> None:
     os.write(2, b"interrupted\n")
     os._exit(INTERRUPTED)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, Seed, command_context, seed_everything
-from usdsdg.cli.file_kinds import STAGE, check_kind
+from usdsdg.cli.file_kinds import FileKind, check_kind
 from usdsdg.errors import StageError
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def render(
 
         if time is not None and not math.isfinite(time):
             raise StageError(f"--time {time} is not a time code: give a number")
-        check_kind(stage, STAGE)
+        check_kind(stage, FileKind.STAGE)
         seed_everything(seed)
         opened = stage_context.open_stage(stage)
         if time is not None:

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, SaveStage, Seed, command_context, seed_everything
-from usdsdg.cli.file_kinds import REPLICATOR_YAML, SCRIPT, check_kind
+from usdsdg.cli.file_kinds import FileKind, check_kind
 
 YAML = (".yaml", ".yml")
 
@@ -46,7 +46,7 @@ def run(
         print(f"error: no script {script}", file=sys.stderr)
         raise typer.Exit(1)
     with command_context(assets_root=assets_root, device=device, quiet=quiet, save_stage=save_stage):
-        check_kind(script, SCRIPT, REPLICATOR_YAML)
+        check_kind(script, FileKind.SCRIPT, FileKind.REPLICATOR_YAML)
         seed_everything(seed)
         if script.suffix.lower() in YAML:
             _execute_yaml(script, arguments)

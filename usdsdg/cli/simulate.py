@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, command_context
-from usdsdg.cli.file_kinds import STAGE, check_kind
+from usdsdg.cli.file_kinds import FileKind, check_kind
 
 
 def simulate(
@@ -27,7 +27,7 @@ def simulate(
         from usdsdg.stage import flatten
         from usdsdg_physics import simulate as simulate_stage
 
-        check_kind(stage, STAGE)
+        check_kind(stage, FileKind.STAGE)
         if output.resolve() == stage.resolve():
             raise OutputNotWritable(f"{output} is the input stage; give the result another name")
         flatten.check_place(output.absolute())

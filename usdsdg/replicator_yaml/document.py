@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -112,7 +113,7 @@ def plain(node: yaml.Node) -> Any:
         loader.dispose()
 
 
-def hint(name: str, known: Any) -> str:
+def hint(name: str, known: Iterable[str]) -> str:
     """Return `; did you mean ...?` with the known names nearest to a misspelled one, or ""."""
     close = near_misses(name, known)
     return f"; did you mean {' or '.join(map(repr, close))}?" if close else ""

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
 
 KeyPath = tuple[str | int, ...]
 
@@ -56,7 +57,7 @@ def suggestion(name: str, known: Iterable[str]) -> str:
     return f"; did you mean {' or '.join(near)}?" if near else ""
 
 
-def _problem(detail: Any, model: type[BaseModel]) -> Problem:
+def _problem(detail: ErrorDetails, model: type[BaseModel]) -> Problem:
     key_path: KeyPath = tuple(detail["loc"])
     key = dotted(key_path)
     if detail["type"] == "extra_forbidden":
@@ -68,16 +69,16 @@ def _problem(detail: Any, model: type[BaseModel]) -> Problem:
     wanted = f"; expected {expected}" if expected else ""
     if detail["type"] == "missing":
         return Problem(key_path, f"{key}: missing{wanted}")
-    if detail["type"] == "value_error":
+    if detail["type"] == "value_error" and "ctx" in detail:
         prefix = f"{key}: " if key else ""
         return Problem(key_path, f"{prefix}{detail['ctx']['error']}")
     if detail["type"] in _KINDS:
         return Problem(key_path, f"{key}: {detail['input']!r} is not {_KINDS[detail['type']]}{wanted}")
     if detail["type"] == "too_long":
         return Problem(key_path, f"{key}: {detail['input']!r} has too many entries{wanted}")
-    said = detail["msg"].removeprefix("Input should be ")
-    verb = "must be " if said != detail["msg"] else ""
-    return Problem(key_path, f"{key}: {detail['input']!r}: {verb}{said}{wanted}")
+    requirement = detail["msg"].removeprefix("Input should be ")
+    verb = "must be " if requirement != detail["msg"] else ""
+    return Problem(key_path, f"{key}: {detail['input']!r}: {verb}{requirement}{wanted}")
 
 
 def _section(model: type[BaseModel], key_path: KeyPath) -> type[BaseModel] | None:
