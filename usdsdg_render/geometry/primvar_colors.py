@@ -1,6 +1,6 @@
 """displayColor and displayOpacity that vary over a gprim, as a picture of their own.
 
-Every triangle has a block of texels whose colours continue those of its corners over a square, so that the renderer's
+Every triangle has a block of texels whose colors continue those of its corners over a square, so that the renderer's
 bilinear look-up is the interpolation over the triangle. Beyond the far edge the continuation may leave [0, 1] and is
 clipped, which shows the less the finer the block. The texture coordinates of the gprim point there; it has no other use
 for them, since only gprims without textures are drawn so.
@@ -25,7 +25,7 @@ WIDTH = 4096  # texels in a row, at most
 
 
 def block_uvs(count: int) -> np.ndarray:
-    """(T, 3, 2) float32: the texels' centres for the corners of so many triangles."""
+    """(T, 3, 2) float32: the texels' centers for the corners of so many triangles."""
     side, columns, rows = _layout(count)
     block = np.arange(count)
     origin = side * np.stack([block % columns, block // columns], axis=-1)
@@ -35,7 +35,7 @@ def block_uvs(count: int) -> np.ndarray:
 
 
 def picture(colors: np.ndarray) -> np.ndarray:
-    """(H, W, 4) uint8 sRGB-coded texels of (T, 3, 4) linear colours and opacities; row 0 is the top."""
+    """(H, W, 4) uint8 sRGB-coded texels of (T, 3, 4) linear colors and opacities; row 0 is the top."""
     side, columns, rows = _layout(len(colors))
     step = np.arange(side, dtype=np.float32) / (side - 1)
     first, along, down = colors[:, 0], colors[:, 1] - colors[:, 0], colors[:, 2] - colors[:, 0]
@@ -56,7 +56,7 @@ def _layout(count: int) -> tuple[int, int, int]:
 
 
 def of_elements(prim: Usd.Prim, time: Usd.TimeCode, elements: np.ndarray, interpolations: tuple[str, ...]):
-    """(N, 4) float32 colours of elements of a gprim; None where both are of another interpolation or too few."""
+    """(N, 4) float32 colors of elements of a gprim; None where both are of another interpolation or too few."""
     columns = []
     for name, width in (("displayColor", 3), ("displayOpacity", 1)):
         primvar = read_primvar(prim, f"primvars:{name}", time, (3,) if width == 3 else ())
@@ -79,13 +79,13 @@ def of_elements(prim: Usd.Prim, time: Usd.TimeCode, elements: np.ndarray, interp
 
 
 class ColorPictures:
-    """The pictures of prototypes with colours, made when first asked for."""
+    """The pictures of prototypes with colors, made when first asked for."""
 
     def __init__(self) -> None:
         self._made: dict[int, tuple[Prototype, TextureUse, Texture]] = {}
 
     def painted(self, material: Material, prototype: Prototype) -> Material:
-        """The material with the prototype's colours, and its opacities where the material has none of its own."""
+        """The material with the prototype's colors, and its opacities where the material has none of its own."""
         assert prototype.corner_colors is not None
         _, use, _ = self._of(prototype)
         painted = replace(material, base_color=Input((1.0, 1.0, 1.0), texture=use), uv_primvar="")
@@ -107,6 +107,6 @@ class ColorPictures:
             name = (
                 f"{prototype.name}.primvars:displayColor#{hashlib.blake2b(texels.tobytes(), digest_size=8).hexdigest()}"
             )
-            use = TextureUse(name, colour_space="sRGB", wrap_s=WRAP_CLAMP, wrap_t=WRAP_CLAMP)
+            use = TextureUse(name, color_space="sRGB", wrap_s=WRAP_CLAMP, wrap_t=WRAP_CLAMP)
             self._made[id(prototype)] = (prototype, use, Texture(name, texels, True, WRAP_CLAMP, WRAP_CLAMP))
         return self._made[id(prototype)]

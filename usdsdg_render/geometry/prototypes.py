@@ -1,4 +1,4 @@
-"""One `Prototype` for all gprims with the same triangles: recognised by shared memory, else by content."""
+"""One `Prototype` for all gprims with the same triangles: recognized by shared memory, else by content."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class PrototypeCache:
             return None
         colors = None
         if colored:
-            # Points have a colour each; curves that change their colour on the way are drawn with the mean.
+            # Points have a color each; curves that change their color on the way are drawn with the mean.
             elements = ("uniform",) if kind == CURVES else ("vertex", "varying")
             colors = of_elements(prim, time, surface.owners, elements)
         return self._share_round(str(prim.GetPath()), surface, colors)

@@ -165,11 +165,11 @@ def _tapered_capsule(bottom: float, top: float, height: float) -> Surface:
 
 
 def _cap_rings(
-    radius: float, centre: float, start: float, end: float, count: int, v_start: float, v_end: float
+    radius: float, center: float, start: float, end: float, count: int, v_start: float, v_end: float
 ) -> list[Ring]:
     """Rings of a sphere at latitudes start to end; exactly a point at the poles."""
     if radius == 0.0:
-        return [Ring(0.0, centre, (math.cos(start), math.sin(start)), v_start)]
+        return [Ring(0.0, center, (math.cos(start), math.sin(start)), v_start)]
     rings = []
     for k in range(count + 1):
         part = k / count
@@ -177,7 +177,7 @@ def _cap_rings(
         normal = (math.cos(latitude), math.sin(latitude))
         if abs(abs(latitude) - math.pi / 2) < 1e-9:
             normal = (0.0, math.copysign(1.0, latitude))
-        rings.append(Ring(radius * normal[0], centre + radius * normal[1], normal, v_start + (v_end - v_start) * part))
+        rings.append(Ring(radius * normal[0], center + radius * normal[1], normal, v_start + (v_end - v_start) * part))
     return rings
 
 

@@ -77,7 +77,7 @@ def limit(cage: Cage, *, loop: bool) -> np.ndarray:
     else:
         whole = _face_sums(cage)
         around = _sum_at(cage.indices, np.repeat(whole, cage.counts, axis=0), len(value))
-        # The sum over whole quads counts the vertex once and its neighbours twice for each of its faces.
+        # The sum over whole quads counts the vertex once and its neighbors twice for each of its faces.
         opposite = around - n * value - 2.0 * ring
         smooth = (n * n * value + 4.0 * ring + opposite) / (n * (n + 5.0))
     sharp, along = _sharp_ring(cage, edges, edges.sharpness > 0.0)
@@ -105,14 +105,14 @@ def corner_normals(cage: Cage) -> np.ndarray:
 def _refine_quads(cage: Cage) -> Cage:
     """Catmull and Clark's rules."""
     edges = _edges(cage)
-    centre = _face_sums(cage) / cage.counts[:, None]
-    centres = np.repeat(centre, cage.counts, axis=0)
+    center = _face_sums(cage) / cage.counts[:, None]
+    centers = np.repeat(center, cage.counts, axis=0)
     middle = cage.values[edges.ends].mean(axis=1)
-    smooth = (2.0 * middle + _sum_at(edges.of, centres, len(middle))) / 4.0
+    smooth = (2.0 * middle + _sum_at(edges.of, centers, len(middle))) / 4.0
     at_edges = _blend(middle, smooth, np.clip(edges.sharpness, 0.0, 1.0))
     valence, ring = _ring(cage, edges)
     n = np.maximum(valence, 1)[:, None]
-    faces = _sum_at(cage.indices, centres, len(cage.values))
+    faces = _sum_at(cage.indices, centers, len(cage.values))
     at_vertices = _vertices(cage, edges, cage.values * (n - 2.0) / n + (ring + faces) / (n * n))
     vertices, edge_count = len(cage.values), len(middle)
     face = np.repeat(np.arange(len(cage.counts)), cage.counts)
@@ -123,8 +123,8 @@ def _refine_quads(cage: Cage) -> Cage:
     softer = softened(cage.creases)
     creases[:, 0], creases[:, 3] = softer, softer[edges.previous]
     return Cage(
-        values=np.concatenate([at_vertices, at_edges, centre]),
-        corners=np.concatenate([softened(cage.corners), np.zeros(edge_count + len(centre))]),
+        values=np.concatenate([at_vertices, at_edges, center]),
+        corners=np.concatenate([softened(cage.corners), np.zeros(edge_count + len(center))]),
         counts=np.full(len(quads), 4),
         indices=quads.ravel(),
         creases=creases.ravel(),
@@ -192,7 +192,7 @@ def _blend(sharp: np.ndarray, smooth: np.ndarray, weight: np.ndarray) -> np.ndar
 
 
 def _loop_share(valence: np.ndarray) -> np.ndarray:
-    """Weight of each neighbour in Loop's rule for a smooth vertex."""
+    """Weight of each neighbor in Loop's rule for a smooth vertex."""
     return (0.625 - (0.375 + 0.25 * np.cos(2.0 * np.pi / valence)) ** 2) / valence
 
 

@@ -203,7 +203,7 @@ def _refined_linearly(
     *,
     loop: bool,
 ) -> Primvar | None:
-    """Colours at the corners of the refined faces, blended over the faces of the cage."""
+    """Colors at the corners of the refined faces, blended over the faces of the cage."""
     if primvar is None or primvar.interpolation == "constant":
         return primvar
     elements = _elements(primvar, cage, where, faces)
@@ -275,7 +275,7 @@ def _texture_cage(path: str, source: MeshSource, cage: Cage, uvs: np.ndarray, *,
     if rule == "cornersPlus2":
         errors.warn_once(
             f"{path}: faceVaryingLinearInterpolation cornersPlus2 is refined as cornersPlus1, which differs where a "
-            f"seam ends or turns inwards. Set it to cornersPlus1 or all."
+            f"seam ends or turns inward. Set it to cornersPlus1 or all."
         )
     pinned = np.zeros(len(welded), bool)
     if rule == "boundaries":

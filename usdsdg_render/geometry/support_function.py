@@ -35,7 +35,7 @@ _ROUNDING = 1e-6
 
 
 def support(points: np.ndarray) -> np.ndarray:
-    """A table, float64 in the shape SUPPORT: the reaches of (V, 3) points towards the nodes of the grid, V > 0."""
+    """A table, float64 in the shape SUPPORT: the reaches of (V, 3) points toward the nodes of the grid, V > 0."""
     lower, upper = points.min(0).astype(np.float64), points.max(0).astype(np.float64)
     middle = (lower + upper) / 2
     a, b, c = _LINES.astype(np.float32).T[:, :, None]

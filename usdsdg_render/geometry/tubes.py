@@ -48,35 +48,35 @@ def curves(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Round | No
 def points(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Round | None:
     """The points of a prim as spheres; None (with a warning) when there are none."""
     skinned = skinning.skin(prim, time)
-    centres = read_array(prim, "points", time, (3,)) if skinned is None else skinned.points
-    if centres is None or not len(centres):
+    centers = read_array(prim, "points", time, (3,)) if skinned is None else skinned.points
+    if centers is None or not len(centers):
         errors.warn_once(f"{prim.GetPath()}: there are no points, so nothing is drawn. Author them or remove the prim.")
         return None
     widths = read_widths(prim, time)
     values = np.asarray(widths.values[widths.indices] if len(widths.indices) else widths.values, np.float64)
-    if widths.interpolation == "constant" or len(values) < len(centres):
+    if widths.interpolation == "constant" or len(values) < len(centers):
         if widths.interpolation != "constant":
             errors.warn_once(
-                f"{prim.GetPath()}: {len(values)} widths are too few for {len(centres)} points; the first one is used. "
+                f"{prim.GetPath()}: {len(values)} widths are too few for {len(centers)} points; the first one is used. "
                 f"Author one for each, or the interpolation constant."
             )
-        values = np.full(len(centres), values[0])
-    radii = values[: len(centres)] / 2.0
-    good = np.isfinite(centres).all(axis=1) & np.isfinite(radii) & (radii > 0.0)
+        values = np.full(len(centers), values[0])
+    radii = values[: len(centers)] / 2.0
+    good = np.isfinite(centers).all(axis=1) & np.isfinite(radii) & (radii > 0.0)
     if not good.all():
         errors.warn_once(
             f"{prim.GetPath()}: {int((~good).sum())} points are NaN or infinite or have no width > 0, and are not "
             f"drawn. Correct points and widths."
         )
-    return _spheres(np.asarray(centres, np.float64)[good], radii[good], np.flatnonzero(good)) if good.any() else None
+    return _spheres(np.asarray(centers, np.float64)[good], radii[good], np.flatnonzero(good)) if good.any() else None
 
 
-def _spheres(centres: np.ndarray, radii: np.ndarray, owners: np.ndarray) -> Round:
-    levels = next(levels for most, levels in SPHERES if len(centres) <= most)
+def _spheres(centers: np.ndarray, radii: np.ndarray, owners: np.ndarray) -> Round:
+    levels = next(levels for most, levels in SPHERES if len(centers) <= most)
     ball, faces = _ball(levels)
-    vertices = centres[:, None] + ball * radii[:, None, None]
-    triangles = faces + len(ball) * np.arange(len(centres))[:, None, None]
-    count = len(centres)
+    vertices = centers[:, None] + ball * radii[:, None, None]
+    triangles = faces + len(ball) * np.arange(len(centers))[:, None, None]
+    count = len(centers)
     longitude = np.arctan2(ball[:, 1], ball[:, 0]) / (2 * np.pi) % 1.0
     uv = np.stack([longitude, np.arccos(np.clip(-ball[:, 2], -1, 1)) / np.pi], axis=-1)[faces]
     return Round(

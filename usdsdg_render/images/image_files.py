@@ -23,7 +23,7 @@ class Picture(NamedTuple):
     """A decoded file.
 
     `texels` is (H, W, 4), row 0 at the top, straight alpha: uint8 or uint16 as stored, or float32 linear.
-    `channels` is how many the file has: 1 grey, 2 grey + alpha, 3 RGB, 4 RGBA.
+    `channels` is how many the file has: 1 gray, 2 gray + alpha, 3 RGB, 4 RGBA.
     """
 
     texels: np.ndarray
@@ -121,7 +121,7 @@ def read_rgb(path: str) -> np.ndarray:
 
 
 def _decoded(path: str) -> tuple[np.ndarray, int]:
-    """(H, W) grey or (H, W, 2 to 4) grey + alpha, RGB or RGBA, and the number of channels in the file."""
+    """(H, W) gray or (H, W, 2 to 4) gray + alpha, RGB or RGBA, and the number of channels in the file."""
     data = read_bytes(path)
     if data.startswith(b"#?"):
         return radiance_hdr.decode(data, name=path), 3
@@ -144,7 +144,7 @@ def _from_pillow(image: Image.Image) -> tuple[np.ndarray, int]:
     mode = image.mode
     if mode.startswith("I;16"):
         return np.asarray(image).astype(np.uint16), 1
-    if mode == "I":  # Pillow widens 16-bit grey PNGs to 32 bits
+    if mode == "I":  # Pillow widens 16-bit gray PNGs to 32 bits
         return np.clip(np.asarray(image), 0, 65535).astype(np.uint16), 1
     if mode == "F":
         return np.asarray(image, dtype=np.float32), 1
@@ -157,7 +157,7 @@ def _from_pillow(image: Image.Image) -> tuple[np.ndarray, int]:
 
 
 def _with_alpha(values: np.ndarray) -> np.ndarray:
-    """(H, W, 4) from grey, RGB or RGBA of any type, opaque where there is no alpha."""
+    """(H, W, 4) from gray, RGB or RGBA of any type, opaque where there is no alpha."""
     if values.ndim == 2:
         values = np.repeat(values[..., None], 3, axis=-1)
     if values.shape[-1] == 4:

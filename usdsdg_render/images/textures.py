@@ -1,6 +1,6 @@
 """Texture files to the texels that the kernels read, decoded once and shared.
 
-Colours are kept in eight sRGB-coded bits, data in as many as the file has (8 or 16), and what does not fit either, such
+Colors are kept in eight sRGB-coded bits, data in as many as the file has (8 or 16), and what does not fit either, such
 as light brighter than one, in half floats.
 """
 
@@ -35,8 +35,8 @@ class Decoding(NamedTuple):
     """What decides the texels of a use."""
 
     file: str
-    colour_space: str
-    colour: bool
+    color_space: str
+    color: bool
     desaturation: float
     spread: int
 
@@ -50,10 +50,10 @@ class TextureUse:
     """
 
     file: str  # resolved; with <UDIM> for a set of tiles
-    colour_space: str = "auto"  # auto | sRGB | raw
-    colour: bool = True  # a colour for the eye (8 bits are then sRGB-coded), not data
+    color_space: str = "auto"  # auto | sRGB | raw
+    color: bool = True  # a color for the eye (8 bits are then sRGB-coded), not data
     desaturation: float = 0.0
-    spread: int = -1  # the channel (0-3) that stands for all of a colour; -1 = none
+    spread: int = -1  # the channel (0-3) that stands for all of a color; -1 = none
     wrap_s: int = WRAP_REPEAT
     wrap_t: int = WRAP_REPEAT
     transform: UvTransform = AS_IT_IS
@@ -64,7 +64,7 @@ class TextureUse:
 
     @property
     def decoding(self) -> Decoding:
-        return Decoding(self.file, self.colour_space, self.colour, self.desaturation, self.spread)
+        return Decoding(self.file, self.color_space, self.color, self.desaturation, self.spread)
 
 
 class Tile(NamedTuple):
@@ -144,7 +144,7 @@ class TexturePool:
             for done, (file, result) in enumerate(zip(files, results)):
                 if isinstance(result, errors.AssetUnreadable):
                     shader = next(iter(file.values())).shader
-                    errors.warn_once(f"{shader}: the texture cannot be read ({result}); the fallback colour is used.")
+                    errors.warn_once(f"{shader}: the texture cannot be read ({result}); the fallback color is used.")
                     result = [None] * len(file)
                 for key, tiles in zip(file, result):
                     self._decoded[key] = tiles
@@ -209,16 +209,16 @@ def to_texels(picture: image_files.Picture, use: TextureUse) -> tuple[np.ndarray
         texels = np.concatenate([np.repeat(texels[..., use.spread, None], 3, axis=-1), texels[..., 3:]], axis=-1)
     if texels.dtype == np.uint8 and not use.desaturation:
         return np.ascontiguousarray(texels), srgb
-    if texels.dtype == np.uint16 and not (use.colour or srgb):
+    if texels.dtype == np.uint16 and not (use.color or srgb):
         return np.ascontiguousarray(texels), False
     linear = _linear(texels, srgb)
     if use.desaturation:
-        grey = linear[..., :3] @ _LUMINANCE
-        linear[..., :3] += use.desaturation * (grey[..., None] - linear[..., :3])
-    if texels.dtype == np.uint16 and not use.colour:
+        gray = linear[..., :3] @ _LUMINANCE
+        linear[..., :3] += use.desaturation * (gray[..., None] - linear[..., :3])
+    if texels.dtype == np.uint16 and not use.color:
         return np.round(linear * 65535.0).astype(np.uint16), False
-    if use.colour and linear.min(initial=0.0) >= 0.0 and linear.max(initial=0.0) <= 1.0:
-        # Eight linear bits would band in the dark, so a colour is stored sRGB-coded whatever it was.
+    if use.color and linear.min(initial=0.0) >= 0.0 and linear.max(initial=0.0) <= 1.0:
+        # Eight linear bits would band in the dark, so a color is stored sRGB-coded whatever it was.
         return _to_bytes(linear), True
     return linear.astype(np.float16), False
 
@@ -226,9 +226,9 @@ def to_texels(picture: image_files.Picture, use: TextureUse) -> tuple[np.ndarray
 def is_srgb(picture: image_files.Picture, use: TextureUse) -> bool:
     """Whether texels are sRGB-coded. `auto` is as UsdPreviewSurface defines it: 8-bit files with three or four channels
     are, all others hold linear values."""
-    if use.colour_space == "auto":
+    if use.color_space == "auto":
         return picture.texels.dtype == np.uint8 and picture.channels >= 3
-    return use.colour_space == "sRGB"
+    return use.color_space == "sRGB"
 
 
 def srgb_to_linear(values: np.ndarray) -> np.ndarray:

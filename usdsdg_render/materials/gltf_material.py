@@ -25,23 +25,23 @@ LOOKUPS = ("gltf_texture_lookup", "gltf_normal_texture_lookup")
 
 def read_gltf(network: Network, shader: UsdShade.Shader) -> Material:
     """gltf_material."""
-    base = _lookup(network, shader, "base_color_texture", colour=True)
-    packed = _lookup(network, shader, "metallic_roughness_texture", colour=False)
-    coat = _lookup(network, shader, "clearcoat_texture", colour=False)
-    coat_roughness = _lookup(network, shader, "clearcoat_roughness_texture", colour=False)
-    normal = _lookup(network, shader, "normal_texture", colour=False)
+    base = _lookup(network, shader, "base_color_texture", color=True)
+    packed = _lookup(network, shader, "metallic_roughness_texture", color=False)
+    coat = _lookup(network, shader, "clearcoat_texture", color=False)
+    coat_roughness = _lookup(network, shader, "clearcoat_roughness_texture", color=False)
+    normal = _lookup(network, shader, "normal_texture", color=False)
     alpha = network.number(shader, "base_alpha", 1.0)
     mode = network.number(shader, "alpha_mode", 0.0)
     strength = network.number(shader, "emissive_strength", 1.0)
     ior = network.number(shader, "ior", 1.5)
     specular = network.number(shader, "specular_factor", 1.0) * reflectance(ior)
-    specular_colour = network.floats(shader, "specular_color_factor", WHITE)
+    specular_color = network.floats(shader, "specular_color_factor", WHITE)
     _warn_of_ignored(network, shader)
     return Material(
         base_color=Input(network.floats(shader, "base_color_factor", WHITE), base),
         metallic=Input((network.number(shader, "metallic_factor", 1.0),), packed, 2),
         roughness=Input((network.number(shader, "roughness_factor", 1.0),), packed, 1),
-        specular=Input(tuple(min(specular * c, 1.0) for c in specular_colour)),
+        specular=Input(tuple(min(specular * c, 1.0) for c in specular_color)),
         opacity=Input((alpha,), base, 3) if mode in (MASK, BLEND) else Input((1.0,)),
         opacity_threshold=max(network.number(shader, "alpha_cutoff", 0.5), 1e-6) if mode == MASK else 0.0,
         transmission=min(max(network.number(shader, "transmission_factor", 0.0), 0.0), 1.0),
@@ -49,7 +49,7 @@ def read_gltf(network: Network, shader: UsdShade.Shader) -> Material:
         thin=int(network.number(shader, "thickness_factor", 0.0) <= 0.0),
         emission=Input(
             tuple(strength * c for c in network.floats(shader, "emissive_factor", BLACK)),
-            _lookup(network, shader, "emissive_texture", colour=True),
+            _lookup(network, shader, "emissive_texture", color=True),
         ),
         normal=normal and replace(normal, beyond=(0.5, 0.5, 1.0, 1.0)),
         normal_scale=network.number(shader, "normal_scale_factor", 1.0),
@@ -60,7 +60,7 @@ def read_gltf(network: Network, shader: UsdShade.Shader) -> Material:
     )
 
 
-def _lookup(network: Network, shader: UsdShade.Shader, name: str, *, colour: bool) -> TextureUse | None:
+def _lookup(network: Network, shader: UsdShade.Shader, name: str, *, color: bool) -> TextureUse | None:
     node = network.source(shader, name).shader
     if node is None:
         return None
@@ -75,8 +75,8 @@ def _lookup(network: Network, shader: UsdShade.Shader, name: str, *, colour: boo
     network.use_uv(node, f"st_{uv_set}" if uv_set else "st")
     return TextureUse(
         file,
-        colour_space="sRGB" if colour else "raw",
-        colour=colour,
+        color_space="sRGB" if color else "raw",
+        color=color,
         wrap_s=WRAPS.get(int(network.number(node, "wrap_s", 10497.0)), WRAP_REPEAT),
         wrap_t=WRAPS.get(int(network.number(node, "wrap_t", 10497.0)), WRAP_REPEAT),
         transform=_transform(network, node),
@@ -85,7 +85,7 @@ def _lookup(network: Network, shader: UsdShade.Shader, name: str, *, colour: boo
 
 
 def _transform(network: Network, node: UsdShade.Shader) -> UvTransform:
-    """glTF's v runs downwards: with (u, 1 - v) for the coordinates, KHR_texture_transform before and after."""
+    """glTF's v runs downward: with (u, 1 - v) for the coordinates, KHR_texture_transform before and after."""
     x, y = network.floats(node, "offset", (0.0, 0.0))
     width, height = network.floats(node, "scale", (1.0, 1.0))
     rotation = network.number(node, "rotation", 0.0)

@@ -87,7 +87,7 @@ SURFACES = {"ND_standard_surface_surfaceshader": STANDARD_SURFACE, "ND_open_pbr_
 
 
 def read_material_x(network: Network, shader: UsdShade.Shader) -> Material:
-    """A surface of `SURFACES`. Light that scatters below it is a diffuse colour."""
+    """A surface of `SURFACES`. Light that scatters below it is a diffuse color."""
     names = SURFACES[shader_id(shader)]
     ior = network.number(shader, names.ior, 1.5)
     f0 = network.number(shader, names.specular, 1.0) * reflectance(ior)
@@ -123,8 +123,8 @@ def _base(network: Network, shader: UsdShade.Shader, names: Names, transmission:
     below = min(max(network.number(shader, names.subsurface, 0.0), 0.0), 1.0)
     scattered = network.floats(shader, *names.subsurface_color)
     tint = network.floats(shader, names.transmission_color, WHITE)
-    colour = tuple(c + below * (s - c) for c, s in zip(base.value, scattered))
-    return Input(tuple(c + transmission * (t - c) for c, t in zip(colour, tint)))
+    color = tuple(c + below * (s - c) for c, s in zip(base.value, scattered))
+    return Input(tuple(c + transmission * (t - c) for c, t in zip(color, tint)))
 
 
 def _input(
@@ -134,13 +134,13 @@ def _input(
     constant = tuple(factor * c for c in network.floats(shader, name, default))
     if source.shader is None:
         return Input(constant)
-    found = _image(network, source, colour=len(default) > 1)
+    found = _image(network, source, color=len(default) > 1)
     if found is None:
         return Input(constant)
     return Input((factor,) * len(default), *found, constant)
 
 
-def _image(network: Network, source: Source, *, colour: bool) -> tuple[TextureUse, int] | None:
+def _image(network: Network, source: Source, *, color: bool) -> tuple[TextureUse, int] | None:
     """The image behind a connection, directly or through a node that picks a channel, and which of its channels."""
     node = source.shader
     channel = 0
@@ -161,8 +161,8 @@ def _image(network: Network, source: Source, *, colour: bool) -> tuple[TextureUs
     network.use_uv(node, _coordinates(network, node))
     use = TextureUse(
         file,
-        colour_space="sRGB" if space.lower().startswith("srgb") else "raw",
-        colour=colour,
+        color_space="sRGB" if space.lower().startswith("srgb") else "raw",
+        color=color,
         wrap_s=WRAPS.get(str(network.value(node, "uaddressmode") or "periodic"), WRAP_REPEAT),
         wrap_t=WRAPS.get(str(network.value(node, "vaddressmode") or "periodic"), WRAP_REPEAT),
         transform=UvTransform.of(
@@ -192,5 +192,5 @@ def _normal(network: Network, source: Source) -> TextureUse | None:
         return None
     if shader_id(node).startswith("ND_normalmap"):
         source = network.source(node, "in")
-    found = _image(network, source, colour=False)
-    return found and replace(found[0], colour_space="raw", beyond=(0.5, 0.5, 1.0, 1.0))
+    found = _image(network, source, color=False)
+    return found and replace(found[0], color_space="raw", beyond=(0.5, 0.5, 1.0, 1.0))

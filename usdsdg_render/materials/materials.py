@@ -26,7 +26,7 @@ _FIELDS = [
 ]
 
 # UsdImaging's fallback displayColor.
-DEFAULT_COLOUR = (0.5, 0.5, 0.5)
+DEFAULT_COLOR = (0.5, 0.5, 0.5)
 
 
 def bound_materials(prims: Sequence[Usd.Prim]) -> list[Usd.Prim | None]:
@@ -65,11 +65,11 @@ def _warn_of_missing(unbound: list[Usd.Prim]) -> None:
             prim = prim.GetParent()
 
 
-def stand_in(colour: tuple[float, ...] | None, opacity: float | None) -> Material:
-    """What a gprim without a usable material looks like: its displayColor, grey without one."""
+def stand_in(color: tuple[float, ...] | None, opacity: float | None) -> Material:
+    """What a gprim without a usable material looks like: its displayColor, gray without one."""
     return Material(
         name="displayColor",
-        base_color=Input(tuple(colour or DEFAULT_COLOUR)),
+        base_color=Input(tuple(color or DEFAULT_COLOR)),
         opacity=Input((1.0 if opacity is None else opacity,)),
     )
 

@@ -18,20 +18,20 @@ _FLAT = (0.5, 0.5, 1.0, 1.0)
 
 
 def texture(
-    network: Network, shader: UsdShade.Shader, name: str, *, colour: bool, transform: UvTransform = AS_IT_IS
+    network: Network, shader: UsdShade.Shader, name: str, *, color: bool, transform: UvTransform = AS_IT_IS
 ) -> TextureUse | None:
-    """The texture of an asset-valued input, None without a file. Files of no colour space are sRGB as colours only."""
+    """The texture of an asset-valued input, None without a file. Files of no color space are sRGB as colors only."""
     file = texture_file(network, shader, name)
     if not file:
         return None
     attribute = network.source(shader, name).attribute
     space = str(attribute.GetColorSpace() or "auto") if attribute is not None else "auto"
     if space not in ("sRGB", "raw"):
-        space = "sRGB" if colour else "raw"
+        space = "sRGB" if color else "raw"
     return TextureUse(
         file,
-        colour_space=space,
-        colour=colour,
+        color_space=space,
+        color=color,
         wrap_s=WRAP_REPEAT,
         wrap_t=WRAP_REPEAT,
         transform=transform,
@@ -43,13 +43,13 @@ def normal_map(
     network: Network, shader: UsdShade.Shader, name: str, transform: UvTransform = AS_IT_IS
 ) -> TextureUse | None:
     """A normal map as the kernels read it: MDL's templates turn the green channel round unless told otherwise."""
-    use = texture(network, shader, name, colour=False, transform=transform)
+    use = texture(network, shader, name, color=False, transform=transform)
     if use is None:
         return None
     turned = (network.flag(shader, "flip_tangent_u", False), network.flag(shader, "flip_tangent_v", True))
     scale = (*(-1.0 if turn else 1.0 for turn in turned), 1.0, 1.0)
     bias = (*(1.0 if turn else 0.0 for turn in turned), 0.0, 0.0)
-    return replace(use, colour_space="raw", scale=scale, bias=bias, beyond=_FLAT)
+    return replace(use, color_space="raw", scale=scale, bias=bias, beyond=_FLAT)
 
 
 def transform(network: Network, shader: UsdShade.Shader, prefix: str = "texture") -> UvTransform:

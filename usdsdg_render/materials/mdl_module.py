@@ -23,7 +23,7 @@ _KINDS = {1: Sdf.ValueTypeNames.Float, 2: Sdf.ValueTypeNames.Float2, 3: Sdf.Valu
 
 
 class Picture(NamedTuple):
-    """A texture_2d: its file as written, and its colour space."""
+    """A texture_2d: its file as written, and its color space."""
 
     file: str
     space: str

@@ -37,7 +37,7 @@ def read_omni_pbr(network: Network, shader: UsdShade.Shader, *, opacity_enabled:
         )
     orm = None
     if network.flag(shader, "enable_ORM_texture", False):
-        orm = texture(network, shader, "ORM_texture", colour=False, transform=uv)
+        orm = texture(network, shader, "ORM_texture", color=False, transform=uv)
     opacity = _opacity(network, shader, uv, enabled=opacity_enabled)
     threshold = network.number(shader, "opacity_threshold", 0.0)
     _warn_of_occlusion(network, shader)
@@ -79,9 +79,9 @@ def _albedo(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input
     add = network.number(shader, "albedo_add", 0.0)
     desaturation = network.number(shader, "albedo_desaturation", 0.0)
     red, green, blue = LUMINANCE.tolist()
-    grey = red * constant[0] + green * constant[1] + blue * constant[2]
-    plain = tuple(max(((c + desaturation * (grey - c)) * brightness + add) * t, 0.0) for c, t in zip(constant, tint))
-    use = texture(network, shader, "diffuse_texture", colour=True, transform=uv)
+    gray = red * constant[0] + green * constant[1] + blue * constant[2]
+    plain = tuple(max(((c + desaturation * (gray - c)) * brightness + add) * t, 0.0) for c, t in zip(constant, tint))
+    use = texture(network, shader, "diffuse_texture", color=True, transform=uv)
     if use is None:
         return Input(plain)
     use = replace(use, desaturation=desaturation)
@@ -106,7 +106,7 @@ def _blended(
     influence = network.number(shader, f"{name}_texture_influence", 1.0)
     if orm is not None:
         return blended(constant, orm, orm_channel, influence)
-    return blended(constant, texture(network, shader, texture_name, colour=False, transform=uv), 0, influence)
+    return blended(constant, texture(network, shader, texture_name, color=False, transform=uv), 0, influence)
 
 
 def _opacity(network: Network, shader: UsdShade.Shader, uv: UvTransform, *, enabled: bool) -> Input:
@@ -115,7 +115,7 @@ def _opacity(network: Network, shader: UsdShade.Shader, uv: UvTransform, *, enab
     constant = network.number(shader, "opacity_constant", 1.0)
     use = None
     if network.flag(shader, "enable_opacity_texture", True):
-        use = texture(network, shader, "opacity_texture", colour=False, transform=uv)
+        use = texture(network, shader, "opacity_texture", color=False, transform=uv)
     from_alpha = network.number(shader, "opacity_mode", 1.0) == 0.0
     return Input((constant,), use, 3 if from_alpha else 0, (constant,))
 
@@ -124,11 +124,11 @@ def _emission(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Inp
     """emissive_color * emissive_intensity [nits], tinted by its texture or where its mask lets it through."""
     if not network.flag(shader, "enable_emission", False):
         return Input(BLACK)
-    colour = network.floats(shader, "emissive_color", (1.0, 0.1, 0.1))
+    color = network.floats(shader, "emissive_color", (1.0, 0.1, 0.1))
     intensity = max(network.number(shader, "emissive_intensity", 40.0), 0.0)
-    value = tuple(intensity * c for c in colour)
-    use = texture(network, shader, "emissive_color_texture", colour=True, transform=uv)
-    mask = texture(network, shader, "emissive_mask_texture", colour=False, transform=uv)
+    value = tuple(intensity * c for c in color)
+    use = texture(network, shader, "emissive_color_texture", color=True, transform=uv)
+    mask = texture(network, shader, "emissive_mask_texture", color=False, transform=uv)
     if use is not None and mask is not None:
         network.warn(
             shader, "emissive_mask_texture is ignored beside emissive_color_texture. Multiply one into the other."

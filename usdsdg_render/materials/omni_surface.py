@@ -1,7 +1,7 @@
 """OmniSurface and OmniGlass of Omniverse's MDL templates, as far as the renderer's layers go.
 
 Mirrors https://docs.omniverse.nvidia.com/materials-and-rendering/latest/templates/OmniSurface.html and OmniGlass.html.
-Light that scatters below the surface is a diffuse colour here; glass is tinted where light enters it, not on the way.
+Light that scatters below the surface is a diffuse color here; glass is tinted where light enters it, not on the way.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def read_omni_glass(network: Network, shader: UsdShade.Shader) -> Material:
     """OmniGlass, and OmniGlass_Opacity."""
     uv = transform(network, shader)
     ior = network.number(shader, "glass_ior", 1.491)
-    roughness = texture(network, shader, "roughness_texture", colour=False, transform=uv)
+    roughness = texture(network, shader, "roughness_texture", color=False, transform=uv)
     influence = network.number(shader, "roughness_texture_influence", 1.0)
     opacity = threshold = None
     if network.flag(shader, "enable_opacity", False):
@@ -37,7 +37,7 @@ def read_omni_glass(network: Network, shader: UsdShade.Shader) -> Material:
     return Material(
         base_color=textured(
             network.floats(shader, "glass_color", WHITE),
-            texture(network, shader, "glass_color_texture", colour=True, transform=uv),
+            texture(network, shader, "glass_color_texture", color=True, transform=uv),
         ),
         roughness=blended(network.number(shader, "frosting_roughness", 0.0), roughness, 0, influence),
         specular=Input((reflectance(ior),) * 3),
@@ -61,7 +61,7 @@ def read_omni_surface(network: Network, shader: UsdShade.Shader) -> Material:
 
     def scalar(name: str, default: float) -> Input:
         constant = network.number(shader, name, default)
-        return textured((constant,), texture(network, shader, f"{name}_image", colour=False, transform=uv))
+        return textured((constant,), texture(network, shader, f"{name}_image", color=False, transform=uv))
 
     ior = network.number(shader, "specular_reflection_ior", 1.5)
     transmission = 0.0
@@ -91,31 +91,31 @@ def read_omni_surface(network: Network, shader: UsdShade.Shader) -> Material:
 
 
 def _base(network: Network, shader: UsdShade.Shader, uv: UvTransform, transmission: float) -> Input:
-    """The diffuse colour, mixed with that of what scatters below, and with the tint of what goes through."""
+    """The diffuse color, mixed with that of what scatters below, and with the tint of what goes through."""
     weight = network.number(shader, "diffuse_reflection_weight", 0.8)
-    colour = tuple(weight * c for c in network.floats(shader, "diffuse_reflection_color", WHITE))
-    use = texture(network, shader, "diffuse_reflection_color_image", colour=True, transform=uv)
+    color = tuple(weight * c for c in network.floats(shader, "diffuse_reflection_color", WHITE))
+    use = texture(network, shader, "diffuse_reflection_color_image", color=True, transform=uv)
     below = 0.0
     if network.flag(shader, "enable_diffuse_transmission", False):
         below = min(max(network.number(shader, "subsurface_weight", 0.0), 0.0), 1.0)
     scattered = network.floats(shader, "subsurface_scattering_color", WHITE)
     tint = network.floats(shader, "specular_transmission_color", WHITE)
-    colour = tuple(c + below * (s - c) for c, s in zip(colour, scattered))
-    colour = tuple(c + transmission * (t - c) for c, t in zip(colour, tint))
-    return textured(colour, use, factor=(weight,) * 3)
+    color = tuple(c + below * (s - c) for c, s in zip(color, scattered))
+    color = tuple(c + transmission * (t - c) for c, t in zip(color, tint))
+    return textured(color, use, factor=(weight,) * 3)
 
 
 def _specular(network: Network, shader: UsdShade.Shader, uv: UvTransform, f0: float) -> Input:
     weight = f0 * network.number(shader, "specular_reflection_weight", 1.0)
-    colour = network.floats(shader, "specular_reflection_color", WHITE)
-    use = texture(network, shader, "specular_reflection_color_image", colour=True, transform=uv)
-    return textured(tuple(weight * c for c in colour), use, factor=(weight,) * 3)
+    color = network.floats(shader, "specular_reflection_color", WHITE)
+    use = texture(network, shader, "specular_reflection_color_image", color=True, transform=uv)
+    return textured(tuple(weight * c for c in color), use, factor=(weight,) * 3)
 
 
 def _emission(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input:
     weight = network.number(shader, "emission_weight", 0.0) * network.number(shader, "emission_intensity", 1.0)
     if weight <= 0.0:
         return Input(BLACK)
-    use = texture(network, shader, "emission_color_image", colour=True, transform=uv)
-    colour = network.floats(shader, "emission_color", WHITE)
-    return textured(tuple(weight * c for c in colour), use, factor=(weight,) * 3)
+    use = texture(network, shader, "emission_color_image", color=True, transform=uv)
+    color = network.floats(shader, "emission_color", WHITE)
+    return textured(tuple(weight * c for c in color), use, factor=(weight,) * 3)

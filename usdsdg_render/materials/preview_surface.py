@@ -18,7 +18,7 @@ from usdsdg_render.usd.time_code import value_now
 # PNG and JPEG carry no wrap mode, so `useMetadata`, the fallback, means repeat here, as in Omniverse.
 WRAPS = {"repeat": WRAP_REPEAT, "clamp": WRAP_CLAMP, "mirror": WRAP_MIRROR, "black": WRAP_BLACK}
 CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
-COLOUR_SPACES = {
+COLOR_SPACES = {
     **dict.fromkeys(("auto", "unknown"), "auto"),
     **dict.fromkeys(("sRGB", "srgb_texture", "srgb_rec709_scene"), "sRGB"),
     **dict.fromkeys(("raw", "data", "identity", "linear", "lin_rec709", "lin_rec709_scene", "lin_srgb"), "raw"),
@@ -59,7 +59,7 @@ def read_preview_surface(network: Network, surface: UsdShade.Shader) -> Material
         clearcoat=_input(network, surface, "clearcoat", (0.0,)),
         clearcoat_roughness=_input(network, surface, "clearcoatRoughness", (0.01,)),
         uv_primvar=network.uv_primvar or "",
-        colour_from_gprim=network.colour_from_gprim,
+        color_from_gprim=network.color_from_gprim,
         from_gprim=tuple(network.from_gprim),
     )
     if str(network.value(surface, "opacityMode") or "transparent") == "presence":
@@ -115,7 +115,7 @@ def _from_primvar(network: Network, reader: UsdShade.Shader, name: str, default:
     variable = str(network.value(reader, "varname") or "").removeprefix("primvars:")
     fallback = network.floats(reader, "fallback", default)
     if name == "diffuseColor" and variable == "displayColor":
-        network.colour_from_gprim = True
+        network.color_from_gprim = True
     else:
         network.from_gprim.append(FromGprim(FIELDS.get(name, name), variable, fallback))
     return Input(fallback)
@@ -124,27 +124,27 @@ def _from_primvar(network: Network, reader: UsdShade.Shader, name: str, default:
 def _textured(network: Network, source: Source, default: tuple[float, ...]) -> Input:
     texture = source.shader
     assert texture is not None
-    colour = len(default) > 1
-    missing = network.floats(texture, "fallback", (*default, 1.0)[:4] if colour else default * 4)
+    color = len(default) > 1
+    missing = network.floats(texture, "fallback", (*default, 1.0)[:4] if color else default * 4)
     channel = CHANNELS.get(source.output, 0)
-    spread = channel if colour and source.output in CHANNELS else -1
-    use = texture_use(network, texture, colour=colour or source.output == "a")
+    spread = channel if color and source.output in CHANNELS else -1
+    use = texture_use(network, texture, color=color or source.output == "a")
     scale, bias = network.floats(texture, "scale", ONES), network.floats(texture, "bias", ZEROS)
     if spread >= 0:
         scale, bias, missing = ((values[channel],) * 4 for values in (scale, bias, (*missing, 1.0)[:4]))
-    missing = missing[: len(default)] if colour else (missing[channel],)
+    missing = missing[: len(default)] if color else (missing[channel],)
     if use is None:
         return Input(missing)
     if any(bias) or UDIM in use.file:  # a product cannot express it
-        beyond = (*missing, 1.0) if colour else missing * 4
+        beyond = (*missing, 1.0) if color else missing * 4
         use = replace(use, scale=scale, bias=bias, beyond=beyond)
         scale = ONES
-    factor = scale[: len(default)] if colour else (scale[channel],)
+    factor = scale[: len(default)] if color else (scale[channel],)
     return Input(factor, replace(use, spread=spread), channel, missing)
 
 
-def texture_use(network: Network, texture: UsdShade.Shader, *, colour: bool) -> TextureUse | None:
-    """File, colour space, wrap modes and coordinates of a UsdUVTexture; None (with a warning) without a file."""
+def texture_use(network: Network, texture: UsdShade.Shader, *, color: bool) -> TextureUse | None:
+    """File, color space, wrap modes and coordinates of a UsdUVTexture; None (with a warning) without a file."""
     file = texture_file(network, texture, "file")
     transform = _coordinates(network, texture)
     if not file:
@@ -154,8 +154,8 @@ def texture_use(network: Network, texture: UsdShade.Shader, *, colour: bool) -> 
         return None
     return TextureUse(
         file=file,
-        colour_space=_colour_space(network, texture),
-        colour=colour,
+        color_space=_color_space(network, texture),
+        color=color,
         transform=transform,
         wrap_s=_wrap(network, texture, "wrapS"),
         wrap_t=_wrap(network, texture, "wrapT"),
@@ -176,19 +176,19 @@ def texture_file(network: Network, shader: UsdShade.Shader, name: str) -> str:
     return file
 
 
-def _colour_space(network: Network, texture: UsdShade.Shader) -> str:
+def _color_space(network: Network, texture: UsdShade.Shader) -> str:
     authored = network.value(texture, "sourceColorSpace")
     if authored is None:  # metadata of the file attribute, as some exporters write
         attribute = network.source(texture, "file").attribute
         authored = attribute.GetColorSpace() if attribute is not None else None
     name = str(authored or "auto")
-    if name not in COLOUR_SPACES:
+    if name not in COLOR_SPACES:
         network.warn(
             texture,
-            f"colour space {name!r} is not supported; the file counts as sRGB where it is a colour of 8 bits, else as "
+            f"color space {name!r} is not supported; the file counts as sRGB where it is a color of 8 bits, else as "
             f"linear. Convert it and say sRGB or raw.",
         )
-    return COLOUR_SPACES.get(name, "auto")
+    return COLOR_SPACES.get(name, "auto")
 
 
 def _wrap(network: Network, texture: UsdShade.Shader, name: str) -> int:
@@ -221,7 +221,7 @@ def _coordinates(network: Network, texture: UsdShade.Shader) -> UvTransform:
 
 
 def _normal(network: Network, surface: UsdShade.Shader) -> TextureUse | None:
-    """Normal maps are never sRGB, whatever the colour space says; its scale and bias are usually 2, -1."""
+    """Normal maps are never sRGB, whatever the color space says; its scale and bias are usually 2, -1."""
     source = network.source(surface, "normal")
     if source.shader is None:
         return None
@@ -230,7 +230,7 @@ def _normal(network: Network, surface: UsdShade.Shader) -> TextureUse | None:
             source.shader, f"shader '{shader_id(source.shader)}' as a normal map is not supported and is ignored."
         )
         return None
-    use = texture_use(network, source.shader, colour=False)
+    use = texture_use(network, source.shader, color=False)
     if use is None:
         return None
     scale = network.floats(source.shader, "scale", (2.0, 2.0, 2.0, 1.0))
@@ -240,4 +240,4 @@ def _normal(network: Network, surface: UsdShade.Shader) -> TextureUse | None:
     # The kernel reads value * 2 - 1, so what it looks up is (normal + 1) / 2.
     halved = (*(s / 2.0 for s in scale[:3]), 1.0)
     raised = (*((b + 1.0) / 2.0 for b in bias[:3]), 0.0)
-    return replace(use, colour_space="raw", scale=halved, bias=raised, beyond=(0.5, 0.5, 1.0, 1.0))
+    return replace(use, color_space="raw", scale=halved, bias=raised, beyond=(0.5, 0.5, 1.0, 1.0))

@@ -16,7 +16,7 @@ from usdsdg_render.materials.mdl_module import Preset
 from usdsdg_render.usd.authored_values import as_floats
 from usdsdg_render.usd.time_code import value_now
 
-# Colours of surfaces and of what glows [nits]: light may meet a dozen of them and be filtered within 32-bit numbers.
+# Colors of surfaces and of what glows [nits]: light may meet a dozen of them and be filtered within 32-bit numbers.
 # The sun has 1.6e9 nits.
 BRIGHTEST, BRIGHTEST_GLOW = 1e3, 1e10
 
@@ -69,7 +69,7 @@ class Material:
     clearcoat: Input = Input((0.0,))
     clearcoat_roughness: Input = Input((0.01,))
     uv_primvar: str = ""
-    colour_from_gprim: bool = False  # base colour is the gprim's displayColor
+    color_from_gprim: bool = False  # base color is the gprim's displayColor
     from_gprim: tuple[FromGprim, ...] = ()
 
     def __hash__(self) -> int:
@@ -92,8 +92,8 @@ class Material:
         found = {each.field: Input(_primvar(prim, each, time)) for each in self.from_gprim}
         return replace(self, from_gprim=(), **found)
 
-    def with_base_color(self, colour: tuple[float, ...]) -> Material:
-        return replace(self, base_color=Input(colour))
+    def with_base_color(self, color: tuple[float, ...]) -> Material:
+        return replace(self, base_color=Input(color))
 
 
 def _primvar(prim: Usd.Prim, wanted: FromGprim, time: Usd.TimeCode) -> tuple[float, ...]:
@@ -133,7 +133,7 @@ class Network:
     material: Usd.Prim
     visited: set[Sdf.Path] = field(default_factory=set)
     uv_primvar: str | None = None
-    colour_from_gprim: bool = False
+    color_from_gprim: bool = False
     from_gprim: list[FromGprim] = field(default_factory=list)
     preset: Preset | None = None  # for inputs of the surface that are not authored
     _inputs: dict[Sdf.Path, dict[str, UsdShade.Input]] = field(default_factory=dict)

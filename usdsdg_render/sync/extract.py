@@ -24,7 +24,7 @@ from usdsdg_render.materials.materials import MaterialLibrary, MaterialTable, bo
 from usdsdg_render.materials.shading import Material
 from usdsdg_render.scene.scene import Instances, Scene
 from usdsdg_render.sync.animation import Animation
-from usdsdg_render.sync.gprims import Gprim, Gprims, display_colour, warn_of_mean, warn_of_no_coordinates
+from usdsdg_render.sync.gprims import Gprim, Gprims, display_color, warn_of_mean, warn_of_no_coordinates
 from usdsdg_render.sync.invalidation import Plan, Planner
 from usdsdg_render.usd.prim_kinds import MESH, SHAPE, is_below, matrix_product
 from usdsdg_render.usd.stage_tree import Tree
@@ -184,14 +184,14 @@ class SceneExtractor:
             gprim.materials = [emissive_material(material, gprim.prim) for material in gprim.materials]
 
     def _finished(self, gprim: Gprim, material: Material | None) -> Material:
-        """The material, with the gprim's own colour where it asks for that or there is no material."""
+        """The material, with the gprim's own color where it asks for that or there is no material."""
         if material is not None and material.from_gprim:
             material = material.of_gprim(gprim.prim, self._time)
-        if material is not None and not material.colour_from_gprim:
+        if material is not None and not material.color_from_gprim:
             gprim.colored = False
             return material
         if gprim.stand_in is None:
-            *mean, varies = display_colour(gprim.prim, self._time)
+            *mean, varies = display_color(gprim.prim, self._time)
             gprim.stand_in = stand_in(*mean), varies
         own, varies = gprim.stand_in
         if not varies or (material is not None and material.textures):
@@ -217,7 +217,7 @@ class SceneExtractor:
                 self._progress("geometry", done + 1, len(unread))
 
     def _paint(self, changed: Sequence[Gprim]) -> None:
-        """Give gprims their varying colours; those that cannot have them are named."""
+        """Give gprims their varying colors; those that cannot have them are named."""
         for gprim in changed:
             if gprim.prototype is None:
                 continue

@@ -31,9 +31,9 @@ class Gprim:
     bound: list[Sdf.Path | None] = field(default_factory=list)  # a material for each slot, or none
     is_bound: bool = False  # `bound` still holds
     materials: list[Material] | None = None  # one a slot
-    stand_in: tuple[Material, bool] | None = None  # and whether its colour varies over the gprim
+    stand_in: tuple[Material, bool] | None = None  # and whether its color varies over the gprim
     colored: bool = False  # drawn with its own displayColor, which varies
-    geometry: tuple[str, bool, Prototype | None] | None = None  # UV primvar, whether with its own colours
+    geometry: tuple[str, bool, Prototype | None] | None = None  # UV primvar, whether with its own colors
 
     @property
     def prototype(self) -> Prototype | None:
@@ -143,7 +143,7 @@ class Gprims:
         return gprim
 
 
-def display_colour(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[float, ...] | None, float | None, bool]:
+def display_color(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[float, ...] | None, float | None, bool]:
     """(displayColor, displayOpacity, whether one of them varies) as one value each: the mean where they vary."""
     values: list[tuple[float, ...] | None] = []
     varies = False
@@ -164,8 +164,8 @@ def display_colour(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[float, ...
             array = np.minimum(array, BRIGHTEST)
         varies |= bool((array != array[0]).any())
         values.append(tuple(np.clip(array.mean(axis=0), 0.0, None).tolist()))
-    colour, opacity = values
-    return colour, None if opacity is None else opacity[0], varies
+    color, opacity = values
+    return color, None if opacity is None else opacity[0], varies
 
 
 def warn_of_no_coordinates(prim: Usd.Prim) -> None:
@@ -177,7 +177,7 @@ def warn_of_no_coordinates(prim: Usd.Prim) -> None:
 
 
 def warn_of_mean(prim: Usd.Prim) -> None:
-    """Say that a colour that varies is not drawn so."""
+    """Say that a color that varies is not drawn so."""
     errors.warn_once(
         f"{prim.GetPath()}: displayColor or displayOpacity varies over the gprim; its mean is used. Bind a "
         f"material with a texture instead, or none where other inputs have textures."

@@ -62,7 +62,7 @@ def expand(
     indices = np.zeros(0, np.int32) if indices is None else indices
     if not _fits(schema, time, len(indices)):
         return []
-    _warn_of_colours(instancer)
+    _warn_of_colors(instancer)
     parts = _prototypes(schema, time, sources, (*above, instancer.GetPath()))
     matrices, mask = _matrices(schema, time)
     ids = _per_point(instancer, "ids", time)
@@ -100,13 +100,13 @@ def _per_point(instancer: Usd.Prim, name: str, time: Usd.TimeCode) -> np.ndarray
     return as_array(attribute, attribute.Get(time), ROWS[name])
 
 
-def _warn_of_colours(instancer: Usd.Prim) -> None:
+def _warn_of_colors(instancer: Usd.Prim) -> None:
     for name in ("primvars:displayColor", "primvars:displayOpacity"):
         attribute = instancer.GetAttribute(name)
         if attribute and attribute.GetMetadata("interpolation") in ("vertex", "varying", "uniform"):
             errors.warn_once(
                 f"{instancer.GetPath()}: {name} of each point is not supported; points look like their prototypes. "
-                f"Give points of another colour a prototype of their own."
+                f"Give points of another color a prototype of their own."
             )
 
 

@@ -168,12 +168,12 @@ def test_bent_tubes_keep_their_thickness():
 
 
 def test_points_are_spheres_of_their_widths():
-    centres = [(0, 0, 0), (5, 0, 0), (0, 5, 0)]
-    _, prim = make("Points", centres, widths=[1, 2, 3], interpolation="vertex")
+    centers = [(0, 0, 0), (5, 0, 0), (0, 5, 0)]
+    _, prim = make("Points", centers, widths=[1, 2, 3], interpolation="vertex")
     surface = points(prim, DEFAULT, Skinning())
-    for k, (centre, width) in enumerate(zip(centres, (1, 2, 3))):
+    for k, (center, width) in enumerate(zip(centers, (1, 2, 3))):
         mine = surface.triangles[surface.owners == k]
-        at = surface.points[mine] - np.array(centre)
+        at = surface.points[mine] - np.array(center)
         np.testing.assert_allclose(np.linalg.norm(at, axis=-1), width / 2, atol=1e-5)
         np.testing.assert_allclose(surface.corner_normals[surface.owners == k], at / (width / 2), atol=1e-4)
         volume = trimesh.Trimesh(surface.points, mine).volume

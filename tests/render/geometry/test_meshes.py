@@ -50,13 +50,13 @@ def star(points, inner, rng=None):
 
 
 def contains_no_outside(polygon, prototype):
-    """Every triangle's centre lies in the polygon, by counting crossings."""
-    centres = prototype.points[prototype.triangles].mean(axis=1)[:, :2]
-    inside = np.zeros(len(centres), bool)
+    """Every triangle's center lies in the polygon, by counting crossings."""
+    centers = prototype.points[prototype.triangles].mean(axis=1)[:, :2]
+    inside = np.zeros(len(centers), bool)
     for (x0, y0), (x1, y1) in zip(polygon[:, :2], np.roll(polygon[:, :2], -1, axis=0)):
-        crosses = (y0 > centres[:, 1]) != (y1 > centres[:, 1])
+        crosses = (y0 > centers[:, 1]) != (y1 > centers[:, 1])
         with np.errstate(divide="ignore", invalid="ignore"):
-            inside ^= crosses & (centres[:, 0] < (x1 - x0) * (centres[:, 1] - y0) / (y1 - y0) + x0)
+            inside ^= crosses & (centers[:, 0] < (x1 - x0) * (centers[:, 1] - y0) / (y1 - y0) + x0)
     return inside.all()
 
 
@@ -199,8 +199,8 @@ def test_without_normals_polygons_are_flat_and_subdivision_surfaces_smooth():
     smooth = prototype_of(mesh)
     # All faces of a cube are equal, so area-weighted normals point along the diagonals, except for how many
     # triangles of a face meet at the corner.
-    outwards = smooth.points[smooth.triangles] - 0.5
-    assert (np.einsum("tci,tci->tc", smooth.corner_normals, outwards) > 0.7 * math.sqrt(0.75)).all()
+    outward = smooth.points[smooth.triangles] - 0.5
+    assert (np.einsum("tci,tci->tc", smooth.corner_normals, outward) > 0.7 * math.sqrt(0.75)).all()
     assert np.abs(smooth.corner_normals).max() < 0.9
     for point in range(8):  # one normal a point
         at_point = smooth.corner_normals[smooth.triangles == point]

@@ -5,7 +5,7 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 from tests.render.scenes import view_from
-from tests.render.sync.test_extract_scene import add_material, base_colours, bind, extract, make_stage
+from tests.render.sync.test_extract_scene import add_material, base_colors, bind, extract, make_stage
 from usdsdg_render.geometry.primvar_colors import SIDES, WIDTH, block_uvs, picture
 from usdsdg_render.images.textures import srgb_to_linear
 from usdsdg_render.renderer import WarpRenderer
@@ -21,10 +21,10 @@ def add_square(stage, interpolation=None, values=(), indices=None, path="/Mesh")
     mesh.CreateFaceVertexIndicesAttr([0, 1, 2, 0, 2, 3])
     mesh.CreateSubdivisionSchemeAttr("none")
     if interpolation is not None:
-        colour = mesh.CreateDisplayColorPrimvar(interpolation)
-        colour.Set([Gf.Vec3f(*map(float, value)) for value in values])
+        color = mesh.CreateDisplayColorPrimvar(interpolation)
+        color.Set([Gf.Vec3f(*map(float, value)) for value in values])
         if indices is not None:
-            colour.SetIndices(indices)
+            color.SetIndices(indices)
     return mesh
 
 
@@ -46,7 +46,7 @@ def look_up(texels, uv):
 def test_the_picture_interpolates_over_every_triangle(count, side, monkeypatch):
     monkeypatch.setattr("usdsdg_render.geometry.primvar_colors.SIDES", ((10**12, side),))
     rng = np.random.default_rng(0)
-    # The plane of these colours stays in [0, 1] over the whole block.
+    # The plane of these colors stays in [0, 1] over the whole block.
     colors = rng.uniform(0.34, 0.66, (count, 3, 4)).astype(np.float32)
     weights = rng.dirichlet(np.ones(3), count)
     uv = np.einsum("tk,tki->ti", weights, block_uvs(count).astype(np.float64))
@@ -55,7 +55,7 @@ def test_the_picture_interpolates_over_every_triangle(count, side, monkeypatch):
     np.testing.assert_allclose(look_up(picture(colors), uv), expected, atol=0.006)
 
 
-def test_corners_of_full_colours_leak_little():
+def test_corners_of_full_colors_leak_little():
     """Between green and blue there is no red, though the red corner's continuation beyond them would be below zero."""
     count = 4
     colors = np.tile(np.append(np.eye(3), np.ones((3, 1)), axis=1).astype(np.float32), (count, 1, 1))
@@ -84,7 +84,7 @@ def test_every_interpolation_comes_to_the_corners(interpolation, where, indices)
     prototype = scene.prototypes[0]
     np.testing.assert_allclose(prototype.corner_colors[..., :3], values[where], atol=1e-6)
     assert (prototype.corner_colors[..., 3] == 1).all()
-    assert base_colours(scene, 0) == [[1, 1, 1]]
+    assert base_colors(scene, 0) == [[1, 1, 1]]
     row = scene.materials[scene.material_slots[0]]
     texture = scene.textures[row["base_color_texture"]]
     seen = look_up(texture.texels, prototype.corner_uvs.reshape(-1, 2).astype(np.float64))
@@ -92,7 +92,7 @@ def test_every_interpolation_comes_to_the_corners(interpolation, where, indices)
     assert row["opacity_texture"] == -1
 
 
-def test_the_drawn_colour_is_that_of_the_corners():
+def test_the_drawn_color_is_that_of_the_corners():
     """Red at the left, green at the right, seen from above: the albedo of a pixel is the mixture there."""
     stage = make_stage()
     add_square(stage, "vertex", [(0.8, 0, 0.2), (0, 0.8, 0.2), (0, 0.8, 0.2), (0.8, 0, 0.2)])
@@ -119,16 +119,16 @@ def test_opacity_may_vary_too():
     np.testing.assert_allclose(scene.prototypes[0].corner_colors[..., 3], [[1] * 3, [0.25] * 3])
 
 
-def test_points_have_a_colour_each():
+def test_points_have_a_color_each():
     stage = make_stage()
     cloud = UsdGeom.Points.Define(stage, "/Cloud")
     cloud.CreatePointsAttr([Gf.Vec3f(0), Gf.Vec3f(3, 0, 0)])
     cloud.CreateWidthsAttr([1.0, 1.0])
     cloud.CreateDisplayColorPrimvar("vertex").Set([Gf.Vec3f(1, 0, 0), Gf.Vec3f(0, 0, 1)])
     prototype = extract(stage).prototypes[0]
-    for point, colour in enumerate([(1, 0, 0), (0, 0, 1)]):
+    for point, color in enumerate([(1, 0, 0), (0, 0, 1)]):
         mine = prototype.corner_colors[prototype.triangle_faces == point]
-        assert (mine[..., :3] == colour).all()
+        assert (mine[..., :3] == color).all()
 
 
 def test_refined_surfaces_blend_over_the_faces_of_their_cage():
@@ -144,7 +144,7 @@ def test_refined_surfaces_blend_over_the_faces_of_their_cage():
     np.testing.assert_allclose(prototype.corner_colors[..., :2], (at[..., :2] + 1) / 2, atol=1e-6)
 
 
-def test_a_material_that_reads_the_colour_gets_it_varying():
+def test_a_material_that_reads_the_color_gets_it_varying():
     stage = make_stage()
     material = add_material(stage, "/Looks/M")
     reader = UsdShade.Shader.Define(stage, "/Looks/M/Reader")
@@ -173,11 +173,11 @@ def test_a_bound_material_wins_and_edits_are_followed():
     assert texture.texels[0, 0, :3].tolist() == [0, 0, 255]
     bind(mesh, add_material(stage, "/Looks/M", (0.5, 0.5, 0.5)))
     extractor.update()
-    assert base_colours(extractor.scene, 0) == [[0.5, 0.5, 0.5]]
+    assert base_colors(extractor.scene, 0) == [[0.5, 0.5, 0.5]]
     assert extractor.scene.materials[extractor.scene.material_slots[0]]["base_color_texture"] == -1
 
 
-def test_moving_points_keep_their_colours():
+def test_moving_points_keep_their_colors():
     stage = make_stage()
     mesh = add_square(stage, "uniform", [(1, 0, 0), (0, 1, 0)])
     mesh.GetPointsAttr().Set(SQUARE, 0)
@@ -192,7 +192,7 @@ def test_moving_points_keep_their_colours():
     assert prototype.points.max() == 1.5
 
 
-def test_too_few_colours_are_named():
+def test_too_few_colors_are_named():
     stage = make_stage()
     add_square(stage, "faceVarying", [(1, 0, 0), (0, 1, 0)])
     with pytest.warns(UserWarning, match="/Mesh.*displayColor"):

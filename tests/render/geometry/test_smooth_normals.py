@@ -13,7 +13,7 @@ E = 3.0  # lux across the rays of the delta light
 
 
 def leaning_square(degrees: float):
-    """The flat square with normals that lean outwards, along x at its left and right edge."""
+    """The flat square with normals that lean outward, along x at its left and right edge."""
     flat = scenes.square()
     lean = np.radians(degrees) * flat.points[flat.triangles][..., :1]
     normals = np.concatenate([np.sin(lean), 0 * lean, np.cos(lean)], -1)

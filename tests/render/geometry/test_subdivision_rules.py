@@ -49,7 +49,7 @@ def spline(values, at):
 
 
 def test_the_corners_of_a_cube_end_where_the_closed_form_says():
-    # Valence 3: (9 v + 4 * sum of neighbours + sum of the opposite corners) / 24, which is half the cube's.
+    # Valence 3: (9 v + 4 * sum of neighbors + sum of the opposite corners) / 24, which is half the cube's.
     for levels in (1, 2, 4):
         surface = refine(cube(), levels, loop=False)
         np.testing.assert_allclose(limit(surface, loop=False)[:8], CUBE_POINTS / 2, atol=1e-12)
@@ -176,7 +176,7 @@ def test_normals_are_smooth_but_part_at_sharp_edges():
     for vertex in (0, 9, 30):
         around = normals[smooth.indices == vertex]
         np.testing.assert_allclose(around, np.broadcast_to(around[0], around.shape), atol=1e-12)
-    assert (np.einsum("ni,ni->n", normals, smooth.values[smooth.indices]) > 0).all(), "they point outwards"
+    assert (np.einsum("ni,ni->n", normals, smooth.values[smooth.indices]) > 0).all(), "they point outward"
     rim = np.zeros(24)
     rim[16:20] = INFINITE
     creased = refine(cube()._replace(creases=_both_sides(rim)), 3, loop=False)

@@ -6,10 +6,10 @@ from pxr import Gf, Sdf, UsdGeom, Vt
 
 from tests.render.geometry.test_meshes import CUBE_FACES, CUBE_POINTS, area_vectors, make_mesh, prototype_of
 
-# Where the middle of a cube's face ends: (16 f + 4 * sum of neighbours + sum of the opposite corners) / 36 after one
+# Where the middle of a cube's face ends: (16 f + 4 * sum of neighbors + sum of the opposite corners) / 36 after one
 # level, whose face points lie at 1, edge points at 3/4 and vertices at 5/9.
 FACE_LIMIT = (16 + 4 * 4 * 3 / 4 + 4 * 5 / 9) / 36
-CENTRED = np.array(CUBE_POINTS, float) * 2.0 - 1.0
+CENTERED = np.array(CUBE_POINTS, float) * 2.0 - 1.0
 
 
 def ask(mesh, level, enabled=True):
@@ -19,7 +19,7 @@ def ask(mesh, level, enabled=True):
 
 
 def make_cube(scheme="catmullClark", level=None):
-    stage, mesh = make_mesh(CENTRED, [4] * 6, CUBE_FACES, scheme)
+    stage, mesh = make_mesh(CENTERED, [4] * 6, CUBE_FACES, scheme)
     if level is not None:
         ask(mesh, level)
     return stage, mesh
@@ -56,12 +56,12 @@ def test_polygons_are_never_refined():
     assert len(prototype_of(mesh).triangles) == 12
 
 
-def test_a_refined_cube_lies_on_its_limit_surface_with_normals_outwards():
+def test_a_refined_cube_lies_on_its_limit_surface_with_normals_outward():
     _, mesh = make_cube(level=3)
     prototype = prototype_of(mesh)
     assert np.abs(prototype.points).max() == pytest.approx(FACE_LIMIT, abs=1e-6)
-    outwards = np.einsum("tci,tci->tc", prototype.corner_normals, prototype.points[prototype.triangles])
-    assert (outwards > 0).all()
+    outward = np.einsum("tci,tci->tc", prototype.corner_normals, prototype.points[prototype.triangles])
+    assert (outward > 0).all()
     assert np.einsum("ti,tci->tc", area_vectors(prototype), prototype.corner_normals).min() > 0
     assert np.bincount(prototype.triangle_faces).tolist() == [128] * 6
 
@@ -145,7 +145,7 @@ def test_boundaries_follow_their_interpolation(boundary, corner, area):
         assert area_vectors(prototype)[:, 2].sum() == pytest.approx(area)
 
 
-def test_holes_are_left_out_but_shape_their_neighbours():
+def test_holes_are_left_out_but_shape_their_neighbors():
     _, mesh = make_cube(level=2)
     whole = prototype_of(mesh)
     mesh.CreateHoleIndicesAttr([4])
@@ -240,7 +240,7 @@ def test_levels_that_would_fill_memory_are_lowered_by_name(monkeypatch):
 
 
 def test_broken_faces_are_dropped_before_refinement():
-    points = [tuple(p) for p in CENTRED] + [(float("nan"), 0, 0)]
+    points = [tuple(p) for p in CENTERED] + [(float("nan"), 0, 0)]
     _, mesh = make_mesh(points, [4] * 6 + [3, 2], [*CUBE_FACES, 0, 1, 8, 0, 1], "catmullClark")
     ask(mesh, 2)
     with pytest.warns(UserWarning, match="/Mesh"):

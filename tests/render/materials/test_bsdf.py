@@ -30,7 +30,7 @@ def test_a_white_diffuse_ball_vanishes_in_a_white_world():
 
 
 @pytest.mark.parametrize("albedo", [0.2, 0.5, 0.8])
-def test_a_grey_ball_without_specular_reflects_its_albedo(albedo):
+def test_a_gray_ball_without_specular_reflects_its_albedo(albedo):
     picture = furnace(base_color=albedo, specular=0.0, roughness=1.0)
     np.testing.assert_allclose(picture.mean(), albedo, rtol=0.005)
 
@@ -48,7 +48,7 @@ def test_a_clear_coat_adds_no_energy(roughness):
     white = furnace(clearcoat=1.0, clearcoat_roughness=roughness)
     np.testing.assert_allclose(white.mean(), 1.0, atol=0.03)
     black = furnace(base_color=0.0, specular=0.0, clearcoat=1.0, clearcoat_roughness=roughness)
-    # All that is left is the reflection of the coat: 4 % head on, more towards the rim.
+    # All that is left is the reflection of the coat: 4 % head on, more toward the rim.
     assert black.min() > 0.01
     assert black[5:7, 5:7].mean() < 0.06
 
@@ -93,7 +93,7 @@ def test_a_coat_hides_from_the_layers_below_what_it_reflects():
 @pytest.mark.parametrize(("shape", "tolerance"), [(scenes.cube, 0.02), (scenes.sphere, 0.002)])
 @pytest.mark.parametrize(("albedo", "bounces"), [(0.5, 6), (0.8, 1), (0.8, 3)])
 def test_a_closed_room_has_the_brightness_of_its_series(albedo, bounces, shape, tolerance):
-    # Between emitting grey walls, radiance is E * (1 + a + a^2 ...): one term per surface met, and one more for the
+    # Between emitting gray walls, radiance is E * (1 + a + a^2 ...): one term per surface met, and one more for the
     # light that the last one gets straight from the walls.
     scene = scenes.scene_of(
         [(shape(), scenes.moved(scale=3.0), 0)],

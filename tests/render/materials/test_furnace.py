@@ -13,7 +13,7 @@ from usdsdg_render.renderer import WarpRenderer
 from usdsdg_render.settings import PathSettings
 
 WHITE = Gf.Vec3f(1.0)
-GREY = Gf.Vec3f(0.5)
+GRAY = Gf.Vec3f(0.5)
 KINDS = {
     bool: Sdf.ValueTypeNames.Bool,
     int: Sdf.ValueTypeNames.Int,
@@ -105,19 +105,19 @@ def test_what_absorbs_nothing_vanishes(case):
     assert picture.max() < 1.05
 
 
-# Lambert's surface alone: no other layer is there, so that its colour is all there is.
+# Lambert's surface alone: no other layer is there, so that its color is all there is.
 MATT = {
-    "preview": (PREVIEW, dict(diffuseColor=GREY, ior=1.0)),
-    "preview, specular workflow": (PREVIEW, dict(useSpecularWorkflow=1, diffuseColor=GREY)),
-    "OmniPBR": (PBR, dict(diffuse_color_constant=GREY, specular_level=0.0)),
+    "preview": (PREVIEW, dict(diffuseColor=GRAY, ior=1.0)),
+    "preview, specular workflow": (PREVIEW, dict(useSpecularWorkflow=1, diffuseColor=GRAY)),
+    "OmniPBR": (PBR, dict(diffuse_color_constant=GRAY, specular_level=0.0)),
     "OmniSurface": (SURFACE, dict(diffuse_reflection_weight=0.5, specular_reflection_weight=0.0)),
-    "gltf": (GLTF, dict(base_color_factor=GREY, metallic_factor=0.0, specular_factor=0.0)),
-    "standard surface": ("standard_surface", dict(base_color=GREY, specular=0.0)),
-    "OpenPBR": ("open_pbr_surface", dict(base_color=GREY, specular_weight=0.0)),
+    "gltf": (GLTF, dict(base_color_factor=GRAY, metallic_factor=0.0, specular_factor=0.0)),
+    "standard surface": ("standard_surface", dict(base_color=GRAY, specular=0.0)),
+    "OpenPBR": ("open_pbr_surface", dict(base_color=GRAY, specular_weight=0.0)),
 }
 
 
 @pytest.mark.parametrize("case", MATT)
-def test_a_matt_grey_ball_is_as_bright_as_its_colour(case):
+def test_a_matt_gray_ball_is_as_bright_as_its_color(case):
     picture = furnace(*MATT[case], samples=64)
     np.testing.assert_allclose(picture.mean((0, 1)), 0.5, rtol=0.005)

@@ -43,15 +43,15 @@ def test_a_pane_mirrors_at_both_of_its_faces():
     np.testing.assert_allclose(picture.mean(), 10.0 * (1 - 0.08 / 1.04), rtol=0.005)
 
 
-def test_tinted_glass_colours_what_lies_behind_it():
+def test_tinted_glass_colors_what_lies_behind_it():
     behind = scenes.material(base_color=0.0, specular=0.0, emission=1.0)
     scene = scenes.scene_of(
         [(scenes.square(), facing(0), 0), (scenes.square(), facing(3), 1)],
         materials=[glass(thin=1, base_color=(1.0, 0.5, 0.25)), behind],
     )
     view = scenes.view_from((0, -4, 0), size=(5, 5), focal_length=400.0)
-    colour = radiance(scene, view, samples=256, bounces=2).mean((0, 1))
-    np.testing.assert_allclose(colour / colour[0], (1.0, 0.5, 0.25), rtol=1e-4)
+    color = radiance(scene, view, samples=256, bounces=2).mean((0, 1))
+    np.testing.assert_allclose(color / color[0], (1.0, 0.5, 0.25), rtol=1e-4)
 
 
 def test_solid_glass_is_tinted_once():
@@ -63,9 +63,9 @@ def test_solid_glass_is_tinted_once():
         materials=[glass(base_color=(1.0, 0.5, 0.25)), behind],
     )
     view = scenes.view_from((0, -4, 0), size=(5, 5), focal_length=400.0)
-    colour = radiance(scene, view, samples=4096, bounces=2).mean((0, 1))
+    color = radiance(scene, view, samples=4096, bounces=2).mean((0, 1))
     # 0.96 of the light crosses each face; what is mirrored at both inner ones and comes after all is a tint more.
-    np.testing.assert_allclose(colour, 0.96**2 * np.array([1.0, 0.5, 0.25]), rtol=0.01)
+    np.testing.assert_allclose(color, 0.96**2 * np.array([1.0, 0.5, 0.25]), rtol=0.01)
 
 
 @pytest.mark.parametrize("ior", [1.2, 1.5, 2.0])

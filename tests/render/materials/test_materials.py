@@ -100,7 +100,7 @@ def test_constants_reach_their_column(name, kind, value, column, expected):
     np.testing.assert_allclose(looks.row()[0][column], expected, rtol=1e-6)
 
 
-def test_specular_workflow_takes_its_colour_and_no_metal():
+def test_specular_workflow_takes_its_color_and_no_metal():
     looks = Looks()
     looks.set("useSpecularWorkflow", T.Int, 1)
     looks.set("specularColor", T.Color3f, Gf.Vec3f(0.3, 0.2, 0.1))
@@ -132,7 +132,7 @@ def test_wraps_repeat_unless_they_say_otherwise(wrap, tmp_path):
 
 
 @pytest.mark.parametrize(("space", "coded"), [("raw", False), ("sRGB", True), ("auto", True)])
-def test_source_colour_space(space, coded, tmp_path):
+def test_source_color_space(space, coded, tmp_path):
     looks = Looks()
     looks.connect("diffuseColor", looks.texture(save(tmp_path / "a.png", (1, 2, 3)), sourceColorSpace=space))
     row, textures = looks.row()
@@ -255,7 +255,7 @@ def test_specular_and_coat_textures_are_looked_up(tmp_path):
     assert (row["clearcoat_channel"], row["clearcoat_roughness_channel"]) == (1, 2)
 
 
-def test_a_channel_may_be_a_colour(tmp_path):
+def test_a_channel_may_be_a_color(tmp_path):
     looks = Looks()
     looks.connect(
         "diffuseColor", looks.texture(save(tmp_path / "a.png", (10, 20, 30, 40)), sourceColorSpace="raw"), "a"
@@ -378,7 +378,7 @@ def test_a_texture_without_a_file_is_named(file):
 @pytest.mark.parametrize(
     ("inputs", "named"),
     [
-        ({"sourceColorSpace": "ACEScg"}, "colour space 'ACEScg' is not supported"),
+        ({"sourceColorSpace": "ACEScg"}, "color space 'ACEScg' is not supported"),
         ({"wrapS": "spiral"}, "inputs:wrapS 'spiral' is none of repeat, clamp, mirror, black"),
     ],
 )
@@ -392,7 +392,7 @@ def test_unknown_words_of_a_texture_are_named(inputs, named, tmp_path):
 @pytest.mark.parametrize(
     ("name", "column", "most"), [("diffuseColor", "base_color", 1e3), ("emissiveColor", "emission", 1e10)]
 )
-def test_colours_that_would_leave_32_bits_are_named(name, column, most):
+def test_colors_that_would_leave_32_bits_are_named(name, column, most):
     looks = Looks()
     looks.set(name, T.Color3f, Gf.Vec3f(1e30, 0.5, 0))
     with pytest.warns(UserWarning, match="/Looks/M: a color of 1e.30"):
@@ -415,7 +415,7 @@ def test_unknown_surfaces_are_named_and_none(surface):
         assert looks.read() is None
 
 
-def test_stand_ins_are_grey_or_their_colour():
+def test_stand_ins_are_gray_or_their_color():
     table, _ = MaterialTable().build([stand_in(None, None), stand_in((1.0, 0.5, 0.0), 0.25)], TexturePool())
     np.testing.assert_allclose(table["base_color"], [(0.5, 0.5, 0.5), (1.0, 0.5, 0.0)])
     assert table["opacity"].tolist() == [1.0, 0.25]
@@ -540,7 +540,7 @@ def test_omnipbr_coordinates_and_normal_map(tmp_path):
     assert not used.srgb
     half = math.sqrt(0.5)
     np.testing.assert_allclose(used.transform, [[2 * half, -3 * half, 0.1], [2 * half, 3 * half, 0.2]], rtol=1e-6)
-    assert used.scale[:3] == (1.0, -1.0, 1.0), "OmniPBR's maps have green downwards"
+    assert used.scale[:3] == (1.0, -1.0, 1.0), "OmniPBR's maps have green downward"
     assert used.bias[:3] == (0.0, 1.0, 0.0)
 
 
@@ -615,8 +615,8 @@ def test_gltf_factors():
 
 def test_gltf_textures_have_their_channels_and_wraps(tmp_path):
     looks = gltf()
-    colour, packed = save(tmp_path / "c.png", (9, 9, 9, 9)), save(tmp_path / "p.png", (1, 2, 3))
-    gltf_texture(looks, "base_color_texture", colour, wrap_s=33071, wrap_t=33648)
+    color, packed = save(tmp_path / "c.png", (9, 9, 9, 9)), save(tmp_path / "p.png", (1, 2, 3))
+    gltf_texture(looks, "base_color_texture", color, wrap_s=33071, wrap_t=33648)
     gltf_texture(looks, "metallic_roughness_texture", packed)
     gltf_texture(looks, "normal_texture", packed)
     row, textures = looks.row()
@@ -646,7 +646,7 @@ def test_gltf_transforms_are_those_of_khr_texture_transform(tmp_path):
     )  # fmt: skip
     row, textures = looks.row()
     found = np.array(textures[row["base_color_texture"]].transform)
-    # glTF's v runs downwards, and it turns the picture's coordinates counter-clockwise as they are seen.
+    # glTF's v runs downward, and it turns the picture's coordinates counter-clockwise as they are seen.
     turn = np.array([[np.cos(rotation), np.sin(rotation)], [-np.sin(rotation), np.cos(rotation)]])
     for u, v in ((0, 0), (1, 0), (0.3, 0.9)):
         there = offset + turn @ (size * [u, 1 - v])
@@ -918,11 +918,11 @@ def test_instances_have_the_material_of_their_variant():
     ball = UsdGeom.Sphere.Define(stage, "/Asset/Ball").GetPrim()
     look = asset.GetVariantSets().AddVariantSet("look")
     UsdShade.MaterialBindingAPI.Apply(ball)
-    for name, colour in (("red", (1, 0, 0)), ("blue", (0, 0, 1))):
+    for name, color in (("red", (1, 0, 0)), ("blue", (0, 0, 1))):
         material = UsdShade.Material.Define(stage, f"/Asset/{name}")
         shader = UsdShade.Shader.Define(stage, f"/Asset/{name}/Surface")
         shader.CreateIdAttr("UsdPreviewSurface")
-        shader.CreateInput("diffuseColor", T.Color3f).Set(Gf.Vec3f(*colour))
+        shader.CreateInput("diffuseColor", T.Color3f).Set(Gf.Vec3f(*color))
         material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
         look.AddVariant(name)
         look.SetVariantSelection(name)
@@ -935,16 +935,16 @@ def test_instances_have_the_material_of_their_variant():
         placed.SetInstanceable(True)
     extractor = SceneExtractor(stage)
 
-    def colours():
+    def colors():
         extractor.update()
         instances, table = extractor.scene.instances, extractor.scene.materials["base_color"]
         rows = extractor.scene.material_slots[instances.slot_offset]
         return {path: tuple(table[row]) for path, row in zip(instances.paths, rows)}
 
-    before = colours()
+    before = colors()
     assert (before["/Placed0/Ball"], before["/Placed1/Ball"]) == ((1, 0, 0), (0, 0, 1))
     stage.GetPrimAtPath("/Placed1").GetVariantSet("look").SetVariantSelection("red")
-    assert colours()["/Placed1/Ball"] == (1, 0, 0)
+    assert colors()["/Placed1/Ball"] == (1, 0, 0)
 
 
 def test_a_binding_to_nothing_is_named():

@@ -32,12 +32,12 @@ class Facets:
 
     def bounces(self, cosine: float, walks: int = 100_000) -> np.ndarray:
         """Share of walks that leave after 0, 1, 2, … facets."""
-        towards = np.tile([-np.sqrt(1 - cosine**2), 0.0, -cosine], (walks, 1))
+        toward = np.tile([-np.sqrt(1 - cosine**2), 0.0, -cosine], (walks, 1))
         below = np.ones(walks)  # share of the facets that lie lower than the light is
         met = np.zeros(walks, int)
         inside = np.arange(walks)
         while len(inside):
-            way, up = towards[inside], towards[inside, 2] > 0
+            way, up = toward[inside], toward[inside, 2] > 0
             slope = self._slope(way)
             number = self.rng.random(len(inside))
             with np.errstate(over="ignore", divide="ignore"):
@@ -46,13 +46,13 @@ class Facets:
             inside, way = inside[stays], way[stays]
             below[inside] = np.clip(height[stays], 1e-12, 1)
             facet = self._visible(-way)
-            towards[inside] = way - 2 * (way * facet).sum(1, keepdims=True) * facet
+            toward[inside] = way - 2 * (way * facet).sum(1, keepdims=True) * facet
             met[inside] += 1
             inside = inside[met[inside] < 60]
         return np.bincount(met) / walks
 
     def _slope(self, way: np.ndarray) -> np.ndarray:
-        """Smith's lambda, negative downwards."""
+        """Smith's lambda, negative downward."""
         squared = (1 - way[:, 2] ** 2) / np.maximum(way[:, 2] ** 2, 1e-12)
         root = np.sqrt(1 + self.alpha**2 * squared)
         return np.where(way[:, 2] > 0, root - 1, -root - 1) / 2
@@ -73,14 +73,14 @@ class Facets:
 @pytest.mark.parametrize("roughness", [0.4, 0.7, 1.0])
 def test_rough_metals_send_back_what_walks_from_facet_to_facet_bring(roughness, cosine):
     shares = Facets(roughness).bounces(cosine)
-    walked = [(shares * colour ** np.arange(len(shares))).sum() for colour in COPPER]
+    walked = [(shares * color ** np.arange(len(shares))).sum() for color in COPPER]
     found = albedo(scenes.material(base_color=COPPER, metallic=1.0, roughness=roughness), cosine)
     # 1 % of the formula, 1 % of the table, and the walks' noise.
     np.testing.assert_allclose(found, walked, rtol=0.025)
 
 
 @pytest.mark.parametrize("cosine", [0.2, 0.5, 1.0])
-def test_a_smooth_metal_has_its_colour_at_every_angle(cosine):
+def test_a_smooth_metal_has_its_color_at_every_angle(cosine):
     """UsdPreviewSurface: reflectance at normal and at grazing incidence is the albedo."""
     found = albedo(scenes.material(base_color=COPPER, metallic=1.0, roughness=0.2), cosine)
     np.testing.assert_allclose(found, COPPER, rtol=0.02)
@@ -104,7 +104,7 @@ def test_a_coat_reflects_by_its_index(ior):
 
 
 def test_models_say_what_metals_reflect_at_grazing_angles():
-    """UsdPreviewSurface and OmniPBR: their colour; glTF, MaterialX and OmniSurface: everything."""
+    """UsdPreviewSurface and OmniPBR: their color; glTF, MaterialX and OmniSurface: everything."""
     edges = {
         0.0: (Looks(), Mdl("OmniPBR"), Mdl("OmniPBR_ClearCoat")),
         1.0: (Mdl("OmniSurface"), Mdl("gltf_material"), material_x("standard_surface"), material_x("open_pbr_surface")),

@@ -99,11 +99,11 @@ def seen_of_the_world(degrees: float, steps: int = 800) -> float:
 
 @pytest.mark.parametrize("turn", [0.0, 130.0])
 @pytest.mark.parametrize("degrees", [5.0, 20.0, 40.0])
-def test_a_tilted_matt_surface_gets_what_it_sees_and_its_colour_of_the_rest(degrees, turn, tmp_path):
-    colour = np.array([0.9, 0.5, 0.1])
+def test_a_tilted_matt_surface_gets_what_it_sees_and_its_color_of_the_rest(degrees, turn, tmp_path):
+    color = np.array([0.9, 0.5, 0.1])
     seen = seen_of_the_world(degrees)
-    expected = colour * seen + colour**2 * (1 - seen)
-    found = picture_of(tilted(degrees, turn), tmp_path, diffuseColor=Gf.Vec3f(*colour), ior=1.0)
+    expected = color * seen + color**2 * (1 - seen)
+    found = picture_of(tilted(degrees, turn), tmp_path, diffuseColor=Gf.Vec3f(*color), ior=1.0)
     np.testing.assert_allclose(found.mean((0, 1)), expected, rtol=0.02)
 
 
@@ -129,8 +129,8 @@ def test_a_bumpy_white_surface_stays_white(inputs, worst, elevation, tmp_path):
 @pytest.mark.parametrize("elevation", [90.0, 30.0])
 @pytest.mark.parametrize(("inputs", "rtol"), [(dict(ior=1.0), 0.035), (dict(metallic=1.0, roughness=0.6), 0.05)])
 def test_a_normal_map_is_as_bright_as_the_bumps_that_it_stands_for(inputs, rtol, elevation, tmp_path):
-    colour = Gf.Vec3f(0.95, 0.6, 0.3)
-    bumps = picture_of_bumps(elevation, diffuseColor=colour, **inputs).mean((0, 1))
+    color = Gf.Vec3f(0.95, 0.6, 0.3)
+    bumps = picture_of_bumps(elevation, diffuseColor=color, **inputs).mean((0, 1))
     # Three waves of the map side by side, of which the middle one fills the picture, as of the bumps.
-    found = picture_of(waves(), tmp_path, elevation, 94.0, diffuseColor=colour, **inputs).mean((0, 1))
+    found = picture_of(waves(), tmp_path, elevation, 94.0, diffuseColor=color, **inputs).mean((0, 1))
     np.testing.assert_allclose(found, bumps, rtol=rtol)

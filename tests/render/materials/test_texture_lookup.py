@@ -32,7 +32,7 @@ def shown(textures, aov="albedo", **values) -> np.ndarray:
 
 
 def coordinates() -> tuple[np.ndarray, np.ndarray]:
-    """(u, v) of every pixel's centre."""
+    """(u, v) of every pixel's center."""
     along = (np.arange(SIZE) + 0.5) / SIZE
     return np.meshgrid(along, along[::-1])
 
@@ -92,10 +92,10 @@ def test_textures_of_one_material_have_a_transform_each():
 
 
 def test_tiles_lie_side_by_side_and_beyond_them_is_the_fallback():
-    colours = {0: (255, 0, 0), 1: (0, 255, 0), 10: (0, 0, 255), 12: (255, 255, 255)}
+    colors = {0: (255, 0, 0), 1: (0, 255, 0), 10: (0, 0, 255), 12: (255, 255, 255)}
     tiles = tuple(
-        (place, Texture("t", np.full((2, 2, 4), (*colour, 255), np.uint8), False, WRAP_CLAMP, WRAP_CLAMP))
-        for place, colour in colours.items()
+        (place, Texture("t", np.full((2, 2, 4), (*color, 255), np.uint8), False, WRAP_CLAMP, WRAP_CLAMP))
+        for place, color in colors.items()
     )
     beyond = np.full((1, 1, 4), 0.25, np.float16)
     # The square shows [-1, 3)^2.
@@ -105,7 +105,7 @@ def test_tiles_lie_side_by_side_and_beyond_them_is_the_fallback():
         for column in range(4):
             pixel = albedo[SIZE - 8 - 16 * row, 8 + 16 * column]
             place = 10 * (row - 1) + column - 1 if min(row, column) > 0 else -1
-            expected = np.array(colours[place]) / 255 if place in colours else (0.25,) * 3
+            expected = np.array(colors[place]) / 255 if place in colors else (0.25,) * 3
             np.testing.assert_allclose(pixel, expected, atol=1e-6)
 
 

@@ -1,4 +1,4 @@
-"""Picture files to texels: formats, colour spaces, baking, sharing, damage."""
+"""Picture files to texels: formats, color spaces, baking, sharing, damage."""
 
 import io
 import struct
@@ -37,7 +37,7 @@ def seen(loaded):
 
 
 def flat(path, **options):
-    """The one colour of a flat texture, linear, and whether it is stored sRGB-coded."""
+    """The one color of a flat texture, linear, and whether it is stored sRGB-coded."""
     loaded = texture(path, **options)
     values = seen(loaded)
     np.testing.assert_array_equal(values, np.broadcast_to(values[0], values.shape))
@@ -76,7 +76,7 @@ def test_eight_bit_modes(mode, value, rgba, is_srgb, tmp_path):
     assert loaded.srgb is is_srgb, "auto: 8 bits with three or four channels"
 
 
-def test_palette_pictures_are_colours(tmp_path):
+def test_palette_pictures_are_colors(tmp_path):
     Image.new("RGB", (4, 4), RED).quantize(4).save(tmp_path / "p.png")
     loaded = texture(tmp_path / "p.png")
     assert (loaded.texels == (*RED, 255)).all()
@@ -94,13 +94,13 @@ def test_cmyk_jpeg_is_turned_into_rgb(tmp_path):
 
 
 @pytest.mark.parametrize("space", ["auto", "raw", "sRGB"])
-def test_sixteen_bit_grey(space, tmp_path):
+def test_sixteen_bit_gray(space, tmp_path):
     stored = 0.25
     path = save(tmp_path / "g.png", np.full((4, 4), round(stored * 65535), np.uint16))
-    values, _ = flat(path, colour_space=space)
+    values, _ = flat(path, color_space=space)
     expected = srgb_to_linear(np.array(stored)) if space == "sRGB" else stored
     np.testing.assert_allclose(values[:3], expected, rtol=0.02)
-    data, coded = flat(path, colour_space=space, colour=False)
+    data, coded = flat(path, color_space=space, color=False)
     np.testing.assert_allclose(data[:3], expected, atol=1e-5)
     assert not coded, "data keeps its sixteen bits"
 
@@ -140,7 +140,7 @@ def test_sixteen_bit_pngs_keep_all_bits(filters, channels, tmp_path):
     (tmp_path / "x.png").write_bytes(deep_png(values, filters))
     with Image.open(tmp_path / "x.png") as image:  # a picture to others too
         assert np.asarray(image.convert("RGBA")).shape == (6, 9, 4)
-    texels = texture(tmp_path / "x.png", colour=False, colour_space="raw").texels
+    texels = texture(tmp_path / "x.png", color=False, color_space="raw").texels
     assert texels.dtype == np.uint16
     expected = values[..., [0, 0, 0, 1]] if channels == 2 else values
     np.testing.assert_array_equal(texels[..., : expected.shape[2]], expected)
@@ -157,7 +157,7 @@ def test_cut_off_sixteen_bit_pngs_are_named(tmp_path):
 
 
 @pytest.mark.parametrize("mode", ["1", "L", "LA", "P", "RGB", "RGBA", "I;16", "F"])
-def test_pictures_without_alpha_have_the_same_colours(mode, tmp_path):
+def test_pictures_without_alpha_have_the_same_colors(mode, tmp_path):
     file = str(tmp_path / "x.tiff" if mode == "F" else tmp_path / "x.png")
     shape = (5, 7)
     values = np.random.default_rng(0).integers(0, 256, shape, np.uint8)
@@ -175,8 +175,8 @@ def test_float_pictures_are_linear_whatever_their_file(tmp_path):
     Image.fromarray(np.full((4, 4), 0.5, np.float32)).save(tmp_path / "f.tiff")
     values, coded = flat(tmp_path / "f.tiff")
     np.testing.assert_allclose(values[:3], 0.5, atol=0.005)
-    assert coded, "a linear colour in eight bits is stored sRGB-coded, so that darks do not band"
-    assert flat(tmp_path / "f.tiff", colour=False)[1] is False
+    assert coded, "a linear color in eight bits is stored sRGB-coded, so that darks do not band"
+    assert flat(tmp_path / "f.tiff", color=False)[1] is False
 
 
 def test_radiance_pictures_serve_as_textures(tmp_path):
@@ -190,7 +190,7 @@ def test_scale_and_bias_act_on_linear_values(space, tmp_path):
     path = save(tmp_path / "a.png", np.full((2, 2, 3), 100, np.uint8))
     stored = 100 / 255
     linear = srgb_to_linear(np.array(stored)) if space == "sRGB" else stored
-    values, _ = flat(path, colour_space=space, scale=(2.0, 0.5, 1.0, 1.0), bias=(0.1, 0.0, -2.0, 0.0))
+    values, _ = flat(path, color_space=space, scale=(2.0, 0.5, 1.0, 1.0), bias=(0.1, 0.0, -2.0, 0.0))
     np.testing.assert_allclose(values[:3], [2 * linear + 0.1, linear / 2, 0.0], atol=0.005)
 
 
@@ -198,8 +198,8 @@ def test_desaturation_keeps_luminance(tmp_path):
     path = save(tmp_path / "a.png", np.full((2, 2, 3), RED, np.uint8))
     linear = srgb_to_linear(np.array(RED) / 255)
     luminance = linear @ [0.2126, 0.7152, 0.0722]
-    grey, _ = flat(path, desaturation=1.0)
-    np.testing.assert_allclose(grey[:3], luminance, atol=0.005)
+    gray, _ = flat(path, desaturation=1.0)
+    np.testing.assert_allclose(gray[:3], luminance, atol=0.005)
     half, _ = flat(path, desaturation=0.5)
     np.testing.assert_allclose(half[:3], (linear + luminance) / 2, atol=0.005)
 
@@ -208,9 +208,9 @@ def test_equal_uses_share_and_the_table_keeps_its_order(tmp_path):
     a = save(tmp_path / "a.png", np.zeros((2, 2, 3), np.uint8))
     b = save(tmp_path / "b.png", np.ones((2, 2, 3), np.uint8))
     pool = TexturePool()
-    data, colour = TextureUse(a, "raw", False), TextureUse(a, "raw", True)
-    table, places = pool.load([data, colour, TextureUse(a, "raw", wrap_s=WRAP_CLAMP)])
-    assert places[data] == places[colour], "nothing to bake: the same texels"
+    data, color = TextureUse(a, "raw", False), TextureUse(a, "raw", True)
+    table, places = pool.load([data, color, TextureUse(a, "raw", wrap_s=WRAP_CLAMP)])
+    assert places[data] == places[color], "nothing to bake: the same texels"
     assert len(table) == 2
     assert table[0].texels is table[1].texels
     again, more = pool.load([TextureUse(b), data])
@@ -307,11 +307,11 @@ def test_brighter_than_one_and_negative_values_stay(tmp_path):
 
 
 @pytest.mark.parametrize(("channel", "expected"), [(0, 0.2), (1, 0.4), (3, 0.8)])
-def test_one_channel_stands_for_a_colour(channel, expected, tmp_path):
+def test_one_channel_stands_for_a_color(channel, expected, tmp_path):
     path = save(tmp_path / "a.png", np.full((2, 2, 4), (51, 102, 153, 204), np.uint8))
-    values, _ = flat(path, colour_space="raw", spread=channel)
+    values, _ = flat(path, color_space="raw", spread=channel)
     np.testing.assert_allclose(values, [expected] * 3 + [0.8], atol=1e-6)
-    coded, _ = flat(path, colour_space="sRGB", spread=channel)
+    coded, _ = flat(path, color_space="sRGB", spread=channel)
     linear = expected if channel == 3 else srgb_to_linear(np.array(expected))
     np.testing.assert_allclose(coded[:3], linear, atol=1e-6)
 

@@ -303,16 +303,16 @@ EDITS: dict[str, Edit] = {
     "a pose of an instance": _set("/World/Crates/c1.xformOp:translate", Gf.Vec3d(0, -1.5, 0), Gf.Vec3d(0, -2, 0)),
     "a pose of a prototype of points": _set("/World/Points/Grain.xformOp:translate", Gf.Vec3d(0, 0, 0.5), Gf.Vec3d(0)),
     "a pose of what points draw too": _set("/World/Balls/b2.xformOp:translate", Gf.Vec3d(1, 0, 0.6), Gf.Vec3d(1, 0, 0)),
-    "a colour of a material": _set("/World/Looks/plain/Surface.inputs:diffuseColor", COLORS[2], COLORS[0]),
-    "a display colour": lambda stage, k: stage.GetAttributeAtPath("/World/Balls/b0.primvars:displayColor").Set(
+    "a color of a material": _set("/World/Looks/plain/Surface.inputs:diffuseColor", COLORS[2], COLORS[0]),
+    "a display color": lambda stage, k: stage.GetAttributeAtPath("/World/Balls/b0.primvars:displayColor").Set(
         [COLORS[k % 3]]
     ),
-    "an inherited colour": lambda stage, k: (
+    "an inherited color": lambda stage, k: (
         UsdGeom.PrimvarsAPI(stage.GetPrimAtPath("/World/Crates"))
         .CreatePrimvar("displayColor", Sdf.ValueTypeNames.Color3fArray)
         .Set([COLORS[k % 3]])
     ),
-    "colours of points": lambda stage, k: (
+    "colors of points": lambda stage, k: (
         UsdGeom.Mesh(stage.GetPrimAtPath("/World/Parted"))
         .CreateDisplayColorPrimvar("vertex")
         .Set([COLORS[(n + k) % 3] for n in range(4)])
@@ -336,7 +336,7 @@ EDITS: dict[str, Edit] = {
         UsdGeom.Imageable(stage.GetPrimAtPath("/World/Balls")).CreatePurposeAttr().Set(("guide", "default")[k % 2])
     ),
     "a light's intensity": _set("/World/Lamp.inputs:intensity", 9000.0, 3000.0),
-    "a light's colour": _set("/World/Lamp.inputs:color", *COLORS),
+    "a light's color": _set("/World/Lamp.inputs:color", *COLORS),
     "a light's place": _set("/World/Lamp.xformOp:translate", Gf.Vec3d(1, 1, 2), Gf.Vec3d(0, 0, 3)),
     "a light's links": _link,
     "a glowing mesh": _glow,
@@ -344,7 +344,7 @@ EDITS: dict[str, Edit] = {
         str(Path(stage.GetRootLayer().realPath).with_name(f"{(k + 2) % 3}.png"))
     ),
     "the sky's intensity": _set("/World/Sky.inputs:intensity", 400.0, 33.0, 200.0),
-    "the sky's colour": lambda stage, k: (
+    "the sky's color": lambda stage, k: (
         UsdLux.DomeLight(stage.GetPrimAtPath("/World/Sky")).CreateColorAttr().Set(COLORS[k % 3])
     ),
     "the sky's turn": _set("/World/Sky.xformOp:rotateZ", 70.0, 0.0),
@@ -374,8 +374,8 @@ EDITS: dict[str, Edit] = {
         "/World/Points/Grain.xformOp:translate", Gf.Vec3d(0, 0.2, 0.5), Gf.Vec3d(0, 0, 0.3)
     ),
     "samples of a shape": _sample("/World/Balls/b0.radius", 0.3, 0.6),
-    "samples of a colour": _sample("/World/Looks/plain/Surface.inputs:roughness", 0.1, 0.7),
-    "samples of a display colour": _sample("/World/Balls/b0.primvars:displayColor", COLORS[1:2], COLORS[2:]),
+    "samples of a color": _sample("/World/Looks/plain/Surface.inputs:roughness", 0.1, 0.7),
+    "samples of a display color": _sample("/World/Balls/b0.primvars:displayColor", COLORS[1:2], COLORS[2:]),
     "samples of visibility": lambda stage, k: (
         UsdGeom.Imageable(stage.GetPrimAtPath("/World/Balls/b2")).CreateVisibilityAttr().Set("invisible", k % 2)
     ),

@@ -118,7 +118,7 @@ EDITS = {
         {"transforms"},
     ),
     "light intensity": (lambda s: attribute(s, "/World/lamp.inputs:intensity").Set(7.0), {"lights"}),
-    "light colour, not authored before": (
+    "light color, not authored before": (
         lambda s: attribute(s, "/World/lamp.inputs:color").Set(Gf.Vec3f(1, 0, 0)),
         {"lights"},
     ),
@@ -132,7 +132,7 @@ EDITS = {
         ),
         {"materials"},
     ),
-    "display colour": (
+    "display color": (
         lambda s: attribute(s, "/World/b1.primvars:displayColor").Set([Gf.Vec3f(0, 1, 0)]),
         {"materials"},
     ),

@@ -84,9 +84,9 @@ def stage():
     for create in (instancer.CreateOrientationsAttr, instancer.CreateScalesAttr, instancer.CreateIdsAttr):
         create()
     preview = UsdShade.Material.Define(stage, "/Looks/Preview")
-    colours = dict.fromkeys(("diffuseColor", "emissiveColor", "specularColor"), T.Color3f)
+    colors = dict.fromkeys(("diffuseColor", "emissiveColor", "specularColor"), T.Color3f)
     numbers = dict.fromkeys(("roughness", "metallic", "opacity", "ior", "clearcoat"), T.Float)
-    surface = add_shader(stage, "/Looks/Preview/S", {**colours, **numbers, "useSpecularWorkflow": T.Int})
+    surface = add_shader(stage, "/Looks/Preview/S", {**colors, **numbers, "useSpecularWorkflow": T.Int})
     surface.CreateIdAttr("UsdPreviewSurface")
     vectors = dict.fromkeys(("scale", "bias", "fallback"), T.Float4)
     texture = add_shader(stage, "/Looks/Preview/T", {"file": T.Asset, "wrapS": T.Token, **vectors})

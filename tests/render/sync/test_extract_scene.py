@@ -30,11 +30,11 @@ def add_mesh(stage, path, points=TRIANGLE):
     return mesh
 
 
-def add_material(stage, path, colour=(1, 0, 0)):
+def add_material(stage, path, color=(1, 0, 0)):
     material = UsdShade.Material.Define(stage, path)
     shader = UsdShade.Shader.Define(stage, f"{path}/Surface")
     shader.CreateIdAttr("UsdPreviewSurface")
-    shader.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(*colour))
+    shader.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(*color))
     material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
     return material
 
@@ -49,8 +49,8 @@ def extract(stage):
     return extractor.scene
 
 
-def base_colours(scene, instance):
-    """Base colour of each slot that the instance's triangles use."""
+def base_colors(scene, instance):
+    """Base color of each slot that the instance's triangles use."""
     offset = scene.instances.slot_offset[instance]
     prototype = scene.prototypes[scene.instances.prototype[instance]]
     return [
@@ -69,9 +69,9 @@ def write_asset(folder):
     mesh.CreateFaceVertexCountsAttr([4] * 8)
     mesh.CreateFaceVertexIndicesAttr([k + d for k in range(8) for d in (0, 1, 10, 9)])
     mesh.CreateSubdivisionSchemeAttr("none")
-    for name, faces, colour in (("a", [0, 1, 2], (1, 0, 0)), ("b", [3, 4, 5, 6, 7], (0, 1, 0))):
+    for name, faces, color in (("a", [0, 1, 2], (1, 0, 0)), ("b", [3, 4, 5, 6, 7], (0, 1, 0))):
         subset = UsdGeom.Subset.CreateGeomSubset(mesh, name, "face", faces, "materialBind")
-        bind(subset, add_material(stage, f"/Asset/Looks/{name}", colour))
+        bind(subset, add_material(stage, f"/Asset/Looks/{name}", color))
     stage.Save()
     return stage.GetRootLayer().identifier
 
@@ -159,7 +159,7 @@ def test_references_share_geometry_and_materials(instanceable, tmp_path):
     assert scene.instances.paths == tuple(f"/World/o{k}/Mesh" for k in range(5))
     assert len(scene.prototypes) == 1
     assert len(scene.materials) == 3, "two subsets, and the stand-in of faces in none"
-    assert base_colours(scene, 3) == [[1, 0, 0], [0, 1, 0]]
+    assert base_colors(scene, 3) == [[1, 0, 0], [0, 1, 0]]
     assert scene.prototypes[0].triangle_slots.tolist() == [0] * 6 + [1] * 10
 
 
@@ -174,7 +174,7 @@ def test_an_override_in_one_reference_stays_its_own(tmp_path):
         [Gf.Vec3f(x, 2 * y, 0) for y in (0, 1) for x in range(9)]
     )
     scene = extract(stage)
-    assert [base_colours(scene, k)[0] for k in range(3)] == [[1, 0, 0], [0, 0, 1], [1, 0, 0]]
+    assert [base_colors(scene, k)[0] for k in range(3)] == [[1, 0, 0], [0, 0, 1], [1, 0, 0]]
     heights = [scene.prototypes[k].points[:, 1].max() for k in scene.instances.prototype]
     assert heights == [1, 1, 2]
 
@@ -201,19 +201,19 @@ def test_an_override_of_a_graph_beside_the_material_stays_its_own(tmp_path):
     ball = UsdGeom.Sphere.Define(asset, "/Asset/Ball")
     material = add_material(asset, "/Asset/M")
     graph = UsdShade.NodeGraph.Define(asset, "/Asset/Graph")
-    colour = graph.CreateInput("colour", Sdf.ValueTypeNames.Color3f)
-    colour.Set(Gf.Vec3f(1, 0, 0))
-    output = graph.CreateOutput("colour", Sdf.ValueTypeNames.Color3f)
-    output.ConnectToSource(colour)
+    color = graph.CreateInput("color", Sdf.ValueTypeNames.Color3f)
+    color.Set(Gf.Vec3f(1, 0, 0))
+    output = graph.CreateOutput("color", Sdf.ValueTypeNames.Color3f)
+    output.ConnectToSource(color)
     UsdShade.Shader(asset.GetPrimAtPath("/Asset/M/Surface")).GetInput("diffuseColor").ConnectToSource(output)
     bind(ball, material)
     asset.Save()
     stage = make_stage()
     for k in range(2):
         stage.DefinePrim(f"/o{k}", "Xform").GetReferences().AddReference(asset.GetRootLayer().identifier)
-    stage.GetPrimAtPath("/o1/Graph").GetAttribute("inputs:colour").Set(Gf.Vec3f(0, 1, 0))
+    stage.GetPrimAtPath("/o1/Graph").GetAttribute("inputs:color").Set(Gf.Vec3f(0, 1, 0))
     scene = extract(stage)
-    assert [base_colours(scene, k)[0] for k in range(2)] == [[1, 0, 0], [0, 1, 0]]
+    assert [base_colors(scene, k)[0] for k in range(2)] == [[1, 0, 0], [0, 1, 0]]
 
 
 def test_equal_meshes_of_different_layers_share_too():
@@ -232,7 +232,7 @@ def test_shapes_share_by_their_parameters():
     assert len(extract(stage).prototypes) == 2
 
 
-def test_gprims_without_material_show_their_display_colour():
+def test_gprims_without_material_show_their_display_color():
     stage = make_stage()
     group = UsdGeom.Xform.Define(stage, "/Group")
     inherited = UsdGeom.PrimvarsAPI(group).CreatePrimvar("displayColor", Sdf.ValueTypeNames.Color3fArray, "constant")
@@ -243,21 +243,21 @@ def test_gprims_without_material_show_their_display_colour():
     ball.CreateDisplayOpacityAttr([0.5])
     UsdGeom.Cone.Define(stage, "/Plain")
     scene = extract(stage)
-    assert [base_colours(scene, k)[0] for k in range(3)] == [[0, 0, 1], [0, 1, 0], [0.5, 0.5, 0.5]]
+    assert [base_colors(scene, k)[0] for k in range(3)] == [[0, 0, 1], [0, 1, 0], [0.5, 0.5, 0.5]]
     assert scene.materials["opacity"][scene.material_slots[scene.instances.slot_offset[1]]] == 0.5
 
 
-def test_varying_display_colours_of_shapes_become_their_mean_and_are_named():
+def test_varying_display_colors_of_shapes_become_their_mean_and_are_named():
     stage = make_stage()
     ball = UsdGeom.Sphere.Define(stage, "/Ball")
-    colour = ball.CreateDisplayColorPrimvar("vertex")
-    colour.Set([Gf.Vec3f(1, 0, 0), Gf.Vec3f(0, 1, 0), Gf.Vec3f(0, 0, 1)])
+    color = ball.CreateDisplayColorPrimvar("vertex")
+    color.Set([Gf.Vec3f(1, 0, 0), Gf.Vec3f(0, 1, 0), Gf.Vec3f(0, 0, 1)])
     with pytest.warns(UserWarning, match="/Ball.*displayColor"):
         scene = extract(stage)
-    np.testing.assert_allclose(base_colours(scene, 0)[0], 1 / 3, rtol=1e-6)
+    np.testing.assert_allclose(base_colors(scene, 0)[0], 1 / 3, rtol=1e-6)
 
 
-def test_a_material_may_read_the_gprims_own_colour():
+def test_a_material_may_read_the_gprims_own_color():
     stage = make_stage()
     material = add_material(stage, "/Looks/M")
     reader = UsdShade.Shader.Define(stage, "/Looks/M/Reader")
@@ -266,12 +266,12 @@ def test_a_material_may_read_the_gprims_own_colour():
     surface = UsdShade.Shader(stage.GetPrimAtPath("/Looks/M/Surface"))
     surface.GetInput("diffuseColor").ConnectToSource(reader.ConnectableAPI(), "result")
     surface.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(0.25)
-    for k, colour in enumerate([(1, 0, 0), (0, 1, 0)]):
+    for k, color in enumerate([(1, 0, 0), (0, 1, 0)]):
         ball = UsdGeom.Sphere.Define(stage, f"/b{k}")
-        ball.CreateDisplayColorAttr([Gf.Vec3f(*colour)])
+        ball.CreateDisplayColorAttr([Gf.Vec3f(*color)])
         bind(ball, material)
     scene = extract(stage)
-    assert [base_colours(scene, k)[0] for k in range(2)] == [[1, 0, 0], [0, 1, 0]]
+    assert [base_colors(scene, k)[0] for k in range(2)] == [[1, 0, 0], [0, 1, 0]]
     assert (scene.materials["roughness"] == 0.25).all()
 
 
@@ -537,20 +537,20 @@ def test_subsets_whose_material_does_not_count_are_named(family, element, faces,
     if named is None:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            assert base_colours(extract(stage), 0) == [[1, 0, 0]]
+            assert base_colors(extract(stage), 0) == [[1, 0, 0]]
         return
     with pytest.warns(UserWarning, match=f"/Mesh/part: its material does not count, since {named}"):
-        assert base_colours(extract(stage), 0) == [[0.5, 0.5, 0.5]]
+        assert base_colors(extract(stage), 0) == [[0.5, 0.5, 0.5]]
 
 
 def test_subsets_that_overlap_are_named():
     stage = make_stage()
     mesh = add_mesh(stage, "/Mesh")
-    for name, colour in (("a", (1, 0, 0)), ("b", (0, 1, 0))):
+    for name, color in (("a", (1, 0, 0)), ("b", (0, 1, 0))):
         subset = UsdGeom.Subset.CreateGeomSubset(mesh, name, "face", [0], "materialBind")
-        bind(subset, add_material(stage, f"/Looks/{name}", colour))
+        bind(subset, add_material(stage, f"/Looks/{name}", color))
     with pytest.warns(UserWarning, match="/Mesh: material subset 1 names 1 faces of the subsets before it; it wins"):
-        assert base_colours(extract(stage), 0) == [[0, 1, 0]]
+        assert base_colors(extract(stage), 0) == [[0, 1, 0]]
 
 
 @pytest.mark.parametrize("size", [1e-12, 1e12])
@@ -573,11 +573,11 @@ def test_transforms_that_32_bits_lose_are_named(scale):
 
 
 @pytest.mark.parametrize(("value", "drawn"), [(1e30, 1e3), (math.nan, 0.5)])
-def test_display_colours_that_are_none_are_named(value, drawn):
+def test_display_colors_that_are_none_are_named(value, drawn):
     stage = make_stage()
     add_mesh(stage, "/Mesh").CreateDisplayColorAttr([Gf.Vec3f(value)])
     with pytest.warns(UserWarning, match="/Mesh.primvars:displayColor"):
-        assert base_colours(extract(stage), 0) == [[drawn] * 3]
+        assert base_colors(extract(stage), 0) == [[drawn] * 3]
 
 
 def test_textures_on_a_mesh_without_coordinates_are_named(tmp_path):

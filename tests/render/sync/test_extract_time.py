@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade, UsdSkel
 
-from tests.render.sync.test_extract_scene import TRIANGLE, add_material, add_mesh, base_colours, bind, make_stage
+from tests.render.sync.test_extract_scene import TRIANGLE, add_material, add_mesh, base_colors, bind, make_stage
 from tests.stage.geometry.characters import LENGTH, SIDES, add_character
 from usdsdg.stage.poses.transforms import local_to_world
 from usdsdg_render.sync.extract import SceneExtractor
@@ -121,15 +121,15 @@ def test_layer_offsets_give_each_reference_its_own_time(tmp_path):
     assert len(scene.prototypes) == 2, "equal shapes meet through their content"
 
 
-def test_display_colours_follow_the_time():
+def test_display_colors_follow_the_time():
     stage = make_stage()
     ball = UsdGeom.Sphere.Define(stage, "/Ball")
-    colour = ball.CreateDisplayColorAttr()
-    colour.Set([Gf.Vec3f(1, 0, 0)], 0)
-    colour.Set([Gf.Vec3f(0, 1, 0)], 10)
+    color = ball.CreateDisplayColorAttr()
+    color.Set([Gf.Vec3f(1, 0, 0)], 0)
+    color.Set([Gf.Vec3f(0, 1, 0)], 10)
     extractor = SceneExtractor(stage)
-    assert base_colours(at(extractor, 0)[0], 0)[0] == [1, 0, 0]
-    np.testing.assert_allclose(base_colours(at(extractor, 5)[0], 0)[0], [0.5, 0.5, 0])
+    assert base_colors(at(extractor, 0)[0], 0)[0] == [1, 0, 0]
+    np.testing.assert_allclose(base_colors(at(extractor, 5)[0], 0)[0], [0.5, 0.5, 0])
 
 
 def test_point_instancers_follow_positions_and_velocities():
@@ -248,15 +248,15 @@ def test_domes_follow_the_time():
 def test_materials_follow_the_time():
     stage = make_stage()
     material, still = add_material(stage, "/Looks/M"), add_material(stage, "/Looks/Still", (0, 0, 1))
-    colour = UsdShade.Shader(stage.GetPrimAtPath("/Looks/M/Surface")).GetInput("diffuseColor")
-    colour.Set(Gf.Vec3f(0, 0, 0), 0)
-    colour.Set(Gf.Vec3f(1, 1, 0), 10)
+    color = UsdShade.Shader(stage.GetPrimAtPath("/Looks/M/Surface")).GetInput("diffuseColor")
+    color.Set(Gf.Vec3f(0, 0, 0), 0)
+    color.Set(Gf.Vec3f(1, 1, 0), 10)
     for path, bound in (("/A", material), ("/B", still)):
         bind(stage.DefinePrim(path, "Cube"), bound)
     extractor = SceneExtractor(stage)
     at(extractor, 0)
     scene, touched = at(extractor, 5)
-    assert [base_colours(scene, k)[0] for k in range(2)] == [[0.5, 0.5, 0], [0, 0, 1]]
+    assert [base_colors(scene, k)[0] for k in range(2)] == [[0.5, 0.5, 0], [0, 0, 1]]
     assert touched == {"materials"}
 
 

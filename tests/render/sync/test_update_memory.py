@@ -37,7 +37,7 @@ def test_frames_leave_nothing_behind(tmp_path, monkeypatch):
     renderer = WarpRenderer(stage, device="cpu")
     rng = np.random.default_rng(0)
     picture = stage.GetAttributeAtPath("/World/Looks/pictured/Tex.inputs:file")
-    names = ("a reference", "a label", "the sky's picture", "the sky's colour", "colours of points", "a variant")
+    names = ("a reference", "a label", "the sky's picture", "the sky's color", "colors of points", "a variant")
     memory = []
     for k in range(FRAMES):
         file = tmp_path / f"new_{k}.png"
