@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from usdsdg import errors
+from usdsdg_render.geometry.color_atlas import atlas_uvs
 from usdsdg_render.geometry.mesh_source import MeshSource, Primvar
-from usdsdg_render.geometry.primvar_colors import block_uvs
 from usdsdg_render.geometry.subdivision_surface import refine_mesh
 from usdsdg_render.geometry.triangulate import Corners, triangulate
 from usdsdg_render.scene.scene import Prototype
@@ -52,7 +52,7 @@ def build_prototype(path: str, source: MeshSource) -> Prototype | None:
         points=points,
         triangles=np.ascontiguousarray(vertices, np.int32),
         corner_normals=_corner_normals(path, source, corner, points, vertices, face_normals),
-        corner_uvs=_corner_uvs(path, source, corner) if colors is None else block_uvs(len(face)),
+        corner_uvs=_corner_uvs(path, source, corner) if colors is None else atlas_uvs(len(face)),
         triangle_slots=slots[origin] if slot_count else np.zeros(len(origin), np.int32),
         triangle_faces=origin.astype(np.int32),
         corner_colors=colors,

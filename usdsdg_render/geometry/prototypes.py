@@ -12,9 +12,9 @@ from pxr import Sdf, Usd
 from usdsdg import errors
 from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg_render.geometry import shapes, tubes
+from usdsdg_render.geometry.color_atlas import atlas_uvs, element_colors
 from usdsdg_render.geometry.mesh_source import MeshSource, read_mesh
 from usdsdg_render.geometry.meshes import build_prototype
-from usdsdg_render.geometry.primvar_colors import block_uvs, of_elements
 from usdsdg_render.geometry.skinned_mesh import posed
 from usdsdg_render.scene.scene import Prototype
 from usdsdg_render.usd.prim_kinds import CURVES, IGNORED_PREFIXES, MESH, kind_of
@@ -84,7 +84,7 @@ class PrototypeCache:
         if colored:
             # Points have a color each; curves that change their color on the way are drawn with the mean.
             elements = ("uniform",) if kind == CURVES else ("vertex", "varying")
-            colors = of_elements(prim, time, surface.owners, elements)
+            colors = element_colors(prim, time, surface.owners, elements)
         return self._share_round(str(prim.GetPath()), surface, colors)
 
     def _share_round(self, path: str, surface: tubes.Round, colors: np.ndarray | None) -> Prototype:
@@ -96,7 +96,7 @@ class PrototypeCache:
                     points=surface.points,
                     triangles=surface.triangles,
                     corner_normals=surface.corner_normals,
-                    corner_uvs=surface.corner_uvs if colors is None else block_uvs(len(surface.triangles)),
+                    corner_uvs=surface.corner_uvs if colors is None else atlas_uvs(len(surface.triangles)),
                     triangle_slots=np.zeros(len(surface.triangles), np.int32),
                     triangle_faces=surface.owners,
                     corner_colors=None if colors is None else np.repeat(colors[:, None], 3, axis=1),
@@ -146,7 +146,7 @@ class PrototypeCache:
             )
         return self._shapes[key]
 
-    def forget_idle(self, used: Mapping[int, Prototype]) -> Collection[int]:
+    def drop_idle(self, used: Mapping[int, Prototype]) -> Collection[int]:
         """Drop the longest idle prototypes, not in `used`, while idle ones are many; ids of those that are kept."""
         for number, prototype in used.items():
             self._recent.pop(number, None)

@@ -13,7 +13,7 @@ from pxr import Ar, Sdf, Usd
 from usdsdg import errors
 from usdsdg.stage import assets
 from usdsdg.stage.image_files import png16, radiance_hdr
-from usdsdg_render.usd.time_code import value_now
+from usdsdg_render.usd.time_code import current_value
 
 EXR_MAGIC = b"\x76\x2f\x31\x01"
 UDIM, FIRST_TILE, TILES = "<UDIM>", 1001, 100
@@ -36,7 +36,7 @@ def asset_file(attribute: Usd.Attribute) -> tuple[str, str]:
     Paths that USD cannot resolve are looked up under the assets root, as references are. That of a set of tiles still
     holds <UDIM>.
     """
-    value = value_now(attribute)
+    value = current_value(attribute)
     if isinstance(value, str):
         value = Sdf.AssetPath(value)
     if value is not None and not isinstance(value, Sdf.AssetPath):

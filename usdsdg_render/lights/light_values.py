@@ -9,7 +9,7 @@ from pxr import Usd, UsdLux
 
 from usdsdg import errors
 from usdsdg_render.usd.authored_values import as_floats
-from usdsdg_render.usd.time_code import value_now
+from usdsdg_render.usd.time_code import current_value
 
 # Larger values overflow float32 in later computations.
 BRIGHTEST = 1e20
@@ -24,7 +24,7 @@ def light_value(prim: Usd.Prim, name: str, default):
         old = prim.GetAttribute(name)
         if old and old.HasAuthoredValue():
             attribute = old
-    value = value_now(attribute) if attribute else None
+    value = current_value(attribute) if attribute else None
     return default if value is None else _typed(prim, name, value, default)
 
 

@@ -11,7 +11,7 @@ from usdsdg_render.lights.domes import DomeBuilder, DomeLight, read_dome
 from usdsdg_render.lights.light_reader import LightReader
 from usdsdg_render.scene.scene import Scene
 from usdsdg_render.usd.prim_kinds import DOME, LIGHT
-from usdsdg_render.usd.stage_tree import Tree
+from usdsdg_render.usd.stage_tree import StageTree
 
 
 class StageLights:
@@ -30,7 +30,7 @@ class StageLights:
         """Make `read` read the lights at and below `roots` again."""
         self._lights.invalidate(roots)
 
-    def read(self, tree: Tree, *, always: bool) -> None:
+    def read(self, tree: StageTree, *, always: bool) -> None:
         """Read lights if their set, a transform or the linked instances changed, or `always`; update the scene."""
         nodes = tree.of_kind(LIGHT, DOME)
         matrices = tree.world[nodes].tobytes()

@@ -25,54 +25,6 @@ _FIELDS = [
     if {each.name, f"{each.name}_texture"} & _COLUMNS.keys()
 ]
 
-# UsdImaging's fallback displayColor.
-DEFAULT_COLOR = (0.5, 0.5, 0.5)
-
-
-def bound_materials(prims: Sequence[Usd.Prim]) -> list[Usd.Prim | None]:
-    """The material prim of each prim: purpose full, else all-purpose, else preview; collections included."""
-    if not prims:
-        return []
-    api = UsdShade.MaterialBindingAPI
-    found = [material.GetPrim() for material in api.ComputeBoundMaterials(prims, UsdShade.Tokens.full)[0]]
-    unbound = [k for k, prim in enumerate(found) if not prim]
-    if unbound:
-        preview = api.ComputeBoundMaterials([prims[k] for k in unbound], UsdShade.Tokens.preview)[0]
-        for k, material in zip(unbound, preview):
-            found[k] = material.GetPrim()
-        _warn_of_missing([prims[k] for k in unbound if not found[k]])
-    return [prim if prim else None for prim in found]
-
-
-def _warn_of_missing(unbound: list[Usd.Prim]) -> None:
-    """Bindings that name a prim which is no material leave no trace in what UsdShade computes."""
-    seen: set[Sdf.Path] = set()
-    for prim in unbound:
-        while prim and prim.GetPath() not in seen:
-            seen.add(prim.GetPath())
-            binding = prim.GetRelationship("material:binding")
-            targets = binding.GetTargets() if binding else []
-            if len(targets) > 1:
-                errors.warn_once(
-                    f"{prim.GetPath()}: material:binding names {len(targets)} materials, so none counts; displayColor "
-                    f"is used. Name one."
-                )
-            elif targets and not UsdShade.Material(prim.GetStage().GetPrimAtPath(targets[0])):
-                errors.warn_once(
-                    f"{prim.GetPath()}: its material {targets[0]} does not exist; displayColor is used. Correct "
-                    f"material:binding."
-                )
-            prim = prim.GetParent()
-
-
-def stand_in(color: tuple[float, ...] | None, opacity: float | None) -> Material:
-    """What a gprim without a usable material looks like: its displayColor, gray without one."""
-    return Material(
-        name="displayColor",
-        base_color=Input(tuple(color or DEFAULT_COLOR)),
-        opacity=Input((1.0 if opacity is None else opacity,)),
-    )
-
 
 @dataclass(frozen=True)
 class _Entry:
@@ -107,7 +59,7 @@ class MaterialLibrary:
             self._by_path[path] = entry
         return entry.material
 
-    def forget(self, changed: Collection[Sdf.Path], roots: Collection[Sdf.Path]) -> set[Sdf.Path]:
+    def invalidate(self, changed: Collection[Sdf.Path], roots: Collection[Sdf.Path]) -> set[Sdf.Path]:
         """Read again what depends on a prim of `changed`, or on one at or below `roots`; returns those materials.
 
         A shading prim that no material is known to read may sit between shaders of any, so then all are read again.

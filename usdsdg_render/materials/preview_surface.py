@@ -13,7 +13,7 @@ from usdsdg_render.images.textures import ONES, ZEROS, TextureUse
 from usdsdg_render.materials.shading import FromGprim, Input, Material, Network, Source, shader_id
 from usdsdg_render.scene.scene import WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
 from usdsdg_render.scene.structs import CLEAR_PANE
-from usdsdg_render.usd.time_code import value_now
+from usdsdg_render.usd.time_code import current_value
 
 # PNG and JPEG carry no wrap mode, so `useMetadata`, the fallback, means repeat here, as in Omniverse.
 WRAPS = {"repeat": WRAP_REPEAT, "clamp": WRAP_CLAMP, "mirror": WRAP_MIRROR, "black": WRAP_BLACK}
@@ -95,7 +95,7 @@ def reflectance(ior: float) -> float:
 def _input(network: Network, surface: UsdShade.Shader, name: str, default: tuple[float, ...]) -> Input:
     source = network.source(surface, name)
     if source.attribute is not None:
-        return Input(network.as_floats(surface, name, value_now(source.attribute), default))
+        return Input(network.as_floats(surface, name, current_value(source.attribute), default))
     if source.shader is None:
         return Input(default)
     kind = shader_id(source.shader)

@@ -14,7 +14,7 @@ from usdsdg import errors
 from usdsdg_render.images.textures import TextureUse
 from usdsdg_render.materials.mdl_module import Preset
 from usdsdg_render.usd.authored_values import as_floats
-from usdsdg_render.usd.time_code import value_now
+from usdsdg_render.usd.time_code import current_value
 
 # Colors of surfaces and of what glows [nits]: light may meet a dozen of them and be filtered within 32-bit numbers.
 # The sun has 1.6e9 nits.
@@ -185,7 +185,7 @@ class Network:
     def value(self, shader: UsdShade.Shader, name: str):
         """Constant value of an input, None where there is none or a shader computes it."""
         attribute = self.source(shader, name).attribute
-        return None if attribute is None else value_now(attribute)
+        return None if attribute is None else current_value(attribute)
 
     def floats(self, shader: UsdShade.Shader, name: str, default: tuple[float, ...]) -> tuple[float, ...]:
         """Constant value as that many floats as the default has, or the default."""

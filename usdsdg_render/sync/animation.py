@@ -1,4 +1,4 @@
-"""What on a stage changes with time, so that a new time costs no more than that."""
+"""Find what varies with time on a stage, so that a new time code reads only that again."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.changes import Changes
 from usdsdg_render.sync.gprims import Gprims
-from usdsdg_render.sync.invalidation import Plan
+from usdsdg_render.sync.invalidation import DirtySet
 from usdsdg_render.usd.prim_kinds import DOME, INSTANCER, LIGHT, is_below, kind_of
-from usdsdg_render.usd.stage_tree import Tree
+from usdsdg_render.usd.stage_tree import StageTree
 
-# One sample of these is enough to move points.
-SPEEDS = ("velocities", "accelerations", "angularVelocities")
+# Of these one sample is enough to make point instances move.
+VELOCITIES = ("velocities", "accelerations", "angularVelocities")
 
 
 class Animation:
@@ -21,103 +21,104 @@ class Animation:
 
     def __init__(self, stage: Usd.Stage) -> None:
         self._stage = stage
-        self._varying: dict[Sdf.Path, list[str]] = {}  # attributes of prims asked so far
-        self._asked: dict[Sdf.Path, bool] = {}  # whether materials vary
-        self._tree: Tree | None = None
-        self._moving: list[Sdf.Path] = []
-        self._shapes: set[Sdf.Path] = set()  # gprims
-        self._looks: set[Sdf.Path] = set()  # those of them that look different
-        self._inherited: set[Sdf.Path] = set()  # prims that hand values to the gprims below
+        self._varying_names: dict[Sdf.Path, list[str]] = {}  # varying attributes of each prim queried so far
+        self._varying_below: dict[Sdf.Path, bool] = {}  # whether a material varies, of those queried so far
+        self._tree: StageTree | None = None
+        self._transforms: list[Sdf.Path] = []
+        self._geometry: set[Sdf.Path] = set()  # gprims of which any attribute varies
+        self._gprims: set[Sdf.Path] = set()  # those of them of which more than the geometry varies
+        self._inherited: set[Sdf.Path] = set()  # prims with varying primvars, which the gprims below inherit
         self._materials: set[Sdf.Path] = set()
         self._instancers: set[Sdf.Path] = set()
         self._lights: set[Sdf.Path] = set()
-        self._seen: dict[Sdf.Path, object] = {}  # visibilities when last asked
-        self.animated = False
-        self.is_surveyed = False  # the survey still holds
-        self.look()
+        self._visibility: dict[Sdf.Path, object] = {}  # last values of those that vary
+        self.is_animated = False
+        self.is_surveyed = False  # whether the last `survey` still holds
+        self._find_samples()
 
-    def look(self) -> None:
-        """Find out whether any layer of the stage has time samples."""
+    def _find_samples(self) -> None:
         layers = self._stage.GetUsedLayers(includeClipLayers=True)
-        self.animated = any(layer.ListAllTimeSamples() for layer in layers)
+        self.is_animated = any(layer.ListAllTimeSamples() for layer in layers)
 
-    def notice(self, changes: Changes) -> None:
-        """A script may author the first time samples of a stage, or of an attribute."""
+    def apply(self, changes: Changes) -> None:
+        """Take note of edits: a script may author the first time samples of a stage, or of an attribute."""
         if changes.resynced:
-            self.look()
+            self._find_samples()
         samples_of = self._stage.GetEditTarget().GetLayer().GetNumTimeSamplesForPath
         sampled = {path.GetPrimPath() for path in changes.properties if samples_of(path)}
-        sampled |= {path for path, names in changes.changed.items() if not names.isdisjoint(SPEEDS)}
-        sampled |= {path for path in changes.changed.keys() & self._varying.keys() if self._varying[path]}
-        self.animated = self.animated or bool(sampled)
+        sampled |= {path for path, names in changes.changed.items() if not names.isdisjoint(VELOCITIES)}
+        sampled |= {path for path in changes.changed.keys() & self._varying_names.keys() if self._varying_names[path]}
+        self.is_animated = self.is_animated or bool(sampled)
         if stale := changes.resynced | sampled:
-            self._varying = {path: names for path, names in self._varying.items() if not is_below(path, stale)}
-            self._asked = {
+            self._varying_names = {
+                path: names for path, names in self._varying_names.items() if not is_below(path, stale)
+            }
+            self._varying_below = {
                 path: varies
-                for path, varies in self._asked.items()
+                for path, varies in self._varying_below.items()
                 if not is_below(path, stale) and not any(each.HasPrefix(path) for each in stale)
             }
             self.is_surveyed = False
 
-    def survey(self, tree: Tree, gprims: Gprims) -> None:
-        """Note what varies among what is drawn, for `add_to`."""
+    def survey(self, tree: StageTree, gprims: Gprims) -> None:
+        """Find what varies among the drawn prims, for `add_to`."""
         self._tree = tree
         varying = {path: names for path, prim in zip(tree.paths, tree.prims) if (names := self._names(path, prim))}
-        self._moving = [path for path in varying if _moves(tree.prims[tree.index[path]])]
+        self._transforms = [path for path in varying if _has_varying_transform(tree.prims[tree.index[path]])]
         self._lights = {path for path in varying if tree.kinds[tree.index[path]] in (LIGHT, DOME)}
         self._instancers = {path for path in varying if tree.kinds[tree.index[path]] == INSTANCER}
-        # What varies in their prototypes, points carry along.
-        sources = ((self._stage.GetPrimAtPath(path), instancers) for path, instancers in gprims.sources.items())
-        self._instancers.update(*(instancers for prim, instancers in sources if prim and self._varies_below(prim)))
+        # An instancer varies with its prototypes.
+        prototypes = ((self._stage.GetPrimAtPath(path), users) for path, users in gprims.instancers_of.items())
+        self._instancers.update(*(users for prim, users in prototypes if prim and self._varies_below(prim)))
         self._inherited = {path for path, names in varying.items() if any(n.startswith("primvars:") for n in names)}
-        self._shapes, self._looks = set(), set()
+        self._geometry, self._gprims = set(), set()
         for gprim in gprims.drawn:
             names = [n for prim in (gprim.prim, *gprim.subsets) for n in self._names(prim.GetPath(), prim)]
             names = [name for name in names if name != "visibility" and not name.startswith("xformOp")]
             if names:
-                self._shapes.add(gprim.path)
+                self._geometry.add(gprim.path)
             if any(":" in name for name in names):
-                self._looks.add(gprim.path)
-        self._seen = self._visibilities(tree.time)
+                self._gprims.add(gprim.path)
+        self._visibility = self._visibilities(tree.time)
         self.is_surveyed = True
 
     def survey_materials(self, paths: Iterable[Sdf.Path]) -> None:
-        """Note which of the bound materials vary."""
+        """Find which of the bound materials vary."""
         self._materials = {path for path in paths if self._is_varying(path)}
 
     @property
-    def shapes(self) -> set[Sdf.Path]:
+    def geometry(self) -> set[Sdf.Path]:
         """Gprims whose own attributes vary, as of the last survey."""
-        return self._shapes
+        return self._geometry
 
-    def add_to(self, plan: Plan, time: Usd.TimeCode) -> None:
-        """What to read again because it is `time` now."""
-        plan.moved.update(self._moving)
-        plan.gprims |= self._looks
-        plan.shapes |= self._shapes
-        plan.below |= self._inherited - self._shapes
-        plan.instancers |= self._instancers
-        plan.lights |= self._lights
-        plan.materials |= self._materials
-        seen = self._visibilities(time)
-        plan.shown.update(path for path, value in seen.items() if self._seen.get(path) != value)
-        self._seen = seen
+    def add_to(self, dirty: DirtySet, time: Usd.TimeCode) -> None:
+        """Add what must be read again because the time code is `time` now."""
+        dirty.transforms.update(self._transforms)
+        dirty.gprims |= self._gprims
+        dirty.geometry |= self._geometry
+        dirty.inherited |= self._inherited - self._geometry
+        dirty.instancers |= self._instancers
+        dirty.lights |= self._lights
+        dirty.materials |= self._materials
+        visibility = self._visibilities(time)
+        dirty.visibility.update(path for path, value in visibility.items() if self._visibility.get(path) != value)
+        self._visibility = visibility
 
     def _names(self, path: Sdf.Path, prim: Usd.Prim) -> list[str]:
         """Names of the attributes that may vary."""
-        if path not in self._varying:
-            speeds = SPEEDS if kind_of(prim) == INSTANCER else ()
+        if path not in self._varying_names:
+            velocities = VELOCITIES if kind_of(prim) == INSTANCER else ()
             attributes = prim.GetAuthoredAttributes()
-            self._varying[path] = [
-                a.GetName() for a in attributes if a.ValueMightBeTimeVarying() or a.GetName() in speeds
+            self._varying_names[path] = [
+                a.GetName() for a in attributes if a.ValueMightBeTimeVarying() or a.GetName() in velocities
             ]
-        return self._varying[path]
+        return self._varying_names[path]
 
     def _is_varying(self, material: Sdf.Path) -> bool:
-        if material not in self._asked:
+        if material not in self._varying_below:
             prim = self._stage.GetPrimAtPath(material)
-            self._asked[material] = bool(prim) and self._varies_below(prim)
-        return self._asked[material]
+            self._varying_below[material] = bool(prim) and self._varies_below(prim)
+        return self._varying_below[material]
 
     def _varies_below(self, root: Usd.Prim) -> bool:
         """Whether a prim or one below it varies."""
@@ -127,9 +128,9 @@ class Animation:
     def _visibilities(self, time: Usd.TimeCode) -> dict[Sdf.Path, object]:
         if self._tree is None:
             return {}
-        return {path: attribute.Get(time) for path, attribute in self._tree.blinking.items()}
+        return {path: attribute.Get(time) for path, attribute in self._tree.varying_visibility.items()}
 
 
-def _moves(prim: Usd.Prim) -> bool:
+def _has_varying_transform(prim: Usd.Prim) -> bool:
     xformable = UsdGeom.Xformable(prim)
     return bool(xformable) and xformable.TransformMightBeTimeVarying()

@@ -1,4 +1,4 @@
-"""From what changed on the stage to what the extractor must read again: the one place that says what a change means."""
+"""Translate stage changes into a dirty set: the one place that knows what a changed property invalidates."""
 
 from __future__ import annotations
 
@@ -15,153 +15,166 @@ from usdsdg_render.usd.prim_kinds import (
     INSTANCER,
     LIGHT,
     MESH,
-    PASS,
-    SKIP,
+    OTHER,
+    SHADING,
     SUBSET,
     is_below,
     kind_of,
 )
-from usdsdg_render.usd.stage_tree import Tree
+from usdsdg_render.usd.stage_tree import StageTree
 
 ROOT = Sdf.Path.absoluteRootPath
-# Properties that change nothing that is drawn, beside those with IGNORED_PREFIXES.
+# Properties that never change an image, beside those with IGNORED_PREFIXES.
 IGNORED_NAMES = {"extent", "extentsHint", "kind", ""}
 
 
 @dataclass
-class Plan:
-    """What to read again, as paths. Of a subtree the root is named; "/" names everything of its kind."""
+class DirtySet:
+    """What must be read again, as paths. A subtree is given by its root; "/" stands for everything of its kind."""
 
-    roots: set[Sdf.Path] = field(default_factory=set)  # subtrees in which prims came, went, or changed as a whole
-    shown: set[Sdf.Path] = field(default_factory=set)  # subtrees that were hidden or shown, or got another purpose
-    bound: set[Sdf.Path] = field(default_factory=set)  # subtrees in which other materials may be bound
-    below: set[Sdf.Path] = field(default_factory=set)  # subtrees whose gprims inherit something else
+    resynced: set[Sdf.Path] = field(default_factory=set)  # subtrees whose prims were added, removed or recomposed
+    visibility: set[Sdf.Path] = field(default_factory=set)  # subtrees hidden or shown, or with another purpose
+    bindings: set[Sdf.Path] = field(default_factory=set)  # subtrees in which other materials may be bound
+    inherited: set[Sdf.Path] = field(default_factory=set)  # subtrees whose gprims inherit other primvars
     gprims: set[Sdf.Path] = field(default_factory=set)
-    shapes: set[Sdf.Path] = field(default_factory=set)  # gprims of which the geometry alone changed
-    instancers: set[Sdf.Path] = field(default_factory=set)  # where they put what
+    geometry: set[Sdf.Path] = field(default_factory=set)  # gprims of which only the geometry changed
+    instancers: set[Sdf.Path] = field(default_factory=set)
     materials: set[Sdf.Path] = field(default_factory=set)  # prims of shading networks
-    moved: set[Sdf.Path] = field(default_factory=set)
-    moved_nodes: list[int] = field(default_factory=list)  # more of these, by number
-    lights: set[Sdf.Path] = field(default_factory=set)  # domes too; and subtrees of lights
-    skinned: bool = False  # how skeletons shape meshes
+    transforms: set[Sdf.Path] = field(default_factory=set)
+    transform_nodes: list[int] = field(default_factory=list)  # more of these, as nodes of the tree
+    lights: set[Sdf.Path] = field(default_factory=set)  # lights, domes, and subtrees of them
+    skinning: bool = False  # a skeleton, its animation, or a binding to it changed
+    stale_materials: bool = False  # whether any material that was read is among `materials` or `resynced`
 
     @classmethod
-    def of_everything(cls) -> Plan:
-        return cls(roots={ROOT}, bound={ROOT}, lights={ROOT}, skinned=True)
+    def everything(cls) -> DirtySet:
+        return cls(resynced={ROOT}, bindings={ROOT}, lights={ROOT}, skinning=True)
 
     @property
-    def everything(self) -> bool:
-        return ROOT in self.roots
+    def is_everything(self) -> bool:
+        return ROOT in self.resynced
 
     @property
-    def regrown(self) -> set[Sdf.Path]:
-        """Subtrees in which other prims may be drawn."""
-        return self.roots | self.shown
+    def subtrees(self) -> set[Sdf.Path]:
+        """Subtrees in which other prims may be visible."""
+        return self.resynced | self.visibility
 
     @property
-    def listed(self) -> bool:
-        """Whether other gprims may be drawn, or elsewhere by points."""
-        return bool(self.roots or self.shown or self.below or self.gprims or self.instancers)
+    def has_other_gprims(self) -> bool:
+        """Whether other gprims may be drawn, or point instancers may place them elsewhere."""
+        return bool(self.resynced or self.visibility or self.inherited or self.gprims or self.instancers)
+
+    @property
+    def concerns_gprims(self) -> bool:
+        """Whether anything but the transform of a gprim changed."""
+        return bool(self.has_other_gprims or self.bindings or self.geometry or self.stale_materials)
+
+    @property
+    def has_other_transforms(self) -> bool:
+        return bool(self.transforms or self.transform_nodes)
 
 
-class Planner:
-    """Sorts changes into a `Plan`, by what their prims are in the tree.
+class DirtySetBuilder:
+    """Sorts changes into a `DirtySet`, by the kinds of their prims.
 
     Args:
-        sources: for each prim that point instancers draw with all below it, the instancers that do.
+        instancers_of: the point instancers that draw a prim and all below it as a prototype, by its path.
     """
 
-    def __init__(self, stage: Usd.Stage, tree: Tree, sources: Mapping[Sdf.Path, Collection[Sdf.Path]]) -> None:
+    def __init__(
+        self, stage: Usd.Stage, tree: StageTree, instancers_of: Mapping[Sdf.Path, Collection[Sdf.Path]]
+    ) -> None:
         self._stage = stage
         self._tree = tree
-        self._sources = sources
+        self._instancers_of = instancers_of
         self._has_prototypes = bool(stage.GetPrototypes())
-        self._plan = Plan()
+        self._dirty = DirtySet()
 
-    def plan(self, changes: Changes) -> Plan:
-        plan = self._plan = Plan(moved_nodes=changes.known)
+    def build(self, changes: Changes) -> DirtySet:
+        dirty = self._dirty = DirtySet(transform_nodes=changes.known)
         for root in changes.resynced:
-            plan.roots.update(map(self._owner, self._places(root)))
-        if plan.roots:
-            self._plan_roots()
+            dirty.resynced.update(map(self._owner, self._instances_of(root)))
+        if dirty.resynced:
+            self._add_resynced()
         if ROOT in changes.changed:  # up axis, units
-            plan.lights.add(ROOT)
+            dirty.lights.add(ROOT)
         for path, names in changes.changed.items():
-            for place in self._places(path) if self._has_prototypes else (path,):
-                self._plan_prim(place, names)
-        return plan
+            for instance in self._instances_of(path) if self._has_prototypes else (path,):
+                self._add_properties(instance, names)
+        return dirty
 
-    def _places(self, path: Sdf.Path) -> Iterator[Sdf.Path]:
-        """The path, and where instances show it if it lies in a prototype that they share."""
+    def _instances_of(self, path: Sdf.Path) -> Iterator[Sdf.Path]:
+        """The path, and the instance proxies of it if it lies in a scene-graph prototype."""
         yield path
         if not Usd.Prim.IsPathInPrototype(path):
             return
         top = path.GetPrefixes()[0]
         prototype = self._stage.GetPrimAtPath(top)
         for instance in prototype.GetInstances() if prototype else ():
-            yield from self._places(path.ReplacePrefix(top, instance.GetPath()))
+            yield from self._instances_of(path.ReplacePrefix(top, instance.GetPath()))
 
     def _owner(self, path: Sdf.Path) -> Sdf.Path:
-        """The mesh where `path` is its subset: what stands below a mesh says something of it."""
-        above = path.GetParentPath()
-        return above if path != ROOT and self._kind_at(above) == MESH else path
+        """The mesh of a prim below it, such as a subset, which is read with its mesh; else the path itself."""
+        parent = path.GetParentPath()
+        return parent if path != ROOT and self._kind_at(parent) == MESH else path
 
-    def _plan_roots(self) -> None:
-        plan = self._plan
-        # A material or a collection that came or went may count anywhere.
-        plan.bound.add(ROOT)
-        plan.lights |= plan.roots
-        for source, instancers in self._sources.items():
-            if is_below(source, plan.roots) or any(root.HasPrefix(source) for root in plan.roots):
-                plan.instancers.update(instancers)
+    def _add_resynced(self) -> None:
+        dirty = self._dirty
+        # A material or a collection that was added or removed may matter anywhere.
+        dirty.bindings.add(ROOT)
+        dirty.lights |= dirty.resynced
+        for prototype, instancers in self._instancers_of.items():
+            if is_below(prototype, dirty.resynced) or any(root.HasPrefix(prototype) for root in dirty.resynced):
+                dirty.instancers.update(instancers)
 
-    def _plan_prim(self, path: Sdf.Path, names: set[str]) -> None:
-        plan = self._plan
+    def _add_properties(self, path: Sdf.Path, names: set[str]) -> None:
+        dirty = self._dirty
         others = [name for name in names if not name.startswith("xformOp")]
         if len(others) < len(names):
-            plan.moved.add(path)
-            if not self._plan_points(path):
-                self._tree.note_movers(path, names.difference(others))
-        kind = self._kind_at(path) if others else PASS
+            dirty.transforms.add(path)
+            if not self._add_instancers(path):
+                self._tree.note_xform_ops(path, names.difference(others))
+        kind = self._kind_at(path) if others else OTHER
         for name in others:
             if name in ("visibility", "purpose"):
-                plan.shown.add(path)
-                self._plan_points(path)
+                dirty.visibility.add(path)
+                self._add_instancers(path)
             elif name.startswith("material:binding"):
-                plan.bound.add(path)
-            elif name.startswith("collection:"):  # anybody may refer to it
-                plan.bound.add(ROOT)
-                plan.lights.add(ROOT)
+                dirty.bindings.add(path)
+            elif name.startswith("collection:"):  # any binding or light may refer to it
+                dirty.bindings.add(ROOT)
+                dirty.lights.add(ROOT)
             elif name in IGNORED_NAMES or name.startswith(IGNORED_PREFIXES):
                 continue
             elif kind in (LIGHT, DOME):
-                plan.lights.add(path)
+                dirty.lights.add(path)
             elif kind in GPRIMS:
-                # What UsdGeom says of a shape has no namespace; primvars and lights look like something.
-                (plan.gprims if ":" in name else plan.shapes).add(path)
+                # UsdGeom's attributes of shape have no namespace; primvars and light inputs, which change the material
+                # too, have one.
+                (dirty.gprims if ":" in name else dirty.geometry).add(path)
             elif kind == INSTANCER:
-                plan.instancers.add(path)
-                self._plan_points(path)
-            elif kind == SKIP:
-                plan.materials.add(path)
+                dirty.instancers.add(path)
+                self._add_instancers(path)
+            elif kind == SHADING:
+                dirty.materials.add(path)
             elif kind == SUBSET:
-                # Which subsets count is noted in the tree.
-                plan.roots.add(path.GetParentPath())
-                self._plan_points(path)
+                # The tree holds the material subsets of each mesh, so it must be traversed again.
+                dirty.resynced.add(path.GetParentPath())
+                self._add_instancers(path)
             elif name.startswith("primvars:"):
-                plan.below.add(path)
+                dirty.inherited.add(path)
 
     def _kind_at(self, path: Sdf.Path) -> int:
         node = self._tree.index.get(path)
         if node is not None:
             return self._tree.kinds[node]
         prim = self._stage.GetPrimAtPath(path)
-        return kind_of(prim) if prim else PASS
+        return kind_of(prim) if prim else OTHER
 
-    def _plan_points(self, path: Sdf.Path) -> bool:
-        """What point instancers draw, they place and show themselves; whether this is such a thing."""
-        if not self._sources or not is_below(path, self._sources):
+    def _add_instancers(self, path: Sdf.Path) -> bool:
+        """Add the point instancers that draw the prim at `path`; whether there are any."""
+        if not self._instancers_of or not is_below(path, self._instancers_of):
             return False
         for prefix in path.GetPrefixes():
-            self._plan.instancers.update(self._sources.get(prefix, ()))
+            self._dirty.instancers.update(self._instancers_of.get(prefix, ()))
         return True

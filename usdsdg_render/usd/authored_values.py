@@ -1,4 +1,4 @@
-"""Authored values as the numbers that a reader needs: a layer may hold a value of any type for any attribute."""
+"""Authored values as numbers, checked: a layer may hold a value of any type for any attribute."""
 
 from __future__ import annotations
 
@@ -11,21 +11,23 @@ from usdsdg import errors
 
 
 def as_floats(value: Any, count: int) -> tuple[float, ...] | None:
-    """`count` floats: a number as often, or the first components of a vector; None for anything else."""
+    """Return `count` floats: a number repeated, or the first components of a vector; None for anything else."""
     if isinstance(value, (int, float)):
         return (float(value),) * count
     if isinstance(value, str):
         return None
     try:
-        numbers = tuple(float(part) for part in value)
+        numbers = tuple(map(float, value))
     except (TypeError, ValueError):
         return None
     return numbers[:count] if len(numbers) >= count else None
 
 
-def as_array(attribute: Usd.Attribute, value: Any, tail: tuple[int, ...]) -> np.ndarray | None:
-    """A value of the attribute as an array of rows of shape `tail`; None where there is none, or (with a warning) one
-    of another shape or type."""
+def as_array(attribute: Usd.Attribute, value: object, tail: tuple[int, ...]) -> np.ndarray | None:
+    """Return a value of the attribute as an array of rows of shape `tail`.
+
+    None where there is no value, or (with a warning) one of another shape or type.
+    """
     if value is None:
         return None
     array = np.asarray(value)

@@ -1,4 +1,4 @@
-"""UsdGeomPointInstancer: which gprims it draws, and where."""
+"""Expand a UsdGeomPointInstancer to the gprims that it draws, with their matrices."""
 
 from __future__ import annotations
 
@@ -17,22 +17,29 @@ from usdsdg_render.usd.prim_kinds import (
     INSTANCER,
     LIGHT,
     MESH,
-    NO_LIGHT,
-    SKIP,
+    SHADING,
     SUBSET,
-    UNDRAWN,
+    UNSUPPORTED_GPRIM,
+    UNSUPPORTED_LIGHT,
     is_invisible,
     is_material_subset,
     kind_of,
-    local_matrix,
-    matrix_product,
     purpose_of,
     warn_unsupported,
 )
+from usdsdg_render.usd.transforms import local_matrix, matrix_product
 
-# Arrays with one value for each point, where they have any.
+# Arrays that have one value for each point, or none.
 PER_POINT = ("positions", "scales", "orientations", "orientationsf")
-ROWS = {"protoIndices": (), "ids": (), "positions": (3,), "scales": (3,), "orientations": (4,), "orientationsf": (4,)}
+# Shape of one value of each array.
+ROW_SHAPES = {
+    "protoIndices": (),
+    "ids": (),
+    "positions": (3,),
+    "scales": (3,),
+    "orientations": (4,),
+    "orientationsf": (4,),
+}
 
 
 class PointInstance(NamedTuple):
@@ -41,47 +48,48 @@ class PointInstance(NamedTuple):
     path: str  # path of the gprim in the prototype, then [id of the point instance]
     prim: Usd.Prim
     subsets: list[Usd.Prim]
-    to_instancer: np.ndarray  # (4, 4) from the gprim to the instancer
+    to_instancer: np.ndarray  # (4, 4) float64 gprim to instancer
 
 
 def source_path(path: str) -> str:
-    """Prim path of an entry of `Instances.paths`: a point instance's path without its [id]."""
+    """Return the prim path of an entry of `Instances.paths`: a point instance's path without its [id]."""
     return path.split("[", 1)[0]
 
 
 def expand(
-    instancer: Usd.Prim, time: Usd.TimeCode, sources: set[Sdf.Path], above: tuple[Sdf.Path, ...] = ()
+    instancer: Usd.Prim, time: Usd.TimeCode, roots: set[Sdf.Path], outer: tuple[Sdf.Path, ...] = ()
 ) -> list[PointInstance]:
-    """All gprims that a point instancer draws, in the order of its points; nested instancers included.
+    """Return all gprims that a point instancer draws, in the order of its points; nested instancers included.
 
-    sources: gets the paths of the prototypes, there or not: what is at and below them decides the result too.
-    above: the instancers that it is a prototype of.
+    Args:
+        roots: receives the paths of the prototype roots, existing or not: the result depends on the prims at and below.
+        outer: the instancers that have this one among their prototypes.
     """
     schema = UsdGeom.PointInstancer(instancer)
     indices = _per_point(instancer, "protoIndices", time)
     indices = np.zeros(0, np.int32) if indices is None else indices
-    if not _fits(schema, time, len(indices)):
+    if not _has_equal_lengths(schema, time, len(indices)):
         return []
-    _warn_of_colors(instancer)
-    parts = _prototypes(schema, time, sources, (*above, instancer.GetPath()))
+    _warn_of_point_colors(instancer)
+    prototypes = _prototypes(schema, time, roots, (*outer, instancer.GetPath()))
     matrices, mask = _matrices(schema, time)
     ids = _per_point(instancer, "ids", time)
     numbers = ids.tolist() if ids is not None and len(ids) == len(indices) else range(len(indices))
-    if (bad := (indices < 0) | (indices >= len(parts))).any():
+    if (bad := (indices < 0) | (indices >= len(prototypes))).any():
         errors.warn_once(
-            f"{instancer.GetPath()}: {int(bad.sum())} protoIndices lie outside its {len(parts)} prototypes; "
+            f"{instancer.GetPath()}: {int(bad.sum())} protoIndices lie outside its {len(prototypes)} prototypes; "
             f"those points are not drawn. Correct protoIndices."
         )
     return [
-        part._replace(path=f"{part.path}[{number}]", to_instancer=matrix_product(part.to_instancer, matrix))
-        for number, prototype, matrix, wrong, shown in zip(numbers, indices, matrices, bad, mask)
-        if shown and not wrong
-        for part in parts[prototype]
+        gprim._replace(path=f"{gprim.path}[{number}]", to_instancer=matrix_product(gprim.to_instancer, matrix))
+        for number, index, matrix, invalid, visible in zip(numbers, indices, matrices, bad, mask)
+        if visible and not invalid
+        for gprim in prototypes[index]
     ]
 
 
-def _fits(schema: UsdGeom.PointInstancer, time: Usd.TimeCode, count: int) -> bool:
-    """Whether there is one of everything for each point: USD makes up transforms where arrays are too short."""
+def _has_equal_lengths(schema: UsdGeom.PointInstancer, time: Usd.TimeCode, count: int) -> bool:
+    """Whether every array has one value for each point: USD makes up transforms where arrays are too short."""
     arrays = {name: _per_point(schema.GetPrim(), name, time) for name in PER_POINT}
     lengths = {name: len(values) for name, values in arrays.items() if values is not None and len(values)}
     wrong = [f"{length} {name}" for name, length in lengths.items() if length != count]
@@ -97,38 +105,38 @@ def _fits(schema: UsdGeom.PointInstancer, time: Usd.TimeCode, count: int) -> boo
 
 def _per_point(instancer: Usd.Prim, name: str, time: Usd.TimeCode) -> np.ndarray | None:
     attribute = instancer.GetAttribute(name)
-    return as_array(attribute, attribute.Get(time), ROWS[name])
+    return as_array(attribute, attribute.Get(time), ROW_SHAPES[name])
 
 
-def _warn_of_colors(instancer: Usd.Prim) -> None:
+def _warn_of_point_colors(instancer: Usd.Prim) -> None:
     for name in ("primvars:displayColor", "primvars:displayOpacity"):
         attribute = instancer.GetAttribute(name)
         if attribute and attribute.GetMetadata("interpolation") in ("vertex", "varying", "uniform"):
             errors.warn_once(
-                f"{instancer.GetPath()}: {name} of each point is not supported; points look like their prototypes. "
-                f"Give points of another color a prototype of their own."
+                f"{instancer.GetPath()}: {name} of each point is not supported; points have the colors of "
+                f"their prototypes. Give points of another color a prototype of their own."
             )
 
 
 def _prototypes(
-    schema: UsdGeom.PointInstancer, time: Usd.TimeCode, sources: set[Sdf.Path], above: tuple[Sdf.Path, ...]
+    schema: UsdGeom.PointInstancer, time: Usd.TimeCode, roots: set[Sdf.Path], outer: tuple[Sdf.Path, ...]
 ) -> list[list[PointInstance]]:
-    """What each target of `prototypes` draws, in the frame that it stands in."""
-    parts = []
+    """The gprims of each target of `prototypes`, with matrices to the parent of the target."""
+    gprims = []
     for path in schema.GetPrototypesRel().GetForwardedTargets():
-        sources.add(path)
+        roots.add(path)
         root = schema.GetPrim().GetStage().GetPrimAtPath(path)
         if not root:
             errors.warn_once(
                 f"{schema.GetPath()}: its prototype {path} does not exist, so nothing is drawn for it. Correct "
                 f"prototypes."
             )
-        parts.append(list(_gprims_below(root, time, sources, above)) if root else [])
-    return parts
+        gprims.append(list(_gprims_below(root, time, roots, outer)) if root else [])
+    return gprims
 
 
 def _matrices(schema: UsdGeom.PointInstancer, time: Usd.TimeCode) -> tuple[np.ndarray, list[bool]]:
-    """(N, 4, 4) point to instancer, without the prototype's own matrix, and which points are shown."""
+    """(N, 4, 4) float64 point to instancer, without the prototype's own matrix, and which points are visible."""
     matrices = schema.ComputeInstanceTransformsAtTime(
         time, time, UsdGeom.PointInstancer.ExcludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
     )
@@ -138,25 +146,25 @@ def _matrices(schema: UsdGeom.PointInstancer, time: Usd.TimeCode) -> tuple[np.nd
 
 
 def _gprims_below(
-    root: Usd.Prim, time: Usd.TimeCode, sources: set[Sdf.Path], instancers: tuple[Sdf.Path, ...]
+    root: Usd.Prim, time: Usd.TimeCode, roots: set[Sdf.Path], instancers: tuple[Sdf.Path, ...]
 ) -> Iterator[PointInstance]:
-    """Drawable gprims of a prototype, with matrices to the frame that its root stands in."""
+    """The drawn gprims of a prototype, with matrices to the parent of its root."""
     cache = UsdGeom.XformCache(time)
-    above: list[tuple[int, np.ndarray, str]] = []
+    ancestors: list[tuple[int, np.ndarray, str]] = []  # (depth, matrix, purpose)
     iterator = iter(Usd.PrimRange(root, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)))
     for prim in iterator:
         kind = kind_of(prim)
-        if kind in (SKIP, SUBSET) or not prim.IsActive() or is_invisible(prim, time):
+        if kind in (SHADING, SUBSET) or not prim.IsActive() or is_invisible(prim, time):
             iterator.PruneChildren()
             continue
         depth = prim.GetPath().pathElementCount
-        while above and above[-1][0] >= depth:
-            above.pop()
-        _, parent, purpose = above[-1] if above else (0, np.eye(4), "")
+        while ancestors and ancestors[-1][0] >= depth:
+            ancestors.pop()
+        _, parent, purpose = ancestors[-1] if ancestors else (0, np.eye(4), "")
         local, resets = local_matrix(cache, prim, False)
         matrix = np.array(local) if resets else matrix_product(np.array(local), parent)
         purpose = purpose_of(prim, purpose)
-        above.append((depth, matrix, purpose))
+        ancestors.append((depth, matrix, purpose))
         if purpose and purpose not in DRAWN_PURPOSES:
             continue
         if kind == INSTANCER:
@@ -167,7 +175,7 @@ def _gprims_below(
                     f"drawn there. Take it out of prototypes."
                 )
                 continue
-            for inner in expand(prim, time, sources, instancers):
+            for inner in expand(prim, time, roots, instancers):
                 yield inner._replace(to_instancer=matrix_product(inner.to_instancer, matrix))
         elif kind in GPRIMS:
             children = prim.GetFilteredChildren(Usd.TraverseInstanceProxies()) if kind == MESH else []
@@ -178,5 +186,5 @@ def _gprims_below(
                 f"{prim.GetPath()}: lights in the prototypes of a point instancer are not supported; it shines no "
                 f"light. Place lights without an instancer."
             )
-        elif kind in (UNDRAWN, NO_LIGHT):
+        elif kind in (UNSUPPORTED_GPRIM, UNSUPPORTED_LIGHT):
             warn_unsupported(prim)

@@ -1,4 +1,4 @@
-"""The drawable part of a stage as a tree of prims with their matrices: one traversal, then only what changed."""
+"""The visible prims of a stage in stage order: one traversal, then only the subtrees that changed."""
 
 from __future__ import annotations
 
@@ -6,27 +6,26 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom, Vt
+from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
 from usdsdg_render.usd.prim_kinds import (
     DRAWN_PURPOSES,
     INSTANCER,
     MESH,
-    NO_LIGHT,
-    PASS,
-    SKIP,
+    OTHER,
+    SHADING,
     SUBSET,
-    UNDRAWN,
+    UNSUPPORTED_GPRIM,
+    UNSUPPORTED_LIGHT,
     is_below,
     is_material_subset,
     kind_of,
-    local_matrices,
-    matrix_product,
     purpose_of,
     schemas_of,
     warn_unsupported,
 )
+from usdsdg_render.usd.transforms import Levels, TransformHierarchy
 
 
 class Node(NamedTuple):
@@ -35,22 +34,22 @@ class Node(NamedTuple):
     prim: Usd.Prim
     path: Sdf.Path
     kind: int
-    purpose: str  # its own or inherited; "" = none authored
-    schemas: tuple[str, ...]  # applied, those that matter
+    purpose: str  # authored or inherited; "" = none authored
+    schemas: tuple[str, ...]  # applied ones, see `schemas_of`
     depth: int  # elements of its path
 
 
-class Place(NamedTuple):
-    """Where a subtree goes: instead of the nodes `first` to `last`, or between two where they are the same."""
+class Splice(NamedTuple):
+    """Replacement of the nodes `first` to `last` (exclusive) by a subtree; an insertion where both are the same."""
 
     first: int
     last: int
-    order: tuple[int, ...]  # among subtrees that go to the same place
-    prim: Usd.Prim | None  # None: it is gone
-    purpose: str  # above it
+    order: tuple[int, ...]  # among subtrees inserted at the same index
+    prim: Usd.Prim | None  # root of the new subtree; None: it was removed
+    purpose: str  # inherited by it
 
 
-class Tree:
+class StageTree:
     """Visible prims in stage order, as parallel lists and arrays."""
 
     def __init__(self, stage: Usd.Stage, time: Usd.TimeCode) -> None:
@@ -60,78 +59,81 @@ class Tree:
         self.kinds: list[int] = []
         self.index: dict[Sdf.Path, int] = {}
         self.drawn: list[bool] = []  # purpose is default or render
-        self.subsets: dict[Sdf.Path, list[Usd.Prim]] = {}  # of meshes
-        # Visibilities that vary with time, also of prims that are hidden now.
-        self.blinking: dict[Sdf.Path, Usd.Attribute] = {}
-        self.skeletons: set[Sdf.Path] = set()  # prims that are a SkelRoot
-        # Xform ops that were written before and do no more than move a node: most frames write the same ones again.
-        self.movers: dict[Sdf.Path, int] = {}
-        self.local = self.world = np.zeros((0, 4, 4))
-        self.resets = np.zeros(0, bool)
+        self.subsets: dict[Sdf.Path, list[Usd.Prim]] = {}  # material subsets of meshes
+        # Visibility attributes that vary with time, also those of prims that are hidden now.
+        self.varying_visibility: dict[Sdf.Path, Usd.Attribute] = {}
+        self.skel_roots: set[Sdf.Path] = set()
+        # Node of each xformOp that was written before and does nothing but move it: most frames write the same ones.
+        self.xform_ops: dict[Sdf.Path, int] = {}
         self._stage = stage
-        self._children_of: dict[Sdf.Path, list[str]] = {}  # names, during one `regrow`
-        self._cache = UsdGeom.XformCache(time)
+        self._children_of: dict[Sdf.Path, list[str]] = {}  # names, during one `resync`
+        self._transforms = TransformHierarchy(stage, time)
         self._nodes: list[Node] = []
-        self.regrow({Sdf.Path.absoluteRootPath})
+        self.resync({Sdf.Path.absoluteRootPath})
 
-    def regrow(self, roots: Iterable[Sdf.Path]) -> None:
-        """Walk subtrees again in which prims came, went, or were hidden or shown; all other nodes stay."""
+    @property
+    def world(self) -> np.ndarray:
+        """(nodes, 4, 4) float64 local-to-world."""
+        return self._transforms.world
+
+    def resync(self, roots: Iterable[Sdf.Path]) -> None:
+        """Traverse subtrees again in which prims were added, removed, hidden or shown; all other nodes stay."""
         roots = set(Sdf.Path.RemoveDescendentPaths(list(roots)))
         self._children_of.clear()
-        if reordered := [root.GetParentPath() for root in roots if self._has_changed_places(root)]:
+        if reordered := [root.GetParentPath() for root in roots if self._is_reordered(root)]:
             roots = set(Sdf.Path.RemoveDescendentPaths([*roots, *reordered]))
-        self._forget(roots)
-        places = sorted((place for root in roots if (place := self._place_of(root))), key=lambda p: p[:3])
+        self._drop_notes(roots)
+        splices = sorted((splice for root in roots if (splice := self._splice_of(root))), key=lambda s: s[:3])
         nodes: list[Node] = []
-        kept: list[np.ndarray] = []  # (new, old) numbers of nodes that stay
+        kept: list[np.ndarray] = []  # (new, old) index of nodes that stay
         begin = 0
-        for place in [*places, Place(len(self._nodes), len(self._nodes), (), None, "")]:
-            old = np.arange(begin, place.first)
+        for splice in [*splices, Splice(len(self._nodes), len(self._nodes), (), None, "")]:
+            old = np.arange(begin, splice.first)
             kept.append(np.stack([old - begin + len(nodes), old]))
-            nodes += self._nodes[begin : place.first]
-            if place.prim is not None:
-                self._walk(place.prim, place.purpose, nodes)
-            begin = place.last
-        self._number(nodes, *np.concatenate(kept, axis=1))
+            nodes += self._nodes[begin : splice.first]
+            if splice.prim is not None:
+                self._traverse(splice.prim, splice.purpose, nodes)
+            begin = splice.last
+        self._index_nodes(nodes, *np.concatenate(kept, axis=1))
 
-    def _forget(self, roots: set[Sdf.Path]) -> None:
-        """What is noted of prims at and below `roots`."""
-        for table in (self.subsets, self.blinking):
+    def _drop_notes(self, roots: set[Sdf.Path]) -> None:
+        """Drop what `_traverse` noted beside the nodes of prims at and below `roots`."""
+        for table in (self.subsets, self.varying_visibility):
             for path in [path for path in table if is_below(path, roots)]:
                 del table[path]
-        self.skeletons = {path for path in self.skeletons if not is_below(path, roots)}
+        self.skel_roots = {path for path in self.skel_roots if not is_below(path, roots)}
 
-    def _has_changed_places(self, root: Sdf.Path) -> bool:
-        """Whether siblings stand in another order than their nodes: a prim that went and came back is the last."""
-        node, above = self.index.get(root), root.GetParentPath()
-        if node is None or not self._has_nodes_below(above) or root.name not in self._children(above):
+    def _is_reordered(self, root: Sdf.Path) -> bool:
+        """Whether a prim has another position among its siblings: one removed and added again becomes the last."""
+        node, parent = self.index.get(root), root.GetParentPath()
+        if node is None or not self._may_have_children(parent) or root.name not in self._children(parent):
             return False
-        return self._behind_siblings(above, root.name) != node
+        return self._insertion_index(parent, root.name) != node
 
-    def _has_nodes_below(self, path: Sdf.Path) -> bool:
+    def _may_have_children(self, path: Sdf.Path) -> bool:
         node = self.index.get(path, -1)
         return path == Sdf.Path.absoluteRootPath or (node >= 0 and self.kinds[node] != INSTANCER)
 
-    def _place_of(self, root: Sdf.Path) -> Place | None:
-        """None for what is not drawn, nor was."""
+    def _splice_of(self, root: Sdf.Path) -> Splice | None:
+        """Return how the subtree at `root` enters or leaves the nodes; None where it is not and was not visible."""
         if root == Sdf.Path.absoluteRootPath:
-            return Place(0, len(self._nodes), (), self._stage.GetPseudoRoot(), "")
-        above = root.GetParentPath()
-        if not self._has_nodes_below(above):
+            return Splice(0, len(self._nodes), (), self._stage.GetPseudoRoot(), "")
+        parent = root.GetParentPath()
+        if not self._may_have_children(parent):
             return None
         prim = self._stage.GetPrimAtPath(root)
-        if prim and prim.GetName() not in self._children(above):
+        if prim and prim.GetName() not in self._children(parent):
             prim = None
-        node = self.index.get(above)
+        node = self.index.get(parent)
         purpose = "" if node is None else self._nodes[node].purpose
         first = self.index.get(root)
         if first is not None:
-            return Place(first, self._end(first), (), prim or None, purpose)
+            return Splice(first, self._subtree_end(first), (), prim or None, purpose)
         if not prim:
             return None
-        first = self._behind_siblings(above, prim.GetName())
+        first = self._insertion_index(parent, prim.GetName())
         order = tuple(self._children(path.GetParentPath()).index(path.name) for path in root.GetPrefixes())
-        return Place(first, first, order, prim, purpose)
+        return Splice(first, first, order, prim, purpose)
 
     def _children(self, path: Sdf.Path) -> list[str]:
         if path not in self._children_of:
@@ -139,26 +141,26 @@ class Tree:
             self._children_of[path] = prim.GetFilteredChildrenNames(Usd.TraverseInstanceProxies())
         return self._children_of[path]
 
-    def _behind_siblings(self, above: Sdf.Path, name: str) -> int:
-        """Where a new child goes: after the nearest sibling before it that is in the tree, else first."""
-        names = self._children(above)
+    def _insertion_index(self, parent: Sdf.Path, name: str) -> int:
+        """Index of a new child: after its nearest preceding sibling in the tree, else right after the parent."""
+        names = self._children(parent)
         for sibling in reversed(names[: names.index(name)]):
-            node = self.index.get(above.AppendChild(sibling))
+            node = self.index.get(parent.AppendChild(sibling))
             if node is not None:
-                return self._end(node)
-        return self.index.get(above, -1) + 1
+                return self._subtree_end(node)
+        return self.index.get(parent, -1) + 1
 
-    def _end(self, node: int) -> int:
-        """The first node behind a subtree."""
+    def _subtree_end(self, node: int) -> int:
+        """Index of the first node after a subtree."""
         depth = self._nodes[node].depth
         node += 1
         while node < len(self._nodes) and self._nodes[node].depth > depth:
             node += 1
         return node
 
-    def _walk(self, root: Usd.Prim, purpose: str, nodes: list[Node]) -> None:
+    def _traverse(self, root: Usd.Prim, purpose: str, nodes: list[Node]) -> None:
         """Append the nodes of a subtree."""
-        above: list[Node] = []  # from the root to here
+        ancestors: list[Node] = []
         iterator = iter(Usd.PrimRange(root, Usd.TraverseInstanceProxies()))
         if root.IsPseudoRoot():
             next(iterator, None)
@@ -166,116 +168,94 @@ class Tree:
             kind = kind_of(prim)
             path = prim.GetPath()
             depth = path.pathElementCount
-            while above and above[-1].depth >= depth:
-                above.pop()
+            while ancestors and ancestors[-1].depth >= depth:
+                ancestors.pop()
             if kind == SUBSET:
-                if above and above[-1].kind == MESH and is_material_subset(prim):
-                    self.subsets.setdefault(above[-1].path, []).append(prim)
+                if ancestors and ancestors[-1].kind == MESH and is_material_subset(prim):
+                    self.subsets.setdefault(ancestors[-1].path, []).append(prim)
                 continue
-            if kind == SKIP or self._is_hidden(prim, path):
+            if kind == SHADING or self._is_hidden(prim, path):
                 iterator.PruneChildren()
                 continue
-            own_purpose = purpose_of(prim, above[-1].purpose if above else purpose)
+            own_purpose = purpose_of(prim, ancestors[-1].purpose if ancestors else purpose)
             node = Node(prim, path, kind, own_purpose, schemas_of(prim), depth)
             nodes.append(node)
-            above.append(node)
+            ancestors.append(node)
             if kind == INSTANCER:  # its prototypes are drawn through it only
                 iterator.PruneChildren()
-            elif kind in (UNDRAWN, NO_LIGHT) and _is_drawn(node):
+            elif kind in (UNSUPPORTED_GPRIM, UNSUPPORTED_LIGHT) and _is_drawn(node):
                 warn_unsupported(prim)
-            elif kind == PASS:
-                self._note_look(prim, path)
+            elif kind == OTHER:
+                self._note_schemas(prim, path)
 
-    def _number(self, nodes: list[Node], new: np.ndarray, old: np.ndarray) -> None:
-        """Make the lists and arrays of `nodes`, of which those numbered `new` had the numbers `old`."""
+    def _index_nodes(self, nodes: list[Node], new: np.ndarray, old: np.ndarray) -> None:
+        """Make the lists and arrays of `nodes`; those at the indices `new` were at `old` before."""
         self._nodes = nodes
         self.prims = [node.prim for node in nodes]
         self.paths = [node.path for node in nodes]
         self.kinds = [node.kind for node in nodes]
         self.drawn = [_is_drawn(node) for node in nodes]
         self.index = {path: k for k, path in enumerate(self.paths)}
-        self.movers = {}
-        self._levels = _levels(nodes)
-        local, resets = np.broadcast_to(np.eye(4), (len(nodes), 4, 4)).copy(), np.zeros(len(nodes), bool)
-        local[new], resets[new] = self.local[old], self.resets[old]
-        self.local, self.resets = local, resets
-        self.world = local.copy()
-        self._cache.Clear()
-        self._read_local(np.setdiff1d(np.arange(len(nodes)), new, assume_unique=True).tolist())
-        self._compose()
+        self.xform_ops = {}
+        self._transforms.rebuild(self.prims, _levels(nodes), new, old)
 
     def _is_hidden(self, prim: Usd.Prim, path: Sdf.Path) -> bool:
         attribute = prim.GetAttribute("visibility")
         if not attribute:
             return False
         if not self.time.IsDefault() and attribute.ValueMightBeTimeVarying():
-            self.blinking[path] = attribute
+            self.varying_visibility[path] = attribute
         return attribute.Get(self.time) == UsdGeom.Tokens.invisible
 
-    def _note_look(self, prim: Usd.Prim, path: Sdf.Path) -> None:
-        """Schemas that change how what is below looks."""
+    def _note_schemas(self, prim: Usd.Prim, path: Sdf.Path) -> None:
+        """Note a SkelRoot; warn of a draw mode."""
         if prim.GetTypeName() == "SkelRoot":
-            self.skeletons.add(path)
+            self.skel_roots.add(path)
         if prim.HasAPI(UsdGeom.ModelAPI):
             mode = prim.GetAttribute("model:drawMode").Get()
             if mode in ("cards", "bounds", "origin"):
                 errors.warn_once(f"{path}: draw mode {mode} is not supported; the full geometry is drawn.")
 
     def has_other_schemas(self, path: Sdf.Path) -> bool:
-        """Whether the applied schemas of a prim are not what they were when it was walked."""
+        """Whether the applied schemas of a prim differ from those at its traversal."""
         node, prim = self.index.get(path), self._stage.GetPrimAtPath(path)
         return node is None or not prim or schemas_of(prim) != self._nodes[node].schemas
 
     def set_time(self, time: Usd.TimeCode) -> None:
-        """What is read from now on is of this time."""
+        """Read at `time` from now on."""
         self.time = time
-        self._cache.SetTime(time)
+        self._transforms.set_time(time)
 
     def of_kind(self, *kinds: int) -> list[int]:
+        """Return the nodes of these kinds."""
         return [k for k, kind in enumerate(self.kinds) if kind in kinds]
 
-    def note_movers(self, path: Sdf.Path, ops: Iterable[str]) -> None:
-        """Note that these ops of a prim do no more than move it."""
+    def note_xform_ops(self, path: Sdf.Path, ops: Iterable[str]) -> None:
+        """Note that these ops of a prim do nothing but move its node."""
         node = self.index.get(path)
         if node is not None:
-            self.movers.update((path.AppendProperty(op), node) for op in ops)
+            self.xform_ops.update((path.AppendProperty(op), node) for op in ops)
 
-    def move(self, moved: Iterable[Sdf.Path], nodes: Iterable[int]) -> None:
-        """Read the local matrices of prims and nodes again, where they are in the tree, and everything below them."""
-        self._cache.Clear()
-        found = {node for path in moved if (node := self.index.get(path)) is not None}
-        self._read_local(sorted(found.union(nodes)))
-        self._compose()
-
-    def _read_local(self, which: list[int]) -> None:
-        # Without an authored range nothing is animated; saves a question per prim.
-        sampled = self.time.IsDefault() and self._stage.HasAuthoredTimeCodeRange()
-        found = local_matrices(self._cache, [self.prims[k] for k in which], sampled)
-        if found:
-            self.local[which] = np.array(Vt.Matrix4dArray([matrix for matrix, _ in found]))
-            self.resets[which] = [resets for _, resets in found]
-
-    def _compose(self) -> None:
-        self.world[...] = self.local
-        for children, parents in self._levels:
-            worlds = matrix_product(self.local[children], self.world[parents])
-            self.world[children] = np.where(self.resets[children, None, None], self.local[children], worlds)
+    def update_transforms(self, paths: Iterable[Sdf.Path], nodes: Iterable[int]) -> None:
+        """Read the local matrices of prims and nodes again, where they are in the tree; compose all world matrices."""
+        found = {node for path in paths if (node := self.index.get(path)) is not None}
+        self._transforms.update(self.prims, sorted(found.union(nodes)))
 
 
 def _is_drawn(node: Node) -> bool:
     return not node.purpose or node.purpose in DRAWN_PURPOSES
 
 
-def _levels(nodes: Sequence[Node]) -> list[tuple[np.ndarray, np.ndarray]]:
+def _levels(nodes: Sequence[Node]) -> Levels:
     """(children, their parents) for each depth below the first, top down; nodes are in stage order."""
     levels: dict[int, tuple[list[int], list[int]]] = {}
-    above: list[tuple[int, int]] = []  # (depth, number) from the root to here
+    ancestors: list[tuple[int, int]] = []  # (depth, index)
     for k, node in enumerate(nodes):
-        while above and above[-1][0] >= node.depth:
-            above.pop()
-        if above:
+        while ancestors and ancestors[-1][0] >= node.depth:
+            ancestors.pop()
+        if ancestors:
             children, parents = levels.setdefault(node.depth, ([], []))
             children.append(k)
-            parents.append(above[-1][1])
-        above.append((node.depth, k))
+            parents.append(ancestors[-1][1])
+        ancestors.append((node.depth, k))
     return [(np.array(children), np.array(parents)) for _, (children, parents) in sorted(levels.items())]

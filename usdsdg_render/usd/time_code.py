@@ -1,7 +1,7 @@
-"""The time at which lights and materials are read.
+"""The time code at which lights, materials and images are read.
 
-A reading of the stage has one time, and dozens of small readers that would do no more with it than hand it on; so they
-ask here.
+One update reads a stage at one time code. Dozens of small readers would only hand it on to the next, so they take it
+from this context.
 """
 
 from __future__ import annotations
@@ -13,20 +13,20 @@ from typing import Any
 
 from pxr import Usd
 
-_now: ContextVar[Usd.TimeCode | None] = ContextVar("time of reading", default=None)  # None: the default time
+_time: ContextVar[Usd.TimeCode | None] = ContextVar("time code", default=None)  # None: the default time
 
 
 @contextmanager
-def reading_at(time: Usd.TimeCode) -> Iterator[None]:
-    """Inside, `value_now` reads at `time`."""
-    token = _now.set(time)
+def time_context(time: Usd.TimeCode) -> Iterator[None]:
+    """Inside, `current_value` reads at `time`."""
+    token = _time.set(time)
     try:
         yield
     finally:
-        _now.reset(token)
+        _time.reset(token)
 
 
-def value_now(attribute: Usd.Attribute) -> Any:
-    """The attribute's value then; outside of a reading, at the default time."""
-    time = _now.get()
+def current_value(attribute: Usd.Attribute) -> Any:
+    """Return the attribute's value at the time code of the context; outside of one, at the default time."""
+    time = _time.get()
     return attribute.Get(Usd.TimeCode.Default() if time is None else time)

@@ -8,7 +8,9 @@ from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg_render.images.textures import TexturePool
-from usdsdg_render.materials.materials import MaterialLibrary, MaterialTable, bound_materials, stand_in
+from usdsdg_render.materials.bindings import bound_materials
+from usdsdg_render.materials.display_color import fallback_material
+from usdsdg_render.materials.materials import MaterialLibrary, MaterialTable
 from usdsdg_render.scene import scene
 from usdsdg_render.sync.extract import SceneExtractor
 
@@ -415,8 +417,10 @@ def test_unknown_surfaces_are_named_and_none(surface):
         assert looks.read() is None
 
 
-def test_stand_ins_are_gray_or_their_color():
-    table, _ = MaterialTable().build([stand_in(None, None), stand_in((1.0, 0.5, 0.0), 0.25)], TexturePool())
+def test_fallback_materials_are_gray_or_their_color():
+    table, _ = MaterialTable().build(
+        [fallback_material(None, None), fallback_material((1.0, 0.5, 0.0), 0.25)], TexturePool()
+    )
     np.testing.assert_allclose(table["base_color"], [(0.5, 0.5, 0.5), (1.0, 0.5, 0.0)])
     assert table["opacity"].tolist() == [1.0, 0.25]
 

@@ -158,7 +158,7 @@ def test_references_share_geometry_and_materials(instanceable, tmp_path):
     scene = extract(stage)
     assert scene.instances.paths == tuple(f"/World/o{k}/Mesh" for k in range(5))
     assert len(scene.prototypes) == 1
-    assert len(scene.materials) == 3, "two subsets, and the stand-in of faces in none"
+    assert len(scene.materials) == 3, "two subsets, and the fallback of faces in none"
     assert base_colors(scene, 3) == [[1, 0, 0], [0, 1, 0]]
     assert scene.prototypes[0].triangle_slots.tolist() == [0] * 6 + [1] * 10
 

@@ -6,7 +6,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 from tests.render.scenes import view_from
 from tests.render.sync.test_extract_scene import add_material, base_colors, bind, extract, make_stage
-from usdsdg_render.geometry.primvar_colors import SIDES, WIDTH, block_uvs, picture
+from usdsdg_render.geometry.color_atlas import BLOCK_SIZES, MAX_WIDTH, atlas_uvs, color_atlas
 from usdsdg_render.images.textures import srgb_to_linear
 from usdsdg_render.renderer import WarpRenderer
 from usdsdg_render.sync.extract import SceneExtractor
@@ -42,28 +42,28 @@ def look_up(texels, uv):
 
 
 @pytest.mark.parametrize("side", [8, 4, 2])
-@pytest.mark.parametrize("count", [1, 7, WIDTH // 2 + 3])
-def test_the_picture_interpolates_over_every_triangle(count, side, monkeypatch):
-    monkeypatch.setattr("usdsdg_render.geometry.primvar_colors.SIDES", ((10**12, side),))
+@pytest.mark.parametrize("count", [1, 7, MAX_WIDTH // 2 + 3])
+def test_the_atlas_interpolates_over_every_triangle(count, side, monkeypatch):
+    monkeypatch.setattr("usdsdg_render.geometry.color_atlas.BLOCK_SIZES", ((10**12, side),))
     rng = np.random.default_rng(0)
     # The plane of these colors stays in [0, 1] over the whole block.
     colors = rng.uniform(0.34, 0.66, (count, 3, 4)).astype(np.float32)
     weights = rng.dirichlet(np.ones(3), count)
-    uv = np.einsum("tk,tki->ti", weights, block_uvs(count).astype(np.float64))
+    uv = np.einsum("tk,tki->ti", weights, atlas_uvs(count).astype(np.float64))
     expected = np.einsum("tk,tki->ti", weights, colors)
     # Half a step of the sRGB curve at these values is 0.0045 at most.
-    np.testing.assert_allclose(look_up(picture(colors), uv), expected, atol=0.006)
+    np.testing.assert_allclose(look_up(color_atlas(colors), uv), expected, atol=0.006)
 
 
 def test_corners_of_full_colors_leak_little():
     """Between green and blue there is no red, though the red corner's continuation beyond them would be below zero."""
     count = 4
     colors = np.tile(np.append(np.eye(3), np.ones((3, 1)), axis=1).astype(np.float32), (count, 1, 1))
-    uv = block_uvs(count).astype(np.float64)[:, 1:].mean(axis=1)
-    middle = look_up(picture(colors), uv)
+    uv = atlas_uvs(count).astype(np.float64)[:, 1:].mean(axis=1)
+    middle = look_up(color_atlas(colors), uv)
     assert middle[:, 0].max() < 0.04
     np.testing.assert_allclose(middle[:, 1:3], 0.5, atol=0.02)
-    assert SIDES[0][1] == 8
+    assert BLOCK_SIZES[0][1] == 8
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,133 @@
+"""Materials of the drawn gprims: bound or fallback, then rows and textures of the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+
+import numpy as np
+from pxr import Sdf, Usd
+
+from usdsdg import errors
+from usdsdg_render.images.textures import Progress, TexturePool
+from usdsdg_render.lights.mesh_lights import emissive_material, is_light
+from usdsdg_render.materials.bindings import bound_materials
+from usdsdg_render.materials.color_textures import ColorTextures
+from usdsdg_render.materials.display_color import display_color, fallback_material
+from usdsdg_render.materials.materials import MaterialLibrary, MaterialTable
+from usdsdg_render.materials.shading import Material
+from usdsdg_render.scene.scene import Scene
+from usdsdg_render.sync.gprims import Gprim, Gprims
+from usdsdg_render.sync.invalidation import DirtySet
+from usdsdg_render.sync.material_slots import MaterialSlots
+from usdsdg_render.usd.prim_kinds import MESH, SHAPE
+
+
+class GprimMaterials:
+    """Reads the materials of gprims and keeps the material tables of one scene up to date with them."""
+
+    def __init__(self, stage: Usd.Stage, scene: Scene, progress: Progress | None) -> None:
+        self._stage = stage
+        self._scene = scene
+        self._progress = progress
+        self._library = MaterialLibrary(stage)
+        self._textures = TexturePool()
+        self._table = MaterialTable()
+        self._slots = MaterialSlots()
+        self._colors = ColorTextures()
+
+    @property
+    def first_slots(self) -> Mapping[Sdf.Path, int]:
+        """First material slot of each gprim, as last written."""
+        return self._slots.first
+
+    def invalidate(self, dirty: DirtySet, gprims: Gprims) -> bool:
+        """Drop the materials that must be read again; whether there are any."""
+        if not (dirty.materials or dirty.resynced):
+            return False
+        stale = self._library.invalidate(dirty.materials, dirty.resynced)
+        if stale:
+            gprims.invalidate_materials(stale)
+        return bool(stale)
+
+    def bind(self, gprims: Gprims) -> None:
+        """Find the bound materials of gprims where they may have changed."""
+        unbound = [gprim for gprim in gprims.drawn if not gprim.is_bound]
+        found = iter(bound_materials([prim for gprim in unbound for prim in (*gprim.subsets, gprim.prim)]))
+        for gprim in unbound:
+            prims = [next(found) for _ in range(len(gprim.subsets) + 1)]
+            bound = [None if prim is None else prim.GetPath() for prim in prims]
+            if bound != gprim.bound:
+                gprim.materials = None
+            gprim.bound, gprim.is_bound = bound, True
+        if unbound:
+            self._library.keep_only({path for g in gprims.known.values() for path in g.bound if path is not None})
+
+    def read(self, gprim: Gprim, time: Usd.TimeCode) -> None:
+        """Read the material of each slot of a gprim."""
+        gprim.colored = gprim.kind != SHAPE
+        gprim.materials = [
+            self._resolved(gprim, time, None if path is None else self._library.read(self._stage.GetPrimAtPath(path)))
+            for path in gprim.bound
+        ]
+        if is_light(gprim.prim):
+            gprim.materials = [emissive_material(material, gprim.prim) for material in gprim.materials]
+
+    def _resolved(self, gprim: Gprim, time: Usd.TimeCode, material: Material | None) -> Material:
+        """The material with the gprim's primvars, or the fallback material; says whether the gprim is `colored`."""
+        if material is not None and material.from_gprim:
+            material = material.of_gprim(gprim.prim, time)
+        if material is not None and not material.color_from_gprim:
+            gprim.colored = False
+            return material
+        if gprim.fallback is None:
+            *mean, varies = display_color(gprim.prim, time)
+            gprim.fallback = fallback_material(*mean), varies
+        fallback, varies = gprim.fallback
+        if not varies or (material is not None and material.textures):
+            gprim.colored = False
+        return fallback if material is None else material.with_base_color(fallback.base_color.value)
+
+    def apply_colors(self, changed: Iterable[Gprim], prototypes: Collection[int]) -> None:
+        """Give gprims the textures of their varying colors; warn of those that cannot have them.
+
+        prototypes: ids of all prototypes of the scene.
+        """
+        for gprim in changed:
+            if gprim.prototype is None:
+                continue
+            if gprim.prototype.corner_colors is not None:
+                gprim.materials = [self._colors.apply(each, gprim.prototype) for each in gprim.materials or ()]
+            elif gprim.fallback is not None and gprim.fallback[1]:
+                _warn_of_mean_color(gprim.prim)
+            textured = gprim.kind == MESH and any(each.textures for each in gprim.materials or ())
+            if textured and not gprim.prototype.corner_uvs.any():
+                _warn_of_missing_uvs(gprim.prim)
+        self._colors.keep_only(set(prototypes))
+        for use, texture in self._colors.textures():
+            self._textures.keep(use, texture)
+
+    def write(self, drawn: Sequence[Gprim]) -> None:
+        """Write the materials, material slots and textures of the scene."""
+        scene, slots = self._scene, self._slots
+        materials = slots.assign(drawn)
+        table, textures = self._table.build(materials, self._textures, self._progress)
+        if len(scene.textures) != len(textures) or any(a is not b for a, b in zip(scene.textures, textures)):
+            scene.textures = list(textures)
+            scene.touch("textures")
+        if not np.array_equal(slots.rows, scene.material_slots) or table.tobytes() != scene.materials.tobytes():
+            scene.materials, scene.material_slots = table, slots.rows
+            scene.touch("materials")
+
+
+def _warn_of_missing_uvs(prim: Usd.Prim) -> None:
+    errors.warn_once(
+        f"{prim.GetPath()}: its material has textures but the mesh no texture coordinates, so they show one texel. "
+        f"Author primvars:st."
+    )
+
+
+def _warn_of_mean_color(prim: Usd.Prim) -> None:
+    errors.warn_once(
+        f"{prim.GetPath()}: displayColor or displayOpacity varies over the gprim; its mean is used. Bind a "
+        f"material with a texture instead, or none where other inputs have textures."
+    )

@@ -1,0 +1,94 @@
+"""Local and world matrices of the prims of a stage tree, in USD's row-vector convention (float64)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from pxr import Gf, Tf, Usd, UsdGeom, Vt
+
+from usdsdg import errors
+
+Levels = Sequence[tuple[np.ndarray, np.ndarray]]
+
+
+class TransformHierarchy:
+    """Matrices of the nodes of a tree: local ones are read from USD, world ones composed level by level."""
+
+    def __init__(self, stage: Usd.Stage, time: Usd.TimeCode) -> None:
+        self.local = self.world = np.zeros((0, 4, 4))
+        self._stage = stage
+        self._cache = UsdGeom.XformCache(time)
+        self._resets = np.zeros(0, bool)  # nodes with !resetXformStack!
+        self._levels: Levels = ()
+
+    def set_time(self, time: Usd.TimeCode) -> None:
+        """Read matrices at `time` from now on."""
+        self._cache.SetTime(time)
+
+    def rebuild(self, prims: Sequence[Usd.Prim], levels: Levels, new: np.ndarray, old: np.ndarray) -> None:
+        """Take over the nodes of a changed tree.
+
+        Args:
+            levels: (children, their parents) for each depth below the first, top down.
+            new, old: index after and before the change of the nodes that stayed; all others are read.
+        """
+        self._levels = levels
+        local, resets = np.broadcast_to(np.eye(4), (len(prims), 4, 4)).copy(), np.zeros(len(prims), bool)
+        local[new], resets[new] = self.local[old], self._resets[old]
+        self.local, self._resets = local, resets
+        self.world = local.copy()
+        self.update(prims, np.setdiff1d(np.arange(len(prims)), new, assume_unique=True).tolist())
+
+    def update(self, prims: Sequence[Usd.Prim], nodes: list[int]) -> None:
+        """Read the local matrices of `nodes` again and compose all world matrices."""
+        self._cache.Clear()
+        # Without an authored time code range nothing is animated; this saves a query per prim.
+        sampled = self._cache.GetTime().IsDefault() and self._stage.HasAuthoredTimeCodeRange()
+        found = local_matrices(self._cache, [prims[k] for k in nodes], sampled)
+        if found:
+            self.local[nodes] = np.array(Vt.Matrix4dArray([matrix for matrix, _ in found]))
+            self._resets[nodes] = [resets for _, resets in found]
+        self.world[...] = self.local
+        for children, parents in self._levels:
+            worlds = matrix_product(self.local[children], self.world[parents])
+            self.world[children] = np.where(self._resets[children, None, None], self.local[children], worlds)
+
+
+def local_matrix(cache: UsdGeom.XformCache, prim: Usd.Prim, sampled: bool) -> tuple[Gf.Matrix4d, bool]:
+    """Return (local matrix, whether it resets the transform stack).
+
+    sampled: whether a prim whose ops have time samples only takes the first one at the default time. Ops that USD
+        rejects give NaN with a warning, so that the gprims they place are dropped.
+    """
+    try:
+        matrix, resets = cache.GetLocalTransformation(prim)
+    except Tf.ErrorException as failure:
+        errors.warn_once(f"{prim.GetPath()}: its xformOps cannot be read. Correct xformOpOrder and its ops. {failure}")
+        return Gf.Matrix4d(*[math.nan] * 16), False
+    if sampled:
+        xformable = UsdGeom.Xformable(prim)
+        if xformable and xformable.TransformMightBeTimeVarying():
+            ops = xformable.GetOrderedXformOps()
+            if not any(op.Get() is not None for op in ops):
+                matrix = xformable.GetLocalTransformation(Usd.TimeCode.EarliestTime())
+    return matrix, resets
+
+
+def local_matrices(
+    cache: UsdGeom.XformCache, prims: Sequence[Usd.Prim], sampled: bool
+) -> list[tuple[Gf.Matrix4d, bool]]:
+    """Return `local_matrix` of many prims."""
+    if not sampled:
+        try:
+            return list(map(cache.GetLocalTransformation, prims))
+        except Tf.ErrorException:  # one of them is broken: find it below
+            pass
+    return [local_matrix(cache, prim, sampled) for prim in prims]
+
+
+def matrix_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """a @ b without NumPy's warnings: gprims with NaN or infinite matrices are reported where they would be drawn."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        return a @ b
