@@ -71,7 +71,7 @@ class Cycles:
         mesh.from_pydata(prototype.points.tolist(), [], prototype.triangles.tolist())
         if not is_flat(prototype):
             mesh.shade_smooth()
-        mesh.uv_layers.new().data.foreach_set("uv", prototype.corner_uvs.ravel())
+        mesh.uv_layers.new().data.foreach_set("uv", prototype.uvs.ravel())
         # A slot, which each object fills with a material of its own.
         mesh.materials.append(material)
         return mesh

@@ -68,7 +68,7 @@ def ball(name: str = "/ball") -> Prototype:
 def box(name: str = "/box") -> Prototype:
     """The cube [-1, 1]^3, flat."""
     square = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]], np.float32)
-    return replace(cube(name=name), corner_uvs=np.tile(square, (6, 1, 1)))
+    return replace(cube(name=name), uvs=np.tile(square, (6, 1, 1)))
 
 
 def rotation(rng: np.random.Generator) -> np.ndarray:

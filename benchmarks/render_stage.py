@@ -45,10 +45,10 @@ def write_asset(folder: Path, prototype: Prototype) -> str:
     mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(prototype.points))
     mesh.CreateFaceVertexCountsAttr(Vt.IntArray(len(prototype.triangles), 3))
     mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(prototype.triangles.ravel()))
-    mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(prototype.corner_normals.reshape(-1, 3)))
+    mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(prototype.normals.reshape(-1, 3)))
     mesh.SetNormalsInterpolation("faceVarying")
     uvs = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, "faceVarying")
-    uvs.Set(Vt.Vec2fArray.FromNumpy(prototype.corner_uvs.reshape(-1, 2)))
+    uvs.Set(Vt.Vec2fArray.FromNumpy(prototype.uvs.reshape(-1, 2)))
     mesh.CreateSubdivisionSchemeAttr("none")
     stage.Save()
     return file

@@ -51,8 +51,8 @@ def welded(prototype: Prototype) -> WeldedMesh:
     corners = np.concatenate(
         [
             prototype.triangles.reshape(-1, 1).astype(np.float32),
-            prototype.corner_normals.reshape(-1, 3),
-            prototype.corner_uvs.reshape(-1, 2),
+            prototype.normals.reshape(-1, 3),
+            prototype.uvs.reshape(-1, 2),
         ],
         axis=1,
     )
@@ -63,7 +63,7 @@ def welded(prototype: Prototype) -> WeldedMesh:
 
 def is_flat(prototype: Prototype) -> bool:
     """Whether every triangle has one normal."""
-    return bool(np.allclose(prototype.corner_normals, prototype.corner_normals[:, :1]))
+    return bool(np.allclose(prototype.normals, prototype.normals[:, :1]))
 
 
 def scale_and_rotation(matrix: np.ndarray) -> tuple[float, np.ndarray]:

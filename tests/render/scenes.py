@@ -33,8 +33,8 @@ def prototype(points, triangles, *, normals=None, uvs=None, slots=None, name="/m
         name=name,
         points=points,
         triangles=triangles,
-        corner_normals=np.ascontiguousarray(normals, np.float32),
-        corner_uvs=np.zeros((count, 3, 2), np.float32) if uvs is None else np.ascontiguousarray(uvs, np.float32),
+        normals=np.ascontiguousarray(normals, np.float32),
+        uvs=np.zeros((count, 3, 2), np.float32) if uvs is None else np.ascontiguousarray(uvs, np.float32),
         triangle_slots=np.zeros(count, np.int32) if slots is None else np.asarray(slots, np.int32),
         triangle_faces=np.arange(count, dtype=np.int32),
     )

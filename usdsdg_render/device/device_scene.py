@@ -11,7 +11,7 @@ from usdsdg_render.bvh.acceleration_structure import Blas
 from usdsdg_render.device.albedo_table import albedo_table
 from usdsdg_render.device.light_tables import LightTables
 from usdsdg_render.device.placement import Placement
-from usdsdg_render.geometry.support_function import SUPPORT, support
+from usdsdg_render.geometry.support_function import SUPPORT_SHAPE, support_table
 from usdsdg_render.kernels.scene.reach import Supports
 from usdsdg_render.lights.environment import EnvironmentMaps
 from usdsdg_render.scene import structs
@@ -31,7 +31,7 @@ class _PrototypeMemory:
         self.blas = Blas(prototype.points, prototype.triangles, device)
         used = np.zeros(len(prototype.points), bool)
         used[prototype.triangles] = True
-        self.support = support(prototype.points[used])
+        self.support = support_table(prototype.points[used])
 
 
 class DeviceScene:
@@ -120,7 +120,7 @@ class DeviceScene:
         instances = scene.instances
         memories = [self._prototypes.get(id(prototype)) for prototype in scene.prototypes]
         parts = records(structs.Instance, len(memories))
-        supports = np.zeros((len(memories), *SUPPORT))
+        supports = np.zeros((len(memories), *SUPPORT_SHAPE))
         slots = np.zeros(len(memories), np.int64)  # how many each has
         for k, memory in enumerate(memories):
             if memory is not None:
@@ -136,7 +136,7 @@ class DeviceScene:
         )
         filled = np.array([memory is not None for memory in memories], bool)[instances.prototype]
         self.placement.set_instances(rows, instances.prototype, supports, filled)
-        self.supports.reaches = self._array(supports.reshape(len(memories), int(np.prod(SUPPORT))), wp.float32)
+        self.supports.reaches = self._array(supports.reshape(len(memories), int(np.prod(SUPPORT_SHAPE))), wp.float32)
         self.supports.prototype = self._array(instances.prototype, wp.int32)
         self.tables.slots = self._array(scene.material_slots, wp.int32)
 
@@ -180,8 +180,8 @@ def _triangle_records(prototype: Prototype) -> np.ndarray:
     corners = prototype.points[prototype.triangles]
     for k in range(3):
         rows[f"p{k}"] = corners[:, k]
-        rows[f"n{k}"] = prototype.corner_normals[:, k]
-        rows[f"uv{k}"] = prototype.corner_uvs[:, k]
+        rows[f"n{k}"] = prototype.normals[:, k]
+        rows[f"uv{k}"] = prototype.uvs[:, k]
     rows["slot"] = prototype.triangle_slots
     rows["face"] = prototype.triangle_faces
     return rows

@@ -12,7 +12,7 @@ import warp as wp
 
 from usdsdg.errors import warn_once
 from usdsdg_render.bvh.acceleration_structure import TlasBuilder, tlas_node_dtype
-from usdsdg_render.geometry.support_function import SUPPORT
+from usdsdg_render.geometry.support_function import SUPPORT_SHAPE
 from usdsdg_render.kernels.scene.place import Places, place
 from usdsdg_render.memory.staging_buffer import LINE, Mirror, shared
 from usdsdg_render.scene import structs
@@ -38,7 +38,7 @@ class Placement:
         Args:
             rows: (N,) records, of which places are not read.
             prototype: (N,) which of `supports` each has.
-            supports: (prototypes, *SUPPORT) how far each reaches.
+            supports: (prototypes, *SUPPORT_SHAPE) how far each reaches.
             filled: (N,) bool: whether it has triangles.
         """
         if (len(rows), len(supports)) != (len(self._rows), len(self._supports)):
@@ -78,7 +78,7 @@ class Placement:
         self.placed, self._filled = np.zeros((2, count), bool)
         self._matrices = np.zeros((count, 4, 4))
         self._prototype, self._solid = np.zeros(count, np.int32), np.zeros(count, np.uint8)
-        self._supports = np.zeros((prototypes, *SUPPORT))
+        self._supports = np.zeros((prototypes, *SUPPORT_SHAPE))
         self._top = TlasBuilder(self.lower, self.upper, nodes, order, self.device)
         if count:
             self._placing = wp.launch(place, dim=count, inputs=[self._places()], device="cpu", record_cmd=True)

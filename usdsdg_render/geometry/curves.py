@@ -1,7 +1,7 @@
-"""UsdGeom curves as polylines: where each curve runs, and how thick it is there.
+"""Sample UsdGeom curves as polylines with radii.
 
 BasisCurves are evaluated with their basis, HermiteCurves with their tangents and NurbsCurves with their knots and
-weights: exactly, at some parameters of each segment.
+weights, exactly, at evenly spaced parameters of each segment.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from pxr import Usd, UsdGeom
 from scipy.interpolate import BSpline
 
 from usdsdg import errors
-from usdsdg_render.geometry.mesh_source import Primvar, read_array, read_primvar
+from usdsdg_render.geometry.curve_widths import element_widths, interpolate_linearly, read_widths, sample_widths
+from usdsdg_render.geometry.mesh_source import Primvar, read_array
 
 # Rows: powers 1, t, t2, t3 of the parameter; columns: the four vertices of a segment.
 BASES = {
@@ -21,45 +22,52 @@ BASES = {
     "bspline": np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6.0,
     "catmullRom": np.array([[0, 2, 0, 0], [-1, 0, 1, 0], [2, -5, 4, -1], [-1, 3, -3, 1]]) / 2.0,
 }
-DEFAULT_WIDTH = 1.0  # of what has none [stage units], as Hydra draws it
 
 
-class Lines(NamedTuple):
-    """Curves of equally many samples."""
+class Polylines(NamedTuple):
+    """Curves with equally many samples."""
 
     points: np.ndarray  # (C, K, 3) float64
     radii: np.ndarray  # (C, K) float64
     closed: bool  # the last sample joins the first
-    curves: np.ndarray  # (C,) which curve of the prim
+    curves: np.ndarray  # (C,) number of the curve in the prim
 
 
 class _Curves(NamedTuple):
-    """The attributes that all curves have."""
+    """The attributes that all kinds of curves have."""
 
-    points: np.ndarray
-    counts: np.ndarray
+    points: np.ndarray  # (V, 3) float64
+    counts: np.ndarray  # (curves,) int64 vertices of each
     widths: Primvar
 
 
-def read_lines(prim: Usd.Prim, time: Usd.TimeCode, points: np.ndarray | None, steps: int) -> list[Lines]:
-    """The curves of a prim in groups of equal length; empty (with a warning) where there is nothing to draw.
+class _Group(NamedTuple):
+    """The curves of a prim that have equally many vertices."""
+
+    curves: _Curves
+    numbers: np.ndarray  # (C,)
+    vertices: np.ndarray  # (C, V) indices of points
+
+
+def read_polylines(prim: Usd.Prim, time: Usd.TimeCode, points: np.ndarray | None, steps: int) -> list[Polylines]:
+    """Sample the curves of a prim, in groups of equal length; empty (with a warning) where none can be drawn.
 
     Args:
-        points: what stands for its points, where a skeleton moved them.
+        points: (V, 3) skinned points; None = as authored.
         steps: samples of each segment.
     """
     curves = _read(prim, time, points)
     if curves is None:
         return []
-    reader = {"BasisCurves": _basis_lines, "HermiteCurves": _hermite_lines, "NurbsCurves": _nurbs_lines}
+    samplers = {"BasisCurves": _sample_basis, "HermiteCurves": _sample_hermite, "NurbsCurves": _sample_nurbs}
     starts = np.cumsum(curves.counts) - curves.counts
-    lines = []
+    polylines: list[Polylines] = []
     for count in np.unique(curves.counts):
-        which = np.flatnonzero(curves.counts == count)
-        where = starts[which, None] + np.arange(count)
-        lines += reader[str(prim.GetTypeName())](prim, time, curves, which, where, steps)
-    kept = [_whole(each) for each in lines]
-    lost = sum(len(each.points) for each in lines) - sum(len(each.points) for each in kept)
+        numbers = np.flatnonzero(curves.counts == count)
+        group = _Group(curves, numbers, starts[numbers, None] + np.arange(count))
+        polylines += samplers[str(prim.GetTypeName())](prim, time, group, steps)
+    kept = [_drawable(each) for each in polylines]
+    lost = sum(len(each.points) for each in polylines) - sum(len(each.points) for each in kept)
     if lost:
         errors.warn_once(
             f"{prim.GetPath()}: {lost} curves have points or widths that are NaN or infinite, or no width > 0, and are "
@@ -69,7 +77,7 @@ def read_lines(prim: Usd.Prim, time: Usd.TimeCode, points: np.ndarray | None, st
 
 
 def count_segments(prim: Usd.Prim, time: Usd.TimeCode) -> int:
-    """About how many segments the curves of a prim have, for choosing how fine to draw them."""
+    """Return about how many segments the curves of a prim have, which decides how fine they are tessellated."""
     counts = read_array(prim, "curveVertexCounts", time, ())
     return 0 if counts is None else int(np.maximum(counts, 0).sum())
 
@@ -94,29 +102,14 @@ def _read(prim: Usd.Prim, time: Usd.TimeCode, points: np.ndarray | None) -> _Cur
     return _Curves(np.asarray(points, np.float64), counts.astype(np.int64), read_widths(prim, time))
 
 
-def read_widths(prim: Usd.Prim, time: Usd.TimeCode) -> Primvar:
-    """Diameters of curves or points. `primvars:widths` wins over `widths`, which are of vertices unless they say."""
-    primvar = read_primvar(prim, "primvars:widths", time, ())
-    if primvar is not None:
-        return primvar
-    values = read_array(prim, "widths", time, ())
-    if values is None or not len(values):
-        errors.warn_once(
-            f"{prim.GetPath()}: it has no widths, so {DEFAULT_WIDTH} is used. Author widths [stage units]."
-        )
-        return Primvar(np.full(1, DEFAULT_WIDTH), np.zeros(0, np.int32), "constant")
-    said = prim.GetAttribute("widths").GetMetadata("interpolation")
-    return Primvar(values, np.zeros(0, np.int32), "constant" if len(values) == 1 else str(said or "vertex"))
+def _drawable(polylines: Polylines) -> Polylines:
+    """The curves with finite values and some width: a width of zero is a tip."""
+    usable = np.isfinite(polylines.points).all(axis=(1, 2)) & np.isfinite(polylines.radii).all(axis=1)
+    usable &= (polylines.radii > 0.0).any(axis=1)
+    return Polylines(polylines.points[usable], polylines.radii[usable], polylines.closed, polylines.curves[usable])
 
 
-def _whole(lines: Lines) -> Lines:
-    """Those that can be drawn: a width of zero here and there is a tip."""
-    good = np.isfinite(lines.points).all(axis=(1, 2)) & np.isfinite(lines.radii).all(axis=1)
-    good &= (lines.radii > 0.0).any(axis=1)
-    return Lines(lines.points[good], lines.radii[good], lines.closed, lines.curves[good])
-
-
-def _too_short(prim: Usd.Prim, count: int, least: int) -> None:
+def _warn_too_short(prim: Usd.Prim, count: int, least: int) -> None:
     errors.warn_once(
         f"{prim.GetPath()}: curves of {count} vertices are not drawn, since theirs need {least} or more. Correct "
         f"curveVertexCounts."
@@ -124,7 +117,7 @@ def _too_short(prim: Usd.Prim, count: int, least: int) -> None:
 
 
 def _parameters(steps: int, segments: int, closed: bool) -> tuple[np.ndarray, np.ndarray]:
-    """(K,) segment and (K,) parameter in it of each sample; an open curve ends with a sample at its last end."""
+    """(K,) segments and (K,) parameters in them of the samples; an open curve has one at its very end."""
     segment = np.repeat(np.arange(segments), steps)
     t = np.tile(np.arange(steps) / steps, segments)
     if closed:
@@ -133,67 +126,46 @@ def _parameters(steps: int, segments: int, closed: bool) -> tuple[np.ndarray, np
 
 
 def _cubic(values: np.ndarray, basis: np.ndarray, vertices: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """(C, K, n) of vertex values (C, V, n): sample k mixes `vertices[k]` (K, 4) at parameter t[k]."""
+    """(C, K, n) values of cubics: sample k blends the vertices `vertices[k]` (K, 4) of (C, V, n) at parameter t[k]."""
     weights = np.stack([t**0, t, t**2, t**3], axis=-1) @ basis
     return np.einsum("kv,ckvn->ckn", weights, values[:, vertices])
 
 
-def _widths_at(
-    prim: Usd.Prim, widths: Primvar, which: np.ndarray, where: np.ndarray, first_varying: np.ndarray, ends: int
-) -> tuple[np.ndarray, str]:
-    """((C, V or E or 1) widths, vertex, varying or constant)."""
-    values = widths.values[widths.indices] if len(widths.indices) else widths.values
-    rows = {
-        "uniform": which[:, None],
-        "vertex": where,
-        "varying": first_varying[which, None] + np.arange(ends),
-    }.get(widths.interpolation, np.zeros((len(which), 1), np.int64))
-    if rows.size and rows.max() >= len(values):
-        errors.warn_once(
-            f"{prim.GetPath()}: the {widths.interpolation} widths have {len(values)} values, too few for the curves; "
-            f"the first one is used. Author one per element or correct the interpolation."
-        )
-        rows = np.zeros((len(which), 1), np.int64)
-    kind = widths.interpolation if rows.shape[1] > 1 else "constant"
-    return np.asarray(values, np.float64)[rows], kind
+# Kinds of curves
 
 
-# One kind of curve each
-
-
-def _basis_lines(prim, time, curves: _Curves, which: np.ndarray, where: np.ndarray, steps: int) -> list[Lines]:
+def _sample_basis(prim: Usd.Prim, time: Usd.TimeCode, group: _Group, steps: int) -> list[Polylines]:
     schema = UsdGeom.BasisCurves(prim)
     linear = schema.GetTypeAttr().Get(time) == UsdGeom.Tokens.linear
     basis = "linear" if linear else _token(prim, "basis", time, tuple(BASES))
     wrap = _token(prim, "wrap", time, ("nonperiodic", "periodic", "pinned"))
     closed = wrap == "periodic"
-    count = where.shape[1]
+    count = group.vertices.shape[1]
     least = 2 if linear or (wrap == "pinned" and basis != "bezier") else 3 if closed else 4
     if count < least:
-        _too_short(prim, count, least)
+        _warn_too_short(prim, count, least)
         return []
-    ends = _ends(basis, wrap, curves.counts)
-    varying = np.cumsum(ends) - ends
-    segments = int(ends[which[0]]) - (not closed)
+    ends = _varying_counts(basis, wrap, group.curves.counts)
+    segments = int(ends[group.numbers[0]]) - (not closed)
     segment, t = _parameters(1 if linear else steps, segments, closed)
-    widths, kind = _widths_at(prim, curves.widths, which, where, varying, int(ends[which[0]]))
-    values = curves.points[where]
+    widths, kind = element_widths(prim, group.curves.widths, group.numbers, group.vertices, ends)
+    values = group.curves.points[group.vertices]
     if kind == "vertex":
         values = np.concatenate([values, widths[..., None]], axis=-1)
     if linear:
-        samples = _linear(values, segment, t)
+        samples = interpolate_linearly(values, segment, t)
     else:
-        if wrap == "pinned" and basis != "bezier":  # a vertex beyond each end, so that the curve reaches it
+        if wrap == "pinned" and basis != "bezier":  # phantom vertices, so that the curve reaches its ends
             first, last = 2 * values[:, :1] - values[:, 1:2], 2 * values[:, -1:] - values[:, -2:-1]
             values = np.concatenate([first, values, last], axis=1)
         step = 3 if basis == "bezier" else 1
         vertices = (segment[:, None] * step + np.arange(4)) % values.shape[1]
         samples = _cubic(values, BASES[basis], vertices, t)
-    return [Lines(samples[..., :3], _radii(samples, widths, kind, segment, t) / 2.0, closed, which)]
+    return [Polylines(samples[..., :3], sample_widths(samples, widths, kind, segment, t) / 2.0, closed, group.numbers)]
 
 
 def _token(prim: Usd.Prim, name: str, time: Usd.TimeCode, known: tuple[str, ...]) -> str:
-    """A token of a prim, the first that is known (with a warning) for any other."""
+    """Value of a token attribute; the first of `known` (with a warning) in place of an unknown one."""
     value = str(prim.GetAttribute(name).Get(time) or known[0])
     if value in known:
         return value
@@ -203,8 +175,8 @@ def _token(prim: Usd.Prim, name: str, time: Usd.TimeCode, known: tuple[str, ...]
     return known[0]
 
 
-def _ends(basis: str, wrap: str, counts: np.ndarray) -> np.ndarray:
-    """(C,) ends of segments of each curve, which have the varying values."""
+def _varying_counts(basis: str, wrap: str, counts: np.ndarray) -> np.ndarray:
+    """(curves,) number of varying values of each curve: one for each end of a segment."""
     if wrap == "periodic":
         return counts // 3 if basis == "bezier" else counts
     if basis == "bezier":
@@ -212,25 +184,11 @@ def _ends(basis: str, wrap: str, counts: np.ndarray) -> np.ndarray:
     return counts if basis == "linear" or wrap == "pinned" else np.maximum(counts - 2, 0)
 
 
-def _linear(values: np.ndarray, segment: np.ndarray, t: np.ndarray) -> np.ndarray:
-    after = (segment + 1) % values.shape[1]
-    return values[:, segment] + (values[:, after] - values[:, segment]) * t[:, None]
-
-
-def _radii(samples: np.ndarray, widths: np.ndarray, kind: str, segment: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """(C, K) widths of the samples."""
-    if kind == "vertex":
-        return samples[..., 3]
-    if kind == "varying":
-        return _linear(widths[..., None], segment, t)[..., 0]
-    return np.broadcast_to(widths[:, :1], samples.shape[:2])
-
-
-def _hermite_lines(prim, time, curves: _Curves, which: np.ndarray, where: np.ndarray, steps: int) -> list[Lines]:
+def _sample_hermite(prim: Usd.Prim, time: Usd.TimeCode, group: _Group, steps: int) -> list[Polylines]:
     tangents = read_array(prim, "tangents", time, (3,))
-    count = where.shape[1]
+    curves, count = group.curves, group.vertices.shape[1]
     if count < 2:
-        _too_short(prim, count, 2)
+        _warn_too_short(prim, count, 2)
         return []
     if tangents is None or len(tangents) < len(curves.points):
         errors.warn_once(
@@ -238,50 +196,47 @@ def _hermite_lines(prim, time, curves: _Curves, which: np.ndarray, where: np.nda
         )
         return []
     segment, t = _parameters(steps, count - 1, False)
-    ends = curves.counts
-    widths, kind = _widths_at(prim, curves.widths, which, where, np.cumsum(ends) - ends, count)
-    points, tangent = curves.points[where], np.asarray(tangents, np.float64)[where]
-    # The same cubic with Bezier's vertices.
+    widths, kind = element_widths(prim, curves.widths, group.numbers, group.vertices, curves.counts)
+    points, tangent = curves.points[group.vertices], np.asarray(tangents, np.float64)[group.vertices]
+    # The Bezier control points of the same cubic.
     inner = [points[:, :-1] + tangent[:, :-1] / 3, points[:, 1:] - tangent[:, 1:] / 3]
-    bezier = np.stack([points[:, :-1], *inner, points[:, 1:]], axis=2).reshape(len(which), -1, 3)
+    bezier = np.stack([points[:, :-1], *inner, points[:, 1:]], axis=2).reshape(len(points), -1, 3)
     samples = _cubic(bezier, BASES["bezier"], segment[:, None] * 4 + np.arange(4), t)
-    return [
-        Lines(samples, _radii(samples, widths, "varying" if kind == "vertex" else kind, segment, t) / 2, False, which)
-    ]
+    radii = sample_widths(samples, widths, "varying" if kind == "vertex" else kind, segment, t) / 2
+    return [Polylines(samples, radii, False, group.numbers)]
 
 
-def _nurbs_lines(prim, time, curves: _Curves, which: np.ndarray, where: np.ndarray, steps: int) -> list[Lines]:
+def _sample_nurbs(prim: Usd.Prim, time: Usd.TimeCode, group: _Group, steps: int) -> list[Polylines]:
     orders, knots = read_array(prim, "order", time, ()), read_array(prim, "knots", time, ())
     ranges, weights = read_array(prim, "ranges", time, (2,)), read_array(prim, "pointWeights", time, ())
-    whole = curves.counts
-    if orders is None or knots is None or len(orders) < len(whole) or len(knots) < (whole + orders[: len(whole)]).sum():
+    curves, counts = group.curves, group.curves.counts
+    orders = None if orders is None or len(orders) < len(counts) else orders[: len(counts)]
+    if orders is None or knots is None or len(knots) < (counts + orders).sum():
         errors.warn_once(
             f"{prim.GetPath()}: order and knots do not fit its curves, which are not drawn. A curve of n vertices has "
             f"n + order knots."
         )
         return []
-    first_knot = np.cumsum(whole + orders[: len(whole)]) - (whole + orders[: len(whole)])
-    ends = np.maximum(whole - orders[: len(whole)] + 2, 0)
-    lines = []
-    for curve, row in zip(which, where):
+    first_knot = np.cumsum(counts + orders) - (counts + orders)
+    ends = np.maximum(counts - orders + 2, 0)
+    polylines: list[Polylines] = []
+    for curve, row in zip(group.numbers, group.vertices):
         order, count = int(orders[curve]), len(row)
         if order < 2 or count < order:
-            _too_short(prim, count, max(order, 2))
+            _warn_too_short(prim, count, max(order, 2))
             continue
-        own = knots[first_knot[curve] : first_knot[curve] + count + order].astype(np.float64)
-        low, high = own[order - 1], own[count]
+        curve_knots = knots[first_knot[curve] : first_knot[curve] + count + order].astype(np.float64)
+        low, high = curve_knots[order - 1], curve_knots[count]
         if ranges is not None and len(ranges) > curve:
             low, high = max(low, ranges[curve][0]), min(high, ranges[curve][1])
         parameters = np.linspace(low, high, steps * (count - order + 1) + 1)
         weight = np.ones(count) if weights is None or len(weights) < len(curves.points) else weights[row]
-        widths, kind = _widths_at(
-            prim, curves.widths, which[which == curve], row[None], np.cumsum(ends) - ends, int(ends[curve])
-        )
+        widths, kind = element_widths(prim, curves.widths, np.array([curve]), row[None], ends)
         at_vertices = widths[0] if kind == "vertex" else np.full(count, widths[0, 0])
         rows = np.column_stack([curves.points[row], at_vertices, np.ones(count)]) * weight[:, None]
-        mixed = BSpline(own, rows, order - 1)(np.clip(parameters, low, high))
-        samples = mixed[:, :4] / mixed[:, 4:]
+        homogeneous = BSpline(curve_knots, rows, order - 1)(np.clip(parameters, low, high))
+        samples = homogeneous[:, :4] / homogeneous[:, 4:]
         if kind == "varying":
             samples[:, 3] = np.interp(np.linspace(0, 1, len(samples)), np.linspace(0, 1, widths.shape[1]), widths[0])
-        lines.append(Lines(samples[None, :, :3], samples[None, :, 3] / 2.0, False, np.array([curve])))
-    return lines
+        polylines.append(Polylines(samples[None, :, :3], samples[None, :, 3] / 2.0, False, np.array([curve])))
+    return polylines

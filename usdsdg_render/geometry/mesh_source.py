@@ -1,8 +1,8 @@
-"""UsdGeomMesh as arrays: what decides its triangles, read without copies."""
+"""Read the attributes of a UsdGeomMesh that determine its triangles, as zero-copy arrays."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from pxr import Usd, UsdGeom
@@ -10,27 +10,27 @@ from pxr import Usd, UsdGeom
 from usdsdg import errors
 from usdsdg_render.usd.authored_values import as_array
 
-# UV sets that files use when the material does not say which.
+# Names of texture coordinates in use, tried in this order when the material names none.
 UV_NAMES = ("st", "st0", "st_0", "UVMap", "map1", "uv", "st1", "UVW")
 EMPTY = np.zeros(0, np.int32)
-_SHARP = ("creaseIndices", "creaseLengths", "creaseSharpnesses", "cornerIndices", "cornerSharpnesses")
+_SHARPNESS = ("creaseIndices", "creaseLengths", "creaseSharpnesses", "cornerIndices", "cornerSharpnesses")
 
 
 class Primvar(NamedTuple):
-    """Values as authored, with what is needed to look them up at a corner."""
+    """A primvar as authored."""
 
     values: np.ndarray
     indices: np.ndarray  # empty: not indexed
-    interpolation: str
+    interpolation: str  # constant, uniform, varying, vertex or faceVarying
 
 
 class Refinement(NamedTuple):
-    """How a subdivision surface is to be refined, with what is sharp on it."""
+    """How a subdivision surface is refined, with its creases and corners."""
 
-    level: int | None  # None: as fine as it takes
+    level: int | None  # None: chosen by the number of faces
     boundary: str  # interpolateBoundary
     face_varying: str  # faceVaryingLinearInterpolation
-    crease_vertices: np.ndarray  # chains of vertices, one after the other
+    crease_vertices: np.ndarray  # creaseIndices: the vertices of all creases, one after the other
     crease_lengths: np.ndarray
     crease_sharpness: np.ndarray  # one a crease, or one an edge
     corner_vertices: np.ndarray
@@ -41,7 +41,7 @@ class Refinement(NamedTuple):
 
 
 class MeshSource(NamedTuple):
-    """The attributes of a mesh that decide its triangles, as zero-copy views of USD's arrays."""
+    """The attributes of a mesh that determine its triangles, as zero-copy views of USD's arrays."""
 
     points: np.ndarray
     counts: np.ndarray
@@ -52,20 +52,20 @@ class MeshSource(NamedTuple):
     subsets: tuple[np.ndarray, ...]
     left_handed: bool
     scheme: str
-    refinement: Refinement | None = None  # None: drawn as it is
-    colors: Primvar | None = None  # displayColor, where it is drawn varying
+    refinement: Refinement | None = None  # None: not refined
+    colors: Primvar | None = None  # displayColor, if read
     opacities: Primvar | None = None
 
     def arrays(self) -> tuple[np.ndarray, ...]:
         primvars = [a for p in self.primvars() if p is not None for a in (p.values, p.indices)]
-        sharp = self.refinement.arrays() if self.refinement is not None else ()
-        return (self.points, self.counts, self.indices, self.holes, *self.subsets, *primvars, *sharp)
+        sharpness = self.refinement.arrays() if self.refinement is not None else ()
+        return (self.points, self.counts, self.indices, self.holes, *self.subsets, *primvars, *sharpness)
 
     def primvars(self) -> tuple[Primvar | None, ...]:
         return self.normals, self.uvs, self.colors, self.opacities
 
-    def form(self) -> tuple:
-        """What decides the triangles beside the arrays."""
+    def settings(self) -> tuple:
+        """Return what determines the triangles beside the arrays."""
         return (
             self.left_handed,
             self.scheme,
@@ -83,10 +83,12 @@ def read_mesh(
     subsets: list[Usd.Prim] | None = None,
     colored: bool = False,
 ) -> MeshSource | None:
-    """Attributes of a mesh at `time`. None (with a warning) when it has no points or faces.
+    """Read a mesh at `time`; None (with a warning) when it has no points or faces.
 
-    `uv_name` is the primvar that the material reads; empty or absent, the usual names are tried, then any texCoord2f.
-    `colored`: with displayColor and displayOpacity, which take the place of texture coordinates.
+    Args:
+        uv_name: primvar of the texture coordinates; where "" or missing, UV_NAMES are tried, then any texCoord2f.
+        subsets: material subsets.
+        colored: whether to read displayColor and displayOpacity, in place of texture coordinates.
     """
     points = read_array(prim, "points", time, (3,))
     counts = read_array(prim, "faceVertexCounts", time, ())
@@ -116,15 +118,15 @@ def read_mesh(
 
 
 def _refinement(prim: Usd.Prim, time: Usd.TimeCode) -> Refinement | None:
-    """What Omniverse's override asks for; without it, a surface with creases or corners is refined, others are not."""
-    sharp = [read_array(prim, name, time, ()) for name in _SHARP]
+    """Read how a mesh is refined: as Omniverse's override says, else only if it has creases or corners."""
+    sharpness = [read_array(prim, name, time, ()) for name in _SHARPNESS]
     override = prim.GetAttribute("refinementEnableOverride")
     level = None
     if override and override.Get(time) is True:
         level = int(prim.GetAttribute("refinementLevel").Get(time) or 0) if prim.HasAttribute("refinementLevel") else 0
         if level <= 0:
             return None
-    elif not any(array is not None and len(array) for array in sharp):
+    elif not any(array is not None and len(array) for array in sharpness):
         return None
     if prim.GetAttribute("triangleSubdivisionRule").Get(time) == "smooth":
         errors.warn_once(
@@ -135,12 +137,12 @@ def _refinement(prim: Usd.Prim, time: Usd.TimeCode) -> Refinement | None:
         level,
         str(prim.GetAttribute("interpolateBoundary").Get(time) or "edgeAndCorner"),
         str(prim.GetAttribute("faceVaryingLinearInterpolation").Get(time) or "cornersPlus1"),
-        *(EMPTY if array is None else array for array in sharp),
+        *(EMPTY if array is None else array for array in sharpness),
     )
 
 
-def value_at(attribute: Usd.Attribute, time: Usd.TimeCode):
-    """Value at `time`, or at the first sample when the default time is asked and only samples exist."""
+def value_at(attribute: Usd.Attribute, time: Usd.TimeCode) -> Any:
+    """Return the value at `time`; at the default time, an attribute with time samples only has its first one."""
     value = attribute.Get(time)
     if value is None and time.IsDefault():
         value = attribute.Get(Usd.TimeCode.EarliestTime())
@@ -148,7 +150,7 @@ def value_at(attribute: Usd.Attribute, time: Usd.TimeCode):
 
 
 def read_array(prim: Usd.Prim, name: str, time: Usd.TimeCode, tail: tuple[int, ...]) -> np.ndarray | None:
-    """An array of rows of shape `tail`; None where there is none, or (with a warning) one of another type."""
+    """Read an array of rows of shape `tail`; None where there is none, or (with a warning) one of another type."""
     attribute = prim.GetAttribute(name)
     return as_array(attribute, value_at(attribute, time), tail) if attribute else None
 
@@ -159,7 +161,7 @@ def _subset_faces(subset: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:
 
 
 def read_primvar(prim: Usd.Prim, name: str, time: Usd.TimeCode, tail: tuple[int, ...]) -> Primvar | None:
-    """A primvar with rows of shape `tail`, by its attribute's name; None where there is none."""
+    """Read a primvar with rows of shape `tail`, by the name of its attribute; None where there is none."""
     values = read_array(prim, name, time, tail)
     if values is None or not len(values):
         return None

@@ -1,4 +1,4 @@
-"""A mesh as its skeleton shapes it."""
+"""Apply skinning to the points and normals of a mesh."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg_render.geometry.mesh_source import EMPTY, MeshSource, Primvar
 
 
-def posed(source: MeshSource, prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> MeshSource:
-    """`source` with the points and normals of `time`; itself where nothing is skinned."""
+def skinned(source: MeshSource, prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> MeshSource:
+    """Return `source` with its skinned points and normals at `time`; itself where no skeleton deforms it."""
     normals, vertices = _normals_at_points(source)
-    skinned = skinning.skin(prim, time, normals=normals, vertices=vertices)
-    if skinned is None or len(skinned.points) != len(source.points):
+    result = skinning.skin(prim, time, normals=normals, vertices=vertices)
+    if result is None or len(result.points) != len(source.points):
         return source
-    turned = None
-    if skinned.normals is not None and source.normals is not None:
-        turned = Primvar(skinned.normals, EMPTY, source.normals.interpolation)
-    return source._replace(points=skinned.points, normals=turned)
+    primvar = None
+    if result.normals is not None and source.normals is not None:
+        primvar = Primvar(result.normals, EMPTY, source.normals.interpolation)
+    return source._replace(points=result.points, normals=primvar)
 
 
 def _normals_at_points(source: MeshSource) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """Normals one by one and the point of each; none where they belong to faces, to be computed from those instead."""
+    """(N, 3) normals and (N,) their points; None for normals of faces, which are computed from the skinned points."""
     primvar = source.normals
     if primvar is None or primvar.interpolation in ("constant", "uniform"):
         return None, None

@@ -1,4 +1,4 @@
-"""Polygons to triangles, in numpy: fans for convex faces, ear clipping for concave ones."""
+"""Triangulate polygons in NumPy: fans for convex faces, ear clipping for concave ones."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-# A corner counts as reflex when it bends back by more than this, as sine of the angle: below it is rounding.
+# A vertex is reflex if it turns back by more than this, as sine of the angle: less is rounding.
 REFLEX_SINE = 1e-4
 
 
-class Corners(NamedTuple):
-    """Triangles as positions in the face-vertex list, so that face-varying values follow."""
+class Triangles(NamedTuple):
+    """Triangles as positions in the face-vertex list, by which faceVarying values are looked up."""
 
-    corners: np.ndarray  # (T, 3) int64 into faceVertexIndices
+    face_vertices: np.ndarray  # (T, 3) int64 into faceVertexIndices
     faces: np.ndarray  # (T,) int64 into faceVertexCounts
 
 
-def triangulate(points: np.ndarray, counts: np.ndarray, indices: np.ndarray, starts: np.ndarray) -> Corners:
-    """Triangles of faces with three or more vertices each.
+def triangulate(points: np.ndarray, counts: np.ndarray, indices: np.ndarray, starts: np.ndarray) -> Triangles:
+    """Triangulate faces of three or more vertices each.
 
     Args:
         points: (V, 3) finite.
@@ -27,55 +27,57 @@ def triangulate(points: np.ndarray, counts: np.ndarray, indices: np.ndarray, sta
         starts: (F,) where each face begins in `indices`.
     """
     if len(counts) and counts.min() == counts.max() == 3:
-        return Corners(starts[:, None] + np.arange(3), np.arange(len(counts)))
+        return Triangles(starts[:, None] + np.arange(3), np.arange(len(counts)))
     fan = _fan(counts, starts)
     larger = np.flatnonzero(counts > 3)
     if not len(larger):
         return fan
-    corners = fan.corners
+    face_vertices = fan.face_vertices
     first_of_face = np.cumsum(counts - 2) - (counts - 2)
     for face, reflex in _concave_faces(points, counts, indices, starts, larger):
         begin, count = starts[face], counts[face]
         rows = slice(first_of_face[face], first_of_face[face] + count - 2)
-        if count == 4:  # the diagonal that starts at the reflex corner lies inside
-            corners[rows] = begin + (np.array([[0, 1, 2], [0, 2, 3]]) + reflex) % 4
+        if count == 4:  # the diagonal from the reflex vertex lies inside
+            face_vertices[rows] = begin + (np.array([[0, 1, 2], [0, 2, 3]]) + reflex) % 4
         else:
             polygon = points[indices[begin : begin + count]].astype(np.float64)
-            corners[rows] = begin + clip_ears(polygon)
+            face_vertices[rows] = begin + clip_ears(polygon)
     return fan
 
 
-def _fan(counts: np.ndarray, starts: np.ndarray) -> Corners:
+def _fan(counts: np.ndarray, starts: np.ndarray) -> Triangles:
     triangles = counts - 2
     faces = np.repeat(np.arange(len(counts)), triangles)
     step = np.arange(len(faces)) - np.repeat(np.cumsum(triangles) - triangles, triangles)
     begin = starts[faces]
-    return Corners(np.stack([begin, begin + step + 1, begin + step + 2], axis=-1), faces)
+    return Triangles(np.stack([begin, begin + step + 1, begin + step + 2], axis=-1), faces)
 
 
-def _concave_faces(points, counts, indices, starts, faces) -> list[tuple[int, int]]:
-    """(face, its most reflex corner) of the concave ones among `faces`."""
+def _concave_faces(
+    points: np.ndarray, counts: np.ndarray, indices: np.ndarray, starts: np.ndarray, faces: np.ndarray
+) -> list[tuple[int, int]]:
+    """(face, number of its most reflex vertex) of the concave ones among `faces`."""
     count = counts[faces]
     owner = np.repeat(np.arange(len(faces)), count)
     base = np.cumsum(count) - count
     step = np.arange(len(owner)) - base[owner]
     begin, length = starts[faces][owner], count[owner]
     here = points[indices[begin + step]].astype(np.float64)
-    onward = points[indices[begin + (step + 1) % length]] - here
+    ahead = points[indices[begin + (step + 1) % length]] - here
     back = here - points[indices[begin + (step - 1) % length]]
     # Newell's normal is the area vector of the polygon, whatever its shape.
-    area = np.add.reduceat(np.cross(here - here[base][owner], here + onward - here[base][owner]), base)
+    area = np.add.reduceat(np.cross(here - here[base][owner], here + ahead - here[base][owner]), base)
     normal = area / np.maximum(np.linalg.norm(area, axis=1, keepdims=True), 1e-300)
-    bend = np.einsum("ij,ij->i", np.cross(back, onward), normal[owner])
-    sine = bend / np.maximum(np.linalg.norm(back, axis=1) * np.linalg.norm(onward, axis=1), 1e-300)
+    turn = np.einsum("ij,ij->i", np.cross(back, ahead), normal[owner])
+    sine = turn / np.maximum(np.linalg.norm(back, axis=1) * np.linalg.norm(ahead, axis=1), 1e-300)
     concave = np.flatnonzero(np.minimum.reduceat(sine, base) < -REFLEX_SINE)
     return [(int(faces[k]), int(np.argmin(sine[base[k] : base[k] + count[k]]))) for k in concave]
 
 
 def clip_ears(polygon: np.ndarray) -> np.ndarray:
-    """(n - 2, 3) corners of a simple polygon given as (n, 3) points, by ear clipping in its own plane.
+    """(n - 2, 3) int triangles of a simple polygon of (n, 3) points, by ear clipping in its plane.
 
-    A polygon that crosses itself has no triangulation; what is left when no ear is found becomes a fan.
+    A polygon that intersects itself has no triangulation: where no ear is left, the most convex vertex is clipped.
     """
     flat = _to_plane(polygon)
     remaining = list(range(len(flat)))
@@ -89,7 +91,7 @@ def clip_ears(polygon: np.ndarray) -> np.ndarray:
 
 
 def _to_plane(polygon: np.ndarray) -> np.ndarray:
-    """(n, 2) coordinates, counter-clockwise."""
+    """(n, 2) coordinates of a polygon in its plane, counter-clockwise."""
     relative = polygon - polygon[0]
     normal = np.cross(relative, np.roll(relative, -1, axis=0)).sum(axis=0)
     drop = int(np.argmax(np.abs(normal)))
@@ -98,17 +100,18 @@ def _to_plane(polygon: np.ndarray) -> np.ndarray:
 
 
 def _find_ear(flat: np.ndarray, remaining: list[int]) -> int:
+    """Position in `remaining` of the ear with the largest area."""
     ring = flat[remaining]
     back, ahead = np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0)
     turn = _cross(ring - back, ahead - ring)
-    # Fat ears first: thin triangles are the ones that rays slip through.
+    # Large ears first: rays slip through thin triangles.
     for ear in np.argsort(-turn):
         if turn[ear] <= 0.0:
             break
         a, b, c = back[ear], ring[ear], ahead[ear]
         inside = (_cross(b - a, ring - a) >= 0) & (_cross(c - b, ring - b) >= 0) & (_cross(a - c, ring - c) >= 0)
-        at_corner = (ring == a).all(1) | (ring == b).all(1) | (ring == c).all(1)
-        if not (inside & ~at_corner).any():
+        coincident = (ring == a).all(1) | (ring == b).all(1) | (ring == c).all(1)
+        if not (inside & ~coincident).any():
             return int(ear)
     return int(np.argmax(turn))
 

@@ -1,4 +1,4 @@
-"""Curves as round tubes with flat ends, and points as spheres."""
+"""Tessellate curves as round tubes with flat ends, and points as spheres."""
 
 from __future__ import annotations
 
@@ -9,35 +9,36 @@ from pxr import Usd
 
 from usdsdg import errors
 from usdsdg.stage.geometry.skinning import Skinning
-from usdsdg_render.geometry.curves import Lines, count_segments, read_lines, read_widths
+from usdsdg_render.geometry.curve_widths import read_widths
+from usdsdg_render.geometry.curves import Polylines, count_segments, read_polylines
 from usdsdg_render.geometry.mesh_source import read_array
-from usdsdg_render.geometry.subdivision_rules import INFINITE, Cage, refine
+from usdsdg_render.geometry.subdivision.rules import INFINITE, ControlMesh, refine
 
-# (most segments, samples of a segment, sides of a tube): the finest that fits counts.
+# (most segments, samples of a segment, sides of a tube): the first row that fits counts.
 TUBES = ((2_000, 8, 16), (20_000, 6, 8), (100_000, 4, 6), (1_000_000, 2, 4), (10**12, 1, 3))
-# (most points, levels of refinement of an octahedron)
+# (most points, refinement levels of an octahedron): the first row that fits counts.
 SPHERES = ((500, 4), (5_000, 3), (50_000, 2), (500_000, 1), (10**12, 0))
 
 
-class Round(NamedTuple):
-    """Triangles with their own corner normals and UVs, and which curve or point each belongs to."""
+class Tessellation(NamedTuple):
+    """Triangles with faceVarying normals and UVs, and the curve or point that each belongs to."""
 
     points: np.ndarray  # (V, 3) float32
     triangles: np.ndarray  # (T, 3) int32
-    corner_normals: np.ndarray  # (T, 3, 3) float32
-    corner_uvs: np.ndarray  # (T, 3, 2) float32
+    normals: np.ndarray  # (T, 3, 3) float32
+    uvs: np.ndarray  # (T, 3, 2) float32
     owners: np.ndarray  # (T,) int32
 
 
-def curves(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Round | None:
-    """The curves of a prim as tubes; None (with a warning) when nothing is left of them."""
+def tessellate_curves(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Tessellation | None:
+    """Tessellate the curves of a prim as tubes; None (with a warning) when none of them can be drawn."""
     segments = count_segments(prim, time)
     steps, sides = next((steps, sides) for most, steps, sides in TUBES if segments <= most)
     skinned = skinning.skin(prim, time)
-    lines = read_lines(prim, time, None if skinned is None else skinned.points, steps)
-    tubes = [tube for tube in (_tube(each, sides) for each in lines) if tube is not None]
-    surface = _joined(tubes)
-    if surface is None and lines:
+    groups = read_polylines(prim, time, None if skinned is None else skinned.points, steps)
+    tubes = [tube for tube in (_tube(each, sides) for each in groups) if tube is not None]
+    surface = _join(tubes)
+    if surface is None and groups:
         errors.warn_once(
             f"{prim.GetPath()}: its curves are too thin or too short for 32-bit numbers, so nothing is drawn. Make "
             f"them wider or remove the prim."
@@ -45,8 +46,8 @@ def curves(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Round | No
     return surface
 
 
-def points(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Round | None:
-    """The points of a prim as spheres; None (with a warning) when there are none."""
+def tessellate_points(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Tessellation | None:
+    """Tessellate the points of a prim as spheres; None (with a warning) when there are none."""
     skinned = skinning.skin(prim, time)
     centers = read_array(prim, "points", time, (3,)) if skinned is None else skinned.points
     if centers is None or not len(centers):
@@ -71,15 +72,15 @@ def points(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Round | No
     return _spheres(np.asarray(centers, np.float64)[good], radii[good], np.flatnonzero(good)) if good.any() else None
 
 
-def _spheres(centers: np.ndarray, radii: np.ndarray, owners: np.ndarray) -> Round:
+def _spheres(centers: np.ndarray, radii: np.ndarray, owners: np.ndarray) -> Tessellation:
     levels = next(levels for most, levels in SPHERES if len(centers) <= most)
-    ball, faces = _ball(levels)
+    ball, faces = _unit_sphere(levels)
     vertices = centers[:, None] + ball * radii[:, None, None]
     triangles = faces + len(ball) * np.arange(len(centers))[:, None, None]
     count = len(centers)
     longitude = np.arctan2(ball[:, 1], ball[:, 0]) / (2 * np.pi) % 1.0
     uv = np.stack([longitude, np.arccos(np.clip(-ball[:, 2], -1, 1)) / np.pi], axis=-1)[faces]
-    return Round(
+    return Tessellation(
         vertices.reshape(-1, 3).astype(np.float32),
         triangles.reshape(-1, 3).astype(np.int32),
         np.tile(ball[faces].astype(np.float32), (count, 1, 1)),
@@ -88,73 +89,73 @@ def _spheres(centers: np.ndarray, radii: np.ndarray, owners: np.ndarray) -> Roun
     )
 
 
-def _ball(levels: int) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices of a unit sphere and its triangles, from an octahedron."""
-    corners = np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
+def _unit_sphere(levels: int) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (V, 3) and triangles (T, 3) of a unit sphere: a refined octahedron."""
+    vertices = np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
     faces = np.array([k for j in range(4) for k in (j, (j + 1) % 4, 4, (j + 1) % 4, j, 5)])
-    cage = Cage(corners, np.full(6, INFINITE), np.full(8, 3), faces, np.full(24, INFINITE))
+    sphere = ControlMesh(vertices, np.full(6, INFINITE), np.full(8, 3), faces, np.full(24, INFINITE))
     for _ in range(levels):
-        cage = refine(cage, 1, loop=True)
-        cage = cage._replace(values=cage.values / np.linalg.norm(cage.values, axis=1, keepdims=True))
-    return cage.values, cage.indices.reshape(-1, 3)
+        sphere = refine(sphere, 1, loop=True)
+        sphere = sphere._replace(values=sphere.values / np.linalg.norm(sphere.values, axis=1, keepdims=True))
+    return sphere.values, sphere.indices.reshape(-1, 3)
 
 
-def _tube(lines: Lines, sides: int) -> Round | None:
-    tangent, across = _frames(lines)
+def _tube(polylines: Polylines, sides: int) -> Tessellation | None:
+    tangent, across = _frames(polylines)
     aside = np.cross(tangent, across)
     angle = np.arange(sides) * (2 * np.pi / sides)
     # (C, K, sides, 3) directions from the curve to the tube
     outward = across[:, :, None] * np.cos(angle)[:, None] + aside[:, :, None] * np.sin(angle)[:, None]
-    rings = lines.points[:, :, None] + outward * np.maximum(lines.radii, 0.0)[:, :, None, None]
-    count, samples = lines.points.shape[:2]
-    here = np.arange(samples if lines.closed else samples - 1)[:, None]
+    rings = polylines.points[:, :, None] + outward * np.maximum(polylines.radii, 0.0)[:, :, None, None]
+    count, samples = polylines.points.shape[:2]
+    here = np.arange(samples if polylines.closed else samples - 1)[:, None]
     next_ring, side = (here + 1) % samples, np.arange(sides)
     next_side = (side + 1) % sides
-    corners = np.stack(
+    quads = np.stack(
         [here * sides + side, here * sides + next_side, next_ring * sides + next_side, next_ring * sides + side],
         axis=-1,
     ).reshape(-1, 4)
-    quads = corners[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
+    triangles = quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
     column = np.broadcast_to(np.stack([side, side + 1, side + 1, side], -1) / sides, (len(here), sides, 4))
     row = np.stack([here, here, here + 1, here + 1], -1) / max(len(here), 1)
     uv = np.stack([column, np.broadcast_to(row, column.shape)], -1).reshape(-1, 4, 2)[:, [[0, 1, 2], [0, 2, 3]]]
     offset = samples * sides * np.arange(count)[:, None, None]
-    tube = Round(
+    tube = Tessellation(
         rings.reshape(-1, 3).astype(np.float32),
-        (quads + offset).reshape(-1, 3).astype(np.int32),
-        outward.reshape(count, -1, 3)[:, quads].reshape(-1, 3, 3).astype(np.float32),
+        (triangles + offset).reshape(-1, 3).astype(np.int32),
+        outward.reshape(count, -1, 3)[:, triangles].reshape(-1, 3, 3).astype(np.float32),
         np.tile(uv.reshape(-1, 3, 2), (count, 1, 1)).astype(np.float32),
-        np.repeat(lines.curves, len(quads)).astype(np.int32),
+        np.repeat(polylines.curves, len(triangles)).astype(np.int32),
     )
-    return tube if lines.closed else _joined([tube, *_caps(lines, tangent, rings)])
+    return tube if polylines.closed else _join([tube, *_caps(polylines, tangent, rings)])
 
 
-def _caps(lines: Lines, tangent: np.ndarray, rings: np.ndarray) -> list[Round]:
-    """Flat discs over both ends."""
+def _caps(polylines: Polylines, tangent: np.ndarray, rings: np.ndarray) -> list[Tessellation]:
+    """Flat disks over both ends."""
     caps = []
     count, sides = len(rings), rings.shape[2]
     fan = np.stack([np.zeros(sides, int), 1 + np.arange(sides), 1 + (np.arange(sides) + 1) % sides], axis=-1)
     for end, sign in ((0, -1.0), (-1, 1.0)):
-        vertices = np.concatenate([lines.points[:, end, None], rings[:, end]], axis=1)
+        vertices = np.concatenate([polylines.points[:, end, None], rings[:, end]], axis=1)
         faces = fan if sign > 0 else fan[:, ::-1]
         triangles = faces + (sides + 1) * np.arange(count)[:, None, None]
         normal = np.broadcast_to(sign * tangent[:, end, None, None], (count, sides, 3, 3))
         caps.append(
-            Round(
+            Tessellation(
                 vertices.reshape(-1, 3).astype(np.float32),
                 triangles.reshape(-1, 3).astype(np.int32),
                 normal.reshape(-1, 3, 3).astype(np.float32),
                 np.full((count * sides, 3, 2), 0.5, np.float32),
-                np.repeat(lines.curves, sides).astype(np.int32),
+                np.repeat(polylines.curves, sides).astype(np.int32),
             )
         )
     return caps
 
 
-def _frames(lines: Lines) -> tuple[np.ndarray, np.ndarray]:
-    """(C, K, 3) unit tangents, and unit vectors across them that turn as little as can be along the curve."""
-    point = lines.points
-    if lines.closed:
+def _frames(polylines: Polylines) -> tuple[np.ndarray, np.ndarray]:
+    """(C, K, 3) unit tangents, and unit vectors orthogonal to them with minimal rotation along the curve."""
+    point = polylines.points
+    if polylines.closed:
         along = np.roll(point, -1, axis=1) - np.roll(point, 1, axis=1)
     else:
         along = np.gradient(point, axis=1) if point.shape[1] > 1 else np.zeros_like(point)
@@ -164,9 +165,9 @@ def _frames(lines: Lines) -> tuple[np.ndarray, np.ndarray]:
     across = np.empty_like(tangent)
     across[:, 0] = _unit(np.cross(start, least), np.array([1.0, 0.0, 0.0]))
     for k in range(1, point.shape[1]):
-        across[:, k] = _carried(across[:, k - 1], tangent[:, k - 1], tangent[:, k])
-    if lines.closed:  # what it turned on the way is given back evenly, so that the ends meet
-        back = _carried(across[:, -1], tangent[:, -1], start)
+        across[:, k] = _transport(across[:, k - 1], tangent[:, k - 1], tangent[:, k])
+    if polylines.closed:  # the rotation left after one round is undone evenly, so that the ends meet
+        back = _transport(across[:, -1], tangent[:, -1], start)
         turned = np.arctan2(
             np.einsum("ci,ci->c", np.cross(back, across[:, 0]), start), np.einsum("ci,ci->c", back, across[:, 0])
         )
@@ -175,8 +176,8 @@ def _frames(lines: Lines) -> tuple[np.ndarray, np.ndarray]:
     return tangent, across
 
 
-def _carried(vector: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """`vector` (C, 3), across `before`, turned by the least rotation that takes `before` to `after`."""
+def _transport(vector: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Parallel transport: (C, 3) `vector`, orthogonal to `before`, rotated by the least rotation to `after`."""
     axis = np.cross(before, after)
     cosine = np.einsum("ci,ci->c", before, after)[:, None]
     along = np.einsum("ci,ci->c", axis, vector)[:, None]
@@ -186,13 +187,14 @@ def _carried(vector: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.nd
     return _unit(flat, np.array([1.0, 0.0, 0.0]))
 
 
-def _unit(vectors: np.ndarray, instead: np.ndarray) -> np.ndarray:
+def _unit(vectors: np.ndarray, fallback: np.ndarray) -> np.ndarray:
+    """Unit vectors; `fallback` for those of zero length."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.where(length > 1e-12, vectors / np.where(length > 1e-12, length, 1.0), instead)
+    return np.where(length > 1e-12, vectors / np.where(length > 1e-12, length, 1.0), fallback)
 
 
-def _joined(parts: list[Round]) -> Round | None:
-    """All in one; triangles without an area are gone."""
+def _join(parts: list[Tessellation]) -> Tessellation | None:
+    """Concatenate tessellations without degenerate triangles; None if no triangle is left."""
     if not parts:
         return None
     first = np.cumsum([0, *(len(part.points) for part in parts[:-1])])
@@ -202,7 +204,7 @@ def _joined(parts: list[Round]) -> Round | None:
     solid = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 0.0
     if not solid.any():
         return None
-    return Round(
+    return Tessellation(
         vertices,
         triangles[solid].astype(np.int32),
         *(np.concatenate([part[k] for part in parts])[solid] for k in (2, 3, 4)),

@@ -19,10 +19,10 @@ class ColorTextures:
 
     def apply(self, material: Material, prototype: Prototype) -> Material:
         """Return the material with the prototype's colors, and with its opacities if it is the fallback material."""
-        assert prototype.corner_colors is not None
+        assert prototype.colors is not None
         _, use, _ = self._texture_of(prototype)
         colored = replace(material, base_color=Input((1.0, 1.0, 1.0), texture=use), uv_primvar="")
-        if material.name == "displayColor" and (prototype.corner_colors[..., 3] < 1.0).any():
+        if material.name == "displayColor" and (prototype.colors[..., 3] < 1.0).any():
             colored = replace(colored, opacity=Input((1.0,), texture=use, channel=3))
         return colored
 
@@ -36,7 +36,7 @@ class ColorTextures:
 
     def _texture_of(self, prototype: Prototype) -> tuple[Prototype, TextureUse, Texture]:
         if id(prototype) not in self._made:
-            texels = color_atlas(prototype.corner_colors)
+            texels = color_atlas(prototype.colors)
             name = (
                 f"{prototype.name}.primvars:displayColor#{hashlib.blake2b(texels.tobytes(), digest_size=8).hexdigest()}"
             )

@@ -105,18 +105,18 @@ class Prototype:
     """One mesh, triangulated; shared by every instance that references it.
 
     Degenerate triangles and non-finite points are gone; winding is counter-clockwise seen from outside
-    (`orientation` already applied). Corners carry their own normals and UVs, so that seams and hard edges need no
-    split vertices.
+    (`orientation` already applied). Normals, UVs and colors are faceVarying, one for each vertex of each
+    triangle, so that seams and hard edges need no split vertices.
     """
 
     name: str  # prim path it was first met at, for messages
     points: np.ndarray  # (V, 3) float32, object space
     triangles: np.ndarray  # (T, 3) int32 into points
-    corner_normals: np.ndarray  # (T, 3, 3) float32, unit
-    corner_uvs: np.ndarray  # (T, 3, 2) float32; zeros when the mesh has none
+    normals: np.ndarray  # (T, 3, 3) float32, unit
+    uvs: np.ndarray  # (T, 3, 2) float32; zeros when the mesh has none
     triangle_slots: np.ndarray  # (T,) int32: which of the instance's material slots
     triangle_faces: np.ndarray  # (T,) int32: face of the source mesh
-    corner_colors: np.ndarray | None = None  # (T, 3, 4) float32 linear displayColor, displayOpacity where drawn varying
+    colors: np.ndarray | None = None  # (T, 3, 4) float32 linear displayColor, displayOpacity where drawn varying
 
 
 @dataclass

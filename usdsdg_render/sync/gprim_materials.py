@@ -95,12 +95,12 @@ class GprimMaterials:
         for gprim in changed:
             if gprim.prototype is None:
                 continue
-            if gprim.prototype.corner_colors is not None:
+            if gprim.prototype.colors is not None:
                 gprim.materials = [self._colors.apply(each, gprim.prototype) for each in gprim.materials or ()]
             elif gprim.fallback is not None and gprim.fallback[1]:
                 _warn_of_mean_color(gprim.prim)
             textured = gprim.kind == MESH and any(each.textures for each in gprim.materials or ())
-            if textured and not gprim.prototype.corner_uvs.any():
+            if textured and not gprim.prototype.uvs.any():
                 _warn_of_missing_uvs(gprim.prim)
         self._colors.keep_only(set(prototypes))
         for use, texture in self._colors.textures():

@@ -82,12 +82,12 @@ def test_every_interpolation_comes_to_the_corners(interpolation, where, indices)
     add_square(stage, interpolation, values, indices)
     scene = extract(stage)
     prototype = scene.prototypes[0]
-    np.testing.assert_allclose(prototype.corner_colors[..., :3], values[where], atol=1e-6)
-    assert (prototype.corner_colors[..., 3] == 1).all()
+    np.testing.assert_allclose(prototype.colors[..., :3], values[where], atol=1e-6)
+    assert (prototype.colors[..., 3] == 1).all()
     assert base_colors(scene, 0) == [[1, 1, 1]]
     row = scene.materials[scene.material_slots[0]]
     texture = scene.textures[row["base_color_texture"]]
-    seen = look_up(texture.texels, prototype.corner_uvs.reshape(-1, 2).astype(np.float64))
+    seen = look_up(texture.texels, prototype.uvs.reshape(-1, 2).astype(np.float64))
     np.testing.assert_allclose(seen[:, :3], values[where].reshape(-1, 3), atol=0.005)
     assert row["opacity_texture"] == -1
 
@@ -116,7 +116,7 @@ def test_opacity_may_vary_too():
     row = scene.materials[scene.material_slots[0]]
     assert row["opacity_texture"] == row["base_color_texture"] >= 0
     assert row["opacity_channel"] == 3
-    np.testing.assert_allclose(scene.prototypes[0].corner_colors[..., 3], [[1] * 3, [0.25] * 3])
+    np.testing.assert_allclose(scene.prototypes[0].colors[..., 3], [[1] * 3, [0.25] * 3])
 
 
 def test_points_have_a_color_each():
@@ -127,11 +127,11 @@ def test_points_have_a_color_each():
     cloud.CreateDisplayColorPrimvar("vertex").Set([Gf.Vec3f(1, 0, 0), Gf.Vec3f(0, 0, 1)])
     prototype = extract(stage).prototypes[0]
     for point, color in enumerate([(1, 0, 0), (0, 0, 1)]):
-        mine = prototype.corner_colors[prototype.triangle_faces == point]
+        mine = prototype.colors[prototype.triangle_faces == point]
         assert (mine[..., :3] == color).all()
 
 
-def test_refined_surfaces_blend_over_the_faces_of_their_cage():
+def test_refined_surfaces_blend_over_the_faces_of_their_control_mesh():
     stage = make_stage()
     mesh = add_square(stage, "vertex", [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
     mesh.GetFaceVertexCountsAttr().Set([4])
@@ -141,7 +141,7 @@ def test_refined_surfaces_blend_over_the_faces_of_their_cage():
     mesh.GetPrim().CreateAttribute("refinementLevel", Sdf.ValueTypeNames.Int).Set(2)
     prototype = extract(stage).prototypes[0]
     at = prototype.points[prototype.triangles]
-    np.testing.assert_allclose(prototype.corner_colors[..., :2], (at[..., :2] + 1) / 2, atol=1e-6)
+    np.testing.assert_allclose(prototype.colors[..., :2], (at[..., :2] + 1) / 2, atol=1e-6)
 
 
 def test_a_material_that_reads_the_color_gets_it_varying():
@@ -187,7 +187,7 @@ def test_moving_points_keep_their_colors():
         extractor.update(Usd.TimeCode(code))
         scene = extractor.scene
         prototype = scene.prototypes[scene.instances.prototype[0]]
-        assert (prototype.corner_colors[0, :, :3] == [1, 0, 0]).all()
+        assert (prototype.colors[0, :, :3] == [1, 0, 0]).all()
         assert scene.materials[scene.material_slots[scene.instances.slot_offset[0]]]["base_color_texture"] >= 0
     assert prototype.points.max() == 1.5
 
@@ -196,4 +196,4 @@ def test_too_few_colors_are_named():
     stage = make_stage()
     add_square(stage, "faceVarying", [(1, 0, 0), (0, 1, 0)])
     with pytest.warns(UserWarning, match="/Mesh.*displayColor"):
-        assert extract(stage).prototypes[0].corner_colors is None
+        assert extract(stage).prototypes[0].colors is None

@@ -7,8 +7,8 @@ from pxr import Gf, Usd, UsdGeom, Vt
 from scipy.interpolate import BSpline, CubicHermiteSpline
 
 from usdsdg.stage.geometry.skinning import Skinning
-from usdsdg_render.geometry.curves import read_lines
-from usdsdg_render.geometry.tubes import Round, curves, points
+from usdsdg_render.geometry.curves import read_polylines
+from usdsdg_render.geometry.tubes import Tessellation, tessellate_curves, tessellate_points
 from usdsdg_render.sync.extract import SceneExtractor
 
 DEFAULT = Usd.TimeCode.Default()
@@ -29,15 +29,15 @@ def make(kind="BasisCurves", vertices=ZIGZAG, counts=None, widths=(0.2,), interp
     return stage, prim
 
 
-def solid(surface: Round) -> trimesh.Trimesh:
+def solid(surface: Tessellation) -> trimesh.Trimesh:
     """One watertight mesh: rings and caps share their places."""
     return trimesh.Trimesh(surface.points, surface.triangles, process=True)
 
 
 def only_line(prim, steps=8):
-    (lines,) = read_lines(prim, DEFAULT, None, steps)
-    assert len(lines.points) == 1
-    return lines.points[0], lines.radii[0], lines.closed
+    (polylines,) = read_polylines(prim, DEFAULT, None, steps)
+    assert len(polylines.points) == 1
+    return polylines.points[0], polylines.radii[0], polylines.closed
 
 
 # Where curves run
@@ -116,8 +116,8 @@ def test_widths_of_every_interpolation():
         ("varying", [1, 2, 3, 4, 5, 6], [[1, 2, 3], [4, 5, 6]]),
     ):
         _, prim = make(widths=widths, interpolation=interpolation, **linear)
-        (lines,) = read_lines(prim, DEFAULT, None, 4)
-        np.testing.assert_allclose(lines.radii * 2, expected, atol=1e-6)
+        (polylines,) = read_polylines(prim, DEFAULT, None, 4)
+        np.testing.assert_allclose(polylines.radii * 2, expected, atol=1e-6)
     # Of two Bezier segments, varying values belong to their three ends.
     _, prim = make(type="cubic", basis="bezier", widths=[1, 2, 4], interpolation="varying")
     _, radii, _ = only_line(prim, steps=2)
@@ -129,7 +129,7 @@ def test_widths_of_every_interpolation():
 
 def test_a_straight_tube_is_a_closed_cylinder_facing_out():
     _, prim = make(vertices=[(0, 0, 0), (0, 0, 3)], type="linear", widths=[0.5])
-    surface = curves(prim, DEFAULT, Skinning())
+    surface = tessellate_curves(prim, DEFAULT, Skinning())
     mesh = solid(surface)
     assert mesh.is_watertight
     sides = 16
@@ -138,8 +138,8 @@ def test_a_straight_tube_is_a_closed_cylinder_facing_out():
     flat = np.cross(
         *(surface.points[surface.triangles[:, k]] - surface.points[surface.triangles[:, 0]] for k in (1, 2))
     )
-    assert (np.einsum("ti,tci->tc", flat, surface.corner_normals) > 0).all()
-    np.testing.assert_allclose(np.linalg.norm(surface.corner_normals, axis=-1), 1.0, atol=1e-5)
+    assert (np.einsum("ti,tci->tc", flat, surface.normals) > 0).all()
+    np.testing.assert_allclose(np.linalg.norm(surface.normals, axis=-1), 1.0, atol=1e-5)
 
 
 @pytest.mark.parametrize("basis", ["bspline", "catmullRom"])
@@ -149,7 +149,7 @@ def test_closed_curves_are_closed_tubes_without_a_twist(basis):
         [np.sin(knot) + 2 * np.sin(2 * knot), np.cos(knot) - 2 * np.cos(2 * knot), -np.sin(3 * knot)], -1
     )
     _, prim = make(vertices=trefoil, type="cubic", basis=basis, wrap="periodic")
-    surface = curves(prim, DEFAULT, Skinning())
+    surface = tessellate_curves(prim, DEFAULT, Skinning())
     mesh = solid(surface)
     assert mesh.is_watertight
     assert mesh.euler_number == 0, "a torus"
@@ -161,7 +161,7 @@ def test_bent_tubes_keep_their_thickness():
     angle = np.linspace(0, np.pi, 50)
     arc = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
     _, prim = make(vertices=arc, type="linear", widths=[0.2])
-    mesh = solid(curves(prim, DEFAULT, Skinning()))
+    mesh = solid(tessellate_curves(prim, DEFAULT, Skinning()))
     # Pappus: the area of the section times the way of its middle.
     section = 8 * 0.1**2 * np.sin(2 * np.pi / 16)
     assert mesh.volume == pytest.approx(section * np.pi, rel=2e-3)
@@ -170,12 +170,12 @@ def test_bent_tubes_keep_their_thickness():
 def test_points_are_spheres_of_their_widths():
     centers = [(0, 0, 0), (5, 0, 0), (0, 5, 0)]
     _, prim = make("Points", centers, widths=[1, 2, 3], interpolation="vertex")
-    surface = points(prim, DEFAULT, Skinning())
+    surface = tessellate_points(prim, DEFAULT, Skinning())
     for k, (center, width) in enumerate(zip(centers, (1, 2, 3))):
         mine = surface.triangles[surface.owners == k]
         at = surface.points[mine] - np.array(center)
         np.testing.assert_allclose(np.linalg.norm(at, axis=-1), width / 2, atol=1e-5)
-        np.testing.assert_allclose(surface.corner_normals[surface.owners == k], at / (width / 2), atol=1e-4)
+        np.testing.assert_allclose(surface.normals[surface.owners == k], at / (width / 2), atol=1e-4)
         volume = trimesh.Trimesh(surface.points, mine).volume
         assert 0.98 < volume / (np.pi / 6 * width**3) < 1.0
 
@@ -183,7 +183,7 @@ def test_points_are_spheres_of_their_widths():
 def test_many_points_are_drawn_coarser():
     rng = np.random.default_rng(0)
     _, prim = make("Points", rng.normal(size=(60_000, 3)), widths=[0.01])
-    assert len(points(prim, DEFAULT, Skinning()).triangles) == 60_000 * 32
+    assert len(tessellate_points(prim, DEFAULT, Skinning()).triangles) == 60_000 * 32
 
 
 def test_they_come_into_the_scene_like_every_gprim():
@@ -239,11 +239,11 @@ def test_what_cannot_be_drawn_is_named(changes, said):
 def test_broken_points_and_widths_leave_the_others():
     _, prim = make("Points", [(0, 0, 0), (np.nan, 0, 0), (1, 0, 0)], widths=[1, 1, -1], interpolation="vertex")
     with pytest.warns(UserWarning, match="2 points are NaN"):
-        assert set(points(prim, DEFAULT, Skinning()).owners) == {0}
+        assert set(tessellate_points(prim, DEFAULT, Skinning()).owners) == {0}
     vertices = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (np.nan, 1, 0)]
     _, prim = make(vertices=vertices, counts=[2, 2], widths=[0, 1, 1, 1], interpolation="vertex", type="linear")
     with pytest.warns(UserWarning, match="1 curves have points"):
-        assert set(curves(prim, DEFAULT, Skinning()).owners) == {0}
+        assert set(tessellate_curves(prim, DEFAULT, Skinning()).owners) == {0}
     _, prim = make(vertices=[(0, 0, 0), (0, 0, 0), (0, 0, 0)], type="linear")
-    surface = curves(prim, DEFAULT, Skinning())
-    assert surface is None or np.isfinite(surface.corner_normals).all()
+    surface = tessellate_curves(prim, DEFAULT, Skinning())
+    assert surface is None or np.isfinite(surface.normals).all()

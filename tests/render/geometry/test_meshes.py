@@ -117,7 +117,7 @@ def test_a_cube_is_closed_faces_out_and_left_handed_means_the_other_way():
         vectors = area_vectors(prototype)
         volume = np.einsum("ij,ij->", prototype.points[prototype.triangles[:, 0]], vectors) / 3
         assert volume == pytest.approx(sign)
-        facing = np.einsum("tci,ti->tc", prototype.corner_normals, vectors)
+        facing = np.einsum("tci,ti->tc", prototype.normals, vectors)
         assert (facing > 0).all(), "computed normals follow the winding"
 
 
@@ -127,7 +127,7 @@ def test_authored_normals_stay_with_left_handed_meshes():
     mesh.CreateNormalsAttr([Gf.Vec3f(0, 0, 1)] * 4)
     prototype = prototype_of(mesh)
     assert (area_vectors(prototype)[:, 2] > 0).all()
-    assert (prototype.corner_normals == [0, 0, 1]).all()
+    assert (prototype.normals == [0, 0, 1]).all()
 
 
 def test_holes_are_not_drawn():
@@ -166,9 +166,9 @@ def test_every_interpolation_of_uvs_and_normals(interpolation, where, indexed):
         st.SetIndices(order.tolist())
         n.SetIndices(order.tolist())
     prototype = prototype_of(mesh)
-    np.testing.assert_array_equal(prototype.corner_uvs, uvs[order][where])
+    np.testing.assert_array_equal(prototype.uvs, uvs[order][where])
     unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    np.testing.assert_allclose(prototype.corner_normals, unit[order][where], atol=1e-6)
+    np.testing.assert_allclose(prototype.normals, unit[order][where], atol=1e-6)
 
 
 def test_face_varying_values_follow_the_corners_of_polygons():
@@ -179,31 +179,31 @@ def test_face_varying_values_follow_the_corners_of_polygons():
     st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, "faceVarying")
     st.Set(Vt.Vec2fArray.FromNumpy(points[:, :2].astype(np.float32)))
     prototype = prototype_of(mesh)
-    np.testing.assert_array_equal(prototype.corner_uvs, prototype.points[prototype.triangles][..., :2])
+    np.testing.assert_array_equal(prototype.uvs, prototype.points[prototype.triangles][..., :2])
 
 
 def test_the_primvar_wins_over_the_normals_attribute():
     _, mesh = make_mesh(SQUARE, [4], range(4))
     mesh.CreateNormalsAttr([Gf.Vec3f(1, 0, 0)] * 4)
-    assert (prototype_of(mesh).corner_normals == [1, 0, 0]).all()
+    assert (prototype_of(mesh).normals == [1, 0, 0]).all()
     normals = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("normals", Sdf.ValueTypeNames.Normal3fArray, "constant")
     normals.Set([Gf.Vec3f(0, 2, 0)])
-    assert (prototype_of(mesh).corner_normals == [0, 1, 0]).all()
+    assert (prototype_of(mesh).normals == [0, 1, 0]).all()
 
 
 def test_without_normals_polygons_are_flat_and_subdivision_surfaces_smooth():
     _, mesh = make_mesh(CUBE_POINTS, [4] * 6, CUBE_FACES)
-    flat = prototype_of(mesh).corner_normals
+    flat = prototype_of(mesh).normals
     assert (np.abs(flat).max(axis=-1) == 1.0).all()
     mesh.GetSubdivisionSchemeAttr().Set("catmullClark")
     smooth = prototype_of(mesh)
     # All faces of a cube are equal, so area-weighted normals point along the diagonals, except for how many
     # triangles of a face meet at the corner.
     outward = smooth.points[smooth.triangles] - 0.5
-    assert (np.einsum("tci,tci->tc", smooth.corner_normals, outward) > 0.7 * math.sqrt(0.75)).all()
-    assert np.abs(smooth.corner_normals).max() < 0.9
+    assert (np.einsum("tci,tci->tc", smooth.normals, outward) > 0.7 * math.sqrt(0.75)).all()
+    assert np.abs(smooth.normals).max() < 0.9
     for point in range(8):  # one normal a point
-        at_point = smooth.corner_normals[smooth.triangles == point]
+        at_point = smooth.normals[smooth.triangles == point]
         np.testing.assert_allclose(at_point, np.broadcast_to(at_point[0], at_point.shape), atol=1e-6)
 
 
@@ -212,10 +212,10 @@ def test_the_uv_set_is_the_one_the_material_asks_for():
     api = UsdGeom.PrimvarsAPI(mesh)
     for name, value in (("UVMap", 0.25), ("other", 0.75)):
         api.CreatePrimvar(name, Sdf.ValueTypeNames.TexCoord2fArray, "constant").Set([Gf.Vec2f(value)])
-    assert (prototype_of(mesh, uv_name="other").corner_uvs == 0.75).all()
-    assert (prototype_of(mesh, uv_name="st").corner_uvs == 0.25).all()
+    assert (prototype_of(mesh, uv_name="other").uvs == 0.75).all()
+    assert (prototype_of(mesh, uv_name="st").uvs == 0.25).all()
     api.RemovePrimvar("UVMap")
-    assert (prototype_of(mesh).corner_uvs == 0.75).all(), "any texCoord2f is better than none"
+    assert (prototype_of(mesh).uvs == 0.75).all(), "any texCoord2f is better than none"
 
 
 def test_subsets_give_slots_and_the_rest_comes_last():
@@ -248,7 +248,7 @@ def test_broken_faces_are_dropped_by_name_and_the_rest_stays(points, counts, ind
         prototype = prototype_of(mesh)
     assert prototype.triangle_faces.tolist() == kept
     assert np.isfinite(prototype.points).all()
-    assert np.isfinite(prototype.corner_normals).all()
+    assert np.isfinite(prototype.normals).all()
     assert (area_vectors(prototype)[:, 2] > 0).all()
 
 
@@ -270,8 +270,8 @@ def test_too_few_primvar_values_are_named_and_replaced():
     with pytest.warns(UserWarning, match="too few") as caught:
         prototype = prototype_of(mesh)
     assert len(caught) == 2
-    assert (prototype.corner_normals == [0, 0, 1]).all()
-    assert (prototype.corner_uvs == 0).all()
+    assert (prototype.normals == [0, 0, 1]).all()
+    assert (prototype.uvs == 0).all()
 
 
 def test_nan_normals_fall_back_to_the_face_and_nan_uvs_to_zero():
@@ -282,9 +282,9 @@ def test_nan_normals_fall_back_to_the_face_and_nan_uvs_to_zero():
     with pytest.warns(UserWarning, match="texture coordinates"):
         prototype = prototype_of(mesh)
     expected = {0: [0, 0, 1], 1: [0, 0, 1], 2: [1, 0, 0], 3: [1, 0, 0]}
-    for vertex, normal in zip(prototype.triangles.ravel(), prototype.corner_normals.reshape(-1, 3)):
+    for vertex, normal in zip(prototype.triangles.ravel(), prototype.normals.reshape(-1, 3)):
         assert normal.tolist() == expected[int(vertex)]
-    assert (prototype.corner_uvs == [0, 0.5]).all()
+    assert (prototype.uvs == [0, 0.5]).all()
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e4])

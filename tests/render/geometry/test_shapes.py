@@ -55,8 +55,8 @@ def test_closed_shapes_are_watertight_and_face_out(kind, values, axis):
 @pytest.mark.parametrize(("kind", "values"), [*CLOSED, ("Plane", (2.0, 3.0))])
 def test_normals_are_unit_and_agree_with_the_winding(kind, values):
     surface = shapes.tessellate((kind, "Y", values))
-    np.testing.assert_allclose(np.linalg.norm(surface.corner_normals, axis=-1), 1.0, atol=1e-6)
-    facing = np.einsum("tci,ti->tc", surface.corner_normals, area_vectors(surface))
+    np.testing.assert_allclose(np.linalg.norm(surface.normals, axis=-1), 1.0, atol=1e-6)
+    facing = np.einsum("tci,ti->tc", surface.normals, area_vectors(surface))
     assert (facing > 0.0).all()
 
 
@@ -118,18 +118,18 @@ def test_size_matches_the_extent_that_usd_computes():
 def test_uvs_stay_in_the_unit_square_and_v_goes_up():
     for kind, values in CLOSED:
         surface = shapes.tessellate((kind, "Z", values))
-        assert surface.corner_uvs.min() >= -1e-6
-        assert surface.corner_uvs.max() <= 1.0 + 1e-6
+        assert surface.uvs.min() >= -1e-6
+        assert surface.uvs.max() <= 1.0 + 1e-6
     sphere = shapes.tessellate(("Sphere", "Z", (1.0,)))
     z = sphere.points[sphere.triangles][..., 2]
-    np.testing.assert_allclose(sphere.corner_uvs[..., 1], np.arcsin(np.clip(z, -1, 1)) / math.pi + 0.5, atol=1e-3)
+    np.testing.assert_allclose(sphere.uvs[..., 1], np.arcsin(np.clip(z, -1, 1)) / math.pi + 0.5, atol=1e-3)
 
 
 @pytest.mark.parametrize("kind", ["Cube", "Sphere", "Cylinder", "Capsule"])
 def test_pictures_are_not_mirrored(kind):
     """Where u and v grow, seen from outside, v is a quarter turn counter-clockwise of u."""
     surface = shapes.tessellate((kind, "Z", tuple(SHAPE_PARAMETERS[kind].values())))
-    a, b, c = surface.corner_uvs.astype(np.float64).transpose(1, 0, 2)
+    a, b, c = surface.uvs.astype(np.float64).transpose(1, 0, 2)
     doubled = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     assert (doubled > -1e-9).all()
 

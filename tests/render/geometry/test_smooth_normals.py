@@ -17,7 +17,7 @@ def leaning_square(degrees: float):
     flat = scenes.square()
     lean = np.radians(degrees) * flat.points[flat.triangles][..., :1]
     normals = np.concatenate([np.sin(lean), 0 * lean, np.cos(lean)], -1)
-    return scenes.prototype(flat.points, flat.triangles, normals=normals, uvs=flat.corner_uvs)
+    return scenes.prototype(flat.points, flat.triangles, normals=normals, uvs=flat.uvs)
 
 
 def lit_from_the_right(mesh, elevation: float, textures=(), **values) -> np.ndarray:
@@ -74,7 +74,7 @@ def test_a_wavy_smooth_mesh_keeps_its_energy_in_a_white_world():
     """White paint that many bounces light is as bright as the world; only directions into the surface are lost."""
     mesh, facing = wavy()
     facing /= np.linalg.norm(facing, axis=1, keepdims=True)
-    assert (mesh.corner_normals * facing[:, None]).sum(-1).min(1).mean() < 0.93, "normals stray from their triangles"
+    assert (mesh.normals * facing[:, None]).sum(-1).min(1).mean() < 0.93, "normals stray from their triangles"
     scene = scenes.scene_of(
         [(mesh, scenes.moved(), 0)], materials=[scenes.material(specular=0.0)], dome=scenes.white_dome()
     )

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.render import scenes
 from usdsdg_render.device.device_scene import DeviceScene
-from usdsdg_render.geometry.support_function import support
+from usdsdg_render.geometry.support_function import support_table
 from usdsdg_render.kernels.scene.reach import reach
 
 RNG = np.random.default_rng(4)
@@ -36,7 +36,7 @@ def _reaches(
 def reaches_along(points: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """How far a shape reaches along (N, 3) directions."""
     found = wp.zeros(len(directions), dtype=wp.float64, device="cpu")
-    supports = wp.array(support(points).reshape(1, -1), dtype=wp.float64, device="cpu")
+    supports = wp.array(support_table(points).reshape(1, -1), dtype=wp.float64, device="cpu")
     inputs = [supports, wp.array(directions, dtype=wp.vec3d, device="cpu")]
     wp.launch(_reaches, dim=len(directions), inputs=inputs, outputs=[found], device="cpu")
     return found.numpy()

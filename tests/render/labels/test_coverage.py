@@ -222,7 +222,7 @@ def test_faces_barycentrics_and_uvs_are_those_of_the_point():
         assert weights.sum() == pytest.approx(1, abs=1e-6)
         point = weights @ prototype.points[prototype.triangles[face]] @ matrix[:3, :3] + matrix[3, :3]
         np.testing.assert_allclose(labels["position"][y, x], point, atol=2e-5)
-        np.testing.assert_allclose(labels["uv"][y, x], weights @ prototype.corner_uvs[face], atol=1e-5)
+        np.testing.assert_allclose(labels["uv"][y, x], weights @ prototype.uvs[face], atol=1e-5)
 
 
 def test_faces_of_polygons_are_those_of_the_mesh_and_not_of_its_triangles():

@@ -158,7 +158,7 @@ def test_bumps_add_no_energy(values):
     ball = scenes.sphere(rings=48)
     x, y, z = ball.points.T
     uvs = np.stack([np.arctan2(y, x) / np.pi, np.arccos(np.clip(z, -1, 1))], -1)[ball.triangles]
-    ball = scenes.prototype(ball.points, ball.triangles, normals=ball.corner_normals, uvs=uvs)
+    ball = scenes.prototype(ball.points, ball.triangles, normals=ball.normals, uvs=uvs)
     scene = scenes.scene_of(
         [(ball, scenes.moved(), 0)],
         materials=[scenes.material(normal_texture=0, **values)],

@@ -16,11 +16,11 @@ def assert_sound(scene, checked=None):
         assert count > 0
         assert prototype.triangles.min() >= 0
         assert prototype.triangles.max() < len(prototype.points)
-        assert prototype.corner_normals.shape == (count, 3, 3)
-        assert prototype.corner_uvs.shape == (count, 3, 2)
+        assert prototype.normals.shape == (count, 3, 3)
+        assert prototype.uvs.shape == (count, 3, 2)
         assert prototype.triangle_slots.shape == prototype.triangle_faces.shape == (count,)
-        np.testing.assert_allclose(np.linalg.norm(prototype.corner_normals, axis=-1), 1.0, atol=1e-5)
-        for name in ("points", "corner_uvs"):
+        np.testing.assert_allclose(np.linalg.norm(prototype.normals, axis=-1), 1.0, atol=1e-5)
+        for name in ("points", "uvs"):
             assert np.isfinite(getattr(prototype, name)).all()
         a, b, c = prototype.points[prototype.triangles].astype(np.float64).transpose(1, 0, 2)
         assert (np.linalg.norm(np.cross(b - a, c - a), axis=1) > 0).all()

@@ -78,7 +78,7 @@ def assert_fresh(extractor, stage):
         np.testing.assert_array_equal(a.dome.dome_from_world, b.dome.dome_from_world)
     for k in range(len(a.instances)):
         ours, theirs = (scene.prototypes[scene.instances.prototype[k]] for scene in (a, b))
-        for name in ("points", "triangles", "corner_normals", "corner_uvs", "triangle_slots", "triangle_faces"):
+        for name in ("points", "triangles", "normals", "uvs", "triangle_slots", "triangle_faces"):
             np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))
         for slot in np.unique(ours.triangle_slots):
             assert looks(a, k, slot) == looks(b, k, slot)

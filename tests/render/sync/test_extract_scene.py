@@ -190,7 +190,7 @@ def test_an_override_beside_the_points_stays_its_own(tmp_path):
     UsdGeom.Mesh(stage.GetPrimAtPath("/o3/Mesh")).CreateHoleIndicesAttr([7])
     prototypes = extract(stage).prototypes
     assert len(prototypes) == 4
-    assert [p.corner_normals[0, 0, 2] for p in prototypes] == [1, -1, 1, 1]
+    assert [p.normals[0, 0, 2] for p in prototypes] == [1, -1, 1, 1]
     assert [int((p.triangle_slots == 0).sum()) for p in prototypes] == [6, 6, 2, 6]
     assert [len(p.triangles) for p in prototypes] == [16, 16, 16, 14]
 
@@ -292,7 +292,7 @@ def test_the_uv_set_follows_the_material():
             api.CreatePrimvar(name, Sdf.ValueTypeNames.TexCoord2fArray, "constant").Set([Gf.Vec2f(value)])
     bind(stage.GetPrimAtPath("/bound"), material)
     scene = extract(stage)
-    assert [scene.prototypes[k].corner_uvs[0, 0, 0] for k in scene.instances.prototype] == [0.25, 0.75]
+    assert [scene.prototypes[k].uvs[0, 0, 0] for k in scene.instances.prototype] == [0.25, 0.75]
 
 
 @pytest.mark.parametrize("scale", [(1, 0, 1), (math.nan, 1, 1), (math.inf, 1, 1)])

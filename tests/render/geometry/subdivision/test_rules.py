@@ -6,13 +6,13 @@ import trimesh
 from scipy.interpolate import BSpline
 from scipy.spatial import cKDTree
 
-from usdsdg_render.geometry.subdivision_rules import (
+from usdsdg_render.geometry.subdivision.rules import (
     INFINITE,
-    Cage,
+    ControlMesh,
     boundary_corners,
-    children,
-    corner_normals,
-    limit,
+    child_counts,
+    face_varying_normals,
+    limit_values,
     refine,
 )
 
@@ -20,13 +20,13 @@ CUBE_POINTS = np.array([(x, y, z) for z in (-1, 1) for y in (-1, 1) for x in (-1
 CUBE_FACES = np.array([0, 1, 5, 4, 1, 3, 7, 5, 3, 2, 6, 7, 2, 0, 4, 6, 4, 5, 7, 6, 2, 3, 1, 0])
 
 
-def cage(points, counts, indices, *, crease=0.0):
+def control_mesh(points, counts, indices, *, crease=0.0):
     points, indices = np.asarray(points, float), np.asarray(indices)
-    return Cage(points, np.zeros(len(points)), np.asarray(counts), indices, np.full(len(indices), crease))
+    return ControlMesh(points, np.zeros(len(points)), np.asarray(counts), indices, np.full(len(indices), crease))
 
 
 def cube(crease=0.0):
-    return cage(CUBE_POINTS, [4] * 6, CUBE_FACES, crease=crease)
+    return control_mesh(CUBE_POINTS, [4] * 6, CUBE_FACES, crease=crease)
 
 
 def grid(n, rng):
@@ -34,13 +34,15 @@ def grid(n, rng):
     x, y = np.meshgrid(np.arange(n), np.arange(n), indexing="xy")
     points = np.stack([x, y, rng.normal(size=(n, n))], axis=-1).reshape(-1, 3)
     corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
-    return cage(points, [4] * len(corner), np.stack([corner, corner + 1, corner + n + 1, corner + n], -1).ravel())
+    return control_mesh(
+        points, [4] * len(corner), np.stack([corner, corner + 1, corner + n + 1, corner + n], -1).ravel()
+    )
 
 
 def ball():
     mesh = trimesh.creation.icosphere(1)
     mesh.vertices *= (1.0, 0.7, 1.6)
-    return mesh, cage(mesh.vertices, [3] * len(mesh.faces), mesh.faces.ravel())
+    return mesh, control_mesh(mesh.vertices, [3] * len(mesh.faces), mesh.faces.ravel())
 
 
 def spline(values, at):
@@ -52,14 +54,14 @@ def test_the_corners_of_a_cube_end_where_the_closed_form_says():
     # Valence 3: (9 v + 4 * sum of neighbors + sum of the opposite corners) / 24, which is half the cube's.
     for levels in (1, 2, 4):
         surface = refine(cube(), levels, loop=False)
-        np.testing.assert_allclose(limit(surface, loop=False)[:8], CUBE_POINTS / 2, atol=1e-12)
+        np.testing.assert_allclose(limit_values(surface, loop=False)[:8], CUBE_POINTS / 2, atol=1e-12)
 
 
 def test_inside_a_regular_grid_the_surface_is_the_tensor_b_spline():
     n, levels = 7, 3
     control = grid(n, np.random.default_rng(0))
     surface = refine(control, levels, loop=False)
-    ends = limit(surface, loop=False)
+    ends = limit_values(surface, loop=False)
     inside = np.all((ends[:, :2] >= 2.0) & (ends[:, :2] <= n - 3.0), axis=1)
     heights = control.values[:, 2].reshape(n, n)
     expected = [spline([spline(row, x) for row in heights], y) for x, y, _ in ends[inside]]
@@ -70,8 +72,8 @@ def test_inside_a_regular_grid_the_surface_is_the_tensor_b_spline():
 def test_a_boundary_is_the_b_spline_of_its_vertices_and_pinned_corners_stay():
     n = 9
     control = grid(n, np.random.default_rng(1))
-    control = control._replace(corners=np.where(boundary_corners(control), INFINITE, 0.0))
-    ends = limit(refine(control, 3, loop=False), loop=False)
+    control = control._replace(corner_sharpness=np.where(boundary_corners(control), INFINITE, 0.0))
+    ends = limit_values(refine(control, 3, loop=False), loop=False)
     np.testing.assert_allclose(ends[[0, n - 1]], control.values[[0, n - 1]])
     edge = (np.abs(ends[:, 1]) < 1e-12) & (ends[:, 0] >= 2.0) & (ends[:, 0] <= n - 3.0)
     assert edge.sum() == 33
@@ -95,18 +97,19 @@ def test_the_limit_is_where_many_levels_lead(loop):
     coarse = refine(control, 1, loop=loop)
     fine = refine(control, 7, loop=loop)
     kept = len(coarse.values)
-    np.testing.assert_allclose(limit(coarse, loop=loop), fine.values[:kept], atol=1e-4)
-    np.testing.assert_allclose(limit(coarse, loop=loop), limit(fine, loop=loop)[:kept], atol=1e-12)
+    np.testing.assert_allclose(limit_values(coarse, loop=loop), fine.values[:kept], atol=1e-4)
+    np.testing.assert_allclose(limit_values(coarse, loop=loop), limit_values(fine, loop=loop)[:kept], atol=1e-12)
 
 
 @pytest.mark.parametrize("loop", [False, True])
 def test_what_is_sharp_everywhere_keeps_its_shape(loop):
     control = ball()[1] if loop else cube()
     sharp = control._replace(
-        corners=np.full(len(control.values), INFINITE), creases=np.full(len(control.indices), INFINITE)
+        corner_sharpness=np.full(len(control.values), INFINITE),
+        crease_sharpness=np.full(len(control.indices), INFINITE),
     )
     surface = refine(sharp, 3, loop=loop)
-    ends = limit(surface, loop=loop)
+    ends = limit_values(surface, loop=loop)
     before = trimesh.Trimesh(control.values, _triangles(control), process=False)
     after = trimesh.Trimesh(ends, _triangles(surface), process=False)
     assert after.volume == pytest.approx(before.volume)
@@ -121,12 +124,12 @@ def _triangles(surface):
 def test_sharpness_one_is_sharp_for_one_level():
     rim = np.zeros(24)
     rim[16:20] = 1.0  # around the top
-    control = cube()._replace(creases=_both_sides(rim))
+    control = cube()._replace(crease_sharpness=_both_sides(rim))
     once = refine(control, 1, loop=False)
-    forever = refine(control._replace(creases=control.creases * INFINITE), 1, loop=False)
+    forever = refine(control._replace(crease_sharpness=control.crease_sharpness * INFINITE), 1, loop=False)
     np.testing.assert_allclose(once.values, forever.values, atol=1e-12)
-    assert (once.creases == 0).all()
-    assert forever.creases.max() == INFINITE
+    assert (once.crease_sharpness == 0).all()
+    assert forever.crease_sharpness.max() == INFINITE
 
 
 def test_fractions_of_sharpness_lie_between_the_whole_ones():
@@ -134,8 +137,8 @@ def test_fractions_of_sharpness_lie_between_the_whole_ones():
     for sharpness in (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, INFINITE):
         rim = np.zeros(24)
         rim[16:20] = sharpness
-        surface = refine(cube()._replace(creases=_both_sides(rim)), 4, loop=False)
-        heights.append(limit(surface, loop=False)[4, 2])
+        surface = refine(cube()._replace(crease_sharpness=_both_sides(rim)), 4, loop=False)
+        heights.append(limit_values(surface, loop=False)[4, 2])
     assert (np.diff(heights) > 0).all()
     # The crease of the top face is the B-spline of its square, at its corners: (1 + 4 + 1) / 6 of them.
     assert heights[-1] == pytest.approx(1.0)
@@ -155,15 +158,15 @@ def test_three_sharp_edges_hold_their_corner():
     for k in range(24):
         if 7 in (CUBE_FACES[k], CUBE_FACES[k + 1 - 4 * (k % 4 == 3)]):
             sharp[k] = INFINITE
-    surface = refine(cube()._replace(creases=sharp), 3, loop=False)
-    np.testing.assert_allclose(limit(surface, loop=False)[7], [1, 1, 1])
+    surface = refine(cube()._replace(crease_sharpness=sharp), 3, loop=False)
+    np.testing.assert_allclose(limit_values(surface, loop=False)[7], [1, 1, 1])
 
 
 def test_faces_of_any_size_give_quads_in_the_order_of_their_parents():
-    pyramid = cage([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), (0, 0, 1)], [4, 3, 3, 3, 3],
+    pyramid = control_mesh([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), (0, 0, 1)], [4, 3, 3, 3, 3],
                    [3, 2, 1, 0, 0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4])  # fmt: skip
     surface = refine(pyramid, 2, loop=False)
-    assert children(pyramid.counts, 2, loop=False).tolist() == [16, 12, 12, 12, 12]
+    assert child_counts(pyramid.counts, 2, loop=False).tolist() == [16, 12, 12, 12, 12]
     assert len(surface.counts) == 64
     middle = surface.values[surface.indices].reshape(64, 4, 3).mean(1)
     assert middle[:16, 2].max() < middle[16:, 2].min(), "the base stays below the sides"
@@ -171,16 +174,16 @@ def test_faces_of_any_size_give_quads_in_the_order_of_their_parents():
 
 def test_normals_are_smooth_but_part_at_sharp_edges():
     smooth = refine(cube(), 4, loop=False)
-    smooth = smooth._replace(values=limit(smooth, loop=False))
-    normals = corner_normals(smooth)
+    smooth = smooth._replace(values=limit_values(smooth, loop=False))
+    normals = face_varying_normals(smooth)
     for vertex in (0, 9, 30):
         around = normals[smooth.indices == vertex]
         np.testing.assert_allclose(around, np.broadcast_to(around[0], around.shape), atol=1e-12)
     assert (np.einsum("ni,ni->n", normals, smooth.values[smooth.indices]) > 0).all(), "they point outward"
     rim = np.zeros(24)
     rim[16:20] = INFINITE
-    creased = refine(cube()._replace(creases=_both_sides(rim)), 3, loop=False)
-    creased = creased._replace(values=limit(creased, loop=False))
-    around = corner_normals(creased)[creased.indices == 4]
+    creased = refine(cube()._replace(crease_sharpness=_both_sides(rim)), 3, loop=False)
+    creased = creased._replace(values=limit_values(creased, loop=False))
+    around = face_varying_normals(creased)[creased.indices == 4]
     assert len(np.unique(np.round(around, 9), axis=0)) == 2, "one normal above the rim, one below"
     np.testing.assert_allclose(around[:, 2].max(), 1.0, atol=1e-6)

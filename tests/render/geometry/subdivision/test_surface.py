@@ -60,9 +60,9 @@ def test_a_refined_cube_lies_on_its_limit_surface_with_normals_outward():
     _, mesh = make_cube(level=3)
     prototype = prototype_of(mesh)
     assert np.abs(prototype.points).max() == pytest.approx(FACE_LIMIT, abs=1e-6)
-    outward = np.einsum("tci,tci->tc", prototype.corner_normals, prototype.points[prototype.triangles])
+    outward = np.einsum("tci,tci->tc", prototype.normals, prototype.points[prototype.triangles])
     assert (outward > 0).all()
-    assert np.einsum("ti,tci->tc", area_vectors(prototype), prototype.corner_normals).min() > 0
+    assert np.einsum("ti,tci->tc", area_vectors(prototype), prototype.normals).min() > 0
     assert np.bincount(prototype.triangle_faces).tolist() == [128] * 6
 
 
@@ -70,14 +70,14 @@ def test_left_handed_surfaces_turn_their_normals():
     _, mesh = make_cube(level=2)
     mesh.CreateOrientationAttr("leftHanded")
     prototype = prototype_of(mesh)
-    assert (np.einsum("tci,tci->tc", prototype.corner_normals, prototype.points[prototype.triangles]) < 0).all()
-    assert np.einsum("ti,tci->tc", area_vectors(prototype), prototype.corner_normals).min() > 0
+    assert (np.einsum("tci,tci->tc", prototype.normals, prototype.points[prototype.triangles]) < 0).all()
+    assert np.einsum("ti,tci->tc", area_vectors(prototype), prototype.normals).min() > 0
 
 
 def test_authored_normals_do_not_count_for_refined_surfaces():
     _, mesh = make_cube(level=1)
     mesh.CreateNormalsAttr([Gf.Vec3f(0, 0, 1)] * 8)
-    assert np.unique(prototype_of(mesh).corner_normals, axis=0).shape[0] > 3
+    assert np.unique(prototype_of(mesh).normals, axis=0).shape[0] > 3
 
 
 def test_creases_ask_for_refinement_and_hold_the_shape():
@@ -90,9 +90,9 @@ def test_creases_ask_for_refinement_and_hold_the_shape():
     # Between two sharp rims the sides become the cylinder-like B-spline of the square; its top and bottom are flat.
     top = prototype.triangle_faces == 4
     assert np.allclose(prototype.points[prototype.triangles[top]][..., 2], 1.0)
-    np.testing.assert_allclose(prototype.corner_normals[top], np.broadcast_to([0, 0, 1], (top.sum(), 3, 3)), atol=1e-6)
+    np.testing.assert_allclose(prototype.normals[top], np.broadcast_to([0, 0, 1], (top.sum(), 3, 3)), atol=1e-6)
     sides = (prototype.triangle_faces != 4) & (prototype.triangle_faces != 5)
-    assert np.abs(prototype.corner_normals[sides][..., 2]).max() < 1e-6
+    assert np.abs(prototype.normals[sides][..., 2]).max() < 1e-6
 
 
 def test_creases_may_have_one_value_an_edge():
@@ -179,7 +179,7 @@ def test_flat_texture_coordinates_stay_flat(interpolation, rule):
     expected = at @ np.array([[0.25, 0.1], [0.0, 0.5]])
     inner = ((at >= 1.0) & (at <= 3.0)).all(axis=(1, 2))
     compared = inner if interpolation != "vertex" else np.ones(len(at), bool)
-    np.testing.assert_allclose(prototype.corner_uvs[compared], expected[compared], atol=1e-6)
+    np.testing.assert_allclose(prototype.uvs[compared], expected[compared], atol=1e-6)
 
 
 def test_texture_seams_stay_seams():
@@ -189,9 +189,9 @@ def test_texture_seams_stay_seams():
     add_uvs(mesh, [(0, 0), (1, 0), (1, 1), (0, 1)], "faceVarying", [0, 1, 2, 3] * 6)
     prototype = prototype_of(mesh)
     for face in range(6):
-        uvs = prototype.corner_uvs[prototype.triangle_faces == face].reshape(-1, 2)
+        uvs = prototype.uvs[prototype.triangle_faces == face].reshape(-1, 2)
         np.testing.assert_allclose([uvs.min(0), uvs.max(0)], [[0, 0], [1, 1]], atol=1e-6)
-        area = prototype.corner_uvs[prototype.triangle_faces == face]
+        area = prototype.uvs[prototype.triangle_faces == face]
         covered = np.linalg.det(area[:, 1:] - area[:, :1]).sum() / 2
         assert covered == pytest.approx(1.0, abs=1e-5), "the picture covers the face once"
 
@@ -200,16 +200,16 @@ def test_uniform_and_constant_texture_coordinates_are_kept():
     _, mesh = make_cube(level=2)
     add_uvs(mesh, [(k, 0) for k in range(6)], "uniform")
     prototype = prototype_of(mesh)
-    np.testing.assert_allclose(prototype.corner_uvs[..., 0], np.repeat(prototype.triangle_faces[:, None], 3, 1))
+    np.testing.assert_allclose(prototype.uvs[..., 0], np.repeat(prototype.triangle_faces[:, None], 3, 1))
     add_uvs(mesh, [(0.5, 0.25)], "constant")
-    assert (prototype_of(mesh).corner_uvs == [0.5, 0.25]).all()
+    assert (prototype_of(mesh).uvs == [0.5, 0.25]).all()
 
 
 def test_too_few_texture_coordinates_are_named_on_refined_surfaces_too():
     _, mesh = make_cube(level=1)
     add_uvs(mesh, [(0, 0)] * 3, "faceVarying")
     with pytest.warns(UserWarning, match="/Mesh.*too few"):
-        assert (prototype_of(mesh).corner_uvs == 0).all()
+        assert (prototype_of(mesh).uvs == 0).all()
 
 
 def test_loop_wants_triangles():
@@ -221,7 +221,7 @@ def test_loop_wants_triangles():
     ask(mesh, 2)
     prototype = prototype_of(mesh)
     assert np.bincount(prototype.triangle_faces).tolist() == [16] * 4
-    assert (np.einsum("tci,tci->tc", prototype.corner_normals, prototype.points[prototype.triangles]) > 0).all()
+    assert (np.einsum("tci,tci->tc", prototype.normals, prototype.points[prototype.triangles]) > 0).all()
 
 
 def test_bilinear_surfaces_keep_their_shape():
@@ -229,11 +229,11 @@ def test_bilinear_surfaces_keep_their_shape():
     prototype = prototype_of(mesh)
     assert len(prototype.triangles) == 6 * 16 * 2
     assert np.linalg.norm(area_vectors(prototype), axis=1).sum() == pytest.approx(24.0)
-    assert (np.abs(prototype.corner_normals).max(-1) == 1.0).all()
+    assert (np.abs(prototype.normals).max(-1) == 1.0).all()
 
 
 def test_levels_that_would_fill_memory_are_lowered_by_name(monkeypatch):
-    monkeypatch.setattr("usdsdg_render.geometry.subdivision_surface.MOST_FACES", 1000)
+    monkeypatch.setattr("usdsdg_render.geometry.subdivision.surface.MAX_FACES", 1000)
     _, mesh = make_cube(level=20)
     with pytest.warns(UserWarning, match="/Mesh.*refinementLevel 20.*1,000 faces; 3 is used"):
         assert len(prototype_of(mesh).triangles) == 2 * 384

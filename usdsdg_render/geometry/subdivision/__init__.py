@@ -1,0 +1,1 @@
+"""Subdivision surfaces: refinement rules, sharpness, and the refined mesh."""
