@@ -1,11 +1,11 @@
-"""The slow twin of `compress_tree.cpp`: whole levels of a tree at once."""
+"""Reference implementation of `compress_tree.cpp` in NumPy, level by level."""
 
 from __future__ import annotations
 
 import numpy as np
 
 SLOTS = 8
-_SLACK, _SLACK_OF_PLACE = 2e-5, 1e-6
+_SLACK, _SLACK_OF_POSITION = 2e-5, 1e-6
 
 
 def compress(built: np.ndarray, members: np.ndarray, block: int) -> tuple[np.ndarray, np.ndarray]:
@@ -15,7 +15,7 @@ def compress(built: np.ndarray, members: np.ndarray, block: int) -> tuple[np.nda
     used = lower[..., 0] <= upper[..., 0]
     corner = np.where(used[..., None], lower, np.inf).min(1).astype(np.float64)
     extent = np.where(used[..., None], upper, -np.inf).max(1) - corner
-    slack = (_SLACK * extent + _SLACK_OF_PLACE * np.abs(corner))[:, None]
+    slack = (_SLACK * extent + _SLACK_OF_POSITION * np.abs(corner))[:, None]
     lower, upper = lower - slack, upper + slack
     corner = np.nextafter(lower.min(1, where=used[..., None], initial=np.inf).astype(np.float32), np.float32(-np.inf))
     extent = upper.max(1, where=used[..., None], initial=-np.inf) - corner
@@ -46,9 +46,9 @@ def compress(built: np.ndarray, members: np.ndarray, block: int) -> tuple[np.nda
     octets[:, 15] = np.packbits(inner, axis=1, bitorder="little")[:, 0]
     nodes[:, 4] = base
     nodes[:, 5] = np.cumsum(sizes.sum(1)) - sizes.sum(1)
-    place = np.cumsum(sizes, 1) - sizes
+    offset = np.cumsum(sizes, 1) - sizes
     ones = (1 << sizes) - 1
-    octets[:, 24:32] = np.where(inner, 56 + np.arange(SLOTS), np.where(sizes > 0, ones << 5 | place, 0))
+    octets[:, 24:32] = np.where(inner, 56 + np.arange(SLOTS), np.where(sizes > 0, ones << 5 | offset, 0))
     for axis in range(3):
         octets[:, 32 + 8 * axis : 40 + 8 * axis] = first[..., axis]
         octets[:, 56 + 8 * axis : 64 + 8 * axis] = last[..., axis]
@@ -59,7 +59,7 @@ def _slots(middle: np.ndarray, used: np.ndarray) -> np.ndarray:
     """(N, 8): which child sits in each slot, an octant: bit 2 for +x, bit 1 for +y, bit 0 for +z."""
     bits = np.arange(SLOTS)[:, None] >> np.array([2, 1, 0]) & 1
     agreement = middle @ (2.0 * bits - 1.0).T
-    agreement = np.where(used[..., None], agreement, -1e30)  # children that are not there take what is left
+    agreement = np.where(used[..., None], agreement, -1e30)  # empty children take the remaining slots
     rows = np.arange(len(middle))
     slots = np.zeros((len(middle), SLOTS), np.int64)
     for _ in range(SLOTS):
@@ -72,7 +72,7 @@ def _slots(middle: np.ndarray, used: np.ndarray) -> np.ndarray:
 
 
 def _by_level(child: np.ndarray, inner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(node numbers in an order that keeps siblings together, place of each one's first child in that order)."""
+    """(node numbers in an order that keeps siblings together, index of each one's first child in that order)."""
     level, levels, firsts, end = np.zeros(1, np.int64), [], [], 1
     while len(level):
         counts = inner[level].sum(1)

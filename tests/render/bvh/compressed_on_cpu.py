@@ -1,6 +1,6 @@
-"""The CUDA back end's traversal on a CPU: its source with CUDA's intrinsics spelled out, against the same trees.
+"""The traversal of the CUDA back end, compiled for a CPU with emulated CUDA intrinsics.
 
-What this cannot show is the arithmetic of a GPU; every operation that decides a hit is rounded alone there as here.
+It does not test the arithmetic of a GPU, but every operation that decides a hit has the same rounding there.
 """
 
 from __future__ import annotations

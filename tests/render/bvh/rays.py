@@ -47,8 +47,8 @@ def world_triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
 
 
 def brute_force(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Per ray the smallest t > 0 (inf for none), and how clearly the ray is inside or outside: the smallest distance of
-    any barycentric weight from zero among triangles that matter."""
+    """Return per ray the smallest t > 0 (inf for none), and a margin: the smallest distance of any barycentric weight
+    from zero among nearby triangles."""
     best = np.full(len(origins), np.inf)
     doubt = np.full(len(origins), np.inf)
     edge_1, edge_2 = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]

@@ -1,4 +1,4 @@
-"""CUDA's compressed trees find, bit for bit, the hits of the CPU's."""
+"""Compressed trees of CUDA give the hits of the CPU, bit for bit."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from usdsdg_render.device.device_scene import DeviceScene
 def rays_through(rng: np.random.Generator, count: int, size: float) -> tuple[np.ndarray, np.ndarray]:
     origins = rng.uniform(-size, size, (count, 3)).astype(np.float32)
     directions = rng.normal(size=(count, 3))
-    directions[: count // 4, rng.integers(0, 3)] = 0.0  # along planes of the axes
+    directions[: count // 4, rng.integers(0, 3)] = 0.0  # parallel to coordinate planes
     return origins, (directions / np.linalg.norm(directions, axis=1, keepdims=True)).astype(np.float32)
 
 
@@ -67,7 +67,7 @@ def test_many_instances_near_and_far(scale):
     assert_same_hits(scenes.scene_of(placed), origins * np.float32(scale), directions)
 
 
-def test_nested_things_fill_the_stack_and_lose_no_hit():
+def test_nested_geometry_fills_the_stack_and_loses_no_hit():
     rng = np.random.default_rng(3)
     mesh = shells(np.tile(1.5 ** np.arange(-20.0, 21.0), 6))
     placed = [(mesh, scenes.moved(scale=scale), 0) for scale in np.tile(4.0 ** np.arange(-8.0, 9.0), 25)]

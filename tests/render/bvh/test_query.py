@@ -1,4 +1,4 @@
-"""Ray queries: the tree finds what a loop over all triangles finds, and shared edges hold."""
+"""Ray queries: hits match brute force over all triangles, and shared edges are watertight."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def random_rotation(rng: np.random.Generator) -> np.ndarray:
 
 
 def soup(rng: np.random.Generator, kind: str) -> scenes.Prototype:
-    """Triangles that trees and intersection tests find hard."""
+    """Triangles that are hard for trees and intersection tests."""
     centers = rng.uniform(-1, 1, (300, 1, 3))
     if kind == "small":
         points = centers + rng.normal(size=(300, 3, 3)) * 0.1
@@ -43,7 +43,7 @@ def soup(rng: np.random.Generator, kind: str) -> scenes.Prototype:
 
 @pytest.mark.parametrize("any_hit", [False, True])
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf, 3e38])
-def test_rays_that_are_no_rays_meet_nothing_and_leave_the_others_alone(wrong, any_hit):
+def test_invalid_rays_hit_nothing_and_do_not_affect_others(wrong, any_hit):
     mesh = soup(np.random.default_rng(3), "small")
     turned = scenes.moved((0, 0, -3), scale=1e-3, rotation=random_rotation(np.random.default_rng(4)))
     scene = scenes.scene_of([(mesh, turned, 0), (scenes.square(), scenes.moved(), 0)])
@@ -60,7 +60,7 @@ def test_rays_that_are_no_rays_meet_nothing_and_leave_the_others_alone(wrong, an
 
 
 @pytest.mark.parametrize("kind", ["small", "slivers", "coplanar", "all in one place", "degenerate"])
-def test_the_tree_finds_what_brute_force_finds(kind):
+def test_hits_match_brute_force(kind):
     rng = np.random.default_rng(7)
     mesh = soup(rng, kind)
     scene = scenes.scene_of(
@@ -84,14 +84,14 @@ def test_the_tree_finds_what_brute_force_finds(kind):
     np.testing.assert_array_equal(np.isfinite(found[sure]), np.isfinite(expected[sure]))
     both = sure & np.isfinite(expected)
     np.testing.assert_allclose(found[both], expected[both], rtol=2e-4, atol=1e-5)
-    # What was hit lies where the hit says.
+    # The hit point lies at the barycentric coordinates.
     hit = both & (hits["instance"] >= 0)
     first = np.searchsorted(owners, hits["instance"][hit])
     corners = triangles[first + hits["triangle"][hit]]
     weights = np.stack([1 - hits["u"] - hits["v"], hits["u"], hits["v"]], -1)[hit]
     at = (corners * weights[..., None]).sum(1)
     np.testing.assert_allclose(at, (origins + directions * hits["t"][:, None])[hit], atol=5e-4)
-    # Occlusion is the same question, with a bound.
+    # Occlusion: the same with a maximum distance.
     shadow = trace(
         scene, origins, directions, reach=np.where(np.isfinite(expected), expected * 1.01, 1e30), any_hit=True
     )
@@ -102,7 +102,7 @@ def test_the_tree_finds_what_brute_force_finds(kind):
 
 @pytest.mark.parametrize("aim", ["edges", "corners", "anywhere"])
 @pytest.mark.parametrize("scale", [1e-4, 1.0, 3e3])
-def test_a_closed_mesh_lets_no_ray_out(aim, scale):
+def test_no_ray_leaves_a_closed_mesh(aim, scale):
     rng = np.random.default_rng(3)
     mesh = scenes.sphere(rings=24)
     rotation = random_rotation(rng)
@@ -123,7 +123,7 @@ def test_a_closed_mesh_lets_no_ray_out(aim, scale):
 
 @pytest.mark.parametrize("axis", range(3))
 def test_rays_along_axes_through_a_grid_of_shared_edges(axis):
-    """Directions with zero components, and edges that the rays meet exactly."""
+    """Directions with zero components, and edges that the rays hit exactly."""
     n = 16
     x, y = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0), indexing="ij")
     flat = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], -1)
@@ -142,14 +142,14 @@ def test_rays_along_axes_through_a_grid_of_shared_edges(axis):
         np.testing.assert_array_equal(hits["t"], 3.0)
 
 
-def test_an_instance_that_casts_no_shadow_is_seen_but_does_not_occlude():
+def test_an_instance_without_shadow_is_hit_but_does_not_occlude():
     scene = scenes.scene_of([(scenes.cube(), scenes.moved(), 0)])
     scene.instances.casts_shadow[:] = 0
     assert trace(scene, (0, 0, 5), (0, 0, -1))["instance"][0] == 0
     assert trace(scene, (0, 0, 5), (0, 0, -1), any_hit=True)["instance"][0] == -1
 
 
-def test_nothing_is_hit_in_an_empty_scene_and_flat_instances_are_left_out():
+def test_an_empty_scene_has_no_hits_and_flat_instances_are_skipped():
     assert trace(scenes.scene_of([]), (0, 0, 5), (0, 0, -1))["instance"][0] == -1
     flat = scenes.scene_of([(scenes.cube(), scenes.moved(scale=(1, 1, 0)), 0), (scenes.cube(), scenes.moved(), 0)])
     with pytest.warns(UserWarning, match="object_0"):
@@ -157,9 +157,9 @@ def test_nothing_is_hit_in_an_empty_scene_and_flat_instances_are_left_out():
     assert hits["instance"][0] == 1
 
 
-def test_trees_stay_within_their_depth_whatever_they_hold():
+def test_trees_stay_within_their_depth_limit():
     rng = np.random.default_rng(0)
-    # Boxes whose sizes grow geometrically make area heuristics peel them off one by one.
+    # With boxes of geometrically growing size the surface area heuristic splits off one at a time.
     size = (4.0 ** np.arange(-20, 20))[:, None].astype(np.float32)
     lower, upper = np.repeat(-size, 3, 1), np.repeat(size, 3, 1)
     lower, upper = np.tile(lower, (50, 1)), np.tile(upper, (50, 1))
@@ -176,15 +176,15 @@ def test_trees_stay_within_their_depth_whatever_they_hold():
 
 
 def shells(sizes) -> scenes.Prototype:
-    """Cubes around the origin, one within the other."""
+    """Nested cubes around the origin."""
     cube = scenes.cube()
     points = np.concatenate([cube.points * np.float32(size) for size in sizes])
     triangles = np.concatenate([cube.triangles + 8 * k for k in range(len(sizes))])
     return scenes.prototype(points, triangles)
 
 
-def test_trees_of_nested_things_keep_every_hit():
-    """Boxes within boxes: a ray meets all children of all nodes, so that its stack is as full as can be."""
+def test_trees_of_nested_boxes_lose_no_hit():
+    """Nested boxes: a ray hits all children of all nodes, which maximizes its stack."""
     rng = np.random.default_rng(1)
     inner, outer = 1.5 ** np.arange(-20.0, 21.0), 4.0 ** np.arange(-8.0, 9.0)
     mesh = shells(np.tile(inner, 6))
@@ -201,7 +201,7 @@ def test_trees_of_nested_things_keep_every_hit():
     near, far = near.max(-1), far.min(-1)
     t = np.where(near > 0, near, far)
     expected = np.where((far > 0) & (near <= far), t, np.inf).min(1)
-    # In float32 a ray that just touches an edge may pass by it.
+    # In float32 a ray that touches an edge may miss it.
     sure = ~((far > 0) & (np.abs(far - near) < 1e-4 * far)).any(1)
     assert sure.mean() > 0.9
     scene = scenes.scene_of(placed)
@@ -215,7 +215,7 @@ def test_trees_of_nested_things_keep_every_hit():
 
 
 @pytest.mark.parametrize("apart", [1e-3, 1e-5])
-def test_the_first_of_many_thin_layers_is_found(apart):
+def test_the_first_of_many_thin_layers_is_hit(apart):
     rng = np.random.default_rng(2)
     order = rng.permutation(200)
     square = scenes.square()
@@ -230,8 +230,8 @@ def test_the_first_of_many_thin_layers_is_found(apart):
         np.testing.assert_allclose(below["t"], 2.0, atol=0.4 * apart)
 
 
-def test_the_first_grain_of_dust_is_found():
-    """Far away, thousands of boxes are entered within a thousandth of the distance of each other."""
+def test_the_first_of_many_distant_particles_is_hit():
+    """Thousands of distant boxes whose entry distances differ by less than a thousandth."""
     rng = np.random.default_rng(9)
     grains = rng.uniform(-0.03, 0.03, (3000, 1, 3)) + rng.normal(size=(3000, 3, 3)) * 2e-3
     mesh = scenes.prototype(grains.reshape(-1, 3), np.arange(9000).reshape(-1, 3))
@@ -250,8 +250,8 @@ def test_the_first_grain_of_dust_is_found():
     np.testing.assert_allclose(found[sure], expected[sure], rtol=3e-5)
 
 
-def test_the_trees_know_no_structs_of_warps_headers():
-    """Of Warp's native types they name vectors, which every native function returns, and no mesh, tree or query."""
+def test_the_native_code_uses_no_structs_of_warps_headers():
+    """They use only Warp's native vector types, which every native function returns: no mesh, BVH or query types."""
     folder = Path(build.__file__).parent
     sources = sorted(folder.glob("*.cpp"))
     assert {each.name for each in sources} == {"build_tree.cpp", "compress_tree.cpp", "compressed.cpp", "traverse.cpp"}
@@ -264,7 +264,7 @@ def test_the_trees_know_no_structs_of_warps_headers():
         assert not re.search(r"wp\.(Mesh|Bvh|mesh_|bvh_)", code), module
 
 
-def test_tree_memory_starts_on_cache_lines():
+def test_tree_memory_is_aligned_to_cache_lines():
     mesh = scenes.sphere(rings=12)
     nodes, blocks = cpu_blas(mesh.points, mesh.triangles)
     assert nodes.ctypes.data % 64 == 0

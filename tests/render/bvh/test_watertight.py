@@ -1,4 +1,4 @@
-"""No ray slips out of a closed mesh, wherever it aims: millions of rays at edges and corners, in any placement."""
+"""Watertightness: of millions of rays at edges and corners of closed meshes none passes, in any placement."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ RAYS = 120_000
 
 
 def bumpy() -> scenes.Prototype:
-    """A closed mesh that the origin sees all of: a ball of uneven radius."""
+    """A closed star-shaped mesh around the origin: a ball of uneven radius."""
     ball = scenes.sphere(rings=40)
     rng = np.random.default_rng(5)
     waves = ball.points @ rng.normal(size=(3, 6)) * 4 + rng.uniform(0, 6, 6)
@@ -58,7 +58,7 @@ PLACES = {
 
 
 def aims(prototype: scenes.Prototype, rng: np.random.Generator) -> np.ndarray:
-    """(RAYS, 3) points in the mesh's frame: its corners, the middles of its edges, and other places of them."""
+    """(RAYS, 3) points in the mesh's frame: its vertices, midpoints of its edges, and other points of its edges."""
     corners = prototype.points[prototype.triangles[rng.integers(0, len(prototype.triangles), RAYS)]].astype(np.float64)
     part = np.repeat([0.0, 0.5, np.nan], RAYS // 3)[:, None]
     part = np.where(np.isnan(part), rng.random((RAYS, 1)), part)
@@ -73,7 +73,7 @@ def placed_rays(shape: str, place: str, *, seed: int):
     prototype, matrix = SHAPES[shape](), PLACES[place]
     scene = scenes.scene_of([(prototype, matrix, 0)])
     start = rng.uniform(-0.1, 0.1, (RAYS, 3)) * (rng.random((RAYS, 1)) < 0.5)
-    # The rays that start in the middle of an even mesh run along its planes of symmetry.
+    # Rays from the center of a symmetric mesh run in its planes of symmetry.
     origins, targets = (each @ matrix[:3, :3] + matrix[3, :3] for each in (start, aims(prototype, rng)))
     origins = origins.astype(np.float32).astype(np.float64)
     directions = targets - origins
@@ -82,7 +82,7 @@ def placed_rays(shape: str, place: str, *, seed: int):
 
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("shape", SHAPES)
-def test_no_ray_gets_out(shape, place):
+def test_no_ray_escapes(shape, place):
     scene, origins, directions = placed_rays(shape, place, seed=6)
     on_device = DeviceScene("cpu")
     on_device.sync(scene)
@@ -92,7 +92,7 @@ def test_no_ray_gets_out(shape, place):
 
 @pytest.mark.parametrize("place", ["aside", "flat", "sheared"])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_no_ray_gets_out_of_a_compressed_tree(shape, place):
+def test_no_ray_escapes_a_compressed_tree(shape, place):
     scene, origins, directions = placed_rays(shape, place, seed=7)
     on_device = DeviceScene("cpu")
     on_device.sync(scene)
@@ -103,8 +103,8 @@ def test_no_ray_gets_out_of_a_compressed_tree(shape, place):
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_no_ray_gets_in(place):
-    """Rays from outside to corners and edges that face them end there, and not at the far side."""
+def test_no_ray_enters(place):
+    """Rays from outside to front-facing vertices and edges hit there, not at the far side."""
     rng = np.random.default_rng(8)
     ball, matrix = scenes.sphere(rings=64), PLACES[place]
     scene = scenes.scene_of([(ball, matrix, 0)])
@@ -121,8 +121,8 @@ def test_no_ray_gets_in(place):
     np.testing.assert_array_less(hits["t"], 1.01 * distance[:, 0] + 1e-6 * np.abs(origins).max())
 
 
-def test_a_seam_at_nearly_zero_holds_for_rays_in_its_plane():
-    """Corners made by cosines lie 6e-17 beside the plane x = 0, in which a ray may go a long way."""
+def test_an_edge_near_zero_is_watertight_for_rays_in_its_plane():
+    """Vertices made by cosines lie 6e-17 beside the plane x = 0; rays in that plane must still hit."""
     ball = scenes.sphere(rings=64)
     beside = np.abs(ball.points[:, 0])
     assert ((beside > 0) & (beside < 1e-15)).sum() > 100
@@ -135,13 +135,13 @@ def test_a_seam_at_nearly_zero_holds_for_rays_in_its_plane():
 
 @pytest.mark.parametrize("place", ["as it is", "turned", "flat", "aside"])
 @pytest.mark.parametrize("shape", ["box", "bumpy"])
-def test_no_light_gets_in(shape, place):
-    """Paths start anew at every wall, also in corners; under a blinding sky they do not see it."""
+def test_no_light_leaks_in(shape, place):
+    """Paths start at walls, also in corners; a very bright dome outside must stay invisible."""
     matrix = PLACES[place]
     walls = scenes.material(base_color=0.9, specular=0.0, roughness=1.0)
     scene = scenes.scene_of([(SHAPES[shape](), matrix, 0)], materials=[walls], dome=scenes.white_dome(1e6))
     eye, target = (np.array(at) @ matrix[:3, :3] + matrix[3, :3] for at in ((0.05, 0.02, -0.03), (0.9, 0.8, 0.85)))
     view = scenes.view_from(eye, target, size=(48, 48), focal_length=8.0, clipping_range=(1e-6, 1e6))
     lit = radiance(scene, view, samples=32, bounces=6).max(-1) > 0
-    # A start that is a millionth of the room's size off its wall may, once in a million, be beyond the next one.
+    # A path that starts a millionth of the room's size off its wall may, once in a million, start behind the next wall.
     assert lit.sum() <= 1

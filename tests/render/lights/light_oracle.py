@@ -1,4 +1,4 @@
-"""Irradiance under a light by quadrature over its surface in float64: an oracle without anything of the kernels."""
+"""Test oracle: irradiance by quadrature over a light's surface in float64, independent of the kernels."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ def patches(kind: str, **size) -> tuple[np.ndarray, np.ndarray]:
         x, y, z = size["axes"]
         up, out = 1 - 2 * b, np.sqrt(1 - (1 - 2 * b) ** 2)
         points = np.stack([x * out * np.cos(turn), y * out * np.sin(turn), z * up], -1)
-        # Of the unit sphere, areas stretch like the normal by the inverse axes.
+        # Areas transform like normals, by the inverse axes.
         normals = points / np.array([x * x, y * y, z * z]) * (x * y * z)
         return points, normals * (4 * np.pi / STEPS**2)
     return points, np.broadcast_to(np.cross(along, across) / STEPS**2, points.shape)
 
 
 def irradiance(points: np.ndarray, areas: np.ndarray, radiance, *, at=(0.0, 0.0, 0.0), normal=(0.0, 0.0, 1.0)):
-    """Of patches in the world on a surface; `radiance` is a number or one per patch. What lies below counts nothing."""
+    """Irradiance of world-space patches on a surface; `radiance` is a number or one per patch."""
     towards = points - np.asarray(at, float)
     d2 = (towards**2).sum(-1)
     facing = np.maximum(towards @ np.asarray(normal, float), 0.0)
@@ -45,7 +45,7 @@ def irradiance(points: np.ndarray, areas: np.ndarray, radiance, *, at=(0.0, 0.0,
 
 
 def lambert_polygon(corners: np.ndarray, normal=(0.0, 0.0, 1.0)) -> float:
-    """Irradiance at the origin of a polygon of radiance one: Lambert's sum over its edges, cut off at the horizon."""
+    """Irradiance at the origin of a polygon of radiance one: Lambert's edge sum, clipped at the horizon."""
     above = []
     for p, q in zip(corners, np.roll(corners, -1, 0), strict=True):
         here, there = p @ normal, q @ normal

@@ -1,4 +1,4 @@
-"""Dome lights: which direction sees which texel, units, several domes, and skies that cannot be read."""
+"""Dome lights: mapping of directions to texels, units, several domes, unreadable textures."""
 
 import math
 
@@ -22,19 +22,19 @@ def make_stage(up="Z"):
     return stage
 
 
-def write_sky(path, picture):
-    """Flat Radiance file of values that RGBE holds exactly."""
-    mantissa = np.clip(picture * 128, 0, 255).astype(np.uint8)
-    rgbe = np.concatenate([mantissa, np.full((*picture.shape[:2], 1), 129, np.uint8)], axis=-1)
-    height, width = picture.shape[:2]
+def write_texture(path, texture):
+    """Write a flat Radiance file with values that RGBE represents exactly."""
+    mantissa = np.clip(texture * 128, 0, 255).astype(np.uint8)
+    rgbe = np.concatenate([mantissa, np.full((*texture.shape[:2], 1), 129, np.uint8)], axis=-1)
+    height, width = texture.shape[:2]
     path.write_bytes(b"#?RADIANCE\n\n" + f"-Y {height} +X {width}\n".encode() + rgbe.tobytes())
     return str(path)
 
 
 def marked(row, column):
-    picture = np.zeros((HEIGHT, WIDTH, 3))
-    picture[row, column] = 1.0
-    return picture
+    texture = np.zeros((HEIGHT, WIDTH, 3))
+    texture[row, column] = 1.0
+    return texture
 
 
 def dome_of(*prims):
@@ -43,7 +43,7 @@ def dome_of(*prims):
 
 
 def texel_seen(dome, direction):
-    """What `scene.Dome` says of a world direction: the looked-up row and column."""
+    """Row and column that `scene.Dome` looks up for a world direction."""
     d = dome.dome_from_world.astype(float) @ (np.array(direction, float) / np.linalg.norm(direction))
     height, width = dome.radiance.shape[:2]
     row = int(np.clip(math.acos(np.clip(d[2], -1, 1)) / math.pi * height, 0, height - 1))
@@ -67,16 +67,16 @@ def openexr_texel(direction, up):
 
 @pytest.mark.parametrize("up", ["Y", "Z"])
 @pytest.mark.parametrize("kind", ["DomeLight", "DomeLight_1"])
-def test_directions_see_the_texels_that_usdlux_says(kind, up, tmp_path):
+def test_directions_map_to_the_texels_of_usdlux(kind, up, tmp_path):
     stage = make_stage(up)
     prim = stage.DefinePrim("/Sky", kind)
-    prim.GetAttribute("inputs:texture:file").Set(write_sky(tmp_path / "sky.hdr", np.ones((HEIGHT, WIDTH, 3))))
+    prim.GetAttribute("inputs:texture:file").Set(write_texture(tmp_path / "sky.hdr", np.ones((HEIGHT, WIDTH, 3))))
     dome = dome_of(prim)
     for direction in np.random.default_rng(2).normal(size=(200, 3)):
         assert texel_seen(dome, direction) == openexr_texel(direction, up)
 
 
-def test_pole_axis_is_honoured_and_old_domes_can_ask_for_a_y_pole():
+def test_pole_axis_is_honored_and_old_domes_can_ask_for_a_y_pole():
     stage = make_stage("Z")
     new = stage.DefinePrim("/New", "DomeLight_1")
     new.GetAttribute("poleAxis").Set("Y")
@@ -84,12 +84,12 @@ def test_pole_axis_is_honoured_and_old_domes_can_ask_for_a_y_pole():
     assert texel_seen(dome_of(new), (0, 1, 0))[0] == 0
     dome = dome_of(old.GetPrim())
     np.testing.assert_allclose(dome.dome_from_world @ [0, 0, 1], [0, 0, 1], atol=1e-6)
-    old.OrientToStageUpAxis()  # authors a rotation that takes +Y up: the pole must still be up
+    old.OrientToStageUpAxis()  # authors a rotation of +Y to up: the pole must still be up
     dome = dome_of(old.GetPrim())
     np.testing.assert_allclose(dome.dome_from_world @ [0, 0, 1], [0, 0, 1], atol=1e-6)
 
 
-def test_turning_the_prim_turns_the_sky_and_scale_does_not():
+def test_rotation_turns_the_dome_and_scale_is_ignored():
     stage = make_stage("Z")
     prim = stage.DefinePrim("/Sky", "DomeLight")
     before = dome_of(prim).dome_from_world
@@ -103,11 +103,11 @@ def test_turning_the_prim_turns_the_sky_and_scale_does_not():
     np.testing.assert_allclose(after @ (direction @ rotation), before @ direction, atol=1e-6)
 
 
-def test_radiance_is_texel_times_intensity_exposure_and_colour(tmp_path):
-    picture = np.full((HEIGHT, WIDTH, 3), 0.5)
+def test_radiance_is_texel_times_intensity_exposure_and_color(tmp_path):
+    texture = np.full((HEIGHT, WIDTH, 3), 0.5)
     stage = make_stage()
     light = UsdLux.DomeLight.Define(stage, "/Sky")
-    light.CreateTextureFileAttr(write_sky(tmp_path / "sky.hdr", picture))
+    light.CreateTextureFileAttr(write_texture(tmp_path / "sky.hdr", texture))
     light.CreateIntensityAttr(100.0)
     light.CreateExposureAttr(1.0)
     light.CreateColorAttr(Gf.Vec3f(1, 0.5, 0.25))
@@ -115,15 +115,15 @@ def test_radiance_is_texel_times_intensity_exposure_and_colour(tmp_path):
     np.testing.assert_allclose(dome_of(light.GetPrim()).radiance[3, 4], [100, 50, 25], rtol=1e-6)
 
 
-def test_low_dynamic_range_skies_are_decoded_from_srgb(tmp_path):
+def test_low_dynamic_range_textures_are_decoded_from_srgb(tmp_path):
     Image.fromarray(np.full((4, 8, 3), 188, np.uint8)).save(tmp_path / "sky.png")
     light = UsdLux.DomeLight.Define(make_stage(), "/Sky")
     light.CreateTextureFileAttr(str(tmp_path / "sky.png"))
-    # sRGB 188 is half of white to within a code.
+    # sRGB 188 is half of white within one code value.
     np.testing.assert_allclose(dome_of(light.GetPrim()).radiance, 0.5, atol=0.005)
 
 
-def test_texels_as_bright_as_a_file_can_say_stay_finite(tmp_path):
+def test_the_brightest_texels_of_a_file_stay_finite(tmp_path):
     (tmp_path / "sky.hdr").write_bytes(b"#?RADIANCE\n\n-Y 1 +X 2\n" + bytes([255] * 8))
     light = UsdLux.DomeLight.Define(make_stage(), "/Sky")
     light.CreateTextureFileAttr(str(tmp_path / "sky.hdr"))
@@ -131,7 +131,7 @@ def test_texels_as_bright_as_a_file_can_say_stay_finite(tmp_path):
     np.testing.assert_allclose(dome_of(light.GetPrim()).radiance, 1e16)
 
 
-def test_domes_brighter_than_numbers_are_named_and_off():
+def test_domes_that_overflow_warn_and_are_off():
     light = UsdLux.DomeLight.Define(make_stage(), "/Sky")
     light.CreateExposureAttr(500.0)
     with pytest.warns(UserWarning, match="/Sky: intensity, exposure and color give .* Author values from 0 to 1e.20"):
@@ -146,18 +146,18 @@ def test_a_dome_without_texture_is_uniform_and_tiny():
     assert (dome.radiance == 30.0).all()
 
 
-def test_several_domes_add_up_where_they_look(tmp_path):
+def test_several_domes_are_summed_in_their_own_orientation(tmp_path):
     stage = make_stage("Z")
     first = UsdLux.DomeLight.Define(stage, "/A")
-    first.CreateTextureFileAttr(write_sky(tmp_path / "a.hdr", np.full((HEIGHT, WIDTH, 3), 0.25)))
+    first.CreateTextureFileAttr(write_texture(tmp_path / "a.hdr", np.full((HEIGHT, WIDTH, 3), 0.25)))
     second = UsdLux.DomeLight.Define(stage, "/B")
-    second.CreateTextureFileAttr(write_sky(tmp_path / "b.hdr", marked(6, 9)))
+    second.CreateTextureFileAttr(write_texture(tmp_path / "b.hdr", marked(6, 9)))
     second.AddRotateZOp().Set(90.0)
     third = UsdLux.DomeLight.Define(stage, "/C")
     third.CreateIntensityAttr(2.0)
     dome = dome_of(*(light.GetPrim() for light in (first, second, third)))
     assert dome.radiance.shape == (HEIGHT, WIDTH, 3)
-    # Where the second dome alone would show its bright texel:
+    # The direction in which the second dome alone has its bright texel:
     alone = dome_of(second.GetPrim())
     towards = alone.dome_from_world.T @ directions(HEIGHT, WIDTH)[6, 9]
     assert texel_seen(alone, towards) == (6, 9)
@@ -168,7 +168,7 @@ def test_several_domes_add_up_where_they_look(tmp_path):
     np.testing.assert_allclose(dome.radiance[elsewhere], 2.25, atol=1e-6)
 
 
-def test_resampling_keeps_smooth_skies():
+def test_resampling_preserves_smooth_textures():
     d = directions(64, 128)
     smooth = (1.0 + d @ np.array([0.3, 0.2, 0.5]))[..., None] * np.ones(3)
     turn = np.array(Gf.Matrix3d(Gf.Rotation(Gf.Vec3d(1, 2, 3), 50)))
@@ -178,7 +178,7 @@ def test_resampling_keeps_smooth_skies():
 
 
 @pytest.mark.parametrize("name", ["missing.hdr", "broken.hdr"])
-def test_skies_that_cannot_be_read_are_named_and_uniform(name, tmp_path):
+def test_unreadable_textures_warn_and_become_uniform(name, tmp_path):
     (tmp_path / "broken.hdr").write_bytes(b"#?RADIANCE\n\n-Y 4 +X 8\nshort")
     light = UsdLux.DomeLight.Define(make_stage(), "/Sky")
     light.CreateTextureFileAttr(str(tmp_path / name))
@@ -186,7 +186,7 @@ def test_skies_that_cannot_be_read_are_named_and_uniform(name, tmp_path):
         assert (dome_of(light.GetPrim()).radiance == 1.0).all()
 
 
-def test_unsupported_formats_are_named_and_hidden_domes_stay_hidden(tmp_path):
+def test_unsupported_formats_warn_and_hidden_domes_stay_hidden(tmp_path):
     light = UsdLux.DomeLight.Define(make_stage(), "/Sky")
     light.CreateTextureFormatAttr("octahedron")
     light.GetPrim().CreateAttribute("visibleInPrimaryRay", Sdf.ValueTypeNames.Bool).Set(False)
@@ -195,15 +195,15 @@ def test_unsupported_formats_are_named_and_hidden_domes_stay_hidden(tmp_path):
 
 
 def sky(direction):
-    """A smooth sky in the space of a dome with a Y pole: ahead is +Z, where lat-long pictures have their middle."""
+    """A smooth sky in the space of a dome with a Y pole: ahead is +Z, the center of lat-long textures."""
     x, y, z = np.moveaxis(direction, -1, 0)
     return np.stack([1.5 + x + 0.3 * y, 1.5 + y - 0.2 * z, 1.5 + z + 0.4 * x], -1) / 3
 
 
 def drawn(layout, size):
-    """The smooth sky in one of UsdLux's formats, by the definition of each seen from the picture's side."""
+    """The smooth sky in one of UsdLux's formats, by its definition from texel to direction."""
     if layout == "cubeMapVerticalCross":
-        picture = np.zeros((4 * size, 3 * size, 3))
+        texture = np.zeros((4 * size, 3 * size, 3))
         a = (np.arange(size) + 0.5) / size * 2 - 1
         u, v = np.meshgrid(a, -a)  # right and up on the face
         one = np.ones_like(u)
@@ -218,15 +218,14 @@ def drawn(layout, size):
         for (row, column), face in faces.items():
             d = np.stack(face, -1)
             d /= np.linalg.norm(d, axis=-1, keepdims=True)
-            picture[row * size : (row + 1) * size, column * size : (column + 1) * size] = sky(d)
-        return picture
+            texture[row * size : (row + 1) * size, column * size : (column + 1) * size] = sky(d)
+        return texture
     a = (np.arange(size) + 0.5) / size * 2 - 1
     u, v = np.meshgrid(a, -a)
     radius = np.minimum(np.hypot(u, v), 1.0)
     turn = np.arctan2(v, u)
     if layout == "mirroredBall":
-        # Reflect the view, which goes along -Z towards a ball lit from all around, at the ball's normal. On the right
-        # of its picture is +X.
+        # Reflect the view direction -Z at the normal of the ball. +X is at the right of the image.
         normal = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1 - radius**2)], -1)
         view = np.array([0.0, 0.0, -1.0])
         return sky(view - 2 * (normal @ view)[..., None] * normal)
@@ -235,9 +234,9 @@ def drawn(layout, size):
 
 
 @pytest.mark.parametrize("layout", ["mirroredBall", "angular", "cubeMapVerticalCross"])
-def test_other_layouts_show_the_same_sky(layout, tmp_path):
-    picture = drawn(layout, 128)
-    Image.fromarray((picture * 65535)[..., 0].astype(np.uint16)).save(tmp_path / "sky.png")
+def test_other_layouts_give_the_same_environment(layout, tmp_path):
+    texture = drawn(layout, 128)
+    Image.fromarray((texture * 65535)[..., 0].astype(np.uint16)).save(tmp_path / "sky.png")
     dome = UsdLux.DomeLight.Define(make_stage("Y"), "/Sky")
     dome.CreateTextureFileAttr(str(tmp_path / "sky.png"))
     dome.CreateTextureFormatAttr("automatic" if layout == "cubeMapVerticalCross" else layout)
@@ -246,12 +245,12 @@ def test_other_layouts_show_the_same_sky(layout, tmp_path):
     assert width == 2 * height
     world = directions(height, width) @ read.dome_from_world.astype(float)
     expected = sky(world)[..., 0]
-    # Right behind a ball one texel shows a wide angle.
+    # Directly behind a ball one texel covers a wide angle.
     clear = world[..., 2] > -0.95
     np.testing.assert_allclose(read.radiance[..., 0][clear], expected[clear], atol=0.02)
 
 
-def test_what_domes_cannot_do_is_named():
+def test_unsupported_dome_inputs_warn():
     light = UsdLux.DomeLight.Define(make_stage(), "/Sky")
     light.CreateDiffuseAttr(0.25)
     light.CreateSpecularAttr(2.0)
@@ -264,7 +263,7 @@ def test_what_domes_cannot_do_is_named():
         dome_of(light.GetPrim())
 
 
-def test_dark_domes_are_none():
+def test_dark_domes_are_skipped():
     light = UsdLux.DomeLight.Define(make_stage(), "/Sky")
     light.CreateIntensityAttr(0.0)
     assert dome_of(light.GetPrim()) is None

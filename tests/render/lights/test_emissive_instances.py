@@ -1,4 +1,4 @@
-"""Glowing instances as lights: what they give equals surface integrals, whichever way a path finds them."""
+"""Emissive instances as area lights: irradiance matches surface integrals with either sampling technique."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ GROUND = (scenes.square(), scenes.moved(scale=1000.0), 0)
 POSE = np.array([[0.8, 0.0, -0.6], [0.36, 0.8, 0.48], [0.48, -0.6, 0.64]]).T
 
 
-def glow(**values) -> np.ndarray:
+def emissive(**values) -> np.ndarray:
     return scenes.material(**{"base_color": 0.0, "specular": 0.0, "emission": 40.0, **values})
 
 
@@ -29,96 +29,98 @@ def floor_irradiance(placed, materials, *, samples=2048, bounces=1, textures=())
 
 
 def by_triangles(prototype, matrix, value) -> float:
-    """Irradiance at the origin of triangles that glow on both sides, each by Lambert's polygon formula."""
+    """Irradiance at the origin of two-sided emissive triangles, each by Lambert's polygon formula."""
     corners = prototype.points[prototype.triangles] @ matrix[:3, :3] + matrix[3, :3]
     return sum(v * light_oracle.lambert_polygon(each) for each, v in zip(corners, np.broadcast_to(value, len(corners))))
 
 
 @pytest.mark.parametrize("bounces", [1, 2])
 @pytest.mark.parametrize("scale", [0.05, 1.0, (0.3, 2.0, 1.0)])
-def test_a_plate_gives_what_lamberts_formula_says(scale, bounces):
+def test_irradiance_of_an_emissive_plate_matches_lamberts_formula(scale, bounces):
     matrix = scenes.moved((0.4, 0.3, 2.5), scale=scale, rotation=POSE)
     expected = by_triangles(scenes.square(), matrix, 40.0)
-    measured = floor_irradiance([(scenes.square(), matrix, 1)], [glow()], bounces=bounces, samples=4096)
+    measured = floor_irradiance([(scenes.square(), matrix, 1)], [emissive()], bounces=bounces, samples=4096)
     np.testing.assert_allclose(measured, expected, rtol=0.01)
 
 
-def test_both_sides_of_a_plate_glow():
+def test_both_sides_of_a_plate_emit():
     up = scenes.moved((0, 0, 2.0))
     down = scenes.moved((0, 0, 2.0), rotation=np.diag([1.0, -1.0, -1.0]))
-    a, b = (floor_irradiance([(scenes.square(), matrix, 1)], [glow()]) for matrix in (up, down))
+    a, b = (floor_irradiance([(scenes.square(), matrix, 1)], [emissive()]) for matrix in (up, down))
     np.testing.assert_allclose(a, b, rtol=0.01)
     assert a > 10
 
 
 @pytest.mark.parametrize("bounces", [1, 2])
-def test_a_ball_gives_what_a_sphere_gives(bounces):
+def test_irradiance_of_an_emissive_ball_matches_a_sphere(bounces):
     # The polyhedron of 96 rings lies inside the sphere by less than a thousandth of its area.
     matrix = scenes.moved((0.5, -0.3, 3.0), scale=0.8)
-    measured = floor_irradiance([(scenes.sphere(rings=96), matrix, 1)], [glow()], bounces=bounces, samples=4096)
+    measured = floor_irradiance([(scenes.sphere(rings=96), matrix, 1)], [emissive()], bounces=bounces, samples=4096)
     distance = np.linalg.norm((0.5, -0.3, 3.0))
     np.testing.assert_allclose(measured, np.pi * 40.0 * (0.8 / distance) ** 2 * 3.0 / distance, rtol=0.01)
 
 
-def test_parts_of_a_mesh_glow_by_their_own_materials():
+def test_subsets_of_a_mesh_emit_by_their_own_materials():
     two = scenes.prototype(
         [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]], slots=[0, 1], name="/two"
     )
     matrix = scenes.moved((0.4, 0.3, 2.5), rotation=POSE)
     expected = by_triangles(two, matrix, [40.0, 7.0])
-    measured = floor_irradiance([(two, matrix, 1)], [glow(), glow(emission=7.0)], samples=4096)
+    measured = floor_irradiance([(two, matrix, 1)], [emissive(), emissive(emission=7.0)], samples=4096)
     np.testing.assert_allclose(measured, expected, rtol=0.01)
-    dark = floor_irradiance([(two, matrix, 1)], [glow(), glow(emission=0.0)], samples=4096)
+    dark = floor_irradiance([(two, matrix, 1)], [emissive(), emissive(emission=0.0)], samples=4096)
     np.testing.assert_allclose(dark, by_triangles(two, matrix, [40.0, 0.0]), rtol=0.01)
 
 
-def test_textures_and_opacity_dim_what_glows():
-    grey = Texture("grey", np.full((2, 2, 4), 128, np.uint8), False, 0, 0)
+def test_textures_and_opacity_scale_emission():
+    gray = Texture("gray", np.full((2, 2, 4), 128, np.uint8), False, 0, 0)
     matrix = scenes.moved((0.4, 0.3, 2.5), rotation=POSE)
     whole = by_triangles(scenes.square(), matrix, 40.0)
     for values in (dict(emission_texture=0), dict(opacity=128 / 255)):
         for bounces in (1, 2):
             placed = [(scenes.square(), matrix, 1)]
-            measured = floor_irradiance(placed, [glow(**values)], bounces=bounces, samples=8192, textures=[grey])
+            measured = floor_irradiance(placed, [emissive(**values)], bounces=bounces, samples=8192, textures=[gray])
             np.testing.assert_allclose(measured, whole * 128 / 255, rtol=0.015)
 
 
 @pytest.mark.parametrize("bounces", [1, 2])
 @pytest.mark.parametrize("what", ["emission", "opacity"])
-def test_pictures_and_holes_of_what_glows_are_where_its_coordinates_say(what, bounces):
+def test_emission_textures_and_holes_follow_texture_coordinates(what, bounces):
     rng = np.random.default_rng(4)
     texels = np.full((5, 7, 4), 255, np.uint8)
     texels[..., :3] = texels[..., 3:] = rng.uniform(0, 1, (5, 7, 1)) ** 3 * 255
     texture = Texture("uneven", texels, False, WRAP_CLAMP, WRAP_CLAMP)
     values = dict(opacity_texture=0, opacity_channel=3) if what == "opacity" else dict(emission_texture=0)
-    # Close by, so that it matters which corner is bright.
+    # Close, so that it matters which corner is bright.
     matrix = scenes.moved((0.3, 0.2, 0.8), scale=(1.0, 0.8, 1.0), rotation=POSE)
     points, areas = light_oracle.patches("rect", width=2.0, height=2.0)
     column = np.clip((points[:, 0] + 1) / 2 * 7 - 0.5, 0, 6)
     row = np.clip((1 - points[:, 1]) / 2 * 5 - 0.5, 0, 4)
     left, top = np.minimum(column.astype(int), 5), np.minimum(row.astype(int), 3)
-    fx, fy, grey = column - left, row - top, texels[..., 0] / 255
-    value = (grey[top, left] * (1 - fx) + grey[top, left + 1] * fx) * (1 - fy)
-    value += (grey[top + 1, left] * (1 - fx) + grey[top + 1, left + 1] * fx) * fy
+    fx, fy, gray = column - left, row - top, texels[..., 0] / 255
+    value = (gray[top, left] * (1 - fx) + gray[top, left + 1] * fx) * (1 - fy)
+    value += (gray[top + 1, left] * (1 - fx) + gray[top + 1, left + 1] * fx) * fy
     points = points @ matrix[:3, :3] + matrix[3, :3]
     across = 0.8 * areas @ (POSE.T)
     expected = max(light_oracle.irradiance(points, side * across, 40.0 * value) for side in (1, -1))
     placed = [(scenes.square(), matrix, 1)]
-    measured = floor_irradiance(placed, [glow(**values)], bounces=bounces, samples=16384, textures=[texture])
+    measured = floor_irradiance(placed, [emissive(**values)], bounces=bounces, samples=16384, textures=[texture])
     np.testing.assert_allclose(measured, expected, rtol=0.015)
 
 
 @pytest.mark.parametrize("roughness", [0.05, 0.3, 0.7])
-def test_light_of_glossy_floors_does_not_depend_on_how_it_is_found(roughness):
-    """Beyond the number of instances that are drawn from, light is found by following paths alone."""
+def test_glossy_reflections_do_not_depend_on_the_sampling_technique(roughness):
+    """Instances beyond the maximum number of sampled lights contribute through BSDF sampling alone."""
     floor = scenes.material(base_color=0.3, specular=0.3, roughness=roughness)
     plate = (scenes.square(), scenes.moved((0.0, 2.0, 1.6), scale=1.2, rotation=POSE), 1)
     view = scenes.view_from((0.0, -2.0, 1.5), size=(4, 4), focal_length=100.0)
-    # Far below the floor, out of everybody's sight.
+    # Far below the floor, not visible.
     crowd = [(scenes.square(), scenes.moved((k, 0, -900.0), scale=40.0), 1) for k in range(MAX_EMISSIVE_LIGHTS)]
 
     def seen(placed, samples):
-        scene = scenes.scene_of([(scenes.square(), scenes.moved(scale=50.0), 0), *placed], materials=[floor, glow()])
+        scene = scenes.scene_of(
+            [(scenes.square(), scenes.moved(scale=50.0), 0), *placed], materials=[floor, emissive()]
+        )
         picture = radiance(scene, view, samples=samples, bounces=2).mean()
         return picture, any(each.instance == 1 for each in find_emissive_instances(scene))
 
@@ -129,9 +131,9 @@ def test_light_of_glossy_floors_does_not_depend_on_how_it_is_found(roughness):
     np.testing.assert_allclose(sampled, followed, rtol=0.015)
 
 
-def test_only_lamps_that_matter_are_drawn_from():
+def test_only_bright_instances_are_sampled_as_lights():
     lamps = [(scenes.square(), scenes.moved((k, 0, 3.0), scale=size), 1) for k, size in enumerate((1.0, 0.01, 2.0))]
-    scene = scenes.scene_of([GROUND, *lamps], materials=[FLOOR, glow()])
+    scene = scenes.scene_of([GROUND, *lamps], materials=[FLOOR, emissive()])
     found = find_emissive_instances(scene)
     assert [each.instance for each in found] == [3, 1]
     # A square of side 2 and of side 4, of 40 nits.
@@ -140,18 +142,18 @@ def test_only_lamps_that_matter_are_drawn_from():
     assert found[1].radius == pytest.approx(np.sqrt(2))
 
 
-def test_a_small_lamp_makes_little_noise():
-    """A lamp of 5 cm at 2 m, found by chance, would leave nearly all of 16 samples dark."""
+def test_a_small_emissive_lamp_has_little_noise():
+    """With BSDF sampling alone a lamp of 5 cm at 2 m would leave nearly all of 16 samples dark."""
     matrix = scenes.moved((0, 0, 2.0), scale=0.05)
-    scene = scenes.scene_of([GROUND, (scenes.sphere(rings=16), matrix, 1)], materials=[FLOOR, glow(emission=4e4)])
+    scene = scenes.scene_of([GROUND, (scenes.sphere(rings=16), matrix, 1)], materials=[FLOOR, emissive(emission=4e4)])
     view = scenes.view_from((0.0, -6.0, 0.3), size=(16, 16), focal_length=50000.0)
     picture = radiance(scene, view, samples=16, bounces=2)[..., 0]
     assert picture.std() < 0.25 * picture.mean()
 
 
-def test_emitters_follow_what_changes():
+def test_emissive_instances_follow_changes():
     plate = scenes.square()
-    scene = scenes.scene_of([GROUND, (plate, scenes.moved((0, 0, 2.0)), 1)], materials=[FLOOR, glow()])
+    scene = scenes.scene_of([GROUND, (plate, scenes.moved((0, 0, 2.0)), 1)], materials=[FLOOR, emissive()])
     renderer = renderer_of(scene)
     view = scenes.view_from((0.0, -6.0, 0.3), size=(1, 1), focal_length=50000.0)
 

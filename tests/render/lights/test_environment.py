@@ -1,4 +1,4 @@
-"""What a picture of a sky lights equals sums over its directions, for matt surfaces and for shiny ones."""
+"""Light of an environment map matches sums over its directions, for diffuse and glossy surfaces."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ EYE = np.array([0.3, -3.0, 2.0])
 
 
 def uneven_sky(seed: int) -> Dome:
-    """Random texels in a random frame: no two directions, and no two sides, look alike."""
+    """Random texels in a random frame, without any symmetry."""
     rng = np.random.default_rng(seed)
     return Dome((rng.uniform(0, 2, (12, 20, 3)) ** 3).astype(np.float32), random_rotation(rng).astype(np.float32))
 
 
 def seen_of(dome: Dome, directions: np.ndarray) -> np.ndarray:
-    """Bilinear radiance of world directions, (N, 3), as `scene.Dome` says: u goes round, v ends at the poles."""
+    """Bilinear radiance of world directions, (N, 3), as in `scene.Dome`: u wraps around, v ends at the poles."""
     x, y, z = dome.dome_from_world.astype(float) @ directions.T
     height, width = dome.radiance.shape[:2]
     u, v = np.arctan2(y, x) / (2 * np.pi) % 1.0, np.arccos(np.clip(z, -1, 1)) / np.pi
@@ -44,7 +44,7 @@ def floor_seen(material: np.ndarray, dome: Dome, *, bounces: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_matt_floor_gets_the_skys_irradiance(seed):
+def test_a_diffuse_floor_receives_the_irradiance_of_the_dome(seed):
     dome = uneven_sky(seed)
     expected = (seen_of(dome, DIRECTIONS) * DIRECTIONS[:, 2:]).sum(0) * SOLID_ANGLE / np.pi
     matt = scenes.material(base_color=1.0, specular=0.0, roughness=1.0)
@@ -54,8 +54,8 @@ def test_a_matt_floor_gets_the_skys_irradiance(seed):
 @pytest.mark.parametrize("bounces", [1, 2])
 @pytest.mark.parametrize("roughness", [0.12, 0.3, 0.6, 1.0])
 @pytest.mark.parametrize("metallic", [0.0, 1.0])
-def test_a_shiny_floor_reflects_what_its_lobes_make_of_the_sky(metallic, roughness, bounces):
-    """Sharp lobes see the picture and rough ones its cells; both are found by drawing from the sky and by chance."""
+def test_a_glossy_floor_reflects_the_dome_by_its_lobes(metallic, roughness, bounces):
+    """Sharp lobes look up the texture and rough ones its grid; both use light sampling and BSDF sampling."""
     dome = uneven_sky(7)
     values = dict(base_color=(0.9, 0.5, 0.2), metallic=metallic, roughness=roughness)
     lobes = scattered(scenes.material(**values), EYE / np.linalg.norm(EYE), DIRECTIONS)

@@ -1,4 +1,4 @@
-"""IES files: what is read, how symmetric files are completed, how UsdLux scales and normalizes profiles."""
+"""IES files: parsing, completion of symmetric files, angle scale and normalization of UsdLux."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ def at(text: str, vertical: float, horizontal: float) -> float:
     return float(ies.candela_at(ies.parse(text, name="a.ies"), np.array([vertical]), np.array([horizontal]))[0, 0])
 
 
-def test_candelas_lie_on_lines_between_angles():
+def test_intensity_is_linear_between_angles():
     text = file_of(VERTICAL, [0], DOWNLIGHT)
     assert at(text, 0, 0) == 1000
     assert at(text, 15, 123) == 900
     assert at(text, 45, 7) == 500
-    # Nothing above the horizontal: the file ends there.
+    # Zero above the horizontal, where the file ends.
     assert at(text, 91, 0) == 0
 
 
@@ -61,7 +61,7 @@ def test_symmetric_files_are_mirrored(horizontal, same):
         assert at(text, 40, a) == pytest.approx(at(text, 40, b))
 
 
-def test_full_turns_close_also_where_the_last_angle_is_left_out():
+def test_full_circles_close_if_the_last_angle_is_omitted():
     candela = np.arange(4)[:, None] * np.ones(4) * 100
     text = file_of(VERTICAL, [0, 90, 180, 270], candela)
     assert at(text, 0, 300) == pytest.approx(300)
@@ -71,7 +71,7 @@ def test_full_turns_close_also_where_the_last_angle_is_left_out():
     assert at(eight, 0, 337.5) == pytest.approx(350)
 
 
-def test_profiles_sample_the_file_at_the_scenes_angles():
+def test_profiles_sample_the_file_at_their_angles():
     profile = ies.profile(ies.parse(file_of(VERTICAL, [0], DOWNLIGHT), name="a.ies"))
     assert profile.shape == (ies.ROWS, 1)
     assert profile[0, 0] == 1000
@@ -90,7 +90,7 @@ def test_angle_scale_stretches_about_nadir_or_zenith(scale, angle, seen):
     assert profile[angle * 4, 0] == pytest.approx(expected, rel=1e-5)
 
 
-def test_normalized_profiles_have_a_mean_of_one_over_what_they_cover():
+def test_normalized_profiles_have_a_mean_of_one_over_the_covered_angles():
     for vertical, ends in ((np.arange(0, 91, 5), 90), (np.arange(0, 181, 5), 180)):
         candela = 3.0 + 500 * np.cos(np.radians(vertical / 2)) ** 4
         parsed = ies.parse(file_of(vertical.tolist(), [0], candela.tolist()), name="a.ies")
@@ -112,7 +112,7 @@ def test_normalized_profiles_have_a_mean_of_one_over_what_they_cover():
         ("TILT=NONE\n1 2 3", "ends early"),
     ],
 )
-def test_what_is_no_type_c_file_is_refused(text, why):
+def test_files_that_are_not_type_c_are_refused(text, why):
     with pytest.raises(errors.AssetUnreadable, match=why):
         ies.parse(text, name="a.ies")
 

@@ -1,4 +1,4 @@
-"""UsdLux to light rows: the schema's formulas, units, scale, shaping, and what is named when it cannot be kept."""
+"""UsdLux to light rows: the schema's formulas, units, scale, shaping, and warnings."""
 
 import math
 
@@ -34,7 +34,7 @@ def scaled(prim, *scale):
 
 
 def ellipsoid_surface(a, b, c):
-    """By quadrature over its two angles."""
+    """Area of an ellipsoid by quadrature over its two angles."""
     t = (np.arange(2000) + 0.5) * 2 * math.pi / 2000
     theta = ((np.arange(1000) + 0.5) * math.pi / 1000)[:, None]
     along = np.stack([a * np.cos(theta) * np.cos(t), b * np.cos(theta) * np.sin(t), -c * np.sin(theta) + 0 * t], -1)
@@ -70,7 +70,7 @@ SIZES = {
 
 
 @pytest.mark.parametrize("kind", SIZES)
-def test_luminance_is_intensity_times_two_to_the_exposure_times_colour(kind):
+def test_luminance_is_intensity_times_two_to_the_exposure_times_color(kind):
     _, prim = light(kind, intensity=5.0, exposure=3.0, color=Gf.Vec3f(0.5, 1.0, 0.25), **SIZES[kind][0])
     np.testing.assert_allclose(row_of(prim)["radiance"], 40.0 * np.array([0.5, 1.0, 0.25]), rtol=1e-6)
 
@@ -90,14 +90,14 @@ def test_normalize_divides_by_the_world_area(kind, scale):
 def test_normalize_keeps_the_power_under_any_scale(kind):
     _, prim = light(kind, intensity=5.0, normalize=True, **SIZES[kind][0])
     scaled(prim, 1, 3, 2)
-    # The area of an ellipsoid is an approximation, right to 1.1 %.
+    # The area of an ellipsoid is approximated within 1.1 %.
     np.testing.assert_allclose(flux_per_pi(row_of(prim)), 5.0, rtol=0.012)
 
 
 @pytest.mark.parametrize(
     "name", ["diffuse", "specular", "shaping__cone__angle", "shaping__cone__softness", "shaping__focus"]
 )
-def test_numbers_that_are_none_are_named_and_replaced(name):
+def test_invalid_numbers_warn_and_are_replaced(name):
     _, prim = light("SphereLight")
     UsdLux.ShapingAPI.Apply(prim)
     before = row_of(prim)
@@ -119,7 +119,7 @@ def test_default_sizes_and_intensities_are_the_schemas():
 
 @pytest.mark.parametrize("normalize", [False, True])
 @pytest.mark.parametrize("angle", [0.0, 0.001, 0.1, 0.53, 5.0, 90.0, 180.0])
-def test_a_surface_facing_a_distant_light_gets_its_intensity_in_lux(angle, normalize):
+def test_a_surface_facing_a_distant_light_receives_its_intensity_in_lux(angle, normalize):
     _, prim = light("DistantLight", intensity=400.0, angle=angle, normalize=normalize)
     row = row_of(prim)
     cosine = float(row["cos_angle"])
@@ -144,7 +144,7 @@ def test_temperature_is_white_at_6500_and_blackbody_elsewhere():
     [("SphereLight", (0.3, 0.6, 0.9)), ("DiskLight", (0.3, 0.6)), ("CylinderLight", (0.6, 0.9))],
 )
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_scale_makes_ellipses_of_the_same_luminance(kind, half_axes, sign, recwarn):
+def test_scaled_ellipses_have_the_same_luminance(kind, half_axes, sign, recwarn):
     _, prim = light(kind, intensity=7.0, **SIZES[kind][0])
     scaled(prim, sign, 2, 3)
     row = row_of(prim)
@@ -155,7 +155,7 @@ def test_scale_makes_ellipses_of_the_same_luminance(kind, half_axes, sign, recwa
     assert not recwarn.list
 
 
-def test_sheared_lights_are_named():
+def test_sheared_lights_warn():
     stage, _ = light("RectLight")
     UsdGeom.Xformable(UsdGeom.Xform.Define(stage, "/Parent")).AddScaleOp().Set(Gf.Vec3f(1, 3, 1))
     child = stage.DefinePrim("/Parent/Light", "RectLight")
@@ -182,7 +182,7 @@ def test_rect_scale_applies_to_each_side():
     assert (row["width"], row["height"], row["radiance"][0]) == (6.0, 2.0, 1.0)
 
 
-def test_area_formulas_are_exact_where_round():
+def test_area_formulas_are_exact_for_circles_and_spheres():
     assert ellipsoid_area(2, 2, 2) == pytest.approx(16 * math.pi)
     assert ellipse_perimeter(2, 2) == pytest.approx(4 * math.pi)
 
@@ -201,7 +201,7 @@ def test_frame_and_position_come_from_the_transform():
         np.testing.assert_allclose(row[name], axis @ matrix[:3, :3] / 2.0, atol=1e-6)
 
 
-def test_shaping_only_where_it_is_authored():
+def test_shaping_applies_only_if_authored():
     _, prim = light("SphereLight")
     row = row_of(prim)
     assert (row["shaping_cos"], row["shaping_focus"], row["shaping_softness"]) == (-1.0, 0.0, 0.0)
@@ -237,7 +237,7 @@ def test_names_without_inputs_are_accepted_and_inputs_win():
 
 
 @pytest.mark.parametrize("inputs", [{"intensity": 0.0}, {"color": Gf.Vec3f(0)}])
-def test_dark_lights_are_no_lights(inputs, recwarn):
+def test_dark_lights_are_skipped(inputs, recwarn):
     assert row_of(light("SphereLight", **inputs)[1]) is None
     assert not recwarn.list
 
@@ -246,12 +246,12 @@ def test_dark_lights_are_no_lights(inputs, recwarn):
     "inputs",
     [{"intensity": -1.0}, {"intensity": math.nan}, {"exposure": 5000.0}, {"radius": 0.0}, {"radius": -1.0}],
 )
-def test_impossible_lights_are_off_and_named(inputs):
+def test_invalid_lights_warn_and_are_off(inputs):
     with pytest.warns(UserWarning, match="/Light"):
         assert row_of(light("SphereLight", **inputs)[1]) is None
 
 
-def test_zero_scale_is_off_and_named():
+def test_zero_scale_warns_and_is_off():
     _, prim = light("SphereLight")
     scaled(prim, 1, 0, 1)
     with pytest.warns(UserWarning, match="/Light"):
@@ -261,7 +261,7 @@ def test_zero_scale_is_off_and_named():
 def test_a_point_light_with_normalize_keeps_its_power():
     _, prim = light("SphereLight", radius=0.0, normalize=True, intensity=9.0)
     row = row_of(prim, meters_per_unit=0.01)
-    assert row["radius"] == pytest.approx(0.1)  # a millimetre in a stage of centimetres
+    assert row["radius"] == pytest.approx(0.1)  # a millimeter in a stage of centimeters
     np.testing.assert_allclose(flux_per_pi(row), 9.0, rtol=1e-6)
 
 
@@ -273,7 +273,7 @@ def test_a_point_light_with_normalize_keeps_its_power():
         (lambda p: UsdLux.ShadowAPI.Apply(p).CreateShadowColorAttr(Gf.Vec3f(-1, 0, 0)), "shadow:color"),
     ],
 )
-def test_what_is_ignored_is_named(author, name):
+def test_ignored_inputs_warn(author, name):
     _, prim = light("SphereLight")
     author(prim)
     with pytest.warns(UserWarning, match=f"/Light.*{name}"):

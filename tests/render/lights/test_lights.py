@@ -1,4 +1,4 @@
-"""Lights: the radiance of a matt surface under each kind is what its closed form says."""
+"""Lights: the radiance of a diffuse surface under each kind matches its closed form."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ ALBEDO = 0.5
 SAMPLES = 512
 
 
-def matt_floor(**scene) -> scenes.Scene:
-    """A large matt floor at z = 0."""
+def diffuse_floor(**scene) -> scenes.Scene:
+    """A large diffuse floor at z = 0."""
     floor = scenes.material(base_color=ALBEDO, specular=0.0, roughness=1.0)
     return scenes.scene_of([(scenes.square(), scenes.moved(scale=1000.0), 0)], materials=[floor], **scene)
 
@@ -31,7 +31,7 @@ def matt_floor(**scene) -> scenes.Scene:
 def floor_irradiance(light: np.ndarray, *, seed=0, samples=SAMPLES, pattern: EmissionProfile | None = None) -> float:
     """Irradiance at the origin of the floor, seen from obliquely above in one pixel."""
     view = scenes.view_from((0.0, -6.0, 0.3), size=(1, 1), focal_length=50000.0)
-    scene = matt_floor(lights=[light])
+    scene = diffuse_floor(lights=[light])
     if pattern is not None:
         scene.emission_profiles, scene.lights["emission_profile"] = [pattern], 0
     picture = radiance(scene, view, samples=samples, bounces=1, seed=seed)
@@ -39,7 +39,7 @@ def floor_irradiance(light: np.ndarray, *, seed=0, samples=SAMPLES, pattern: Emi
 
 
 def close(measured: float, expected: float) -> bool:
-    # Noise of a few hundred well-spread samples.
+    # Noise of a few hundred low-discrepancy samples.
     return abs(measured / expected - 1) < 0.01
 
 
@@ -67,7 +67,7 @@ def test_disk_light():
 
 
 def rectangle_form_factor(width: float, height: float, distance: float) -> float:
-    """Of a parallel rectangle centred above a point: four corner rectangles (Howell, configuration B-3)."""
+    """Form factor of a parallel rectangle centered above a point, by four corner rectangles (Howell, B-3)."""
     a, b = width / 2 / distance, height / 2 / distance
     corner = a / np.hypot(1, a) * np.arctan(b / np.hypot(1, a)) + b / np.hypot(1, b) * np.arctan(a / np.hypot(1, b))
     return 4 * corner / (2 * np.pi)
@@ -78,7 +78,7 @@ def test_rect_light():
     assert close(floor_irradiance(light), np.pi * 100.0 * rectangle_form_factor(2.0, 1.0, 1.5))
 
 
-def test_flat_lights_shine_from_one_side_only():
+def test_flat_lights_emit_from_one_side_only():
     for kind in (LIGHT_RECT, LIGHT_DISK):
         below = scenes.light(kind, radiance=100.0, position=(0, 0, 1.5), z_axis=(0, 0, -1), y_axis=(0, -1, 0))
         assert floor_irradiance(below) == 0.0
@@ -96,7 +96,7 @@ SHAPES = {
         dict(radius=0.4, aspect=(0.25, 1.0), height=2.0),
     ),
 }
-# (position, turn about y, turn about x): overhead, far, tilted, aside, crossing the horizon, from below it upwards.
+# (position, rotation about y, rotation about x): overhead, far, tilted, aside, crossing the horizon, below it upwards.
 POSES = {
     "overhead": ((0.0, 0.0, 1.5), 0.0, 0.0),
     "far": ((3.0, -4.0, 9.0), 20.0, -30.0),
@@ -108,7 +108,7 @@ POSES = {
 
 
 def turned(y: float, x: float) -> np.ndarray:
-    """Rows are the axes of a frame turned about y, then about x [degrees]."""
+    """Axes (rows) of a frame rotated about y, then about x [degrees]."""
     y, x = np.radians([y, x])
     about_y = np.array([[np.cos(y), 0, -np.sin(y)], [0, 1, 0], [np.sin(y), 0, np.cos(y)]])
     about_x = np.array([[1, 0, 0], [0, np.cos(x), np.sin(x)], [0, -np.sin(x), np.cos(x)]])
@@ -117,7 +117,7 @@ def turned(y: float, x: float) -> np.ndarray:
 
 @pytest.mark.parametrize("pose", POSES)
 @pytest.mark.parametrize("shape", SHAPES)
-def test_every_shape_in_every_pose_gives_what_its_surface_integrates_to(shape, pose):
+def test_every_shape_in_every_pose_matches_its_surface_integral(shape, pose):
     kind, size, values = SHAPES[shape]
     position, *turns = POSES[pose]
     frame = turned(*turns)
@@ -126,7 +126,7 @@ def test_every_shape_in_every_pose_gives_what_its_surface_integrates_to(shape, p
     points, areas = light_oracle.patches("ellipsoid" if "here" in shape else shape.split()[-1], **size)
     expected = light_oracle.irradiance(points @ frame + position, areas @ frame, 100.0)
     measured = floor_irradiance(light, samples=8192)
-    # Half of a light below the horizon wastes half of the samples.
+    # With half of the light below the horizon half of the samples are wasted.
     np.testing.assert_allclose(measured, expected, rtol=0.015, atol=0.02)
 
 
@@ -143,7 +143,7 @@ def test_rect_light_agrees_with_lamberts_polygon(pose):
 
 @pytest.mark.parametrize("degrees", [0.0, 0.53, 40.0, 180.0, 270.0, 360.0])
 @pytest.mark.parametrize("tilt", [0.0, 60.0, 120.0, 180.0])
-def test_distant_cones_of_every_angle_light_surfaces_of_every_tilt(degrees, tilt):
+def test_distant_lights_of_every_angle_light_surfaces_of_every_tilt(degrees, tilt):
     cosine = np.cos(np.radians(degrees / 2))
     tilt = np.radians(tilt)
     axis = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
@@ -160,7 +160,7 @@ def test_distant_cones_of_every_angle_light_surfaces_of_every_tilt(degrees, tilt
 
 def test_uniform_dome():
     view = scenes.view_from((0.0, -2.0, 2.0), size=(4, 4))
-    picture = radiance(matt_floor(dome=scenes.white_dome(7.0)), view, samples=64, bounces=1)
+    picture = radiance(diffuse_floor(dome=scenes.white_dome(7.0)), view, samples=64, bounces=1)
     np.testing.assert_allclose(picture.mean(), 7.0 * ALBEDO, rtol=0.01)
 
 
@@ -171,19 +171,19 @@ def test_several_lights_add_up():
         scenes.light(LIGHT_RECT, radiance=30.0, position=(-1, 0, 2)),
     ]
     view = scenes.view_from((0.0, -2.0, 2.0), size=(4, 4))
-    together = radiance(matt_floor(lights=lights, dome=scenes.white_dome(2.0)), view, samples=1024, bounces=1)
-    alone = [radiance(matt_floor(lights=[light]), view, samples=512, bounces=1) for light in lights]
-    alone.append(radiance(matt_floor(dome=scenes.white_dome(2.0)), view, samples=512, bounces=1))
+    together = radiance(diffuse_floor(lights=lights, dome=scenes.white_dome(2.0)), view, samples=1024, bounces=1)
+    alone = [radiance(diffuse_floor(lights=[light]), view, samples=512, bounces=1) for light in lights]
+    alone.append(radiance(diffuse_floor(dome=scenes.white_dome(2.0)), view, samples=512, bounces=1))
     np.testing.assert_allclose(together.mean(), sum(each.mean() for each in alone), rtol=0.01)
 
 
 @pytest.mark.parametrize("roughness", [0.15, 0.3, 0.6])
 def test_several_lights_add_up_on_glossy_floors(roughness):
-    """Lobes find lights that were chosen seldom: both ways to find one know how often it is chosen."""
+    """BSDF sampling hits rarely selected lights: MIS weights must include the selection probability."""
     floor = scenes.material(base_color=0.3, specular=0.3, roughness=roughness)
     glow = scenes.material(base_color=0.0, specular=0.0, emission=400.0)
     ground = (scenes.square(), scenes.moved(scale=50.0), 0)
-    # Aside, where it hides none of the others but some of the sky.
+    # Aside, where it occludes part of the sky but no other light.
     plate = (scenes.square(), scenes.moved((-2.5, 0.5, 1.0), rotation=turned(70.0, 0.0).T), 1)
     lights = [
         scenes.sphere_light(40.0, (0.2, 2.0, 1.6), 1.0, visible=0),
@@ -207,8 +207,8 @@ def test_several_lights_add_up_on_glossy_floors(roughness):
 
 
 @pytest.mark.parametrize("what", ["sphere", "distant", "sky", "plate"])
-def test_a_light_that_is_chosen_seldom_gives_as_much(what):
-    """Beside a strong light of which nothing is scattered, what surfaces find by chance must make up for it."""
+def test_rarely_selected_lights_are_unbiased(what):
+    """Beside a strong light that the surface does not scatter, BSDF sampling must compensate."""
     glow = scenes.material(base_color=0.0, specular=0.0, emission=40.0)
     plate = (scenes.square(), scenes.moved((0.2, 2.0, 1.6), scale=0.7, rotation=turned(0.0, 110.0).T), 1)
     kinds = {
@@ -231,8 +231,8 @@ def test_a_light_that_is_chosen_seldom_gives_as_much(what):
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("roughness", [0.5, 0.7, 1.0])
-def test_light_sampling_alone_and_with_surfaces_sampled_too_agree(shape, roughness):
-    """On its last bounce a rough surface samples lights only; with one more, both ways, weighted."""
+def test_light_sampling_alone_and_mis_agree(shape, roughness):
+    """On its last bounce a rough surface uses light sampling only; with one more bounce both, with MIS."""
     kind, _, values = SHAPES[shape]
     frame = dict(zip(("x_axis", "y_axis", "z_axis"), turned(-20.0, 40.0), strict=True))
     light = scenes.light(kind, radiance=100.0, position=(0.2, 1.6, 1.3), visible=0, **frame, **values)
@@ -245,8 +245,8 @@ def test_light_sampling_alone_and_with_surfaces_sampled_too_agree(shape, roughne
 
 
 @pytest.mark.parametrize("roughness", [0.1, 0.3, 0.6])
-def test_a_sphere_light_equals_a_glowing_ball(roughness):
-    """Light of a ball is found by following surfaces alone, of a light also by sampling it."""
+def test_a_sphere_light_equals_an_emissive_ball(roughness):
+    """The ball is found by BSDF sampling alone, the light also by light sampling."""
     floor = scenes.material(base_color=0.3, specular=0.3, roughness=roughness)
     glow = scenes.material(base_color=0.0, specular=0.0, emission=40.0)
     ground = (scenes.square(), scenes.moved(scale=50.0), 0)
@@ -303,20 +303,20 @@ def test_shaping_cuts_focuses_and_tints(shape, shaping, turn):
     np.testing.assert_allclose(floor_irradiance(light, samples=8192), expected, rtol=0.02, atol=0.1)
 
 
-def test_spots_make_no_noise_where_they_do_not_shine():
-    """Eight spots light eight places of a floor; each place looks as if its spot were alone."""
+def test_spots_add_no_noise_outside_of_their_cones():
+    """Eight spots light eight points of a floor; each point looks as if its spot were alone."""
     cone = dict(radius=0.05, shaping_cos=np.cos(np.radians(15.0)), visible=0)
     spots = [scenes.sphere_light(5000.0, (2.0 * k, 0.0, 3.0), **cone) for k in range(8)]
     view = scenes.view_from((0.0, -6.0, 0.3), size=(8, 8), focal_length=50000.0)
-    alone, together = (radiance(matt_floor(lights=lights), view, samples=16) for lights in (spots[:1], spots))
+    alone, together = (radiance(diffuse_floor(lights=lights), view, samples=16) for lights in (spots[:1], spots))
     np.testing.assert_allclose(together.mean(), alone.mean(), rtol=0.01)
     assert together.std() < 1.5 * alone.std() + 1e-3 * alone.mean()
 
 
 @pytest.mark.parametrize("radius", [0.02, 0.5])
 @pytest.mark.parametrize("aside", [0.0, 0.7, 0.9, 1.2, 1.6])
-def test_spots_shine_up_to_their_edge(radius, aside):
-    """Chosen by weight among others, a spot gives what it gives alone also where its cone only just reaches."""
+def test_spots_emit_up_to_the_edge_of_their_cone(radius, aside):
+    """Selected by weight among others, a spot gives the same irradiance as alone, also at the edge of its cone."""
     light = scenes.sphere_light(1000.0, (aside, 0, 2.0), radius, shaping_cos=np.cos(np.radians(25.0)), visible=0)
     other = scenes.sphere_light(300.0, (0, 1.0, 3.0), 0.2, visible=0)
     points, areas = light_oracle.patches("ellipsoid", axes=3 * (radius,))
@@ -324,18 +324,18 @@ def test_spots_shine_up_to_their_edge(radius, aside):
     cosine = points[:, 2] / np.linalg.norm(points, axis=-1)
     expected = light_oracle.irradiance(points, areas, 1000.0 * (cosine > np.cos(np.radians(25.0))))
     view = scenes.view_from((0.0, -6.0, 0.3), size=(1, 1), focal_length=50000.0)
-    both = radiance(matt_floor(lights=[light, other]), view, samples=16384, bounces=1).mean() * np.pi / ALBEDO
+    both = radiance(diffuse_floor(lights=[light, other]), view, samples=16384, bounces=1).mean() * np.pi / ALBEDO
     np.testing.assert_allclose(both - floor_irradiance(other), expected, rtol=0.03, atol=0.3)
 
 
-def test_a_profile_shines_by_the_angles_that_the_scene_says():
-    """Down is -z; around it angles count from -x towards -y."""
+def test_an_ies_profile_follows_the_angles_of_the_scene():
+    """Nadir is -z; horizontal angles count from -x towards -y."""
     profile = np.zeros((181, 360), np.float32)
     vertical, horizontal = np.arange(181)[:, None], np.arange(360)[None, :]
     profile[:] = (1 + vertical / 180) * (2 + np.cos(np.radians(horizontal - 50)))
     for off, turn in ((0.0, 0.0), (30.0, 0.0), (30.0, 50.0), (60.0, 140.0), (75.3, 301.7)):
         towards = np.sin(np.radians(off)) * np.array([np.cos(np.radians(turn)), np.sin(np.radians(turn)), 0])
-        # From the light to the origin along the angle's direction: off -z, turned from -x towards -y.
+        # From the light to the origin along the direction of the angles: off -z, rotated from -x towards -y.
         leaving = np.array([-towards[0], -towards[1], -np.cos(np.radians(off))])
         light = scenes.sphere_light(1e4, -5 * leaving, 0.01, visible=0)
         plain = floor_irradiance(light)
@@ -348,8 +348,8 @@ def test_a_profile_shines_by_the_angles_that_the_scene_says():
         np.testing.assert_allclose(floor_irradiance(light, pattern=even) / plain, wanted, rtol=1e-3)
 
 
-def test_a_picture_on_a_rectangle_is_upright_on_its_lit_side():
-    """Seen from where it shines, with its +y up, the picture's first texel is at the top left."""
+def test_a_rect_light_texture_is_upright_on_its_emitting_side():
+    """Seen from its emitting side with +y up, the first texel is at the top left."""
     picture = np.array([[(1, 0, 0), (0, 1, 0)], [(0, 0, 1), (1, 1, 1)]], np.float32)
     light = scenes.light(LIGHT_RECT, radiance=10.0, width=2.0, height=2.0)
     scene = scenes.scene_of([], lights=[light])
@@ -365,7 +365,7 @@ def test_a_picture_on_a_rectangle_is_upright_on_its_lit_side():
     np.testing.assert_allclose(seen[bottom, right], (10, 10, 10), atol=1e-4)
 
 
-def test_a_picture_lights_as_its_texels_integrate_to():
+def test_a_textured_light_matches_the_integral_of_its_texels():
     rng = np.random.default_rng(3)
     picture = rng.uniform(0, 2, (9, 15, 1)).astype(np.float32) ** 3 * np.ones(3, np.float32)
     light = scenes.light(LIGHT_RECT, radiance=100.0, position=(0.2, 0.1, 0.6), width=2.0, height=0.8, visible=0)
@@ -373,9 +373,9 @@ def test_a_picture_lights_as_its_texels_integrate_to():
     x, y = (0.5 - points[:, 0] / 2.0) * 15 - 0.5, (0.5 - points[:, 1] / 0.8) * 9 - 0.5
     x, y = np.clip(x, 0, 14), np.clip(y, 0, 8)
     left, top = np.minimum(x.astype(int), 13), np.minimum(y.astype(int), 7)
-    fx, fy, grey = x - left, y - top, picture[..., 0]
-    value = (grey[top, left] * (1 - fx) + grey[top, left + 1] * fx) * (1 - fy)
-    value += (grey[top + 1, left] * (1 - fx) + grey[top + 1, left + 1] * fx) * fy
+    fx, fy, gray = x - left, y - top, picture[..., 0]
+    value = (gray[top, left] * (1 - fx) + gray[top, left + 1] * fx) * (1 - fy)
+    value += (gray[top + 1, left] * (1 - fx) + gray[top + 1, left + 1] * fx) * fy
     expected = light_oracle.irradiance(points + np.array([0.2, 0.1, 0.6]), areas, 100.0 * value)
     measured = floor_irradiance(light, samples=16384, pattern=EmissionProfile(texture=picture))
     np.testing.assert_allclose(measured, expected, rtol=0.015)
@@ -390,8 +390,8 @@ def test_visible_lights_are_seen_and_hidden_ones_are_not():
         assert picture[0, 0].max() == 0
 
 
-def test_the_dome_is_where_its_frame_says():
-    # One bright texel; the camera looks at its centre, and the floor is lit from there.
+def test_the_dome_follows_its_frame():
+    # One bright texel; the camera looks at its center, and the floor is lit from there.
     height, width = 16, 32
     row, column = 5, 9
     pixels = np.zeros((height, width, 3), np.float32)
@@ -406,7 +406,7 @@ def test_the_dome_is_where_its_frame_says():
     np.testing.assert_allclose(radiance(scene, view, samples=16)[0, 0], 300.0, rtol=0.01)
     away = scenes.view_from((0, 0, 0), -towards, size=(1, 1), focal_length=50000.0)
     assert radiance(scene, away, samples=4).max() == 0.0
-    # Light from it: a mirror ball facing halfway shows it.
+    # Reflection: a mirror ball at the half vector shows it.
     half = towards + np.array([0, 0, 1.0])
     half /= np.linalg.norm(half)
     side = np.cross(half, (1, 0, 0)) / np.linalg.norm(np.cross(half, (1, 0, 0)))
@@ -415,13 +415,13 @@ def test_the_dome_is_where_its_frame_says():
     lit = scenes.scene_of([(scenes.square(), scenes.moved(scale=9.0, rotation=facing), 0)], materials=[matt], dome=dome)
     above = scenes.view_from(5 * half, (0, 0, 0), size=(1, 1), focal_length=5000.0)
     solid_angle = (np.cos(np.pi * row / height) - np.cos(np.pi * (row + 1) / height)) * 2 * np.pi / width
-    # Bilinear look-up spreads the texel over its neighbours but keeps its energy.
+    # Bilinear look-up spreads the texel over its neighbors but preserves its energy.
     expected = 300.0 * solid_angle * (half @ towards) / np.pi
     np.testing.assert_allclose(radiance(lit, above, samples=256, bounces=1).mean(), expected, rtol=0.06)
 
 
-def test_the_sky_between_texels_is_smooth_and_stays_between_them():
-    """Along a row that rises evenly it is the straight line; beside a lamp it neither rings nor overshoots."""
+def test_background_interpolation_is_smooth_without_overshoot():
+    """Linear along a row of linear values; no ringing or overshoot beside a lamp."""
     height, width = 16, 32
     pixels = np.zeros((height, width, 3), np.float32)
     pixels[:, :, 0] = np.arange(width)
@@ -442,7 +442,7 @@ def test_the_sky_between_texels_is_smooth_and_stays_between_them():
     assert (np.diff(rising) >= -1e-3).all()
 
 
-def test_lights_dim_their_diffuse_and_specular_parts():
+def test_lights_scale_diffuse_and_specular_separately():
     base = dict(radiance=100.0, position=(0, 2, 2), radius=0.7)
     view = scenes.view_from((0.0, -2.0, 2.0), size=(2, 2), focal_length=100.0)
 
@@ -458,7 +458,7 @@ def test_lights_dim_their_diffuse_and_specular_parts():
     assert specular > 0.05 * both
 
 
-def test_domes_dim_their_diffuse_and_specular_parts():
+def test_domes_scale_diffuse_and_specular_separately():
     view = scenes.view_from((0.0, -2.0, 2.0), size=(2, 2), focal_length=100.0)
 
     def seen(**multipliers) -> float:
@@ -473,8 +473,8 @@ def test_domes_dim_their_diffuse_and_specular_parts():
     assert specular > 0.05 * both
 
 
-def test_a_tinted_dome_is_the_dome_of_the_tinted_picture():
-    """What is seen of it, and what it lights; nine bits of a texel's largest channel are kept."""
+def test_a_tinted_dome_equals_the_dome_of_the_tinted_texture():
+    """Background and irradiance agree within the nine bits of a packed texel's largest channel."""
     rng = np.random.default_rng(2)
     pixels = rng.uniform(0.2, 1.0, (16, 32, 3))
     pixels = (pixels * rng.choice([1.0, 40.0], (16, 32, 1))).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Light linking and ShadowAPI: what USD says, what rows hold, and what pictures show."""
+"""Light linking and ShadowAPI: from USD to rows to images."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from usdsdg_render.scene.scene import LightLinks
 from usdsdg_render.scene.structs import LIGHT_DISTANT, LIGHT_RECT, LIGHT_SPHERE
 from usdsdg_render.sync.extract import SceneExtractor
 
-# A floor of two materials' worth of instances, and a plate above the left one.
+# A floor of two instances, and a plate above the left one.
 HEIGHT = 2.0
 LIGHTS = {
     "delta": dict(kind=LIGHT_DISTANT, radiance=10.0, cos_angle=1.0),
@@ -46,7 +46,7 @@ FLOORS = {
 
 @pytest.mark.parametrize("floor", FLOORS)
 @pytest.mark.parametrize("light", LIGHTS)
-def test_without_shadows_a_light_shines_through_what_is_in_the_way(light, floor):
+def test_a_light_without_shadows_is_not_occluded(light, floor):
     material = FLOORS[floor]
     open_sky = lit_floor(light, None, plate=False, floor=material)
     assert lit_floor(light, None, plate=True, floor=material).max() < 0.02 * open_sky.max()
@@ -56,15 +56,15 @@ def test_without_shadows_a_light_shines_through_what_is_in_the_way(light, floor)
 
 @pytest.mark.parametrize("floor", FLOORS)
 @pytest.mark.parametrize("light", ["delta", "sphere"])
-def test_shadows_have_their_colour(light, floor):
+def test_shadows_have_their_color(light, floor):
     material = FLOORS[floor]
     open_sky = lit_floor(light, None, plate=False, floor=material)
     shadow = lit_floor(light, LightLinks(shadow_color=(0.2, 0.5, 1.0)), plate=True, floor=material)
     np.testing.assert_allclose(shadow, open_sky * (0.2, 0.5, 1.0), rtol=0.02)
 
 
-def test_shadows_end_and_fade_with_the_distance_of_what_casts_them():
-    """The plate hangs two units up: full shadow beyond its zone, none past the distance, a power between."""
+def test_shadows_end_and_fade_with_the_distance_of_the_occluder():
+    """The plate is two units above: full shadow before the falloff zone, none past the distance, a power between."""
     open_sky = lit_floor("delta", None, plate=False)[0]
 
     def left(**links) -> float:
@@ -79,7 +79,7 @@ def test_shadows_end_and_fade_with_the_distance_of_what_casts_them():
 
 @pytest.mark.parametrize("floor", FLOORS)
 @pytest.mark.parametrize("light", LIGHTS)
-def test_lights_reach_what_they_are_linked_to(light, floor):
+def test_lights_illuminate_linked_instances_only(light, floor):
     material = FLOORS[floor]
     open_sky = lit_floor(light, None, plate=False, floor=material)
     assert lit_floor(light, LightLinks(lit=np.array([False])), plate=False, floor=material).max() == 0.0
@@ -88,14 +88,14 @@ def test_lights_reach_what_they_are_linked_to(light, floor):
 
 
 @pytest.mark.parametrize("light", LIGHTS)
-def test_only_linked_things_cast_a_shadow(light):
+def test_only_linked_instances_cast_a_shadow(light):
     open_sky = lit_floor(light, None, plate=False)
     free = lit_floor(light, LightLinks(casting=np.array([True, False])), plate=True)
     np.testing.assert_allclose(free, open_sky, rtol=0.02)
     assert lit_floor(light, LightLinks(casting=np.array([False, True])), plate=True).max() < 0.02 * open_sky.max()
 
 
-def test_a_light_with_rules_leaves_others_alone():
+def test_a_linked_light_does_not_affect_other_lights():
     plain = scenes.sphere_light(500.0, (1, 0, 5), 0.3, visible=0)
     ruled = scenes.sphere_light(900.0, (-1, 0, 5), 0.3, visible=0, links=0)
     view = scenes.view_from((0.0, -8.0, 1.2), size=(1, 1), focal_length=50000.0)
@@ -109,8 +109,8 @@ def test_a_light_with_rules_leaves_others_alone():
     np.testing.assert_allclose(seen([plain, ruled]), seen([plain]), rtol=0.02)
 
 
-def test_glass_shows_a_light_with_rules_once():
-    """Every face of a slab has its own ray towards the light behind it; only the last one shows it."""
+def test_glass_shows_a_linked_light_once():
+    """Every face of a slab traces its own ray towards the light behind it; only the last one sees it."""
     glass = scenes.material(base_color=1.0, specular=0.04, roughness=0.0, transmission=1.0, ior=1.5)
     light = scenes.light(LIGHT_RECT, radiance=10.0, position=(0, 0, -4.0), width=6.0, height=6.0)
     light["z_axis"], light["y_axis"] = (0, 0, -1), (0, -1, 0)
@@ -143,7 +143,7 @@ def stage_of_two() -> tuple[Usd.Stage, UsdLux.SphereLight]:
 PATHS = ["/World/A/Cube", "/World/B/Cube"]
 
 
-def test_plain_lights_have_no_rules():
+def test_plain_lights_have_no_links():
     _, light = stage_of_two()
     UsdLux.ShadowAPI.Apply(light.GetPrim()).CreateShadowEnableAttr(True)
     assert read_links(light.GetPrim(), PATHS) is None
@@ -180,7 +180,7 @@ def test_shadow_inputs_are_read():
     shadow.CreateShadowFalloffGammaAttr(2.0)
     links = read_links(light.GetPrim(), PATHS)
     assert links is not None
-    # The zone cannot be longer than the distance.
+    # The falloff zone is at most the distance.
     assert (links.shadow_distance, links.shadow_falloff, links.shadow_gamma) == (4.0, 4.0, 2.0)
     assert links.shadow_color == (0.5, 0.25, 0.0)
     shadow.CreateShadowEnableAttr(False)
@@ -208,12 +208,12 @@ def test_links_follow_the_stage():
         "/World/A/Ball": True,
         "/World/B/Cube": False,
     }
-    # A link that is taken back.
+    # A link is removed.
     UsdLux.LightAPI(light).GetLightLinkCollectionAPI().GetExcludesRel().SetTargets([])
     extractor.update()
     assert scene.lights["links"].tolist() == [-1]
     assert scene.light_links == []
-    # One instance goes by its transform alone.
+    # An instance is removed by a degenerate transform.
     UsdLux.LightAPI(light).GetLightLinkCollectionAPI().ExcludePath("/World/B")
     ball = UsdGeom.Xformable(stage.GetPrimAtPath("/World/A/Ball"))
     scale = ball.AddScaleOp()

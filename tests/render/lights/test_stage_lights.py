@@ -1,4 +1,4 @@
-"""UsdLux lights of a stage, turned and stretched: the floor gets what their surfaces in the world integrate to."""
+"""UsdLux lights of a stage under any transform: irradiance matches the integral over their world-space surfaces."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from usdsdg_render.renderer import WarpRenderer
 from usdsdg_render.settings import PathSettings
 
 ALBEDO = 0.5
-# (prim, shape of the oracle, its size, UsdLux's inputs): all shine towards -z, cylinders lie along x.
+# (prim, shape of the oracle, its size, UsdLux's inputs): all emit towards -z, cylinders lie along x.
 KINDS = {
     "SphereLight": ("ellipsoid", dict(axes=(0.4, 0.4, 0.4)), dict(radius=0.4)),
     "RectLight": ("rect", dict(width=1.5, height=0.5), dict(width=1.5, height=0.5)),
@@ -60,7 +60,7 @@ def floor_irradiance(stage: Usd.Stage, samples: int) -> float:
 @pytest.mark.parametrize("normalize", [False, True])
 @pytest.mark.parametrize("scale", SCALES)
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_floor_gets_what_the_lights_surface_integrates_to(kind, scale, normalize):
+def test_irradiance_on_a_floor_matches_the_surface_integral_of_the_light(kind, scale, normalize):
     shape, size, inputs = KINDS[kind]
     stage = floor_stage()
     light = UsdLux.BoundableLightBase(stage.DefinePrim("/Light", kind))
@@ -76,7 +76,7 @@ def test_a_floor_gets_what_the_lights_surface_integrates_to(kind, scale, normali
     matrix = np.array(local_to_world(light.GetPrim()))
     points, areas = light_oracle.patches(shape, **size)
     turn = matrix[:3, :3]
-    # Areas follow the cofactors; what faces out does so in a mirror as well.
+    # Areas transform by the cofactors; outward normals stay outward under reflection.
     areas = areas @ np.linalg.inv(turn).T * abs(np.linalg.det(turn))
     radiance = 120.0 / (np.linalg.norm(areas, axis=1).sum() if normalize else 1.0)
     expected = light_oracle.irradiance(points @ turn + matrix[3, :3], areas, radiance)
@@ -85,7 +85,7 @@ def test_a_floor_gets_what_the_lights_surface_integrates_to(kind, scale, normali
 
 
 @pytest.mark.parametrize("scale", SCALES)
-def test_a_glowing_mesh_gives_what_lamberts_formula_says(scale):
+def test_irradiance_of_a_mesh_light_matches_lamberts_formula(scale):
     stage = floor_stage()
     mesh = UsdGeom.Mesh.Define(stage, "/Lamp")
     corners = np.array([(-0.8, -0.5, 0), (0.9, -0.4, 0.2), (0.1, 0.7, -0.1)])

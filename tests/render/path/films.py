@@ -1,4 +1,4 @@
-"""Films made by hand, for what filters their noise."""
+"""Films made by hand, for tests of the denoisers."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ needs_library = pytest.mark.skipif(
 def film_of(light, *, albedo=None, normal=(0.0, 0.0, 1.0), depth=2.0, noise=0.3, seed=0, behind=0, sky=0.0):
     """A film of SAMPLES noisy samples of `light` (H, W, 3) on surfaces of `albedo`.
 
-    So many samples of each pixel as `behind` says, (H, W) or one number, show the `sky` behind them instead.
+    `behind` samples of each pixel, (H, W) or one number, show the `sky` instead.
     """
     shape = light.shape[:2]
     albedo = np.broadcast_to(np.ones(3) if albedo is None else albedo, light.shape)

@@ -1,4 +1,4 @@
-"""In rooms, light is looked for where it comes from, and pictures stay right whatever is thought to come in."""
+"""The selection weight of environment light: it follows visibility, and images converge to the same mean with any."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from usdsdg_render.path.environment_weight import MIN_WEIGHT, environment_weight
 from usdsdg_render.settings import PathSettings
 
 VIEW = scenes.view_from((0, -0.9, 0), (0, 1, 0), size=(24, 18), focal_length=12.0)
-# Turns of a square that faces z: towards y, towards x.
+# Rotations of a square that faces z: towards y, towards x.
 TO_Y = np.array([(1, 0, 0), (0, 0, 1), (0, -1, 0)])
 TO_X = np.array([(0, 0, 1), (0, 1, 0), (-1, 0, 0)])
 
 
 def room(*, window: float = 0.0, lamp: bool = True, sky: float = 1.0, sun: float = 0.0) -> scenes.Scene:
-    """Walls two apart around the camera and a lamp at the ceiling; a share of the wall at +x is missing.
+    """Walls two units apart around the camera and a lamp at the ceiling; a fraction of the wall at +x is missing.
 
-    The sun stands there.
+    The sun is on that side.
     """
     wall = scenes.square()
     placed = [(wall, scenes.moved((0, 0, z)), 0) for z in (-1, 1)]
@@ -35,35 +35,35 @@ def room(*, window: float = 0.0, lamp: bool = True, sky: float = 1.0, sun: float
     return scenes.scene_of(placed, materials=materials, lights=lights, dome=scenes.white_dome(sky))
 
 
-def share_of(scene: scenes.Scene, view=VIEW) -> float:
+def weight_of(scene: scenes.Scene, view=VIEW) -> float:
     renderer = renderer_of(scene)
     on_device = renderer._on_device
     return float(environment_weights(on_device, camera_records([view], renderer.device), threads=1)[0])
 
 
-def test_it_is_what_comes_in():
-    assert share_of(room()) == MIN_WEIGHT
-    shares = [share_of(room(window=window)) for window in (0.1, 0.4, 1.0)]
-    assert MIN_WEIGHT <= shares[0] <= shares[1] <= shares[2] < 1.0
-    assert shares[2] > 4 * MIN_WEIGHT
+def test_the_weight_follows_the_size_of_the_window():
+    assert weight_of(room()) == MIN_WEIGHT
+    weights = [weight_of(room(window=window)) for window in (0.1, 0.4, 1.0)]
+    assert MIN_WEIGHT <= weights[0] <= weights[1] <= weights[2] < 1.0
+    assert weights[2] > 4 * MIN_WEIGHT
     # Outside, before one wall.
-    assert share_of(room(), scenes.view_from((0, -9, 0), (0, 0, 0))) == 1.0
+    assert weight_of(room(), scenes.view_from((0, -9, 0), (0, 0, 0))) == 1.0
 
 
-def test_it_does_not_matter_where_all_light_is_from_one_side():
-    assert share_of(room(lamp=0.0)) == 1.0
+def test_the_weight_is_one_without_local_lights():
+    assert weight_of(room(lamp=0.0)) == 1.0
 
 
-def test_it_counts_the_sun():
+def test_the_weight_counts_distant_lights():
     towards_the_sun = scenes.view_from((-0.9, 0, 0), (1, 0, 0), size=(24, 18), focal_length=12.0)
-    behind_the_wall = share_of(room(sun=1e4, window=0.1), towards_the_sun)
+    behind_the_wall = weight_of(room(sun=1e4, window=0.1), towards_the_sun)
     assert behind_the_wall == MIN_WEIGHT
-    assert share_of(room(sun=1e4, window=1.0), VIEW) > behind_the_wall
+    assert weight_of(room(sun=1e4, window=1.0), VIEW) > behind_the_wall
 
 
 @pytest.mark.parametrize("scene", [room(), room(window=0.3), room(window=1.0, sun=2.0)], ids=["closed", "ajar", "open"])
 @pytest.mark.parametrize("share", [MIN_WEIGHT, 0.25])
-def test_pictures_are_right_with_any(scene, share, monkeypatch):
+def test_images_converge_to_the_same_mean_with_any_weight(scene, share, monkeypatch):
     def mean(value):
         monkeypatch.setattr(path_tracer, "environment_weights", lambda *_, **__: np.float32(value))
         renderer = renderer_of(scene, threads=2)

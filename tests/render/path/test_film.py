@@ -1,4 +1,4 @@
-"""Accumulating and developing: samples are numbered, threads do not matter, and exposure is photographic."""
+"""Accumulation and tone mapping: numbered samples, independence of threads, photographic exposure."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_seed_and_frame_change_the_noise_and_nothing_else():
         np.testing.assert_allclose(pictures[k].mean(), pictures[0].mean(), rtol=0.02)
 
 
-def test_sample_points_beat_independent_ones():
+def test_sobol_samples_beat_independent_ones():
     # Light of a ball on a floor, seen in full: the error of n well-spread samples falls faster than 1 / sqrt(n).
     floor = scenes.scene_of(
         [(scenes.square(), scenes.moved(scale=100), 0)],
@@ -70,7 +70,7 @@ def test_sample_points_beat_independent_ones():
     assert error[64] < 0.5 * error[1] / 8
 
 
-def test_neighbouring_pixels_do_not_share_their_noise():
+def test_noise_of_neighboring_pixels_is_uncorrelated():
     renderer = renderer_of(
         scenes.scene_of(
             [(scenes.square(), scenes.moved(scale=100), 0)],
@@ -95,7 +95,7 @@ def test_exposure_is_photographic():
     assert ToneSettings(exposure_compensation=1.0).exposure == pytest.approx(2 / 1500)
 
 
-def test_developing_a_uniform_sky():
+def test_tone_mapping_of_a_uniform_sky():
     for nits in (1.0, 10.0, 300.0, 1500.0, 40000.0):
         renderer = renderer_of(scenes.scene_of([], dome=scenes.white_dome(nits)))
         film = film_of(renderer, 2)
@@ -112,7 +112,7 @@ def test_developing_a_uniform_sky():
             np.testing.assert_allclose(out["HdrColor"][..., :3], nits, rtol=3e-3)
 
 
-def test_sub_frames_blur_what_moves():
+def test_sub_frames_give_motion_blur():
     scene = scenes.scene_of(
         [(scenes.cube(), scenes.moved(), 0)], materials=[scenes.material(emission=1.0, base_color=0)]
     )
@@ -131,7 +131,7 @@ def test_sub_frames_blur_what_moves():
 
 
 def test_a_thin_lens_blurs_by_its_circle_of_confusion():
-    # A small bright ball 20 away, focus at 5: its blur in the picture has the diameter f_px * a * |1/5 - 1/20|.
+    # A small bright ball 20 away, focus at 5: its blur in the image has the diameter f_px * a * |1/5 - 1/20|.
     light = scenes.sphere_light(100.0, (0, 20, 0), 0.02)
     scene = scenes.scene_of([], lights=[light])
     lens = dict(focal_length=50.0, horizontal_aperture=20.0, size=(129, 129), focus_distance=5.0)
@@ -147,7 +147,7 @@ def test_a_thin_lens_blurs_by_its_circle_of_confusion():
     assert np.ptp(np.nonzero((radiance(scene, in_focus, samples=256)[..., 0] > 0).any(0))[0]) <= 2
 
 
-def test_samples_that_are_not_finite_are_left_out_and_counted():
+def test_samples_that_are_not_finite_are_dropped_and_counted():
     broken = scenes.material(emission=(np.inf, 1.0, 1.0))
     scene = scenes.scene_of([(scenes.cube(), scenes.moved(), 0)], materials=[broken], dome=scenes.white_dome())
     renderer = renderer_of(scene)
@@ -159,7 +159,7 @@ def test_samples_that_are_not_finite_are_left_out_and_counted():
         assert np.isfinite(renderer.develop(film)["HdrColor"].astype(float)).all()
 
 
-def test_a_scene_without_light_is_black_and_says_so():
+def test_a_scene_without_light_is_black_and_warns():
     scene = scenes.scene_of([(scenes.cube(), scenes.moved(), 0)])
     renderer = renderer_of(scene)
     with pytest.warns(UsdsdgWarning, match="no light"):
@@ -167,7 +167,7 @@ def test_a_scene_without_light_is_black_and_says_so():
     assert (film.radiance() == 0).all()
 
 
-def test_the_camera_may_sit_inside_things_and_pictures_may_be_one_pixel():
+def test_cameras_inside_of_geometry_and_images_of_one_pixel_work():
     scene = scenes.scene_of([(scenes.cube(), scenes.moved(), 0)], dome=scenes.white_dome())
     picture = radiance(scene, scenes.view_from((0.2, 0.1, 0), (1, 0, 0), size=(1, 1)), samples=4)
     assert picture.shape == (1, 1, 3)

@@ -1,4 +1,4 @@
-"""The light of a picture by where it came from: the light_aovs add up, and each holds what its name says."""
+"""Light AOVs add up to the image, and each holds the light that its name says."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ VIEW = scenes.view_from((0, -4, 2), size=(24, 18))
 
 
 def light_aovs_of(scene, *, view=VIEW, samples=16, **settings) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Mean radiance and its light_aovs."""
+    """Mean radiance and its light AOVs."""
     renderer = renderer_of(scene)
     film = renderer.new_film(view.width, view.height)
     chosen = PathSettings(**{**EXACT, "light_aovs": True, **settings})
@@ -27,7 +27,7 @@ def still_life(*materials, dome=None, lights=()):
     return scenes.scene_of(placed, materials=list(materials), dome=dome, lights=lights)
 
 
-def test_parts_and_what_surfaces_give_off_make_up_the_picture():
+def test_light_aovs_and_emission_add_up_to_the_image():
     floor = scenes.material(base_color=0.5, roughness=0.3)
     glass = scenes.material(transmission=1.0, roughness=0.0)
     for ball in (scenes.material(metallic=1.0, roughness=0.05), glass, scenes.material(base_color=0.8)):
@@ -35,10 +35,10 @@ def test_parts_and_what_surfaces_give_off_make_up_the_picture():
         view = scenes.view_from((0, -4, 3), (0, 0, 0.5), size=(24, 18))  # sees no sky
         picture, light_aovs = light_aovs_of(scene, view=view, bounces=5)
         np.testing.assert_allclose(sum(light_aovs.values()), picture, rtol=1e-3, atol=1e-5)
-        assert all((part >= -1e-6).all() for part in light_aovs.values())
+        assert all((aov >= -1e-6).all() for aov in light_aovs.values())
 
 
-def test_a_picture_is_the_same_with_and_without_its_parts():
+def test_light_aovs_do_not_change_the_image():
     scene = still_life(scenes.material(), scenes.material(metallic=1.0), dome=scenes.white_dome())
     with_aovs, _ = light_aovs_of(scene)
     without, nothing = light_aovs_of(scene, light_aovs=False)
@@ -46,12 +46,12 @@ def test_a_picture_is_the_same_with_and_without_its_parts():
     assert nothing == {}
 
 
-def test_one_bounce_off_rough_things_is_direct_diffuse_alone():
+def test_one_bounce_off_rough_surfaces_is_direct_diffuse_alone():
     scene = still_life(*[scenes.material(specular=0.0)] * 2, lights=[scenes.distant_light(3.0)])
     view = scenes.view_from((0, -4, 3), (0, 0, 0.5), size=(24, 18))
     picture, light_aovs = light_aovs_of(scene, view=view, bounces=1)
     np.testing.assert_allclose(light_aovs["direct_diffuse"], picture, rtol=1e-5)
-    assert all(not part.any() for name, part in light_aovs.items() if name != "direct_diffuse")
+    assert all(not aov.any() for name, aov in light_aovs.items() if name != "direct_diffuse")
 
 
 def test_indirect_diffuse_is_what_more_bounces_add():
@@ -68,7 +68,7 @@ def test_a_mirror_shows_lights_as_direct_and_surfaces_as_reflections():
     lamp = scenes.material(base_color=0.0, specular=0.0, emission=2.0)
     floor = [(scenes.square(), scenes.moved(scale=10), 0)]
     ceiling = (scenes.square(), scenes.moved((0, 0, 3), scale=10), 1)
-    # Between both, it lights the ceiling and shows its dark back to the floor.
+    # Between both: it lights the ceiling, and its back towards the floor is dark.
     upwards = scenes.light(LIGHT_RECT, radiance=50.0, position=(0, 2, 0.5), z_axis=(0, 0, -1), y_axis=(0, -1, 0))
     view = scenes.view_from((0, -4, 2), size=(8, 6), focal_length=80.0)
     sky, light_aovs = light_aovs_of(scenes.scene_of(floor, materials=[mirror], dome=scenes.white_dome()), view=view)
@@ -83,7 +83,7 @@ def test_a_mirror_shows_lights_as_direct_and_surfaces_as_reflections():
     assert shown.mean() > 0.1
 
 
-def test_what_is_seen_through_glass_is_refractions():
+def test_light_through_glass_is_refractions():
     glass = scenes.material(transmission=1.0, roughness=0.0, thin=1)
     lamp = scenes.material(base_color=0.0, specular=0.0, emission=2.0)
     upright = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])

@@ -1,4 +1,4 @@
-"""Open Image Denoise over films: what it takes and gives, that it repeats itself, and what happens without it."""
+"""Denoising by Open Image Denoise: inputs and results, determinism, and errors without the library."""
 
 import subprocess
 import sys
@@ -19,7 +19,7 @@ OIDN = ToneSettings(denoiser="oidn")
 
 
 def stripes():
-    """Light, albedo and normals that vary over a picture."""
+    """Light, albedo and normals that vary over an image."""
     y, x = np.mgrid[:HEIGHT, :WIDTH]
     light = (100.0 + 80.0 * np.sin(x / 9.0))[..., None] * np.array([1.0, 0.9, 0.7])
     albedo = np.where((x // 6 + y // 6) % 2, 0.8, 0.2)[..., None] * np.array([1.0, 0.8, 0.6])
@@ -37,8 +37,8 @@ def filtered(film, **options):
 
 
 @needs_library
-def test_it_is_the_librarys_own_result_on_the_means_of_the_film():
-    """Within what its own choice of scale and the pixels beyond the border change."""
+def test_the_result_is_that_of_the_library_on_the_means_of_the_film():
+    """Within the effect of its own input scale and of the border."""
     import mitsuba_oidn
 
     film = striped_film()
@@ -50,14 +50,14 @@ def test_it_is_the_librarys_own_result_on_the_means_of_the_film():
 
 
 @needs_library
-def test_noise_goes_and_textures_stay():
+def test_noise_is_removed_and_textures_stay():
     light, albedo, _ = stripes()
     film = striped_film(noise=1.0)
     assert rms(filtered(film), light * albedo) < rms(film.radiance(), light * albedo) / 4
 
 
 @needs_library
-def test_noise_of_surfaces_goes_too_which_the_wavelet_leaves():
+def test_noise_of_the_guides_is_removed_unlike_by_the_wavelet():
     """Depth of field and motion blur: every sample of a pixel may see another surface."""
     truth = np.full((HEIGHT, WIDTH, 3), 100.0)
     albedo = np.random.default_rng(3).uniform(0.2, 0.8, (HEIGHT, WIDTH, 1)) * np.ones(3)
@@ -69,19 +69,19 @@ def test_noise_of_surfaces_goes_too_which_the_wavelet_leaves():
 
 
 @needs_library
-def test_pixels_at_the_border_are_as_good_as_others():
+def test_pixels_at_the_border_are_as_accurate_as_others():
     truth = np.full((64, 64, 3), 100.0)
     error = np.sqrt(np.mean([(filtered(film_of(truth, seed=seed)) - truth) ** 2 for seed in range(8)], axis=(0, -1)))
     inside = np.zeros((64, 64), bool)
     inside[8:-8, 8:-8] = True
     outermost = np.ones((64, 64), bool)
     outermost[1:-1, 1:-1] = False
-    # A pixel at the border has half the neighbours, one in a corner a quarter.
+    # A pixel at the border has half of the neighbors, one in a corner a quarter.
     assert error[outermost].mean() < 2.5 * error[inside].mean()
 
 
 @needs_library
-def test_it_repeats_itself_bit_for_bit_on_any_number_of_threads():
+def test_results_are_equal_bit_for_bit_with_any_number_of_threads():
     film = striped_film()
     first = filtered(film)
     for threads in (1, 2, 3, None, 1):
@@ -89,7 +89,7 @@ def test_it_repeats_itself_bit_for_bit_on_any_number_of_threads():
 
 
 @needs_library
-def test_pictures_of_other_sizes_between_change_nothing():
+def test_images_of_other_sizes_in_between_change_nothing():
     film = striped_film()
     first = filtered(film)
     for size in range(1, 7):
@@ -99,19 +99,19 @@ def test_pictures_of_other_sizes_between_change_nothing():
 
 @needs_library
 @pytest.mark.parametrize("stops", [-20, -8, 8, 14])
-def test_a_brighter_picture_is_filtered_alike(stops):
-    """The scale is taken out before the networks: powers of two change nothing but rounding."""
+def test_denoising_does_not_depend_on_exposure(stops):
+    """The input scale normalizes exposure: powers of two change nothing but rounding."""
     np.testing.assert_allclose(filtered(striped_film(2.0**stops)) / 2.0**stops, filtered(striped_film()), rtol=2e-3)
 
 
 @needs_library
-def test_the_mean_stays():
+def test_the_mean_is_preserved():
     light, albedo, _ = stripes()
     np.testing.assert_allclose(filtered(striped_film()).mean((0, 1)), (light * albedo).mean((0, 1)), rtol=0.01)
 
 
 @needs_library
-def test_a_black_picture_stays_black():
+def test_a_black_image_stays_black():
     assert not filtered(film_of(np.zeros((20, 20, 3)))).any()
 
 
@@ -127,7 +127,7 @@ def test_pixels_without_samples_stay_clear():
 
 
 @needs_library
-def test_developing_takes_it_and_mixes_it_as_asked():
+def test_tone_mapping_denoises_and_blends():
     film = striped_film()
     assert np.array_equal(tone_map(film, OIDN)["HdrColor"][..., :3], filtered(film).astype(np.float16))
     share = ToneSettings(denoiser="oidn", denoiser_blend=0.5)
@@ -136,7 +136,7 @@ def test_developing_takes_it_and_mixes_it_as_asked():
 
 
 @needs_library
-def test_the_interpreter_ends_without_a_word():
+def test_the_interpreter_exits_without_leak_reports():
     code = (
         "import numpy as np; from tests.render.path.films import film_of\n"
         "from usdsdg_render.path import oidn_denoiser\n"
@@ -147,7 +147,7 @@ def test_the_interpreter_ends_without_a_word():
     assert "mitsuba" not in done.stdout + done.stderr
 
 
-def test_without_the_library_the_extra_is_named(monkeypatch):
+def test_the_error_without_the_library_names_the_extra(monkeypatch):
     monkeypatch.setattr(oidn_denoiser, "lacks_sve", lambda: False)
     monkeypatch.setitem(sys.modules, "mitsuba_oidn", None)
     film = film_of(np.ones((4, 4, 3)))
@@ -155,7 +155,7 @@ def test_without_the_library_the_extra_is_named(monkeypatch):
         tone_map(film, OIDN)
 
 
-def test_a_processor_that_it_would_crash_on_is_named(monkeypatch):
+def test_the_error_on_a_processor_without_sve_names_it(monkeypatch):
     monkeypatch.setattr(oidn_denoiser, "lacks_sve", lambda: True)
     with pytest.raises(RenderError, match=r"needs a processor with SVE.* 'wavelet'"):
         tone_map(film_of(np.ones((4, 4, 3))), OIDN)
@@ -164,7 +164,7 @@ def test_a_processor_that_it_would_crash_on_is_named(monkeypatch):
 @pytest.mark.parametrize(
     ("features", "lacks"), [(0x119FFB, True), (0xECFFFFFB, False)], ids=["Neoverse N1", "with SVE"]
 )
-def test_linux_is_asked_whether_there_is_sve(monkeypatch, features, lacks):
+def test_sve_is_detected_on_linux(monkeypatch, features, lacks):
     class CLibrary:
         def __init__(self, name):
             self.getauxval = lambda key: {16: features}[key]
@@ -177,7 +177,7 @@ def test_linux_is_asked_whether_there_is_sve(monkeypatch, features, lacks):
     assert not oidn_denoiser.lacks_sve.__wrapped__()
 
 
-def test_a_system_library_that_it_lacks_is_named(monkeypatch, tmp_path):
+def test_the_error_names_a_missing_system_library(monkeypatch, tmp_path):
     """As on aarch64 without libatomic, where the binding raises no ImportError."""
     (tmp_path / "mitsuba_oidn.py").write_text("raise RuntimeError('could not load libnanothread.so')")
     monkeypatch.setattr(oidn_denoiser, "lacks_sve", lambda: False)
@@ -190,7 +190,7 @@ def test_a_system_library_that_it_lacks_is_named(monkeypatch, tmp_path):
 @pytest.mark.cuda
 @pytest.mark.skipif(not wp.is_cuda_available(), reason="no CUDA device")
 @needs_library
-def test_cuda_gives_the_same_picture_and_repeats_itself():
+def test_cuda_gives_the_same_image_and_is_deterministic():
     film = striped_film()
     for name in ("color", "albedo", "normal_depth", "square"):
         setattr(film.arrays, name, getattr(film.arrays, name).to("cuda:0"))
@@ -198,5 +198,5 @@ def test_cuda_gives_the_same_picture_and_repeats_itself():
     for _ in range(3):
         assert np.array_equal(oidn_denoiser.denoise(film.arrays, "cuda:0").numpy(), first)
     on_cpu = filtered(striped_film())
-    # Networks run with half floats there.
+    # The networks use half floats there.
     assert rms(first[..., :3], on_cpu) < 0.05 * rms(striped_film().radiance(), on_cpu)

@@ -1,4 +1,4 @@
-"""CUDA's path tracer makes the picture of the CPU's: its kernels run on a CPU here, one thread after the other."""
+"""The wavefront path tracer gives the image of the CPU's; its kernels run on a CPU here, one thread after the other."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def everything():
     return scenes.scene_of(placed, materials=materials, lights=[lamp], dome=scenes.white_dome())
 
 
-@pytest.mark.parametrize("most", [1 << 20, 250, 70])
+@pytest.mark.parametrize("max_paths", [1 << 20, 250, 70])
 @pytest.mark.parametrize("wanted", [{}, {"denoise": True, "light_aovs": True}])
-def test_waves_of_any_size_make_the_same_picture(most, wanted):
+def test_wavefronts_of_any_size_give_the_same_image(max_paths, wanted):
     renderer = renderer_of(everything())
     settings = PathSettings(first_sample=3, **wanted)
     film = renderer.new_film(VIEW.width, VIEW.height)
@@ -41,7 +41,7 @@ def test_waves_of_any_size_make_the_same_picture(most, wanted):
         other.allocate_features()
         other.allocate_light_aovs()
     tables = renderer._on_device.tables
-    WavefrontTracer(DEVICE, most).add_samples(
+    WavefrontTracer(DEVICE, max_paths).add_samples(
         tables, path_options(settings, other), views_record([VIEW], DEVICE), [other.arrays], 7
     )
     extra = ("albedo", "normal_depth", "square", "light_aovs") if wanted else ()
@@ -52,7 +52,7 @@ def test_waves_of_any_size_make_the_same_picture(most, wanted):
     assert film.radiance().mean() > 0.3
 
 
-def test_lenses_that_leave_pixels_dark():
+def test_pixels_without_camera_rays_match():
     view = scenes.view_from((0, -4, 2), size=(12, 9), clipping_range=(0.1, 3.0))
     renderer = renderer_of(everything())
     film, other = (renderer.new_film(12, 9) for _ in range(2))
@@ -64,8 +64,8 @@ def test_lenses_that_leave_pixels_dark():
     np.testing.assert_array_equal(other.arrays.color.numpy(), film.arrays.color.numpy())
 
 
-@pytest.mark.parametrize("most", [1 << 20, 150])
-def test_pictures_in_one_wave_are_those_that_each_has_alone(most):
+@pytest.mark.parametrize("max_paths", [1 << 20, 150])
+def test_views_of_one_wavefront_give_the_images_of_each_alone(max_paths):
     renderer = renderer_of(everything())
     eyes = [(0, -4, 2), (4, 0, 1), (1, 3, 3)]
     views = [scenes.view_from(eye, size=(12, 9), f_stop=k, focus_distance=4.0) for k, eye in enumerate(eyes)]
@@ -73,7 +73,7 @@ def test_pictures_in_one_wave_are_those_that_each_has_alone(most):
     renderer.accumulate_all(films, views, samples=3, settings=PathSettings())
     options = path_options(PathSettings(), others[0])
     tables, arrays = renderer._on_device.tables, [other.arrays for other in others]
-    WavefrontTracer(DEVICE, most).add_samples(tables, options, views_record(views, DEVICE), arrays, 3)
+    WavefrontTracer(DEVICE, max_paths).add_samples(tables, options, views_record(views, DEVICE), arrays, 3)
     for film, other, view in zip(films, others, views, strict=True):
         alone = renderer.new_film(12, 9)
         renderer.accumulate(alone, view, samples=3, settings=PathSettings())

@@ -1,4 +1,4 @@
-"""The filter of the fast mode on films made by hand: noise goes; textures, edges and the sky stay."""
+"""The wavelet denoiser on films made by hand: noise is removed; textures, edges and background stay."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def test_noise_falls_by_more_than_a_factor_of_five():
     assert rms(filtered(film), truth) < rms(film.radiance(), truth) / 5
 
 
-def test_what_has_no_noise_is_not_changed():
+def test_an_image_without_noise_is_not_changed():
     rng = np.random.default_rng(1)
     truth = np.broadcast_to(rng.uniform(10, 200, 3), (SIZE, SIZE, 3)).copy()
     albedo = rng.uniform(0.1, 1.0, (SIZE, SIZE, 3))
@@ -54,7 +54,7 @@ def test_light_does_not_cross_a_step_in_depth():
     np.testing.assert_allclose(result[:, : SIZE // 2].mean((0, 2)), 10.0, rtol=0.1)
 
 
-def test_the_sky_is_left_alone():
+def test_background_is_not_filtered():
     sky = np.random.default_rng(2).uniform(0, 500, (SIZE, SIZE, 3))
     film = film_of(np.ones_like(sky), behind=SAMPLES, sky=sky)
     np.testing.assert_allclose(filtered(film), film.radiance(), rtol=1e-5)
@@ -62,8 +62,8 @@ def test_the_sky_is_left_alone():
 
 
 @pytest.mark.parametrize("albedo", [0.1, 0.9])
-def test_an_edge_before_the_sky_is_of_colours_between_them(albedo):
-    # A column each of 0 to 8 samples that show the sky.
+def test_an_edge_against_the_background_blends_both_colors(albedo):
+    # Columns in which 0 to 8 samples show the background.
     behind = np.broadcast_to(np.clip(np.arange(SIZE) - SIZE // 2, 0, SAMPLES), (SIZE, SIZE))
     sky, light = np.array([30.0, 40.0, 60.0]), np.array([500.0, 400.0, 300.0])
     film = film_of(
@@ -80,7 +80,7 @@ def test_the_result_does_not_depend_on_threads(threads):
     assert np.array_equal(denoise(film.arrays, "cpu", threads=threads).numpy(), denoise(film.arrays, "cpu").numpy())
 
 
-def test_developing_filters_unless_told_not_to():
+def test_tone_mapping_denoises_unless_disabled():
     film = film_of(np.full((SIZE, SIZE, 3), 300.0))
     plain = tone_map(film, ToneSettings(denoise=False))["LdrColor"].astype(float)
     clean = tone_map(film, ToneSettings())["LdrColor"].astype(float)
@@ -88,14 +88,14 @@ def test_developing_filters_unless_told_not_to():
 
 
 @pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
-def test_a_share_of_the_noisy_picture_stays(share):
+def test_the_noisy_image_is_blended_in(share):
     film = film_of(np.full((SIZE, SIZE, 3), 300.0))
     got = tone_map(film, ToneSettings(denoiser_blend=share))["HdrColor"][..., :3]
     expected = share * film.radiance() + (1 - share) * filtered(film)
     np.testing.assert_allclose(got, expected, rtol=2**-10)  # half floats have eleven digits
 
 
-def test_a_denoiser_that_there_is_not_is_named():
+def test_the_error_names_an_unknown_denoiser():
     film = film_of(np.full((4, 4, 3), 300.0))
     with pytest.raises(RenderError, match="'median'; it may be 'wavelet' or 'oidn'"):
         tone_map(film, ToneSettings(denoiser="median"))
