@@ -78,7 +78,7 @@ def tone_map(film: Film, tone: ToneSettings, *, threads: int | None = None) -> d
     launch_rows(tone_map_pixels, shape, inputs, [hdr, ldr], device=film.device, threads=threads, band_rows=64)
     if film.dropped:
         warn_once(
-            f"{film.dropped} samples of a {film.width}x{film.height} picture were not finite and were left out",
+            f"{film.dropped} samples of a {film.width}x{film.height} image were not finite and were dropped",
             key="dropped samples",
         )
     return {**fetch({"HdrColor": hdr, "LdrColor": ldr}), **film.light_aovs()}

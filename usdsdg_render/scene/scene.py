@@ -21,7 +21,7 @@ from usdsdg_render.scene import structs
 NO_INSTANCE = -1
 NO_TEXTURE = -1
 
-# Of a light that shines evenly, and of one that reaches everything and casts full shadows.
+# A light with uniform emission; a light that illuminates everything and casts full shadows.
 NO_EMISSION_PROFILE = NO_LINKS = -1
 
 WRAP_REPEAT, WRAP_CLAMP, WRAP_MIRROR, WRAP_BLACK = range(4)
@@ -44,24 +44,24 @@ LIGHT = np.dtype(
 
 @dataclass(frozen=True, eq=False)
 class EmissionProfile:
-    """How what leaves a light differs by direction and by place; shared by every light that has it, by identity."""
+    """Factors on a light's radiance by direction (IES) and by position (texture); lights share it by identity."""
 
     # (H, W) float32 factor by direction: row k at k pi / (H - 1) from the light's -z, column k at 2 pi k / W about z,
-    # from -x towards -y; W = 1 is the same all around.
+    # from -x towards -y; W = 1 is axially symmetric.
     ies: np.ndarray | None = None
-    # (H, W, 3) float32 linear, on a rectangle: its first texel lies at the corner +x +y, the last at -x -y.
+    # (H, W, 3) float32 linear, of a rect light: the first texel lies at the corner +x +y, the last at -x -y.
     texture: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class LightLinks:
-    """What a light reaches, and how its shadows look (UsdLuxShadowAPI and light linking)."""
+    """Light linking, and the shadow parameters of UsdLuxShadowAPI."""
 
-    lit: np.ndarray | None = None  # (instances,) bool: which ones it shines on; None = all
+    lit: np.ndarray | None = None  # (instances,) bool: which ones it illuminates; None = all
     casting: np.ndarray | None = None  # (instances,) bool: which ones cast its shadow; None = all
-    shadow_color: tuple[float, float, float] = (0.0, 0.0, 0.0)  # what is left of it in the shadow
-    shadow_distance: float = math.inf  # to the occluder, at most [stage units]
-    shadow_falloff: float = 0.0  # up to that distance the shadow fades over so much
+    shadow_color: tuple[float, float, float] = (0.0, 0.0, 0.0)  # fraction of the light that remains in shadow
+    shadow_distance: float = math.inf  # maximum distance to the occluder [stage units]
+    shadow_falloff: float = 0.0  # length over which shadows fade out before that distance [stage units]
     shadow_gamma: float = 1.0
 
 
@@ -135,19 +135,19 @@ class Instances:
 
 @dataclass
 class Dome:
-    """All dome lights of the stage as one lat-long picture in the first dome's frame.
+    """All dome lights of the stage as one lat-long environment map in the first dome's frame.
 
     Row 0 is the pole +z' of the dome's own frame and column u in [0, 1) turns as in UsdLux (see domes.py);
     `dome_from_world` is the 3x3 that takes a world direction (column vector) into the frame the kernel looks up:
     theta = acos(d.z), u = atan2(d.y, d.x) / 2pi.
     """
 
-    texture: np.ndarray  # (H, W, 3) float32; the same object for as long as it is the same
+    texture: np.ndarray  # (H, W, 3) float32; the same object as long as its values are the same
     dome_from_world: np.ndarray  # (3, 3) float32
     visible: bool = True
     diffuse: float = 1.0
     specular: float = 1.0
-    color: tuple[float, float, float] = (1.0, 1.0, 1.0)  # what a texel of 1 radiates [nits]
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)  # radiance of a texel of 1 [nits]
 
     @property
     def radiance(self) -> np.ndarray:

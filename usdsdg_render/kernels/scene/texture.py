@@ -7,7 +7,7 @@ import warp as wp
 from usdsdg_render.kernels.trig import half_turns_from_pole, turn_of
 from usdsdg_render.scene.structs import Dome, SceneTables, Texture
 
-# Three mantissas of nine bits and a common exponent of five (see `sky.packed`).
+# Three mantissas of nine bits and a common exponent of five (see `environment.packed`).
 _UNPACKED = """
     const wp::uint32 word = words.data[index], bits = ((word >> 27) + 127u) << 23;
     float power;
