@@ -321,7 +321,7 @@ def test_the_distance_at_the_centre_is_printed_once_a_frame(stage, capsys):
     frame = make_frame(stage, (80, 60))
     for what in ("Distance", "PointCloudColor", "PointCloudPosition"):
         compute(frame, what)
-    assert capsys.readouterr().out == f"{PRODUCT}: {compute(frame)[30, 40]:.3f} m at the centre\n"
+    assert capsys.readouterr().out == f"{PRODUCT}: {compute(frame)[30, 40]:.3f} m at the center\n"
 
 
 def test_every_one_is_tried_here():

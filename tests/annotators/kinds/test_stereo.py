@@ -40,10 +40,10 @@ def measure(sensor: DepthSensor, depth: np.ndarray, confident: np.ndarray | None
 
 
 def test_disparity_is_focal_length_times_baseline_over_depth_in_pixels_of_the_picture():
-    assert PAIR.strength(WIDTH) == pytest.approx(50)
-    assert PAIR.strength(2 * WIDTH) == pytest.approx(100)
-    assert replace(PAIR, sensor_size_pixel=2 * WIDTH).strength(WIDTH) == pytest.approx(25)
-    assert replace(PAIR, baseline_mm=-50).strength(WIDTH) == pytest.approx(50)
+    assert PAIR.disparity_times_depth(WIDTH) == pytest.approx(50)
+    assert PAIR.disparity_times_depth(2 * WIDTH) == pytest.approx(100)
+    assert replace(PAIR, sensor_size_pixel=2 * WIDTH).disparity_times_depth(WIDTH) == pytest.approx(25)
+    assert replace(PAIR, baseline_mm=-50).disparity_times_depth(WIDTH) == pytest.approx(50)
 
 
 @pytest.mark.parametrize(("baseline", "missing"), [(50, slice(WIDTH - 25, None)), (-50, slice(0, 25))])
@@ -61,7 +61,7 @@ def test_the_shadow_beside_an_edge_is_as_wide_as_the_disparities_differ(near, ga
     depth[:, 200:300] = near
     sensor = replace(PAIR, baseline_mm=baseline)
     found = measure(sensor, depth)
-    strength = sensor.strength(WIDTH)
+    strength = sensor.disparity_times_depth(WIDTH)
     first, second = strength / depth[0, 200].astype(float), strength / depth[0, 0].astype(float)
     right = baseline > 0
     edge = 300 - first if right else 200 + first

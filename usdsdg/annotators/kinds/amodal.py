@@ -1,7 +1,8 @@
-"""What pictures do not show: whole outlines of things that others hide, and who hides whom. Beyond Replicator.
+"""Amodal annotators: masks that include occluded pixels, visibility, and which prims occlude which. Beyond Replicator.
 
-Of everything in view, hidden things too, in the order and with the ids of `instance_segmentation`: 1 stands for all
-gprims without (selected) labels. The pixels are those of label rays, so that visible and hidden ones add up exactly.
+They cover all labeled prims in view, also fully occluded ones, in the order and with the ids of
+`instance_segmentation`; id 1 stands for all gprims without (selected) labels. Masks are sampled by the label rays, so
+that visible and occluded pixels add up exactly.
 """
 
 from __future__ import annotations
@@ -40,12 +41,11 @@ _ENCODINGS = ("stack", "rle")
 
 @define("amodal_instance_segmentation", dtype=np.bool_, **_NEEDS, params={**LABEL_PARAMS, "encoding": _ENCODINGS[0]})
 def amodal_instance_segmentation(frame: Frame, params: Params) -> Annotation:
-    """Masks of the pixels that each thing would cover alone, bool (N, H, W); what is out of view is left out.
+    """Masks of the pixels that each labeled prim would cover alone, bool (N, H, W); prims out of view are left out.
 
     info: instanceIds uint32 (N,), primPaths in the order of the masks, idToLabels (prim paths) and idToSemantics by id.
-    With encoding="rle" there is no array, and info has "masks": N times {"size": [H, W], "counts": run lengths} as
-    COCO's uncompressed ones, down the columns, first of pixels outside. semanticTypes or semanticFilter choose the
-    labels that count.
+    With encoding="rle" there is no array, and info has "masks": N times {"size": [H, W], "counts": run lengths} in
+    COCO's uncompressed RLE, column-major, starting with pixels outside. semanticTypes or semanticFilter select labels.
     """
     encoding = params["encoding"]
     if encoding not in _ENCODINGS:
@@ -64,19 +64,19 @@ def amodal_instance_segmentation(frame: Frame, params: Params) -> Annotation:
     if encoding == "rle":
         return Annotation(None, {**info, "masks": [_run_lengths(mask) for mask in masks]})
     stack = np.zeros((len(rows), *frame.shape), bool)
-    for place, mask in zip(stack, masks):
-        place[:] = mask
+    for row, mask in zip(stack, masks):
+        row[:] = mask
     return Annotation(stack, info)
 
 
 @define("visibility", dtype=VISIBILITY, **_NEEDS, params=LABEL_PARAMS)
 def visibility(frame: Frame, params: Params) -> Annotation:
-    """Seen and hidden pixels of everything in view, and what hides it.
+    """Visible and amodal pixel counts of every labeled prim in view, and its occluders.
 
     Structured (N,): instanceId and semanticId uint32, those of the segmentations, visiblePixels, amodalPixels uint32,
-    x_min, y_min, x_max, y_max int32 of the amodal pixels [inclusive], visibleRatio float32 from 0 (hidden) to 1; info:
-    primPaths and hiddenBy in the order of the rows, the latter {id of what is seen instead: pixels}, and idToLabels
-    (prim paths) of all ids. Parameters as amodal_instance_segmentation.
+    x_min, y_min, x_max, y_max int32 of the amodal pixels [inclusive], visibleRatio float32 from 0 (occluded) to 1;
+    info: primPaths and hiddenBy in the order of the rows, the latter {id of the occluder: pixels}, and idToLabels (prim
+    paths) of all ids. Parameters as amodal_instance_segmentation.
     """
     predicate = predicate_of(params)
     selection, listed = frame.selection(predicate), _in_view(frame, predicate)
@@ -104,11 +104,11 @@ def visibility(frame: Frame, params: Params) -> Annotation:
 
 @define("occlusion_graph", dtype=OCCLUSION_PAIR, **_NEEDS, params=LABEL_PARAMS)
 def occlusion_graph(frame: Frame, params: Params) -> Annotation:
-    """Who hides whom: in how many pixels of a thing another one is seen instead.
+    """Pairs of occluder and occluded prim, with the number of occluded pixels.
 
     Structured (P,): occluderId, occludedId uint32, those of instance_segmentation, pixels uint32; ordered by occluded,
-    then occluder. Pixels of one occluded thing add up to its hidden ones; an occluder is the first thing on the ray, so
-    what lies between the two is not counted. info: idToLabels (prim paths) of all ids. Parameters as
+    then occluder. The pixels of one occluded prim add up to its occluded pixels; the occluder is the first hit on the
+    ray, so prims between the two are not counted. info: idToLabels (prim paths) of all ids. Parameters as
     amodal_instance_segmentation.
     """
     pairs = _pairs(frame, predicate_of(params))
@@ -117,12 +117,12 @@ def occlusion_graph(frame: Frame, params: Params) -> Annotation:
 
 
 def _in_view(frame: Frame, predicate: str | None) -> np.ndarray:
-    """Members of the selection that would cover a pixel if alone."""
+    """Return the selected prims with any amodal pixel, as indices into the selection."""
     return np.flatnonzero(frame.coverage[frame.selection(predicate).rows, PIXELS] > 0)
 
 
 def _pairs(frame: Frame, predicate: str | None) -> np.ndarray:
-    """OCCLUSION_PAIR rows of all selected entities."""
+    """Return the OCCLUSION_PAIR rows of all selected prims."""
     return frame.derive(("occlusion_pairs", predicate), lambda: _count_pairs(frame, predicate))
 
 
@@ -142,7 +142,7 @@ def _count_pairs(frame: Frame, predicate: str | None) -> np.ndarray:
 
 
 def _paths(frame: Frame, predicate: str | None, ids: np.ndarray) -> dict[str, str]:
-    """Prim path by id, as instance_segmentation has them."""
+    """Return prim paths by id, as in instance_segmentation."""
     rows = frame.selection(predicate).rows
     return {
         str(id_): "UNLABELLED" if id_ == UNLABELLED else frame.labeled_prims.prim_paths[rows[id_ - FIRST_LABELED]]
@@ -151,6 +151,7 @@ def _paths(frame: Frame, predicate: str | None, ids: np.ndarray) -> dict[str, st
 
 
 def _run_lengths(mask: np.ndarray) -> dict[str, list[int]]:
+    """Encode a mask in COCO's uncompressed RLE."""
     flat = mask.ravel(order="F")
     edges = np.flatnonzero(np.diff(flat, prepend=False))
     lengths = np.diff(edges, prepend=0, append=flat.size)

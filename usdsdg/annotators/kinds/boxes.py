@@ -1,6 +1,6 @@
-"""Boxes: 2D of visible pixels (tight) and of the whole outline (loose), 3D in the prim's own frame, and occlusion.
+"""Bounding boxes: 2D of visible pixels (tight) and of amodal masks (loose), 3D in the prim's frame; and occlusion.
 
-Pixel indices are inclusive: x_min and x_max are the first and last column whose pixel centre is covered.
+Pixel indices are inclusive: x_min and x_max are the first and last column whose pixel center is covered.
 """
 
 from __future__ import annotations
@@ -48,11 +48,11 @@ _CORNERS_2D = ("x_min", "y_min", "x_max", "y_max")
 
 @define("bounding_box_2d_tight", dtype=BOX_2D, **_NEEDS)
 def bounding_box_2d_tight(frame: Frame, params: Params) -> Annotation:
-    """Boxes of the visible pixels [pixels, inclusive]; what is fully hidden or out of view is left out.
+    """Boxes of the visible pixels [pixels, inclusive]; fully occluded prims and prims out of view are left out.
 
     Structured (N,): semanticId uint32 (from 0), x_min, y_min, x_max, y_max int32, occlusionRatio float32; info:
     idToLabels, bboxIds uint32 (N,) and primPaths in the order of the rows. semanticTypes (list of types) or
-    semanticFilter (predicate) choose the labels that count.
+    semanticFilter (predicate) select labels.
     """
     return _tight(frame, params, str)
 
@@ -65,7 +65,7 @@ def bounding_box_2d_tight_fast(frame: Frame, params: Params) -> Annotation:
 
 @define("bounding_box_2d_loose", dtype=BOX_2D, **_NEEDS)
 def bounding_box_2d_loose(frame: Frame, params: Params) -> Annotation:
-    """As bounding_box_2d_tight, of the pixels that each thing would cover alone; what is out of view is left out."""
+    """As bounding_box_2d_tight, of the amodal mask of each prim; prims out of view are left out."""
     return _loose(frame, params, str)
 
 
@@ -77,7 +77,7 @@ def bounding_box_2d_loose_fast(frame: Frame, params: Params) -> Annotation:
 
 @define("bounding_box_3d", dtype=BOX_3D, **_NEEDS)
 def bounding_box_3d(frame: Frame, params: Params) -> Annotation:
-    """Boxes in each prim's own frame [stage units] with its local-to-world transform; only of what is in view.
+    """Boxes in each prim's own frame [stage units] with its local-to-world transform; only of prims in view.
 
     Structured (N,): semanticId uint32 (from 0), x_min, y_min, z_min, x_max, y_max, z_max float32, transform float32
     (4, 4) for row vectors, occlusionRatio float32; info and parameters as bounding_box_2d_tight.
@@ -93,18 +93,18 @@ def bounding_box_3d_fast(frame: Frame, params: Params) -> Annotation:
 
 @define("bounding_box_3d_360", dtype=BOX_3D, **_NEEDS)
 def bounding_box_3d_360(frame: Frame, params: Params) -> Annotation:
-    """As bounding_box_3d, of everything on the stage; occlusionRatio is nan out of view."""
+    """As bounding_box_3d, of all labeled prims on the stage; occlusionRatio is nan out of view."""
     return _boxes_3d(frame, params, str, everywhere=True)
 
 
 @define("occlusion", dtype=OCCLUSION, **_NEEDS)
 def occlusion(frame: Frame, params: Params) -> Annotation:
-    """Ids and the hidden share of everything in view.
+    """Ids and occluded fraction of every labeled prim in view.
 
     Structured (N,): instanceId and semanticId uint32, those of the segmentations, and occlusionRatio float32 from 0
-    (all visible) to 1.
+    (fully visible) to 1.
     """
-    listed = np.flatnonzero(_alone(frame, params) > 0)
+    listed = np.flatnonzero(_amodal_pixels(frame, params) > 0)
     selection = frame.selection(predicate_of(params))
     _, id_of_member = unique_labels(selection.labels)
     rows = np.zeros(len(listed), OCCLUSION)
@@ -124,29 +124,29 @@ def _tight(frame: Frame, params: Params, key: Callable) -> Annotation:
 
 def _loose(frame: Frame, params: Params, key: Callable) -> Annotation:
     corners = frame.coverage[frame.selection(predicate_of(params)).rows, X_MIN:]
-    return _boxes_2d(frame, params, key, np.flatnonzero(_alone(frame, params) > 0), corners)
+    return _boxes_2d(frame, params, key, np.flatnonzero(_amodal_pixels(frame, params) > 0), corners)
 
 
 def _boxes_2d(frame: Frame, params: Params, key: Callable, listed: np.ndarray, corners: np.ndarray) -> Annotation:
     rows = np.zeros(len(listed), BOX_2D)
     for column, name in enumerate(_CORNERS_2D):
         rows[name] = corners[listed, column]
-    return _described(frame, params, key, listed, rows)
+    return _with_tables(frame, params, key, listed, rows)
 
 
 def _boxes_3d(frame: Frame, params: Params, key: Callable, *, everywhere: bool) -> Annotation:
     labeled_prims, selection = frame.labeled_prims, frame.selection(predicate_of(params))
-    listed = np.arange(len(selection)) if everywhere else np.flatnonzero(_alone(frame, params) > 0)
+    listed = np.arange(len(selection)) if everywhere else np.flatnonzero(_amodal_pixels(frame, params) > 0)
     bounds = labeled_prims.bounds[selection.rows[listed]]
     rows = np.zeros(len(listed), BOX_3D)
     for axis, name in enumerate("xyz"):
         rows[f"{name}_min"], rows[f"{name}_max"] = bounds[:, 0, axis], bounds[:, 1, axis]
     rows["transform"] = labeled_prims.local_to_world[selection.rows[listed]]
-    return _described(frame, params, key, listed, rows)
+    return _with_tables(frame, params, key, listed, rows)
 
 
-def _described(frame: Frame, params: Params, key: Callable, listed: np.ndarray, rows: np.ndarray) -> Annotation:
-    """`rows` of the selected labeled_prims `listed`, with their ids and the tables about them."""
+def _with_tables(frame: Frame, params: Params, key: Callable, listed: np.ndarray, rows: np.ndarray) -> Annotation:
+    """Fill in ids and occlusion of `rows`, which belong to the selected prims `listed`, and add the tables."""
     predicate = predicate_of(params)
     selection = frame.selection(predicate)
     labels, id_of_member = unique_labels(selection.labels)
@@ -160,15 +160,15 @@ def _described(frame: Frame, params: Params, key: Callable, listed: np.ndarray, 
     return Annotation(rows, info)
 
 
-def _alone(frame: Frame, params: Params) -> np.ndarray:
-    """(K,) pixels that each selected entity would cover alone."""
+def _amodal_pixels(frame: Frame, params: Params) -> np.ndarray:
+    """Return (K,) amodal pixel counts of the selected prims."""
     return frame.coverage[frame.selection(predicate_of(params)).rows, PIXELS]
 
 
 def pixel_boxes(members: np.ndarray, count: int) -> np.ndarray:
-    """(count, 4) inclusive x_min, y_min, x_max, y_max of the pixels of each value 0..count-1; -1 for absent ones."""
+    """Return (count, 4) inclusive x_min, y_min, x_max, y_max of the pixels of each value 0..count-1; -1 if absent."""
     height, width = members.shape
-    # Which value is in which row and column; values are shifted by one, so that -1 (nothing) has a place too.
+    # Which value occurs in which row and column; values are shifted by one, so that -1 (nothing) has an entry too.
     in_row, in_column = np.zeros((height, count + 1), bool), np.zeros((width, count + 1), bool)
     y, x = np.nonzero(members >= 0)
     value = members[y, x] + 1

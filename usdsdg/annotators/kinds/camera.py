@@ -1,4 +1,4 @@
-"""Camera parameters and time: annotators of numbers instead of pixels."""
+"""Annotators of camera parameters and of the reference time."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from usdsdg.stage.cameras.lens_attributes import EYE_DISTANCE, LEFT_EYE, TEXTURE
 
 @define("camera_params", "CameraParams")
 def camera_params(frame: Frame, params: Mapping[str, Any]) -> Annotation:
-    """Everything of the camera as Replicator names it, a dict; matrices are float64 (16,), row by row, for row vectors.
+    """Camera parameters under Replicator's names, a dict; matrices are float64 (16,), row-major, for row vectors.
 
     cameraViewTransform maps from the world to the camera; lengths are in the units of the prim's attributes.
 
-    The projection maps to clip space with reversed Z: depth 1 on the near plane, 0 on the far one. For lenses that no
-    matrix describes it is that of the pinhole with the same focal length, as in Replicator. Lens distortion schemas are
-    told under the names of the older attributes. interpupillaryDistance [cm] and isLeftEye are there for
-    omniDirectionalStereo, the paths of the two textures for generalizedProjection.
+    The projection maps to clip space with reversed Z: depth 1 on the near plane, 0 on the far one. For nonlinear lenses
+    it is that of the pinhole with the same focal length, as in Replicator. Lens distortion schemas are reported under
+    the names of the older attributes. interpupillaryDistance [cm] and isLeftEye exist for omniDirectionalStereo, the
+    paths of the two textures for generalizedProjection.
     """
     return Annotation(None, read_params(frame.camera))
 
@@ -36,7 +36,7 @@ def reference_time(frame: Frame, params: Mapping[str, Any]) -> Annotation:
 
 
 def read_params(view: CameraView) -> dict[str, Any]:
-    """The payload of camera_params for `view`."""
+    """Return the payload of camera_params for `view`."""
     lens = view.lens_parameters
     numbers = {
         "cameraAperture": _floats(view.horizontal_aperture, view.vertical_aperture),
@@ -60,11 +60,11 @@ def read_params(view: CameraView) -> dict[str, Any]:
         "metersPerSceneUnit": float(view.meters_per_unit),
         "renderProductResolution": np.array([view.width, view.height], np.int32),
     }
-    return dict(sorted((numbers | _own(view)).items()))
+    return dict(sorted((numbers | _projection_params(view)).items()))
 
 
-def _own(view: CameraView) -> dict[str, Any]:
-    """What only one projection has, under the names of the attributes."""
+def _projection_params(view: CameraView) -> dict[str, Any]:
+    """Return the parameters that only this projection has, under the names of the attributes."""
     lens = view.lens_parameters
     if view.projection_type == "omniDirectionalStereo":
         return {EYE_DISTANCE: lens.eye_distance * 100, LEFT_EYE: lens.left_eye}

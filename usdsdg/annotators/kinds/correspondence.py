@@ -1,4 +1,4 @@
-"""Where the pixels of one camera are in the picture of another: stereo pairs and their like."""
+"""Pixel correspondence between two cameras, such as a stereo pair."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ _REFERENCE = "crossCameraReferenceName"
 
 @define("cross_correspondence", "CrossCorrespondence", aovs=["instance", "position"], dtype=np.float32)
 def cross_correspondence(frame: Frame, params: Mapping[str, Any]) -> Annotation:
-    """Shift of each pixel from this picture to that of the reference camera, float32 (H, W, 4): dx, dy, z, w.
+    """Displacement of each pixel from this image to that of the reference camera, float32 (H, W, 4): dx, dy, z, w.
 
-    dx, dy: place in the reference picture minus place here, as shares of its width and height. z: 1 where the point is
-    outside the reference picture, else 0. w: 0, as nothing tells whether something else hides the point there. All four
-    are -1 where nothing is hit.
+    dx, dy: position in the reference image minus position here, as fractions of its width and height. z: 1 where the
+    point is outside the reference image, else 0. w: 0, since occlusion in the reference view is not known. All four are
+    -1 where nothing is hit.
 
-    The reference is the camera whose name (or whose parent's) is the camera's attribute `crossCameraReferenceName`; it
-    has a render product of its own.
+    The reference camera is the one whose name (or whose parent's) is given by the camera's attribute
+    `crossCameraReferenceName`; it must have a render product of its own.
 
     Raises:
         AnnotatorError: the attribute is not set, or no render product has such a camera.
-        Unsupported: there is no formula for the lens of the reference camera.
+        Unsupported: the lens of the reference camera has no closed-form projection.
     """
     reference = _reference_of(frame.camera)
     seen = frame.aov("instance") >= 0

@@ -1,4 +1,4 @@
-"""Pictures that show what a depth sensor sees: the modes of `rgbDepthOutputMode`."""
+"""Visualizations of a depth sensor: the modes of `rgbDepthOutputMode`."""
 
 from __future__ import annotations
 
@@ -13,37 +13,37 @@ from usdsdg.annotators.kinds.stereo import DepthSensor
 _RAINBOW = np.array([[0, 0, 255], [0, 255, 255], [0, 255, 0], [255, 255, 0], [255, 0, 0]], np.float64)
 
 
-def picture(frame: Frame) -> np.ndarray:
-    """uint8 (H, W, 4); see `depth_sensor_visualization` for the modes."""
+def visualization(frame: Frame) -> np.ndarray:
+    """Return the visualization, uint8 (H, W, 4); see `depth_sensor_visualization` for the modes."""
     mode = int(parameter(frame, "rgbDepthOutputMode"))
     sensor, measured = read_depth_sensor(frame), measurement(frame)
     exact = frame.aov("distance_to_image_plane")
     if mode == 0:
         return frame.aov("LdrColor")
     if mode == 1:
-        return _grey(measured.distance % 1, measured.measured)
+        return _gray(measured.distance % 1, measured.measured)
     if mode == 2:
-        return _grey(_share(sensor, measured.distance), measured.measured)
+        return _gray(_fraction(sensor, measured.distance), measured.measured)
     if mode == 3:
-        return _rainbow(_share(sensor, measured.distance), measured.measured)
+        return _rainbow(_fraction(sensor, measured.distance), measured.measured)
     if mode == 4:
-        return _grey(_share(sensor, exact), np.isfinite(exact))
+        return _gray(_fraction(sensor, exact), np.isfinite(exact))
     if mode == 5:
         raw = measurement(frame, outliers=True)
-        return _grey(_share(sensor, raw.distance), raw.measured)
-    share = measured.disparity * sensor.sensor_size_pixel / exact.shape[1] / sensor.max_disparity_pixel
+        return _gray(_fraction(sensor, raw.distance), raw.measured)
+    fraction = measured.disparity * sensor.sensor_size_pixel / exact.shape[1] / sensor.max_disparity_pixel
     if mode == 7:
-        return _grey(share, np.isfinite(exact))
+        return _gray(fraction, np.isfinite(exact))
     confidence = stereo.confidence(sensor, stereo.luminance(frame.aov("LdrColor")))
-    return _opaque(np.stack([confidence, np.where(np.isfinite(exact), share, 0), np.zeros_like(share)], -1))
+    return _opaque(np.stack([confidence, np.where(np.isfinite(exact), fraction, 0), np.zeros_like(fraction)], -1))
 
 
-def _share(sensor: DepthSensor, distance: np.ndarray) -> np.ndarray:
-    """0 at the least distance and 1 at the largest."""
+def _fraction(sensor: DepthSensor, distance: np.ndarray) -> np.ndarray:
+    """Map distances linearly: 0 at `min_distance`, 1 at `max_distance`."""
     return (distance - sensor.min_distance) / max(sensor.max_distance - sensor.min_distance, 1e-9)
 
 
-def _grey(values: np.ndarray, shown: np.ndarray) -> np.ndarray:
+def _gray(values: np.ndarray, shown: np.ndarray) -> np.ndarray:
     return _opaque(np.repeat(np.where(shown, values, 0)[..., None], 3, axis=2))
 
 
@@ -54,7 +54,7 @@ def _rainbow(values: np.ndarray, shown: np.ndarray) -> np.ndarray:
 
 
 def _opaque(colors: np.ndarray) -> np.ndarray:
-    """(H, W, 3) from 0 to 1, as bytes with alpha."""
+    """Convert (H, W, 3) from 0 to 1 to uint8 RGBA with alpha 255."""
     out = np.full((*colors.shape[:2], 4), 255, np.uint8)
     out[..., :3] = np.clip(colors, 0, 1) * 255 + 0.5
     return out

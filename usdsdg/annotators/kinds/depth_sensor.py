@@ -1,4 +1,4 @@
-"""The depth sensor of a frame: its parameters and what it measures.
+"""The depth sensor of a frame: its parameters and its measurement.
 
 The parameters are the attributes `omni:rtx:post:depthSensor:...` of the render product (schema
 `OmniSensorDepthSensorSingleViewAPI`); one that is not authored is the setting `/rtx/post/depthSensor/...`.
@@ -24,7 +24,7 @@ MODES = range(8)
 
 
 def measurement(frame: Frame, *, outliers: bool | None = None) -> Measurement:
-    """What the frame's depth sensor measures, once per frame. `outliers`: whether those are kept; None: as authored."""
+    """Return the sensor's measurement, computed once per frame. outliers: whether to keep them; None: as authored."""
     sensor = read_depth_sensor(frame)
     if outliers is not None:
         sensor = dataclasses.replace(sensor, outlier_removal_enabled=not outliers)
@@ -44,10 +44,10 @@ def _measure(frame: Frame, sensor: DepthSensor) -> Measurement:
 
 
 def read_depth_sensor(frame: Frame) -> DepthSensor:
-    """The parameters of the frame's render product.
+    """Read the parameters of the frame's render product.
 
     Raises:
-        AnnotatorError: one has a value that no sensor has.
+        AnnotatorError: one is out of range.
     """
     sensor = DepthSensor(
         baseline_mm=parameter(frame, "baselineMM"),
@@ -79,7 +79,7 @@ def read_depth_sensor(frame: Frame) -> DepthSensor:
 
 
 def parameter(frame: Frame, name: str) -> float:
-    """The authored attribute, or the setting, or its default."""
+    """Return the authored attribute, or else the setting, or else its default."""
     authored = _authored(frame, name)
     if authored is None:
         authored = get_settings().get(SETTINGS + name)
@@ -97,7 +97,7 @@ def _authored(frame: Frame, name: str) -> Any:
 
 
 def _is_enabled(frame: Frame) -> bool:
-    """An annotator switches the sensor on; only an attribute that says so switches it off."""
+    """Return whether the sensor measures: it does unless the attribute is authored as false."""
     enabled = _authored(frame, "enabled") is not False
     if not enabled:
         warn_once(

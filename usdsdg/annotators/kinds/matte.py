@@ -1,4 +1,4 @@
-"""Mattes by id: masks to cut things out of a picture with, one channel for each id."""
+"""Mattes by id: one mask channel for each multimatte id, for compositing."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from usdsdg.errors import warn_once
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage
 
-# Pictures of mattes, and channels of each.
-PICTURES, CHANNELS = 8, 3
+# Number of matte images, and channels of each.
+IMAGES, CHANNELS = 8, 3
 _ID = "multimatte_id"
 _SETTINGS = "/rtx/pathtracing/multimatte"
-# The id of what has none, and what a channel that shows nothing is set to.
+# The id of prims without one, and of channels that are switched off.
 NONE = -1
 
 
@@ -28,42 +28,43 @@ def _define(number: int) -> None:
     def matte(frame: Frame, params: Mapping[str, Any]) -> Annotation:
         """Mattes of three ids, float16 (H, W, 4).
 
-        Each of the first three channels is 1 where the pixel's centre shows a thing with the channel's id and 0
-        elsewhere, so edges are hard; the fourth channel is 1.
+        Each of the first three channels is 1 where the pixel's center shows a gprim with the channel's id and 0
+        elsewhere, so edges are not anti-aliased; the fourth channel is 1.
 
-        A thing's id is its primvar `multimatte_id`, its own or inherited, or else the attribute `multimatte_id` of its
-        material; -1 is none. Channel c of picture n is number 3 * n + c of `/rtx/pathtracing/multimatte/channelCount`,
-        at most 24; the channels beyond are 0. It shows the id that `/rtx/pathtracing/multimatte/channel<number>` is set
-        to, default that number. Ids of single faces are not told apart. Mirrors the RTX renderer's "Multi Matte".
+        The id of a gprim is its primvar `multimatte_id`, its own or inherited, or else the attribute `multimatte_id` of
+        its material; -1 is none. Channel c of image n is number 3 * n + c of
+        `/rtx/pathtracing/multimatte/channelCount`, at most 24; further channels are 0. It shows the id that is set in
+        `/rtx/pathtracing/multimatte/channel<number>`, default that number. Ids per face are not supported. Mirrors the
+        RTX renderer's "Multi Matte".
         """
-        return Annotation(_picture(frame, number))
+        return Annotation(_matte(frame, number))
 
 
-def _picture(frame: Frame, number: int) -> np.ndarray:
+def _matte(frame: Frame, number: int) -> np.ndarray:
     settings = get_settings()
-    count = min(settings.get_as_int(f"{_SETTINGS}/channelCount"), PICTURES * CHANNELS)
+    count = min(settings.get_as_int(f"{_SETTINGS}/channelCount"), IMAGES * CHANNELS)
     if count <= number * CHANNELS:
         warn_once(
             f"PtMultiMatte{number} shows nothing: {_SETTINGS}/channelCount is {count}; set it to "
             f"{number * CHANNELS + 1} or more."
         )
-    # The appended id is what a pixel without a hit, index -1, looks up.
+    # Pixels without a hit have index -1 and look up the appended entry.
     ids = frame.derive("matte ids", lambda: np.append(_ids_of_gprims(frame), NONE))[frame.aov("instance")]
     out = np.zeros((*ids.shape, 4), np.float16)
     out[..., 3] = 1
     for channel in range(number * CHANNELS, min((number + 1) * CHANNELS, count)):
-        asked = settings.get(f"{_SETTINGS}/channel{channel}")
-        wanted = channel if asked is None else int(asked)
+        authored = settings.get(f"{_SETTINGS}/channel{channel}")
+        wanted = channel if authored is None else int(authored)
         out[..., channel % CHANNELS] = (ids == wanted) & (wanted != NONE)
     return out
 
 
-for _number in range(PICTURES):
+for _number in range(IMAGES):
     _define(_number)
 
 
 def _ids_of_gprims(frame: Frame) -> np.ndarray:
-    """(G,) int64: the id of every gprim, -1 where it has none."""
+    """Return (G,) int64: the id of every gprim, -1 where it has none."""
     stage = current_stage()
     seconds = frame.reference_time[0] / frame.reference_time[1]
     code = Usd.TimeCode(seconds * stage.GetTimeCodesPerSecond())

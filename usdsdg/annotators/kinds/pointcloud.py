@@ -1,4 +1,4 @@
-"""The points that the camera sees, with colour, normal and ids."""
+"""Point clouds of the visible surface, with color, normals and ids."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def depth_to_pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     if camera.lens is None:
         along = depth[seen] / -directions[:, 2]
     else:
-        # Rays that go sideways have no depth to tell their length.
+        # For rays perpendicular to the optical axis, depth does not determine the distance.
         along = frame.aov("distance_to_camera")[seen].astype(np.float64)
     points = np.full((*depth.shape, 3), np.inf, np.float32)
     points[seen] = (origins * camera.meters_per_unit + along[:, None] * directions) * (1.0, -1.0, -1.0)
@@ -46,10 +46,10 @@ def depth_to_pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     dtype=np.float32,
 )
 def pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
-    """One point per pixel that shows something, row by row: float32 (N, 3) in the world [stage units].
+    """One point per pixel with a labeled hit, row by row: float32 (N, 3) in the world [stage units].
 
     info: pointRgb uint8 and pointNormals float32 (N * 4 each, flat), pointSemantic and pointInstance uint32 (N).
-    includeUnlabelled: keep points of gprims without a selected label too.
+    includeUnlabelled: also keep points of gprims without a selected label.
     """
     predicate = predicate_of(params)
     members, instance = frame.members(predicate), frame.aov("instance")
@@ -61,7 +61,7 @@ def pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     info = {
         "pointRgb": frame.aov("LdrColor")[kept].reshape(-1),
         "pointNormals": normals.reshape(-1),
-        # Member -1, an unlabelled point, looks up the appended entry.
+        # Unlabeled points have member -1 and look up the appended entry.
         "pointSemantic": np.append(id_of_member + FIRST_LABELED, UNLABELLED)[member].astype(np.uint32),
         "pointInstance": np.where(member >= 0, member + FIRST_LABELED, UNLABELLED).astype(np.uint32),
     }

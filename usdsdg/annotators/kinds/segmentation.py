@@ -1,8 +1,7 @@
-"""Segmentation: every pixel's id, and the tables from ids to labels and prims.
+"""Segmentation: the id of every pixel, and tables from ids to labels and prims.
 
-Ids: 0 is background, 1 is a gprim without (selected) labels, labelled things count from 2 in stage order. They
-depend on the stage only, not on what is in view or on earlier frames; the tables list the ids present in the
-picture.
+Ids: 0 is background, 1 is a gprim without (selected) labels, labeled prims count from 2 in stage order. They depend on
+the stage only, not on what is in view or on earlier frames; the tables list the ids that are present in the image.
 """
 
 from __future__ import annotations
@@ -26,14 +25,14 @@ _BACKGROUND_LABEL, _UNLABELLED_LABEL = {"class": "BACKGROUND"}, {"class": "UNLAB
 
 @define("semantic_segmentation", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
 def semantic_segmentation(frame: Frame, params: Params) -> Annotation:
-    """Id of the label of each pixel, uint32 (H, W), or its colour, uint8 (H, W, 4).
+    """Id of the label of each pixel, uint32 (H, W), or its color, uint8 (H, W, 4).
 
-    LabeledPrims with equal labels share an id. `mapping` {"type:label": RGBA or id}, or a JSON file of it, overrules
-    ids and colours.
+    Prims with equal labels share an id. `mapping` {"type:label": RGBA or id}, or a JSON file of it, overrides ids and
+    colors.
     """
     selection = frame.selection(predicate_of(params))
     labels, id_of_member = unique_labels(selection.labels)
-    ids = _entity_ids(frame, predicate_of(params), id_of_member + FIRST_LABELED)
+    ids = _labeled_prim_ids(frame, predicate_of(params), id_of_member + FIRST_LABELED)
     described = [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *labels]
     ids, old, color_of = _mapped(ids, params["mapping"], lambda: [_keys(own) for own in described])
     return _annotation(ids, params, {"idToLabels": lambda i: described[old(i)]}, str, color_of)
@@ -41,10 +40,10 @@ def semantic_segmentation(frame: Frame, params: Params) -> Annotation:
 
 @define("instance_segmentation", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
 def instance_segmentation(frame: Frame, params: Params) -> Annotation:
-    """Id of the entity (nearest labelled ancestor) of each pixel, uint32 (H, W), or its colour, uint8 (H, W, 4).
+    """Id of the labeled prim (nearest labeled ancestor) of each pixel, uint32 (H, W), or its color, uint8 (H, W, 4).
 
-    Keys of the tables are strings. `mapping` as for semantic_segmentation, also with prim paths as keys; entities that
-    it gives one id or colour share an entry in the tables.
+    Keys of the tables are strings. `mapping` as for semantic_segmentation, also with prim paths as keys; prims that it
+    maps to the same id or color share an entry in the tables.
     """
     return _instances(frame, params, str)
 
@@ -52,12 +51,12 @@ def instance_segmentation(frame: Frame, params: Params) -> Annotation:
 @define("instance_segmentation_fast", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
 def instance_segmentation_fast(frame: Frame, params: Params) -> Annotation:
     """As instance_segmentation; keys of the tables are integers, or RGBA tuples."""
-    return _instances(frame, params, _as_is)
+    return _instances(frame, params, _identity)
 
 
 @define("instance_id_segmentation", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
 def instance_id_segmentation(frame: Frame, params: Params) -> Annotation:
-    """Id of the gprim of each pixel, labelled or not, uint32 (H, W), or its colour, uint8 (H, W, 4).
+    """Id of the gprim of each pixel, labeled or not, uint32 (H, W), or its color, uint8 (H, W, 4).
 
     Keys of the table are strings. `mapping` as for instance_segmentation.
     """
@@ -67,11 +66,11 @@ def instance_id_segmentation(frame: Frame, params: Params) -> Annotation:
 @define("instance_id_segmentation_fast", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
 def instance_id_segmentation_fast(frame: Frame, params: Params) -> Annotation:
     """As instance_id_segmentation; keys of the table are integers, or RGBA tuples."""
-    return _gprims(frame, params, _as_is)
+    return _gprims(frame, params, _identity)
 
 
 def unique_labels(labels: Sequence[dict[str, str]]) -> tuple[list[dict[str, str]], np.ndarray]:
-    """The different label sets in order of first use, and the index of each member's."""
+    """Return the distinct label sets in order of first use, and the index of each member's set."""
     index_of: dict[tuple, int] = {}
     indices = [index_of.setdefault(tuple(sorted(own.items())), len(index_of)) for own in labels]
     return [dict(key) for key in index_of], np.array(indices, np.int64)
@@ -82,7 +81,7 @@ def _instances(frame: Frame, params: Params, key: Callable) -> Annotation:
     selection = frame.selection(predicate)
     paths = ["BACKGROUND", "UNLABELLED", *(frame.labeled_prims.prim_paths[row] for row in selection.rows)]
     labels = [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *selection.labels]
-    ids = _entity_ids(frame, predicate, np.arange(len(selection)) + FIRST_LABELED)
+    ids = _labeled_prim_ids(frame, predicate, np.arange(len(selection)) + FIRST_LABELED)
     ids, old, color_of = _mapped(
         ids, params["mapping"], lambda: [[path, *_keys(own)] for path, own in zip(paths, labels)]
     )
@@ -104,11 +103,11 @@ def _gprims(frame: Frame, params: Params, key: Callable) -> Annotation:
     return _annotation(ids, params, {"idToLabels": lambda i: names[old(i)]}, key, color_of)
 
 
-def _entity_ids(frame: Frame, predicate: str | None, id_of_member: np.ndarray) -> np.ndarray:
-    """(H, W) uint32 ids from the gprim of each pixel, in one look-up."""
+def _labeled_prim_ids(frame: Frame, predicate: str | None, id_of_member: np.ndarray) -> np.ndarray:
+    """Return (H, W) uint32 ids by one look-up from the gprim of each pixel."""
     members = frame.selection(predicate).member_of_gprim
-    id_of_gprim = np.append(id_of_member, UNLABELLED)[members]  # member -1: the appended one
-    table = np.append(id_of_gprim, BACKGROUND).astype(np.uint32)  # gprim -1: no hit
+    id_of_gprim = np.append(id_of_member, UNLABELLED)[members]  # member -1 looks up the appended id
+    table = np.append(id_of_gprim, BACKGROUND).astype(np.uint32)  # as does gprim -1, no hit
     return table[frame.aov("instance")]
 
 
@@ -119,7 +118,7 @@ def _annotation(
     key: Callable,
     color_of: Callable[[np.ndarray], np.ndarray],
 ) -> Annotation:
-    """The picture of `ids` with its tables, keyed by id or, colorized, by colour."""
+    """Build the annotation of `ids` with its tables, keyed by id or, if colorized, by color."""
     present = np.flatnonzero(np.bincount(ids.ravel()))
     if not params["colorize"]:
         info = {name: {key(int(i)): entry(int(i)) for i in present} for name, entry in tables.items()}
@@ -127,22 +126,22 @@ def _annotation(
     colors = color_of(present)
     palette = np.zeros((int(present[-1]) + 1 if len(present) else 1, 4), np.uint8)
     palette[present] = colors
-    # One 32-bit look-up per pixel instead of four bytes.
+    # One 32-bit look-up per pixel is faster than four of bytes.
     image = palette.view(np.uint32)[:, 0][ids].view(np.uint8).reshape(*ids.shape, 4)
     keys = [tuple(int(channel) for channel in color) for color in colors]
     if len(set(keys)) < len(keys):
-        warn_once("Two segmentation ids got the same colour; use colorize=False to tell them apart.")
-    # Ordered by colour, as Replicator's files are.
+        warn_once("Two segmentation ids got the same color; use colorize=False to tell them apart.")
+    # Ordered by color, as in Replicator's files.
     order = sorted(range(len(keys)), key=keys.__getitem__)
     info = {name: {key(keys[k]): entry(int(present[k])) for k in order} for name, entry in tables.items()}
     return Annotation(image, info)
 
 
-def _as_is(value: Any) -> Any:
+def _identity(value: Any) -> Any:
     return value
 
 
-# Mapping: ids and colours chosen by the user.
+# Ids and colors chosen by the user
 
 
 def _read_mapping(mapping: Any) -> Mapping[str, Any]:
@@ -166,12 +165,12 @@ def _keys(labels: Mapping[str, str]) -> list[str]:
 def _mapped(
     ids: np.ndarray, mapping: Any, keys: Callable[[], Sequence[Sequence[str]]]
 ) -> tuple[np.ndarray, Callable[[int], int], Callable[[np.ndarray], np.ndarray]]:
-    """The ids that `mapping` chooses in place of `ids`, what each one was, and the colours of the new ones.
+    """Apply `mapping` to `ids`; return the new ids, and functions from new to old id and from new ids to colors.
 
-    keys: per id, under which keys `mapping` may know it; the first that it knows counts.
+    keys: for each id the keys to look up in `mapping`; the first that it contains applies.
     """
     if not mapping:
-        return ids, _as_is, colors_of_ids
+        return ids, _identity, colors_of_ids
     chosen_by_key = _read_mapping(mapping)
     known = keys()
     new_id = np.arange(len(known), dtype=np.uint32)
@@ -182,7 +181,7 @@ def _mapped(
             new_id[index] = value
         elif value is not None:
             chosen[index] = tuple(int(channel) for channel in value)
-    # Of several with one new id the first that is seen stands for all.
+    # Of several old ids with the same new id, the first that is visible represents all.
     seen = np.flatnonzero(np.bincount(ids.ravel(), minlength=len(known)))
     old_id = {int(new_id[old]): int(old) for old in reversed(seen)}
 

@@ -1,4 +1,4 @@
-"""Segmentation lit by one light: the shape of things stays visible in their colours."""
+"""Segmentation colors shaded by a directional light, so that shapes stay visible."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from usdsdg.annotators.kinds import segmentation
 Params = Mapping[str, Any]
 
 _SHADED: Params = {"useCandyColours": True, "lightSource": (1.0, 1.0, 1.0), "mapping": None}
-# A side that faces away from the light keeps this share of its colour.
+# Brightness of surfaces that face away from the light.
 _DARKEST = 0.5
 
 
@@ -25,8 +25,8 @@ _DARKEST = 0.5
 def shaded_semantic_segmentation(frame: Frame, params: Params) -> Annotation:
     """semantic_segmentation, shaded: uint8 (H, W, 3), black where nothing is hit.
 
-    useCandyColours: pastel colours; False gives those of colorize, with `mapping`.
-    lightSource: where the light comes from, a direction in the world.
+    useCandyColours: pastel colors; False gives those of colorize, with `mapping`.
+    lightSource: direction toward the light, in the world.
     """
     return _shaded(segmentation.semantic_segmentation, frame, params)
 
@@ -51,10 +51,10 @@ def _shaded(segment: Callable[[Frame, Params], Annotation], frame: Frame, params
     if params["useCandyColours"]:
         ids = segment(frame, {**params, "colorize": False}).data
         assert ids is not None
-        present, places = np.unique(ids, return_inverse=True)
+        present, indices = np.unique(ids, return_inverse=True)
         colors = pastels_of_ids(present)
         colors[present == BACKGROUND] = 0
-        colors = colors[places.reshape(ids.shape)]
+        colors = colors[indices.reshape(ids.shape)]
     else:
         image = segment(frame, {**params, "colorize": True}).data
         assert image is not None

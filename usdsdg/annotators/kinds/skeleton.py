@@ -1,4 +1,4 @@
-"""Joints of UsdSkel characters: where they are, at rest and now, in the world and in the picture."""
+"""Joints of UsdSkel characters: rest and current poses, in the world and in the image."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from usdsdg.errors import warn_once
 from usdsdg.session.stage_context import current_stage
 
 OUT_OF_VIEW = "OUT_OF_VIEW"
-_NOTHING = "None"  # what Replicator writes where there is nothing to say
+_NOTHING = "None"  # Replicator's text for missing values
 
 
 @dataclass(frozen=True)
 class Skeleton:
-    """The joints of one skeleton at one moment; J joints, rotations as (w, x, y, z)."""
+    """The J joints of one skeleton at one time; (4, 4) matrices are for row vectors."""
 
     prim: Usd.Prim
     root: Sdf.Path  # of the character: its SkelRoot, or the skeleton
@@ -36,20 +36,20 @@ class Skeleton:
 
 @define("skeleton_data", aovs=["instance"], params={"useSkelJoints": False})
 def skeleton_data(frame: Frame, params: Mapping[str, Any]) -> Annotation:
-    """Joints of every visible skeleton on the stage, one skeleton after the other in flat arrays.
+    """Joints of every visible skeleton on the stage, concatenated in flat arrays.
 
-    Joints move with the UsdSkel animation; the renderer draws skinned meshes as authored. N joints in all, S skeletons:
+    Joints follow the UsdSkel animation. N joints in all, S skeletons:
 
     - numSkeletons; skelName, skelPath, assetPath, animationVariant: lists of S texts ("None" where there is none).
-    - skeletonParents (N) int32: place among the skeleton's own joints, -1 for roots.
+    - skeletonParents (N) int32: index among the skeleton's own joints, -1 for roots.
     - restGlobalTranslations, globalTranslations (N, 3) float32 in the world, restLocalTranslations (N, 3) float32 in
       the parent joint [stage units]; restLocalRotations, localRotations (N, 4) float32, (w, x, y, z).
     - translations2d (N, 2) float32: column and row in pixels, nan behind the camera.
-    - jointOcclusions (N) bool: the pixel of the joint shows something else than the character.
+    - jointOcclusions (N) bool: the pixel of the joint shows something other than the character.
     - `...Sizes` (S) int32 beside each of these and beside occlusionTypes: joints per skeleton.
-    - skeletonJoints, occlusionTypes: S texts, each a printed list with one entry per joint: its path; what is seen
-      instead of it (a label, "BACKGROUND", "UNLABELLED", "OUT_OF_VIEW", or "None").
-    - inView (S) bool: all joints are in the picture.
+    - skeletonJoints, occlusionTypes: S texts, each a printed list with one entry per joint: its path; the label of its
+      occluder (or "BACKGROUND", "UNLABELLED", "OUT_OF_VIEW", "None").
+    - inView (S) bool: all joints are inside the image.
     - skeletonData: the same as JSON, in Replicator's older form.
 
     useSkelJoints: ignored with a warning; joints come from the animation.
@@ -59,21 +59,21 @@ def skeleton_data(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     stage = current_stage()
     numerator, denominator = frame.reference_time
     code = Usd.TimeCode(numerator / denominator * stage.GetTimeCodesPerSecond())
-    told = [_told(frame, skeleton) for skeleton in skeletons(stage, code)]
+    records = [_legacy_record(frame, skeleton) for skeleton in skeletons(stage, code)]
     info: dict[str, Any] = {
-        "numSkeletons": len(told),
-        "skelName": [each["skel_name"] for each in told],
-        "skelPath": [each["skel_path"] for each in told],
-        "assetPath": [each["asset_path"] or _NOTHING for each in told],
-        "animationVariant": [each["animation_variant"] or _NOTHING for each in told],
-        "skeletonJoints": [str(each["skeleton_joints"]) for each in told],
-        "occlusionTypes": [str(each["occlusion_types"]) for each in told],
-        "inView": np.array([each["in_view"] for each in told], bool),
-        "skeletonData": json.dumps(told),
+        "numSkeletons": len(records),
+        "skelName": [each["skel_name"] for each in records],
+        "skelPath": [each["skel_path"] for each in records],
+        "assetPath": [each["asset_path"] or _NOTHING for each in records],
+        "animationVariant": [each["animation_variant"] or _NOTHING for each in records],
+        "skeletonJoints": [str(each["skeleton_joints"]) for each in records],
+        "occlusionTypes": [str(each["occlusion_types"]) for each in records],
+        "inView": np.array([each["in_view"] for each in records], bool),
+        "skeletonData": json.dumps(records),
     }
     for name, key, dtype, shape in _ARRAYS:
-        info[name] = np.array([row for each in told for row in each[key]], dtype).reshape(-1, *shape)
-        info[f"{name}Sizes"] = np.array([len(each[key]) for each in told], np.int32)
+        info[name] = np.array([row for each in records for row in each[key]], dtype).reshape(-1, *shape)
+        info[f"{name}Sizes"] = np.array([len(each[key]) for each in records], np.int32)
     info["occlusionTypesSizes"] = info["jointOcclusionsSizes"]
     return Annotation(None, dict(sorted(info.items())))
 
@@ -92,7 +92,7 @@ _ARRAYS: Sequence[tuple[str, str, Any, tuple[int, ...]]] = (
 
 
 def skeletons(stage: Usd.Stage, code: Usd.TimeCode) -> Iterator[Skeleton]:
-    """The visible skeletons of the stage with joints, in stage order."""
+    """Yield the visible skeletons with joints, in stage order."""
     cache, xforms = UsdSkel.Cache(), UsdGeom.XformCache(code)
     for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
         if not prim.IsA(UsdSkel.Skeleton) or UsdGeom.Imageable(prim).ComputeVisibility(code) == "invisible":
@@ -106,11 +106,12 @@ def skeletons(stage: Usd.Stage, code: Usd.TimeCode) -> Iterator[Skeleton]:
         joints = tuple(str(joint) for joint in query.GetJointOrder())
         parents = np.array(query.GetTopology().GetParentIndices(), np.int32)
         to_world = np.array(xforms.GetLocalToWorldTransform(prim))
-        at_rest = _matrices(query.ComputeJointLocalTransforms(code, True), len(joints))
-        now = _matrices(query.ComputeJointLocalTransforms(code), len(joints))
+        rest = _matrices(query.ComputeJointLocalTransforms(code, True), len(joints))
+        animated = _matrices(query.ComputeJointLocalTransforms(code), len(joints))
         yield Skeleton(
             prim, root.GetPath() if root else prim.GetPath(), joints, parents,
-            at_rest, _chained(at_rest, parents, to_world), now, _chained(now, parents, to_world),
+            rest, _joints_to_world(rest, parents, to_world),
+            animated, _joints_to_world(animated, parents, to_world),
         )  # fmt: skip
 
 
@@ -119,22 +120,22 @@ def _matrices(transforms: Any, count: int) -> np.ndarray:
     return found.reshape(-1, 4, 4) if found.size == count * 16 else np.broadcast_to(np.eye(4), (count, 4, 4))
 
 
-def _chained(local: np.ndarray, parents: np.ndarray, to_world: np.ndarray) -> np.ndarray:
-    """(J, 4, 4) joint to world. Parents stand before their children, as UsdSkel wants it."""
+def _joints_to_world(local: np.ndarray, parents: np.ndarray, to_world: np.ndarray) -> np.ndarray:
+    """Return (J, 4, 4) joint to world. Parents precede their children, as UsdSkel requires."""
     world = np.empty_like(local)
     for joint, parent in enumerate(parents):
         world[joint] = local[joint] @ (world[parent] if parent >= 0 else to_world)
     return world
 
 
-def _told(frame: Frame, skeleton: Skeleton) -> dict[str, Any]:
-    """One skeleton in Replicator's older form."""
+def _legacy_record(frame: Frame, skeleton: Skeleton) -> dict[str, Any]:
+    """Return one skeleton as a dict of Replicator's older form."""
     points = skeleton.world[:, 3, :3]
     pixels, _ = frame.camera.project(points)
     size = (frame.camera.width, frame.camera.height)
     with np.errstate(invalid="ignore"):
         inside = ((pixels >= 0) & (pixels < size)).all(axis=1)
-    seen = [_seen(frame, skeleton, pixel) if shown else OUT_OF_VIEW for pixel, shown in zip(pixels, inside)]
+    occluders = [_occluder(frame, skeleton, pixel) if shown else OUT_OF_VIEW for pixel, shown in zip(pixels, inside)]
     return {
         "skel_name": skeleton.prim.GetName(),
         "skel_path": str(skeleton.prim.GetPath()),
@@ -149,14 +150,14 @@ def _told(frame: Frame, skeleton: Skeleton) -> dict[str, Any]:
         # JSON has no nan.
         "translations_2d": [pixel.tolist() if np.isfinite(pixel).all() else [None, None] for pixel in pixels],
         "skeleton_joints": list(skeleton.joints),
-        "joint_occlusions": [what != _NOTHING for what in seen],
-        "occlusion_types": seen,
+        "joint_occlusions": [occluder != _NOTHING for occluder in occluders],
+        "occlusion_types": occluders,
         "in_view": bool(inside.all()),
     }
 
 
-def _seen(frame: Frame, skeleton: Skeleton, pixel: np.ndarray) -> str:
-    """What hides a joint at `pixel`: a label, or "None" where the character itself is seen."""
+def _occluder(frame: Frame, skeleton: Skeleton, pixel: np.ndarray) -> str:
+    """Return the label of what occludes a joint at `pixel`, or "None" where the character itself is visible."""
     gprim = frame.aov("instance")[int(pixel[1]), int(pixel[0])]
     if gprim < 0:
         return "BACKGROUND"
@@ -173,7 +174,7 @@ def _quaternion(matrix: np.ndarray) -> list[float]:
 
 
 def _asset_of(prim: Usd.Prim) -> str | None:
-    """The asset that brings the skeleton, as its reference names it."""
+    """Return the path of the referenced asset that the skeleton comes from."""
     while prim and not prim.IsPseudoRoot():
         for spec in prim.GetPrimStack():
             for reference in spec.referenceList.GetAddedOrExplicitItems():
@@ -184,7 +185,7 @@ def _asset_of(prim: Usd.Prim) -> str | None:
 
 
 def _variant_of(prim: Usd.Prim) -> str | None:
-    """The selection of a variant set "animationVariant" of the skeleton or the prims above it."""
+    """Return the selection of the variant set "animationVariant" of the skeleton or its nearest ancestor with one."""
     while prim and not prim.IsPseudoRoot():
         if "animationVariant" in prim.GetVariantSets().GetNames():
             return prim.GetVariantSet("animationVariant").GetVariantSelection() or None

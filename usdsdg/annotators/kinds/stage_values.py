@@ -1,4 +1,4 @@
-"""Annotators of what the stage says at the moment of the frame: attributes, prim paths, times."""
+"""Annotators of values read from the stage at the time of the frame: attributes, prim paths, times."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from usdsdg.stage.paths import prim_at
 
 Params = Mapping[str, Any]
 
-# What single numbers are of, which Python hands out in types of its own.
+# NumPy types of scalar attributes, which USD returns as Python numbers.
 _SCALARS = {"half": np.float16, "float": np.float32, "int": np.int32, "uint": np.uint32, "uchar": np.uint8}
 
 
 @define("Attribute", params={"prims": (), "attribute": ""}, dtype=np.float32)
 def attribute(frame: Frame, params: Params) -> Annotation:
-    """Values of the attribute named `attribute` of `prims` (paths or prims), one after the other in one flat array.
+    """Values of the attribute named `attribute` of `prims` (paths or prims), concatenated in one flat array.
 
-    Vectors and arrays are laid out number by number; texts are strings. Time samples are read at the time of the frame.
+    Vectors and arrays are flattened; texts are strings. Time samples are read at the time of the frame.
 
     Raises:
         AnnotatorError: `prims` or `attribute` was not given, or a prim has no such attribute or no value for it.
@@ -46,7 +46,7 @@ def attribute(frame: Frame, params: Params) -> Annotation:
 
 @define("primPaths")
 def prim_paths(frame: Frame, params: Params) -> Annotation:
-    """{"primPaths"}: paths of the labelled prims that own geometry, in the order of their instance ids."""
+    """{"primPaths"}: paths of the labeled prims that own gprims, in the order of their instance ids."""
     rows = frame.selection(None).rows
     return Annotation(None, {"primPaths": [frame.labeled_prims.prim_paths[row] for row in rows]})
 
@@ -60,12 +60,12 @@ def fabric_time(frame: Frame, params: Params) -> Annotation:
     )
 
 
-# Those that Isaac Sim registers.
+# Annotators of Isaac Sim
 
 
 @define("IsaacNoop")
 def isaac_noop(frame: Frame, params: Params) -> Annotation:
-    """Nothing: {}."""
+    """No output: {}."""
     return Annotation(None)
 
 
@@ -73,7 +73,7 @@ def isaac_noop(frame: Frame, params: Params) -> Annotation:
 def isaac_read_simulation_time(frame: Frame, params: Params) -> Annotation:
     """{"simulationTime"}: timeline time of the frame [s].
 
-    resetOnStop: accepted; the time is the timeline's, which begins again when it is stopped.
+    resetOnStop: accepted and ignored: the time is the timeline's, which restarts when it is stopped.
     """
     numerator, denominator = frame.reference_time
     return Annotation(None, {"simulationTime": numerator / denominator})
@@ -81,7 +81,7 @@ def isaac_read_simulation_time(frame: Frame, params: Params) -> Annotation:
 
 @define("IsaacReadSystemTime")
 def isaac_read_system_time(frame: Frame, params: Params) -> Annotation:
-    """{"systemTime"}: when the frame was annotated [s since 1970]; the one annotator that differs from run to run."""
+    """{"systemTime"}: when the frame was annotated [s since 1970]; the only annotator that differs between runs."""
     return Annotation(None, {"systemTime": frame.derive("system time", time.time)})
 
 

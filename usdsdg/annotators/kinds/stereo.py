@@ -1,7 +1,7 @@
-"""A stereo depth camera computed from one view: disparity, noise, the second imager's picture, confidence.
+"""A stereo depth camera computed from one view: disparity, noise, reprojection to the second imager, confidence.
 
-Follows the single-view depth camera of Omniverse's camera extension: what its page says of each step holds, and where
-it leaves a choice open, the function that makes the choice says so. Arrays in, arrays out; depths in metres.
+Follows the documentation of the single-view depth camera of Omniverse's camera extension; where that leaves a choice
+open, the docstring of the function says so. Depths are in meters.
 """
 
 from __future__ import annotations
@@ -22,27 +22,27 @@ class DepthSensor:
     baseline_mm: float  # from the first imager to the second; positive is to the right
     focal_length_pixel: float  # of a sensor with
     sensor_size_pixel: float  # this width
-    max_disparity_pixel: float  # of that sensor; what would be above, because it is near, is not measured
-    confidence_threshold: float  # 1 measures any surface; the lower, the more texture it needs
-    noise_mean: float  # step of the disparity [pixels of the picture]; 0: neither steps nor noise
-    noise_sigma: float  # standard deviation of the disparity [pixels of the picture]
-    noise_downscale_factor_pixel: float  # side of the blocks that share a deviation [pixels of the picture]
+    max_disparity_pixel: float  # of that sensor; nearer points, with a larger disparity, are not measured
+    confidence_threshold: float  # 1 measures any surface; lower values require more texture
+    noise_mean: float  # quantization step of the disparity [pixels of the image]; 0: neither steps nor noise
+    noise_sigma: float  # standard deviation of the disparity [pixels of the image]
+    noise_downscale_factor_pixel: float  # side of the blocks that share a deviation [pixels of the image]
     outlier_removal_enabled: bool
-    min_distance: float  # measured distances outside are left out
+    min_distance: float  # distances outside of the range are not measured
     max_distance: float
 
-    def strength(self, width: int) -> float:
-        """Disparity times depth [pixels of a picture of `width` columns, metres]."""
+    def disparity_times_depth(self, width: int) -> float:
+        """Return disparity times depth [pixels of an image of `width` columns, meters]."""
         return abs(self.focal_length_pixel * self.baseline_mm * 1e-3) * width / self.sensor_size_pixel
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """What the pair says of each pixel of the second imager."""
+    """The measurement of each pixel of the second imager."""
 
-    source: np.ndarray  # (H, W) int64: index, row by row, of the camera's pixel that it shows; -1 not measured
-    disparity: np.ndarray  # (H, W) float64 [pixels of the picture] of each of the camera's pixels, with noise
-    distance: np.ndarray  # (H, W) float32 [metres] along the optical axis; 0 not measured
+    source: np.ndarray  # (H, W) int64: flat index of the camera's pixel that it shows; -1 not measured
+    disparity: np.ndarray  # (H, W) float64 [pixels of the image] of each of the camera's pixels, with noise
+    distance: np.ndarray  # (H, W) float32 [meters] along the optical axis; 0 not measured
 
     @property
     def measured(self) -> np.ndarray:
@@ -51,31 +51,32 @@ class Measurement:
 
 
 def measure(sensor: DepthSensor, depth: np.ndarray, confident: np.ndarray, rng: np.random.Generator) -> Measurement:
-    """What the pair measures.
+    """Simulate the measurement of the stereo pair.
 
     Args:
-        depth: (H, W) along the optical axis [metres]; +inf where nothing is hit, below 0 beside a very wide lens.
-        confident: (H, W) bool, as `is_confident` gives.
-        rng: where the noise comes from.
+        depth: (H, W) along the optical axis [meters]; +inf where nothing is hit, negative behind a very wide lens.
+        confident: (H, W) bool, from `is_confident`.
+        rng: source of the noise.
     """
-    strength = sensor.strength(depth.shape[1])
+    disparity_times_depth = sensor.disparity_times_depth(depth.shape[1])
     depth = np.where(depth > 0, depth, np.inf)
-    exact = strength / depth.astype(np.float64)
+    exact = disparity_times_depth / depth.astype(np.float64)
     source = reprojected(depth, np.copysign(exact, sensor.baseline_mm))
     disparity = noisy(sensor, exact, rng)
     with np.errstate(divide="ignore"):
-        read = strength / disparity
-    # What cannot be measured still hides what lies behind it, so it goes only now.
-    within = (read >= sensor.min_distance) & (read <= sensor.max_distance) & np.isfinite(read) & np.isfinite(depth)
+        measured = disparity_times_depth / disparity
+    # Points that cannot be measured still occlude others, so they are removed only after reprojection.
+    within = (measured >= sensor.min_distance) & (measured <= sensor.max_distance)
+    within &= np.isfinite(measured) & np.isfinite(depth)
     within &= disparity * sensor.sensor_size_pixel <= sensor.max_disparity_pixel * depth.shape[1]
     source = np.where(look_up(within & confident, source), source, -1)
     if sensor.outlier_removal_enabled:
-        source = without_outliers(source, read)
-    return Measurement(source, disparity, look_up(read, source).astype(np.float32))
+        source = without_outliers(source, measured)
+    return Measurement(source, disparity, look_up(measured, source).astype(np.float32))
 
 
 def look_up(of_camera: np.ndarray, source: np.ndarray) -> np.ndarray:
-    """(H, W, ...): the values of the camera's pixels in the second imager's picture, 0 where it shows none of them."""
+    """Return (H, W, ...) values of the camera's pixels in the second imager's image, 0 where it shows none."""
     flat = of_camera.reshape(source.size, *of_camera.shape[2:])
     values = flat[source]
     values[source < 0] = 0
@@ -83,7 +84,7 @@ def look_up(of_camera: np.ndarray, source: np.ndarray) -> np.ndarray:
 
 
 def noisy(sensor: DepthSensor, disparity: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """The disparity in steps of `noise_mean`, plus a normal deviation of `noise_sigma`; below 0 it is 0."""
+    """Quantize the disparity in steps of `noise_mean`, add normal noise of `noise_sigma`, and clip at 0."""
     step = abs(sensor.noise_mean)
     if step == 0:
         return disparity
@@ -96,10 +97,10 @@ def noisy(sensor: DepthSensor, disparity: np.ndarray, rng: np.random.Generator) 
 
 
 def reprojected(depth: np.ndarray, shift: np.ndarray) -> np.ndarray:
-    """(H, W) int64: which of the camera's pixels each pixel of the second imager shows, row by row; -1 none.
+    """Return (H, W) int64: the flat index of the camera's pixel that each pixel of the second imager shows; -1 none.
 
-    A pixel moves `shift` columns to the left, as its point does in the picture of an imager on the right; of those that
-    meet the nearest is seen. Noise is no part of it: an error of matching changes what is read, not where.
+    A pixel moves `shift` columns to the left, as its point does in the image of an imager on the right; the nearest of
+    those that coincide is visible. Noise is not included: a matching error changes the distance, not the position.
     """
     height, width = depth.shape
     columns = np.floor(np.arange(width) + 0.5 - shift).astype(np.int64)
@@ -116,10 +117,10 @@ def reprojected(depth: np.ndarray, shift: np.ndarray) -> np.ndarray:
 
 
 def without_outliers(source: np.ndarray, read: np.ndarray) -> np.ndarray:
-    """`source` with lone pixels made to match their neighbours, as the setting's description has it.
+    """Make isolated pixels of `source` match their neighbors, as the setting is described.
 
-    A gap of one column, as reprojection leaves in a surface, takes the farther of the pixels to its left and right; a
-    measured pixel with no measured one among the eight around it goes.
+    A gap of one column, which reprojection leaves in surfaces, takes the farther of the pixels to its left and right; a
+    measured pixel without a measured one among its eight neighbors is removed.
     """
     from scipy import ndimage
 
@@ -136,26 +137,26 @@ _AROUND = np.array([[1, 1, 1], [1, 0, 1], [1, 1, 1]], bool)
 
 
 def luminance(color: np.ndarray) -> np.ndarray:
-    """(H, W) float32, 0 to 255, of an 8-bit picture (H, W, 3 or 4)."""
+    """Return the luminance of an 8-bit image (H, W, 3 or 4), float32 (H, W) from 0 to 255."""
     return color[..., :3].astype(np.float32) @ _LUMINANCE
 
 
-def texture(grey: np.ndarray) -> np.ndarray:
-    """(H, W) float32, 0 to 1: Sobel's gradient of the luminance [grey levels], saturated."""
+def texture(gray: np.ndarray) -> np.ndarray:
+    """Return (H, W) float32, 0 to 1: the Sobel gradient of the luminance [gray levels], clipped at 1."""
     from scipy import ndimage
 
-    return np.minimum(np.hypot(ndimage.sobel(grey, 0, mode="nearest"), ndimage.sobel(grey, 1, mode="nearest")), 1)
+    return np.minimum(np.hypot(ndimage.sobel(gray, 0, mode="nearest"), ndimage.sobel(gray, 1, mode="nearest")), 1)
 
 
-def confidence(sensor: DepthSensor, grey: np.ndarray) -> np.ndarray:
-    """(H, W) float32: the texture times `confidence_threshold`, as the page defines the confidence map."""
-    return texture(grey) * np.float32(sensor.confidence_threshold)
+def confidence(sensor: DepthSensor, gray: np.ndarray) -> np.ndarray:
+    """Return (H, W) float32: the texture times `confidence_threshold`, as the confidence map is documented."""
+    return texture(gray) * np.float32(sensor.confidence_threshold)
 
 
-def is_confident(sensor: DepthSensor, grey: np.ndarray) -> np.ndarray:
-    """(H, W) bool: where the surface has enough texture to be matched.
+def is_confident(sensor: DepthSensor, gray: np.ndarray) -> np.ndarray:
+    """Return (H, W) bool: where the surface has enough texture to be matched.
 
-    The page says that lower thresholds reject more of smooth surfaces, but not by which formula: here the texture must
-    reach 1 - `confidence_threshold`.
+    The documentation says that lower thresholds reject more smooth surfaces, but gives no formula: here the texture
+    must reach 1 - `confidence_threshold`.
     """
-    return texture(grey) >= 1 - sensor.confidence_threshold
+    return texture(gray) >= 1 - sensor.confidence_threshold
