@@ -1,4 +1,4 @@
-"""The contract of the family: a writer says which annotators it reads and turns each payload into files."""
+"""What a writer is: it declares the annotators that it reads, and turns each payload into files."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ON_FRAME = "omni.replicator.core.OgnOnFrame"
 
 
 def attached_writers() -> tuple[Writer, ...]:
-    """The writers that see frames now, in the order in which they were attached."""
+    """Return the attached writers, in the order in which they were attached."""
     return tuple(current().writers)
 
 
@@ -32,19 +32,19 @@ def detach_all() -> None:
 
 
 def set_global_seed(seed: int | None) -> None:
-    """The seed that metadata.txt tells."""
+    """Set the seed that metadata.txt records."""
     current().metadata_seed = seed
 
 
 def global_seed() -> int | None:
-    """The seed of the run; None before its first frame."""
+    """Return the seed of the run; None before its first frame."""
     return current().metadata_seed
 
 
 class Writer(ABC):
-    """Base of all writers. A subclass sets `annotators` (names or Annotators) and `backend`, and writes `write`.
+    """Base of all writers. A subclass sets `annotators` (names or Annotators) and `backend`, and implements `write`.
 
-    Instances that come from the registry are made without `__init__`; `initialize` runs it.
+    The registry creates instances without `__init__`; `initialize` runs it.
     """
 
     backend: BaseBackend | None = None
@@ -53,7 +53,7 @@ class Writer(ABC):
     metadata: dict[str, Any] = {}
     num_written: int = 0
     data_structure: str = "legacy"  # layout of the payload: "legacy", "annotator" or "renderProduct"
-    shares_arrays: bool = False  # True: `write` leaves the payload's arrays alone, so they need not be copied for it
+    shares_arrays: bool = False  # True: `write` never modifies the payload's arrays, so they need not be copied
 
     _payload: dict[str, Any] | None
     _render_products: tuple[str, ...]
@@ -61,7 +61,7 @@ class Writer(ABC):
     _executions: Any
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Writer:
-        # The state that must exist even in subclasses that never call super().__init__().
+        # Subclasses need not call super().__init__().
         writer = super().__new__(cls)
         writer.annotators, writer.metadata = list(cls.annotators), dict(cls.metadata)
         writer._render_products, writer._trigger = (), ON_FRAME
@@ -71,18 +71,18 @@ class Writer(ABC):
 
     @abstractmethod
     def write(self, data: dict[str, Any]) -> None:
-        """Turn one payload into files."""
+        """Write one payload to files."""
 
-    def on_final_frame(self) -> None:  # noqa: B027 - most writers have nothing to do then
+    def on_final_frame(self) -> None:  # noqa: B027 - optional
         """Called when the run ends, after the last `write`."""
 
-    # Life
+    # Lifecycle
 
     def initialize(self, **kwargs: Any) -> None:
         """Run `__init__` with `kwargs`.
 
         Raises:
-            WriterError: it takes no such argument, or needs one that is not there.
+            WriterError: an argument is unknown, or a required one is missing.
         """
         check_names(type(self).__name__, type(self).__init__, kwargs)
         self.annotators, self.metadata = list(type(self).annotators), dict(type(self).metadata)
@@ -91,15 +91,15 @@ class Writer(ABC):
         self.__init__(**kwargs)
 
     def attach(self, render_products: Any, trigger: Any = ON_FRAME) -> None:
-        """See the frames of `render_products` (handles, paths, or a list) from now on.
+        """Receive the frames of `render_products` (handles, paths, or a list) from now on.
 
-        trigger: the name of Replicator's on-frame node, a trigger item, a function that says whether to write this
+        trigger: the name of Replicator's on-frame node, a trigger item, a function that returns whether to write this
             frame, or None to write only after `schedule_write()`.
 
         Raises:
-            WriterError: the writer reads nothing, as one that was never initialised, what it reads is no annotator, or
-                there is no such `data_structure`.
-            BadPrim: one of the render products does not exist, or not any more.
+            WriterError: the writer has no annotators, as before `initialize`, one of them is not an annotator, or there
+                is no such `data_structure`.
+            BadPrim: one of the render products does not exist.
         """
         if not self.annotators:
             raise WriterError(f"{type(self).__name__} has no annotators; call initialize(...) before attach().")
@@ -118,7 +118,7 @@ class Writer(ABC):
         self.attach(render_products, trigger)
 
     def detach(self) -> None:
-        """See no more frames; what was written stays, what is queued is still written."""
+        """Receive no more frames; queued files are still written."""
         for annotator in self.get_attached_annotators():
             annotator.bind(None)
         self._render_products = ()
@@ -126,38 +126,38 @@ class Writer(ABC):
         if self in current().writers:
             current().writers.remove(self)
 
-    def leave(self, render_products: Any) -> None:
-        """See no more frames of `render_products`; without any left the writer is detached."""
-        gone = render_product_paths(render_products)
-        left = tuple(path for path in self._render_products if path not in gone)
-        if not left:
+    def detach_from(self, render_products: Any) -> None:
+        """Receive no more frames of `render_products`; without remaining products the writer is detached."""
+        removed = render_product_paths(render_products)
+        remaining = tuple(path for path in self._render_products if path not in removed)
+        if not remaining:
             self.detach()
-        elif left != self._render_products:
-            self._render_products = left
+        elif remaining != self._render_products:
+            self._render_products = remaining
             for annotator in self.get_attached_annotators():
-                annotator.bind(left[0])
+                annotator.bind(remaining[0])
 
     def reset(self) -> None:
-        """Count written frames from 0 again."""
+        """Restart the count of written frames at 0."""
         self.num_written = 0
 
     def schedule_write(self) -> None:
-        """Write the next captured frame, whatever the trigger says."""
+        """Write the next captured frame regardless of the trigger."""
         self._scheduled = True
 
-    # What the orchestrator asks
+    # For the capture
 
     @property
     def render_products(self) -> tuple[str, ...]:
-        """Paths of the render products that it is attached to."""
+        """The paths of the render products that it is attached to."""
         return self._render_products
 
     def annotators_of(self, render_product: str) -> list[Annotator]:
-        """The annotators that it reads of one of its render products."""
+        """Return the annotators that it reads of one of its render products."""
         return list(self.annotators)
 
     def is_due(self) -> bool:
-        """Whether it wants the frame that is about to be captured."""
+        """Return whether its trigger selects the frame that is about to be captured."""
         if self._scheduled or self._trigger == ON_FRAME:
             return True
         if self._trigger is None:
@@ -167,7 +167,7 @@ class Writer(ABC):
         return self._trigger.executions != self._executions
 
     def receive(self, payload: dict[str, Any]) -> None:
-        """Take a payload: write it, after metadata.txt if it is the first."""
+        """Write a payload, after metadata.txt if it is the first."""
         self._scheduled = False
         self._executions = getattr(self._trigger, "executions", None)
         self._payload = payload
@@ -179,19 +179,19 @@ class Writer(ABC):
     # Data
 
     def get_data(self) -> dict[str, Any] | None:
-        """The last payload."""
+        """Return the last payload."""
         return self._payload
 
     def get_annotators(self) -> list[Any]:
-        """What it reads: annotators, or before attaching also names of them."""
+        """Return what it reads: annotators, before attaching also names of annotators."""
         return list(self.annotators)
 
     def get_attached_annotators(self) -> list[Annotator]:
-        """The annotators that it reads now: none while it is not attached."""
+        """Return its annotators while it is attached, else none."""
         return list(self.annotators) if self._render_products else []
 
     def get_annotator(self, name: str) -> Annotator:
-        """The annotator called `name`.
+        """Return the annotator called `name`.
 
         Raises:
             WriterError: the writer reads no such annotator.
@@ -199,11 +199,11 @@ class Writer(ABC):
         return self.annotators[self._index_of(name)]
 
     def add_annotator(self, annotator: Annotator | str, name: str | None = None) -> None:
-        """Read one more annotator, under `name` (default: its own); takes the place of one of that name.
+        """Add an annotator under `name` (default: its own), replacing one of that name.
 
         Raises:
             AnnotatorRegistryError: there is no annotator of that name.
-            WriterError: it is no annotator.
+            WriterError: `annotator` is neither an annotator nor a name.
         """
         found = _annotator(annotator)
         found = found.copy(name) if name else found
@@ -215,7 +215,7 @@ class Writer(ABC):
         found.bind(self._render_products[0] if self._render_products else None)
 
     def augment_annotator(self, annotator_name: str, augmentation: Any, **kwargs: Any) -> None:
-        """Pass the array of one of the writer's annotators through `augmentation` too; it keeps its name.
+        """Apply `augmentation` to the array of one of the writer's annotators, which keeps its name.
 
         augmentation: an Augmentation, its registered name, the type of a node, or a function.
         kwargs: its arguments; see `Annotator.augment` for errors.
@@ -244,8 +244,8 @@ class Writer(ABC):
     # Metadata
 
     def get_metadata(self) -> dict[str, Any]:
-        """What metadata.txt holds."""
-        # The colon is Replicator's.
+        """Return the content of metadata.txt."""
+        # The colon in the key is Replicator's.
         facts = {"name": type(self).__name__, "version": self.version, "replicator_global_seed:": global_seed()}
         return {**facts, **self.metadata}
 
@@ -255,7 +255,7 @@ class Writer(ABC):
             self.backend.schedule(write_json, path="metadata.txt", data=self.get_metadata())
 
     def get_node(self) -> Writer:
-        """An opaque handle: there is no OmniGraph node behind a writer."""
+        """Return the writer itself as an opaque handle: there is no OmniGraph node behind it."""
         return self
 
 

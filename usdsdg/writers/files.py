@@ -1,6 +1,6 @@
-"""Values to files: pictures, arrays, JSON, text. Each function encodes and hands the bytes to a backend.
+"""Encoding of images, arrays, JSON and text to files: each function passes the bytes to a backend.
 
-A backend's `schedule` runs them later: `backend.schedule(write_image, path="rgb_0000.png", data=rgb)`.
+A backend's `schedule` runs them on the I/O queue: `backend.schedule(write_image, path="rgb_0000.png", data=rgb)`.
 """
 
 from __future__ import annotations
@@ -20,32 +20,32 @@ from usdsdg.writers.whole_file import write_whole
 
 
 class BlobSink(Protocol):
-    """What the functions here need of a backend."""
+    """The part of a backend that the functions here use."""
 
     def write_blob(self, path: str, data: bytes) -> None: ...
 
 
 def write_image(path: str, data: Any, backend_instance: BlobSink | None = None, **options: Any) -> None:
-    """Write a picture in the format of the path's extension: png, jpg, jpeg, exr.
+    """Write an image in the format of the path's extension: png, jpg, jpeg, exr.
 
     data: (H, W[, C]) array, or anything with `.numpy()` or an array interface, such as a Pillow image. uint32 ids are
-        written as 16-bit grey.
-    backend_instance: where to; without one `path` is a file on this machine.
+        written as 16-bit gray.
+    backend_instance: the backend to write to; None: `path` is a local file.
     options: those of `write_png`, `write_jpeg` or `write_exr`.
 
     Raises:
-        WriterError: another extension, or a type or shape that the format does not hold.
+        WriterError: another extension, or a type or shape that the format does not support.
     """
     kind = PurePath(path).suffix.lower()
     if kind not in _ENCODERS:
-        raise WriterError(f"{path}: no picture format has the extension {kind!r}; use {', '.join(_ENCODERS)}.")
+        raise WriterError(f"{path}: no image format has the extension {kind!r}; use {', '.join(_ENCODERS)}.")
     _ENCODERS[kind](path, data, backend_instance, **options)
 
 
 def write_png(path: str, data: Any, backend_instance: BlobSink | None = None, compress_level: int = 3) -> None:
     """Write a PNG of uint8, uint16 or ids: (H, W), (H, W, 3) or (H, W, 4); `data` and the rest are as in `write_image`.
 
-    `compress_level` is accepted and ignored: the encoder has one, fast, level.
+    `compress_level` is accepted and ignored: the encoder has a single, fast level.
 
     Raises:
         WriterError: floats, ids above 65535, or another shape.
@@ -58,7 +58,7 @@ def write_png(path: str, data: Any, backend_instance: BlobSink | None = None, co
 
 
 def write_jpeg(path: str, data: Any, backend_instance: BlobSink | None = None, quality: int = 75) -> None:
-    """Write a JPEG of a uint8 picture, (H, W[, C]); alpha is dropped. `data` and the rest are as in `write_image`.
+    """Write a JPEG of a uint8 image, (H, W[, C]); alpha is dropped. `data` and the rest are as in `write_image`.
 
     quality: 1 (smallest file) to 100.
 
@@ -78,14 +78,14 @@ def write_jpeg(path: str, data: Any, backend_instance: BlobSink | None = None, q
 
 
 def write_exr(path: str, data: Any, backend_instance: BlobSink | None = None, half_precision: bool = False) -> None:
-    """Write floats or ids as OpenEXR: (H, W) or (H, W, C) with up to four channels; `half_precision`: with 16 bits.
+    """Write floats or ids as OpenEXR: (H, W) or (H, W, C) with up to four channels; `half_precision`: in 16 bits.
 
     Raises:
-        WriterError: an 8-bit picture, or another shape.
+        WriterError: an 8-bit image, or another shape.
     """
     image = as_array(data)
     if image.dtype == np.uint8:
-        raise WriterError(f"{path}: an EXR file holds linear floats, not 8-bit colours. Give floats, or write a png.")
+        raise WriterError(f"{path}: an EXR file holds linear floats, not 8-bit colors. Give floats, or write a png.")
     try:
         _put(backend_instance, path, exr.encode(image, half=half_precision))
     except ValueError as error:
@@ -93,12 +93,12 @@ def write_exr(path: str, data: Any, backend_instance: BlobSink | None = None, ha
 
 
 def read_exr(path: str, backend_instance: Any = None) -> np.ndarray:
-    """(H, W) or (H, W, C) of an OpenEXR file: RGB, RGBA, or the channels in alphabetical order.
+    """Read an OpenEXR file as (H, W) or (H, W, C): RGB, RGBA, or the channels in alphabetical order.
 
-    Without a backend `path` is a file on this machine.
+    Without a backend `path` is a local file.
 
     Raises:
-        AssetUnreadable: the file is damaged or no EXR file. FileNotFoundError: there is none.
+        AssetUnreadable: the file is not an EXR file, or is damaged. FileNotFoundError: it does not exist.
         Unsupported: tiles, several parts, deep pixels, or compressions other than ZIP, ZIPS, RLE and none.
     """
     here = backend_instance is None or isinstance(backend_instance, type)
@@ -117,7 +117,7 @@ def write_text(path: str, text: str, backend_instance: BlobSink | None = None) -
 
 
 def write_np(path: str, data: Any, backend_instance: BlobSink | None = None, allow_pickle: bool = True) -> None:
-    """Write an array as .npy; `allow_pickle` False refuses arrays of objects with a ValueError."""
+    """Write an array as .npy; with `allow_pickle` False arrays of objects raise a ValueError."""
     buffer = io.BytesIO()
     np.save(buffer, as_array(data), allow_pickle=allow_pickle)
     _put(backend_instance, path, buffer.getvalue())
@@ -132,15 +132,15 @@ _ENCODERS = {".png": write_png, ".jpg": write_jpeg, ".jpeg": write_jpeg, ".exr":
 
 
 def checked_image_format(name: str) -> str:
-    """The extension of a writer's `image_output_format`.
+    """Check a writer's `image_output_format` and return the file extension.
 
     Raises:
-        WriterError: it does not exist.
-        Unsupported: it needs an extra.
+        WriterError: there is no such format.
+        Unsupported: the format cannot hold 8-bit color.
     """
     known = (name or "").lower()
     if known == "exr":
-        raise Unsupported("image_output_format 'exr' is for floats, and pictures of the renderer are 8-bit; use 'png'.")
+        raise Unsupported("image_output_format 'exr' is for floats, and rendered images are 8-bit; use 'png'.")
     if f".{known}" not in _ENCODERS:
         formats = ", ".join(repr(suffix[1:]) for suffix in _ENCODERS)
         raise WriterError(f"image_output_format {name!r} does not exist; use {formats}.")
@@ -148,7 +148,7 @@ def checked_image_format(name: str) -> str:
 
 
 def checked_padding(digits: int) -> int:
-    """The number of digits of a writer's `frame_padding`.
+    """Check a writer's `frame_padding` and return the number of digits.
 
     Raises:
         WriterError: it is negative.
@@ -159,7 +159,7 @@ def checked_padding(digits: int) -> int:
 
 
 def as_array(data: Any) -> np.ndarray:
-    """A NumPy array of an array, a Warp array, a tensor or a Pillow image."""
+    """Convert an array, a Warp array, a tensor or a Pillow image to a NumPy array."""
     if isinstance(data, np.ndarray):
         return data
     if hasattr(data, "detach"):  # a torch tensor may be on a GPU and part of a graph
@@ -168,7 +168,7 @@ def as_array(data: Any) -> np.ndarray:
 
 
 def _png_ready(path: str, image: np.ndarray) -> np.ndarray:
-    """The image as a PNG can hold it, where that loses nothing."""
+    """Convert an image losslessly to a type that PNG supports."""
     if image.dtype == bool:
         return image.astype(np.uint8) * 255
     if image.dtype.kind in "iu" and image.dtype.itemsize > 2:
@@ -181,7 +181,7 @@ def _png_ready(path: str, image: np.ndarray) -> np.ndarray:
 
 
 def _plain(value: Any) -> Any:
-    """JSON for what `json` does not know."""
+    """Convert NumPy values and paths for `json.dumps`."""
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray):

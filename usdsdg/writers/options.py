@@ -1,4 +1,4 @@
-"""What may be given to a writer: names and types, held against its `__init__`."""
+"""Validation of a writer's options against the names and type hints of its `__init__`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import numpy as np
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import WriterError
 
-# Hints of options, in the words of a message.
+# Type hints as error messages describe them.
 _WORDS: dict[Any, str] = {
     bool: "true or false",
     int: "a whole number",
@@ -28,10 +28,10 @@ _WORDS: dict[Any, str] = {
 
 
 def check_names(writer: str, init: Callable[..., None], options: Collection[str]) -> None:
-    """Hold the names of `options` against the parameters of a writer's `init`.
+    """Check the names of `options` against the parameters of a writer's `init`.
 
     Raises:
-        WriterError: it takes no such option, or needs one that is not there; names near misses and what there is.
+        WriterError: an option is unknown, or a required one is missing; the message lists near misses or all options.
     """
     parameters = list(inspect.signature(init).parameters.values())[1:]
     known = [p.name for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
@@ -47,9 +47,9 @@ def check_names(writer: str, init: Callable[..., None], options: Collection[str]
 
 
 def typed(init: Callable[..., None]) -> Callable[..., None]:
-    """Decorate a writer's `__init__` so that it refuses unknown options and values that do not fit its hints.
+    """Decorate a writer's `__init__` so that it rejects unknown options and values that do not match its type hints.
 
-    A true-or-false option also takes the numbers 0 and 1.
+    Boolean options also accept the numbers 0 and 1.
     """
     signature, hints = inspect.signature(init), typing.get_type_hints(init)
 

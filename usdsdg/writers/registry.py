@@ -1,4 +1,4 @@
-"""Writers by name: what `rep.writers` and `rep.WriterRegistry` offer."""
+"""Writers by name: `rep.writers` and `rep.WriterRegistry`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from usdsdg.writers.base import ON_FRAME, Writer
 registered: Registry[type[Writer]] = Registry("writer", WriterRegistryError)
 _categories: dict[str, str | None] = {}
 
-# Known names without an implementation, and what to do instead.
+# Names that Replicator has and usdsdg does not, with the reason and the alternative that the error gives.
 UNSUPPORTED: dict[str, str] = {
     "DOPEWriter": "it is deprecated; use PoseWriter with format='dope'",
     "YCBVideoWriter": "it is deprecated; use PoseWriter or BasicWriter",
@@ -28,11 +28,11 @@ def get(
     render_products: Any = None,
     trigger: Any = ON_FRAME,
 ) -> Writer:
-    """A writer by name, made without `__init__`; initialised and attached when the arguments for that are given.
+    """Create a writer by name, without `__init__`; initialize and attach it if the arguments for that are given.
 
     Args:
         init_params: arguments of `Writer.initialize`.
-        render_products: handles, paths, or a list, for `Writer.attach`; `trigger` says which frames are written.
+        render_products: handles, paths, or a list, for `Writer.attach`; `trigger` selects the frames to write.
 
     Raises:
         WriterRegistryError: there is no such writer; the message lists near misses.
@@ -50,10 +50,10 @@ def get(
 
 
 def register_writer(cls: type[Writer], category: str | None = None) -> None:
-    """Make a subclass of Writer available under its class name, and in `get_writers(category)`.
+    """Register a subclass of Writer under its class name, for `get` and `get_writers(category)`.
 
     Raises:
-        WriterRegistryError: it is no such class.
+        WriterRegistryError: `cls` is no such class.
     """
     kind = cls if isinstance(cls, type) else type(cls)
     if not issubclass(kind, Writer):
@@ -63,7 +63,7 @@ def register_writer(cls: type[Writer], category: str | None = None) -> None:
 
 
 def unregister_writer(name: str) -> None:
-    """Forget a writer; those that exist go on.
+    """Remove a writer from the registry; existing instances keep working.
 
     Raises:
         WriterRegistryError: there is no such writer; the message lists near misses.
@@ -78,12 +78,12 @@ def register_node_writer(name: str, node_type_id: str, annotators: Any, category
 
 
 def get_writers(category: str | None = None) -> dict[str, type[Writer]]:
-    """Registered writers by name; only those of a category, if one is given."""
+    """Return the registered writers by name, or only those of a category."""
     return {name: registered.get(name) for name in registered if category in (None, _categories.get(name))}
 
 
 class WriterRegistry:
-    """The same under Replicator's names, and by name what the instances do."""
+    """The functions of `rep.writers` under Replicator's names, and methods of attached writers by writer name."""
 
     _default_writers: list[str] = []
 
@@ -110,7 +110,7 @@ class WriterRegistry:
 
     @staticmethod
     def attach(writer_name: str, render_products: Any, init_params: Mapping[str, Any] | None = None, **kw: Any) -> None:
-        """Make, initialise and attach a writer; errors as of `writers.get`, `Writer.initialize` and `Writer.attach`."""
+        """Create, initialize and attach a writer; errors as of `writers.get`, `Writer.initialize`, `Writer.attach`."""
         get(writer_name, init_params or {}, render_products, **kw)
 
     @staticmethod
@@ -120,25 +120,25 @@ class WriterRegistry:
             if render_products is None:
                 writer.detach()
             else:
-                writer.leave(render_products)
+                writer.detach_from(render_products)
 
     @staticmethod
     def get_attached_writers(writer_name: str | None = None) -> list[Writer]:
-        """Attached writers, all or those of one name."""
+        """Return the attached writers, all or those of one name."""
         return [w for w in base.attached_writers() if writer_name in (None, type(w).__name__)]
 
     @staticmethod
     def get_attached_writer(writer_name: str) -> Writer | None:
-        """The writer of that name that was attached first; None where there is none."""
+        """Return the first attached writer of that name; None if there is none."""
         return next(iter(WriterRegistry.get_attached_writers(writer_name)), None)
 
     @staticmethod
     def get_annotators(writer_name: str) -> list[Any]:
-        """What the attached writer of that name reads."""
+        """Return what the first attached writer of that name reads."""
         writer = WriterRegistry.get_attached_writer(writer_name)
         return writer.get_annotators() if writer else []
 
     @staticmethod
     def get_writer_render_products(writer_name: str) -> list[str]:
-        """What the attached writers of that name watch."""
+        """Return the paths of the render products that writers of that name are attached to."""
         return [path for w in WriterRegistry.get_attached_writers(writer_name) for path in w.render_products]

@@ -1,4 +1,4 @@
-"""Files that appear with all their bytes or not at all, and errors that say why they could not."""
+"""Atomic writing of files, with errors that name the cause."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _part_numbers = itertools.count()
 
 
 def write_whole(path: Path, data: bytes) -> None:
-    """Write a file that appears with all its bytes or not at all.
+    """Write a file atomically: it appears with all its bytes or not at all.
 
     Raises:
-        OutputNotWritable: it could not be written; nothing is left behind.
+        OutputNotWritable: it could not be written; no partial file is left behind.
     """
     part = path.with_name(f".{path.name[:100]}.{os.getpid()}-{next(_part_numbers)}.part")
     try:
@@ -35,6 +35,11 @@ def write_whole(path: Path, data: bytes) -> None:
 
 
 def check_writable(folder: Path) -> None:
+    """Create a folder if needed and check that files can be created in it.
+
+    Raises:
+        OutputNotWritable: they cannot.
+    """
     probe = folder / f".{os.getpid()}-{next(_part_numbers)}.part"
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -166,7 +166,7 @@ def test_a_backend_that_cannot_be_read_gets_pictures_only(frame, tmp_path):
     writer = writers.get("CosmosWriter", init_params={"backend": Sink()})
     writer.attach(known(PRODUCT))
     receive(writer, frame)
-    with pytest.warns(UsdsdgWarning, match="Sink has no read_blob, so there are pictures and no videos"):
+    with pytest.warns(UsdsdgWarning, match="Sink has no read_blob, so only images are written, no videos"):
         finish(writer)
     assert sorted(writer.backend.paths) == sorted([*(n for n in clip(0, 1) if n.endswith("png")), "metadata.txt"])
 
@@ -176,7 +176,7 @@ def test_a_backend_that_cannot_be_read_gets_pictures_only(frame, tmp_path):
     [
         ({}, "nowhere to write"),
         ({"output_dir": "x", "segmentation_mapping": {"apple": "red"}}, r"segmentation_mapping\['apple'\] is 'red'"),
-        ({"output_dir": "x", "segmentation_mapping": {"apple": [1, 2, 3]}}, r"expected a colour"),
+        ({"output_dir": "x", "segmentation_mapping": {"apple": [1, 2, 3]}}, r"expected a color"),
     ],
 )
 def test_wrong_options_are_refused(options, message, tmp_path, monkeypatch):

@@ -20,7 +20,7 @@ from usdsdg.errors import AssetUnreadable, Unsupported, UsdsdgWarning, WriterErr
 from usdsdg.session.stage_context import set_stage
 from usdsdg.stage.poses.look_at import look_at_matrix
 from usdsdg.stage.semantics.labels import add_labels
-from usdsdg.writers.formats.writer_kitti import depth_picture
+from usdsdg.writers.formats.writer_kitti import depth_image
 
 PRODUCT = "/Render/HydraTextures/rp1"
 EVERY = ["calib", "depth", "instance_segmentation", "object_detection", "rgb", "semantic", "semantic_segmentation"]
@@ -252,7 +252,7 @@ def test_classes_instances_and_depth(street_frame, tmp_path):
 
 def test_depth_beyond_sixteen_bits_is_none():
     depth = np.array([[0.5, 255.99, 256.1, np.inf, np.nan]], np.float32)
-    assert depth_picture(depth).tolist() == [[128, 65533, 0, 0, 0]]
+    assert depth_image(depth).tolist() == [[128, 65533, 0, 0, 0]]
 
 
 def test_the_classes_of_cityscapes_are_the_default(tmp_path):

@@ -259,7 +259,7 @@ def test_it_says_so_where_all_frames_were_empty(frame, empty, tmp_path, recwarn)
     write(tmp_path / "one", [empty, frame]).on_final_frame()
     assert not [warning for warning in recwarn if "PoseWriter wrote none" in str(warning.message)]
     writer = write(tmp_path / "none", [empty, empty])
-    with pytest.warns(UsdsdgWarning, match="PoseWriter wrote none of 2 pictures.*skip_empty_frames=False"):
+    with pytest.warns(UsdsdgWarning, match="PoseWriter wrote none of 2 images.*skip_empty_frames=False"):
         writer.on_final_frame()
 
 

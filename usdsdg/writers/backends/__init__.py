@@ -1,1 +1,1 @@
-"""Where writers' bytes go: folders, buckets, and the I/O queue in front of them."""
+"""Storage of files: folders, S3 buckets, groups of them, and the I/O queue in front."""

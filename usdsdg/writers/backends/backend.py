@@ -1,4 +1,4 @@
-"""The contract of the family: a backend takes blobs by relative path, and jobs, which run on the I/O queue."""
+"""What a backend is: it stores blobs by relative path and runs jobs on the I/O queue."""
 
 from __future__ import annotations
 
@@ -14,33 +14,33 @@ from usdsdg.writers import files
 
 
 class BaseBackend:
-    """A place for files. Subclasses write `write_blob` and, if they can, `read_blob`."""
+    """Base of all backends. Subclasses implement `write_blob` and, if possible, `read_blob`."""
 
     def initialize(self, **kwargs: Any) -> None:
-        """Run `__init__` again, for a backend that came from `get`."""
+        """Run `__init__`, for a backend that came from `get`."""
         self.__init__(**kwargs)
 
     def write_blob(self, path: str, data: bytes) -> None:
-        """Store `data` under `path`, wholly or not at all.
+        """Store `data` under `path` atomically.
 
         Raises:
-            NotImplementedError: the subclass does not say how.
+            NotImplementedError: the subclass does not implement it.
         """
         raise NotImplementedError(f"{self.get_name()} does not write blobs")
 
     def read_blob(self, path: str) -> bytes:
-        """What `write_blob` stored under `path`.
+        """Return what `write_blob` stored under `path`.
 
         Raises:
-            NotImplementedError: the subclass does not say how.
+            NotImplementedError: the subclass does not implement it.
         """
         raise NotImplementedError(f"{self.get_name()} does not read blobs")
 
     def schedule(self, fn: Callable[..., None], *args: Any, **kwargs: Any) -> None:
-        """Call `fn(*args, **kwargs)` soon on another thread, with `backend_instance=self` if it takes that.
+        """Call `fn(*args, **kwargs)` later on another thread, with `backend_instance=self` if it accepts that.
 
-        The arguments must not change any more. Blocks while the queue is full; raises what an earlier job of this
-        backend failed with.
+        The arguments must not be modified afterward. Blocks while the queue is full; raises the error of an earlier job
+        of this backend that failed.
         """
         what = str(kwargs.get("path") or (args[0] if args and isinstance(args[0], str) else _name_of(fn)))
         if _takes_backend(fn):
@@ -49,27 +49,28 @@ class BaseBackend:
         current().io_queue.submit(job, what=what, size=_size_of((args, kwargs)), owner=self)
 
     def schedule_together(self, steps: Sequence[Callable[..., None]]) -> None:
-        """Run `steps` one after the other as one job: a file that names others goes last, and if one fails the rest are
-        not written. Each step is a `functools.partial` of a function that takes `backend_instance`.
+        """Run `steps` in order as one job, so that a file that names others is written last; an error skips the rest.
+
+        Each step is a `functools.partial` of a function that takes `backend_instance`.
         """
         self.schedule(_run_in_order, steps=tuple(steps))
 
     def is_done_writing(self) -> bool:
-        """Whether nothing of this backend waits or runs."""
+        """Return whether no job of this backend waits or runs."""
         return current().io_queue.is_done_writing(self)
 
     def wait_until_done(self) -> None:
-        """Return when all is written; raises the first failure (a WriterError)."""
+        """Block until everything is written; raises the first failure (a WriterError)."""
         current().io_queue.wait_until_done(self)
 
     def get_name(self) -> str:
-        """The name of its class."""
+        """Return the name of its class."""
         return type(self).__name__
 
-    # The older spelling: one method per kind of file.
+    # Replicator's older interface: one method per kind of file.
 
     def write_image(self, path: str, data: Any, **options: Any) -> None:
-        """Schedule a picture; arguments and errors are those of `functional.write_image`."""
+        """Schedule an image; arguments and errors are those of `functional.write_image`."""
         self.schedule(files.write_image, path=path, data=data, **options)
 
     def write_array(self, path: str, data: Any) -> None:
@@ -77,7 +78,7 @@ class BaseBackend:
         self.schedule(files.write_np, path=path, data=data)
 
     def write_exr(self, path: str, data: Any, **options: Any) -> None:
-        """Schedule an EXR picture; arguments and errors are those of `functional.write_exr`."""
+        """Schedule an EXR image; arguments and errors are those of `functional.write_exr`."""
         self.schedule(files.write_exr, path=path, data=data, **options)
 
 
@@ -90,7 +91,7 @@ def _run_in_order(steps: Sequence[Callable[..., None]], backend_instance: BaseBa
 def _takes_backend(fn: Callable) -> bool:
     try:
         parameters = inspect.signature(fn).parameters.values()
-    except (TypeError, ValueError):  # built-ins need not have one
+    except (TypeError, ValueError):  # some built-ins have no signature
         return False
     return any(p.name == "backend_instance" or p.kind is p.VAR_KEYWORD for p in parameters)
 
@@ -100,7 +101,7 @@ def _name_of(fn: Callable) -> str:
 
 
 def _size_of(value: Any, depth: int = 4) -> int:
-    """Bytes of the arrays in `value`, roughly."""
+    """Estimate the bytes of the arrays in `value`."""
     if isinstance(value, np.ndarray):
         return value.nbytes
     if isinstance(value, (bytes, bytearray)):

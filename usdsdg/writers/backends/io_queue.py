@@ -1,4 +1,4 @@
-"""The queue between the frame loop and the disk: a few threads, a bounded backlog, failures kept until asked for."""
+"""The queue between the frame loop and storage: a few threads, a bounded backlog, errors kept until they are raised."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ class _Job(NamedTuple):
 
 
 class IoQueue:
-    """Runs jobs on threads, in the order they came, several at a time.
+    """Runs jobs on threads, first in, first out, several at a time.
 
-    `submit` blocks while `max_jobs` wait or while the jobs in hand keep `max_bytes` alive, so that a fast
-    renderer cannot fill the memory.
+    `submit` blocks while `max_jobs` wait or while open jobs hold `max_bytes`, so that a fast renderer cannot exhaust
+    the memory.
     """
 
     def __init__(self, *, threads: int = THREADS, max_jobs: int = 1000, max_bytes: int = 1 << 30) -> None:
@@ -46,11 +46,11 @@ class IoQueue:
         """Run `run` later.
 
         Raises:
-            the first failure of an earlier job of the same owner: there is no point in making more frames for it.
+            the first failure of an earlier job of the same owner, for which more frames would be pointless.
         """
         job = _Job(run, what, size, owner)
         if threading.current_thread() in self._workers:
-            run()  # a job that waited for room in its own queue could wait for ever
+            run()  # a job that waited for its own queue could deadlock
             return
         with self._changed:
             self._raise_failure(owner)
@@ -63,17 +63,17 @@ class IoQueue:
             self._changed.notify_all()
 
     def is_done_writing(self, owner: Any = None) -> bool:
-        """Whether nothing of `owner` (None: of anybody) waits or runs."""
+        """Return whether no job of `owner` (None: of anyone) waits or runs."""
         with self._changed:
             return not self._count(owner)
 
     def open_jobs(self) -> int:
-        """How many jobs wait or run."""
+        """Return the number of jobs that wait or run."""
         with self._changed:
             return self._open.total()
 
     def wait_until_done(self, owner: Any = None) -> None:
-        """Return when nothing of `owner` (None: of anybody) is open.
+        """Block until no job of `owner` (None: of anyone) waits or runs.
 
         Raises:
             the first failure since the last time that one was raised; it is raised once.
@@ -84,7 +84,7 @@ class IoQueue:
             self._raise_failure(owner)
 
     def set_max_queue_size(self, jobs: int) -> None:
-        """How many jobs may wait before `submit` blocks."""
+        """Set how many jobs may wait before `submit` blocks."""
         self.max_jobs = max(1, int(jobs))
 
     def call_at_exit(self, method: Callable[[], None]) -> None:
@@ -135,7 +135,7 @@ class IoQueue:
             del job
 
     def _finish(self) -> None:
-        """At exit: write what waits, and make the program fail if something could not be written and nobody asked."""
+        """Finish open jobs at exit, and make the program fail if one failed and nobody waited for it."""
         last = [method for each in self._at_exit if (method := each()) is not None]
         for step in (*last, self.wait_until_done):
             try:
@@ -146,7 +146,7 @@ class IoQueue:
 
 
 def _failure_of(job: _Job) -> UsdsdgError | None:
-    """Run the job; the error that it ended with."""
+    """Run the job and return its error, if any."""
     try:
         job.run()
     except UsdsdgError as error:
@@ -159,15 +159,15 @@ def _failure_of(job: _Job) -> UsdsdgError | None:
 
 
 def is_done_writing() -> bool:
-    """Whether every backend has written everything."""
+    """Return whether every backend has written everything."""
     return current().io_queue.is_done_writing()
 
 
 def wait_until_done() -> None:
-    """Return when every backend has written everything; raises the first failure."""
+    """Block until every backend has written everything; raises the first failure."""
     current().io_queue.wait_until_done()
 
 
 def set_max_queue_size(jobs: int) -> None:
-    """How many jobs may wait before `schedule` blocks."""
+    """Set how many jobs may wait before `schedule` blocks."""
     current().io_queue.set_max_queue_size(jobs)

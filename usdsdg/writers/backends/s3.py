@@ -1,4 +1,8 @@
-"""Objects in a bucket of S3, or of a server that speaks its protocol (MinIO, R2, B2, Ceph). Needs the extra `s3`."""
+"""Objects in an S3 bucket, or on a server with the same protocol (MinIO, R2, B2, Ceph). Needs the extra `s3`.
+
+It uses boto3, which finds credentials in all the usual places; 60 objects of 0.5 MB take 1.25 s against 0.8 s with
+obstore, but on the I/O queue, several at a time.
+"""
 
 from __future__ import annotations
 
@@ -9,15 +13,15 @@ from typing import Any, NoReturn
 from usdsdg.errors import OutputNotWritable, Unsupported, WriterError, warn_once
 from usdsdg.writers.backends.backend import BaseBackend
 
-# Requests that a network fault or a busy server ends are tried this often.
+# Attempts per request, for network faults and busy servers.
 ATTEMPTS = 5
 
 
 def connect(region: str | None, endpoint_url: str | None) -> Any:
-    """A boto3 client, with credentials from wherever boto3 looks: the environment, ~/.aws/credentials, a role.
+    """Create a boto3 client, with credentials from the environment, ~/.aws/credentials or a role.
 
-    `S3Backend` calls nothing of it but `put_object`, `get_object` and `list_objects_v2`; tests and programs with a
-    client of their own replace this function.
+    `S3Backend` only calls its `put_object`, `get_object` and `list_objects_v2`; tests and programs with a client of
+    their own replace this function.
 
     Raises:
         Unsupported: boto3 is not installed.
@@ -29,15 +33,15 @@ def connect(region: str | None, endpoint_url: str | None) -> Any:
         raise Unsupported(f"S3 needs boto3, which is not installed ({error}): pip install 'usdsdg[s3]'.") from error
     options: dict[str, Any] = {"retries": {"mode": "standard", "max_attempts": ATTEMPTS}}
     if endpoint_url:
-        # Buckets are no subdomains of most other servers, and many know nothing of S3's newer checksums.
+        # Most other servers have no bucket subdomains, and many do not support S3's newer checksums.
         options["s3"] = {"addressing_style": "path"}
         options["request_checksum_calculation"] = options["response_checksum_validation"] = "when_required"
-    # A session of its own: boto3's shared one keeps the credentials that it began with.
+    # A new session, since boto3's shared one keeps its first credentials.
     return boto3.Session().client("s3", region_name=region, endpoint_url=endpoint_url, config=Config(**options))
 
 
 class S3Backend(BaseBackend):
-    """Objects in a bucket. Mirrors `rep.backends.S3Backend`."""
+    """A backend that writes objects into a bucket. Mirrors `rep.backends.S3Backend`."""
 
     def __init__(
         self,
@@ -47,13 +51,13 @@ class S3Backend(BaseBackend):
         endpoint_url: str | None = None,
         overwrite: bool = False,
     ) -> None:
-        """Look at the bucket; warns where there are objects below `key_prefix` already.
+        """Connect to the bucket; warn if there are objects below `key_prefix`.
 
-        bucket: its name; it must exist.
-        key_prefix: what keys begin with, as a folder: "runs/7" gives "runs/7/rgb_0000.png". None: nothing.
+        bucket: name of an existing bucket.
+        key_prefix: prefix of the keys, as a folder: "runs/7" gives "runs/7/rgb_0000.png". None: no prefix.
         region: such as "eu-central-1"; None: the one that boto3 is configured with.
-        endpoint_url: of a server that is not Amazon's, such as "http://localhost:9000".
-        overwrite: False puts the objects below another prefix than those that exist, with _0001 (and so on) appended.
+        endpoint_url: URL of a server other than Amazon's, such as "http://localhost:9000".
+        overwrite: False writes below a new prefix next to an existing one, with _0001 (and so on) appended.
 
         Raises:
             Unsupported: boto3 is not installed.
@@ -72,17 +76,17 @@ class S3Backend(BaseBackend):
 
     @property
     def output_dir(self) -> str:
-        """Where the objects go: "s3://bucket/prefix"."""
+        """The URL of the prefix: "s3://bucket/prefix"."""
         if "_prefix" not in self.__dict__:
             raise WriterError("This S3Backend has no bucket yet: call initialize(bucket=..., key_prefix=...) first.")
         return f"s3://{self._bucket}/{self._prefix}".rstrip("/")
 
     def resolve_path(self, path: str) -> str:
-        """The URL of an object of this backend."""
+        """Return the URL of an object of this backend."""
         return f"{self.output_dir}/{path}"
 
     def write_blob(self, path: str, data: bytes) -> None:
-        """Store `data` in one request: the object appears wholly or not at all.
+        """Store `data` in one request, so that the object is complete or absent.
 
         Raises:
             OutputNotWritable: the server refused it, or could not be reached.
@@ -90,15 +94,15 @@ class S3Backend(BaseBackend):
         kind = mimetypes.guess_type(path)[0] or "application/octet-stream"
         try:
             self._client.put_object(Bucket=self._bucket, Key=self._key(path), Body=data, ContentType=kind)
-        except Exception as error:  # noqa: BLE001 - botocore's errors share no class; others are raised again
+        except Exception as error:  # noqa: BLE001 - botocore's errors have no common class; others are raised again
             self._explain(error, self.resolve_path(path))
 
     def read_blob(self, path: str) -> bytes:
-        """What was stored under `path`.
+        """Return what was stored under `path`.
 
         Raises:
-            FileNotFoundError: nothing was.
-            OutputNotWritable: the server could not be reached or refused to tell.
+            FileNotFoundError: there is no such object.
+            OutputNotWritable: the server could not be reached, or denied access.
         """
         try:
             return self._client.get_object(Bucket=self._bucket, Key=self._key(path))["Body"].read()
@@ -122,7 +126,7 @@ class S3Backend(BaseBackend):
             self._explain(error, f"s3://{self._bucket}/{below}")
 
     def _explain(self, error: Exception, where: str) -> NoReturn:
-        """Raise an error of botocore's as ours, with what to do; any other as it is."""
+        """Raise an OutputNotWritable with a remedy for an error of botocore; raise any other as it is."""
         code = _code(error)
         if code is None:
             raise error
@@ -135,22 +139,22 @@ class S3Backend(BaseBackend):
 _NO_KEYS = (
     "there are no credentials for it; set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, or write ~/.aws/credentials"
 )
-_MAY_NOT = "the credentials do not allow it; they need s3:ListBucket on the bucket and s3:PutObject on its objects"
+_DENIED = "the credentials do not allow it; they need s3:ListBucket on the bucket and s3:PutObject on its objects"
 _NO_BUCKET = "there is no such bucket; make it, or name another one"
 _NO_SERVER = "the server does not answer; look at endpoint_url, region and the network"
-# Codes of the server, and names of botocore's own errors.
+# By error code of the server, or class name of botocore's error.
 _REASONS = {
     **dict.fromkeys(["NoCredentialsError", "PartialCredentialsError"], _NO_KEYS),
-    **dict.fromkeys(["AccessDenied", "403", "InvalidAccessKeyId", "SignatureDoesNotMatch", "ExpiredToken"], _MAY_NOT),
+    **dict.fromkeys(["AccessDenied", "403", "InvalidAccessKeyId", "SignatureDoesNotMatch", "ExpiredToken"], _DENIED),
     "NoSuchBucket": _NO_BUCKET,
     **dict.fromkeys(["EndpointConnectionError", "ConnectTimeoutError", "ConnectionClosedError"], _NO_SERVER),
 }
 
 
 def _code(error: Exception) -> str | None:
-    """The server's code of an error, or the name of botocore's own; None for all others."""
+    """Return the server's error code, or the class name of botocore's error; None for all others."""
     response = getattr(error, "response", None)
     if isinstance(response, dict):
         return str(response.get("Error", {}).get("Code", "?"))
-    # By name: botocore is there only where the extra is.
+    # By name, since botocore is only installed with the extra.
     return type(error).__name__ if type(error).__module__.startswith("botocore.") else None

@@ -1,8 +1,8 @@
-"""Points in the camera's frame to pixels, from a camera_params payload alone.
+"""Projection of points in the camera's frame to pixels, from a camera_params payload alone.
 
-A point in or behind the plane of a lens that only sees ahead has no pixel. Where one is needed all the same it is
-moved along the optical axis onto the near plane: it keeps its side of the picture, and is never mirrored through the
-centre. A point outside of a fisheye's field of view lies outside of what the picture shows, on its own side.
+Points behind the camera have no pixel for lenses that divide by depth. Where one is needed they are moved along the
+optical axis onto the near plane, so that they stay on their side of the image and are not mirrored through its center.
+Points outside of a fisheye's field of view are projected outside of the image, on their own side.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ Params = Mapping[str, Any]
 
 
 def has_near_plane(params: Params) -> bool:
-    """Whether points behind the camera have no pixel: true for lenses whose image divides by depth."""
+    """Return whether points behind the camera have no pixel: true for lenses that divide by depth."""
     lens = lens_of(params)
     return params["cameraModel"] != "orthographic" if lens is None else lens.is_flat
 
 
 def is_straight(params: Params) -> bool:
-    """Whether a straight edge is straight in the picture."""
+    """Return whether straight edges are straight in the image."""
     return lens_of(params) is None
 
 
 def project(points: np.ndarray, params: Params) -> np.ndarray:
-    """Pixels (N, 2), as column and row from the top left corner, of points (N, 3) in the camera's frame.
+    """Project points (N, 3) in the camera's frame to pixels (N, 2): column and row from the top left corner.
 
-    A generalized projection without a texture, which is never drawn, is a pinhole here, as in Replicator.
+    A generalized projection without a texture, which cannot be rendered, is a pinhole here, as in Replicator.
     """
     points = np.array(points, np.float64).reshape(-1, 3)
     if has_near_plane(params):
@@ -42,7 +42,7 @@ def project(points: np.ndarray, params: Params) -> np.ndarray:
 
 
 def lens_of(params: Params) -> Lens | None:
-    """The lens that a payload describes; None for projections by a matrix."""
+    """Return the lens that a payload describes; None for projections by a matrix."""
     model = str(params["cameraModel"])
     texture, positions = (str(params.get(name, "")) for name in TEXTURES)
     if model == "generalizedProjection" and not texture:
@@ -77,15 +77,15 @@ def lens_of(params: Params) -> Lens | None:
 
 
 def clip_to_front(segments: np.ndarray, params: Params) -> np.ndarray:
-    """The parts (M, 2, 3) of segments (N, 2, 3), in the camera's frame, that lie beyond the near plane."""
+    """Clip segments (N, 2, 3) in the camera's frame to the parts (M, 2, 3) beyond the near plane."""
     if not has_near_plane(params):
         return segments
     depth = -segments[..., 2] - _near(params)
     segments, depth = segments[(depth > 0).any(axis=1)].copy(), depth[(depth > 0).any(axis=1)]
     for end, other in ((0, 1), (1, 0)):
         behind = depth[:, end] < 0
-        share = depth[behind, end] / (depth[behind, end] - depth[behind, other])
-        segments[behind, end] += share[:, None] * (segments[behind, other] - segments[behind, end])
+        fraction = depth[behind, end] / (depth[behind, end] - depth[behind, other])
+        segments[behind, end] += fraction[:, None] * (segments[behind, other] - segments[behind, end])
         depth[behind, end] = 0.0
     return segments
 
@@ -100,7 +100,7 @@ def _floats(values: Any, count: int) -> tuple[float, ...]:
 
 
 def _by_matrix(points: np.ndarray, params: Params) -> np.ndarray:
-    """By the projection matrix: pinhole and orthographic."""
+    """Project by the projection matrix: pinhole and orthographic."""
     width, height = params["renderProductResolution"]
     matrix = np.asarray(params["cameraProjection"], np.float64).reshape(4, 4)
     clip = points @ matrix[:3] + matrix[3]

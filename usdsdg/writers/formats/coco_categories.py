@@ -1,4 +1,4 @@
-"""COCO's categories: which of them a label is, with its id, colour and supercategory."""
+"""COCO categories by label, with id, color and supercategory."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ OTHER, UNLABELLED, BACKGROUND = "other", "unlabelled", "background"
 
 
 class Categories:
-    """Categories by label, whatever its case."""
+    """Categories by label, case-insensitive."""
 
     def __init__(self, own: Mapping[str, Mapping[str, Any]] | None = None) -> None:
         """own: by label, at least {"name", "id"} each; None: those of COCO's panoptic challenge.
 
-        What `own` leaves out of "other", "unlabelled" and "background" is added.
+        "other", "unlabelled" and "background" are added where `own` lacks them.
 
         Raises:
-            WriterError: a category has no name or id, or two have one id.
+            WriterError: a category has no name or id, or two have the same id.
         """
         builtin = _builtin()
         self._by_label = (
@@ -35,12 +35,12 @@ class Categories:
             self._by_label.setdefault(label, self._with_free_id(builtin[label]))
 
     def of(self, labels: Mapping[str, str]) -> Category:
-        """The category of {type: "label[,label]"}: of several known labels the last one's, of none "other"."""
+        """Return the category of {type: "label[,label]"}: that of the last known label, or "other"."""
         names = [name for text in labels.values() for name in (text, *text.split(","))]
         known = [self._by_label[name.lower()] for name in names if name.lower() in self._by_label]
         if not known:
-            told = ", ".join(f"{kind}:{text}" for kind, text in labels.items())
-            warn_once(f"CocoWriter: no category is called {told}: it becomes 'other'. Give it one in coco_categories.")
+            listed = ", ".join(f"{kind}:{text}" for kind, text in labels.items())
+            warn_once(f"CocoWriter: no category is called {listed}: it becomes 'other'. Add one to coco_categories.")
         return known[-1] if known else self._by_label[OTHER]
 
     def _with_free_id(self, category: Category) -> Category:
@@ -49,7 +49,7 @@ class Categories:
 
 
 def _checked(label: str, given: Mapping[str, Any]) -> Category:
-    """The category with all of its keys."""
+    """Check a category and fill in its optional keys."""
     if not isinstance(given, Mapping) or not isinstance(given.get("id"), int) or "name" not in given:
         raise WriterError(
             f"CocoWriter: coco_categories[{label!r}] is {given!r}; expected at least "
@@ -91,8 +91,8 @@ def _builtin() -> dict[str, Category]:
     return found
 
 
-# Of COCO's detection, stuff and panoptic challenges (cocodataset.org), with the three that Replicator adds: a line for
-# each supercategory, of members "id name=r,g,b"; those without a colour are black.
+# Categories of COCO's detection, stuff and panoptic challenges (cocodataset.org), and the three that Replicator adds:
+# one or more lines per supercategory, with members "id name=r,g,b"; those without a color are black.
 _TABLE = """
 stuff unlabelled: 0 unlabelled
 thing person: 1 person=220,20,60

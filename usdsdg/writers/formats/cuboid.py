@@ -9,7 +9,7 @@ import numpy as np
 CORNERS = tuple("".join(sides) for sides in itertools.product("LR", "DU", "BF"))
 CENTER = "Center"
 
-# Pairs of corners that differ in one letter, by the faces that Replicator colours: left "front", right "back".
+# Pairs of corners that differ in one letter, by the faces that Replicator colors: left "front", right "back".
 EDGES: dict[str, tuple[tuple[str, str], ...]] = {
     "front": (("LDB", "LDF"), ("LDF", "LUF"), ("LUF", "LUB"), ("LUB", "LDB")),
     "back": (("RDB", "RDF"), ("RDF", "RUF"), ("RUF", "RUB"), ("RUB", "RDB")),
@@ -18,7 +18,7 @@ EDGES: dict[str, tuple[tuple[str, str], ...]] = {
 
 
 def keypoints(low: np.ndarray, high: np.ndarray) -> dict[str, np.ndarray]:
-    """The centre and the eight corners of the box from `low` to `high`, (3,) each."""
+    """Return the center and the eight corners of the box from `low` to `high`, (3,) each."""
     bounds = np.stack([low, high]).astype(np.float64)
     points = {
         name: np.array([bounds["LR".index(name[0]), 0], bounds["DU".index(name[1]), 1], bounds["BF".index(name[2]), 2]])
@@ -28,5 +28,5 @@ def keypoints(low: np.ndarray, high: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def edge_segments(corners: dict[str, np.ndarray]) -> np.ndarray:
-    """(12, 2, 3) the edges, in the order of `EDGES`."""
+    """Return the edges, (12, 2, 3), in the order of `EDGES`."""
     return np.array([[corners[a], corners[b]] for edges in EDGES.values() for a, b in edges])

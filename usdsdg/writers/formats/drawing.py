@@ -1,17 +1,19 @@
-"""Anti-aliased lines and discs on a picture."""
+"""Anti-aliased lines and discs on an image."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 
 Color = tuple[int, int, int]
 
-# Columns per window: a diagonal line touches few of the pixels in its bounding box, so it is drawn strip by strip.
+# Columns per window: a diagonal line covers few pixels of its bounding box, so it is drawn strip by strip.
 _STRIP = 48
 
 
 class Canvas:
-    """A picture to draw on. Positions are in pixels from the top left corner; the centre of a pixel is at .5."""
+    """An image to draw on. Positions are in pixels from the top left corner; pixel centers are at .5."""
 
     def __init__(self, image: np.ndarray) -> None:
         """image: uint8 (H, W, 3 or 4); it is copied."""
@@ -19,11 +21,11 @@ class Canvas:
         self.height, self.width = image.shape[:2]
 
     def image(self) -> np.ndarray:
-        """The picture so far, in the shape that it was given."""
+        """Return the image, in the shape of the input."""
         return self._image
 
     def line(self, start: np.ndarray, end: np.ndarray, color: Color, *, width: float, opacity: float = 1.0) -> None:
-        """A straight line with round ends. Parts outside the picture cost nothing."""
+        """Draw a line segment with round caps, clipped to the image."""
         reach = width / 2 + 1
         clipped = clip_to_rectangle(np.stack([start, end]), -reach, -reach, self.width + reach, self.height + reach)
         if clipped is None:
@@ -34,22 +36,28 @@ class Canvas:
         first, last = int(max(a[major] - reach, 0)), int(min(b[major] + reach + 1, size))
         for left in range(first, last, _STRIP):
             right = min(left + _STRIP, last)
-            # Where the line is over this strip, by its slope; the ends are round, so it does not go further.
+            # The extent of the line in this strip, by its slope; its round caps do not reach further.
             t = np.clip((np.array([left - reach, right + reach]) - a[major]) / max(b[major] - a[major], 1e-9), 0, 1)
             spread = a[minor] + t * (b[minor] - a[minor])
             low, high = int(spread.min() - reach), int(spread.max() + reach) + 1
             box = (left, low, right, high) if major == 0 else (low, left, high, right)
             self._blend(box, color, opacity, lambda x, y: width / 2 - _distance(x, y, a, b))
 
-    def disc(self, centre: np.ndarray, color: Color, *, radius: float, opacity: float = 1.0) -> None:
-        """A filled circle."""
-        x, y = (float(np.clip(c, -1e6, 1e6)) for c in centre)
+    def disc(self, center: np.ndarray, color: Color, *, radius: float, opacity: float = 1.0) -> None:
+        """Draw a filled circle."""
+        x, y = (float(np.clip(c, -1e6, 1e6)) for c in center)
         reach = radius + 1
         box = (int(x - reach), int(y - reach), int(x + reach) + 1, int(y + reach) + 1)
         self._blend(box, color, opacity, lambda px, py: radius - np.hypot(px - x, py - y))
 
-    def _blend(self, box, color: Color, opacity: float, inside) -> None:
-        """Paint where `inside(x, y)`, the signed distance to the edge [pixels], is positive; edge pixels in part."""
+    def _blend(
+        self,
+        box: tuple[int, int, int, int],
+        color: Color,
+        opacity: float,
+        inside: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    ) -> None:
+        """Paint where the signed distance `inside(x, y)` to the edge [pixels] is positive, anti-aliased at the edge."""
         left, top = max(box[0], 0), max(box[1], 0)
         right, bottom = min(box[2], self.width), min(box[3], self.height)
         if left >= right or top >= bottom:
@@ -62,7 +70,7 @@ class Canvas:
 
 
 def _distance(x: np.ndarray, y: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Distance of pixels to the segment from a to b."""
+    """Return the distance of pixels to the segment from a to b."""
     along = b - a
     length = float(along @ along)
     t = 0.0 if length == 0 else np.clip(((x - a[0]) * along[0] + (y - a[1]) * along[1]) / length, 0, 1)
@@ -70,7 +78,7 @@ def _distance(x: np.ndarray, y: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.
 
 
 def clip_to_rectangle(segment: np.ndarray, left: float, top: float, right: float, bottom: float) -> np.ndarray | None:
-    """The part (2, 2) of a segment inside a rectangle, or None (Liang and Barsky's parametric clipping)."""
+    """Return the part (2, 2) of a segment inside a rectangle, or None (Liang-Barsky clipping)."""
     start, along = segment[0].astype(np.float64), (segment[1] - segment[0]).astype(np.float64)
     enter, leave = 0.0, 1.0
     for axis, low, high in ((0, left, right), (1, top, bottom)):

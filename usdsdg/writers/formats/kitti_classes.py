@@ -1,4 +1,4 @@
-"""KITTI's classes: which of them a label is, with its id and colour."""
+"""KITTI classes by label, with id and color."""
 
 from __future__ import annotations
 
@@ -17,46 +17,46 @@ UNLABELLED, BACKGROUND = "class:unlabelled", "class:background"
 
 
 class KittiClass(NamedTuple):
-    """What pixels of a class are in the pictures of classes."""
+    """The values of a class in the semantic images."""
 
     id: int  # 0 to 255
     color: tuple[int, int, int, int]  # RGBA
 
 
 class KittiClasses:
-    """Classes by "type:label", whatever its case."""
+    """Classes by "type:label", case-insensitive."""
 
     def __init__(self, mapping: Mapping[str, Any] | None = None) -> None:
-        """mapping: (r, g, b, a), or an id, by label or "type:label"; ids count its entries where they are not given.
+        """mapping: (r, g, b, a) or an id, by label or "type:label"; missing ids are the index of the entry.
 
-        Without one, the classes of Cityscapes, which KITTI's segmentation has. What it leaves out of "unlabelled" and
-        "background" is added, before and behind.
+        None: the classes of Cityscapes, which KITTI's segmentation uses. "unlabelled" is added at the beginning and
+        "background" at the end where the mapping lacks them.
 
         Raises:
-            WriterError: a value is neither a colour nor an id to 255.
+            WriterError: a value is neither a color nor an id up to 255.
         """
         named = {_key(label): value for label, value in (_cityscapes() if mapping is None else mapping).items()}
         if UNLABELLED not in named:
             named = {UNLABELLED: (0, 0, 0, 0), **named}
         named.setdefault(BACKGROUND, (0, 0, 0, 0))
-        self._by_key = {key: _class(key, value, place) for place, (key, value) in enumerate(named.items())}
+        self._by_key = {key: _class(key, value, index) for index, (key, value) in enumerate(named.items())}
 
     def of(self, labels: Mapping[str, str]) -> KittiClass:
-        """The class of {type: "label[,label]"}: of several known labels the last one's, of none "unlabelled"."""
+        """Return the class of {type: "label[,label]"}: that of the last known label, or "unlabelled"."""
         keys = [f"{kind}:{name}".lower() for kind, text in labels.items() for name in (text, *text.split(","))]
         known = [self._by_key[key] for key in keys if key in self._by_key]
         return known[-1] if known else self._by_key[UNLABELLED]
 
     def ids(self) -> dict[str, int]:
-        """The id of each "type:label"."""
+        """Return the id of each "type:label"."""
         return {key: each.id for key, each in self._by_key.items()}
 
 
 def read_mapping(path: str | os.PathLike) -> dict[str, Any]:
-    """The mapping of a JSON file.
+    """Read the mapping of a JSON file.
 
     Raises:
-        AssetUnreadable: it cannot be read, or holds no mapping.
+        AssetUnreadable: it cannot be read, or contains no mapping.
     """
     try:
         mapping = json.loads(Path(path).read_text(encoding="utf-8"))
@@ -71,21 +71,21 @@ def _key(label: str) -> str:
     return (label if ":" in label else f"class:{label}").lower()
 
 
-def _class(key: str, value: Any, place: int) -> KittiClass:
+def _class(key: str, value: Any, index: int) -> KittiClass:
     is_id = isinstance(value, int) and not isinstance(value, bool)
-    number = value if is_id else place
+    number = value if is_id else index
     color = colors_of_ids(np.array([number])).tolist()[0] if is_id and number >= 0 else value
     right = isinstance(color, (list, tuple)) and len(color) == 4
     if not right or not all(isinstance(part, int) and 0 <= part <= 255 for part in (number, *color)):
         raise WriterError(
-            f"KittiWriter: {key!r} is mapped to {value!r} as entry {place}; expected a colour (r, g, b, a) or an "
+            f"KittiWriter: {key!r} is mapped to {value!r} as entry {index}; expected a color (r, g, b, a) or an "
             "id, from 0 to 255, in one of the first 256 entries."
         )
     return KittiClass(number, tuple(color))
 
 
 def _cityscapes() -> dict[str, tuple[int, int, int, int]]:
-    """Colours by label, in the order of their ids; the void ones are transparent, and background is the sky."""
+    """Return colors by label, in the order of their ids; void classes are transparent, and background is the sky."""
     found = {}
     for line in _TABLE.strip().splitlines():
         for member in line.split("; "):

@@ -1,4 +1,4 @@
-"""Objects as KITTI tells them: in metres in its camera's frame (x right, y down, z ahead), turned about y only.
+"""Objects in KITTI's label format: in meters in its camera frame (x right, y down, z ahead), rotated about y only.
 
 Source: the readme of KITTI's object development kit (cvlibs.net/datasets/kitti).
 """
@@ -25,45 +25,44 @@ class KittiBox:
     height: float  # [m]
     width: float
     length: float
-    location: tuple[float, float, float]  # the middle of its bottom [m]
+    location: tuple[float, float, float]  # center of its bottom face [m]
     rotation_y: float  # [rad] from the camera's x to the box's length, from -pi to pi
-    alpha: float  # the same as seen along the ray to the box
+    alpha: float  # observation angle: the same relative to the ray to the box
 
     @classmethod
-    def of(cls, pose: Pose, *, metres: float, up: int) -> KittiBox:
-        """The box of a pose in stage units of `metres`, on a stage whose axis `up` points upwards.
+    def of(cls, pose: Pose, *, meters: float, up: int) -> KittiBox:
+        """Return the box of a pose in stage units of `meters`, on a stage whose up axis is `up` (0, 1 or 2).
 
-        Height is along the object's axis that stands most upright, length along the first other one. An object that
-        stands upright before a level camera has exactly this box; otherwise it has its size, its middle, and the
-        direction of its length as seen from above the camera.
+        Height is along the object's most vertical axis, length along the first other one. For an upright object and a
+        level camera the box is exact; otherwise size, center and the heading seen from above the camera are.
         """
         axes = pose.local_to_camera[:3, :3] * _AXES
-        sizes = pose.size_local * np.linalg.norm(axes, axis=1) * metres
-        middle = (pose.center_local @ pose.local_to_camera[:3, :3] + pose.local_to_camera[3, :3]) * _AXES * metres
+        sizes = pose.size_local * np.linalg.norm(axes, axis=1) * meters
+        center = (pose.center_local @ pose.local_to_camera[:3, :3] + pose.local_to_camera[3, :3]) * _AXES * meters
         upright = int(np.abs(_units(pose.local_to_world[:3, :3])[:, up]).argmax())
         ahead, beside = (axis for axis in range(3) if axis != upright)
-        bottom = middle + np.array([0.0, sizes[upright] / 2, 0.0])
-        turn = math.atan2(-axes[ahead, 2], axes[ahead, 0])
-        alpha = _wrapped(turn - math.atan2(bottom[0], bottom[2]))
+        bottom = center + np.array([0.0, sizes[upright] / 2, 0.0])
+        rotation_y = math.atan2(-axes[ahead, 2], axes[ahead, 0])
+        alpha = _wrapped(rotation_y - math.atan2(bottom[0], bottom[2]))
         x, y, z = bottom.tolist()
-        return cls(float(sizes[upright]), float(sizes[beside]), float(sizes[ahead]), (x, y, z), turn, alpha)
+        return cls(float(sizes[upright]), float(sizes[beside]), float(sizes[ahead]), (x, y, z), rotation_y, alpha)
 
 
-def line(kind: str, truncated: float, occluded: int, bounds: tuple[int, int, int, int], box: KittiBox) -> str:
-    """A line of a label file: fifteen fields.
+def line(name: str, truncated: float, occluded: int, bounds: tuple[int, int, int, int], box: KittiBox) -> str:
+    """Format a line of a label file: fifteen fields.
 
-    kind: without blanks. truncated: from 0 to 1. occluded: 0 fully visible, 1 partly, 2 largely hidden.
-    bounds: left, top, right and bottom pixel that belong to the object, counted from 0.
+    name: class, without blanks. truncated: from 0 to 1. occluded: 0 fully visible, 1 partly, 2 largely occluded.
+    bounds: left, top, right and bottom pixel of the object, inclusive, from 0.
     """
     described = (box.height, box.width, box.length, *box.location, box.rotation_y)
     numbers = " ".join(_number(value) for value in described)
-    return f"{kind} {_number(truncated)} {occluded} {_number(box.alpha)} {' '.join(map(str, bounds))} {numbers}\n"
+    return f"{name} {_number(truncated)} {occluded} {_number(box.alpha)} {' '.join(map(str, bounds))} {numbers}\n"
 
 
 def calibration(params: Mapping[str, Any]) -> str:
-    """A calibration file for a pinhole: the four cameras are this one, and the laser scanner stands in it.
+    """Format a calibration file for a pinhole camera, which stands for all four cameras and the laser scanner.
 
-    Pixels are counted from the middle of the first, as in KITTI's labels.
+    Pixel coordinates are 0 at the center of the first pixel, as in KITTI's labels.
     """
     width, height = (float(size) for size in params["renderProductResolution"])
     projection = np.asarray(params["cameraProjection"], np.float64).reshape(4, 4)
@@ -94,5 +93,5 @@ def _wrapped(angle: float) -> float:
 
 
 def _number(value: float) -> str:
-    """Two decimals, without a negative zero."""
+    """Format with two decimals and without a negative zero."""
     return f"{round(value, 2) + 0.0:.2f}"

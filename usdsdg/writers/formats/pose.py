@@ -1,4 +1,4 @@
-"""The pose of one object as a row of bounding_box_3d tells it, in the frames that pose files name."""
+"""The pose of one object from a row of bounding_box_3d, in the frames of pose files."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from usdsdg.writers.formats.camera_projection import clip_to_front, has_near_pla
 
 
 class Pose:
-    """One object: its box in the frames that the file names."""
+    """The 3D box of one object in its own, the world's and the camera's frame."""
 
     def __init__(self, row: np.void, camera: Mapping[str, Any], order: Sequence[str]) -> None:
         self.local_to_world = row["transform"].astype(np.float64)
@@ -29,9 +29,9 @@ class Pose:
         self.in_world = dict(zip(order, world))
         self.in_camera = dict(zip(order, _transformed(world, self.world_to_camera)))
 
-    def axes_in_camera(self, share: float = 0.25) -> np.ndarray:
-        """(3, 2, 3) from the centre along the object's axes, for `share` of its mean size."""
-        ends = self.center_local + np.eye(3) * self.size_local.mean() * share
+    def axes_in_camera(self, length: float = 0.25) -> np.ndarray:
+        """Return segments (3, 2, 3) from the center along the object's axes; `length` is relative to its mean size."""
+        ends = self.center_local + np.eye(3) * self.size_local.mean() * length
         segments = np.stack([np.broadcast_to(self.center_local, (3, 3)), ends], axis=1)
         return _transformed(segments.reshape(-1, 3), self.local_to_camera).reshape(3, 2, 3)
 
@@ -47,13 +47,13 @@ def _factored(matrix: np.ndarray) -> Gf.Transform:
 
 
 def quaternion(matrix: np.ndarray) -> tuple[float, list[float]]:
-    """Real and imaginary part of the rotation in `matrix`, scale and shear taken out."""
+    """Return real and imaginary part of the rotation in `matrix`, without scale and shear."""
     quaternion = _factored(matrix).GetRotation().GetQuat()
     return quaternion.GetReal(), list(quaternion.GetImaginary())
 
 
 def truncation_ratio(pose: Pose, pixels: np.ndarray, camera: Mapping[str, Any]) -> float:
-    """Share of the box's bounding rectangle that lies outside the picture."""
+    """Return the fraction of the box's bounding rectangle that is outside the image."""
     if has_near_plane(camera):
         edges = cuboid.edge_segments(pose.in_camera)
         in_front = clip_to_front(edges, camera)

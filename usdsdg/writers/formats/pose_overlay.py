@@ -1,4 +1,4 @@
-"""The debug picture of a pose: boxes, keypoints and axes drawn over the colour image."""
+"""The debug image of poses: boxes, keypoints and axes drawn over the color image."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ _EDGE_COLORS = {"front": RED, "back": BLUE, "connecting": GREEN}
 _AXIS_COLORS = (RED, GREEN, BLUE)
 _POINT_RADIUS, _LINE_WIDTH = 4.0, 2.0
 _SHADOW: Color = (0, 0, 0)
-# Pieces in which an edge is drawn when the lens bends it.
-_BENT_PIECES = 32
+# Line segments per edge for lenses with curved edges.
+_CURVE_SEGMENTS = 32
 
 
 @dataclass(frozen=True)
 class PosedBox:
-    """What is drawn of one object, in the camera's frame."""
+    """The drawn geometry of one object, in the camera's frame."""
 
     keypoints: Mapping[str, np.ndarray]  # name → (3,), in the order of the file
-    axes: np.ndarray  # (3, 2, 3) segments from the box centre along the object's own axes
+    axes: np.ndarray  # (3, 2, 3) segments from the box center along the object's own axes
 
 
 def draw_overlay(image: np.ndarray, boxes: Sequence[PosedBox], params: Mapping[str, Any]) -> np.ndarray:
-    """`image` (H, W, 4) with `boxes` and the world's axes drawn over it; far boxes first."""
+    """Draw `boxes`, far ones first, and the world's axes over `image` (H, W, 4)."""
     canvas = Canvas(image)
     for box in sorted(boxes, key=lambda b: b.keypoints[cuboid.CENTER][2]):
         _draw_box(canvas, box, params)
@@ -62,23 +62,23 @@ def _draw_box(canvas: Canvas, box: PosedBox, params: Mapping[str, Any]) -> None:
     for segment, color in zip(box.axes, _AXIS_COLORS):
         _draw_segment(canvas, segment, color, params)
     for point, color in zip(box.keypoints.values(), KEYPOINT_COLORS):
-        # A keypoint behind the camera has no place in the picture.
+        # Keypoints behind the camera have no pixel.
         if len(clip_to_front(np.array([[point, point]]), params)):
-            centre = project(point, params)[0]
-            canvas.disc(centre, _SHADOW, radius=_POINT_RADIUS + 1, opacity=0.5)
-            canvas.disc(centre, color, radius=_POINT_RADIUS)
+            center = project(point, params)[0]
+            canvas.disc(center, _SHADOW, radius=_POINT_RADIUS + 1, opacity=0.5)
+            canvas.disc(center, color, radius=_POINT_RADIUS)
 
 
 def _draw_segment(canvas: Canvas, segment: np.ndarray, color: Color, params: Mapping[str, Any]) -> None:
-    """A straight edge of the scene; what lies behind the camera is cut off."""
-    pieces = 1 if is_straight(params) else _BENT_PIECES
+    """Draw an edge, clipped to the part in front of the camera."""
+    pieces = 1 if is_straight(params) else _CURVE_SEGMENTS
     points = segment[0] + np.linspace(0, 1, pieces + 1)[:, None] * (segment[1] - segment[0])
     in_front = clip_to_front(np.stack([points[:-1], points[1:]], axis=1), params)
     pixels = project(in_front, params).reshape(-1, 2, 2)
     if pieces > 1:
-        # What crosses the seam of a panorama would go all the way back.
+        # A segment across the seam of a panorama would be drawn through the whole image.
         pixels = pixels[np.abs(pixels[:, 1] - pixels[:, 0]).max(axis=1) < canvas.width / 2]
-    # A thin dark seam keeps the line apart from a background of its own colour.
+    # A thin dark border separates the line from a background of the same color.
     for start, end in pixels:
         canvas.line(start, end, _SHADOW, width=_LINE_WIDTH + 1.5, opacity=0.35)
     for start, end in pixels:
@@ -86,18 +86,18 @@ def _draw_segment(canvas: Canvas, segment: np.ndarray, color: Color, params: Map
 
 
 def _draw_world_axes(canvas: Canvas, params: Mapping[str, Any], *, size: float = 0.03, margin: float = 0.03) -> None:
-    """The world's axes as this camera sees them, moved into the bottom left corner.
+    """Draw the world's axes in the camera's orientation in the bottom left corner.
 
-    size: length of an axis for a viewer one unit away; margin: share of the shorter side of the picture.
+    size: length of an axis at distance one; margin: fraction of the shorter side of the image.
     """
     view = np.asarray(params["cameraViewTransform"], np.float64).reshape(4, 4)
-    # Far enough for the near plane; the size in the picture does not depend on it.
+    # Beyond the near plane; the size in the image does not depend on it.
     away = max(1.0, 2 * float(params["cameraNearFar"][0]))
     origin = np.array([0.0, 0.0, -1.0])
     points = project(np.stack([origin, *(origin + size * view[axis, :3] for axis in range(3))]) * away, params)
     gap = margin * min(canvas.width, canvas.height)
     points += np.array([gap - points[:, 0].min(), canvas.height - gap - points[:, 1].max()])
-    # The axis that points away from the viewer is drawn first.
+    # Axes that point away from the viewer are drawn first.
     for axis in np.argsort(view[:3, 2]):
         canvas.line(points[0], points[axis + 1], _SHADOW, width=_LINE_WIDTH + 1.5, opacity=0.35)
         canvas.line(points[0], points[axis + 1], _AXIS_COLORS[axis], width=_LINE_WIDTH)

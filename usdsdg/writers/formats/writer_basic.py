@@ -1,4 +1,4 @@
-"""BasicWriter: every annotator as files of its own."""
+"""BasicWriter: separate files for every annotator."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _BOXES = ("bounding_box_2d_tight", "bounding_box_2d_loose", "bounding_box_3d")
 
 
 class BasicWriter(Writer):
-    """Writes `<annotator>_NNNN.<extension>`; with several render products in one folder per product and annotator.
+    """Writes `<annotator>_NNNN.<extension>`; with several render products in a folder per product and annotator.
 
-    All files of one product and frame are one job, pictures and arrays before the JSON that describes them.
+    All files of one product and frame are one job, images and arrays before the JSON that describes them.
     """
 
     version = "0.0.2"
@@ -69,9 +69,9 @@ class BasicWriter(Writer):
     ) -> None:
         """
         s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
-        semantic_types, semantic_filter_predicate: which labels count, as types or as a predicate; default "class:*".
-        pointcloud_include_unlabelled: keep points of things without such labels.
-        colorize_depth: also write each depth as a grey picture, near white, on a logarithmic scale to 100 m.
+        semantic_types, semantic_filter_predicate: labels to use, as types or as a predicate; default "class:*".
+        pointcloud_include_unlabelled: keep points of gprims without such labels.
+        colorize_depth: also write depth as a gray image, white near, on a logarithmic scale up to 100 m.
         use_common_output_dir: with several render products, `<annotator>/<product>_...` instead of
             `<product>/<annotator>/...`.
 
@@ -118,31 +118,31 @@ class BasicWriter(Writer):
         for name, products in data["annotators"].items():
             for product, seen in products.items():
                 if name not in _STEPS and not isinstance(seen, Mapping):
-                    continue  # camera and resolution, which stand beside the annotators
-                # One that is switched off for a frame does not change where the others' files go.
+                    continue  # camera and resolution, which are listed next to the annotators
+                # Folders must not change when a product is disabled for a frame.
                 several = max(len(self.render_products), len(products)) > 1
                 folder = self._folder(name, product, several=several)
                 make = _STEPS.get(name, _array_steps)
                 by_product.setdefault(product, []).extend(make(self, name, folder, number, seen))
         assert self.backend is not None
         for steps in by_product.values():
-            # JSON last: what describes a file appears after it.
+            # JSON last, after the files that it describes.
             self.backend.schedule_together(sorted(steps, key=lambda step: step.func is write_json))
         self._frame_id += 1
 
     def _folder(self, name: str, product: str, *, several: bool) -> str:
-        """What stands before the file name."""
+        """Return the prefix of the file name."""
         if not several:
             return ""
         return f"{name}/{product}_" if self._common_dir else f"{product}/{name}/"
 
 
 def _sequence(trigger_outputs: Mapping[str, Any]) -> str:
-    """The prefix that tells how often an on_time trigger has fired."""
+    """Return the file name prefix with the number of times that an on_time trigger has fired."""
     return next((f"{count}_" for name, count in trigger_outputs.items() if "on_time" in name), "")
 
 
-# One function per kind of annotator: (writer, name, folder, number, flat annotation) → steps.
+# One function per group of annotators: (writer, name, folder, number, flat annotation) → steps.
 
 
 def _rgb_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
@@ -163,7 +163,7 @@ def _depth_steps(writer: BasicWriter, name: str, folder: str, number: str, seen:
 
 
 def _array_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
-    """Also of annotators that users added: the array, if there is one."""
+    """Write the array, or the info if there is none; also for annotators that users added."""
     if "data" not in seen:
         return [partial(write_json, path=f"{folder}{name}_{number}.json", data=dict(seen))]
     return [partial(write_np, path=f"{folder}{name}_{number}.npy", data=seen["data"])]
@@ -229,12 +229,12 @@ def _write_converted(path: str, data: np.ndarray, convert: Callable, backend_ins
 
 
 def colorize_normals(normals: np.ndarray) -> np.ndarray:
-    """uint8 (H, W, 4): -1..1 becomes 0..255."""
+    """Map -1..1 to 0..255, as uint8 (H, W, 4)."""
     return ((normals * 0.5 + 0.5) * 255).astype(np.uint8)
 
 
 def colorize_depth(depth: np.ndarray, near: float = 1e-5, far: float = 100.0) -> np.ndarray:
-    """uint8 (H, W): white at `near` [m], black at `far` and beyond, on a logarithmic scale."""
-    # As a ratio, so that `near` itself is exactly white in float32.
-    share = np.log(np.clip(depth, near, far) / np.float32(near)) / np.log(far / near)
-    return (np.clip(1.0 - share, 0, 1) * 255).astype(np.uint8)
+    """Colorize depth as uint8 (H, W): white at `near` [m], black at `far` and beyond, on a logarithmic scale."""
+    # The logarithm of a ratio, so that `near` is exactly white in float32.
+    fraction = np.log(np.clip(depth, near, far) / np.float32(near)) / np.log(far / near)
+    return (np.clip(1.0 - fraction, 0, 1) * 255).astype(np.uint8)

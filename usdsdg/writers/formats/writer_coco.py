@@ -1,4 +1,4 @@
-"""CocoWriter: pictures, and one JSON of boxes, masks and categories in COCO's format."""
+"""CocoWriter: images, and one JSON of boxes, masks and categories in COCO's format."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ RGB, BOXES = "rgb", "bounding_box_2d_tight_fast"
 CLASSES, INSTANCES = "semantic_segmentation", "instance_segmentation_fast"
 _SEMANTIC_TYPES = ["class", "coco", "stuff", "thing"]
 _ID_LENGTH = 8
-_XYWH_ABSOLUTE = 1  # what `bbox_mode` calls boxes of x, y, width and height in pixels
+_XYWH_ABSOLUTE = 1  # value of `bbox_mode` for x, y, width and height in pixels
 
 
 class CocoWriter(Writer):
-    """Writes `<product>/rgb_<camera>_<id>.NNNN.png`, beside it `panoptic_...` with each pixel in the colour of its
-    category, and `coco_annotations_<id>.json` of all pictures (cocodataset.org, "object detection").
+    """Writes `<product>/rgb_<camera>_<id>.NNNN.png`, next to it `panoptic_...` with each pixel in the color of its
+    category, and `coco_annotations_<id>.json` of all images (cocodataset.org, "object detection").
 
-    Every visible object is an annotation of its own: a box [x, y, width, height] in pixels, its mask as a compact run
-    length encoding, and the number of the mask's pixels as its area. The JSON is whole at any time and names no picture
-    that is not there; it is written anew now and then, at the end of a run, and when the program ends.
+    Every visible object is an annotation: a box [x, y, width, height] in pixels, its mask as compressed RLE, and the
+    number of mask pixels as its area. The JSON is complete at any time and only lists images that exist; it is
+    rewritten from time to time, at the end of a run, and when the program ends.
 
-    An existing output_dir is left alone: a new folder beside it, with _0001 (and so on) appended, is written to.
+    An existing output_dir is not modified: a new folder next to it, with _0001 (and so on) appended, is written to.
     """
 
     version = "0.0.1"
@@ -59,16 +59,16 @@ class CocoWriter(Writer):
         coco_license_info: list[dict] | None = None,
     ) -> None:
         """
-        semantic_types: types of labels that count; default class, coco, stuff and thing.
-        coco_categories: by label {"name", "id"} and, as one likes, "supercategory", "color" (r, g, b), "isthing";
-            default COCO's own. What has a label that is not among them is of the category "other", with a warning.
+        semantic_types: types of labels to use; default class, coco, stuff and thing.
+        coco_categories: by label {"name", "id"} and optionally "supercategory", "color" (r, g, b), "isthing";
+            default COCO's own. Other labels get the category "other", with a warning.
         s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
-        dataset_id: part of the names of files; default eight letters that depend on the global seed.
-        image_output_format: of the colour pictures; those of categories are always png, which keeps their colours.
+        dataset_id: part of the file names; default eight letters that depend on the global seed.
+        image_output_format: of the color images; those of categories are always png, which is lossless.
         coco_license_info: [{"id", "name", "url"}]; the first one's id is each picture's license.
 
         Raises:
-            WriterError: an option has a value that does not exist, or two categories have one id.
+            WriterError: an option has an invalid value, or two categories have the same id.
             OutputNotWritable: output_dir or the bucket cannot be written to.
             Unsupported: a bucket without boto3.
         """
@@ -82,7 +82,7 @@ class CocoWriter(Writer):
         self.dataset_id = dataset_id
         self._sequence, self._frame_id = "", 0
         self._file = CocoFile(self.backend, {"info": _info(self.version), "licenses": self._licenses})
-        # Also where a script ends, or is interrupted, without waiting for its run to be complete.
+        # Also if a script ends or is interrupted before its run is complete.
         current().io_queue.call_at_exit(self._file.write)
         types = {"semanticTypes": semantic_types or _SEMANTIC_TYPES}
         self.annotators = [
@@ -111,17 +111,17 @@ class CocoWriter(Writer):
     def _write_product(self, product: str, seen: Mapping[str, Any]) -> None:
         camera = seen["camera"][1:].replace("Replicator/", "").replace("/", "-").replace("_", "-")
         stem = f"{camera}_{self.dataset_id}.{self._sequence}{self._frame_id:0{self._padding}d}"
-        picture = f"{product}/rgb_{stem}.{self._image_format}"
+        file_name = f"{product}/rgb_{stem}.{self._image_format}"
         assert self.backend is not None
         self.backend.schedule_together(
             [
-                partial(write_image, path=picture, data=seen[RGB]["data"]),
+                partial(write_image, path=file_name, data=seen[RGB]["data"]),
                 partial(write_image, path=f"{product}/panoptic_{stem}.png", data=self._colored(seen[CLASSES])),
             ]
         )
         width, height = (int(size) for size in seen["resolution"])
         image = {
-            "file_name": picture,
+            "file_name": file_name,
             "id": self._file.next_image_id(),
             "height": height,
             "width": width,
@@ -137,7 +137,7 @@ class CocoWriter(Writer):
     def _annotations(
         self, seen: Mapping[str, Any], image: Mapping[str, Any], categories: list[Category]
     ) -> list[dict[str, Any]]:
-        """The records of the objects in one picture, of which `categories` are the categories."""
+        """Return the annotation records of one image; `categories` are those of its objects."""
         boxes, runs = seen[BOXES], run_length.runs_of_ids(seen[INSTANCES]["data"])
         first, records = self._file.next_annotation_id(), []
         for number, (row, instance, category) in enumerate(zip(boxes["data"], boxes["bboxIds"], categories), first):
@@ -147,7 +147,7 @@ class CocoWriter(Writer):
                 {
                     "id": number,
                     "image_id": image["id"],
-                    # The annotator's last column and row belong to the box.
+                    # The annotator's x_max and y_max are inclusive.
                     "bbox": [x, y, int(row["x_max"]) + 1 - x, int(row["y_max"]) + 1 - y],
                     "area": float(lengths[1::2].sum()),
                     "bbox_mode": _XYWH_ABSOLUTE,
@@ -162,7 +162,7 @@ class CocoWriter(Writer):
         return records
 
     def _colored(self, classes: Mapping[str, Any]) -> np.ndarray:
-        """uint8 (H, W, 3): each pixel in the colour of its category."""
+        """Return the panoptic image, uint8 (H, W, 3): each pixel in the color of its category."""
         ids = classes["data"]
         palette = np.zeros((int(ids.max(initial=0)) + 1, 3), np.uint8)
         for number, labels in classes["idToLabels"].items():
@@ -171,7 +171,7 @@ class CocoWriter(Writer):
 
 
 def _info(version: str) -> dict[str, Any]:
-    """Without a date, so that a run that is repeated leaves the same bytes."""
+    """Return the info section, without a date, so that a repeated run writes the same bytes."""
     return {
         "description": "COCO dataset made with usdsdg",
         "url": "https://cocodataset.org",
@@ -182,15 +182,15 @@ def _info(version: str) -> dict[str, Any]:
 
 
 def _id_of_seed(seed: int | None) -> str:
-    """Eight letters that are the same for the same seed."""
+    """Return eight letters that depend on the seed only."""
     digest = hashlib.blake2b(str(seed).encode(), digest_size=_ID_LENGTH).digest()
     return "".join(string.ascii_lowercase[byte % len(string.ascii_lowercase)] for byte in digest)
 
 
 def _sequence(trigger_outputs: Mapping[str, Any]) -> str:
-    """What tells how often on_time triggers have fired, as Replicator writes it into names of pictures."""
-    told = ""
+    """Return the part of Replicator's image names that counts how often on_time triggers have fired."""
+    prefix = ""
     for name, count in trigger_outputs.items():
         if "on_time" in name:
-            told = f"{count}_{told}_"
-    return told
+            prefix = f"{count}_{prefix}_"
+    return prefix

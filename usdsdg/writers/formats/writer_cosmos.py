@@ -1,4 +1,4 @@
-"""CosmosWriter: clips of colour, edges, depth and segmentation, as Cosmos Transfer takes them."""
+"""CosmosWriter: clips of color, edges, depth and segmentation for Cosmos Transfer."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class CosmosWriter(Writer):
     """Writes `clip_NNNN/<modality>/<modality>_NNNN.png` and, when a clip ends, `clip_NNNN/<modality>.mp4`; below
     `<product>/` with several render products. The modalities are
 
-    - rgb: the picture;
-    - segmentation: things in different colours; shaded_seg: in pale ones and lit, so that their shape shows;
-    - edges: Canny's edges of shaded_seg; depth: grey, from white at 0.1 m to black at 100 m, on a logarithmic scale.
+    - rgb: color;
+    - segmentation: ids in different colors; shaded_seg: in pastel colors, shaded;
+    - edges: Canny edges of shaded_seg; depth: gray, from white at 0.1 m to black at 100 m, on a logarithmic scale.
 
-    A clip ends with the run, with `next_clip()`, or when a `trigger.on_time` fires again. A video has the rate of the
-    stage's time codes. It is Motion JPEG, which FFmpeg and what is built on it read; Replicator's is H.264. A backend
-    that cannot read blobs gets no videos.
+    A clip ends with the run, with `next_clip()`, or when a `trigger.on_time` fires again. The frame rate of videos is
+    the stage's time codes per second. They are Motion JPEG, which FFmpeg-based programs read; Replicator's are H.264.
+    A backend that cannot read blobs gets no videos.
     """
 
     version = "0.0.2"
@@ -51,14 +51,14 @@ class CosmosWriter(Writer):
         canny_threshold_high: int = 100,
     ) -> None:
         """
-        output_dir: a folder, where there is no backend.
-        segmentation_mapping: colours (r, g, b, a), or ids, by label or "type:label"; then pixels of one label have one
-            colour, and use_instance_id changes nothing.
-        use_instance_id: tell gprims apart, labelled or not; False tells labelled things apart.
-        canny_threshold_low, canny_threshold_high: gradients from which on a pixel may be an edge, and is one.
+        output_dir: a folder, used without a backend.
+        segmentation_mapping: colors (r, g, b, a), or ids, by label or "type:label"; then all pixels of a label have the
+            same color, and use_instance_id is ignored.
+        use_instance_id: segment gprims, labeled or not; False segments labeled prims.
+        canny_threshold_low, canny_threshold_high: gradients of weak and strong edges.
 
         Raises:
-            WriterError: there is nowhere to write, or the mapping has another value.
+            WriterError: there is nowhere to write, or the mapping has an invalid value.
             OutputNotWritable: output_dir cannot be written to.
         """
         self.backend = make_backend("CosmosWriter", None if backend else output_dir, backend)
@@ -79,8 +79,8 @@ class CosmosWriter(Writer):
             named_annotators.get(shaded).augment("Canny", name="edges", **thresholds),
         ]
         self._clip, self._frame_id = 0, 0
-        self._in_videos = 0  # frames of the clip that its videos have
-        # Of the clip in hand, by the folder of each video: size and number of its pictures.
+        self._in_videos = 0  # number of frames in the written videos of the clip
+        # Of the current clip, by video path: image size and image paths.
         self._videos: dict[str, tuple[tuple[int, int], list[str]]] = {}
 
     def write(self, data: dict[str, Any]) -> None:
@@ -94,19 +94,19 @@ class CosmosWriter(Writer):
         self._frame_id += 1
 
     def on_final_frame(self) -> None:
-        """Write the videos of the clip so far, unless they have been."""
+        """Write the videos of the clip so far, if there are new frames."""
         backend = self.backend
         assert backend is not None
         if self._frame_id == self._in_videos:
             return
         self._in_videos = self._frame_id
-        if not _reads(backend):
-            warn_once(f"CosmosWriter: {backend.get_name()} has no read_blob, so there are pictures and no videos.")
+        if not _can_read(backend):
+            warn_once(f"CosmosWriter: {backend.get_name()} has no read_blob, so only images are written, no videos.")
             return
         backend.wait_until_done()
         rate = float(current_stage().GetTimeCodesPerSecond())
-        for path, (size, pictures) in self._videos.items():
-            backend.schedule(_write_video, path=path, pictures=list(pictures), size=size, rate=rate)
+        for path, (size, images) in self._videos.items():
+            backend.schedule(_write_video, path=path, images=list(images), size=size, rate=rate)
 
     def detach(self) -> None:
         super().detach()
@@ -114,7 +114,7 @@ class CosmosWriter(Writer):
             self.on_final_frame()
 
     def next_clip(self) -> None:
-        """End the clip, with its videos; what is captured from now on is another one's, from frame 0 on."""
+        """End the clip and write its videos; later frames belong to a new clip, which starts at frame 0."""
         self.on_final_frame()
         self._videos = {}
         self._clip, self._frame_id, self._in_videos = self._clip + 1, 0, 0
@@ -123,42 +123,42 @@ class CosmosWriter(Writer):
         clip = f"{root}clip_{self._clip:04d}"
         steps = []
         for modality in MODALITIES:
-            picture = seen[modality]["data"]
+            image = seen[modality]["data"]
             path = f"{clip}/{modality}/{modality}_{self._frame_id:04d}.png"
-            steps.append(partial(write_image, path=path, data=picture))
-            size = (picture.shape[1], picture.shape[0])
+            steps.append(partial(write_image, path=path, data=image))
+            size = (image.shape[1], image.shape[0])
             self._videos.setdefault(f"{clip}/{modality}.mp4", (size, []))[1].append(path)
         assert self.backend is not None
         self.backend.schedule_together(steps)
 
 
 def _by_semantics(mapping: Mapping[str, Any]) -> dict[str, Any]:
-    """The mapping with "type:label" keys; those without a type are classes."""
+    """Return the mapping with "type:label" keys; labels without a type get the type "class"."""
     for label, value in mapping.items():
         is_color = isinstance(value, (list, tuple)) and len(value) == 4 and all(isinstance(part, int) for part in value)
         if not is_color and not isinstance(value, int):
             raise WriterError(
-                f"CosmosWriter: segmentation_mapping[{label!r}] is {value!r}; expected a colour (r, g, b, a) or an id."
+                f"CosmosWriter: segmentation_mapping[{label!r}] is {value!r}; expected a color (r, g, b, a) or an id."
             )
     return {label if ":" in label else f"class:{label}": value for label, value in mapping.items()}
 
 
 def _times_fired(trigger_outputs: Mapping[str, Any]) -> int | None:
-    """How often the first on_time trigger has fired; None without one."""
+    """Return how often the first on_time trigger has fired; None without one."""
     return next((count for name, count in trigger_outputs.items() if "on_time" in name), None)
 
 
-def _reads(backend: BaseBackend) -> bool:
+def _can_read(backend: BaseBackend) -> bool:
     if isinstance(backend, BackendGroup):
-        return all(map(_reads, backend.backends))
+        return all(map(_can_read, backend.backends))
     return type(backend).read_blob is not BaseBackend.read_blob
 
 
 def _write_video(
-    path: str, pictures: Sequence[str], size: tuple[int, int], rate: float, backend_instance: BaseBackend
+    path: str, images: Sequence[str], size: tuple[int, int], rate: float, backend_instance: BaseBackend
 ) -> None:
-    """The video of pictures that the backend has."""
+    """Write the video of images that the backend has stored."""
     from PIL import Image
 
-    frames = (np.asarray(Image.open(io.BytesIO(backend_instance.read_blob(picture)))) for picture in pictures)
+    frames = (np.asarray(Image.open(io.BytesIO(backend_instance.read_blob(image)))) for image in images)
     backend_instance.write_blob(path, encode_video([encode_frame(frame) for frame in frames], size, rate))

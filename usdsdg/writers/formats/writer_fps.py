@@ -1,4 +1,4 @@
-"""FPSWriter: how long frames take."""
+"""FPSWriter: time per frame."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from usdsdg.writers.options import typed
 class FPSWriter(Writer):
     """Prints the seconds between one frame and the next, and at the end of a run their mean; writes no files.
 
-    Attached beside another writer it tells that one's rate; it makes pictures be rendered in any case. The seconds
-    stay readable in `times_per_frame`.
+    Attached next to another writer it measures that writer's rate; it causes color to be rendered in any case. The
+    seconds are stored in `times_per_frame`.
     """
 
     shares_arrays = True
@@ -33,7 +33,7 @@ class FPSWriter(Writer):
         self._last = now
 
     def on_final_frame(self) -> None:
-        """Print the mean; a pause until the next run counts for no frame."""
+        """Print the mean; the pause until the next run is not counted."""
         self._last = None
         if self.times_per_frame:
             print("COMPLETE")

@@ -1,4 +1,4 @@
-"""KittiWriter: pictures, objects, classes, instances and depth in KITTI's formats."""
+"""KittiWriter: images, objects, classes, instances and depth in KITTI's formats."""
 
 from __future__ import annotations
 
@@ -36,21 +36,21 @@ _FOLDERS = {
     "depth": "depth",
     "calib": "calib",
 }
-_DEPTH_SCALE = 256  # steps of a depth picture in a metre
+_DEPTH_SCALE = 256  # steps of a depth image per meter
 
 
 class KittiWriter(Writer):
     """Writes `<camera>/<kind>/N.png` and `.txt`, below `<product>/` with several render products, for the kinds
 
-    - rgb: the picture;
-    - object_detection: a line for every visible object with KITTI's fifteen fields, in metres in KITTI's camera frame;
-      an empty file where there is none. Replicator leaves truncated, alpha and everything of the 3D box at 0, and takes
-      the ratio of the boxes' areas for the visible share;
-    - calib: what projects them, of a pinhole;
-    - semantic, semantic_segmentation: ids (8 bits; metadata.txt names them) and colours of classes;
-    - instance_segmentation: 16 bits, 256 times the class's id and the number of the object, from 1 in its class;
-    - instance_rgb, if asked for: objects in different colours;
-    - depth: 16 bits, 256 times the distance along the optical axis [m]; 0 from 256 m on and where there is nothing.
+    - rgb: color;
+    - object_detection: a line for every visible object with KITTI's fifteen fields, in meters in KITTI's camera frame;
+      an empty file if there are none. Replicator leaves truncated, alpha and the whole 3D box at 0, and uses the ratio
+      of the boxes' areas as the visible fraction;
+    - calib: the projection matrices, for pinholes;
+    - semantic, semantic_segmentation: ids (8 bits; metadata.txt names them) and colors of classes;
+    - instance_segmentation: 16 bits, 256 times the id of the class plus the number of the object, from 1 in its class;
+    - instance_rgb, if requested: objects in different colors;
+    - depth: 16 bits, 256 times the distance along the optical axis [m]; 0 from 256 m on and where nothing is hit.
     """
 
     version = "0.0.1"
@@ -78,17 +78,17 @@ class KittiWriter(Writer):
     ) -> None:
         """
         s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
-        semantic_types, semantic_filter_predicate: which labels count, as types or as a predicate; default "class:*".
-        omit_semantic_type: objects are called "car" instead of "class:car". Blanks in labels become "_".
-        bbox_height_threshold: objects that are lower in the picture are left out of object_detection [pixels].
-        partly_occluded_threshold, fully_visible_threshold: the visible shares of an object from which on it is partly
-            occluded (1) and fully visible (0); below both it is largely occluded (2).
-        mapping_path, mapping_dict: classes by label, as ids or colours (r, g, b, a); other labels are "unlabelled".
+        semantic_types, semantic_filter_predicate: labels to use, as types or as a predicate; default "class:*".
+        omit_semantic_type: name objects "car" instead of "class:car". Blanks in labels become "_".
+        bbox_height_threshold: smallest box height of objects in object_detection [pixels].
+        partly_occluded_threshold, fully_visible_threshold: smallest visible fractions of partly occluded (1) and fully
+            visible (0) objects; below both an object is largely occluded (2).
+        mapping_path, mapping_dict: classes by label, as ids or colors (r, g, b, a); other labels are "unlabelled".
             Default: those of Cityscapes.
-        use_kitti_dir_names: image_02, label_02, semantic_rgb and instance instead of the first names above.
+        use_kitti_dir_names: image_02, label_02, semantic_rgb and instance instead of the names above.
 
         Raises:
-            WriterError: two options exclude each other, or a value does not exist.
+            WriterError: two options exclude each other, or a value is invalid.
             AssetUnreadable: mapping_path cannot be read.
             OutputNotWritable: output_dir or the bucket cannot be written to.
             Unsupported: a bucket without boto3, or renderproduct_idxs.
@@ -132,19 +132,19 @@ class KittiWriter(Writer):
         self._frame_id += 1
 
     def _write_product(self, root: str, seen: Mapping[str, Any]) -> None:
-        ids, colors = self._class_pictures(seen[CLASSES])
+        ids, colors = self._class_images(seen[CLASSES])
         objects = seen[INSTANCES]["data"]
-        pictures = {
+        images = {
             "rgb": seen[RGB]["data"],
             "semantic": ids,
             "semantic_segmentation": colors,
-            "instance_segmentation": self._instance_picture(seen[INSTANCES]),
-            "depth": depth_picture(seen[DEPTH]["data"]),
+            "instance_segmentation": self._instance_image(seen[INSTANCES]),
+            "depth": depth_image(seen[DEPTH]["data"]),
         }
         if self._colorize:
-            pictures["instance_rgb"] = colors_of_ids(np.arange(int(objects.max(initial=0)) + 1))[objects]
+            images["instance_rgb"] = colors_of_ids(np.arange(int(objects.max(initial=0)) + 1))[objects]
         steps: list[Callable[..., None]] = [
-            partial(write_image, path=self._path(root, kind, "png"), data=picture) for kind, picture in pictures.items()
+            partial(write_image, path=self._path(root, kind, "png"), data=image) for kind, image in images.items()
         ]
         if seen[CAMERA]["cameraModel"] == "pinhole":
             text = kitti_object.calibration(seen[CAMERA])
@@ -153,7 +153,7 @@ class KittiWriter(Writer):
             warn_once(
                 f"KittiWriter: no calib for a lens of model {seen[CAMERA]['cameraModel']!r}; KITTI has pinholes only."
             )
-        # Labels last: a frame that has them has its pictures.
+        # Labels last, so that a frame with labels has its images.
         lines = "".join(self._object_lines(seen))
         steps.append(partial(write_text, path=self._path(root, "object_detection", "txt"), text=lines))
         assert self.backend is not None
@@ -163,19 +163,19 @@ class KittiWriter(Writer):
         return f"{root}/{_FOLDERS[kind] if self._kitti_names else kind}/{self._frame_id}.{extension}"
 
     def _object_lines(self, seen: Mapping[str, Any]) -> list[str]:
-        """A line for every object that is seen and high enough."""
-        flat, camera = seen[BOXES], seen[CAMERA]
-        units = {"metres": float(camera["metersPerSceneUnit"]), "up": "XYZ".index(up_axis(current_stage()))}
-        solid = dict(zip(seen[BOXES_3D]["bboxIds"].tolist(), seen[BOXES_3D]["data"]))
+        """Return a line for every visible object of sufficient height."""
+        boxes, camera = seen[BOXES], seen[CAMERA]
+        units = {"meters": float(camera["metersPerSceneUnit"]), "up": "XYZ".index(up_axis(current_stage()))}
+        boxes_3d = dict(zip(seen[BOXES_3D]["bboxIds"].tolist(), seen[BOXES_3D]["data"]))
         lines = []
-        for row, number in zip(flat["data"], flat["bboxIds"].tolist()):
+        for row, number in zip(boxes["data"], boxes["bboxIds"].tolist()):
             if row["y_max"] - row["y_min"] + 1 < self._lowest:
                 continue
-            pose = Pose(solid[number], camera, cuboid.CORNERS)
+            pose = Pose(boxes_3d[number], camera, cuboid.CORNERS)
             pixels = project(np.array(list(pose.in_camera.values())), camera)
             lines.append(
                 kitti_object.line(
-                    self._name(flat["idToLabels"][int(row["semanticId"])]),
+                    self._name(boxes["idToLabels"][int(row["semanticId"])]),
                     truncation_ratio(pose, pixels, camera),
                     self._occlusion_level(1.0 - float(row["occlusionRatio"])),
                     tuple(int(row[side]) for side in ("x_min", "y_min", "x_max", "y_max")),
@@ -188,15 +188,15 @@ class KittiWriter(Writer):
         return 0 if visible >= self._fully else 1 if visible >= self._partly else 2
 
     def _name(self, labels: Mapping[str, str]) -> str:
-        """What an object is called: one word."""
+        """Return the name of an object, without blanks."""
         if self._omit_type:
             name = labels.get("class", next(iter(labels.values())))
         else:
             name = ";".join(f"{kind}:{label}" for kind, label in labels.items())
         return "_".join(name.split())
 
-    def _class_pictures(self, classes: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
-        """Ids, uint8 (H, W), and colours, uint8 (H, W, 4), of the pixels' classes."""
+    def _class_images(self, classes: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+        """Return ids, uint8 (H, W), and colors, uint8 (H, W, 4), of the pixels' classes."""
         ids = classes["data"]
         palette = np.zeros((int(ids.max(initial=0)) + 1, 5), np.uint8)
         for number, labels in classes["idToLabels"].items():
@@ -204,8 +204,8 @@ class KittiWriter(Writer):
             palette[int(number)] = (found.id, *found.color)
         return palette[:, 0][ids], palette[:, 1:][ids]
 
-    def _instance_picture(self, instances: Mapping[str, Any]) -> np.ndarray:
-        """uint16 (H, W): 256 * class + number; the number is 0 where there is no object."""
+    def _instance_image(self, instances: Mapping[str, Any]) -> np.ndarray:
+        """Return uint16 (H, W): 256 * class + number; the number is 0 where there is no object."""
         ids = instances["data"]
         palette = np.zeros(int(ids.max(initial=0)) + 1, np.uint16)
         counted: dict[int, int] = {}
@@ -220,12 +220,12 @@ class KittiWriter(Writer):
 def _eight_bits(number: int) -> int:
     if number > 255:
         warn_once(
-            "KittiWriter: more than 255 objects of a class in a picture: instance_segmentation tells the rest as 0."
+            "KittiWriter: more than 255 objects of a class in an image: instance_segmentation has 0 for the rest."
         )
     return number if number <= 255 else 0
 
 
-def depth_picture(depth: np.ndarray) -> np.ndarray:
-    """uint16 (H, W): depth [m] in steps of 1/256; 0 where there is none or it does not fit."""
+def depth_image(depth: np.ndarray) -> np.ndarray:
+    """Encode depth [m] as uint16 (H, W) in steps of 1/256; 0 where nothing is hit or the depth is out of range."""
     steps = np.rint(np.where(np.isfinite(depth), depth, 0.0).astype(np.float64) * _DEPTH_SCALE)
     return np.where(steps <= 0xFFFF, steps, 0).astype(np.uint16)

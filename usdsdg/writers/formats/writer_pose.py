@@ -1,4 +1,4 @@
-"""PoseWriter: one picture and one JSON of object poses per frame, for training pose estimators."""
+"""PoseWriter: one image and one JSON of object poses per frame, for training pose estimators."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class PoseWriter(Writer):
     """Writes `NNNNNN.png`, `NNNNNN.json` and, for debugging, `NNNNNN_overlay.png`.
 
     Matrices are for row vectors. In `location_camera_frame`, `rotation_matrix_camera_frame`, `location` and their
-    quaternions, world-to-camera stands left of local-to-world, as in Replicator's files; keypoints are multiplied in
-    the right order. `exact_camera_frame=True` makes all of them right (docs/conventions.md).
+    quaternions, world-to-camera is multiplied on the left of local-to-world, as in Replicator's files; keypoints use
+    the correct order. `exact_camera_frame=True` uses it for all of them (docs/conventions.md).
     """
 
     version = "0.2.0"
@@ -60,16 +60,16 @@ class PoseWriter(Writer):
         exact_camera_frame: bool = False,
     ) -> None:
         """
-        use_subfolders: one folder per render product, which then share frame numbers.
-        visibility_threshold: objects of which no larger share is visible are left out.
-        skip_empty_frames: write nothing for a picture without objects.
+        use_subfolders: one folder per render product, with common frame numbers.
+        visibility_threshold: objects are left out unless a larger fraction is visible.
+        skip_empty_frames: write nothing for an image without objects.
         format: None, "dope" or "centerpose".
         use_s3: write to the bucket `s3_bucket`, below `output_dir` as a prefix; s3_endpoint_url, s3_region: see
             `S3Backend`.
-        exact_camera_frame: poses in the camera's frame that fit keypoints and picture, instead of Replicator's.
+        exact_camera_frame: poses in the camera's frame that match keypoints and image, instead of Replicator's.
 
         Raises:
-            WriterError: an option has a value that does not exist, or there is nowhere to write.
+            WriterError: an option has an invalid value, or there is nowhere to write.
             OutputNotWritable: output_dir or the bucket cannot be written to.
             Unsupported: a bucket without boto3.
         """
@@ -89,7 +89,7 @@ class PoseWriter(Writer):
         self._exact = exact_camera_frame
         self._order = ORDER_DOPE if self._format == "dope" else ORDER_DEFAULT
         self._frame_id = 0
-        self._pictures = self._left_out = 0
+        self._images = self._skipped = 0
         self.annotators = [
             named_annotators.get(RGB),
             named_annotators.get(BOXES, init_params={"semanticTypes": ["class"]}),
@@ -97,15 +97,15 @@ class PoseWriter(Writer):
         ]
 
     def get_current_frame_id(self) -> int:
-        """The number that the next picture gets."""
+        """Return the number of the next image."""
         return self._frame_id
 
     def write(self, data: dict[str, Any]) -> None:
         for product, seen in data["renderProducts"].items():
             objects, drawn = self._read_objects(seen)
-            self._pictures += 1
+            self._images += 1
             if not objects and self._skip_empty:
-                self._left_out += 1
+                self._skipped += 1
                 continue
             folder = f"{product}/" if self._use_subfolders else ""
             self._write_frame(f"{folder}{self._frame_id:0{self._padding}d}", seen, objects, drawn)
@@ -115,11 +115,11 @@ class PoseWriter(Writer):
             self._frame_id += 1
 
     def on_final_frame(self) -> None:
-        """Say so where no picture had an object, so that nothing is there."""
-        if self._pictures and self._left_out == self._pictures:
+        """Warn if no image had an object, so that nothing was written."""
+        if self._images and self._skipped == self._images:
             warn_once(
-                f"PoseWriter wrote none of {self._pictures} pictures, since no labelled object is seen in any; "
-                "skip_empty_frames=False writes them all the same"
+                f"PoseWriter wrote none of {self._images} images, since no labeled object is visible in any; "
+                "skip_empty_frames=False writes them anyway"
             )
 
     def _write_frame(
@@ -135,7 +135,7 @@ class PoseWriter(Writer):
         if self._debug:
             overlay = f"{stem}_overlay.{self._image_format}"
             steps.append(partial(_write_overlay, path=overlay, image=rgb, boxes=drawn, params=camera))
-        # The JSON comes last: a frame that has one has its pictures.
+        # JSON last, so that a frame with JSON has its images.
         steps.append(partial(write_json, path=f"{stem}.json", data=described, indent=2))
         assert self.backend is not None
         self.backend.schedule_together(steps)
@@ -156,7 +156,7 @@ class PoseWriter(Writer):
         described["intrinsics"] = {
             "fx": focal,
             "fy": focal,
-            # Where the optical axis meets the picture; the middle unless the aperture is shifted.
+            # The principal point: the image center unless the aperture has an offset.
             "cx": float((1 - projection[2, 0]) * width / 2),
             "cy": float((1 + projection[2, 1]) * height / 2),
         }
@@ -167,12 +167,12 @@ class PoseWriter(Writer):
         return described
 
     def _read_objects(self, seen: Mapping[str, Any]) -> tuple[list[dict[str, Any]], list[PosedBox]]:
-        """The visible objects, as the JSON tells them and as the overlay draws them."""
+        """Return the visible objects as JSON records and as the overlay draws them."""
         boxes, camera = seen[BOXES], seen[CAMERA]
         objects, drawn = [], []
         for row, prim_path in zip(boxes["data"], boxes["primPaths"]):
             visibility = 1.0 - abs(float(row["occlusionRatio"]))
-            # Written so that the nan of something out of view does not pass.
+            # `not >`, so that nan (out of view) is left out too.
             if not visibility > self._threshold:
                 continue
             label = boxes["idToLabels"][int(row["semanticId"])]["class"]
@@ -226,8 +226,8 @@ def _checked_format(format: str | None) -> str | None:
 def _warn_of_intrinsics(model: str) -> None:
     if model != "pinhole":
         warn_once(
-            f"PoseWriter: fx and fy of a camera of model {model!r} do not describe its picture: they are, as in "
-            "Replicator, those of a pinhole of its focal length. The projected keypoints do follow the picture."
+            f"PoseWriter: fx and fy of a camera of model {model!r} do not describe its projection: they are, as in "
+            "Replicator, those of a pinhole with its focal length. The projected keypoints are correct."
         )
 
 
