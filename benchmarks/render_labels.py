@@ -15,11 +15,11 @@ import numpy as np
 from benchmarks import peers, render_scene, report
 from benchmarks.timing import in_turns
 from usdsdg.stage.cameras.camera_view import CameraView
+from usdsdg_render.labels.aov import AOVS
 from usdsdg_render.renderer import WarpRenderer
-from usdsdg_render.scene.aov import AOVS, MATERIAL_AOVS
 
 # Not of the pass: what reads all textures of a material, and what traces rays of its own.
-LABELS = tuple(name for name in AOVS if name not in MATERIAL_AOVS and name != "ambient_occlusion")
+LABELS = tuple(name for name, aov in AOVS.items() if aov.reads not in ("material", "hemisphere"))
 AT_LEAST, AMODAL_AT_MOST = 4.0, 0.4
 
 

@@ -14,12 +14,12 @@ from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.device.precompile import precompile
 from usdsdg_render.kernels.scene.visibility import BEHIND_GLASS, BY_THRESHOLD
 from usdsdg_render.labels import label_pass
+from usdsdg_render.labels.aov import check_names
 from usdsdg_render.labels.coverage import Coverage
 from usdsdg_render.labels.label_batch import LabelBatch
-from usdsdg_render.labels.previous_frame import History
+from usdsdg_render.labels.previous_frame import PreviousFrames
 from usdsdg_render.path.film import Film, tone_map
 from usdsdg_render.path.path_tracer import PathTracer
-from usdsdg_render.scene.aov import check_names
 from usdsdg_render.scene.scene import Scene
 from usdsdg_render.settings import PathSettings, ToneSettings
 from usdsdg_render.sync.rigid_motion import interpolate
@@ -72,7 +72,7 @@ class WarpRenderer:
         precompile(self.device, progress)
         keep_memory(self.device)
         self._on_device = DeviceScene(self.device)
-        self._history = History(self.device)
+        self._previous_frames = PreviousFrames(self.device)
         self._path_tracer = PathTracer(self._on_device)
         self._before = np.zeros((0, 4, 4))  # transforms at the sync before the last
         self.glass_labels = "surface"
@@ -114,7 +114,7 @@ class WarpRenderer:
         if self._extractor is not None:
             self._extractor.update(time)
         self._on_device.sync(self._scene)
-        self._history.advance()
+        self._previous_frames.advance()
         # Rows mean the same things as before only while the paths are the same; else nothing moves.
         now = self._scene.instances
         self._before = before[1] if before[0] == now.paths else now.local_to_world
@@ -161,10 +161,16 @@ class WarpRenderer:
                 f"a batch of labels wants views of one size of one stage; these are {', '.join(sizes) or 'none'}"
             )
         arrays = label_pass.render(
-            self._on_device, self._history, self._scene, views, names, mode=self._label_mode, threads=self.threads
+            self._on_device,
+            self._previous_frames,
+            self._scene,
+            views,
+            names,
+            mode=self._label_mode,
+            threads=self.threads,
         )
         if "motion_vectors" in names:
-            self._history.remember(views, self._scene)
+            self._previous_frames.remember(views, self._scene)
         return LabelBatch(len(views), arrays, self.threads)
 
     def outlined(

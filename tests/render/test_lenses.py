@@ -12,8 +12,8 @@ from tests.render.images import renderer_of
 from tests.render.labels.test_label_pass import coverage_one_by_one, some_scene
 from tests.stage.cameras.lens_cases import CASES, LENSES, PANORAMAS
 from usdsdg.stage.cameras.camera_view import CameraView
+from usdsdg_render.labels.aov import AOVS
 from usdsdg_render.labels.lens_bounds import reachable
-from usdsdg_render.scene.aov import AOVS
 from usdsdg_render.scene.scene import NO_INSTANCE
 from usdsdg_render.settings import PathSettings
 
@@ -85,7 +85,7 @@ def test_outside_of_the_field_of_view_there_is_nothing(case):
     labels = renderer.labels(view, list(AOVS))
     outside = labels["instance"] == NO_INSTANCE
     for name, aov in AOVS.items():
-        assert (labels[name][outside] == aov.nothing).all(), name
+        assert (labels[name][outside] == aov.miss).all(), name
     film = renderer.new_film(*SIZE)
     renderer.accumulate(film, view, samples=4, settings=PathSettings(denoise=True))
     picture = renderer.develop(film)

@@ -12,27 +12,8 @@ from usdsdg.annotators.base import Annotation, AnnotatorSpec, annotator_specs
 from usdsdg.annotators.frame import Frame
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import AnnotatorRegistryError, Unsupported
+from usdsdg.session import engines
 
-# The renderer's AOVs and what they are of; pictures come under the names of their annotators.
-AOVS: Mapping[str, type] = {
-    "instance": np.int32,
-    "prim": np.int32,
-    "barycentrics": np.float32,
-    "uv": np.float32,
-    "distance_to_camera": np.float32,
-    "distance_to_image_plane": np.float32,
-    "normals": np.float32,
-    "position": np.float32,
-    "bump_normals": np.float32,
-    "albedo": np.float32,
-    "diffuse": np.float32,
-    "specular": np.float32,
-    "roughness": np.float32,
-    "emission": np.float32,
-    "transmission": np.float32,
-    "ambient_occlusion": np.float32,
-    "motion_vectors": np.float32,
-}
 # What Omniverse calls them besides.
 _SYNONYMS = {
     "DistanceToCameraSD": "distance_to_camera",
@@ -75,11 +56,12 @@ def _source(aov: str, unsupported: Mapping[str, str]) -> AnnotatorSpec:
     known = _SYNONYMS.get(aov, aov)
     if known in annotator_specs and annotator_specs.get(known).empty is not None:
         return annotator_specs.get(known)
-    if known in AOVS:
-        return AnnotatorSpec(aov, _whole(known), frozenset([known]), False, False, {}, np.zeros(0, AOVS[known]))
+    aovs = engines.renderer_aovs()
+    if known in aovs:
+        return AnnotatorSpec(aov, _whole(known), frozenset([known]), False, False, {}, np.zeros(0, aovs[known]))
     if aov in unsupported:
         raise Unsupported(f"AOV {aov!r}: {unsupported[aov]}.")
-    names = [*AOVS, *_SYNONYMS, *(each for each in annotator_specs if annotator_specs.get(each).empty is not None)]
+    names = [*aovs, *_SYNONYMS, *(each for each in annotator_specs if annotator_specs.get(each).empty is not None)]
     close = near_misses(aov, names)
     hint = f"Did you mean {' or '.join(map(repr, close))}?" if close else f"There are: {', '.join(names)}."
     raise AnnotatorRegistryError(f"No AOV is named {aov!r}. {hint}")

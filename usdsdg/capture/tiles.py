@@ -58,11 +58,11 @@ def joined(view: Any, pictures: Sequence[Mapping[str, np.ndarray]]) -> dict[str,
     """
     if not isinstance(view, TiledView):
         return dict(pictures[0])
-    from usdsdg_render.scene.aov import AOVS
+    from usdsdg_render.labels.aov import AOVS
 
     whole = {}
     for name, first in pictures[0].items():
-        nothing = AOVS[name].nothing if name in AOVS else 0
+        nothing = AOVS[name].miss if name in AOVS else 0
         whole[name] = np.full((view.height, view.width, *first.shape[2:]), nothing, first.dtype)
         height, width = first.shape[:2]
         for index, picture in enumerate(pictures):

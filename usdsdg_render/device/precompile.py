@@ -9,7 +9,7 @@ import warp as wp
 
 from usdsdg_render.bvh import build, compress
 from usdsdg_render.device.parallel import CUDA_BLOCK, available_threads
-from usdsdg_render.kernels.labels import ambient_occlusion, aov, coverage, lens_motion, material_aov, screen_bounds
+from usdsdg_render.kernels.labels import coverage, label_kernels, lens_motion, screen_bounds
 from usdsdg_render.kernels.path import cpu_path, tone_map, wavefront, wavelet_denoiser
 from usdsdg_render.kernels.scene import place
 
@@ -46,8 +46,8 @@ def precompile(device: str = "cpu", progress: Progress | None = None) -> None:
 def _loads(target: wp.Device) -> list[tuple[wp.Module, wp.Device, int]]:
     """Modules with the device and the size of a block that they are wanted for, those that take longest first."""
     kernels = [wavefront.intersect_closest if target.is_cuda else cpu_path.add_samples]
-    kernels += [aov.label_pixels, material_aov.label_materials, ambient_occlusion.label_ambient]
-    kernels += [lens_motion.label_curved_motion, screen_bounds.draw_octagons, coverage.cover_strips]
+    kernels += [label_kernels.label_pixels, label_kernels.label_materials, label_kernels.label_hemispheres]
+    kernels += [lens_motion.label_lens_motion, screen_bounds.draw_octagons, coverage.cover_strips]
     kernels += [wavelet_denoiser.atrous_pass, tone_map.tone_map_pixels]
     # Instances are placed and trees are built on the CPU for either device.
     host = [build.build_tree, place.place] + [compress.compress_tree] * target.is_cuda

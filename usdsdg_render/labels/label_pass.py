@@ -1,38 +1,34 @@
-"""The label pass on the host: allocate what is asked for, and launch it for many pictures at once."""
+"""The label pass on the host: allocate what is asked for, and launch it for many images at once."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import warp as wp
 
 from usdsdg_render.device.camera import views_record
 from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.device.parallel import launch_rows
 from usdsdg_render.kernels.cameras.camera import BAND
-from usdsdg_render.kernels.labels.ambient_occlusion import label_ambient
-from usdsdg_render.kernels.labels.aov import AovArrays, Past, label_pixels
-from usdsdg_render.kernels.labels.lens_motion import label_curved_motion
-from usdsdg_render.kernels.labels.material_aov import MaterialArrays, label_materials
-from usdsdg_render.labels.previous_frame import History
-from usdsdg_render.scene.aov import AMBIENT_REACH, AOVS, MATERIAL_AOVS
+from usdsdg_render.kernels.labels.ambient_occlusion import AMBIENT_DISTANCE
+from usdsdg_render.kernels.labels.aov_table import HEMISPHERE, HIT, MATERIAL, PIXEL, SURFACE
+from usdsdg_render.kernels.labels.label_kernels import AovArrays, label_hemispheres, label_materials, label_pixels
+from usdsdg_render.kernels.labels.lens_motion import label_lens_motion
+from usdsdg_render.kernels.labels.motion import PreviousFrame
+from usdsdg_render.labels.aov import AOVS
+from usdsdg_render.labels.previous_frame import PreviousFrames
 from usdsdg_render.scene.scene import Scene
 
 if TYPE_CHECKING:
     from usdsdg.stage.cameras.camera_view import CameraView
 
-_DTYPES = {(np.int32, ()): wp.int32, (np.float32, ()): wp.float32}
-_DTYPES |= {(np.float32, (2,)): wp.vec2, (np.float32, (3,)): wp.vec3}
-
-_OPENNESS = "ambient_occlusion"
 _MOTION = "motion_vectors"
 
 
 def render(
     device_scene: DeviceScene,
-    history: History,
+    previous_frames: PreviousFrames,
     scene: Scene,
     views: Sequence[CameraView],
     names: Collection[str],
@@ -46,29 +42,27 @@ def render(
         mode: as for kernels.visibility.closest.
     """
     device, (height, width) = device_scene.device, (views[0].height, views[0].width)
-    shape = (len(views), height, width)
-    made = {}
-    for name in names:
-        # The label pass writes every pixel, and its threads share the work of making fresh pages of memory.
-        make = wp.zeros if name in MATERIAL_AOVS or name == _OPENNESS else wp.empty
-        made[name] = make(shape, dtype=_DTYPES[AOVS[name].dtype, AOVS[name].channels], device=device)
-    pictures = views_record(views, device)
+    # The kernels write every pixel, and their threads share the work of making fresh pages of memory.
+    made = {name: wp.empty((len(views), height, width), dtype=AOVS[name].type, device=device) for name in names}
+    arrays = AovArrays()
+    for name, array in made.items():
+        setattr(arrays, name, array)
+    images = views_record(views, device)
+    meters_per_unit = float(views[0].meters_per_unit)
 
-    def launch(kernel: Any, band_rows: int, *inputs: Any, out: Any) -> None:
-        bands = (len(views) * pictures.bands, width, BAND)
-        inputs = (device_scene.tables, pictures, *inputs)
-        launch_rows(kernel, bands, inputs, [out], device=device, threads=threads, band_rows=band_rows)
+    def launch(kernel: Any, band_rows: int, *inputs: Any) -> None:
+        bands = (len(views) * images.bands, width, BAND)
+        inputs = (device_scene.tables, images, *inputs)
+        launch_rows(kernel, bands, inputs, [arrays], device=device, threads=threads, band_rows=band_rows)
 
-    past = history.past_of(views, scene) if _MOTION in names else Past()
-    plain, of_material = AovArrays(), MaterialArrays()
-    for name in made.keys() - {_OPENNESS}:
-        setattr(of_material if name in MATERIAL_AOVS else plain, name, made[name])
-    if not (MATERIAL_AOVS | {_OPENNESS}).issuperset(names):
-        launch(label_pixels, 4, past, float(views[0].meters_per_unit), mode, out=plain)
-    if not MATERIAL_AOVS.isdisjoint(names):
-        launch(label_materials, 4, mode, out=of_material)
-    if _OPENNESS in names:
-        launch(label_ambient, 2, AMBIENT_REACH / float(views[0].meters_per_unit), mode, out=made[_OPENNESS])
-    if _MOTION in names and history.have_lens(views):
-        launch(label_curved_motion, 4, past, mode, out=made[_MOTION])
+    reads = {AOVS[name].reads for name in names}
+    previous = previous_frames.of(views, scene) if _MOTION in names else PreviousFrame()
+    if reads & {PIXEL, HIT, SURFACE}:
+        launch(label_pixels, 4, previous, meters_per_unit, int(SURFACE in reads), mode)
+    if MATERIAL in reads:
+        launch(label_materials, 4, mode)
+    if HEMISPHERE in reads:
+        launch(label_hemispheres, 2, AMBIENT_DISTANCE / meters_per_unit, mode)
+    if _MOTION in names and previous_frames.have_lens(views):
+        launch(label_lens_motion, 4, previous, mode)
     return made

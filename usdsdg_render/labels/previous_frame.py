@@ -1,4 +1,4 @@
-"""What each camera saw before: the past that motion vectors count from."""
+"""The previous frame of each camera, from which motion vectors are counted."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import warp as wp
 
 from usdsdg_render.device.camera import camera_array
-from usdsdg_render.kernels.labels.aov import Past, Was
+from usdsdg_render.kernels.labels.motion import PreviousFrame, PreviousInstance
 from usdsdg_render.scene.scene import Prototype, Scene
 from usdsdg_render.scene.struct_rows import records, uploaded
 
@@ -17,102 +17,102 @@ if TYPE_CHECKING:
     from usdsdg.stage.cameras.camera_view import CameraView
 
 
-class _Moment(NamedTuple):
-    """Where all instances were, in what shape."""
+class _Poses(NamedTuple):
+    """Poses and shapes of all instances in one frame."""
 
     paths: tuple[str, ...]
     matrices: np.ndarray  # (instances, 4, 4) local to world
     prototypes: tuple[Prototype, ...]
 
 
-class _Look(NamedTuple):
-    """A camera's view at some moment."""
+class _Frame(NamedTuple):
+    """A camera and the instances in one frame."""
 
     view: CameraView
-    moment: _Moment
+    poses: _Poses
 
 
-class _Looks(NamedTuple):
-    """The last two of one camera, and after which sync the later one was."""
+class _LastFrames(NamedTuple):
+    """The last two frames of one camera, and the number of the sync before the later one."""
 
-    before: _Look
-    last: _Look
+    previous: _Frame
+    last: _Frame
     sync: int
 
 
-_NOTHING = _Moment((), np.zeros((0, 4, 4)), ())
+_NO_POSES = _Poses((), np.zeros((0, 4, 4)), ())
 
 
-class History:
-    """Per camera and size of its picture: what it saw when motion vectors were last asked for.
+class PreviousFrames:
+    """The frame in which motion vectors were last asked for, per camera and image size.
 
     Asked again where neither the scene was synced nor the camera has moved, the answer is the same.
     """
 
     def __init__(self, device: str) -> None:
         self.device = device
-        self._looks: dict[tuple[str, int, int], _Looks] = {}
+        self._frames: dict[tuple[str, int, int], _LastFrames] = {}
         self._sync = 0
-        self._now: _Moment | None = None
-        # What the last `Past` points to, by the shapes before and now.
+        self._poses: _Poses | None = None  # of the present frame, once a camera has asked for them
+        # What the last `PreviousFrame` points to, by the previous and the present shape.
         self._corners: dict[tuple[int, int], wp.array] = {}
 
     def advance(self) -> None:
-        """The scene was synced: what cameras saw until now is their past."""
+        """Begin a frame: the scene was synced."""
         self._sync += 1
-        self._now = None
+        self._poses = None
 
-    def past_of(self, views: Sequence[CameraView], scene: Scene) -> Past:
-        """The past of cameras in the order of the present instances; the present where there is none."""
-        looks = [self._past_look(view) for view in views]
-        moments = {id(look.moment): look.moment for look in looks}
-        rows = {key: row for row, key in enumerate(moments)}
-        past = Past()
-        past.cameras = camera_array([look.view for look in looks], self.device)
-        past.moments = wp.array([rows[id(look.moment)] for look in looks], dtype=wp.int32, device=self.device)
+    def of(self, views: Sequence[CameraView], scene: Scene) -> PreviousFrame:
+        """The previous frames of cameras, with instances in their present order; the present where there is none."""
+        frames = [self._previous(view) for view in views]
+        poses = {id(frame.poses): frame.poses for frame in frames}
+        rows = {key: row for row, key in enumerate(poses)}
+        record = PreviousFrame()
+        record.cameras = camera_array([frame.view for frame in frames], self.device)
+        record.frames = wp.array([rows[id(frame.poses)] for frame in frames], dtype=wp.int32, device=self.device)
         self._corners = {}
-        places = records(Was, len(moments) * len(scene.instances.paths)).reshape(len(moments), -1)
-        for row, moment in zip(places, moments.values(), strict=True):
-            self._place(row, moment, scene)
-        past.places = uploaded(places, Was, self.device)
-        return past
+        instances = records(PreviousInstance, len(poses) * len(scene.instances.paths)).reshape(len(poses), -1)
+        for row, each in zip(instances, poses.values(), strict=True):
+            self._fill(row, each, scene)
+        record.instances = uploaded(instances, PreviousInstance, self.device)
+        return record
 
     def have_lens(self, views: Sequence[CameraView]) -> bool:
-        """Whether one of these cameras is no pinhole, or was none."""
-        return any(view.lens is not None or self._past_look(view).view.lens is not None for view in views)
+        """Whether one of these cameras has a lens model, or had one in its previous frame."""
+        return any(view.lens is not None or self._previous(view).view.lens is not None for view in views)
 
     def remember(self, views: Sequence[CameraView], scene: Scene) -> None:
-        """Make the present the past of these cameras, for when they or the scene have moved."""
-        if self._now is None:
+        """Keep the present frame of these cameras, as the previous one once they or the scene have moved."""
+        if self._poses is None:
             instances = scene.instances
             prototypes = tuple(scene.prototypes[index] for index in instances.prototype.tolist())
-            self._now = _Moment(instances.paths, instances.local_to_world.copy(), prototypes)
+            self._poses = _Poses(instances.paths, instances.local_to_world.copy(), prototypes)
         for view in views:
-            self._looks[_key(view)] = _Looks(self._past_look(view), _Look(view, self._now), self._sync)
+            self._frames[_key(view)] = _LastFrames(self._previous(view), _Frame(view, self._poses), self._sync)
 
-    def _past_look(self, view: CameraView) -> _Look:
-        looks = self._looks.get(_key(view))
-        if looks is None:
-            return _Look(view, _NOTHING)
-        again = looks.sync == self._sync and np.array_equal(looks.last.view.local_to_world, view.local_to_world)
-        return looks.before if again else looks.last
+    def _previous(self, view: CameraView) -> _Frame:
+        frames = self._frames.get(_key(view))
+        if frames is None:
+            return _Frame(view, _NO_POSES)
+        again = frames.sync == self._sync and np.array_equal(frames.last.view.local_to_world, view.local_to_world)
+        return frames.previous if again else frames.last
 
-    def _place(self, rows: np.ndarray, moment: _Moment, scene: Scene) -> None:
-        """Fill (instances,) records of Was."""
+    def _fill(self, rows: np.ndarray, previous: _Poses, scene: Scene) -> None:
+        """Fill (instances,) records of `PreviousInstance`."""
         instances = scene.instances
         matrices = instances.local_to_world.copy()
-        here, there = _shared(instances.paths, moment.paths)
-        matrices[here] = moment.matrices[there]
+        here, there = _shared(instances.paths, previous.paths)
+        matrices[here] = previous.matrices[there]
         rows["known"][here] = 1
         rows["local_to_world"] = matrices[:, :3, :3].transpose(0, 2, 1)
         rows["world_origin"] = matrices[:, 3, :3]
         shapes = [scene.prototypes[index] for index in instances.prototype.tolist()]
-        changed = [(k, before) for k, before in zip(here, there) if shapes[k] is not moment.prototypes[before]]
+        changed = [(k, before) for k, before in zip(here, there) if shapes[k] is not previous.prototypes[before]]
         for k, before in changed:
-            rows["corners"][k] = self._past_corners(moment.prototypes[before], shapes[k])
+            rows["corners"][k] = self._previous_corners(previous.prototypes[before], shapes[k])
 
-    def _past_corners(self, before: Prototype, now: Prototype) -> int:
-        """The address of the corners of a shape that had other points; 0 if it had other triangles."""
+    def _previous_corners(self, before: Prototype, now: Prototype) -> int:
+        """The address of the corners of a shape whose points were others; 0 if it had other triangles."""
         key = id(before), id(now)
         if key not in self._corners:
             same = np.array_equal(before.triangles, now.triangles)
@@ -123,11 +123,11 @@ class History:
 
 
 def _shared(now: tuple[str, ...], before: tuple[str, ...]) -> tuple[Sequence[int], Sequence[int]]:
-    """Where the paths that are in both stand, in one and in the other."""
+    """Positions of the paths that are in both, in one and in the other."""
     if now == before:
         return range(len(now)), range(len(now))
-    places = {path: k for k, path in enumerate(before)}
-    both = [(k, places[path]) for k, path in enumerate(now) if path in places]
+    positions = {path: k for k, path in enumerate(before)}
+    both = [(k, positions[path]) for k, path in enumerate(now) if path in positions]
     return [k for k, _ in both], [k for _, k in both]
 
 

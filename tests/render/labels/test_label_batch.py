@@ -11,7 +11,7 @@ from tests.render.labels.test_label_pass import some_scene, some_view
 from tests.stage.cameras.lens_cases import CASES
 from usdsdg.errors import RenderError
 from usdsdg_render.device import view_batches
-from usdsdg_render.scene.aov import AOVS
+from usdsdg_render.labels.aov import AOVS
 
 
 def camera(name: str, eye, **values):

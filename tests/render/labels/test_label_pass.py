@@ -8,7 +8,7 @@ import pytest
 from tests.render import scenes
 from tests.render.images import radiance, renderer_of
 from usdsdg.errors import RenderError, Unsupported
-from usdsdg_render.scene.aov import AOVS
+from usdsdg_render.labels.aov import AOVS
 from usdsdg_render.scene.scene import (
     NO_INSTANCE,
     WRAP_BLACK,
@@ -43,7 +43,7 @@ def test_every_aov_has_its_shape_type_and_value_for_nothing():
     for name, aov in AOVS.items():
         assert labels[name].shape == (43, 61, *aov.channels)
         assert labels[name].dtype == aov.dtype
-        assert (labels[name][nothing] == aov.nothing).all()
+        assert (labels[name][nothing] == aov.miss).all()
         assert np.isfinite(labels[name][~nothing]).all()
 
 

@@ -1,38 +1,23 @@
-"""Label pass over openness: how much of the hemisphere above each pixel's surface is free nearby."""
+"""The AOV of ambient occlusion: how much of the hemisphere above a surface is free nearby."""
 
 import warp as wp
 
 from usdsdg_render.kernels.bsdf.bsdf import perpendicular
-from usdsdg_render.kernels.labels.label_module import LABELS
-from usdsdg_render.kernels.labels.views import Views, meet_centre, picture_row
+from usdsdg_render.kernels.cameras.camera import Ray
+from usdsdg_render.kernels.labels.aov_table import HEMISPHERE, aov
 from usdsdg_render.kernels.path.sampler import pixel_seed, sample_pair
-from usdsdg_render.kernels.scene.surface import facing, surface_at
+from usdsdg_render.kernels.scene.surface import Surface, facing
 from usdsdg_render.kernels.scene.visibility import transmitted
 from usdsdg_render.kernels.trig import cos_sin
 from usdsdg_render.scene.structs import SceneTables
 
 AMBIENT_RAYS = wp.constant(64)
+AMBIENT_DISTANCE = 0.35  # [m], as the reference's default
 
 
-@wp.kernel(enable_backward=False, module=LABELS)
-def label_ambient(
-    tables: SceneTables,
-    views: Views,
-    reach: float,  # how far things darken each other [stage units]
-    mode: int,
-    first_band: int,
-    # out: (views, height, width)
-    openness: wp.array3d(dtype=wp.float32),
-):
-    band, x, row = wp.tid()
-    v, y = picture_row(views, first_band + band, row)
-    if y >= views.height:
-        return
-    ray, hit = meet_centre(tables, views.cameras[v], x, y, mode)
-    openness[v, y, x] = 1.0
-    if hit.instance < 0:
-        return
-    surface = surface_at(tables, hit, ray.direction)
+@aov(HEMISPHERE, miss=1.0)
+def ambient_occlusion(tables: SceneTables, ray: Ray, surface: Surface, x: int, y: int, distance: float) -> wp.float32:
+    """Cosine-weighted fraction of the hemisphere that is free within AMBIENT_DISTANCE, 1 = all of it."""
     normal = facing(surface.normal, surface.horizon_normal, -ray.direction)
     across = perpendicular(normal)
     along = wp.cross(normal, across)
@@ -45,5 +30,5 @@ def label_ambient(
         s = wp.sqrt(r[0])
         direction = across * (s * around[0]) + along * (s * around[1]) + normal * wp.sqrt(1.0 - r[0])
         if wp.dot(direction, surface.horizon_normal) > 0.0:
-            free += transmitted(tables, origin, direction, reach)
-    openness[v, y, x] = free / float(AMBIENT_RAYS)
+            free += transmitted(tables, origin, direction, distance)
+    return free / float(AMBIENT_RAYS)

@@ -1,62 +1,49 @@
-"""Label pass over materials: what the surface at the centre of each pixel is made of.
-
-A kernel of its own, because reading all textures would make the label pass slower for those who ask for none of this.
-"""
+"""AOVs of the material at the center of each pixel, from all of its textures."""
 
 import warp as wp
 
-from usdsdg_render.kernels.labels.label_module import LABELS
-from usdsdg_render.kernels.labels.views import Views, meet_centre, picture_row
-from usdsdg_render.kernels.scene.surface import bumped, surface_at, with_material
-from usdsdg_render.scene.structs import CLEAR_PANE, SceneTables
+from usdsdg_render.kernels.labels.aov_table import MATERIAL, aov
+from usdsdg_render.kernels.scene.surface import Surface, bumped
+from usdsdg_render.scene.structs import CLEAR_PANE, Hit, Material, SceneTables
 
 
-@wp.struct
-class MaterialArrays:
-    """Outputs, (views, height, width); an empty array is not asked for."""
-
-    bump_normals: wp.array3d(dtype=wp.vec3)
-    diffuse: wp.array3d(dtype=wp.vec3)
-    specular: wp.array3d(dtype=wp.vec3)
-    roughness: wp.array3d(dtype=wp.float32)
-    emission: wp.array3d(dtype=wp.vec3)
-    transmission: wp.array3d(dtype=wp.vec3)
+@aov(MATERIAL)
+def bump_normals(tables: SceneTables, hit: Hit, surface: Surface, material: Material) -> wp.vec3:
+    """Normal after the material's normal maps, in world space."""
+    normal = surface.normal
+    if material.normal_texture >= 0 or material.detail_texture >= 0:
+        normal = bumped(tables, hit, surface, material)
+    return normal
 
 
-@wp.kernel(enable_backward=False, module=LABELS)
-def label_materials(
-    tables: SceneTables,
-    views: Views,
-    mode: int,
-    first_band: int,
-    # out
-    out: MaterialArrays,
-):
-    band, x, row = wp.tid()
-    v, y = picture_row(views, first_band + band, row)
-    if y >= views.height:
-        return
-    ray, hit = meet_centre(tables, views.cameras[v], x, y, mode)
-    if hit.instance < 0:
-        return
-    surface = surface_at(tables, hit, ray.direction)
-    material = tables.materials[surface.material]
-    surface = with_material(tables, surface, material)
-    if out.bump_normals.shape[0] > 0:
-        normal = surface.normal
-        if material.normal_texture >= 0 or material.detail_texture >= 0:
-            normal = bumped(tables, hit, surface, material)
-        out.bump_normals[v, y, x] = normal
-    if out.diffuse.shape[0] > 0:
-        out.diffuse[v, y, x] = surface.base * (1.0 - surface.metallic)
-    if out.specular.shape[0] > 0:
-        out.specular[v, y, x] = surface.specular * (1.0 - surface.metallic) + surface.base * surface.metallic
-    if out.roughness.shape[0] > 0:
-        out.roughness[v, y, x] = surface.roughness
-    if out.emission.shape[0] > 0:
-        out.emission[v, y, x] = surface.emission
-    if out.transmission.shape[0] > 0:
-        tint = surface.base
-        if material.thin == CLEAR_PANE:
-            tint = wp.vec3(1.0)
-        out.transmission[v, y, x] = tint * material.transmission
+@aov(MATERIAL)
+def diffuse(surface: Surface) -> wp.vec3:
+    """Base color of the part that is not metal, linear Rec. 709."""
+    return surface.base * (1.0 - surface.metallic)
+
+
+@aov(MATERIAL)
+def specular(surface: Surface) -> wp.vec3:
+    """Reflectance at normal incidence, linear Rec. 709."""
+    return surface.specular * (1.0 - surface.metallic) + surface.base * surface.metallic
+
+
+@aov(MATERIAL)
+def roughness(surface: Surface) -> wp.float32:
+    """From 0, a mirror, to 1."""
+    return surface.roughness
+
+
+@aov(MATERIAL)
+def emission(surface: Surface) -> wp.vec3:
+    """Emitted radiance [nits], linear Rec. 709."""
+    return surface.emission
+
+
+@aov(MATERIAL)
+def transmission(surface: Surface, material: Material) -> wp.vec3:
+    """Fraction of light that passes through glass, linear Rec. 709."""
+    tint = surface.base
+    if material.thin == CLEAR_PANE:
+        tint = wp.vec3(1.0)
+    return tint * material.transmission

@@ -1,0 +1,110 @@
+"""The label pass: kernels that trace one ray through the center of each pixel and write the AOVs of what it hits.
+
+Three kernels, because reading all textures, or tracing rays from surfaces, would slow down the pass for those who ask
+for none of this. Every kernel writes every pixel of its AOVs.
+"""
+
+import warp as wp
+
+from usdsdg_render.kernels.cameras.camera import Ray
+from usdsdg_render.kernels.labels import ambient_occlusion, aov, material_aov  # their functions fill AOVS  # noqa: F401
+from usdsdg_render.kernels.labels.aov_table import (
+    AOVS,
+    HEMISPHERE,
+    HIT,
+    MATERIAL,
+    PIXEL,
+    SURFACE,
+    miss_writer,
+    struct_of_arrays,
+    writer,
+)
+from usdsdg_render.kernels.labels.label_module import LABELS
+from usdsdg_render.kernels.labels.motion import PreviousFrame
+from usdsdg_render.kernels.labels.views import Views, meet_centre, picture_row
+from usdsdg_render.kernels.scene.surface import Surface, surface_at, with_material
+from usdsdg_render.scene.structs import Camera, Hit, Material, SceneTables
+
+__all__ = ["AOVS", "AovArrays", "label_hemispheres", "label_materials", "label_pixels"]
+
+AovArrays = struct_of_arrays(__name__)
+
+write_pixel = writer(AovArrays, PIXEL, tables=SceneTables, camera=Camera, ray=Ray, hit=Hit, previous=PreviousFrame)
+write_hit = writer(AovArrays, HIT, tables=SceneTables, camera=Camera, ray=Ray, hit=Hit, meters_per_unit=float)
+write_surface = writer(AovArrays, SURFACE, tables=SceneTables, surface=Surface)
+write_material = writer(AovArrays, MATERIAL, tables=SceneTables, hit=Hit, surface=Surface, material=Material)
+write_hemisphere = writer(AovArrays, HEMISPHERE, tables=SceneTables, ray=Ray, surface=Surface, distance=float)
+miss_pixel = miss_writer(AovArrays, HIT, SURFACE)
+miss_material = miss_writer(AovArrays, MATERIAL)
+miss_hemisphere = miss_writer(AovArrays, HEMISPHERE)
+
+
+@wp.kernel(enable_backward=False, module=LABELS)
+def label_pixels(
+    tables: SceneTables,
+    views: Views,
+    previous: PreviousFrame,
+    meters_per_unit: float,
+    with_surface: int,  # 1 = some of the AOVs read it
+    mode: int,
+    first_band: int,
+    # out
+    out: AovArrays,
+):
+    band, x, row = wp.tid()
+    v, y = picture_row(views, first_band + band, row)
+    if y >= views.height:
+        return
+    camera = views.cameras[v]
+    ray, hit = meet_centre(tables, camera, x, y, mode)
+    write_pixel(out, v, y, x, tables, camera, ray, hit, previous)
+    if hit.instance < 0:
+        miss_pixel(out, v, y, x)
+        return
+    write_hit(out, v, y, x, tables, camera, ray, hit, meters_per_unit)
+    if with_surface != 0:
+        write_surface(out, v, y, x, tables, surface_at(tables, hit, ray.direction))
+
+
+@wp.kernel(enable_backward=False, module=LABELS)
+def label_materials(
+    tables: SceneTables,
+    views: Views,
+    mode: int,
+    first_band: int,
+    # out
+    out: AovArrays,
+):
+    band, x, row = wp.tid()
+    v, y = picture_row(views, first_band + band, row)
+    if y >= views.height:
+        return
+    ray, hit = meet_centre(tables, views.cameras[v], x, y, mode)
+    if hit.instance < 0:
+        miss_material(out, v, y, x)
+        return
+    surface = surface_at(tables, hit, ray.direction)
+    material = tables.materials[surface.material]
+    surface = with_material(tables, surface, material)
+    write_material(out, v, y, x, tables, hit, surface, material)
+
+
+@wp.kernel(enable_backward=False, module=LABELS)
+def label_hemispheres(
+    tables: SceneTables,
+    views: Views,
+    distance: float,  # up to which surfaces occlude each other [stage units]
+    mode: int,
+    first_band: int,
+    # out
+    out: AovArrays,
+):
+    band, x, row = wp.tid()
+    v, y = picture_row(views, first_band + band, row)
+    if y >= views.height:
+        return
+    ray, hit = meet_centre(tables, views.cameras[v], x, y, mode)
+    if hit.instance < 0:
+        miss_hemisphere(out, v, y, x)
+        return
+    write_hemisphere(out, v, y, x, tables, ray, surface_at(tables, hit, ray.direction), distance)
