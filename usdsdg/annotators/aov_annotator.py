@@ -56,11 +56,11 @@ def _source(aov: str, unsupported: Mapping[str, str]) -> AnnotatorSpec:
     known = _SYNONYMS.get(aov, aov)
     if known in annotator_specs and annotator_specs.get(known).empty is not None:
         return annotator_specs.get(known)
+    if aov in unsupported:
+        raise Unsupported(f"AOV {aov!r}: {unsupported[aov]}.")
     aovs = engines.renderer_aovs()
     if known in aovs:
         return AnnotatorSpec(aov, _whole(known), frozenset([known]), False, False, {}, np.zeros(0, aovs[known]))
-    if aov in unsupported:
-        raise Unsupported(f"AOV {aov!r}: {unsupported[aov]}.")
     names = [*aovs, *_SYNONYMS, *(each for each in annotator_specs if annotator_specs.get(each).empty is not None)]
     close = near_misses(aov, names)
     hint = f"Did you mean {' or '.join(map(repr, close))}?" if close else f"There are: {', '.join(names)}."

@@ -154,6 +154,14 @@ def renderer() -> Renderer:
     return engines.renderer
 
 
+def renderer_aovs() -> dict[str, np.dtype]:
+    """Return the NumPy type of each AOV of the renderer; color images have the names of annotators instead."""
+    quiet_warp()
+    from usdsdg_render.labels.aov import AOVS
+
+    return {name: np.dtype(aov.dtype) for name, aov in AOVS.items()}
+
+
 def quiet_warp() -> None:
     """Turn off Warp's message for every module that it loads: our own progress reports say what is compiled."""
     import warp
