@@ -1,4 +1,4 @@
-"""Picture files to arrays: what Pillow reads, deep PNG, Radiance HDR, and OpenEXR when its module is installed."""
+"""Decode image files to arrays: Pillow's formats, 16-bit PNG, Radiance HDR, and OpenEXR if its module is installed."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ EXR_MAGIC = b"\x76\x2f\x31\x01"
 UDIM, FIRST_TILE, TILES = "<UDIM>", 1001, 100
 
 
-class Picture(NamedTuple):
-    """A decoded file.
+class DecodedImage(NamedTuple):
+    """The contents of an image file.
 
     `texels` is (H, W, 4), row 0 at the top, straight alpha: uint8 or uint16 as stored, or float32 linear.
     `channels` is how many the file has: 1 gray, 2 gray + alpha, 3 RGB, 4 RGBA.
@@ -31,10 +31,10 @@ class Picture(NamedTuple):
 
 
 def asset_file(attribute: Usd.Attribute) -> tuple[str, str]:
-    """(path as authored, file it means or "" if there is none) of an asset-valued attribute.
+    """Return (path as authored, resolved file or "" if there is none) of an asset-valued attribute.
 
-    Paths that USD cannot resolve are looked up under the assets root, as references are. That of a set of tiles still
-    holds <UDIM>.
+    Paths that USD cannot resolve are looked up under the assets root, as references are. The file of a set of UDIM
+    tiles still holds <UDIM>.
     """
     value = current_value(attribute)
     if isinstance(value, str):
@@ -48,7 +48,7 @@ def asset_file(attribute: Usd.Attribute) -> tuple[str, str]:
     stack = attribute.GetPropertyStack()
     anchored = Sdf.ComputeAssetPathRelativeToLayer(stack[0].layer, value.path) if stack else value.path
     if UDIM in value.path:
-        return value.path, anchored if tiles(anchored) else ""
+        return value.path, anchored if udim_tiles(anchored) else ""
     resolved = Ar.GetResolver().Resolve(anchored)
     if resolved:
         return value.path, resolved.GetPathString()
@@ -58,20 +58,24 @@ def asset_file(attribute: Usd.Attribute) -> tuple[str, str]:
         return value.path, ""
 
 
-def tiles(path: str) -> list[tuple[int, str]]:
-    """(place, file) of a picture: for <UDIM> those that exist of the tiles 1001 to 1100, which have the places 0 to 99,
-    else the file alone."""
+def udim_tiles(path: str) -> list[tuple[int, str]]:
+    """Return (tile, file) of each file of an image: of <UDIM> the existing tiles, else (0, path).
+
+    Tiles are numbered from 0 (UDIM 1001) to 99 (UDIM 1100).
+    """
     if UDIM not in path:
         return [(0, path)]
     resolver = Ar.GetResolver()
-    named = ((place, path.replace(UDIM, str(FIRST_TILE + place))) for place in range(TILES))
-    return [(place, file) for place, file in named if resolver.Resolve(file)]
+    files = ((tile, path.replace(UDIM, str(FIRST_TILE + tile))) for tile in range(TILES))
+    return [(tile, file) for tile, file in files if resolver.Resolve(file)]
 
 
 def modified(path: str) -> tuple[int, int]:
-    """(time stamp in ns, size) of a file or of the package it lies in; (0, 0) if there is none. Of all tiles the
-    newest, and the sum."""
-    stamps, sizes = zip(*(_modified(file) for _, file in tiles(path) or [(0, path)]))
+    """Return (modification time [ns], size) of a file, or of the .usdz that it is in; (0, 0) if there is none.
+
+    Of UDIM tiles the latest time and the total size.
+    """
+    stamps, sizes = zip(*(_modified(file) for _, file in udim_tiles(path) or [(0, path)]))
     return max(stamps), sum(sizes)
 
 
@@ -84,7 +88,7 @@ def _modified(path: str) -> tuple[int, int]:
 
 
 def read_bytes(path: str) -> bytes:
-    """Contents of a file, which may lie inside a .usdz.
+    """Read a file, which may be inside a .usdz.
 
     Raises:
         AssetUnreadable: it cannot be opened.
@@ -102,18 +106,18 @@ def read_bytes(path: str) -> bytes:
         return bytes(opened.GetBuffer())
 
 
-def read(path: str) -> Picture:
-    """Decode a picture file.
+def read(path: str) -> DecodedImage:
+    """Decode an image file.
 
     Raises:
         AssetUnreadable: unknown format or damaged file; OpenEXR without its module.
     """
     values, channels = _decoded(path)
-    return Picture(_with_alpha(values), channels)
+    return DecodedImage(_with_alpha(values), channels)
 
 
 def read_rgb(path: str) -> np.ndarray:
-    """The same without alpha: (H, W, 3)."""
+    """Decode an image file to (H, W, 3), without alpha, of the dtype that `read` gives."""
     values, _ = _decoded(path)
     if values.ndim == 2:
         values = values[..., None]
@@ -127,15 +131,15 @@ def _decoded(path: str) -> tuple[np.ndarray, int]:
         return radiance_hdr.decode(data, name=path), 3
     if data.startswith(EXR_MAGIC):
         return _read_exr(data, path)
-    deep = png16.decode(data, name=path)
-    if deep is not None:
-        return deep, deep.shape[2]
+    values = png16.decode(data, name=path)
+    if values is not None:
+        return values, values.shape[2]
     try:
         with Image.open(io.BytesIO(data)) as image:
             image.load()
             return _from_pillow(image)
     except UnidentifiedImageError:
-        raise errors.AssetUnreadable(f"{path}: it is no picture of a format that is read") from None
+        raise errors.AssetUnreadable(f"{path}: it is no image of a format that is read") from None
     except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError) as error:
         raise errors.AssetUnreadable(f"{path}: {error}") from error
 
@@ -157,7 +161,7 @@ def _from_pillow(image: Image.Image) -> tuple[np.ndarray, int]:
 
 
 def _with_alpha(values: np.ndarray) -> np.ndarray:
-    """(H, W, 4) from gray, RGB or RGBA of any type, opaque where there is no alpha."""
+    """(H, W, 4) of gray, RGB or RGBA values of any dtype; opaque where there is no alpha."""
     if values.ndim == 2:
         values = np.repeat(values[..., None], 3, axis=-1)
     if values.shape[-1] == 4:
@@ -181,9 +185,9 @@ def _read_exr(data: bytes, path: str) -> tuple[np.ndarray, int]:
             channels = {name: np.asarray(c.pixels, np.float32) for name, c in file.channels().items()}
     except (RuntimeError, ValueError, TypeError, OSError) as error:
         raise errors.AssetUnreadable(f"{path}: {error}") from error
-    for together in ("RGBA", "RGB"):
-        if together in channels:
-            return channels[together], len(together)
+    for packed in ("RGBA", "RGB"):  # the module joins channels of these names
+        if packed in channels:
+            return channels[packed], len(packed)
     names = [name for name in "RGBA" if name in channels] or sorted(channels)[:1]
     if names[:3] != list("RGB"):
         names = names[:1]

@@ -1,7 +1,7 @@
-"""Texture files to the texels that the kernels read, decoded once and shared.
+"""Load texture files to texels, decoded once and shared.
 
-Colors are kept in eight sRGB-coded bits, data in as many as the file has (8 or 16), and what does not fit either, such
-as light brighter than one, in half floats.
+Colors are stored in 8 sRGB-coded bits, data in as many bits as the file has (8 or 16), and values that fit neither,
+such as colors above 1, in half floats.
 """
 
 from __future__ import annotations
@@ -18,59 +18,58 @@ import numpy as np
 from usdsdg import errors
 from usdsdg.stage.colors import LUMINANCE
 from usdsdg_render.images import image_files
-from usdsdg_render.scene.scene import AS_IT_IS, WRAP_CLAMP, WRAP_REPEAT, Texture, UvTransform
+from usdsdg_render.scene.scene import IDENTITY_UV, WRAP_CLAMP, WRAP_REPEAT, Texture, UvTransform
 
 Progress = Callable[[str, int, int | None], None]
 ONES = (1.0, 1.0, 1.0, 1.0)
 ZEROS = (0.0, 0.0, 0.0, 0.0)
-# Decoded textures that no material uses any more are kept up to this size, for scripts that swap textures.
-IDLE_BYTES = 1 << 30
-IDLE_LEAST = 1 << 20  # that each counts for besides its own
-MOST_HALF = 65504.0
+# Decoded textures that no material uses are kept up to this size, for scripts that swap textures.
+MAX_IDLE_BYTES = 1 << 30
+IDLE_OVERHEAD = 1 << 20  # bytes that each of them counts for beside its own
+MAX_HALF = 65504.0
 
 _LUMINANCE = LUMINANCE.astype(np.float32)
 
 
 class Decoding(NamedTuple):
-    """What decides the texels of a use."""
+    """What determines the texels of a `TextureUse`."""
 
     file: str
     color_space: str
     color: bool
     desaturation: float
-    spread: int
+    broadcast: int
 
 
 @dataclass(frozen=True)
 class TextureUse:
-    """How a shader looks at a file; equal uses share one `Texture`, and those that differ in the last lines alone its
-    texels.
+    """How a shader samples a file: the linear texel, desaturated, times `scale` plus `bias`.
 
-    What is read is the linear texel, desaturated, times `scale` plus `bias`.
+    Equal uses share one `Texture`; uses of equal `decoding` share the texels.
     """
 
     file: str  # resolved; with <UDIM> for a set of tiles
     color_space: str = "auto"  # auto | sRGB | raw
-    color: bool = True  # a color for the eye (8 bits are then sRGB-coded), not data
+    color: bool = True  # not data; stored sRGB-coded
     desaturation: float = 0.0
-    spread: int = -1  # the channel (0-3) that stands for all of a color; -1 = none
+    broadcast: int = -1  # channel (0-3) that is read as all three of a color; -1 = none
     wrap_s: int = WRAP_REPEAT
     wrap_t: int = WRAP_REPEAT
-    transform: UvTransform = AS_IT_IS
+    transform: UvTransform = IDENTITY_UV
     scale: tuple[float, ...] = ONES
     bias: tuple[float, ...] = ZEROS
-    beyond: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0)  # where a set of tiles has none
+    fallback: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0)  # outside of the existing UDIM tiles
     shader: str = field(default="", compare=False)  # prim path, for messages
 
     @property
     def decoding(self) -> Decoding:
-        return Decoding(self.file, self.color_space, self.color, self.desaturation, self.spread)
+        return Decoding(self.file, self.color_space, self.color, self.desaturation, self.broadcast)
 
 
 class Tile(NamedTuple):
-    """Decoded texels; those of a single picture have the place 0."""
+    """Decoded texels of one UDIM tile, see `udim_tiles`; a single image is tile 0."""
 
-    place: int
+    number: int
     texels: np.ndarray
     srgb: bool
 
@@ -79,7 +78,7 @@ _Key = tuple[Decoding, tuple[int, int]]
 
 
 class TexturePool:
-    """Decoded texels by (what decides them, file time stamp), and the textures that look at them."""
+    """Cache of decoded texels, by `Decoding` and modification time of the file, and of the textures that use them."""
 
     def __init__(self) -> None:
         self._decoded: OrderedDict[_Key, list[Tile] | None] = OrderedDict()
@@ -89,10 +88,10 @@ class TexturePool:
     def load(
         self, uses: Iterable[TextureUse], progress: Progress | None = None
     ) -> tuple[list[Texture], dict[TextureUse, int]]:
-        """All textures of the pool, and where in that list those of `uses` are; new files are decoded on all cores.
+        """Return all textures of the pool, and the indices of those of `uses`; new files are decoded on all cores.
 
-        A file that cannot be read is missing from the result, with one warning. Textures keep their order, idle ones
-        too until they are too large.
+        Uses of a file that cannot be read have no index; a warning names it. Textures keep their order, unused ones
+        too while they are kept.
         """
         uses = list(uses)
         self._kept = {use: self._kept[use] for use in uses if use in self._kept}
@@ -105,37 +104,37 @@ class TexturePool:
             self._decode(list(by_file.values()), progress)
         for key in keys.values():
             self._decoded.move_to_end(key)
-        self._forget_idle(set(keys.values()))
+        self._drop_idle(set(keys.values()))
         textures = dict(self._kept)
         for use, key in keys.items():
             tiles = self._decoded[key]
             if tiles is not None:
                 textures[use] = _texture(use, tiles)
-        place_of = self._arrange(textures.values())
-        return self._table, {use: place_of[_same(texture)] for use, texture in textures.items()}
+        index_of = self._list(textures.values())
+        return self._table, {use: index_of[_identity(texture)] for use, texture in textures.items()}
 
     def keep(self, use: TextureUse, texture: Texture) -> None:
-        """Hold a texture that no file has, for as long as every `load` asks for it."""
+        """Add a texture that has no file. It is dropped by the first `load` that does not ask for it."""
         self._kept[use] = texture
 
-    def _arrange(self, textures: Iterable[Texture]) -> dict[tuple, int]:
-        """Put each different texture into the table once; where each is.
+    def _list(self, textures: Iterable[Texture]) -> dict[tuple, int]:
+        """List each different texture once; return its index by `_identity`.
 
-        Idle ones stay while their texels are held, unless something else looks at those now.
+        Unused textures stay listed while their texels are cached, unless another texture uses those now.
         """
-        present = {_same(texture): texture for texture in textures}
-        listed = {_same(texture) for texture in self._table}
+        present = {_identity(texture): texture for texture in textures}
+        listed = {_identity(texture) for texture in self._table}
         seen = {id(texels) for texture in present.values() for texels in _texels(texture)}
         idle = {id(tile.texels) for tiles in self._decoded.values() for tile in tiles or ()} - seen
         kept = [
             texture
             for texture in self._table
-            if _same(texture) in present or all(id(texels) in idle for texels in _texels(texture))
+            if _identity(texture) in present or all(id(texels) in idle for texels in _texels(texture))
         ]
-        new = [texture for same, texture in present.items() if same not in listed]
+        new = [texture for identity, texture in present.items() if identity not in listed]
         if new or len(kept) != len(self._table):
-            self._table = kept + sorted(new, key=lambda texture: (texture.path, *_look(texture)))
-        return {_same(texture): k for k, texture in enumerate(self._table)}
+            self._table = kept + sorted(new, key=lambda texture: (texture.path, *_sampling(texture)))
+        return {_identity(texture): k for k, texture in enumerate(self._table)}
 
     def _decode(self, files: list[dict[_Key, TextureUse]], progress: Progress | None) -> None:
         with ThreadPoolExecutor(min(len(files), os.cpu_count() or 1)) as pool:
@@ -144,35 +143,35 @@ class TexturePool:
             for done, (file, result) in enumerate(zip(files, results)):
                 if isinstance(result, errors.AssetUnreadable):
                     shader = next(iter(file.values())).shader
-                    errors.warn_once(f"{shader}: the texture cannot be read ({result}); the fallback color is used.")
+                    errors.warn_once(f"{shader}: the texture cannot be read ({result}); the fallback is used.")
                     result = [None] * len(file)
                 for key, tiles in zip(file, result):
                     self._decoded[key] = tiles
                 if progress is not None:
                     progress("textures", done + 1, len(files))
 
-    def _forget_idle(self, used: set[_Key]) -> None:
+    def _drop_idle(self, used: set[_Key]) -> None:
         idle = [key for key in self._decoded if key not in used]
-        size = sum(IDLE_LEAST + _size(self._decoded[key]) for key in idle)
+        size = sum(IDLE_OVERHEAD + _size(self._decoded[key]) for key in idle)
         for key in idle:  # least recently used first
-            if size <= IDLE_BYTES:
+            if size <= MAX_IDLE_BYTES:
                 break
-            size -= IDLE_LEAST + _size(self._decoded.pop(key))
+            size -= IDLE_OVERHEAD + _size(self._decoded.pop(key))
 
 
-def _same(texture: Texture) -> tuple:
-    """Equal uses share their record."""
-    return *map(id, _texels(texture)), *_look(texture)
+def _identity(texture: Texture) -> tuple:
+    """What distinguishes textures: their texels, by id, and how these are sampled."""
+    return *map(id, _texels(texture)), *_sampling(texture)
 
 
 def _texels(texture: Texture) -> list[np.ndarray]:
     return [tile.texels for _, tile in texture.tiles] if texture.tiles else [texture.texels]
 
 
-def _look(texture: Texture) -> tuple:
+def _sampling(texture: Texture) -> tuple:
     first = texture.tiles[0][1] if texture.tiles else texture
-    beyond = tuple(map(float, texture.texels[0, 0])) if texture.tiles else ()
-    return first.srgb, first.wrap_s, first.wrap_t, texture.transform, first.scale, first.bias, beyond
+    fallback = tuple(map(float, texture.texels[0, 0])) if texture.tiles else ()
+    return first.srgb, first.wrap_s, first.wrap_t, texture.transform, first.scale, first.bias, fallback
 
 
 def _size(tiles: list[Tile] | None) -> int:
@@ -180,12 +179,12 @@ def _size(tiles: list[Tile] | None) -> int:
 
 
 def _tiles_of(uses: list[TextureUse]) -> list[list[Tile]] | errors.AssetUnreadable:
-    """Texels of several uses of one file; runs on a worker thread, so an error is returned, not raised."""
+    """Texels of several uses of one file. Runs on a worker thread, so it returns errors instead of raising them."""
     try:
-        pictures = [(place, image_files.read(file)) for place, file in image_files.tiles(uses[0].file)]
+        images = [(tile, image_files.read(file)) for tile, file in image_files.udim_tiles(uses[0].file)]
     except errors.AssetUnreadable as error:
         return error
-    return [[Tile(place, *to_texels(picture, use)) for place, picture in pictures] for use in uses]
+    return [[Tile(tile, *to_texels(image, use)) for tile, image in images] for use in uses]
 
 
 def _texture(use: TextureUse, tiles: list[Tile]) -> Texture:
@@ -193,20 +192,20 @@ def _texture(use: TextureUse, tiles: list[Tile]) -> Texture:
         _, texels, srgb = tiles[0]
         return Texture(use.file, texels, srgb, use.wrap_s, use.wrap_t, use.transform, use.scale, use.bias)
     parts = tuple(
-        (place, Texture(use.file, texels, srgb, WRAP_CLAMP, WRAP_CLAMP, scale=use.scale, bias=use.bias))
-        for place, texels, srgb in tiles
+        (number, Texture(use.file, texels, srgb, WRAP_CLAMP, WRAP_CLAMP, scale=use.scale, bias=use.bias))
+        for number, texels, srgb in tiles
     )
-    beyond = np.array(use.beyond, np.float16).reshape(1, 1, 4)
-    return Texture(use.file, beyond, False, WRAP_CLAMP, WRAP_CLAMP, use.transform, tiles=parts)
+    fallback = np.array(use.fallback, np.float16).reshape(1, 1, 4)
+    return Texture(use.file, fallback, False, WRAP_CLAMP, WRAP_CLAMP, use.transform, tiles=parts)
 
 
-def to_texels(picture: image_files.Picture, use: TextureUse) -> tuple[np.ndarray, bool]:
-    """(H, W, 4) texels of `picture` as `use` looks at it, and whether they are sRGB-coded."""
-    srgb = is_srgb(picture, use)
-    texels = picture.texels
-    if use.spread >= 0:
-        srgb = srgb and use.spread != 3  # alpha is never coded
-        texels = np.concatenate([np.repeat(texels[..., use.spread, None], 3, axis=-1), texels[..., 3:]], axis=-1)
+def to_texels(image: image_files.DecodedImage, use: TextureUse) -> tuple[np.ndarray, bool]:
+    """Return (H, W, 4) texels of an image as `use` needs them, and whether they are sRGB-coded."""
+    srgb = is_srgb(image, use)
+    texels = image.texels
+    if use.broadcast >= 0:
+        srgb = srgb and use.broadcast != 3  # alpha is never sRGB-coded
+        texels = np.concatenate([np.repeat(texels[..., use.broadcast, None], 3, axis=-1), texels[..., 3:]], axis=-1)
     if texels.dtype == np.uint8 and not use.desaturation:
         return np.ascontiguousarray(texels), srgb
     if texels.dtype == np.uint16 and not (use.color or srgb):
@@ -218,16 +217,15 @@ def to_texels(picture: image_files.Picture, use: TextureUse) -> tuple[np.ndarray
     if texels.dtype == np.uint16 and not use.color:
         return np.round(linear * 65535.0).astype(np.uint16), False
     if use.color and linear.min(initial=0.0) >= 0.0 and linear.max(initial=0.0) <= 1.0:
-        # Eight linear bits would band in the dark, so a color is stored sRGB-coded whatever it was.
+        # 8 linear bits would show banding in dark colors, so all colors are stored sRGB-coded.
         return _to_bytes(linear), True
     return linear.astype(np.float16), False
 
 
-def is_srgb(picture: image_files.Picture, use: TextureUse) -> bool:
-    """Whether texels are sRGB-coded. `auto` is as UsdPreviewSurface defines it: 8-bit files with three or four channels
-    are, all others hold linear values."""
+def is_srgb(image: image_files.DecodedImage, use: TextureUse) -> bool:
+    """Whether texels are sRGB-coded: by `auto`, as UsdPreviewSurface defines it, 8-bit files of 3 or 4 channels are."""
     if use.color_space == "auto":
-        return picture.texels.dtype == np.uint8 and picture.channels >= 3
+        return image.texels.dtype == np.uint8 and image.channels >= 3
     return use.color_space == "sRGB"
 
 
@@ -241,8 +239,8 @@ def linear_to_srgb(values: np.ndarray) -> np.ndarray:
 
 def _linear(texels: np.ndarray, srgb: bool) -> np.ndarray:
     if texels.dtype.kind == "f":
-        linear = np.nan_to_num(texels.astype(np.float32), nan=0.0, posinf=MOST_HALF, neginf=-MOST_HALF)
-        linear = np.clip(linear, -MOST_HALF, MOST_HALF)
+        linear = np.nan_to_num(texels.astype(np.float32), nan=0.0, posinf=MAX_HALF, neginf=-MAX_HALF)
+        linear = np.clip(linear, -MAX_HALF, MAX_HALF)
     else:
         linear = texels.astype(np.float32) / np.iinfo(texels.dtype).max
     if srgb:

@@ -6,7 +6,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdsdg import errors
-from usdsdg_render.materials.shading import BRIGHTEST, Input, Material
+from usdsdg_render.materials.shading import MAX_COLOR, Input, Material
 from usdsdg_render.usd.authored_values import as_array
 
 # UsdImaging's fallback displayColor.
@@ -38,9 +38,9 @@ def display_color(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[float, ...]
             errors.warn_once(f"{primvar.GetAttr().GetPath()} holds NaN or infinity, so it is ignored. Correct it.")
             values.append(None)
             continue
-        if (array > BRIGHTEST).any():
-            errors.warn_once(f"{primvar.GetAttr().GetPath()}: more than {BRIGHTEST:g} counts as that. Correct it.")
-            array = np.minimum(array, BRIGHTEST)
+        if (array > MAX_COLOR).any():
+            errors.warn_once(f"{primvar.GetAttr().GetPath()}: more than {MAX_COLOR:g} counts as that. Correct it.")
+            array = np.minimum(array, MAX_COLOR)
         varies |= bool((array != array[0]).any())
         values.append(tuple(np.clip(array.mean(axis=0), 0.0, None).tolist()))
     color, opacity = values

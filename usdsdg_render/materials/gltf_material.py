@@ -1,4 +1,4 @@
-"""Omniverse's gltf/pbr.mdl: the materials of glTF 2.0 with what its extensions add, as its converters write them.
+"""Read Omniverse's gltf/pbr.mdl: glTF 2.0 materials with extensions, as its converters write them.
 
 Mirrors https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html#materials and KHR_texture_transform, _clearcoat,
 _specular, _ior, _transmission and _emissive_strength. Textures are connected shaders `gltf_texture_lookup`.
@@ -18,13 +18,13 @@ from usdsdg_render.materials.shading import Input, Material, Network
 from usdsdg_render.scene.scene import WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
 
 MASK, BLEND = 1, 2
-# OpenGL's numbers, which glTF uses
+# glTF's wrap modes are OpenGL's constants.
 WRAPS = {33071: WRAP_CLAMP, 33648: WRAP_MIRROR, 10497: WRAP_REPEAT}
 LOOKUPS = ("gltf_texture_lookup", "gltf_normal_texture_lookup")
 
 
 def read_gltf(network: Network, shader: UsdShade.Shader) -> Material:
-    """gltf_material."""
+    """Read a gltf_material."""
     base = _lookup(network, shader, "base_color_texture", color=True)
     packed = _lookup(network, shader, "metallic_roughness_texture", color=False)
     coat = _lookup(network, shader, "clearcoat_texture", color=False)
@@ -51,7 +51,7 @@ def read_gltf(network: Network, shader: UsdShade.Shader) -> Material:
             tuple(strength * c for c in network.floats(shader, "emissive_factor", BLACK)),
             _lookup(network, shader, "emissive_texture", color=True),
         ),
-        normal=normal and replace(normal, beyond=(0.5, 0.5, 1.0, 1.0)),
+        normal=normal and replace(normal, fallback=(0.5, 0.5, 1.0, 1.0)),
         normal_scale=network.number(shader, "normal_scale_factor", 1.0),
         metal_edge=1.0,
         clearcoat=Input((network.number(shader, "clearcoat_factor", 0.0),), coat, 0),
@@ -85,7 +85,7 @@ def _lookup(network: Network, shader: UsdShade.Shader, name: str, *, color: bool
 
 
 def _transform(network: Network, node: UsdShade.Shader) -> UvTransform:
-    """glTF's v runs downward: with (u, 1 - v) for the coordinates, KHR_texture_transform before and after."""
+    """KHR_texture_transform for texture coordinates (u, 1 - v), since v of glTF points down."""
     x, y = network.floats(node, "offset", (0.0, 0.0))
     width, height = network.floats(node, "scale", (1.0, 1.0))
     rotation = network.number(node, "rotation", 0.0)

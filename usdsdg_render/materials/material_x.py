@@ -1,7 +1,7 @@
-"""MaterialX shaders authored in USD: Standard Surface and OpenPBR with constants and images.
+"""Read MaterialX surfaces authored in USD: Standard Surface and OpenPBR with constants and images.
 
 Mirrors https://autodesk.github.io/standard-surface/ and https://academysoftwarefoundation.github.io/OpenPBR/, as far as
-the renderer's layers go. Of the nodes in between those count that pick an image, its channel or its place.
+the renderer has such layers. Of the nodes between, those are evaluated that select an image, a channel or coordinates.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from usdsdg_render.scene.scene import WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTr
 WRAPS = {"periodic": WRAP_REPEAT, "clamp": WRAP_CLAMP, "mirror": WRAP_MIRROR, "constant": WRAP_CLAMP}
 CHANNELS = {"outr": 0, "outx": 0, "outg": 1, "outy": 1, "outb": 2, "outz": 2, "outa": 3, "outw": 3}
 IMAGES = ("ND_image_", "ND_tiledimage_")
-PICKERS = ("ND_extract_", "ND_separate")
+CHANNEL_NODES = ("ND_extract_", "ND_separate")
 
 
 class Names(NamedTuple):
-    """What a surface calls its inputs, with their defaults."""
+    """Names of the inputs of a surface, some with their defaults."""
 
     base: tuple[str, float]
     base_color: tuple[str, tuple[float, ...]]
@@ -87,7 +87,7 @@ SURFACES = {"ND_standard_surface_surfaceshader": STANDARD_SURFACE, "ND_open_pbr_
 
 
 def read_material_x(network: Network, shader: UsdShade.Shader) -> Material:
-    """A surface of `SURFACES`. Light that scatters below it is a diffuse color."""
+    """Read a surface of `SURFACES`. Subsurface scattering becomes a diffuse color."""
     names = SURFACES[shader_id(shader)]
     ior = network.number(shader, names.ior, 1.5)
     f0 = network.number(shader, names.specular, 1.0) * reflectance(ior)
@@ -120,10 +120,10 @@ def _base(network: Network, shader: UsdShade.Shader, names: Names, transmission:
     base = _input(network, shader, *names.base_color, factor=weight)
     if base.texture is not None:
         return base
-    below = min(max(network.number(shader, names.subsurface, 0.0), 0.0), 1.0)
+    subsurface = min(max(network.number(shader, names.subsurface, 0.0), 0.0), 1.0)
     scattered = network.floats(shader, *names.subsurface_color)
     tint = network.floats(shader, names.transmission_color, WHITE)
-    color = tuple(c + below * (s - c) for c, s in zip(base.value, scattered))
+    color = tuple(c + subsurface * (s - c) for c, s in zip(base.value, scattered))
     return Input(tuple(c + transmission * (t - c) for c, t in zip(color, tint)))
 
 
@@ -141,10 +141,10 @@ def _input(
 
 
 def _image(network: Network, source: Source, *, color: bool) -> tuple[TextureUse, int] | None:
-    """The image behind a connection, directly or through a node that picks a channel, and which of its channels."""
+    """The connected image and its channel; the connection may pass through a node that extracts a channel."""
     node = source.shader
     channel = 0
-    if node is not None and shader_id(node).startswith(PICKERS):
+    if node is not None and shader_id(node).startswith(CHANNEL_NODES):
         channel = CHANNELS.get(source.output, int(network.number(node, "index", 0.0)))
         node = network.source(node, "in").shader
     if node is None:
@@ -193,4 +193,4 @@ def _normal(network: Network, source: Source) -> TextureUse | None:
     if shader_id(node).startswith("ND_normalmap"):
         source = network.source(node, "in")
     found = _image(network, source, color=False)
-    return found and replace(found[0], color_space="raw", beyond=(0.5, 0.5, 1.0, 1.0))
+    return found and replace(found[0], color_space="raw", fallback=(0.5, 0.5, 1.0, 1.0))

@@ -1,4 +1,4 @@
-"""UsdShade materials to rows of `scene.MATERIAL`: which one is bound, what it says, which rows are equal."""
+"""Read UsdShade materials and make rows of `scene.MATERIAL` from them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from usdsdg_render.images.textures import Progress, TexturePool, TextureUse
 from usdsdg_render.materials.material_x import SURFACES, read_material_x
 from usdsdg_render.materials.mdl import mdl_name, read_mdl
 from usdsdg_render.materials.preview_surface import read_preview_surface
-from usdsdg_render.materials.shading import BRIGHTEST, BRIGHTEST_GLOW, Input, Material, Network, shader_id
+from usdsdg_render.materials.shading import MAX_COLOR, MAX_EMISSION, Input, Material, Network, shader_id
 from usdsdg_render.scene.scene import MATERIAL, NO_TEXTURE, Texture
 from usdsdg_render.usd.prim_kinds import is_below
 
@@ -28,16 +28,16 @@ _FIELDS = [
 
 @dataclass(frozen=True)
 class _Entry:
-    material: Material | None  # None: no surface that we know
+    material: Material | None  # None: its surface shader is missing or unknown
     visited: frozenset[Sdf.Path]
     shared_as: tuple | None
 
 
 class MaterialLibrary:
-    """Materials read so far, by prim path, and by the specs that define them where that decides everything.
+    """Cache of materials by prim path, and by the specs that define them where these determine everything.
 
-    Every reference of an asset has material prims of its own, yet nearly all say the same: they are composed of the
-    same specs. An edit of one adds a spec of its own, so it no longer shares.
+    Each reference to an asset has its own material prims, but most are composed of the same specs and share an entry.
+    An edit of one of them adds a spec, so that it no longer shares.
     """
 
     def __init__(self, stage: Usd.Stage) -> None:
@@ -46,7 +46,7 @@ class MaterialLibrary:
         self._by_specs: dict[tuple, _Entry] = {}
 
     def read(self, prim: Usd.Prim) -> Material | None:
-        """The material at `prim`; None (with a warning) when its surface shader is missing or unknown."""
+        """Read the material at `prim`; None (with a warning) when its surface shader is missing or unknown."""
         path = prim.GetPath()
         entry = self._by_path.get(path)
         if entry is None:
@@ -60,9 +60,9 @@ class MaterialLibrary:
         return entry.material
 
     def invalidate(self, changed: Collection[Sdf.Path], roots: Collection[Sdf.Path]) -> set[Sdf.Path]:
-        """Read again what depends on a prim of `changed`, or on one at or below `roots`; returns those materials.
+        """Drop and return the materials that depend on a prim of `changed`, or on one at or below `roots`.
 
-        A shading prim that no material is known to read may sit between shaders of any, so then all are read again.
+        A shading prim that no material is known to depend on may be part of any network, so then all are dropped.
         """
         known, readers = self._by_path, self._readers()
         stale = {path for path in known if is_below(path, roots)}
@@ -85,7 +85,7 @@ class MaterialLibrary:
         return readers
 
     def _drop(self, paths: Iterable[Sdf.Path]) -> None:
-        """With what they share: nobody would tell us of its changes."""
+        """Drop entries, shared ones too: edits of the prims that share them are not tracked."""
         for path in paths:
             entry = self._by_path.pop(path)
             if entry.shared_as is not None:
@@ -96,7 +96,7 @@ class MaterialLibrary:
         return bool(prim) and not prim.IsA(UsdShade.Material) and UsdShade.ConnectableAPI(prim).IsContainer()
 
     def keep_only(self, paths: set[Sdf.Path]) -> None:
-        """Drop materials that nothing is bound to any more."""
+        """Drop all materials but these, which are still bound."""
         self._drop(path for path in list(self._by_path) if path not in paths)
 
 
@@ -113,7 +113,7 @@ def _read(prim: Usd.Prim, specs: tuple) -> _Entry:
 
 
 def _has_arcs(prim: Usd.Prim) -> bool:
-    """Whether the prim composes more than its ancestors bring, from where an edit would not show in the specs above."""
+    """Whether the prim has composition arcs of its own, through which edits would not show in the material's specs."""
     return prim.HasAuthoredInherits() or prim.HasAuthoredSpecializes() or prim.HasAuthoredReferences()
 
 
@@ -157,31 +157,31 @@ def _surface(material: UsdShade.Material, context: str) -> UsdShade.Shader | Non
 
 
 class MaterialTable:
-    """Rows of `scene.MATERIAL`; those of materials that stay are made once."""
+    """Makes rows of `scene.MATERIAL`, each once for as long as its material stays."""
 
     def __init__(self) -> None:
-        # With where its textures were, and the bytes of the row.
+        # Indices of its textures, and the bytes of the row.
         self._rows: dict[Material, tuple[tuple[int | None, ...], bytes]] = {}
 
     def build(
         self, materials: Sequence[Material], pool: TexturePool, progress: Progress | None = None
     ) -> tuple[np.ndarray, list[Texture]]:
-        """One row a material, and the textures that they index."""
+        """Return one row for each material, and the textures that the rows refer to."""
         uses = dict.fromkeys(use for material in materials for use in material.textures)
         textures, indices = pool.load(uses, progress)
         before, self._rows = self._rows, {}
         for material in materials:
-            places = tuple(indices.get(use) for use in material.textures)
+            used = tuple(indices.get(use) for use in material.textures)
             row = before.get(material)
-            if row is None or row[0] != places:
-                row = places, np.array(_row(material, indices), MATERIAL).tobytes()
+            if row is None or row[0] != used:
+                row = used, np.array(_row(material, indices), MATERIAL).tobytes()
             self._rows[material] = row
         table = b"".join(self._rows[material][1] for material in materials)
         return np.frombuffer(table, MATERIAL).copy(), textures
 
 
 # Largest constants; those in neither table end at 1.
-_HIGHEST = {"base_color": BRIGHTEST, "emission": BRIGHTEST_GLOW}
+_HIGHEST = {"base_color": MAX_COLOR, "emission": MAX_EMISSION}
 _UNLIMITED = ("ior", "thin", "normal_scale", "detail_scale")
 
 
@@ -203,7 +203,7 @@ def _row(material: Material, indices: dict[TextureUse, int]) -> tuple:
 
 def _constant(material: str, name: str, value: Input, *, textured: bool) -> float | tuple[float, ...]:
     """The constant of an input within its limits; beside a texture, a scalar may be any factor > 0."""
-    constant = value.value if value.texture is None or textured or value.missing is None else value.missing
+    constant = value.value if value.texture is None or textured or value.fallback is None else value.fallback
     if name in _HIGHEST:
         highest = _HIGHEST[name]
         if max(constant) > highest:

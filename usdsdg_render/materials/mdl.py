@@ -1,4 +1,4 @@
-"""Omniverse's own MDL materials, read by name and inputs: no MDL compiler here."""
+"""Read MDL materials of Omniverse by their names and inputs, without an MDL compiler."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from usdsdg_render.materials.shading import Material, Network
 
 
 def mdl_name(shader: UsdShade.Shader) -> str:
-    """Name of the MDL material of a shader, "" if it is not MDL."""
+    """Return the name of the MDL material of a shader, "" if it is not MDL."""
     prim = shader.GetPrim()
     asset = prim.GetAttribute("info:mdl:sourceAsset").Get() if prim.HasAttribute("info:mdl:sourceAsset") else None
     identifier = prim.GetAttribute("info:mdl:sourceAsset:subIdentifier")
@@ -29,7 +29,7 @@ def mdl_name(shader: UsdShade.Shader) -> str:
 
 
 def read_mdl(network: Network, shader: UsdShade.Shader, name: str) -> Material | None:
-    """The material if `name`, its MDL name, is one we know or its file says that it is such a one, else None."""
+    """Read a material whose MDL name is in `_READERS`, or whose file calls such a template; None for others."""
     if name not in _READERS:
         network.preset = _preset(network, shader, name)
         name = "" if network.preset is None else network.preset.template
@@ -48,7 +48,7 @@ def _preset(network: Network, shader: UsdShade.Shader, name: str) -> Preset | No
     if not isinstance(asset, Sdf.AssetPath):
         return None
     file = asset.resolvedPath
-    if not file and "/" in asset.path:  # a bare name is a module that Omniverse brings along
+    if not file and "/" in asset.path:  # a bare name is a module that comes with Omniverse
         file = image_files.asset_file(attribute)[1]
     if not file.endswith((".mdl", ".mdl]")):
         return None

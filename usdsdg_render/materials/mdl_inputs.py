@@ -1,4 +1,4 @@
-"""What Omniverse's MDL templates have in common: files, coordinates, and values blended with a texture."""
+"""Inputs that Omniverse's MDL templates share: texture files, UV transforms, values blended with a texture."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from pxr import UsdShade
 from usdsdg_render.images.textures import TextureUse
 from usdsdg_render.materials.preview_surface import texture_file
 from usdsdg_render.materials.shading import Input, Network
-from usdsdg_render.scene.scene import AS_IT_IS, WRAP_REPEAT, UvTransform
+from usdsdg_render.scene.scene import IDENTITY_UV, WRAP_REPEAT, UvTransform
 
 WHITE = (1.0, 1.0, 1.0)
 BLACK = (0.0, 0.0, 0.0)
-_FLAT = (0.5, 0.5, 1.0, 1.0)
+_FLAT_NORMAL = (0.5, 0.5, 1.0, 1.0)
 
 
 def texture(
-    network: Network, shader: UsdShade.Shader, name: str, *, color: bool, transform: UvTransform = AS_IT_IS
+    network: Network, shader: UsdShade.Shader, name: str, *, color: bool, transform: UvTransform = IDENTITY_UV
 ) -> TextureUse | None:
-    """The texture of an asset-valued input, None without a file. Files of no color space are sRGB as colors only."""
+    """Read the texture of an asset-valued input; None without a file. Without a color space only colors are sRGB."""
     file = texture_file(network, shader, name)
     if not file:
         return None
@@ -40,20 +40,20 @@ def texture(
 
 
 def normal_map(
-    network: Network, shader: UsdShade.Shader, name: str, transform: UvTransform = AS_IT_IS
+    network: Network, shader: UsdShade.Shader, name: str, transform: UvTransform = IDENTITY_UV
 ) -> TextureUse | None:
-    """A normal map as the kernels read it: MDL's templates turn the green channel round unless told otherwise."""
+    """Read a normal map; MDL's templates flip the green channel by default."""
     use = texture(network, shader, name, color=False, transform=transform)
     if use is None:
         return None
-    turned = (network.flag(shader, "flip_tangent_u", False), network.flag(shader, "flip_tangent_v", True))
-    scale = (*(-1.0 if turn else 1.0 for turn in turned), 1.0, 1.0)
-    bias = (*(1.0 if turn else 0.0 for turn in turned), 0.0, 0.0)
-    return replace(use, color_space="raw", scale=scale, bias=bias, beyond=_FLAT)
+    flips = (network.flag(shader, "flip_tangent_u", False), network.flag(shader, "flip_tangent_v", True))
+    scale = (*(-1.0 if flip else 1.0 for flip in flips), 1.0, 1.0)
+    bias = (*(1.0 if flip else 0.0 for flip in flips), 0.0, 0.0)
+    return replace(use, color_space="raw", scale=scale, bias=bias, fallback=_FLAT_NORMAL)
 
 
 def transform(network: Network, shader: UsdShade.Shader, prefix: str = "texture") -> UvTransform:
-    """Scale, rotation [authored in degrees] and translation of the templates' textures."""
+    """Read the scale, rotation [authored in degrees] and translation of texture coordinates."""
     return UvTransform.of(
         network.floats(shader, f"{prefix}_scale", (1.0, 1.0)),
         math.radians(network.number(shader, f"{prefix}_rotate", 0.0)),
@@ -62,14 +62,14 @@ def transform(network: Network, shader: UsdShade.Shader, prefix: str = "texture"
 
 
 def textured(value: tuple[float, ...], use: TextureUse | None, *, factor: tuple[float, ...] | None = None) -> Input:
-    """A texture times a factor, in place of the value where there is one."""
+    """Return the texture times a factor; the value without a texture."""
     if use is None:
         return Input(value)
     return Input((1.0,) * len(value) if factor is None else factor, use, 0, value)
 
 
 def blended(constant: float, use: TextureUse | None, channel: int, influence: float) -> Input:
-    """lerp(constant, texture, influence)."""
+    """Return lerp(constant, texture, influence)."""
     influence = min(max(influence, 0.0), 1.0)
     if use is None or influence == 0.0:
         return Input((constant,))
@@ -79,7 +79,7 @@ def blended(constant: float, use: TextureUse | None, channel: int, influence: fl
 
 
 def warn_where(network: Network, shader: UsdShade.Shader, ignored: dict[str, tuple[float, ...]]) -> None:
-    """Name the inputs that would change the picture but are not read: those with another value than given here."""
+    """Warn of inputs that are not read but have another value than the default given here."""
     for name, default in ignored.items():
         if network.floats(shader, name, default) != default:
             network.warn(shader, f"inputs:{name} is not supported and is ignored. Leave it at {default} to agree.")

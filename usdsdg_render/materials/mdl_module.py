@@ -1,8 +1,8 @@
-"""MDL files that name one of Omniverse's templates and what they give it, as its material libraries do:
+"""Parse MDL files that only call a template of Omniverse with arguments, as its material libraries do:
 
     export material Oak(*) = OmniPBR(diffuse_texture: texture_2d("./oak.png", ::tex::gamma_srgb), bump_factor: 0.5f);
 
-Only constants and files are read; MDL is not evaluated.
+Only constant and texture arguments are read; MDL is not evaluated.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ _CALL = re.compile(r"(?:::)?(?:\w+::)*(\w+)\s*\((.*)\)$", re.S)
 _KINDS = {1: Sdf.ValueTypeNames.Float, 2: Sdf.ValueTypeNames.Float2, 3: Sdf.ValueTypeNames.Color3f}
 
 
-class Picture(NamedTuple):
-    """A texture_2d: its file as written, and its color space."""
+class Texture2d(NamedTuple):
+    """A texture_2d argument."""
 
-    file: str
-    space: str
+    file: str  # as written
+    color_space: str  # sRGB, raw or auto
 
 
 class Preset(NamedTuple):
-    """A template by name, and a prim that has the inputs of `values` (on a stage of its own, kept alive here)."""
+    """A template, and a prim whose inputs are the arguments (on a stage of its own, kept alive here)."""
 
     template: str
     prim: Usd.Prim
@@ -38,7 +38,7 @@ class Preset(NamedTuple):
 
 
 def read_preset(file: str, name: str, path: Sdf.Path) -> Preset | None:
-    """What the material `name` of an MDL file gives to which template; None where it is more than that.
+    """Read the template and the arguments of the material `name`; None where it is not such a call.
 
     Raises:
         AssetUnreadable: the file cannot be opened.
@@ -54,20 +54,20 @@ def read_preset(file: str, name: str, path: Sdf.Path) -> Preset | None:
     return Preset(template, prim, stage)
 
 
-def _author(prim: Usd.Prim, name: str, value: bool | tuple[float, ...] | Picture, folder: str) -> None:
-    if isinstance(value, Picture):
+def _author(prim: Usd.Prim, name: str, value: bool | tuple[float, ...] | Texture2d, folder: str) -> None:
+    if isinstance(value, Texture2d):
         attribute = prim.CreateAttribute(name, Sdf.ValueTypeNames.Asset)
         attribute.Set(value.file if os.path.isabs(value.file) else os.path.normpath(os.path.join(folder, value.file)))
-        attribute.SetColorSpace(value.space)
+        attribute.SetColorSpace(value.color_space)
     elif isinstance(value, bool):
         prim.CreateAttribute(name, Sdf.ValueTypeNames.Bool).Set(value)
     elif len(value) in _KINDS:
-        whole = {1: lambda v: v[0], 2: lambda v: Gf.Vec2f(*v), 3: lambda v: Gf.Vec3f(*v)}[len(value)]
-        prim.CreateAttribute(name, _KINDS[len(value)]).Set(whole(value))
+        convert = {1: lambda v: v[0], 2: lambda v: Gf.Vec2f(*v), 3: lambda v: Gf.Vec3f(*v)}[len(value)]
+        prim.CreateAttribute(name, _KINDS[len(value)]).Set(convert(value))
 
 
-def parse(text: str, name: str) -> tuple[str, dict[str, bool | tuple[float, ...] | Picture]] | None:
-    """(template, its arguments that are constants) of a material in the text of a module."""
+def parse(text: str, name: str) -> tuple[str, dict[str, bool | tuple[float, ...] | Texture2d]] | None:
+    """Return (template, its constant arguments) of a material in the text of a module; None if it is no such call."""
     text = _ANNOTATION.sub("", _COMMENT.sub("", text))
     start = re.search(rf"export\s+material\s+{re.escape(name)}\s*\(", text)
     if start is None:
@@ -87,7 +87,7 @@ def parse(text: str, name: str) -> tuple[str, dict[str, bool | tuple[float, ...]
 
 
 def _closing(text: str, begin: int) -> int:
-    """Where the parenthesis that was opened before `begin` closes; strings are skipped."""
+    """Index of the parenthesis that closes the one opened before `begin`; strings are skipped."""
     depth = 1
     for match in re.compile(r'"[^"]*"|[()]').finditer(text, begin):
         depth += {"(": 1, ")": -1}.get(match[0], 0)
@@ -97,6 +97,7 @@ def _closing(text: str, begin: int) -> int:
 
 
 def _split(arguments: str) -> list[str]:
+    """Split arguments at commas outside of parentheses and strings."""
     parts, depth = [""], 0
     for token in re.findall(r'"[^"]*"|[(),]|[^"(),]+', arguments):
         depth += {"(": 1, ")": -1}.get(token, 0)
@@ -107,7 +108,8 @@ def _split(arguments: str) -> list[str]:
     return parts
 
 
-def _value(expression: str) -> bool | tuple[float, ...] | Picture | None:
+def _value(expression: str) -> bool | tuple[float, ...] | Texture2d | None:
+    """Value of a constant expression; None for any other."""
     if expression in ("true", "false"):
         return expression == "true"
     if _NUMBER.match(expression):
@@ -119,7 +121,7 @@ def _value(expression: str) -> bool | tuple[float, ...] | Picture | None:
     if kind == "texture_2d":
         file = arguments[0].strip('"')
         space = "sRGB" if "gamma_srgb" in call[2] else "raw" if "gamma_linear" in call[2] else "auto"
-        return Picture(file, space) if file else None
+        return Texture2d(file, space) if file else None
     width = {"color": 3, "float2": 2, "float3": 3}.get(kind, 0)
     if width == 0 or not all(map(_NUMBER.match, arguments)):
         return None

@@ -1,4 +1,4 @@
-"""The OmniPBR family of Omniverse's MDL templates, without an MDL compiler.
+"""Read the OmniPBR family of Omniverse's MDL templates.
 
 Mirrors https://docs.omniverse.nvidia.com/materials-and-rendering/latest/templates/OmniPBR.html
 """
@@ -29,7 +29,7 @@ COAT_IOR = 1.56
 
 
 def read_omni_pbr(network: Network, shader: UsdShade.Shader, *, opacity_enabled: bool = False) -> Material:
-    """OmniPBR, and OmniPBR_Opacity where opacity is enabled by default."""
+    """Read OmniPBR, or OmniPBR_Opacity, where opacity is enabled by default."""
     uv = transform(network, shader)
     if network.flag(shader, "project_uvw", False):
         network.warn(
@@ -57,7 +57,7 @@ def read_omni_pbr(network: Network, shader: UsdShade.Shader, *, opacity_enabled:
 
 
 def read_omni_pbr_clearcoat(network: Network, shader: UsdShade.Shader, *, opacity_enabled: bool = False) -> Material:
-    """OmniPBR under a coat of lacquer."""
+    """Read OmniPBR_ClearCoat."""
     weight = network.number(shader, "clearcoat_weight", 1.0)
     if not network.flag(shader, "enable_clearcoat", True):
         weight = 0.0
@@ -72,7 +72,7 @@ def read_omni_pbr_clearcoat(network: Network, shader: UsdShade.Shader, *, opacit
 
 
 def _albedo(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input:
-    """(base desaturated * brightness + add) * tint, where base is the texture, or the constant without one."""
+    """Read (desaturated base * brightness + add) * tint, where base is the texture, or the constant without one."""
     constant = network.floats(shader, "diffuse_color_constant", (0.2, 0.2, 0.2))
     tint = network.floats(shader, "diffuse_tint", WHITE)
     brightness = network.number(shader, "albedo_brightness", 1.0)
@@ -80,14 +80,16 @@ def _albedo(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input
     desaturation = network.number(shader, "albedo_desaturation", 0.0)
     red, green, blue = LUMINANCE.tolist()
     gray = red * constant[0] + green * constant[1] + blue * constant[2]
-    plain = tuple(max(((c + desaturation * (gray - c)) * brightness + add) * t, 0.0) for c, t in zip(constant, tint))
+    untextured = tuple(
+        max(((c + desaturation * (gray - c)) * brightness + add) * t, 0.0) for c, t in zip(constant, tint)
+    )
     use = texture(network, shader, "diffuse_texture", color=True, transform=uv)
     if use is None:
-        return Input(plain)
+        return Input(untextured)
     use = replace(use, desaturation=desaturation)
     if not add:
-        return Input(tuple(brightness * t for t in tint), use, 0, plain)
-    return Input(tint, replace(use, scale=(brightness,) * 3 + (1.0,), bias=(add,) * 3 + (0.0,)), 0, plain)
+        return Input(tuple(brightness * t for t in tint), use, 0, untextured)
+    return Input(tint, replace(use, scale=(brightness,) * 3 + (1.0,), bias=(add,) * 3 + (0.0,)), 0, untextured)
 
 
 def _blended(
@@ -100,8 +102,10 @@ def _blended(
     orm_channel: int,
     uv: UvTransform,
 ) -> Input:
-    """MDL's default influence is 0; a texture authored without one counts in full, since that is what its author
-    meant."""
+    """Blend a constant with the ORM map's channel or a texture of its own.
+
+    MDL's default influence is 0; here a texture authored without one counts in full, as its author meant.
+    """
     constant = network.number(shader, f"{name}_constant", default)
     influence = network.number(shader, f"{name}_texture_influence", 1.0)
     if orm is not None:
@@ -121,7 +125,7 @@ def _opacity(network: Network, shader: UsdShade.Shader, uv: UvTransform, *, enab
 
 
 def _emission(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input:
-    """emissive_color * emissive_intensity [nits], tinted by its texture or where its mask lets it through."""
+    """Read emissive_color * emissive_intensity [nits], times its texture or its mask."""
     if not network.flag(shader, "enable_emission", False):
         return Input(BLACK)
     color = network.floats(shader, "emissive_color", (1.0, 0.1, 0.1))

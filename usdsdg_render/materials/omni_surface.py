@@ -1,7 +1,7 @@
-"""OmniSurface and OmniGlass of Omniverse's MDL templates, as far as the renderer's layers go.
+"""Read OmniSurface and OmniGlass of Omniverse's MDL templates, as far as the renderer has such layers.
 
 Mirrors https://docs.omniverse.nvidia.com/materials-and-rendering/latest/templates/OmniSurface.html and OmniGlass.html.
-Light that scatters below the surface is a diffuse color here; glass is tinted where light enters it, not on the way.
+Subsurface scattering becomes a diffuse color; glass is tinted where light enters it, not by distance.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from usdsdg_render.scene.scene import UvTransform
 
 
 def read_omni_glass(network: Network, shader: UsdShade.Shader) -> Material:
-    """OmniGlass, and OmniGlass_Opacity."""
+    """Read OmniGlass or OmniGlass_Opacity."""
     uv = transform(network, shader)
     ior = network.number(shader, "glass_ior", 1.491)
     roughness = texture(network, shader, "roughness_texture", color=False, transform=uv)
@@ -52,7 +52,7 @@ def read_omni_glass(network: Network, shader: UsdShade.Shader) -> Material:
 
 
 def read_omni_surface(network: Network, shader: UsdShade.Shader) -> Material:
-    """OmniSurface and OmniSurfaceLite, with the image of each input where it has one."""
+    """Read OmniSurface or OmniSurfaceLite, with the texture of each input where it has one."""
     uv = UvTransform.of(
         (network.number(shader, "uvw_s_scale", 1.0), network.number(shader, "uvw_t_scale", 1.0)),
         0.0,
@@ -91,16 +91,16 @@ def read_omni_surface(network: Network, shader: UsdShade.Shader) -> Material:
 
 
 def _base(network: Network, shader: UsdShade.Shader, uv: UvTransform, transmission: float) -> Input:
-    """The diffuse color, mixed with that of what scatters below, and with the tint of what goes through."""
+    """Read the diffuse color, blended with the subsurface color and the transmission color by their weights."""
     weight = network.number(shader, "diffuse_reflection_weight", 0.8)
     color = tuple(weight * c for c in network.floats(shader, "diffuse_reflection_color", WHITE))
     use = texture(network, shader, "diffuse_reflection_color_image", color=True, transform=uv)
-    below = 0.0
+    subsurface = 0.0
     if network.flag(shader, "enable_diffuse_transmission", False):
-        below = min(max(network.number(shader, "subsurface_weight", 0.0), 0.0), 1.0)
+        subsurface = min(max(network.number(shader, "subsurface_weight", 0.0), 0.0), 1.0)
     scattered = network.floats(shader, "subsurface_scattering_color", WHITE)
     tint = network.floats(shader, "specular_transmission_color", WHITE)
-    color = tuple(c + below * (s - c) for c, s in zip(color, scattered))
+    color = tuple(c + subsurface * (s - c) for c, s in zip(color, scattered))
     color = tuple(c + transmission * (t - c) for c, t in zip(color, tint))
     return textured(color, use, factor=(weight,) * 3)
 

@@ -1,4 +1,4 @@
-"""UsdPreviewSurface networks (https://openusd.org/release/spec_usdpreviewsurface.html) to `Material`."""
+"""Read UsdPreviewSurface networks (https://openusd.org/release/spec_usdpreviewsurface.html)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pxr import UsdShade
 from usdsdg_render.images import image_files
 from usdsdg_render.images.image_files import UDIM
 from usdsdg_render.images.textures import ONES, ZEROS, TextureUse
-from usdsdg_render.materials.shading import FromGprim, Input, Material, Network, Source, shader_id
+from usdsdg_render.materials.shading import Input, Material, Network, PrimvarInput, Source, shader_id
 from usdsdg_render.scene.scene import WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
 from usdsdg_render.scene.structs import CLEAR_PANE
 from usdsdg_render.usd.time_code import current_value
@@ -34,7 +34,7 @@ FIELDS = {
 
 
 def read_preview_surface(network: Network, surface: UsdShade.Shader) -> Material:
-    """Occlusion is not read, since rays find it; displacement and a constant normal are named and ignored."""
+    """Read a UsdPreviewSurface without occlusion, which rays find; warn of displacement and of a constant normal."""
     base = _input(network, surface, "diffuseColor", (0.18, 0.18, 0.18))
     specular_workflow = bool(network.number(surface, "useSpecularWorkflow", 0.0))
     ior = network.number(surface, "ior", 1.5)
@@ -59,18 +59,18 @@ def read_preview_surface(network: Network, surface: UsdShade.Shader) -> Material
         clearcoat=_input(network, surface, "clearcoat", (0.0,)),
         clearcoat_roughness=_input(network, surface, "clearcoatRoughness", (0.01,)),
         uv_primvar=network.uv_primvar or "",
-        color_from_gprim=network.color_from_gprim,
-        from_gprim=tuple(network.from_gprim),
+        reads_display_color=network.reads_display_color,
+        primvar_inputs=tuple(network.primvar_inputs),
     )
     if str(network.value(surface, "opacityMode") or "transparent") == "presence":
         return material
-    return see_through(material)
+    return as_pane(material)
 
 
-def see_through(material: Material) -> Material:
-    """A constant opacity as that of a clear pane, which mirrors however little of it there is.
+def as_pane(material: Material) -> Material:
+    """Turn a constant opacity in (0, 1) into a clear pane, which reflects as much as if it were opaque.
 
-    One of zero leaves nothing, as an invisible prim, and one with a texture or a threshold is where there is a surface.
+    Opacity 0 leaves no surface; with a texture or a threshold, opacity says where there is a surface.
     """
     opacity = material.opacity.value[0]
     if material.opacity.texture is not None or material.opacity_threshold > 0.0 or not 0.0 < opacity < 1.0:
@@ -87,7 +87,7 @@ def _warn_of_ignored(network: Network, surface: UsdShade.Shader) -> None:
 
 
 def reflectance(ior: float) -> float:
-    """Fresnel reflectance at normal incidence between air and `ior`."""
+    """Return the Fresnel reflectance at normal incidence (F0) between air and `ior`."""
     ior = max(ior, 0.0)
     return ((1.0 - ior) / (1.0 + ior)) ** 2
 
@@ -115,9 +115,9 @@ def _from_primvar(network: Network, reader: UsdShade.Shader, name: str, default:
     variable = str(network.value(reader, "varname") or "").removeprefix("primvars:")
     fallback = network.floats(reader, "fallback", default)
     if name == "diffuseColor" and variable == "displayColor":
-        network.color_from_gprim = True
+        network.reads_display_color = True
     else:
-        network.from_gprim.append(FromGprim(FIELDS.get(name, name), variable, fallback))
+        network.primvar_inputs.append(PrimvarInput(FIELDS.get(name, name), variable, fallback))
     return Input(fallback)
 
 
@@ -125,26 +125,25 @@ def _textured(network: Network, source: Source, default: tuple[float, ...]) -> I
     texture = source.shader
     assert texture is not None
     color = len(default) > 1
-    missing = network.floats(texture, "fallback", (*default, 1.0)[:4] if color else default * 4)
+    fallback = network.floats(texture, "fallback", (*default, 1.0)[:4] if color else default * 4)
     channel = CHANNELS.get(source.output, 0)
-    spread = channel if color and source.output in CHANNELS else -1
+    broadcast = channel if color and source.output in CHANNELS else -1
     use = texture_use(network, texture, color=color or source.output == "a")
     scale, bias = network.floats(texture, "scale", ONES), network.floats(texture, "bias", ZEROS)
-    if spread >= 0:
-        scale, bias, missing = ((values[channel],) * 4 for values in (scale, bias, (*missing, 1.0)[:4]))
-    missing = missing[: len(default)] if color else (missing[channel],)
+    if broadcast >= 0:
+        scale, bias, fallback = ((values[channel],) * 4 for values in (scale, bias, (*fallback, 1.0)[:4]))
+    fallback = fallback[: len(default)] if color else (fallback[channel],)
     if use is None:
-        return Input(missing)
-    if any(bias) or UDIM in use.file:  # a product cannot express it
-        beyond = (*missing, 1.0) if color else missing * 4
-        use = replace(use, scale=scale, bias=bias, beyond=beyond)
+        return Input(fallback)
+    if any(bias) or UDIM in use.file:  # more than a factor, so it belongs to the look-up
+        use = replace(use, scale=scale, bias=bias, fallback=(*fallback, 1.0) if color else fallback * 4)
         scale = ONES
     factor = scale[: len(default)] if color else (scale[channel],)
-    return Input(factor, replace(use, spread=spread), channel, missing)
+    return Input(factor, replace(use, broadcast=broadcast), channel, fallback)
 
 
 def texture_use(network: Network, texture: UsdShade.Shader, *, color: bool) -> TextureUse | None:
-    """File, color space, wrap modes and coordinates of a UsdUVTexture; None (with a warning) without a file."""
+    """Read file, color space, wrap modes and coordinates of a UsdUVTexture; None (with a warning) without a file."""
     file = texture_file(network, texture, "file")
     transform = _coordinates(network, texture)
     if not file:
@@ -164,7 +163,7 @@ def texture_use(network: Network, texture: UsdShade.Shader, *, color: bool) -> T
 
 
 def texture_file(network: Network, shader: UsdShade.Shader, name: str) -> str:
-    """Resolved file of an asset-valued input, "" (with a warning when one was named) if there is none."""
+    """Return the resolved file of an asset-valued input; "" if there is none (with a warning if one is authored)."""
     attribute = network.source(shader, name).attribute
     if attribute is None:
         return ""
@@ -199,7 +198,7 @@ def _wrap(network: Network, texture: UsdShade.Shader, name: str) -> int:
 
 
 def _coordinates(network: Network, texture: UsdShade.Shader) -> UvTransform:
-    """The texture's own transform; the primvar is noted, since all of a material share one."""
+    """Read the texture's UV transform and note its primvar, of which a material has one."""
     transform = UvTransform()
     reader = network.source(texture, "st").shader
     if reader is not None and shader_id(reader) == "UsdTransform2d":
@@ -221,7 +220,7 @@ def _coordinates(network: Network, texture: UsdShade.Shader) -> UvTransform:
 
 
 def _normal(network: Network, surface: UsdShade.Shader) -> TextureUse | None:
-    """Normal maps are never sRGB, whatever the color space says; its scale and bias are usually 2, -1."""
+    """Read a normal map: raw values, whatever its color space says. Scale and bias are usually 2 and -1."""
     source = network.source(surface, "normal")
     if source.shader is None:
         return None
@@ -235,9 +234,9 @@ def _normal(network: Network, surface: UsdShade.Shader) -> TextureUse | None:
         return None
     scale = network.floats(source.shader, "scale", (2.0, 2.0, 2.0, 1.0))
     bias = network.floats(source.shader, "bias", (-1.0, -1.0, -1.0, 0.0))
-    if scale[:3] == ONES[:3] and bias[:3] == ZEROS[:3]:  # left at the fallback: a normal map all the same
+    if scale[:3] == ONES[:3] and bias[:3] == ZEROS[:3]:  # not authored: the usual ones are meant
         scale, bias = (2.0, 2.0, 2.0, 1.0), (-1.0, -1.0, -1.0, 0.0)
-    # The kernel reads value * 2 - 1, so what it looks up is (normal + 1) / 2.
+    # The kernel computes texel * 2 - 1, so the texel must be (normal + 1) / 2.
     halved = (*(s / 2.0 for s in scale[:3]), 1.0)
     raised = (*((b + 1.0) / 2.0 for b in bias[:3]), 0.0)
-    return replace(use, color_space="raw", scale=halved, bias=raised, beyond=(0.5, 0.5, 1.0, 1.0))
+    return replace(use, color_space="raw", scale=halved, bias=raised, fallback=(0.5, 0.5, 1.0, 1.0))

@@ -1,11 +1,11 @@
-"""UsdShade networks as the material readers see them: an input is a constant, or the output of another shader."""
+"""Materials and the UsdShade networks that they are read from: an input is a constant or another shader's output."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdShade
@@ -16,26 +16,26 @@ from usdsdg_render.materials.mdl_module import Preset
 from usdsdg_render.usd.authored_values import as_floats
 from usdsdg_render.usd.time_code import current_value
 
-# Colors of surfaces and of what glows [nits]: light may meet a dozen of them and be filtered within 32-bit numbers.
-# The sun has 1.6e9 nits.
-BRIGHTEST, BRIGHTEST_GLOW = 1e3, 1e10
+# Largest colors of surfaces and of emission [nits]: products of a dozen of them, denoised, stay within float32. The sun
+# has 1.6e9 nits.
+MAX_COLOR, MAX_EMISSION = 1e3, 1e10
 
 
 @dataclass(frozen=True)
 class Input:
     """A constant, multiplied by a texture where there is one.
 
-    `missing` is the whole value when the texture cannot be read; None stands for `value`.
+    `fallback` is the value where the texture cannot be read; None means `value`.
     """
 
     value: tuple[float, ...]
     texture: TextureUse | None = None
     channel: int = 0  # of the texture, for inputs of one component
-    missing: tuple[float, ...] | None = None
+    fallback: tuple[float, ...] | None = None
 
 
-class FromGprim(NamedTuple):
-    """An input of a material that is a primvar of the gprim."""
+class PrimvarInput(NamedTuple):
+    """An input of a material that is read from a primvar of the gprim."""
 
     field: str  # of Material
     primvar: str
@@ -69,34 +69,34 @@ class Material:
     clearcoat: Input = Input((0.0,))
     clearcoat_roughness: Input = Input((0.01,))
     uv_primvar: str = ""
-    color_from_gprim: bool = False  # base color is the gprim's displayColor
-    from_gprim: tuple[FromGprim, ...] = ()
+    reads_display_color: bool = False  # as base_color
+    primvar_inputs: tuple[PrimvarInput, ...] = ()
 
     def __hash__(self) -> int:
         return self._hash
 
     @cached_property
     def _hash(self) -> int:
-        """Tables are made of materials every time that one changes, and there is much in each."""
+        """Cached, since the material table hashes all materials whenever one of them changes."""
         return hash(tuple(getattr(self, each.name) for each in fields(self)))
 
     @cached_property
     def textures(self) -> tuple[TextureUse, ...]:
-        """How all its textures are looked at."""
+        """All textures of the material."""
         inputs = (self.base_color, self.metallic, self.roughness, self.specular, self.opacity, self.emission)
         inputs += (self.clearcoat, self.clearcoat_roughness)
         return tuple(use for use in (*(i.texture for i in inputs), self.normal, self.detail) if use is not None)
 
-    def of_gprim(self, prim: Usd.Prim, time: Usd.TimeCode) -> Material:
-        """The material with the values of the gprim's primvars; those that vary over it are replaced by their mean."""
-        found = {each.field: Input(_primvar(prim, each, time)) for each in self.from_gprim}
-        return replace(self, from_gprim=(), **found)
+    def with_primvars_of(self, prim: Usd.Prim, time: Usd.TimeCode) -> Material:
+        """Return the material with `primvar_inputs` read from the gprim; of varying primvars their means."""
+        found = {each.field: Input(_primvar(prim, each, time)) for each in self.primvar_inputs}
+        return replace(self, primvar_inputs=(), **found)
 
     def with_base_color(self, color: tuple[float, ...]) -> Material:
         return replace(self, base_color=Input(color))
 
 
-def _primvar(prim: Usd.Prim, wanted: FromGprim, time: Usd.TimeCode) -> tuple[float, ...]:
+def _primvar(prim: Usd.Prim, wanted: PrimvarInput, time: Usd.TimeCode) -> tuple[float, ...]:
     primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(wanted.primvar)
     value = primvar.Get(time) if primvar else None
     width = len(wanted.fallback)
@@ -128,18 +128,18 @@ NOTHING = Source(None, None, "")
 
 @dataclass
 class Network:
-    """One material being read. `visited` collects the prims it depends on; warnings name its prim."""
+    """The shading network of one material while it is read; `visited` collects the prims that it depends on."""
 
     material: Usd.Prim
     visited: set[Sdf.Path] = field(default_factory=set)
     uv_primvar: str | None = None
-    color_from_gprim: bool = False
-    from_gprim: list[FromGprim] = field(default_factory=list)
-    preset: Preset | None = None  # for inputs of the surface that are not authored
+    reads_display_color: bool = False
+    primvar_inputs: list[PrimvarInput] = field(default_factory=list)
+    preset: Preset | None = None  # of inputs of the surface that are not authored
     _inputs: dict[Sdf.Path, dict[str, UsdShade.Input]] = field(default_factory=dict)
 
     def connected(self, shader: UsdShade.Shader) -> list[str]:
-        """Inputs whose value another shader computes."""
+        """Return the inputs whose value another shader computes."""
         self.source(shader, "")
         return [name for name in self._inputs[shader.GetPath()] if self.source(shader, name).shader is not None]
 
@@ -182,13 +182,13 @@ class Network:
         attribute = self.preset.prim.GetAttribute(f"inputs:{name}")
         return Source(attribute, None, "") if attribute else NOTHING
 
-    def value(self, shader: UsdShade.Shader, name: str):
-        """Constant value of an input, None where there is none or a shader computes it."""
+    def value(self, shader: UsdShade.Shader, name: str) -> Any:
+        """Return the constant value of an input; None where there is none or a shader computes it."""
         attribute = self.source(shader, name).attribute
         return None if attribute is None else current_value(attribute)
 
     def floats(self, shader: UsdShade.Shader, name: str, default: tuple[float, ...]) -> tuple[float, ...]:
-        """Constant value as that many floats as the default has, or the default."""
+        """Return the constant value as as many floats as the default has, or the default."""
         return self.as_floats(shader, name, self.value(shader, name), default)
 
     def number(self, shader: UsdShade.Shader, name: str, default: float) -> float:
@@ -198,7 +198,9 @@ class Network:
         value = self.value(shader, name)
         return default if value is None else bool(value)
 
-    def as_floats(self, shader: UsdShade.Shader, name: str, value, default: tuple[float, ...]) -> tuple[float, ...]:
+    def as_floats(
+        self, shader: UsdShade.Shader, name: str, value: Any, default: tuple[float, ...]
+    ) -> tuple[float, ...]:
         if value is None:
             return default
         numbers = as_floats(value, len(default))
@@ -208,7 +210,7 @@ class Network:
         return numbers
 
     def use_uv(self, shader: UsdShade.Shader, primvar: str) -> None:
-        """Note which coordinates a texture is looked up by; a material has one set of them."""
+        """Note the primvar of a texture's coordinates; a material has one set of them, so a second one is warned of."""
         if self.uv_primvar is None:
             self.uv_primvar = primvar
         elif self.uv_primvar != primvar:

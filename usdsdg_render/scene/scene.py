@@ -78,7 +78,7 @@ class UvTransform(NamedTuple):
         return cls((cos * scale[0], -sin * scale[1], translation[0]), (sin * scale[0], cos * scale[1], translation[1]))
 
 
-AS_IT_IS = UvTransform()
+IDENTITY_UV = UvTransform()
 
 
 class Texture(NamedTuple):
@@ -94,7 +94,7 @@ class Texture(NamedTuple):
     srgb: bool  # of uint8 texels alone
     wrap_s: int
     wrap_t: int
-    transform: UvTransform = AS_IT_IS
+    transform: UvTransform = IDENTITY_UV
     scale: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
     bias: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     tiles: tuple[tuple[int, Texture], ...] = ()

@@ -74,9 +74,9 @@ class GprimMaterials:
 
     def _resolved(self, gprim: Gprim, time: Usd.TimeCode, material: Material | None) -> Material:
         """The material with the gprim's primvars, or the fallback material; says whether the gprim is `colored`."""
-        if material is not None and material.from_gprim:
-            material = material.of_gprim(gprim.prim, time)
-        if material is not None and not material.color_from_gprim:
+        if material is not None and material.primvar_inputs:
+            material = material.with_primvars_of(gprim.prim, time)
+        if material is not None and not material.reads_display_color:
             gprim.colored = False
             return material
         if gprim.fallback is None:

@@ -273,7 +273,7 @@ def test_tiles_are_read_and_the_fallback_lies_beyond(tmp_path):
     looks.connect("diffuseColor", looks.texture(tmp_path / "a.<UDIM>.png", fallback=Gf.Vec4f(0.5, 0.25, 0.125, 1)))
     row, textures = looks.row()
     used = textures[row["base_color_texture"]]
-    assert [place for place, _ in used.tiles] == [0, 11]
+    assert [number for number, _ in used.tiles] == [0, 11]
     np.testing.assert_allclose(used.texels[0, 0], (0.5, 0.25, 0.125, 1))
 
 

@@ -1,4 +1,4 @@
-"""Picture files to texels: formats, color spaces, baking, sharing, damage."""
+"""Image files to texels: formats, color spaces, baking, sharing, damage."""
 
 import io
 import struct
@@ -309,9 +309,9 @@ def test_brighter_than_one_and_negative_values_stay(tmp_path):
 @pytest.mark.parametrize(("channel", "expected"), [(0, 0.2), (1, 0.4), (3, 0.8)])
 def test_one_channel_stands_for_a_color(channel, expected, tmp_path):
     path = save(tmp_path / "a.png", np.full((2, 2, 4), (51, 102, 153, 204), np.uint8))
-    values, _ = flat(path, color_space="raw", spread=channel)
+    values, _ = flat(path, color_space="raw", broadcast=channel)
     np.testing.assert_allclose(values, [expected] * 3 + [0.8], atol=1e-6)
-    coded, _ = flat(path, color_space="sRGB", spread=channel)
+    coded, _ = flat(path, color_space="sRGB", broadcast=channel)
     linear = expected if channel == 3 else srgb_to_linear(np.array(expected))
     np.testing.assert_allclose(coded[:3], linear, atol=1e-6)
 
@@ -319,10 +319,10 @@ def test_one_channel_stands_for_a_color(channel, expected, tmp_path):
 def test_tiles_are_textures_in_one_table(tmp_path):
     for tile in (1001, 1002, 1013):
         save(tmp_path / f"t.{tile}.png", np.full((2, 2, 3), tile - 1000, np.uint8))
-    use = TextureUse(f"{tmp_path}/t.<UDIM>.png", "raw", beyond=(0.25, 0.5, 0.75, 1.0))
+    use = TextureUse(f"{tmp_path}/t.<UDIM>.png", "raw", fallback=(0.25, 0.5, 0.75, 1.0))
     (loaded,), places = TexturePool().load([use])
     assert places == {use: 0}
-    assert [(place, tile.texels[0, 0, 0]) for place, tile in loaded.tiles] == [(0, 1), (1, 2), (12, 13)]
+    assert [(number, tile.texels[0, 0, 0]) for number, tile in loaded.tiles] == [(0, 1), (1, 2), (12, 13)]
     np.testing.assert_array_equal(loaded.texels, [[[0.25, 0.5, 0.75, 1.0]]])
     stamp = image_files.modified(use.file)
     save(tmp_path / "t.1014.png", np.zeros((2, 2, 3), np.uint8))

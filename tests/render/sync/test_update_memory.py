@@ -31,8 +31,8 @@ def resident() -> float:
 @pytest.mark.filterwarnings("ignore::usdsdg.errors.UsdsdgWarning")
 def test_frames_leave_nothing_behind(tmp_path, monkeypatch):
     # What is idle is kept up to a size, on purpose; here it is small, so that it is full soon.
-    monkeypatch.setattr(textures, "IDLE_BYTES", 20 << 20)
-    monkeypatch.setattr(prototypes, "IDLE_TRIANGLES", 50_000)
+    monkeypatch.setattr(textures, "MAX_IDLE_BYTES", 20 << 20)
+    monkeypatch.setattr(prototypes, "MAX_IDLE_TRIANGLES", 50_000)
     stage = make_stage(tmp_path)
     renderer = WarpRenderer(stage, device="cpu")
     rng = np.random.default_rng(0)
