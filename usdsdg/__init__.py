@@ -1,57 +1,48 @@
 """usdsdg: synthetic data from USD scenes, with the Replicator API.
 
-`import usdsdg as rep` gives what `import omni.replicator.core as rep` gives in Omniverse.
+`import usdsdg as rep` gives what `import omni.replicator.core as rep` gives in Omniverse. The stub `__init__.pyi` lists
+the public names by theme; each loads when it is first used (PEP 562, as in SPEC 1 of Scientific Python), so that
+`usdsdg.errors`, or one engine alone, loads nothing else. With EAGER_IMPORT in the environment all load at once.
 """
 
-from usdsdg import (
-    annotators,
-    annotators_default,
-    augmentations_default,
-    backends,
-    create,
-    distribution,
-    functional,
-    get,
-    modify,
-    orchestrator,
-    physics,
-    randomizer,
-    rng,
-    settings,
-    trigger,
-    utils,
-    writers,
-    writers_default,
-)  # fmt: skip
-from usdsdg.annotators import AnnotatorRegistry, NodeConnectionTemplate
-from usdsdg.app.new_layer import new_layer
-from usdsdg.backends import BackendDispatch
-from usdsdg.create import mesh_decal as create_mesh_decal
-from usdsdg.graph.sampling import get_global_seed, set_global_seed
-from usdsdg.session.stage_context import open_stage
-from usdsdg.writers import (
-    BasicWriter,
-    CocoWriter,
-    CosmosWriter,
-    FPSWriter,
-    KittiWriter,
-    PoseWriter,
-    Writer,
-    WriterRegistry,
-    WriterRegistryError,
-)
+import ast
+import importlib
+import os
+from pathlib import Path
+from typing import Any
 
 __version__ = "0.1.0"
 
-__all__ = [
-    # what a scene is made of and what changes in it
-    "create", "get", "modify", "randomizer", "physics", "distribution", "trigger", "functional", "rng",
-    "create_mesh_decal",
-    # what comes out
-    "annotators", "AnnotatorRegistry", "NodeConnectionTemplate", "annotators_default", "augmentations_default",
-    "writers", "Writer", "WriterRegistry", "WriterRegistryError", "BasicWriter", "PoseWriter",
-    "CocoWriter", "KittiWriter", "CosmosWriter", "FPSWriter", "writers_default",
-    "backends", "BackendDispatch",
-    # what runs it
-    "orchestrator", "settings", "utils", "get_global_seed", "set_global_seed", "open_stage", "new_layer",
-]  # fmt: skip
+
+def _public_names() -> dict[str, tuple[str, str]]:
+    """Public name -> (module, name in it), as the stub imports them."""
+    stub = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+    imports = [line for line in stub.body if isinstance(line, ast.ImportFrom)]
+    return {
+        alias.asname or alias.name: (f"usdsdg.{line.module}" if line.module else "usdsdg", alias.name)
+        for line in imports
+        for alias in line.names
+    }
+
+
+_PUBLIC = _public_names()
+__all__ = list(_PUBLIC)  # pyright: ignore[reportUnsupportedDunderAll]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'usdsdg' has no attribute {name!r}")
+    module, original = _PUBLIC[name]
+    if module == "usdsdg":
+        return importlib.import_module(f"usdsdg.{original}")
+    value = globals()[name] = getattr(importlib.import_module(module), original)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+if os.environ.get("EAGER_IMPORT"):
+    for _name in __all__:
+        __getattr__(_name)

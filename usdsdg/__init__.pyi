@@ -1,0 +1,55 @@
+# The public names of usdsdg and where they are defined: read by `__init__.py` at run time, and by editors and pyright.
+
+from . import (
+    annotators,
+    annotators_default,
+    augmentations_default,
+    backends,
+    create,
+    distribution,
+    errors,
+    functional,
+    get,
+    modify,
+    orchestrator,
+    physics,
+    randomizer,
+    rng,
+    settings,
+    trigger,
+    utils,
+    writers,
+    writers_default,
+)
+from .annotators import AnnotatorRegistry, NodeConnectionTemplate
+from .app.new_layer import new_layer
+from .backends import BackendDispatch
+from .create import mesh_decal as create_mesh_decal
+from .graph.sampling import get_global_seed, set_global_seed
+from .session.stage_context import open_stage
+from .writers import (
+    BasicWriter,
+    CocoWriter,
+    CosmosWriter,
+    FPSWriter,
+    KittiWriter,
+    PoseWriter,
+    Writer,
+    WriterRegistry,
+    WriterRegistryError,
+)
+
+__version__: str
+
+__all__ = [
+    # what a scene is made of and what changes in it
+    "create", "get", "modify", "randomizer", "physics", "distribution", "trigger", "functional", "rng",
+    "create_mesh_decal",
+    # what comes out
+    "annotators", "AnnotatorRegistry", "NodeConnectionTemplate", "annotators_default", "augmentations_default",
+    "writers", "Writer", "WriterRegistry", "WriterRegistryError", "BasicWriter", "PoseWriter",
+    "CocoWriter", "KittiWriter", "CosmosWriter", "FPSWriter", "writers_default",
+    "backends", "BackendDispatch",
+    # what runs it
+    "orchestrator", "settings", "utils", "get_global_seed", "set_global_seed", "open_stage", "new_layer", "errors",
+]  # fmt: skip
