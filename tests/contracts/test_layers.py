@@ -1,77 +1,188 @@
-"""Imports point one way: stage ← engines ← orchestrator; only the command line imports compat."""
+"""Imports point one way, in the text and at run time: `layers` is the table, this holds the code against it."""
 
 import ast
+import json
+import subprocess
+import sys
+from functools import cache
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
 
+from tests.contracts import layers
+
 ROOT = Path(__file__).resolve().parents[2]
-
-# Package or module → what of the project it may import. The first matching entry counts.
-ALLOWED = {
-    "usdsdg/stage": ("usdsdg.stage", "usdsdg.errors"),
-    "usdsdg/errors.py": (),
-    "usdsdg_physics": ("usdsdg_physics", "usdsdg.stage", "usdsdg.errors"),
-    "usdsdg_render": ("usdsdg_render", "usdsdg.stage", "usdsdg.errors"),
-    "usdsdg/graph": (
-        "usdsdg.graph",
-        "usdsdg.arguments",
-        "usdsdg.session",
-        "usdsdg.stage",
-        "usdsdg.errors",
-    ),
-    "usdsdg/annotators": (
-        "usdsdg.annotators",
-        "usdsdg.graph.sampling",  # the only source of randomness
-        "usdsdg.session",
-        "usdsdg.stage",
-        "usdsdg.errors",
-        "usdsdg.arguments",
-    ),
-    "usdsdg/writers": (
-        "usdsdg.writers",
-        "usdsdg.annotators",
-        "usdsdg.session",
-        "usdsdg.stage",
-        "usdsdg.errors",
-        "usdsdg.arguments",
-    ),
-}
-ENGINES = ("warp", "newton")
+PACKAGES = {"usdsdg": layers.USDSDG, "usdsdg_physics": layers.PHYSICS, "usdsdg_render": layers.RENDER}
+ROOMS = [(package, room) for package, table in PACKAGES.items() for room in table]
+# Loads each module that is named on the command line in a process of its own, forked from one that has loaded nothing.
+LOADER = """
+import json, os, sys
+for name in sys.argv[1:]:
+    sys.stdout.flush()
+    if (child := os.fork()) == 0:
+        __import__(name)
+        print(json.dumps([name, sorted(m for m in sys.modules if m.split(".")[0] in PACKAGES or m in ENGINES)]))
+        sys.stdout.flush()
+        os._exit(0)
+    if os.waitpid(child, 0)[1]:
+        sys.exit(f"{name} cannot be imported")
+"""
 
 
-def imported(path: Path) -> set[str]:
-    names = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
-    return names
+@cache
+def modules() -> dict[str, Path]:
+    """Every module of the product by its dotted name."""
+    found = {}
+    for package in PACKAGES:
+        for path in (ROOT / package).rglob("*.py"):
+            parts = path.relative_to(ROOT).with_suffix("").parts
+            found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
 
 
-def files(prefix: str) -> list[Path]:
-    path = ROOT / prefix
-    return [path] if path.suffix == ".py" else sorted(path.rglob("*.py"))
+def room_of(module: str) -> tuple[str, str]:
+    """("usdsdg", "stage") for "usdsdg.stage.paths"; the package itself is its own "__init__"."""
+    package, _, rest = module.partition(".")
+    return package, rest.split(".")[0] or "__init__"
 
 
-@pytest.mark.parametrize("prefix", ALLOWED)
-def test_packages_import_only_what_lies_below_them(prefix):
-    allowed = ALLOWED[prefix]
-    for path in files(prefix):
-        for name in imported(path):
-            if name.split(".")[0] in ("usdsdg", "usdsdg_physics", "usdsdg_render") and name != "usdsdg":
-                assert name.startswith(allowed), f"{path.relative_to(ROOT)} imports {name}"
+@cache
+def imports() -> dict[str, tuple[frozenset[str], frozenset[str]]]:
+    """Module -> what of the product it imports: at its top, and inside functions."""
+    return {name: (frozenset(top), frozenset(late)) for name, (top, late) in map(_imports, modules())}
 
 
-@pytest.mark.parametrize("package", ["usdsdg/stage", "usdsdg/graph", "usdsdg/writers"])
-def test_no_engine_below_the_orchestrator(package):
-    for path in files(package):
-        assert not {name.split(".")[0] for name in imported(path)} & set(ENGINES), path
+def _imports(name: str) -> tuple[str, tuple[set[str], set[str]]]:
+    top: set[str] = set()
+    late: set[str] = set()
+
+    def visit(node: ast.AST, found: set[str]) -> None:
+        for child in ast.iter_child_nodes(node):
+            if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.dump(child.test):
+                continue
+            if isinstance(child, ast.ImportFrom) and child.module:
+                full = [f"{child.module}.{alias.name}" for alias in child.names]
+                found |= {each if each in modules() else child.module for each in full}
+            elif isinstance(child, ast.Import):
+                found |= {alias.name for alias in child.names}
+            visit(child, late if isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda) else found)
+
+    visit(ast.parse(modules()[name].read_text(encoding="utf-8")), top)
+    return name, (top & modules().keys(), late & modules().keys())
+
+
+def late_rooms(module: str) -> set[tuple[str, str]]:
+    """The rooms that the table lets `module` import inside functions; a whole package stands for all of its rooms."""
+    wanted = layers.LATE.get(module, ("", ""))[0].split()
+    return {
+        room
+        for each in wanted
+        for room in ([r for r in ROOMS if r[0] == each] if each in PACKAGES else [room_of(each)])
+    }
+
+
+def allowed(package: str, room: str) -> set[tuple[str, str]]:
+    """The rooms that a row of the table names, the row's own among them."""
+    found = {(package, room), *((package, each) for each in PACKAGES[package][room].split())}
+    return found | {("usdsdg", "errors"), ("usdsdg", "stage")} if package in layers.ENGINES else found
+
+
+def below(room: tuple[str, str]) -> set[tuple[str, str]]:
+    """All rooms that may be loaded along with one."""
+    found = set()
+    open_ = {room, ("usdsdg", "__init__")}
+    while open_:
+        each = open_.pop()
+        found.add(each)
+        open_ |= allowed(*each) - found
+    return found
+
+
+def test_the_table_lists_every_package_and_root_module():
+    listed = set(ROOMS)
+    there = {room_of(name) for name in modules()}
+    assert there == listed
+
+
+def test_rows_name_only_what_stands_above_them():
+    for table in PACKAGES.values():
+        known = {"__init__"}
+        for room, wanted in table.items():
+            assert set(wanted.split()) <= known, room
+            known.add(room)
+
+
+@pytest.mark.parametrize(("package", "room"), ROOMS)
+def test_rooms_import_only_what_their_row_names(package, room):
+    for name in modules():
+        if room_of(name) == (package, room):
+            top, late = imports()[name]
+            wrong = {each for each in top if room_of(each) not in allowed(package, room)}
+            assert not wrong, f"{name} imports {sorted(wrong)}"
+            wrong = {each for each in late if room_of(each) not in allowed(package, room) | late_rooms(name)}
+            assert not wrong, f"{name} imports {sorted(wrong)} inside a function"
+
+
+def test_imports_inside_functions_that_the_table_names_are_there():
+    for name, (wanted, why) in layers.LATE.items():
+        late = {room_of(each) for each in imports()[name][1]}
+        assert why
+        for each in wanted.split():
+            rooms = {room for room in ROOMS if room[0] == each} if each in PACKAGES else {room_of(each)}
+            assert rooms & late, f"{name} does not import {each} inside a function"
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    graph = {
+        name: {each for each in top | late if room_of(each) not in late_rooms(name)}
+        for name, (top, late) in imports().items()
+    }
+    tuple(TopologicalSorter(graph).static_order())  # raises CycleError
+
+
+@cache
+def loaded() -> dict[str, set[str]]:
+    """Module -> everything of the product that is loaded after `import module` in a fresh process."""
+    names = [f"{package}.{room}".removesuffix(".__init__") for package, room in ROOMS if room != "__main__"]
+    source = f"PACKAGES, ENGINES = {tuple(PACKAGES)}, ('newton', 'warp')\n{LOADER}"
+    done = subprocess.run([sys.executable, "-c", source, *names], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    return {name: set(found) for name, found in map(json.loads, done.stdout.splitlines())}
+
+
+@pytest.mark.parametrize(("package", "room"), [room for room in ROOMS if room[1] != "__main__"])
+def test_what_is_loaded_is_what_the_table_lets_in(package, room):
+    name = f"{package}.{room}".removesuffix(".__init__")
+    wrong = {each for each in loaded()[name] - {"newton", "warp"} if room_of(each) not in below((package, room))}
+    assert not wrong, f"import {name} loads {sorted(wrong)}"
+
+
+def test_errors_load_alone():
+    assert loaded()["usdsdg.errors"] == {"usdsdg", "usdsdg.errors"}
+
+
+def test_engines_load_nothing_but_errors_and_the_stage():
+    for engine in layers.ENGINES:
+        rooms = {room_of(name) for name in loaded()[engine] if name.startswith("usdsdg.")}
+        assert rooms <= {("usdsdg", "errors"), ("usdsdg", "stage")}
+
+
+@pytest.mark.parametrize("name", ["usdsdg", *(f"usdsdg.{room}" for room in layers.USDSDG if not room.startswith("__"))])
+def test_no_engine_is_loaded_before_a_frame_needs_it(name):
+    assert not loaded()[name] & {"newton", "warp", *layers.ENGINES} - {"usdsdg_render", "usdsdg_render.settings"}
 
 
 def test_only_the_command_line_imports_compat():
-    for path in files("usdsdg"):
-        inside = path.relative_to(ROOT).parts[1]
-        if inside not in ("compat", "cli"):
-            assert not any(name.startswith("usdsdg.compat") for name in imported(path)), path
+    compat = ("usdsdg", "compat")
+    importers = {room_of(name) for name, both in imports().items() for found in both if compat in map(room_of, found)}
+    assert importers <= {compat, ("usdsdg", "cli")}
+
+
+def test_the_stub_and_the_module_agree():
+    import usdsdg
+
+    stub = ast.parse((ROOT / "usdsdg" / "__init__.pyi").read_text(encoding="utf-8"))
+    assigned = {node.targets[0].id: node.value for node in stub.body if isinstance(node, ast.Assign)}
+    assert set(ast.literal_eval(assigned["__all__"])) == set(usdsdg.__all__) <= set(dir(usdsdg))
+    assert all(getattr(usdsdg, name) is not None for name in usdsdg.__all__)

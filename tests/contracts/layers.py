@@ -1,0 +1,100 @@
+"""The table of layers: every package, room and root module with what of the project it may import.
+
+The order is from the bottom to the top: a row names only rows above it, so there are no cycles. A room of an engine may
+import `usdsdg.errors` and `usdsdg.stage` besides the rooms of its own engine that its row names.
+"""
+
+ENGINES = ("usdsdg_physics", "usdsdg_render")
+
+# usdsdg: name -> what it may import, names without "usdsdg.".
+USDSDG = {
+    "errors": "",
+    "stage": "errors",
+    "session": "errors stage",
+    "arguments": "errors stage",
+    "settings": "errors stage session graph",
+    "graph": "errors stage session",
+    "rng": "session graph",
+    "distribution": "errors arguments graph",
+    "scatter": "errors stage arguments",
+    # what scripts call
+    "modify": "errors stage session arguments graph distribution scatter",
+    "create": "errors stage session arguments graph distribution modify",
+    "randomizer": "errors stage session arguments graph distribution scatter modify",
+    "annotators": "errors stage session arguments graph",
+    "writers": "errors stage session arguments annotators",
+    "functional": "errors stage session arguments graph rng scatter randomizer writers",
+    "physics": "errors stage arguments graph distribution modify functional",
+    "get": "errors stage session arguments graph functional",
+    "trigger": "errors session arguments graph functional",
+    "utils": "errors stage session arguments graph modify",
+    "annotators_default": "annotators",
+    "augmentations_default": "annotators",
+    "backends": "writers",
+    "writers_default": "writers",
+    # what runs it
+    "capture": "errors stage session graph distribution create annotators writers",
+    "app": "errors stage session graph rng distribution create annotators writers trigger capture",
+    "orchestrator": "errors session arguments app",
+    "demo": "errors stage",
+    "inspect": "errors stage writers",
+    "replicator_yaml": "errors arguments graph orchestrator __init__",
+    "scenarios": "errors stage session arguments graph create writers app orchestrator settings __init__",
+    "compat": "errors stage session graph app orchestrator settings",
+    "cli": "errors session",
+    "__main__": "cli",
+    "__init__": "",
+}
+
+PHYSICS = {
+    "parse": "",
+    "compile_kernels": "",
+    "corrections": "parse",
+    "queries": "parse",
+    "model": "compile_kernels parse corrections queries",
+    "writeback": "parse",
+    "play": "compile_kernels parse queries model writeback",
+    "engine": "compile_kernels parse queries play",
+    "simulate": "compile_kernels engine",
+    "__init__": "queries engine simulate",
+}
+
+RENDER = {
+    "settings": "",
+    "scene": "",
+    "usd": "scene",
+    "images": "scene usd",
+    "materials": "scene usd images",
+    "geometry": "scene usd images materials",
+    "memory": "",
+    "bvh": "scene memory",
+    "kernels": "scene geometry bvh",
+    "lights": "scene usd images materials kernels",
+    "sync": "scene usd images geometry materials lights",
+    "device": "scene geometry memory bvh kernels lights",
+    "labels": "scene memory kernels device",
+    "path": "settings scene memory kernels device",
+    "renderer": "settings scene sync memory kernels device labels path",
+    "__init__": "",
+}
+
+# Module -> (what it imports inside functions, why not at its top). Nothing else may be imported there.
+COMMAND = "help and errors of the command line appear before anything heavy is loaded"
+LATE = {
+    "usdsdg.session.engines": (
+        "usdsdg_physics.engine usdsdg_render.renderer",
+        "newton takes seconds to import, warp one",
+    ),
+    "usdsdg.capture.render_settings": ("usdsdg_render.path", "warp takes a second to import"),
+    "usdsdg.capture.tiles": ("usdsdg_render.scene", "warp takes a second to import"),
+    "usdsdg.app.app": ("usdsdg.demo", "most runs have an assets root and never need it"),
+    "usdsdg.cli.commands": ("usdsdg.__init__", COMMAND),
+    "usdsdg.cli.doctor": ("usdsdg.__init__ usdsdg.stage usdsdg_render.path", COMMAND),
+    "usdsdg.cli.file_kinds": ("usdsdg.scenarios", COMMAND),
+    "usdsdg.cli.generate": ("usdsdg.scenarios", COMMAND),
+    "usdsdg.cli.inspect_page": ("usdsdg.inspect", COMMAND),
+    "usdsdg.cli.render": ("usdsdg.__init__ usdsdg.stage", COMMAND),
+    "usdsdg.cli.run": ("usdsdg.app usdsdg.compat usdsdg.replicator_yaml", COMMAND),
+    "usdsdg.cli.session": ("usdsdg.graph usdsdg.orchestrator usdsdg.stage", COMMAND),
+    "usdsdg.cli.simulate": ("usdsdg.stage usdsdg_physics.simulate", COMMAND),
+}
