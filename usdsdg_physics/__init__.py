@@ -1,7 +1,28 @@
-"""Simulate the rigid bodies of a USD stage with Newton, and write poses and velocities back to the prims."""
+"""Simulate the rigid bodies of a USD stage with Newton, and write poses and velocities back to the prims.
 
-from usdsdg_physics.engine import NewtonEngine as NewtonEngine
-from usdsdg_physics.queries.scene_queries import Overlap as Overlap
-from usdsdg_physics.queries.scene_queries import RayHit as RayHit
-from usdsdg_physics.simulation import precompile as precompile
-from usdsdg_physics.simulation import simulate as simulate
+The public names load when they are first used (PEP 562), so that one room of the package loads without the others.
+"""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from usdsdg_physics.engine import NewtonEngine as NewtonEngine
+    from usdsdg_physics.queries.scene_queries import Overlap as Overlap
+    from usdsdg_physics.queries.scene_queries import RayHit as RayHit
+    from usdsdg_physics.simulation import precompile as precompile
+    from usdsdg_physics.simulation import simulate as simulate
+
+_PUBLIC = {
+    "NewtonEngine": "engine",
+    "Overlap": "queries.scene_queries",
+    "RayHit": "queries.scene_queries",
+    "precompile": "simulation",
+    "simulate": "simulation",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'usdsdg_physics' has no attribute {name!r}")
+    return getattr(importlib.import_module(f"usdsdg_physics.{_PUBLIC[name]}"), name)

@@ -47,16 +47,18 @@ USDSDG = {
 }
 
 PHYSICS = {
-    "parse": "",
-    "compile_kernels": "",
-    "corrections": "parse",
-    "queries": "parse",
-    "model": "compile_kernels parse corrections queries",
-    "writeback": "parse",
-    "play": "compile_kernels parse queries model writeback",
-    "engine": "compile_kernels parse queries play",
-    "simulate": "compile_kernels engine",
-    "__init__": "queries engine simulate",
+    "scene": "",
+    "parse": "scene",
+    "model": "scene parse",
+    "corrections": "scene",
+    "queries": "scene",
+    "world": "scene model corrections",
+    "edits": "scene parse queries world",
+    "writeback": "scene",
+    "play": "scene parse queries world edits writeback",
+    "engine": "parse queries world play",
+    "simulation": "world engine",
+    "__init__": "",
 }
 
 RENDER = {
@@ -88,6 +90,11 @@ LATE = {
     "usdsdg.capture.render_settings": ("usdsdg_render.path", "warp takes a second to import"),
     "usdsdg.capture.tiles": ("usdsdg_render.scene", "warp takes a second to import"),
     "usdsdg.app.app": ("usdsdg.demo", "most runs have an assets root and never need it"),
+    "usdsdg_physics.world.world": ("usdsdg_physics.corrections", "its kernels are defined when a scene needs them"),
+    "usdsdg_physics.world.compile_kernels": (
+        "usdsdg_physics.corrections usdsdg_physics.queries",
+        "defining kernels and compiling them is the work that this module does on two threads",
+    ),
     "usdsdg.cli.commands": ("usdsdg.__init__", COMMAND),
     "usdsdg.cli.doctor": ("usdsdg.__init__ usdsdg.stage usdsdg_render.path", COMMAND),
     "usdsdg.cli.file_kinds": ("usdsdg.scenarios", COMMAND),
@@ -96,5 +103,5 @@ LATE = {
     "usdsdg.cli.render": ("usdsdg.__init__ usdsdg.stage", COMMAND),
     "usdsdg.cli.run": ("usdsdg.app usdsdg.compat usdsdg.replicator_yaml", COMMAND),
     "usdsdg.cli.session": ("usdsdg.graph usdsdg.orchestrator usdsdg.stage", COMMAND),
-    "usdsdg.cli.simulate": ("usdsdg.stage usdsdg_physics.simulate", COMMAND),
+    "usdsdg.cli.simulate": ("usdsdg.stage usdsdg_physics.__init__", COMMAND),
 }

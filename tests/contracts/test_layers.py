@@ -91,7 +91,7 @@ def allowed(package: str, room: str) -> set[tuple[str, str]]:
 def below(room: tuple[str, str]) -> set[tuple[str, str]]:
     """All rooms that may be loaded along with one."""
     found = set()
-    open_ = {room, ("usdsdg", "__init__")}
+    open_ = {room, (room[0], "__init__"), ("usdsdg", "__init__")}
     while open_:
         each = open_.pop()
         found.add(each)
