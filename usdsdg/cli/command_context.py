@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from usdsdg.cli.program import INTERRUPTED, let_commands_be_interrupted
+from usdsdg.cli.interrupts import INTERRUPTED, let_commands_be_interrupted
 from usdsdg.errors import UsdsdgError, UsdsdgWarning
 from usdsdg.session import progress
 
@@ -52,6 +52,10 @@ def command_context(
     sys.unraisablehook = _repeat_lost_interrupt
     progress.use_default(quiet)
     try:
+        # While Ctrl-C still ends the process at once: extension modules drop a KeyboardInterrupt that is raised while
+        # they are imported.
+        import usdsdg.orchestrator  # noqa: F401
+
         let_commands_be_interrupted()
         snapshot = _set_up(assets_root, device, save_stage)
         yield

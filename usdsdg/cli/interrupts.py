@@ -1,0 +1,28 @@
+"""Ctrl-C before a command has begun: end the process with one line."""
+
+from __future__ import annotations
+
+import os
+import signal
+from typing import Any
+
+INTERRUPTED = 130
+
+
+def end_at_once_on_interrupt() -> None:
+    """Make Ctrl-C end the process, unless the caller has set it to something else than Python's default."""
+    # Extension modules drop a KeyboardInterrupt that is raised while they are imported, or turn it into another error.
+    # No work has begun then, so the process can end at once.
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _end)
+
+
+def let_commands_be_interrupted() -> None:
+    """Make Ctrl-C raise KeyboardInterrupt from here on, as in any Python program."""
+    if signal.getsignal(signal.SIGINT) is _end:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _end(*_: Any) -> None:
+    os.write(2, b"interrupted\n")
+    os._exit(INTERRUPTED)
