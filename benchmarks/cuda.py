@@ -2,7 +2,7 @@
 
     python -m benchmarks.cuda [--device cuda:0] [--rounds 5]
 
-Seconds are those of the clock around work that is waited for, medians of the rounds after one to warm up.
+Times are wall times of work including its synchronization, medians of the rounds after a warm-up round.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ BLOCK = 128
 CAMERAS = 16
 SAMPLES = 128
 MANY = 256
-# How SensorCamera's threads take pixels: its own choice, and the others that it has.
+# Orders in which SensorCamera's threads process pixels, its default first.
 ORDERS = ("PIXEL_PRIORITY", "VIEW_PRIORITY", "TILED")
 SMALL, SMALL_CAMERAS = 128, 64
 
 
 class Bench:
-    """One renderer on the device, and its clock."""
+    """One renderer on the device, and its timers."""
 
     def __init__(self, device: str, rounds: int) -> None:
         self.device, self.rounds = device, rounds
@@ -52,7 +52,7 @@ class Bench:
         return in_turns({"": waited}, rounds=self.rounds)[""].wall
 
     def kernel_seconds(self, work) -> float:
-        """What the device computes for, without the host and what it waits for."""
+        """Return the seconds that the device spends in kernels."""
         rounds = []
         for _ in range(self.rounds):
             with wp.ScopedTimer("", print=False, cuda_filter=wp.TIMING_KERNEL) as timer:
@@ -83,15 +83,17 @@ class Bench:
             far = np.linalg.norm(to_light, axis=1)
             self._trace(points, to_light / far[:, None], "shadow", far)
 
-    def _trace(self, origins, directions, name: str, reach=None) -> np.ndarray:
+    def _trace(self, origins, directions, name: str, max_distance=None) -> np.ndarray:
         count = len(origins)
         arrays = [
             wp.array(np.ascontiguousarray(each, np.float32), dtype=wp.vec3, device=self.device)
             for each in (origins, directions)
         ]
-        reaches = wp.array(np.full(count, 1e30) if reach is None else reach, dtype=wp.float32, device=self.device)
+        max_distances = wp.array(
+            np.full(count, 1e30) if max_distance is None else max_distance, dtype=wp.float32, device=self.device
+        )
         hits = wp.zeros(count, dtype=Hit, device=self.device)
-        inputs = [self.renderer._on_device.tables, int(reach is not None), 0, *arrays, reaches]
+        inputs = [self.renderer._on_device.tables, int(max_distance is not None), 0, *arrays, max_distances]
 
         def launch() -> None:
             wp.launch(trace_rays, dim=count, inputs=inputs, outputs=[hits], device=self.device, block_dim=BLOCK)
@@ -111,7 +113,7 @@ class Bench:
             print(f"{view.prim_path}: {SAMPLES} spp in {seconds:.3f} s, {rate:.0f} Msamples/s")
 
     def labels(self) -> None:
-        """Every AOV of one ray a pixel of many views in one launch; newton's SensorCamera beside it."""
+        """Time every AOV of one ray per pixel of many views in one launch, and Newton's SensorCamera."""
         views = render_scene.many_views(self.scene, CAMERAS)
         for names in (LABELS, ("instance",)):
             seconds = self.seconds(lambda names=names: self.renderer.label_batch(views, names))
@@ -128,7 +130,7 @@ class Bench:
             print(f"{what}: {1e3 * seconds:.2f} ms, {1e3 * kernels:.2f} ms in kernels")
 
     def many_views(self) -> None:
-        """Labels of a small training set in one launch, boxes and masks made where they are."""
+        """Time the labels of a small training set in one launch, with boxes and masks computed on the device."""
         views = render_scene.many_views(self.scene, MANY)
         classes = np.arange(len(self.renderer.gprims)) % 15
 
@@ -142,7 +144,7 @@ class Bench:
         print(f"{what}: {1e3 * seconds:.0f} ms, {MANY / seconds:.0f} views/s")
 
     def amodal(self) -> None:
-        """Where every object would be seen if it were alone, of one view and of many at once, beside the ids."""
+        """Time amodal coverage of every object, in one view and in many at once, on top of the ids."""
         groups = [[k] for k in range(len(self.renderer.gprims))]
         pairs = [[k, k + 1] for k in range(0, len(groups) - 1, 2)]
         for count in (1, CAMERAS):
@@ -161,8 +163,8 @@ class Bench:
         )
         print(f"ids and masks of all objects, {CAMERAS} views, fetched: {1e3 * fetched / CAMERAS:.2f} ms a view")
 
-    def small_pictures(self) -> None:
-        """Pictures of many small cameras, as for learning by doing: together, and one after the other."""
+    def small_images(self) -> None:
+        """Time images of many small cameras, as for reinforcement learning: together, and one by one."""
         views = [replace(self.views[k % 2], width=SMALL, height=SMALL) for k in range(SMALL_CAMERAS)]
         films = [self.renderer.new_film(SMALL, SMALL) for _ in views]
         settings = PathSettings.fast()
@@ -173,11 +175,11 @@ class Bench:
 
         together = self.seconds(lambda: self.renderer.accumulate_all(films, views, samples=4, settings=settings))
         alone = self.seconds(one_by_one)
-        what = f"{SMALL_CAMERAS} pictures of {SMALL}x{SMALL} at 4 spp"
+        what = f"{SMALL_CAMERAS} images of {SMALL}x{SMALL} at 4 spp"
         print(f"{what}: {1e3 * together:.1f} ms together, {1e3 * alone:.1f} ms one by one")
 
     def agreement(self) -> None:
-        """Share of pixels with the ids of the CPU, over all lenses, and how far depths are apart."""
+        """Print the fraction of pixels with the same ids as on the CPU, over all lenses, and how far depths differ."""
         cpu = WarpRenderer.of_scene(self.scene, device="cpu")
         cpu.sync()
         same = pixels = 0
@@ -193,8 +195,8 @@ class Bench:
                 worst = max(worst, float(np.abs(near / far - 1).max(initial=0)))
         print(f"ids as on the CPU: {same / pixels:.6%} of {pixels} pixels; depths within {worst:.1e} of theirs")
 
-    def pictures(self) -> None:
-        """How far the pictures of both devices are apart, with glass, mirrors, a lamp, a sky and a lens."""
+    def images(self) -> None:
+        """Print how far the images of both devices differ, with glass, mirrors, a lamp, a sky and a lens."""
         films = []
         for device in (self.device, "cpu"):
             renderer = WarpRenderer.of_scene(everything(), device=device)
@@ -203,11 +205,11 @@ class Bench:
             renderer.accumulate(film, VIEW, samples=256, settings=PathSettings(light_aovs=True))
             films.append([film.radiance(), *film.light_aovs().values()])
         apart = max(abs(ours.mean() - theirs.mean()) / theirs.mean() for ours, theirs in zip(*films, strict=True))
-        print(f"mean of a picture and of its parts: within {apart:.1e} of the CPU's")
+        print(f"mean of an image and of its parts: within {apart:.1e} of the CPU's")
 
 
 def camera_rays(view: CameraView) -> tuple[np.ndarray, np.ndarray]:
-    """Rays through pixel centres in the order of the path tracer: along columns of bands of four rows."""
+    """Return rays through pixel centers in the order of the path tracer: along columns of bands of four rows."""
     y, x = np.mgrid[0 : view.height, 0 : view.width].reshape(2, view.height // 4, 4, view.width).swapaxes(2, 3)
     x, y = x.ravel() + 0.5, y.ravel() + 0.5
     towards = np.stack([(x - view.cx) / view.fx, (view.cy - y) / view.fy, -np.ones_like(x)], -1)
@@ -223,7 +225,7 @@ def main() -> None:
     options = parser.parse_args()
     bench = Bench(options.device, options.rounds)
     parts = [bench.update, bench.rays, bench.paths, bench.labels, bench.many_views, bench.amodal]
-    for part in [*parts, bench.small_pictures, bench.agreement, bench.pictures]:
+    for part in [*parts, bench.small_images, bench.agreement, bench.images]:
         part()
 
 

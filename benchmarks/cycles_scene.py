@@ -15,7 +15,7 @@ from usdsdg_render.scene.structs import LIGHT_DISTANT, LIGHT_SPHERE
 
 
 class Cycles:
-    """A `PathTracer`. A picture takes in handing the scene over, which costs little beside 64 samples."""
+    """A `PathTracer`. The time of an image includes the scene's transfer, which is little beside 64 samples."""
 
     def __init__(self, scene: Scene, *, threads: int) -> None:
         import bpy
@@ -36,11 +36,11 @@ class Cycles:
         self._add_sky(scene.dome.radiance)
         self._configure(threads)
 
-    def picture(self, view: View, samples: int, seed: int) -> np.ndarray:
+    def render(self, view: View, samples: int, seed: int) -> np.ndarray:
         bpy, target = self._bpy, self._target
-        self._look(view)
+        self._set_camera(view)
         target.cycles.samples, target.cycles.seed = samples, seed
-        target.render.filepath = str(Path(self._folder.name) / "picture.exr")
+        target.render.filepath = str(Path(self._folder.name) / "image.exr")
         bpy.ops.render.render(write_still=True)
         image = bpy.data.images.load(target.render.filepath)
         pixels = np.empty(view.width * view.height * image.channels, np.float32)
@@ -49,7 +49,7 @@ class Cycles:
         bpy.data.images.remove(image)
         return pixels.reshape(view.height, view.width, channels)[::-1, :, :3].copy()
 
-    def _look(self, view: View) -> None:
+    def _set_camera(self, view: View) -> None:
         bpy, target = self._bpy, self._target
         lens = bpy.data.cameras.get("camera")
         if lens is None:
@@ -61,10 +61,10 @@ class Cycles:
         target.render.resolution_x, target.render.resolution_y = view.width, view.height
 
     def _add(self, name: str, data: Any, local_to_world: np.ndarray) -> Any:
-        made = self._bpy.data.objects.new(name, data)
-        made.matrix_world = _matrix(local_to_world)
-        self._target.collection.objects.link(made)
-        return made
+        added = self._bpy.data.objects.new(name, data)
+        added.matrix_world = _matrix(local_to_world)
+        self._target.collection.objects.link(added)
+        return added
 
     def _mesh(self, prototype: Prototype, material: Any) -> Any:
         mesh = self._bpy.data.meshes.new(prototype.name)
@@ -112,7 +112,7 @@ class Cycles:
         if row["kind"] == LIGHT_SPHERE:
             light = self._bpy.data.lights.new(name, "POINT")
             radius = float(row["radius"])
-            # Its energy is the flux of an isotropic point; a ball of radiance L sends out 4 pi^2 r^2 L.
+            # Its energy is the flux of an isotropic point; a sphere of radiance L emits 4 pi^2 r^2 L.
             light.energy, light.shadow_soft_size = brightest * 4 * np.pi**2 * radius**2, radius
             light.use_soft_falloff = False
             matrix[3, :3] = row["position"]
@@ -129,11 +129,11 @@ class Cycles:
         world = self._bpy.data.worlds.new("sky")
         world.use_nodes = True
         nodes, links = world.node_tree.nodes, world.node_tree.links
-        picture = nodes.new("ShaderNodeTexEnvironment")
+        environment = nodes.new("ShaderNodeTexEnvironment")
         opaque = np.ones((*radiance.shape[:2], 1), np.float32)
         pixels = np.concatenate([turned_sky(radiance), opaque], -1)[::-1]
-        picture.image = self._image("sky", pixels, linear=True)
-        links.new(picture.outputs["Color"], nodes["Background"].inputs["Color"])
+        environment.image = self._image("sky", pixels, linear=True)
+        links.new(environment.outputs["Color"], nodes["Background"].inputs["Color"])
         self._target.world = world
 
     def _configure(self, threads: int) -> None:

@@ -1,4 +1,4 @@
-"""Embree, through embreex: the benchmark scene as one mesh, its rays one at a time on one thread."""
+"""The benchmark scene in Embree, through embreex: one mesh, single rays, one thread."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from benchmarks.scene_meshes import FlatMesh
 
 
 class EmbreeScene:
-    """Queries with (N, 3) origins, (N, 3) directions and (N,) reach, all float32."""
+    """Ray queries with (N, 3) origins, (N, 3) directions and (N,) maximum distances, all float32."""
 
     def __init__(self, mesh: FlatMesh) -> None:
         from embreex.mesh_construction import TriangleMesh
@@ -17,10 +17,10 @@ class EmbreeScene:
         self._target = Target()
         TriangleMesh(self._target, mesh.points, mesh.triangles)
 
-    def closest(self, origins: np.ndarray, directions: np.ndarray, reach: np.ndarray) -> np.ndarray:
-        """(N,) int32 triangle, -1 for none."""
-        return self._target.run(origins, directions, dists=reach, query="INTERSECT")
+    def closest(self, origins: np.ndarray, directions: np.ndarray, max_distance: np.ndarray) -> np.ndarray:
+        """Return the closest triangles (N,) int32, -1 for none."""
+        return self._target.run(origins, directions, dists=max_distance, query="INTERSECT")
 
-    def occluded(self, origins: np.ndarray, directions: np.ndarray, reach: np.ndarray) -> np.ndarray:
-        """(N,) int32, -1 where nothing is met within reach."""
-        return self._target.run(origins, directions, dists=reach, query="OCCLUDED")
+    def occluded(self, origins: np.ndarray, directions: np.ndarray, max_distance: np.ndarray) -> np.ndarray:
+        """Return (N,) int32, -1 where nothing is hit within the maximum distance."""
+        return self._target.run(origins, directions, dists=max_distance, query="OCCLUDED")

@@ -1,9 +1,9 @@
-"""From USD to the renderer's tables: the whole benchmark scene, 337 new poses, and one character that bends.
+"""Extraction from USD to the renderer's arrays: the whole benchmark scene, 337 new poses, and one skinned character.
 
     python -m benchmarks.extraction [--rounds 9]
 
-Poses are followed twice: on a real stage, where notices tell of them, and in the renderer's own `Scene`, as a
-simulation may write them.
+Poses are updated in two ways: on a stage, by change notices, and in the renderer's own `Scene`, as a simulation may
+write them.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ from usdsdg_render.sync.extract import SceneExtractor
 
 
 def print_timings(name: str, timings: Timings, target: str = "") -> None:
-    """One row: the median of the clock, and of CPU time."""
+    """Print a row with the medians of wall and CPU time."""
     report.row(name, f"{1e3 * timings.wall:.2f} ms", f"{1e3 * timings.cpu:.2f} ms CPU", target=target)
 
 
 def poses_on_a_stage(stage: Usd.Stage, ops: list[Usd.Attribute], rounds: int) -> None:
-    """What 337 new poses cost: their writing, their reading, and all until rays can be traced."""
+    """Time 337 new poses: writing them, extracting them, and everything until rays can be traced."""
 
     def write(number: int) -> None:
         write_poses(ops, random_poses(len(ops), number))
 
-    print_timings("writing them, nobody listens", alone(write, rounds=rounds))
+    print_timings("writing them, no listener", alone(write, rounds=rounds))
     extractor = SceneExtractor(stage)
     extractor.update()
-    print_timings("writing them, we listen", alone(write, rounds=rounds))
+    print_timings("writing them, with our listener", alone(write, rounds=rounds))
     reading = alone(lambda _: extractor.update(), rounds=rounds, before=write)
     print_timings(f"update of {len(ops)} poses", reading, "at most 3 ms")
     renderer = WarpRenderer(stage, device="cpu")
@@ -49,7 +49,7 @@ def poses_on_a_stage(stage: Usd.Stage, ops: list[Usd.Attribute], rounds: int) ->
 
 
 def poses_in_a_scene(scene: Scene, rounds: int) -> None:
-    """The same without a stage."""
+    """Time 337 new poses without a stage."""
     renderer = WarpRenderer.of_scene(scene, device="cpu")
     renderer.sync()
 
@@ -61,12 +61,12 @@ def poses_in_a_scene(scene: Scene, rounds: int) -> None:
 
 
 def a_character(stage: Usd.Stage, rounds: int) -> None:
-    """One skinned mesh that bends among the others."""
+    """Time one skinned mesh that deforms among the others."""
     extractor = SceneExtractor(stage)
     add_character(stage, "/World/Man")
     codes = np.linspace(1, 23, rounds + 1)
     extractor.update(Usd.TimeCode(0))
-    print_timings("a character that bends", alone(lambda k: extractor.update(Usd.TimeCode(codes[k])), rounds=rounds))
+    print_timings("a skinned character", alone(lambda k: extractor.update(Usd.TimeCode(codes[k])), rounds=rounds))
 
 
 def main() -> None:

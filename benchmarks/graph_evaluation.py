@@ -15,7 +15,7 @@ from usdsdg.graph.evaluate import graph
 
 
 def author(count: int) -> None:
-    """The pipeline: three poses, a rotation, a colour, visibility, two attributes, velocities and masses."""
+    """Author the pipeline: three poses, a rotation, a color, visibility, two attributes, velocities and masses."""
     draw = rep.distribution
     prims = rep.create.cube(count=count, as_mesh=False)
     with rep.trigger.on_frame(), prims:
@@ -44,7 +44,7 @@ def main() -> None:
         graph().evaluate(capture=frame, preview=frame == 0)
         milliseconds.append(1e3 * (time.perf_counter() - start))
     first, rest = milliseconds[0], milliseconds[1:]
-    print(f"{options.prims} prims, 10 randomizers: the first frame {first:.0f} ms, which authors the looks")
+    print(f"{options.prims} prims, 10 randomizers: the first frame {first:.0f} ms, which authors the materials")
     print(f"then {np.median(rest):.1f} ms a frame, the median of {options.frames}; at most {max(rest[1:]):.1f}")
 
 

@@ -18,7 +18,7 @@ import tempfile
 from benchmarks import report
 
 EMPTY_AT_MOST, CACHED_AT_MOST = 12.0, 0.1
-# What a fresh process times: imports are not part of it, Warp's own start is a line apart.
+# Runs in a fresh process; imports and Warp's own start are timed apart.
 SCRIPT = """
 import json, time
 import warp as wp
@@ -35,7 +35,7 @@ print(json.dumps([done[0] - imported[0], done[1] - imported[1], ready[0] - start
 
 
 def measured(cache: str) -> list[float]:
-    """CPU seconds and seconds of the clock to get kernels ready, CPU seconds of Warp's start and of imports."""
+    """Return CPU and wall seconds to get kernels ready, and CPU seconds of Warp's start and of imports."""
     environment = {**os.environ, "WARP_CACHE_PATH": cache}
     done = subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, check=False)
     if done.returncode != 0:

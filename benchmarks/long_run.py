@@ -1,4 +1,4 @@
-"""Thousands of captures of a small scene, labels only: memory, open files and rate from beginning to end.
+"""Thousands of captures of a small scene, labels only: growth of memory, open files and time per frame.
 
 python benchmarks/long_run.py OUTPUT_DIR [--frames 10000]
 """
@@ -16,8 +16,8 @@ import usdsdg as rep
 from usdsdg.orchestrator import get_orchestrator
 
 EVERY = 250
-# The first captures fill caches.
-SETTLED = 500
+# The first captures fill caches and are not counted.
+WARM_UP = 500
 
 
 def author(output_dir: str) -> None:
@@ -47,20 +47,20 @@ def main() -> None:
     author(options.output_dir)
     rows: list[tuple[int, float, float, int]] = []
 
-    def note() -> None:
+    def record() -> None:
         done = get_orchestrator().captures
         if done % EVERY == 0:
             rows.append((done, resident_kilobytes(), time.perf_counter(), len(os.listdir("/proc/self/fd"))))
 
-    get_orchestrator().on_captured(note)
+    get_orchestrator().on_captured(record)
     rep.orchestrator.run(num_frames=options.frames)
     rep.orchestrator.wait_until_complete()
-    frame, memory, clock, files = np.array([row for row in rows if row[0] >= SETTLED]).T
-    pace = np.diff(clock) / EVERY * 1e3
-    print(f"{options.frames} captures: memory grows {np.polyfit(frame, memory, 1)[0]:.2f} KB a frame after {SETTLED}")
+    frame, memory, clock, files = np.array([row for row in rows if row[0] >= WARM_UP]).T
+    milliseconds = np.diff(clock) / EVERY * 1e3
+    print(f"{options.frames} captures: memory grows {np.polyfit(frame, memory, 1)[0]:.2f} KB a frame after {WARM_UP}")
     print(f"open files {files[0]:.0f} then, {files[-1]:.0f} at the end")
-    early, late = pace[:3].mean(), pace[-3:].mean()
-    print(f"ms a frame: {early:.2f} at the beginning, {np.median(pace):.2f} median, {late:.2f} at the end")
+    early, late = milliseconds[:3].mean(), milliseconds[-3:].mean()
+    print(f"ms a frame: {early:.2f} at the beginning, {np.median(milliseconds):.2f} median, {late:.2f} at the end")
 
 
 if __name__ == "__main__":

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from benchmarks.path_tracers import SURFACES, View
-from benchmarks.scene_meshes import WeldedMesh, material_of, placed, scale_and_rotation, turned_sky, welded
+from benchmarks.scene_meshes import WeldedMesh, material_of, scale_and_rotation, transformed, turned_sky, welded
 from usdsdg_render.scene.scene import Scene
 from usdsdg_render.scene.structs import LIGHT_DISTANT, LIGHT_SPHERE
 
-# The fast one wants a shared library of LLVM; the other one needs nothing.
+# The fast variant needs a shared library of LLVM; the other one needs nothing.
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
 
 
@@ -34,7 +34,7 @@ class Mitsuba:
             {"type": "scene", "integrator": integrator, **self._objects(scene), **self._lights(scene)}
         )
 
-    def picture(self, view: View, samples: int, seed: int) -> np.ndarray:
+    def render(self, view: View, samples: int, seed: int) -> np.ndarray:
         image = self._mi.render(self._scene, sensor=self._sensor(view, samples), spp=samples, seed=seed)
         return np.array(image, np.float32)
 
@@ -53,13 +53,13 @@ class Mitsuba:
                     origin=eye.tolist(), target=(eye - back).tolist(), up=up.tolist()
                 ),
                 "film": film,
-                # Half the variance of its default, independent numbers, in the same time.
+                # In the same time it has half the variance of independent samples, the default.
                 "sampler": {"type": "multijitter", "sample_count": samples},
             }
         )
 
     def _objects(self, scene: Scene) -> dict[str, Any]:
-        """Objects with a prototype and material of their own become meshes in the world, the others instances."""
+        """Return objects: meshes where prototype and material are used once, else instances."""
         mi, instances, made = self._mi, scene.instances, {}
         meshes = [welded(prototype) for prototype in scene.prototypes]
         kinds = [(int(which), material_of(scene, k)) for k, which in enumerate(instances.prototype)]
@@ -80,7 +80,7 @@ class Mitsuba:
         mi, mesh = self._mi, meshes[kind[0]]
         points, normals = mesh.points, mesh.normals
         if matrix is not None:
-            points, normals = placed(points, matrix), normals @ scale_and_rotation(matrix)[1].T
+            points, normals = transformed(points, matrix), normals @ scale_and_rotation(matrix)[1].T
         properties = mi.Properties()
         properties["bsdf"] = mi.load_dict(self._material(scene, kind[1]))
         made = mi.Mesh(
@@ -125,7 +125,7 @@ class Mitsuba:
             elif row["kind"] == LIGHT_DISTANT:
                 direction = (-row["z_axis"]).tolist()
                 made[f"light_{k}"] = {"type": "directional", "direction": direction, "irradiance": radiance}
-        # Its pole is +y, ours +z.
+        # Mitsuba's pole is +y, ours +z.
         to_world = np.eye(4)
         to_world[:3, :3] = [[0, 0, 1], [1, 0, 0], [0, 1, 0]]
         sky = mi.Bitmap(turned_sky(scene.dome.radiance))
@@ -134,12 +134,12 @@ class Mitsuba:
 
 
 def _choose_variant(mi: Any) -> str:
-    """The first variant that can be loaded here."""
+    """Set and return the first variant that can be loaded."""
     for variant in VARIANTS[:-1]:
         try:
             mi.set_variant(variant)
         except ImportError as error:
-            print(f"Mitsuba's {variant} is not to be had here, so {VARIANTS[-1]} is measured: {error}", file=sys.stderr)
+            print(f"Mitsuba's {variant} cannot be loaded, so {VARIANTS[-1]} is measured: {error}", file=sys.stderr)
         else:
             return variant
     mi.set_variant(VARIANTS[-1])

@@ -1,4 +1,4 @@
-"""Our path tracer, without what its presets leave out of a picture: no clamp, no widened lobes."""
+"""Our path tracer without the bias of its presets: no firefly clamp, no roughness regularization."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Ours:
         self._renderer.threads = threads
         self._renderer.sync()
 
-    def picture(self, view: View, samples: int, seed: int) -> np.ndarray:
+    def render(self, view: View, samples: int, seed: int) -> np.ndarray:
         settings = PathSettings(bounces=SURFACES, clamp=0.0, regularization=0.0, seed=seed)
         film = self._renderer.new_film(view.width, view.height)
         self._renderer.accumulate(film, CameraView(**view._asdict()), samples=samples, settings=settings)

@@ -1,7 +1,7 @@
-"""Path tracers that draw the benchmark scene: what they have in common, and a process of its own for each.
+"""The interface of path tracers that render the benchmark scene, and a process of its own for each.
 
-A process of its own because threads that one of them leaves spinning would be counted for the others, and because
-Blender's libraries do not get along with those of USD. Only records without USD cross over.
+Each has its own process because threads that one leaves spinning would be counted for the others, and because
+Blender's libraries conflict with those of USD. Only records without USD types are passed.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-# Surfaces that a path may meet.
+# Surfaces that a path may hit.
 SURFACES = 3
 
 
@@ -30,40 +30,40 @@ class View(NamedTuple):
     clipping_range: tuple[float, float]
 
 
-class Drawn(NamedTuple):
-    """A picture and what it took."""
+class TimedImage(NamedTuple):
+    """An image and the time that it took."""
 
-    picture: np.ndarray  # (H, W, 3) float32 mean radiance [nits]
+    image: np.ndarray  # (H, W, 3) float32 mean radiance [nits]
     cpu: float  # seconds of the tracer's process, all threads together
     wall: float
 
 
 class PathTracer(Protocol):
-    """Draws the scene that it was made of, with paths of SURFACES surfaces and neither clamp nor filter."""
+    """Renders a scene with paths of SURFACES surfaces, without clamps or filters."""
 
     name: str
 
-    def picture(self, view: View, samples: int, seed: int) -> np.ndarray:
-        """(H, W, 3) float32 mean radiance [nits]; each seed gives noise of its own."""
+    def render(self, view: View, samples: int, seed: int) -> np.ndarray:
+        """Return the mean radiance (H, W, 3) float32 [nits]; noise differs between seeds."""
         ...
 
 
 class TracerProcess:
-    """A path tracer at the other end of a pipe; it ends with this object's `close`.
+    """A path tracer in another process, which `close` ends.
 
     Args:
         kind: "module:class" of the tracer, which takes the scene and the options.
     """
 
     def __init__(self, kind: str, scene: Any, **options: Any) -> None:
-        # Threads of linear algebra spin for a while after each call.
+        # OpenBLAS threads spin for a while after each call.
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
         command = [sys.executable, "-m", "benchmarks.tracer_process", kind]
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment)
         self.name: str = self._ask((scene, options))
 
-    def draw(self, view: View, samples: int, seed: int) -> Drawn:
-        return Drawn(*self._ask((view, samples, seed)))
+    def render(self, view: View, samples: int, seed: int) -> TimedImage:
+        return TimedImage(*self._ask((view, samples, seed)))
 
     def close(self) -> None:
         """End the process."""

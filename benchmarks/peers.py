@@ -1,16 +1,16 @@
-"""Other renderers to compare with. All are optional: without one its rows say so."""
+"""Other renderers to compare with; all are optional, and rows say which are missing."""
 
 from __future__ import annotations
 
 import importlib.util
 
 NO_PEER = "no peer"
-# Python module -> the package that brings it.
+# Packages by Python module.
 PACKAGES = {"embreex": "embreex", "mitsuba": "mitsuba", "bpy": "bpy", "newton": "newton"}
 
 
 def installed(module: str) -> bool:
-    """Whether the peer is installed; if not, a line says what to install."""
+    """Return whether a peer is installed; print what to install if not."""
     if importlib.util.find_spec(module) is None:
         print(f"{NO_PEER} {module}: pip install {PACKAGES[module]}")
         return False

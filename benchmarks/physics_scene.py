@@ -1,8 +1,8 @@
-"""The object-based scene of 337 bodies in a closed box: milliseconds per step, who escapes, what creeps.
+"""The object-based scene of 337 bodies in a closed box: milliseconds per step, bodies that escape, speeds at rest.
 
     python benchmarks/physics_scene.py [--seconds 10] [--device cpu] [--all-gravity] [--bodies 337]
 
-With USDSDG_ASSETS_ROOT set, bodies are the assets of the reference configuration; otherwise meshes made here.
+With USDSDG_ASSETS_ROOT set, bodies are the assets of the reference configuration; otherwise generated meshes.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ DISTRACTORS = (
 )
 
 
-def made_meshes() -> list[trimesh.Trimesh]:
-    """Fifteen objects of 0.3 to 0.8 m with 700 to 5,000 triangles, none of them quite regular."""
+def generated_meshes() -> list[trimesh.Trimesh]:
+    """Return fifteen slightly irregular meshes of 0.3 to 0.8 m with 700 to 5,000 triangles."""
     rng = np.random.default_rng(7)
     kinds = [
         trimesh.creation.icosphere(subdivisions=4, radius=0.2),
@@ -63,7 +63,7 @@ def made_meshes() -> list[trimesh.Trimesh]:
 
 
 class SceneMaker:
-    """Authors the scene with the calls that the reference script makes."""
+    """Authors the scene as the reference script does."""
 
     def __init__(self, bodies: int, *, all_gravity: bool) -> None:
         self.stage = Usd.Stage.CreateInMemory()
@@ -76,7 +76,7 @@ class SceneMaker:
         scene.CreateAttribute("physxScene:timeStepsPerSecond", Sdf.ValueTypeNames.UInt).Set(60)
         self.add_walls()
         if not self.root:
-            self.add_made_assets()
+            self.add_generated_assets()
         labeled, meshes = 12, (bodies - 12) * 175 // 325
         for index in range(labeled):
             self.add_asset(f"/World/Labeled/object_{index}", index % 2, LABELED, (1.0, 1.0), gravity=index > 4)
@@ -99,8 +99,8 @@ class SceneMaker:
             UsdGeom.Xformable(prim).AddScaleOp().Set(Gf.Vec3f(*(s / 2 for s in size)))
             self.add_collider(prim)
 
-    def add_made_assets(self) -> None:
-        for index, made in enumerate(made_meshes()):
+    def add_generated_assets(self) -> None:
+        for index, made in enumerate(generated_meshes()):
             mesh = UsdGeom.Mesh.Define(self.stage, f"/Assets/mesh_{index}/mesh")
             self.stage.GetPrimAtPath(f"/Assets/mesh_{index}").SetSpecifier(Sdf.SpecifierClass)
             mesh.CreatePointsAttr(made.vertices.astype(np.float32))
@@ -122,10 +122,10 @@ class SceneMaker:
 
     def finish(self, prim: Usd.Prim, scale: tuple[float, float], gravity: bool) -> None:
         at = [self.rng.uniform(-size / 2, size / 2) for size in AREA]
-        turn = [self.rng.uniform(0, 360) for _ in range(3)]
+        angles = [self.rng.uniform(0, 360) for _ in range(3)]
         for name, add, value in (
             ("xformOp:translate", "AddTranslateOp", Gf.Vec3d(*at)),
-            ("xformOp:rotateXYZ", "AddRotateXYZOp", Gf.Vec3f(*turn)),
+            ("xformOp:rotateXYZ", "AddRotateXYZOp", Gf.Vec3f(*angles)),
             ("xformOp:scale", "AddScaleOp", Gf.Vec3f(self.rng.uniform(*scale))),
         ):
             if not prim.HasAttribute(name):
@@ -145,19 +145,21 @@ class SceneMaker:
             UsdPhysics.MeshCollisionAPI.Apply(prim).CreateApproximationAttr("convexHull")
 
 
-def report(engine: NewtonEngine, stage: Usd.Stage, frame: int, milliseconds: list[float], asked: list[float]) -> None:
-    """Outside is a body whose middle is: assets have their origin at the bottom, which stands on the border."""
+def report(
+    engine: NewtonEngine, stage: Usd.Stage, frame: int, milliseconds: list[float], query_milliseconds: list[float]
+) -> None:
+    """Print a line on one frame; a body is outside when its center is: an asset's origin is at its bottom."""
     bounds = UsdGeom.BBoxCache(Usd.TimeCode.Default(), [UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
     prims = [stage.GetPrimAtPath(path) for path in engine.rigid_bodies]
     at = np.array([bounds.ComputeWorldBound(prim).ComputeCentroid() for prim in prims])
     speed = np.array([np.linalg.norm(prim.GetAttribute("physics:velocity").Get() or (0, 0, 0)) for prim in prims])
-    pulled = np.array([not prim.GetAttribute("physxRigidBody:disableGravity").Get() for prim in prims])
+    with_gravity = np.array([not prim.GetAttribute("physxRigidBody:disableGravity").Get() for prim in prims])
     out = (np.abs(at) > np.array(AREA) / 2).any(axis=1)
     print(
         f"{frame / 60:5.1f} s: {np.median(milliseconds[-60:]):6.2f} ms per frame, "
-        f"overlap {np.median(asked[-60:]):.2f} ms; "
-        f"{out.sum()} of {len(prims)} outside; under gravity: median {np.median(speed[pulled]) * 1e3:.2f} mm/s, "
-        f"{(speed[pulled] == 0).sum()} of {pulled.sum()} at rest",
+        f"overlap {np.median(query_milliseconds[-60:]):.2f} ms; "
+        f"{out.sum()} of {len(prims)} outside; under gravity: median {np.median(speed[with_gravity]) * 1e3:.2f} mm/s, "
+        f"{(speed[with_gravity] == 0).sum()} of {with_gravity.sum()} at rest",
         flush=True,
     )
 
@@ -177,16 +179,16 @@ def main() -> None:
     start = time.perf_counter()
     engine.advance(1 / 60)
     print(f"first step: {time.perf_counter() - start:.2f} s")
-    milliseconds, asked = [], []
+    milliseconds, query_milliseconds = [], []
     for frame in range(1, round(options.seconds * 60) + 1):
         start = time.perf_counter()
         engine.advance(1 / 60)
         milliseconds.append(1e3 * (time.perf_counter() - start))
         start = time.perf_counter()
         engine.overlap_box((2.475, 2.475, 0.0495), (0, 0, -1.45))
-        asked.append(1e3 * (time.perf_counter() - start))
+        query_milliseconds.append(1e3 * (time.perf_counter() - start))
         if frame in (60, 300) or frame % 600 == 0:
-            report(engine, stage, frame, milliseconds, asked)
+            report(engine, stage, frame, milliseconds, query_milliseconds)
     print("digest", hashlib.sha256(stage.GetRootLayer().ExportToString().encode()).hexdigest()[:16])
 
 

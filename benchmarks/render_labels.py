@@ -1,9 +1,9 @@
-"""The label pass beside newton's SensorCamera, and what amodal outlines of all objects cost on top.
+"""The label pass compared with Newton's SensorCamera, and the additional time of amodal masks of all objects.
 
     python -m benchmarks.render_labels [--rounds 7] [--quick]
 
-Ours makes every AOV of one ray a pixel, with motion vectors and base colour; SensorCamera colour with texture and one
-shadow, distance, normals and ids. Both draw two views on one thread.
+Ours renders every AOV of one ray per pixel, motion vectors and base color included; SensorCamera renders color with
+texture and one shadow, distance, normals and ids. Both render two views on one thread.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg_render.labels.aov import AOVS
 from usdsdg_render.renderer import WarpRenderer
 
-# Not of the pass: what reads all textures of a material, and what traces rays of its own.
+# Without the AOVs that read all textures of a material, or trace rays of their own.
 LABELS = tuple(name for name, aov in AOVS.items() if aov.reads not in ("material", "hemisphere"))
 AT_LEAST, AMODAL_AT_MOST = 4.0, 0.4
 
 
 def labels_of(renderer: WarpRenderer, views: list[CameraView]) -> np.ndarray:
-    """Distances of all views; the other labels are let go, as a frame's are once they are written."""
+    """Return the distances of all views; the other labels are released, as a frame's are once they are written."""
     return np.stack([labels["distance_to_camera"] for labels in renderer.labels_of(views, LABELS)])
 
 
@@ -33,7 +33,7 @@ def instances_of(renderer: WarpRenderer, views: list[CameraView]) -> None:
 
 
 def amodal_of(renderer: WarpRenderer, views: list[CameraView], instances: list[np.ndarray]) -> None:
-    """Where every object would be seen if it were alone, and where it is, beside the labels that there are already."""
+    """Compute amodal and modal masks of every object, given the instance labels."""
     groups = [[k] for k in range(len(renderer.gprims))]
     for view, instance in zip(views, instances, strict=True):
         renderer.outlines(view, groups, instance=instance)
@@ -42,7 +42,7 @@ def amodal_of(renderer: WarpRenderer, views: list[CameraView], instances: list[n
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=7)
-    parser.add_argument("--quick", action="store_true", help="pictures of 160x120")
+    parser.add_argument("--quick", action="store_true", help="images of 160x120")
     options = parser.parse_args()
     report.begin()
     scene = render_scene.build()
@@ -74,13 +74,13 @@ def main() -> None:
     else:
         report.row("labels", rate, peers.NO_PEER)
     report.row("instance alone", f"{million / cpu['instance alone']:.2f} Mpixel/CPU-s")
-    share = cpu["amodal"] / cpu["labels"]
+    fraction = cpu["amodal"] / cpu["labels"]
     milliseconds = f"{1e3 * cpu['amodal']:.0f} ms"
-    report.row("amodal, all objects", milliseconds, target=f"adds {share:.0%}, at most {AMODAL_AT_MOST:.0%}")
+    report.row("amodal, all objects", milliseconds, target=f"adds {fraction:.0%}, at most {AMODAL_AT_MOST:.0%}")
 
 
 def print_agreement(distance: np.ndarray, theirs: np.ndarray) -> None:
-    """How alike what both see is, (views, H, W) each."""
+    """Print how well the distances (views, H, W) of both agree."""
     both = np.isfinite(distance) & (theirs > 0)
     one = np.isfinite(distance) != (theirs > 0)
     alike = np.abs(distance[both] - theirs[both]) < 1e-3 * distance[both]

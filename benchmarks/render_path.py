@@ -1,11 +1,11 @@
-"""Path tracing beside Mitsuba 3 and Blender's Cycles: CPU time to a picture of equal noise.
+"""Path tracing compared with Mitsuba 3 and Blender's Cycles: CPU time to an image of equal noise.
 
     python -m benchmarks.render_path [--size 320x240] [--samples 64] [--rounds 3] [--quick] [--png PREFIX]
 
-All draw the same scene with paths of three surfaces, without clamps, filters or roulette. Noise is the spread of
+All render the same scene with paths of three surfaces, without clamps, filters or roulette. Noise is the spread of
 exposed values (1 is white, compressed to x / (1 + x)) between rounds of different seeds. Variance falls with the number
-of samples, so what a tracer takes to equal noise is its CPU time times its variance. With `--device cuda:0` ours runs
-alone, and rates are per second of the clock.
+of samples, so the time of a tracer to equal noise is its CPU time times its variance. With `--device cuda:0` ours runs
+alone, and rates are per wall second.
 """
 
 from __future__ import annotations
@@ -23,37 +23,37 @@ from usdsdg_render.scene.scene import Scene
 from usdsdg_render.settings import DEFAULT_WHITE
 
 AT_LEAST = {"Mitsuba": 1.3, "Cycles": 3.0}
-# Luminance above which a mean counts no more, as multiples of white: one pixel with the sun in it would decide it.
+# Clamp of the mean, in multiples of white: otherwise one pixel that shows the sun would decide it.
 BRIGHTEST = 20.0
 
 
 class Outcome(NamedTuple):
-    """What a tracer did with one view."""
+    """The result of a tracer for one view."""
 
     name: str
     rate: float  # million samples a second
-    noise: float  # standard deviation of one picture's compressed values
-    mean: np.ndarray  # (3,) of what is not brighter than BRIGHTEST, in units of white
-    picture: np.ndarray  # (H, W, 3) mean of all rounds, in units of white
+    noise: float  # standard deviation of one image's compressed values
+    mean: np.ndarray  # (3,) of values clamped to BRIGHTEST, in units of white
+    image: np.ndarray  # (H, W, 3) mean of all rounds, in units of white
 
     @property
     def cost(self) -> float:
-        """What a picture of given noise takes, up to a factor that all tracers share."""
+        """Time of an image of given noise, up to a factor that is the same for all tracers."""
         return self.noise**2 / self.rate
 
 
 def outcome_of(name: str, timings: Timings, samples: int, *, on_cpu: bool) -> Outcome:
-    """Pictures are those of all rounds, the one to warm up included; time is CPU time or that of the clock."""
-    pictures = np.stack([drawn.picture for drawn in timings.results]) / DEFAULT_WHITE
-    taken = statistics.median(drawn.cpu if on_cpu else drawn.wall for drawn in timings.results[1:])
-    rate = samples * pictures[0, ..., 0].size / 1e6 / taken
-    variance = (pictures / (1 + pictures)).var(axis=0, ddof=1).mean()
-    mean = np.minimum(pictures, BRIGHTEST).mean((0, 1, 2))
-    return Outcome(name, rate, float(np.sqrt(variance)), mean, pictures.mean(0))
+    """Summarize all rounds, the warm-up included for images; time is CPU or wall time."""
+    images = np.stack([timed.image for timed in timings.results]) / DEFAULT_WHITE
+    taken = statistics.median(timed.cpu if on_cpu else timed.wall for timed in timings.results[1:])
+    rate = samples * images[0, ..., 0].size / 1e6 / taken
+    variance = (images / (1 + images)).var(axis=0, ddof=1).mean()
+    mean = np.minimum(images, BRIGHTEST).mean((0, 1, 2))
+    return Outcome(name, rate, float(np.sqrt(variance)), mean, images.mean(0))
 
 
 def tracers(scene: Scene, threads: int, device: str) -> list[TracerProcess]:
-    """Ours first, then the peers that are installed."""
+    """Start our tracer, then the peers that are installed."""
     found = [TracerProcess("benchmarks.our_paths:Ours", scene, threads=threads, device=device)]
     if device == "cpu" and peers.installed("mitsuba"):
         found.append(TracerProcess("benchmarks.mitsuba_scene:Mitsuba", scene, threads=threads))
@@ -63,7 +63,7 @@ def tracers(scene: Scene, threads: int, device: str) -> list[TracerProcess]:
 
 
 def views_of(scene: Scene, size: str) -> list[View]:
-    """Both views, in a size like "320x240"."""
+    """Return both views in a size like "320x240"."""
     width, height = (int(each) for each in size.split("x"))
     return [
         View(*(getattr(each, name) for name in View._fields)) for each in render_scene.views(scene, (width, height))
@@ -71,8 +71,8 @@ def views_of(scene: Scene, size: str) -> list[View]:
 
 
 def compare(view: View, contenders: list[TracerProcess], options: argparse.Namespace) -> list[Outcome]:
-    """Draw one view with all contenders and print a row for each, the first of which is ours."""
-    works = {each.name: lambda seed, each=each: each.draw(view, options.samples, seed) for each in contenders}
+    """Render one view with all contenders and print a row for each, ours first."""
+    works = {each.name: lambda seed, each=each: each.render(view, options.samples, seed) for each in contenders}
     timings = in_turns(works, rounds=options.rounds)
     on_cpu = options.device == "cpu"
     outcomes = [outcome_of(name, each, options.samples, on_cpu=on_cpu) for name, each in timings.items()]
@@ -83,7 +83,7 @@ def compare(view: View, contenders: list[TracerProcess], options: argparse.Names
 
 
 def print_outcome(outcome: Outcome, ours: Outcome, unit: str) -> None:
-    """A row with the ratio at equal noise, and a line with means beside ours."""
+    """Print a row with the ratio at equal noise, and a line with the means compared with ours."""
     rate, noise = f"{outcome.rate:.3f} {unit}", f"noise {outcome.noise:.4f}"
     if outcome is ours:
         report.row(outcome.name, rate, noise)
@@ -96,10 +96,10 @@ def print_outcome(outcome: Outcome, ours: Outcome, unit: str) -> None:
 
 
 def save(prefix: str, view: View, outcomes: list[Outcome]) -> None:
-    """All tracers' pictures of a view side by side, in sRGB."""
+    """Write all tracers' images of a view side by side, in sRGB."""
     from PIL import Image
 
-    shown = np.clip(np.concatenate([each.picture for each in outcomes], 1), 0, 1)
+    shown = np.clip(np.concatenate([each.image for each in outcomes], 1), 0, 1)
     encoded = np.where(shown <= 0.0031308, 12.92 * shown, 1.055 * shown ** (1 / 2.4) - 0.055)
     Image.fromarray((encoded * 255 + 0.5).astype(np.uint8)).save(f"{prefix}{view.prim_path.rsplit('/', 1)[1]}.png")
 
@@ -111,8 +111,8 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--device", default="cpu")
-    parser.add_argument("--quick", action="store_true", help="pictures of 160x120")
-    parser.add_argument("--png", help="prefix of pictures to write, all tracers side by side")
+    parser.add_argument("--quick", action="store_true", help="images of 160x120")
+    parser.add_argument("--png", help="prefix of images to write, all tracers side by side")
     options = parser.parse_args()
     report.begin()
     scene = render_scene.build()

@@ -1,7 +1,7 @@
-"""The renderer's benchmark scene: 337 objects in a 5 x 5 x 3 m region, made by code.
+"""The renderer's benchmark scene: 337 generated objects in a region of 5 x 5 x 3 m.
 
-187 instances of 15 bumpy meshes (2 000 to 20 000 triangles, 256² textures) and 150 small boxes and balls, under an HDR
-sky with hot spots, a distant light and three sphere lights. Two cameras look at one object, from 0.75 m and 2.5 m.
+187 instances of 15 bumpy meshes (2 000 to 20 000 triangles, 256² textures) and 150 small boxes and spheres, under an
+HDR sky with hot spots, a distant light and three sphere lights. Two cameras look at one object, from 0.75 m and 2.5 m.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MESHES, MESH_INSTANCES, SMALL = 15, 187, 150
 
 
 def bumpy(rng: np.random.Generator, triangles: int, name: str) -> Prototype:
-    """A closed wavy surface: a squashed ball or a torus, with smooth normals and UVs."""
+    """Return a closed wavy surface: an ellipsoid or a torus, with smooth normals and UVs."""
     rows = max(8, int(np.sqrt(triangles / 4)))
     columns = triangles // (2 * rows)
     u, v = np.meshgrid(np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1), indexing="ij")
@@ -58,7 +58,7 @@ def _grid_mesh(points: np.ndarray, uv: np.ndarray, name: str) -> Prototype:
 
 
 def ball(name: str = "/ball") -> Prototype:
-    """A unit ball of 32 segments."""
+    """Return a unit sphere of 32 segments."""
     u, v = np.meshgrid(np.linspace(0, 1, 33), np.linspace(0, 1, 17), indexing="ij")
     a, b = 2 * np.pi * u, np.pi * (v - 0.5)
     points = np.stack([np.cos(b) * np.cos(a), np.cos(b) * np.sin(a), np.sin(b)], -1)
@@ -66,20 +66,20 @@ def ball(name: str = "/ball") -> Prototype:
 
 
 def box(name: str = "/box") -> Prototype:
-    """The cube [-1, 1]^3, flat."""
+    """Return the cube [-1, 1]^3 with flat normals."""
     square = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]], np.float32)
     return replace(cube(name=name), uvs=np.tile(square, (6, 1, 1)))
 
 
 def rotation(rng: np.random.Generator) -> np.ndarray:
-    """A uniformly random rotation matrix."""
+    """Return a uniformly random rotation matrix."""
     q, r = np.linalg.qr(rng.normal(size=(3, 3)))
     q = q * np.sign(np.diag(r))
     return q if np.linalg.det(q) > 0 else -q
 
 
 def sky(height: int = 512) -> Dome:
-    """A blue gradient with three suns [nits]."""
+    """Return a blue gradient with three suns [nits]."""
     v, u = np.meshgrid((np.arange(height) + 0.5) / height, (np.arange(2 * height) + 0.5) / (2 * height), indexing="ij")
     d = np.stack(
         [np.sin(np.pi * v) * np.cos(2 * np.pi * u), np.sin(np.pi * v) * np.sin(2 * np.pi * u), np.cos(np.pi * v)], -1
@@ -150,7 +150,7 @@ def views(scene: Scene, size: tuple[int, int] = (640, 480)) -> list[CameraView]:
     rng = np.random.default_rng(1)
     out = []
     for k, distance in enumerate((0.75, 2.5)):
-        # Of some directions the one whose eye is farthest from every object.
+        # Of some directions choose the one whose eye is farthest from every object.
         backs = rng.normal(size=(32, 3))
         backs /= np.linalg.norm(backs, axis=1, keepdims=True)
         eyes = centers[k] + distance * backs
@@ -160,7 +160,7 @@ def views(scene: Scene, size: tuple[int, int] = (640, 480)) -> list[CameraView]:
 
 
 def many_views(scene: Scene, count: int, size: tuple[int, int] = (640, 480)) -> list[CameraView]:
-    """So many cameras, each of its own: at an object each, from 0.5 to 2 m in any direction."""
+    """Return `count` different cameras: each looks at an object from 0.5 to 2 m in any direction."""
     centers = scene.instances.local_to_world[:, 3, :3]
     rng = np.random.default_rng(2)
     backs = rng.normal(size=(count, 3))

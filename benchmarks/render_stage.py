@@ -12,7 +12,7 @@ from usdsdg_render.scene.scene import Prototype, Scene
 
 
 def author(scene: Scene, folder: Path) -> tuple[Usd.Stage, list[Usd.Attribute]]:
-    """The scene's objects as references with a material each, and their transform attributes."""
+    """Author the scene's objects as references with a material each; return the stage and transform attributes."""
     files = [write_asset(folder, prototype) for prototype in scene.prototypes]
     stage = Usd.Stage.CreateInMemory()
     ops = []
@@ -37,7 +37,7 @@ def author(scene: Scene, folder: Path) -> tuple[Usd.Stage, list[Usd.Attribute]]:
 
 
 def write_asset(folder: Path, prototype: Prototype) -> str:
-    """A prototype as a crate file with one mesh below its default prim."""
+    """Write a prototype as a crate file with one mesh below its default prim; return its path."""
     file = str(folder / f"{prototype.name.strip('/')}.usdc")
     stage = Usd.Stage.CreateNew(file)
     stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/Asset").GetPrim())
@@ -55,7 +55,7 @@ def write_asset(folder: Path, prototype: Prototype) -> str:
 
 
 def random_poses(count: int, seed: int) -> np.ndarray:
-    """(count, 4, 4) float64 translations of about a stage unit, row vectors."""
+    """Return (count, 4, 4) float64 translations of about a stage unit, row vectors."""
     matrices = np.tile(np.eye(4), (count, 1, 1))
     matrices[:, 3, :3] = np.random.default_rng(seed).normal(size=(count, 3))
     return matrices

@@ -1,8 +1,8 @@
-"""Two threads against one: paths and labels of the benchmark scene, seconds of the clock.
+"""Two threads against one: paths and labels of the benchmark scene, wall seconds.
 
     python -m benchmarks.render_threads [--threads 2] [--samples 16] [--rounds 5] [--quick]
 
-A control that shares out check sums of memory among as many threads tells what the machine can give.
+As a control, checksums of memory on as many threads show what the machine can give.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from usdsdg_render.renderer import WarpRenderer
 from usdsdg_render.settings import PathSettings
 
 AT_LEAST = 1.9
-# The control's parts, and the bytes in each.
+# Checksums of the control, and the bytes of each.
 CONTROL_PARTS, CONTROL_BYTES = 200, 4_000_000
 
 
 def control(threads: int) -> None:
-    """Check sums outside of Python's lock, shared out among threads."""
+    """Compute checksums on several threads, without Python's lock."""
     data = bytes(CONTROL_BYTES)
     with ThreadPoolExecutor(threads) as pool:
         list(pool.map(lambda _: zlib.crc32(data), range(CONTROL_PARTS)))
 
 
 def compare(name: str, work: Callable[[int], object], threads: int, rounds: int, target: str = "") -> None:
-    """One row: `work(threads)` with one thread and with several."""
+    """Print a row of `work(threads)` with one thread and with several."""
     contenders = {str(count): lambda _, count=count: work(count) for count in (1, threads)}
     timings = in_turns(contenders, rounds=rounds)
     one, many = timings["1"], timings[str(threads)]
@@ -45,7 +45,7 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--samples", type=int, default=16)
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--quick", action="store_true", help="pictures of 160x120")
+    parser.add_argument("--quick", action="store_true", help="images of 160x120")
     options = parser.parse_args()
     report.begin()
     scene = render_scene.build()

@@ -1,4 +1,4 @@
-"""How benchmarks print: the machine first, then a line for each number beside its peer's."""
+"""Print benchmark results: the machine first, then a row for each number beside its peer's."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import warp as wp
 
 
 def begin() -> None:
-    """Print what a number means nothing without: processor, threads, load of the last minute, day."""
+    """Print the processor, its threads, the load of the last minute and the date."""
     wp.config.log_level = logging.WARNING
     name = platform.processor() or platform.machine()
     info = Path("/proc/cpuinfo")
@@ -23,7 +23,7 @@ def begin() -> None:
 
 
 def row(what: str, ours: str, peer: str = "", *, ratio: float | None = None, target: str = "") -> None:
-    """One line: our number, the peer's, how many times better ours is, and what it should be."""
+    """Print a row: our number, the peer's, how many times better ours is, and the target."""
     line = f"{what:<28} {ours:>24} {peer:>36}"
     if ratio is not None:
         line += f" {ratio:6.2f}x"

@@ -1,4 +1,4 @@
-"""1,000 objects over a floor and in a box, all apart: seconds per execution on one core.
+"""1,000 objects scattered without collisions over a floor and in a box: seconds per execution on one core.
 
     taskset -c 0 python benchmarks/scatter.py [objects]
 
@@ -20,12 +20,12 @@ from usdsdg.session.stage_context import current_stage, new_stage
 
 
 def scene(count: int) -> list[str]:
-    """Objects of 6 to 14 cm, turned at random; the prims' paths."""
+    """Create objects of 6 to 14 cm in random orientations; return their paths."""
     new_stage()
     rep.set_global_seed(1)
-    size, turn = rep.distribution.uniform(0.06, 0.14), rep.distribution.uniform((0, 0, 0), (360, 360, 360))
+    size, angles = rep.distribution.uniform(0.06, 0.14), rep.distribution.uniform((0, 0, 0), (360, 360, 360))
     kinds = [(rep.create.sphere, count // 2), (rep.create.torus, count // 4), (rep.create.cube, count // 4)]
-    paths = [path for make, number in kinds for path in make(count=number, scale=size, rotation=turn).prims]
+    paths = [path for make, number in kinds for path in make(count=number, scale=size, rotation=angles).prims]
     evaluate.graph().evaluate()
     return paths
 
@@ -33,13 +33,13 @@ def scene(count: int) -> list[str]:
 def table(span: float) -> list[str]:
     boxes = [rep.create.cube(position=(0, 0, 0.6), scale=(span / 4, span / 4, 0.05))]
     for angle in np.linspace(0, 2 * math.pi, 10, endpoint=False):
-        place = (span / 9 * math.cos(angle), span / 9 * math.sin(angle), 0.3)
-        boxes.append(rep.create.cube(position=place, scale=(0.05, 0.05, 0.6)))
+        position = (span / 9 * math.cos(angle), span / 9 * math.sin(angle), 0.3)
+        boxes.append(rep.create.cube(position=position, scale=(0.05, 0.05, 0.6)))
     return [path for box in boxes for path in box.prims]
 
 
 def timed(count: int, build) -> tuple[float, float]:
-    """Seconds of the first execution, which also reads the meshes' order, and of the second."""
+    """Return the seconds of the first execution, which also reads the meshes, and of the second."""
     paths = scene(count)
     with rep.trigger.on_custom_event("go"):
         build(paths)
@@ -49,11 +49,11 @@ def timed(count: int, build) -> tuple[float, float]:
         start = time.perf_counter()
         evaluate.graph().evaluate()
         seconds.append(time.perf_counter() - start)
-    assert len(paths) == len({tuple(place(path)) for path in paths})
+    assert len(paths) == len({tuple(position_of(path)) for path in paths})
     return seconds[0], seconds[1]
 
 
-def place(path: str) -> tuple[float, float, float]:
+def position_of(path: str) -> tuple[float, float, float]:
     return tuple(current_stage().GetPrimAtPath(path).GetAttribute("xformOp:translate").Get())
 
 

@@ -1,4 +1,4 @@
-"""The benchmark scene in the shapes that other renderers want: one big mesh, or welded ones, and poses."""
+"""The benchmark scene in the forms that other renderers take: one flattened mesh, or welded ones, and poses."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ class FlatMesh(NamedTuple):
 
     points: np.ndarray  # (V, 3) float32
     triangles: np.ndarray  # (T, 3) int32
-    instance: np.ndarray  # (T,) int32: whose triangle it is
-    first: np.ndarray  # (instances,) int32: its first triangle
+    instance: np.ndarray  # (T,) int32: instance of each triangle
+    first: np.ndarray  # (instances,) int32: first triangle of each instance
 
 
 class WeldedMesh(NamedTuple):
@@ -28,11 +28,11 @@ class WeldedMesh(NamedTuple):
 
 
 def flattened(scene: Scene) -> FlatMesh:
-    """Every instance's triangles in the world, in the order of instances."""
+    """Return the triangles of all instances in the world, in the order of instances."""
     points, triangles, counts, base = [], [], [], 0
     for which, matrix in zip(scene.instances.prototype, scene.instances.local_to_world, strict=True):
         prototype = scene.prototypes[which]
-        points.append(placed(prototype.points, matrix))
+        points.append(transformed(prototype.points, matrix))
         triangles.append(prototype.triangles + base)
         counts.append(len(prototype.triangles))
         base += len(prototype.points)
@@ -41,13 +41,13 @@ def flattened(scene: Scene) -> FlatMesh:
     return FlatMesh(np.concatenate(points), np.concatenate(triangles).astype(np.int32), instance, first)
 
 
-def placed(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """(V, 3) float32 points through a row-vector 4x4 matrix."""
+def transformed(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """Return points (V, 3) float32 transformed by a row-vector 4x4 matrix."""
     return (points @ matrix[:3, :3] + matrix[3, :3]).astype(np.float32)
 
 
 def welded(prototype: Prototype) -> WeldedMesh:
-    """One vertex for corners that share point, normal and UV."""
+    """Weld the corners that share point, normal and UV."""
     corners = np.concatenate(
         [
             prototype.triangles.reshape(-1, 1).astype(np.float32),
@@ -62,21 +62,21 @@ def welded(prototype: Prototype) -> WeldedMesh:
 
 
 def is_flat(prototype: Prototype) -> bool:
-    """Whether every triangle has one normal."""
+    """Return whether every triangle has one normal."""
     return bool(np.allclose(prototype.normals, prototype.normals[:, :1]))
 
 
 def scale_and_rotation(matrix: np.ndarray) -> tuple[float, np.ndarray]:
-    """Uniform scale, and the rotation for column vectors, of a row-vector matrix."""
+    """Return the uniform scale, and the rotation for column vectors, of a row-vector matrix."""
     scale = float(np.linalg.norm(matrix[0, :3]))
     return scale, matrix[:3, :3].T / scale
 
 
 def material_of(scene: Scene, instance: int) -> int:
-    """Row of an instance's first material."""
+    """Return the row of an instance's first material."""
     return int(scene.material_slots[scene.instances.slot_offset[instance]])
 
 
 def turned_sky(radiance: np.ndarray) -> np.ndarray:
-    """A dome's picture for renderers whose u falls from 1/2 as the direction turns from +x to +y."""
+    """Return a dome's image for renderers whose u falls from 1/2 as the direction turns from +x to +y."""
     return np.ascontiguousarray(np.roll(radiance[:, ::-1], radiance.shape[1] // 2, 1))

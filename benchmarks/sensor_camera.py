@@ -1,4 +1,4 @@
-"""The benchmark scene in newton's SensorCamera: its own spheres and boxes, textured meshes, one light with shadows."""
+"""The benchmark scene in Newton's SensorCamera: its own spheres and boxes, textured meshes, one light with shadows."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from usdsdg_render.scene.scene import Scene
 
 
 class SensorCameras:
-    """Colour with texture and shadow, distance, normals and ids of all views in one call.
+    """Color with texture and shadow, distance, normals and ids of all views in one call.
 
-    `order` is the name of the order in which its threads take pixels; newton's own choice without.
+    `order` names the order in which its threads process pixels; empty for Newton's default.
     """
 
     def __init__(self, scene: Scene, views: list[CameraView], device: str = "cpu", order: str = "") -> None:
@@ -53,12 +53,12 @@ class SensorCameras:
         }
 
     def render(self) -> np.ndarray:
-        """(views, H, W) float32 distances, not positive where nothing is met; the other images are made as well."""
+        """Render all images; return the distances (views, H, W) float32, not positive where nothing is hit."""
         self.draw()
         return self._images["depth_image"].numpy()
 
     def draw(self) -> None:
-        """Make all images, on the device."""
+        """Render all images, on the device."""
         self._sensor.update(
             self._state,
             self._poses,
@@ -102,6 +102,6 @@ def _mesh(newton: Any, mesh: Any, texels: np.ndarray) -> Any:
 
 
 def _pose(matrix: np.ndarray) -> wp.transform:
-    """Where a row-vector matrix puts things, without its scale."""
+    """Return the pose of a row-vector matrix, without its scale."""
     rotation = scale_and_rotation(matrix)[1]
     return wp.transform(wp.vec3(*matrix[3, :3]), wp.quat(*Rotation.from_matrix(rotation).as_quat()))

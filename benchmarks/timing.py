@@ -1,6 +1,6 @@
-"""Time in turns: what is compared runs in rounds, one after the other, so that a busy machine slows all alike.
+"""Time contenders in turns, round by round, so that other load on the machine slows all alike.
 
-CPU seconds are those of the whole process, all its threads together; medians over the rounds are what to compare.
+CPU seconds are those of the whole process, all its threads together; compare medians over the rounds.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ Work = Callable[[int], object]
 
 @dataclass
 class Timings:
-    """Seconds of each round; results are those of all calls, the one to warm up included."""
+    """Seconds of each round, and the results of all calls, the warm-up round included."""
 
     cpus: list[float] = field(default_factory=list)
     walls: list[float] = field(default_factory=list)
@@ -28,11 +28,11 @@ class Timings:
 
     @property
     def wall(self) -> float:
-        """Median seconds of the clock."""
+        """Median wall seconds."""
         return statistics.median(self.walls)
 
     def add(self, work: Work, number: int) -> None:
-        """Run `work(number)` and note how long it took."""
+        """Run `work(number)` and record how long it took."""
         cpu, wall = time.process_time(), time.perf_counter()
         result = work(number)
         self.walls.append(time.perf_counter() - wall)
@@ -41,10 +41,10 @@ class Timings:
 
 
 def in_turns(contenders: Mapping[str, Work], *, rounds: int = 5, before: Work | None = None) -> dict[str, Timings]:
-    """Timings of every contender: a round to warm up, number 0, that is not timed, then rounds 1, 2, …
+    """Return the timings of every contender: round 0 warms up and is not timed, then rounds 1, 2, …
 
     Args:
-        before: called with the round's number before each contender, in time that is not counted.
+        before: called with the round's number before each contender; not timed.
     """
     timings = {name: Timings() for name in contenders}
     for number in range(rounds + 1):
@@ -59,5 +59,5 @@ def in_turns(contenders: Mapping[str, Work], *, rounds: int = 5, before: Work | 
 
 
 def alone(work: Work, *, rounds: int = 5, before: Work | None = None) -> Timings:
-    """Timings of one contender."""
+    """Return the timings of one contender."""
     return in_turns({"": work}, rounds=rounds, before=before)[""]

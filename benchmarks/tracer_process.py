@@ -1,4 +1,4 @@
-"""The far end of `path_tracers.TracerProcess`: makes a tracer, then draws what it is asked for."""
+"""The child of `path_tracers.TracerProcess`: make a tracer, then render the requested images."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import time
 
 
 def main() -> None:
-    # What tracers print must not get among the answers.
+    # What tracers print must not mix with the answers.
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     module, name = sys.argv[1].split(":")
@@ -23,8 +23,8 @@ def main() -> None:
         except EOFError:
             return
         cpu, wall = time.process_time(), time.perf_counter()
-        picture = tracer.picture(*question)
-        answer(answers, (picture, time.process_time() - cpu, time.perf_counter() - wall))
+        image = tracer.render(*question)
+        answer(answers, (image, time.process_time() - cpu, time.perf_counter() - wall))
 
 
 def answer(answers, what: object) -> None:

@@ -1,4 +1,4 @@
-"""The benchmark scene as a randomizing script would have it: textures, lights, a sky, labels, points and variants.
+"""The benchmark scene as of a randomizing script: textures, lights, a sky, labels, a point instancer and variants.
 
 Beside the 337 objects of `render_stage` there are a point instancer and an object whose variants are two meshes.
 """
@@ -23,24 +23,24 @@ CAMERA = "/World/Camera"
 
 @dataclass
 class World:
-    """A stage and what edits of it need."""
+    """A stage, and what is needed to edit it."""
 
     stage: Usd.Stage
     ops: list[Usd.Attribute]  # transforms of the objects
-    textures: list[str]  # picture files of the same size
+    textures: list[str]  # texture files of the same size
     skies: list[str]
     asset: str  # a mesh that the stage does not have yet
 
     def surface(self, k: int) -> UsdShade.Shader:
-        """The surface shader of an object's own material."""
+        """Return the surface shader of an object's own material."""
         return UsdShade.Shader(self.stage.GetPrimAtPath(f"/World/object_{k}/Look/Surface"))
 
     def file(self, k: int) -> UsdShade.Input:
-        """The picture of an object that has one."""
+        """Return the texture file input of an object that has one."""
         return UsdShade.Shader(self.stage.GetPrimAtPath(f"/World/object_{k}/Look/Texture")).GetInput("file")
 
     def new_texture(self, number: int) -> str:
-        """A picture file that was not there; what was read before is kept, so that only another one must be read."""
+        """Write a new texture file, since files that were read before are cached."""
         file = Path(self.textures[0]).with_name(f"new_{number}.png")
         return _write_texture(file, np.random.default_rng(number))
 
@@ -53,7 +53,7 @@ class World:
 
 
 def make_world(folder: Path) -> World:
-    """The stage, with files in `folder`."""
+    """Create the stage, with files in `folder`."""
     rng = np.random.default_rng(3)
     scene = build()
     stage, ops = author(scene, folder)
@@ -83,7 +83,7 @@ def _write_texture(file: Path, rng: np.random.Generator) -> str:
 
 
 def _write_sky(file: Path, rng: np.random.Generator) -> str:
-    """A Radiance picture without run lengths: a mantissa for each channel, and their exponent."""
+    """Write a Radiance image without run lengths: a mantissa for each channel, and their exponent."""
     height, width = SKY_SIZE
     coarse = rng.integers(64, 256, (16, 32, 4), np.uint8)
     coarse[..., 3] = 129
@@ -122,7 +122,7 @@ def _add_points(stage: Usd.Stage, rng: np.random.Generator) -> None:
 
 
 def positions(rng: np.random.Generator) -> Vt.Vec3fArray:
-    """New positions of all points."""
+    """Return random positions of all points."""
     return Vt.Vec3fArray.FromNumpy(rng.uniform(-2, 2, (POINTS, 3)).astype(np.float32))
 
 

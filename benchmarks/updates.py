@@ -1,8 +1,8 @@
-"""What a change of the stage costs until rays can be traced again, beside reading the whole stage.
+"""Time from a stage edit until rays can be traced again, compared with extracting the whole stage.
 
     python -m benchmarks.updates [--rounds 15]
 
-Each row edits the stage in time that is not counted, then times `WarpRenderer.sync` and the reading of the camera.
+The edit itself is not timed; each row times `WarpRenderer.sync` and the reading of the camera.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from usdsdg_render.renderer import WarpRenderer
 
 
 class Change(NamedTuple):
-    """A kind of change: what makes that of a round, the most it should take, and what comes before it, uncounted."""
+    """A kind of edit: its function of the round, the target, and an untimed preparation."""
 
     name: str
     edit: Work
@@ -36,7 +36,7 @@ class Change(NamedTuple):
 
 
 class Edits:
-    """Edits of a `World`; those of two rounds differ, and none makes the scene grow."""
+    """Edits of a `World`; they differ between rounds, and none makes the scene grow."""
 
     def __init__(self, world: World) -> None:
         self.world = world
@@ -52,8 +52,8 @@ class Edits:
         self.world.surface(which).GetInput("diffuseColor").Set(self._color())
 
     def bind(self, k: int) -> None:
-        look = UsdShade.Material.Get(self.stage, f"/World/object_{200 + k % 2}/Look")
-        UsdShade.MaterialBindingAPI(self.stage.GetPrimAtPath("/World/object_100")).Bind(look)
+        material = UsdShade.Material.Get(self.stage, f"/World/object_{200 + k % 2}/Look")
+        UsdShade.MaterialBindingAPI(self.stage.GetPrimAtPath("/World/object_100")).Bind(material)
 
     def known_texture(self, k: int) -> None:
         self.world.file(1).Set(self.world.textures[k % 2])
@@ -103,7 +103,7 @@ class Edits:
         self.stage.GetPrimAtPath("/World/Varied").GetVariantSet("shape").SetVariantSelection("ba"[k % 2])
 
     def frame(self, k: int) -> None:
-        """What a randomizing script may do to a frame; its textures are of a list that comes round again."""
+        """Make the edits of a randomizing script in one frame; its textures are from a list that repeats."""
         some = self.rng.permutation(len(self.world.ops))[:100]
         write_poses([self.world.ops[each] for each in some], random_poses(100, k))
         with Sdf.ChangeBlock():
@@ -119,12 +119,12 @@ class Edits:
 
 
 def changes(world: World) -> list[Change]:
-    """All kinds but those of time."""
+    """Return all kinds of edits but that of time."""
     edits = Edits(world)
     return [
         Change("nothing", lambda _: None, ""),
         Change("all 337 poses", edits.poses, "3 ms"),
-        Change("the colour of a material", lambda _: edits.paint(60), "5 ms"),
+        Change("the color of a material", lambda _: edits.paint(60), "5 ms"),
         Change("the material of a prim", edits.bind, "5 ms"),
         Change("a texture, seen before", edits.known_texture, "5 ms"),
         Change("a new texture", edits.new_texture, "reading it + 5 ms"),
@@ -150,7 +150,7 @@ def print_row(name: str, work: Work, rounds: int, target: str = "", before: Work
 
 
 def the_whole(world: World, rounds: int) -> None:
-    """What changes are to be compared with: all of it, one texture, one sky."""
+    """Time what edits are compared with: the whole stage, and one texture."""
     print_row("the whole stage", lambda _: WarpRenderer(world.stage, device="cpu").sync(), max(rounds // 3, 3))
     print_row("a texture alone", lambda _: TexturePool().load([TextureUse(world.textures[0])]), rounds)
 
@@ -174,7 +174,7 @@ def of_changes(world: World, rounds: int) -> None:
 
 
 def of_time(stage: Usd.Stage, rounds: int) -> None:
-    """Another time code, where one skinned mesh bends among the others."""
+    """Time another time code, at which one skinned mesh deforms among the others."""
     add_character(stage, "/World/Man")
     renderer = WarpRenderer(stage, device="cpu")
     renderer.sync(Usd.TimeCode(0))
