@@ -92,7 +92,7 @@ def set_stage_up_axis(up_axis: str) -> None:
 
 
 def set_stage_meters_per_unit(meters_per_unit: float) -> None:
-    """Author the stage's linear unit [metres]: 0.01 for centimetres.
+    """Author the stage's linear unit [meters]: 0.01 for centimeters.
 
     Raises:
         ConfigError: (a ValueError) it is not above 0.

@@ -129,7 +129,7 @@ class WarpRenderer:
             self._on_device.place(self._scene, interpolate(self._before, after, fraction))
 
     def labels(self, view: CameraView, aovs: Collection[str]) -> dict[str, np.ndarray]:
-        """One ray through each pixel centre; see `aov.AOVS` for names, units and values.
+        """One ray through each pixel center; see `aov.AOVS` for names, units and values.
 
         Motion vectors count from when this camera last asked for them, before the last `sync` or in another place.
 

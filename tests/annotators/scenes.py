@@ -43,7 +43,7 @@ poses = st.fixed_dictionaries(
 
 @st.composite
 def crowds(draw) -> Usd.Stage:
-    """A stage with a few labelled cubes and spheres around the origin."""
+    """A stage with a few labeled cubes and spheres around the origin."""
     stage = new_stage()
     for index, pose in enumerate(draw(st.lists(poses, min_size=1, max_size=5))):
         add = draw(st.sampled_from([add_cube, add_sphere]))

@@ -26,7 +26,7 @@ def xform(stage, path, **pose):
     return prim
 
 
-def test_gprims_below_a_labelled_prim_are_one_entity_in_its_frame(stage):
+def test_gprims_below_a_labeled_prim_are_one_entity_in_its_frame(stage):
     car = xform(stage, "/World/Car", translate=(5, 0, 0), rotate=(0, 0, 90))
     add_labels(car, {"class": ["Car"]})
     add_cube(stage, "/World/Car/Body", size=2.0)
@@ -60,7 +60,7 @@ def car_with_wheel(stage):
     return stage
 
 
-def test_without_a_filter_the_nearest_labelled_prim_owns_a_gprim(car_with_wheel):
+def test_without_a_filter_the_nearest_labeled_prim_owns_a_gprim(car_with_wheel):
     entities = read(car_with_wheel)
     assert entities.prim_paths == ("/World/Car", "/World/Car/Wheel")
     assert entities.row_of_gprim.tolist() == [0, 1]
@@ -219,7 +219,7 @@ def test_a_mesh_edited_in_the_source_of_instances_is_bounded_again(stage):
 
 @pytest.fixture
 def forest(stage):
-    """Two trees, drawn by points 7 and 9 of an instancer whose prototype holds a trunk and a labelled crown."""
+    """Two trees, drawn by points 7 and 9 of an instancer whose prototype holds a trunk and a labeled crown."""
     xform(stage, "/World/Forest", translate=(0, 0, 1))
     instancer = UsdGeom.PointInstancer.Define(stage, "/World/Forest/Points")
     xform(stage, "/World/Forest/Points/Tree", scale=(2, 2, 2))

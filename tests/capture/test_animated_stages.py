@@ -19,7 +19,7 @@ RATE = 24
 
 
 def animated(stage):
-    """A labelled box that goes from x = -2 to 2 in 24 codes, a labelled character that bends, a still camera."""
+    """A labeled box that goes from x = -2 to 2 in 24 codes, a labeled character that bends, a still camera."""
     stage.SetTimeCodesPerSecond(RATE)
     box = UsdGeom.Cube.Define(stage, "/World/Box")
     box.CreateSizeAttr(1.0)

@@ -44,7 +44,7 @@ def captured(monkeypatch):
 
 
 def roughness(picture: np.ndarray) -> float:
-    """How much neighbours differ."""
+    """How much neighbors differ."""
     levels = picture[..., :3].astype(np.float64)
     return float(np.abs(np.diff(levels, axis=0)).mean() + np.abs(np.diff(levels, axis=1)).mean())
 

@@ -132,7 +132,7 @@ def test_a_pivot_lies_at_the_position(stage):
 
 
 @pytest.mark.parametrize("kind", SHAPES)
-def test_meshes_are_one_metre_and_stand_on_the_up_axis(stage, y_up_stage, kind):
+def test_meshes_are_one_meter_and_stand_on_the_up_axis(stage, y_up_stage, kind):
     size = np.diff(extent(getattr(create, kind)()), axis=0)[0]
     flat, thin = {"plane": 0, "disk": 0, "torus": 30}.get(kind, 100), 50 if kind == "capsule" else 100
     np.testing.assert_allclose(size, (thin, flat, thin), atol=1e-3)

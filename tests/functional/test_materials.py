@@ -31,7 +31,7 @@ def test_a_material_is_an_mdl_shader_with_its_inputs(stage):
     }
 
 
-def test_viewers_without_mdl_get_the_same_colour(stage):
+def test_viewers_without_mdl_get_the_same_color(stage):
     material = create.material("OmniPBR.mdl", diffuse_color_constant=(1, 0, 0), reflection_roughness_constant=0.75)
     preview, _, _ = UsdShade.Material(material).ComputeSurfaceSource()
     assert preview.GetIdAttr().Get() == "UsdPreviewSurface"

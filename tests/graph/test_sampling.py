@@ -29,7 +29,7 @@ def test_seed_node_and_execution_each_decorrelate(other):
     assert abs(np.corrcoef(first[:, 0], second[:, 0])[0, 1]) < 4 / np.sqrt(len(PRIMS))
 
 
-def test_components_and_neighbouring_prims_are_uncorrelated():
+def test_components_and_neighboring_prims_are_uncorrelated():
     u = uniforms(7, "node", 3, PRIMS, 2)
     limit = 4 / np.sqrt(len(PRIMS))
     assert abs(np.corrcoef(u[:, 0], u[:, 1])[0, 1]) < limit

@@ -19,7 +19,7 @@ VIEW = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [-1, -2, -5, 1]]
 
 
 def keypoints_in_camera(centre, size, order=ORDER) -> list[list[float]]:
-    """An upright box whose middle lies at `centre` in the camera's frame."""
+    """An upright box whose middle lies at `center` in the camera's frame."""
     half = np.array(size) / 2.0
     corners = {"Center": np.array(centre, float)}
     for x, y, z in itertools.product("LR", "DU", "BF"):

@@ -106,7 +106,7 @@ def test_unknown_occlusion_is_no_visibility(tmp_path, occlusion, expected):
     )
 
 
-def test_depth_is_coloured_from_near_to_far(tmp_path):
+def test_depth_is_colored_from_near_to_far(tmp_path):
     folder = BasicFolder(tmp_path)
     folder.rgb(0)
     values = np.full((HEIGHT, WIDTH), 4.0)
@@ -123,7 +123,7 @@ def test_depth_is_coloured_from_near_to_far(tmp_path):
     assert far[2] > far[0]
 
 
-def test_masks_keep_their_colours_and_shrink_by_whole_steps(tmp_path):
+def test_masks_keep_their_colors_and_shrink_by_whole_steps(tmp_path):
     folder = BasicFolder(tmp_path)
     folder.rgb(0)
     mask = np.zeros((HEIGHT, WIDTH, 4), np.uint8)
@@ -135,7 +135,7 @@ def test_masks_keep_their_colours_and_shrink_by_whole_steps(tmp_path):
     assert np.array_equal(shown, mask)
 
 
-def test_plain_ids_get_colours_of_their_own(tmp_path):
+def test_plain_ids_get_colors_of_their_own(tmp_path):
     folder = BasicFolder(tmp_path)
     folder.rgb(0)
     ids = np.zeros((HEIGHT, WIDTH), np.uint16)

@@ -151,7 +151,7 @@ def scene_of(placed, *, materials=None, textures=(), lights=(), dome=None) -> Sc
 
 
 def view_from(eye, target=(0.0, 0.0, 0.0), *, size=(32, 24), up=(0.0, 0.0, 1.0), **values) -> CameraView:
-    """A 50 mm-like camera (horizontal field of view 45 degrees unless `focal_length` says otherwise) in metres."""
+    """A 50 mm-like camera (horizontal field of view 45 degrees unless `focal_length` says otherwise) in meters."""
     eye, target = np.asarray(eye, float), np.asarray(target, float)
     back = (eye - target) / np.linalg.norm(eye - target)
     right = np.cross(up, back)

@@ -20,7 +20,7 @@ def meshes(stage):
     return sorted(str(prim.GetPath()) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh))
 
 
-def test_props_are_referenced_posed_labelled_and_saved(tmp_path):
+def test_props_are_referenced_posed_labeled_and_saved(tmp_path):
     folder = Path(assets.assets_root()) / "Isaac"
     files = sorted(folder.rglob("*.usd"))[:40]
     stage = stage_context.new_stage()

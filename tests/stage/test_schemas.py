@@ -170,7 +170,7 @@ def test_saved_files_hold_plain_names(stage, prim):
     assert "usdsdg" not in text
 
 
-def test_files_of_other_programs_are_recognised(stage):
+def test_files_of_other_programs_are_recognized(stage):
     stage.GetRootLayer().ImportFromString(
         """#usda 1.0
         def PhysicsScene "scene" (prepend apiSchemas = ["PhysxSceneAPI"]) {

@@ -34,7 +34,7 @@ def test_a_jpeg_is_close_and_has_no_alpha(backend, tmp_path, image, suffix):
 
 
 @pytest.mark.parametrize("dtype", [np.uint16, np.uint32, np.int64])
-def test_ids_become_sixteen_bit_grey(backend, tmp_path, dtype):
+def test_ids_become_sixteen_bit_gray(backend, tmp_path, dtype):
     ids = np.arange(60000, 60000 + 48 * 64).astype(dtype).reshape(48, 64)
     files.write_image("ids.png", ids, backend)
     np.testing.assert_array_equal(np.array(Image.open(tmp_path / "ids.png")).astype(dtype), ids)

@@ -43,8 +43,8 @@ def prims(
         _containing(path_match, ignore_case),
         _typed(prim_types),
         _without(_typed(prim_types_exclusion)),
-        _labelled(semantics),
-        _without(_labelled(semantics_exclusion)),
+        _labeled(semantics),
+        _without(_labeled(semantics_exclusion)),
     ]
     wanted = [match for match in matches if match is not None]
     found = Usd.PrimRange.Stage(stage or current_stage(), Usd.TraverseInstanceProxies(Usd.PrimIsDefined))
@@ -90,7 +90,7 @@ def _typed(types: Any) -> _Match | None:
     return lambda prim: str(prim.GetTypeName()).lower() in known
 
 
-def _labelled(semantics: Any) -> _Match | None:
+def _labeled(semantics: Any) -> _Match | None:
     if semantics is None:
         return None
     if isinstance(semantics, tuple) and len(semantics) == 2 and isinstance(semantics[0], str):

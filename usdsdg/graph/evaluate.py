@@ -120,7 +120,7 @@ class Graph:
         """Run everything that is due and return the triggers that fired.
 
         A custom event sent twice fires twice. `preview` runs every trigger of frames or of times once, as the
-        orchestrator's initialisation does.
+        orchestrator's initialization does.
         """
         impulses, self.impulses = self.impulses, []
         for node in impulses:

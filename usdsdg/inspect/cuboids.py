@@ -83,7 +83,7 @@ def _bent(points: np.ndarray, lens: Lens) -> Drawn:
 
 
 def axes_of(cuboid: np.ndarray) -> np.ndarray:
-    """(4, 2) pixels: the centre and the faces' middles, which perspective keeps where the diagonals cross."""
+    """(4, 2) pixels: the center and the faces' middles, which perspective keeps where the diagonals cross."""
     return np.array([cuboid[0], *(_crossing(*cuboid[list(face)]) for face in _FACES)])
 
 

@@ -16,7 +16,7 @@ def read_dataset(folder: Path) -> Dataset:
     """Everything that PoseWriter and BasicWriter left below a folder.
 
     Raises:
-        DatasetError: the folder is missing or nothing in it is recognised; says what was looked for.
+        DatasetError: the folder is missing or nothing in it is recognized; says what was looked for.
     """
     if not folder.is_dir():
         what = "is a file" if folder.exists() else "does not exist"

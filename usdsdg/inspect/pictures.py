@@ -1,4 +1,4 @@
-"""Pictures small enough for a page: JPEG for photographs, palettes for masks, colours for depth."""
+"""Pictures small enough for a page: JPEG for photographs, palettes for masks, colors for depth."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-# Colours of depth from near to far: dark red over yellow and green to dark blue (the Turbo map, thinned out).
-_DEPTH_COLOURS = (
+# Colors of depth from near to far: dark red over yellow and green to dark blue (the Turbo map, thinned out).
+_DEPTH_COLORS = (
     (122, 4, 3), (183, 29, 2), (224, 73, 12), (246, 117, 26), (254, 163, 49), (235, 207, 53), (199, 239, 52),
     (147, 254, 77), (78, 248, 122), (30, 229, 181), (40, 188, 235), (70, 134, 251), (65, 69, 171), (48, 18, 59),
 )  # fmt: skip
@@ -41,22 +41,22 @@ def photograph(path: Path, longest: int, quality: int = 82) -> tuple[Encoded, tu
         size = opened.size
         # JPEG sources are decoded at a fraction of their size where that is enough.
         opened.draft("RGB", (longest, longest))
-        picture = _on_grey(opened)
+        picture = _on_gray(opened)
     picture.thumbnail((longest, longest), Image.Resampling.LANCZOS, reducing_gap=2.0)
     return Encoded("image/jpeg", _saved(picture, "JPEG", quality=quality)), size
 
 
 def mask(path: Path, longest: int) -> Encoded:
-    """A PNG whose colours are the original's, exactly; ids without colours get some of their own."""
+    """A PNG whose colors are the original's, exactly; ids without colors get some of their own."""
     with Image.open(path) as opened:
         opened.load()
         values = np.asarray(opened)
     values = values[:: _stride(values.shape, longest), :: _stride(values.shape, longest)]
     packed = values if values.ndim == 2 else _packed(values)
     ids, indices = np.unique(packed, return_inverse=True)
-    # Four bytes without any alpha are ids that were only stored as colours.
-    coloured = values.ndim == 3 and (values.shape[2] == 3 or values[..., 3].any())
-    palette = _unpacked(ids) if coloured else _colours_of(ids)
+    # Four bytes without any alpha are ids that were only stored as colors.
+    colored = values.ndim == 3 and (values.shape[2] == 3 or values[..., 3].any())
+    palette = _unpacked(ids) if colored else _colors_of(ids)
     if len(ids) > 256:
         return Encoded("image/png", _saved(Image.fromarray(palette[indices.reshape(packed.shape)]), "PNG"))
     picture = Image.fromarray(indices.reshape(packed.shape).astype(np.uint8))
@@ -65,7 +65,7 @@ def mask(path: Path, longest: int) -> Encoded:
 
 
 def depth(values: np.ndarray, longest: int) -> Encoded:
-    """A JPEG of depth in colours from near (red) to far (blue), on a logarithmic scale; black where nothing is hit.
+    """A JPEG of depth in colors from near (red) to far (blue), on a logarithmic scale; black where nothing is hit.
 
     The ends are the 1st and 99th percentile, so that a few far pixels do not flatten the rest.
     """
@@ -76,9 +76,9 @@ def depth(values: np.ndarray, longest: int) -> Encoded:
     share = np.zeros(values.shape, np.float32)
     if far > near:
         share[hit] = np.log(np.clip(values[hit], near, far) / near) / np.log(far / near)
-    coloured = _depth_table()[(share * 255).astype(np.uint8)]
-    coloured[~hit] = 0
-    return Encoded("image/jpeg", _saved(Image.fromarray(coloured), "JPEG", quality=80), (near, far))
+    colored = _depth_table()[(share * 255).astype(np.uint8)]
+    colored[~hit] = 0
+    return Encoded("image/jpeg", _saved(Image.fromarray(colored), "JPEG", quality=80), (near, far))
 
 
 def _stride(shape: tuple[int, ...], longest: int) -> int:
@@ -86,7 +86,7 @@ def _stride(shape: tuple[int, ...], longest: int) -> int:
     return max(1, -(-max(shape[:2]) // longest))
 
 
-def _on_grey(opened: Image.Image) -> Image.Image:
+def _on_gray(opened: Image.Image) -> Image.Image:
     if opened.mode in ("RGBA", "LA", "PA"):
         picture = opened.convert("RGBA")
         ground = Image.new("RGBA", picture.size, (128, 128, 128, 255))
@@ -102,14 +102,14 @@ def _packed(values: np.ndarray) -> np.ndarray:
 
 
 def _unpacked(ids: np.ndarray) -> np.ndarray:
-    """(n, 4) bytes; black, which stands for things without a label, is shown as grey."""
+    """(n, 4) bytes; black, which stands for things without a label, is shown as gray."""
     colours = ids.astype(np.uint32).reshape(-1, 1).view(np.uint8).copy()
     colours[(colours[:, :3] == 0).all(axis=1) & (colours[:, 3] > 0), :3] = 70
     return colours
 
 
-def _colours_of(ids: np.ndarray) -> np.ndarray:
-    """(n, 4) bytes: 0 is clear, 1 grey, every other id a hue by the golden ratio."""
+def _colors_of(ids: np.ndarray) -> np.ndarray:
+    """(n, 4) bytes: 0 is clear, 1 gray, every other id a hue by the golden ratio."""
     hue = (ids.astype(np.float64) * 0.618033988749895) % 1.0 * 6.0
     wheel = np.stack([np.abs(hue - 3) - 1, 2 - np.abs(hue - 2), 2 - np.abs(hue - 4)], axis=1).clip(0, 1)
     colours = np.concatenate([60 + 190 * wheel, np.full((len(ids), 1), 255)], axis=1).astype(np.uint8)
@@ -121,8 +121,8 @@ def _colours_of(ids: np.ndarray) -> np.ndarray:
 @lru_cache(maxsize=1)
 def _depth_table() -> np.ndarray:
     """(256, 3) bytes from near to far."""
-    anchors = np.linspace(0, 255, len(_DEPTH_COLOURS))
-    columns = [np.interp(np.arange(256), anchors, channel) for channel in zip(*_DEPTH_COLOURS)]
+    anchors = np.linspace(0, 255, len(_DEPTH_COLORS))
+    columns = [np.interp(np.arange(256), anchors, channel) for channel in zip(*_DEPTH_COLORS)]
     return np.stack(columns, axis=1).astype(np.uint8)
 
 

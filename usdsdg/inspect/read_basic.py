@@ -36,7 +36,7 @@ _FILE = re.compile(
 )
 
 Parts = dict[str, Path]
-# Camera, metres per unit and picture size.
+# Camera, meters per unit and picture size.
 Seen = tuple[Pinhole | Curved, float, tuple[int, int]]
 
 
@@ -167,7 +167,7 @@ def _add_cuboid(seen: SeenObject, row: np.void, camera: Pinhole | Curved, meters
 
 
 def _camera(dataset: Dataset, frame: Frame, parts: Parts) -> Seen | None:
-    """Camera, metres per unit and picture size; None where boxes in space cannot be drawn."""
+    """Camera, meters per unit and picture size; None where boxes in space cannot be drawn."""
     if "camera_params/json" not in parts:
         _note(dataset, "Boxes in space are not drawn where camera_params is missing: write it along with them.")
         return None

@@ -143,7 +143,7 @@ def _number(value: Any) -> float | None:
 
 
 def _distance(location: np.ndarray, middle: np.ndarray, camera: Pinhole) -> float | None:
-    """Metres, where a DOPE file's `location` is one in the camera's frame."""
+    """Meters, where a DOPE file's `location` is one in the camera's frame."""
     if location[2] > -cuboids.NEAR or np.abs(camera.project(location) - middle).max() > _NEAR_ENOUGH:
         return None
     return float(np.linalg.norm(location))

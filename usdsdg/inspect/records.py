@@ -22,8 +22,8 @@ class SeenObject:
     box, loose   (x_min, y_min, x_max, y_max) of the visible part, of the whole object
     cuboid       (9, 2) pixels in the order of KEYPOINTS; None where the file tells none
     edges        (n, 4) pixels of the parts in front of the camera, where the cuboid reaches behind it
-    axes         (4, 2) pixels: centre, then the middles of the faces towards local +x, +y, +z
-    distance     metres from the camera; visibility and truncation are shares 0…1
+    axes         (4, 2) pixels: center, then the middles of the faces towards local +x, +y, +z
+    distance     meters from the camera; visibility and truncation are shares 0…1
     """
 
     label: str
@@ -46,7 +46,7 @@ class SeenObject:
 
 @dataclass
 class Frame:
-    """One picture and what is known about it. `labelled` is False where no label file could be read."""
+    """One picture and what is known about it. `labeled` is False where no label file could be read."""
 
     view: str
     number: str

@@ -11,15 +11,15 @@ from usdsdg.inspect.records import Dataset, Frame, SeenObject
 
 BINS = 24
 
-# Apart from each other also for most who see few colours; repeated where there are more classes.
-COLOURS = (
+# Apart from each other also for most who see few colors; repeated where there are more classes.
+COLORS = (
     "#3b82f6", "#f59e0b", "#10b981", "#ef4444", "#a855f7", "#06b6d4", "#ec4899", "#84cc16", "#f97316", "#6366f1",
     "#14b8a6", "#eab308", "#d946ef", "#22c55e", "#0ea5e9", "#f43f5e",
 )  # fmt: skip
 
 
 def classes(dataset: Dataset) -> list[dict[str, Any]]:
-    """Name, colour, number of objects and of pictures per class, the most frequent first."""
+    """Name, color, number of objects and of pictures per class, the most frequent first."""
     objects: dict[str, int] = {}
     pictures: dict[str, int] = {}
     for frame in dataset.frames:
@@ -29,7 +29,7 @@ def classes(dataset: Dataset) -> list[dict[str, Any]]:
             pictures[label] = pictures.get(label, 0) + 1
     names = sorted(objects, key=lambda name: (-objects[name], name))
     return [
-        {"name": name, "color": COLOURS[i % len(COLOURS)], "objects": objects[name], "frames": pictures[name]}
+        {"name": name, "color": COLORS[i % len(COLORS)], "objects": objects[name], "frames": pictures[name]}
         for i, name in enumerate(names)
     ]
 

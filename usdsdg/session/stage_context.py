@@ -24,7 +24,7 @@ def current_stage() -> Usd.Stage:
 
 
 def new_stage() -> Usd.Stage:
-    """Make an empty stage in memory and the current one: Z up, metres, 60 time codes per second, /World."""
+    """Make an empty stage in memory and the current one: Z up, meters, 60 time codes per second, /World."""
     stage = Usd.Stage.CreateInMemory()
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)

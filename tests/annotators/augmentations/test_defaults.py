@@ -76,7 +76,7 @@ def test_rgb_to_hsv_agrees_with_colorsys(image):
         hue, saturation, value = colorsys.rgb_to_hsv(*rgb)
         assert v == round(value * 255)
         assert abs(s - saturation * 255) <= 1
-        # A sixth of a turn is 43 here and 42.7 in truth; greys have no hue.
+        # A sixth of a turn is 43 here and 42.7 in truth; grays have no hue.
         assert s == 0 or abs((h - hue * 256 + 128) % 256 - 128) <= 2.5
     np.testing.assert_array_equal(out[..., 3:], image[..., 3:])
 
@@ -169,7 +169,7 @@ def test_noise_repeats_and_follows_its_seed(function):
     assert (make(picture(), seed=4) != make(picture(), seed=5)).any()
 
 
-# Neighbours
+# Neighbors
 
 
 def correlated(image, weights):
@@ -193,12 +193,12 @@ def test_conv2d(flat):
 
 
 def test_conv2d_keeps_a_constant_picture_and_refuses_odd_kernels():
-    grey = np.full((9, 9, 3), 201, np.uint8)
-    np.testing.assert_array_equal(filters.conv2d(grey, kernel=np.full((3, 3), 1 / 9)), grey)
+    gray = np.full((9, 9, 3), 201, np.uint8)
+    np.testing.assert_array_equal(filters.conv2d(gray, kernel=np.full((3, 3), 1 / 9)), gray)
     with pytest.raises(ValueError, match="not square"):
-        filters.conv2d(grey, kernel=[1.0, 2.0])
+        filters.conv2d(gray, kernel=[1.0, 2.0])
     with pytest.raises(ValueError, match="has no middle"):
-        filters.conv2d(grey, kernel=np.ones((2, 2)))
+        filters.conv2d(gray, kernel=np.ones((2, 2)))
 
 
 @pytest.mark.parametrize(
@@ -245,13 +245,13 @@ def test_pixellate(image, size):
 
 def test_sobel():
     image = picture(12, 15)
-    grey = image[..., :3].mean(axis=-1)
+    gray = image[..., :3].mean(axis=-1)
     out = augmentations_default.sobel_edges(image)
     for i in range(12):
         for j in range(15):
             expected = 0
             if 0 < i < 11 and 0 < j < 14:
-                window = grey[i - 1 : i + 2, j - 1 : j + 2]
+                window = gray[i - 1 : i + 2, j - 1 : j + 2]
                 gx = (window * [[-1, 0, 1], [-2, 0, 2], [-1, 0, 1]]).sum()
                 gy = (window * [[-1, -2, -1], [0, 0, 0], [1, 2, 1]]).sum()
                 expected = min(np.hypot(gx, gy) / 4, 255)

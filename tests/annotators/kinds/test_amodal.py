@@ -25,7 +25,7 @@ def compute(frame, name, **params) -> Any:
 
 
 def masks_alone(stage, frame) -> dict[str, np.ndarray]:
-    """Prim path → (H, W) bool, of labelled gprims that cover something alone."""
+    """Prim path → (H, W) bool, of labeled gprims that cover something alone."""
     caster, (origins, directions) = RayCaster(stage), rays(frame.camera)
     near_and_far = frame.camera.clipping_range
     hits = [caster._intersect(k, origins, directions, near_and_far)[0] for k in range(len(caster.gprims))]

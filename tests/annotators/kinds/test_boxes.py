@@ -152,6 +152,6 @@ def test_boxes_masks_and_depth_agree(stage):
         points = frame.aovs["position"][mask_of(frame, path)].astype(np.float64)
         local = np.c_[points, np.ones(len(points))] @ np.linalg.inv(solid[path]["transform"].astype(np.float64))
         low, high = ([solid[path][f"{axis}_{end}"] for axis in "xyz"] for end in ("min", "max"))
-        # float32 positions of a few metres, divided by scales down to 0.2
+        # float32 positions of a few meters, divided by scales down to 0.2
         assert (local[:, :3] >= np.array(low) - 1e-5).all()
         assert (local[:, :3] <= np.array(high) + 1e-5).all()

@@ -56,7 +56,7 @@ def test_the_shift_leads_to_the_ray_of_the_same_point(stage):
     ray = there[0] * 64 + there[1]
     to_point = frame.aovs["position"][rows, columns] - origins[ray]
     to_point /= np.linalg.norm(to_point, axis=1, keepdims=True)
-    # Rays go through pixel centres, so the point is at most half a diagonal away.
+    # Rays go through pixel centers, so the point is at most half a diagonal away.
     assert (1 - (to_point * directions[ray]).sum(axis=1)).max() < 1 - np.cos(np.hypot(0.5, 0.5) / other.fx)
 
 

@@ -15,7 +15,7 @@ from usdsdg.session import stage_context
 from usdsdg.session.settings_store import DEFAULTS, get_settings
 
 SIZE = (320, 240)
-BASELINE = 0.2  # metres
+BASELINE = 0.2  # meters
 NAMES = [name for name in annotators.get_registered_annotators() if name.startswith("DepthSensor")]
 # A sensor of the camera's own focal length that is as good as can be.
 EXACT = {
@@ -125,12 +125,12 @@ def test_noisy_points_lie_on_the_rays_of_the_camera(stage):
 
 def test_the_imager_is_the_luminance_of_the_picture(stage):
     frame = make_frame(stage, SIZE)
-    grey = compute(frame, "Imager")
-    assert grey.dtype == np.float32
-    np.testing.assert_array_equal(grey, stereo.luminance(frame.aovs["LdrColor"]))
+    gray = compute(frame, "Imager")
+    assert gray.dtype == np.float32
+    np.testing.assert_array_equal(gray, stereo.luminance(frame.aovs["LdrColor"]))
     annotators.AnnotatorRegistry.register_annotator_from_aov("DepthSensorLeftImager", np.float32, name="left")
     try:
-        np.testing.assert_array_equal(annotators.get("left").compute(frame).data, grey)
+        np.testing.assert_array_equal(annotators.get("left").compute(frame).data, gray)
     finally:
         annotators.unregister_annotator("left")
 
@@ -250,7 +250,7 @@ def ranged(stage):
     return stage
 
 
-def grey_of(share: np.ndarray) -> np.ndarray:
+def gray_of(share: np.ndarray) -> np.ndarray:
     return np.floor(np.clip(share, 0, 1) * 255 + 0.5)
 
 
@@ -260,11 +260,11 @@ def test_mode_0_is_the_picture_itself(ranged):
 
 
 @pytest.mark.parametrize("mode", [1, 2, 5])
-def test_grey_modes(ranged, mode):
+def test_gray_modes(ranged, mode):
     frame, data = shown(ranged, mode)
     distance = compute(frame)
     share = distance % 1 if mode == 1 else (distance - 5) / 10
-    expected = np.where(distance > 0, grey_of(share), 0)
+    expected = np.where(distance > 0, gray_of(share), 0)
     np.testing.assert_allclose(data, np.repeat(expected[..., None], 3, axis=2), atol=1)
     assert len(np.unique(data)) > 5
 
@@ -290,7 +290,7 @@ def test_mode_3_is_blue_near_and_red_far(ranged):
 def test_mode_4_is_the_exact_depth(ranged):
     frame, data = shown(ranged, 4)
     depth = frame.aovs["distance_to_image_plane"]
-    expected = np.where(np.isfinite(depth), grey_of((depth - 5) / 10), 0)
+    expected = np.where(np.isfinite(depth), gray_of((depth - 5) / 10), 0)
     np.testing.assert_allclose(data[..., 0], expected, atol=1)
 
 
@@ -300,13 +300,13 @@ def test_modes_of_the_disparity(ranged, mode, channel):
     frame, data = shown(ranged, mode)
     depth = frame.aovs["distance_to_image_plane"]
     disparity = BASELINE * EXACT["focalLengthPixel"] / depth / 10
-    np.testing.assert_allclose(data[..., channel], np.where(np.isfinite(depth), grey_of(disparity), 0), atol=1)
+    np.testing.assert_allclose(data[..., channel], np.where(np.isfinite(depth), gray_of(disparity), 0), atol=1)
 
 
 def test_mode_6_has_the_confidence_in_red(ranged):
     frame, data = shown(ranged, 6, confidenceThreshold=0.5)
-    grey = stereo.luminance(frame.aovs["LdrColor"])
-    np.testing.assert_allclose(data[..., 0], grey_of(stereo.texture(grey) * 0.5), atol=1)
+    gray = stereo.luminance(frame.aovs["LdrColor"])
+    np.testing.assert_allclose(data[..., 0], gray_of(stereo.texture(gray) * 0.5), atol=1)
     assert not data[..., 2].any()
 
 
@@ -316,7 +316,7 @@ def test_the_measuring_annotators_say_where_the_picture_of_a_mode_is(stage):
         compute(make_frame(stage, (8, 6)))
 
 
-def test_the_distance_at_the_centre_is_printed_once_a_frame(stage, capsys):
+def test_the_distance_at_the_center_is_printed_once_a_frame(stage, capsys):
     author(stage, **EXACT, showDistance=True)
     frame = make_frame(stage, (80, 60))
     for what in ("Distance", "PointCloudColor", "PointCloudPosition"):

@@ -65,7 +65,7 @@ def test_pictures_of_the_path_tracer_are_of_half_precision(frame, name, aov):
     assert (data[..., 3] == 1).all()
 
 
-def test_the_base_colour_in_bytes(frame):
+def test_the_base_color_in_bytes(frame):
     data = compute(frame, "DiffuseAlbedo").data
     assert (data.dtype, data.shape) == (np.uint8, (48, 64, 4))
     assert np.abs(data[..., :3] / 255.0 - np.clip(frame.aovs["albedo"], 0, 1)).max() <= 0.5 / 255 + 1e-6
@@ -86,7 +86,7 @@ def test_points_are_where_pixel_depth_and_intrinsics_put_them(frame):
     in_camera = np.stack(
         [(u + 0.5 - view.cx) / view.fx * depth, (view.cy - v - 0.5) / view.fy * depth, -depth, np.ones_like(depth)], 1
     )
-    # float32 depth of about ten metres
+    # float32 depth of about ten meters
     np.testing.assert_allclose(cloud.data, (in_camera @ view.local_to_world)[:, :3], atol=1e-5)
     np.testing.assert_array_equal(cloud.info["pointRgb"].reshape(-1, 4), frame.aovs["LdrColor"][hit])
     np.testing.assert_array_equal(cloud.info["pointNormals"].reshape(-1, 4)[:, :3], frame.aovs["normals"][hit])

@@ -72,7 +72,7 @@ def test_half_of_the_hemisphere_is_left_at_the_foot_of_a_wall(lit_ball):
     np.testing.assert_allclose(openness.get_data()[0, 0, 0], 0.5, atol=0.05)
 
 
-def test_the_refraction_filter_is_the_colour_of_glass(lit_ball):
+def test_the_refraction_filter_is_the_color_of_glass(lit_ball):
     stage = current_stage()
     glass = UsdShade.Material.Define(stage, "/World/Glass")
     shader = UsdShade.Shader.Define(stage, "/World/Glass/Shader")

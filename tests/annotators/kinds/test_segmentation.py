@@ -60,7 +60,7 @@ def test_instances_are_told_apart_and_named(frame):
     assert seen.info["idToLabels"][1] == "UNLABELLED"
 
 
-def test_instance_ids_name_every_gprim_labelled_or_not(frame):
+def test_instance_ids_name_every_gprim_labeled_or_not(frame):
     seen = compute(frame, "instance_id_segmentation")
     (ground,) = np.unique(seen.data[mask_of(frame, "/World/Ground")])
     assert seen.info["idToLabels"][str(ground)] == "/World/Ground"

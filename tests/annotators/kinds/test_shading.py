@@ -46,7 +46,7 @@ def test_candy_colors_are_pale_and_one_per_id(frame, kind):
     for each in np.unique(ids[frame.aovs["instance"] >= 0]):
         colors = shaded[ids == each]
         hues = colors / colors.max(axis=1, keepdims=True)
-        assert np.ptp(hues, axis=0).max() < 0.03, "one colour, lighter and darker"
+        assert np.ptp(hues, axis=0).max() < 0.03, "one color, lighter and darker"
         # Saturation from 0.3 to 0.6, brightness from 0.9, at least half of it lit.
         assert 0.38 < hues.min(axis=1).mean() < 0.72
         assert colors.max(axis=1).min() >= 0.45 * 255 - 1

@@ -67,7 +67,7 @@ def test_what_cannot_be_read_is_told(stage, prims, name, error, message):
         attribute(make_frame(stage, (8, 6)), prims, name)
 
 
-def test_prim_paths_are_those_of_labelled_prims_in_the_order_of_ids():
+def test_prim_paths_are_those_of_labeled_prims_in_the_order_of_ids():
     stage = new_stage()
     add_cube(stage, "/World/B", "pear")
     add_cube(stage, "/World/Bare")

@@ -99,9 +99,9 @@ def test_distances_come_in_steps_that_grow_with_the_square_of_the_depth(step, se
     counts = 50 / levels / abs(step)
     np.testing.assert_allclose(counts, np.rint(counts), atol=1e-4)
     gaps, products = np.diff(levels), levels[1:] * levels[:-1]
-    neighbours = np.isclose(np.diff(counts), -1, atol=1e-3)
-    assert neighbours.sum() > 5
-    np.testing.assert_allclose(gaps[neighbours], (products * abs(step) / 50)[neighbours], rtol=1e-3)
+    neighbors = np.isclose(np.diff(counts), -1, atol=1e-3)
+    assert neighbors.sum() > 5
+    np.testing.assert_allclose(gaps[neighbors], (products * abs(step) / 50)[neighbors], rtol=1e-3)
     exact = depth.ravel()[found.source[found.measured]]
     # Half a step of disparity, to first and second order.
     half = abs(step) / 2
@@ -181,13 +181,13 @@ def test_what_cannot_be_measured_still_hides_what_is_behind_it():
     np.testing.assert_array_equal(measure(PAIR, depth, smooth).measured, hidden)
 
 
-def test_lone_pixels_match_their_neighbours():
+def test_lone_pixels_match_their_neighbors():
     source = np.arange(35).reshape(5, 7)
     read = np.arange(35.0)
     source[1, 3] = source[3, 0] = source[4, 6] = -1
     filled = stereo.without_outliers(source, read.reshape(5, 7))
     assert filled[1, 3] == 11  # the farther of 9 and 11
-    assert (filled[3, 0], filled[4, 6]) == (-1, -1)  # at the border there is one neighbour only
+    assert (filled[3, 0], filled[4, 6]) == (-1, -1)  # at the border there is one neighbor only
     assert (filled >= 0).sum() == 33
     lone = np.full((5, 7), -1)
     lone[2, 2] = 16
@@ -219,13 +219,13 @@ def test_smooth_surfaces_are_measured_at_a_threshold_of_one_only():
 
 @given(st.lists(st.floats(0, 1), min_size=2, max_size=4), st.integers(0, 9))
 def test_lower_thresholds_reject_more(thresholds, seed):
-    grey = np.cumsum(np.random.default_rng(seed).uniform(0, 0.2, (12, 12)), axis=1).astype(np.float32)
-    kept = [stereo.is_confident(replace(PAIR, confidence_threshold=each), grey) for each in sorted(thresholds)]
+    gray = np.cumsum(np.random.default_rng(seed).uniform(0, 0.2, (12, 12)), axis=1).astype(np.float32)
+    kept = [stereo.is_confident(replace(PAIR, confidence_threshold=each), gray) for each in sorted(thresholds)]
     for stricter, laxer in itertools.pairwise(kept):
         assert not (stricter & ~laxer).any()
 
 
-def test_texture_is_the_gradient_up_to_one_grey_level_between_neighbours():
+def test_texture_is_the_gradient_up_to_one_gray_level_between_neighbors():
     ramp = np.tile(np.arange(8, dtype=np.float32), (6, 1)) / 20  # Sobel adds up eight such differences
     inner = (slice(1, -1), slice(1, -1))
     np.testing.assert_allclose(stereo.texture(ramp)[inner], 0.4, rtol=1e-5)

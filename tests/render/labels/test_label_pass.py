@@ -1,4 +1,4 @@
-"""Label AOVs and coverage: exact at pixel centres, and consistent with each other."""
+"""Label AOVs and coverage: exact at pixel centers, and consistent with each other."""
 
 from __future__ import annotations
 

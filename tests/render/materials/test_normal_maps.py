@@ -89,7 +89,7 @@ def waves() -> np.ndarray:
 
 
 def seen_of_the_world(degrees: float, steps: int = 800) -> float:
-    """What Chiang's terminator leaves a tilted matt surface of a uniform world, by quadrature."""
+    """What Chiang's terminator leaves a tilted matte surface of a uniform world, by quadrature."""
     share, turn = np.meshgrid((np.arange(steps) + 0.5) / steps, (np.arange(steps) + 0.5) / steps * 2 * np.pi)
     across, up = np.sqrt(share), np.sqrt(1 - share)
     tilt = np.radians(degrees)

@@ -250,7 +250,7 @@ def test_a_camera_that_is_nowhere(stage, wrong):
 
 
 @pytest.mark.parametrize("unit", [0.0, -1.0, math.nan])
-def test_a_unit_that_is_no_length_is_named_and_a_metre(stage, unit):
+def test_a_unit_that_is_no_length_is_named_and_a_meter(stage, unit):
     errors.forget_warnings()
     make(stage)
     stage.SetMetadata("metersPerUnit", unit)

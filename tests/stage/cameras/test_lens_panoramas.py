@@ -57,7 +57,7 @@ def test_what_lies_inside_of_the_circle_of_the_eyes_is_not_seen():
     assert np.isfinite(outside).all()
 
 
-def test_eyes_in_centimetres():
+def test_eyes_in_centimeters():
     camera = view(left=False, distance=0.064, meters_per_unit=0.01)
     origins, directions = camera.rays(np.array([(480.0, 240.0), (720.0, 240.0)]))
     np.testing.assert_allclose(origins, [(3.2, 0, 0), (0, 0, 3.2)], atol=1e-12)

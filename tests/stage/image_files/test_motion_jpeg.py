@@ -87,7 +87,7 @@ def test_ffmpeg_reads_it(tmp_path):
 
 
 @pytest.mark.parametrize("shape", [(6, 9), (6, 9, 1), (6, 9, 3), (6, 9, 4)])
-def test_grey_and_alpha(shape):
+def test_gray_and_alpha(shape):
     with Image.open(io.BytesIO(encode_frame(np.full(shape, 90, np.uint8)))) as image:
         assert (image.mode, image.size) == ("RGB", (9, 6))
         assert np.abs(np.asarray(image).astype(int) - 90).max() <= 2

@@ -29,7 +29,7 @@ def test_pillow_reads_what_was_written(image):
 
 @given(hnp.arrays(np.uint16, st.tuples(sides, sides)))
 @settings(deadline=None)
-def test_sixteen_bit_grey(image):
+def test_sixteen_bit_gray(image):
     np.testing.assert_array_equal(np.array(Image.open(io.BytesIO(png.encode_png(image)))).astype(np.uint16), image)
 
 

@@ -211,8 +211,8 @@ def test_inheritance_runs_from_the_outermost_ancestor_to_the_prim(stage):
     leaf = stage.DefinePrim("/a/b/c/mesh", "Cube")
     assert semantics.inherited_labels(leaf) == {"class": ["room", "shelf", "box"], "color": ["red"]}
     assert semantics.inherited_labels(stage.GetPrimAtPath("/a")) == {"class": ["room"]}
-    assert semantics.labelled_ancestor(leaf).GetPath() == "/a/b/c"
-    assert semantics.labelled_ancestor(stage.GetPrimAtPath("/a")).GetPath() == "/a"
+    assert semantics.labeled_ancestor(leaf).GetPath() == "/a/b/c"
+    assert semantics.labeled_ancestor(stage.GetPrimAtPath("/a")).GetPath() == "/a"
 
 
 def test_labels_inside_instances_are_inherited_through_the_instance(stage, asset):
@@ -222,11 +222,11 @@ def test_labels_inside_instances_are_inherited_through_the_instance(stage, asset
     semantics.add_labels(instance, {"class": ["mug"]})
     proxy = stage.GetPrimAtPath("/World/instance/handle")
     assert semantics.inherited_labels(proxy)["class"] == ["old_mug", "mug", "handle"]
-    assert semantics.labelled_ancestor(proxy) == proxy
+    assert semantics.labeled_ancestor(proxy) == proxy
 
 
 def test_no_labels_no_ancestor(stage):
-    assert semantics.labelled_ancestor(stage.DefinePrim("/a/b")) is None
+    assert semantics.labeled_ancestor(stage.DefinePrim("/a/b")) is None
     assert semantics.inherited_labels(stage.GetPrimAtPath("/a/b")) == {}
 
 

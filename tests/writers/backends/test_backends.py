@@ -60,7 +60,7 @@ def test_relative_folders_lie_under_the_root_that_was_set(tmp_path, monkeypatch)
         set_disk_root(None)
 
 
-def test_a_backend_from_the_registry_has_to_be_initialised(tmp_path):
+def test_a_backend_from_the_registry_has_to_be_initialized(tmp_path):
     backend = registry.get("DiskBackend")
     with pytest.raises(WriterError, match="initialize"):
         _ = backend.output_dir

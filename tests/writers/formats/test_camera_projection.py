@@ -122,7 +122,7 @@ def test_the_opencv_pinhole_has_its_own_focal_length():
 
 
 def test_the_camera_of_the_ray_caster_is_the_one_projected_with():
-    """The oracle of the other tests: a ray through a pixel's centre projects to that centre."""
+    """The oracle of the other tests: a ray through a pixel's center projects to that center."""
     from tests.annotators.ray_caster import rays
 
     stage = new_stage()

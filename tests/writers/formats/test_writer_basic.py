@@ -127,7 +127,7 @@ def test_masks_boxes_and_depth_of_one_frame_agree(everything, frame):
         assert labels[str(box["semanticId"])]["class"] in path.lower()
 
 
-def test_segmentation_tables_are_keyed_by_colour(everything, frame):
+def test_segmentation_tables_are_keyed_by_color(everything, frame):
     table = read(everything, "semantic_segmentation_labels_0000.json")
     assert list(table)[:2] == ["(0, 0, 0, 0)", "(0, 0, 0, 255)"]
     assert table["(0, 0, 0, 255)"] == {"class": "UNLABELLED"}
@@ -135,7 +135,7 @@ def test_segmentation_tables_are_keyed_by_colour(everything, frame):
     assert image(everything, "semantic_segmentation_0000.png").shape == (48, 64, 4)
 
 
-def test_plain_ids_are_grey_and_keyed_by_number(frame, tmp_path):
+def test_plain_ids_are_gray_and_keyed_by_number(frame, tmp_path):
     write(tmp_path, frame, semantic_segmentation=True, colorize_semantic_segmentation=False)
     ids = image(tmp_path, "semantic_segmentation_0000.png")
     assert ids.shape == (48, 64)
@@ -206,7 +206,7 @@ def test_annotators_that_users_add_are_written_too(frame, tmp_path):
     np.testing.assert_array_equal(image(tmp_path, "rgb_0000.png"), 255 - frame.aovs["LdrColor"])
 
 
-def test_jpegs_of_colour_and_png_of_labels(frame, tmp_path):
+def test_jpegs_of_color_and_png_of_labels(frame, tmp_path):
     write(tmp_path, frame, rgb=True, semantic_segmentation=True, image_output_format="jpeg")
     assert {"rgb_0000.jpeg", "semantic_segmentation_0000.png"} <= set(files(tmp_path))
 

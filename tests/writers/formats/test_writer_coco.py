@@ -56,7 +56,7 @@ def fruit(frame, tmp_path_factory):
     return write(tmp_path_factory.mktemp("fruit"), [frame, frame], coco_categories=FRUIT, dataset_id="set")
 
 
-SEEN = ["/World/Apple1", "/World/Apple2", "/World/Pear"]  # labelled and not hidden, in the order of the stage
+SEEN = ["/World/Apple1", "/World/Apple2", "/World/Pear"]  # labeled and not hidden, in the order of the stage
 
 
 def test_names_of_files(fruit):
@@ -119,7 +119,7 @@ def test_categories_are_those_that_were_given(fruit):
     assert [each["category_id"] for each in data["annotations"][:3]] == [7, 7, 3]
 
 
-def test_pixels_have_the_colour_of_their_category(fruit, frame):
+def test_pixels_have_the_color_of_their_category(fruit, frame):
     with Image.open(fruit / "rp1/panoptic_World-Camera_set.0000.png") as image:
         colors = np.asarray(image)
     pear = next(each["color"] for each in read(fruit)["categories"] if each["name"] == "pear")

@@ -101,7 +101,7 @@ def colors_of(folder, frame, modality, path):
     return {tuple(color) for color in image[mask_of(frame, path)].tolist()}
 
 
-def test_gprims_are_told_apart_labelled_or_not(frame, tmp_path):
+def test_gprims_are_told_apart_labeled_or_not(frame, tmp_path):
     writer = started(tmp_path)
     receive(writer, frame)
     finish(writer)
@@ -115,7 +115,7 @@ def test_gprims_are_told_apart_labelled_or_not(frame, tmp_path):
     assert depth[near, 0].min() > depth[far, 0].max()
 
 
-def test_labelled_things_are_told_apart(frame, tmp_path):
+def test_labeled_things_are_told_apart(frame, tmp_path):
     writer = started(tmp_path, use_instance_id=False)
     receive(writer, frame)
     finish(writer)
@@ -124,13 +124,13 @@ def test_labelled_things_are_told_apart(frame, tmp_path):
     assert len(set.union(*apples)) == 2
 
 
-def test_colours_of_a_mapping(frame, tmp_path):
+def test_colors_of_a_mapping(frame, tmp_path):
     writer = started(tmp_path, segmentation_mapping={"apple": [10, 200, 30, 255], "class:pear": (1, 2, 3, 255)})
     receive(writer, frame)
     finish(writer)
     for name, color in (("Apple1", (10, 200, 30, 255)), ("Apple2", (10, 200, 30, 255)), ("Pear", (1, 2, 3, 255))):
         assert colors_of(tmp_path, frame, "segmentation", f"/World/{name}") == {color}
-    # Lit, the colour keeps its hue.
+    # Lit, the color keeps its hue.
     for red, green, blue in colors_of(tmp_path, frame, "shaded_seg", "/World/Apple1"):
         assert green > 4 * blue > 4 * red
 

@@ -147,7 +147,7 @@ def test_rotation_y_and_alpha_of_known_directions(yaw, turn, tmp_path):
     ((_, numbers),) = lines(folder / "Level" / "object_detection" / "0.txt")
     rotation, alpha, location = numbers[13], numbers[2], numbers[10:13]
     assert math.cos(rotation - math.radians(turn)) == pytest.approx(1, abs=1e-4)
-    # Two metres to the right of the axis, ten ahead, its bottom half a metre below.
+    # Two meters to the right of the axis, ten ahead, its bottom half a meter below.
     np.testing.assert_allclose(location, [2, 0.5, 10], atol=1e-9)
     assert math.cos(alpha - (rotation - math.atan2(2, 10))) == pytest.approx(1, abs=1e-4)
     assert -3.15 < alpha < 3.15

@@ -316,7 +316,7 @@ def test_the_projected_cuboid_encloses_the_mask(stage, tmp_path_factory):
     for seen in read(folder)["objects"]:
         v, u = np.nonzero(mask_of(frame, seen["prim_path"]))
         low, high = projected_rectangle(seen)
-        # Masks hold pixel centres; keypoints are rounded to whole pixels.
+        # Masks hold pixel centers; keypoints are rounded to whole pixels.
         assert (np.array([u.min() + 0.5, v.min() + 0.5]) >= low - 1).all()
         assert (np.array([u.max() + 0.5, v.max() + 0.5]) <= high + 1).all()
 
@@ -330,7 +330,7 @@ def test_keypoints_in_all_frames_are_one_box(stage, tmp_path_factory):
     for seen in read(folder)["objects"]:
         world = np.array(seen["cuboid_keypoints_world_frame"])
         pixels, _ = frame.camera.project(world)
-        # transform and bounds are float32: about 1e-6 of a few metres, seen by a lens of 73 pixels
+        # transform and bounds are float32: about 1e-6 of a few meters, seen by a lens of 73 pixels
         assert np.abs(pixels - np.array(seen["cuboid_keypoints_projected"])).max() <= 0.5 + 1e-3
         edges = np.linalg.norm(world[[5, 3, 2]] - world[1], axis=1)
         np.testing.assert_allclose(edges, seen["size"], rtol=1e-4, atol=1e-6)
@@ -434,7 +434,7 @@ def test_the_overlay_changes_the_picture_only_near_boxes_and_in_the_corner(frame
     assert changed[-12:, :12].any()
 
 
-def test_the_overlay_draws_keypoints_in_their_colours(three_cubes, tmp_path):
+def test_the_overlay_draws_keypoints_in_their_colors(three_cubes, tmp_path):
     write(tmp_path, three_cubes, write_debug_images=True)
     overlay = np.array(Image.open(tmp_path / "000000_overlay.png"))
     (seen,) = (o for o in read(tmp_path)["objects"] if o["label"] == "cube_rotated")

@@ -1,4 +1,4 @@
-"""Annotators that are one AOV: colour, depth, normals, motion."""
+"""Annotators that are one AOV: color, depth, normals, motion."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ _HALF_MAX = float(np.finfo(np.float16).max)
 
 @define("rgb", "LdrColor", needs_path_tracing=True, dtype=np.uint8)
 def rgb(frame: Frame, params: Params) -> Annotation:
-    """Tone-mapped colour, uint8 (H, W, 4), alpha 255."""
+    """Tone-mapped color, uint8 (H, W, 4), alpha 255."""
     return Annotation(frame.aov("LdrColor"))
 
 
 @define("HdrColor", needs_path_tracing=True, dtype=np.float16)
 def hdr_color(frame: Frame, params: Params) -> Annotation:
-    """Linear colour, float16 (H, W, 4)."""
+    """Linear color, float16 (H, W, 4)."""
     return Annotation(frame.aov("HdrColor"))
 
 
 @define("distance_to_camera", aovs=["distance_to_camera"], dtype=np.float32)
 def distance_to_camera(frame: Frame, params: Params) -> Annotation:
-    """Distance from the camera's centre [m], float32 (H, W); +inf where nothing is hit."""
+    """Distance from the camera's center [m], float32 (H, W); +inf where nothing is hit."""
     return Annotation(frame.aov("distance_to_camera"))
 
 
@@ -84,7 +84,7 @@ def _halves(numbers: np.ndarray) -> np.ndarray:
 
 @define("DiffuseAlbedo", aovs=["albedo"], dtype=np.uint8)
 def diffuse_albedo(frame: Frame, params: Params) -> Annotation:
-    """Base colour, linear, uint8 (H, W, 4)."""
+    """Base color, linear, uint8 (H, W, 4)."""
     albedo = np.clip(frame.aov("albedo"), 0, 1) * 255 + 0.5
     return Annotation(four_channels(albedo.astype(np.uint8), 255))
 
@@ -116,7 +116,7 @@ def bump_normals(frame: Frame, params: Params) -> Annotation:
 
 @define("PtSelfIllumination", aovs=["emission"], dtype=np.float16)
 def self_illumination(frame: Frame, params: Params) -> Annotation:
-    """Light that the surface itself gives [nits], linear, float16 (H, W, 4), as seen through the pixel's centre.
+    """Light that the surface itself gives [nits], linear, float16 (H, W, 4), as seen through the pixel's center.
 
     The fourth channel is 1.
     """
@@ -125,7 +125,7 @@ def self_illumination(frame: Frame, params: Params) -> Annotation:
 
 @define("EmissionAndForegroundMask", aovs=["emission", "instance"], dtype=np.float16)
 def emission_and_foreground_mask(frame: Frame, params: Params) -> Annotation:
-    """Light that the surface itself gives [nits], linear, float16 (H, W, 4), as seen through the pixel's centre.
+    """Light that the surface itself gives [nits], linear, float16 (H, W, 4), as seen through the pixel's center.
 
     The fourth channel is the mask: 1 where there is geometry, 0 where nothing is hit. Replicator's page lists a single
     channel, which is not enough for both.
@@ -137,7 +137,7 @@ def emission_and_foreground_mask(frame: Frame, params: Params) -> Annotation:
 
 @define("PtBackground", aovs=["instance"], needs_path_tracing=True, dtype=np.float16)
 def background(frame: Frame, params: Params) -> Annotation:
-    """HdrColor where the pixel's centre shows no geometry, else 0; float16 (H, W, 4).
+    """HdrColor where the pixel's center shows no geometry, else 0; float16 (H, W, 4).
 
     At the edges of things a pixel of HdrColor is a mixture, so their light reaches into this one.
     """
@@ -148,7 +148,7 @@ def background(frame: Frame, params: Params) -> Annotation:
 
 @define("LdrColorIsaacConvertRGBAToRGB", needs_path_tracing=True, dtype=np.uint8)
 def rgb_without_alpha(frame: Frame, params: Params) -> Annotation:
-    """Tone-mapped colour, uint8 (H, W, 3)."""
+    """Tone-mapped color, uint8 (H, W, 3)."""
     return Annotation(np.ascontiguousarray(frame.aov("LdrColor")[..., :3]))
 
 

@@ -82,6 +82,6 @@ def volumes(frame: Frame, params: Params) -> Annotation:
 def ambient_occlusion(frame: Frame, params: Params) -> Annotation:
     """How open a surface is within 0.35 m: 1 = to the whole hemisphere, by cosine; float16 (H, W, 4).
 
-    The same in all three colours; 1 where nothing is hit, and in the fourth channel.
+    The same in all three colors; 1 where nothing is hit, and in the fourth channel.
     """
     return Annotation(half(np.repeat(frame.aov("ambient_occlusion")[..., None], 3, axis=2)))

@@ -22,7 +22,7 @@ __all__ = [
     "add_update_semantics",
     "get_labels",
     "inherited_labels",
-    "labelled_ancestor",
+    "labeled_ancestor",
     "remove_labels",
 ]
 
@@ -80,7 +80,7 @@ def inherited_labels(prim: Usd.Prim) -> Labels:
     return found
 
 
-def labelled_ancestor(prim: Usd.Prim) -> Usd.Prim | None:
+def labeled_ancestor(prim: Usd.Prim) -> Usd.Prim | None:
     """The prim itself or its nearest ancestor that has labels of its own: the instance that annotators
     report.
     """
@@ -108,7 +108,7 @@ def add_labels(
     """
     if mode not in ("add", "replace", "clear"):
         raise ValueError(f"unknown mode {mode!r} for labels; use 'add', 'replace' or 'clear'")
-    wanted = _normalised(labels)
+    wanted = _normalized(labels)
     _check_editable(prim)
     before = get_labels(prim)
     dropped = set(before) if mode == "clear" else set(wanted) & set(before) if mode == "replace" else set()
@@ -165,7 +165,7 @@ def _old_pair(prim: Usd.Prim, instance: str) -> tuple[str, str]:
     return semantic_type, label
 
 
-def _normalised(labels: Mapping[str, str | Sequence[str]] | Iterable[tuple[str, str]]) -> Labels:
+def _normalized(labels: Mapping[str, str | Sequence[str]] | Iterable[tuple[str, str]]) -> Labels:
     pairs = labels.items() if isinstance(labels, Mapping) else labels
     wanted: Labels = {}
     for semantic_type, values in pairs:

@@ -45,7 +45,7 @@ class DiskBackend(BaseBackend):
         """The absolute path of the folder.
 
         Raises:
-            WriterError: the backend was not initialised.
+            WriterError: the backend was not initialized.
         """
         folder = self.__dict__.get("_folder")
         if folder is None:

@@ -28,18 +28,18 @@ class Strip:
 
 
 @wp.func
-def first_centre(place: float, size: int):
-    """The first pixel of a row of `size` whose centre is not before a place; `size` if none is."""
+def first_center(place: float, size: int):
+    """The first pixel of a row of `size` whose center is not before a place; `size` if none is."""
     return int(wp.clamp(wp.ceil(place - PIXEL_CENTER), 0.0, float(size)))
 
 
 @wp.func
 def columns_of(ends: wp.array(dtype=wp.float32), row: int, width: int):
-    """[first, last) of the pixels of a row whose centres are within an octagon; see tangents.py for its sides."""
+    """[first, last) of the pixels of a row whose centers are within an octagon; see tangents.py for its sides."""
     y = float(row) + PIXEL_CENTER
     left = wp.max(wp.max(-ends[4], -ends[6] - y), y - ends[7])
     right = wp.min(wp.min(ends[0], ends[2] - y), ends[3] + y)
-    return first_centre(left, width), first_centre(right, width)
+    return first_center(left, width), first_center(right, width)
 
 
 @wp.kernel(enable_backward=False, module=LABELS)
@@ -56,8 +56,8 @@ def cut_strips(
     v, k, part = wp.tid()
     v += first_view
     ends = octagons[v, k]
-    top = first_centre(-ends[5], height)
-    rows = wp.max(first_centre(ends[1], height) - top, 0)
+    top = first_center(-ends[5], height)
+    rows = wp.max(first_center(ends[1], height) - top, 0)
     parts = counts.shape[2]
     place = int(0)
     if after.shape[0] > 0:
@@ -82,7 +82,7 @@ def cut_strips(
 
 @wp.func
 def meets(tables: SceneTables, camera: Camera, x: int, y: int, instance: int, mode: int):
-    """Whether the ray through the centre of a pixel would meet an instance that is alone."""
+    """Whether the ray through the center of a pixel would meet an instance that is alone."""
     ray = pixel_ray(camera, x, y)
     if tables.tlas.instances[instance].cutout != 0:
         return meets_cutout(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, instance, mode)

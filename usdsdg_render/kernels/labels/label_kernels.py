@@ -21,7 +21,7 @@ from usdsdg_render.kernels.labels.aov_table import (
 )
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.labels.motion import PreviousFrame
-from usdsdg_render.kernels.labels.views import Views, meet_centre, picture_row
+from usdsdg_render.kernels.labels.views import Views, meet_center, picture_row
 from usdsdg_render.kernels.scene.surface import Surface, surface_at, with_material
 from usdsdg_render.scene.structs import Camera, Hit, Material, SceneTables
 
@@ -56,7 +56,7 @@ def label_pixels(
     if y >= views.height:
         return
     camera = views.cameras[v]
-    ray, hit = meet_centre(tables, camera, x, y, mode)
+    ray, hit = meet_center(tables, camera, x, y, mode)
     write_pixel(out, v, y, x, tables, camera, ray, hit, previous)
     if hit.instance < 0:
         miss_pixel(out, v, y, x)
@@ -79,7 +79,7 @@ def label_materials(
     v, y = picture_row(views, first_band + band, row)
     if y >= views.height:
         return
-    ray, hit = meet_centre(tables, views.cameras[v], x, y, mode)
+    ray, hit = meet_center(tables, views.cameras[v], x, y, mode)
     if hit.instance < 0:
         miss_material(out, v, y, x)
         return
@@ -103,7 +103,7 @@ def label_hemispheres(
     v, y = picture_row(views, first_band + band, row)
     if y >= views.height:
         return
-    ray, hit = meet_centre(tables, views.cameras[v], x, y, mode)
+    ray, hit = meet_center(tables, views.cameras[v], x, y, mode)
     if hit.instance < 0:
         miss_hemisphere(out, v, y, x)
         return

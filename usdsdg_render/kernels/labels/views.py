@@ -1,4 +1,4 @@
-"""Which pixel of which picture a thread draws, and what the ray through its centre meets."""
+"""Which pixel of which picture a thread draws, and what the ray through its center meets."""
 
 import warp as wp
 
@@ -25,7 +25,7 @@ def picture_row(views: Views, band: int, row_of_band: int):
 
 
 @wp.func
-def meet_centre(tables: SceneTables, camera: Camera, x: int, y: int, mode: int):
-    """(ray through the centre of a pixel, what it meets first); `mode` as for `closest`."""
+def meet_center(tables: SceneTables, camera: Camera, x: int, y: int, mode: int):
+    """(ray through the center of a pixel, what it meets first); `mode` as for `closest`."""
     ray = pixel_ray(camera, x, y)
     return ray, closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, mode, 0.5)

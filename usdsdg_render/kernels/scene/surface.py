@@ -9,7 +9,7 @@ from usdsdg_render.scene.structs import Hit, Instance, Material, SceneTables, Tr
 # Rounding of a ray's origin relative to each of its coordinates: three sums, half a unit in the last place each. And of
 # taking it to the frame of its instance and back relative to its distance from there: the worst of random instances,
 # with a third to spare. More shows: where things touch far from the origin of the world, rays would start inside the
-# neighbour.
+# neighbor.
 WORLD_ERROR = wp.constant(1.8e-7)
 LOCAL_ERROR = wp.constant(7.5e-7)
 
@@ -45,7 +45,7 @@ def max_abs(v: wp.vec3):
 def rounded(surface: Surface, triangle: Triangle, instance: Instance, local: wp.vec3, hit: Hit, direction: wp.vec3):
     """Add how the surface bulges out of its triangle, by the normals at the corners.
 
-    A coarse round mesh would show its facets where light grazes it: some lie in their neighbours' shade, others turn
+    A coarse round mesh would show its facets where light grazes it: some lie in their neighbors' shade, others turn
     away from the light before their interpolated normals do. Rays therefore start on the planes of the corners' normals
     (Hanika, "Hacking the Shadow Terminator", 2021), and the interpolated normal decides what is below the horizon. A
     mesh whose normals have little to do with its shape, such as a box smoothed over its edges, gets neither.

@@ -122,7 +122,7 @@ def environment_background(dome: Dome, uv: wp.vec2):
 
 @wp.func
 def catmull_rom(distance: float):
-    """Weight of a texel at a distance [texels]; 1 at its centre, 0 at all others'."""
+    """Weight of a texel at a distance [texels]; 1 at its center, 0 at all others'."""
     d = wp.abs(distance)
     near = (1.5 * d - 2.5) * d * d + 1.0
     far = ((-0.5 * d + 2.5) * d - 4.0) * d + 2.0

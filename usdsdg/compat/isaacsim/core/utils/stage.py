@@ -72,7 +72,7 @@ def set_stage_up_axis(axis: str = "z") -> None:
 
 
 def get_stage_units() -> float:
-    """Metres per stage unit."""
+    """Meters per stage unit."""
     return UsdGeom.GetStageMetersPerUnit(stage_context.current_stage())
 
 
