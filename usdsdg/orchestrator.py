@@ -9,7 +9,8 @@ from numbers import Real
 from typing import Any
 
 from usdsdg.app.app import get_app
-from usdsdg.app.frame_loop import Orchestrator, OrchestratorError, Status, StatusCallback, get_orchestrator
+from usdsdg.app.frame_loop import Orchestrator, get_orchestrator
+from usdsdg.app.status import OrchestratorError, Status, StatusCallback
 from usdsdg.arguments.values import whole_number
 from usdsdg.errors import GraphError
 from usdsdg.session.settings_store import get_settings

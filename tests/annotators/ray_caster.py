@@ -192,7 +192,7 @@ def make_frame(
     labeled_prims = (reader or LabeledPrimReader(stage)).read(caster.gprims, filters)
     return Frame(
         index=index,
-        camera=view,
+        view=view,
         render_product=product,
         aovs=caster.labels(view),
         gprims=caster.gprims,

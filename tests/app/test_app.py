@@ -30,13 +30,10 @@ class StandIn:
 
 
 @pytest.fixture
-def physics(monkeypatch):
-    get_app()
-    new_stage()
+def physics(stage, monkeypatch):
     stand_in = StandIn()
     monkeypatch.setattr(current().engines, "physics", stand_in)
-    yield stand_in
-    get_timeline().stop()
+    return stand_in
 
 
 def test_a_playing_timeline_advances_by_one_time_code_per_update(physics):

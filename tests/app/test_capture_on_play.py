@@ -9,7 +9,8 @@ import pytest
 
 import usdsdg as rep
 from usdsdg.app.app import get_app
-from usdsdg.app.frame_loop import Status, get_orchestrator
+from usdsdg.app.frame_loop import get_orchestrator
+from usdsdg.app.status import Status
 from usdsdg.session import stage_context
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
@@ -31,17 +32,12 @@ class Counting(rep.Writer):
 
 
 @pytest.fixture
-def writer():
-    stage_context.new_stage()
-    get_settings().set("/omni/replicator/captureOnPlay", True)
+def writer(stage):
     camera = rep.create.camera(position=(5, 0, 0), look_at=(0, 0, 0))
     product = rep.create.render_product(camera, (16, 12))
     counting = Counting()
     counting.attach(product)
-    yield counting
-    counting.detach()
-    rep.orchestrator.stop()
-    get_settings().set("/omni/replicator/captureOnPlay", True)
+    return counting
 
 
 def test_every_update_of_a_playing_timeline_is_one_frame(writer):

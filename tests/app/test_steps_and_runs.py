@@ -5,10 +5,9 @@ import asyncio
 import pytest
 
 import usdsdg as rep
-from usdsdg.app.frame_loop import Status
+from usdsdg.app.status import Status
 from usdsdg.orchestrator import OrchestratorError
 from usdsdg.session.settings_store import get_settings
-from usdsdg.session.stage_context import new_stage
 from usdsdg.session.timeline import get_timeline
 
 
@@ -28,22 +27,16 @@ class Counting(rep.Writer):
 
 
 @pytest.fixture
-def writer(monkeypatch):
+def writer(stage, monkeypatch):
     """Attached to a camera of a new stage whose timeline moves without physics."""
     from usdsdg.session import engines
 
     monkeypatch.setattr(engines, "physics", lambda: type("Still", (), {"play": lambda self: None})())
-    new_stage()
     get_settings().set("/app/player/playSimulations", False)
     rep.orchestrator.set_capture_on_play(False)
     counting = Counting()
     counting.attach(rep.create.render_product(rep.create.camera(position=(5, 0, 0), look_at=(0, 0, 0)), (16, 12)))
-    yield counting
-    counting.detach()
-    rep.orchestrator.stop()
-    get_timeline().stop()
-    get_settings().set("/app/player/playSimulations", True)
-    rep.orchestrator.set_capture_on_play(True)
+    return counting
 
 
 # Each function as a plain call, whichever of its two forms is meant.

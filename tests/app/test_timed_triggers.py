@@ -11,18 +11,13 @@ from usdsdg.errors import GraphError
 from usdsdg.functional import create, physics
 from usdsdg.graph import evaluate
 from usdsdg.session.settings_store import get_settings
-from usdsdg.session.stage_context import current_stage, new_stage
+from usdsdg.session.stage_context import current_stage
 from usdsdg.session.timeline import DEFAULT_END_TIME, get_timeline
 from usdsdg.trigger import trigger_of
 
+pytestmark = pytest.mark.usefixtures("stage")
+
 FRAME = 1 / 60
-
-
-@pytest.fixture(autouse=True)
-def stage():
-    yield new_stage()
-    get_timeline().stop()
-    get_settings().set("/omni/replicator/captureOnPlay", True)
 
 
 def size_drawn(under):

@@ -7,7 +7,6 @@ from pxr import Gf, Sdf, UsdGeom, UsdShade
 import usdsdg as rep
 from usdsdg.errors import UsdsdgWarning
 from usdsdg.session.settings_store import get_settings
-from usdsdg.session.stage_context import new_stage
 from usdsdg.stage.poses.look_at import look_at_matrix
 from usdsdg.stage.semantics.labels import add_labels
 
@@ -23,9 +22,8 @@ def cube(stage, path, label, position, scale):
 
 
 @pytest.fixture
-def annotators():
+def annotators(stage):
     """A labelled box wholly behind a labelled pane of glass, and half behind a bare wall that is nearer still."""
-    stage = new_stage()
     UsdGeom.SetStageUpAxis(stage, "Z")
     cube(stage, "/World/Box", "box", (0, 0, 0), (1, 1, 1))
     pane = cube(stage, "/World/Pane", "pane", (0, -2, 0), (3, 0.05, 3))

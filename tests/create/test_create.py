@@ -8,15 +8,8 @@ import usdsdg as rep
 from usdsdg.app import new_layer
 from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported
 from usdsdg.graph import evaluate
-from usdsdg.session import stage_context
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.semantics import labels
-
-
-@pytest.fixture
-def stage():
-    rep.set_global_seed(2)
-    return stage_context.new_stage()
 
 
 def shader_of(stage, path):

@@ -7,19 +7,12 @@ from pxr import Gf, Usd, UsdGeom, UsdLux, UsdShade
 import usdsdg as rep
 from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported
 from usdsdg.graph import evaluate
-from usdsdg.session import stage_context
 from usdsdg.stage.cameras.lens_attributes import LENS, OPTICS
 from usdsdg.stage.poses.rotations import compose_euler
 from usdsdg.stage.semantics import labels as semantics
 
 SHAPES = ["sphere", "torus", "disk", "plane", "cube", "cylinder", "cone"]
 OF_USD = ["sphere", "plane", "cube", "cylinder", "cone"]
-
-
-@pytest.fixture
-def stage():
-    rep.set_global_seed(5)
-    return stage_context.new_stage()
 
 
 @pytest.fixture

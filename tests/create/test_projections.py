@@ -7,16 +7,9 @@ from pxr import UsdGeom, UsdShade
 import usdsdg as rep
 from usdsdg.errors import GraphError, Unsupported
 from usdsdg.graph import evaluate
-from usdsdg.session import stage_context
 from usdsdg.stage.geometry.triangles import triangles_below
 from usdsdg.stage.poses import transforms
 from usdsdg.stage.semantics import labels
-
-
-@pytest.fixture
-def stage():
-    rep.set_global_seed(9)
-    return stage_context.new_stage()
 
 
 @pytest.fixture

@@ -5,13 +5,7 @@ from pxr import UsdRender
 
 import usdsdg as rep
 from usdsdg.errors import BadPrim, GraphError, RenderError
-from usdsdg.session import stage_context
 from usdsdg.session.render_products import products
-
-
-@pytest.fixture
-def stage():
-    return stage_context.new_stage()
 
 
 @pytest.fixture

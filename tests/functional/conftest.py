@@ -3,16 +3,6 @@
 import pytest
 from pxr import UsdGeom
 
-from usdsdg.graph.sampling import set_global_seed
-from usdsdg.session.stage_context import new_stage
-
-
-@pytest.fixture
-def stage():
-    """Z up, metres, with an empty /World."""
-    set_global_seed(1)
-    return new_stage()
-
 
 @pytest.fixture
 def y_up_stage(stage):

@@ -11,8 +11,7 @@ from usdsdg.stage.semantics import labels
 
 
 @pytest.fixture
-def stage():
-    stage = stage_context.new_stage()
+def stage(stage):
     rep.create.cube(count=2, semantics=[("class", "crate")])
     rep.create.sphere(semantics=[("class", "ball"), ("color", "red")], as_mesh=False)
     rep.create.light(light_type="Dome")

@@ -14,12 +14,6 @@ from usdsdg.randomizer.rotations import uniform_quaternions
 from usdsdg.session.stage_context import new_stage
 
 
-@pytest.fixture
-def stage():
-    set_global_seed(4)
-    return new_stage()
-
-
 def cubes(stage, count=3):
     return [str(stage.DefinePrim(f"/World/cube_{i}", "Cube").GetPath()) for i in range(count)]
 

@@ -7,12 +7,10 @@ from usdsdg import create, distribution, physics, trigger, utils
 from usdsdg.errors import BadPrim, GraphError, UsdsdgWarning
 from usdsdg.functional import create as shapes
 from usdsdg.graph import evaluate
-from usdsdg.session.stage_context import new_stage
 
 
 @pytest.fixture
-def stage():
-    stage = new_stage()
+def stage(stage):
     UsdPhysics.Scene.Define(stage, "/World/Second")
     stage.DefinePrim("/World/box", "Cube")
     return stage

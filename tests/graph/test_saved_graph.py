@@ -18,12 +18,9 @@ from usdsdg.graph.node_prims import Link, NodeRecord, define_graph, define_node,
 from usdsdg.scenarios import saved_pipeline
 from usdsdg.session import stage_context
 
+pytestmark = pytest.mark.usefixtures("stage")
+
 PIPELINE = Path(__file__).with_name("twenty_nodes.py")
-
-
-@pytest.fixture(autouse=True)
-def _stage():
-    stage_context.new_stage()
 
 
 @pytest.mark.parametrize(

@@ -5,17 +5,14 @@ import pytest
 import usdsdg as rep
 from usdsdg.errors import GraphError
 from usdsdg.graph import evaluate
-from usdsdg.session import stage_context
 from usdsdg.session.settings_store import get_settings
 
 
 @pytest.fixture(autouse=True)
-def stage():
-    stage = stage_context.new_stage()
+def stage(stage):
+    """Without physics."""
     get_settings().set("/app/player/playSimulations", False)
-    yield stage
-    rep.orchestrator.stop()
-    get_settings().set("/app/player/playSimulations", True)
+    return stage
 
 
 def firings(count, **moments):

@@ -7,12 +7,6 @@ from pxr import Gf, Usd, UsdGeom
 import usdsdg as rep
 from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported
 from usdsdg.graph import evaluate
-from usdsdg.session import stage_context
-
-
-@pytest.fixture
-def stage():
-    return stage_context.new_stage()
 
 
 def test_boxes_and_transforms_of_prims(stage):

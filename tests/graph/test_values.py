@@ -10,13 +10,7 @@ from pxr import UsdGeom
 import usdsdg as rep
 from usdsdg.errors import ArgumentError, GraphError
 from usdsdg.graph import evaluate
-from usdsdg.session import stage_context
 from usdsdg.stage.semantics import labels
-
-
-@pytest.fixture
-def stage():
-    return stage_context.new_stage()
 
 
 def values(stage, item, attribute):

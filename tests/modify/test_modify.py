@@ -6,14 +6,7 @@ from pxr import Sdf, UsdGeom, UsdShade
 import usdsdg as rep
 from usdsdg.errors import BadPrim, GraphError
 from usdsdg.graph import evaluate
-from usdsdg.session import stage_context
 from usdsdg.stage.semantics import labels
-
-
-@pytest.fixture
-def stage():
-    rep.set_global_seed(5)
-    return stage_context.new_stage()
 
 
 def fire():

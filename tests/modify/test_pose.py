@@ -9,17 +9,10 @@ from pxr import Gf, UsdGeom, UsdSkel
 import usdsdg as rep
 from usdsdg.errors import BadPrim, GraphError
 from usdsdg.graph import evaluate
-from usdsdg.session import stage_context
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.poses import transforms
 from usdsdg.stage.poses.rotations import compose_euler
-
-
-@pytest.fixture
-def stage():
-    rep.set_global_seed(2)
-    return stage_context.new_stage()
 
 
 def run():

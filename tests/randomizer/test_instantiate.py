@@ -14,12 +14,6 @@ from usdsdg.stage.semantics import labels
 
 
 @pytest.fixture
-def stage():
-    rep.set_global_seed(6)
-    return stage_context.new_stage()
-
-
-@pytest.fixture
 def files(tmp_path):
     paths = []
     for kind in ("Cube", "Sphere", "Cone"):

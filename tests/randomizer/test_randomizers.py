@@ -11,12 +11,6 @@ from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
 
 
-@pytest.fixture
-def stage():
-    rep.set_global_seed(5)
-    return stage_context.new_stage()
-
-
 def fire():
     rep.utils.send_og_event("go")
     evaluate.graph().evaluate()

@@ -7,6 +7,8 @@ from usdsdg.app import saved_graph
 from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
 
+pytestmark = pytest.mark.usefixtures("stage")
+
 
 def build():
     """A trigger with one of each."""
@@ -55,9 +57,3 @@ def test_a_saved_graph_goes_on_as_the_script_would(tmp_path):
     assert set(found) == set(expected)
     different = [name for name in expected if found[name] != expected[name]]
     assert different == []
-
-
-@pytest.fixture(autouse=True)
-def _leave_nothing():
-    yield
-    stage_context.new_stage()

@@ -16,12 +16,6 @@ from usdsdg.stage.geometry.triangles import triangles_below
 from usdsdg.stage.poses import transforms
 
 
-@pytest.fixture
-def stage():
-    rep.set_global_seed(3)
-    return stage_context.new_stage()
-
-
 def run():
     evaluate.graph().evaluate()
 

@@ -15,10 +15,7 @@ from usdsdg.graph.node import ReplicatorItem
 from usdsdg.replicator_yaml import ParserError, parse
 from usdsdg.session.stage_context import current_stage, new_stage, save_stage
 
-
-@pytest.fixture(autouse=True)
-def stage():
-    return new_stage()
+pytestmark = pytest.mark.usefixtures("stage")
 
 
 @pytest.fixture

@@ -18,7 +18,6 @@ from usdsdg.scenarios.objects import Bodies
 from usdsdg.session import engines, stage_context
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
-from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.schemas import physx
 from usdsdg.writers import Writer
 
@@ -59,12 +58,10 @@ class Physics:
 
 
 @pytest.fixture
-def physics(monkeypatch):
+def physics(stage, monkeypatch):
     fake = Physics()
     monkeypatch.setattr(engines, "physics", lambda: fake)
-    stage_context.new_stage()
-    yield fake
-    get_timeline().stop()
+    return fake
 
 
 @pytest.fixture

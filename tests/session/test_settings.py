@@ -6,19 +6,11 @@ from pxr import UsdGeom
 import usdsdg as rep
 from usdsdg.capture.render_settings import render_mode
 from usdsdg.errors import ConfigError
-from usdsdg.session import stage_context
-from usdsdg.session.settings_store import DEFAULTS, get_settings
+from usdsdg.session.settings_store import get_settings
+
+pytestmark = pytest.mark.usefixtures("stage")
 
 MODES = ("/rtx/rendermode", "/rtx/post/aa/op", "/rtx/pathtracing/totalSpp")
-
-
-@pytest.fixture(autouse=True)
-def stage():
-    yield stage_context.new_stage()
-    for key in MODES:
-        get_settings().destroy_item(key)
-        if key in DEFAULTS:
-            get_settings().set(key, DEFAULTS[key])
 
 
 @pytest.mark.parametrize(("name", "number"), [("off", 0), ("TAA", 1), ("FXAA", 2), ("dlss", 3), ("DLAA", 4)])

@@ -16,13 +16,7 @@ from usdsdg.errors import (
 from usdsdg.session import stage_context
 from usdsdg.stage.schemas import physx
 
-
-@pytest.fixture(autouse=True)
-def fresh():
-    """Every test has a new stage, and leaves none of its files open."""
-    stage_context.new_stage()
-    yield
-    stage_context.new_stage()
+pytestmark = pytest.mark.usefixtures("stage")
 
 
 def test_a_new_stage_is_like_isaac_sims():

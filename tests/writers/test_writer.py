@@ -9,7 +9,7 @@ import pytest
 from tests.annotators.ray_caster import make_frame
 from tests.annotators.scenes import street
 from usdsdg import annotators, get, writers
-from usdsdg.capture.capture import Capture
+from usdsdg.capture.requests import Requests
 from usdsdg.errors import (
     AnnotatorRegistryError,
     BadPrim,
@@ -124,11 +124,11 @@ def test_a_product_that_is_destroyed_while_attached_is_announced(recorder):
     render_products.product_at(PRODUCT).destroy()
     forget_warnings()
     with pytest.warns(UsdsdgWarning, match=f"Recorder is attached to {PRODUCT}, which has been destroyed"):
-        Capture().begin()
+        Requests.collect()
     recorder.detach()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        Capture().begin()
+        Requests.collect()
 
 
 def test_an_unknown_annotator_is_named_when_attaching(recorder):

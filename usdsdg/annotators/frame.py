@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from usdsdg.errors import AnnotatorError
+from usdsdg.errors import AnnotatorError, Unsupported
+from usdsdg.stage.cameras.tiled_view import TiledView
 
 if TYPE_CHECKING:
     from usdsdg.annotators.labeled_prims import LabeledPrims, Selection
@@ -27,7 +28,7 @@ class Frame:
     """
 
     index: int  # number of earlier captures
-    camera: CameraView
+    view: CameraView | TiledView
     render_product: str  # prim path
     aovs: Mapping[str, np.ndarray]  # name → (H, W[, C]); see the renderer's AOV table
     gprims: tuple[str, ...]  # prim path of every value of the "instance" AOV; -1 means no hit
@@ -51,9 +52,23 @@ class Frame:
             ) from None
 
     @property
+    def camera(self) -> CameraView:
+        """The camera.
+
+        Raises:
+            Unsupported: the render product shows several cameras in tiles.
+        """
+        if isinstance(self.view, TiledView):
+            raise Unsupported(
+                f"{self.render_product} shows {len(self.view.views)} cameras in tiles, and an annotator needs one. "
+                "Attach that annotator to a render product of each camera (create.render_product)."
+            )
+        return self.view
+
+    @property
     def shape(self) -> tuple[int, int]:
         """Height and width [pixels]."""
-        return self.camera.height, self.camera.width
+        return self.view.height, self.view.width
 
     @property
     def coverage(self) -> np.ndarray:

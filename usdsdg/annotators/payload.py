@@ -45,8 +45,8 @@ def build_payload(
     """
     captures = {
         path.rsplit("/", 1)[-1]: Capture(
-            frame.camera.prim_path,
-            (frame.camera.width, frame.camera.height),
+            frame.view.prim_path,
+            (frame.view.width, frame.view.height),
             {
                 annotator.get_name(): _own(annotator.compute(frame), shared=reader.shares_arrays)
                 for annotator in reader.annotators_of(path)

@@ -1,13 +1,11 @@
-"""The order of one frame, and of many.
+"""The order of one frame, and runs of many.
 
-One step: triggers and events write the stage → timeline and physics move → render products are drawn, in motion-blur
-sub-frames where asked → annotators make labels → writers write.
+One frame: triggers and events write the stage → timeline and physics advance → render products are exposed, in
+motion-blur sub-frames where asked → labels are rendered → annotators compute → writers write.
 """
 
 from __future__ import annotations
 
-import enum
-import itertools
 import weakref
 from collections.abc import Callable, Iterator
 
@@ -16,9 +14,12 @@ from pxr import Usd
 from usdsdg import rng
 from usdsdg.app.app import get_app
 from usdsdg.app.saved_graph import note_run
+from usdsdg.app.status import OrchestratorError, Status, StatusCallback
 from usdsdg.capture.capture import Capture
+from usdsdg.capture.output import close_writers, drain
 from usdsdg.capture.render_settings import RenderMode, render_mode
-from usdsdg.errors import UsdsdgError, warn_once
+from usdsdg.capture.requests import is_watched
+from usdsdg.errors import warn_once
 from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
 from usdsdg.session.progress import report
@@ -28,44 +29,8 @@ from usdsdg.session.timeline import get_timeline
 from usdsdg.stage import assets
 
 
-class OrchestratorError(UsdsdgError, RuntimeError):
-    """The orchestrator cannot do that now."""
-
-
-class Status(enum.Enum):
-    """Where the orchestrator stands. Mirrors `rep.orchestrator.Status`."""
-
-    STOPPED = 0
-    STARTED = 1
-    STARTING = 2
-    LOADING = 3
-    STOPPING = 4
-    PAUSED = 5
-    INITIALIZING = 6
-    STEPPING = 7
-    STEPPED = 8
-
-
-class StatusCallback:
-    """Calls `function(status)` at every change of status, from `register` to `unregister`, or until nobody holds it."""
-
-    _made = itertools.count()
-
-    def __init__(self, function: Callable[[Status], None]) -> None:
-        self.function = function
-        self.number = next(self._made)
-
-    def register(self) -> None:
-        """Hear of changes from now on."""
-        get_orchestrator().status_callbacks.add(self)
-
-    def unregister(self) -> None:
-        """Hear of no more changes."""
-        get_orchestrator().status_callbacks.discard(self)
-
-
 class Orchestrator:
-    """The state between two steps."""
+    """Captures frames, and holds the state between two of them."""
 
     def __init__(self) -> None:
         self.status = Status.STOPPED
@@ -78,7 +43,7 @@ class Orchestrator:
         self._asked_subframes = self._frames_of_last_run = 0
 
     def reset(self) -> None:
-        """A new stage: nothing captured, nothing started."""
+        """Begin with a new stage: nothing captured, nothing started."""
         self._set_status(Status.STOPPED)
         self.captures, self._initialized, self._next_subframes = 0, False, 0
         self._asked_subframes = self._frames_of_last_run = 0
@@ -86,6 +51,7 @@ class Orchestrator:
 
     # --- one frame ---
     def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
+        """Capture one frame; see `usdsdg.orchestrator.step` for the arguments."""
         self._start_if_stopped()
         self._set_status(Status.STEPPING)
         timeline = get_timeline()
@@ -93,8 +59,8 @@ class Orchestrator:
         self._asked_subframes = max(rt_subframes, 0)
         fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_elapsed_time())
         mode = render_mode(self._subframes(rt_subframes, fired))
-        self._capture.begin()
-        self._move_and_render(mode, delta_time)
+        self._capture.begin(self.captures)
+        self._advance_and_expose(mode, self._duration(delta_time))
         self._capture.finish(self.captures, timeline.get_current_time())
         self.captures += 1
         for callback in list(self._captured_callbacks):
@@ -103,19 +69,19 @@ class Orchestrator:
             timeline.hold()
         self._set_status(Status.STEPPED)
 
-    def _move_and_render(self, mode: RenderMode, delta_time: float | None) -> None:
-        duration = self._duration(delta_time)
+    def _advance_and_expose(self, mode: RenderMode, duration: float) -> None:
+        """Move timeline and physics on by `duration` [s]; with motion blur, expose sub-frames on the way."""
         if mode.motion_blur and duration > 0.0:
-            shares = mode.split(mode.sub_frames)
+            parts = mode.split(mode.sub_frames)
             self._capture.open_shutter()
-            for share in shares:
-                get_app().advance(duration / len(shares))
-                self._capture.expose(share, self.captures)
+            for part in parts:
+                get_app().advance(duration / len(parts))
+                self._capture.expose(part)
             return
         # The first captured frame shows the scene as it was set up.
         if duration > 0.0 and self.captures > 0:
             get_app().advance(duration)
-        self._capture.expose(mode, self.captures)
+        self._capture.expose(mode)
 
     def _duration(self, delta_time: float | None) -> float:
         timeline = get_timeline()
@@ -130,6 +96,7 @@ class Orchestrator:
         return max(wanted, minimum, 1)
 
     def _start_if_stopped(self) -> None:
+        """Begin a run: at its first frame with counters, generators and a preview, then with a check of references."""
         if self.status is not Status.STOPPED:
             return
         if not self._initialized:
@@ -147,11 +114,11 @@ class Orchestrator:
         """Capture an app update of a playing timeline, where that is on and somebody is attached."""
         timeline = get_timeline()
         plays = timeline.is_playing() and timeline.is_auto_updating() and self.status is not Status.PAUSED
-        if plays and get_settings().get_as_bool("/omni/replicator/captureOnPlay") and self._capture.is_watched():
+        if plays and get_settings().get_as_bool("/omni/replicator/captureOnPlay") and is_watched():
             self.step(-1, False, 0.0)
 
     def follow_timeline(self, event: str) -> None:
-        """Where playing means capturing, stopping means that the run is over."""
+        """End the run when the timeline stops, where playing means capturing."""
         if event == "stop" and self.captures and get_settings().get_as_bool("/omni/replicator/captureOnPlay"):
             self.finish()
 
@@ -191,7 +158,7 @@ class Orchestrator:
         self.finish()
 
     def expect_frames(self, count: int | None) -> None:
-        """Tell progress how many frames the run will have."""
+        """Set how many frames progress reports should expect; None: not known."""
         self._capture.expected_frames = count
 
     def preview(self) -> None:
@@ -200,10 +167,10 @@ class Orchestrator:
 
     def finish(self) -> None:
         """Wait for all files, then tell writers that this was the last frame."""
-        self._capture.drain()
+        drain()
         if self.status is not Status.STOPPED:
             self._set_status(Status.STOPPED)
-            self._capture.close_writers()
+            close_writers()
 
     def stop(self) -> None:
         """End the run: the next frame is a first one again, with the draws of the first."""
@@ -212,11 +179,12 @@ class Orchestrator:
         self.captures, self._initialized = 0, False
 
     def note_run(self, stage: Usd.Stage) -> None:
-        """Author what a saved stage tells of the run."""
+        """Author what a saved stage needs to repeat the run."""
         note_run(stage, frames=self.captures or self._frames_of_last_run, rt_subframes=self._asked_subframes)
 
     # --- status ---
     def set_next_subframes(self, count: int) -> None:
+        """Render the next frame with at least `count` sub-frames."""
         self._next_subframes = int(count)
 
     def on_captured(self, callback: Callable[[], None]) -> Callable[[], None]:

@@ -1,39 +1,42 @@
-"""From the `/rtx/...` settings to what one capture asks of the renderer."""
+"""From the `/rtx/...` settings to the settings of the renderer for one frame."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 from usdsdg.errors import warn_once
+from usdsdg.graph.sampling import get_global_seed
 from usdsdg.session.settings_store import get_settings
+from usdsdg_render.settings import PathSettings, ToneSettings
 
-# Samples per pixel of the fast mode: enough for the filter to work with, and one more for every sub-frame.
+# Samples per pixel of the fast mode, which adds one for every sub-frame: enough for the denoiser to work with.
 LEAST_SAMPLES = 4
 
 
 @dataclass(frozen=True)
 class RenderMode:
-    """How one frame is drawn. `first_sample` is where this sub-frame's samples begin in the frame's sequence."""
+    """How one frame, or a part of its samples, is rendered."""
 
     path_tracing: bool
     samples: int
     sub_frames: int
     motion_blur: bool
     denoise: bool
-    first_sample: int = 0
+    first_sample: int = 0  # number of this part's first sample in the frame's sequence
     denoiser: str = "wavelet"
     denoiser_blend: float = 0.0  # weight of the noisy image, 0 = fully denoised
 
     def split(self, parts: int) -> list[RenderMode]:
-        """The samples in `parts` shares that follow each other, the first ones taking the remainder; none is empty."""
+        """Split the samples into consecutive parts, none empty; the first ones take the remainder."""
         parts = max(min(parts, self.samples), 1)
         base, extra = divmod(self.samples, parts)
-        shares, first = [], self.first_sample
+        modes, first = [], self.first_sample
         for part in range(parts):
             samples = base + (part < extra)
-            shares.append(replace(self, samples=samples, first_sample=first))
+            modes.append(replace(self, samples=samples, first_sample=first))
             first += samples
-        return shares
+        return modes
 
 
 def render_mode(rt_subframes: int) -> RenderMode:
@@ -60,7 +63,7 @@ def render_mode(rt_subframes: int) -> RenderMode:
 
 
 def _denoiser(best: str) -> str:
-    """What filters pictures, by `/usdsdg/denoiser`; "auto" is `best` where that is installed and can run."""
+    """The denoiser, by `/usdsdg/denoiser`; "auto" is `best` where that is installed and can run."""
     from usdsdg_render.path import oidn_denoiser
 
     name = get_settings().get_as_string("/usdsdg/denoiser") or "auto"
@@ -84,11 +87,13 @@ def _denoiser(best: str) -> str:
 
 def _denoiser_blend() -> float:
     key = "/rtx/pathtracing/optixDenoiser/blendFactor"
-    share = get_settings().get_as_float(key)
-    if not 0.0 <= share <= 1.0:
-        warn_once(f"{key} is {share:g}; it may be 0 (all denoised) to 1 (not at all), and the nearer of them is taken.")
-        return 1.0 if share > 1.0 else 0.0
-    return share
+    weight = get_settings().get_as_float(key)
+    if not 0.0 <= weight <= 1.0:
+        warn_once(
+            f"{key} is {weight:g}; it may be 0 (all denoised) to 1 (not at all), and the nearer of them is taken."
+        )
+        return 1.0 if weight > 1.0 else 0.0
+    return weight
 
 
 def glass_labels() -> str:
@@ -98,3 +103,28 @@ def glass_labels() -> str:
         warn_once(f"/usdsdg/labels/glass {name!r} is not known; using surface. Known: surface, behind.")
         return "surface"
     return name
+
+
+def path_settings(mode: RenderMode, frame: int, *, with_light_aovs: bool) -> PathSettings:
+    """The path tracer's settings for samples of `mode`; `with_light_aovs` asks for the light AOVs."""
+    settings = get_settings()
+    common: dict[str, Any] = {
+        "seed": get_global_seed(), "frame": frame, "first_sample": mode.first_sample, "light_aovs": with_light_aovs,
+        "glass_bounces": settings.get_as_int("/rtx/pathtracing/maxSpecularAndTransmissionBounces"),
+    }  # fmt: skip
+    if not mode.path_tracing:
+        return PathSettings.fast(**common)
+    return PathSettings(bounces=settings.get_as_int("/rtx/pathtracing/maxBounces"), denoise=mode.denoise, **common)
+
+
+def tone_settings(mode: RenderMode) -> ToneSettings:
+    """The settings of denoising and tone mapping."""
+    settings = get_settings()
+    return ToneSettings(
+        film_iso=settings.get_as_float("/rtx/post/tonemap/filmIso"),
+        shutter=settings.get_as_float("/rtx/post/tonemap/cameraShutter"),
+        f_number=settings.get_as_float("/rtx/post/tonemap/fNumber"),
+        denoise=mode.denoise,
+        denoiser=mode.denoiser,
+        denoiser_blend=mode.denoiser_blend,
+    )

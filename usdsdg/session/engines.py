@@ -1,15 +1,16 @@
-"""The two engines behind their interfaces, made when first needed, for the current stage.
+"""The physics engine and the renderer of the current stage, behind protocols.
 
-Neither newton nor warp is imported before.
+They are made, and newton and warp imported, when they are first needed.
 """
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Collection, Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from pxr import Usd
 
 from usdsdg.session.progress import report
 from usdsdg.session.session import current
@@ -17,9 +18,17 @@ from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.geometry.pixel_masks import Outlines
 
+if TYPE_CHECKING:
+    from usdsdg_physics.queries.scene_queries import Overlap, RayHit
+    from usdsdg_render.path.film import Film
+    from usdsdg_render.settings import PathSettings, ToneSettings
+
 
 class PhysicsEngine(Protocol):
-    """A stage in motion; see `usdsdg_physics.engine` for the meaning of each call."""
+    """Simulates a stage; see `usdsdg_physics.engine` for the meaning of each call."""
+
+    @property
+    def is_playing(self) -> bool: ...
 
     def play(self) -> None: ...
 
@@ -37,15 +46,17 @@ class PhysicsEngine(Protocol):
 
     def subscribe_step(self, listener: Callable[[float], None]) -> Callable[[], None]: ...
 
-    def overlap_box(self, half_extent: Any, origin: Any, rotation_xyzw: Any) -> list[Any]: ...
+    def overlap_box(
+        self, half_extent: Sequence[float], origin: Sequence[float], rotation_xyzw: Sequence[float]
+    ) -> list[Overlap]: ...
 
-    def overlap_sphere(self, radius: float, origin: Any) -> list[Any]: ...
+    def overlap_sphere(self, radius: float, origin: Sequence[float]) -> list[Overlap]: ...
 
-    def raycast(self, origin: Any, direction: Any, distance: float) -> Any: ...
+    def raycast(self, origin: Sequence[float], direction: Sequence[float], distance: float) -> RayHit | None: ...
 
 
 class Renderer(Protocol):
-    """A stage seen by cameras; see `usdsdg_render.renderer` for the meaning of each call."""
+    """Renders a stage through cameras; see `usdsdg_render.renderer` for the meaning of each call."""
 
     @property
     def glass_labels(self) -> str: ...
@@ -57,9 +68,9 @@ class Renderer(Protocol):
     def gprims(self) -> tuple[str, ...]: ...
 
     @property
-    def time(self) -> Any: ...
+    def time(self) -> Usd.TimeCode: ...
 
-    def sync(self, time: Any = None) -> None: ...
+    def sync(self, time: Usd.TimeCode | None = None) -> None: ...
 
     def place_between(self, fraction: float) -> None: ...
 
@@ -69,13 +80,13 @@ class Renderer(Protocol):
         self, views: Sequence[CameraView], aovs: Collection[str], groups: Sequence[Sequence[int]]
     ) -> tuple[list[dict[str, np.ndarray]], list[Outlines]]: ...
 
-    def new_film(self, width: int, height: int) -> Any: ...
+    def new_film(self, width: int, height: int) -> Film: ...
 
     def accumulate_all(
-        self, films: Sequence[Any], views: Sequence[CameraView], *, samples: int, settings: Any
+        self, films: Sequence[Film], views: Sequence[CameraView], *, samples: int, settings: PathSettings
     ) -> None: ...
 
-    def develop(self, film: Any, tone: Any) -> dict[str, np.ndarray]: ...
+    def develop(self, film: Film, tone: ToneSettings | None = None) -> dict[str, np.ndarray]: ...
 
 
 class Engines:

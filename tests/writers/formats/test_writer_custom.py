@@ -13,11 +13,10 @@ from tests.annotators.ray_caster import RayCaster, add_cube, known, make_frame
 from tests.annotators.scenes import add_camera, street
 from usdsdg import AnnotatorRegistry, annotators, orchestrator, writers
 from usdsdg.errors import AnnotatorRegistryError, AugmentationError, BadPrim, WriterError
-from usdsdg.graph.sampling import set_global_seed
 from usdsdg.session import engines
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
-from usdsdg.session.stage_context import current_stage, new_stage
+from usdsdg.session.stage_context import current_stage
 from usdsdg.writers import BackendDispatch, Writer, WriterRegistry
 from usdsdg.writers.files import write_image
 
@@ -105,19 +104,14 @@ class StandIn(RayCaster):
 
 
 @pytest.fixture
-def product(monkeypatch):
+def product(stage, monkeypatch):
     """A product of a stage with a labelled cube, drawn by the tests' ray caster."""
-    new_stage()
-    set_global_seed(3)
     get_settings().set("/app/player/playSimulations", False)
     add_cube(current_stage(), "/World/Box", "box")
     camera = add_camera(current_stage(), "/World/Camera", (0, -4, 1), (0, 0, 0))
     monkeypatch.setattr(current().engines, "renderer", StandIn())
     monkeypatch.setattr(engines, "quiet_warp", lambda: None)
-    yield rep.create.render_product(camera, (32, 24))
-    orchestrator.stop()
-    get_settings().set("/app/player/playSimulations", True)
-    new_stage()
+    return rep.create.render_product(camera, (32, 24))
 
 
 @pytest.fixture(autouse=True)

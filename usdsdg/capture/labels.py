@@ -1,0 +1,54 @@
+"""The labels of one frame: AOVs of one ray through each pixel center, and masks of all labeled prims."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdsdg.annotators.labeled_prims import LabeledPrimReader, LabeledPrims
+from usdsdg.capture.render_settings import glass_labels
+from usdsdg.capture.requests import Requests
+from usdsdg.capture.tiles import joined, views_of
+from usdsdg.session import engines
+from usdsdg.stage.cameras.camera_view import CameraView
+from usdsdg.stage.cameras.tiled_view import TiledView
+from usdsdg.stage.geometry.pixel_masks import Outlines
+from usdsdg_render.settings import LIGHT_AOVS
+
+
+@dataclass(frozen=True)
+class ProductLabels:
+    """The labels of one render product."""
+
+    labeled_prims: LabeledPrims
+    aovs: dict[str, np.ndarray]
+    amodal_masks: Outlines  # of all labeled prims; empty for products of several cameras
+
+
+def render_labels(
+    requests: Requests, views: Mapping[str, CameraView | TiledView], reader: LabeledPrimReader
+) -> dict[str, ProductLabels]:
+    """Render the labels of all products, by path; products with the same requirements are rendered in one batch."""
+    renderer = engines.renderer()
+    renderer.glass_labels = glass_labels()
+    batches: dict[tuple[frozenset[str], bool, tuple[str | None, ...]], list[str]] = {}
+    for path in views:
+        needs = requests.requirements(path)
+        batches.setdefault((needs.aovs.difference(LIGHT_AOVS), needs.amodal_masks, needs.filters), []).append(path)
+    labels = {}
+    for (aovs, amodal_masks, filters), paths in batches.items():
+        labeled_prims = reader.read(renderer.gprims, filters, time=renderer.time)
+        cameras = [camera for path in paths for camera in views_of(views[path])]
+        if amodal_masks:
+            arrays, masks = renderer.outlined(cameras, aovs, labeled_prims.groups)
+        else:
+            arrays, masks = renderer.labels_of(cameras, aovs), []
+        next_arrays, next_masks = iter(arrays), iter(masks)
+        for path in paths:
+            view = views[path]
+            whole = joined(view, [next(next_arrays) for _ in views_of(view)])
+            empty = Outlines.nothing((view.height, view.width), len(labeled_prims))
+            labels[path] = ProductLabels(labeled_prims, whole, next(next_masks, empty))
+    return labels

@@ -1,0 +1,57 @@
+"""From frames to files: payloads for writers, and the end of the queue of files."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+
+from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.payload import build_payload
+from usdsdg.capture.graph_outputs import distribution_outputs, trigger_outputs
+from usdsdg.session.progress import report, say
+from usdsdg.session.session import current
+from usdsdg.writers.base import Writer, attached_writers
+
+# Interval at which the queue of files is polled while it is drained.
+DRAIN_SECONDS = 0.02
+
+
+class WriterOutput:
+    """Hands frames to writers and reports once where the files of each go."""
+
+    def __init__(self) -> None:
+        self._reported: set[tuple[str, str]] = set()
+
+    def write(self, writer: Writer, frames: Mapping[str, Frame]) -> None:
+        """Give a writer the payload of those of `frames`, by product path, that it is attached to."""
+        attached = {path: frames[path] for path in writer.render_products if path in frames}
+        if attached:
+            self._report_folder(writer)
+            outputs = {"trigger_outputs": trigger_outputs(), "distribution_outputs": distribution_outputs()}
+            writer.receive(build_payload(writer, attached, **outputs))
+
+    def _report_folder(self, writer: Writer) -> None:
+        name, folder = type(writer).__name__, getattr(writer.backend, "output_dir", None)
+        if folder is not None and (name, folder) not in self._reported:
+            self._reported.add((name, folder))
+            say(f"{name} writes to {folder}")
+
+
+def drain() -> None:
+    """Wait until every file is on disk; raises the first failure."""
+    queue = current().io_queue
+    first = waiting = queue.open_jobs()
+    while waiting:
+        report("files written", first - waiting, first)
+        time.sleep(DRAIN_SECONDS)
+        waiting = queue.open_jobs()
+    if first:
+        report("files written", first, first)
+    queue.wait_until_done()
+
+
+def close_writers() -> None:
+    """Tell every writer that the last frame has been written, and wait for the files that it writes then."""
+    for writer in attached_writers():
+        writer.on_final_frame()
+    current().io_queue.wait_until_done()

@@ -1,0 +1,71 @@
+"""Which annotators and writers want which render products in one frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from usdsdg.annotators.annotator import Annotator, Requirements, attached_annotators, requirements
+from usdsdg.errors import Unsupported, warn_once
+from usdsdg.session.render_products import HydraTexture, products
+from usdsdg.writers.base import Writer, attached_writers
+
+
+@dataclass
+class Requests:
+    """The annotators and writers that take part in one frame."""
+
+    annotators: dict[str, list[Annotator]] = field(default_factory=dict)  # by product path; also those of `writers`
+    writers: list[Writer] = field(default_factory=list)  # those that write this frame
+
+    @classmethod
+    def collect(cls) -> Requests:
+        """Ask all attached annotators and writers.
+
+        Raises:
+            Unsupported: an annotator that needs one camera is attached to a tiled product.
+        """
+        requests = cls()
+        for annotator in attached_annotators():
+            requests._add(annotator.render_product, [annotator], f"annotator {annotator.get_name()!r}")
+        # Asked once: a writer's own trigger function may have a memory.
+        requests.writers = [writer for writer in attached_writers() if writer.is_due()]
+        for writer in requests.writers:
+            for path in writer.render_products:
+                requests._add(path, writer.annotators_of(path), type(writer).__name__)
+        return requests
+
+    def _add(self, path: str | None, annotators: list[Annotator], who: str) -> None:
+        product = next((product for product in products() if product.path == path), None)
+        if product is None:
+            warn_once(
+                f"{who} is attached to {path}, which has been destroyed, and gets nothing of it. Detach it, or attach "
+                "it to another render product."
+            )
+        elif product.updates_enabled:
+            _check_tiles(product, annotators, who)
+            self.annotators.setdefault(product.path, []).extend(annotators)
+
+    def products(self) -> list[HydraTexture]:
+        """The render products that are wanted, oldest first."""
+        return [product for product in products() if product.path in self.annotators]
+
+    def requirements(self, path: str) -> Requirements:
+        """What the annotators of the product at `path` need rendered."""
+        return requirements(self.annotators[path])
+
+
+def is_watched() -> bool:
+    """Whether an annotator or writer is attached to a render product that has its updates on."""
+    on = {product.path for product in products() if product.updates_enabled}
+    attached = [annotator.render_product for annotator in attached_annotators()]
+    attached += [path for writer in attached_writers() for path in writer.render_products]
+    return not on.isdisjoint(attached)
+
+
+def _check_tiles(product: HydraTexture, annotators: list[Annotator], who: str) -> None:
+    needing = [annotator.get_name() for annotator in annotators if annotator.needs_amodal_masks]
+    if product.tiles is not None and needing:
+        raise Unsupported(
+            f"{who}: {', '.join(needing)} cannot be told of {product.path}, which shows {len(product.tiles.cameras)} "
+            "cameras in tiles. Attach to a render product of each camera (create.render_product)."
+        )
