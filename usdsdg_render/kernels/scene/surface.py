@@ -1,4 +1,4 @@
-"""What is at a hit: position, normals, material."""
+"""Surface interaction at a hit: position, normals, material inputs, ray epsilon."""
 
 import warp as wp
 
@@ -6,17 +6,17 @@ from usdsdg_render.kernels.scene.texture import channel, lookup
 from usdsdg_render.kernels.scene.visibility import corner_uv, triangle_of
 from usdsdg_render.scene.structs import Hit, Instance, Material, SceneTables, Triangle
 
-# Rounding of a ray's origin relative to each of its coordinates: three sums, half a unit in the last place each. And of
-# taking it to the frame of its instance and back relative to its distance from there: the worst of random instances,
-# with a third to spare. More shows: where things touch far from the origin of the world, rays would start inside the
-# neighbor.
+# Ray epsilon: rounding error of a ray origin relative to its coordinates (three sums, half an ulp each), and of its
+# transform to the frame of its instance and back, relative to the distance from there (the worst of random instances,
+# with a margin of a third). Larger values are visible: where surfaces touch far from the world origin, rays would start
+# inside of the neighbor.
 WORLD_ERROR = wp.constant(1.8e-7)
 LOCAL_ERROR = wp.constant(7.5e-7)
 
 
 @wp.struct
 class Surface:
-    """A point of a surface seen along a ray; normals point to the side the ray came from."""
+    """A surface point hit by a ray; normals point to the side that the ray came from."""
 
     position: wp.vec3
     ray_epsilon: wp.float32  # offset of secondary rays along the geometric normal [stage units]
@@ -43,12 +43,12 @@ def max_abs(v: wp.vec3):
 
 @wp.func
 def rounded(surface: Surface, triangle: Triangle, instance: Instance, local: wp.vec3, hit: Hit, direction: wp.vec3):
-    """Add how the surface bulges out of its triangle, by the normals at the corners.
+    """Add the shadow-terminator offset and the horizon normal of a smooth surface.
 
-    A coarse round mesh would show its facets where light grazes it: some lie in their neighbors' shade, others turn
-    away from the light before their interpolated normals do. Rays therefore start on the planes of the corners' normals
-    (Hanika, "Hacking the Shadow Terminator", 2021), and the interpolated normal decides what is below the horizon. A
-    mesh whose normals have little to do with its shape, such as a box smoothed over its edges, gets neither.
+    At grazing light a coarse round mesh would show its facets: some are shadowed by their neighbors, others face away
+    from the light before their interpolated normals do. Secondary rays therefore start on the tangent planes of the
+    vertex normals (Hanika, "Hacking the Shadow Terminator", 2021), and the interpolated normal defines the horizon.
+    Meshes whose normals deviate much from their shape, such as a box with smoothed edges, get neither.
     """
     flat = wp.normalize(wp.cross(triangle.p1 - triangle.p0, triangle.p2 - triangle.p0))
     agreement = wp.min(wp.min(wp.dot(flat, triangle.n0), wp.dot(flat, triangle.n1)), wp.dot(flat, triangle.n2))
@@ -69,7 +69,7 @@ def rounded(surface: Surface, triangle: Triangle, instance: Instance, local: wp.
 
 @wp.func
 def surface_at(tables: SceneTables, hit: Hit, direction: wp.vec3):
-    """Position, normals, UV and material row of a hit; no texture is read yet."""
+    """Return position, normals, UV and material row of a hit; textures are read by `with_material`."""
     instance = tables.tlas.instances[hit.instance]
     triangle = triangle_of(instance, hit.triangle)
     w = 1.0 - hit.u - hit.v
@@ -78,7 +78,7 @@ def surface_at(tables: SceneTables, hit: Hit, direction: wp.vec3):
     s = Surface()
     s.position = instance.local_to_world * local + instance.world_origin
     s.geometric = wp.normalize(to_normal * wp.cross(triangle.p1 - triangle.p0, triangle.p2 - triangle.p0))
-    # Of the rounding in the world only what lies along the normal can put a ray behind the surface.
+    # Only the component of world rounding along the normal can put a ray behind the surface.
     s.ray_epsilon = WORLD_ERROR * wp.dot(wp.abs(s.geometric), wp.abs(s.position))
     s.ray_epsilon += LOCAL_ERROR * max_abs(s.position - instance.world_origin)
     s.normal = wp.normalize(to_normal * (triangle.n0 * w + triangle.n1 * hit.u + triangle.n2 * hit.v))
@@ -89,7 +89,7 @@ def surface_at(tables: SceneTables, hit: Hit, direction: wp.vec3):
         s.normal = -s.normal
         s.flipped = 1
     s.horizon_normal = s.geometric
-    # Flat triangles, the most common ones in made things, have nothing to round.
+    # Flat triangles, the most common ones, need no offset.
     if wp.length_sq(triangle.n1 - triangle.n0) + wp.length_sq(triangle.n2 - triangle.n0) > 1.0e-10:
         s = rounded(s, triangle, instance, local, hit, direction)
     s.uv = corner_uv(triangle, hit.u, hit.v)
@@ -119,7 +119,7 @@ def base_color_at(tables: SceneTables, material: Material, uv: wp.vec2):
 
 @wp.func
 def with_material(tables: SceneTables, surface: Surface, material: Material):
-    """Add what the material's textures say at this point."""
+    """Evaluate the material's inputs, textures included, at this point."""
     uv = surface.uv
     surface.base = base_color_at(tables, material, uv)
     surface.metallic = scalar_at(tables, material.metallic, material.metallic_texture, material.metallic_channel, uv)
@@ -145,14 +145,14 @@ def with_material(tables: SceneTables, surface: Surface, material: Material):
 
 @wp.func
 def tilt_at(tables: SceneTables, texture: int, uv: wp.vec2, scale: float):
-    """What a normal map says, in its tangent space; x and y scaled."""
+    """Look up a normal map: the vector in tangent space, with x and y scaled."""
     rgba = lookup(tables, texture, uv)
     return wp.vec3((rgba[0] * 2.0 - 1.0) * scale, (rgba[1] * 2.0 - 1.0) * scale, rgba[2] * 2.0 - 1.0)
 
 
 @wp.func
 def bumped(tables: SceneTables, hit: Hit, surface: Surface, material: Material):
-    """The normal after the material's normal maps; tangents follow the gradients of the mesh's UVs."""
+    """Return the normal after the material's normal maps; tangents follow the UV gradients of the mesh."""
     instance = tables.tlas.instances[hit.instance]
     triangle = triangle_of(instance, hit.triangle)
     a = triangle.uv1 - triangle.uv0
@@ -186,10 +186,10 @@ def bumped(tables: SceneTables, hit: Hit, surface: Surface, material: Material):
 
 @wp.func
 def facing(normal: wp.vec3, geometric: wp.vec3, wo: wp.vec3):
-    """The normal, bent as little as needed for the mirror direction of `wo` to leave the surface.
+    """Bend the normal as little as needed for the mirror direction of `wo` to leave the surface.
 
-    Interpolated and bumped normals may face away from the viewer, or mirror rays into the surface; either would
-    leave black spots.
+    Interpolated and mapped normals may face away from the viewer, or reflect rays into the surface; both would
+    cause black spots.
     """
     mirrored = normal * (2.0 * wp.dot(normal, wo)) - wo
     limit = wp.min(0.9 * wp.dot(geometric, wo), 0.02)

@@ -1,4 +1,4 @@
-"""Looking up textures and the sky: bilinear, with USD's wrap modes; textures with a transform each."""
+"""Look-up of textures (bilinear, USD's wrap modes, UV transform) and of the environment map."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ import warp as wp
 from usdsdg_render.kernels.trig import half_turns_from_pole, turn_of
 from usdsdg_render.scene.structs import Dome, SceneTables, Texture
 
-# Three mantissas of nine bits and a common exponent of five (see `environment.packed`).
+# Three mantissas of nine bits and a shared exponent of five (see `environment.packed`).
 _UNPACKED = """
     const wp::uint32 word = words.data[index], bits = ((word >> 27) + 127u) << 23;
     float power;
@@ -22,7 +22,7 @@ _UNPACKED = """
 def unpacked(words: wp.array(dtype=wp.uint32), unit: wp.vec3, index: int) -> wp.vec3: ...
 
 
-# One copy for all callers: inlined at each of them, look-ups crowd the path tracer out of the instruction cache.
+# Not inlined: copies in every caller would push the path tracer out of the instruction cache.
 _LOOKUP = Path(__file__).with_name("lookup.cpp").read_text()
 
 
@@ -34,7 +34,7 @@ def lookup_texture(
 
 @wp.func
 def lookup(tables: SceneTables, index: int, uv: wp.vec2):
-    """RGBA of a texture at a surface's uv, linear, not negative; v = 1 is the top row."""
+    """Look up the RGBA of a texture at a surface's uv, linear, not negative; v = 1 is the top row."""
     return lookup_texture(tables.textures, tables.texel_values, index, uv[0], uv[1])
 
 
@@ -45,14 +45,14 @@ def channel(rgba: wp.vec4, index: int):
 
 @wp.func
 def environment_uv(dome: Dome, direction: wp.vec3):
-    """Where a world direction lies in the sky: (u around, v from the pole), both in [0, 1]."""
+    """Map a world direction to environment coordinates: (u around, v from the pole), both in [0, 1]."""
     d = dome.dome_from_world * direction
     return wp.vec2(turn_of(d[0], d[1]), half_turns_from_pole(d[2]))
 
 
 @wp.func
 def environment_cell(dome: Dome, uv: wp.vec2):
-    """Index of the coarse cell at sky coordinates."""
+    """Return the index of the grid cell at environment coordinates."""
     x = wp.clamp(int(uv[0] * float(dome.grid_width)), 0, dome.grid_width - 1)
     y = wp.clamp(int(uv[1] * float(dome.grid_height)), 0, dome.grid_height - 1)
     return y * dome.grid_width + x
@@ -60,19 +60,19 @@ def environment_cell(dome: Dome, uv: wp.vec2):
 
 @wp.func
 def cell_radiance(dome: Dome, cell: int):
-    """Mean radiance of a coarse cell [nits]."""
+    """Return the mean radiance of a grid cell [nits]."""
     return unpacked(dome.cells, dome.unit, 2 * cell)
 
 
 @wp.func
 def cell_pdf(dome: Dome, cell: int):
-    """Density with which `sample_environment` draws directions in a cell [1/sr]."""
+    """Return the pdf of `sample_environment` for directions in a cell [1/sr]."""
     return wp.cast(dome.cells[2 * cell + 1], wp.float32)
 
 
 @wp.func
 def environment_radiance(dome: Dome, uv: wp.vec2):
-    """Bilinear radiance of the sky [nits]: around it repeats, at the poles it stops."""
+    """Look up radiance bilinearly [nits]: u wraps around, v is clamped at the poles."""
     x = uv[0] * float(dome.width) - 0.5
     y = uv[1] * float(dome.height) - 0.5
     x_floor = wp.floor(x)
@@ -94,10 +94,10 @@ def environment_radiance(dome: Dome, uv: wp.vec2):
 
 @wp.func
 def environment_background(dome: Dome, uv: wp.vec2):
-    """Radiance of the sky as a camera sees it [nits].
+    """Look up the radiance that camera rays see [nits].
 
-    Pictures often show less than one texel per pixel, and bilinear interpolation draws slanted edges as stairs. This
-    is Catmull and Rom's cubic, kept between the four nearest texels so that a lamp gets no dark ring.
+    Images often magnify texels, where bilinear interpolation gives stair-stepped edges. This is a Catmull-Rom spline,
+    clamped to the four nearest texels so that bright texels get no dark ring.
     """
     x = uv[0] * float(dome.width) - 0.5
     y = uv[1] * float(dome.height) - 0.5
@@ -122,7 +122,7 @@ def environment_background(dome: Dome, uv: wp.vec2):
 
 @wp.func
 def catmull_rom(distance: float):
-    """Weight of a texel at a distance [texels]; 1 at its center, 0 at all others'."""
+    """Return the weight of a texel at a distance [texels]."""
     d = wp.abs(distance)
     near = (1.5 * d - 2.5) * d * d + 1.0
     far = ((-0.5 * d + 2.5) * d - 4.0) * d + 2.0

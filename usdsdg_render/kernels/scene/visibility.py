@@ -1,4 +1,4 @@
-"""Rays against the scene with opacity: what they meet first, and whether something stands between two points."""
+"""Ray queries with opacity: closest hit, and visibility between two points."""
 
 import warp as wp
 
@@ -8,14 +8,14 @@ from usdsdg_render.kernels.scene.texture import channel, lookup
 from usdsdg_render.scene.structs import CLEAR_PANE, Hit, Instance, Material, SceneTables, Triangle
 
 FAR_AWAY = wp.constant(1.0e30)
-# Rays stop looking through transparent layers after so many, and take the next one as opaque.
+# Maximum number of transparent layers along a ray; the next one counts as opaque.
 MAX_LAYERS = wp.constant(64)
-# What decides at a surface that is neither opaque nor a cut-out.
+# Modes for surfaces that are neither opaque nor cut-outs.
 BY_THRESHOLD = wp.constant(0)
 BY_CHANCE = wp.constant(1)
-# By chance too, but glass is there: it mirrors or bends what meets it.
+# Stochastic too, but glass counts as a hit: it reflects or refracts the path.
 REFRACTING = wp.constant(2)
-# As by threshold, but labels look through glass.
+# As BY_THRESHOLD, but labels see through glass.
 BEHIND_GLASS = wp.constant(3)
 
 
@@ -40,7 +40,7 @@ def opacity_at(tables: SceneTables, material: Material, uv: wp.vec2):
 
 @wp.func
 def clearness(material: Material):
-    """Share of light that goes straight through glass, where it is not bent: past both of its faces' reflections."""
+    """Fraction of light that passes glass straight, without refraction, after the reflections of its faces."""
     share = material.transmission * (1.0 - material.specular[0])
     if material.thin == CLEAR_PANE:
         return share
@@ -49,7 +49,7 @@ def clearness(material: Material):
 
 @wp.func
 def opacity_of_hit(tables: SceneTables, hit: Hit, mode: int):
-    """Chance that a hit is there: 0 or 1 at cut-outs and, in modes BY_THRESHOLD and BEHIND_GLASS, everywhere."""
+    """Probability that a hit counts: 0 or 1 at cut-outs, and everywhere in modes BY_THRESHOLD and BEHIND_GLASS."""
     instance = tables.tlas.instances[hit.instance]
     if instance.cutout == 0:
         return 1.0
@@ -64,8 +64,8 @@ def opacity_of_hit(tables: SceneTables, hit: Hit, mode: int):
     if mode == BEHIND_GLASS and material.transmission > 0.5:
         return 0.0
     if threshold <= 0.0:
-        # Glass is there for labels however clear it is, unless they look through it; a leaf's alpha is there where it
-        # is more than half.
+        # For labels glass counts as a hit however clear it is, unless they see through it; textured opacity (a leaf)
+        # counts above one half.
         if material.opacity_texture >= 0 or mode == BEHIND_GLASS:
             threshold = 0.5
         else:
@@ -85,9 +85,9 @@ def closest(
     mode: int,
     number: float,
 ):
-    """The first surface along the ray with tmin < t < tmax, looking through what is transparent.
+    """Return the closest hit with tmin < t < tmax, skipping transparent surfaces.
 
-    A number in [0, 1) decides, layer by layer, whether a half-transparent surface is there.
+    A random number in [0, 1) decides layer by layer whether a semi-transparent surface counts.
     """
     hit = Hit()
     t = tmin
@@ -98,7 +98,7 @@ def closest(
         opacity = opacity_of_hit(tables, hit, mode)
         if number < opacity:
             break
-        # What is left of the number is uniform again.
+        # The rescaled number is uniform again.
         number = (number - opacity) / (1.0 - opacity)
         t = hit.t
     return hit
@@ -108,7 +108,7 @@ def closest(
 def meets_cutout(
     tables: SceneTables, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float, instance: int, mode: int
 ):
-    """Whether `closest` by labels would meet anything if the scene held one instance alone."""
+    """Whether `closest` for labels would hit anything if the scene held this instance alone."""
     t = tmin
     for _layer in range(MAX_LAYERS):
         hit = unpack(wide_closest_in_instance(tables.tlas, origin, direction, t, tmax, instance))
@@ -122,7 +122,7 @@ def meets_cutout(
 
 @wp.func
 def transmitted(tables: SceneTables, origin: wp.vec3, direction: wp.vec3, tmax: float):
-    """Share of light that comes through along a shadow ray, 0 to 1."""
+    """Return the visibility along a shadow ray, 0 to 1, with opacity."""
     if tables.cutouts == 0:
         if wide_occluded(tables.tlas, origin, direction, 0.0, tmax)[3] >= 0:
             return 0.0
