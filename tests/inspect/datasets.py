@@ -18,13 +18,13 @@ DOPE_ORDER = ["LUF", "RUF", "RDF", "LDF", "LUB", "RUB", "RDB", "LDB", "Center"]
 VIEW = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [-1, -2, -5, 1]]
 
 
-def keypoints_in_camera(centre, size, order=ORDER) -> list[list[float]]:
+def keypoints_in_camera(center, size, order=ORDER) -> list[list[float]]:
     """An upright box whose middle lies at `center` in the camera's frame."""
     half = np.array(size) / 2.0
-    corners = {"Center": np.array(centre, float)}
+    corners = {"Center": np.array(center, float)}
     for x, y, z in itertools.product("LR", "DU", "BF"):
         sides = np.array(["LR".index(x), "DU".index(y), "BF".index(z)]) * 2.0 - 1.0
-        corners[x + y + z] = np.array(centre) + sides * half
+        corners[x + y + z] = np.array(center) + sides * half
     return [corners[name].tolist() for name in order]
 
 
@@ -47,15 +47,15 @@ def camera_data(style: str | None) -> dict:
     return camera
 
 
-def pose_object(style, label, centre, size, visibility=1.0, location=None) -> dict:
+def pose_object(style, label, center, size, visibility=1.0, location=None) -> dict:
     order = DOPE_ORDER if style == "dope" else ORDER
-    points = keypoints_in_camera(centre, size, order)
+    points = keypoints_in_camera(center, size, order)
     pixels = [[round(u), round(v)] for u, v in map(pixel, points)]
     values = {"class" if style == "dope" else "label": label, "prim_path": f"/World/{label}", "visibility": visibility}
     if style is None:
         values |= {"size": size, "cuboid_keypoints_camera_frame": points, "cuboid_keypoints_projected": pixels}
     else:
-        values |= {"location": location or centre, "quaternion_xyzw": [0, 0, 0, 1], "projected_cuboid": pixels}
+        values |= {"location": location or center, "quaternion_xyzw": [0, 0, 0, 1], "projected_cuboid": pixels}
     if style == "centerpose":
         values |= {"scale": size, "keypoints_3d": points}
     return values | {"truncation_ratio": 0.0}

@@ -90,8 +90,8 @@ def test_boxes_in_space_turn_with_their_prim(tmp_path):
     folder.boxes("bounding_box_3d", 0, [box_row(quarter, (0, -0.1, -0.1), (0.4, 0.1, 0.1))])
     seen = page(tmp_path).frame("0000")["objects"][0]
     # Local +x is world +y, which is up in the picture; the box begins at the prim's origin.
-    centre, towards_x = seen["axes"][0], seen["axes"][1]
-    assert centre == pytest.approx(pixel((0.0, 0.2, -2.0)), abs=0.06)
+    center, towards_x = seen["axes"][0], seen["axes"][1]
+    assert center == pytest.approx(pixel((0.0, 0.2, -2.0)), abs=0.06)
     assert towards_x == pytest.approx(pixel((0.0, 0.4, -2.0)), abs=0.06)
     assert seen["distance"] == pytest.approx(0.01 * np.hypot(0.2, 2.0), abs=1e-3)
 

@@ -35,8 +35,8 @@ def test_every_format_shows_the_cuboid_where_the_camera_sees_it(tmp_path, style)
 def test_axes_point_to_the_middles_of_the_faces(tmp_path, style):
     write_pose(tmp_path, 0, [pose_object(style, "mug", *MUG)], style)
     axes = np.array(page(tmp_path).frame("000000")["objects"][0]["axes"])
-    centre, size = np.array(MUG[0]), np.array(MUG[1])
-    ends = [centre, *(centre + np.eye(3)[axis] * size[axis] / 2 for axis in range(3))]
+    center, size = np.array(MUG[0]), np.array(MUG[1])
+    ends = [center, *(center + np.eye(3)[axis] * size[axis] / 2 for axis in range(3))]
     assert axes == pytest.approx(np.array([pixel(end) for end in ends]), abs=1.0 if style == "dope" else 0.06)
 
 
@@ -133,7 +133,7 @@ def test_problems_are_listed(tmp_path):
     assert told["gap in the numbers"] == ["1 frame numbers between the first and the last have no files: 4"]
     assert told["unreadable picture"][0].startswith("000005.png: ")
     assert told["empty frame"] == ["000007: no object in view"]
-    assert made.frame("000001")["labelled"] is False
+    assert made.frame("000001")["labeled"] is False
     assert made.frame("000005")["picture"] is None
     # The rest of a broken dataset is still shown.
     assert len(made.frame("000000")["objects"]) == 1

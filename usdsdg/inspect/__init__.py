@@ -1,4 +1,4 @@
-"""One self-contained HTML page over a dataset: pictures with their labels drawn in, counts, histograms, problems."""
+"""One self-contained HTML page about a dataset: images with their labels drawn, counts, histograms, problems."""
 
 from usdsdg.inspect.report import inspect
 

@@ -1,4 +1,4 @@
-"""A folder to a dataset: which writers made it, what they wrote, what looks wrong."""
+"""Reading of a dataset folder: which writers made it, what they wrote, what looks wrong."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from usdsdg.inspect.records import Dataset, Problem
 
 
 def read_dataset(folder: Path) -> Dataset:
-    """Everything that PoseWriter and BasicWriter left below a folder.
+    """Read everything that PoseWriter and BasicWriter wrote below a folder.
 
     Raises:
-        DatasetError: the folder is missing or nothing in it is recognized; says what was looked for.
+        DatasetError: the folder is missing, or nothing in it is recognized; lists what was looked for.
     """
     if not folder.is_dir():
         what = "is a file" if folder.exists() else "does not exist"
@@ -42,12 +42,12 @@ def _nothing_found(folder: Path, files: list[Path]) -> str:
 
 
 def _metadata(dataset: Dataset, files: list[Path]) -> dict:
-    """What metadata.txt says of writer, version and seed."""
+    """Return the content of metadata.txt: writer, version and seed."""
     for path in files:
         if path.name == "metadata.txt":
             try:
                 text = (dataset.folder / path).read_text(encoding="utf-8")
-                # NaN is no JSON, so it must not reach the page.
+                # NaN is not valid JSON, so it must not reach the page.
                 values = json.loads(text, parse_constant=lambda constant: None)
             except (OSError, ValueError):
                 dataset.problems.append(Problem("unreadable file", f"{path}: not valid JSON"))
@@ -59,7 +59,7 @@ def _metadata(dataset: Dataset, files: list[Path]) -> dict:
 def _check_frames(dataset: Dataset) -> None:
     by_view: dict[str, list[int]] = {}
     for frame in dataset.frames:
-        if frame.labelled and not frame.objects:
+        if frame.labeled and not frame.objects:
             dataset.problems.append(Problem("empty frame", f"{frame.name}: no object in view", frame.name))
         if frame.number.isdigit():
             by_view.setdefault(frame.view, []).append(int(frame.number))

@@ -1,32 +1,33 @@
-"""Which pictures go into the page and how large, so that the page stays loadable."""
+"""Selection and size of the images on the page, so that the page stays loadable."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
-from usdsdg.inspect import pictures
-from usdsdg.inspect.pictures import Encoded
+from usdsdg.inspect import image_encoding
+from usdsdg.inspect.image_encoding import Encoded
 from usdsdg.inspect.read_basic import DEPTHS
 from usdsdg.inspect.records import Dataset, Frame, Problem
 
 Progress = Callable[[str, int, int | None], None]
 
-# Longest side in pixels, tried from the largest.
+# Longest side in pixels; the largest that fits is used.
 SIZES = (960, 720, 540, 400)
 BUDGET = 42_000_000
-# Frames that are tried to learn how large their pictures get.
+# Frames that are encoded to estimate the size of all.
 PROBES = 4
 BROKEN = (OSError, ValueError, SyntaxError, EOFError)
 
 
 @dataclass
 class Shown:
-    """A frame with its pictures for the page; `size` is the original's (width, height), if any picture tells it."""
+    """A frame with its encoded images; `size` is the original (width, height), if any image is readable."""
 
     frame: Frame
     size: tuple[int, int] | None = None
@@ -36,28 +37,28 @@ class Shown:
 
     @property
     def bytes(self) -> int:
-        """Size in the page, where three bytes take four characters."""
+        """Size in the page: base64 encodes three bytes as four characters."""
         parts = [*self.layers.values(), *([self.picture] if self.picture else [])]
         return sum(len(part.data) for part in parts) * 4 // 3
 
 
 @dataclass(frozen=True)
 class Embedding:
-    """The frames on the page, in order, and what to say about those that are not or are smaller."""
+    """The frames on the page, in order, and a note about omitted or downscaled ones."""
 
     shown: list[Shown]
     note: str | None
 
 
 def embed(dataset: Dataset, *, budget: int = BUDGET, progress: Progress | None = None) -> Embedding:
-    """Encode the pictures of all frames, or of as many as `budget` bytes hold, at the largest size that fits.
+    """Encode the images of all frames, or of as many as fit into `budget` bytes, at the largest size that fits.
 
-    Problems with pictures are added to the dataset.
+    Problems with images are added to the dataset.
     """
     frames = dataset.frames
     longest, per_frame = _largest_size(dataset, budget)
-    room = max(1, int(budget / max(per_frame, 1)))
-    chosen = frames if len(frames) <= room else _spread(dataset, room)
+    capacity = max(1, int(budget / max(per_frame, 1)))
+    chosen = frames if len(frames) <= capacity else _evenly_chosen(dataset, capacity)
     with ThreadPoolExecutor(max_workers=4) as pool:
         shown = []
         for made in pool.map(lambda frame: _encode(dataset, frame, longest), chosen):
@@ -72,23 +73,23 @@ def embed(dataset: Dataset, *, budget: int = BUDGET, progress: Progress | None =
 
 
 def _largest_size(dataset: Dataset, budget: int) -> tuple[int, float]:
-    """The size to encode at, and bytes per frame at that size."""
+    """Return the size to encode at, and the bytes per frame at that size."""
     probes = [dataset.frames[i] for i in np.unique(np.linspace(0, len(dataset.frames) - 1, PROBES).astype(int))]
     mean = 0.0
     for longest in SIZES:
         mean = sum(_encode(dataset, frame, longest).bytes for frame in probes) / len(probes)
-        # Some slack, as the other frames may be richer than the probes.
+        # With a margin, since other frames may compress less well than the probes.
         if 1.15 * mean * len(dataset.frames) <= budget:
             return longest, mean
     return SIZES[-1], 1.15 * mean
 
 
-def _spread(dataset: Dataset, room: int) -> list[Frame]:
-    """Frames at even distances, and within the same number those that have problems."""
+def _evenly_chosen(dataset: Dataset, capacity: int) -> list[Frame]:
+    """Choose `capacity` frames: up to a quarter with problems, the others evenly spaced."""
     frames = dataset.frames
     odd = {problem.frame for problem in dataset.problems if problem.kind != "empty frame"}
-    wanted = [frame for frame in frames if frame.name in odd][: max(1, room // 4)]
-    step = np.linspace(0, len(frames) - 1, max(1, room - len(wanted))).astype(int)
+    wanted = [frame for frame in frames if frame.name in odd][: max(1, capacity // 4)]
+    step = np.linspace(0, len(frames) - 1, max(1, capacity - len(wanted))).astype(int)
     chosen = {id(frame) for frame in [*wanted, *(frames[i] for i in step)]}
     return [frame for frame in frames if id(frame) in chosen]
 
@@ -97,7 +98,7 @@ def _encode(dataset: Dataset, frame: Frame, longest: int) -> Shown:
     shown = Shown(frame)
     if frame.picture is not None:
         try:
-            shown.picture, shown.size = pictures.photograph(dataset.folder / frame.picture, longest)
+            shown.picture, shown.size = image_encoding.photograph(dataset.folder / frame.picture, longest)
         except BROKEN as error:
             shown.problems.append(Problem("unreadable picture", f"{frame.picture}: {error}", frame.name))
     for kind, path in frame.layers.items():
@@ -114,20 +115,20 @@ def _encode(dataset: Dataset, frame: Frame, longest: int) -> Shown:
     return shown
 
 
-def _layer(dataset: Dataset, kind: str, path, longest: int) -> tuple[Encoded, tuple[int, int]]:
+def _layer(dataset: Dataset, kind: str, path: Path, longest: int) -> tuple[Encoded, tuple[int, int]]:
     file = dataset.folder / path
     if kind in DEPTHS:
         values = np.load(file, allow_pickle=False)
-        return pictures.depth(values, longest), (values.shape[1], values.shape[0])
+        return image_encoding.depth(values, longest), (values.shape[1], values.shape[0])
     if kind == "normals":
-        return pictures.photograph(file, longest)
+        return image_encoding.photograph(file, longest)
     with Image.open(file) as opened:
         size = opened.size
-    return pictures.mask(file, longest), size
+    return image_encoding.mask(file, longest), size
 
 
 def _check_unshown(dataset: Dataset, shown: set[int]) -> None:
-    """At least the head of every picture that is not shown must be readable."""
+    """Check that at least the header of every omitted image is readable."""
     for frame in dataset.frames:
         if id(frame) in shown or frame.picture is None:
             continue
@@ -139,7 +140,7 @@ def _check_unshown(dataset: Dataset, shown: set[int]) -> None:
 
 
 def _check_sizes(dataset: Dataset, shown: Sequence[Shown]) -> None:
-    """Within a view all pictures have one size, and boxes lie inside them."""
+    """Check that all images of a view have the same size and contain their boxes."""
     usual: dict[str, tuple[int, int]] = {}
     for each in shown:
         if each.size is None:
@@ -156,7 +157,7 @@ def _check_sizes(dataset: Dataset, shown: Sequence[Shown]) -> None:
 
 
 def _note(frames: int, shown: Sequence[Shown], longest: int) -> str | None:
-    """What was left out to keep the page small; None where nothing was."""
+    """Describe what was omitted or downscaled to keep the page small; None if nothing was."""
     smaller = any(each.size and max(each.size) > longest for each in shown)
     parts = []
     if len(shown) < frames:

@@ -1,4 +1,4 @@
-"""Files below a folder, and reading them without stopping at the first broken one."""
+"""Listing of the files of a dataset, and reading that reports broken files as problems."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ UNREADABLE = "unreadable file"
 
 
 def files_below(folder: Path) -> Iterator[Path]:
-    """Paths relative to `folder`, sorted within each folder; hidden ones and very deep ones are left out."""
+    """Yield paths relative to `folder`, sorted within each folder, without hidden and very deep ones."""
     for where, folders, names in os.walk(folder):
         inside = Path(where).relative_to(folder)
         folders[:] = sorted(name for name in folders if not name.startswith("."))
@@ -27,7 +27,7 @@ def files_below(folder: Path) -> Iterator[Path]:
 
 
 def read_json(dataset: Dataset, path: Path, frame: str | None = None) -> Any | None:
-    """The values of a JSON file below the dataset; None, and a problem noted, where it is broken."""
+    """Return the values of a JSON file of the dataset; None if it is broken, which is added to the problems."""
     try:
         return json.loads((dataset.folder / path).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
@@ -36,7 +36,7 @@ def read_json(dataset: Dataset, path: Path, frame: str | None = None) -> Any | N
 
 
 def read_array(dataset: Dataset, path: Path, frame: str | None = None) -> np.ndarray | None:
-    """The array of a .npy file below the dataset; None, and a problem noted, where it is broken."""
+    """Return the array of a .npy file of the dataset; None if it is broken, which is added to the problems."""
     try:
         return np.load(dataset.folder / path, allow_pickle=False)
     except (OSError, ValueError, EOFError) as error:

@@ -1,4 +1,4 @@
-"""Folders of BasicWriter: one file per annotator and frame, flat or in a folder per render product."""
+"""Reader of BasicWriter's folders: files per annotator and frame, flat or in a folder per render product."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from usdsdg.errors import AssetError, Unsupported
 from usdsdg.inspect import cuboids
-from usdsdg.inspect.cuboids import Curved, Pinhole
+from usdsdg.inspect.cuboids import CurvedCamera, PinholeCamera
 from usdsdg.inspect.listing import UNREADABLE, read_array, read_json
 from usdsdg.inspect.records import CORNERS, Dataset, Frame, Problem, SeenObject
 from usdsdg.stage.cameras.lenses import CURVED
@@ -28,7 +28,7 @@ OTHERS = ("motion_vectors", "occlusion", "skeleton", r"pointcloud(?:_(?:rgb|norm
 SHOWN = ("rgb", "camera_params", *PICTURES, *DEPTHS, *BOXES)
 
 _KINDS = "|".join((*SHOWN, *OTHERS))
-# The shortest prefix that works is taken: `pointcloud_rgb` is a kind, not a view with the kind `rgb`.
+# The prefix is matched lazily: `pointcloud_rgb` is a kind, not a view with the kind `rgb`.
 _FILE = re.compile(
     rf"^(?:(?P<view>.+?)_)??(?P<kind>{_KINDS})(?:_(?P<table>labels|mapping|semantics_mapping|prim_paths))?"
     r"_(?P<number>(?:\d+_)?\d+)\.(?P<ending>png|jpe?g|npy|json)$",
@@ -36,12 +36,12 @@ _FILE = re.compile(
 )
 
 Parts = dict[str, Path]
-# Camera, meters per unit and picture size.
-Seen = tuple[Pinhole | Curved, float, tuple[int, int]]
+# Camera, meters per unit and image size.
+Seen = tuple[PinholeCamera | CurvedCamera, float, tuple[int, int]]
 
 
 def read(dataset: Dataset, files: list[Path]) -> list[Path]:
-    """Add BasicWriter's frames among `files` to the dataset; returns the files that are theirs."""
+    """Add BasicWriter's frames among `files` to the dataset; return their files."""
     found: dict[tuple[str, str], Parts] = {}
     mine = []
     for path in files:
@@ -59,8 +59,8 @@ def read(dataset: Dataset, files: list[Path]) -> list[Path]:
 
 
 def _view(path: Path, match: re.Match[str]) -> str:
-    """The render product: what stands before the annotator, in the file's name or its folders."""
-    # pointcloud_rgb lies in a folder pointcloud.
+    """Return the render product: the part before the annotator in the file name or in its folders."""
+    # pointcloud_rgb is in the folder pointcloud.
     own = (match["kind"], match["kind"].split("_")[0])
     folders = [part for part in path.parent.parts if part not in own]
     return "/".join([*folders, *([match["view"]] if match["view"] else [])])
@@ -94,7 +94,7 @@ def _read_frame(dataset: Dataset, view: str, number: str, parts: Parts) -> None:
 
 
 def _objects(dataset: Dataset, frame: Frame, parts: Parts) -> dict[str, SeenObject]:
-    """Objects by prim path, put together from all kinds of boxes."""
+    """Return objects by prim path, merged from all kinds of boxes."""
     objects: dict[str, SeenObject] = {}
     for kind in BOXES:
         if f"{kind}/npy" not in parts:
@@ -104,7 +104,7 @@ def _objects(dataset: Dataset, frame: Frame, parts: Parts) -> dict[str, SeenObje
         prims = _table(dataset, frame, parts, f"{kind}/prim_paths/json") or []
         if rows is None or labels is None:
             continue
-        frame.labelled = True
+        frame.labeled = True
         camera = _camera(dataset, frame, parts) if kind == "bounding_box_3d" else None
         for index, row in enumerate(rows):
             prim = str(prims[index]) if index < len(prims) else f"{kind}[{index}]"
@@ -124,7 +124,7 @@ def _table(dataset: Dataset, frame: Frame, parts: Parts, part: str) -> Any | Non
 
 
 def _label(dataset: Dataset, frame: Frame, labels: Mapping[str, Any], row: np.void) -> str:
-    """The class of a row, or all its labels where it has no class."""
+    """Return the class of a row, or all its labels if it has no class."""
     known = labels.get(str(int(row["semanticId"])))
     if known is None:
         text = f"{frame.name}: a box has id {int(row['semanticId'])}, which the labels file does not know"
@@ -137,14 +137,14 @@ def _label(dataset: Dataset, frame: Frame, labels: Mapping[str, Any], row: np.vo
 
 def _add_box(seen: SeenObject, kind: str, row: np.void, camera: Seen | None) -> None:
     occlusion = float(row["occlusionRatio"])
-    # -1 stands for unknown, nan for out of view.
+    # -1 means unknown, nan out of view.
     if 0.0 <= occlusion <= 1.0:
         seen.visibility = 1.0 - occlusion
     if kind == "bounding_box_3d":
         if camera is not None:
             _add_cuboid(seen, row, *camera)
         return
-    # Pixel numbers are inclusive.
+    # Pixel bounds are inclusive.
     box = (float(row["x_min"]), float(row["y_min"]), float(row["x_max"]) + 1.0, float(row["y_max"]) + 1.0)
     if kind.endswith("tight"):
         seen.box = box
@@ -152,13 +152,15 @@ def _add_box(seen: SeenObject, kind: str, row: np.void, camera: Seen | None) -> 
         seen.loose = box
 
 
-def _add_cuboid(seen: SeenObject, row: np.void, camera: Pinhole | Curved, meters: float, size: tuple[int, int]) -> None:
+def _add_cuboid(
+    seen: SeenObject, row: np.void, camera: PinholeCamera | CurvedCamera, meters: float, size: tuple[int, int]
+) -> None:
     low, high = (np.array([row[f"{axis}_{end}"] for axis in "xyz"], float) for end in ("min", "max"))
     corners = [[(low if name[axis] in "LDB" else high)[axis] for axis in range(3)] for name in CORNERS]
     local = np.array([(low + high) / 2.0, *corners])
     transform = np.asarray(row["transform"], dtype=float)
     points = camera.to_camera(local @ transform[:3, :3] + transform[3, :3])
-    made = cuboids.drawn(points, camera)
+    made = cuboids.project_cuboid(points, camera)
     seen.cuboid, seen.edges, seen.axes = made.cuboid, made.edges, made.axes
     seen.distance = float(np.linalg.norm(points[0])) * meters
     drawn = seen.cuboid if seen.cuboid is not None else seen.edges
@@ -167,7 +169,7 @@ def _add_cuboid(seen: SeenObject, row: np.void, camera: Pinhole | Curved, meters
 
 
 def _camera(dataset: Dataset, frame: Frame, parts: Parts) -> Seen | None:
-    """Camera, meters per unit and picture size; None where boxes in space cannot be drawn."""
+    """Return camera, meters per unit and image size; None if 3D boxes cannot be drawn."""
     if "camera_params/json" not in parts:
         _note(dataset, "Boxes in space are not drawn where camera_params is missing: write it along with them.")
         return None
@@ -185,14 +187,14 @@ def _camera(dataset: Dataset, frame: Frame, parts: Parts) -> Seen | None:
             _note(dataset, f"Boxes in space are not drawn where the texture of the lens is not there: {problem}")
             return None
         if lens is not None:
-            return Curved(lens, view), meters, (width, height)
+            return CurvedCamera(lens, view), meters, (width, height)
     if model != "pinhole":
         _note(dataset, f"Boxes in space are not drawn for the camera model {model}.")
         return None
     projection = np.reshape(np.array(values["cameraProjection"], float), (4, 4))
-    centre = ((1.0 - projection[2, 0]) * width / 2.0, (1.0 + projection[2, 1]) * height / 2.0)
+    center = ((1.0 - projection[2, 0]) * width / 2.0, (1.0 + projection[2, 1]) * height / 2.0)
     focal = width * float(values["cameraFocalLength"]) / float(values["cameraAperture"][0])
-    return Pinhole(focal, centre, view), meters, (width, height)
+    return PinholeCamera(focal, center, view), meters, (width, height)
 
 
 def _note(dataset: Dataset, text: str) -> None:
@@ -201,8 +203,8 @@ def _note(dataset: Dataset, text: str) -> None:
 
 
 def _check_complete(dataset: Dataset, found: Mapping[tuple[str, str], Parts]) -> None:
-    """Every frame of a view should have the same kinds of files as the others of that view."""
-    told = set(dataset.problems)
+    """Check that every frame of a view has the files that most frames of that view have."""
+    known = set(dataset.problems)
     for view in {view for view, _ in found}:
         frames = {number: parts for (other, number), parts in found.items() if other == view}
         counts = Counter(part for parts in frames.values() for part in parts)
@@ -213,5 +215,5 @@ def _check_complete(dataset: Dataset, found: Mapping[tuple[str, str], Parts]) ->
                 kind = "picture missing" if part.startswith("rgb/") else "missing file"
                 file = "_".join([*part.split("/")[:-1], number]) + "." + part.split("/")[-1]
                 problem = Problem(kind, f"{name}: {file} is missing", name)
-                if problem not in told:
+                if problem not in known:
                     dataset.problems.append(problem)

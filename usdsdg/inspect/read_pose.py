@@ -1,4 +1,4 @@
-"""Folders of PoseWriter: NNNNNN.png with NNNNNN.json, in its three formats."""
+"""Reader of PoseWriter's folders: NNNNNN.png with NNNNNN.json, in its three formats."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from typing import Any
 import numpy as np
 
 from usdsdg.inspect import cuboids
-from usdsdg.inspect.cuboids import Pinhole
+from usdsdg.inspect.cuboids import PinholeCamera
 from usdsdg.inspect.listing import UNREADABLE, read_json
 from usdsdg.inspect.records import KEYPOINTS, Dataset, Frame, Problem, SeenObject
 
 LOOKED_FOR = "PoseWriter's NNNNNN.png with NNNNNN.json"
 _FILE = re.compile(r"^(?P<number>\d+)(?P<overlay>_overlay)?\.(?P<kind>png|jpe?g|json)$", re.IGNORECASE)
 
-# Per format the keypoints in the camera's frame and in the picture.
+# Per format the keys of the keypoints in the camera's frame and in the image.
 _POINTS = {
     "default": ("cuboid_keypoints_camera_frame", "cuboid_keypoints_projected"),
     "centerpose": ("keypoints_3d", "projected_cuboid"),
 }
-# `location` of an object is usable where it projects to within this many pixels of the cuboid's middle.
+# `location` of an object is used if it projects to within this many pixels of the cuboid's center.
 _NEAR_ENOUGH = 2.5
 DOPE_NOTE = (
     "The files of this format tell no usable distance: `location` follows Replicator's order of matrices, so it does "
@@ -31,7 +31,7 @@ DOPE_NOTE = (
 
 
 def read(dataset: Dataset, files: list[Path]) -> list[Path]:
-    """Add PoseWriter's frames among `files` to the dataset; returns the files that are theirs."""
+    """Add PoseWriter's frames among `files` to the dataset; return their files."""
     found: dict[tuple[str, str], dict[str, Path]] = {}
     for path in files:
         match = _FILE.match(path.name)
@@ -55,7 +55,7 @@ def _view(path: Path) -> str:
 
 
 def _read_frame(dataset: Dataset, view: str, number: str, parts: dict[str, Path]) -> str | None:
-    """Add one frame; returns the name of its format."""
+    """Add one frame; return the name of its format."""
     frame = Frame(view, number, parts.get("picture"))
     dataset.frames.append(frame)
     if "picture" not in parts:
@@ -70,7 +70,7 @@ def _read_frame(dataset: Dataset, view: str, number: str, parts: dict[str, Path]
         return None
     try:
         frame.objects = [_object(each, values) for each in values["objects"]]
-        frame.labelled = True
+        frame.labeled = True
         return _format(values)
     except (KeyError, TypeError, ValueError, IndexError) as error:
         said = f"key {error} is missing" if isinstance(error, KeyError) else str(error)
@@ -87,7 +87,7 @@ def _format(values: Mapping[str, Any]) -> str:
 
 def _object(values: Mapping[str, Any], file: Mapping[str, Any]) -> SeenObject:
     camera = _camera(file["camera_data"])
-    place = [file["keypoint_order"].index(name) for name in KEYPOINTS]
+    order = [file["keypoint_order"].index(name) for name in KEYPOINTS]
     seen = SeenObject(
         label=str(values.get("label", values.get("class"))),
         prim_path=str(values.get("prim_path", "")),
@@ -96,14 +96,14 @@ def _object(values: Mapping[str, Any], file: Mapping[str, Any]) -> SeenObject:
     )
     keys = _POINTS.get(_format(file))
     if keys is not None:
-        points, pixels = (np.array(values[key], dtype=float)[place] for key in keys)
-        made = cuboids.drawn(points, camera)
+        points, pixels = (np.array(values[key], dtype=float)[order] for key in keys)
+        made = cuboids.project_cuboid(points, camera)
         if not _is_pinhole(points, pixels, camera):
-            made = cuboids.Drawn(pixels, None, cuboids.axes_of(pixels))
+            made = cuboids.ProjectedCuboid(pixels, None, cuboids.axes_of(pixels))
         seen.cuboid, seen.edges, seen.axes = made.cuboid, made.edges, made.axes
         seen.distance = float(np.linalg.norm(points[0])) * float(file["camera_data"].get("meters_per_scene_unit", 1.0))
     else:
-        seen.cuboid = np.array(values["projected_cuboid"], dtype=float)[place]
+        seen.cuboid = np.array(values["projected_cuboid"], dtype=float)[order]
         seen.axes = cuboids.axes_of(seen.cuboid)
         seen.distance = _distance(np.array(values["location"], dtype=float), seen.cuboid[0], camera)
     drawn = seen.cuboid if seen.cuboid is not None else seen.edges
@@ -112,17 +112,17 @@ def _object(values: Mapping[str, Any], file: Mapping[str, Any]) -> SeenObject:
     return seen
 
 
-def _is_pinhole(points: np.ndarray, pixels: np.ndarray, camera: Pinhole) -> bool:
-    """Whether keypoints lie in the picture where the file's intrinsics put them; a fisheye's, as files tell only those
-    of a pinhole, lie elsewhere.
+def _is_pinhole(points: np.ndarray, pixels: np.ndarray, camera: PinholeCamera) -> bool:
+    """Return whether the file's intrinsics project keypoints to their pixels: for a fisheye, whose files have the
+    intrinsics of a pinhole, they do not.
     """
     ahead = points[:, 2] < -cuboids.NEAR
     return bool(np.abs(camera.project(points[ahead]) - pixels[ahead]).max(initial=0.0) <= _NEAR_ENOUGH)
 
 
-def _camera(camera: Mapping[str, Any]) -> Pinhole:
+def _camera(camera: Mapping[str, Any]) -> PinholeCamera:
     intrinsics = camera["intrinsics"]
-    return Pinhole(
+    return PinholeCamera(
         float(intrinsics["fx"]),
         (float(intrinsics["cx"]), float(intrinsics["cy"])),
         np.array(camera["camera_view_matrix"], dtype=float),
@@ -134,7 +134,7 @@ def _size(camera: Mapping[str, Any]) -> tuple[int, int] | None:
         return (int(camera["resolution"][0]), int(camera["resolution"][1]))
     if "width" in camera:
         return (int(camera["width"]), int(camera["height"]))
-    # The optical axis meets the middle of the picture unless the aperture is shifted.
+    # The principal point is the image center unless the aperture has an offset.
     return (round(2 * camera["intrinsics"]["cx"]), round(2 * camera["intrinsics"]["cy"]))
 
 
@@ -142,15 +142,15 @@ def _number(value: Any) -> float | None:
     return None if value is None else float(value)
 
 
-def _distance(location: np.ndarray, middle: np.ndarray, camera: Pinhole) -> float | None:
-    """Meters, where a DOPE file's `location` is one in the camera's frame."""
+def _distance(location: np.ndarray, middle: np.ndarray, camera: PinholeCamera) -> float | None:
+    """Return the distance [m] if a DOPE file's `location` is in the camera's frame, else None."""
     if location[2] > -cuboids.NEAR or np.abs(camera.project(location) - middle).max() > _NEAR_ENOUGH:
         return None
     return float(np.linalg.norm(location))
 
 
 def _check_distances(dataset: Dataset) -> None:
-    """A few matches by chance are no distances: take all or none, and say which."""
+    """Discard distances if only a few locations match, which is by chance, and add a note."""
     objects = [seen for frame in dataset.frames for seen in frame.objects if seen.cuboid is not None]
     known = [seen for seen in objects if seen.distance is not None]
     if known and len(known) > 0.8 * len(objects):

@@ -1,4 +1,4 @@
-"""What a reader takes from a dataset, whichever writer made it."""
+"""The content of a dataset, independent of the writer that made it."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-# Order of the cuboid's points everywhere in this package, and its edges as pairs of them; the first four edges
-# lie on the side where local x is smallest.
+# Order of a cuboid's points in this package, and its edges as pairs of indices; the first four edges are those of the
+# face with the smallest local x.
 CORNERS = ("LDB", "LDF", "LUB", "LUF", "RDB", "RDF", "RUB", "RUF")
 KEYPOINTS = ("Center", *CORNERS)
 EDGES = ((1, 2), (2, 4), (4, 3), (3, 1), (5, 6), (6, 8), (8, 7), (7, 5), (1, 5), (2, 6), (3, 7), (4, 8))
@@ -17,13 +17,13 @@ EDGES = ((1, 2), (2, 4), (4, 3), (3, 1), (5, 6), (6, 8), (8, 7), (7, 5), (1, 5),
 
 @dataclass
 class SeenObject:
-    """One object in one picture. Pixels are continuous: the middle of the first pixel is (0.5, 0.5).
+    """One object in one image. Pixel coordinates are continuous: the center of the first pixel is (0.5, 0.5).
 
     box, loose   (x_min, y_min, x_max, y_max) of the visible part, of the whole object
-    cuboid       (9, 2) pixels in the order of KEYPOINTS; None where the file tells none
-    edges        (n, 4) pixels of the parts in front of the camera, where the cuboid reaches behind it
-    axes         (4, 2) pixels: center, then the middles of the faces towards local +x, +y, +z
-    distance     meters from the camera; visibility and truncation are shares 0…1
+    cuboid       (9, 2) pixels in the order of KEYPOINTS; None if unknown
+    edges        (n, 4) pixels of the parts in front of the camera, if the cuboid extends behind it
+    axes         (4, 2) pixels: center, then the centers of the faces toward local +x, +y, +z
+    distance     meters from the camera; visibility and truncation are fractions 0…1
     """
 
     label: str
@@ -39,21 +39,21 @@ class SeenObject:
 
     @property
     def size(self) -> float | None:
-        """Side [px] of a square of the same area as the visible box, else the whole one."""
+        """Side [px] of a square with the area of the visible box, or else of the amodal one."""
         box = self.box or self.loose
         return None if box is None else float(np.sqrt(max(0.0, box[2] - box[0]) * max(0.0, box[3] - box[1])))
 
 
 @dataclass
 class Frame:
-    """One picture and what is known about it. `labeled` is False where no label file could be read."""
+    """One image with its labels. `labeled` is False if no label file could be read."""
 
     view: str
     number: str
     picture: Path | None = None
     layers: dict[str, Path] = field(default_factory=dict)
     objects: list[SeenObject] = field(default_factory=list)
-    labelled: bool = False
+    labeled: bool = False
 
     @property
     def name(self) -> str:
@@ -62,7 +62,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Problem:
-    """Something wrong or odd: `kind` groups, `text` names the file; `frame` is where to look."""
+    """Something wrong or odd: `kind` is the group, `text` names the file; `frame` is the frame to show."""
 
     kind: str
     text: str
@@ -71,7 +71,7 @@ class Problem:
 
 @dataclass
 class Dataset:
-    """Everything found below a folder. `unshown` counts files by kind that the page does not draw."""
+    """Everything found below a folder. `unshown` counts the files that the page does not draw, by kind."""
 
     folder: Path
     writers: list[str] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""A dataset to one HTML file: values as JSON, pictures as data, style and script inside."""
+"""Generation of the HTML page: values as JSON, images as data URIs, style and script inline."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from usdsdg.inspect.dataset import read_dataset
 from usdsdg.inspect.embedding import BUDGET, Embedding, Progress, Shown, embed
 from usdsdg.inspect.records import Dataset, SeenObject
 
-# Problems of one kind that are listed one by one; the rest is counted.
+# Number of problems of one kind that are listed; the rest is only counted.
 LISTED = 200
 
 
@@ -30,12 +30,12 @@ def inspect(
     budget: int = BUDGET,
     progress: Progress | None = None,
 ) -> Path:
-    """Write one HTML page about the dataset in `folder`; returns its path (default `folder`/inspect.html).
+    """Write one HTML page about the dataset in `folder`; return its path (default `folder`/inspect.html).
 
-    `budget` bounds the bytes of all pictures on the page; smaller or fewer ones are taken where they exceed it.
+    `budget` limits the bytes of all images on the page; beyond it images are downscaled or omitted.
 
     Raises:
-        DatasetError: the folder is missing, or holds no dataset that is known.
+        DatasetError: the folder is missing, or contains no known dataset.
         OutputNotWritable: the page cannot be written.
     """
     dataset = read_dataset(Path(folder))
@@ -46,7 +46,7 @@ def inspect(
 
 
 def page(dataset: Dataset, embedding: Embedding) -> str:
-    """The whole page as text."""
+    """Return the page as text."""
     template, *_ = parts = [_part(name) for name in ("page.html", "page.css", "charts.js", "viewer.js")]
     values, images = _values(dataset, embedding)
     # A label or path could hold "</script>".
@@ -65,7 +65,7 @@ def page(dataset: Dataset, embedding: Embedding) -> str:
 
 
 def _text(path: str | os.PathLike[str]) -> str:
-    """A path as text, also where the locale has no letters for it: Python then keeps bytes that cannot be encoded."""
+    """Decode a path as UTF-8, also if Python kept undecodable bytes of it because of the locale."""
     return os.fsencode(path).decode("utf-8", "replace")
 
 
@@ -74,7 +74,7 @@ def _part(name: str) -> str:
 
 
 def _values(dataset: Dataset, embedding: Embedding) -> tuple[dict[str, Any], list[str]]:
-    """The page's values, and the pictures that they number."""
+    """Return the page's values, and the images that these refer to by index."""
     classes = statistics.classes(dataset)
     names = [each["name"] for each in classes]
     images: list[str] = []
@@ -101,7 +101,7 @@ def _values(dataset: Dataset, embedding: Embedding) -> tuple[dict[str, Any], lis
 
 
 def _problems(dataset: Dataset) -> list[dict[str, Any]]:
-    """Grouped by kind: how many, and the first of them with their frames."""
+    """Return problems by kind: their number, and the first of them with their frames."""
     counts = Counter(problem.kind for problem in dataset.problems)
     return [
         {
@@ -128,13 +128,13 @@ def _frame(shown: Shown, views: list[str], names: list[str], images: list[str]) 
             kind: {"image": number(encoded.uri), "values": _rounded(encoded.values)}
             for kind, encoded in shown.layers.items()
         },
-        "labelled": frame.labelled,
+        "labeled": frame.labeled,
         "objects": [_object(seen, names) for seen in frame.objects],
     }
 
 
 def _object(seen: SeenObject, names: list[str]) -> dict[str, Any]:
-    """Without what is unknown; pixels to a tenth."""
+    """Return the known values of an object; pixels rounded to a tenth."""
     values = {
         "class": names.index(seen.label),
         "path": seen.prim_path or None,
@@ -152,14 +152,14 @@ def _object(seen: SeenObject, names: list[str]) -> dict[str, Any]:
 
 
 def _rounded(values: Any) -> Any:
-    """For JSON: pixels to a tenth, single numbers to a thousandth; None also where a number is not finite."""
+    """Round for JSON: arrays of pixels to a tenth, numbers to a thousandth; None if a value is not finite."""
     if values is None or not np.isfinite(values).all():
         return None
     return np.round(np.asarray(values, float), 3 if np.ndim(values) == 0 else 1).tolist()
 
 
 def _write(target: Path, text: str) -> None:
-    """Whole or not at all."""
+    """Write the file atomically."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         handle, draft = tempfile.mkstemp(prefix=f".{target.name}-", dir=target.parent)

@@ -11,7 +11,7 @@ from usdsdg.inspect.records import Dataset, Frame, SeenObject
 
 BINS = 24
 
-# Apart from each other also for most who see few colors; repeated where there are more classes.
+# Distinguishable also with most color vision deficiencies; reused cyclically for more classes.
 COLORS = (
     "#3b82f6", "#f59e0b", "#10b981", "#ef4444", "#a855f7", "#06b6d4", "#ec4899", "#84cc16", "#f97316", "#6366f1",
     "#14b8a6", "#eab308", "#d946ef", "#22c55e", "#0ea5e9", "#f43f5e",
@@ -19,7 +19,7 @@ COLORS = (
 
 
 def classes(dataset: Dataset) -> list[dict[str, Any]]:
-    """Name, color, number of objects and of pictures per class, the most frequent first."""
+    """Return name, color, and number of objects and images per class, the most frequent first."""
     objects: dict[str, int] = {}
     pictures: dict[str, int] = {}
     for frame in dataset.frames:
@@ -35,12 +35,12 @@ def classes(dataset: Dataset) -> list[dict[str, Any]]:
 
 
 def histograms(dataset: Dataset, names: Sequence[str]) -> list[dict[str, Any]]:
-    """One histogram per property that any object has: title, unit, bin edges, and counts per class."""
+    """Return a histogram per property that any object has: title, unit, bin edges, and counts per class."""
     properties: list[tuple[str, str, str, Callable[[SeenObject], float | None]]] = [
         ("size", "Object size", "px, side of a square of the same area", lambda seen: seen.size),
         ("distance", "Distance", "m from the camera", lambda seen: seen.distance),
-        ("visibility", "Visibility", "share not hidden by other things", lambda seen: seen.visibility),
-        ("truncation", "Truncation", "share outside the picture", lambda seen: seen.truncation),
+        ("visibility", "Visibility", "fraction that is not occluded", lambda seen: seen.visibility),
+        ("truncation", "Truncation", "fraction outside the image", lambda seen: seen.truncation),
     ]
     made = [_histogram(dataset, names, *each) for each in properties]
     return [histogram for histogram in [*made, _per_picture(dataset)] if histogram is not None]
@@ -59,7 +59,7 @@ def _histogram(
     if not len(everything):
         return None
     edges = np.linspace(0.0, 1.0, 21) if key in ("visibility", "truncation") else nice_edges(float(everything.max()))
-    # Rounding leaves some shares a hair outside 0…1.
+    # Rounding leaves some fractions slightly outside 0…1.
     counts = {
         name: np.histogram(np.clip(each, edges[0], edges[-1]), edges)[0].tolist() for name, each in values.items()
     }
@@ -75,7 +75,7 @@ def _histogram(
 
 
 def _per_picture(dataset: Dataset) -> dict[str, Any] | None:
-    """How many objects pictures have; not by class."""
+    """Return the histogram of objects per image, not by class."""
     counts = [len(frame.objects) for frame in dataset.frames if _counted(frame)]
     if not counts:
         return None
@@ -94,11 +94,11 @@ def _per_picture(dataset: Dataset) -> dict[str, Any] | None:
 
 
 def _counted(frame: Frame) -> bool:
-    return frame.labelled
+    return frame.labeled
 
 
 def nice_edges(highest: float) -> np.ndarray:
-    """Edges from 0 to at least `highest` in about BINS steps of 1, 2, 2.5 or 5 times a power of ten."""
+    """Return edges from 0 to at least `highest` in about BINS steps of 1, 2, 2.5 or 5 times a power of ten."""
     rough = max(highest, 1e-6) / BINS
     power = 10.0 ** np.floor(np.log10(rough))
     step = next(factor * power for factor in (1.0, 2.0, 2.5, 5.0, 10.0) if factor * power >= rough * 0.999999)

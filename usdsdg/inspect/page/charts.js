@@ -69,7 +69,7 @@ const histogramChart = (data, histogram, choose) => {
       group.setAttribute("data-on", "");
       choose({
         text: `${histogram.title.toLowerCase()} ${range}`, group,
-        ...(histogram.key === "objects" ? { keepFrame: frame => frame.labelled && inside(frame.objects.length) }
+        ...(histogram.key === "objects" ? { keepFrame: frame => frame.labeled && inside(frame.objects.length) }
           : { keep: object => inside(object[histogram.key]) }),
       });
     });

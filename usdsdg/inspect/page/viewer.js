@@ -156,7 +156,7 @@
       onclick: () => { state.chosen = state.chosen === object ? null : object; showObjects(); draw(); },
     }, make("i", { class: "dot" }), make("span", {}, data.classes[object.class].name), make("em", {}, described(object)),
       ...(object.path ? [make("small", {}, `\u200e${object.path}`)] : [])));
-    const none = frame()?.labelled === false ? "No labels could be read." : "No objects.";
+    const none = frame()?.labeled === false ? "No labels could be read." : "No objects.";
     at("objects").replaceChildren(...(list.length ? list : [make("p", { class: "none" }, none)]));
   };
 

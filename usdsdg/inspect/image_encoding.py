@@ -1,4 +1,4 @@
-"""Pictures small enough for a page: JPEG for photographs, palettes for masks, colors for depth."""
+"""Encoding of images for the page: JPEG for color, palettes for masks, colorized depth."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ import io
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image
 
-# Colors of depth from near to far: dark red over yellow and green to dark blue (the Turbo map, thinned out).
+# Colors of depth from near to far: samples of the reversed Turbo colormap.
 _DEPTH_COLORS = (
     (122, 4, 3), (183, 29, 2), (224, 73, 12), (246, 117, 26), (254, 163, 49), (235, 207, 53), (199, 239, 52),
     (147, 254, 77), (78, 248, 122), (30, 229, 181), (40, 188, 235), (70, 134, 251), (65, 69, 171), (48, 18, 59),
@@ -20,7 +21,7 @@ _DEPTH_COLORS = (
 
 @dataclass(frozen=True)
 class Encoded:
-    """Bytes of a picture for a page with their media type; `values` are the nearest and farthest depth [m]."""
+    """An encoded image with its media type; `values` are the nearest and farthest depth [m]."""
 
     media: str
     data: bytes
@@ -32,14 +33,14 @@ class Encoded:
 
 
 def photograph(path: Path, longest: int, quality: int = 82) -> tuple[Encoded, tuple[int, int]]:
-    """A JPEG no longer than `longest` pixels, and the original's (width, height).
+    """Encode as JPEG with at most `longest` pixels per side; also return the original (width, height).
 
     Raises:
-        OSError, ValueError: the picture is broken.
+        OSError, ValueError: the image cannot be read.
     """
     with Image.open(path) as opened:
         size = opened.size
-        # JPEG sources are decoded at a fraction of their size where that is enough.
+        # Decode JPEG sources at a fraction of their size if that suffices.
         opened.draft("RGB", (longest, longest))
         picture = _on_gray(opened)
     picture.thumbnail((longest, longest), Image.Resampling.LANCZOS, reducing_gap=2.0)
@@ -47,14 +48,14 @@ def photograph(path: Path, longest: int, quality: int = 82) -> tuple[Encoded, tu
 
 
 def mask(path: Path, longest: int) -> Encoded:
-    """A PNG whose colors are the original's, exactly; ids without colors get some of their own."""
+    """Encode a mask as PNG with exactly the original colors; ids without colors get generated ones."""
     with Image.open(path) as opened:
         opened.load()
         values = np.asarray(opened)
     values = values[:: _stride(values.shape, longest), :: _stride(values.shape, longest)]
     packed = values if values.ndim == 2 else _packed(values)
     ids, indices = np.unique(packed, return_inverse=True)
-    # Four bytes without any alpha are ids that were only stored as colors.
+    # Four channels without any alpha are ids that were stored as colors.
     colored = values.ndim == 3 and (values.shape[2] == 3 or values[..., 3].any())
     palette = _unpacked(ids) if colored else _colors_of(ids)
     if len(ids) > 256:
@@ -65,24 +66,24 @@ def mask(path: Path, longest: int) -> Encoded:
 
 
 def depth(values: np.ndarray, longest: int) -> Encoded:
-    """A JPEG of depth in colors from near (red) to far (blue), on a logarithmic scale; black where nothing is hit.
+    """Encode depth as JPEG in colors from near (red) to far (blue), on a logarithmic scale; black where nothing is hit.
 
-    The ends are the 1st and 99th percentile, so that a few far pixels do not flatten the rest.
+    The ends are the 1st and 99th percentile, so that a few far pixels do not compress the scale.
     """
     values = np.asarray(values, np.float32).reshape(values.shape[:2])
     values = values[:: _stride(values.shape, longest), :: _stride(values.shape, longest)]
     hit = np.isfinite(values) & (values > 0)
     near, far = (float(part) for part in np.percentile(values[hit], (1, 99))) if hit.any() else (0.0, 0.0)
-    share = np.zeros(values.shape, np.float32)
+    fraction = np.zeros(values.shape, np.float32)
     if far > near:
-        share[hit] = np.log(np.clip(values[hit], near, far) / near) / np.log(far / near)
-    colored = _depth_table()[(share * 255).astype(np.uint8)]
+        fraction[hit] = np.log(np.clip(values[hit], near, far) / near) / np.log(far / near)
+    colored = _depth_table()[(fraction * 255).astype(np.uint8)]
     colored[~hit] = 0
     return Encoded("image/jpeg", _saved(Image.fromarray(colored), "JPEG", quality=80), (near, far))
 
 
 def _stride(shape: tuple[int, ...], longest: int) -> int:
-    """Whole steps keep ids and distances what they are; averages would invent new ones."""
+    """Return the integer subsampling step: averages of ids or distances would be meaningless."""
     return max(1, -(-max(shape[:2]) // longest))
 
 
@@ -95,38 +96,38 @@ def _on_gray(opened: Image.Image) -> Image.Image:
 
 
 def _packed(values: np.ndarray) -> np.ndarray:
-    """(h, w) uint32 of (h, w, 3 or 4) bytes."""
+    """Pack (h, w, 3 or 4) bytes into (h, w) uint32."""
     if values.shape[2] == 3:
         values = np.concatenate([values, np.full((*values.shape[:2], 1), 255, np.uint8)], axis=2)
     return np.ascontiguousarray(values, np.uint8).view(np.uint32)[..., 0]
 
 
 def _unpacked(ids: np.ndarray) -> np.ndarray:
-    """(n, 4) bytes; black, which stands for things without a label, is shown as gray."""
-    colours = ids.astype(np.uint32).reshape(-1, 1).view(np.uint8).copy()
-    colours[(colours[:, :3] == 0).all(axis=1) & (colours[:, 3] > 0), :3] = 70
-    return colours
+    """Unpack colors to (n, 4) bytes; black, the color of unlabeled gprims, becomes gray."""
+    colors = ids.astype(np.uint32).reshape(-1, 1).view(np.uint8).copy()
+    colors[(colors[:, :3] == 0).all(axis=1) & (colors[:, 3] > 0), :3] = 70
+    return colors
 
 
 def _colors_of(ids: np.ndarray) -> np.ndarray:
-    """(n, 4) bytes: 0 is clear, 1 gray, every other id a hue by the golden ratio."""
+    """Generate colors (n, 4) for ids: 0 is transparent, 1 gray, every other id a hue by the golden ratio."""
     hue = (ids.astype(np.float64) * 0.618033988749895) % 1.0 * 6.0
     wheel = np.stack([np.abs(hue - 3) - 1, 2 - np.abs(hue - 2), 2 - np.abs(hue - 4)], axis=1).clip(0, 1)
-    colours = np.concatenate([60 + 190 * wheel, np.full((len(ids), 1), 255)], axis=1).astype(np.uint8)
-    colours[ids == 1] = (70, 70, 70, 255)
-    colours[ids == 0] = 0
-    return colours
+    colors = np.concatenate([60 + 190 * wheel, np.full((len(ids), 1), 255)], axis=1).astype(np.uint8)
+    colors[ids == 1] = (70, 70, 70, 255)
+    colors[ids == 0] = 0
+    return colors
 
 
 @lru_cache(maxsize=1)
 def _depth_table() -> np.ndarray:
-    """(256, 3) bytes from near to far."""
+    """Return the depth colors (256, 3) from near to far."""
     anchors = np.linspace(0, 255, len(_DEPTH_COLORS))
     columns = [np.interp(np.arange(256), anchors, channel) for channel in zip(*_DEPTH_COLORS)]
     return np.stack(columns, axis=1).astype(np.uint8)
 
 
-def _saved(picture: Image.Image, format: str, **options) -> bytes:
+def _saved(picture: Image.Image, format: str, **options: Any) -> bytes:
     file = io.BytesIO()
     picture.save(file, format, **options)
     return file.getvalue()
