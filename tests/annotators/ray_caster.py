@@ -1,4 +1,4 @@
-"""A slow renderer that shares nothing with ours: cubes and spheres of a stage, one ray per pixel centre, in NumPy."""
+"""A slow renderer that shares nothing with ours: cubes and spheres of a stage, one ray per pixel center, in NumPy."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PRODUCT = "/Render/HydraTextures/Replicator"
 
 
 def new_stage() -> Usd.Stage:
-    """Metres, Z up, a camera 10 m above the origin that looks straight down."""
+    """Meters, Z up, a camera 10 m above the origin that looks straight down."""
     stage = Usd.Stage.CreateInMemory()
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
@@ -144,7 +144,7 @@ class RayCaster:
 
 
 def rays(view: CameraView) -> tuple[np.ndarray, np.ndarray]:
-    """Origins and unit directions in the world through the centre of every pixel, row by row."""
+    """Origins and unit directions in the world through the center of every pixel, row by row."""
     v, u = np.mgrid[0 : view.height, 0 : view.width]
     focal = view.width * view.focal_length / view.horizontal_aperture
     x, y = (u + 0.5 - view.width / 2) / focal, (view.height / 2 - v - 0.5) / focal

@@ -79,7 +79,7 @@ def test_a_filter_that_selects_nothing_is_told_once_with_near_misses(params, mes
     assert len(annotator.compute(frame).data) == 0
 
 
-@pytest.mark.parametrize("mapping", ["{bad", "/nowhere/colours.json", 5])
+@pytest.mark.parametrize("mapping", ["{bad", "/nowhere/colors.json", 5])
 def test_a_mapping_that_cannot_be_read_is_told(frame, mapping):
     annotator = annotators.get("semantic_segmentation", init_params={"mapping": mapping})
     with pytest.raises(AnnotatorError, match="mapping"):

@@ -26,7 +26,7 @@ def xform(stage, path, **pose):
     return prim
 
 
-def test_gprims_below_a_labeled_prim_are_one_entity_in_its_frame(stage):
+def test_gprims_below_a_labeled_prim_are_owned_by_it_and_bounded_in_its_frame(stage):
     car = xform(stage, "/World/Car", translate=(5, 0, 0), rotate=(0, 0, 90))
     add_labels(car, {"class": ["Car"]})
     add_cube(stage, "/World/Car/Body", size=2.0)

@@ -64,7 +64,7 @@ def test_the_registry_makes_instances_without_init():
     assert Recorder.annotators == []
 
 
-def test_init_params_and_render_products_initialise_and_attach():
+def test_init_params_and_render_products_initialize_and_attach():
     writer = writers.get("Recorder", init_params={}, render_products=[PRODUCT])
     assert writers.attached_writers() == (writer,)
     assert writer.render_products == (PRODUCT,)
@@ -108,7 +108,7 @@ def test_attach_and_detach(recorder, handle):
     assert recorder.render_products == ()
 
 
-def test_a_writer_that_was_not_initialised_cannot_be_attached():
+def test_a_writer_that_was_not_initialized_cannot_be_attached():
     with pytest.raises(WriterError, match="initialize"):
         writers.get("Recorder").attach(PRODUCT)
 

@@ -1,4 +1,4 @@
-"""Annotators that users make from an AOV: the same numbers under another name, type or number of channels."""
+"""Annotators that users register for an AOV: its array under another name, dtype or number of channels."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import AnnotatorRegistryError, Unsupported
 from usdsdg.session import engines
 
-# What Omniverse calls them besides.
+# Omniverse's other names of AOVs.
 _SYNONYMS = {
     "DistanceToCameraSD": "distance_to_camera",
     "DistanceToImagePlaneSD": "distance_to_image_plane",
@@ -34,7 +34,7 @@ def register_aov(
     documentation: str | None,
     unsupported: Mapping[str, str],
 ) -> None:
-    """Enter an annotator; see `AnnotatorRegistry.register_annotator_from_aov`."""
+    """Register an annotator; see `AnnotatorRegistry.register_annotator_from_aov`."""
     source = _source(aov, unsupported)
     wanted = None if dtype is None else np.dtype(dtype)
 
@@ -52,7 +52,7 @@ def register_aov(
 
 
 def _source(aov: str, unsupported: Mapping[str, str]) -> AnnotatorSpec:
-    """The annotator whose array `aov` is, or one of the renderer's AOV as it is."""
+    """Return the annotator whose array is `aov`, or a new one for an AOV of the renderer."""
     known = _SYNONYMS.get(aov, aov)
     if known in annotator_specs and annotator_specs.get(known).empty is not None:
         return annotator_specs.get(known)

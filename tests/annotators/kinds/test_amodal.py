@@ -58,7 +58,7 @@ def check(stage, frame):
     info = compute(frame, "visibility")
     names, path_of = info.info["idToLabels"], dict(zip(info.data["instanceId"].tolist(), info.info["primPaths"]))
     assert list(path_of.values()) == list(masks)
-    labelled = set(frame.labeled_prims.prim_paths)
+    labeled = set(frame.labeled_prims.prim_paths)
     expected_pairs = {}
     for row, hidden_by in zip(info.data, info.info["hiddenBy"]):
         path = path_of[int(row["instanceId"])]
@@ -68,7 +68,7 @@ def check(stage, frame):
         assert [row[name] for name in ("x_min", "y_min", "x_max", "y_max")] == [x.min(), y.min(), x.max(), y.max()]
         assert row["visibleRatio"] == pytest.approx((seen == path).sum() / mask.sum())
         others, pixels = np.unique(
-            [p if p in labelled else "UNLABELLED" for p in seen[mask & (seen != path)]], return_counts=True
+            [p if p in labeled else "UNLABELLED" for p in seen[mask & (seen != path)]], return_counts=True
         )
         assert {names[occluder]: n for occluder, n in hidden_by.items()} == dict(zip(others.tolist(), pixels.tolist()))
         expected_pairs |= {(other, path): n for other, n in zip(others.tolist(), pixels.tolist())}
@@ -107,7 +107,7 @@ def test_ids_are_those_of_the_segmentations(frame):
     np.testing.assert_allclose(1 - rows.data["visibleRatio"], occlusion["occlusionRatio"], atol=1e-6)
 
 
-def test_a_filter_makes_the_rest_unlabelled(frame):
+def test_a_filter_makes_the_rest_unlabeled(frame):
     rows = compute(frame, "visibility", semanticFilter="class:apple")
     assert rows.info["primPaths"] == ["/World/Apple1", "/World/Apple2"]
     assert [set(hidden_by) for hidden_by in rows.info["hiddenBy"]] == [set(), {"1"}]

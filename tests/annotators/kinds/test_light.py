@@ -86,5 +86,5 @@ def test_the_refraction_filter_is_the_color_of_glass(lit_ball):
     ball = data["PtRefractionFilter"][..., 2] > 0
     assert 20 < ball.sum() < 400
     np.testing.assert_array_equal(data["PtRefractionFilter"][ball][:, :3], np.float16([[0.25, 0.5, 1]] * ball.sum()))
-    colour = data["PtRefractions"][..., :3].astype(np.float32)
-    assert colour[ball].mean() > 10 * colour[~ball].mean()
+    color = data["PtRefractions"][..., :3].astype(np.float32)
+    assert color[ball].mean() > 10 * color[~ball].mean()

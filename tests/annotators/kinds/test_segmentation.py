@@ -43,7 +43,7 @@ def test_what_has_no_label_is_1_and_nothing_is_0(frame):
     assert not (ids[frame.aovs["instance"] >= 0] == 0).any()
 
 
-def test_a_label_that_the_filter_drops_is_unlabelled(frame):
+def test_a_label_that_the_filter_drops_is_unlabeled(frame):
     ids = compute(frame, "semantic_segmentation", semanticFilter="class: pear").data
     assert (ids[mask_of(frame, "/World/Apple1")] == 1).all()
     assert (ids[mask_of(frame, "/World/Pear")] >= 2).all()

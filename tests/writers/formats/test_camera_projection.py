@@ -102,8 +102,8 @@ def test_the_fisheye_inverts_its_polynomial(theta, turn):
 def test_the_fisheye_sees_behind_itself():
     _, params = camera(cameraProjectionType="fisheyePolynomial", fthetaPolyB=0.00245, fthetaPolyC=0.0)
     pixels = project(np.array([[1.0, 0.0, 1.0], [1.0, 0.0, -1.0]]), params)
-    centre = project(np.array([[0.0, 0.0, -1.0]]), params)
-    assert pixels[0, 0] > pixels[1, 0] > centre[0, 0]
+    center = project(np.array([[0.0, 0.0, -1.0]]), params)
+    assert pixels[0, 0] > pixels[1, 0] > center[0, 0]
 
 
 def test_the_opencv_pinhole_has_its_own_focal_length():

@@ -105,7 +105,7 @@ class StandIn(RayCaster):
 
 @pytest.fixture
 def product(stage, monkeypatch):
-    """A product of a stage with a labelled cube, drawn by the tests' ray caster."""
+    """A product of a stage with a labeled cube, drawn by the tests' ray caster."""
     get_settings().set("/app/player/playSimulations", False)
     add_cube(current_stage(), "/World/Box", "box")
     camera = add_camera(current_stage(), "/World/Camera", (0, -4, 1), (0, 0, 0))

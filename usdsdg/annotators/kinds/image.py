@@ -1,4 +1,4 @@
-"""Annotators that are one AOV: color, depth, normals, motion."""
+"""Annotators that return one AOV: color, depth, normals, motion, material channels."""
 
 from __future__ import annotations
 
@@ -62,22 +62,22 @@ def normals(frame: Frame, params: Params) -> Annotation:
 def motion_vectors(frame: Frame, params: Params) -> Annotation:
     """Motion since the last frame [pixels], float32 (H, W, 4): +x moved left, +y moved up, the rest 0.
 
-    Of Motion2d Replicator documents the format alone; here it is the same picture.
+    Replicator documents only the format of Motion2d; here it is the same array.
     """
     return Annotation(four_channels(frame.aov("motion_vectors"), 0.0))
 
 
 @define("PtWorldPos", aovs=["position"], dtype=np.float16)
 def world_position(frame: Frame, params: Params) -> Annotation:
-    """The point seen, in the world [stage units], float16 (H, W, 4); the fourth channel is 1.
+    """The hit point in the world [stage units], float16 (H, W, 4); the fourth channel is 1.
 
-    Half precision is that of Replicator's path tracer; pointcloud has the points in float32.
+    Half precision as in Replicator's path tracer; pointcloud has the points in float32.
     """
     return Annotation(four_channels(_halves(frame.aov("position")), 1.0))
 
 
 def _halves(numbers: np.ndarray) -> np.ndarray:
-    """As float16, infinite beyond its range."""
+    """Convert to float16, infinite beyond its range."""
     with np.errstate(over="ignore"):
         return numbers.astype(np.float16)
 
@@ -91,19 +91,19 @@ def diffuse_albedo(frame: Frame, params: Params) -> Annotation:
 
 @define("SpecularAlbedo", "PtReflectionFilter", aovs=["specular"], dtype=np.float16)
 def specular_albedo(frame: Frame, params: Params) -> Annotation:
-    """Share of light that is mirrored at normal incidence, linear, float16 (H, W, 4); the fourth channel is 1."""
+    """Specular reflectance at normal incidence, linear, float16 (H, W, 4); the fourth channel is 1."""
     return Annotation(four_channels(frame.aov("specular").astype(np.float16), 1.0))
 
 
 @define("PtDiffuseFilter", aovs=["diffuse"], dtype=np.float16)
 def diffuse_filter(frame: Frame, params: Params) -> Annotation:
-    """Share of light that is scattered, linear, float16 (H, W, 4): 0 for metals; the fourth channel is 1."""
+    """Diffuse reflectance, linear, float16 (H, W, 4): 0 for metals; the fourth channel is 1."""
     return Annotation(four_channels(frame.aov("diffuse").astype(np.float16), 1.0))
 
 
 @define("Roughness", aovs=["roughness"], dtype=np.uint8)
 def roughness(frame: Frame, params: Params) -> Annotation:
-    """Roughness, uint8 (H, W, 4): from 0, a mirror, to 255 in three equal channels, and 255."""
+    """Roughness, uint8 (H, W, 4): 0 (mirror) to 255 in three equal channels; the fourth channel is 255."""
     values = np.clip(frame.aov("roughness"), 0, 1) * 255 + 0.5
     return Annotation(four_channels(np.repeat(values.astype(np.uint8)[..., None], 3, axis=2), 255))
 
@@ -116,7 +116,7 @@ def bump_normals(frame: Frame, params: Params) -> Annotation:
 
 @define("PtSelfIllumination", aovs=["emission"], dtype=np.float16)
 def self_illumination(frame: Frame, params: Params) -> Annotation:
-    """Light that the surface itself gives [nits], linear, float16 (H, W, 4), as seen through the pixel's center.
+    """Emitted radiance of the surface at the pixel's center [nits], linear, float16 (H, W, 4).
 
     The fourth channel is 1.
     """
@@ -125,9 +125,9 @@ def self_illumination(frame: Frame, params: Params) -> Annotation:
 
 @define("EmissionAndForegroundMask", aovs=["emission", "instance"], dtype=np.float16)
 def emission_and_foreground_mask(frame: Frame, params: Params) -> Annotation:
-    """Light that the surface itself gives [nits], linear, float16 (H, W, 4), as seen through the pixel's center.
+    """Emitted radiance of the surface at the pixel's center [nits], linear, float16 (H, W, 4).
 
-    The fourth channel is the mask: 1 where there is geometry, 0 where nothing is hit. Replicator's page lists a single
+    The fourth channel is the mask: 1 where there is geometry, 0 where nothing is hit. Replicator documents a single
     channel, which is not enough for both.
     """
     glow = four_channels(np.minimum(frame.aov("emission"), _HALF_MAX).astype(np.float16), 0.0)
@@ -137,9 +137,9 @@ def emission_and_foreground_mask(frame: Frame, params: Params) -> Annotation:
 
 @define("PtBackground", aovs=["instance"], needs_path_tracing=True, dtype=np.float16)
 def background(frame: Frame, params: Params) -> Annotation:
-    """HdrColor where the pixel's center shows no geometry, else 0; float16 (H, W, 4).
+    """HdrColor where the pixel's center hits no geometry, else 0; float16 (H, W, 4).
 
-    At the edges of things a pixel of HdrColor is a mixture, so their light reaches into this one.
+    At silhouettes pixels of HdrColor are anti-aliased, so they contain light of the geometry.
     """
     shown = frame.aov("HdrColor").copy()
     shown[frame.aov("instance") >= 0] = 0
@@ -153,12 +153,12 @@ def rgb_without_alpha(frame: Frame, params: Params) -> Annotation:
 
 
 def half(image: np.ndarray) -> np.ndarray:
-    """(H, W, 3) as float16 (H, W, 4) with 1 as its fourth channel; the largest number for what is too large."""
+    """Convert (H, W, 3) to float16 (H, W, 4) with 1 in the fourth channel, clipped to the largest float16."""
     return four_channels(np.minimum(image, _HALF_MAX).astype(np.float16), 1.0)
 
 
 def four_channels(image: np.ndarray, fill: float) -> np.ndarray:
-    """(H, W, C) as (H, W, 4): what is missing is 0, and the fourth channel `fill`."""
+    """Extend (H, W, C) to (H, W, 4): missing channels are 0, the fourth is `fill`."""
     out = np.zeros((*image.shape[:2], 4), image.dtype)
     out[..., : image.shape[2]] = image
     out[..., 3] = fill

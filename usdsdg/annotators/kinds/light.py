@@ -1,4 +1,4 @@
-"""Annotators of the light in a picture by where it came from, and of how open to light surfaces are.
+"""Annotators of light AOVs: outgoing radiance by light path; and of ambient occlusion.
 
 They are the path tracer's light AOVs (see `PathSettings.light_aovs`) in either render mode, before any denoising. With
 emission (PtSelfIllumination) and background (PtBackground) they add up to HdrColor.
@@ -20,34 +20,34 @@ Params = Mapping[str, Any]
 
 @define("DirectDiffuse", aovs=["direct_diffuse"], needs_path_tracing=True, dtype=np.float16)
 def direct_diffuse(frame: Frame, params: Params) -> Annotation:
-    """Light that comes straight from lights or the sky and is scattered [nits], float16 (H, W, 4); the fourth is 1."""
+    """Diffuse reflection of direct light and environment [nits], float16 (H, W, 4); the fourth channel is 1."""
     return Annotation(half(frame.aov("direct_diffuse")))
 
 
 @define("DirectSpecular", aovs=["direct_specular"], needs_path_tracing=True, dtype=np.float16)
 def direct_specular(frame: Frame, params: Params) -> Annotation:
-    """Light that comes straight from lights or the sky and is mirrored [nits], float16 (H, W, 4); the fourth is 1."""
+    """Specular reflection of direct light and environment [nits], float16 (H, W, 4); the fourth channel is 1."""
     return Annotation(half(frame.aov("direct_specular")))
 
 
 @define("PtDirectIllumation", aovs=["direct_diffuse", "direct_specular"], needs_path_tracing=True, dtype=np.float16)
 def direct_illumination(frame: Frame, params: Params) -> Annotation:
-    """DirectDiffuse and DirectSpecular together [nits], float16 (H, W, 4); the fourth channel is 1.
+    """Sum of DirectDiffuse and DirectSpecular [nits], float16 (H, W, 4); the fourth channel is 1.
 
-    The name is Replicator's.
+    The spelling of the name is Replicator's.
     """
     return Annotation(half(frame.aov("direct_diffuse") + frame.aov("direct_specular")))
 
 
 @define("IndirectDiffuse", "PtGlobalIllumination", aovs=["indirect_diffuse"], needs_path_tracing=True, dtype=np.float16)
 def indirect_diffuse(frame: Frame, params: Params) -> Annotation:
-    """Light that comes from other surfaces and is scattered [nits], float16 (H, W, 4); the fourth channel is 1."""
+    """Diffuse reflection of light from other surfaces [nits], float16 (H, W, 4); the fourth channel is 1."""
     return Annotation(half(frame.aov("indirect_diffuse")))
 
 
 @define("PtReflections", aovs=["reflections"], needs_path_tracing=True, dtype=np.float16)
 def reflections(frame: Frame, params: Params) -> Annotation:
-    """Light that comes from other surfaces and is mirrored [nits], float16 (H, W, 4); the fourth channel is 1."""
+    """Specular reflection of light from other surfaces [nits], float16 (H, W, 4); the fourth channel is 1."""
     return Annotation(half(frame.aov("reflections")))
 
 
@@ -59,29 +59,29 @@ def reflections_of_real_time(frame: Frame, params: Params) -> Annotation:
 
 @define("PtRefractions", aovs=["refractions"], needs_path_tracing=True, dtype=np.float16)
 def refractions(frame: Frame, params: Params) -> Annotation:
-    """Light that comes through glass [nits], float16 (H, W, 4); the fourth channel is 1."""
+    """Light transmitted by glass [nits], float16 (H, W, 4); the fourth channel is 1."""
     return Annotation(half(frame.aov("refractions")))
 
 
 @define("PtRefractionFilter", aovs=["transmission"], dtype=np.float16)
 def refraction_filter(frame: Frame, params: Params) -> Annotation:
-    """Share of light that glass lets through, linear, float16 (H, W, 4): 0 for all else; the fourth channel is 1."""
+    """Transmittance of glass, linear, float16 (H, W, 4): 0 for other materials; the fourth channel is 1."""
     return Annotation(half(frame.aov("transmission")))
 
 
 @define("PtVolumes", aovs=["instance"], dtype=np.float16)
 def volumes(frame: Frame, params: Params) -> Annotation:
-    """Light of smoke and fog, float16 (H, W, 4): 0, and 1 in the fourth channel.
+    """Light of volumes, float16 (H, W, 4): 0, and 1 in the fourth channel.
 
-    Volumes of a stage are not drawn, and each is named in a warning when the stage is read.
+    Volumes are not rendered; each is named in a warning when the stage is read.
     """
     return Annotation(half(np.zeros((*frame.shape, 3), np.float32)))
 
 
 @define("AmbientOcclusion", aovs=["ambient_occlusion"], dtype=np.float16)
 def ambient_occlusion(frame: Frame, params: Params) -> Annotation:
-    """How open a surface is within 0.35 m: 1 = to the whole hemisphere, by cosine; float16 (H, W, 4).
+    """Ambient occlusion within 0.35 m, cosine-weighted, float16 (H, W, 4): 1 is unoccluded.
 
-    The same in all three colors; 1 where nothing is hit, and in the fourth channel.
+    Equal in the first three channels; 1 where nothing is hit, and in the fourth channel.
     """
     return Annotation(half(np.repeat(frame.aov("ambient_occlusion")[..., None], 3, axis=2)))
