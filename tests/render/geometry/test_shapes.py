@@ -126,7 +126,7 @@ def test_uvs_stay_in_the_unit_square_and_v_goes_up():
 
 
 @pytest.mark.parametrize("kind", ["Cube", "Sphere", "Cylinder", "Capsule"])
-def test_pictures_are_not_mirrored(kind):
+def test_images_are_not_mirrored(kind):
     """Where u and v grow, seen from outside, v is a quarter turn counter-clockwise of u."""
     surface = shapes.tessellate((kind, "Z", tuple(SHAPE_PARAMETERS[kind].values())))
     a, b, c = surface.uvs.astype(np.float64).transpose(1, 0, 2)

@@ -37,7 +37,7 @@ def lit_from_the_right(mesh, elevation: float, textures=(), **values) -> np.ndar
 @pytest.mark.parametrize("elevation", [15, 40, 75])
 def test_irradiance_follows_the_interpolated_normal_however_far_it_leans(degrees, elevation):
     """Lambert's cosine with normals interpolated here; nothing hides the light, so nothing may fade it."""
-    picture = lit_from_the_right(leaning_square(degrees), elevation)
+    image = lit_from_the_right(leaning_square(degrees), elevation)
     x = (np.arange(64) + 0.5) / 32 - 1
     x = 0.9 * x[None, :]
     y = -x.T
@@ -48,7 +48,7 @@ def test_irradiance_follows_the_interpolated_normal_however_far_it_leans(degrees
     toward = (np.cos(np.radians(elevation)), 0, np.sin(np.radians(elevation)))
     expected = E / np.pi * np.maximum(normals @ toward, 0)
     # A pixel is as wide as 1 degree of lean at most, and its mean over that is linear but at the terminator.
-    np.testing.assert_allclose(picture, expected, atol=0.004 * E)
+    np.testing.assert_allclose(image, expected, atol=0.004 * E)
 
 
 def wavy(columns: int = 24, rows: int = 20):
@@ -78,10 +78,10 @@ def test_a_wavy_smooth_mesh_keeps_its_energy_in_a_white_world():
     scene = scenes.scene_of(
         [(mesh, scenes.moved(), 0)], materials=[scenes.material(specular=0.0)], dome=scenes.white_dome()
     )
-    # The ball fills the picture.
+    # The ball fills the image.
     view = scenes.view_from((0, -6, 0), size=(24, 24), focal_length=70.0)
-    picture = radiance(scene, view, samples=256, bounces=32)
-    assert 0.995 < picture.mean() < 1.002
+    image = radiance(scene, view, samples=256, bounces=32)
+    assert 0.995 < image.mean() < 1.002
 
 
 @pytest.mark.parametrize("elevation", [10, 30, 60])
@@ -91,7 +91,7 @@ def test_a_normal_map_fades_what_the_surface_is_about_to_hide(elevation):
     texel = np.array([np.sin(tilt), 0, np.cos(tilt), 1]) * 0.5 + 0.5
     texels = np.tile((texel * 65535).round().astype(np.uint16), (2, 2, 1))
     dark = 1e-3  # nothing comes back from the bumps beside it
-    picture = lit_from_the_right(
+    image = lit_from_the_right(
         scenes.square(),
         elevation,
         [Texture("tilted", texels, False, 0, 0)],
@@ -103,4 +103,4 @@ def test_a_normal_map_fades_what_the_surface_is_about_to_hide(elevation):
     cosine = np.cos(np.pi / 2 - height - tilt)
     ratio = min(1.0, np.sin(height) / (cosine * np.cos(tilt)))
     expected = dark * E / np.pi * cosine * (ratio + ratio**2 - ratio**3)
-    np.testing.assert_allclose(picture.mean(), expected, rtol=1e-3)
+    np.testing.assert_allclose(image.mean(), expected, rtol=1e-3)

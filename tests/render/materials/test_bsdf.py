@@ -17,30 +17,30 @@ def furnace(view_size=(12, 12), samples=256, bounces=2, **values) -> np.ndarray:
         materials=[scenes.material(**values)],
         dome=scenes.white_dome(),
     )
-    # The ball fills the picture.
+    # The ball fills the image.
     view = scenes.view_from((0, -6, 0), size=view_size, focal_length=110.0)
     return radiance(scene, view, samples=samples, bounces=bounces)
 
 
 def test_a_white_diffuse_ball_vanishes_in_a_white_world():
     # The dielectric lobe takes its share from the diffuse one, and what it reflects is white as well.
-    picture = furnace()
-    np.testing.assert_allclose(picture.mean(), 1.0, atol=0.01)
-    assert picture.max() < 1.06
+    image = furnace()
+    np.testing.assert_allclose(image.mean(), 1.0, atol=0.01)
+    assert image.max() < 1.06
 
 
 @pytest.mark.parametrize("albedo", [0.2, 0.5, 0.8])
 def test_a_gray_ball_without_specular_reflects_its_albedo(albedo):
-    picture = furnace(base_color=albedo, specular=0.0, roughness=1.0)
-    np.testing.assert_allclose(picture.mean(), albedo, rtol=0.005)
+    image = furnace(base_color=albedo, specular=0.0, roughness=1.0)
+    np.testing.assert_allclose(image.mean(), albedo, rtol=0.005)
 
 
 @pytest.mark.parametrize("roughness", [0.0, 0.15, 0.3, 0.5, 0.75, 1.0])
 def test_a_white_metal_keeps_its_energy_at_every_roughness(roughness):
-    picture = furnace(base_color=1.0, metallic=1.0, roughness=roughness)
+    image = furnace(base_color=1.0, metallic=1.0, roughness=roughness)
     # Compensation for multiple scattering comes from a table that is right to 3 % at its worst.
-    np.testing.assert_allclose(picture.mean(), 1.0, atol=0.015)
-    assert picture.max() < 1.05
+    np.testing.assert_allclose(image.mean(), 1.0, atol=0.015)
+    assert image.max() < 1.05
 
 
 @pytest.mark.parametrize("roughness", [0.1, 0.5, 1.0])
@@ -69,16 +69,16 @@ def test_smooth_balls_mirror_what_schlick_says(name):
     ball = [(scenes.sphere(rings=96), scenes.moved(), 0)]
     view = scenes.view_from((0, -6, 0), size=(24, 24), focal_length=62.0)
     made = scenes.material(**{"roughness": 0.05, **values})
-    picture = radiance(scenes.scene_of(ball, materials=[made], dome=scenes.white_dome()), view, samples=512, bounces=2)
+    image = radiance(scenes.scene_of(ball, materials=[made], dome=scenes.white_dome()), view, samples=512, bounces=2)
     # The cosine at which the ray of each pixel meets the ball.
     across = (np.mgrid[:24, :24] + 0.5 - 12) * 20.0 / 24 / 62.0
     off2 = (across**2).sum(0)
     off2 = 36 * off2 / (1 + off2)
     cosine = np.sqrt(np.maximum(1 - off2, 0.0))[..., None]
     expected = share * (np.array(f0) + (1 - np.array(f0)) * (1 - cosine) ** 5) * np.ones(3)
-    seen = np.broadcast_to(cosine > 0.5, picture.shape)  # nearer to the rim a pixel holds much
-    np.testing.assert_allclose(picture[seen], expected[seen], rtol=0.04, atol=0.003)
-    assert picture[10:14, 10:14].mean((0, 1)) == pytest.approx(expected[10:14, 10:14].mean((0, 1)), rel=0.02)
+    seen = np.broadcast_to(cosine > 0.5, image.shape)  # nearer to the rim a pixel holds much
+    np.testing.assert_allclose(image[seen], expected[seen], rtol=0.04, atol=0.003)
+    assert image[10:14, 10:14].mean((0, 1)) == pytest.approx(expected[10:14, 10:14].mean((0, 1)), rel=0.02)
 
 
 def test_a_coat_hides_from_the_layers_below_what_it_reflects():
@@ -100,18 +100,18 @@ def test_a_closed_room_has_the_brightness_of_its_series(albedo, bounces, shape, 
         materials=[scenes.material(base_color=albedo, specular=0.0, roughness=1.0, emission=1.0)],
     )
     view = scenes.view_from((0.5, -1, 0.2), size=(8, 8))
-    picture = radiance(scene, view, samples=2048, bounces=bounces)
+    image = radiance(scene, view, samples=2048, bounces=bounces)
     expected = sum(albedo**k for k in range(bounces + 1))
-    np.testing.assert_allclose(picture.mean(), expected, rtol=tolerance)
+    np.testing.assert_allclose(image.mean(), expected, rtol=tolerance)
 
 
 @pytest.mark.parametrize("bounces", [1, 3])
-def test_a_glowing_room_of_white_metal_adds_up_its_bounces(bounces):
+def test_an_emissive_room_of_white_metal_adds_up_its_bounces(bounces):
     # Shiny surfaces look for light by their lobe on the last bounce as well, and then end.
     walls = scenes.material(base_color=1.0, metallic=1.0, roughness=0.25, emission=1.0)
     scene = scenes.scene_of([(scenes.sphere(), scenes.moved(scale=3.0), 0)], materials=[walls])
-    picture = radiance(scene, scenes.view_from((0.5, -1, 0.2), size=(8, 8)), samples=512, bounces=bounces)
-    np.testing.assert_allclose(picture.mean(), bounces + 1.0, rtol=0.01)
+    image = radiance(scene, scenes.view_from((0.5, -1, 0.2), size=(8, 8)), samples=512, bounces=bounces)
+    np.testing.assert_allclose(image.mean(), bounces + 1.0, rtol=0.01)
 
 
 @pytest.mark.parametrize(("albedo", "bounces"), [(0.5, 1), (0.9, 2), (0.9, 5)])
@@ -124,9 +124,9 @@ def test_an_integrating_sphere_has_the_brightness_of_its_series(albedo, bounces)
         materials=[scenes.material(base_color=albedo, specular=0.0, roughness=1.0)],
         lights=[lamp],
     )
-    picture = radiance(scene, scenes.view_from((0.7, -1.1, 0.4), (2, 1, 0), size=(8, 8)), samples=256, bounces=bounces)
+    image = radiance(scene, scenes.view_from((0.7, -1.1, 0.4), (2, 1, 0), size=(8, 8)), samples=256, bounces=bounces)
     expected = 500.0 * (0.05 / size) ** 2 * sum(albedo**k for k in range(1, bounces + 1))
-    np.testing.assert_allclose(picture.mean(), expected, rtol=0.005)
+    np.testing.assert_allclose(image.mean(), expected, rtol=0.005)
 
 
 def test_metals_tint_reflections_and_plastics_do_not():
@@ -142,9 +142,9 @@ def test_a_mirror_shows_what_lies_behind_the_camera():
     mirror = scenes.material(base_color=1.0, metallic=1.0, roughness=0.0)
     wall = scenes.moved(scale=5.0, rotation=np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]))
     scene = scenes.scene_of([(scenes.square(), wall, 0)], materials=[mirror], lights=[ahead])
-    picture = radiance(scene, scenes.view_from((0, -4, 0), size=(9, 9)), samples=32)
-    np.testing.assert_allclose(picture[4, 4], 50.0, rtol=0.05)
-    assert picture[0, 0].max() < 1.0
+    image = radiance(scene, scenes.view_from((0, -4, 0), size=(9, 9)), samples=32)
+    np.testing.assert_allclose(image[4, 4], 50.0, rtol=0.05)
+    assert image[0, 0].max() < 1.0
 
 
 @pytest.mark.parametrize("values", [dict(specular=0.0), dict(), dict(metallic=1.0, roughness=0.3), dict(clearcoat=1.0)])
@@ -166,6 +166,6 @@ def test_bumps_add_no_energy(values):
         dome=scenes.white_dome(),
     )
     view = scenes.view_from((0, -6, 0), size=(12, 12), focal_length=110.0)
-    picture = radiance(scene, view, samples=512, bounces=3)
-    assert 0.85 < picture.mean() < 1.0
-    assert picture.max() < 1.02
+    image = radiance(scene, view, samples=512, bounces=3)
+    assert 0.85 < image.mean() < 1.0
+    assert image.max() < 1.02

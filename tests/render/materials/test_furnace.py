@@ -35,7 +35,7 @@ def authored(model: str, inputs: dict) -> Looks:
 
 
 def furnace(model: str, inputs: dict, *, samples=256) -> np.ndarray:
-    """(12, 12, 3) radiance of a ball of the material that fills the picture."""
+    """(12, 12, 3) radiance of a ball of the material that fills the image."""
     looks = authored(model, inputs)
     ball = UsdGeom.Sphere.Define(looks.stage, "/Ball")
     UsdShade.MaterialBindingAPI.Apply(ball.GetPrim()).Bind(looks.material)
@@ -98,15 +98,15 @@ LOSSLESS = {
 
 @pytest.mark.parametrize("case", LOSSLESS)
 def test_what_absorbs_nothing_vanishes(case):
-    picture = furnace(*LOSSLESS[case])
+    image = furnace(*LOSSLESS[case])
     # The balance of energy comes from a table; of a rough pane, facets hide some of the light that they mirror.
     least = 0.96 if case == "preview, pane" else 0.99
-    assert least < picture.mean() < 1.005
-    assert picture.max() < 1.05
+    assert least < image.mean() < 1.005
+    assert image.max() < 1.05
 
 
 # Lambert's surface alone: no other layer is there, so that its color is all there is.
-MATT = {
+DIFFUSE = {
     "preview": (PREVIEW, dict(diffuseColor=GRAY, ior=1.0)),
     "preview, specular workflow": (PREVIEW, dict(useSpecularWorkflow=1, diffuseColor=GRAY)),
     "OmniPBR": (PBR, dict(diffuse_color_constant=GRAY, specular_level=0.0)),
@@ -117,7 +117,7 @@ MATT = {
 }
 
 
-@pytest.mark.parametrize("case", MATT)
-def test_a_matt_gray_ball_is_as_bright_as_its_color(case):
-    picture = furnace(*MATT[case], samples=64)
-    np.testing.assert_allclose(picture.mean((0, 1)), 0.5, rtol=0.005)
+@pytest.mark.parametrize("case", DIFFUSE)
+def test_a_diffuse_gray_ball_is_as_bright_as_its_color(case):
+    image = furnace(*DIFFUSE[case], samples=64)
+    np.testing.assert_allclose(image.mean((0, 1)), 0.5, rtol=0.005)

@@ -27,9 +27,9 @@ def test_a_clear_ball_vanishes_in_a_white_world(roughness, thin):
         materials=[glass(roughness=roughness, thin=thin)],
         dome=scenes.white_dome(),
     )
-    picture = radiance(scene, scenes.view_from((0, -6, 0), size=(12, 12)), samples=256, glass_bounces=24)
-    np.testing.assert_allclose(picture[3:9, 3:9].mean(), 1.0, atol=0.01)
-    assert picture.max() < 1.001
+    image = radiance(scene, scenes.view_from((0, -6, 0), size=(12, 12)), samples=256, glass_bounces=24)
+    np.testing.assert_allclose(image[3:9, 3:9].mean(), 1.0, atol=0.01)
+    assert image.max() < 1.001
 
 
 def test_a_pane_mirrors_at_both_of_its_faces():
@@ -39,8 +39,8 @@ def test_a_pane_mirrors_at_both_of_its_faces():
         materials=[glass(thin=1), scenes.material(base_color=0.0, specular=0.0, emission=10.0)],
     )
     view = scenes.view_from((0, -4, 0), size=(5, 5), focal_length=400.0)
-    picture = radiance(scene, view, samples=4096, bounces=2)
-    np.testing.assert_allclose(picture.mean(), 10.0 * (1 - 0.08 / 1.04), rtol=0.005)
+    image = radiance(scene, view, samples=4096, bounces=2)
+    np.testing.assert_allclose(image.mean(), 10.0 * (1 - 0.08 / 1.04), rtol=0.005)
 
 
 def test_tinted_glass_colors_what_lies_behind_it():
@@ -120,8 +120,8 @@ def test_partly_clear_things_neither_gain_nor_lose_energy(share, thin):
         materials=[glass(roughness=0.0, transmission=share, thin=thin)],
         dome=scenes.white_dome(),
     )
-    picture = radiance(scene, scenes.view_from((0, -6, 0), size=(12, 12)), samples=256, bounces=16, glass_bounces=24)
-    np.testing.assert_allclose(picture[3:9, 3:9].mean(), 1.0, atol=0.01)
+    image = radiance(scene, scenes.view_from((0, -6, 0), size=(12, 12)), samples=256, bounces=16, glass_bounces=24)
+    np.testing.assert_allclose(image[3:9, 3:9].mean(), 1.0, atol=0.01)
 
 
 @pytest.mark.parametrize("roughness", [0.0, 0.5])
@@ -133,7 +133,7 @@ def test_a_clear_pane_neither_blurs_nor_tints(opacity, roughness):
     placed = [(scenes.square(), facing(0), 0), (scenes.square(), facing(3, 0.3), 1)]
     scene = scenes.scene_of(placed, materials=[pane, behind])
     view = scenes.view_from((0, -4, 0), size=(5, 5), focal_length=400.0)
-    picture = radiance(scene, view, samples=4096, bounces=2)
+    image = radiance(scene, view, samples=4096, bounces=2)
     mirrored = 0.08 / 1.04  # hardly less where facets are tilted
     expected = (1.0 - opacity) * (1 - mirrored) * np.array([10.0, 5.0, 1.0])
-    np.testing.assert_allclose(picture.mean((0, 1)), expected, rtol=0.03)
+    np.testing.assert_allclose(image.mean((0, 1)), expected, rtol=0.03)

@@ -230,7 +230,7 @@ def test_normal_maps_with_green_turned_round(tmp_path):
 @pytest.mark.parametrize("fallback", [None, (0.3, 0.6, 0.9, 1.0)])
 @pytest.mark.parametrize("file", ["missing.png", "broken.png"])
 def test_unreadable_textures_are_named_and_the_fallback_counts(file, fallback, tmp_path):
-    (tmp_path / "broken.png").write_bytes(b"no picture")
+    (tmp_path / "broken.png").write_bytes(b"no image")
     looks = Looks()
     texture = looks.texture(tmp_path / file, scale=Gf.Vec4f(9))
     if fallback:
@@ -650,7 +650,7 @@ def test_gltf_transforms_are_those_of_khr_texture_transform(tmp_path):
     )  # fmt: skip
     row, textures = looks.row()
     found = np.array(textures[row["base_color_texture"]].transform)
-    # glTF's v runs downward, and it turns the picture's coordinates counter-clockwise as they are seen.
+    # glTF's v runs downward, and it turns the image's coordinates counter-clockwise as they are seen.
     turn = np.array([[np.cos(rotation), np.sin(rotation)], [-np.sin(rotation), np.cos(rotation)]])
     for u, v in ((0, 0), (1, 0), (0.3, 0.9)):
         there = offset + turn @ (size * [u, 1 - v])

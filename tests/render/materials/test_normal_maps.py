@@ -48,7 +48,7 @@ def drawn(looks: Looks, elevation: float, *, samples: int, bounces: int, focal_l
     return film.radiance()
 
 
-def picture_of(normals: np.ndarray, tmp_path, elevation: float = 90.0, focal_length=300.0, **inputs) -> np.ndarray:
+def image_of(normals: np.ndarray, tmp_path, elevation: float = 90.0, focal_length=300.0, **inputs) -> np.ndarray:
     """(8, 8, 3) radiance of a square with a normal map, (H, W, 3), that one bounce of light makes."""
     Image.fromarray(np.round((normals + 1) * 127.5).astype(np.uint8)).save(tmp_path / "normals.png")
     looks = looks_of(inputs)
@@ -59,7 +59,7 @@ def picture_of(normals: np.ndarray, tmp_path, elevation: float = 90.0, focal_len
     return drawn(looks, elevation, samples=512, bounces=1, focal_length=focal_length)
 
 
-def picture_of_bumps(elevation: float, **inputs) -> np.ndarray:
+def image_of_bumps(elevation: float, **inputs) -> np.ndarray:
     """(8, 8, 3) radiance of what the map `waves` stands for, as a surface with those bumps in it."""
     count = 144
     x, y = np.meshgrid(*2 * [np.linspace(0, 6 * np.pi, count + 1)])
@@ -99,11 +99,11 @@ def seen_of_the_world(degrees: float, steps: int = 800) -> float:
 
 @pytest.mark.parametrize("turn", [0.0, 130.0])
 @pytest.mark.parametrize("degrees", [5.0, 20.0, 40.0])
-def test_a_tilted_matt_surface_gets_what_it_sees_and_its_color_of_the_rest(degrees, turn, tmp_path):
+def test_a_tilted_diffuse_surface_gets_what_it_sees_and_its_color_of_the_rest(degrees, turn, tmp_path):
     color = np.array([0.9, 0.5, 0.1])
     seen = seen_of_the_world(degrees)
     expected = color * seen + color**2 * (1 - seen)
-    found = picture_of(tilted(degrees, turn), tmp_path, diffuseColor=Gf.Vec3f(*color), ior=1.0)
+    found = image_of(tilted(degrees, turn), tmp_path, diffuseColor=Gf.Vec3f(*color), ior=1.0)
     np.testing.assert_allclose(found.mean((0, 1)), expected, rtol=0.02)
 
 
@@ -122,7 +122,7 @@ WHITE = Gf.Vec3f(1.0)
     ],
 )
 def test_a_bumpy_white_surface_stays_white(inputs, worst, elevation, tmp_path):
-    found = picture_of(waves(), tmp_path, elevation, diffuseColor=WHITE, **inputs)
+    found = image_of(waves(), tmp_path, elevation, diffuseColor=WHITE, **inputs)
     assert found.mean() == pytest.approx(1.0, abs=worst)
 
 
@@ -130,7 +130,7 @@ def test_a_bumpy_white_surface_stays_white(inputs, worst, elevation, tmp_path):
 @pytest.mark.parametrize(("inputs", "rtol"), [(dict(ior=1.0), 0.035), (dict(metallic=1.0, roughness=0.6), 0.05)])
 def test_a_normal_map_is_as_bright_as_the_bumps_that_it_stands_for(inputs, rtol, elevation, tmp_path):
     color = Gf.Vec3f(0.95, 0.6, 0.3)
-    bumps = picture_of_bumps(elevation, diffuseColor=color, **inputs).mean((0, 1))
-    # Three waves of the map side by side, of which the middle one fills the picture, as of the bumps.
-    found = picture_of(waves(), tmp_path, elevation, 94.0, diffuseColor=color, **inputs).mean((0, 1))
+    bumps = image_of_bumps(elevation, diffuseColor=color, **inputs).mean((0, 1))
+    # Three waves of the map side by side, of which the middle one fills the image, as of the bumps.
+    found = image_of(waves(), tmp_path, elevation, 94.0, diffuseColor=color, **inputs).mean((0, 1))
     np.testing.assert_allclose(found, bumps, rtol=rtol)

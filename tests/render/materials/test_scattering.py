@@ -105,7 +105,7 @@ def hemisphere(count: int) -> tuple[np.ndarray, float]:
 
 
 MATERIALS = {
-    "matt": dict(base_color=(0.2, 0.5, 0.9), specular=0.0),
+    "diffuse": dict(base_color=(0.2, 0.5, 0.9), specular=0.0),
     "plastic": dict(base_color=(0.2, 0.5, 0.9), specular=0.04, roughness=0.4),
     "shiny plastic": dict(base_color=0.9, specular=0.1, roughness=0.25),
     "rough metal": dict(base_color=(1.0, 0.7, 0.3), metallic=1.0, roughness=1.0),
@@ -136,9 +136,9 @@ def test_facets_scatter_as_much_there_as_back(name):
     np.testing.assert_allclose(lobe_there, lobe_back, rtol=2e-3, atol=1e-6)
 
 
-def test_matt_surfaces_are_reciprocal_as_they_are():
+def test_diffuse_surfaces_are_reciprocal_as_they_are():
     a, b = pairs(2)
-    material = scenes.material(**MATERIALS["matt"])
+    material = scenes.material(**MATERIALS["diffuse"])
     there, back = scattered(material, a, b), scattered(material, b, a)
     np.testing.assert_allclose(there.diffuse / b[:, 2:], back.diffuse / a[:, 2:], rtol=1e-5)
 

@@ -14,7 +14,7 @@ SIZE = 64
 
 
 def card_with(textures, **values):
-    """A renderer of the unit square of texture coordinates, which fills the picture, and a view of it."""
+    """A renderer of the unit square of texture coordinates, which fills the image, and a view of it."""
     scene = scenes.scene_of(
         [(scenes.square(), scenes.moved(), 0)],
         materials=[scenes.material(**values)],
@@ -38,7 +38,7 @@ def coordinates() -> tuple[np.ndarray, np.ndarray]:
 
 
 def bilinear(values: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """A repeating picture at u, v."""
+    """A repeating image at u, v."""
     height, width = values.shape[:2]
     x, y = u * width - 0.5, (1.0 - v) * height - 0.5
     i, j = np.floor(x).astype(int), np.floor(y).astype(int)
@@ -61,9 +61,9 @@ def test_texels_of_every_precision_are_interpolated_as_numpy_does(kind, toleranc
         most = np.iinfo(kind).max
         texels = rng.integers(0, most + 1, (5, 7, 4)).astype(kind)
         values, bias = texels / float(most), (0.0,) * 4
-    picture = Texture("t", texels, False, WRAP_REPEAT, WRAP_REPEAT, scale=(0.5, 2.0, 1.0, 1.0), bias=bias)
-    expected = np.maximum(bilinear(values, *coordinates()) * picture.scale + bias, 0.0)[..., :3]
-    np.testing.assert_allclose(shown([picture], base_color_texture=0), expected, rtol=tolerance, atol=tolerance)
+    image = Texture("t", texels, False, WRAP_REPEAT, WRAP_REPEAT, scale=(0.5, 2.0, 1.0, 1.0), bias=bias)
+    expected = np.maximum(bilinear(values, *coordinates()) * image.scale + bias, 0.0)[..., :3]
+    np.testing.assert_allclose(shown([image], base_color_texture=0), expected, rtol=tolerance, atol=tolerance)
 
 
 def test_sixteen_bits_are_finer_than_eight():
@@ -112,12 +112,12 @@ def test_tiles_lie_side_by_side_and_beyond_them_is_the_fallback():
 def test_specular_textures_vary_over_the_surface():
     texels = np.zeros((1, 2, 4), np.uint8)
     texels[0, 1] = 255
-    picture = Texture("s", texels, False, WRAP_CLAMP, WRAP_CLAMP, UvTransform.of((1.0, 1.0), 0.0, (0.0, 0.0)))
+    image = Texture("s", texels, False, WRAP_CLAMP, WRAP_CLAMP, UvTransform.of((1.0, 1.0), 0.0, (0.0, 0.0)))
     values = dict(base_color=0.0, specular=(0.9, 0.5, 0.1), specular_texture=0, roughness=0.3)
-    reflected = shown([picture], "specular", **values)
+    reflected = shown([image], "specular", **values)
     np.testing.assert_allclose(reflected[32, 4], 0.0, atol=1e-6)
     np.testing.assert_allclose(reflected[32, 60], (0.9, 0.5, 0.1), rtol=1e-5)
-    renderer, view = card_with([picture], **values)
+    renderer, view = card_with([image], **values)
     renderer.sync()
     assert radiance(renderer._scene, view, samples=16)[32, 4].max() < 0.01
 
@@ -127,18 +127,18 @@ def test_coats_are_as_thick_and_rough_as_their_textures(what, bright):
     # A black base: in a white world all that is seen is the coat's reflection, 4 % head on, however rough it is.
     texels = np.zeros((1, 2, 4), np.uint8)
     texels[0, 1] = 255
-    picture = Texture("c", texels, False, WRAP_CLAMP, WRAP_CLAMP)
+    image = Texture("c", texels, False, WRAP_CLAMP, WRAP_CLAMP)
     values = {"clearcoat": 1.0, "clearcoat_roughness": 0.5, f"{what}_texture": 0, f"{what}_channel": 2}
-    renderer, view = card_with([picture], base_color=0.0, specular=0.0, **values)
+    renderer, view = card_with([image], base_color=0.0, specular=0.0, **values)
     renderer.sync()
-    picture = radiance(renderer._scene, view, samples=64)
+    image = radiance(renderer._scene, view, samples=64)
     if what == "clearcoat":
-        assert picture[28:36, 2:6].max() == 0.0
-        np.testing.assert_allclose(picture[28:36, bright - 4 : bright].mean(), 0.04, rtol=0.15)
+        assert image[28:36, 2:6].max() == 0.0
+        np.testing.assert_allclose(image[28:36, bright - 4 : bright].mean(), 0.04, rtol=0.15)
     else:
         # A mirror shows the world as it is, without noise.
-        np.testing.assert_allclose(picture[28:36, 2:6].mean(), 0.04, rtol=0.1)
-        assert picture[28:36, 2:6].std() < 0.01
+        np.testing.assert_allclose(image[28:36, 2:6].mean(), 0.04, rtol=0.1)
+        assert image[28:36, 2:6].std() < 0.01
 
 
 def test_a_detail_map_adds_its_slopes():

@@ -76,7 +76,7 @@ def test_eight_bit_modes(mode, value, rgba, is_srgb, tmp_path):
     assert loaded.srgb is is_srgb, "auto: 8 bits with three or four channels"
 
 
-def test_palette_pictures_are_colors(tmp_path):
+def test_palette_images_are_colors(tmp_path):
     Image.new("RGB", (4, 4), RED).quantize(4).save(tmp_path / "p.png")
     loaded = texture(tmp_path / "p.png")
     assert (loaded.texels == (*RED, 255)).all()
@@ -138,7 +138,7 @@ def deep_png(values: np.ndarray, filters) -> bytes:
 def test_sixteen_bit_pngs_keep_all_bits(filters, channels, tmp_path):
     values = np.random.default_rng(7).integers(0, 65536, (6, 9, channels)).astype(np.uint16)
     (tmp_path / "x.png").write_bytes(deep_png(values, filters))
-    with Image.open(tmp_path / "x.png") as image:  # a picture to others too
+    with Image.open(tmp_path / "x.png") as image:  # other readers accept it too
         assert np.asarray(image.convert("RGBA")).shape == (6, 9, 4)
     texels = texture(tmp_path / "x.png", color=False, color_space="raw").texels
     assert texels.dtype == np.uint16
@@ -157,21 +157,21 @@ def test_cut_off_sixteen_bit_pngs_are_named(tmp_path):
 
 
 @pytest.mark.parametrize("mode", ["1", "L", "LA", "P", "RGB", "RGBA", "I;16", "F"])
-def test_pictures_without_alpha_have_the_same_colors(mode, tmp_path):
+def test_images_without_alpha_have_the_same_colors(mode, tmp_path):
     file = str(tmp_path / "x.tiff" if mode == "F" else tmp_path / "x.png")
     shape = (5, 7)
     values = np.random.default_rng(0).integers(0, 256, shape, np.uint8)
     if mode == "I;16":
-        picture = Image.fromarray(values.astype(np.uint16) * 257)
+        image = Image.fromarray(values.astype(np.uint16) * 257)
     else:
-        picture = Image.fromarray(values).convert(mode)
-    picture.save(file)
+        image = Image.fromarray(values).convert(mode)
+    image.save(file)
     rgb = image_files.read_rgb(file)
     assert rgb.shape == (*shape, 3)
     np.testing.assert_array_equal(rgb, image_files.read(file).texels[..., :3])
 
 
-def test_float_pictures_are_linear_whatever_their_file(tmp_path):
+def test_float_images_are_linear_whatever_their_file(tmp_path):
     Image.fromarray(np.full((4, 4), 0.5, np.float32)).save(tmp_path / "f.tiff")
     values, coded = flat(tmp_path / "f.tiff")
     np.testing.assert_allclose(values[:3], 0.5, atol=0.005)
@@ -179,7 +179,7 @@ def test_float_pictures_are_linear_whatever_their_file(tmp_path):
     assert flat(tmp_path / "f.tiff", color=False)[1] is False
 
 
-def test_radiance_pictures_serve_as_textures(tmp_path):
+def test_radiance_images_serve_as_textures(tmp_path):
     (tmp_path / "a.hdr").write_bytes(b"#?RADIANCE\n\n-Y 1 +X 1\n" + bytes([64, 32, 255, 129]))
     values, _ = flat(tmp_path / "a.hdr")
     np.testing.assert_allclose(values[:3], [0.5, 0.25, 255 / 128], rtol=1e-3)
@@ -236,7 +236,7 @@ def test_unreadable_files_are_named_and_absent(name, tmp_path):
     whole = io.BytesIO()
     Image.effect_noise((64, 64), 50).save(whole, "PNG")
     (tmp_path / "cut.png").write_bytes(whole.getvalue()[:-200])
-    (tmp_path / "text.png").write_bytes(b"not a picture")
+    (tmp_path / "text.png").write_bytes(b"not an image")
     (tmp_path / "empty.png").write_bytes(b"")
     use = TextureUse(str(tmp_path / name), shader="/Looks/M/Tex")
     with pytest.warns(UserWarning, match=f"/Looks/M/Tex.*{name}"):
@@ -270,11 +270,11 @@ def test_exr_files_keep_their_values(names, kind, tmp_path):
 
 
 def test_files_inside_a_package_are_read(tmp_path):
-    picture = io.BytesIO()
-    Image.new("RGB", (3, 2), RED).save(picture, "PNG")
+    image = io.BytesIO()
+    Image.new("RGB", (3, 2), RED).save(image, "PNG")
     with zipfile.ZipFile(tmp_path / "a.usdz", "w", zipfile.ZIP_STORED) as package:
         package.writestr("a.usda", "#usda 1.0\n")
-        package.writestr("tex/red.png", picture.getvalue())
+        package.writestr("tex/red.png", image.getvalue())
     inside = f"{tmp_path}/a.usdz[tex/red.png]"
     assert (texture(inside).texels == (*RED, 255)).all()
     assert image_files.modified(inside) == image_files.modified(str(tmp_path / "a.usdz")) != (0, 0)

@@ -26,7 +26,7 @@ def make_stage(folder: Path) -> Usd.Stage:
     stage = Usd.Stage.CreateNew(str(folder / "stage.usda"))
     UsdGeom.SetStageUpAxis(stage, "Z")
     UsdGeom.Xform.Define(stage, "/World").AddTranslateOp().Set(Gf.Vec3d(0))
-    _add_looks(stage, folder)
+    _add_materials(stage, folder)
     _add_meshes(stage)
     for k in range(3):
         _add_reference(stage, f"/World/Crates/c{k}", folder, k, instanceable=k > 0)
@@ -59,7 +59,7 @@ def _write_asset(folder: Path) -> None:
     box = UsdGeom.Cube.Define(asset, "/Crate/Box")
     box.CreateSizeAttr(0.4)
     box.AddTranslateOp().Set(Gf.Vec3d(0, 0, 0.4))
-    _add_look(asset, "/Crate/Look", COLORS[1])
+    _add_material(asset, "/Crate/Look", COLORS[1])
     UsdShade.MaterialBindingAPI.Apply(box.GetPrim()).Bind(UsdShade.Material.Get(asset, "/Crate/Look"))
     asset.Save()
 
@@ -75,7 +75,7 @@ def _mesh(stage: Usd.Stage, path: str, points: np.ndarray) -> UsdGeom.Mesh:
     return mesh
 
 
-def _add_look(stage: Usd.Stage, path: str, color: Gf.Vec3f, file: str = "") -> None:
+def _add_material(stage: Usd.Stage, path: str, color: Gf.Vec3f, file: str = "") -> None:
     material = UsdShade.Material.Define(stage, path)
     surface = UsdShade.Shader.Define(stage, f"{path}/Surface")
     surface.CreateIdAttr("UsdPreviewSurface")
@@ -90,14 +90,14 @@ def _add_look(stage: Usd.Stage, path: str, color: Gf.Vec3f, file: str = "") -> N
     material.CreateSurfaceOutput().ConnectToSource(surface.ConnectableAPI(), "surface")
 
 
-def _add_looks(stage: Usd.Stage, folder: Path) -> None:
-    _add_look(stage, "/World/Looks/plain", COLORS[0])
-    _add_look(stage, "/World/Looks/pictured", COLORS[1], str(folder / "0.png"))
+def _add_materials(stage: Usd.Stage, folder: Path) -> None:
+    _add_material(stage, "/World/Looks/plain", COLORS[0])
+    _add_material(stage, "/World/Looks/textured", COLORS[1], str(folder / "0.png"))
 
 
 def _add_meshes(stage: Usd.Stage) -> None:
     ground = _mesh(stage, "/World/Ground", QUAD * 4 - [0, 0, 1])
-    UsdShade.MaterialBindingAPI.Apply(ground.GetPrim()).Bind(UsdShade.Material.Get(stage, "/World/Looks/pictured"))
+    UsdShade.MaterialBindingAPI.Apply(ground.GetPrim()).Bind(UsdShade.Material.Get(stage, "/World/Looks/textured"))
     parted = _mesh(stage, "/World/Parted", QUAD * 0.7)
     parted.AddTranslateOp().Set(Gf.Vec3d(-2, -2, 0.5))
     UsdGeom.Subset.CreateGeomSubset(parted, "half", "face", [0], "materialBind", "partition")
@@ -157,9 +157,9 @@ def _toggle_visibility(path: str) -> Edit:
 
 def _bind(path: str, stronger: bool = False) -> Edit:
     def edit(stage: Usd.Stage, k: int) -> None:
-        look = UsdShade.Material.Get(stage, f"/World/Looks/{('plain', 'pictured')[k % 2]}")
+        material = UsdShade.Material.Get(stage, f"/World/Looks/{('plain', 'textured')[k % 2]}")
         strength = UsdShade.Tokens.strongerThanDescendants if stronger and k % 3 else UsdShade.Tokens.fallbackStrength
-        UsdShade.MaterialBindingAPI.Apply(stage.GetPrimAtPath(path)).Bind(look, strength)
+        UsdShade.MaterialBindingAPI.Apply(stage.GetPrimAtPath(path)).Bind(material, strength)
 
     return edit
 
@@ -167,16 +167,16 @@ def _bind(path: str, stronger: bool = False) -> Edit:
 def _bind_by_collection(stage: Usd.Stage, k: int) -> None:
     collection = Usd.CollectionAPI.Apply(stage.GetPrimAtPath("/World/Looks"), "some")
     collection.CreateIncludesRel().SetTargets([f"/World/Balls/b{k % 3}"])
-    look = UsdShade.Material.Get(stage, "/World/Looks/plain")
-    UsdShade.MaterialBindingAPI.Apply(stage.GetPrimAtPath("/World/Balls")).Bind(collection, look, "some")
+    material = UsdShade.Material.Get(stage, "/World/Looks/plain")
+    UsdShade.MaterialBindingAPI.Apply(stage.GetPrimAtPath("/World/Balls")).Bind(collection, material, "some")
 
 
-def _bind_to_what_comes_later(stage: Usd.Stage, k: int) -> None:
+def _bind_to_a_later_material(stage: Usd.Stage, k: int) -> None:
     """A binding first, then its material, which may go again."""
     api = UsdShade.MaterialBindingAPI.Apply(stage.GetPrimAtPath("/World/Balls/b0"))
     api.GetDirectBindingRel().SetTargets([Sdf.Path("/World/Later")])
     if k % 2:
-        _add_look(stage, "/World/Later", COLORS[k % 3])
+        _add_material(stage, "/World/Later", COLORS[k % 3])
     else:
         stage.RemovePrim("/World/Later")
 
@@ -237,7 +237,7 @@ def _reorder(stage: Usd.Stage, k: int) -> None:
     stage.GetPrimAtPath("/World/Balls").SetChildrenReorder(order)
 
 
-def _glow(stage: Usd.Stage, k: int) -> None:
+def _toggle_mesh_light(stage: Usd.Stage, k: int) -> None:
     prim = stage.GetPrimAtPath("/World/Parted")
     if k % 2:
         UsdLux.MeshLightAPI.Apply(prim)
@@ -302,7 +302,7 @@ EDITS: dict[str, Edit] = {
     "a pose above all": _set("/World.xformOp:translate", Gf.Vec3d(0.3, 0, 0), Gf.Vec3d(0)),
     "a pose of an instance": _set("/World/Crates/c1.xformOp:translate", Gf.Vec3d(0, -1.5, 0), Gf.Vec3d(0, -2, 0)),
     "a pose of a prototype of points": _set("/World/Points/Grain.xformOp:translate", Gf.Vec3d(0, 0, 0.5), Gf.Vec3d(0)),
-    "a pose of what points draw too": _set("/World/Balls/b2.xformOp:translate", Gf.Vec3d(1, 0, 0.6), Gf.Vec3d(1, 0, 0)),
+    "a pose of a shared prim": _set("/World/Balls/b2.xformOp:translate", Gf.Vec3d(1, 0, 0.6), Gf.Vec3d(1, 0, 0)),
     "a color of a material": _set("/World/Looks/plain/Surface.inputs:diffuseColor", COLORS[2], COLORS[0]),
     "a display color": lambda stage, k: stage.GetAttributeAtPath("/World/Balls/b0.primvars:displayColor").Set(
         [COLORS[k % 3]]
@@ -320,8 +320,8 @@ EDITS: dict[str, Edit] = {
     "a binding": _bind("/World/Parted"),
     "a binding above others": _bind("/World/Crates", stronger=True),
     "a binding of a collection": _bind_by_collection,
-    "a binding to what comes later": _bind_to_what_comes_later,
-    "a texture": lambda stage, k: stage.GetAttributeAtPath("/World/Looks/pictured/Tex.inputs:file").Set(
+    "a binding to a material that comes later": _bind_to_a_later_material,
+    "a texture": lambda stage, k: stage.GetAttributeAtPath("/World/Looks/textured/Tex.inputs:file").Set(
         str(Path(stage.GetRootLayer().realPath).with_name(f"{k % 3}.png"))
     ),
     "a reference": _reference,
@@ -330,17 +330,17 @@ EDITS: dict[str, Edit] = {
     "an instance": _toggle_active("/World/Crates/c1"),
     "visibility": _toggle_visibility("/World/Balls/b1"),
     "visibility of many": _toggle_visibility("/World/Crates"),
-    "visibility of what points draw": _toggle_visibility("/World/Points/Grain"),
+    "visibility of a prototype of points": _toggle_visibility("/World/Points/Grain"),
     "visibility of a light": _toggle_visibility("/World/Lamp"),
     "purpose": lambda stage, k: (
         UsdGeom.Imageable(stage.GetPrimAtPath("/World/Balls")).CreatePurposeAttr().Set(("guide", "default")[k % 2])
     ),
     "a light's intensity": _set("/World/Lamp.inputs:intensity", 9000.0, 3000.0),
     "a light's color": _set("/World/Lamp.inputs:color", *COLORS),
-    "a light's place": _set("/World/Lamp.xformOp:translate", Gf.Vec3d(1, 1, 2), Gf.Vec3d(0, 0, 3)),
+    "a light's position": _set("/World/Lamp.xformOp:translate", Gf.Vec3d(1, 1, 2), Gf.Vec3d(0, 0, 3)),
     "a light's links": _link,
-    "a glowing mesh": _glow,
-    "the sky's picture": lambda stage, k: stage.GetAttributeAtPath("/World/Sky.inputs:texture:file").Set(
+    "a mesh light": _toggle_mesh_light,
+    "the sky's image": lambda stage, k: stage.GetAttributeAtPath("/World/Sky.inputs:texture:file").Set(
         str(Path(stage.GetRootLayer().realPath).with_name(f"{(k + 2) % 3}.png"))
     ),
     "the sky's intensity": _set("/World/Sky.inputs:intensity", 400.0, 33.0, 200.0),
@@ -369,7 +369,7 @@ EDITS: dict[str, Edit] = {
     "a skeleton's animation": _toggle_active("/World/Man/Bend"),
     "a skeleton that goes": _toggle_active("/World/Man/Skeleton"),
     "a character": _toggle_active("/World/Man"),
-    "samples of a place": _sample("/World/Balls/b1.xformOp:translate", Gf.Vec3d(0.2, 0, 0.5), Gf.Vec3d(0, 0.3, 0)),
+    "samples of a position": _sample("/World/Balls/b1.xformOp:translate", Gf.Vec3d(0.2, 0, 0.5), Gf.Vec3d(0, 0.3, 0)),
     "samples of a prototype of points": _sample(
         "/World/Points/Grain.xformOp:translate", Gf.Vec3d(0, 0.2, 0.5), Gf.Vec3d(0, 0, 0.3)
     ),

@@ -482,7 +482,7 @@ def test_progress_reaches_the_total():
 
 
 @pytest.mark.parametrize("mode", ["noMaterialResponse", "independent", "materialGlowTintsLight"])
-def test_mesh_lights_glow(mode):
+def test_mesh_lights_emit(mode):
     stage = make_stage()
     mesh = add_mesh(stage, "/Panel")
     material = add_material(stage, "/Looks/M")

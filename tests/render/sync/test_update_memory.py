@@ -36,13 +36,13 @@ def test_frames_leave_nothing_behind(tmp_path, monkeypatch):
     stage = make_stage(tmp_path)
     renderer = WarpRenderer(stage, device="cpu")
     rng = np.random.default_rng(0)
-    picture = stage.GetAttributeAtPath("/World/Looks/pictured/Tex.inputs:file")
-    names = ("a reference", "a label", "the sky's picture", "the sky's color", "colors of points", "a variant")
+    image = stage.GetAttributeAtPath("/World/Looks/textured/Tex.inputs:file")
+    names = ("a reference", "a label", "the sky's image", "the sky's color", "colors of points", "a variant")
     memory = []
     for k in range(FRAMES):
         file = tmp_path / f"new_{k}.png"
         Image.fromarray(rng.integers(0, 256, (128, 128, 3), np.uint8)).save(file)
-        picture.Set(str(file))
+        image.Set(str(file))
         stage.RemovePrim(f"/World/New{k - 1}")
         ball = UsdGeom.Sphere.Define(stage, f"/World/New{k}")
         ball.CreateRadiusAttr(0.1 + 0.0001 * k)

@@ -30,12 +30,12 @@ def frame(renderer, stage, time=None):
     """Everything that a capture takes from a renderer."""
     renderer.sync(time)
     view = read_camera(stage, "/World/Camera", (48, 36), time=time)
-    pictures = dict(renderer.labels(view, AOVS))
+    images = dict(renderer.labels(view, AOVS))
     film = renderer.new_film(view.width, view.height)
     renderer.accumulate(film, view, samples=1, settings=PathSettings(light_aovs=True))
-    pictures |= renderer.develop(film)
-    pictures["paths"] = np.array(renderer.gprims)
-    return pictures
+    images |= renderer.develop(film)
+    images["paths"] = np.array(renderer.gprims)
+    return images
 
 
 def assert_fresh(renderer, stage, time=None):

@@ -183,7 +183,7 @@ def test_flat_texture_coordinates_stay_flat(interpolation, rule):
 
 
 def test_texture_seams_stay_seams():
-    """Every face of the cube is the whole picture: no corner between two faces mixes their coordinates."""
+    """Every face of the cube is the whole image: no corner between two faces mixes their coordinates."""
     _, mesh = make_cube(level=2)
     mesh.CreateFaceVaryingLinearInterpolationAttr("cornersPlus1")
     add_uvs(mesh, [(0, 0), (1, 0), (1, 1), (0, 1)], "faceVarying", [0, 1, 2, 3] * 6)
@@ -193,7 +193,7 @@ def test_texture_seams_stay_seams():
         np.testing.assert_allclose([uvs.min(0), uvs.max(0)], [[0, 0], [1, 1]], atol=1e-6)
         area = prototype.uvs[prototype.triangle_faces == face]
         covered = np.linalg.det(area[:, 1:] - area[:, :1]).sum() / 2
-        assert covered == pytest.approx(1.0, abs=1e-5), "the picture covers the face once"
+        assert covered == pytest.approx(1.0, abs=1e-5), "the image covers the face once"
 
 
 def test_uniform_and_constant_texture_coordinates_are_kept():
