@@ -15,8 +15,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from usdsdg.arguments.registry import near_misses
-from usdsdg.arguments.user_functions import enter
+from usdsdg.arguments.registry import near_misses, register_function
 from usdsdg.arguments.values import shown
 from usdsdg.errors import GraphError
 from usdsdg.graph.node import Node, ReplicatorItem, plain, script_line
@@ -379,4 +378,4 @@ def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None 
     Raises:
         ValueError: the name is no identifier, or taken while `override` is False.
     """
-    enter(globals(), "distribution", fn, override, fn_name)
+    register_function(globals(), "distribution", fn, override, fn_name)

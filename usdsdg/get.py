@@ -11,7 +11,7 @@ from typing import Any
 
 from pxr import Usd
 
-from usdsdg.arguments.user_functions import enter
+from usdsdg.arguments.registry import register_function
 from usdsdg.errors import BadPrim, warn_once
 from usdsdg.functional import get as find
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
@@ -121,4 +121,4 @@ def register(func: Callable[..., Any], override: bool = True, fn_name: str | Non
     Raises:
         ValueError: the name is no identifier, or taken while `override` is False.
     """
-    enter(globals(), "get", func, override, fn_name)
+    register_function(globals(), "get", func, override, fn_name)

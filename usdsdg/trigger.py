@@ -8,7 +8,7 @@ from collections.abc import Callable
 from numbers import Real
 from typing import Any
 
-from usdsdg.arguments.user_functions import enter
+from usdsdg.arguments.registry import register_function
 from usdsdg.arguments.values import shown, whole_number
 from usdsdg.errors import GraphError, Unsupported
 from usdsdg.functional import physics
@@ -242,4 +242,4 @@ def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None 
     Raises:
         ValueError: the name is no identifier, or taken while `override` is False.
     """
-    enter(globals(), "trigger", fn, override, fn_name)
+    register_function(globals(), "trigger", fn, override, fn_name)

@@ -162,7 +162,7 @@ def test_every_texture_of_a_group_reaches_its_input(stage, tmp_path):
     floor = rep.create.plane(scale=4)
     decal = rep.create.mesh_decal(**files, name="logo", offset_normal=50, input_prims=floor)
     assert decal.prims == ("/Replicator/logo_Xform",)
-    # Half a metre above.
+    # Half a meter above.
     np.testing.assert_allclose(baked(stage, decal)[0][..., 2], 0.5, atol=1e-6)
 
     def shader(item):

@@ -1,4 +1,4 @@
-"""Colours and places drawn at once, and the generators that they are drawn from."""
+"""Colors and places drawn at once, and the generators that they are drawn from."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What `rep.randomizer`'s rotations, colours, textures and materials leave on the stage."""
+"""What `rep.randomizer`'s rotations, colors, textures and materials leave on the stage."""
 
 import numpy as np
 import pytest
@@ -98,7 +98,7 @@ def test_rotations_that_make_no_sense(stage, arguments, message):
         rep.randomizer.rotation(**arguments, input_prims=rep.create.cube())
 
 
-# --- colours ---
+# --- colors ---
 
 
 @pytest.fixture

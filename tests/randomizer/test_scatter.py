@@ -103,7 +103,7 @@ def test_a_full_floor_is_an_error_that_names_the_object(stage):
     floor = rep.create.plane()
     boxes = rep.create.cube(count=3, scale=0.9)
     rep.randomizer.scatter_2d(floor, check_for_collisions=True, input_prims=boxes)
-    with pytest.raises(ValueError, match=r"no free place for /Replicator/Cube_Xform\w* after 10,000 tries"):
+    with pytest.raises(ValueError, match=r"no free position for /Replicator/Cube_Xform\w* after 10,000 tries"):
         run()
 
 

@@ -1,10 +1,10 @@
-"""Names → members, with near-miss suggestions; used by every family (annotators, writers, backends, ...)."""
+"""Members of a family (annotators, writers, ...) by name, and functions that scripts register in a module."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator
-from typing import Generic, TypeVar
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, Generic, TypeVar
 
 from usdsdg.errors import UsdsdgError
 
@@ -75,3 +75,21 @@ def near_misses(name: str, known: Iterable[str], *, count: int = 3) -> list[str]
     """Up to `count` of the `known` names that a reader may have meant by `name`, best first; case is ignored."""
     by_folded = {str(k).casefold(): str(k) for k in known}
     return [by_folded[k] for k in difflib.get_close_matches(str(name).casefold(), by_folded, count, 0.6)]
+
+
+def register_function(
+    module: dict[str, Any], family: str, fn: Callable[..., Any], override: bool, fn_name: str | None
+) -> None:
+    """Put `fn` into the globals of a family's module, under its own name or `fn_name`: `rep.modify.register(fn)`.
+
+    Raises:
+        ValueError: `fn` is no function, the name is no identifier, or taken while `override` is False.
+    """
+    if not callable(fn):
+        raise ValueError(f"{family}.register: {fn!r} is no function")
+    name = fn_name or getattr(fn, "__name__", type(fn).__name__)
+    if not name.isidentifier():
+        raise ValueError(f"{family}.register: {name!r} is not a valid name; pass fn_name='a_valid_name'")
+    if name in module and not override:
+        raise ValueError(f"{family}.register: {name!r} exists; pass override=True to replace it")
+    module[name] = fn

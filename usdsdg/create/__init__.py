@@ -7,7 +7,7 @@ geometry or light. Constant arguments are written at once; distributions become 
 from collections.abc import Callable
 from typing import Any
 
-from usdsdg.arguments.user_functions import enter
+from usdsdg.arguments.registry import register_function
 from usdsdg.create.cameras import camera, stereo_camera
 from usdsdg.create.groups import group, xform
 from usdsdg.create.lights import light
@@ -31,4 +31,4 @@ def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None 
     Raises:
         ValueError: the name is no identifier, or taken while `override` is False.
     """
-    enter(globals(), "create", fn, override, fn_name)
+    register_function(globals(), "create", fn, override, fn_name)

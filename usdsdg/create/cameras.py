@@ -8,7 +8,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg import modify
 from usdsdg.arguments.values import count_of, vector
-from usdsdg.create.objects import ROOT, new_object, posed
+from usdsdg.create.objects import ROOT, apply_common_arguments, new_object
 from usdsdg.errors import ArgumentError, BadPrim, Unsupported
 from usdsdg.graph.node import ReplicatorItem, prim_paths
 from usdsdg.session.stage_context import current_stage
@@ -41,7 +41,7 @@ def camera(
         f_stop: 0 switches depth of field off.
         projection_type: camelCase or snake_case; docs/lenses.md has the formulas, and the attributes of
             omniDirectionalStereo and generalizedProjection, which have no argument here.
-        fisheye_nominal_width: pixels, as are nominal height, optical centre and OpenCV focal lengths.
+        fisheye_nominal_width: pixels, as are nominal height, optical center and OpenCV focal lengths.
         fisheye_max_fov: degrees.
         cross_camera_reference_name: the other camera of a stereo pair, for cross correspondence.
 
@@ -57,7 +57,7 @@ def camera(
         prim, child = new_object("Camera", name, parent)
         objects.append(prim)
         cameras.append(_camera_at(stage, child))
-    item = posed(
+    item = apply_common_arguments(
         objects, position=position, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
         kind="OgnCreateCamera", name=name,
     )  # fmt: skip
@@ -102,7 +102,7 @@ def stereo_camera(
             made = _camera_at(stage, f"{pairs[-1].GetPath()}/{name or 'StereoCam'}_{side}")
             author_pose(made, translate=right * shift)
             cameras.append(made)
-    item = posed(
+    item = apply_common_arguments(
         pairs, position=position, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
         kind="OgnCreateStereoCamera", name=name,
     )  # fmt: skip

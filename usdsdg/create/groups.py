@@ -7,7 +7,7 @@ from typing import Any
 from usdsdg import modify
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import count_of
-from usdsdg.create.objects import new_object, posed
+from usdsdg.create.objects import apply_common_arguments, new_object
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 
 
@@ -46,7 +46,7 @@ def xform(
         ArgumentError: a value has another shape, or `count` is no whole number. BadPrim: `parent` is not on the stage.
     """
     objects = [new_object("Xform", name, parent)[0] for _ in range(count_of(count))]
-    return posed(
+    return apply_common_arguments(
         objects, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
         semantics=semantics, visible=visible, kind="OgnCreateXform", name=name,
     )  # fmt: skip

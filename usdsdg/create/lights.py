@@ -8,7 +8,7 @@ from pxr import UsdLux
 
 from usdsdg import modify
 from usdsdg.arguments.values import count_of
-from usdsdg.create.objects import new_object, posed
+from usdsdg.create.objects import apply_common_arguments, new_object
 from usdsdg.errors import ArgumentError
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.session.stage_context import current_stage
@@ -40,7 +40,7 @@ def light(
         look_at: a point of the world [stage units] or prims, to which the light shines.
         color: linear RGB.
         intensity: nits (of a distant light: lux), doubled by each unit of `exposure`.
-        temperature: kelvin; None switches colour temperature off.
+        temperature: kelvin; None switches color temperature off.
         texture: picture of a dome or rect light, a file or a URL below the assets root.
 
     Raises:
@@ -60,7 +60,7 @@ def light(
         lights.append(schema.Define(stage, child).GetPrim())
         enabled = UsdLux.LightAPI(lights[-1]).CreateEnableColorTemperatureAttr()
         enabled.Set(temperature is not None)
-    item = posed(
+    item = apply_common_arguments(
         objects, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
         kind="OgnCreateLight", name=name,
     )  # fmt: skip

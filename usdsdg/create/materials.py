@@ -33,12 +33,12 @@ def material_omnipbr(
     firing of the enclosing trigger.
 
     Args:
-        diffuse: linear colour.
+        diffuse: linear color.
         diffuse_texture: file or URL, as are the other textures. A roughness or metallic texture replaces the constant.
         roughness: 0 (mirror) to 1.
         metallic: 0 or 1, or between.
         specular: level of the reflection of non-metals, 0.5 for common plastics.
-        emissive_color: linear colour; this, a texture or an intensity switches emission on.
+        emissive_color: linear color; this, a texture or an intensity switches emission on.
         emissive_intensity: nits.
         project_uvw: textures are projected along the axes of the object instead of using its UVs.
 

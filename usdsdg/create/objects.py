@@ -33,7 +33,7 @@ def new_object(kind: str, name: str | None, parent: Any) -> tuple[Usd.Prim, str]
     return prim, f"{path}/{label}"
 
 
-def posed(
+def apply_common_arguments(
     objects: Sequence[Usd.Prim],
     *,
     position: Any = None,

@@ -32,7 +32,7 @@ def projection_material(
     `modify.projection_material` or, inside of a trigger, at every firing.
 
     Args:
-        proxy_prim: the projector; one without geometry is a box of a metre.
+        proxy_prim: the projector; one without geometry is a box of a meter.
         semantics: labels of the projection.
         material: what is projected; a new OmniPBR material by default.
         offset_scale: distance above the surface, as a share of the projector's box.
@@ -76,7 +76,7 @@ def mesh_decal(
 ) -> ReplicatorItem:  # fmt: skip
     """Stick a picture onto prims, as `projection_material` does, with a projector of its own.
 
-    The projector is an Xform `/Replicator/Decal_Projector...` of the given pose; its box, a metre times `scale`, is
+    The projector is an Xform `/Replicator/Decal_Projector...` of the given pose; its box, a meter times `scale`, is
     projected along its -Z. Pose and textures may be distributions, which are drawn again at every firing.
 
     Args:
@@ -85,7 +85,7 @@ def mesh_decal(
         position: of the projector's middle in the world [stage units].
         rotation: of the projector [degrees].
         scale: of the projector's box.
-        offset_normal: distance above the surface [centimetres].
+        offset_normal: distance above the surface [centimeters].
         offset_depth: shift of the projector along its Z [stage units].
 
     Raises:

@@ -7,7 +7,7 @@ from typing import Any
 from usdsdg import modify
 from usdsdg.arguments.asset_folders import usd_files
 from usdsdg.arguments.values import count_of
-from usdsdg.create.objects import new_object, posed
+from usdsdg.create.objects import apply_common_arguments, new_object
 from usdsdg.errors import AssetError, AssetNotFound
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.session.stage_context import current_stage
@@ -39,7 +39,7 @@ def from_usd(
         if not reference.GetReferences().AddReference(file):
             raise AssetError(f"create.from_usd: {file} cannot be referenced at {child}")
         objects.append(prim)
-    return posed(
+    return apply_common_arguments(
         objects, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
         semantics=semantics, kind="OgnCreateFromUsd", name=name,
     )  # fmt: skip

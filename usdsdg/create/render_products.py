@@ -68,7 +68,7 @@ def render_product_tiled(
     There are ceil(sqrt(N)) columns for N cameras, and as many rows as it takes: the product's resolution is columns x
     tile width, rows x tile height. Places that are left over show nothing: black with an alpha of 0, infinitely far.
 
-    Annotators that work pixel by pixel (colours, depths, normals, motion, segmentation, materials) give the tiled
+    Annotators that work pixel by pixel (colors, depths, normals, motion, segmentation, materials) give the tiled
     array, in which each tile is what its camera alone gives. Those that need one camera, such as boxes and
     camera_params, raise Unsupported at the capture.
 

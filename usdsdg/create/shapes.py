@@ -1,6 +1,6 @@
 """Shapes. Mirrors `rep.create.sphere` and its siblings.
 
-Meshes are one metre across, in whatever units the stage has, and stand on its up axis. With `as_mesh=False` a shape is
+Meshes are one meter across, in whatever units the stage has, and stand on its up axis. With `as_mesh=False` a shape is
 the UsdGeom prim in USD's own default size, two stage units across, as in Replicator.
 
 Arguments that all of them share; each but the last four is one for all, a list of one per prim, or a distribution:
@@ -22,7 +22,7 @@ from typing import Any
 
 from usdsdg import modify
 from usdsdg.arguments.values import count_of
-from usdsdg.create.objects import new_object, posed
+from usdsdg.create.objects import apply_common_arguments, new_object
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.geometry import shape_meshes
@@ -39,7 +39,7 @@ def _shape(kind: str, arguments: dict[str, Any]) -> ReplicatorItem:
         else:
             shape_meshes.define_gprim(stage, child, kind)
         objects.append(prim)
-    item = posed(objects, kind=f"OgnCreate{kind}", **arguments)
+    item = apply_common_arguments(objects, kind=f"OgnCreate{kind}", **arguments)
     if material is not None:
         modify.material(material, input_prims=item)
     return item
@@ -47,31 +47,31 @@ def _shape(kind: str, arguments: dict[str, Any]) -> ReplicatorItem:
 
 def sphere(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
            material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Spheres of one metre diameter; the module says what the arguments are."""
+    """Spheres of one meter diameter; the module says what the arguments are."""
     return _shape("Sphere", locals())
 
 
 def cube(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
          material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Cubes of one metre edge; the module says what the arguments are."""
+    """Cubes of one meter edge; the module says what the arguments are."""
     return _shape("Cube", locals())
 
 
 def cylinder(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
              material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Cylinders of one metre height and diameter, along the up axis; the module says what the arguments are."""
+    """Cylinders of one meter height and diameter, along the up axis; the module says what the arguments are."""
     return _shape("Cylinder", locals())
 
 
 def cone(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
          material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Cones of one metre height and base diameter, pointing up; the module says what the arguments are."""
+    """Cones of one meter height and base diameter, pointing up; the module says what the arguments are."""
     return _shape("Cone", locals())
 
 
 def torus(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
           material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Tori of one metre outer diameter around the up axis; the module says what the arguments are.
+    """Tori of one meter outer diameter around the up axis; the module says what the arguments are.
 
     Raises:
         Unsupported: as_mesh=False, since UsdGeom has no torus.
@@ -81,15 +81,15 @@ def torus(position=None, scale=None, pivot=None, rotation=None, look_at=None, lo
 
 def disk(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
          material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Flat discs of one metre diameter, facing up; the module says what the arguments are.
+    """Flat disks of one meter diameter, facing up; the module says what the arguments are.
 
     Raises:
-        Unsupported: as_mesh=False, since UsdGeom has no disc.
+        Unsupported: as_mesh=False, since UsdGeom has no disk.
     """
     return _shape("Disk", locals())
 
 
 def plane(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
           material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Flat squares of one metre edge, facing up; the module says what the arguments are."""
+    """Flat squares of one meter edge, facing up; the module says what the arguments are."""
     return _shape("Plane", locals())

@@ -38,23 +38,23 @@ xform = _single(create_batch.xform, "An empty transform.")
 clone = _single(create_batch.clone, "A copy of the prim at `path` with everything below it.")
 reference = _single(create_batch.reference, "A reference to a USD file or to a prim of this stage.")
 camera = _single(create_batch.camera, "A camera that looks along its own -Z with +Y up, whatever the stage's up axis.")
-plane = _single(create_batch.plane, "A square of one metre edge that faces the stage's up axis.")
-sphere = _single(create_batch.sphere, "A sphere of one metre diameter.")
-torus = _single(create_batch.torus, "A ring around the stage's up axis, one metre across; always a mesh.")
-disk = _single(create_batch.disk, "A flat disc of one metre diameter that faces the stage's up axis; always a mesh.")
-cube = _single(create_batch.cube, "A cube of one metre edge.")
-cylinder = _single(create_batch.cylinder, "A cylinder of one metre height and diameter along the stage's up axis.")
-cone = _single(create_batch.cone, "A cone of one metre height and base diameter along the stage's up axis.")
+plane = _single(create_batch.plane, "A square of one meter edge that faces the stage's up axis.")
+sphere = _single(create_batch.sphere, "A sphere of one meter diameter.")
+torus = _single(create_batch.torus, "A ring around the stage's up axis, one meter across; always a mesh.")
+disk = _single(create_batch.disk, "A flat disk of one meter diameter that faces the stage's up axis; always a mesh.")
+cube = _single(create_batch.cube, "A cube of one meter edge.")
+cylinder = _single(create_batch.cylinder, "A cylinder of one meter height and diameter along the stage's up axis.")
+cone = _single(create_batch.cone, "A cone of one meter height and base diameter along the stage's up axis.")
 capsule = _single(
     create_batch.capsule,
-    "A capsule of one metre height and half a metre diameter along the stage's up axis. Since 6.0.",
+    "A capsule of one meter height and half a meter diameter along the stage's up axis. Since 6.0.",
 )
 sphere_light = _single(create_batch.sphere_light, "Light from the surface of a sphere.")
-disk_light = _single(create_batch.disk_light, "Light from a disc, towards -Z.")
+disk_light = _single(create_batch.disk_light, "Light from a disk, towards -Z.")
 rect_light = _single(create_batch.rect_light, "Light from a rectangle, towards -Z.")
 cylinder_light = _single(create_batch.cylinder_light, "Light from a cylinder along x.")
 distant_light = _single(create_batch.distant_light, "Parallel light towards -Z.")
-dome_light = _single(create_batch.dome_light, "Light from all around, coloured by the picture `texture`.")
+dome_light = _single(create_batch.dome_light, "Light from all around, colored by the picture `texture`.")
 material = _single(
     create_batch.material, 'An MDL material such as "OmniPBR.mdl" with `inputs` set, bound to a prim or to several.'
 )

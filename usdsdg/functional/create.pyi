@@ -48,56 +48,56 @@ def plane(
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None,
 ) -> Usd.Prim:  # fmt: skip
-    """A square of one metre edge that faces the stage's up axis."""
+    """A square of one meter edge that faces the stage's up axis."""
 
 def sphere(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None,
 ) -> Usd.Prim:  # fmt: skip
-    """A sphere of one metre diameter."""
+    """A sphere of one meter diameter."""
 
 def torus(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None,
 ) -> Usd.Prim:  # fmt: skip
-    """A ring around the stage's up axis, one metre across; always a mesh."""
+    """A ring around the stage's up axis, one meter across; always a mesh."""
 
 def disk(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None,
 ) -> Usd.Prim:  # fmt: skip
-    """A flat disc of one metre diameter that faces the stage's up axis; always a mesh."""
+    """A flat disk of one meter diameter that faces the stage's up axis; always a mesh."""
 
 def cube(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None,
 ) -> Usd.Prim:  # fmt: skip
-    """A cube of one metre edge."""
+    """A cube of one meter edge."""
 
 def cylinder(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None,
 ) -> Usd.Prim:  # fmt: skip
-    """A cylinder of one metre height and diameter along the stage's up axis."""
+    """A cylinder of one meter height and diameter along the stage's up axis."""
 
 def cone(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None,
 ) -> Usd.Prim:  # fmt: skip
-    """A cone of one metre height and base diameter along the stage's up axis."""
+    """A cone of one meter height and base diameter along the stage's up axis."""
 
 def capsule(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None,
 ) -> Usd.Prim:  # fmt: skip
-    """A capsule of one metre height and half a metre diameter along the stage's up axis. Since 6.0."""
+    """A capsule of one meter height and half a meter diameter along the stage's up axis. Since 6.0."""
 
 def sphere_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
@@ -117,7 +117,7 @@ def disk_light(
     name: str | None = None, parent: Any = None, *, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
     visible: Any = True,
 ) -> Usd.Prim:  # fmt: skip
-    """Light from a disc, towards -Z."""
+    """Light from a disk, towards -Z."""
 
 def rect_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
@@ -155,7 +155,7 @@ def dome_light(
     enable_color_temperature: Any = False, rotation: Any = None, name: str | None = None, parent: Any = None, *,
     position: Any = None, scale: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
 ) -> Usd.Prim:  # fmt: skip
-    """Light from all around, coloured by the picture `texture`."""
+    """Light from all around, colored by the picture `texture`."""
 
 def material(mdl: str, bind_prims: Any = None, name: str | None = None, parent: Any = None, **inputs: Any) -> Usd.Prim:
     """An MDL material such as "OmniPBR.mdl" with `inputs` set, bound to a prim or to several."""

@@ -65,7 +65,7 @@ def give_ops(prims: Sequence[Usd.Prim]) -> None:
             _author_ops(Sdf.CreatePrimInLayer(target.GetLayer(), target.MapToSpecPath(prim.GetPath())))
 
 
-def dress(
+def apply_common_arguments(
     prims: list[Usd.Prim],
     *,
     semantics: Any = None,

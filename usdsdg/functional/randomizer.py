@@ -19,7 +19,7 @@ from usdsdg.randomizer.scatter import show_voxels
 from usdsdg.rng import ReplicatorRNG, generator_of
 from usdsdg.scatter import surface, volume
 from usdsdg.scatter.bounds import Bounds
-from usdsdg.scatter.places import Draws
+from usdsdg.scatter.positions import Draws
 from usdsdg.scatter.stage_bodies import scatter, surface_of, volume_of
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
@@ -28,9 +28,9 @@ __all__ = ["display_color", "scatter_2d", "scatter_3d"]
 
 
 def display_color(prims: Any, rng: ReplicatorRNG | np.random.Generator | None = None) -> None:
-    """Give each prim a colour of its own (primvars:displayColor), uniform in linear RGB; since 6.0.
+    """Give each prim a color of its own (primvars:displayColor), uniform in linear RGB; since 6.0.
 
-    Below a prim that is no shape itself all shapes get the prim's colour.
+    Below a prim that is no shape itself all shapes get the prim's color.
 
     Raises:
         BadPrim: there is no shape at or below a prim.

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from usdsdg.arguments.user_functions import enter
+from usdsdg.arguments.registry import register_function
 from usdsdg.modify.appearance import bind_material, check_material, material, semantics, variant, visibility
 from usdsdg.modify.attributes import apply_or_schedule, attribute, set_attribute
 from usdsdg.modify.camera_relative import pose_camera_relative, pose_orbit
@@ -29,4 +29,4 @@ def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None 
     Raises:
         ValueError: the name is no identifier, or taken while `override` is False.
     """
-    enter(globals(), "modify", fn, override, fn_name)
+    register_function(globals(), "modify", fn, override, fn_name)

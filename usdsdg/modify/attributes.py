@@ -119,7 +119,7 @@ def _per_prim(name: str, value: Any, prims: Sequence[Usd.Prim], type_name: str |
     if not isinstance(value, list) or len(value) != len(prims):
         return [value] * len(prims)
     owners = _owners(prims[0], name) if is_vector(value) else []
-    # Three numbers are one colour, also for three prims, and some numbers one array.
+    # Three numbers are one color, also for three prims, and some numbers one array.
     held = [_attribute(owner, name, type_name) for owner in owners[:1]]
     one_for_all = any(len(value) == _dimension(each) or each.GetTypeName().isArray for each in held)
     return [value] * len(prims) if one_for_all else value

@@ -30,7 +30,7 @@ def pose_camera_relative(
     Args:
         camera: item, prim or path of a camera, or of the object that holds it.
         render_product: whose resolution the picture has.
-        distance: from the camera's centre to the prim's origin [stage units].
+        distance: from the camera's center to the prim's origin [stage units].
         horizontal_location: -1 (left edge) to 1 (right edge) of the picture.
         vertical_location: -1 (bottom edge) to 1 (top edge).
 
@@ -61,7 +61,7 @@ def _write_camera_relative(node: Node, execution: int) -> None:
     view = _view(node.inputs["cameraPrim"], node.inputs["renderProduct"])
     roles = ("horizontalLocation", "verticalLocation", "distance")
     x, y, distance = (draw_numbers(role, node, execution) for role in roles)
-    # Pixels are centred on the optical axis only where the lens has no shift.
+    # Pixels are centered on the optical axis only where the lens has no shift.
     columns, rows = view.width * (1 + x) / 2, view.height * (1 - y) / 2
     origins, directions = view.rays(np.stack([columns, rows], axis=1))
     unseen = np.flatnonzero(~np.isfinite(directions).all(axis=1))
@@ -87,7 +87,7 @@ def pose_orbit(
         azimuth: angle around the stage's up axis [degrees], counter-clockwise seen from above; 0 is +X of a Z-up stage
             and +Z of a Y-up stage.
         elevation: angle above the horizon [degrees].
-        look_at_barycentre: turn the prims towards the centre.
+        look_at_barycentre: turn the prims towards the center.
     """
     values = dict(barycentre=plain(barycentre), distance=distance, azimuth=azimuth, elevation=elevation)
     return act(

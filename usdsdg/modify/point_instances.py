@@ -1,4 +1,4 @@
-"""Poses of the instances of a population (`randomizer.instantiate(mode="point_instance")`), one by one."""
+"""Poses of the instances of a PointInstancer made by `randomizer.instantiate(mode="point_instance")`, one by one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from usdsdg.arguments.values import vector
 from usdsdg.distribution import draw
 from usdsdg.errors import Unsupported
 from usdsdg.graph.node import Node
-from usdsdg.stage.geometry.populations import author_orientations, author_positions, instance_names
+from usdsdg.stage.geometry.instancers import author_orientations, author_positions, instance_names
 from usdsdg.stage.poses.rotations import matrix_from_euler, quat_from_matrix
 
 _ROLES = ("position", "rotation", "scale")

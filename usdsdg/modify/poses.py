@@ -18,7 +18,7 @@ from usdsdg.graph.node import Node, ReplicatorItem, plain
 from usdsdg.modify.numbers import draw_numbers
 from usdsdg.modify.point_instances import pose_instances
 from usdsdg.modify.prims import target_prims
-from usdsdg.stage.geometry.populations import is_population
+from usdsdg.stage.geometry.instancers import has_posable_instances
 from usdsdg.stage.poses import pivots, transforms
 from usdsdg.stage.poses.look_at import author_look_at
 from usdsdg.stage.poses.pose_batch import Rotations, author_poses
@@ -108,16 +108,16 @@ def write_pose(node: Node, execution: int) -> None:
     """What `pose` does at each execution."""
     order = node.inputs.get("rotation_order", "XYZ")
     prims = target_prims(node)
-    populations = [prim for prim in prims if is_population(prim)]
-    for population in populations:
-        pose_instances(population, node, execution, order)
+    instancers = [prim for prim in prims if has_posable_instances(prim)]
+    for instancer in instancers:
+        pose_instances(instancer, node, execution, order)
     drawn = {
         role: _column(role, value, node, execution) for role, value in node.inputs.items() if role not in _SETTINGS
     }
-    if not populations and _pose_all(prims, drawn, order):
+    if not instancers and _pose_all(prims, drawn, order):
         return
     for index, prim in enumerate(prims):
-        if prim not in populations:
+        if prim not in instancers:
             _pose_one(prim, {role: column[index] for role, column in drawn.items()}, order)
 
 

@@ -119,7 +119,7 @@ def size_of(projector: Usd.Prim) -> float:
 
 
 def _box(projector: Usd.Prim) -> Bounds:
-    """The projector's own box; a metre each way where it has no geometry, as deep as wide where it is flat."""
+    """The projector's own box; a meter each way where it has no geometry, as deep as wide where it is flat."""
     found = pivots.bounds(projector)
     if found.IsEmpty():
         half = np.full(3, 0.5 / transforms.meters_per_unit(projector.GetStage()))

@@ -16,7 +16,7 @@ from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, prim_paths, why_no_prims
 from usdsdg.modify.prims import target_prims
 from usdsdg.stage.attribute_batch import write_batch
-from usdsdg.stage.geometry.populations import SAMPLED
+from usdsdg.stage.geometry.instancers import SAMPLED_ASSETS
 from usdsdg.stage.physics.rigid_bodies import apply_rigid_body_schemas, set_simulation_owner
 
 
@@ -89,7 +89,7 @@ def _add_colliders_to_sampled(node: Node) -> None:
     """Make members of populations colliders that have changed to another asset."""
     offsets = {name: node.inputs.get(name) for name in ("contactOffset", "restOffset")}
     for path in node.prims:
-        if path.startswith(f"{SAMPLED}/") and not _colliders(prim_at(path)):
+        if path.startswith(f"{SAMPLED_ASSETS}/") and not _colliders(prim_at(path)):
             _add_colliders(prim_at(path), "convexHull", collisionEnabled=True, **offsets)
 
 

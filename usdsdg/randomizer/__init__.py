@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from usdsdg.arguments.user_functions import enter
+from usdsdg.arguments.registry import register_function
 from usdsdg.randomizer.appearance import color, materials, texture
 from usdsdg.randomizer.instances import instantiate
 from usdsdg.randomizer.rotations import rotation
@@ -18,4 +18,4 @@ def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None 
     Raises:
         ValueError: the name is no identifier, or taken while `override` is False.
     """
-    enter(globals(), "randomizer", fn, override, fn_name)
+    register_function(globals(), "randomizer", fn, override, fn_name)

@@ -1,4 +1,4 @@
-"""Colours, textures and materials of prims. Mirrors `rep.randomizer.color`, `texture` and `materials`."""
+"""Colors, textures and materials of prims. Mirrors `rep.randomizer.color`, `texture` and `materials`."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ LOOKS = "/Replicator/Looks"
 
 
 def color(colors: Any, per_sub_mesh: bool = False, seed: int | None = None, input_prims: Any = None) -> ReplicatorItem:
-    """Give each prim (or, with `per_sub_mesh`, each mesh below it) an OmniPBR material of a drawn linear colour.
+    """Give each prim (or, with `per_sub_mesh`, each mesh below it) an OmniPBR material of a drawn linear color.
 
     The material lies below `/Replicator/Looks`, is bound stronger than what is bound below, and is used again at the
     next executions. Instances become ordinary prims.
 
     Args:
-        colors: a distribution, a list of colours to choose from, or one colour for all.
+        colors: a distribution, a list of colors to choose from, or one color for all.
         seed: replaces the global seed.
 
     Raises:
@@ -45,7 +45,7 @@ def texture(
     textures: Any, texture_scale: Any = None, texture_rotate: Any = None, per_sub_mesh: bool = False,
     project_uvw: bool = False, seed: int | None = None, input_prims: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Give each prim an OmniPBR material with a drawn texture, as `color` does with a drawn colour.
+    """Give each prim an OmniPBR material with a drawn texture, as `color` does with a drawn color.
 
     Args:
         textures: pictures to choose from, files or URLs below the assets root, or a distribution over these.
@@ -97,7 +97,7 @@ def _write_looks(node: Node, execution: int) -> None:
 
 
 def _recolor(node: Node, shaders: dict[str, UsdShade.Shader], drawn: dict[str, list[Any]]) -> bool:
-    """Write plain colours of looks that exist already at once; False, with nothing written, for everything else."""
+    """Write plain colors of looks that exist already at once; False, with nothing written, for everything else."""
     if list(drawn) != ["diffuse_color_constant"] or not all(path in shaders for path in node.prims):
         return False
     colors = drawn["diffuse_color_constant"]

@@ -1,4 +1,4 @@
-"""Populations of drawn assets. Mirrors `rep.randomizer.instantiate`."""
+"""Instanced assets that are drawn again at every execution. Mirrors `rep.randomizer.instantiate`."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from usdsdg.graph.evaluate import graph
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets, paths
-from usdsdg.stage.geometry.populations import POPULATION, SAMPLED
+from usdsdg.stage.geometry.instancers import POSABLE_INSTANCES, SAMPLED_ASSETS
 
 MODES = ("scene_instance", "point_instance", "reference")
-CACHE = f"{SAMPLED}/Cache"
+CACHE = f"{SAMPLED_ASSETS}/Cache"
 
 
 def instantiate(
     paths: Any, size: int, weights: Any = None, mode: str = "scene_instance", with_replacements: bool = True,
     seed: int | None = None, name: str | None = None, use_cache: bool = True, semantics: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """A population of `size` objects, each of which shows an asset drawn from `paths`, again at every execution.
+    """Make `size` objects, each of which references an asset drawn from `paths`, again at every execution.
 
-    The item's prims are Xforms under `/Replicator/SampledAssets`, to be posed or labelled like any other; they show
+    The item's prims are Xforms under `/Replicator/SampledAssets`, to be posed or labeled like any other; they show
     their first draw at once. With mode "point_instance" it is one PointInstancer: `modify.pose` (position, rotation,
     scale), `rotation`, `scatter_2d` and `scatter_3d` act on each of its instances, everything else on the whole.
 
@@ -90,10 +90,10 @@ def _source(path: str) -> tuple[str, bool]:
 
 def _new_root(name: str | None) -> str:
     stage = current_stage()
-    for scope in ("/Replicator", SAMPLED):
+    for scope in ("/Replicator", SAMPLED_ASSETS):
         if not stage.GetPrimAtPath(scope):
             stage.DefinePrim(scope, "Scope")
-    path = paths.next_free_path(stage, f"{SAMPLED}/{paths.valid_name(name) if name else 'Population'}")
+    path = paths.next_free_path(stage, f"{SAMPLED_ASSETS}/{paths.valid_name(name) if name else 'Population'}")
     stage.DefinePrim(path, "Xform")
     return path
 
@@ -126,7 +126,9 @@ def _show(slot: str, path: str, shared: bool, use_cache: bool) -> None:
     if use_cache and not is_prim:
         source, is_prim = _cached(source), True
     if is_prim and Sdf.Path(slot).HasPrefix(source):
-        raise BadPrim(f"randomizer.instantiate: {source} holds the population itself and cannot be a member of it")
+        raise BadPrim(
+            f"randomizer.instantiate: {source} holds the instances themselves and cannot be one of their assets"
+        )
     child = stage.GetPrimAtPath(f"{slot}/Ref") or stage.DefinePrim(f"{slot}/Ref")
     with Sdf.ChangeBlock():
         reference = Sdf.Reference("", source) if is_prim else Sdf.Reference(source)
@@ -157,7 +159,7 @@ def _cached(file: str) -> str:
 def _fill_instancer(node: Node, execution: int) -> None:
     stage, root, size = current_stage(), node.prims[0], node.inputs["size"]
     instancer = UsdGeom.PointInstancer.Define(stage, root)
-    instancer.GetPrim().SetCustomDataByKey(POPULATION, True)
+    instancer.GetPrim().SetCustomDataByKey(POSABLE_INSTANCES, True)
     # One draw per instance, as for prims.
     keys = replace(node, prims=tuple(f"{root}[{index}]" for index in range(size)))
     chosen = [prim_paths(each)[0] for each in draw(node.inputs["paths"], keys, execution, "paths")]

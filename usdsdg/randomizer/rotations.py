@@ -14,7 +14,7 @@ from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.graph.sampling import get_global_seed, own_seed, uniforms
 from usdsdg.modify.prims import target_prims
-from usdsdg.stage.geometry.populations import author_orientations, instance_names, is_population
+from usdsdg.stage.geometry.instancers import author_orientations, has_posable_instances, instance_names
 from usdsdg.stage.poses.pose_batch import Rotations, author_poses
 from usdsdg.stage.poses.rotations import euler_xyz_from_quat
 
@@ -51,11 +51,11 @@ def _rotate(node: Node, execution: int) -> None:
         return euler_xyz_from_quat(uniform_quaternions(u)) if whole else lower + u * (upper - lower)
 
     prims = target_prims(node)
-    single = [prim for prim in prims if not is_population(prim)]
+    single = [prim for prim in prims if not has_posable_instances(prim)]
     if single:
         author_poses(single, rotate=Rotations(degrees=angles([str(prim.GetPath()) for prim in single])))
-    for population in (prim for prim in prims if is_population(prim)):
-        author_orientations(population, Rotations(degrees=angles(instance_names(population))).quats())
+    for instancer in (prim for prim in prims if has_posable_instances(prim)):
+        author_orientations(instancer, Rotations(degrees=angles(instance_names(instancer))).quats())
 
 
 def uniform_quaternions(u: np.ndarray) -> np.ndarray:

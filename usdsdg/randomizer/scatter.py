@@ -16,10 +16,10 @@ from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.graph.sampling import get_global_seed, own_seed, uniforms
 from usdsdg.scatter import surface, volume
 from usdsdg.scatter.bounds import Bounds
-from usdsdg.scatter.places import Draws
+from usdsdg.scatter.positions import Draws
 from usdsdg.scatter.stage_bodies import scatter, surface_of, volume_of
 from usdsdg.session.stage_context import current_stage
-from usdsdg.stage.geometry.populations import object_names
+from usdsdg.stage.geometry.instancers import object_names
 
 # Where the voxels are shown that `viz_sampled_voxels` asks for.
 VOXELS = "/Replicator/SampledVoxels"

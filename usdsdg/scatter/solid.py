@@ -25,7 +25,7 @@ BLOCK = 16
 
 
 class Shape:
-    """Triangles in their own space, in an order in which neighbours in space are neighbours in the list."""
+    """Triangles in their own space, in an order in which neighbors in space are neighbors in the list."""
 
     def __init__(self, triangles: Triangles) -> None:
         self.points = triangles.points[np.unique(triangles.faces)]

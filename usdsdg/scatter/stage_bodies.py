@@ -9,14 +9,14 @@ from pxr import Gf, Sdf, Usd
 
 from usdsdg.errors import ArgumentError
 from usdsdg.scatter.bounds import Bounds
-from usdsdg.scatter.places import Draws, Region, free_places
+from usdsdg.scatter.positions import Draws, Region, free_positions
 from usdsdg.scatter.solid import Shape, Solid, Solids
 from usdsdg.scatter.surface import Surface
 from usdsdg.scatter.volume import Box, Volume
-from usdsdg.stage.geometry.populations import (
+from usdsdg.stage.geometry.instancers import (
     author_world_positions,
+    has_posable_instances,
     instance_names,
-    is_population,
     object_names,
     world_positions,
 )
@@ -70,18 +70,18 @@ def scatter(
     apart: bool = False,
     shapes: dict[bytes, Shape] | None = None,
 ) -> np.ndarray:
-    """Place `prims`, in order, where `region` and `draw` say, off the prims `avoid` and (`apart`) off each other.
+    """Move `prims`, in order, to positions in `region` where they touch none of `avoid`; with `apart` nor each other.
 
-    Of a population its instances are placed.
+    The instances of a PointInstancer that `has_posable_instances` are moved one by one.
 
     Args:
         shapes: geometry of earlier calls, which is not prepared again.
 
     Returns:
-        (N, components) the uniform numbers that the places were drawn from.
+        (N, components) the uniform numbers that the positions were drawn from.
 
     Raises:
-        ArgumentError: there is no free place for one of them.
+        ArgumentError: there is no free position for one of them.
         BadPrim: a prim has no transform.
     """
     bodies: list[Solid] | None = None
@@ -91,29 +91,29 @@ def scatter(
         bodies = [body for prim in prims for body in _bodies(prim, solids)]
         own = {str(prim.GetPath()) for prim in prims}
         for placed in triangles_below(avoid):
-            # A group of obstacles may hold what is to be placed.
+            # A group of obstacles may hold prims that are scattered.
             path = Sdf.Path(placed.path.partition("[")[0])
             if own.isdisjoint(str(prefix) for prefix in path.GetPrefixes()):
                 origin = placed.to_world[3, :3]
                 obstacles.append((solids.around(origin, [placed]), origin))
     names = object_names(prims)
-    places, chosen = free_places(names, region, draw, solids=bodies, obstacles=obstacles, apart=apart)
+    positions, chosen = free_positions(names, region, draw, solids=bodies, obstacles=obstacles, apart=apart)
     row = 0
     for prim in prims:
-        if is_population(prim):
+        if has_posable_instances(prim):
             count = len(instance_names(prim))
-            author_world_positions(prim, places[row : row + count])
+            author_world_positions(prim, positions[row : row + count])
         else:
             count = 1
-            author_world_position(prim, places[row])
+            author_world_position(prim, positions[row])
         row += count
     return chosen
 
 
 def _bodies(prim: Usd.Prim, solids: Solids) -> list[Solid]:
-    """The body of a prim, or those of a population's instances."""
+    """The body of a prim, or those of an instancer's instances."""
     placed = triangles_below([prim])
-    if not is_population(prim):
+    if not has_posable_instances(prim):
         return [solids.around(_origin(prim), placed)]
     by_name: dict[str, list[Placed]] = {name: [] for name in instance_names(prim)}
     for each in placed:

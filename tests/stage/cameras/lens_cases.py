@@ -29,7 +29,7 @@ F_THETA = LensParameters(
 def mei_directions(shares: np.ndarray) -> np.ndarray:
     """Unit directions (N, 3) of Mei's unified model, as papers have it, at shares (N, 2) of a picture of 8 : 5.
 
-    Two focal lengths and a centre aside; zero beyond 95 % of what the mirror shows.
+    Two focal lengths and a center aside; zero beyond 95 % of what the mirror shows.
     """
     xi, focal, centre = 1.3, (0.42, 0.68), (0.47, 0.52)
     x, y = ((shares - centre) / focal).T

@@ -10,7 +10,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 from usdsdg.arguments.values import shown
 from usdsdg.errors import ArgumentError, Unsupported
 from usdsdg.functional.arguments import per_prim
-from usdsdg.functional.new_prims import define, dress, new_paths, numbers
+from usdsdg.functional.new_prims import apply_common_arguments, define, new_paths, numbers
 from usdsdg.stage.cameras.lens_attributes import LENS, OLD_PROJECTIONS, OPTICS, PROJECTIONS
 
 
@@ -56,7 +56,7 @@ def camera(
         if value is not None:
             reference = prim.CreateAttribute("crossCameraReferenceName", Sdf.ValueTypeNames.String, custom=False)
             reference.Set(str(value))
-    return dress(prims, **arguments)
+    return apply_common_arguments(prims, **arguments)
 
 
 def _projection(name: Any) -> str:

@@ -9,7 +9,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdUtils
 from usdsdg.arguments.prims import one_prim
 from usdsdg.errors import ArgumentError, AssetError, AssetUnreadable
 from usdsdg.functional.arguments import per_prim
-from usdsdg.functional.new_prims import define, dress, give_ops, new_paths
+from usdsdg.functional.new_prims import apply_common_arguments, define, give_ops, new_paths
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets
 from usdsdg.stage.paths import prim_at
@@ -40,7 +40,7 @@ def reference(
         for prim, target in zip(prims, chosen):
             prim.GetReferences().AddReference(target)
     give_ops(prims)
-    return dress(
+    return apply_common_arguments(
         prims, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
         pivot=pivot, relative_to=relative_to, semantics=semantics, visible=visible,
     )  # fmt: skip
@@ -70,7 +70,7 @@ def clone(
             Sdf.CopySpec(layer, source.GetPath(), target.GetLayer(), spec_path)
     prims = [stage.GetPrimAtPath(each) for each in paths]
     give_ops([prim for prim in prims if prim.IsA(UsdGeom.Xformable)])
-    return dress(
+    return apply_common_arguments(
         prims, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
         pivot=pivot, relative_to=relative_to, semantics=semantics, visible=visible,
     )  # fmt: skip

@@ -6,7 +6,7 @@ from typing import Any
 
 from pxr import Usd
 
-from usdsdg.functional.new_prims import define, dress, new_paths
+from usdsdg.functional.new_prims import apply_common_arguments, define, new_paths
 
 
 def scope(name: str | None = None, parent: Any = None, count: int = 1) -> list[Usd.Prim]:
@@ -20,7 +20,7 @@ def xform(
     parent: Any = None, count: int = 1,
 ) -> list[Usd.Prim]:  # fmt: skip
     """Empty transforms. A new one has no extent, so that `pivot` is a BadPrim error."""
-    return dress(
+    return apply_common_arguments(
         define(new_paths(name or "Xform", parent, count), "Xform"), position=position, scale=scale, rotation=rotation,
         look_at=look_at, look_at_up_axis=look_at_up_axis, pivot=pivot, relative_to=relative_to, semantics=semantics,
         visible=visible,

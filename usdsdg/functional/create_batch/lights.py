@@ -15,7 +15,7 @@ from pxr import Gf, Sdf, Usd, UsdLux
 from usdsdg.arguments.values import shown
 from usdsdg.errors import ArgumentError
 from usdsdg.functional.arguments import per_prim, vectors
-from usdsdg.functional.new_prims import define, dress, new_paths, numbers
+from usdsdg.functional.new_prims import apply_common_arguments, define, new_paths, numbers
 from usdsdg.stage.attributes import asset_path
 
 _T = Sdf.ValueTypeNames
@@ -51,7 +51,7 @@ def _lights(kind: str, arguments: dict[str, Any]) -> list[Usd.Prim]:
             prim.CreateAttribute(_COLORS[name], _T.Color3f, custom=False).Set(Gf.Vec3f(*value))
     for prim, enabled in zip(prims, per_prim(arguments.pop("enable_color_temperature"), len(prims))):
         UsdLux.LightAPI(prim).CreateEnableColorTemperatureAttr(bool(enabled))
-    return dress(prims, **arguments)
+    return apply_common_arguments(prims, **arguments)
 
 
 def dome_light(
@@ -60,7 +60,7 @@ def dome_light(
     enable_color_temperature: Any = False, rotation: Any = None, name: str | None = None, parent: Any = None,
     count: int = 1, *, position: Any = None, scale: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Light from all around, coloured by the picture `texture` (a file or a URL below the assets root).
+    """Light from all around, colored by the picture `texture` (a file or a URL below the assets root).
 
     Raises:
         AssetNotFound: there is no such picture.
@@ -101,7 +101,7 @@ def disk_light(
     name: str | None = None, parent: Any = None, count: int = 1, *, pivot: Any = None, relative_to: Any = None,
     semantics: Any = None, visible: Any = True,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Light from discs, towards -Z."""
+    """Light from disks, towards -Z."""
     return _lights("DiskLight", locals())
 
 

@@ -59,7 +59,7 @@ def _bindings(bind_prims: Any, count: int) -> list[list[Usd.Prim]]:
 
 
 def _per_material(value: Any, count: int) -> list[Any]:
-    # [1, 0, 0] for three materials is one colour, as everywhere.
+    # [1, 0, 0] for three materials is one color, as everywhere.
     flat = isinstance(value, list) and len(value) in (2, 3) and all(isinstance(each, (int, float)) for each in value)
     return [value] * count if flat else per_prim(value, count)
 

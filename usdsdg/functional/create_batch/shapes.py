@@ -1,4 +1,4 @@
-"""Shapes, as meshes of one metre or as UsdGeom prims of USD's own default size (mostly two stage units)."""
+"""Shapes, as meshes of one meter or as UsdGeom prims of USD's own default size (mostly two stage units)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 from pxr import Usd
 
 from usdsdg.errors import Unsupported
-from usdsdg.functional.new_prims import define, dress, new_paths
+from usdsdg.functional.new_prims import apply_common_arguments, define, new_paths
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.geometry import shape_meshes
 
@@ -24,7 +24,7 @@ def _shapes(kind: str, arguments: dict[str, Any]) -> list[Usd.Prim]:
             shape_meshes.define(current_stage(), str(prim.GetPath()), kind)
         else:
             shape_meshes.define_gprim(current_stage(), str(prim.GetPath()), kind)
-    return dress(prims, **arguments)
+    return apply_common_arguments(prims, **arguments)
 
 
 def plane(
@@ -32,7 +32,7 @@ def plane(
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Squares of one metre edge that face the stage's up axis."""
+    """Squares of one meter edge that face the stage's up axis."""
     return _shapes("Plane", locals())
 
 
@@ -41,7 +41,7 @@ def sphere(
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Spheres of one metre diameter."""
+    """Spheres of one meter diameter."""
     return _shapes("Sphere", locals())
 
 
@@ -50,7 +50,7 @@ def torus(
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Rings around the stage's up axis, one metre across; always meshes."""
+    """Rings around the stage's up axis, one meter across; always meshes."""
     return _shapes("Torus", locals())
 
 
@@ -59,7 +59,7 @@ def disk(
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Flat discs of one metre diameter that face the stage's up axis; always meshes."""
+    """Flat disks of one meter diameter that face the stage's up axis; always meshes."""
     return _shapes("Disk", locals())
 
 
@@ -68,7 +68,7 @@ def cube(
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Cubes of one metre edge."""
+    """Cubes of one meter edge."""
     return _shapes("Cube", locals())
 
 
@@ -77,7 +77,7 @@ def cylinder(
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Cylinders of one metre height and diameter along the stage's up axis."""
+    """Cylinders of one meter height and diameter along the stage's up axis."""
     return _shapes("Cylinder", locals())
 
 
@@ -86,7 +86,7 @@ def cone(
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Cones of one metre height and base diameter along the stage's up axis."""
+    """Cones of one meter height and base diameter along the stage's up axis."""
     return _shapes("Cone", locals())
 
 
@@ -95,5 +95,5 @@ def capsule(
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Capsules of one metre height with caps and half a metre diameter, along the stage's up axis. Since 6.0."""
+    """Capsules of one meter height with caps and half a meter diameter, along the stage's up axis. Since 6.0."""
     return _shapes("Capsule", locals())

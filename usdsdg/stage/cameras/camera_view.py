@@ -98,7 +98,7 @@ class CameraView:
 
     @property
     def cx(self) -> float:
-        """Column of the optical axis [pixels from the left edge]; pixel u has its centre at u + 0.5."""
+        """Column of the optical axis [pixels from the left edge]; pixel u has its center at u + 0.5."""
         return self.width * (0.5 - self.horizontal_aperture_offset / self.horizontal_aperture)
 
     @property

@@ -20,7 +20,7 @@ CAMERA, SKY, SUN = (f"{ROOT}/{name}" for name in ("Camera", "Sky", "Sun"))
 
 # Directions in (right, front, up) of the stage: to the camera, three quarters from the front and above, and to the sun.
 _TO_CAMERA, _TO_SUN = (0.6, 1.0, 0.5), (-0.6, 0.7, 1.2)
-# Millimetres of a 35 mm camera that distorts little; the share of the picture that the bounds fill.
+# Millimeters of a 35 mm camera that distorts little; the share of the picture that the bounds fill.
 _FOCAL_LENGTH, _APERTURE, _FILL = 50.0, 36.0, 0.96
 # White in the sun is just below the white of a picture, 1,500 nits; in the shade it is a quarter of that.
 _SKY_NITS, _SKY_COLOR, _SUN_LUX, _SUN_DEGREES = 350.0, (0.85, 0.93, 1.0), 3200.0, 2.0

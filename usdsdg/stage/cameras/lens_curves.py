@@ -1,7 +1,7 @@
 """The radial part of lens models: one growing function of one number, and its inverse.
 
 What the number t and the value are depends on the lens (see `lenses.Lens`): an angle from the axis, its tangent, a
-distance from the centre.
+distance from the center.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ _IDEAL = {
 class Lens:
     """A lens for pictures of (width, height). It looks along -Z with +Y up; pixels count from the top left corner.
 
-    A direction becomes a point of a plane, at a distance from its centre that `curve` tells: of the angle to the axis;
+    A direction becomes a point of a plane, at a distance from its center that `curve` tells: of the angle to the axis;
     for RATIONAL of the angle's tangent; POWER tells the angle of a distance. `tangential` and `thin_prism`, in OpenCV's
     order and form, shift that point, and `focal` [pixels] and `centre` [pixels] place it in the picture. Instead of a
     curve there may be a `table`, whose places these two put into the picture. Without either, the picture is a
@@ -65,7 +65,7 @@ class Lens:
 
     @property
     def bends(self) -> bool:
-        """Whether the picture is not symmetric about the centre."""
+        """Whether the picture is not symmetric about the center."""
         return any(self.tangential) or any(self.thin_prism)
 
     def to_pixels(self, points: np.ndarray, *, beyond: bool = False) -> np.ndarray:
@@ -236,7 +236,7 @@ def make_lens(
 def _by_table(model: str, parameters: LensParameters, size: tuple[int, int]) -> Lens:
     table = read_table(parameters.direction_texture, parameters.position_texture)
     scale = [own / texels for own, texels in zip(size, table.size, strict=True)]
-    # The texture's middle lies where the optical centre is.
+    # The texture's middle lies where the optical center is.
     middle = [_shared(c, n) * own for c, n, own in zip(parameters.centre, parameters.nominal_size, size, strict=True)]
     centre = [at - (texels - 1) / 2 * each for at, texels, each in zip(middle, table.size, scale, strict=True)]
     return Lens(model, *size, (scale[0], scale[1]), (centre[0], centre[1]), table=table)

@@ -1,1 +1,1 @@
-"""Geometry on the stage: triangles, skinning, shape meshes, point-instancer populations, pixel masks."""
+"""Geometry on the stage: triangles, skinning, shape meshes, point instancers, pixel masks."""

@@ -1,4 +1,4 @@
-"""The shapes that scripts create, as meshes of one metre with normals and UVs, around the stage's up axis."""
+"""The shapes that scripts create, as meshes of one meter with normals and UVs, around the stage's up axis."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ GPRIMS = ("Sphere", "Cube", "Cylinder", "Cone", "Capsule", "Plane")
 
 
 def define(stage: Usd.Stage, path: str, kind: str) -> UsdGeom.Mesh:
-    """A mesh of shape `kind` (Sphere, Cube, Cylinder, Cone, Capsule, Torus, Disk, Plane), one metre across in stage
-    units. It stands on the stage's up axis; a capsule is a metre high with caps and half a metre wide.
+    """A mesh of shape `kind` (Sphere, Cube, Cylinder, Cone, Capsule, Torus, Disk, Plane), one meter across in stage
+    units. It stands on the stage's up axis; a capsule is a meter high with caps and half a meter wide.
     """
     size = 1.0 / UsdGeom.GetStageMetersPerUnit(stage)
     shape = _shape(kind, str(UsdGeom.GetStageUpAxis(stage)), size)

@@ -2,6 +2,10 @@
 
 Matrices are USD's: row vectors, so that p_out = p @ matrix and translation is the last row. Quaternions are
 (x, y, z, w), as Warp and Newton order them; angles are degrees, as in USD's rotate ops.
+
+scipy's Rotation differs in the last bits, on which saved datasets depend. With it, 10,000 rotations take 22 times as
+long from matrices to Euler angles and 10 times as long from Euler angles to matrices (from quaternions to matrices, a
+tenth).
 """
 
 from __future__ import annotations

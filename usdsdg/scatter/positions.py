@@ -1,4 +1,4 @@
-"""One place per object, drawn again as long as it collides."""
+"""One position per object, drawn again as long as the object collides there."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Region(Protocol):
     """Where candidates lie."""
 
     def points(self, u: np.ndarray) -> np.ndarray:
-        """(..., 3) from uniform numbers (..., components); NaN for no place."""
+        """(..., 3) from uniform numbers (..., components); NaN where there is no position."""
         ...
 
 
@@ -32,84 +32,84 @@ class Draws(Protocol):
         ...
 
 
-class Crowd:
-    """Bodies that have their place."""
+class Occupancy:
+    """The space that bodies with a position take up, for collision tests against it."""
 
     def __init__(self, capacity: int) -> None:
         self._lower = np.empty((capacity, len(DIRECTIONS)))
         self._upper = np.empty_like(self._lower)
         self._bodies: list[tuple[Solid, np.ndarray]] = []
 
-    def add(self, solid: Solid, place: np.ndarray) -> None:
-        """Keep the space that `solid` takes at `place` (3,)."""
-        row, shift = len(self._bodies), DIRECTIONS @ place
+    def add(self, solid: Solid, position: np.ndarray) -> None:
+        """Keep the space that `solid` takes at `position` (3,)."""
+        row, shift = len(self._bodies), DIRECTIONS @ position
         self._lower[row], self._upper[row] = solid.lower + shift, solid.upper + shift
-        self._bodies.append((solid, place))
+        self._bodies.append((solid, position))
 
-    def first_free(self, solid: Solid, places: np.ndarray) -> int | None:
-        """Index of the first of `places` (N, 3) where `solid` collides with nobody."""
+    def first_free(self, solid: Solid, positions: np.ndarray) -> int | None:
+        """Index of the first of `positions` (N, 3) where `solid` collides with no body."""
         count = len(self._bodies)
-        shift = places @ DIRECTIONS.T
+        shift = positions @ DIRECTIONS.T
         lower, upper = solid.lower + shift, solid.upper + shift
         near = ((self._lower[:count, :3] < upper[:, None, :3]) & (self._upper[:count, :3] > lower[:, None, :3])).all(-1)
-        for index in np.flatnonzero(~np.isnan(places).any(1)):
+        for index in np.flatnonzero(~np.isnan(positions).any(1)):
             rows = np.flatnonzero(near[index])
             slabs = (self._lower[rows, 3:] < upper[index, 3:]) & (self._upper[rows, 3:] > lower[index, 3:])
-            if not any(self._collides(solid, places[index], row) for row in rows[slabs.all(1)]):
+            if not any(self._collides(solid, positions[index], row) for row in rows[slabs.all(1)]):
                 return int(index)
         return None
 
-    def _collides(self, solid: Solid, place: np.ndarray, row: int) -> bool:
+    def _collides(self, solid: Solid, position: np.ndarray, row: int) -> bool:
         other, there = self._bodies[row]
-        return collide(solid, other, there - place)
+        return collide(solid, other, there - position)
 
 
-def free_places(
+def free_positions(
     names: Sequence[str], region: Region, draw: Draws, *, solids: Sequence[Solid] | None = None,
     obstacles: Sequence[tuple[Solid, np.ndarray]] = (), apart: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """A place for each object, in order: the first of its draws where it collides with nothing.
+    """Choose a position for each object, in order: the first of its draws where it collides with nothing.
 
     Args:
         names: prim paths, for messages.
         region: where candidates lie.
         draw: uniform numbers per object and try.
         solids: the objects' bodies; None where nothing can collide.
-        obstacles: bodies with their places that no object may touch.
+        obstacles: bodies with their positions that no object may touch.
         apart: the objects may not touch each other either.
 
     Returns:
-        (N, 3) places and (N, components) the numbers that they were drawn from.
+        (N, 3) positions and (N, components) the numbers that they were drawn from.
 
     Raises:
-        ArgumentError: an object has no place after MAX_TRIES draws.
+        ArgumentError: an object has no free position after MAX_TRIES draws.
     """
     everybody = list(range(len(names)))
     u = draw(everybody, 0, _FIRST)
     candidates = region.points(u)
-    places, chosen = np.empty((len(names), 3)), np.empty((len(names), u.shape[-1]))
-    crowd = Crowd(len(obstacles) + len(names)) if solids is not None else None
-    for solid, place in obstacles if crowd is not None else ():
-        crowd.add(solid, place)
+    positions, chosen = np.empty((len(names), 3)), np.empty((len(names), u.shape[-1]))
+    occupied = Occupancy(len(obstacles) + len(names)) if solids is not None else None
+    for solid, position in obstacles if occupied is not None else ():
+        occupied.add(solid, position)
     for row in everybody:
         numbers, points, tried = u[row], candidates[row], 0
         while True:
-            if crowd is None or solids is None:
+            if occupied is None or solids is None:
                 valid = np.flatnonzero(~np.isnan(points).any(1))
                 index = int(valid[0]) if len(valid) else None
             else:
-                index = crowd.first_free(solids[row], points)
+                index = occupied.first_free(solids[row], points)
             if index is not None:
                 break
             tried += len(points)
             if tried >= MAX_TRIES:
                 raise ArgumentError(
-                    f"no free place for {names[row]} after {tried:,} tries ({row} of {len(names)} objects have one). "
-                    "Use fewer or smaller objects, or more room."
+                    f"no free position for {names[row]} after {tried:,} tries ({row} of {len(names)} objects have one)."
+                    " Use fewer or smaller objects, or more room."
                 )
             numbers = draw([row], tried, min(_MOST, len(points) * _GROWTH, MAX_TRIES - tried))[0]
             points = region.points(numbers)
-        places[row], chosen[row] = points[index], numbers[index]
-        if crowd is not None and solids is not None and apart:
-            crowd.add(solids[row], places[row])
-    return places, chosen
+        positions[row], chosen[row] = points[index], numbers[index]
+        if occupied is not None and solids is not None and apart:
+            occupied.add(solids[row], positions[row])
+    return positions, chosen
