@@ -98,5 +98,5 @@ def set_stage_meters_per_unit(meters_per_unit: float) -> None:
         ConfigError: (a ValueError) it is not above 0.
     """
     if not isinstance(meters_per_unit, Real) or not meters_per_unit > 0:
-        raise ConfigError(f"metres per unit is {meters_per_unit!r}; expected a number above 0")
+        raise ConfigError(f"meters per unit is {meters_per_unit!r}; expected a number above 0")
     UsdGeom.SetStageMetersPerUnit(current_stage(), float(meters_per_unit))

@@ -23,7 +23,7 @@ def cube(stage, path, label, position, scale):
 
 @pytest.fixture
 def annotators(stage):
-    """A labelled box wholly behind a labelled pane of glass, and half behind a bare wall that is nearer still."""
+    """A labeled box wholly behind a labeled pane of glass, and half behind a bare wall that is nearer still."""
     UsdGeom.SetStageUpAxis(stage, "Z")
     cube(stage, "/World/Box", "box", (0, 0, 0), (1, 1, 1))
     pane = cube(stage, "/World/Pane", "pane", (0, -2, 0), (3, 0.05, 3))

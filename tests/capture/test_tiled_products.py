@@ -17,7 +17,7 @@ ANNOTATORS = (
 
 @pytest.fixture
 def cameras(stage):
-    """Three cameras around a labelled cube, each of which sees another colour of the sky light behind it."""
+    """Three cameras around a labeled cube, each of which sees another color of the sky light behind it."""
     rep.create.light(light_type="Dome", intensity=800)
     rep.create.light(light_type="Sphere", position=(2, 3, 4), scale=0.5, intensity=20000)
     rep.create.cube(semantics=[("class", "cube")])

@@ -106,7 +106,7 @@ def test_an_up_axis_that_is_drawn_counts_for_a_target_that_is_not(stage):
 
 @pytest.mark.parametrize("kind", SHAPES)
 @pytest.mark.parametrize(("up", "unit"), [("Z", 1.0), ("Y", 0.01)])
-def test_meshes_are_a_metre_across_and_stand_on_the_up_axis(stage, kind, up, unit):
+def test_meshes_are_a_meter_across_and_stand_on_the_up_axis(stage, kind, up, unit):
     rep.settings.set_stage_up_axis(up)
     rep.settings.set_stage_meters_per_unit(unit)
     child = stage.GetPrimAtPath(f"{getattr(rep.create, kind)().prims[0]}/{kind.capitalize()}")

@@ -143,7 +143,7 @@ def test_dome_textures_and_rotation_are_written_where_they_belong(stage, tmp_pat
     assert light.GetParent().GetAttribute("xformOp:rotateXYZ").Get() is not None
 
 
-def test_colours_bind_one_material_per_prim_and_reuse_it(stage):
+def test_colors_bind_one_material_per_prim_and_reuse_it(stage):
     with trigger.on_custom_event("paint"), create.group(cubes(stage)):
         randomizer.color(colors=distribution.uniform((0, 0, 0), (1, 1, 1)))
     counts = []
@@ -152,12 +152,12 @@ def test_colours_bind_one_material_per_prim_and_reuse_it(stage):
         evaluate.graph().evaluate()
         counts.append(sum(prim.GetTypeName() == "Material" for prim in stage.Traverse()))
     assert counts == [3, 3]
-    colour = stage.GetPrimAtPath("/Replicator/Looks/OmniPBR/Shader").GetAttribute("inputs:diffuse_color_constant").Get()
+    color = stage.GetPrimAtPath("/Replicator/Looks/OmniPBR/Shader").GetAttribute("inputs:diffuse_color_constant").Get()
     twin = stage.GetPrimAtPath("/Replicator/Looks/OmniPBR/PreviewSurface").GetAttribute("inputs:diffuseColor").Get()
-    assert colour == twin
+    assert color == twin
 
 
-def colours_drawn(colors, seed=None):
+def colors_drawn(colors, seed=None):
     stage = new_stage()
     with trigger.on_custom_event("paint"), create.group(cubes(stage, 40)):
         randomizer.color(colors=colors, seed=seed)
@@ -168,13 +168,13 @@ def colours_drawn(colors, seed=None):
 
 
 @pytest.mark.parametrize("as_given", [list, np.array])
-def test_a_list_of_colours_is_chosen_from(stage, as_given):
+def test_a_list_of_colors_is_chosen_from(stage, as_given):
     palette = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)]
-    drawn = colours_drawn(as_given(palette))
+    drawn = colors_drawn(as_given(palette))
     assert set(drawn) == set(palette)
-    # Not the list in turn: a choice repeats neighbours.
+    # Not the list in turn: a choice repeats neighbors.
     assert drawn != palette * 20
-    assert set(colours_drawn([0.0, 0.5, 1.0])) == {(0.0, 0.5, 1.0)}
+    assert set(colors_drawn([0.0, 0.5, 1.0])) == {(0.0, 0.5, 1.0)}
 
 
 @pytest.mark.parametrize(
@@ -187,19 +187,19 @@ def test_a_list_of_colours_is_chosen_from(stage, as_given):
     ],
     ids=["list", "uniform", "combine", "choice"],
 )
-def test_a_colour_randomizers_own_seed_replaces_the_global_one(stage, colors):
-    first = colours_drawn(colors(), seed=7)
-    assert colours_drawn(colors(), seed=8) != first
+def test_a_color_randomizers_own_seed_replaces_the_global_one(stage, colors):
+    first = colors_drawn(colors(), seed=7)
+    assert colors_drawn(colors(), seed=8) != first
     set_global_seed(5)
-    assert colours_drawn(colors(), seed=7) == first
-    assert colours_drawn(colors()) == colours_drawn(colors(), seed=5)
+    assert colors_drawn(colors(), seed=7) == first
+    assert colors_drawn(colors()) == colors_drawn(colors(), seed=5)
 
 
 def test_two_different_seeds_for_one_draw_are_an_error(stage):
     seeded = distribution.uniform((0, 0, 0), (1, 1, 1), seed=3)
-    assert colours_drawn(seeded, seed=3) == colours_drawn(seeded)
+    assert colors_drawn(seeded, seed=3) == colors_drawn(seeded)
     with pytest.raises(GraphError, match=r"seed=3.*seed=7"):
-        colours_drawn(seeded, seed=7)
+        colors_drawn(seeded, seed=7)
 
 
 def test_random_rotations_are_uniform_on_so3(stage):

@@ -37,8 +37,8 @@ def test_prims_below_and_their_variants(stage):
     assert rep.utils.get_prims_from_paths(["/World"]) == [stage.GetPrimAtPath("/World")]
     with pytest.raises(GraphError, match="mode='shapes'; known: instances"):
         rep.utils.find_prims("/World", mode="shapes")
-    colours = copy.GetVariantSets().AddVariantSet("colour")
-    colours.AddVariant("red")
+    colors = copy.GetVariantSets().AddVariantSet("colour")
+    colors.AddVariant("red")
     assert rep.utils.get_prim_variant_values("/World/copy", "colour") == ["red"]
     with pytest.raises(BadPrim, match="no variant set 'size'; it has: colour"):
         rep.utils.get_prim_variant_values("/World/copy", "size")

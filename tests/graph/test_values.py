@@ -34,7 +34,7 @@ def test_a_position_is_for_all_prims_or_one_per_prim(stage, given, expected):
     assert values(stage, rep.create.cube(count=2, position=given), "xformOp:translate") == expected
 
 
-def test_three_numbers_are_one_colour_also_for_three_lights(stage):
+def test_three_numbers_are_one_color_also_for_three_lights(stage):
     lights = rep.create.light(light_type="sphere", color=[1, 0, 0.5], intensity=[1, 2, 3], count=3)
     children = [f"{path}/SphereLight" for path in lights.prims]
     for path, intensity in zip(children, (1, 2, 3)):

@@ -192,7 +192,7 @@ def test_misspelt_attributes_and_types_are_told_with_near_misses(stage):
             evaluate.graph().evaluate()
 
 
-def test_colours_of_prims_are_written_and_drawn(stage):
+def test_colors_of_prims_are_written_and_drawn(stage):
     with rep.trigger.on_custom_event("go"), rep.create.cube(count=20) as cubes:
         rep.modify.attribute("primvars:displayColor", rep.distribution.uniform((0, 0, 0.5), (1, 0, 1)))
     fire()

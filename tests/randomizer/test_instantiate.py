@@ -80,7 +80,7 @@ def test_the_first_draw_is_there_at_once_and_stays_for_the_first_execution(stage
     assert kinds(stage, item) == before
 
 
-def test_objects_are_posed_labelled_and_made_bodies_like_any_other(stage, files):
+def test_objects_are_posed_labeled_and_made_bodies_like_any_other(stage, files):
     toy = [("class", "toy")]
     with (
         rep.trigger.on_custom_event("go"),

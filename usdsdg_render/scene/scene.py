@@ -1,7 +1,7 @@
 """What the renderer knows of a stage: plain tables on the host, derived from USD and never edited by hand.
 
 `extract` fills and refreshes a `Scene`; `device` uploads what changed; kernels read the device copy. Units are stage
-units, angles radians, colours linear Rec.709, light in nits (cd/m²). Matrices are USD's row-vector 4x4 in float64:
+units, angles radians, colors linear Rec.709, light in nits (cd/m²). Matrices are USD's row-vector 4x4 in float64:
 `p_world = [x y z 1] @ local_to_world`.
 """
 
