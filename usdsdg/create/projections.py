@@ -50,7 +50,7 @@ def projection_material(
         )
     projector = prim_at(proxies[0])
     item = _projected(projector, targets, name, offset=offset_scale * projection_meshes.size_of(projector))
-    _dress(item, material, semantics)
+    _bind_and_label(item, material, semantics)
     if current_trigger() is not None:
         modify.projection_material(input_prims=item)
     return item
@@ -62,7 +62,7 @@ def _projected(projector: Usd.Prim, targets: tuple[str, ...], name: str | None, 
     return ReplicatorItem(Node(kind="OgnCreateProjection", prims=(str(prim.GetPath()),), name=name))
 
 
-def _dress(item: ReplicatorItem, material: Any, semantics: Any) -> None:
+def _bind_and_label(item: ReplicatorItem, material: Any, semantics: Any) -> None:
     modify.material(material if material is not None else material_omnipbr(), input_prims=item)
     if semantics is not None:
         modify.semantics(semantics, input_prims=item)
@@ -109,7 +109,7 @@ def mesh_decal(
     offset = offset_normal * 0.01 / transforms.meters_per_unit(current_stage())
     item = _projected(_projector(pose), targets, name or "Decal", offset=offset, depth=offset_depth)
     look = material if material is not None else material_omnipbr()
-    _dress(item, look, semantics)
+    _bind_and_label(item, look, semantics)
     given = dict(texture_group=texture_group) if texture_group is not None else textures
     drawn = {role: value for role, value in {**pose, **given}.items() if isinstance(value, Distribution)}
     constant = {role: value for role, value in given.items() if role not in drawn}

@@ -1,4 +1,4 @@
-"""Places in a camera's picture and around a point. Mirrors `rep.modify.pose_camera_relative` and `pose_orbit`."""
+"""Poses in a camera's image and around a point. Mirrors `rep.modify.pose_camera_relative` and `pose_orbit`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def pose_camera_relative(
     camera: Any, render_product: Any, distance: Any, horizontal_location: Any = 0, vertical_location: Any = 0,
     input_prims: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Place prims where they appear at a chosen place of a camera's picture.
+    """Move prims to where they appear at a chosen position of a camera's image.
 
     Args:
         camera: item, prim or path of a camera, or of the object that holds it.

@@ -1,4 +1,4 @@
-"""Where prims are and how they are turned. Mirrors `rep.modify.pose`."""
+"""Poses of prims. Mirrors `rep.modify.pose`."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def apply_or_schedule_pose(item: ReplicatorItem, **pose_values: Any) -> None:
 
 @action("OgnWritePose")
 def write_pose(node: Node, execution: int) -> None:
-    """What `pose` does at each execution."""
+    """Write the poses that a node draws, as `pose` does at each execution."""
     order = node.inputs.get("rotation_order", "XYZ")
     prims = target_prims(node)
     instancers = [prim for prim in prims if has_posable_instances(prim)]
@@ -122,7 +122,7 @@ def write_pose(node: Node, execution: int) -> None:
 
 
 def _pose_all(prims: list[Usd.Prim], drawn: dict[str, Any], order: str) -> bool:
-    """Write position, rotation and scale of all prims at once; False, with nothing written, when that is not all."""
+    """Write position, rotation and scale of all prims at once; return False, with nothing written, for other inputs."""
     columns = {role: _rows(column) for role, column in drawn.items() if role in _AT_ONCE}
     if len(columns) < len(drawn) or order != "XYZ" or any(column is None for column in columns.values()):
         return False

@@ -1,4 +1,4 @@
-"""Projections moved and dressed anew. Mirrors `rep.modify.projection_material`."""
+"""Change the pose and the textures of projections. Mirrors `rep.modify.projection_material`."""
 
 from __future__ import annotations
 
