@@ -252,7 +252,7 @@ def _all_seeded(items: Sequence[Any], seed: int) -> list[Any]:
 def uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
     """Uniform from `lower` to `upper`: numbers, or tuples of one length, one number standing for all beside a tuple.
 
-    Draws are floats, also between whole numbers: scripts write colours as (0, 0, 0) to (1, 1, 1). Written to an
+    Draws are floats, also between whole numbers: scripts write colors as (0, 0, 0) to (1, 1, 1). Written to an
     attribute of whole numbers they are rounded down, so `upper` itself is not drawn. `num_samples` changes nothing:
     there is one draw for each prim. `seed` replaces the global seed, and a draw with a `name` is told to writers.
 

@@ -55,7 +55,7 @@ def set_physx_timestep(timestep: float) -> None:
 def set_render_rtx_realtime(antialiasing: str = "FXAA") -> None:
     """Capture in the fast mode: few samples per pixel, then an edge-preserving filter.
 
-    `antialiasing` (off, TAA, FXAA, DLSS, DLAA) goes to `/rtx/post/aa/op` as its number in Omniverse; pictures are
+    `antialiasing` (off, TAA, FXAA, DLSS, DLAA) goes to `/rtx/post/aa/op` as its number in Omniverse; images are
     filtered alike for all of them.
 
     Raises:

@@ -12,14 +12,14 @@ from usdsdg.arguments.registry import register_function
 from usdsdg.arguments.values import shown, whole_number
 from usdsdg.errors import GraphError, Unsupported
 from usdsdg.functional import physics
-from usdsdg.graph.evaluate import Moment, Trigger, graph
+from usdsdg.graph.evaluate import Trigger, TriggerContext, graph
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
 
 # After so many captures without being true a condition no longer counts as something that will end a run.
 PATIENCE = 1000
-# Share of a time that summing frames up may take from it without delaying a trigger to the next frame.
+# Relative rounding error of a sum of frame times that does not delay a trigger to the next frame.
 ROUNDING = 1e-6
 
 
@@ -28,7 +28,7 @@ def on_frame(
 ) -> ReplicatorItem:
     """Fire every `interval` captures, at most `max_execs` times (0: without end).
 
-    The preview at initialisation already ran the body once, so frame 0 shows that draw and the first capture only
+    The preview at initialization already ran the body once, so frame 0 shows that draw and the first capture only
     records the baseline, as in Replicator.
 
     Args:
@@ -57,7 +57,7 @@ def on_time(
     """Fire when `interval` seconds of the timeline have passed since it last fired, or since the start.
 
     The first frame to reach that time counts; time goes on counting where the timeline loops. The preview at
-    initialisation runs the body too, beyond `max_execs`: it is what is seen until the first firing.
+    initialization runs the body too, beyond `max_execs`: it is what is seen until the first firing.
 
     Args:
         interval: seconds.
@@ -87,7 +87,7 @@ def on_time_end(
     has not been put back yet.
 
     Give it to a writer to keep the last frame of every interval. Bodies are not reset, and the preview at
-    initialisation does not run the body. The arguments are those of `on_time`.
+    initialization does not run the body. The arguments are those of `on_time`.
 
     Raises:
         GraphError: `interval` is not above 0.
@@ -128,8 +128,8 @@ def on_condition(condition: Callable[[], bool], max_execs: int = 0, rt_subframes
     name = getattr(condition, "__name__", "condition")
     misses = [0]
 
-    def due(moment: Moment) -> bool:
-        if moment.preview or moment.capture < 0:
+    def due(context: TriggerContext) -> bool:
+        if context.preview or context.capture < 0:
             return False
         met = bool(condition())
         misses[0] = 0 if met else misses[0] + 1
@@ -189,8 +189,8 @@ def trigger_of(node: Node) -> Trigger:
 def _on_frame(node: Node, limits: dict[str, int]) -> Trigger:
     interval = int(node.inputs["interval"])
 
-    def due(moment: Moment) -> bool:
-        return moment.preview or (moment.capture > 0 and moment.capture % interval == 0)
+    def due(context: TriggerContext) -> bool:
+        return context.preview or (context.capture > 0 and context.capture % interval == 0)
 
     return Trigger(node, due, **limits)
 
@@ -199,11 +199,11 @@ def _on_time(node: Node, limits: dict[str, int]) -> Trigger:
     interval, last = float(node.inputs["interval"]), [0.0]
     at_end = bool(node.inputs.get("triggerOnLastFrame", False))
 
-    def due(moment: Moment) -> bool:
-        if moment.preview:
+    def due(context: TriggerContext) -> bool:
+        if context.preview:
             return not at_end
         ahead = min(1.0 / get_timeline().get_time_codes_per_seconds(), interval) if at_end else 0.0
-        now = moment.time + ahead
+        now = context.time + ahead
         if now < last[0]:
             last[0] = 0.0  # somebody set the time back
         target = last[0] + interval
@@ -228,7 +228,7 @@ def _on_time(node: Node, limits: dict[str, int]) -> Trigger:
 
 def _on_custom_event(node: Node, limits: dict[str, int]) -> Trigger:
     event = str(node.inputs["eventName"])
-    return Trigger(node, lambda moment: event in moment.events and not moment.preview, **limits)
+    return Trigger(node, lambda context: event in context.events and not context.preview, **limits)
 
 
 def on_key_press(key: Any, modifier: Any = None, name: str | None = None) -> ReplicatorItem:

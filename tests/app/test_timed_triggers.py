@@ -31,7 +31,7 @@ def size_drawn(under):
 def times_of_firing(item, times):
     """At which of the times, seconds of the timeline, a trigger is due."""
     trigger = item._trigger
-    return [time for time in times if trigger.due(evaluate.Moment(0, time, frozenset()))]
+    return [time for time in times if trigger.due(evaluate.TriggerContext(0, time, frozenset()))]
 
 
 def test_it_fires_at_the_first_frame_that_reaches_the_interval():
@@ -192,5 +192,5 @@ def test_a_saved_trigger_resets_as_the_first_did():
     made = [rep.trigger.on_time(), rep.trigger.on_time(reset_physics=False), rep.trigger.on_time_end()]
     again = [trigger_of(item.node) for item in made]
     assert [trigger.prepare is None for trigger in again] == [False, True, True]
-    assert not again[2].due(evaluate.Moment(-1, 0.0, frozenset(), preview=True))
-    assert again[2].due(evaluate.Moment(0, 1.0 - FRAME, frozenset()))
+    assert not again[2].due(evaluate.TriggerContext(-1, 0.0, frozenset(), preview=True))
+    assert again[2].due(evaluate.TriggerContext(0, 1.0 - FRAME, frozenset()))

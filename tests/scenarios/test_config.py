@@ -102,7 +102,7 @@ def test_all_mistakes_are_reported_at_once_with_their_lines(written):
         ("resolution: 640", "resolution: 640 is not a list"),
         (
             "resolution: [100000, 100000]",
-            "resolution: a picture of 100000 x 100000 pixels cannot be made; expected 1 to",
+            "resolution: an image of 100000 x 100000 pixels cannot be made; expected 1 to",
         ),
         ("resolution: [16384, 16384]", "no more than 67108864 in all"),
         ("num_frames: 2.5", "num_frames: 2.5 is not a whole number"),

@@ -91,7 +91,7 @@ def test_invalid_options_are_refused(tmp_path, option, message):
 def test_an_image_that_is_too_large_is_refused(tmp_path):
     write(tmp_path)
     done = usdsdg("render", "scene.usda", "out", "--width=100000", "--height=100000", cwd=tmp_path, expect=1)
-    assert "error: render_product: a picture of 100000 x 100000 pixels cannot be made" in done.stderr
+    assert "error: render_product: an image of 100000 x 100000 pixels cannot be made" in done.stderr
     assert "Traceback" not in done.stderr
     assert not list(tmp_path.glob("out/*.png"))
 

@@ -33,7 +33,7 @@ def render_product(
 
     Args:
         camera: path, prim or item of a camera, of the object that holds one, or a list of these. One of
-            `create.tiled_sensor` gives the picture of its cameras in tiles.
+            `create.tiled_sensor` gives the image of its cameras in tiles.
         resolution: (width, height) [pixels].
         force_new: make another one, also where there is a product of the same camera and resolution. Without this and
             without `name` that one is used again.
@@ -43,7 +43,7 @@ def render_product(
 
     Raises:
         TypeError: resolution is not a pair of whole numbers.
-        RenderError: a picture of this size cannot be made, or it is not that of the tiled sensor.
+        RenderError: an image of this size cannot be made, or it is not that of the tiled sensor.
         BadPrim: a path is not a camera on the stage, there is none, or `name` cannot be the name of a prim.
         ArgumentError: there is another number of names than cameras.
     """
@@ -63,7 +63,7 @@ def render_product(
 def render_product_tiled(
     cameras: Any, tile_resolution: Any, force_new: bool = False, name: str | None = None
 ) -> HydraTexture:
-    """One product with the pictures of several cameras in tiles, row by row from the top left.
+    """One product with the images of several cameras in tiles, row by row from the top left.
 
     There are ceil(sqrt(N)) columns for N cameras, and as many rows as it takes: the product's resolution is columns x
     tile width, rows x tile height. Places that are left over show nothing: black with an alpha of 0, infinitely far.
@@ -80,7 +80,7 @@ def render_product_tiled(
 
     Raises:
         TypeError: tile_resolution is not a pair of whole numbers.
-        RenderError: a picture of the whole size cannot be made.
+        RenderError: an image of the whole size cannot be made.
         BadPrim: there are no cameras, or one is not on the stage.
     """
     tile = _size("tile_resolution", tile_resolution)

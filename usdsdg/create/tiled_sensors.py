@@ -1,4 +1,4 @@
-"""The deprecated form of tiled pictures. Mirrors `rep.create.tiled_sensor`."""
+"""The deprecated form of tiled images. Mirrors `rep.create.tiled_sensor`."""
 
 from __future__ import annotations
 

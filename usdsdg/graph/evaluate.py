@@ -27,7 +27,7 @@ class Trigger:
     """
 
     node: Node
-    due: Callable[[Moment], bool]
+    due: Callable[[TriggerContext], bool]
     max_execs: int = 0
     rt_subframes: int = 1
     nodes: list[Node] = field(default_factory=list)
@@ -53,11 +53,11 @@ class Trigger:
 
 
 @dataclass(frozen=True)
-class Moment:
-    """What a trigger may look at when asked whether it is due."""
+class TriggerContext:
+    """What a trigger is asked with whether it is due."""
 
-    capture: int  # captures before this one; -1 outside a capture
-    time: float  # that the timeline has played [s], counted on where it loops
+    capture: int  # number of earlier captures; -1 outside a capture
+    time: float  # of the timeline [s], counting on where it loops
     events: frozenset[str]
     preview: bool = False
 
@@ -127,21 +127,21 @@ class Graph:
             run(node)
         if preview:
             # Custom events are not previewed, so they stay queued for the evaluation that they were sent for.
-            return self._fire(Moment(capture, time, frozenset(), preview))
+            return self._fire(TriggerContext(capture, time, frozenset(), preview))
         events, self._events = self._events, []
-        fired = self._fire(Moment(capture, time, frozenset(events[:1])))
+        fired = self._fire(TriggerContext(capture, time, frozenset(events[:1])))
         for event in events[1:]:
-            fired += self._fire(Moment(-1, time, frozenset([event])))
+            fired += self._fire(TriggerContext(-1, time, frozenset([event])))
         return fired
 
-    def _fire(self, moment: Moment) -> list[Trigger]:
-        due = [trigger for trigger in self.triggers if not trigger.exhausted and trigger.due(moment)]
+    def _fire(self, context: TriggerContext) -> list[Trigger]:
+        due = [trigger for trigger in self.triggers if not trigger.exhausted and trigger.due(context)]
         for trigger in due:
-            if trigger.prepare is not None and not moment.preview:
+            if trigger.prepare is not None and not context.preview:
                 trigger.prepare()
             for node in trigger.nodes:
                 run(node)
-            if trigger.counts_previews or not moment.preview:
+            if trigger.counts_previews or not context.preview:
                 trigger.executions += 1
         return due
 

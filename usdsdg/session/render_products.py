@@ -8,16 +8,16 @@ from usdsdg import errors
 from usdsdg.session.session import current
 from usdsdg.stage.cameras.tiled_sensors import Tiles
 
-# What renderer and files can hold: the largest side of a picture, and a few hundred bytes for each pixel of it.
+# What renderer and files can hold: the largest side of an image, and a few hundred bytes for each pixel of it.
 MAX_SIDE, MAX_PIXELS = 16384, 1 << 26
 
 
 def size_problem(width: int, height: int) -> str | None:
-    """Why there is no picture of this size, or None where there is."""
+    """Why there is no image of this size, or None where there is."""
     if min(width, height) >= 1 and max(width, height) <= MAX_SIDE and width * height <= MAX_PIXELS:
         return None
     return (
-        f"a picture of {width} x {height} pixels cannot be made; expected 1 to {MAX_SIDE} along each side and no more "
+        f"an image of {width} x {height} pixels cannot be made; expected 1 to {MAX_SIDE} along each side and no more "
         f"than {MAX_PIXELS} in all, such as 8192 x 8192"
     )
 
@@ -25,7 +25,7 @@ def size_problem(width: int, height: int) -> str | None:
 class HydraTexture:
     """The handle that Replicator scripts get: its own `hydra_texture`, to be switched on and off between captures.
 
-    `tiles` is None for the picture of one camera; else `camera_path` is that of the first tile.
+    `tiles` is None for the image of one camera; else `camera_path` is that of the first tile.
     """
 
     def __init__(self, path: str, camera_path: str, resolution: tuple[int, int], *, tiles: Tiles | None = None) -> None:
@@ -42,12 +42,12 @@ class HydraTexture:
 
     @property
     def width(self) -> int:
-        """Of its pictures [pixels]."""
+        """Width or height of its images [pixels]."""
         return self.resolution[0]
 
     @property
     def height(self) -> int:
-        """Of its pictures [pixels]."""
+        """Width or height of its images [pixels]."""
         return self.resolution[1]
 
     @property
@@ -64,7 +64,7 @@ class HydraTexture:
         return self.path
 
     def destroy(self) -> None:
-        """Forget the product; writers attached to it no longer see it."""
+        """Remove the product; writers attached to it get no more frames of it."""
         current().render_products.pop(self.path, None)
 
     def __repr__(self) -> str:
@@ -91,11 +91,11 @@ def product_at(path: str) -> HydraTexture:
 
 
 def add(product: HydraTexture) -> HydraTexture:
-    """Make a product known; returns it."""
+    """Register a product and return it."""
     current().render_products[product.path] = product
     return product
 
 
 def reset() -> None:
-    """A new stage has no products."""
+    """Remove all products."""
     current().render_products.clear()

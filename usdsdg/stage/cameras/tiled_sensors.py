@@ -27,7 +27,7 @@ class Tiles:
 def author_tiled_sensor(
     sensor: Usd.Prim, bridge: Usd.Prim, tiles: Tiles, whole: tuple[int, int], output_types: Sequence[str]
 ) -> None:
-    """Make the camera `sensor` stand for the cameras of `tiles`, in a picture of `whole` pixels."""
+    """Make the camera `sensor` stand for the cameras of `tiles`, in an image of `whole` pixels."""
     types = Sdf.ValueTypeNames
     sensor.CreateAttribute(CONFIG, types.String).Set(str(bridge.GetPath()))
     sensor.CreateAttribute(PLUGIN, types.String).Set("omni.sensors.tiled.plugin")
@@ -39,10 +39,10 @@ def author_tiled_sensor(
 
 
 def tiles_of_sensor(camera: Usd.Prim, size: tuple[int, int]) -> Tiles | None:
-    """What a tiled sensor shows in a picture of `size`; None for an ordinary camera.
+    """What a tiled sensor shows in an image of `size`; None for an ordinary camera.
 
     Raises:
-        RenderError: the sensor makes a picture of another size.
+        RenderError: the sensor makes an image of another size.
     """
     config = camera.GetAttribute(CONFIG).Get() if camera.HasAttribute(CONFIG) else None
     bridge = camera.GetStage().GetPrimAtPath(config) if config else None
