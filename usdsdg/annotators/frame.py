@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from usdsdg.annotators.labeled_prims import LabeledPrims, Selection
 from usdsdg.errors import AnnotatorError, Unsupported
+from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.tiled_view import TiledView
-
-if TYPE_CHECKING:
-    from usdsdg.annotators.labeled_prims import LabeledPrims, Selection
-    from usdsdg.stage.cameras.camera_view import CameraView
-    from usdsdg.stage.geometry.pixel_masks import Outlines
+from usdsdg.stage.geometry.pixel_masks import Outlines
 
 # Columns of `Frame.coverage`.
 PIXELS, X_MIN, Y_MIN, X_MAX, Y_MAX = range(5)

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from usdsdg.annotators.augmentations.signatures import arguments_of, has_data_in, is_kernel, unknown_argument
 from usdsdg.annotators.augmentations.warp_kernel import launch
 from usdsdg.annotators.base import Annotation
 from usdsdg.annotators.frame import Frame
@@ -88,7 +89,7 @@ class ArrayTransform:
             Unsupported: `augmentation` is neither a function nor a kernel.
             AugmentationError: it takes no such argument.
         """
-        if not callable(augmentation) and not _is_kernel(augmentation):
+        if not callable(augmentation) and not is_kernel(augmentation):
             raise Unsupported(
                 f"{augmentation!r} is no augmentation: give a Python function of data_in, or a Warp kernel with "
                 "data_in and data_out."
@@ -132,11 +133,11 @@ class ArrayTransform:
         self._function, self._kwargs, self._aovs, self._is_node = function, dict(kwargs), aovs, is_node
         self._shape = None if shape is None else tuple(int(size) for size in shape)
         self.documentation = documentation or inspect.getdoc(getattr(function, "func", function)) or ""
-        known = _arguments(function)
+        known = arguments_of(function)
         if known is not None:
             for name in kwargs:
                 if name not in known or name in ("data_in", "data_out"):
-                    raise AugmentationError(_unknown_argument(self.label, name, known))
+                    raise AugmentationError(unknown_argument(self.label, name, known))
 
     @classmethod
     def of(cls, augmentation: Any) -> ArrayTransform:
@@ -174,7 +175,9 @@ class ArrayTransform:
         shape = self._shape if data_out_shape is None else data_out_shape
         made._set(self._function, shape, self.documentation, {**self._kwargs, **kwargs}, self._aovs, self._is_node)
         given = {"data_in", "data_out", "seed", *self._aovs, *made._kwargs}
-        missing = [name for name, needed in (_arguments(self._function) or {}).items() if needed and name not in given]
+        missing = [
+            name for name, needed in (arguments_of(self._function) or {}).items() if needed and name not in given
+        ]
         if missing:
             raise AugmentationError(f"Augmentation {self.label} needs {', '.join(missing)}: give it as an argument.")
         return made
@@ -195,7 +198,7 @@ class ArrayTransform:
         key = f"{frame.render_product}/{self.label}" if key is None else key
         kwargs = {name: _drawn(value, f"{key}/{name}", frame) for name, value in self._kwargs.items()}
         kwargs |= {name: frame.aov(aov) for name, aov in self._aovs.items()}
-        if "seed" in (_arguments(self._function) or {}):
+        if "seed" in (arguments_of(self._function) or {}):
             kwargs["seed"] = seed_of_frame(kwargs.get("seed"), key, frame.index)
         try:
             result = self._call(annotation.data, kwargs, device)
@@ -209,10 +212,10 @@ class ArrayTransform:
         return self._annotation(result, annotation)
 
     def _call(self, data: np.ndarray, kwargs: Mapping[str, Any], device: str | None) -> Any:
-        if _is_kernel(self._function):
+        if is_kernel(self._function):
             return launch(self._function, data, _shape_of(self._shape, data), kwargs, device)
         # Functions may write in place, and the frame's arrays are shared.
-        if _has_data_in(self._function):
+        if has_data_in(self._function):
             return self._function(data_in=data.copy(), **kwargs)
         return self._function(data.copy(), **kwargs)
 
@@ -265,43 +268,6 @@ def _node_spec(node_type_id: str) -> NodeSpec:
             f"{hint} Write others as a Python function of data_in and use Augmentation.from_function."
         )
     return node_specs.get(name)
-
-
-def _is_kernel(function: Any) -> bool:
-    return type(function).__module__.partition(".")[0] == "warp" and hasattr(function, "adj")
-
-
-def _arguments(function: Any) -> Mapping[str, bool] | None:
-    """Return the argument names and whether each is required; None for **kwargs or an unknown signature."""
-    if _is_kernel(function):
-        return {argument.label: True for argument in function.adj.args}
-    try:
-        parameters = inspect.signature(function).parameters
-    except (TypeError, ValueError):  # some built-ins have no signature
-        return None
-    kinds = {parameter.kind for parameter in parameters.values()}
-    if inspect.Parameter.VAR_KEYWORD in kinds:
-        return None
-    others = [name for name in parameters if name != "data_in"]
-    if "data_in" not in parameters:
-        others = others[1:]  # the first parameter receives the array, whatever its name
-    optional = inspect.Parameter.VAR_POSITIONAL
-    needed = {n: parameters[n].default is inspect.Parameter.empty and parameters[n].kind != optional for n in others}
-    return {"data_in": False, **needed}
-
-
-def _has_data_in(function: Any) -> bool:
-    try:
-        return "data_in" in inspect.signature(function).parameters
-    except (TypeError, ValueError):
-        return False
-
-
-def _unknown_argument(label: str, name: str, known: Mapping[str, bool]) -> str:
-    names = [each for each in known if each not in ("data_in", "data_out")]
-    close = near_misses(name, names)
-    hint = f"Did you mean {close[0]!r}?" if close else f"It has: {', '.join(names) or 'none'}."
-    return f"Augmentation {label} has no argument {name!r}. {hint}"
 
 
 def _shape_of(shape: Sequence[int] | None, data: np.ndarray) -> tuple[int, ...] | None:

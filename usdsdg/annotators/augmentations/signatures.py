@@ -1,0 +1,49 @@
+"""The arguments of the functions and Warp kernels that augmentations call."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from typing import Any
+
+from usdsdg.arguments.registry import near_misses
+
+
+def is_kernel(function: Any) -> bool:
+    """Return whether `function` is a Warp kernel, without importing Warp."""
+    return type(function).__module__.partition(".")[0] == "warp" and hasattr(function, "adj")
+
+
+def arguments_of(function: Any) -> Mapping[str, bool] | None:
+    """Return the argument names and whether each is required; None for **kwargs or an unknown signature."""
+    if is_kernel(function):
+        return {argument.label: True for argument in function.adj.args}
+    try:
+        parameters = inspect.signature(function).parameters
+    except (TypeError, ValueError):  # some built-ins have no signature
+        return None
+    kinds = {parameter.kind for parameter in parameters.values()}
+    if inspect.Parameter.VAR_KEYWORD in kinds:
+        return None
+    others = [name for name in parameters if name != "data_in"]
+    if "data_in" not in parameters:
+        others = others[1:]  # the first parameter receives the array, whatever its name
+    optional = inspect.Parameter.VAR_POSITIONAL
+    needed = {n: parameters[n].default is inspect.Parameter.empty and parameters[n].kind != optional for n in others}
+    return {"data_in": False, **needed}
+
+
+def has_data_in(function: Any) -> bool:
+    """Return whether the array is passed by name, as `data_in`."""
+    try:
+        return "data_in" in inspect.signature(function).parameters
+    except (TypeError, ValueError):
+        return False
+
+
+def unknown_argument(label: str, name: str, known: Mapping[str, bool]) -> str:
+    """Return the error message for an unknown argument, with near misses or all names."""
+    names = [each for each in known if each not in ("data_in", "data_out")]
+    close = near_misses(name, names)
+    hint = f"Did you mean {close[0]!r}?" if close else f"It has: {', '.join(names) or 'none'}."
+    return f"Augmentation {label} has no argument {name!r}. {hint}"
