@@ -84,11 +84,11 @@ RENDER = {
 COMMAND = "help and errors of the command line appear before anything heavy is loaded"
 LATE = {
     "usdsdg.session.engines": (
-        "usdsdg_physics.engine usdsdg_render.renderer",
+        "usdsdg_physics.engine usdsdg_render.renderer usdsdg_render.labels",
         "newton takes seconds to import, warp one",
     ),
     "usdsdg.capture.render_settings": ("usdsdg_render.path", "warp takes a second to import"),
-    "usdsdg.capture.tiles": ("usdsdg_render.scene", "warp takes a second to import"),
+    "usdsdg.capture.tiles": ("usdsdg_render.labels", "warp takes a second to import"),
     "usdsdg.session.session": (
         "usdsdg.session usdsdg.graph usdsdg.rng usdsdg.writers usdsdg.app usdsdg.compat usdsdg.demo",
         "the one object that owns the state of all packages names their parts, and makes each when it is first used",
