@@ -159,7 +159,7 @@ class Bench:
                 each = f"{1e3 * seconds / count:.2f} ms a view, {1e3 * kernels / count:.2f} in kernels"
                 print(f"amodal counts and boxes of all {name}, {count} views: {each}")
         fetched = self.seconds(
-            lambda: [each.strips for each in self.renderer.outlined(views, ("instance",), groups)[1]]
+            lambda: [each.words for each in self.renderer.labels_and_masks(views, ("instance",), groups)[1]]
         )
         print(f"ids and masks of all objects, {CAMERAS} views, fetched: {1e3 * fetched / CAMERAS:.2f} ms a view")
 

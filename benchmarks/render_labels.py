@@ -36,7 +36,7 @@ def amodal_of(renderer: WarpRenderer, views: list[CameraView], instances: list[n
     """Compute amodal and modal masks of every object, given the instance labels."""
     groups = [[k] for k in range(len(renderer.gprims))]
     for view, instance in zip(views, instances, strict=True):
-        renderer.outlines(view, groups, instance=instance)
+        renderer.pixel_masks(view, groups, instance=instance)
 
 
 def main() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import warp as wp
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pxr import Usd
 
     from usdsdg.stage.cameras.camera_view import CameraView
-    from usdsdg.stage.geometry.pixel_masks import Outlines
+    from usdsdg.stage.geometry.pixel_masks import PixelMasks
 
 Progress = Callable[[str, int, "int | None"], None]
 
@@ -54,8 +54,9 @@ class WarpRenderer:
         from usdsdg_render.sync.extract import SceneExtractor
 
         self._start(device, progress)
-        self._extractor: Any = SceneExtractor(stage, progress=progress)
-        self._scene = self._extractor.scene
+        extractor = SceneExtractor(stage, progress=progress)
+        self._extractor: SceneExtractor | None = extractor
+        self._scene = extractor.scene
 
     @classmethod
     def of_scene(cls, scene: Scene, *, device: str | None = None, progress: Progress | None = None) -> WarpRenderer:
@@ -173,24 +174,24 @@ class WarpRenderer:
             self._previous_frames.remember(views, self._scene)
         return LabelBatch(len(views), arrays, self.threads)
 
-    def outlined(
+    def labels_and_masks(
         self, views: Sequence[CameraView], aovs: Collection[str], groups: Sequence[Sequence[int]]
-    ) -> tuple[list[dict[str, np.ndarray]], list[Outlines]]:
-        """`labels_of`, and the outlines of the same groups of gprims in each of the views."""
-        results: dict[int, tuple[dict[str, np.ndarray], Outlines]] = {}
+    ) -> tuple[list[dict[str, np.ndarray]], list[PixelMasks]]:
+        """`labels_of`, and the masks of the same groups of gprims in each of the views."""
+        results: dict[int, tuple[dict[str, np.ndarray], PixelMasks]] = {}
         for places in view_batches.of_labels(views):
             some = [views[k] for k in places]
             batch = self.label_batch(some, {*aovs, "instance"})
             covered = []
-            for part in view_batches.of_outlines(len(some), len(self.gprims)):
+            for part in view_batches.of_masks(len(some), len(self.gprims)):
                 piece = LabelBatch(len(part), {"instance": batch.arrays["instance"][part.start : part.stop]})
-                covered += self.coverage_batch(some[part.start : part.stop], groups, piece).outlines()
+                covered += self.coverage_batch(some[part.start : part.stop], groups, piece).pixel_masks()
             results |= dict(zip(places, zip(batch.numpy(), covered, strict=True), strict=True))
         return [results[k][0] for k in range(len(views))], [results[k][1] for k in range(len(views))]
 
-    def outlines(
+    def pixel_masks(
         self, view: CameraView, groups: Sequence[Sequence[int]], *, instance: np.ndarray | None = None
-    ) -> Outlines:
+    ) -> PixelMasks:
         """Pixels that each group of gprims would cover if it were alone, and those in which it is seen.
 
         A group's pixel counts once, however many of its gprims are met there; groups may share gprims. What is met is
@@ -200,14 +201,14 @@ class WarpRenderer:
             instance: the AOV of that name that `labels` gave of this view; None makes it.
         """
         if instance is None:
-            return self.outlined([view], ["instance"], groups)[1][0]
+            return self.labels_and_masks([view], ["instance"], groups)[1][0]
         shown = wp.array(instance[None], dtype=wp.int32, device=self.device)
-        return self.coverage_batch([view], groups, LabelBatch(1, {"instance": shown})).outlines()[0]
+        return self.coverage_batch([view], groups, LabelBatch(1, {"instance": shown})).pixel_masks()[0]
 
     def coverage_batch(
         self, views: Sequence[CameraView], groups: Sequence[Sequence[int]], batch: LabelBatch
     ) -> Coverage:
-        """Outlines of views of one size, left on the device; `batch` holds their AOV `instance`."""
+        """Masks of views of one size, left on the device; `batch` holds their AOV `instance`."""
         shown = batch.arrays["instance"]
         return Coverage(self._on_device, views, groups, shown, mode=self._label_mode, threads=self.threads)
 
@@ -217,7 +218,7 @@ class WarpRenderer:
         Returns:
             (len(groups), 5) int64: pixels, x_min, y_min, x_max, y_max (inclusive); -1 bounds for no pixels.
         """
-        return self.outlines(view, groups).coverage
+        return self.pixel_masks(view, groups).coverage
 
     def new_film(self, width: int, height: int) -> Film:
         """An empty film."""

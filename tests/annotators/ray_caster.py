@@ -7,11 +7,11 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from pxr import Gf, Usd, UsdGeom
 
-from tests.stage.geometry.counted_masks import outlines_of
+from tests.stage.geometry.counted_masks import counted_masks
 from usdsdg.annotators import Frame, LabeledPrimReader
 from usdsdg.session import render_products
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
-from usdsdg.stage.geometry.pixel_masks import STRIP, WORD, Outlines
+from usdsdg.stage.geometry.pixel_masks import MASK_WORD, WORD, PixelMasks
 from usdsdg.stage.semantics.labels import add_labels
 from usdsdg_render.settings import LIGHT_AOVS
 
@@ -106,26 +106,26 @@ class RayCaster:
             "HdrColor": (color.astype(np.float32) / 255).astype(np.float16).reshape(*shape, 4),
         }
 
-    def outlines(
+    def pixel_masks(
         self, view: CameraView, groups: Sequence[Sequence[int]], *, instance: np.ndarray | None = None
-    ) -> Outlines:
+    ) -> PixelMasks:
         """What each group covers alone, and where one of it comes first."""
         origins, directions = rays(view)
         everything = range(len(self.gprims))
         hits = [self._intersect(index, origins, directions, view.clipping_range)[0] for index in everything]
         seen = RayCaster.labels(self, view)["instance"] if instance is None else instance
-        strips = []
+        words = []
         for row, group in enumerate(groups):
             covered = np.isfinite([hits[index] for index in group]).any(0)
             for y, x in np.argwhere(covered.reshape(view.height, view.width)):
                 shown = int(seen[y, x]) in group
-                strips.append((row, y, x // WORD, 1 << int(x % WORD), shown << int(x % WORD)))
-        single = np.array(strips, STRIP)
+                words.append((row, y, x // WORD, 1 << int(x % WORD), shown << int(x % WORD)))
+        single = np.array(words, MASK_WORD)
         keys, first = np.unique(single[["group", "row", "word"]], return_index=True)
         merged = single[first]
         for name in ("covered", "visible"):
             merged[name] = np.bitwise_or.reduceat(single[name], first) if len(keys) else merged[name]
-        return outlines_of((view.height, view.width), len(groups), merged)
+        return counted_masks((view.height, view.width), len(groups), merged)
 
     def _intersect(self, index: int, origins, directions, clipping) -> tuple[np.ndarray, np.ndarray]:
         """Distances along the (unit) rays, inf for a miss, and world normals."""
@@ -197,6 +197,6 @@ def make_frame(
         aovs=caster.labels(view),
         gprims=caster.gprims,
         labeled_prims=labeled_prims,
-        amodal_masks=caster.outlines(view, labeled_prims.groups),
+        amodal_masks=caster.pixel_masks(view, labeled_prims.groups),
         reference_time=(index, 60),
     )

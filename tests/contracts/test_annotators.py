@@ -10,7 +10,7 @@ from tests.annotators.ray_caster import CAMERA, known, make_frame, new_stage
 from tests.annotators.scenes import add_camera, street
 from usdsdg import annotators
 from usdsdg.session import render_products, stage_context
-from usdsdg.stage.geometry.pixel_masks import Outlines
+from usdsdg.stage.geometry.pixel_masks import PixelMasks
 
 NAMES = annotators.get_registered_annotators()
 IMAGE = {"LdrColor", "HdrColor"}
@@ -45,7 +45,7 @@ def tree(value):
 def test_an_annotator_uses_only_the_aovs_that_it_declares(name, frame):
     annotator = get(name)
     given = set(annotator.aovs) | (IMAGE if annotator.needs_path_tracing else set())
-    masks = frame.amodal_masks if annotator.needs_amodal_masks else Outlines.nothing(frame.shape)
+    masks = frame.amodal_masks if annotator.needs_amodal_masks else PixelMasks.nothing(frame.shape)
     bare = dataclasses.replace(
         frame, aovs={k: v for k, v in frame.aovs.items() if k in given}, amodal_masks=masks, memo={}
     )

@@ -12,7 +12,7 @@ from usdsdg.annotators.labeled_prims import LabeledPrims, Selection
 from usdsdg.errors import AnnotatorError, Unsupported
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.tiled_view import TiledView
-from usdsdg.stage.geometry.pixel_masks import Outlines
+from usdsdg.stage.geometry.pixel_masks import PixelMasks
 
 # Columns of `Frame.coverage`.
 PIXELS, X_MIN, Y_MIN, X_MAX, Y_MAX = range(5)
@@ -31,7 +31,7 @@ class Frame:
     aovs: Mapping[str, np.ndarray]  # name → (H, W[, C]); see the renderer's AOV table
     gprims: tuple[str, ...]  # prim path of every value of the "instance" AOV; -1 means no hit
     labeled_prims: LabeledPrims
-    amodal_masks: Outlines  # of all labeled prims, by row; with the visible part of each
+    amodal_masks: PixelMasks  # of all labeled prims, by row; with the visible part of each
     reference_time: tuple[int, int] = (0, 1)
     memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 

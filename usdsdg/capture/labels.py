@@ -14,7 +14,7 @@ from usdsdg.capture.tiles import joined, views_of
 from usdsdg.session import engines
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.tiled_view import TiledView
-from usdsdg.stage.geometry.pixel_masks import Outlines
+from usdsdg.stage.geometry.pixel_masks import PixelMasks
 from usdsdg_render.settings import LIGHT_AOVS
 
 
@@ -24,7 +24,7 @@ class ProductLabels:
 
     labeled_prims: LabeledPrims
     aovs: dict[str, np.ndarray]
-    amodal_masks: Outlines  # of all labeled prims; empty for products of several cameras
+    amodal_masks: PixelMasks  # of all labeled prims; empty for products of several cameras
 
 
 def render_labels(
@@ -42,13 +42,13 @@ def render_labels(
         labeled_prims = reader.read(renderer.gprims, filters, time=renderer.time)
         cameras = [camera for path in paths for camera in views_of(views[path])]
         if amodal_masks:
-            arrays, masks = renderer.outlined(cameras, aovs, labeled_prims.groups)
+            arrays, masks = renderer.labels_and_masks(cameras, aovs, labeled_prims.groups)
         else:
             arrays, masks = renderer.labels_of(cameras, aovs), []
         next_arrays, next_masks = iter(arrays), iter(masks)
         for path in paths:
             view = views[path]
             whole = joined(view, [next(next_arrays) for _ in views_of(view)])
-            empty = Outlines.nothing((view.height, view.width), len(labeled_prims))
+            empty = PixelMasks.nothing((view.height, view.width), len(labeled_prims))
             labels[path] = ProductLabels(labeled_prims, whole, next(next_masks, empty))
     return labels

@@ -16,7 +16,7 @@ from usdsdg.session.progress import report
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_view import CameraView
-from usdsdg.stage.geometry.pixel_masks import Outlines
+from usdsdg.stage.geometry.pixel_masks import PixelMasks
 
 if TYPE_CHECKING:
     from usdsdg_physics.queries.scene_queries import Overlap, RayHit
@@ -76,9 +76,9 @@ class Renderer(Protocol):
 
     def labels_of(self, views: Sequence[CameraView], aovs: Collection[str]) -> list[dict[str, np.ndarray]]: ...
 
-    def outlined(
+    def labels_and_masks(
         self, views: Sequence[CameraView], aovs: Collection[str], groups: Sequence[Sequence[int]]
-    ) -> tuple[list[dict[str, np.ndarray]], list[Outlines]]: ...
+    ) -> tuple[list[dict[str, np.ndarray]], list[PixelMasks]]: ...
 
     def new_film(self, width: int, height: int) -> Film: ...
 

@@ -12,7 +12,7 @@ from usdsdg_render.device.albedo_table import albedo_table
 from usdsdg_render.device.light_tables import LightTables
 from usdsdg_render.device.placement import Placement
 from usdsdg_render.geometry.support_function import SUPPORT_SHAPE, support_table
-from usdsdg_render.kernels.scene.reach import Supports
+from usdsdg_render.kernels.scene.support import SupportFunctions
 from usdsdg_render.lights.environment import EnvironmentMaps
 from usdsdg_render.scene import structs
 from usdsdg_render.scene.scene import TEXELS_HALF, TEXELS_RAW, TEXELS_SHORT, TEXELS_SRGB, Prototype, Scene, Texture
@@ -52,7 +52,7 @@ class DeviceScene:
         self._lights = LightTables(device)
         self._sky = EnvironmentMaps(device)
         self.placement = Placement(device)
-        self.supports = Supports()
+        self.supports = SupportFunctions()
 
     def sync(self, scene: Scene) -> None:
         """Bring the device up to date with what changed in `scene` since the last call."""
@@ -136,7 +136,7 @@ class DeviceScene:
         )
         filled = np.array([memory is not None for memory in memories], bool)[instances.prototype]
         self.placement.set_instances(rows, instances.prototype, supports, filled)
-        self.supports.reaches = self._array(supports.reshape(len(memories), int(np.prod(SUPPORT_SHAPE))), wp.float32)
+        self.supports.values = self._array(supports.reshape(len(memories), int(np.prod(SUPPORT_SHAPE))), wp.float32)
         self.supports.prototype = self._array(instances.prototype, wp.int32)
         self.tables.slots = self._array(scene.material_slots, wp.int32)
 

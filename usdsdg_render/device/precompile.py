@@ -47,7 +47,7 @@ def _loads(target: wp.Device) -> list[tuple[wp.Module, wp.Device, int]]:
     """Modules with the device and the size of a block that they are wanted for, those that take longest first."""
     kernels = [wavefront.intersect_closest if target.is_cuda else cpu_path.add_samples]
     kernels += [label_kernels.label_pixels, label_kernels.label_materials, label_kernels.label_hemispheres]
-    kernels += [lens_motion.label_lens_motion, screen_bounds.draw_octagons, coverage.cover_strips]
+    kernels += [lens_motion.label_lens_motion, screen_bounds.bound_on_screen, coverage.fill_mask_words]
     kernels += [wavelet_denoiser.atrous_pass, tone_map.tone_map_pixels]
     # Instances are placed and trees are built on the CPU for either device.
     host = [build.build_tree, place.place] + [compress.compress_tree] * target.is_cuda

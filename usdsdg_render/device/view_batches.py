@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 # Of the label pass in one launch; all AOVs take about 100 bytes of each.
 LABEL_PIXELS = 1 << 24
 
-# Of outlines at once, one gprim in one picture each; they take about 2 kB of memory on average.
-OUTLINES = 1 << 16
+# Of masks at once, one gprim in one picture each; they take about 2 kB of memory on average.
+MASKS = 1 << 16
 
 
 def alike(views: Sequence[CameraView], films: Sequence[Film] = ()) -> list[list[int]]:
@@ -34,7 +34,7 @@ def of_labels(views: Sequence[CameraView]) -> list[list[int]]:
     return batches
 
 
-def of_outlines(pictures: int, gprims: int) -> list[range]:
-    """Which pictures have their outlines made together, no more at once than memory has room for."""
-    most = max(1, OUTLINES // max(1, gprims))
+def of_masks(pictures: int, gprims: int) -> list[range]:
+    """Which pictures have their masks made together, no more at once than memory has room for."""
+    most = max(1, MASKS // max(1, gprims))
     return [range(first, min(first + most, pictures)) for first in range(0, pictures, most)]

@@ -1,4 +1,4 @@
-"""The coverage pass on the host: which pixels each instance can reach at all, and the words of bits of each group.
+"""The coverage pass on the host: bit-packed masks of the pixels that groups of gprims would cover alone.
 
 A ray is not followed from surface to surface: faces of two instances that coincide lie at one distance, so that going
 on behind the first would pass by the second. Each instance is asked on its own whether the ray meets it, by the same
@@ -14,35 +14,35 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import warp as wp
 
-from usdsdg.stage.geometry.pixel_masks import STRIP, WORD, Outlines
+from usdsdg.stage.geometry.pixel_masks import MASK_WORD, WORD, PixelMasks
 from usdsdg_render.device.camera import camera_array
 from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.device.parallel import launch_rows
 from usdsdg_render.kernels.labels import coverage as kernels
-from usdsdg_render.kernels.labels.coverage import BYTES, Strip
-from usdsdg_render.kernels.labels.screen_bounds import ANYWHERE, SIDES, draw_octagons
+from usdsdg_render.kernels.labels.coverage import BYTES, MaskWord
+from usdsdg_render.kernels.labels.screen_bounds import ANYWHERE, SIDES, bound_on_screen
 from usdsdg_render.labels import lens_bounds
 from usdsdg_render.memory.readback import fetch
 
 if TYPE_CHECKING:
     from usdsdg.stage.cameras.camera_view import CameraView
 
-STRIPS_PER_BAND = 1024
+WORDS_PER_BAND = 1024
 ROW_PARTS = 16
-# Of a group that covers nothing: pixels, x_min, y_min, x_max, y_max, visible pixels.
+# Sums of a group that covers nothing: pixels, x_min, y_min, x_max, y_max, visible pixels.
 _NOTHING = np.array([0, 1 << 30, 1 << 30, -1, -1, 0], np.int32)
 
 
 class _Words(NamedTuple):
-    """Strips on a device, with a bit for each of their pixels; ordered by picture, owner, row and word."""
+    """Words of masks on a device, ordered by image, owner, row and column."""
 
-    strips: wp.array
-    covered: wp.array  # uint64
+    words: wp.array  # MaskWord
+    covered: wp.array  # uint64, a bit for each pixel
     visible: wp.array  # uint64
 
 
 class Coverage:
-    """What groups of gprims cover in pictures of one size, drawn together.
+    """What groups of gprims cover in images of one size, drawn together.
 
     Args:
         views: of one size.
@@ -66,7 +66,7 @@ class Coverage:
         self._cameras = camera_array(views, self._device)
         self._tested, members = _tested(groups, device_scene.placement.placed)
         self._tested_there = self._array(self._tested, wp.int32)
-        self._words = self._covered(self._cut(self._octagons()), shown, mode)
+        self._words = self._covered(self._listed(self._screen_bounds()), shown, mode)
         if members is not None:
             self._words = self._merged(self._words, *members)
 
@@ -75,33 +75,33 @@ class Coverage:
         pixels.
         """
         sums = self._array(np.tile(_NOTHING, (len(self._views), self._groups, 1)), wp.int32)
-        self._launch(kernels.sum_strips, len(self._words.strips), [*self._words], [sums])
+        self._launch(kernels.sum_mask_words, len(self._words.words), [*self._words], [sums])
         result = sums.numpy()
         result[result[..., 0] == 0, 1:5] = -1
         return result
 
-    def outlines(self) -> list[Outlines]:
-        """Of each picture; their strips stay on the device until somebody looks at them."""
+    def pixel_masks(self) -> list[PixelMasks]:
+        """Masks of each image; their words stay on the device until they are read."""
         sums = self.sums().astype(np.int64)
-        strips = _Strips(self._words)
+        words = _HostWords(self._words)
         width, height = self._size
         return [
-            Outlines((height, width), self._groups, partial(strips.of, k), coverage=each[:, :5], visible=each[:, 5])
+            PixelMasks((height, width), self._groups, partial(words.of, k), coverage=each[:, :5], visible=each[:, 5])
             for k, each in enumerate(sums)
         ]
 
-    def _octagons(self) -> wp.array:
-        """(views, tested, SIDES) float32: where the pixels lie that instances can reach."""
-        octagons = self._empty((len(self._views), len(self._tested), SIDES), wp.float32)
+    def _screen_bounds(self) -> wp.array:
+        """(views, tested, SIDES) float32: 8-DOPs around the pixels that instances can cover."""
+        bounds = self._empty((len(self._views), len(self._tested), SIDES), wp.float32)
         inputs = [self._scene.tables, self._scene.supports, self._cameras, self._tested_there]
-        self._rows(draw_octagons, octagons.shape[:2], inputs, [octagons])
+        self._rows(bound_on_screen, bounds.shape[:2], inputs, [bounds])
         for k, view in enumerate(self._views):
             if view.lens is not None:
-                wp.copy(octagons[k], self._array(self._through_lens(view), wp.float32))
-        return octagons
+                wp.copy(bounds[k], self._array(self._through_lens(view), wp.float32))
+        return bounds
 
     def _through_lens(self, view: CameraView) -> np.ndarray:
-        """As `_octagons`, of one view whose camera is no pinhole: boxes, as octagons."""
+        """As `_screen_bounds`, of one view with a lens model: rectangles, as 8-DOPs."""
         some = self._tested >= 0
         ends = np.full((len(some), SIDES), ANYWHERE)
         ends[~some] = -ANYWHERE
@@ -111,45 +111,45 @@ class Coverage:
         ends[some, :2], ends[some, 4:6] = boxes[:, 2:], -boxes[:, :2]
         return ends
 
-    def _cut(self, octagons: wp.array) -> wp.array:
-        """The strips that lie in octagons."""
-        # Threads of a GPU share the rows of an octagon.
-        shape = (*octagons.shape[:2], 1 if self._device == "cpu" else ROW_PARTS)
+    def _listed(self, bounds: wp.array) -> wp.array:
+        """The words of masks within screen bounds, still without bits."""
+        # Threads of a GPU share the rows of an instance.
+        shape = (*bounds.shape[:2], 1 if self._device == "cpu" else ROW_PARTS)
         counts, after = self._empty(shape, wp.int32), self._empty(shape, wp.int32)
-        none = self._empty(0, Strip)
-        inputs = [*self._size, octagons]
-        self._rows(kernels.cut_strips, shape, [*inputs, self._empty((0, 0, 0), wp.int32)], [counts, none])
-        strips = self._empty(_running(counts, after), Strip)
-        self._rows(kernels.cut_strips, shape, [*inputs, after], [counts, strips])
-        return strips
+        none = self._empty(0, MaskWord)
+        inputs = [*self._size, bounds]
+        self._rows(kernels.list_mask_words, shape, [*inputs, self._empty((0, 0, 0), wp.int32)], [counts, none])
+        words = self._empty(_running_sums(counts, after), MaskWord)
+        self._rows(kernels.list_mask_words, shape, [*inputs, after], [counts, words])
+        return words
 
-    def _covered(self, strips: wp.array, shown: wp.array, mode: int) -> _Words:
-        covered, visible = (self._empty(len(strips), wp.uint64) for _ in range(2))
-        # A thread of a CPU takes a whole strip, one of a GPU a byte of it.
+    def _covered(self, words: wp.array, shown: wp.array, mode: int) -> _Words:
+        covered, visible = (self._empty(len(words), wp.uint64) for _ in range(2))
+        # A thread of a CPU takes a whole word, one of a GPU a byte of it.
         threads = 1 if self._device == "cpu" else BYTES
-        inputs = [self._scene.tables, self._cameras, mode, shown, self._tested_there, strips, BYTES // threads]
-        shape = (len(strips), threads)
+        inputs = [self._scene.tables, self._cameras, mode, shown, self._tested_there, words, BYTES // threads]
+        shape = (len(words), threads)
         outputs = [_bytes(covered), _bytes(visible)]
-        self._rows(kernels.cover_strips, shape, inputs, outputs, band_rows=STRIPS_PER_BAND)
-        return _Words(strips, covered, visible)
+        self._rows(kernels.fill_mask_words, shape, inputs, outputs, band_rows=WORDS_PER_BAND)
+        return _Words(words, covered, visible)
 
-    def _merged(self, words: _Words, first_group: np.ndarray, groups_of: np.ndarray) -> _Words:
-        """Those of the groups from those of their instances: a pixel counts once."""
-        size, strips = (self._groups, *self._size), words.strips
+    def _merged(self, given: _Words, first_group: np.ndarray, groups_of: np.ndarray) -> _Words:
+        """The words of groups from those of their instances: a pixel counts once."""
+        size, words = (self._groups, *self._size), given.words
         first_there, groups_there = self._array(first_group, wp.int32), self._array(groups_of, wp.int32)
-        counts, after = (self._empty(len(strips), wp.int32) for _ in range(2))
-        self._launch(kernels.count_groups, len(strips), [strips, words.covered, first_there], [counts])
-        given = _running(counts, after)
-        # Sorting wants room for all twice.
-        keys, sources = self._empty(2 * given, wp.int64), self._empty(2 * given, wp.int32)
-        inputs = [strips, after, counts, first_there, groups_there, *size]
-        self._launch(kernels.give_to_groups, len(strips), inputs, [keys, sources])
-        wp.utils.radix_sort_pairs(keys, sources, given)
-        marks, places = self._empty(given, wp.int32), self._empty(given, wp.int32)
-        self._launch(kernels.mark_firsts, given, [keys], [marks])
-        count = _running(marks, places)
-        merged = _Words(*(self._empty(count, dtype) for dtype in (Strip, wp.uint64, wp.uint64)))
-        self._launch(kernels.merge_strips, given, [given, keys, sources, places, marks, *words, *size], [*merged])
+        counts, after = (self._empty(len(words), wp.int32) for _ in range(2))
+        self._launch(kernels.count_groups, len(words), [words, given.covered, first_there], [counts])
+        copies = _running_sums(counts, after)
+        # Sorting needs twice the room.
+        keys, sources = self._empty(2 * copies, wp.int64), self._empty(2 * copies, wp.int32)
+        inputs = [words, after, counts, first_there, groups_there, *size]
+        self._launch(kernels.copy_to_groups, len(words), inputs, [keys, sources])
+        wp.utils.radix_sort_pairs(keys, sources, copies)
+        marks, slots = self._empty(copies, wp.int32), self._empty(copies, wp.int32)
+        self._launch(kernels.mark_first_of_key, copies, [keys], [marks])
+        count = _running_sums(marks, slots)
+        merged = _Words(*(self._empty(count, dtype) for dtype in (MaskWord, wp.uint64, wp.uint64)))
+        self._launch(kernels.merge_mask_words, copies, [copies, keys, sources, slots, marks, *given, *size], [*merged])
         return merged
 
     def _array(self, values: np.ndarray, dtype: Any) -> wp.array:
@@ -165,32 +165,32 @@ class Coverage:
         wp.launch(kernel, dim=count, inputs=inputs, outputs=outputs, device=self._device)
 
 
-class _Strips:
-    """All strips of pictures on the host, fetched once."""
+class _HostWords:
+    """All words of masks on the host, fetched once."""
 
     def __init__(self, words: _Words) -> None:
         self._words: _Words | None = words
-        self._strips = np.zeros(0, STRIP)
-        self._pictures = np.zeros(0, np.int32)
+        self._rows = np.zeros(0, MASK_WORD)
+        self._images = np.zeros(0, np.int32)
 
-    def of(self, picture: int) -> np.ndarray:
-        """STRIP rows of one picture."""
+    def of(self, image: int) -> np.ndarray:
+        """Rows of MASK_WORD of one image."""
         if self._words is not None:
             self._fetch(self._words)
             self._words = None
-        first, last = np.searchsorted(self._pictures, [picture, picture + 1])
-        return self._strips[first:last]
+        first, last = np.searchsorted(self._images, [image, image + 1])
+        return self._rows[first:last]
 
     def _fetch(self, words: _Words) -> None:
         fetched = fetch(words._asdict())
         met = np.flatnonzero(fetched["covered"])
-        strips = fetched["strips"][met]
-        self._strips = np.zeros(len(met), STRIP)
-        self._strips["group"], self._strips["row"] = strips["owner"], strips["row"]
-        self._strips["word"] = strips["first"] // WORD
+        found = fetched["words"][met]
+        self._rows = np.zeros(len(met), MASK_WORD)
+        self._rows["group"], self._rows["row"] = found["owner"], found["row"]
+        self._rows["word"] = found["first"] // WORD
         for name in ("covered", "visible"):
-            self._strips[name] = fetched[name][met]
-        self._pictures = strips["picture"]
+            self._rows[name] = fetched[name][met]
+        self._images = found["image"]
 
 
 def _tested(
@@ -198,8 +198,8 @@ def _tested(
 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray] | None]:
     """Which instances to test, and to which groups each of them belongs.
 
-    Where every group has one instance of its own at most, instances (or -1) stand in the order of the groups.
-    Else the second result is, per instance and once more, where its groups stand in a list, and that list.
+    Where every group has at most one instance of its own, instances (or -1) are in the order of the groups.
+    Else the second result is the offset of the groups of each instance in a list (and its length), and that list.
     """
     members = np.array([each for group in groups for each in group], np.int64)
     owners = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
@@ -213,8 +213,8 @@ def _tested(
     return tested, (np.searchsorted(pairs[:, 0], np.append(tested, len(placed))), pairs[:, 1])
 
 
-def _running(counts: wp.array, sums: wp.array) -> int:
-    """Fill `sums` with running sums of `counts`, and give the last."""
+def _running_sums(counts: wp.array, sums: wp.array) -> int:
+    """Fill `sums` with running sums of `counts`, and return the last."""
     if counts.size == 0:
         return 0
     flat = sums.flatten()

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from tests.render import scenes
 from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.geometry.support_function import support_table
-from usdsdg_render.kernels.scene.reach import reach
+from usdsdg_render.kernels.scene.support import support
 
 RNG = np.random.default_rng(4)
 SHAPES = {
@@ -30,7 +30,7 @@ def _reaches(
     reaches: wp.array(dtype=wp.float64),
 ):
     i = wp.tid()
-    reaches[i] = reach(supports, 0, directions[i])
+    reaches[i] = support(supports, 0, directions[i])
 
 
 def reaches_along(points: np.ndarray, directions: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Outlines: bit for bit the label pass of scenes that hold one group alone, and consistent with the picture."""
+"""Modal and amodal masks: bit for bit the label pass of a scene with one group alone, and consistent with the AOVs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.render import scenes
 from tests.render.bvh.rays import brute_force, world_triangles
 from tests.render.images import renderer_of
 from tests.stage.cameras.lens_cases import CASES
-from tests.stage.geometry.counted_masks import outlines_of
+from tests.stage.geometry.counted_masks import counted_masks
 from usdsdg.errors import RenderError
 from usdsdg_render.device import view_batches
 from usdsdg_render.scene.scene import Instances, Texture
@@ -74,16 +74,16 @@ def check(scene: scenes.Scene, view, *, glass: str = "surface") -> None:
     renderer = renderer_of(scene)
     renderer.glass_labels = glass
     instance = renderer.labels(view, ["instance"])["instance"]
-    outlines = renderer.outlines(view, groups, instance=instance)
+    found = renderer.pixel_masks(view, groups, instance=instance)
     masks = alone(scene, view, groups, glass=glass)
     shown = np.array([np.isin(instance, group) for group in groups])
-    np.testing.assert_array_equal([outlines.mask(k) for k in range(len(groups))], masks)
-    np.testing.assert_array_equal(outlines.visible, shown.sum((1, 2)))
-    for mask, row in zip(masks, outlines.coverage, strict=True):
+    np.testing.assert_array_equal([found.mask(k) for k in range(len(groups))], masks)
+    np.testing.assert_array_equal(found.visible, shown.sum((1, 2)))
+    for mask, row in zip(masks, found.coverage, strict=True):
         y, x = np.nonzero(mask)
         box = [x.min(), y.min(), x.max(), y.max()] if len(x) else [-1] * 4
         assert row.tolist() == [len(x), *box]
-    group, y, x = outlines.hidden()
+    group, y, x = found.hidden()
     hidden = np.zeros_like(masks)
     hidden[group, y, x] = True
     np.testing.assert_array_equal(hidden, masks & ~shown)
@@ -136,12 +136,12 @@ def test_they_are_what_brute_force_over_all_triangles_finds():
     directions = directions @ view.local_to_world[:3, :3]
     origins = np.broadcast_to(view.local_to_world[3, :3], directions.shape)
     groups = [[k] for k in range(len(scene.instances.paths))]
-    outlines = renderer_of(scene).outlines(view, groups)
+    found = renderer_of(scene).pixel_masks(view, groups)
     certain = 0
     for k in range(len(groups)):
         t, doubt = brute_force(triangles[owners == k], origins, directions)
         clear = doubt > 1e-4
-        np.testing.assert_array_equal(outlines.mask(k).ravel()[clear], np.isfinite(t)[clear])
+        np.testing.assert_array_equal(found.mask(k).ravel()[clear], np.isfinite(t)[clear])
         certain += clear.sum()
     assert certain > 0.98 * 1200 * len(groups)
 
@@ -150,20 +150,20 @@ def test_things_in_one_place_all_count_and_one_of_them_hides_the_others():
     cube = scenes.cube()
     scene = scenes.scene_of([(cube, scenes.moved(), 0)] * 3)
     view = scenes.view_from((0, -6, 0))
-    outlines = renderer_of(scene).outlines(view, [[0], [1], [2], [0, 1, 2]])
-    pixels = outlines.coverage[:, 0]
+    found = renderer_of(scene).pixel_masks(view, [[0], [1], [2], [0, 1, 2]])
+    pixels = found.coverage[:, 0]
     assert pixels[0] > 50
     assert (pixels == pixels[0]).all()
-    assert outlines.visible[:3].sum() == outlines.visible[3] == pixels[0]
-    hidden = np.bincount(outlines.hidden()[0], minlength=4)
-    assert (hidden == pixels - outlines.visible).all()
+    assert found.visible[:3].sum() == found.visible[3] == pixels[0]
+    hidden = np.bincount(found.hidden()[0], minlength=4)
+    assert (hidden == pixels - found.visible).all()
 
 
 def test_threads_change_nothing():
     scene = crowded(5)
     view, groups = scenes.view_from((4, -5, 2), size=(131, 90)), groups_of(scene)
-    strips = [renderer_of(scene, threads=threads).outlines(view, groups).strips.tobytes() for threads in (1, 3, 3)]
-    assert strips[0] == strips[1] == strips[2]
+    words = [renderer_of(scene, threads=threads).pixel_masks(view, groups).words.tobytes() for threads in (1, 3, 3)]
+    assert words[0] == words[1] == words[2]
 
 
 def test_labels_go_through_glass_where_they_are_told_to():
@@ -251,19 +251,19 @@ def test_faces_of_polygons_are_those_of_the_mesh_and_not_of_its_triangles():
 
 @pytest.mark.parametrize("at_once", [1 << 16, 70])
 def test_many_views_at_once_are_what_each_is_alone(at_once, monkeypatch):
-    monkeypatch.setattr(view_batches, "OUTLINES", at_once)
+    monkeypatch.setattr(view_batches, "MASKS", at_once)
     scene = crowded(2, count=30)
     flat = [scenes.view_from(eye, size=(90, 61)) for eye in [(4, -5, 2), (0.2, 0.1, 0), (-3, 4, -5)]]
     sharing = groups_of(scene)
     for views in (flat, [*flat[:2], replace(flat[2], **CASES["fisheyeKannalaBrandtK3"])]):
         for groups in (sharing, sharing[: len(scene.instances.paths)], [[3], [], [5, 6], [0]]):
             renderer = renderer_of(scene)
-            labels, outlines = renderer.outlined(views, ["distance_to_camera"], groups)
-            for view, aovs, together in zip(views, labels, outlines, strict=True):
-                alone = renderer.outlines(view, groups)
+            labels, found = renderer.labels_and_masks(views, ["distance_to_camera"], groups)
+            for view, aovs, together in zip(views, labels, found, strict=True):
+                alone = renderer.pixel_masks(view, groups)
                 np.testing.assert_array_equal(together.coverage, alone.coverage)
                 np.testing.assert_array_equal(together.visible, alone.visible)
-                assert together.strips.tobytes() == alone.strips.tobytes()
+                assert together.words.tobytes() == alone.words.tobytes()
                 np.testing.assert_array_equal(
                     aovs["distance_to_camera"], renderer.labels(view, aovs)["distance_to_camera"]
                 )
@@ -271,8 +271,8 @@ def test_many_views_at_once_are_what_each_is_alone(at_once, monkeypatch):
 
 def test_counts_made_with_the_strips_are_those_of_the_strips():
     scene = crowded(8, count=25)
-    outlines = renderer_of(scene).outlines(scenes.view_from((3, -4, 2), size=(200, 77)), groups_of(scene))
-    counted = outlines_of(outlines.shape, outlines.count, outlines.strips)
+    found = renderer_of(scene).pixel_masks(scenes.view_from((3, -4, 2), size=(200, 77)), groups_of(scene))
+    counted = counted_masks(found.shape, found.count, found.words)
     assert (counted.coverage[:, 0] > 0).sum() > 10
-    np.testing.assert_array_equal(outlines.coverage, counted.coverage)
-    np.testing.assert_array_equal(outlines.visible, counted.visible)
+    np.testing.assert_array_equal(found.coverage, counted.coverage)
+    np.testing.assert_array_equal(found.visible, counted.visible)

@@ -9,7 +9,7 @@ import warp as wp
 from tests.render import scenes
 from usdsdg_render.device.camera import camera_array
 from usdsdg_render.device.device_scene import DeviceScene
-from usdsdg_render.kernels.labels.screen_bounds import ANYWHERE, MARGIN, SIDES, draw_octagons
+from usdsdg_render.kernels.labels.screen_bounds import ANYWHERE, MARGIN, SIDES, bound_on_screen
 
 # Weights of column and row, of sides and their opposites.
 LINES = np.array([(1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, -1.0)])
@@ -34,7 +34,7 @@ def octagons(on_device: DeviceScene, view, count: int) -> tuple[np.ndarray, np.n
     ends = wp.empty((1, count, SIDES), dtype=wp.float32, device="cpu")
     tested = wp.array(np.arange(count), dtype=wp.int32, device="cpu")
     inputs = [on_device.tables, on_device.supports, camera_array([view], "cpu"), tested, 0]
-    wp.launch(draw_octagons, dim=(1, count), inputs=inputs, outputs=[ends], device="cpu")
+    wp.launch(bound_on_screen, dim=(1, count), inputs=inputs, outputs=[ends], device="cpu")
     bounds = ends.numpy()[0].astype(np.float64)
     bounds[np.abs(bounds) > 0.5 * ANYWHERE] *= np.inf
     return -bounds[:, 4:], bounds[:, :4]

@@ -89,8 +89,8 @@ class StandIn(RayCaster):
     def labels_of(self, views, aovs):
         return [{name: aov for name, aov in self.labels(view).items() if name in aovs} for view in views]
 
-    def outlined(self, views, aovs, groups):
-        return self.labels_of(views, aovs), [self.outlines(view, groups) for view in views]
+    def labels_and_masks(self, views, aovs, groups):
+        return self.labels_of(views, aovs), [self.pixel_masks(view, groups) for view in views]
 
     def new_film(self, width, height):
         return {}

@@ -31,4 +31,4 @@ def ambient_occlusion(tables: SceneTables, ray: Ray, surface: Surface, x: int, y
         direction = across * (s * around[0]) + along * (s * around[1]) + normal * wp.sqrt(1.0 - r[0])
         if wp.dot(direction, surface.horizon_normal) > 0.0:
             free += transmitted(tables, origin, direction, distance)
-    return free / float(AMBIENT_RAYS)
+    return wp.float32(free / float(AMBIENT_RAYS))

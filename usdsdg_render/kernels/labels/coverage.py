@@ -1,7 +1,7 @@
-"""Coverage pass: which pixels instances would cover if each were alone, in strips of up to 64 pixels of a row.
+"""Coverage pass: bit-packed masks of the pixels that instances would cover if each were alone.
 
-Octagons around the instances are cut into strips, each pixel of a strip asks its instance whether it is met, and strips
-of instances become those of the groups that they belong to.
+Screen bounds of instances are split into words of up to 64 pixels of a row, each pixel of a word tests whether its ray
+hits the instance, and words of instances are merged into words of the groups that they belong to.
 """
 
 import warp as wp
@@ -17,63 +17,63 @@ BYTES = wp.constant(8)  # of a word
 
 
 @wp.struct
-class Strip:
-    """A run of pixels of one row and one word, [first, last)."""
+class MaskWord:
+    """Pixels [first, last) of one row, all of them in one word of a mask."""
 
-    picture: wp.int32
-    owner: wp.int32  # row of what is tested, or a group
+    image: wp.int32
+    owner: wp.int32  # index of a tested instance, or of a group
     row: wp.int32
     first: wp.int32
     last: wp.int32
 
 
 @wp.func
-def first_center(place: float, size: int):
-    """The first pixel of a row of `size` whose center is not before a place; `size` if none is."""
-    return int(wp.clamp(wp.ceil(place - PIXEL_CENTER), 0.0, float(size)))
+def first_center(edge: float, size: int):
+    """The first pixel of a row of `size` whose center is not before an edge; `size` if none is."""
+    return int(wp.clamp(wp.ceil(edge - PIXEL_CENTER), 0.0, float(size)))
 
 
 @wp.func
-def columns_of(ends: wp.array(dtype=wp.float32), row: int, width: int):
-    """[first, last) of the pixels of a row whose centers are within an octagon; see tangents.py for its sides."""
+def columns_of(bounds: wp.array(dtype=wp.float32), row: int, width: int):
+    """[first, last) of the pixels of a row whose centers are within screen bounds; sides as in screen_bounds.py."""
     y = float(row) + PIXEL_CENTER
-    left = wp.max(wp.max(-ends[4], -ends[6] - y), y - ends[7])
-    right = wp.min(wp.min(ends[0], ends[2] - y), ends[3] + y)
+    left = wp.max(wp.max(-bounds[4], -bounds[6] - y), y - bounds[7])
+    right = wp.min(wp.min(bounds[0], bounds[2] - y), bounds[3] + y)
     return first_center(left, width), first_center(right, width)
 
 
 @wp.kernel(enable_backward=False, module=LABELS)
-def cut_strips(
+def list_mask_words(
     width: int,
     height: int,
-    octagons: wp.array3d(dtype=wp.float32),  # (views, tested, sides)
-    after: wp.array3d(dtype=wp.int32),  # as counts: strips so far; empty where they are still to be counted
+    all_bounds: wp.array3d(dtype=wp.float32),  # (views, tested, sides)
+    after: wp.array3d(dtype=wp.int32),  # running sums of counts; empty while words are only counted
     first_view: int,
     # out
-    counts: wp.array3d(dtype=wp.int32),  # (views, tested, parts): strips in each part of the rows
-    strips: wp.array(dtype=Strip),
+    counts: wp.array3d(dtype=wp.int32),  # (views, tested, parts): words in each part of the rows
+    words: wp.array(dtype=MaskWord),
 ):
     v, k, part = wp.tid()
     v += first_view
-    ends = octagons[v, k]
-    top = first_center(-ends[5], height)
-    rows = wp.max(first_center(ends[1], height) - top, 0)
+    bounds = all_bounds[v, k]
+    top = first_center(-bounds[5], height)
+    rows = wp.max(first_center(bounds[1], height) - top, 0)
     parts = counts.shape[2]
-    place = int(0)
+    start = int(0)
     if after.shape[0] > 0:
-        place = after[v, k, part] - counts[v, k, part]
+        start = after[v, k, part] - counts[v, k, part]
     count = int(0)
     for row in range(top + rows * part / parts, top + rows * (part + 1) / parts):
-        first, last = columns_of(ends, row, width)
+        first, last = columns_of(bounds, row, width)
         if first < last:
-            for word in range(first / WORD, (last - 1) / WORD + 1):
+            for column in range(first / WORD, (last - 1) / WORD + 1):
                 if after.shape[0] > 0:
-                    strips[place + count] = Strip(
-                        picture=v,
+                    words[start + count] = MaskWord(
+                        image=v,
                         owner=k,
                         row=row,
-                        first=wp.max(first, word * WORD),
-                        last=wp.min(last, (word + 1) * WORD),
+                        first=wp.max(first, column * WORD),
+                        last=wp.min(last, (column + 1) * WORD),
                     )
                 count += 1
     if after.shape[0] == 0:
@@ -82,7 +82,7 @@ def cut_strips(
 
 @wp.func
 def meets(tables: SceneTables, camera: Camera, x: int, y: int, instance: int, mode: int):
-    """Whether the ray through the center of a pixel would meet an instance that is alone."""
+    """Whether the ray through the center of a pixel would hit an instance that is alone."""
     ray = pixel_ray(camera, x, y)
     if tables.tlas.instances[instance].cutout != 0:
         return meets_cutout(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, instance, mode)
@@ -90,34 +90,34 @@ def meets(tables: SceneTables, camera: Camera, x: int, y: int, instance: int, mo
 
 
 @wp.kernel(enable_backward=False, module=LABELS)
-def cover_strips(
+def fill_mask_words(
     tables: SceneTables,
     cameras: wp.array(dtype=Camera),
     mode: int,
     shown: wp.array3d(dtype=wp.int32),  # the instance AOV
     tested: wp.array(dtype=wp.int32),  # instances
-    strips: wp.array(dtype=Strip),
+    words: wp.array(dtype=MaskWord),
     bytes_of_thread: int,
-    first_strip: int,
-    # out, per strip the bytes of a word with a bit per pixel
+    first_word: int,
+    # out, per word the bytes of a word with a bit per pixel
     covered: wp.array2d(dtype=wp.uint8),
     visible: wp.array2d(dtype=wp.uint8),
 ):
     s, part = wp.tid()
-    s += first_strip
-    strip = strips[s]
-    camera = cameras[strip.picture]
-    instance = tested[strip.owner]
-    word = strip.first / WORD * WORD
+    s += first_word
+    word = words[s]
+    camera = cameras[word.image]
+    instance = tested[word.owner]
+    word_start = word.first / WORD * WORD
     for b in range(part * bytes_of_thread, (part + 1) * bytes_of_thread):
         met = int(0)
         seen = int(0)
-        begin = word + 8 * b
-        for x in range(wp.max(strip.first, begin), wp.min(strip.last, begin + 8)):
+        begin = word_start + 8 * b
+        for x in range(wp.max(word.first, begin), wp.min(word.last, begin + 8)):
             bit = 1 << (x - begin)
-            if shown[strip.picture, strip.row, x] == instance:
+            if shown[word.image, word.row, x] == instance:
                 seen = seen | bit
-            elif meets(tables, camera, x, strip.row, instance, mode):
+            elif meets(tables, camera, x, word.row, instance, mode):
                 met = met | bit
         covered[s, b] = wp.uint8(met | seen)
         visible[s, b] = wp.uint8(seen)
@@ -125,21 +125,21 @@ def cover_strips(
 
 @wp.kernel(enable_backward=False, module=LABELS)
 def count_groups(
-    strips: wp.array(dtype=Strip),
+    words: wp.array(dtype=MaskWord),
     covered: wp.array(dtype=wp.uint64),
-    first_group: wp.array(dtype=wp.int32),  # per tested instance, and one more: where its groups stand in a list
+    first_group: wp.array(dtype=wp.int32),  # per tested instance, and one more: offset of its groups in a list
     # out
     counts: wp.array(dtype=wp.int32),
 ):
     s = wp.tid()
-    owner = strips[s].owner
+    owner = words[s].owner
     counts[s] = wp.where(covered[s] == wp.uint64(0), 0, first_group[owner + 1] - first_group[owner])
 
 
 @wp.kernel(enable_backward=False, module=LABELS)
-def give_to_groups(
-    strips: wp.array(dtype=Strip),
-    after: wp.array(dtype=wp.int32),  # what is given so far
+def copy_to_groups(
+    words: wp.array(dtype=MaskWord),
+    after: wp.array(dtype=wp.int32),  # running sums of counts
     counts: wp.array(dtype=wp.int32),
     first_group: wp.array(dtype=wp.int32),
     groups_of: wp.array(dtype=wp.int32),
@@ -147,23 +147,23 @@ def give_to_groups(
     width: int,
     height: int,
     # out
-    keys: wp.array(dtype=wp.int64),  # in the order of pictures, groups, rows and words
+    keys: wp.array(dtype=wp.int64),  # in the order of images, groups, rows and words
     sources: wp.array(dtype=wp.int32),
 ):
     s = wp.tid()
-    strip = strips[s]
-    words = (width + WORD - 1) / WORD
+    word = words[s]
+    row_words = (width + WORD - 1) / WORD
     for k in range(counts[s]):
-        group = strip.picture * groups + groups_of[first_group[strip.owner] + k]
-        place = after[s] - counts[s] + k
-        keys[place] = (wp.int64(group) * wp.int64(height) + wp.int64(strip.row)) * wp.int64(words) + wp.int64(
-            strip.first / WORD
+        group = word.image * groups + groups_of[first_group[word.owner] + k]
+        slot = after[s] - counts[s] + k
+        keys[slot] = (wp.int64(group) * wp.int64(height) + wp.int64(word.row)) * wp.int64(row_words) + wp.int64(
+            word.first / WORD
         )
-        sources[place] = s
+        sources[slot] = s
 
 
 @wp.kernel(enable_backward=False, module=LABELS)
-def mark_firsts(keys: wp.array(dtype=wp.int64), marks: wp.array(dtype=wp.int32)):
+def mark_first_of_key(keys: wp.array(dtype=wp.int64), marks: wp.array(dtype=wp.int32)):
     i = wp.tid()
     marks[i] = 1
     if i > 0 and keys[i] == keys[i - 1]:
@@ -171,20 +171,20 @@ def mark_firsts(keys: wp.array(dtype=wp.int64), marks: wp.array(dtype=wp.int32))
 
 
 @wp.kernel(enable_backward=False, module=LABELS)
-def merge_strips(
+def merge_mask_words(
     count: int,
     keys: wp.array(dtype=wp.int64),  # sorted
     sources: wp.array(dtype=wp.int32),
-    places: wp.array(dtype=wp.int32),  # 1 + where the words of a key go
+    slots: wp.array(dtype=wp.int32),  # 1 + index of the merged word of a key
     marks: wp.array(dtype=wp.int32),
-    strips: wp.array(dtype=Strip),
+    words: wp.array(dtype=MaskWord),
     covered: wp.array(dtype=wp.uint64),
     visible: wp.array(dtype=wp.uint64),
     groups: int,
     width: int,
     height: int,
     # out
-    merged: wp.array(dtype=Strip),
+    merged: wp.array(dtype=MaskWord),
     merged_covered: wp.array(dtype=wp.uint64),
     merged_visible: wp.array(dtype=wp.uint64),
 ):
@@ -199,24 +199,24 @@ def merge_strips(
         met = met | covered[sources[k]]
         seen = seen | visible[sources[k]]
         k += 1
-    words = wp.int64((width + WORD - 1) / WORD)
-    strip = strips[sources[i]]
-    strip.owner = int(key / words / wp.int64(height)) - strip.picture * groups
-    merged[places[i] - 1] = strip
-    merged_covered[places[i] - 1] = met
-    merged_visible[places[i] - 1] = seen
+    row_words = wp.int64((width + WORD - 1) / WORD)
+    word = words[sources[i]]
+    word.owner = int(key / row_words / wp.int64(height)) - word.image * groups
+    merged[slots[i] - 1] = word
+    merged_covered[slots[i] - 1] = met
+    merged_visible[slots[i] - 1] = seen
 
 
 @wp.kernel(enable_backward=False, module=LABELS)
-def sum_strips(
-    strips: wp.array(dtype=Strip),
+def sum_mask_words(
+    words: wp.array(dtype=MaskWord),
     covered: wp.array(dtype=wp.uint64),
     visible: wp.array(dtype=wp.uint64),
-    # out, (pictures, groups, 6): amodal pixels, x_min, y_min, x_max, y_max, modal pixels
+    # out, (images, groups, 6): amodal pixels, x_min, y_min, x_max, y_max, modal pixels
     sums: wp.array3d(dtype=wp.int32),
 ):
     s = wp.tid()
-    strip = strips[s]
+    word = words[s]
     met = covered[s]
     if met == wp.uint64(0):
         return
@@ -225,10 +225,10 @@ def sum_strips(
     for k in range(6):
         upwards = upwards | (upwards >> wp.uint64(1 << k))
     highest = int(wp.bit_count(upwards)) - 1
-    column = strip.first / WORD * WORD
-    wp.atomic_add(sums, strip.picture, strip.owner, 0, int(wp.bit_count(met)))
-    wp.atomic_min(sums, strip.picture, strip.owner, 1, column + lowest)
-    wp.atomic_min(sums, strip.picture, strip.owner, 2, strip.row)
-    wp.atomic_max(sums, strip.picture, strip.owner, 3, column + highest)
-    wp.atomic_max(sums, strip.picture, strip.owner, 4, strip.row)
-    wp.atomic_add(sums, strip.picture, strip.owner, 5, int(wp.bit_count(visible[s])))
+    column = word.first / WORD * WORD
+    wp.atomic_add(sums, word.image, word.owner, 0, int(wp.bit_count(met)))
+    wp.atomic_min(sums, word.image, word.owner, 1, column + lowest)
+    wp.atomic_min(sums, word.image, word.owner, 2, word.row)
+    wp.atomic_max(sums, word.image, word.owner, 3, column + highest)
+    wp.atomic_max(sums, word.image, word.owner, 4, word.row)
+    wp.atomic_add(sums, word.image, word.owner, 5, int(wp.bit_count(visible[s])))

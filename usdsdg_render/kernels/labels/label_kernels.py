@@ -21,7 +21,7 @@ from usdsdg_render.kernels.labels.aov_table import (
 )
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.labels.motion import PreviousFrame
-from usdsdg_render.kernels.labels.views import Views, meet_center, picture_row
+from usdsdg_render.kernels.labels.views import Views, image_row, trace_pixel_center
 from usdsdg_render.kernels.scene.surface import Surface, surface_at, with_material
 from usdsdg_render.scene.structs import Camera, Hit, Material, SceneTables
 
@@ -52,11 +52,11 @@ def label_pixels(
     out: AovArrays,
 ):
     band, x, row = wp.tid()
-    v, y = picture_row(views, first_band + band, row)
+    v, y = image_row(views, first_band + band, row)
     if y >= views.height:
         return
     camera = views.cameras[v]
-    ray, hit = meet_center(tables, camera, x, y, mode)
+    ray, hit = trace_pixel_center(tables, camera, x, y, mode)
     write_pixel(out, v, y, x, tables, camera, ray, hit, previous)
     if hit.instance < 0:
         miss_pixel(out, v, y, x)
@@ -76,10 +76,10 @@ def label_materials(
     out: AovArrays,
 ):
     band, x, row = wp.tid()
-    v, y = picture_row(views, first_band + band, row)
+    v, y = image_row(views, first_band + band, row)
     if y >= views.height:
         return
-    ray, hit = meet_center(tables, views.cameras[v], x, y, mode)
+    ray, hit = trace_pixel_center(tables, views.cameras[v], x, y, mode)
     if hit.instance < 0:
         miss_material(out, v, y, x)
         return
@@ -100,10 +100,10 @@ def label_hemispheres(
     out: AovArrays,
 ):
     band, x, row = wp.tid()
-    v, y = picture_row(views, first_band + band, row)
+    v, y = image_row(views, first_band + band, row)
     if y >= views.height:
         return
-    ray, hit = meet_center(tables, views.cameras[v], x, y, mode)
+    ray, hit = trace_pixel_center(tables, views.cameras[v], x, y, mode)
     if hit.instance < 0:
         miss_hemisphere(out, v, y, x)
         return

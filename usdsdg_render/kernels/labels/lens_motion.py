@@ -9,7 +9,7 @@ from usdsdg_render.kernels.cameras.lens import NONE, PANORAMA, project_lens, pro
 from usdsdg_render.kernels.labels.label_kernels import AovArrays
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.labels.motion import PreviousFrame, pixel_of, previous_point
-from usdsdg_render.kernels.labels.views import Views, meet_center, picture_row
+from usdsdg_render.kernels.labels.views import Views, image_row, trace_pixel_center
 from usdsdg_render.kernels.scene.visibility import triangle_of
 from usdsdg_render.scene.structs import Camera, SceneTables
 
@@ -45,7 +45,7 @@ def label_lens_motion(
     out: AovArrays,
 ):
     band, x, row = wp.tid()
-    v, y = picture_row(views, first_band + band, row)
+    v, y = image_row(views, first_band + band, row)
     if y >= views.height:
         return
     camera = views.cameras[v]
@@ -53,7 +53,7 @@ def label_lens_motion(
     if camera.lens_kind == NONE and previous_camera.lens_kind == NONE:
         return
     out.motion_vectors[v, y, x] = wp.vec2(0.0)
-    ray, hit = meet_center(tables, camera, x, y, mode)
+    ray, hit = trace_pixel_center(tables, camera, x, y, mode)
     if ray.tmax < ray.tmin:
         return
     point = ray.direction

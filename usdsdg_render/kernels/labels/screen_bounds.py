@@ -1,24 +1,24 @@
-"""Octagons around what each instance can cover in the picture of a camera without a lens.
+"""Screen bounds of instances for cameras without a lens model: 8-DOPs (octagons with fixed directions of sides).
 
-The planes through the eye that touch an instance cut the picture in its tangents. Points of it reach
-f(c) = max(aX + bY - cZ) beyond the line aX/Z + bY/Z = c; f falls with c, by no less than the least depth of the
-instance and no more than the largest, and bends upwards. So a secant through two points before the tangent ends before
-it, too, and what is left from there is at most f(c) over the least depth.
+Planes through the eye that touch an instance intersect the image in its tangent lines. The signed distance
+f(c) = max(aX + bY - cZ) of its points from the plane of the line aX/Z + bY/Z = c decreases with c, by no less than the
+smallest depth of the instance and no more than the largest, and is convex. So a secant through two values before the
+root ends before it, too, and from there the root is at most f(c) over the smallest depth away.
 """
 
 import warp as wp
 
 from usdsdg_render.kernels.cameras.camera import Camera
 from usdsdg_render.kernels.labels.label_module import LABELS
-from usdsdg_render.kernels.scene.reach import Supports, farthest, reach_from
+from usdsdg_render.kernels.scene.support import SupportFunctions, coordinate_bound, support_from
 from usdsdg_render.scene.structs import Instance, SceneTables
 
-# Sides of an octagon: outwards, in columns and rows.
+# Sides of an 8-DOP; their normals point outwards, in columns and rows.
 SIDES = wp.constant(8)
-# Pixels around what is found, for rounding.
+# Pixels added on each side, for rounding.
 MARGIN = wp.constant(1.0)
-# Lines that are tried across a picture where there is no tangent.
-ROUGHLY = wp.constant(33)
+# Lines that are tried across an image where an instance has no tangent.
+TRIED_LINES = wp.constant(33)
 NOWHERE = wp.constant(-1.0e30)
 ANYWHERE = wp.constant(1.0e30)
 
@@ -40,69 +40,71 @@ def side_normal(side: int):
 
 
 @wp.func
-def tangent(
-    supports: Supports,
+def tangent_offset(
+    supports: SupportFunctions,
     instance: Instance,
     index: int,
     camera: Camera,
     normal: wp.vec2,
-    least: float,
-    most: float,
+    min_depth: float,
+    max_depth: float,
     largest: float,
 ):
-    """Where the tangent lies [pixels from the optical axis], or a little beyond, of an instance with these depths."""
-    place = float(0.0)
+    """Offset of the tangent line [pixels from the optical axis], rounded up, of an instance with these depths."""
+    offset = float(0.0)
     before = float(0.0)
-    left_before = float(0.0)
+    previous_distance = float(0.0)
     steps = int(4)
     for step in range(steps):
-        towards = camera.rotation * wp.vec3(normal[0] * camera.fx, -normal[1] * camera.fy, place)  # depth is -z
-        left = reach_from(supports, instance, index, towards, camera.origin, largest)
-        now = place
+        towards = camera.rotation * wp.vec3(normal[0] * camera.fx, -normal[1] * camera.fy, offset)  # depth is -z
+        distance = support_from(supports, instance, index, towards, camera.origin, largest)
+        now = offset
         if camera.orthographic != 0:
-            return left
+            return distance
         if step == 0:
-            if left > 0.0:
-                place = left / most
+            if distance > 0.0:
+                offset = distance / max_depth
             else:
-                place = left / least
+                offset = distance / min_depth
         elif step == 1:
-            place = now + left / most
+            offset = now + distance / max_depth
         elif step == 2:
-            slope = (left_before - left) / wp.max(now - before, 1.0e-30)
-            place = now + left / wp.clamp(slope, least, most)
+            slope = (previous_distance - distance) / wp.max(now - before, 1.0e-30)
+            offset = now + distance / wp.clamp(slope, min_depth, max_depth)
         else:
-            place = now + wp.max(left, 0.0) / least
+            offset = now + wp.max(distance, 0.0) / min_depth
         before = now
-        left_before = left
-    return place
+        previous_distance = distance
+    return offset
 
 
 @wp.func
-def beside(supports: Supports, instance: Instance, index: int, camera: Camera, normal: wp.vec2, largest: float):
-    """As `tangent`, roughly, of what may reach behind the camera: a line that it is wholly on one side of, if any."""
-    # From the corner of the picture that lies farthest along the normal to the opposite one.
+def separating_offset(
+    supports: SupportFunctions, instance: Instance, index: int, camera: Camera, normal: wp.vec2, largest: float
+):
+    """Coarse `tangent_offset` of an instance that may reach behind the camera: of a line with all of it on one side."""
+    # From the corner of the image that lies farthest along the normal to the opposite one.
     middle = wp.vec2(0.5 * float(camera.width) - camera.cx, 0.5 * float(camera.height) - camera.cy)
     half = 0.5 * (wp.abs(normal[0]) * float(camera.width) + wp.abs(normal[1]) * float(camera.height))
     highest = wp.dot(normal, middle) + half
-    end = float(ANYWHERE)
-    for k in range(ROUGHLY):
-        place = highest - 2.0 * half * float(k) / float(ROUGHLY - 1)
-        towards = camera.rotation * wp.vec3(normal[0] * camera.fx, -normal[1] * camera.fy, place)
-        if reach_from(supports, instance, index, towards, camera.origin, largest) <= 0.0:
-            end = place
-    return end
+    bound = float(ANYWHERE)
+    for k in range(TRIED_LINES):
+        offset = highest - 2.0 * half * float(k) / float(TRIED_LINES - 1)
+        towards = camera.rotation * wp.vec3(normal[0] * camera.fx, -normal[1] * camera.fy, offset)
+        if support_from(supports, instance, index, towards, camera.origin, largest) <= 0.0:
+            bound = offset
+    return bound
 
 
 @wp.kernel(enable_backward=False, module=LABELS)
-def draw_octagons(
+def bound_on_screen(
     tables: SceneTables,
-    supports: Supports,
+    supports: SupportFunctions,
     cameras: wp.array(dtype=Camera),
     tested: wp.array(dtype=wp.int32),  # instances, or -1 for none
     first_view: int,
-    # out, (views, tested, SIDES): how far it may reach towards each side [pixels]
-    ends: wp.array3d(dtype=wp.float32),
+    # out, (views, tested, SIDES): offsets of the sides [pixels]
+    bounds: wp.array3d(dtype=wp.float32),
 ):
     v, k = wp.tid()
     v += first_view
@@ -111,22 +113,22 @@ def draw_octagons(
     index = tested[k]
     if index < 0:
         for side in range(sides):
-            ends[v, k, side] = NOWHERE
+            bounds[v, k, side] = NOWHERE
         return
     instance = tables.tlas.instances[index]
-    largest = farthest(supports, instance, index, camera.origin)
+    largest = coordinate_bound(supports, instance, index, camera.origin)
     back = camera.rotation * wp.vec3(0.0, 0.0, 1.0)
-    deepest = reach_from(supports, instance, index, -back, camera.origin, largest)
-    nearest = -reach_from(supports, instance, index, back, camera.origin, largest)
+    deepest = support_from(supports, instance, index, -back, camera.origin, largest)
+    nearest = -support_from(supports, instance, index, back, camera.origin, largest)
     around = nearest <= wp.max(camera.near * 0.5, 1.0e-12) and camera.orthographic == 0
     for side in range(sides):
         normal = side_normal(side)
-        end = float(NOWHERE)
+        bound = float(NOWHERE)
         if deepest >= camera.near * 0.999 and nearest <= camera.far * 1.001:
             if around:
-                end = beside(supports, instance, index, camera, normal, largest)
+                bound = separating_offset(supports, instance, index, camera, normal, largest)
             else:
-                most = wp.max(deepest, nearest)
-                end = tangent(supports, instance, index, camera, normal, nearest, most, largest)
-            end += wp.dot(normal, wp.vec2(camera.cx, camera.cy)) + MARGIN
-        ends[v, k, side] = end
+                max_depth = wp.max(deepest, nearest)
+                bound = tangent_offset(supports, instance, index, camera, normal, nearest, max_depth, largest)
+            bound += wp.dot(normal, wp.vec2(camera.cx, camera.cy)) + MARGIN
+        bounds[v, k, side] = bound

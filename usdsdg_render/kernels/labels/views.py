@@ -1,4 +1,4 @@
-"""Which pixel of which picture a thread draws, and what the ray through its center meets."""
+"""The pixel of a thread, among images that are rendered together, and what the ray through its center hits."""
 
 import warp as wp
 
@@ -9,23 +9,23 @@ from usdsdg_render.scene.structs import Camera, SceneTables
 
 @wp.struct
 class Views:
-    """Pictures of one size that are drawn in one launch, one below the other, each in whole bands of rows."""
+    """Cameras with images of one size, rendered in one launch; each image takes whole bands of rows."""
 
     cameras: wp.array(dtype=Camera)
     width: wp.int32
     height: wp.int32
-    bands: wp.int32  # of one picture
+    bands: wp.int32  # of one image
 
 
 @wp.func
-def picture_row(views: Views, band: int, row_of_band: int):
-    """(picture, row) of a thread; the last band of a picture may reach below its last row."""
-    picture = band / views.bands
-    return picture, BAND * (band - picture * views.bands) + row_of_band
+def image_row(views: Views, band: int, row_of_band: int):
+    """(image, row) of a thread; the last band of an image may end below its last row."""
+    image = band / views.bands
+    return image, BAND * (band - image * views.bands) + row_of_band
 
 
 @wp.func
-def meet_center(tables: SceneTables, camera: Camera, x: int, y: int, mode: int):
-    """(ray through the center of a pixel, what it meets first); `mode` as for `closest`."""
+def trace_pixel_center(tables: SceneTables, camera: Camera, x: int, y: int, mode: int):
+    """(ray through the center of a pixel, its closest hit); `mode` as for `closest`."""
     ray = pixel_ray(camera, x, y)
     return ray, closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, mode, 0.5)

@@ -1,15 +1,16 @@
-"""Instances where they are: their records, and boxes around them in the world. On the host, for any device."""
+"""Placement of instances: matrices of their records, and world bounding boxes. Runs on the CPU for any device."""
 
 import warp as wp
 
-from usdsdg_render.kernels.scene.reach import reach
+from usdsdg_render.kernels.scene.support import support
 from usdsdg_render.scene.structs import Instance
 
 _HALF = wp.constant(wp.float64(0.5))
-# Of a matrix as good as flat: its volume as a share of the product of its rows, and that product.
+# A matrix is flat if its determinant is less than this fraction of the product of its rows' lengths, or if that
+# product is less than the second.
 _FLAT = wp.constant(wp.float64(1e-12))
 _NOTHING = wp.constant(wp.float64(1e-30))
-# More than a ray's own rounding in single precision.
+# Relative margin of boxes, above the rounding of a ray in single precision.
 _ROUNDING = wp.constant(wp.float64(2e-6))
 
 
@@ -19,9 +20,9 @@ class Places:
 
     matrices: wp.array(dtype=wp.mat44d)  # local to world, for row vectors
     prototype: wp.array(dtype=wp.int32)
-    supports: wp.array2d(dtype=wp.float64)  # (prototypes, nodes): see `support.support`
+    supports: wp.array2d(dtype=wp.float64)  # (prototypes, nodes): see `geometry.support_function`
     # out
-    instances: wp.array(dtype=Instance)  # where they are; the rest stays
+    instances: wp.array(dtype=Instance)  # their matrices and origins; other fields stay
     lower: wp.array(dtype=wp.vec3)
     upper: wp.array(dtype=wp.vec3)
     solid: wp.array(dtype=wp.uint8)  # 1 = it has a volume in the world; 0 = its matrix is flat or not finite
@@ -58,10 +59,10 @@ def place(places: Places):
     lower = wp.vec3()
     upper = wp.vec3()
     for axis in range(3):
-        # Along an axis of the world a point p reaches p · (its column).
+        # The coordinate of a point p along a world axis is p · (column of the matrix).
         along = wp.vec3d(linear[0, axis], linear[1, axis], linear[2, axis])
-        first = origin[axis] - reach(places.supports, places.prototype[i], -along)
-        last = origin[axis] + reach(places.supports, places.prototype[i], along)
+        first = origin[axis] - support(places.supports, places.prototype[i], -along)
+        last = origin[axis] + support(places.supports, places.prototype[i], along)
         middle = (first + last) * _HALF
         half = (last - first) * _HALF
         half += _ROUNDING * (wp.abs(middle) + half)

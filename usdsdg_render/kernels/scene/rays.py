@@ -1,4 +1,4 @@
-"""Queries for arrays of rays: for tests and benchmarks of the trace back ends."""
+"""Queries of arrays of rays, for tests and benchmarks of the traversal."""
 
 import warp as wp
 
@@ -13,7 +13,7 @@ def trace_rays(
     first: int,
     origins: wp.array(dtype=wp.vec3),
     directions: wp.array(dtype=wp.vec3),
-    reach: wp.array(dtype=wp.float32),
+    tmax: wp.array(dtype=wp.float32),
     # out
     hits: wp.array(dtype=Hit),
 ):
@@ -21,8 +21,8 @@ def trace_rays(
     hit = Hit()
     if any_hit != 0:
         hit.instance = -1
-        if transmitted(tables, origins[i], directions[i], reach[i]) < 1.0:
+        if transmitted(tables, origins[i], directions[i], tmax[i]) < 1.0:
             hit.instance = 0
     else:
-        hit = closest(tables, origins[i], directions[i], 0.0, reach[i], BY_THRESHOLD, 0.5)
+        hit = closest(tables, origins[i], directions[i], 0.0, tmax[i], BY_THRESHOLD, 0.5)
     hits[i] = hit

@@ -1,4 +1,4 @@
-"""How far an instance reaches in any direction; see support.py for the tables."""
+"""Support functions of shapes and instances, from the tables of `geometry.support_function`."""
 
 from typing import Any
 
@@ -7,23 +7,23 @@ import warp as wp
 from usdsdg_render.geometry.support_function import CELLS
 from usdsdg_render.scene.structs import Instance
 
-# More than what single precision rounds a ray by, in lengths of all that goes into it.
+# Bound of the rounding error of a ray in single precision, relative to the largest coordinate involved.
 ROUNDING = wp.constant(1.0e-5)
 _CELLS = wp.constant(CELLS)
 _HALF_CELLS = wp.constant(CELLS / 2)
 
 
 @wp.struct
-class Supports:
-    """How far shapes reach from their origins, and which shape each instance has."""
+class SupportFunctions:
+    """Tables of the support functions of shapes, and the shape of each instance."""
 
-    reaches: wp.array2d(dtype=wp.float32)  # (prototypes, nodes)
+    values: wp.array2d(dtype=wp.float32)  # (prototypes, nodes)
     prototype: wp.array(dtype=wp.int32)  # per instance
 
 
 @wp.func
-def reach(reaches: wp.array2d(dtype=Any), prototype: int, direction: Any):
-    """The largest p · direction of the points p of a shape, or a little more; in the precision of its arguments."""
+def support(values: wp.array2d(dtype=Any), prototype: int, direction: Any):
+    """Largest p · direction of the points p of a shape, rounded up; in the precision of its arguments."""
     axis = int(0)
     if wp.abs(direction[1]) > wp.abs(direction[0]):
         axis = 1
@@ -42,28 +42,30 @@ def reach(reaches: wp.array2d(dtype=Any), prototype: int, direction: Any):
     u = first - direction.dtype(i)
     v = second - direction.dtype(j)
     node = (face * (_CELLS + 1) + i) * (_CELLS + 1) + j
-    table = reaches[prototype]
+    table = values[prototype]
     lower = table[node] * (one - v) + table[node + 1] * v
     upper = table[node + _CELLS + 1] * (one - v) + table[node + _CELLS + 2] * v
     return length * (lower * (one - u) + upper * u)
 
 
 @wp.func
-def farthest(supports: Supports, instance: Instance, index: int, eye: wp.vec3):
-    """No coordinate between the eye, the instance and the origin of the world is larger; the scale of rounding."""
+def coordinate_bound(supports: SupportFunctions, instance: Instance, index: int, eye: wp.vec3):
+    """Upper bound on coordinates of the eye and the instance, in world space; rounding errors scale with it."""
     size = float(0.0)
     prototype = supports.prototype[index]
     sides = int(6)
     for side in range(sides):
         along = wp.vec3(0.0)
         along[side / 2] = 1.0 - 2.0 * float(side % 2)
-        size = wp.max(size, wp.abs(reach(supports.reaches, prototype, wp.transpose(instance.local_to_world) * along)))
+        size = wp.max(size, wp.abs(support(supports.values, prototype, wp.transpose(instance.local_to_world) * along)))
     return 2.0 * size + wp.max(wp.abs(instance.world_origin)) + wp.max(wp.abs(eye))
 
 
 @wp.func
-def reach_from(supports: Supports, instance: Instance, index: int, direction: wp.vec3, eye: wp.vec3, largest: float):
-    """How far an instance reaches from the eye along a direction in the world, rounded up; `largest` is `farthest`."""
+def support_from(
+    supports: SupportFunctions, instance: Instance, index: int, direction: wp.vec3, eye: wp.vec3, largest: float
+):
+    """Support of an instance relative to the eye along a world direction, rounded up; `largest`: `coordinate_bound`."""
     local = wp.transpose(instance.local_to_world) * direction
-    reached = reach(supports.reaches, supports.prototype[index], local) + wp.dot(direction, instance.world_origin - eye)
-    return reached + ROUNDING * largest * wp.length(direction)
+    value = support(supports.values, supports.prototype[index], local) + wp.dot(direction, instance.world_origin - eye)
+    return value + ROUNDING * largest * wp.length(direction)
