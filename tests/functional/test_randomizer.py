@@ -16,7 +16,7 @@ def colors(prims):
     return np.array([prim.GetAttribute("primvars:displayColor").Get()[0] for prim in prims])
 
 
-def test_each_prim_gets_a_colour_of_its_own(stage):
+def test_each_prim_gets_a_color_of_its_own(stage):
     cubes = create_batch.cube(count=400)
     randomizer.display_color(cubes, rng=ReplicatorRNG(seed=5))
     drawn = colors(cubes)
@@ -28,7 +28,7 @@ def test_each_prim_gets_a_colour_of_its_own(stage):
     np.testing.assert_array_equal(colors(cubes), drawn)
 
 
-def test_shapes_below_a_prim_share_its_colour(stage):
+def test_shapes_below_a_prim_share_its_color(stage):
     group = create.xform()
     cubes = create_batch.cube(count=2, parent=group)
     randomizer.display_color(group)

@@ -38,8 +38,8 @@ def test_types_and_labels(stage):
         "/Replicator/Sphere_Xform/Sphere",
     )
     assert get.prims(semantics=[("class", "ball")]).prims == ("/Replicator/Sphere_Xform",)
-    labelled = get.prims(semantics=[("class", "crate"), ("class", "ball")], semantics_exclusion=("color", "red"))
-    assert labelled.prims == ("/Replicator/Cube_Xform", "/Replicator/Cube_Xform_01")
+    labeled = get.prims(semantics=[("class", "crate"), ("class", "ball")], semantics_exclusion=("color", "red"))
+    assert labeled.prims == ("/Replicator/Cube_Xform", "/Replicator/Cube_Xform_01")
 
 
 @pytest.mark.parametrize(

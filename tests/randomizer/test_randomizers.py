@@ -114,7 +114,7 @@ def meshes(stage, pair):
     return [stage.GetPrimAtPath(f"{pair.prims[0]}/{name}_Xform/{name}") for name in "ab"]
 
 
-def test_meshes_share_a_colour_unless_each_gets_one(stage, pair):
+def test_meshes_share_a_color_unless_each_gets_one(stage, pair):
     with rep.trigger.on_custom_event("go"):
         rep.randomizer.color(rep.distribution.uniform((0, 0, 0), (1, 1, 1)), input_prims=pair)
     fire()
@@ -133,7 +133,7 @@ def test_each_mesh_may_get_a_look_of_its_own(stage, pair):
     assert [look_of(mesh)["diffuse_color_constant"] for mesh in meshes(stage, pair)] == [(1, 0, 0)] * 2
 
 
-def test_an_instance_is_opened_for_its_colour(stage):
+def test_an_instance_is_opened_for_its_color(stage):
     source, copy = rep.create.cube(), stage.DefinePrim("/World/copy")
     copy.GetReferences().AddInternalReference(source.prims[0])
     copy.SetInstanceable(True)

@@ -33,13 +33,13 @@ def room(**values) -> scenes.Scene:
     return scenes.scene_of([(scenes.cube(), scenes.moved(scale=ROOM), 0)], dome=scenes.white_dome(), **values)
 
 
-def centres(size=SIZE) -> np.ndarray:
+def centers(size=SIZE) -> np.ndarray:
     y, x = np.mgrid[: size[1], : size[0]] + 0.5
     return np.stack([x, y], axis=-1).reshape(-1, 2)
 
 
 def rays_in_world(view: CameraView) -> tuple[np.ndarray, np.ndarray]:
-    origins, directions = view.rays(centres((view.width, view.height)))
+    origins, directions = view.rays(centers((view.width, view.height)))
     turn = view.local_to_world[:3, :3]
     return origins @ turn + view.local_to_world[3, :3], directions @ turn
 
@@ -66,11 +66,11 @@ def test_depth_times_the_ray_of_a_pixel_gives_the_point_back(case):
     pixels, depth = view.project(points)
     to_plane = labels["distance_to_image_plane"].ravel()[hit]
     np.testing.assert_allclose(to_plane, depth / 100, rtol=2e-5, atol=2e-6)
-    error = np.abs(pixels - centres()[hit])
+    error = np.abs(pixels - centers()[hit])
     if case.get("projection_type") in PANORAMAS:
         assert view.lens is not None
         # Columns lie close together at the poles, and rays of an eye graze the circle that it goes round.
-        level = np.sin(np.pi * centres()[hit, 1] / view.height)
+        level = np.sin(np.pi * centers()[hit, 1] / view.height)
         error[:, 0] *= level
         error[:, 1] *= along * level / (along * level + abs(view.lens.eye))
     assert error.max() < EXACT
@@ -103,7 +103,7 @@ def test_the_field_of_view_of_a_fisheye_is_a_circle():
     seen = renderer_of(room()).labels(view, ["instance"])["instance"] == 0
     # 100 degrees at 0.00245 radians per pixel of 1936.
     radius = np.radians(100.0) / 0.00245 / 8
-    away = np.linalg.norm(centres((242, 152)) - np.array([970.94244, 600.37482]) / 8, axis=1).reshape(seen.shape)
+    away = np.linalg.norm(centers((242, 152)) - np.array([970.94244, 600.37482]) / 8, axis=1).reshape(seen.shape)
     assert seen[away < radius - 1e-3].all()
     assert not seen[away > radius + 1e-3].any()
 

@@ -123,10 +123,10 @@ def test_a_sphere_light_gives_the_inverse_square():
     light = UsdLux.SphereLight.Define(stage, "/Lamp")
     light.CreateIntensityAttr(1e5)
     light.CreateRadiusAttr(0.01)
-    centre = picture(stage, 64)[SIZE // 2 - 1 : SIZE // 2 + 1, SIZE // 2 - 1 : SIZE // 2 + 1]
+    center = picture(stage, 64)[SIZE // 2 - 1 : SIZE // 2 + 1, SIZE // 2 - 1 : SIZE // 2 + 1]
     # Intensity pi r^2 L [cd] at five units; the pixels around the center see it up to 5 degrees off.
     expected = 0.5 / math.pi * math.pi * 0.01**2 * 1e5 / 25.0
-    np.testing.assert_allclose(centre, expected, rtol=0.03)
+    np.testing.assert_allclose(center, expected, rtol=0.03)
 
 
 def test_a_uniform_dome_makes_a_furnace():

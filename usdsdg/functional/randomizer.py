@@ -41,7 +41,7 @@ def display_color(prims: Any, rng: ReplicatorRNG | np.random.Generator | None = 
     for prim, color in zip(targets, colors.tolist()):
         shapes = [each for each in Usd.PrimRange(prim) if each.IsA(UsdGeom.Gprim)]
         if not shapes:
-            raise BadPrim(f"{prim.GetPath()} has no shape or mesh at or below it that could have a colour")
+            raise BadPrim(f"{prim.GetPath()} has no shape or mesh at or below it that could have a color")
         for shape in shapes:
             primvar = UsdGeom.Gprim(shape).CreateDisplayColorPrimvar(UsdGeom.Tokens.constant)
             primvar.Set(Vt.Vec3fArray([Gf.Vec3f(*color)]))

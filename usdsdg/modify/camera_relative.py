@@ -106,9 +106,9 @@ def _write_orbit(node: Node, execution: int) -> None:
     z_up = transforms.up_axis(current_stage()) == "Z"
     directions = np.stack([forward, left, up] if z_up else [left, up, forward], axis=1)
     given = node.inputs["barycentre"]
-    centres = [given] * len(node.prims) if is_paths(given) else draw(given, node, execution, "barycentre")
-    for path, direction, radius, centre in zip(node.prims, directions, distance, centres):
-        prim, middle = prim_at(path), np.array(point_of("barycentre", centre))
+    centers = [given] * len(node.prims) if is_paths(given) else draw(given, node, execution, "barycentre")
+    for path, direction, radius, center in zip(node.prims, directions, distance, centers):
+        prim, middle = prim_at(path), np.array(point_of("barycentre", center))
         author_world_position(prim, middle + radius * direction)
         if node.inputs["lookAtBarycentre"]:
             author_look_at(prim, middle)

@@ -55,7 +55,7 @@ def camera_records(views: Sequence[CameraView], device: str) -> np.ndarray:
         if view.lens is None:
             row["fx"], row["fy"], row["cx"], row["cy"] = view.fx, view.fy, view.cx, view.cy
         else:
-            (row["fx"], row["fy"]), (row["cx"], row["cy"]) = view.lens.focal, view.lens.centre
+            (row["fx"], row["fy"]), (row["cx"], row["cy"]) = view.lens.focal, view.lens.center
             _fill_lens(row["lens"], view.lens, device)
             row["lens_kind"] = row["lens"]["kind"]
     return rows

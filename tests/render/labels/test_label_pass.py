@@ -54,8 +54,8 @@ def test_pixel_depth_and_camera_give_the_point_back():
     pixels, depth = view.project(labels["position"][hit])
     rows, columns = np.nonzero(hit)
     np.testing.assert_allclose(pixels, np.stack([columns, rows], -1) + 0.5, atol=1e-3)
-    metres = depth * view.meters_per_unit
-    np.testing.assert_allclose(labels["distance_to_image_plane"][hit], metres, rtol=1e-5)
+    meters = depth * view.meters_per_unit
+    np.testing.assert_allclose(labels["distance_to_image_plane"][hit], meters, rtol=1e-5)
     away = np.linalg.norm(labels["position"][hit] - view.local_to_world[3, :3], axis=1)
     np.testing.assert_allclose(labels["distance_to_camera"][hit], away * view.meters_per_unit, rtol=1e-5)
 

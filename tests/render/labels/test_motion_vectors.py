@@ -10,7 +10,7 @@ from pxr import Gf, Usd, UsdGeom, Vt
 
 from tests.render import scenes
 from tests.render.images import renderer_of
-from tests.render.test_lenses import SIZE, centres, inside, rays_in_world
+from tests.render.test_lenses import SIZE, centers, inside, rays_in_world
 from tests.stage.cameras.lens_cases import LENSES
 from tests.stage.geometry.characters import add_character
 from usdsdg_render.renderer import WarpRenderer
@@ -191,7 +191,7 @@ def test_what_is_far_away_moves_as_a_lens_turns(case):
     now = replace(before, local_to_world=scenes.view_from((3.0, 1.0, 0.0), (0.0, -2.3, 0.5)).local_to_world)
     motion = renderer.labels(now, ["motion_vectors"])["motion_vectors"].reshape(-1, 2)
     _, directions = rays_in_world(now)
-    moved = before.project(1e7 * directions + before.local_to_world[3, :3])[0] - centres()
+    moved = before.project(1e7 * directions + before.local_to_world[3, :3])[0] - centers()
     error = moved - motion
     error[:, 0] -= SIZE[0] * np.round(error[:, 0] / SIZE[0])  # panoramas go round
     is_known, is_told = np.isfinite(moved).all(axis=1), motion.any(axis=1)

@@ -10,10 +10,10 @@ import numpy as np
 from usdsdg.stage.cameras.lens_attributes import LensParameters
 from usdsdg.stage.image_files import exr
 
-# A strong barrel, decentred, with its own aspect; coefficients like those that calibrations give.
+# A strong barrel, decentered, with its own aspect; coefficients like those that calibrations give.
 _BARREL = LensParameters(
     nominal_size=(1920.0, 1200.0),
-    centre=(943.8, 602.3),
+    center=(943.8, 602.3),
     focal=(640.0, 620.0),
     max_fov=170.0,
     polynomial=(-0.08, 0.012, -0.003, 0.02, -0.001, 0.0002),
@@ -31,8 +31,8 @@ def mei_directions(shares: np.ndarray) -> np.ndarray:
 
     Two focal lengths and a center aside; zero beyond 95 % of what the mirror shows.
     """
-    xi, focal, centre = 1.3, (0.42, 0.68), (0.47, 0.52)
-    x, y = ((shares - centre) / focal).T
+    xi, focal, center = 1.3, (0.42, 0.68), (0.47, 0.52)
+    x, y = ((shares - center) / focal).T
     r2 = x * x + y * y
     seen = r2 < 0.95**2 / (xi**2 - 1)
     scale = (xi + np.sqrt(np.maximum(1 + (1 - xi**2) * r2, 0))) / (1 + r2)
@@ -50,7 +50,7 @@ def write_directions(file: Path, size: tuple[int, int]) -> str:
 _FOLDER = tempfile.TemporaryDirectory()
 _TABLE = LensParameters(
     nominal_size=(480.0, 300.0),
-    centre=(243.0, 149.0),
+    center=(243.0, 149.0),
     direction_texture=write_directions(Path(_FOLDER.name) / "directions.exr", (480, 300)),
 )
 PANORAMAS = ("fisheyeSpherical", "omniDirectionalStereo")

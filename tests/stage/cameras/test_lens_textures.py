@@ -28,7 +28,7 @@ def every_warning_speaks():
 
 
 def view(**lens) -> CameraView:
-    values = {"nominal_size": (960.0, 600.0), "centre": (480.0, 300.0), **lens}
+    values = {"nominal_size": (960.0, 600.0), "center": (480.0, 300.0), **lens}
     return CameraView("/cam", *SIZE, np.eye(4), projection_type="generalizedProjection",
                       lens_parameters=LensParameters(**values))  # fmt: skip
 
@@ -56,7 +56,7 @@ def test_points_lie_where_the_formula_says_whatever_the_size_of_the_texture(tmp_
 
 def test_the_optical_centre_is_where_the_texture_has_its_middle(tmp_path):
     file = write_directions(tmp_path / "d.exr", (480, 300))
-    shifted = view(direction_texture=file, nominal_size=(1920.0, 1200.0), centre=(980.0, 570.0))
+    shifted = view(direction_texture=file, nominal_size=(1920.0, 1200.0), center=(980.0, 570.0))
     points = points_before()
     a, b = view(direction_texture=file).project(points)[0], shifted.project(points)[0]
     seen = np.isfinite(a).all(axis=1)

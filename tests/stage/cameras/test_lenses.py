@@ -51,26 +51,26 @@ def test_a_point_that_is_seen_lies_on_the_ray_of_its_pixel(case):
     np.testing.assert_allclose(directions, towards, atol=1e-9)
 
 
-def opencv_pinhole(points, focal, centre, k, p, s):
+def opencv_pinhole(points, focal, center, k, p, s):
     """cv::projectPoints, from OpenCV's documentation: x right, y down, z ahead."""
     x, y = points[:, 0] / points[:, 2], points[:, 1] / points[:, 2]
     r2 = x**2 + y**2
     radial = (1 + k[0] * r2 + k[1] * r2**2 + k[2] * r2**3) / (1 + k[3] * r2 + k[4] * r2**2 + k[5] * r2**3)
     u = x * radial + 2 * p[0] * x * y + p[1] * (r2 + 2 * x**2) + s[0] * r2 + s[1] * r2**2
     v = y * radial + p[0] * (r2 + 2 * y**2) + 2 * p[1] * x * y + s[2] * r2 + s[3] * r2**2
-    return np.stack([focal[0] * u + centre[0], focal[1] * v + centre[1]], axis=1)
+    return np.stack([focal[0] * u + center[0], focal[1] * v + center[1]], axis=1)
 
 
-def opencv_fisheye(points, focal, centre, k):
+def opencv_fisheye(points, focal, center, k):
     """cv::fisheye::projectPoints, from OpenCV's documentation."""
     a, b = points[:, 0] / points[:, 2], points[:, 1] / points[:, 2]
     r = np.hypot(a, b)
     theta = np.arctan(r)
     distorted = theta * (1 + k[0] * theta**2 + k[1] * theta**4 + k[2] * theta**6 + k[3] * theta**8)
-    return np.stack([focal[0] * distorted / r * a + centre[0], focal[1] * distorted / r * b + centre[1]], axis=1)
+    return np.stack([focal[0] * distorted / r * a + center[0], focal[1] * distorted / r * b + center[1]], axis=1)
 
 
-def aria(points, focal, centre, k, p, s):
+def aria(points, focal, center, k, p, s):
     """Fisheye624 of Project Aria's documentation, which KannalaBrandtK3 is a part of."""
     a, b = points[:, 0] / points[:, 2], points[:, 1] / points[:, 2]
     r = np.hypot(a, b)
@@ -80,7 +80,7 @@ def aria(points, focal, centre, k, p, s):
     squared = (uv**2).sum(axis=1, keepdims=True)
     tangential = 2 * uv * (uv @ p)[:, None] + squared * p
     prism = np.stack([s[0] * squared + s[1] * squared**2, s[2] * squared + s[3] * squared**2], axis=1)[..., 0]
-    return (uv + tangential + prism) * focal + centre
+    return (uv + tangential + prism) * focal + center
 
 
 def before(count=500, spread=0.6) -> np.ndarray:
@@ -97,32 +97,32 @@ def half_size(case):
     """Lens values of a case and what they are in a picture of half the nominal size."""
     values = case["lens_parameters"]
     assert values.nominal_size == (2 * SIZE[0], 2 * SIZE[1])
-    return values, np.array(values.focal) / 2, np.array(values.centre) / 2
+    return values, np.array(values.focal) / 2, np.array(values.center) / 2
 
 
 def test_opencv_pinhole():
-    values, focal, centre = half_size(CASES["pinholeOpenCV"])
-    expected = opencv_pinhole(before(), focal, centre, values.polynomial, values.tangential, values.thin_prism)
+    values, focal, center = half_size(CASES["pinholeOpenCV"])
+    expected = opencv_pinhole(before(), focal, center, values.polynomial, values.tangential, values.thin_prism)
     pixels, _ = view(**CASES["pinholeOpenCV"]).project(before() * OPENCV_TO_USD)
     np.testing.assert_allclose(pixels, expected, atol=1e-9)
 
 
 def test_opencv_fisheye():
-    values, focal, centre = half_size(CASES["fisheyeOpenCV"])
-    expected = opencv_fisheye(before(spread=2.0), focal, centre, values.polynomial)
+    values, focal, center = half_size(CASES["fisheyeOpenCV"])
+    expected = opencv_fisheye(before(spread=2.0), focal, center, values.polynomial)
     pixels, _ = view(**CASES["fisheyeOpenCV"]).project(before(spread=2.0) * OPENCV_TO_USD)
     np.testing.assert_allclose(pixels, expected, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["fisheyeKannalaBrandtK3", "fisheyeRadTanThinPrism"])
 def test_arias_fisheyes(name):
-    values, _, centre = half_size(CASES[name])
+    values, _, center = half_size(CASES[name])
     focal = SIZE[0] * 8.0 / 20.955
     kannala = name == "fisheyeKannalaBrandtK3"
     p, s = (np.zeros(2), np.zeros(4)) if kannala else (np.array(values.tangential), values.thin_prism)
     k = values.polynomial[:4] if kannala else values.polynomial
     pixels, _ = view(**CASES[name]).project(before(spread=2.0) * OPENCV_TO_USD)
-    np.testing.assert_allclose(pixels, aria(before(spread=2.0), focal, centre, k, p, s), atol=1e-9)
+    np.testing.assert_allclose(pixels, aria(before(spread=2.0), focal, center, k, p, s), atol=1e-9)
 
 
 def test_f_theta_is_the_polynomial_of_isaac_sims_writers():
@@ -168,8 +168,8 @@ def test_nothing_is_seen_beyond_the_field_of_view():
         assert np.isfinite(camera.project(point)[0]).all()
         assert np.isfinite(limited.project(point)[0]).all() == seen
     radius = np.radians(45) / 0.00245 * SIZE[0] / 1936
-    centre = np.array([970.94244 * SIZE[0] / 1936, 600.37482 * SIZE[1] / 1216])
-    _, directions = limited.rays(centre + np.array([(radius * 0.999, 0), (radius * 1.001, 0)]))
+    center = np.array([970.94244 * SIZE[0] / 1936, 600.37482 * SIZE[1] / 1216])
+    _, directions = limited.rays(center + np.array([(radius * 0.999, 0), (radius * 1.001, 0)]))
     assert np.isfinite(directions).all(axis=1).tolist() == [True, False]
 
 

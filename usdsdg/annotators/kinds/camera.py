@@ -46,7 +46,7 @@ def read_params(view: CameraView) -> dict[str, Any]:
         "cameraFisheyeMaxFOV": float(lens.max_fov),
         "cameraFisheyeNominalHeight": float(lens.nominal_size[1]),
         "cameraFisheyeNominalWidth": float(lens.nominal_size[0]),
-        "cameraFisheyeOpticalCentre": _floats(*lens.centre),
+        "cameraFisheyeOpticalCentre": _floats(*lens.center),
         "cameraFisheyePolynomial": _floats(*lens.polynomial),
         "cameraFocalLength": float(view.focal_length),
         "cameraFocusDistance": float(view.focus_distance),

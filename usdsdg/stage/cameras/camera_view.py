@@ -78,7 +78,7 @@ class CameraView:
                 (self.width, self.height),
                 focal_length=self.focal_length,
                 horizontal_aperture=self.horizontal_aperture,
-                centre=(self.cx, self.cy),
+                center=(self.cx, self.cy),
                 meters_per_unit=self.meters_per_unit,
             )
         except (errors.Unsupported, errors.AssetError) as problem:

@@ -65,7 +65,7 @@ class LensParameters:
     """
 
     nominal_size: tuple[float, float] = (1936.0, 1216.0)  # 0 = the picture's
-    centre: tuple[float, float] = (970.94244, 600.37482)
+    center: tuple[float, float] = (970.94244, 600.37482)
     focal: tuple[float, float] = (731.78788, 731.78789)  # of OpenCV's models
     max_fov: float = 200.0  # degrees, across
     polynomial: tuple[float, ...] = (0.0, 0.00245, 0.0, 0.0, 0.0, 0.0)
@@ -112,7 +112,7 @@ def _older_parameters(values: Mapping[str, Any]) -> LensParameters:
 
     return LensParameters(
         nominal_size=several(("fthetaWidth", "fthetaHeight"), unset.nominal_size),  # type: ignore[arg-type]
-        centre=several(("fthetaCx", "fthetaCy"), unset.centre),  # type: ignore[arg-type]
+        center=several(("fthetaCx", "fthetaCy"), unset.center),  # type: ignore[arg-type]
         focal=several(("openCVFx", "openCVFy"), unset.focal),  # type: ignore[arg-type]
         max_fov=several(("fthetaMaxFov",), (unset.max_fov,))[0],
         polynomial=several(tuple(f"fthetaPoly{letter}" for letter in "ABCDEF"), unset.polynomial),
@@ -153,14 +153,14 @@ def _schema_parameters(values: Mapping[str, Any], model: str, coefficients: tupl
     if model == "lut":
         return LensParameters(
             nominal_size=(value("nominalWidth"), value("nominalHeight")),
-            centre=_pair(value("opticalCenter")),
+            center=_pair(value("opticalCenter")),
             direction_texture=_file(value(_SCHEMA_TEXTURES[0])),
             position_texture=_file(value(_SCHEMA_TEXTURES[1])),
         )
     opencv = model.startswith("opencv")
     return LensParameters(
         nominal_size=_pair(value("imageSize")) if opencv else (value("nominalWidth"), value("nominalHeight")),
-        centre=(value("cx"), value("cy")) if opencv else _pair(value("opticalCenter")),
+        center=(value("cx"), value("cy")) if opencv else _pair(value("opticalCenter")),
         focal=(value("fx"), value("fy")) if opencv else LensParameters.focal,
         max_fov=360.0 if opencv else float(value("maxFov")),
         polynomial=several(coefficients[0], 6),

@@ -41,7 +41,7 @@ class Lens:
 
     A direction becomes a point of a plane, at a distance from its center that `curve` tells: of the angle to the axis;
     for RATIONAL of the angle's tangent; POWER tells the angle of a distance. `tangential` and `thin_prism`, in OpenCV's
-    order and form, shift that point, and `focal` [pixels] and `centre` [pixels] place it in the picture. Instead of a
+    order and form, shift that point, and `focal` [pixels] and `center` [pixels] place it in the picture. Instead of a
     curve there may be a `table`, whose places these two put into the picture. Without either, the picture is a
     panorama, longitude by latitude, all around; its columns are seen by an eye that goes round a circle, `eye` [stage
     units] right of the middle as it looks ahead.
@@ -51,7 +51,7 @@ class Lens:
     width: int
     height: int
     focal: tuple[float, float] = (1.0, 1.0)
-    centre: tuple[float, float] = (0.0, 0.0)
+    center: tuple[float, float] = (0.0, 0.0)
     curve: Curve | None = None
     tangential: tuple[float, float] = (0.0, 0.0)
     thin_prism: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
@@ -76,7 +76,7 @@ class Lens:
         """
         points = np.asarray(points, np.float64).reshape(-1, 3)
         if self.table is not None:
-            return self.table.to_places(points, beyond=beyond) * self.focal + self.centre
+            return self.table.to_places(points, beyond=beyond) * self.focal + self.center
         if self.curve is None:
             return lens_panoramas.places(points, self.eye, beyond=beyond) * (self.width, self.height)
         across, ahead = np.hypot(points[:, 0], points[:, 1]), -points[:, 2]
@@ -88,13 +88,13 @@ class Lens:
                 t = np.arctan2(across, ahead)
         radius, shifted, seen = self._radius(t)
         plane = radius[:, None] * side + self._shift(shifted[:, None] * side)
-        pixels = plane * self.focal + self.centre
+        pixels = plane * self.focal + self.center
         return pixels if beyond else np.where(seen[:, None], pixels, np.nan)
 
     def to_directions(self, pixels: np.ndarray) -> np.ndarray:
         """Unit directions (N, 3) in the camera's frame, of pixels (N, 2); NaN where no light comes through."""
         pixels = np.asarray(pixels, np.float64).reshape(-1, 2)
-        plane = (pixels - self.centre) / self.focal
+        plane = (pixels - self.center) / self.focal
         if self.table is not None:
             return self.table.to_directions(plane)
         if self.curve is None:
@@ -201,7 +201,7 @@ def make_lens(
     *,
     focal_length: float,
     horizontal_aperture: float,
-    centre: tuple[float, float] | None = None,
+    center: tuple[float, float] | None = None,
     meters_per_unit: float = 1.0,
 ) -> Lens | None:
     """The lens of a projection type for pictures of `size` (width, height); None for straight projections.
@@ -209,7 +209,7 @@ def make_lens(
     Args:
         focal_length: as `horizontal_aperture`, in any unit: the models without a focal length of their own have it from
             these two.
-        centre: of the ideal fisheyes [pixels]; the middle unless the aperture is shifted.
+        center: of the ideal fisheyes [pixels]; the middle unless the aperture is shifted.
         meters_per_unit: what brings the distance of two eyes to stage units.
 
     Raises:
@@ -230,20 +230,20 @@ def make_lens(
             raise errors.Unsupported(f"the lens {model} cannot be drawn: interpupillaryDistance is no number")
         aside = parameters.eye_distance / 2 / meters_per_unit
         return Lens(model, *size, eye=-aside if parameters.left_eye else aside)
-    return _by_curve(model, parameters, size, focal_length, horizontal_aperture, centre)
+    return _by_curve(model, parameters, size, focal_length, horizontal_aperture, center)
 
 
 def _by_table(model: str, parameters: LensParameters, size: tuple[int, int]) -> Lens:
     table = read_table(parameters.direction_texture, parameters.position_texture)
     scale = [own / texels for own, texels in zip(size, table.size, strict=True)]
     # The texture's middle lies where the optical center is.
-    middle = [_shared(c, n) * own for c, n, own in zip(parameters.centre, parameters.nominal_size, size, strict=True)]
-    centre = [at - (texels - 1) / 2 * each for at, texels, each in zip(middle, table.size, scale, strict=True)]
-    return Lens(model, *size, (scale[0], scale[1]), (centre[0], centre[1]), table=table)
+    middle = [_shared(c, n) * own for c, n, own in zip(parameters.center, parameters.nominal_size, size, strict=True)]
+    center = [at - (texels - 1) / 2 * each for at, texels, each in zip(middle, table.size, scale, strict=True)]
+    return Lens(model, *size, (scale[0], scale[1]), (center[0], center[1]), table=table)
 
 
-def _shared(centre: float, nominal: float) -> float:
-    return centre / nominal if centre != 0 and nominal > 0 else 0.5
+def _shared(center: float, nominal: float) -> float:
+    return center / nominal if center != 0 and nominal > 0 else 0.5
 
 
 @lru_cache(maxsize=64)
@@ -253,7 +253,7 @@ def _by_curve(
     size: tuple[int, int],
     focal_length: float,
     horizontal_aperture: float,
-    centre: tuple[float, float] | None,
+    center: tuple[float, float] | None,
 ) -> Lens:
     width, height = size
     if model in (*_IDEAL, *_WITHOUT_FOCAL) and not focal_length > 0:
@@ -263,14 +263,14 @@ def _by_curve(
         edge = np.arctan(horizontal_aperture / (2.0 * focal_length))
         curve = lens_curves.cut(_IDEAL[model], t_most=np.pi)
         focal = width / (2.0 * float(curve.at(np.array(edge))[0]))
-        return Lens(model, width, height, (focal, focal), centre or (width / 2, height / 2), curve)
+        return Lens(model, width, height, (focal, focal), center or (width / 2, height / 2), curve)
     lens = _calibrated(model, parameters, size, focal_length / horizontal_aperture)
     assert lens.curve is not None
     if not lens.curve.limit > 0 or not min(lens.focal) > 0:
         polynomial = ", ".join(f"{each:g}" for each in parameters.polynomial)
         raise errors.Unsupported(
             f"the lens {model} cannot be drawn: its focal length or its field of view of {parameters.max_fov:g} "
-            f"degrees is not positive, or the polynomial {polynomial} does not grow from the picture's centre"
+            f"degrees is not positive, or the polynomial {polynomial} does not grow from the picture's center"
         )
     return lens
 
@@ -278,11 +278,11 @@ def _by_curve(
 def _calibrated(model: str, parameters: LensParameters, size: tuple[int, int], focal_per_width: float) -> Lens:
     nominal = [given if given > 0 else own for given, own in zip(parameters.nominal_size, size, strict=True)]
     scale = [own / given for given, own in zip(nominal, size, strict=True)]
-    centre, k, half_fov = parameters.centre, parameters.polynomial, np.radians(parameters.max_fov) / 2
+    center, k, half_fov = parameters.center, parameters.polynomial, np.radians(parameters.max_fov) / 2
     (p0, p1), prism = parameters.tangential, parameters.thin_prism
     focal, tangential, thin_prism = parameters.focal, (0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
     if model in ("pinholeOpenCV", "fisheyeOpenCV"):
-        centre = tuple(given if given != 0 else own / 2 for given, own in zip(centre, nominal, strict=True))
+        center = tuple(given if given != 0 else own / 2 for given, own in zip(center, nominal, strict=True))
     angle = dict(t_most=min(half_fov, np.pi))
     if model == "pinholeOpenCV":
         curve = lens_curves.cut(RATIONAL, k)
@@ -301,7 +301,7 @@ def _calibrated(model: str, parameters: LensParameters, size: tuple[int, int], f
         model,
         *size,
         (focal[0] * scale[0], focal[1] * scale[1]),
-        (centre[0] * scale[0], centre[1] * scale[1]),
+        (center[0] * scale[0], center[1] * scale[1]),
         curve,
         tangential,
         thin_prism,  # type: ignore[arg-type]

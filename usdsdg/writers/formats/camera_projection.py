@@ -54,7 +54,7 @@ def lens_of(params: Params) -> Lens | None:
     unset = LensParameters()
     calibration = LensParameters(
         nominal_size=(float(params["cameraFisheyeNominalWidth"]), float(params["cameraFisheyeNominalHeight"])),
-        centre=(float(x), float(y)),
+        center=(float(x), float(y)),
         focal=tuple(float(params.get(f"cameraOpenCV{name}", own)) for name, own in zip(("Fx", "Fy"), unset.focal)),
         max_fov=float(params["cameraFisheyeMaxFOV"]),
         polynomial=_floats(params["cameraFisheyePolynomial"], 6),
@@ -71,7 +71,7 @@ def lens_of(params: Params) -> Lens | None:
         (width, height),
         focal_length=float(params["cameraFocalLength"]),
         horizontal_aperture=aperture,
-        centre=(width * (0.5 - float(offset[0]) / aperture), height * 0.5 + width * float(offset[1]) / aperture),
+        center=(width * (0.5 - float(offset[0]) / aperture), height * 0.5 + width * float(offset[1]) / aperture),
         meters_per_unit=float(params["metersPerSceneUnit"]),
     )
 
