@@ -1,8 +1,8 @@
 """usdsdg: synthetic data from USD scenes, with the Replicator API.
 
-`import usdsdg as rep` gives what `import omni.replicator.core as rep` gives in Omniverse. The stub `__init__.pyi` lists
-the public names by theme; each loads when it is first used (PEP 562, as in SPEC 1 of Scientific Python), so that
-`usdsdg.errors`, or one engine alone, loads nothing else. With EAGER_IMPORT in the environment all load at once.
+`import usdsdg as rep` has the names of `import omni.replicator.core as rep` in Omniverse. The stub `__init__.pyi` lists
+the public names by theme; each is imported on first use (PEP 562, as in SPEC 1 of Scientific Python), so that importing
+`usdsdg.errors`, or one engine, imports nothing else. With EAGER_IMPORT in the environment all are imported at once.
 """
 
 import ast
@@ -15,7 +15,7 @@ __version__ = "0.1.0"
 
 
 def _public_names() -> dict[str, tuple[str, str]]:
-    """Public name -> (module, name in it), as the stub imports them."""
+    """Map each public name to (module, name in it), as the stub imports them."""
     stub = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
     imports = [line for line in stub.body if isinstance(line, ast.ImportFrom)]
     return {

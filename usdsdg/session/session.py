@@ -1,4 +1,4 @@
-"""The state of one process in one object: the current stage, and one of everything that works on it."""
+"""The session: one object that holds all state of the process, such as the current stage, settings and engines."""
 
 from __future__ import annotations
 
@@ -29,21 +29,22 @@ def _imported(name: str) -> Any:
 
 
 def _part(factory: str) -> Any:
-    """A member that `factory`, "module:name", makes when it is first used, whichever modules have been imported."""
+    """Return a lazy member: its first use imports and calls `factory`, given as "module:name"."""
     return cached_property(lambda _session: _imported(factory)())
 
 
 class Session:
-    """One of everything that a process has one of. Module functions such as `get_timeline()` give its parts.
+    """All state of the process; functions such as `get_timeline()` return its members.
 
-    Parts of higher packages are named, not imported, so that every package above `usdsdg.stage` can import this module.
+    Members of higher packages are named, not imported, so that every package above `usdsdg.stage` can import this
+    module.
     """
 
     engines = _part("usdsdg.session.engines:Engines")
     reporter = _part("usdsdg.session.progress:Notes")
     global_seed = _part("usdsdg.graph.sampling:GlobalSeed")
     graph = _part("usdsdg.graph.evaluate:Graph")
-    random_generators = _part("weakref:WeakSet")  # every ReplicatorRNG that somebody holds
+    random_generators = _part("weakref:WeakSet")  # every live ReplicatorRNG
     default_generator = _part("usdsdg.rng:ReplicatorRNG")
     io_queue = _part("usdsdg.writers.backends.io_queue:IoQueue")
     app = _part("usdsdg.app.app:App")
@@ -54,7 +55,7 @@ class Session:
     def __init__(self) -> None:
         self.stage: Usd.Stage | None = None
         self.stage_listeners: list[Callable[[Usd.Stage], None]] = []
-        # What the `with` blocks around the running line say: see `usdsdg.graph.node`.
+        # The `with` blocks that are open now, innermost last: see `usdsdg.graph.node`.
         self.open_triggers: list[Any] = []
         self.open_groups: list[tuple[str, ...]] = []
         self.source_lines: list[str] = []
@@ -62,8 +63,8 @@ class Session:
         self.annotators: list[Any] = []  # attached by users, in the order of attaching
         self.writers: list[Any] = []  # attached, in the order of attaching
         self.metadata_seed: int | None = None  # the global seed of the latest captured frame
-        self.disk_root: Path | None = None  # where relative output folders lie; None: the default
-        self.failed_at_exit = False  # a file could not be written and nobody asked for it
+        self.disk_root: Path | None = None  # parent of relative output folders; None: the default
+        self.failed_at_exit = False  # a file could not be written and no call has raised it
         assets.set_fallback_root(lambda: _imported("usdsdg.demo:root")())
 
     @cached_property
@@ -81,12 +82,12 @@ class Session:
         return settings
 
     def _made(self, *names: str) -> list[Any]:
-        """Those of the named parts that somebody has used: the others have no state yet."""
+        """Return the named members that have been used; the others have no state yet."""
         return [vars(self)[name] for name in names if name in vars(self)]
 
-    # --- what follows what ---
+    # --- reactions to a new stage, the timeline and settings ---
     def begin_stage(self, stage: Usd.Stage) -> None:
-        """Reset whatever belongs to a stage, in this order, and tell those who subscribed."""
+        """Reset all state that belongs to a stage, in this order, then call the listeners of new stages."""
         errors.forget_warnings()
         self.timeline.reset()
         if stage.HasAuthoredTimeCodeRange():
@@ -127,7 +128,7 @@ def current() -> Session:
 
 
 def restart() -> None:
-    """Begin a new session, as a new process would; the I/O queue, the progress reporter and the device are kept."""
+    """Start a new session, as a new process would; keeps the I/O queue, the progress reporter and the device."""
     global _session
     before, _session = _session, Session()
     for engines in before._made("engines"):
@@ -141,16 +142,15 @@ def restart() -> None:
 
 
 def _exit_as_failed() -> None:
-    """Give a program that has left files unwritten the exit code 1.
+    """Exit with code 1 if a file could not be written and no call has raised the failure.
 
-    At exit neither an exception nor sys.exit changes the code that the interpreter has settled on; only leaving at once
-    does. Functions registered with atexit run from the last to the first: all but those from before usdsdg was imported
-    have run by now.
+    At exit neither an exception nor sys.exit changes the exit code any more; only `os._exit` does. Functions registered
+    with atexit run last to first, so all that were registered after usdsdg was imported have run by now.
     """
     if _session.failed_at_exit:
         logging.shutdown()
         for stream in filter(None, (sys.stdout, sys.stderr)):
-            with contextlib.suppress(OSError, ValueError):  # closed, or its reader has gone
+            with contextlib.suppress(OSError, ValueError):  # closed, or a pipe without a reader
                 stream.flush()
         os._exit(1)
 
