@@ -49,7 +49,7 @@ def step(
             f"orchestrator.step: delta_time is {delta_time!r}; expected seconds, 0 or more, or None"
         )
     get_orchestrator().step(rt_subframes, pause_timeline, delta_time)
-    get_app().turn_loop()
+    get_app().run_ready_tasks()
 
 
 async def step_async(
@@ -83,7 +83,7 @@ def run(num_frames: int | None = None, start_timeline: bool = False) -> None:
         OrchestratorError: without `num_frames`, no trigger would ever end the run; or it is no whole number, 0 or more.
     """
     for _ in _run(num_frames, start_timeline):
-        get_app().turn_loop()
+        get_app().run_ready_tasks()
         if get_is_paused():
             # Only a task can resume; meanwhile leave it the processor.
             time.sleep(PAUSED_SECONDS)

@@ -288,7 +288,7 @@ def test_a_task_whose_next_step_was_lost_does_not_hold_up_the_end(monkeypatch):
         await waited
 
     task = asyncio.ensure_future(wait(), loop=loop._loop)
-    loop.turn()
+    loop.run_ready()
     waited.set_result(None)
     loop._loop._ready.clear()
     loop.close()

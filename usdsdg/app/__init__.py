@@ -1,1 +1,1 @@
-"""The application: updates, the event loop of scripts, and the order of one captured frame."""
+"""The application: app updates, the event loop of scripts, and the frame loop."""

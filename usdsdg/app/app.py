@@ -1,7 +1,7 @@
-"""The application: one update after another, as `omni.kit.app` gives it.
+"""The application and its updates, with the interface of `omni.kit.app`.
 
-One update, always in this order: events and pending nodes of the graph → timeline → physics → update listeners →
-whoever awaits the next update → tasks that are ready.
+The order of one update: events and pending nodes of the graph → timeline → physics → update listeners → coroutines that
+await the next update → other tasks that are ready.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from usdsdg.session.timeline import get_timeline
 
 
 class App:
-    """Updates on demand: an update happens when a script calls `update` or awaits the next one."""
+    """Updates on demand: one happens when a script calls `update` or awaits the next one."""
 
     def __init__(self) -> None:
         self._listeners: list[Callable[[float], None]] = []
@@ -30,7 +30,7 @@ class App:
 
     # --- updates ---
     def update(self) -> None:
-        """One application update; while the timeline plays it advances by one time code."""
+        """Run one application update; a playing timeline advances by one time code."""
         timeline = get_timeline()
         graph().evaluate(time=timeline.get_elapsed_time())
         dt = 1.0 / timeline.get_time_codes_per_seconds()
@@ -42,19 +42,19 @@ class App:
             listener(dt)
         for waiter in self._take_waiters():
             waiter.set_result(None)
-        self.turn_loop()
+        self.run_ready_tasks()
 
     def advance(self, seconds: float) -> None:
-        """Move timeline and physics on by `seconds`."""
+        """Advance timeline and physics by `seconds`."""
         get_timeline().advance(seconds)
         if get_settings().get_as_bool("/app/player/playSimulations"):
             engines.physics().advance(seconds)
 
     async def next_update_async(self) -> float:
-        """Wait for one more update. All who wait see the same one."""
+        """Wait for the next update, shared by all waiters; return its duration [s]."""
         loop = asyncio.get_running_loop()
         if not any(waiter.get_loop() is loop and not waiter.done() for waiter in self._waiters):
-            loop.call_soon(self._serve)
+            loop.call_soon(self._update_for_waiters)
         waiter: asyncio.Future[None] = loop.create_future()
         self._waiters.append(waiter)
         await waiter
@@ -62,13 +62,13 @@ class App:
 
     pre_update_async = post_update_async = next_update_async
 
-    def _serve(self) -> None:
-        """Make the update that tasks wait for, unless one has come meanwhile."""
+    def _update_for_waiters(self) -> None:
+        """Run the update that tasks wait for, unless one has happened in the meantime."""
         if all(waiter.done() for waiter in self._waiters):
             return
         try:
             self.update()
-        except Exception as error:  # noqa: BLE001 - whoever waits for the update gets its failure
+        except Exception as error:  # noqa: BLE001 - raised in the tasks that wait for the update
             for waiter in self._take_waiters():
                 waiter.set_exception(error)
 
@@ -77,7 +77,7 @@ class App:
         return [waiter for waiter in waiters if not waiter.done()]
 
     def subscribe_update(self, listener: Callable[[float], None]) -> Callable[[], None]:
-        """Call `listener(dt)` after each update; returns what ends it."""
+        """Call `listener(dt)` after each update; return the unsubscriber."""
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener) if listener in self._listeners else None
 
@@ -90,36 +90,36 @@ class App:
 
     # --- the event loop of scripts ---
     def run(self, script: Callable[[], Any]) -> None:
-        """Call `script` with an event loop at hand and update until every task that it left has ended.
+        """Call `script` with an event loop, then update until every task that it started has ended.
 
-        The first failure of a task that nobody collects is raised here.
+        The first exception of a task that is never retrieved is raised here.
         """
         loop = self.open_loop()
         try:
             script()
-            loop.run_dry(self.is_running)
+            loop.run_until_done(self.is_running)
         finally:
             self._loop = None
             loop.close()
 
     def run_until_complete(self, work: Coroutine[Any, Any, Any]) -> Any:
-        """Run one coroutine to its end, with updates while it waits for them."""
+        """Run one coroutine to its end, with updates while it awaits them, and return its result."""
         return self.open_loop().run_until_complete(work)
 
     def open_loop(self) -> ScriptLoop:
-        """The event loop that `asyncio.ensure_future` finds, made when there is none."""
+        """Return the event loop that `asyncio.ensure_future` uses; a new one if there is none."""
         self._running = True
         if self._loop is None:
             self._loop = ScriptLoop()
         return self._loop
 
-    def turn_loop(self) -> None:
-        """Let the tasks of the script that are ready run once."""
+    def run_ready_tasks(self) -> None:
+        """Run each task of the script that is ready for one step."""
         if self._loop is not None:
-            self._loop.turn()
+            self._loop.run_ready()
 
     def close(self) -> None:
-        """End `is_running`: tasks that are left are not waited for."""
+        """Make `is_running` False: remaining tasks are not waited for."""
         self._running = False
 
 

@@ -1,7 +1,7 @@
-"""The order of one frame, and runs of many.
+"""The frame loop: capture one frame, or a run of frames.
 
-One frame: triggers and events write the stage → timeline and physics advance → render products are exposed, in
-motion-blur sub-frames where asked → labels are rendered → annotators compute → writers write.
+The order of one frame: triggers and events write the stage → timeline and physics advance → render products are
+exposed, in sub-frames if motion blur is on → labels are rendered → annotators compute → writers write.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pxr import Usd
 
 from usdsdg import rng
 from usdsdg.app.app import get_app
-from usdsdg.app.saved_graph import note_run
+from usdsdg.app.saved_graph import author_run
 from usdsdg.app.status import OrchestratorError, Status, StatusCallback
 from usdsdg.capture.capture import Capture
 from usdsdg.capture.output import close_writers, drain
@@ -30,7 +30,7 @@ from usdsdg.stage import assets
 
 
 class Orchestrator:
-    """Captures frames, and holds the state between two of them."""
+    """Captures frames and keeps the state of a run."""
 
     def __init__(self) -> None:
         self.status = Status.STOPPED
@@ -40,13 +40,13 @@ class Orchestrator:
         self._capture = Capture()
         self.status_callbacks: weakref.WeakSet[StatusCallback] = weakref.WeakSet()
         self._captured_callbacks: list[Callable[[], None]] = []
-        self._asked_subframes = self._frames_of_last_run = 0
+        self._requested_subframes = self._frames_of_last_run = 0
 
     def reset(self) -> None:
-        """Begin with a new stage: nothing captured, nothing started."""
+        """Restore the initial state for a new stage; callbacks stay."""
         self._set_status(Status.STOPPED)
         self.captures, self._initialized, self._next_subframes = 0, False, 0
-        self._asked_subframes = self._frames_of_last_run = 0
+        self._requested_subframes = self._frames_of_last_run = 0
         self._capture = Capture()
 
     # --- one frame ---
@@ -56,7 +56,7 @@ class Orchestrator:
         self._set_status(Status.STEPPING)
         timeline = get_timeline()
         timeline.release()
-        self._asked_subframes = max(rt_subframes, 0)
+        self._requested_subframes = max(rt_subframes, 0)
         fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_elapsed_time())
         mode = render_mode(self._subframes(rt_subframes, fired))
         self._capture.begin(self.captures)
@@ -70,7 +70,7 @@ class Orchestrator:
         self._set_status(Status.STEPPED)
 
     def _advance_and_expose(self, mode: RenderMode, duration: float) -> None:
-        """Move timeline and physics on by `duration` [s]; with motion blur, expose sub-frames on the way."""
+        """Advance timeline and physics by `duration` [s]; with motion blur, expose sub-frames in between."""
         if mode.motion_blur and duration > 0.0:
             parts = mode.split(mode.sub_frames)
             self._capture.open_shutter()
@@ -96,7 +96,7 @@ class Orchestrator:
         return max(wanted, minimum, 1)
 
     def _start_if_stopped(self) -> None:
-        """Begin a run: at its first frame with counters, generators and a preview, then with a check of references."""
+        """Start a run: reset counters and generators and run a preview if not initialized, then check references."""
         if self.status is not Status.STOPPED:
             return
         if not self._initialized:
@@ -111,43 +111,43 @@ class Orchestrator:
 
     # --- many frames ---
     def capture_on_play(self) -> None:
-        """Capture an app update of a playing timeline, where that is on and somebody is attached."""
+        """Capture an app update of a playing timeline if capture on play is set and a writer or annotator attached."""
         timeline = get_timeline()
         plays = timeline.is_playing() and timeline.is_auto_updating() and self.status is not Status.PAUSED
         if plays and get_settings().get_as_bool("/omni/replicator/captureOnPlay") and is_watched():
             self.step(-1, False, 0.0)
 
     def follow_timeline(self, event: str) -> None:
-        """End the run when the timeline stops, where playing means capturing."""
+        """End the run when the timeline stops, if capture on play is set."""
         if event == "stop" and self.captures and get_settings().get_as_bool("/omni/replicator/captureOnPlay"):
             self.finish()
 
     def pause(self) -> None:
-        """Capture nothing in `run`, and let the timeline stand, until `resume`."""
+        """Pause the captures of `run` and the timeline until `resume`."""
         if self.status is not Status.STOPPED:
             get_timeline().hold()
             self._set_status(Status.PAUSED)
 
     def resume(self) -> None:
-        """Go on after `pause`."""
+        """Continue after `pause`."""
         if self.status is Status.PAUSED:
             self._set_status(Status.STARTED)
             get_timeline().release()
 
     def run(self, num_frames: int | None, start_timeline: bool) -> Iterator[None]:
-        """Capture frame after frame and yield after each, until the run has ended or somebody has stopped it."""
+        """Capture frames and yield after each, until the run has ended or has been stopped."""
         timeline = get_timeline()
         timeline.release()
         if start_timeline:
             timeline.play()
         self._capture.expected_frames = num_frames
         if self.status is Status.STOPPED:
-            evaluate.graph().allow_again()
+            evaluate.graph().renew_limits()
         if num_frames is None and not any(trigger.max_execs for trigger in evaluate.graph().triggers):
             raise OrchestratorError("orchestrator.run: nothing ends the run; give num_frames, or a trigger max_execs.")
         last = self.captures + (num_frames or 0)
-        goes_on = _triggers_are_left if num_frames is None else lambda: self.captures < last
-        while goes_on():
+        frames_remain = _triggers_remain if num_frames is None else lambda: self.captures < last
+        while frames_remain():
             if self.status is not Status.PAUSED:
                 self.step(-1, False, None)
             yield
@@ -158,29 +158,29 @@ class Orchestrator:
         self.finish()
 
     def expect_frames(self, count: int | None) -> None:
-        """Set how many frames progress reports should expect; None: not known."""
+        """Set the total number of frames for progress reports; None if it is not known."""
         self._capture.expected_frames = count
 
     def preview(self) -> None:
-        """Run every trigger of frames or of times once, capture nothing."""
+        """Run every frame and time trigger once without capturing."""
         evaluate.graph().evaluate(time=get_timeline().get_elapsed_time(), preview=True)
 
     def finish(self) -> None:
-        """Wait for all files, then tell writers that this was the last frame."""
+        """Wait for all files, then notify writers that the last frame has been written."""
         drain()
         if self.status is not Status.STOPPED:
             self._set_status(Status.STOPPED)
             close_writers()
 
     def stop(self) -> None:
-        """End the run: the next frame is a first one again, with the draws of the first."""
+        """End the run: the next frame is again a first frame, with the same draws."""
         self.finish()
         self._frames_of_last_run = self.captures or self._frames_of_last_run
         self.captures, self._initialized = 0, False
 
-    def note_run(self, stage: Usd.Stage) -> None:
+    def author_run(self, stage: Usd.Stage) -> None:
         """Author what a saved stage needs to repeat the run."""
-        note_run(stage, frames=self.captures or self._frames_of_last_run, rt_subframes=self._asked_subframes)
+        author_run(stage, frames=self.captures or self._frames_of_last_run, rt_subframes=self._requested_subframes)
 
     # --- status ---
     def set_next_subframes(self, count: int) -> None:
@@ -188,7 +188,7 @@ class Orchestrator:
         self._next_subframes = int(count)
 
     def on_captured(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` after each captured frame; returns what ends it."""
+        """Call `callback()` after each captured frame; return the unsubscriber."""
         self._captured_callbacks.append(callback)
         return lambda: self._captured_callbacks.remove(callback) if callback in self._captured_callbacks else None
 
@@ -200,17 +200,17 @@ class Orchestrator:
             callback.function(status)
 
 
-def _triggers_are_left() -> bool:
-    """Whether a trigger with `max_execs` has not run out yet.
+def _triggers_remain() -> bool:
+    """Return whether a trigger has not reached its `max_execs` yet.
 
     Raises:
-        OrchestratorError: some have not, but none of them can fire any more.
+        OrchestratorError: there are such triggers, but none of them can fire any more.
     """
-    left = [trigger for trigger in evaluate.graph().triggers if trigger.max_execs and not trigger.exhausted]
-    reasons = [trigger.blocked() for trigger in left]
-    if left and all(reasons):
+    remaining = [trigger for trigger in evaluate.graph().triggers if trigger.max_execs and not trigger.exhausted]
+    reasons = [trigger.blocked() for trigger in remaining]
+    if remaining and all(reasons):
         raise OrchestratorError(f"orchestrator.run: nothing ends the run: {'; '.join(reasons)}. Or give num_frames.")
-    return bool(left)
+    return bool(remaining)
 
 
 def get_orchestrator() -> Orchestrator:

@@ -1,4 +1,4 @@
-"""A layer for what a script adds. Mirrors `rep.new_layer`."""
+"""A layer for the prims that a script adds. Mirrors `rep.new_layer`."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from usdsdg.session.stage_context import current_stage
 def new_layer(name: str | None = None) -> Iterator[Sdf.Layer]:
     """Author into an anonymous sublayer called `name` ("Replicator" by default) while the `with` block runs.
 
-    A layer of that name from an earlier run is emptied first, and the graph and render products that it held are gone,
-    so that a script can be run again on the same stage. Errors inside are raised (Replicator logs and drops them).
+    A layer of that name from an earlier run is cleared first, and the graph and all render products are removed, so
+    that a script can be run again on the same stage. Errors inside are raised (Replicator only logs them).
     """
     stage, title = current_stage(), f"{name or 'Replicator'}.usda"
     layer = _existing(stage, title)

@@ -1,4 +1,4 @@
-"""The graph that a saved stage holds, and what a run of it needs: seed, settings, number of frames, writers."""
+"""Save and load the graph of a stage with its run: seed, settings, number of frames, writers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _SETTINGS = "renderSettings"
 
 @dataclass
 class SavedRun:
-    """What a saved stage says about the run that it comes from."""
+    """The run that a saved stage records: seed, frames, settings and writers."""
 
     seed: int
     frames: int
@@ -44,8 +44,8 @@ class SavedWriter:
 # --- to the stage ---
 
 
-def note_run(stage: Usd.Stage, *, frames: int, rt_subframes: int) -> None:
-    """Author what is not a node: seed, changed settings, captures so far, attached writers with their products."""
+def author_run(stage: Usd.Stage, *, frames: int, rt_subframes: int) -> None:
+    """Author the seed, changed settings, number of captures, and attached writers with their render products."""
     root = stage.GetPrimAtPath(PIPELINE)
     if not root:
         return
@@ -61,7 +61,7 @@ def note_run(stage: Usd.Stage, *, frames: int, rt_subframes: int) -> None:
 
 
 def _plain_settings() -> dict[str, Any]:
-    """Changed settings that USD can hold; the seed is kept with the graph."""
+    """Return the changed settings that USD can hold, without the seed, which is authored on the graph."""
     changed = get_settings().changed()
     return {
         k: v for k, v in changed.items() if isinstance(v, (bool, int, float, str)) and not k.endswith("/globalSeed")
@@ -70,9 +70,9 @@ def _plain_settings() -> dict[str, Any]:
 
 def _author_writer(stage: Usd.Stage, writer: Any) -> None:
     known = {product.path: product for product in products()}
-    shown = [known[path] for path in writer.render_products if path in known]
-    seen = [[product.path, *_shown(product)] for product in shown]
-    inputs = {"writerName": type(writer).__name__, "parameters": writer.parameters, "renderProducts": seen}
+    attached = [known[path] for path in writer.render_products if path in known]
+    rows = [[product.path, *_cameras_and_size(product)] for product in attached]
+    inputs = {"writerName": type(writer).__name__, "parameters": writer.parameters, "renderProducts": rows}
     if not stage.GetPrimAtPath(WRITERS):
         stage.DefinePrim(WRITERS, "OmniGraph")
     path = f"{WRITERS}/{type(writer).__name__}_{len(stage.GetPrimAtPath(WRITERS).GetChildren())}"
@@ -83,7 +83,7 @@ def _author_writer(stage: Usd.Stage, writer: Any) -> None:
         warn_once(f"the saved stage does not say how to make its writer: {error}. Give its arguments as plain values.")
 
 
-def _shown(product: HydraTexture) -> tuple[str | list[str], list[int]]:
+def _cameras_and_size(product: HydraTexture) -> tuple[str | list[str], list[int]]:
     if product.tiles is not None:
         return list(product.tiles.cameras), list(product.tiles.size)
     return product.camera_path, list(product.resolution)
@@ -93,7 +93,7 @@ def _shown(product: HydraTexture) -> tuple[str | list[str], list[int]]:
 
 
 def load(stage: Usd.Stage) -> SavedRun:
-    """Make the current graph of the nodes on `stage`, and return how it was run.
+    """Build the current graph from the nodes on `stage`, and return the run that it records.
 
     Raises:
         GraphError: the stage holds no graph, or one that needs Python code; the message names the node.
@@ -111,12 +111,14 @@ def load(stage: Usd.Stage) -> SavedRun:
 
 
 class _Loader:
-    """Node prims in stage order, which is the order in which the script made them."""
+    """Builds the graph from node prims in stage order, in which the script made them."""
 
     def __init__(self, stage: Usd.Stage) -> None:
         self._stage = stage
         self._distributions: dict[str, ReplicatorItem] = {}
-        self._trigger_of: dict[str, evaluate.Trigger | None] = {}  # by path of any node of its chain
+        self._trigger_of: dict[
+            str, evaluate.Trigger | None
+        ] = {}  # by path of the trigger's node and of the nodes under it
 
     def load(self, root: Usd.Prim) -> None:
         graph = evaluate.graph()
@@ -181,6 +183,6 @@ def _read_run(stage: Usd.Stage, root: Usd.Prim) -> SavedRun:
     holder = stage.GetPrimAtPath(WRITERS)
     for prim in holder.GetChildren() if holder else ():
         inputs = read_node(prim).inputs
-        seen = {path: (camera, (int(size[0]), int(size[1]))) for path, camera, size in inputs["renderProducts"]}
-        run.writers.append(SavedWriter(inputs["writerName"], dict(inputs["parameters"]), seen))
+        attached = {path: (camera, (int(size[0]), int(size[1]))) for path, camera, size in inputs["renderProducts"]}
+        run.writers.append(SavedWriter(inputs["writerName"], dict(inputs["parameters"]), attached))
     return run

@@ -1,8 +1,8 @@
 """The event loop of scripts.
 
-A script runs as in plain Python, outside any running loop: Ctrl-C, `asyncio.run` and `run_until_complete` do what they
-always do, and `asyncio.ensure_future` finds the loop made here. Its tasks get a turn at every update of the application
-and at every step; what is left of them runs after the script.
+A script runs as in plain Python, outside any running loop: Ctrl-C, `asyncio.run` and `run_until_complete` behave as
+usual, and `asyncio.ensure_future` uses the loop made here. Its tasks run one step at every update of the application
+and at every orchestrator step; those that remain run after the script.
 """
 
 from __future__ import annotations
@@ -12,26 +12,26 @@ import weakref
 from collections.abc import Callable, Coroutine
 from typing import Any
 
-# How long tasks that are cancelled at the end may take to clean up.
+# Time that cancelled tasks have to clean up at the end.
 CLEAN_UP_SECONDS = 2.0
 
 
 class ScriptLoop:
-    """An event loop that is turned a little at a time. The first failure that nobody collects is raised."""
+    """An event loop that runs in steps and raises the first task exception that is never retrieved."""
 
     def __init__(self) -> None:
         self._tasks: weakref.WeakSet[asyncio.Task[Any]] = weakref.WeakSet()
-        # asyncio itself holds tasks weakly: one that waits for something that only it knows would be collected.
+        # asyncio references tasks weakly: a task that awaits a future referenced only by itself would be collected.
         self._running: set[asyncio.Task[Any]] = set()
-        self._lost: list[Exception] = []
-        self._news: asyncio.Future[None] | None = None  # a task ended or a failure was lost
+        self._unretrieved: list[Exception] = []
+        self._wake_up: asyncio.Future[None] | None = None  # set when a task has ended or failed unretrieved
         self._loop = asyncio.new_event_loop()
         self._loop.set_task_factory(self._new_task)
-        self._loop.set_exception_handler(self._on_lost)
+        self._loop.set_exception_handler(self._on_unretrieved)
         asyncio.set_event_loop(self._loop)
 
-    def turn(self) -> None:
-        """Let whatever is ready run once. Inside a running loop that happens by itself, so nothing is done."""
+    def run_ready(self) -> None:
+        """Run what is ready once; does nothing inside a running loop, which does so by itself."""
         if asyncio._get_running_loop() is not None or self._loop.is_running():
             return
         stop = self._loop.call_soon(self._loop.stop)
@@ -39,32 +39,32 @@ class ScriptLoop:
             self._loop.run_forever()
         finally:
             stop.cancel()
-        self._raise_lost()
+        self._raise_unretrieved()
 
     def run_until_complete(self, work: Coroutine[Any, Any, Any]) -> Any:
-        """The result of one coroutine; other tasks run meanwhile."""
+        """Run one coroutine to its end, along with other tasks, and return its result."""
         result = self._loop.run_until_complete(work)
-        self._raise_lost()
+        self._raise_unretrieved()
         return result
 
-    def run_dry(self, goes_on: Callable[[], bool]) -> None:
-        """Run until every task has ended, or until `goes_on()` is false after one has."""
-        while goes_on() and asyncio.all_tasks(self._loop):
-            self._raise_lost()
-            self._news = self._loop.create_future()
-            self._loop.run_until_complete(self._news)
-        self._raise_uncollected()
+    def run_until_done(self, keep_running: Callable[[], bool]) -> None:
+        """Run until every task has ended, or until `keep_running()` is false after one has."""
+        while keep_running() and asyncio.all_tasks(self._loop):
+            self._raise_unretrieved()
+            self._wake_up = self._loop.create_future()
+            self._loop.run_until_complete(self._wake_up)
+        self._raise_remaining()
 
     def close(self) -> None:
-        """Cancel what is left, let it clean up, and forget the loop, as `asyncio.run` does at its end."""
-        left = asyncio.all_tasks(self._loop)
-        for task in left:
+        """Cancel the remaining tasks, let them clean up, and close the loop, as `asyncio.run` does at its end."""
+        remaining = asyncio.all_tasks(self._loop)
+        for task in remaining:
             task.cancel()
         try:
-            if left:
-                self._loop.run_until_complete(asyncio.wait(left, timeout=CLEAN_UP_SECONDS))
-            for task in left:
-                # A Ctrl-C between the end of what a task waits for and its next step takes the step away for ever.
+            if remaining:
+                self._loop.run_until_complete(asyncio.wait(remaining, timeout=CLEAN_UP_SECONDS))
+            for task in remaining:
+                # A task never wakes up if Ctrl-C came between the end of what it awaits and its next step.
                 task._log_destroy_pending = False  # type: ignore[attr-defined]
             self._loop.run_until_complete(self._loop.shutdown_asyncgens())
             self._loop.run_until_complete(self._loop.shutdown_default_executor())
@@ -72,7 +72,7 @@ class ScriptLoop:
             asyncio.set_event_loop(None)
             self._loop.close()
 
-    # --- failures that nobody sees ---
+    # --- exceptions that are never retrieved ---
     def _new_task(self, loop: asyncio.AbstractEventLoop, coro: Any, **options: Any) -> asyncio.Task[Any]:
         task = asyncio.Task(coro, loop=loop, **options)
         self._running.add(task)
@@ -81,29 +81,29 @@ class ScriptLoop:
         self._tasks.add(task)
         return task
 
-    def _on_lost(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """asyncio tells of a callback that failed, or of a failed task that is gone without having been awaited."""
+    def _on_unretrieved(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """Keep the exception of a callback, or of a task that was collected without being awaited."""
         error = context.get("exception")
         if error is None:
             loop.default_exception_handler(context)
         elif isinstance(error, Exception):  # SystemExit and Ctrl-C have ended the loop already
-            self._lost.append(error)
+            self._unretrieved.append(error)
             if not loop.is_closed():
                 loop.call_soon_threadsafe(self._wake)
 
     def _wake(self) -> None:
-        if self._news is not None and not self._news.done():
-            self._news.set_result(None)
+        if self._wake_up is not None and not self._wake_up.done():
+            self._wake_up.set_result(None)
 
-    def _raise_lost(self) -> None:
-        if self._lost:
-            raise self._lost.pop(0)
+    def _raise_unretrieved(self) -> None:
+        if self._unretrieved:
+            raise self._unretrieved.pop(0)
 
-    def _raise_uncollected(self) -> None:
-        """Once nothing runs any more, nobody can collect the failure of a task that is still remembered somewhere."""
-        self._raise_lost()
+    def _raise_remaining(self) -> None:
+        """Raise the exception of a task that is still referenced: once no task runs, none can retrieve it."""
+        self._raise_unretrieved()
         for task in self._tasks:
-            # True until somebody retrieves the exception: asyncio's own test for "never retrieved".
+            # True until the exception is retrieved: asyncio's own test for "never retrieved".
             if task.done() and not task.cancelled() and getattr(task, "_log_traceback", False):
                 error = task.exception()
                 if error is not None:

@@ -1,4 +1,4 @@
-"""The status of the orchestrator, and who is called when it changes."""
+"""The status of the orchestrator, and callbacks for its changes."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from usdsdg.session.session import current
 
 
 class OrchestratorError(UsdsdgError, RuntimeError):
-    """The orchestrator cannot do that now."""
+    """The orchestrator cannot run with these arguments or in this state."""
 
 
 class Status(enum.Enum):
-    """What the orchestrator does now. Mirrors `rep.orchestrator.Status`."""
+    """The state of the orchestrator. Mirrors `rep.orchestrator.Status`."""
 
     STOPPED = 0
     STARTED = 1
@@ -29,7 +29,7 @@ class Status(enum.Enum):
 
 
 class StatusCallback:
-    """Calls `function(status)` at every change of status, from `register` to `unregister`, or until nobody holds it."""
+    """Calls `function(status)` at status changes while it is registered and referenced by the script."""
 
     _made = itertools.count()
 
@@ -38,9 +38,9 @@ class StatusCallback:
         self.number = next(self._made)
 
     def register(self) -> None:
-        """Call the function at changes from now on."""
+        """Start calling the function."""
         current().orchestrator.status_callbacks.add(self)
 
     def unregister(self) -> None:
-        """Call the function no more."""
+        """Stop calling the function."""
         current().orchestrator.status_callbacks.discard(self)

@@ -151,8 +151,8 @@ class Graph:
             trigger.executions = trigger.counted_from = 0
         self.restart_draws()
 
-    def allow_again(self) -> None:
-        """Triggers that `max_execs` has silenced may fire as often again."""
+    def renew_limits(self) -> None:
+        """Let every trigger fire `max_execs` times again."""
         for trigger in self.triggers:
             trigger.counted_from = trigger.executions
 

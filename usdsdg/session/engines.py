@@ -1,6 +1,6 @@
-"""The physics engine and the renderer of the current stage, behind protocols.
+"""The physics engine and the renderer of the current stage, and the protocols that they implement.
 
-They are made, and newton and warp imported, when they are first needed.
+Each engine is created on first use, and only then are newton and warp imported.
 """
 
 from __future__ import annotations
@@ -90,16 +90,16 @@ class Renderer(Protocol):
 
 
 class Engines:
-    """The engines that have been needed so far, and what outlives them."""
+    """The engines that have been created, and the device and step listeners, which outlive them."""
 
     def __init__(self) -> None:
-        self.device: str | None = None  # None: CUDA where there is one
+        self.device: str | None = None  # None: CUDA if available
         self.physics: PhysicsEngine | None = None
         self.renderer: Renderer | None = None
         self.step_listeners: list[Callable[[float], None]] = []
 
     def follow_timeline(self, event: str) -> None:
-        """Let physics play and stop with the timeline."""
+        """Play or stop physics when the timeline plays or stops."""
         if event == "play":
             physics().play()
         elif event == "stop" and self.physics is not None:
@@ -111,14 +111,14 @@ class Engines:
             listener(dt)
 
     def reset(self) -> None:
-        """Close both engines, so that new ones are made for the next stage; listeners of steps stay."""
+        """Close both engines, so that new ones are created for the next stage; step listeners stay."""
         if self.physics is not None:
             self.physics.close()
         self.physics = self.renderer = None
 
 
 def use_device(device: str | None) -> None:
-    """Run both engines on "cpu" or "cuda:0"; None: physics on the CPU, the renderer on CUDA where there is one.
+    """Run both engines on "cpu" or "cuda:0"; None: physics on the CPU, the renderer on CUDA if available.
 
     Raises:
         RenderError: there is no such device.
@@ -145,12 +145,15 @@ def physics() -> PhysicsEngine:
 
 
 def physics_if_made() -> PhysicsEngine | None:
-    """The physics engine, or None when nothing has needed it yet."""
+    """Return the physics engine, or None if it has not been created yet."""
     return current().engines.physics
 
 
 def physics_device() -> str:
-    """Physics of one scene is a chain of small steps: a CPU core is faster for it than a GPU unless asked for."""
+    """Return the device of the physics engine: the one set with `use_device`, else the CPU.
+
+    One scene is simulated in a sequence of small steps, for which a CPU core is faster than a GPU.
+    """
     return current().engines.device or "cpu"
 
 
@@ -166,7 +169,7 @@ def renderer() -> Renderer:
 
 
 def renderer_aovs() -> dict[str, np.dtype]:
-    """Return the NumPy type of each AOV of the renderer; color images have the names of annotators instead."""
+    """Return the NumPy dtype of each AOV of the renderer, by name, without color images, which have annotator names."""
     quiet_warp()
     from usdsdg_render.labels.aov import AOVS
 
@@ -174,14 +177,14 @@ def renderer_aovs() -> dict[str, np.dtype]:
 
 
 def quiet_warp() -> None:
-    """Turn off Warp's message for every module that it loads: our own progress reports say what is compiled."""
+    """Turn off Warp's message about each module that it loads; our progress reports show what is compiled."""
     import warp
 
     warp.config.log_level = logging.WARNING
 
 
 def subscribe_step(listener: Callable[[float], None]) -> Callable[[], None]:
-    """Call `listener(dt)` after every physics step of whatever stage is current; returns what ends it."""
+    """Call `listener(dt)` after every physics step of whatever stage is current; return the unsubscriber."""
     listeners = current().engines.step_listeners
     listeners.append(listener)
     return lambda: listeners.remove(listener) if listener in listeners else None

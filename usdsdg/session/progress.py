@@ -1,4 +1,4 @@
-"""Long work shows itself: a bar with rate and ETA on a terminal, plain lines elsewhere."""
+"""Progress reports of long tasks: bars with rate and ETA on a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ LINE_INTERVAL = 5.0  # seconds between plain lines of one task
 
 
 class Reporter(Protocol):
-    """Where progress and single lines go."""
+    """Shows progress and single lines."""
 
     def __call__(self, label: str, done: int, total: int | None) -> None:
         """Show that `done` of `total` steps of a task are done; `total` is None while it is not known."""
@@ -38,14 +38,14 @@ class Silent:
 
 
 class Notes(Silent):
-    """No progress, but single lines (usdsdg as a library, where nobody has chosen a reporter)."""
+    """Shows single lines but no progress: the default when usdsdg is used as a library."""
 
     def say(self, line: str) -> None:
         print(f"[usdsdg] {line}", file=sys.stderr, flush=True)
 
 
 class Lines:
-    """Plain lines for logs: the first and last of each task, and one every few seconds between."""
+    """Plain lines for logs: the first and last step of each task, and one every few seconds in between."""
 
     def __init__(self, stream: TextIO | None = None) -> None:
         self._stream = stream or sys.stderr
@@ -107,7 +107,7 @@ class Bars:
 
 
 def described(done: int, total: int | None, elapsed: float) -> str:
-    """`12/40, 3.1/s, 9 s left`."""
+    """Format progress as `12/40, 3.1/s, 9 s left`; `elapsed` in seconds."""
     rate = done / elapsed if elapsed > 0.05 else 0.0
     parts = [f"{done}/{total}" if total is not None else str(done)]
     if rate:
@@ -124,7 +124,7 @@ def use(reporter: Reporter) -> None:
 
 
 def use_default(quiet: bool = False) -> None:
-    """Bars on a terminal, lines elsewhere, nothing when quiet."""
+    """Show progress as bars on a terminal, as lines elsewhere, and not at all if `quiet`."""
     use(Silent() if quiet else Bars() if sys.stderr.isatty() else Lines())
 
 

@@ -1,4 +1,4 @@
-"""The render products of the current stage: which there are, and whether they are switched on."""
+"""The render products of the current stage, by prim path."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from usdsdg import errors
 from usdsdg.session.session import current
 from usdsdg.stage.cameras.tiled_sensors import Tiles
 
-# What renderer and files can hold: the largest side of an image, and a few hundred bytes for each pixel of it.
+# Limits of the renderer and of file formats: the longest side, and a few hundred bytes of memory for each pixel.
 MAX_SIDE, MAX_PIXELS = 16384, 1 << 26
 
 
 def size_problem(width: int, height: int) -> str | None:
-    """Why there is no image of this size, or None where there is."""
+    """Return why an image of this size cannot be rendered, or None if it can."""
     if min(width, height) >= 1 and max(width, height) <= MAX_SIDE and width * height <= MAX_PIXELS:
         return None
     return (
@@ -23,9 +23,9 @@ def size_problem(width: int, height: int) -> str | None:
 
 
 class HydraTexture:
-    """The handle that Replicator scripts get: its own `hydra_texture`, to be switched on and off between captures.
+    """A render product: a camera, or several in tiles, and a resolution, with updates on or off.
 
-    `tiles` is None for the image of one camera; else `camera_path` is that of the first tile.
+    `tiles` is None for the image of one camera; otherwise `camera_path` is that of the first tile.
     """
 
     def __init__(self, path: str, camera_path: str, resolution: tuple[int, int], *, tiles: Tiles | None = None) -> None:
@@ -37,34 +37,34 @@ class HydraTexture:
 
     @property
     def name(self) -> str:
-        """Last part of the path: names folders and payload keys."""
+        """The last element of the path, used as folder name and payload key."""
         return self.path.rsplit("/", 1)[-1]
 
     @property
     def width(self) -> int:
-        """Width or height of its images [pixels]."""
+        """Width of its images [pixels]."""
         return self.resolution[0]
 
     @property
     def height(self) -> int:
-        """Width or height of its images [pixels]."""
+        """Height of its images [pixels]."""
         return self.resolution[1]
 
     @property
     def hydra_texture(self) -> HydraTexture:
-        """Itself: Replicator has two objects here."""
+        """The product itself, which in Replicator is an object of its own."""
         return self
 
     def set_updates_enabled(self, enabled: bool) -> None:
-        """A product that is switched off yields no frames."""
+        """Turn captures of this product on or off."""
         self.updates_enabled = bool(enabled)
 
     def get_render_product_path(self) -> str:
-        """Path of its UsdRender prim, in the session layer."""
+        """Return the path of its UsdRender prim, which is in the session layer."""
         return self.path
 
     def destroy(self) -> None:
-        """Remove the product; writers attached to it get no more frames of it."""
+        """Remove the product; attached writers and annotators receive no more frames of it."""
         current().render_products.pop(self.path, None)
 
     def __repr__(self) -> str:
@@ -77,10 +77,10 @@ def products() -> list[HydraTexture]:
 
 
 def product_at(path: str) -> HydraTexture:
-    """The product with prim path `path`.
+    """Return the product with prim path `path`.
 
     Raises:
-        BadPrim: there is none, or none any more; the message names near misses, or all that exist.
+        BadPrim: there is no such product, or it has been destroyed; the message names similar paths, or all products.
     """
     known = current().render_products
     if path not in known:

@@ -1,7 +1,7 @@
-"""The settings tree: keys such as `/rtx/rendermode`, as scripts read and write them through `carb.settings`.
+"""The settings store: keys such as `/rtx/rendermode`, which scripts read and write through `carb.settings`.
 
-Mirrors the keys of spec "settings" that have a meaning here; any other key can be stored and read back, because scripts
-toggle many that only matter to a user interface.
+`DEFAULTS` lists the keys that have an effect here. Any other key can be stored and read back, because scripts set many
+that only affect a user interface.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ _UNSET = object()
 
 
 def normalized(path: str) -> str:
-    """`rtx//rendermode/` and `/rtx/rendermode` are one key."""
+    """Return a key with one leading slash and no empty elements: `rtx//rendermode/` is `/rtx/rendermode`."""
     return "/" + "/".join(part for part in path.split("/") if part)
 
 
@@ -70,7 +70,7 @@ class Settings:
         return self._values.get(normalized(path))
 
     def set(self, path: str, value: Any) -> None:
-        """Store `value` and tell the listeners of that key."""
+        """Store `value` and call the listeners of that key."""
         key = normalized(path)
         self._values[key] = value
         for listener in self._listeners.get(key, []):
@@ -81,24 +81,24 @@ class Settings:
         self._values.setdefault(normalized(path), value)
 
     def changed(self) -> dict[str, Any]:
-        """What was set to something else than its default."""
+        """Return the keys whose values differ from their defaults."""
         return {key: value for key, value in self._values.items() if DEFAULTS.get(key, _UNSET) != value}
 
     def destroy_item(self, path: str) -> None:
-        """Forget a key and everything below it."""
+        """Remove a key and everything below it."""
         key = normalized(path)
         for name in [name for name in self._values if name == key or name.startswith(key + "/")]:
             del self._values[name]
 
     def on_change(self, path: str, listener: Callable[[Any], None]) -> Callable[[], None]:
-        """Call `listener(value)` whenever the key is set; returns the function that ends it."""
+        """Call `listener(value)` whenever the key is set; return the unsubscriber."""
         listeners = self._listeners.setdefault(normalized(path), [])
         listeners.append(listener)
         return lambda: listeners.remove(listener) if listener in listeners else None
 
     # carb.settings has one getter and setter per type.
     def get_as_int(self, path: str) -> int:
-        """The value as a whole number; 0 where nothing was set."""
+        """The value as an integer; 0 where nothing was set."""
         return int(self.get(path) or 0)
 
     def get_as_float(self, path: str) -> float:

@@ -1,4 +1,4 @@
-"""The current stage: new, open, save, and the ids by which other code finds it."""
+"""The current stage: create, open and save it, and look stages up by id."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ schemas.register()
 
 
 def current_stage() -> Usd.Stage:
-    """The stage that scripts and engines share; a new one when there is none yet."""
+    """Return the stage that scripts and engines share; a new one if there is none yet."""
     stage = current().stage
     return new_stage() if stage is None else stage
 
 
 def new_stage() -> Usd.Stage:
-    """Make an empty stage in memory and the current one: Z up, meters, 60 time codes per second, /World."""
+    """Create an empty stage in memory and make it current: Z up, meters, 60 time codes per second, /World."""
     stage = Usd.Stage.CreateInMemory()
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
@@ -36,12 +36,12 @@ def new_stage() -> Usd.Stage:
 def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
     """Open a file and make it the current stage; `path` may be a URL under the assets root.
 
-    Edits of an earlier visit that were never saved are dropped: the stage is what the file says.
+    Unsaved edits from an earlier use of the file in this process are discarded.
 
     Raises:
         AssetNotFound: no such file.
         AssetUnreadable: the file is not USD, or it is damaged.
-        BadValue: its time codes or their rate are no times.
+        BadValue: its time codes are not finite, or their rate is not above 0.
     """
     file = assets.resolve(os.fspath(path))
     if os.path.isdir(file):
@@ -68,7 +68,7 @@ def _check_times(stage: Usd.Stage, file: str) -> None:
 
 
 def set_stage(stage: Usd.Stage) -> Usd.Stage:
-    """Make `stage` the current one, reset what belonged to the one before, and call the `on_new_stage` callbacks."""
+    """Make `stage` the current one, reset the state of the previous one, and call the `on_new_stage` callbacks."""
     session, cache = current(), UsdUtils.StageCache.Get()
     if session.stage == stage:
         return stage
@@ -81,14 +81,14 @@ def set_stage(stage: Usd.Stage) -> Usd.Stage:
 
 
 def on_new_stage(callback: Callable[[Usd.Stage], None]) -> Callable[[], None]:
-    """Call `callback(stage)` whenever another stage becomes the current one; returns what ends that."""
+    """Call `callback(stage)` whenever another stage becomes the current one; return the unsubscriber."""
     listeners = current().stage_listeners
     listeners.append(callback)
     return lambda: listeners.remove(callback) if callback in listeners else None
 
 
 def assets_root() -> str:
-    """Folder that holds the assets `Isaac` and `NVIDIA`: the one set, else the environment's, else the demo assets.
+    """Return the folder that holds the assets `Isaac` and `NVIDIA`: set, from the environment, or the demo assets.
 
     Raises:
         AssetNotFound: the folder does not exist.
@@ -97,12 +97,12 @@ def assets_root() -> str:
 
 
 def stage_id() -> int:
-    """Id of the current stage in USD's own stage cache, as `omni.usd` gives it."""
+    """Return the id of the current stage in USD's stage cache, as `omni.usd` does."""
     return UsdUtils.StageCache.Get().GetId(current_stage()).ToLongInt()
 
 
 def stage_by_id(identifier: int) -> Usd.Stage:
-    """The stage with an id that `stage_id` gave.
+    """Return the stage with an id from `stage_id`.
 
     Raises:
         StageError: no open stage has this id; another stage may have replaced it.
@@ -117,10 +117,10 @@ def stage_by_id(identifier: int) -> Usd.Stage:
 
 
 def save_stage(path: str | os.PathLike[str]) -> Path:
-    """Write the current stage as one file that usdview and Isaac Sim open; returns its absolute path.
+    """Write the current stage as one file that usdview and Isaac Sim open; return its absolute path.
 
     Root layer, sublayers and session layer become one layer. References stay references and still resolve
-    from the new place. The file appears whole or not at all.
+    from the new location. The file is written atomically.
 
     Raises:
         Unsupported: the extension is not .usd, .usda or .usdc.
@@ -132,6 +132,6 @@ def save_stage(path: str | os.PathLike[str]) -> Path:
 
 
 def snapshot(folder: Path) -> Sdf.Layer:
-    """The current stage as it would be saved into `folder` now."""
-    current().orchestrator.note_run(current_stage())
+    """Return the current stage as one layer, with asset paths relative to `folder`."""
+    current().orchestrator.author_run(current_stage())
     return flatten.flattened(current_stage(), folder)

@@ -1,4 +1,4 @@
-"""The timeline: play, pause, stop and time, as `omni.timeline` gives it. Times are seconds."""
+"""The timeline: play, pause, stop and time, with the interface of `omni.timeline`. Times are in seconds."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ DEFAULT_END_TIME = 100 / 60
 
 
 class Timeline:
-    """One clock. `advance` is called by the app and the orchestrator; everything else by scripts.
+    """The simulation clock; scripts control it, the app and the orchestrator advance it.
 
-    Commands take effect at once, so `commit` has nothing left to do. A looping timeline wraps to its start; one that
-    does not loop pauses at its end.
+    Commands take effect at once, so `commit` does nothing. A looping timeline wraps to its start; one that does not
+    loop pauses at its end.
     """
 
     def __init__(self) -> None:
@@ -25,7 +25,7 @@ class Timeline:
         self._looping = True
         self._auto_update = True
         self._held = False
-        self._looped = 0.0  # seconds that loops have taken back
+        self._looped = 0.0  # seconds subtracted by loops
         self.time_codes_per_second = 60.0
         self._listeners: list[Callable[[str], None]] = []
 
@@ -40,7 +40,7 @@ class Timeline:
         return self._time
 
     def get_elapsed_time(self) -> float:
-        """The current time as it would be without the loops since a script last set or stopped it."""
+        """Return the time without wrapping at loops, counted since a script last set the time or stopped."""
         return self._time + self._looped
 
     def get_start_time(self) -> float:
@@ -65,21 +65,21 @@ class Timeline:
         self._held = False
         if not self._playing:
             self._playing, self._stopped = True, False
-            self._tell("play")
+            self._notify("play")
 
     def pause(self) -> None:
         self._held = False
         if self._playing:
             self._playing = False
-            self._tell("pause")
+            self._notify("pause")
 
     def stop(self) -> None:
-        """Stop and go back to the start; physics restores what it moved."""
+        """Stop and return to the start time; physics restores the poses of its bodies."""
         self._held = False
         if not self._stopped:
             self._playing, self._stopped = False, True
             self.set_current_time(self._start)
-            self._tell("stop")
+            self._notify("stop")
 
     def set_current_time(self, seconds: float) -> None:
         self._time, self._looped = float(seconds), 0.0
@@ -94,7 +94,7 @@ class Timeline:
         self._looping = bool(looping)
 
     def set_auto_update(self, auto_update: bool) -> None:
-        """Whether app updates move the time."""
+        """Set whether app updates advance the time."""
         self._auto_update = bool(auto_update)
 
     def set_time_codes_per_second(self, rate: float) -> None:
@@ -103,21 +103,21 @@ class Timeline:
     set_target_framerate = set_time_codes_per_second
 
     def set_play_every_frame(self, every: bool) -> None:
-        """No frame is ever skipped here, so both values mean the same."""
+        """Do nothing: no frame is ever skipped."""
 
     def set_ticks_per_frame(self, ticks: int) -> None:
-        """How often the time moves in one update.
+        """Set how often the time advances per update.
 
         Raises:
-            Unsupported: anything but once.
+            Unsupported: any number but 1.
         """
         if int(ticks) != 1:
             raise Unsupported(
-                f"timeline.set_ticks_per_frame({ticks}): the time moves once per update; raise time codes per second"
+                f"timeline.set_ticks_per_frame({ticks}): the time advances once per update; raise time codes per second"
             )
 
     def commit(self) -> None:
-        """Commands are immediate here."""
+        """Do nothing: commands take effect at once."""
 
     commit_silently = commit
 
@@ -129,50 +129,50 @@ class Timeline:
 
     # --- driven by the app and the orchestrator ---
     def hold(self) -> None:
-        """Pause a playing timeline until `release`, or until a command comes between."""
+        """Pause a playing timeline until `release`; a command in between cancels the hold."""
         held = self._playing
         self.pause()
         self._held = held
 
     def release(self) -> None:
-        """Play on after `hold`."""
+        """Resume playing after `hold`."""
         if self._held:
             self.play()
 
     def advance(self, seconds: float) -> None:
-        """Move the time on; wraps or pauses at the end."""
+        """Advance the time by `seconds`; wrap or pause at the end."""
         self._time += seconds
         if self._end > self._start and self._time >= self._end:
-            self._turn_at_end()
-        self._tell("tick")
+            self._wrap_or_pause()
+        self._notify("tick")
 
-    def _turn_at_end(self) -> None:
+    def _wrap_or_pause(self) -> None:
         if self._looping:
             before = self._time
             self._time = self._start + (before - self._end) % (self._end - self._start)
             self._looped += before - self._time
-            self._tell("loop")
+            self._notify("loop")
         else:
             self._time = self._end
             self.pause()
 
     def subscribe(self, listener: Callable[[str], None]) -> Callable[[], None]:
-        """Call `listener(change)` after each "play", "pause", "stop", "loop" and "tick"; returns what ends it."""
+        """Call `listener(change)` after each "play", "pause", "stop", "loop" and "tick"; return the unsubscriber."""
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener) if listener in self._listeners else None
 
-    def _tell(self, event: str) -> None:
+    def _notify(self, event: str) -> None:
         for listener in list(self._listeners):
             listener(event)
 
     def follow(self, start: float, end: float, time_codes_per_second: float) -> None:
-        """Stand at the start of an animation from `start` to `end` [s]."""
+        """Take the range and rate of an animation from `start` to `end` [s], and go to its start."""
         self._start, self._end = float(start), float(end)
         self.time_codes_per_second = float(time_codes_per_second)
         self.set_current_time(self._start)
 
     def reset(self) -> None:
-        """Back to the state of a new stage; listeners stay."""
+        """Restore the state of a new stage; listeners stay."""
         self.stop()
         self._start, self._end = 0.0, DEFAULT_END_TIME
         self.set_current_time(0.0)
