@@ -136,7 +136,7 @@ class WarpRenderer:
 
         Raises:
             RenderError: an AOV is not known.
-            Unsupported: there is no formula for the camera's lens.
+            Unsupported: the projection of the camera is not known.
         """
         return self.labels_of([view], aovs)[0]
 

@@ -157,7 +157,7 @@ def test_lenses_whose_attributes_have_no_argument(stage):
     prim.CreateAttribute("isLeftEye", Sdf.ValueTypeNames.Bool).Set(True)
     view = read_camera(stage, prim.GetPath(), (8, 8))
     assert view.lens is not None
-    assert view.lens.eye == pytest.approx(-0.032 / view.meters_per_unit)
+    assert view.lens.eye_offset == pytest.approx(-0.032 / view.meters_per_unit)
 
 
 def test_lenses_that_do_not_exist(stage):

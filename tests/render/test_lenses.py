@@ -72,7 +72,7 @@ def test_depth_times_the_ray_of_a_pixel_gives_the_point_back(case):
         # Columns lie close together at the poles, and rays of an eye graze the circle that it goes round.
         level = np.sin(np.pi * centers()[hit, 1] / view.height)
         error[:, 0] *= level
-        error[:, 1] *= along * level / (along * level + abs(view.lens.eye))
+        error[:, 1] *= along * level / (along * level + abs(view.lens.eye_offset))
     assert error.max() < EXACT
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdsdg.inspect.records import EDGES
-from usdsdg.stage.cameras.lenses import Lens
+from usdsdg.stage.cameras.lens import Lens
 
 # Distance of the near clipping plane [stage units].
 NEAR = 1e-3

@@ -15,7 +15,7 @@ from usdsdg.inspect import cuboids
 from usdsdg.inspect.cuboids import CurvedCamera, PinholeCamera
 from usdsdg.inspect.listing import UNREADABLE, read_array, read_json
 from usdsdg.inspect.records import CORNERS, Dataset, Frame, Problem, SeenObject
-from usdsdg.stage.cameras.lenses import CURVED
+from usdsdg.stage.cameras.lenses import LENS_MODELS
 from usdsdg.writers.formats.camera_projection import lens_of
 
 LOOKED_FOR = "BasicWriter's rgb_NNNN.png, bounding_box_2d_tight_NNNN.npy and the like"
@@ -180,7 +180,7 @@ def _camera(dataset: Dataset, frame: Frame, parts: Parts) -> Seen | None:
     width, height = (int(part) for part in values["renderProductResolution"])
     view = np.reshape(np.array(values["cameraViewTransform"], float), (4, 4))
     meters = float(values.get("metersPerSceneUnit", 1.0))
-    if model in CURVED:
+    if model in LENS_MODELS:
         try:
             lens = lens_of(values)
         except (AssetError, Unsupported) as problem:

@@ -18,7 +18,7 @@ from usdsdg_render.scene.structs import Camera
 
 if TYPE_CHECKING:
     from usdsdg.stage.cameras.camera_view import CameraView
-    from usdsdg.stage.cameras.lenses import Lens
+    from usdsdg.stage.cameras.lens import Lens
 
 # Focal lengths are in tenths of stage units.
 FOCAL_UNIT = 0.1
@@ -36,7 +36,7 @@ def camera_records(views: Sequence[CameraView], device: str) -> np.ndarray:
     """(len(views),) records of the cameras, for kernels of a device.
 
     Raises:
-        Unsupported: there is no formula for a lens, or its calibration gives no picture.
+        Unsupported: the projection of a camera is not known, or its calibration gives no image.
         AssetError: a texture that says what a lens is like is missing or unreadable.
     """
     rows = records(Camera, len(views))
@@ -86,11 +86,11 @@ def _fill_lens(row: Any, lens: Lens, device: str) -> None:
         row["table_width"], row["table_height"] = lens.table.size
         return
     if lens.curve is None:
-        row["kind"], row["eye"] = kernel.PANORAMA, lens.eye
+        row["kind"], row["eye_offset"] = kernel.PANORAMA, lens.eye_offset
         return
     row["curve"], row["kind"] = _CURVES[lens.curve.kind]
     row["k0"], row["k1"], row["k2"], row["k3"], row["k4"], row["k5"] = lens.curve.k
-    row["limit"], row["last"] = lens.curve.limit, lens.curve.last
-    row["bends"] = lens.bends
+    row["limit"], row["limit_value"] = lens.curve.limit, lens.curve.limit_value
+    row["is_asymmetric"] = lens.is_asymmetric
     row["p1"], row["p2"] = lens.tangential
     row["s1"], row["s2"], row["s3"], row["s4"] = lens.thin_prism

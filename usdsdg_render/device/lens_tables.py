@@ -16,8 +16,8 @@ def table_address(table: LensTable, device: str) -> int:
     """Where kernels of a device find a table, as `kernels.lens_table` reads it."""
     held = _uploaded.setdefault(table, {})
     if device not in held:
-        starts = np.zeros((table.starts.shape[0] * table.starts.shape[1], 4), np.float32)
-        starts[:, :2] = table.starts.reshape(-1, 2)
+        starts = np.zeros((table.start_map.shape[0] * table.start_map.shape[1], 4), np.float32)
+        starts[:, :2] = table.start_map.reshape(-1, 2)
         rows = np.concatenate([table.texels.reshape(-1, 4), starts])
         held[device] = wp.array(rows, dtype=wp.vec4, device=device)
     address = held[device].ptr

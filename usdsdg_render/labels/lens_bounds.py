@@ -15,7 +15,7 @@ from usdsdg.stage.cameras.pixels import pixel_centers
 
 if TYPE_CHECKING:
     from usdsdg.stage.cameras.camera_view import CameraView
-    from usdsdg.stage.cameras.lenses import Lens
+    from usdsdg.stage.cameras.lens import Lens
 
 TILE = 16  # pixels
 # Radians added to every cone: kernels compute in single precision.
@@ -33,7 +33,7 @@ def reachable(view: CameraView, lower: np.ndarray, upper: np.ndarray) -> np.ndar
     with np.errstate(divide="ignore", invalid="ignore"):
         in_camera = (lower + upper) / 2 @ view.world_to_camera[:3, :3] + view.world_to_camera[3, :3]
         # Seen from the circle that an eye goes round, a box is where one larger by its radius is from the middle.
-        radius = np.linalg.norm(upper - lower, axis=1) / 2 + abs(lens.eye)
+        radius = np.linalg.norm(upper - lower, axis=1) / 2 + abs(lens.eye_offset)
         away = np.linalg.norm(in_camera, axis=1)
         half = np.where(away > radius, np.arcsin(np.minimum(radius / away, 1.0)), np.pi)
         towards = np.where(away[:, None] > 0, in_camera / away[:, None], 0.0)

@@ -11,7 +11,7 @@ import warp as wp
 
 @wp.struct
 class Lens:
-    """Device form of `stage.cameras.lenses.Lens`, without focal length and center, which are in `Camera`."""
+    """Device form of `stage.cameras.lens.Lens`, without focal length and center, which are in `Camera`."""
 
     kind: wp.int32
     curve: wp.int32
@@ -22,15 +22,15 @@ class Lens:
     k4: wp.float32
     k5: wp.float32
     limit: wp.float32
-    last: wp.float32
-    bends: wp.int32  # 1 = there is tangential or thin prism distortion
+    limit_value: wp.float32
+    is_asymmetric: wp.int32  # 1 = there is tangential or thin prism distortion
     p1: wp.float32
     p2: wp.float32
     s1: wp.float32
     s2: wp.float32
     s3: wp.float32
     s4: wp.float32
-    eye: wp.float32  # stereo panorama: offset of the eye to the right of the forward direction [stage units]
+    eye_offset: wp.float32  # stereo panorama: offset of the eye to the right of the forward direction [stage units]
     table_width: wp.int32
     table_height: wp.int32
     table: wp.uint64  # address of the table, see `lens_table`

@@ -223,7 +223,7 @@ def test_what_is_no_camera_is_refused_with_those_that_are(stage):
 )
 def test_cameras_without_a_picture(stage, attributes, resolution, what):
     make(stage, **attributes)
-    with pytest.raises(RenderError, match=f"/World/cam gives no picture.*{what}"):
+    with pytest.raises(RenderError, match=f"/World/cam gives no image.*{what}"):
         camera_view.read_camera(stage, "/World/cam", resolution)
 
 
@@ -238,14 +238,14 @@ def test_a_camera_with_words_for_numbers(stage, name):
     make(stage)
     over = Sdf.CreatePrimInLayer(stage.GetSessionLayer(), "/World/cam")
     Sdf.AttributeSpec(over, name, Sdf.ValueTypeNames.String).default = "long"
-    with pytest.raises(RenderError, match=f"/World/cam gives no picture: {name} 'long' is no"):
+    with pytest.raises(RenderError, match=f"/World/cam gives no image: {name} 'long' is not"):
         camera_view.read_camera(stage, "/World/cam", RESOLUTION)
 
 
 @pytest.mark.parametrize("wrong", [math.nan, math.inf])
 def test_a_camera_that_is_nowhere(stage, wrong):
     make(stage).AddTranslateOp(opSuffix="away").Set(Gf.Vec3d(0, wrong, 0))
-    with pytest.raises(RenderError, match="/World/cam gives no picture: a transform that is NaN or infinite"):
+    with pytest.raises(RenderError, match="/World/cam gives no image: a transform that is NaN or infinite"):
         camera_view.read_camera(stage, "/World/cam", RESOLUTION)
 
 

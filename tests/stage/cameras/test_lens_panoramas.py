@@ -74,7 +74,7 @@ def test_attributes_say_which_eye_it_is():
     def eye() -> float:
         lens = read_camera(stage, "/cam", SIZE).lens
         assert lens is not None
-        return lens.eye
+        return lens.eye_offset
 
     assert eye() == pytest.approx(3.2)
     camera.CreateStereoRoleAttr("left")
@@ -87,8 +87,8 @@ def test_attributes_say_which_eye_it_is():
     assert eye() == pytest.approx(3.5)
     forget_warnings()
     prim.CreateAttribute("omni:lensdistortion:omniDirectionalStereo:ipd", Sdf.ValueTypeNames.Float).Set(1.0)
-    with pytest.warns(UsdsdgWarning, match="/cam: omni:lensdistortion:omniDirectionalStereo:ipd do not count"):
+    with pytest.warns(UsdsdgWarning, match="/cam: omni:lensdistortion:omniDirectionalStereo:ipd are ignored"):
         assert eye() == pytest.approx(3.5)
     prim.GetAttribute("interpupillaryDistance").Set(float("nan"))
-    with pytest.raises(Unsupported, match=r"/cam: .*interpupillaryDistance is no number"):
+    with pytest.raises(Unsupported, match=r"/cam: .*interpupillaryDistance is not a number"):
         eye()

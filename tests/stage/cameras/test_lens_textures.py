@@ -16,7 +16,7 @@ from tests.stage.cameras.lens_cases import CASES, mei_directions, write_directio
 from usdsdg.errors import AssetError, AssetNotFound, AssetUnreadable, Unsupported, UsdsdgWarning, forget_warnings
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 from usdsdg.stage.cameras.lens_attributes import LensParameters
-from usdsdg.stage.cameras.lens_tables import LensTable, folded, unfolded
+from usdsdg.stage.cameras.lens_tables import LensTable, from_octahedral, to_octahedral
 from usdsdg.stage.image_files import exr
 
 SIZE = (960, 600)
@@ -85,22 +85,22 @@ def test_dark_texels(tmp_path):
 def test_positions_that_fit_the_directions(tmp_path, pole):
     directions = write_directions(tmp_path / "d.exr", (480, 300))
     middles = (np.arange(512) + 0.5) / 256 - 1
-    rays = unfolded(np.stack(np.meshgrid(middles, middles), -1).reshape(-1, 2)) * (1.0, 1.0, pole)
+    rays = from_octahedral(np.stack(np.meshgrid(middles, middles), -1).reshape(-1, 2)) * (1.0, 1.0, pole)
     positions = mei_shares(rays).reshape(512, 512, 2).astype(np.float32)
     (tmp_path / "p.exr").write_bytes(exr.encode(positions))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert view(direction_texture=directions, position_texture=str(tmp_path / "p.exr")).lens is not None
     (tmp_path / "q.exr").write_bytes(exr.encode(positions[:, ::-1]))
-    with pytest.warns(UsdsdgWarning, match=r"q\.exr does not say where the directions of .*d\.exr lie"):
+    with pytest.warns(UsdsdgWarning, match=r"q\.exr is not the inverse of .*d\.exr"):
         _ = view(direction_texture=directions, position_texture=str(tmp_path / "q.exr")).lens
 
 
 def test_octahedral_maps_come_back():
     directions = np.random.default_rng(1).normal(size=(1000, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    np.testing.assert_allclose(unfolded(folded(directions)), directions, atol=1e-12)
-    assert folded(np.array([(0.0, 0.0, -1.0)])).tolist() == [[0.0, 0.0]]
+    np.testing.assert_allclose(from_octahedral(to_octahedral(directions)), directions, atol=1e-12)
+    assert to_octahedral(np.array([(0.0, 0.0, -1.0)])).tolist() == [[0.0, 0.0]]
 
 
 def image_file(folder: Path, image: np.ndarray, *, half: bool = False) -> str:
@@ -115,7 +115,7 @@ def test_textures_that_are_none(tmp_path):
     cases: list[tuple[str, type[Exception], str]] = [
         ("", AssetNotFound, "/cam: a generalized projection needs the texture.*generalizedProjectionDirectionTexture"),
         (str(tmp_path / "t.ex"), AssetNotFound, r"/cam: no file for .*t\.ex"),
-        (str(tmp_path / "t.png"), Unsupported, r"/cam: .*t\.png is no OpenEXR file"),
+        (str(tmp_path / "t.png"), Unsupported, r"/cam: .*t\.png is not an OpenEXR file"),
         (str(tmp_path / "broken.exr"), AssetUnreadable, r"/cam: .*broken\.exr is not an EXR file, or it is damaged"),
     ]
     for file, kind, message in cases:
@@ -184,8 +184,8 @@ def test_few_lit_texels_are_found():
     directions[lit] /= np.linalg.norm(directions[lit], axis=1, keepdims=True)
     table = LensTable.of(directions, lit)
     places = np.array([(301.0, 200.0), (302.5, 201.3), (303.0, 202.0)])
-    np.testing.assert_allclose(table.to_places(table.to_directions(places)), places, atol=1e-6)
-    assert np.isnan(table.to_places(np.array([(0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (np.nan, 0, 0)]))).all()
+    np.testing.assert_allclose(table.to_texels(table.to_directions(places)), places, atol=1e-6)
+    assert np.isnan(table.to_texels(np.array([(0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (np.nan, 0, 0)]))).all()
 
 
 def test_equal_parameters_are_one_lens(tmp_path):

@@ -11,7 +11,7 @@ from tests.stage.cameras.lens_cases import CASES, F_THETA, LENSES
 from usdsdg.errors import RenderError, Unsupported
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 from usdsdg.stage.cameras.lens_attributes import LensParameters
-from usdsdg.stage.cameras.lens_curves import HALF_SINE, ODD, POWER, RATIONAL, SINE, cut
+from usdsdg.stage.cameras.lens_curves import HALF_SINE, ODD, POWER, RATIONAL, SINE, monotonic_curve
 
 SIZE = (960, 600)
 
@@ -183,7 +183,7 @@ def test_places_beyond_the_field_of_view_lie_farther_out(case):
     most = np.degrees(np.arctan(lens.curve.limit)) if lens.is_flat else 180.0
     angles = np.radians(np.linspace(1.0, most - 0.01, 300))
     points = np.stack([np.sin(angles), 0 * angles, -np.cos(angles)], axis=1)
-    seen, everywhere = lens.to_pixels(points), lens.to_pixels(points, beyond=True)
+    seen, everywhere = lens.to_pixels(points), lens.to_pixels(points, extrapolate=True)
     assert np.isfinite(everywhere).all()
     known = np.isfinite(seen).all(axis=1)
     np.testing.assert_array_equal(everywhere[known], seen[known])
@@ -199,28 +199,28 @@ def test_places_beyond_the_field_of_view_lie_farther_out(case):
 def test_curves_grow_to_their_limit_and_are_inverted(kind, k, share):
     if kind == POWER:
         k = [0.0, abs(k[1]) + 0.01, *k[2:]]
-    curve = cut(kind, tuple(k), t_most=3.0)
+    curve = monotonic_curve(kind, tuple(k), max_t=3.0)
     t = np.linspace(0.0, curve.limit, 500)
-    values, slopes = curve.at(t)
+    values, slopes = curve.evaluate(t)
     assert (np.diff(values) > -1e-12).all()
     step = 1e-6 * max(curve.limit, 1e-3)
-    rises = (curve.at(t + step)[0] - curve.at(t - step)[0]) / (2 * step)
+    rises = (curve.evaluate(t + step)[0] - curve.evaluate(t - step)[0]) / (2 * step)
     rounding = 1e-6 * (1.0 + np.abs(values) / max(curve.limit, 1e-3))
     assert (np.abs(rises - slopes) <= 1e-4 * np.abs(slopes).max() + rounding).all()
-    value = np.array([share * curve.last])
-    np.testing.assert_allclose(curve.at(curve.solve(value))[0], value, atol=1e-9 * max(1.0, curve.last))
+    value = np.array([share * curve.limit_value])
+    np.testing.assert_allclose(curve.evaluate(curve.solve(value))[0], value, atol=1e-9 * max(1.0, curve.limit_value))
 
 
 @pytest.mark.parametrize(("kind", "end"), [(SINE, np.pi / 2), (HALF_SINE, np.pi)])
 def test_curves_of_sines(kind, end):
-    curve = cut(kind)
+    curve = monotonic_curve(kind)
     assert curve.limit == end
-    np.testing.assert_allclose(curve.solve(curve.at(np.array([0.0, 0.7, 1.5]))[0]), [0.0, 0.7, 1.5], atol=1e-7)
+    np.testing.assert_allclose(curve.solve(curve.evaluate(np.array([0.0, 0.7, 1.5]))[0]), [0.0, 0.7, 1.5], atol=1e-7)
 
 
 def test_a_lens_without_a_picture():
     for values in (dict(polynomial=(0.0,) * 6), dict(polynomial=(0.0, -1.0, 0.0, 0.0, 0.0, 0.0))):
-        with pytest.raises(Unsupported, match=r"/cam: the lens fisheyePolynomial cannot be drawn.*does not grow"):
+        with pytest.raises(Unsupported, match=r"/cam: the lens fisheyePolynomial cannot be drawn.*does not increase"):
             _ = view(projection_type="fisheyePolynomial", lens_parameters=LensParameters(**values)).lens
     for values in (dict(focal=(0.0, 1.0)), dict(max_fov=0.0), dict(polynomial=(np.nan,) * 6)):
         with pytest.raises(Unsupported, match="fisheyeOpenCV cannot be drawn: its focal length or its field of view"):
@@ -239,7 +239,7 @@ def test_a_fisheye_that_clips_everything():
     camera = UsdGeom.Camera.Define(stage, "/cam")
     camera.GetPrim().CreateAttribute("cameraProjectionType", Sdf.ValueTypeNames.Token).Set("fisheyeSpherical")
     camera.CreateClippingRangeAttr(Gf.Vec2f(5, 5))
-    with pytest.raises(RenderError, match="/cam gives no picture: clippingRange"):
+    with pytest.raises(RenderError, match="/cam gives no image: clippingRange"):
         read_camera(stage, "/cam", SIZE)
     camera.CreateClippingRangeAttr(Gf.Vec2f(0, 5))
     assert read_camera(stage, "/cam", SIZE).lens is not None

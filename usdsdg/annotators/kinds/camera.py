@@ -10,8 +10,9 @@ import numpy as np
 
 from usdsdg.annotators.base import Annotation, define
 from usdsdg.annotators.frame import Frame
-from usdsdg.stage.cameras.camera_view import LINEAR_PROJECTIONS, CameraView
+from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.lens_attributes import EYE_DISTANCE, LEFT_EYE, TEXTURES
+from usdsdg.stage.cameras.lenses import LINEAR_PROJECTIONS
 
 
 @define("camera_params", "CameraParams")

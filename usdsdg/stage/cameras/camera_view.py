@@ -1,4 +1,4 @@
-"""Cameras: everything of a UsdGeom.Camera that a picture depends on, as one record."""
+"""The record of a camera: everything of a UsdGeom.Camera that an image depends on."""
 
 from __future__ import annotations
 
@@ -10,13 +10,11 @@ import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg import errors
-from usdsdg.stage.cameras.lens_attributes import LensParameters, read_lens, unknown_names
-from usdsdg.stage.cameras.lenses import CURVED, STRAIGHT, Lens, make_lens
+from usdsdg.stage.cameras.lens import Lens
+from usdsdg.stage.cameras.lens_attributes import LensParameters, read_lens, undocumented_attributes
+from usdsdg.stage.cameras.lenses import LENS_MODELS, LINEAR_PROJECTIONS, make_lens
 from usdsdg.stage.paths import prim_at
 from usdsdg.stage.poses.transforms import as_array, local_to_world, meters_per_unit
-
-# Projections whose pixels a 4x4 matrix can give.
-LINEAR_PROJECTIONS = STRAIGHT
 
 # Apertures are in tenths of a stage unit.
 _APERTURE_UNIT = 0.1
@@ -34,11 +32,11 @@ _FIELDS = {
 
 @dataclass(frozen=True, eq=False)
 class CameraView:
-    """A camera as seen through one render product. The camera looks along its -Z with +Y up.
+    """A camera for images of one size. It looks along its -Z with +Y up.
 
     Focal length and apertures are in tenths of stage units; clipping range and focus distance in stage units.
-    Pixels are square: the horizontal aperture spans the width, and the vertical one is reported but not used. That, and
-    `fx` to `cy`, hold for pinhole and orthographic cameras; others have a `lens`.
+    Pixels are square: the horizontal aperture spans the width, and the vertical one is reported but not used. This, and
+    `fx` to `cy`, apply to pinhole and orthographic cameras; others have a `lens`.
     """
 
     prim_path: str
@@ -53,7 +51,7 @@ class CameraView:
     clipping_range: tuple[float, float] = (1.0, 1000000.0)
     f_stop: float = 0.0
     focus_distance: float = 0.0
-    projection_type: str = "pinhole"  # by Replicator's names, whichever schema says it
+    projection_type: str = "pinhole"  # Replicator's name, whichever schema it is read from
     lens_parameters: LensParameters = field(default_factory=LensParameters)
     meters_per_unit: float = 1.0
     attributes: dict[str, Any] = field(default_factory=dict)  # all other camera attributes, by USD name
@@ -68,8 +66,8 @@ class CameraView:
         """The lens model; None for pinhole and orthographic cameras.
 
         Raises:
-            Unsupported: there is no formula for the projection, or its calibration gives no picture.
-            AssetError: a texture that says what the lens is like is missing or unreadable.
+            Unsupported: the projection is not known, or its calibration gives no image.
+            AssetError: a texture of the lens is missing or unreadable.
         """
         try:
             return make_lens(
@@ -108,8 +106,7 @@ class CameraView:
 
     @property
     def projection_matrix(self) -> np.ndarray:
-        """(4, 4) camera to clip space, row vectors, reversed Z: depth 1 on the near plane and 0 on the far
-        one.
+        """Matrix (4, 4) from camera to clip space, row vectors, reversed Z: depth 1 at the near plane, 0 at the far.
 
         Raises:
             Unsupported: the projection is not linear.
@@ -129,14 +126,13 @@ class CameraView:
         return m
 
     def project(self, points_world: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Pixels (N, 2) as (column, row) from the top left corner, and depths (N,) along the axis [stage
-        units].
+        """Project points of the world (N, 3) to pixels (N, 2), and to depths (N,) along the axis [stage units].
 
-        A point that the lens does not see has no pixel: NaN. For a pinhole camera those are the points in or behind its
-        plane (depth <= 0); a fisheye may see some of them.
+        Pixels are (column, row) from the top left corner, NaN for points outside of the field of view: for a pinhole
+        camera the points in or behind its plane (depth <= 0), some of which a fisheye may see.
 
         Raises:
-            Unsupported: there is no formula for the lens.
+            Unsupported: the projection is not known, or its calibration gives no image.
         """
         points = np.asarray(points_world, np.float64).reshape(-1, 3)
         in_camera = points @ self.world_to_camera[:3, :3] + self.world_to_camera[3, :3]
@@ -151,11 +147,12 @@ class CameraView:
         return np.stack([columns, rows], -1), depth
 
     def rays(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Origins and unit directions (N, 3) in the camera's frame of pixels (N, 2), given as (column, row) from the
-        top left corner; directions are NaN where the lens lets no light in.
+        """Return the ray origins and unit directions (N, 3), in the camera's frame, of pixels (N, 2).
+
+        Pixels are (column, row) from the top left corner. Directions are NaN where no light enters the lens.
 
         Raises:
-            Unsupported: there is no formula for the lens.
+            Unsupported: the projection is not known, or its calibration gives no image.
         """
         pixels = np.asarray(pixels, np.float64).reshape(-1, 2)
         if self.lens is not None:
@@ -165,8 +162,8 @@ class CameraView:
         if self.projection_type == "orthographic":
             origins[:, :2] = plane
             return origins, np.broadcast_to((0.0, 0.0, -1.0), origins.shape)
-        towards = np.concatenate([plane, -np.ones((len(pixels), 1))], axis=1)
-        return origins, towards / np.linalg.norm(towards, axis=1, keepdims=True)
+        directions = np.concatenate([plane, -np.ones((len(pixels), 1))], axis=1)
+        return origins, directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
     def _require_linear(self, what: str) -> None:
         if self.projection_type not in LINEAR_PROJECTIONS:
@@ -179,11 +176,11 @@ class CameraView:
 def read_camera(
     stage: Usd.Stage, path: str | Sdf.Path, resolution: tuple[int, int], *, time: Usd.TimeCode | None = None
 ) -> CameraView:
-    """The camera at `path`, or the only camera below it, for pictures of (width, height), at `time` (or the default).
+    """Read the camera at `path`, or the only camera below it, for images of (width, height) at `time` (or the default).
 
     Raises:
         BadPrim: there is no camera at or below `path`, or more than one below it.
-        RenderError: the resolution, aperture, focal length or clipping range give no picture.
+        RenderError: the resolution, aperture, focal length or clipping range give no image.
     """
     prim = _camera_at(stage, path)
     width, height = (int(size) for size in resolution)
@@ -192,9 +189,9 @@ def read_camera(
     numbers = {name: _number(prim, name, values[name]) for name in _FIELDS}
     near, far = _range(prim, values["clippingRange"])
     projection_type, lens_parameters = read_lens(values)
-    if unknown := unknown_names(values):
+    if unknown := undocumented_attributes(values):
         errors.warn_once(
-            f"{prim.GetPath()}: {', '.join(unknown)} do not count; write interpupillaryDistance [cm] and isLeftEye"
+            f"{prim.GetPath()}: {', '.join(unknown)} are ignored; author interpupillaryDistance [cm] and isLeftEye"
         )
     view = CameraView(
         prim_path=str(prim.GetPath()),
@@ -214,13 +211,13 @@ def read_camera(
 
 def _number(prim: Usd.Prim, name: str, value: Any) -> float:
     if not isinstance(value, (int, float)):
-        raise errors.RenderError(f"the camera {prim.GetPath()} gives no picture: {name} {value!r} is no number")
+        raise errors.RenderError(f"the camera {prim.GetPath()} gives no image: {name} {value!r} is not a number")
     return float(value)
 
 
 def _range(prim: Usd.Prim, value: Any) -> tuple[float, float]:
     if not isinstance(value, (Gf.Vec2f, Gf.Vec2d, Gf.Vec2h)):
-        raise errors.RenderError(f"the camera {prim.GetPath()} gives no picture: clippingRange {value!r} is no pair")
+        raise errors.RenderError(f"the camera {prim.GetPath()} gives no image: clippingRange {value!r} is not a pair")
     return float(value[0]), float(value[1])
 
 
@@ -244,7 +241,7 @@ def _is_other(name: str) -> bool:
 
 
 def _without_scale(matrix: np.ndarray) -> np.ndarray:
-    """A camera's rays do not depend on its scale, and depths must stay in stage units."""
+    """Normalize the axes: rays do not depend on a camera's scale, and depths must stay in stage units."""
     lengths = np.linalg.norm(matrix[:3, :3], axis=1, keepdims=True)
     with np.errstate(invalid="ignore"):
         matrix[:3, :3] /= np.where(lengths > 0, lengths, 1.0)
@@ -252,7 +249,7 @@ def _without_scale(matrix: np.ndarray) -> np.ndarray:
 
 
 def _not_finite(view: CameraView) -> str | None:
-    """The first value that counts and is NaN or infinite; the far clipping plane may be."""
+    """Return the first value in use that is NaN or infinite, as text; the far clipping plane may be infinite."""
     if not np.isfinite(view.local_to_world).all():
         return "a transform that is NaN or infinite"
     values = {usd: getattr(view, ours) for usd, ours in _FIELDS.items() if usd != "verticalAperture"}
@@ -271,7 +268,7 @@ def _check(view: CameraView) -> None:
         problem = f"focalLength {view.focal_length}"
     elif not 0 < view.clipping_range[0] < view.clipping_range[1] and view.projection_type == "pinhole":
         problem = f"clippingRange {view.clipping_range} (near must be positive and below far)"
-    elif view.clipping_range[0] < 0 and view.projection_type in CURVED:
+    elif view.clipping_range[0] < 0 and view.projection_type in LENS_MODELS:
         problem = f"clippingRange {view.clipping_range} (near must not be negative)"
     elif not view.clipping_range[0] < view.clipping_range[1]:
         problem = f"clippingRange {view.clipping_range} (near must be below far)"
@@ -280,4 +277,4 @@ def _check(view: CameraView) -> None:
     elif abs(np.linalg.det(view.local_to_world[:3, :3])) < 1e-9:
         problem = "a scale of zero in its transform"
     if problem:
-        raise errors.RenderError(f"the camera {view.prim_path} gives no picture: {problem}")
+        raise errors.RenderError(f"the camera {view.prim_path} gives no image: {problem}")

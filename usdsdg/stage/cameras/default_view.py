@@ -1,6 +1,6 @@
-"""What a picture needs and a stage may lack: a camera that sees everything, and light.
+"""A camera that frames the whole scene, and default lights, for stages without them.
 
-Both go to the session layer, so that the stage's own layers stay as they are.
+Both are authored in the session layer, so that the stage's own layers stay as they are.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from usdsdg.stage.poses.transforms import as_array, local_to_world, up_axis
 ROOT = "/DefaultView"
 CAMERA, SKY, SUN = (f"{ROOT}/{name}" for name in ("Camera", "Sky", "Sun"))
 
-# Directions in (right, front, up) of the stage: to the camera, three quarters from the front and above, and to the sun.
+# Directions in (right, front, up) of the stage: to the camera, a three-quarter view from above, and to the sun.
 _TO_CAMERA, _TO_SUN = (0.6, 1.0, 0.5), (-0.6, 0.7, 1.2)
-# Millimeters of a 35 mm camera that distorts little; the share of the picture that the bounds fill.
+# Focal length and aperture of a 35 mm camera [mm], and the fraction of the image that the bounds fill.
 _FOCAL_LENGTH, _APERTURE, _FILL = 50.0, 36.0, 0.96
-# White in the sun is just below the white of a picture, 1,500 nits; in the shade it is a quarter of that.
+# A white surface in the sun is just below the white of an image, 1,500 nits; in the shade it has a quarter of that.
 _SKY_NITS, _SKY_COLOR, _SUN_LUX, _SUN_DEGREES = 350.0, (0.85, 0.93, 1.0), 3200.0, 2.0
 
-_DRAWN = [UsdGeom.Tokens.default_, UsdGeom.Tokens.render]
+_PURPOSES = [UsdGeom.Tokens.default_, UsdGeom.Tokens.render]
 
 
 def cameras(stage: Usd.Stage) -> list[str]:
-    """Paths of all cameras, in stage order."""
+    """Return the paths of all cameras, in stage order."""
     return [str(prim.GetPath()) for prim in _prims(stage) if prim.IsA(UsdGeom.Camera)]
 
 
@@ -39,21 +39,21 @@ def has_light(stage: Usd.Stage) -> bool:
 
 
 def add_camera(stage: Usd.Stage, aspect: float, time: Usd.TimeCode | None = None) -> str:
-    """A camera that sees all visible geometry in a picture of `aspect` = width / height; returns its path.
+    """Define a camera that frames all visible geometry in an image of `aspect` = width / height; return its path.
 
-    time: when to look; None is where an animated stage begins.
+    time: time of the geometry; None for the start of an animated stage.
 
     Raises:
         StageError: there is no visible geometry.
     """
     low, high = world_bounds(stage, time)
-    center, towards = (low + high) / 2, _direction(stage, _TO_CAMERA)
-    to_world = as_array(look_at_matrix(towards, (0, 0, 0), up=_axes(stage)[2]))
+    center, to_camera = (low + high) / 2, _direction(stage, _TO_CAMERA)
+    to_world = as_array(look_at_matrix(to_camera, (0, 0, 0), up=_axes(stage)[2]))
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * (high - low) + low
     in_camera = (corners - center) @ to_world[:3, :3].T
     half = _FILL * _APERTURE / _FOCAL_LENGTH / 2 * np.array([1.0, 1.0 / aspect])
     distance = float((in_camera[:, 2] + (np.abs(in_camera[:, :2]) / half).max(axis=1)).max())
-    to_world[3, :3] = center + distance * towards
+    to_world[3, :3] = center + distance * to_camera
     nearest, farthest = distance - in_camera[:, 2].max(), distance - in_camera[:, 2].min()
     with Usd.EditContext(stage, stage.GetSessionLayer()):
         camera = UsdGeom.Camera.Define(stage, CAMERA)
@@ -67,7 +67,7 @@ def add_camera(stage: Usd.Stage, aspect: float, time: Usd.TimeCode | None = None
 
 
 def add_sky(stage: Usd.Stage) -> None:
-    """A plain sky and a sun, for pictures of 1,500 nits at white."""
+    """Define a uniform sky and a sun, for images with white at 1,500 nits."""
     with Usd.EditContext(stage, stage.GetSessionLayer()):
         sky = UsdLux.DomeLight.Define(stage, SKY)
         sky.CreateIntensityAttr(_SKY_NITS)
@@ -80,15 +80,15 @@ def add_sky(stage: Usd.Stage) -> None:
 
 
 def world_bounds(stage: Usd.Stage, time: Usd.TimeCode | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest corner (3,) of all visible geometry [stage units], at `time` or where an animation begins.
+    """Return the lowest and highest corners (3,) of all visible geometry [stage units], at `time` or the start.
 
     Raises:
-        StageError: there is none.
+        StageError: there is no visible geometry.
     """
     skinning = Skinning()
-    for when in _times(stage) if time is None else [time]:
-        cache = UsdGeom.BBoxCache(when, _DRAWN)
-        found = [_bounds(prim, when, cache, skinning) for prim in _prims(stage) if _is_seen(prim, when)]
+    for time_code in _times(stage) if time is None else [time]:
+        cache = UsdGeom.BBoxCache(time_code, _PURPOSES)
+        found = [_bounds(prim, time_code, cache, skinning) for prim in _prims(stage) if _is_visible(prim, time_code)]
         boxes = np.array([box for box in found if box is not None]).reshape(-1, 2, 3)
         boxes = boxes[np.isfinite(boxes).all(axis=(1, 2))]
         if len(boxes):
@@ -97,7 +97,7 @@ def world_bounds(stage: Usd.Stage, time: Usd.TimeCode | None = None) -> tuple[np
 
 
 def _bounds(prim: Usd.Prim, time: Usd.TimeCode, cache: UsdGeom.BBoxCache, skinning: Skinning) -> np.ndarray | None:
-    """(2, 3) lowest and highest corner in the world; None of what is empty."""
+    """Return the lowest and highest corner (2, 3) in the world; None for empty geometry."""
     skinned = skinning.skin(prim, time)
     if skinned is not None:
         to_world = as_array(local_to_world(prim, time))
@@ -108,16 +108,16 @@ def _bounds(prim: Usd.Prim, time: Usd.TimeCode, cache: UsdGeom.BBoxCache, skinni
 
 
 def _times(stage: Usd.Stage) -> list[Usd.TimeCode]:
-    """When to look, the second time where there is nothing at the first."""
+    """Return the times to try, one after the other, until there is geometry."""
     first = [] if stage.HasAuthoredTimeCodeRange() else [Usd.TimeCode.Default()]
     return [*first, Usd.TimeCode.EarliestTime()]
 
 
-def _is_seen(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
+def _is_visible(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
     if not (prim.IsA(UsdGeom.Gprim) or prim.IsA(UsdGeom.PointInstancer)):
         return False
     imageable = UsdGeom.Imageable(prim)
-    return imageable.ComputePurpose() in _DRAWN and imageable.ComputeVisibility(time) != UsdGeom.Tokens.invisible
+    return imageable.ComputePurpose() in _PURPOSES and imageable.ComputeVisibility(time) != UsdGeom.Tokens.invisible
 
 
 def _prims(stage: Usd.Stage) -> Iterator[Usd.Prim]:
@@ -125,7 +125,7 @@ def _prims(stage: Usd.Stage) -> Iterator[Usd.Prim]:
 
 
 def _axes(stage: Usd.Stage) -> np.ndarray:
-    """(3, 3) right, front and up: things face +Z where Y is up, and -Y where Z is up."""
+    """Return (3, 3) right, front and up: assets face +Z where Y is up, and -Y where Z is up."""
     identity = np.eye(3)
     return np.array([identity[0], -identity[1], identity[2]]) if up_axis(stage) == "Z" else identity[[0, 2, 1]]
 

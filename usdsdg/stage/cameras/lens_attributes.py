@@ -1,4 +1,4 @@
-"""Lenses of cameras: Replicator's projections, and the USD attributes that calibrate them, of both generations."""
+"""Replicator's projection types, and the USD attributes that calibrate them: the older ones and the schemas."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PROJECTIONS = (
     "pinhole", "pinholeOpenCV", "fisheyePolynomial", "fisheyeSpherical", "fisheyeKannalaBrandtK3", "fisheyeOpenCV",
     "fisheyeRadTanThinPrism", "omniDirectionalStereo", "generalizedProjection",
 )  # fmt: skip
-# Removed from Replicator in 1.11.21; scripts for 4.2 still say them.
+# Removed in Replicator 1.11.21; scripts for Isaac Sim 4.2 still use them.
 OLD_PROJECTIONS = ("fisheyeOrthographic", "fisheyeEquidistant", "fisheyeEquisolid")
 
 # Attributes of UsdGeomCamera.
@@ -37,14 +37,14 @@ LENS = {
     **{f"fisheye_{name}": name for name in ("p0", "p1", "s0", "s1", "s2", "s3")},
 }
 
-# Attributes that say which eye of omni-directional stereo a camera is, and how far the eyes are apart [cm].
+# Attributes of omni-directional stereo: the distance between the eyes [cm], and which eye the camera is.
 EYE_DISTANCE, LEFT_EYE, STEREO_ROLE = "interpupillaryDistance", "isLeftEye", "stereoRole"
 # Attributes that hold the textures of a generalized projection: directions of pixels, positions of directions.
 TEXTURES = ("generalizedProjectionDirectionTexturePath", "generalizedProjectionNDCTexturePath")
 _SCHEMA_TEXTURES = ("rayEnterDirectionTexture", "rayExitPositionTexture")
 
-# The attribute of the OmniLensDistortion…API schemas that says which of them counts, and for each of its values the
-# projection it stands for and the names of its coefficients: polynomial, tangential, thin prism.
+# The attribute that selects one of the OmniLensDistortion…API schemas, and for each of its values the projection type
+# and the names of the coefficients: polynomial, tangential, thin prism.
 SCHEMA_MODEL = "omni:lensdistortion:model"
 _SCHEMAS: dict[str, tuple[str, tuple[str, ...]]] = {
     "ftheta": ("fisheyePolynomial", ("k0 k1 k2 k3 k4", "", "")),
@@ -59,12 +59,12 @@ _SCHEMAS: dict[str, tuple[str, tuple[str, ...]]] = {
 
 @dataclass(frozen=True)
 class LensParameters:
-    """What calibrates a lens model. Lengths are in pixels of the nominal size, from its top left corner.
+    """Calibration of a lens model. Lengths are in pixels of the nominal size, from its top left corner.
 
-    A camera without the attributes has these values, as in Replicator.
+    The defaults are those of cameras without the attributes, as in Replicator.
     """
 
-    nominal_size: tuple[float, float] = (1936.0, 1216.0)  # 0 = the picture's
+    nominal_size: tuple[float, float] = (1936.0, 1216.0)  # 0 = that of the image
     center: tuple[float, float] = (970.94244, 600.37482)
     focal: tuple[float, float] = (731.78788, 731.78789)  # of OpenCV's models
     max_fov: float = 200.0  # degrees, across
@@ -78,10 +78,10 @@ class LensParameters:
 
 
 def read_lens(values: Mapping[str, Any]) -> tuple[str, LensParameters]:
-    """Projection type, by Replicator's names, and calibration of a camera with these attributes.
+    """Return the projection type, by Replicator's name, and the calibration of a camera with these attributes.
 
-    A lens distortion schema counts more than the older `cameraProjectionType`, an orthographic `projection` more than
-    both.
+    A lens distortion schema takes precedence over the older `cameraProjectionType`, and an orthographic `projection`
+    over both.
     """
     model = str(values.get(SCHEMA_MODEL) or "")
     older = str(values.get("cameraProjectionType") or "pinhole")
@@ -95,11 +95,11 @@ def read_lens(values: Mapping[str, Any]) -> tuple[str, LensParameters]:
     return projection, _schema_parameters(values, model, coefficients)
 
 
-def unknown_names(values: Mapping[str, Any]) -> list[str]:
-    """Attributes of this camera's lens that say something, and nobody knows what."""
+def undocumented_attributes(values: Mapping[str, Any]) -> list[str]:
+    """Return the names of this camera's lens attributes that are set, but have no documented meaning."""
     model = str(values.get(SCHEMA_MODEL) or "")
     prefix = f"omni:lensdistortion:{model}:"
-    # No public page lists what OmniLensDistortionOmniDirectionalStereoAPI has.
+    # The attributes of OmniLensDistortionOmniDirectionalStereoAPI are not documented.
     return [name for name in values if model == "omniDirectionalStereo" and name.startswith(prefix)]
 
 
@@ -126,13 +126,13 @@ def _older_parameters(values: Mapping[str, Any]) -> LensParameters:
 
 
 def _is_left(values: Mapping[str, Any]) -> bool:
-    """What Omniverse's attribute says, or else UsdGeomCamera's role; the right eye where neither does."""
-    said = values.get(LEFT_EYE)
-    return values.get(STEREO_ROLE) == "left" if said is None else bool(said)
+    """Whether this is a left eye, by Omniverse's attribute, else by UsdGeomCamera's role; False without either."""
+    is_left = values.get(LEFT_EYE)
+    return values.get(STEREO_ROLE) == "left" if is_left is None else bool(is_left)
 
 
 def _file(value: Any) -> str:
-    """Path of an asset: where USD found it, or else as it is written."""
+    """Return the path of an asset: resolved where USD found it, else as authored."""
     if isinstance(value, Sdf.AssetPath):
         return value.resolvedPath or value.path
     return "" if value is None else str(value)
@@ -174,6 +174,6 @@ def _pair(value: Any) -> tuple[float, float]:
 
 
 def _fallback(model: str, name: str) -> Any:
-    """The schema's own default, for attributes written without applying the schema."""
+    """Return the schema's default, for attributes that were authored without applying the schema."""
     schema = f"OmniLensDistortion{model[0].upper()}{model[1:]}API".replace("Opencv", "OpenCv")
     return Usd.SchemaRegistry().FindAppliedAPIPrimDefinition(schema).GetAttributeFallbackValue(name)

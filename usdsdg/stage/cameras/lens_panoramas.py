@@ -1,7 +1,8 @@
-"""Panoramas: longitude by latitude, all around, seen from one point or from an eye that goes round a circle.
+"""Equirectangular panoramas, from one point or for one eye of omni-directional stereo.
 
-The second is omni-directional stereo: each column is seen by an eye that looks straight at it, half the eyes' distance
-beside the middle of the head. `usdsdg_render/kernels/cameras/lens.py` has the same for kernels.
+In omni-directional stereo the rays of each column start at an eye that looks along the column's direction, half of the
+distance between the eyes beside the camera's position: the eye positions form a circle.
+`usdsdg_render/kernels/cameras/lens.py` has the same for kernels.
 """
 
 from __future__ import annotations
@@ -9,32 +10,32 @@ from __future__ import annotations
 import numpy as np
 
 
-def places(points: np.ndarray, eye: float, *, beyond: bool = False) -> np.ndarray:
-    """Shares (N, 2) of the width and height at which points (N, 3) in the camera's frame are seen.
+def image_fractions(points: np.ndarray, eye_offset: float, *, extrapolate: bool = False) -> np.ndarray:
+    """Project points (N, 3) in the camera's frame to fractions (N, 2) of the image's width and height.
 
     Args:
-        eye: how far right of the middle the eye is, as it looks ahead [stage units].
-        beyond: points inside of the eye's circle, which it never sees, are NaN without it, and otherwise seen as if
-            they were on the circle.
+        eye_offset: offset of the eye to the right of the forward direction [stage units].
+        extrapolate: project points inside of the circle of eye positions, which no ray reaches, as if they were on the
+            circle; otherwise they are NaN.
     """
     level = np.hypot(points[:, 0], points[:, 2])
-    # From the eye, where the ray touches the circle.
+    # Distance from the eye: the ray is tangent to the circle.
     with np.errstate(invalid="ignore"):
-        reach = np.sqrt(np.maximum(level**2 - eye**2, 0.0 if beyond else -np.inf))
-    turned = np.arctan2(points[:, 0], -points[:, 2]) - np.arctan2(eye, reach)
-    # Back to -half a turn … half a turn, and unchanged without an eye.
-    longitude = np.where(turned < -np.pi, turned + 2 * np.pi, np.where(turned > np.pi, turned - 2 * np.pi, turned))
-    return np.stack([longitude / (2 * np.pi) + 0.5, 0.5 - np.arctan2(points[:, 1], reach) / np.pi], axis=1)
+        distance = np.sqrt(np.maximum(level**2 - eye_offset**2, 0.0 if extrapolate else -np.inf))
+    angle = np.arctan2(points[:, 0], -points[:, 2]) - np.arctan2(eye_offset, distance)
+    # Wrapped to [-pi, pi]; angles within that range keep their bits.
+    longitude = np.where(angle < -np.pi, angle + 2 * np.pi, np.where(angle > np.pi, angle - 2 * np.pi, angle))
+    return np.stack([longitude / (2 * np.pi) + 0.5, 0.5 - np.arctan2(points[:, 1], distance) / np.pi], axis=1)
 
 
-def directions(shares: np.ndarray) -> np.ndarray:
-    """Unit directions (N, 3) at shares (N, 2) of the width and height."""
-    longitude, latitude = (shares[:, 0] - 0.5) * 2 * np.pi, (0.5 - shares[:, 1]) * np.pi
+def directions(fractions: np.ndarray) -> np.ndarray:
+    """Return the unit directions (N, 3) at fractions (N, 2) of the width and height."""
+    longitude, latitude = (fractions[:, 0] - 0.5) * 2 * np.pi, (0.5 - fractions[:, 1]) * np.pi
     level = np.cos(latitude)
     return np.stack([level * np.sin(longitude), np.sin(latitude), -level * np.cos(longitude)], axis=1)
 
 
-def origins(shares: np.ndarray, eye: float) -> np.ndarray:
-    """Where (N, 3) in the camera's frame the eye is that looks at shares (N, 2) of the picture."""
-    longitude = (shares[:, 0] - 0.5) * 2 * np.pi
-    return eye * np.stack([np.cos(longitude), 0.0 * longitude, np.sin(longitude)], axis=1)
+def origins(fractions: np.ndarray, eye_offset: float) -> np.ndarray:
+    """Return the ray origins (N, 3), in the camera's frame, at fractions (N, 2) of the width and height."""
+    longitude = (fractions[:, 0] - 0.5) * 2 * np.pi
+    return eye_offset * np.stack([np.cos(longitude), 0.0 * longitude, np.sin(longitude)], axis=1)

@@ -7,5 +7,5 @@ PIXEL_CENTER = 0.5
 
 
 def pixel_centers(columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """(…, 2) coordinates of the centers of pixels."""
+    """Return the coordinates (…, 2) of pixel centers."""
     return np.stack([columns, rows], axis=-1) + PIXEL_CENTER

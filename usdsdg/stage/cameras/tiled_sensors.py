@@ -1,6 +1,6 @@
-"""Tiled sensors: a camera that stands for several others, as `rep.create.tiled_sensor` authors it.
+"""Tiled sensors: one camera that represents several others, as `rep.create.tiled_sensor` authors it.
 
-The camera names a bridge prim, and the bridge has the cameras and the sizes.
+The camera refers to a bridge prim, which has the cameras and the sizes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ CAMERAS, TILE, WHOLE = "camPrims", "cameraResolution", "tiledResolution"
 
 @dataclass(frozen=True)
 class Tiles:
-    """Cameras whose images stand side by side in one, row by row from the top left; positions left over stay empty."""
+    """Cameras whose images are tiles of one image, row by row from the top left; unused tiles stay empty."""
 
     cameras: tuple[str, ...]
     size: tuple[int, int]  # width, height of each
@@ -27,7 +27,7 @@ class Tiles:
 def author_tiled_sensor(
     sensor: Usd.Prim, bridge: Usd.Prim, tiles: Tiles, whole: tuple[int, int], output_types: Sequence[str]
 ) -> None:
-    """Make the camera `sensor` stand for the cameras of `tiles`, in an image of `whole` pixels."""
+    """Make the camera `sensor` represent the cameras of `tiles`, in an image of `whole` pixels."""
     types = Sdf.ValueTypeNames
     sensor.CreateAttribute(CONFIG, types.String).Set(str(bridge.GetPath()))
     sensor.CreateAttribute(PLUGIN, types.String).Set("omni.sensors.tiled.plugin")
@@ -39,7 +39,7 @@ def author_tiled_sensor(
 
 
 def tiles_of_sensor(camera: Usd.Prim, size: tuple[int, int]) -> Tiles | None:
-    """What a tiled sensor shows in an image of `size`; None for an ordinary camera.
+    """Return the tiles of a tiled sensor in an image of `size`; None for an ordinary camera.
 
     Raises:
         RenderError: the sensor makes an image of another size.

@@ -9,7 +9,7 @@ from usdsdg.stage.cameras.camera_view import CameraView
 
 @dataclass(frozen=True)
 class TiledView:
-    """Several cameras whose images stand in tiles, row by row from the top left."""
+    """Several cameras whose images are tiles of one image, row by row from the top left."""
 
     prim_path: str  # of the first camera
     width: int  # of all tiles [pixels]

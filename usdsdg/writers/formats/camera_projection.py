@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.stage.cameras.lens import Lens
 from usdsdg.stage.cameras.lens_attributes import EYE_DISTANCE, LEFT_EYE, TEXTURES, LensParameters
-from usdsdg.stage.cameras.lenses import Lens, make_lens
+from usdsdg.stage.cameras.lenses import make_lens
 
 Params = Mapping[str, Any]
 
@@ -38,7 +39,7 @@ def project(points: np.ndarray, params: Params) -> np.ndarray:
     if has_near_plane(params):
         points[:, 2] = np.minimum(points[:, 2], -_near(params))
     lens = lens_of(params)
-    return _by_matrix(points, params) if lens is None else lens.to_pixels(points, beyond=True)
+    return _by_matrix(points, params) if lens is None else lens.to_pixels(points, extrapolate=True)
 
 
 def lens_of(params: Params) -> Lens | None:

@@ -40,7 +40,7 @@ def lens_ray(camera: Camera, column: float, row: float, lens: wp.vec2):
     origin = wp.vec3(0.0)
     if camera.lens_kind == PANORAMA:
         direction = panorama_direction(column / float(camera.width), row / float(camera.height))
-        origin = panorama_origin(camera.lens.eye, column / float(camera.width))
+        origin = panorama_origin(camera.lens.eye_offset, column / float(camera.width))
     else:
         plane = wp.vec2((column - camera.cx) / camera.fx, (row - camera.cy) / camera.fy)
         direction = lens_direction(camera.lens, plane)

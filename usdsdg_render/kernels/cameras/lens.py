@@ -1,6 +1,6 @@
 """Lens models other than the pinhole: image points to directions and back.
 
-`usdsdg.stage.cameras.lenses` has the formulas in NumPy, and the meaning of the record's fields.
+`usdsdg.stage.cameras.lens` has the formulas in NumPy, and the meaning of the record's fields.
 """
 
 import warp as wp
@@ -142,7 +142,7 @@ def lens_direction(lens: Lens, plane: wp.vec2):
     if lens.kind == TABLE:
         return table_direction(lens.table, lens.table_width, lens.table_height, plane)
     p = plane
-    if lens.bends != 0:
+    if lens.is_asymmetric != 0:
         found = undistorted(lens, plane)
         if found[2] == 0.0:
             return wp.vec3(0.0)
@@ -151,8 +151,8 @@ def lens_direction(lens: Lens, plane: wp.vec2):
     side = radial_direction(p, radius)
     if lens.kind == FLAT:
         t = radius
-        if lens.bends == 0:
-            if radius > lens.last:
+        if lens.is_asymmetric == 0:
+            if radius > lens.limit_value:
                 return wp.vec3(0.0)
             t = invert_curve(lens, radius)
         if t > lens.limit:
@@ -164,7 +164,7 @@ def lens_direction(lens: Lens, plane: wp.vec2):
             return wp.vec3(0.0)
         angle = curve_at(lens, radius)[0]
     else:
-        if radius > lens.last:
+        if radius > lens.limit_value:
             return wp.vec3(0.0)
         angle = invert_curve(lens, radius)
     sine = wp.sin(angle)
@@ -187,7 +187,7 @@ def project_lens(lens: Lens, p: wp.vec3):
     angle = wp.atan2(across, -p[2])
     radius = float(0.0)
     if lens.kind == F_THETA:
-        if angle > lens.last:
+        if angle > lens.limit_value:
             return wp.vec3(0.0)
         radius = invert_curve(lens, angle)
     else:
@@ -195,7 +195,7 @@ def project_lens(lens: Lens, p: wp.vec3):
             return wp.vec3(0.0)
         radius = curve_at(lens, angle)[0]
     q = side * radius
-    if lens.bends != 0:
+    if lens.is_asymmetric != 0:
         q = q + tangential_distortion(lens, q)
     return wp.vec3(q[0], q[1], 1.0)
 

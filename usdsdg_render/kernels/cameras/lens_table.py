@@ -5,11 +5,11 @@ A table is its texels, row by row, and then an octahedral map of start positions
 
 import warp as wp
 
-from usdsdg.stage.cameras.lens_tables import DARK, RINGS, START_SIZE
+from usdsdg.stage.cameras.lens_tables import DARK_TOLERANCE, EXTRAPOLATED_RINGS, START_SIZE
 
 START_MAP_SIZE = wp.constant(START_SIZE)
-DARK_FRACTION = wp.constant(DARK)
-BORDER = wp.constant(float(RINGS))
+DARK_FRACTION = wp.constant(DARK_TOLERANCE)
+BORDER = wp.constant(float(EXTRAPOLATED_RINGS))
 NEWTON_STEPS = wp.constant(20)  # more than Warp unrolls
 CONVERGED = wp.constant(2.0e-4)  # texels
 

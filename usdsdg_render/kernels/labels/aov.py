@@ -45,7 +45,7 @@ def distance_to_image_plane(camera: Camera, ray: Ray, hit: Hit, meters_per_unit:
     """Distance along the optical axis [m]."""
     back = wp.vec3(camera.rotation[0, 2], camera.rotation[1, 2], camera.rotation[2, 2])
     depth = hit.t * -wp.dot(ray.direction, back)
-    if camera.lens.eye != 0.0:
+    if camera.lens.eye_offset != 0.0:
         depth -= wp.dot(ray.origin - camera.origin, back)
     return depth * meters_per_unit
 

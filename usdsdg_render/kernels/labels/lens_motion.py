@@ -28,7 +28,7 @@ def lens_pixel_of(camera: Camera, point: wp.vec3, at_infinity: bool):
     p = wp.transpose(camera.rotation) * p
     if camera.lens_kind == PANORAMA:
         # From infinity, the circle of the stereo eye is a point.
-        uv = project_panorama(wp.where(at_infinity, 0.0, camera.lens.eye), p)
+        uv = project_panorama(wp.where(at_infinity, 0.0, camera.lens.eye_offset), p)
         return wp.vec3(uv[0] * float(camera.width), uv[1] * float(camera.height), uv[2])
     q = project_lens(camera.lens, p)
     return wp.vec3(camera.cx + camera.fx * q[0], camera.cy + camera.fy * q[1], 1.0) * q[2]
