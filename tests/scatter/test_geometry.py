@@ -12,14 +12,14 @@ from usdsdg.scatter.surface import Surface
 from usdsdg.scatter.touching import collide, triangles_cross, winding
 from usdsdg.scatter.volume import Box, Volume, inside
 from usdsdg.session import stage_context
-from usdsdg.stage.geometry.triangles import Placed, Triangles, triangles_below
+from usdsdg.stage.geometry.triangles import TriangleInstance, Triangles, triangles_below
 
 EVERYWHERE = Bounds.given(None, None)
 
 
 def placed(mesh, matrix=None):
     triangles = Triangles(np.array(mesh.vertices, np.float64), np.array(mesh.faces))
-    return Placed("/mesh", triangles, np.eye(4) if matrix is None else matrix)
+    return TriangleInstance("/mesh", triangles, np.eye(4) if matrix is None else matrix)
 
 
 def solid(mesh, matrix=None):

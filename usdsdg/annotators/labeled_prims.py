@@ -224,8 +224,8 @@ class LabeledPrimReader:
         # A change in a prototype applies to all its instances, whose paths are not reported.
         if any(Usd.Prim.IsPathInPrototype(path) for path in (*changes.resynced, *changes.changed)):
             changes = Changes({Sdf.Path.absoluteRootPath})
-        if self._skinning.concerns(self._stage, changes):
-            self._skinning.forget()
+        if self._skinning.is_affected_by(self._stage, changes):
+            self._skinning.invalidate()
             self._hulls.clear()
             self._bounds.clear()
         for root in changes.resynced:

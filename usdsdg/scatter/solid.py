@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from usdsdg.stage.geometry.triangles import Placed, Triangles
+from usdsdg.stage.geometry.triangles import TriangleInstance, Triangles
 
 # Slabs that bound a body: the axes first, then the diagonals of cube and faces. Thirteen pairs of planes reject most of
 # what overlapping boxes let through.
@@ -75,7 +75,7 @@ class Solids:
         self._shapes = {} if shapes is None else shapes
         self._solids: dict[bytes, Solid] = {}
 
-    def around(self, origin: np.ndarray, gprims: Iterable[Placed]) -> Solid:
+    def around(self, origin: np.ndarray, gprims: Iterable[TriangleInstance]) -> Solid:
         """The body of all `gprims`, around `origin` (3,) of the world."""
         keys, parts = [], []
         for placed in gprims:

@@ -20,7 +20,7 @@ from usdsdg.stage.geometry.instancers import (
     object_names,
     world_positions,
 )
-from usdsdg.stage.geometry.triangles import Placed, triangles_below
+from usdsdg.stage.geometry.triangles import TriangleInstance, triangles_below
 from usdsdg.stage.poses.transforms import parent_to_world
 from usdsdg.stage.poses.xform_ops import author_world_position, local_translation
 
@@ -115,7 +115,7 @@ def _bodies(prim: Usd.Prim, solids: Solids) -> list[Solid]:
     placed = triangles_below([prim])
     if not has_posable_instances(prim):
         return [solids.around(_origin(prim), placed)]
-    by_name: dict[str, list[Placed]] = {name: [] for name in instance_names(prim)}
+    by_name: dict[str, list[TriangleInstance]] = {name: [] for name in instance_names(prim)}
     for each in placed:
         by_name[each.path].append(each)
     return [solids.around(origin, parts) for origin, parts in zip(world_positions(prim), by_name.values())]
@@ -134,6 +134,6 @@ def _volume(prim: Usd.Prim) -> np.ndarray:
     return _corners(found)
 
 
-def _corners(placed: Sequence[Placed]) -> np.ndarray:
+def _corners(placed: Sequence[TriangleInstance]) -> np.ndarray:
     parts = [each.in_world().corners() for each in placed]
     return np.concatenate(parts) if parts else np.zeros((0, 3, 3))

@@ -78,7 +78,7 @@ class SceneExtractor:
         if self._tree is None or was_animated != self._animation.is_animated or now.IsDefault() != before.IsDefault():
             return DirtySet.everything()
         dirty = DirtySetBuilder(self._stage, self._tree, self._gprims.instancers_of).build(changes)
-        dirty.skinning = self._prototypes.skinning.concerns(self._stage, changes)
+        dirty.skinning = self._prototypes.skinning.is_affected_by(self._stage, changes)
         if now != before:
             self._tree.set_time(now)
             self._gprims.drop_hidden()
@@ -98,7 +98,7 @@ class SceneExtractor:
 
     def _invalidate(self, dirty: DirtySet) -> None:
         if dirty.skinning:
-            self._prototypes.skinning.forget()
+            self._prototypes.skinning.invalidate()
         dirty.stale_materials = self._materials.invalidate(dirty, self._gprims)
         self._gprims.invalidate(dirty)
         self._lights.invalidate(dirty.lights)

@@ -158,13 +158,13 @@ def test_meshes_outside_or_unbound_are_not_skinned():
         assert skinning.skin(mesh.GetPrim(), Usd.TimeCode(0)) is None
 
 
-def test_forgetting_reads_new_bindings():
+def test_new_bindings_are_read_after_invalidation():
     stage = Usd.Stage.CreateInMemory()
     mesh = add_character(stage)
     skinning = Skinning()
     bent = skinning.skin(mesh.GetPrim(), Usd.TimeCode(24)).points
     UsdSkel.BindingAPI(stage.GetPrimAtPath("/Character/Skeleton")).GetAnimationSourceRel().ClearTargets(True)
-    skinning.forget()
+    skinning.invalidate()
     rest = skinning.skin(mesh.GetPrim(), Usd.TimeCode(24)).points
     np.testing.assert_allclose(rest, np.asarray(mesh.GetPointsAttr().Get()), atol=1e-6)
     assert np.abs(bent - rest).max() > 0.5

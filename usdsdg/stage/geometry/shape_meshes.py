@@ -1,4 +1,4 @@
-"""The shapes that scripts create, as meshes of one meter with normals and UVs, around the stage's up axis."""
+"""Meshes of the shapes that scripts create: one meter in size, with normals and UVs, along the stage's up axis."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ GPRIMS = ("Sphere", "Cube", "Cylinder", "Cone", "Capsule", "Plane")
 
 
 def define(stage: Usd.Stage, path: str, kind: str) -> UsdGeom.Mesh:
-    """A mesh of shape `kind` (Sphere, Cube, Cylinder, Cone, Capsule, Torus, Disk, Plane), one meter across in stage
-    units. It stands on the stage's up axis; a capsule is a meter high with caps and half a meter wide.
+    """Define a mesh of shape `kind`: Sphere, Cube, Cylinder, Cone, Capsule, Torus, Disk or Plane.
+
+    It is one meter in size, in stage units, and aligned with the stage's up axis. A capsule is one meter high with its
+    caps and half a meter wide.
     """
     size = 1.0 / UsdGeom.GetStageMetersPerUnit(stage)
     shape = _shape(kind, str(UsdGeom.GetStageUpAxis(stage)), size)
@@ -34,7 +36,7 @@ def define(stage: Usd.Stage, path: str, kind: str) -> UsdGeom.Mesh:
 
 
 class _Shape(NamedTuple):
-    """The attributes of a mesh; Vt arrays are shared by all meshes that hold them."""
+    """Attributes of a mesh; the Vt arrays are shared by all meshes of the shape."""
 
     points: Vt.Vec3fArray
     counts: Vt.IntArray
@@ -46,9 +48,9 @@ class _Shape(NamedTuple):
 
 @lru_cache(maxsize=64)
 def _shape(kind: str, up_axis: str, size: float) -> _Shape:
-    points, normals, uvs, quads = _cube() if kind == "Cube" else _lathe(kind)
+    points, normals, uvs, quads = _cube() if kind == "Cube" else _surface_of_revolution(kind)
     if up_axis == "Y":
-        # Turned so that +Z becomes +Y; the axes keep their cyclic order.
+        # Rotate +Z to +Y; a cyclic permutation of the axes keeps handedness.
         points, normals = points[:, [1, 2, 0]], normals[:, [1, 2, 0]]
     points = (points * size).astype(np.float32)
     corners = quads.ravel()
@@ -63,7 +65,7 @@ def _shape(kind: str, up_axis: str, size: float) -> _Shape:
 
 
 def define_gprim(stage: Usd.Stage, path: str, kind: str) -> Usd.Prim:
-    """The UsdGeom prim of the same kind, in USD's own default size, as in Replicator: two stage units across.
+    """Define the UsdGeom prim of shape `kind`, in USD's default size as in Replicator: two stage units across.
 
     Raises:
         Unsupported: UsdGeom has no such shape (torus, disk).
@@ -91,7 +93,7 @@ def _cube() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _profile(kind: str) -> list[np.ndarray]:
-    """Smooth pieces of the outline (radius, z), from bottom to top, each a polyline."""
+    """Return the smooth pieces of the profile (radius, z), from bottom to top, each a polyline."""
     if kind == "Sphere":
         angle = np.linspace(-np.pi / 2, np.pi / 2, SEGMENTS // 2 + 1)
         return [np.stack([np.cos(angle), np.sin(angle)], 1) / 2]
@@ -113,25 +115,28 @@ def _profile(kind: str) -> list[np.ndarray]:
     }[kind]
 
 
-def _lathe(kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Turn the profile around Z. Every piece has its own vertices, so edges between pieces stay hard."""
+def _surface_of_revolution(kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return points, normals, UVs and quads of the surface of revolution around Z.
+
+    Every piece of the profile has its own vertices, so that edges between pieces stay hard.
+    """
     if kind == "Plane":
         square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=float)
         points = np.concatenate([square - 0.5, np.zeros((4, 1))], axis=1)
         return points, np.tile([0.0, 0.0, 1.0], (4, 1)), square, np.arange(4).reshape(1, 4)
     points, normals, uvs, quads = [], [], [], []
-    turn = np.linspace(0, 2 * np.pi, SEGMENTS + 1)
+    angle = np.linspace(0, 2 * np.pi, SEGMENTS + 1)
     first = 0
     for piece in _profile(kind):
         tangent = np.gradient(piece, axis=0)
         outward = np.stack([tangent[:, 1], -tangent[:, 0]], 1)
         outward /= np.linalg.norm(outward, axis=1, keepdims=True)
         rows = len(piece)
-        ring = np.stack([np.cos(turn), np.sin(turn)], 1)
-        points.append(_turned(piece, ring))
-        normals.append(_turned(outward, ring))
+        ring = np.stack([np.cos(angle), np.sin(angle)], 1)
+        points.append(_revolved(piece, ring))
+        normals.append(_revolved(outward, ring))
         v = np.linspace(0, 1, rows)
-        uvs.append(np.stack(np.broadcast_arrays(turn[None, :] / (2 * np.pi), v[:, None]), -1).reshape(-1, 2))
+        uvs.append(np.stack(np.broadcast_arrays(angle[None, :] / (2 * np.pi), v[:, None]), -1).reshape(-1, 2))
         i, j = np.meshgrid(np.arange(rows - 1), np.arange(SEGMENTS), indexing="ij")
         a = first + i * (SEGMENTS + 1) + j
         quads.append(np.stack([a, a + 1, a + SEGMENTS + 2, a + SEGMENTS + 1], -1).reshape(-1, 4))
@@ -139,7 +144,7 @@ def _lathe(kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     return np.concatenate(points), np.concatenate(normals), np.concatenate(uvs), np.concatenate(quads)
 
 
-def _turned(outline: np.ndarray, ring: np.ndarray) -> np.ndarray:
-    flat = outline[:, None, :1] * ring[None, :, :]
-    height = np.broadcast_to(outline[:, None, 1:], (*flat.shape[:2], 1))
+def _revolved(profile: np.ndarray, ring: np.ndarray) -> np.ndarray:
+    flat = profile[:, None, :1] * ring[None, :, :]
+    height = np.broadcast_to(profile[:, None, 1:], (*flat.shape[:2], 1))
     return np.concatenate([flat, height], axis=-1).reshape(-1, 3)

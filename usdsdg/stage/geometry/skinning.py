@@ -1,8 +1,7 @@
-"""UsdSkel: the points of skinned meshes at a time, by the schema's own rules.
+"""Deformation of skinned meshes, by the rules of UsdSkel.
 
-Blend shapes with their in-betweens come first, then the joints: linear blending or dual quaternions, influences of
-points or of the whole mesh. Results are in the mesh's own frame, so that its own transform takes them to where the
-skeleton puts them.
+Blend shapes with their in-betweens are applied first, then the joints: by linear blending or dual quaternions, with
+influences per point or for the whole mesh. Results are in the mesh's own frame, to which its own transform applies.
 """
 
 from __future__ import annotations
@@ -15,46 +14,47 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 from usdsdg.errors import warn_once
 from usdsdg.stage.changes import Changes
 
-# Properties and types of prims that say how meshes are skinned, or where their joints are.
+# Properties and prim types that define how meshes are skinned, or the poses of joints.
 SKEL_PREFIXES = ("skel:", "primvars:skel:")
 SKEL_TYPES = ("Skeleton", "SkelAnimation", "BlendShape")
 
 
-class Skinned(NamedTuple):
-    """One mesh as its skeleton shapes it."""
+class SkinnedMesh(NamedTuple):
+    """Points and normals of a mesh, deformed by its skeleton."""
 
     points: np.ndarray  # (V, 3) float32, the mesh's own frame [stage units]
-    normals: np.ndarray | None  # (M, 3) float32, not of unit length; as many as were given
+    normals: np.ndarray | None  # (M, 3) float32, not normalized; as many as were given
 
 
 class _Binding(NamedTuple):
     skeleton: UsdSkel.SkeletonQuery
-    skeleton_prim: Usd.Prim  # of an instance where the query knows its prototype only
+    skeleton_prim: Usd.Prim  # inside an instance this is the instance proxy; the query has the prototype's prim
     mesh: UsdSkel.SkinningQuery
-    parts: tuple[Sdf.Path, ...]  # what it depends on outside of the mesh
+    parts: tuple[Sdf.Path, ...]  # prims outside of the mesh that it depends on
 
 
 class Skinning:
-    """What is skinned below the SkelRoots of a stage. It reads them when first asked, and again after `forget`."""
+    """Skinned meshes below the SkelRoots of a stage; bindings are read on first use, and again after `invalidate`."""
 
     def __init__(self) -> None:
         self._bindings: dict[Sdf.Path, dict[Sdf.Path, _Binding]] = {}  # SkelRoot -> mesh
         self._cache = UsdSkel.Cache()
 
-    def forget(self) -> None:
-        """Read everything again: schemas, relationships or animations changed."""
+    def invalidate(self) -> None:
+        """Drop all bindings, so that they are read again: schemas, relationships or animations changed."""
         self._bindings.clear()
         self._cache = UsdSkel.Cache()
 
-    def concerns(self, stage: Usd.Stage, changes: Changes) -> bool:
-        """Whether what changed may move what is skinned; then `forget` and ask again."""
+    def is_affected_by(self, stage: Usd.Stage, changes: Changes) -> bool:
+        """Whether changes may affect skinned meshes; then call `invalidate` and skin them again."""
         if self._bindings and any(self._is_within(stage, root) for root in changes.resynced):
             return True
         roots = [root for root, meshes in self._bindings.items() if meshes]
-        return bool(roots) and any(_concerns(stage, path, names, roots) for path, names in changes.changed.items())
+        edits = changes.changed.items()
+        return bool(roots) and any(_affects_skinning(stage, path, names, roots) for path, names in edits)
 
     def _is_within(self, stage: Usd.Stage, resynced: Sdf.Path) -> bool:
-        """Whether a subtree is part of what skins, has such a part, or brings one that was missing."""
+        """Whether a subtree contains, or lies below, a SkelRoot or a prim that skinning depends on, or adds one."""
         roots = list(self._bindings)
         parts = [path for meshes in self._bindings.values() for each in meshes.values() for path in each.parts]
         if any(map(resynced.HasPrefix, roots)) or any(path.HasPrefix(resynced) for path in (*roots, *parts)):
@@ -64,7 +64,7 @@ class Skinning:
         return any(each.GetTypeName() in SKEL_TYPES for each in below)
 
     def is_skinned(self, prim: Usd.Prim) -> bool:
-        """Whether a skeleton shapes the prim."""
+        """Whether a skeleton deforms the prim."""
         return self._binding(prim) is not None
 
     def skin(
@@ -74,12 +74,12 @@ class Skinning:
         *,
         normals: np.ndarray | None = None,
         vertices: np.ndarray | None = None,
-    ) -> Skinned | None:
-        """The mesh at `time`; None when no skeleton shapes it, or (with a warning) when its bindings are broken.
+    ) -> SkinnedMesh | None:
+        """Deform a mesh at `time`; None without a skeleton, or (with a warning) when its bindings are invalid.
 
         Args:
-            normals: (M, 3) to turn along with the surface.
-            vertices: (M,) the point that each normal stands at.
+            normals: (M, 3) to deform with the surface.
+            vertices: (M,) index of the point of each normal.
         """
         binding = self._binding(prim)
         if binding is None:
@@ -88,11 +88,11 @@ class Skinning:
         if rest is None or not len(rest):
             return None
         points = Vt.Vec3fArray(rest)
-        turned = None if normals is None else np.ascontiguousarray(normals, np.float32)
+        skinned = None if normals is None else np.ascontiguousarray(normals, np.float32)
         if binding.mesh.HasBlendShapes():
-            turned = self._blend(prim, binding, points, turned, vertices, time)
+            skinned = self._blend(prim, binding, points, skinned, vertices, time)
         if not binding.mesh.HasJointInfluences():
-            return Skinned(np.array(points), turned)
+            return SkinnedMesh(np.array(points), skinned)
         joints = binding.skeleton.ComputeSkinningTransforms(time)
         if not joints or not binding.mesh.ComputeSkinnedPoints(joints, points, time):
             warn_once(
@@ -101,20 +101,20 @@ class Skinning:
             )
             return None
         to_mesh = _skeleton_to_mesh(binding.skeleton_prim, prim, time)
-        if turned is not None and vertices is not None:
-            turned = _skin_normals(binding.mesh, joints, turned, vertices, len(points), time)
-        if turned is not None:
-            # Normals go by the inverse transpose.
-            turned = (turned.astype(np.float64) @ np.linalg.pinv(to_mesh[:3, :3]).T).astype(np.float32)
-        placed = np.array(points, np.float64) @ to_mesh[:3, :3] + to_mesh[3, :3]
-        return Skinned(placed.astype(np.float32), turned)
+        if skinned is not None and vertices is not None:
+            skinned = _skin_normals(binding.mesh, joints, skinned, vertices, len(points), time)
+        if skinned is not None:
+            # Normals transform by the inverse transpose.
+            skinned = (skinned.astype(np.float64) @ np.linalg.pinv(to_mesh[:3, :3]).T).astype(np.float32)
+        skinned_points = np.array(points, np.float64) @ to_mesh[:3, :3] + to_mesh[3, :3]
+        return SkinnedMesh(skinned_points.astype(np.float32), skinned)
 
     def _binding(self, prim: Usd.Prim) -> _Binding | None:
         root = UsdSkel.Root.Find(prim)
         if not root:
             if prim.HasAttribute("primvars:skel:jointIndices"):
                 warn_once(
-                    f"{prim.GetPath()}: no SkelRoot stands above it, so its joints do not move it and it is drawn as "
+                    f"{prim.GetPath()}: it has no SkelRoot ancestor, so its joints do not move it and it is drawn as "
                     f"authored. Give the prim that holds mesh and skeleton the type SkelRoot."
                 )
             return None
@@ -146,7 +146,7 @@ class Skinning:
     def _blend(
         prim: Usd.Prim, binding: _Binding, points: Vt.Vec3fArray, normals, vertices, time: Usd.TimeCode
     ) -> np.ndarray | None:
-        """Add the blend shapes to `points` in place; returns the normals with theirs."""
+        """Apply the blend shapes to `points` in place; return the normals with their offsets."""
         animation = binding.skeleton.GetAnimQuery()
         weights = animation.ComputeBlendShapeWeights(time) if animation else None
         if weights is None:
@@ -158,7 +158,7 @@ class Skinning:
         where = query.ComputeBlendShapePointIndices()
         authored = Vt.Vec3fArray(points)
         if not query.ComputeDeformedPoints(*active, where, query.ComputeSubShapePointOffsets(), points):
-            points[:] = authored  # some may have moved before the first that does not fit
+            points[:] = authored  # some were changed before the first invalid shape
             warn_once(
                 f"{prim.GetPath()}: its blend shapes do not fit its points and are left out. Give their offsets and "
                 f"pointIndices equal lengths, and indices that exist."
@@ -166,15 +166,15 @@ class Skinning:
             return normals
         if normals is None or vertices is None or not len(active[0]):
             return normals
-        bent = Vt.Vec3fArray.FromNumpy(np.zeros((len(points), 3), np.float32))
-        query.ComputeDeformedPoints(*active, where, _normal_offsets(query), bent)
-        return normals + np.array(bent)[vertices]
+        offsets = Vt.Vec3fArray.FromNumpy(np.zeros((len(points), 3), np.float32))
+        query.ComputeDeformedPoints(*active, where, _normal_offsets(query), offsets)
+        return normals + np.array(offsets)[vertices]
 
 
-def _concerns(stage: Usd.Stage, path: Sdf.Path, names: set[str], roots: list[Sdf.Path]) -> bool:
+def _affects_skinning(stage: Usd.Stage, path: Sdf.Path, names: set[str], roots: list[Sdf.Path]) -> bool:
     if any(name.startswith(SKEL_PREFIXES) for name in names):
         return True
-    # Meshes and skeletons count by where they stand below their root.
+    # Meshes and skeletons depend on their transforms relative to the root.
     if any(name.startswith("xformOp") for name in names) and any(
         path != root and path.HasPrefix(root) for root in roots
     ):
@@ -184,7 +184,7 @@ def _concerns(stage: Usd.Stage, path: Sdf.Path, names: set[str], roots: list[Sdf
 
 
 def _normal_offsets(query: UsdSkel.BlendShapeQuery) -> list[Vt.Vec3fArray]:
-    """As `ComputeSubShapePointOffsets`, of normals; zeros where a shape says nothing of them."""
+    """Return the normal offsets of all sub-shapes, as `ComputeSubShapePointOffsets`; zeros for shapes without them."""
     offsets = []
     for sub_shape, points in enumerate(query.ComputeSubShapePointOffsets()):
         between = query.GetInbetween(sub_shape)
@@ -198,14 +198,14 @@ def _normal_offsets(query: UsdSkel.BlendShapeQuery) -> list[Vt.Vec3fArray]:
 def _skin_normals(
     mesh: UsdSkel.SkinningQuery, joints, normals: np.ndarray, vertices: np.ndarray, count: int, time: Usd.TimeCode
 ) -> np.ndarray:
-    """Normals turned by the joints of the point that each stands at; in the skeleton's frame."""
+    """Skin normals by the joint influences of their points; in the skeleton's frame."""
     mapper = mesh.GetJointMapper()
     if mapper:
         joints = mapper.RemapTransforms(joints, Vt.Matrix4dArray(), 1)
     influences = mesh.ComputeVaryingJointInfluences(count, time)
     per_point = mesh.GetNumInfluencesPerComponent()
     indices, weights = (np.array(each).reshape(count, per_point)[vertices].ravel() for each in influences)
-    turned = Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(normals, np.float32))
+    skinned = Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(normals, np.float32))
     UsdSkel.SkinNormals(
         mesh.GetSkinningMethod(),
         _for_normals(mesh.GetGeomBindTransform(time)),
@@ -213,10 +213,10 @@ def _skin_normals(
         Vt.IntArray.FromNumpy(indices),
         Vt.FloatArray.FromNumpy(weights),
         per_point,
-        turned,
+        skinned,
         True,
     )
-    return np.array(turned)
+    return np.array(skinned)
 
 
 def _for_normals(matrix: Gf.Matrix4d) -> Gf.Matrix3d:
@@ -224,16 +224,16 @@ def _for_normals(matrix: Gf.Matrix4d) -> Gf.Matrix3d:
 
 
 def _skeleton_to_mesh(skeleton: Usd.Prim, mesh: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:
-    """(4, 4) from the skeleton's frame to the mesh's; the identity where the mesh's own cannot be inverted."""
+    """Return the matrix (4, 4) from the skeleton's frame to the mesh's; identity if the mesh's is singular."""
     cache = UsdGeom.XformCache(time)
     root = UsdSkel.Root.Find(mesh).GetPrim()
-    placed = [cache.GetLocalToWorldTransform(prim) for prim in (skeleton, mesh)]
+    transforms = [cache.GetLocalToWorldTransform(prim) for prim in (skeleton, mesh)]
     if skeleton.GetPath().HasPrefix(root.GetPath()):
-        # By the root, so that copies of a character are the same bit for bit wherever they stand.
+        # Relative to the root, so that copies of a character are bit-identical wherever they are.
         relative = [cache.ComputeRelativeTransform(prim, root) for prim in (skeleton, mesh)]
         if not any(resets for _, resets in relative):
-            placed = [matrix for matrix, _ in relative]
-    of_skeleton, of_mesh = (np.array(matrix) for matrix in placed)
+            transforms = [matrix for matrix, _ in relative]
+    of_skeleton, of_mesh = (np.array(matrix) for matrix in transforms)
     if not np.isfinite(of_mesh).all() or abs(np.linalg.det(of_mesh[:3, :3])) == 0.0:
         return np.eye(4)
     return of_skeleton @ np.linalg.inv(of_mesh)

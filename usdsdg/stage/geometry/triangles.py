@@ -1,8 +1,9 @@
-"""The triangles of what is on the stage, for everything that asks where matter is and needs no renderer."""
+"""Triangles of the gprims on a stage, for code that needs geometry without a renderer."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from itertools import repeat
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -10,43 +11,43 @@ from pxr import Usd, UsdGeom
 
 from usdsdg.stage.poses.transforms import as_array
 
-# Sides of the polygons that stand for circles.
+# Sides of the polygons that approximate circles.
 SEGMENTS = 48
-# A shape's size by the name of the attribute.
+# Reads a size attribute of a shape by name.
 Size: TypeAlias = Callable[[str], float]
-# Columns of points made around +Z, for shapes along another axis.
-_ALONG = {"X": [2, 0, 1], "Y": [1, 2, 0], "Z": [0, 1, 2]}
+# Permutation of coordinates that rotates shapes around +Z to another axis.
+_AXES = {"X": [2, 0, 1], "Y": [1, 2, 0], "Z": [0, 1, 2]}
 
 
 class Triangles(NamedTuple):
     """Triangles of one gprim, counter-clockwise seen from outside."""
 
-    points: np.ndarray  # (V, 3) float64 [units of the space asked for]
+    points: np.ndarray  # (V, 3) float64 [units of their space]
     faces: np.ndarray  # (T, 3) int64 into points
 
     def corners(self) -> np.ndarray:
-        """(T, 3, 3): the corners of each triangle."""
+        """Return the corners of each triangle (T, 3, 3)."""
         return self.points[self.faces]
 
 
-class Placed(NamedTuple):
-    """One gprim, or one copy of it by a point instancer."""
+class TriangleInstance(NamedTuple):
+    """Triangles of a gprim, or of one of its instances by a point instancer, with their transform."""
 
     path: str
     triangles: Triangles  # in its own space
     to_world: np.ndarray  # (4, 4) row vectors
 
     def in_world(self) -> Triangles:
-        """Its triangles in the world; turned over where the transform mirrors, so that outside stays outside."""
+        """Return the triangles in the world; mirroring transforms reverse them, so that they keep facing outwards."""
         points = self.triangles.points @ self.to_world[:3, :3] + self.to_world[3, :3]
         mirrored = np.linalg.det(self.to_world[:3, :3]) < 0
         return Triangles(points, self.triangles.faces[:, ::-1] if mirrored else self.triangles.faces)
 
 
-def triangles_below(prims: Iterable[Usd.Prim]) -> list[Placed]:
-    """All gprims at and below `prims`, inside instances and point instancers too, whether visible or not.
+def triangles_below(prims: Iterable[Usd.Prim]) -> list[TriangleInstance]:
+    """Return the triangles of all gprims at and below `prims`, visible or not, also in instances and point instancers.
 
-    Meshes are taken as their control cage; faces are cut into fans.
+    Meshes are read as their control cage; faces are triangulated as fans.
     """
     cache = UsdGeom.XformCache(Usd.TimeCode.Default())
     found = []
@@ -55,23 +56,23 @@ def triangles_below(prims: Iterable[Usd.Prim]) -> list[Placed]:
         for prim in walk:
             if prim.IsA(UsdGeom.PointInstancer):
                 walk.PruneChildren()
-                found += _copies(UsdGeom.PointInstancer(prim), cache)
+                found += _instances(UsdGeom.PointInstancer(prim), cache)
             elif prim.IsA(UsdGeom.Gprim) and (own := own_triangles(prim)) is not None:
-                found.append(Placed(str(prim.GetPath()), own, as_array(cache.GetLocalToWorldTransform(prim))))
+                found.append(TriangleInstance(str(prim.GetPath()), own, as_array(cache.GetLocalToWorldTransform(prim))))
     return found
 
 
-def _copies(instancer: UsdGeom.PointInstancer, cache: UsdGeom.XformCache) -> Iterator[Placed]:
+def _instances(instancer: UsdGeom.PointInstancer, cache: UsdGeom.XformCache) -> Iterator[TriangleInstance]:
     stage, path = instancer.GetPrim().GetStage(), str(instancer.GetPath())
     to_world = as_array(cache.GetLocalToWorldTransform(instancer.GetPrim()))
     time = Usd.TimeCode.Default()
     transforms = instancer.ComputeInstanceTransformsAtTime(time, time, UsdGeom.PointInstancer.IncludeProtoXform)
     mask = instancer.ComputeMaskAtTime(time)
-    kinds = [kind for kind, shown in zip(instancer.GetProtoIndicesAttr().Get() or (), mask or _always()) if shown]
+    kinds = [kind for kind, shown in zip(instancer.GetProtoIndicesAttr().Get() or (), mask or repeat(True)) if shown]
     parts: dict[int, list[tuple[Triangles, np.ndarray]]] = {}
     for kind, target in enumerate(instancer.GetPrototypesRel().GetForwardedTargets()):
         root = stage.GetPrimAtPath(target)
-        # The prototype's own transform is in the instance's already.
+        # The instance transforms include the prototype's own transform already.
         root_to_world = cache.GetLocalToWorldTransform(root).GetInverse() if root else None
         parts[kind] = [
             (placed.triangles, placed.to_world @ as_array(root_to_world))
@@ -79,16 +80,11 @@ def _copies(instancer: UsdGeom.PointInstancer, cache: UsdGeom.XformCache) -> Ite
         ]
     for index, (kind, transform) in enumerate(zip(kinds, transforms)):
         for triangles, to_prototype in parts.get(kind, ()):
-            yield Placed(f"{path}[{index}]", triangles, to_prototype @ as_array(transform) @ to_world)
-
-
-def _always() -> Iterator[bool]:
-    while True:
-        yield True
+            yield TriangleInstance(f"{path}[{index}]", triangles, to_prototype @ as_array(transform) @ to_world)
 
 
 def own_triangles(prim: Usd.Prim) -> Triangles | None:
-    """Triangles of a gprim in its own space; None for what has no surface that we know (curves, points, empty)."""
+    """Return the triangles of a gprim in its own space; None for prims without faces (curves, points, empty meshes)."""
     if prim.IsA(UsdGeom.Mesh):
         return _of_mesh(UsdGeom.Mesh(prim))
     shape = _SHAPES.get(str(prim.GetTypeName()))
@@ -96,7 +92,7 @@ def own_triangles(prim: Usd.Prim) -> Triangles | None:
         return None
     points, faces = shape(lambda name: float(prim.GetAttribute(name).Get()))
     if axis := prim.GetAttribute("axis"):
-        points = points[:, _ALONG[str(axis.Get())]]
+        points = points[:, _AXES[str(axis.Get())]]
     return Triangles(points, _with_area(points, faces))
 
 
@@ -112,22 +108,22 @@ def _plane(size: Size) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _sphere(size: Size) -> tuple[np.ndarray, np.ndarray]:
-    return _turned(_arc(-90, 90) * size("radius"))
+    return _revolved(_arc(-90, 90) * size("radius"))
 
 
 def _capsule(size: Size) -> tuple[np.ndarray, np.ndarray]:
     radius, half = size("radius"), size("height") / 2
-    return _turned(np.concatenate([_arc(-90, 0) * radius - (0, half), _arc(0, 90) * radius + (0, half)]))
+    return _revolved(np.concatenate([_arc(-90, 0) * radius - (0, half), _arc(0, 90) * radius + (0, half)]))
 
 
 def _cylinder(size: Size) -> tuple[np.ndarray, np.ndarray]:
     radius, half = size("radius"), size("height") / 2
-    return _turned(np.array([(0, -half), (radius, -half), (radius, half), (0, half)]))
+    return _revolved(np.array([(0, -half), (radius, -half), (radius, half), (0, half)]))
 
 
 def _cone(size: Size) -> tuple[np.ndarray, np.ndarray]:
     radius, half = size("radius"), size("height") / 2
-    return _turned(np.array([(0, -half), (radius, -half), (0, half)]))
+    return _revolved(np.array([(0, -half), (radius, -half), (0, half)]))
 
 
 def _arc(start: float, end: float) -> np.ndarray:
@@ -135,16 +131,16 @@ def _arc(start: float, end: float) -> np.ndarray:
     return np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
-def _turned(outline: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """An outline (radius, z), from bottom to top, turned around Z."""
+def _revolved(profile: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return points and faces of the surface of revolution of a profile (radius, z), bottom to top, around Z."""
     angle = np.arange(SEGMENTS) * (2 * np.pi / SEGMENTS)
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    flat = outline[:, None, :1] * ring
-    points = np.concatenate([flat, np.broadcast_to(outline[:, None, 1:], (*flat.shape[:2], 1))], axis=-1).reshape(-1, 3)
-    row, column = np.indices((len(outline) - 1, SEGMENTS)).reshape(2, -1)
-    here, onward = row * SEGMENTS + column, row * SEGMENTS + (column + 1) % SEGMENTS
-    lower = np.stack([here, onward, onward + SEGMENTS], axis=1)
-    return points, np.concatenate([lower, np.stack([here, onward + SEGMENTS, here + SEGMENTS], axis=1)])
+    flat = profile[:, None, :1] * ring
+    points = np.concatenate([flat, np.broadcast_to(profile[:, None, 1:], (*flat.shape[:2], 1))], axis=-1).reshape(-1, 3)
+    row, column = np.indices((len(profile) - 1, SEGMENTS)).reshape(2, -1)
+    here, following = row * SEGMENTS + column, row * SEGMENTS + (column + 1) % SEGMENTS
+    lower = np.stack([here, following, following + SEGMENTS], axis=1)
+    return points, np.concatenate([lower, np.stack([here, following + SEGMENTS, here + SEGMENTS], axis=1)])
 
 
 _SHAPES = {
@@ -180,13 +176,13 @@ def _of_mesh(mesh: UsdGeom.Mesh) -> Triangles | None:
 
 
 def _value(attribute: Usd.Attribute) -> object:
-    """The value, or the first sample where there are only samples."""
+    """Return the default value of an attribute, or its first time sample if it has no default."""
     value = attribute.Get()
     return attribute.Get(Usd.TimeCode.EarliestTime()) if value is None else value
 
 
 def _with_area(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Without triangles that are lines or points, or not finite."""
+    """Return the faces without those that are degenerate or not finite."""
     a, b, c = (points[faces[:, i]] for i in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     longest = np.maximum(((b - a) ** 2).sum(1), ((c - a) ** 2).sum(1))
