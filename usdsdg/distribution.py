@@ -3,8 +3,6 @@
 Mirrors `rep.distribution`. A distribution is a node that others hold as an input; it draws when its consumer runs.
 """
 
-from __future__ import annotations
-
 import abc
 import copy
 from collections.abc import Callable, Iterable, Sequence

@@ -14,8 +14,6 @@ UsdsdgError                     the one to catch; the command line prints it wit
 └── Unsupported                 a known feature of Replicator or USD that usdsdg does not have
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import threading

@@ -1,7 +1,5 @@
 """Frames on demand. Mirrors `rep.orchestrator`; what a frame is stands in `frame_loop`."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections.abc import Callable, Iterator

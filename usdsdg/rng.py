@@ -1,7 +1,5 @@
 """A NumPy generator that follows the global seed. Mirrors `rep.rng`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What scripts set for a run or author for the whole stage. Mirrors `rep.settings`."""
 
-from __future__ import annotations
-
 from numbers import Integral, Real
 from typing import Any
 

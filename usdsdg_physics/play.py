@@ -1,7 +1,5 @@
 """One play of a stage, from `play` to `stop`: the parsed scene, the running world, and the backup."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 import numpy as np

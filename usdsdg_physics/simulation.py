@@ -1,7 +1,5 @@
 """Simulate a stage for some time without a timeline, and compile kernels ahead."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from pxr import Usd, UsdGeom, UsdPhysics

@@ -1,7 +1,5 @@
 """Annotators and augmentations under Replicator's older names: `rep.AnnotatorRegistry`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Colors of segmentation ids: a function of the id alone, so that they are the same in all frames and runs."""
 
-from __future__ import annotations
-
 import numpy as np
 
 BACKGROUND, UNLABELLED, FIRST_LABELED = 0, 1, 2

@@ -1,7 +1,5 @@
 """The input of annotators: the AOVs of one render product with the labeled prims in view."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any

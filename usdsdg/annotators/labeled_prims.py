@@ -4,8 +4,6 @@ A labeled prim owns the gprims whose nearest labeled ancestor (or self) it is. A
 the nearest: with "class:*", the gprims of a wheel labeled only {part: wheel} belong to the car {class: car} above it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 

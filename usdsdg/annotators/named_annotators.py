@@ -1,7 +1,5 @@
 """Annotators by name: `rep.annotators.get`, `register`, `augment` and their like."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

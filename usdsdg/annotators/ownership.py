@@ -1,7 +1,5 @@
 """Owners of gprims: the nearest labeled ancestor (or the gprim itself) that passes a label filter."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple

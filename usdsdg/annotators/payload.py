@@ -1,7 +1,5 @@
 """The argument of a writer's `write`: the annotations of all its render products, in one of three layouts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol

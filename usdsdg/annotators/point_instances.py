@@ -5,8 +5,6 @@ instancers append theirs: `path[inner][outer]`. When several instancers share a 
 order of the instancers on the stage.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple

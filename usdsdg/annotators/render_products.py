@@ -1,7 +1,5 @@
 """Render products as users give them to `attach` and `detach`: handles, prim paths, or lists of either."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from usdsdg.errors import AnnotatorError

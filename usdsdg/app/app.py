@@ -4,8 +4,6 @@ The order of one update: events and pending nodes of the graph → timeline → 
 await the next update → other tasks that are ready.
 """
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable, Coroutine
 from typing import Any

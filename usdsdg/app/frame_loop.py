@@ -4,8 +4,6 @@ The order of one frame: triggers and events write the stage → timeline and phy
 exposed, in sub-frames if motion blur is on → labels are rendered → annotators compute → writers write.
 """
 
-from __future__ import annotations
-
 import weakref
 from collections.abc import Callable, Iterator
 

@@ -1,7 +1,5 @@
 """A layer for the prims that a script adds. Mirrors `rep.new_layer`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 

@@ -5,8 +5,6 @@ usual, and `asyncio.ensure_future` uses the loop made here. Its tasks run one st
 and at every orchestrator step; those that remain run after the script.
 """
 
-from __future__ import annotations
-
 import asyncio
 import weakref
 from collections.abc import Callable, Coroutine

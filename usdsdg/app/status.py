@@ -1,7 +1,5 @@
 """The status of the orchestrator, and callbacks for its changes."""
 
-from __future__ import annotations
-
 import enum
 import itertools
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Files of a folder, by what they are for."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 `graph.node.prim_paths` gives the paths and looks nothing up; here they become prims of the current stage.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

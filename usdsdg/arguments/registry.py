@@ -1,7 +1,5 @@
 """Members of a family (annotators, writers, ...) by name, and functions that scripts register in a module."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Generic, TypeVar

@@ -1,7 +1,5 @@
 """Values as users write them, in the shape that an argument wants; what does not fit is told in one sentence."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from numbers import Integral
 from typing import Any

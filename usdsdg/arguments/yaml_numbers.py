@@ -1,7 +1,5 @@
 """Numbers in YAML files as YAML 1.2 and JSON have them."""
 
-from __future__ import annotations
-
 import re
 
 import yaml

@@ -3,8 +3,6 @@
 Films are exposed once per sub-frame; labels are rendered once, from the state at the last exposure.
 """
 
-from __future__ import annotations
-
 from usdsdg.annotators.annotator import attached_annotators
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.labeled_prims import LabeledPrimReader

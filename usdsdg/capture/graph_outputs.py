@@ -1,7 +1,5 @@
 """What a writer's payload tells of the graph: how often triggers have fired, and what named distributions drew."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

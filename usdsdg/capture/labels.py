@@ -1,7 +1,5 @@
 """The labels of one frame: AOVs of one ray through each pixel center, and masks of all labeled prims."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """From frames to files: payloads for writers, and the end of the queue of files."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping
 

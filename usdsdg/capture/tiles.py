@@ -1,7 +1,5 @@
 """The image of a render product as the images of its cameras: one, or several in tiles."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

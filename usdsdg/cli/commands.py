@@ -1,7 +1,5 @@
 """The commands `usdsdg run | generate | render | simulate | inspect | doctor`; heavy imports stay inside them."""
 
-from __future__ import annotations
-
 import atexit
 import gc
 from typing import Annotated

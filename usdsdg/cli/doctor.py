@@ -1,7 +1,5 @@
 """`usdsdg doctor`: print installed packages, devices, and the folders of caches and assets."""
 
-from __future__ import annotations
-
 import importlib.metadata
 import logging
 import os

@@ -1,7 +1,5 @@
 """Detect files that were given to the wrong command, and name the command that takes them."""
 
-from __future__ import annotations
-
 from enum import Enum
 from pathlib import Path
 from typing import Any

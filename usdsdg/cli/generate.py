@@ -1,7 +1,5 @@
 """`usdsdg generate CONFIG`: run the object-based scenario from a YAML or JSON file, or the graph of a saved stage."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`usdsdg inspect DIR`: make an HTML page that shows a dataset."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """Ctrl-C before a command has begun: end the process with one line."""
 
-from __future__ import annotations
-
 import os
 import signal
 from typing import Any

@@ -1,7 +1,5 @@
 """Entry point of the `usdsdg` program: what stands before the first heavy import."""
 
-from __future__ import annotations
-
 from usdsdg.cli.interrupts import end_at_once_on_interrupt
 
 

@@ -1,7 +1,5 @@
 """`usdsdg run SCRIPT`: run an existing Replicator or Isaac Sim script, or a Replicator YAML file, unchanged."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path

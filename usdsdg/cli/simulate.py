@@ -1,7 +1,5 @@
 """`usdsdg simulate STAGE`: simulate the physics of a stage and save the resulting poses."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

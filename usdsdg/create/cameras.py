@@ -1,7 +1,5 @@
 """Cameras of all of Omniverse's lens models. Mirrors `rep.create.camera` and `stereo_camera`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Gf, Sdf, Usd, UsdGeom

@@ -1,7 +1,5 @@
 """Groups and empty transforms. Mirrors `rep.create.group` and `xform`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from usdsdg import modify

@@ -1,7 +1,5 @@
 """Lights. Mirrors `rep.create.light`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import UsdLux

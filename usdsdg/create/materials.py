@@ -1,7 +1,5 @@
 """Materials. Mirrors `rep.create.material_omnipbr`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Sdf

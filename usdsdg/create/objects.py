@@ -1,7 +1,5 @@
 """Objects: an Xform `/Replicator/<Type>_Xform[_NN]` that carries pose and labels, with one child `<Type>`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

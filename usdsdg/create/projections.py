@@ -1,7 +1,5 @@
 """Textures projected onto prims. Mirrors `rep.create.projection_material` and `mesh_decal`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Usd

@@ -1,7 +1,5 @@
 """Assets from files. Mirrors `rep.create.from_usd` and `from_dir`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from usdsdg import modify

@@ -3,8 +3,6 @@
 Mirrors `rep.create.render_product` and `render_product_tiled`.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -16,8 +16,6 @@ as_mesh, count: how it is made, and how many. name, parent: the first object is 
 Errors: ArgumentError for a value of another shape and for `count`, BadPrim for a parent or material that is not there.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from usdsdg import modify

@@ -1,7 +1,5 @@
 """The deprecated form of tiled images. Mirrors `rep.create.tiled_sensor`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

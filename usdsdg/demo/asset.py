@@ -1,7 +1,5 @@
 """Geometry and materials of a demo asset, before it is written to USD."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 

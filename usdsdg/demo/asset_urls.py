@@ -1,7 +1,5 @@
 """URLs of the demo assets, and the functions that make them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from usdsdg.demo.asset import Asset

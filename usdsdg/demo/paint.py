@@ -1,7 +1,5 @@
 """Drawing primitives for textures: noise, text, bars, symbols. All colors are sRGB 0…255."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Sequence
 from functools import lru_cache

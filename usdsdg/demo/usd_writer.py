@@ -1,7 +1,5 @@
 """Write demo assets as USD layers: meshes, material subsets, preview surfaces and their textures."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 A value may be given once for all prims or once per prim, as tuples, lists or arrays.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -4,8 +4,6 @@ Every function takes one prim or a list of prims (also paths), and values once f
 one per prim. Nothing is returned.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom, UsdShade

@@ -1,7 +1,5 @@
 """New prims: their names, parents and transforms, and the arguments that all `create` functions share."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Poses as arguments of the functional API: relative to another prim, about a pivot, looking at a target."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where prims are. Mirrors `rep.functional.utils`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Gf

@@ -1,7 +1,5 @@
 """The graph on the stage: every node as a prim, when it is added, so that a saved stage shows and can run it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from usdsdg.graph.node import Node, ReplicatorItem

@@ -5,8 +5,6 @@ The layout is OmniGraph's: `node:type`, execution from `outputs:execOut` to `inp
 What OmniGraph has no attribute for is kept under `usdsdg:`.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -5,8 +5,6 @@ removing or reordering randomizers leaves every other draw as it was. The mixing
 (Steele, Lea and Flood, OOPSLA 2014), applied once per key part.
 """
 
-from __future__ import annotations
-
 import hashlib
 import operator
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Projection of 3D boxes to line segments in the image, and axes of cuboids that are only known in pixels."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

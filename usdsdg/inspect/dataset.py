@@ -1,7 +1,5 @@
 """Reading of a dataset folder: which writers made it, what they wrote, what looks wrong."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Selection and size of the images on the page, so that the page stays loadable."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Encoding of images for the page: JPEG for color, palettes for masks, colorized depth."""
 
-from __future__ import annotations
-
 import base64
 import io
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Listing of the files of a dataset, and reading that reports broken files as problems."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Reader of BasicWriter's folders: files per annotator and frame, flat or in a folder per render product."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Mapping

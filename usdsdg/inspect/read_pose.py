@@ -1,7 +1,5 @@
 """Reader of PoseWriter's folders: NNNNNN.png with NNNNNN.json, in its three formats."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The content of a dataset, independent of the writer that made it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Counts and histograms over all objects of a dataset, by class."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Labels, visibility, materials and variants of prims. Mirrors the functions of the same names in `rep.modify`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

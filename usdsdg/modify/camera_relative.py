@@ -1,7 +1,5 @@
 """Poses in a camera's image and around a point. Mirrors `rep.modify.pose_camera_relative` and `pose_orbit`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The timeline and skeletal animation. Mirrors `rep.modify.timeline`, `time`, `frame` and `animation`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Inputs that are one number per prim."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from usdsdg.arguments.values import shown

@@ -1,7 +1,5 @@
 """Poses of the instances of a PointInstancer made by `randomizer.instantiate(mode="point_instance")`, one by one."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Poses of prims. Mirrors `rep.modify.pose`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The prims that an action works on."""
 
-from __future__ import annotations
-
 from pxr import Usd
 
 from usdsdg.arguments.prims import prim_at

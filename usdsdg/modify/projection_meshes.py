@@ -4,8 +4,6 @@ A projection is a Mesh prim that says what it is made from: `usdsdg:projector` (
 its -Z), `usdsdg:targets`, `usdsdg:offset`, `usdsdg:depth`. `bake` makes its points and UVs anew after one has moved.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

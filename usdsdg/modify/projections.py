@@ -1,7 +1,5 @@
 """Change the pose and the textures of projections. Mirrors `rep.modify.projection_material`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Usd, UsdShade

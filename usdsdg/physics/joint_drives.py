@@ -1,7 +1,5 @@
 """Joint drives. Mirrors `rep.physics.drive_properties`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Usd, UsdPhysics

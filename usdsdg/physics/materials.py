@@ -1,7 +1,5 @@
 """Physics materials. Mirrors `rep.physics.physics_material`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Usd, UsdPhysics, UsdShade

@@ -1,7 +1,5 @@
 """Rigid bodies and colliders. Mirrors `rep.physics.rigid_body` and `collider`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Gf, Usd, UsdGeom, UsdPhysics

@@ -1,7 +1,5 @@
 """Simulate and reset without a timeline. Mirrors `rep.physics.simulate` and `reset`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from usdsdg.errors import GraphError

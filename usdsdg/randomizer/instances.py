@@ -1,7 +1,5 @@
 """Instanced assets that are drawn again at every execution. Mirrors `rep.randomizer.instantiate`."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

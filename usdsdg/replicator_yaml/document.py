@@ -1,7 +1,5 @@
 """Read a file and the profiles that it inherits from into groups of YAML nodes, which keep their line numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Errors of Replicator YAML files, with file and line."""
 
-from __future__ import annotations
-
 from typing import NoReturn
 
 import yaml

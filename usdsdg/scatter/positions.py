@@ -1,7 +1,5 @@
 """One position per object, drawn again as long as the object collides there."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Protocol
 

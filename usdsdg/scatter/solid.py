@@ -1,7 +1,5 @@
 """Bodies that may collide: triangles around an origin, with bounding volumes over them."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterable, Sequence
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Prims of the stage as what scattering needs: bodies around their origins, surfaces and volumes in the world."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

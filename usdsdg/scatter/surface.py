@@ -1,7 +1,5 @@
 """Points on surfaces, uniformly by area."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from usdsdg.errors import ArgumentError

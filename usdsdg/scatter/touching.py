@@ -1,7 +1,5 @@
 """Whether two bodies share a point: bounding volumes, then triangles against triangles, then one inside the other."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from usdsdg.scatter.solid import BLOCK, Solid

@@ -1,7 +1,5 @@
 """Points in volumes, uniformly, by way of voxels."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

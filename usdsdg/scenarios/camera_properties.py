@@ -1,7 +1,5 @@
 """Validate camera attributes given by name against the schema of USD cameras."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Tf, Usd

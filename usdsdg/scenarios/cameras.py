@@ -1,7 +1,5 @@
 """Cameras that look at labeled objects, each with a collision sphere that pushes other objects away."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from pxr import Gf, Usd, UsdGeom, UsdPhysics

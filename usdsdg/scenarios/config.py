@@ -3,8 +3,6 @@
 The default of a key is that of Isaac Sim's example.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from typing import Annotated, Any, Literal

@@ -1,7 +1,5 @@
 """Error messages for configurations that fail validation, with the values that would be accepted."""
 
-from __future__ import annotations
-
 import difflib
 import types
 import typing

@@ -1,7 +1,5 @@
 """Read configuration files: YAML or JSON with the line of every key, then overrides, then validation."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

@@ -1,7 +1,5 @@
 """Random draws keyed by purpose, so that a changed number of objects does not change the other draws."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeVar

@@ -1,7 +1,5 @@
 """The stage around the objects: an environment or an empty stage, collision walls, and the physics scene."""
 
-from __future__ import annotations
-
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.scenarios import rigid_bodies

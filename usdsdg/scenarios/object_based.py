@@ -3,8 +3,6 @@
 The steps and their order are those of Isaac Sim's object-based example; random numbers are keyed draws of our own.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable

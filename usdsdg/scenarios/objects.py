@@ -1,7 +1,5 @@
 """Rigid bodies in the working area: labeled assets, and distractors without labels."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path

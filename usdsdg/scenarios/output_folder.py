@@ -1,7 +1,5 @@
 """Output folders of scenarios: relative to the working directory, except for prefixes in an S3 bucket."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from typing import Any

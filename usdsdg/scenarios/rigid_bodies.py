@@ -1,7 +1,5 @@
 """Make prims of a scenario colliders and rigid bodies."""
 
-from __future__ import annotations
-
 from pxr import Usd, UsdPhysics
 
 from usdsdg.errors import warn_once

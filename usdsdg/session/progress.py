@@ -1,7 +1,5 @@
 """Progress reports of long tasks: bars with rate and ETA on a terminal, plain lines elsewhere."""
 
-from __future__ import annotations
-
 import sys
 import time
 from typing import Any, Protocol, TextIO

@@ -4,8 +4,6 @@
 that only affect a user interface.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

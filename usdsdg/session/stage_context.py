@@ -1,7 +1,5 @@
 """The current stage: create, open and save it, and look stages up by id."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable

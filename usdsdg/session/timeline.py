@@ -1,7 +1,5 @@
 """The timeline: play, pause, stop and time, with the interface of `omni.timeline`. Times are in seconds."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from usdsdg.errors import Unsupported

@@ -1,7 +1,5 @@
 """Asset URLs to files: one assets root, and what to say when a file is not there."""
 
-from __future__ import annotations
-
 import difflib
 import os
 import re

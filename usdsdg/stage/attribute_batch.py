@@ -3,8 +3,6 @@
 USD resolves and notifies at every `Set`; here the Sdf specs are looked up once and set within one ChangeBlock.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

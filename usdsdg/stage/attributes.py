@@ -1,7 +1,5 @@
 """Values written to attributes in the attribute's own type."""
 
-from __future__ import annotations
-
 import difflib
 import math
 from typing import Any

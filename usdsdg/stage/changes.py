@@ -1,7 +1,5 @@
 """What changed on a stage since a reader last asked."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field

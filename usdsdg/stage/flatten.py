@@ -1,7 +1,5 @@
 """One self-contained layer out of a stage: sublayers and session layer merged, references kept."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import os

@@ -1,7 +1,5 @@
 """MDL materials as Omniverse authors them, with a UsdPreviewSurface beside them for viewers without MDL."""
 
-from __future__ import annotations
-
 import difflib
 from numbers import Integral, Real
 from typing import Any

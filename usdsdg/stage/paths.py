@@ -1,7 +1,5 @@
 """Prim paths: the next free one, and names that USD accepts."""
 
-from __future__ import annotations
-
 import difflib
 import re
 

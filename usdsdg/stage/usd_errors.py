@@ -1,7 +1,5 @@
 """What USD says when it fails, as part of a message of ours."""
 
-from __future__ import annotations
-
 from pxr import Tf
 
 

@@ -1,7 +1,5 @@
 """Prims by what they are, and their boxes and transforms."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

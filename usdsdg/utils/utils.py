@@ -1,7 +1,5 @@
 """What scripts with nodes of their own import from `omni.replicator.core.scripts.utils.utils`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from usdsdg.errors import Unsupported

@@ -3,8 +3,6 @@
 A backend's `schedule` runs them on the I/O queue: `backend.schedule(write_image, path="rgb_0000.png", data=rgb)`.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import pickle

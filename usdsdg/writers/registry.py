@@ -1,7 +1,5 @@
 """Writers by name: `rep.writers` and `rep.WriterRegistry`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Atomic writing of files, with errors that name the cause."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import itertools

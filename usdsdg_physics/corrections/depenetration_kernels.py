@@ -1,7 +1,5 @@
 """Warp kernels of depenetration: raise and clamp the velocity at which bodies are pushed out of a collider."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from usdsdg_physics.corrections.contact_arrays import ContactArrays

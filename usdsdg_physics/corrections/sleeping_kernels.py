@@ -1,7 +1,5 @@
 """Warp kernel that wakes sleeping bodies that a moving body touches."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from usdsdg_physics.corrections.contact_arrays import ContactArrays

@@ -1,8 +1,6 @@
 """Warp kernel over bodies: correct what the solver's step made of each."""
 # ruff: noqa: UP018, RUF046
 
-from __future__ import annotations
-
 import warp as wp
 
 

@@ -1,8 +1,6 @@
 """Warp kernel over contacts: redirect those that would push a body through a static box."""
 # ruff: noqa: UP018, RUF046
 
-from __future__ import annotations
-
 import warp as wp
 
 from usdsdg_physics.corrections.contact_arrays import ContactArrays

@@ -1,7 +1,5 @@
 """Apply edits to the running world, the scene queries, and the records of the scene."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

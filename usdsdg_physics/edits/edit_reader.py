@@ -1,7 +1,5 @@
 """Translate stage edits since the last step into world updates, or request a rebuild."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Mass, center of mass and inertia of a body from its colliders and its MassAPI."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

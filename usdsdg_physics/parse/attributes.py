@@ -1,7 +1,5 @@
 """Read attributes by name, so that it does not matter which schema plugins are registered."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

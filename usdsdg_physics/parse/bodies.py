@@ -1,7 +1,5 @@
 """Read rigid bodies and mass properties: RigidBodyAPI, PhysxRigidBodyAPI, MassAPI."""
 
-from __future__ import annotations
-
 import numpy as np
 from pxr import Usd, UsdGeom
 

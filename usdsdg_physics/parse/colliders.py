@@ -1,7 +1,5 @@
 """Read colliders: CollisionAPI and PhysxCollisionAPI."""
 
-from __future__ import annotations
-
 import numpy as np
 from pxr import Usd, UsdGeom
 

@@ -1,7 +1,5 @@
 """Find the pairs of colliders that FilteredPairsAPI and collision groups keep from colliding."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import combinations_with_replacement, product
 

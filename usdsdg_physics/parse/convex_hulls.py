@@ -1,7 +1,5 @@
 """Convex hulls of meshes: at most 64 vertices, cached by content, never without volume."""
 
-from __future__ import annotations
-
 import hashlib
 
 import numpy as np

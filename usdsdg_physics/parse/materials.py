@@ -1,7 +1,5 @@
 """Read the physics materials that are bound to colliders."""
 
-from __future__ import annotations
-
 from pxr import Sdf, Usd, UsdShade
 
 from usdsdg.errors import warn_once

@@ -1,7 +1,5 @@
 """Find the prims that matter to physics in one traversal of a stage, and warn of those that cannot be simulated."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import dataclass, field
 

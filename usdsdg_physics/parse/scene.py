@@ -1,7 +1,5 @@
 """Read UsdPhysics from a stage into a `Scene` of plain records in SI units."""
 
-from __future__ import annotations
-
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 

@@ -4,8 +4,6 @@ The core of a sphere or capsule is its center or axis; its radius is added to th
 """
 # ruff: noqa: UP018, RUF046, SIM109
 
-from __future__ import annotations
-
 from typing import Any
 
 import warp as wp

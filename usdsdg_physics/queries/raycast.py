@@ -1,7 +1,5 @@
 """Intersect a ray with one shape, in the shape's own frame."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Extents of collision shapes: bounding spheres, world boxes, thickness."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from usdsdg.stage.poses.rotations import matrix_from_quat

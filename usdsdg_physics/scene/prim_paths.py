@@ -1,7 +1,5 @@
 """Subtrees of prim paths given as strings."""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 
 

@@ -4,8 +4,6 @@ Quaternions are (x, y, z, w); a pose is seven numbers x, y, z, qx, qy, qz, qw. A
 without the scale: origin and directions are the prim's, lengths are meters.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, get_args

@@ -1,7 +1,5 @@
 """Split the world matrix of a prim into the rigid frame that the solver moves and a constant remainder."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

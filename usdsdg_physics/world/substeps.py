@@ -1,7 +1,5 @@
 """Substeps of a step: more where a fast body is near a static triangle mesh."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A Newton model in motion: states, forces, substeps, and setters that reach every array the solver reads."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np

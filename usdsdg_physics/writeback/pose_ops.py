@@ -12,8 +12,6 @@ that lacks a translate or a full rotation gets the op added, as PhysX does.
 step computes the values of all bodies together in NumPy: 10 ms instead of 160 ms for 1000 bodies.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Restore the opinions that layers had before the simulation wrote to them."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 from pxr import Sdf, Usd

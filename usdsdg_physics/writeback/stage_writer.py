@@ -1,7 +1,5 @@
 """Write poses and velocities to the xform ops and velocity attributes that the prims have."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Bottom-level and top-level acceleration structures (BLAS, TLAS): eight-wide BVHs, compressed on CUDA."""
 
-from __future__ import annotations
-
 import numpy as np
 import warp as wp
 

@@ -11,8 +11,6 @@ above five bits with the offset of the first. Children are assigned to slots by 
 the node, so that the slot number alone, compared with the signs of a ray, orders them from near to far.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How much a GGX lobe reflects in all directions together: the table that keeps scattering in balance."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

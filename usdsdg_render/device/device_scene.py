@@ -1,7 +1,5 @@
 """The scene on the device that renders it: tables of `scene.Scene` as kernels read them, refreshed where changed."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

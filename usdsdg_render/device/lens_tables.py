@@ -1,7 +1,5 @@
 """Tables of lenses on the devices that render through them, for as long as the lens lives."""
 
-from __future__ import annotations
-
 from weakref import WeakKeyDictionary
 
 import numpy as np

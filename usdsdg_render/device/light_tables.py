@@ -1,7 +1,5 @@
 """Lights on the device: their rows, and the emission profiles and light links that rows point to."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -3,8 +3,6 @@
 All of it is written in place and sent to the device in one piece: a frame update is this and little else.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

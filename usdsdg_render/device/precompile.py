@@ -1,7 +1,5 @@
 """Kernels ready before the first picture: compiled on first use of a machine, else loaded from Warp's cache."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 

@@ -6,8 +6,6 @@ may leave [0, 1] and is clamped, which shows less the finer the block. The gprim
 atlas; they are free, since only gprims without textures get one.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from pxr import Usd
 

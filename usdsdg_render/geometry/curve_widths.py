@@ -1,7 +1,5 @@
 """Widths of curves and points: diameters as authored, and at the samples of curves."""
 
-from __future__ import annotations
-
 import numpy as np
 from pxr import Usd
 

@@ -4,8 +4,6 @@ BasisCurves are evaluated with their basis, HermiteCurves with their tangents an
 weights, exactly, at evenly spaced parameters of each segment.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Primvars of a mesh as faceVarying values of its triangles: one for each vertex of each triangle."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from usdsdg import errors

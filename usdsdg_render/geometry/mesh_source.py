@@ -1,7 +1,5 @@
 """Read the attributes of a UsdGeomMesh that determine its triangles, as zero-copy arrays."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

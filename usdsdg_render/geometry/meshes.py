@@ -1,7 +1,5 @@
 """UsdGeomMesh to `scene.Prototype`: triangles with faceVarying normals and UVs; invalid faces are dropped."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from usdsdg import errors

@@ -1,7 +1,5 @@
 """Cache of prototypes: gprims with the same triangles share one, found by specs, array addresses or content."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any

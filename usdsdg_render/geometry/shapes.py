@@ -3,8 +3,6 @@
 Shapes are tessellated once per type and parameters; sizes are parameters, scale belongs to the instance matrix.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Apply skinning to the points and normals of a mesh."""
 
-from __future__ import annotations
-
 import numpy as np
 from pxr import Usd
 

@@ -4,8 +4,6 @@ The support function of a shape, the largest p · d over its points p, is convex
 between tabulated directions is therefore never too small, and hardly too large on a grid that is fine enough.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 # Cells along an edge of the cube map of directions.

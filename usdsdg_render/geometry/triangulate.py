@@ -1,7 +1,5 @@
 """Triangulate polygons in NumPy: fans for convex faces, ear clipping for concave ones."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tessellate curves as round tubes with flat ends, and points as spheres."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Decode image files to arrays: Pillow's formats, 16-bit PNG, Radiance HDR, and OpenEXR if its module is installed."""
 
-from __future__ import annotations
-
 import io
 import os
 from typing import NamedTuple

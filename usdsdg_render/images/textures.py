@@ -4,8 +4,6 @@ Colors are stored in 8 sRGB-coded bits, data in as many bits as the file has (8 
 such as colors above 1, in half floats.
 """
 
-from __future__ import annotations
-
 import os
 from collections import OrderedDict
 from collections.abc import Callable, Iterable

@@ -1,7 +1,5 @@
 """The AOVs that the renderer has, by name."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 
 from usdsdg.errors import RenderError

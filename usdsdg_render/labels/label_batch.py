@@ -1,7 +1,5 @@
 """LabelBatch: the labels of many pictures, still where they were made."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -7,8 +7,6 @@ Longitudes are UsdLux's: with a Y pole the center of the texture lies towards +Z
 +X; with a Z pole the center lies towards -Y.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

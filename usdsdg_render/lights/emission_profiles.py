@@ -1,7 +1,5 @@
 """IES profiles and textures of lights, read to `scene.EmissionProfile`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """Emissive instances that are sampled as area lights: their power, bounds and triangle CDFs."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Environment map of the dome light on the device: packed texels, and a coarse grid for importance sampling."""
 
-from __future__ import annotations
-
 import weakref
 from typing import Any, NamedTuple
 

@@ -4,8 +4,6 @@ Only type C photometry is supported, which nearly all files use: vertical angles
 horizontal angles about that axis. Files that hold part of a symmetric distribution are completed by mirroring.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import NamedTuple

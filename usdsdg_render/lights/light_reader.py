@@ -1,7 +1,5 @@
 """Reader of all lights but domes: rows of `scene.LIGHT`, emission profiles and light links."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Sequence
 from typing import NamedTuple
 

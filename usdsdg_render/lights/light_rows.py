@@ -12,8 +12,6 @@ for disks and within 1 % for the others. `treatAsPoint` and `treatAsLine` shrink
 flux of its authored size.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

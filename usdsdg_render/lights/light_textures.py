@@ -1,7 +1,5 @@
 """Light textures: decoding to linear radiance, and conversion of dome layouts to latitude-longitude maps."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from usdsdg_render.images.textures import srgb_to_linear

@@ -1,7 +1,5 @@
 """Values of UsdLux attributes, and the color that a light emits."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

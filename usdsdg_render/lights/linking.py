@@ -1,7 +1,5 @@
 """UsdLux light linking and UsdLuxShadowAPI, read to `scene.LightLinks`."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Gprims with UsdLux's LightAPI (mesh lights): rendered as emissive surfaces and sampled as area lights."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from pxr import Usd, UsdLux

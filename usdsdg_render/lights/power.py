@@ -1,7 +1,5 @@
 """Strength and extent of lights, by which the path tracer selects lights, and areas of light shapes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Keeps the lights and the dome of a `scene.Scene` in sync with a stage."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 from pxr import Sdf, Usd

@@ -1,7 +1,5 @@
 """Material bindings as UsdShade computes them, collections included."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from pxr import Sdf, Usd, UsdShade

@@ -1,7 +1,5 @@
 """Textures with the displayColor of prototypes over which it varies."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Materials from a gprim's displayColor and displayOpacity, where none is bound or the bound one cannot be read."""
 
-from __future__ import annotations
-
 import numpy as np
 from pxr import Usd, UsdGeom
 

@@ -4,8 +4,6 @@ Mirrors https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html#materials and 
 _specular, _ior, _transmission and _emissive_strength. Textures are connected shaders `gltf_texture_lookup`.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -4,8 +4,6 @@ Mirrors https://autodesk.github.io/standard-surface/ and https://academysoftware
 the renderer has such layers. Of the nodes between, those are evaluated that select an image, a channel or coordinates.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import NamedTuple
 

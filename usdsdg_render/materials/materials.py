@@ -1,7 +1,5 @@
 """Read UsdShade materials and make rows of `scene.MATERIAL` from them."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, fields
 

@@ -1,7 +1,5 @@
 """Read MDL materials of Omniverse by their names and inputs, without an MDL compiler."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial

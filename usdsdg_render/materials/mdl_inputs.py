@@ -1,7 +1,5 @@
 """Inputs that Omniverse's MDL templates share: texture files, UV transforms, values blended with a texture."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

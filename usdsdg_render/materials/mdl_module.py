@@ -5,8 +5,6 @@
 Only constant and texture arguments are read; MDL is not evaluated.
 """
 
-from __future__ import annotations
-
 import os
 import re
 from typing import NamedTuple

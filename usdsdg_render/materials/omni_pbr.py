@@ -3,8 +3,6 @@
 Mirrors https://docs.omniverse.nvidia.com/materials-and-rendering/latest/templates/OmniPBR.html
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from pxr import UsdShade

@@ -1,7 +1,5 @@
 """Read UsdPreviewSurface networks (https://openusd.org/release/spec_usdpreviewsurface.html)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -3,8 +3,6 @@
 Copies into fresh pages of a process wait for each page to be made; these take the bus at its full speed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Memory that the host writes and kernels read."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Selection weight of environment light: indoors, an occluded sky would otherwise take most of the light samples."""
 
-from __future__ import annotations
-
 import numpy as np
 import warp as wp
 

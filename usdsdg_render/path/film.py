@@ -1,7 +1,5 @@
 """Film: running sums of radiance per pixel, and their denoising and tone mapping."""
 
-from __future__ import annotations
-
 import numpy as np
 import warp as wp
 

@@ -4,8 +4,6 @@ Albedo and normal guide the filter. Both are prefiltered, each by a network of i
 motion blur make them as noisy as the radiance.
 """
 
-from __future__ import annotations
-
 import atexit
 import ctypes
 import importlib.util

@@ -1,7 +1,5 @@
 """Edge-avoiding wavelet denoiser: smooths noise, keeps edges, textures and edges in mirrors."""
 
-from __future__ import annotations
-
 import warp as wp
 
 from usdsdg_render.device.parallel import launch_rows

@@ -1,7 +1,5 @@
 """Rows of Warp structs, as NumPy fills them and as kernels read them."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Any
 

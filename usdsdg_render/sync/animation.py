@@ -1,7 +1,5 @@
 """Find what varies with time on a stage, so that a new time code reads only that again."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from pxr import Sdf, Usd, UsdGeom

@@ -4,8 +4,6 @@ Point instances have no prim of their own; their path is that of the gprim in th
 id of the point (its index where no ids are authored). `point_instancer.source_path` gives the prim path back.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from pxr import Sdf, Usd

@@ -1,7 +1,5 @@
 """Materials of the drawn gprims: bound or fallback, then rows and textures of the scene."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np

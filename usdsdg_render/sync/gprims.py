@@ -1,7 +1,5 @@
 """The drawn gprims of a stage and their placements: once each, or many times through point instancers."""
 
-from __future__ import annotations
-
 from collections.abc import Set
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """Placements of gprims to the instances of a scene."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

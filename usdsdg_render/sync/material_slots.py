@@ -1,7 +1,5 @@
 """Assign rows of the material table to the material slots of gprims."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

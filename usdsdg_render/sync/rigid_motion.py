@@ -1,7 +1,5 @@
 """Rigid motion between two states of a scene, so that a moving thing blurs instead of showing a row of copies."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 

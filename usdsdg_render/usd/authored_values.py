@@ -1,7 +1,5 @@
 """Authored values as numbers, checked: a layer may hold a value of any type for any attribute."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Expand a UsdGeomPointInstancer to the gprims that it draws, with their matrices."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Classify prims by what the renderer does with them."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade

@@ -1,7 +1,5 @@
 """The visible prims of a stage in stage order: one traversal, then only the subtrees that changed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 

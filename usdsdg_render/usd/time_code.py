@@ -4,8 +4,6 @@ One update reads a stage at one time code. Dozens of small readers would only ha
 from this context.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar

@@ -1,7 +1,5 @@
 """Local and world matrices of the prims of a stage tree, in USD's row-vector convention (float64)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

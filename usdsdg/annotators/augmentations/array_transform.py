@@ -10,7 +10,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 
@@ -43,6 +43,7 @@ class NodeSpec:
 
 node_specs: Registry[NodeSpec] = Registry("augmentation node", AnnotatorRegistryError)
 augmentations: Registry[ArrayTransform] = Registry("augmentation", AnnotatorRegistryError)
+AugmentationT = TypeVar("AugmentationT", bound="ArrayTransform")
 
 
 class ArrayTransform:
@@ -69,8 +70,12 @@ class ArrayTransform:
 
     @classmethod
     def from_function(
-        cls, augmentation: Any, data_out_shape: Any = None, documentation: str | None = None, **kwargs: Any
-    ) -> Self:
+        cls: type[AugmentationT],
+        augmentation: Any,
+        data_out_shape: Any = None,
+        documentation: str | None = None,
+        **kwargs: Any,
+    ) -> AugmentationT:
         """Wrap a Python function, or a Warp kernel that is launched with one thread per pixel.
 
         A function is called as `augmentation(data_in=array, **kwargs)` and returns an array; it may write into
@@ -100,13 +105,13 @@ class ArrayTransform:
 
     @classmethod
     def from_node(
-        cls,
+        cls: type[AugmentationT],
         node_type_id: str,
         attributes_mapping: Any = None,
         data_out_shape: Any = None,
         documentation: str | None = None,
         **kwargs: Any,
-    ) -> Self:
+    ) -> AugmentationT:
         """Wrap one of Replicator's augmentation nodes, such as "omni.replicator.core.AugContrastExp".
 
         attributes_mapping: ignored: no attributes have to be connected.

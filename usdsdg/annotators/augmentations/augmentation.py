@@ -1,7 +1,5 @@
 """Augmentations as users hold and name them: `rep.annotators.Augmentation`, `get_augmentation` and their like."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from usdsdg.annotators.annotator import Annotator

@@ -3,8 +3,6 @@
 Images are uint8 (H, W, 3 or 4); alpha does not change. Values are truncated, not rounded, as in Replicator.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from usdsdg.graph.sampling import generator

@@ -1,7 +1,5 @@
 """Replicator's built-in augmentations by name, those of `rep.annotators.get_augmentation`, and their nodes."""
 
-from __future__ import annotations
-
 from usdsdg.annotators.augmentations import colors, filters, geometry, images, noise
 from usdsdg.annotators.augmentations.array_transform import NodeSpec, augmentations, node_specs
 from usdsdg.annotators.augmentations.augmentation import Augmentation

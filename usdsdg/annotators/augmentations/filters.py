@@ -3,8 +3,6 @@
 Images are uint8 (H, W, 3 or 4); alpha does not change. Borders are extended by their edge pixels.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -3,8 +3,6 @@
 Images are uint8 (H, W, C) of the same size before and after; (0, 0) is the center of the top left pixel.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -3,8 +3,6 @@
 Images are uint8 (H, W, 3 or 4); alpha does not change. The other image is resized to the same size.
 """
 
-from __future__ import annotations
-
 import functools
 from pathlib import Path
 

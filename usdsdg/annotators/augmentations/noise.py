@@ -1,7 +1,5 @@
 """Augmentations that add noise. Images are uint8 (H, W, 3 or 4); alpha does not change."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from usdsdg.annotators.augmentations.colors import to_bytes, with_rgb

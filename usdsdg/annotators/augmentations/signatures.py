@@ -1,7 +1,5 @@
 """The arguments of the functions and Warp kernels that augmentations call."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Augmentations that are Warp kernels: `data_in` to `data_out`, one thread per pixel."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

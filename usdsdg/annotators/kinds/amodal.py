@@ -5,8 +5,6 @@ They cover all labeled prims in view, also fully occluded ones, in the order and
 that visible and occluded pixels add up exactly.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

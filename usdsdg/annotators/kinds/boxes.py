@@ -3,8 +3,6 @@
 Pixel indices are inclusive: x_min and x_max are the first and last column whose pixel center is covered.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

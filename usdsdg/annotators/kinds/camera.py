@@ -1,7 +1,5 @@
 """Annotators of camera parameters and of the reference time."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from typing import Any

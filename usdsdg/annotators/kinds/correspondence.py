@@ -1,7 +1,5 @@
 """Pixel correspondence between two cameras, such as a stereo pair."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -3,8 +3,6 @@
 The camera is the left imager; distances, points and their colors are in the pixels of the right imager.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

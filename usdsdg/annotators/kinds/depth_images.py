@@ -1,7 +1,5 @@
 """Visualizations of a depth sensor: the modes of `rgbDepthOutputMode`."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from usdsdg.annotators.frame import Frame

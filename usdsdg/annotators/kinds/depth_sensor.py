@@ -4,8 +4,6 @@ The parameters are the attributes `omni:rtx:post:depthSensor:...` of the render 
 `OmniSensorDepthSensorSingleViewAPI`); one that is not authored is the setting `/rtx/post/depthSensor/...`.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 

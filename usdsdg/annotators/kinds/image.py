@@ -1,7 +1,5 @@
 """Annotators that return one AOV: color, depth, normals, motion, material channels."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

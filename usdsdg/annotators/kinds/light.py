@@ -4,8 +4,6 @@ They are the path tracer's light AOVs (see `PathSettings.light_aovs`) in either 
 emission (PtSelfIllumination) and background (PtBackground) they add up to HdrColor.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Point clouds of the visible surface, with color, normals and ids."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Segmentation colors shaded by a directional light, so that shapes stay visible."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Joints of UsdSkel characters: rest and current poses, in the world and in the image."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Annotators of values read from the stage at the time of the frame: attributes, prim paths, times."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping, Sequence
 from typing import Any

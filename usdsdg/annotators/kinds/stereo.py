@@ -4,8 +4,6 @@ Follows the documentation of the single-view depth camera of Omniverse's camera 
 open, the docstring of the function says so. Depths are in meters.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Groceries after the YCB object set: same names and sizes, origin at the center of the bounding box."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Props of a hospital; the origin is the center of the bottom."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Props of an office; the origin is the center of the bottom."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Textures of groceries: faces of boxes, and labels around cans and bottles. No real brand is shown."""
 
-from __future__ import annotations
-
 import numpy as np
 from PIL import Image
 

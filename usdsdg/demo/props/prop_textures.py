@@ -1,7 +1,5 @@
 """Textures of the props: cardboard, paper, cork, plastic, signs."""
 
-from __future__ import annotations
-
 import numpy as np
 from PIL import Image
 

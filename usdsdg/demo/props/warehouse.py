@@ -1,7 +1,5 @@
 """Props of a warehouse; the origin is the center of the bottom."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from usdsdg.demo.asset import Asset, Material

@@ -1,7 +1,5 @@
 """The warehouse stage: a hall with lamps, racks and some of the other props."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from PIL import Image

@@ -1,7 +1,5 @@
 """Boxes, plain or rounded, whose six faces show the six cells of one texture atlas."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from usdsdg.demo.shapes.surface import Surface, from_grid, joined, unit

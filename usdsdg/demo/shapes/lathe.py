@@ -1,7 +1,5 @@
 """Surfaces of revolution about the z axis: bottles, cans, cones, wheels."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

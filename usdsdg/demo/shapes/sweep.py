@@ -1,7 +1,5 @@
 """Shapes swept along a path or a direction: tubes, handles, prisms."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The four indoor rooms of the panoramas that the object-based scenario's dome light chooses from."""
 
-from __future__ import annotations
-
 from usdsdg.demo.skies.patterns import plain, planks, rug, shelf, slats, tiles, wainscot
 from usdsdg.demo.skies.room import Block, Lamp, Point, Room
 

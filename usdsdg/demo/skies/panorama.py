@@ -1,7 +1,5 @@
 """Render a room as a panorama: rays against boxes, lamps and one diffuse bounce in small lightmaps."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Description of a room: walls, blocks of furniture, lamps and windows. Meters, z up, linear radiance."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 

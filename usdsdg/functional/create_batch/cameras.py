@@ -1,7 +1,5 @@
 """Cameras of all of Omniverse's lens models."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

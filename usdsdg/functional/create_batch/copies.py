@@ -1,7 +1,5 @@
 """Prims that are copies of others: references to files and prims, and clones."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom, UsdUtils

@@ -1,7 +1,5 @@
 """Scopes and transforms: prims that hold others together."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Usd

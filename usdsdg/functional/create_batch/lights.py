@@ -6,8 +6,6 @@ are linear RGB, `color_temperature` is in kelvin and counts when `enable_color_t
 are in stage units. All of them may be lists with one value per light.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Gf, Sdf, Usd, UsdLux

@@ -1,7 +1,5 @@
 """MDL materials."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Sdf, Usd, UsdShade

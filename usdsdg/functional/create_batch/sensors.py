@@ -1,7 +1,5 @@
 """Sensors other than cameras: known names that usdsdg does not have."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Usd

@@ -1,7 +1,5 @@
 """Shapes, as meshes of one meter or as UsdGeom prims of USD's own default size (mostly two stage units)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Usd

@@ -1,7 +1,5 @@
 """Make prims rigid bodies and colliders, and set their physics attributes."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Usd, UsdPhysics, UsdShade

@@ -1,7 +1,5 @@
 """Meshes that keep objects away from a camera and out of its view."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

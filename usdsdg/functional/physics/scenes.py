@@ -1,7 +1,5 @@
 """Define PhysicsScenes, and read arguments that name one."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Usd, UsdPhysics

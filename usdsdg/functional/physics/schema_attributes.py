@@ -1,7 +1,5 @@
 """Set attributes of physics schemas by their names with or without the schema's prefix."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Usd

@@ -1,7 +1,5 @@
 """Simulate, reset, and put bodies to sleep without a timeline."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any

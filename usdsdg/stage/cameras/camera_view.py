@@ -1,7 +1,5 @@
 """The record of a camera: everything of a UsdGeom.Camera that an image depends on."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any

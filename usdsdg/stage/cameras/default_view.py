@@ -3,8 +3,6 @@
 Both are authored in the session layer, so that the stage's own layers stay as they are.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

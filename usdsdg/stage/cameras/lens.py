@@ -3,8 +3,6 @@
 `usdsdg_render/kernels/cameras/lens.py` has the same for kernels.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ The meaning of the variable t and of the value depends on the lens (see `lens.Le
 tangent, or a distance from the center.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ distance between the eyes beside the camera's position: the eye positions form a
 `usdsdg_render/kernels/cameras/lens.py` has the same for kernels.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 

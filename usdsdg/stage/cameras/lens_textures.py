@@ -3,8 +3,6 @@
 Mirrors OmniLensDistortionLutAPI's rayEnterDirectionTexture and rayExitPositionTexture.
 """
 
-from __future__ import annotations
-
 import os
 from functools import lru_cache
 

@@ -5,8 +5,6 @@ The formulas are OpenCV's for `pinholeOpenCV` and `fisheyeOpenCV`, those of Isaa
 the textbook formulas for the ideal fisheyes.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

@@ -3,8 +3,6 @@
 The camera refers to a bridge prim, which has the cameras and the sizes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The view of a tiled render product: the views of its cameras, and the size of the whole image."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from usdsdg.stage.cameras.camera_view import CameraView

@@ -1,7 +1,5 @@
 """Point instancers whose instances are posed and scattered individually."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Meshes of the shapes that scripts create: one meter in size, with normals and UVs, along the stage's up axis."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ Blend shapes with their in-betweens are applied first, then the joints: by linea
 influences per point or for the whole mesh. Results are in the mesh's own frame, to which its own transform applies.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Triangles of the gprims on a stage, for code that needs geometry without a renderer."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from itertools import repeat
 from typing import NamedTuple, TypeAlias

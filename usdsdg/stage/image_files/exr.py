@@ -7,8 +7,6 @@ Written with ZIP compression; read with none, RLE, ZIPS or ZIP. Source: "OpenEXR
 Foundation).
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
 from collections.abc import Iterator

@@ -6,8 +6,6 @@ machine. Players and readers based on FFmpeg (OpenCV, PyAV, decord, torchvision,
 Source: ISO/IEC 14496-12 (boxes), 14496-1 (descriptors).
 """
 
-from __future__ import annotations
-
 import io
 import struct
 from collections.abc import Sequence

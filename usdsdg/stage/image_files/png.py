@@ -7,8 +7,6 @@ Every row is stored as its difference from the row above (filter Up), which vect
 compresses rendered images and label maps equally well.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
 

@@ -6,8 +6,6 @@ Source: https://www.w3.org/TR/png-3/. Every byte is stored as its difference fro
 upper-left neighbors. Pixels of one anti-diagonal do not depend on each other and are restored together.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
 

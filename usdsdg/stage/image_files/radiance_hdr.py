@@ -7,8 +7,6 @@ Format: Greg Ward, "Real Pixels", Graphics Gems II; Radiance's `color.c`. Values
 2^(exponent - 136); EXPOSURE and COLORCORR lines are ignored, as in other renderers.
 """
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

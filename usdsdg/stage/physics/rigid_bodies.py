@@ -1,7 +1,5 @@
 """Apply the schemas of colliders and rigid bodies."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from pxr import Usd, UsdGeom, UsdPhysics

@@ -1,7 +1,5 @@
 """The PhysicsScene that is simulated, and its step rate."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from pxr import Sdf, Usd, UsdPhysics

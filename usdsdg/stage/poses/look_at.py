@@ -4,8 +4,6 @@
 `look_at_matrix` is the plain camera matrix, which refuses a view along the up direction.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -3,8 +3,6 @@
 A pivot is relative to the box, -1 to 1 on each axis: (0, 0, -1) is the middle of the bottom.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Poses that are given in the space of other prims."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

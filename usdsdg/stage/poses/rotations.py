@@ -8,8 +8,6 @@ long from matrices to Euler angles and 10 times as long from Euler angles to mat
 tenth).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Transforms as the stage has them: matrices of prims, the up axis and the length unit."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """The xform ops of one prim: its pose read from them, and written into those that it has."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple, TypeAlias
 

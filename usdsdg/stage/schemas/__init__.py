@@ -4,8 +4,6 @@ Each folder under `resources` holds a plugInfo.json and a generatedSchema.usda; 
 from these two, so that a schema, its defaults and its methods are written down once.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from pxr import Plug, Usd

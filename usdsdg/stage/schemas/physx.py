@@ -1,7 +1,5 @@
 """The classes of NVIDIA's PhysxSchema, importable as a stand-in for `pxr.PhysxSchema`."""
 
-from __future__ import annotations
-
 from usdsdg.stage.schemas import RESOURCES, register
 from usdsdg.stage.schemas.codeless import make_classes
 

@@ -4,8 +4,6 @@ One instance holds one (type, label) pair: `SemanticsAPI:Semantics` with
 `semantic:Semantics:params:semanticType` and `...:semanticData`.
 """
 
-from __future__ import annotations
-
 from usdsdg.stage.schemas import RESOURCES, register
 from usdsdg.stage.schemas.codeless import make_classes
 

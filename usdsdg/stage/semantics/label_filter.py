@@ -9,8 +9,6 @@ Types and labels may contain `*`, which stands for any characters: `*:*` selects
 classes.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

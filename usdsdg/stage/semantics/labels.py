@@ -5,8 +5,6 @@ New: `UsdSemantics.LabelsAPI`, one token array per type, `semantics:labels:<type
 Isaac Sim reads a saved stage, and read from either.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """What a backend is: it stores blobs by relative path and runs jobs on the I/O queue."""
 
-from __future__ import annotations
-
 import functools
 import inspect
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Files in a local folder."""
 
-from __future__ import annotations
-
 import itertools
 import os
 import weakref

@@ -1,7 +1,5 @@
 """Several backends behind one, and the backend that a writer's arguments ask for."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any

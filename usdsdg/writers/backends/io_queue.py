@@ -1,7 +1,5 @@
 """The queue between the frame loop and storage: a few threads, a bounded backlog, errors kept until they are raised."""
 
-from __future__ import annotations
-
 import atexit
 import os
 import sys

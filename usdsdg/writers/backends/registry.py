@@ -1,7 +1,5 @@
 """Backends by name: what `rep.backends` offers."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -4,8 +4,6 @@ It uses boto3, which finds credentials in all the usual places; 60 objects of 0.
 obstore, but on the I/O queue, several at a time.
 """
 
-from __future__ import annotations
-
 import itertools
 import mimetypes
 from typing import Any, NoReturn

@@ -5,8 +5,6 @@ optical axis onto the near plane, so that they stay on their side of the image a
 Points outside of a fisheye's field of view are projected outside of the image, on their own side.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """COCO categories by label, with id, color and supercategory."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The JSON file of a COCO dataset, which grows with every image."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The nine keypoints of a 3D box, by name: L/R is x min/max, D/U y min/max, B/F z min/max, in the prim's own frame."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Anti-aliased lines and discs on an image."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """KITTI classes by label, with id and color."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Mapping

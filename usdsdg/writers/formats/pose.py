@@ -1,7 +1,5 @@
 """The pose of one object from a row of bounding_box_3d, in the frames of pose files."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

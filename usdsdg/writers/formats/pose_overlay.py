@@ -1,7 +1,5 @@
 """The debug image of poses: boxes, keypoints and axes drawn over the color image."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -4,8 +4,6 @@ Our own, because it encodes all masks of an id image in one pass: 30 masks of 10
 pycocotools, which also would be another compiled dependency.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 # Payload bits of a character, and the bit that marks that another character follows.

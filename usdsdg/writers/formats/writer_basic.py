@@ -1,7 +1,5 @@
 """BasicWriter: separate files for every annotator."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """CocoWriter: images, and one JSON of boxes, masks and categories in COCO's format."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import string

@@ -1,7 +1,5 @@
 """CosmosWriter: clips of color, edges, depth and segmentation for Cosmos Transfer."""
 
-from __future__ import annotations
-
 import io
 import os
 from collections.abc import Mapping, Sequence

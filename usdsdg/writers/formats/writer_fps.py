@@ -1,7 +1,5 @@
 """FPSWriter: time per frame."""
 
-from __future__ import annotations
-
 import time
 from typing import Any
 

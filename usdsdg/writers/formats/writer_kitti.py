@@ -1,7 +1,5 @@
 """KittiWriter: images, objects, classes, instances and depth in KITTI's formats."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping
 from functools import partial

@@ -1,7 +1,5 @@
 """PoseWriter: one image and one JSON of object poses per frame, for training pose estimators."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from functools import partial

@@ -1,7 +1,5 @@
 """Refine the primvars of a subdivision surface to faceVarying ones of the refined mesh."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

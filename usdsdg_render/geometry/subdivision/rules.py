@@ -6,8 +6,6 @@ its entry k to the next one of the face), so that refinement hands it on without
 everywhere is refined linearly.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Sharpness of the corners and creases of a mesh, as authored."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from usdsdg import errors
