@@ -1,6 +1,6 @@
-"""Everything that usdsdg raises or warns about.
+"""Errors and warnings of usdsdg.
 
-UsdsdgError                     the one to catch; the command line prints it without a traceback
+UsdsdgError                     base of all errors; the command line prints it without a traceback
 ├── StageError                  a stage or prim that cannot be used as asked (BadPrim, NotAPrim, BadValue, ...)
 ├── AssetError                  a file that is missing or unreadable (AssetNotFound, AssetUnreadable)
 ├── ConfigError                 a configuration file with wrong keys, types or values
@@ -9,9 +9,9 @@ UsdsdgError                     the one to catch; the command line prints it wit
 ├── PhysicsError                a body or collider that cannot be simulated (NoCollider)
 ├── RenderError                 a camera or scene that cannot be rendered
 ├── AnnotatorError              an annotator that cannot give its data (AnnotatorRegistryError, AugmentationError)
-├── DatasetError                a folder that should hold a dataset and does not
+├── DatasetError                a folder that contains no dataset
 ├── WriterError                 output that cannot be written (OutputNotWritable, WriterRegistryError)
-└── Unsupported                 a known feature of Replicator or USD that usdsdg does not have
+└── Unsupported                 a feature of Replicator or USD that usdsdg does not support
 """
 
 import os
@@ -22,11 +22,11 @@ from pathlib import Path
 
 
 class UsdsdgError(Exception):
-    """Base of all errors of usdsdg: says what, where, why, and what to do."""
+    """Base of all errors of usdsdg; messages name the prim or argument, the cause and the remedy."""
 
 
 class StageError(UsdsdgError):
-    """A stage or prim cannot be used as asked."""
+    """A stage or prim cannot be used as requested."""
 
 
 class BadPrim(StageError, ValueError):
@@ -34,7 +34,7 @@ class BadPrim(StageError, ValueError):
 
 
 class NotAPrim(BadPrim, TypeError):
-    """Something was given for a prim that is neither one, nor a path or an item."""
+    """A prim argument is neither a prim, nor a path, nor an item."""
 
 
 class BadValue(StageError, ValueError):
@@ -42,7 +42,7 @@ class BadValue(StageError, ValueError):
 
 
 class DegenerateFrame(StageError, ValueError):
-    """A look-at frame does not exist: eye and target coincide or the view is parallel to up."""
+    """A coordinate frame is degenerate, e.g. eye and target coincide or the view direction is parallel to up."""
 
 
 class AssetError(UsdsdgError):
@@ -62,13 +62,13 @@ class ConfigError(UsdsdgError, ValueError):
 
 
 class GraphError(UsdsdgError, ValueError):
-    """A node of the randomization graph cannot work as written."""
+    """A node of the randomization graph cannot be executed as written."""
 
 
 class ArgumentError(GraphError):
-    """An argument has the wrong type, shape or value, or asks for what the stage cannot give; the message names it.
+    """An argument has the wrong type, shape or value, or does not fit the stage; the message names the argument.
 
-    A GraphError, so that scripts which catch that one catch every wrong argument too.
+    It is a GraphError, so that scripts which catch GraphError also catch wrong arguments.
     """
 
 
@@ -97,7 +97,7 @@ class AugmentationError(AnnotatorError):
 
 
 class DatasetError(UsdsdgError, ValueError):
-    """A folder is missing, or holds nothing that a known writer would have left."""
+    """A folder is missing, or contains no dataset of a known writer."""
 
 
 class WriterError(UsdsdgError):
@@ -113,23 +113,23 @@ class OutputNotWritable(WriterError, OSError):
 
 
 class Unsupported(UsdsdgError, NotImplementedError):
-    """A known feature that usdsdg does not have."""
+    """A feature of Replicator or USD that usdsdg does not support."""
 
 
 class UsdsdgWarning(UserWarning):
     """Something was ignored, approximated or replaced; the message names the prim and the remedy."""
 
 
-# Where the packages of the project lie; "<string>" is the __init__ that dataclasses generate.
+# Folders of the project's packages; "<string>" is the __init__ that dataclasses generate.
 _ROOT = Path(__file__).resolve().parents[1]
-_OURS = (*(f"{_ROOT / name}{os.sep}" for name in ("usdsdg", "usdsdg_physics", "usdsdg_render")), "<string>")
+_OWN_FILES = (*(f"{_ROOT / name}{os.sep}" for name in ("usdsdg", "usdsdg_physics", "usdsdg_render")), "<string>")
 
 _warned: set[str] = set()
 _warned_lock = threading.Lock()
 
 
 def warn_once(message: str, *, key: str | None = None) -> None:
-    """Issue a `UsdsdgWarning` the first time that `key` (default: the message itself) is met in this process."""
+    """Issue a `UsdsdgWarning` unless one with the same `key` (default: the message) was issued for this stage."""
     with _warned_lock:
         if (key or message) in _warned:
             return
@@ -138,14 +138,14 @@ def warn_once(message: str, *, key: str | None = None) -> None:
 
 
 def _level_of_caller() -> int:
-    """The `stacklevel`, as seen from the function that asks, of the nearest line outside the project."""
+    """Return the `stacklevel`, for the calling function, of the nearest line outside the project."""
     frame, level = sys._getframe(1), 1
-    while frame.f_back is not None and frame.f_code.co_filename.startswith(_OURS):
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_OWN_FILES):
         frame, level = frame.f_back, level + 1
     return level
 
 
 def forget_warnings() -> None:
-    """Let every `warn_once` speak again: a new stage is a new scene."""
+    """Allow every `warn_once` message to be issued again, as a new stage does."""
     with _warned_lock:
         _warned.clear()

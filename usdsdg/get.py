@@ -1,7 +1,7 @@
-"""Prims of the stage by path, type and labels, as items for `with` and `input_prims`. Mirrors `rep.get`.
+"""Search for prims by path, type and labels: `rep.get`. Results are items for `with` and `input_prims`.
 
-Prims are found when the line runs, in the order of the stage; the graph's own nodes and prims inside instances, which
-cannot be edited, are left out.
+Prims are searched when the line runs, in stage order; the graph's own nodes and instance proxies, which cannot be
+edited, are excluded.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ def prims(
     prim_types: Any = None, prim_types_exclusion: Any = None, semantics: Any = None, semantics_exclusion: Any = None,
     cache_result: bool = True, ignore_case: bool = True, name: str | None = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """The prims that meet every condition given; none is an empty item.
+    """Find the prims that meet all given conditions; the item is empty if there are none.
 
     Args:
-        path_pattern: regular expression that is searched in the path; `path_pattern_exclusion` must not be found.
-        path_match: text that the path contains.
-        prim_types: type or list of types, whatever the case; `prim_types_exclusion` likewise.
-        semantics: pairs of type and label, [("class", "cube")] or {"class": "cube"}; a prim is taken when any of them
-            is its own, the label as part of a label. `semantics_exclusion` likewise.
-        cache_result: False (find them again at every execution) is not available: it warns, and they are found once.
-        ignore_case: paths match in any case.
+        path_pattern: regular expression that must be found in the path; `path_pattern_exclusion` must not be found.
+        path_match: substring of the path.
+        prim_types: type or list of types, case-insensitive; `prim_types_exclusion` likewise.
+        semantics: pairs of type and label, [("class", "cube")] or {"class": "cube"}; a prim matches if it has a label
+            of that type which contains the given one, for any of the pairs. `semantics_exclusion` likewise.
+        cache_result: False (search again at every execution) is not available: it warns, and prims are searched once.
+        ignore_case: whether paths match case-insensitively.
 
     Raises:
-        ArgumentError: a pattern is no regular expression, or `semantics` are no labels.
+        ArgumentError: a pattern is not a regular expression, or `semantics` are not labels.
     """
     found = find.prims(
         None, path_pattern, path_match, path_pattern_exclusion, prim_types, prim_types_exclusion, semantics,
@@ -52,20 +52,20 @@ def _item(kind: str, found: list[Usd.Prim], cache_result: bool, name: str | None
             "get: cache_result=False is ignored; prims are found once, when the line runs. Create them before it."
         )
     return ReplicatorItem(
-        Node(kind=kind, prims=tuple(str(prim.GetPath()) for prim in found if _counts(prim)), name=name)
+        Node(kind=kind, prims=tuple(str(prim.GetPath()) for prim in found if _is_editable(prim)), name=name)
     )
 
 
-def _counts(prim: Usd.Prim) -> bool:
-    """Nodes are attached to prims, and graphs are asked for by type only."""
+def _is_editable(prim: Usd.Prim) -> bool:
+    """Whether a prim is neither an instance proxy nor a node of the randomization graph."""
     return not prim.IsInstanceProxy() and not prim.GetPath().pathString.startswith(f"{PIPELINE}/")
 
 
 def prim_at_path(path: Any, name: str | None = None) -> ReplicatorItem:
-    """The prims at a path, or at those of a list, of prims or of another item.
+    """Return an item of the prims at a path, or of those in a list of paths, prims or items.
 
     Raises:
-        BadPrim: one of them is not on the stage; names near misses.
+        BadPrim: one of them is not on the stage; the message names near misses.
     """
     wanted = prim_paths(path)
     if not wanted:
@@ -76,7 +76,7 @@ def prim_at_path(path: Any, name: str | None = None) -> ReplicatorItem:
 
 
 def _by_type(kind: str) -> Callable[..., ReplicatorItem]:
-    """A function like `prims` that knows the types."""
+    """Return a search function like `prims` for fixed prim types."""
     finder = getattr(find, kind)
 
     def get(

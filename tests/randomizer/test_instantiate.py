@@ -6,8 +6,8 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics
 import usdsdg as rep
 from usdsdg.errors import AssetNotFound, GraphError
 from usdsdg.graph import evaluate
+from usdsdg.scatter.collisions import collide
 from usdsdg.scatter.solid import Solids
-from usdsdg.scatter.touching import collide
 from usdsdg.session import stage_context
 from usdsdg.stage.geometry.triangles import triangles_below
 from usdsdg.stage.semantics import labels

@@ -1,4 +1,4 @@
-"""Where `scatter_2d` and `scatter_3d` leave prims on the stage."""
+"""Positions that `scatter_2d` and `scatter_3d` write."""
 
 import numpy as np
 import pytest
@@ -8,8 +8,8 @@ from pxr import Gf, UsdGeom
 import usdsdg as rep
 from usdsdg.errors import GraphError
 from usdsdg.graph import evaluate
+from usdsdg.scatter.collisions import collide
 from usdsdg.scatter.solid import Solids
-from usdsdg.scatter.touching import collide
 from usdsdg.scatter.volume import inside
 from usdsdg.session import stage_context
 from usdsdg.stage.geometry.triangles import triangles_below
@@ -20,13 +20,13 @@ def run():
     evaluate.graph().evaluate()
 
 
-def places(item):
+def positions(item):
     stage = stage_context.current_stage()
     return np.array([transforms.local_to_world(stage.GetPrimAtPath(path))[3] for path in item.prims])[:, :3]
 
 
 def collisions(paths, others=()):
-    """Pairs that collide, every pair tested."""
+    """Return the pairs that collide, testing every pair."""
     stage = stage_context.current_stage()
     bodies = []
     for path in [*paths, *others]:
@@ -41,19 +41,19 @@ def collisions(paths, others=()):
     ]
 
 
-def test_origins_lie_on_a_turned_surface_at_their_offset(stage):
+def test_origins_lie_on_a_rotated_surface_at_the_given_offset(stage):
     floor = rep.create.plane(position=(1, 2, 3), rotation=(40, 20, 10), scale=(4, 2, 1))
     balls = rep.create.sphere(count=50, scale=0.1)
     rep.randomizer.scatter_2d(floor, offset=0.25, input_prims=balls)
     run()
     to_floor = np.linalg.inv(np.array(transforms.local_to_world(stage.GetPrimAtPath(f"{floor.prims[0]}/Plane"))))
-    local = places(balls) @ to_floor[:3, :3] + to_floor[3, :3]
+    local = positions(balls) @ to_floor[:3, :3] + to_floor[3, :3]
     np.testing.assert_allclose(local[:, 2], 0.25, atol=1e-6)
     assert (np.abs(local[:, :2]) <= 0.5).all()
     assert local[:, 0].std() > 0.2
 
 
-def test_bounds_cut_the_surface_and_parents_are_undone(stage):
+def test_bounds_clip_the_surface_and_parent_transforms_are_inverted(stage):
     parent = UsdGeom.Xform.Define(stage, "/World/cart")
     parent.AddTranslateOp().Set(Gf.Vec3d(3, 0, 0))
     parent.AddRotateXYZOp().Set(Gf.Vec3f(0, 0, 30))
@@ -62,13 +62,13 @@ def test_bounds_cut_the_surface_and_parents_are_undone(stage):
     hill = rep.create.sphere(scale=4)
     rep.randomizer.scatter_2d(hill, min_samp=(None, -0.5, 0.5), max_samp=(None, 0.5, None), input_prims=balls)
     run()
-    found = places(balls)
+    found = positions(balls)
     assert (np.abs(found[:, 1]) <= 0.5 + 1e-9).all()
     assert (found[:, 2] >= 0.5 - 1e-9).all()
     np.testing.assert_allclose(np.linalg.norm(found, axis=1), 2.0, rtol=0.01)
 
 
-def test_objects_keep_off_each_other_and_off_obstacles(stage):
+def test_objects_avoid_each_other_and_obstacles(stage):
     floor = rep.create.plane(scale=3)
     pillar = rep.create.cylinder(scale=(0.5, 0.5, 2))
     shapes = [rep.create.cube(count=20, scale=0.2, rotation=rep.distribution.uniform((0, 0, 0), (90, 90, 90)))]
@@ -86,20 +86,20 @@ def test_without_the_check_only_obstacles_are_avoided(stage):
     rep.randomizer.scatter_2d(floor, no_coll_prims=pillar, input_prims=balls)
     run()
     assert collisions(balls.prims) != []
-    assert (np.hypot(*places(balls)[:, :2].T) > 0.64).all()
+    assert (np.hypot(*positions(balls)[:, :2].T) > 0.64).all()
 
 
-def test_objects_may_be_among_their_obstacles_and_a_pivot_is_what_is_placed(stage):
+def test_objects_may_be_listed_as_obstacles_and_their_pivots_are_placed(stage):
     room = UsdGeom.Xform.Define(stage, "/World/room")
     boxes = rep.create.cube(count=8, parent="/World/room", scale=0.2, pivot=(0, 0, -1))
     floor = rep.create.plane(scale=2, position=(0, 0, 1))
     rep.randomizer.scatter_2d(floor, no_coll_prims=str(room.GetPath()), check_for_collisions=True, input_prims=boxes)
     run()
-    np.testing.assert_allclose(places(boxes)[:, 2], 1.1, atol=1e-6)
+    np.testing.assert_allclose(positions(boxes)[:, 2], 1.1, atol=1e-6)
     assert collisions(boxes.prims) == []
 
 
-def test_a_full_floor_is_an_error_that_names_the_object(stage):
+def test_a_floor_without_free_space_raises_an_error_that_names_the_object(stage):
     floor = rep.create.plane()
     boxes = rep.create.cube(count=3, scale=0.9)
     rep.randomizer.scatter_2d(floor, check_for_collisions=True, input_prims=boxes)
@@ -107,7 +107,7 @@ def test_a_full_floor_is_an_error_that_names_the_object(stage):
         run()
 
 
-def test_places_repeat_with_the_seed_and_change_with_the_execution(stage):
+def test_positions_repeat_with_the_seed_and_change_with_the_execution(stage):
     def scattered(seed=None, extra=False):
         stage_context.new_stage()
         floor, balls = rep.create.plane(scale=5), rep.create.sphere(count=6, scale=0.2)
@@ -120,7 +120,7 @@ def test_places_repeat_with_the_seed_and_change_with_the_execution(stage):
         for _ in range(2):
             rep.utils.send_og_event("go")
             run()
-            found.append(places(balls))
+            found.append(positions(balls))
         return np.array(found)
 
     first = scattered()
@@ -132,7 +132,7 @@ def test_places_repeat_with_the_seed_and_change_with_the_execution(stage):
     assert np.array_equal(scattered(seed=8), scattered(seed=8))
 
 
-def test_origins_lie_inside_of_a_volume_and_outside_of_what_is_excluded(stage):
+def test_origins_lie_inside_the_volume_and_outside_excluded_volumes(stage):
     torus = rep.create.torus(scale=4, rotation=(30, 0, 0), position=(1, 1, 1))
     hole = rep.create.cube(position=(1, 1, 1), scale=(4, 0.8, 4))
     balls = rep.create.sphere(count=100, scale=0.1)
@@ -140,16 +140,16 @@ def test_origins_lie_inside_of_a_volume_and_outside_of_what_is_excluded(stage):
     run()
     for item, expected in ((torus, True), (hole, False)):
         corners = triangles_below([stage.GetPrimAtPath(item.prims[0])])[0].in_world().corners()
-        assert (inside(places(balls), corners) == expected).all()
+        assert (inside(positions(balls), corners) == expected).all()
 
 
-def test_a_box_without_volume_prims_and_no_collisions_in_it(stage):
+def test_without_volume_prims_the_bounds_are_the_volume_and_collisions_are_avoided(stage):
     balls = rep.create.sphere(count=40, scale=0.3)
     rep.randomizer.scatter_3d(
         min_samp=(0, 0, 0), max_samp=(2, 1, 2), check_for_collisions=True, no_coll_prims=[], input_prims=balls
     )
     run()
-    found = places(balls)
+    found = positions(balls)
     assert (found >= 0).all()
     assert (found <= (2, 1, 2)).all()
     assert collisions(balls.prims) == []
@@ -157,7 +157,7 @@ def test_a_box_without_volume_prims_and_no_collisions_in_it(stage):
     assert distances.min() > 0.29
 
 
-def test_incomplete_bounds_without_a_volume_are_an_error(stage):
+def test_incomplete_bounds_without_a_volume_raise_an_error(stage):
     balls = rep.create.sphere()
     with pytest.raises(ValueError, match="all six numbers"):
         rep.randomizer.scatter_3d(min_samp=(0, 0, 0), input_prims=balls)
@@ -167,29 +167,29 @@ def test_incomplete_bounds_without_a_volume_are_an_error(stage):
         rep.randomizer.scatter_3d(balls, resolution_scaling=0, input_prims=balls)
 
 
-def test_sampled_voxels_are_shown_where_objects_are(stage):
+def test_sampled_voxels_are_shown_at_the_objects(stage):
     block, balls = rep.create.cube(scale=2), rep.create.sphere(count=25, scale=0.1)
     rep.randomizer.scatter_3d(block, voxel_size=0.5, viz_sampled_voxels=True, input_prims=balls)
     run()
     shown = UsdGeom.PointInstancer(stage.GetPrimAtPath("/Replicator/SampledVoxels"))
-    middles = np.array(shown.GetPositionsAttr().Get())
-    assert len(middles) == 25
-    assert (np.abs(middles - places(balls)) <= 0.25 + 1e-6).all()
+    centers = np.array(shown.GetPositionsAttr().Get())
+    assert len(centers) == 25
+    assert (np.abs(centers - positions(balls)) <= 0.25 + 1e-6).all()
 
 
-@pytest.mark.parametrize(("once", "share"), [(True, 1 / 3), (False, 1 / 2)])
-def test_overlapping_volumes_are_denser_only_where_asked(stage, once, share):
+@pytest.mark.parametrize(("prevent_overlap", "fraction"), [(True, 1 / 3), (False, 1 / 2)])
+def test_overlapping_volumes_are_denser_only_on_request(stage, prevent_overlap, fraction):
     volumes = rep.create.cube(count=2, position=[(0, 0, 0), (1, 0, 0)], scale=(2, 1, 1))
     balls = rep.create.xform(count=400)
-    rep.randomizer.scatter_3d(volumes, prevent_vol_overlap=once, input_prims=balls)
+    rep.randomizer.scatter_3d(volumes, prevent_vol_overlap=prevent_overlap, input_prims=balls)
     run()
-    inside_both = (places(balls)[:, 0] > 0) & (places(balls)[:, 0] < 1)
+    inside_both = (positions(balls)[:, 0] > 0) & (positions(balls)[:, 0] < 1)
     # Binomial with n = 400: five standard deviations are 0.12.
-    assert inside_both.mean() == pytest.approx(share, abs=0.12)
-    assert (inside_both.mean() > (1 / 3 + 1 / 2) / 2) == (not once)
+    assert inside_both.mean() == pytest.approx(fraction, abs=0.12)
+    assert (inside_both.mean() > (1 / 3 + 1 / 2) / 2) == (not prevent_overlap)
 
 
-def test_voxels_are_as_fine_as_asked(stage):
+def test_voxels_have_the_requested_size(stage):
     block, balls = rep.create.cube(scale=3), rep.create.xform(count=5)
     for arguments, edge in (({}, 0.1), ({"resolution_scaling": 0.5}, 0.2), ({"voxel_size": 0.25}, 0.25)):
         rep.randomizer.scatter_3d(block, viz_sampled_voxels=True, input_prims=balls, **arguments)
@@ -198,24 +198,24 @@ def test_voxels_are_as_fine_as_asked(stage):
         assert found == pytest.approx(edge, rel=0.01)
 
 
-def test_things_in_a_volume_keep_off_obstacles(stage):
+def test_objects_in_a_volume_avoid_obstacles(stage):
     block, post = rep.create.cube(scale=3), rep.create.cylinder(scale=(1, 1, 4))
     balls = rep.create.sphere(count=30, scale=0.3)
     rep.randomizer.scatter_3d(block, no_coll_prims=post, min_samp=(None, None, 0), input_prims=balls, name="toss")
     run()
-    assert (np.hypot(*places(balls)[:, :2].T) > 0.64).all()
-    assert (places(balls)[:, 2] >= 0).all()
+    assert (np.hypot(*positions(balls)[:, :2].T) > 0.64).all()
+    assert (positions(balls)[:, 2] >= 0).all()
 
 
-def test_a_thousand_executions_of_a_shape_read_it_once(stage):
+def test_a_thousand_executions_prepare_a_shape_once(stage):
     floor, balls = rep.create.plane(scale=5), rep.create.sphere(count=3, scale=0.1)
     item = rep.randomizer.scatter_2d(floor, check_for_collisions=True, input_prims=balls)
     run()
     assert len(item.node.state["shapes"]) == 1
 
 
-def test_the_slow_and_the_fast_distance_agree(stage):
-    """Spheres at random: bodies are apart exactly where trimesh finds no vertex of one inside the other."""
+def test_collisions_agree_with_vertices_inside_of_other_spheres(stage):
+    """Random spheres collide exactly if a vertex of one is inside the other."""
     balls = rep.create.sphere(count=12, scale=0.6, position=rep.distribution.uniform((-1, -1, -1), (1, 1, 1)))
     run()
     meshes = []

@@ -1,4 +1,4 @@
-"""Triangles against triangles, bodies against bodies, points against volumes: each with a slower twin or an oracle."""
+"""Triangle, body and volume tests of scattering, compared with slow references and analytic results."""
 
 import numpy as np
 import pytest
@@ -7,9 +7,9 @@ from pxr import Gf, UsdGeom, Vt
 
 from usdsdg.errors import GraphError
 from usdsdg.scatter.bounds import Bounds
+from usdsdg.scatter.collisions import collide, triangles_cross, winding
 from usdsdg.scatter.solid import Solids
 from usdsdg.scatter.surface import Surface
-from usdsdg.scatter.touching import collide, triangles_cross, winding
 from usdsdg.scatter.volume import Box, Volume, inside
 from usdsdg.session import stage_context
 from usdsdg.stage.geometry.triangles import TriangleInstance, Triangles, triangles_below
@@ -27,7 +27,7 @@ def solid(mesh, matrix=None):
 
 
 def slow_triangles_cross(a, b):
-    """Two triangles cross where an edge of one passes through the other."""
+    """Two triangles intersect if an edge of one passes through the other."""
 
     def passes(triangle, start, end):
         normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
@@ -50,17 +50,17 @@ def test_triangles_cross_where_an_edge_passes_through():
 
 
 @pytest.mark.parametrize("scale", [1e-4, 1.0, 1e4])
-def test_triangles_in_one_plane_and_at_one_edge(scale):
+def test_coplanar_triangles_and_shared_edges_are_no_intersections(scale):
     one = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], float)
     for offset in ((0.1, 0.1, 0), (2, 0, 0), (0, 0, 0.1), (-1, 0, 0), (0.6, 0.6, 0)):
         assert not triangles_cross(one[None] * scale, (one + offset)[None] * scale)[0], offset
-    turned = one[:, [0, 2, 1]]
-    assert not triangles_cross(one[None] * scale, turned[None] * scale)[0]
+    rotated = one[:, [0, 2, 1]]
+    assert not triangles_cross(one[None] * scale, rotated[None] * scale)[0]
     shift = np.array([0.1, 0.1, -0.1])
-    assert triangles_cross(one[None] * scale, (turned + shift)[None] * scale)[0]
+    assert triangles_cross(one[None] * scale, (rotated + shift)[None] * scale)[0]
 
 
-def test_touching_boxes_are_apart_and_overlapping_ones_are_not():
+def test_boxes_in_contact_do_not_collide_and_overlapping_ones_do():
     box = solid(trimesh.creation.box())
     for axis in range(3):
         step = np.eye(3)[axis]
@@ -71,7 +71,7 @@ def test_touching_boxes_are_apart_and_overlapping_ones_are_not():
     assert collide(box, box, np.zeros(3))
 
 
-def test_one_inside_the_other_collides_and_a_room_is_empty():
+def test_a_body_inside_another_collides_but_not_one_inside_a_room():
     big, small = trimesh.creation.box((4, 4, 4)), trimesh.creation.icosphere(radius=0.5)
     for offset, expected in (((0, 0, 0), True), ((1.4, 0, 0), True), ((2.6, 0, 0), False)):
         assert collide(solid(big), solid(small), np.array(offset, float)) is expected
@@ -82,7 +82,7 @@ def test_one_inside_the_other_collides_and_a_room_is_empty():
     assert collide(solid(room), solid(small), np.array([1.6, 0, 0]))
 
 
-def test_an_l_shape_leaves_its_corner_free():
+def test_a_body_in_the_concave_corner_of_an_l_shape_does_not_collide():
     arm = trimesh.util.concatenate(
         [trimesh.creation.box((4, 1, 1)), trimesh.creation.box((1, 1, 4)).apply_translation((-1.5, 0, 1.5))]
     )
@@ -92,7 +92,7 @@ def test_an_l_shape_leaves_its_corner_free():
     assert collide(solid(arm), ball, np.array([-0.5, 0.0, 1.5]))
 
 
-def test_spheres_collide_as_their_distance_says():
+def test_spheres_collide_if_their_distance_is_below_the_sum_of_radii():
     rng = np.random.default_rng(0)
     sphere = trimesh.creation.icosphere(subdivisions=3)
     body = solid(sphere)
@@ -103,7 +103,7 @@ def test_spheres_collide_as_their_distance_says():
             assert collide(body, body, offset) == (distance < 2)
 
 
-def test_a_mirrored_and_stretched_body_is_where_its_matrix_says():
+def test_the_matrix_of_a_mirrored_and_stretched_body_is_applied():
     matrix = np.diag([-3.0, 1.0, 1.0, 1.0])
     flat, ball = solid(trimesh.creation.icosphere(), matrix), solid(trimesh.creation.icosphere(radius=0.1))
     assert collide(flat, ball, np.array([2.8, 0, 0]))
@@ -111,7 +111,7 @@ def test_a_mirrored_and_stretched_body_is_where_its_matrix_says():
     assert not collide(flat, ball, np.array([0, 1.2, 0]))
 
 
-def test_winding_and_crossings_agree():
+def test_winding_numbers_from_solid_angles_and_from_ray_intersections_agree():
     rng = np.random.default_rng(3)
     mesh = trimesh.creation.torus(1.0, 0.4, major_sections=16, minor_sections=8)
     points = rng.uniform((-1.4, -1.4, -0.4), (1.4, 1.4, 0.4), (400, 3))
@@ -136,16 +136,16 @@ def test_points_on_a_surface_are_uniform_by_area():
     np.testing.assert_allclose(small.var(0), 1 / 12, atol=0.004)
 
 
-def test_cutting_a_surface_keeps_area_and_side():
+def test_clipping_a_surface_keeps_area_and_orientation():
     sphere = trimesh.creation.icosphere(subdivisions=4)
     bounds = Bounds.given((-0.5, None, 0.0), (None, 0.3, None))
-    cut = bounds.cut(sphere.triangles)
-    assert bounds.contain(cut.mean(1)).all()
-    normals = np.cross(cut[:, 1] - cut[:, 0], cut[:, 2] - cut[:, 0])
-    assert ((normals * cut.mean(1)).sum(1) >= -1e-12).all()
+    clipped = bounds.clip(sphere.triangles)
+    assert bounds.contains(clipped.mean(1)).all()
+    normals = np.cross(clipped[:, 1] - clipped[:, 0], clipped[:, 2] - clipped[:, 0])
+    assert ((normals * clipped.mean(1)).sum(1) >= -1e-12).all()
     samples = trimesh.sample.sample_surface(sphere, 200_000, seed=1)[0]
     area = np.linalg.norm(normals, axis=1).sum() / 2
-    assert area == pytest.approx(sphere.area * bounds.contain(samples).mean(), rel=0.01)
+    assert area == pytest.approx(sphere.area * bounds.contains(samples).mean(), rel=0.01)
 
 
 def test_points_in_a_volume_are_inside_and_uniform():
@@ -161,7 +161,7 @@ def test_points_in_a_volume_are_inside_and_uniform():
     assert (points[:, :2] ** 2).sum(1).mean() == pytest.approx(1.12, rel=0.02)
 
 
-def test_a_plate_thinner_than_a_voxel_still_has_a_volume():
+def test_a_plate_thinner_than_a_voxel_is_sampled():
     plate = trimesh.creation.box((10, 10, 0.01)).apply_translation((0, 0, 3))
     points = Volume([plate.triangles], EVERYWHERE).points(np.random.default_rng(0).random((20000, 4)))
     points = points[~np.isnan(points).any(1)]
@@ -169,12 +169,13 @@ def test_a_plate_thinner_than_a_voxel_still_has_a_volume():
     assert (np.abs(points[:, 2] - 3) <= 0.005).all()
 
 
-@pytest.mark.parametrize(("once", "share"), [(True, 1 / 3), (False, 1 / 2)])
-def test_overlapping_volumes_count_once_or_as_often_as_they_overlap(once, share):
+@pytest.mark.parametrize(("prevent_overlap", "fraction"), [(True, 1 / 3), (False, 1 / 2)])
+def test_the_density_in_overlapping_volumes_is_uniform_or_multiplied(prevent_overlap, fraction):
     boxes = [trimesh.creation.box((2, 1, 1)).apply_translation((x, 0, 0)).triangles for x in (0, 1)]
-    points = Volume(boxes, EVERYWHERE, once=once).points(np.random.default_rng(0).random((40000, 4)))
+    volume = Volume(boxes, EVERYWHERE, prevent_overlap=prevent_overlap)
+    points = volume.points(np.random.default_rng(0).random((40000, 4)))
     points = points[~np.isnan(points).any(1)]
-    assert ((points[:, 0] > 0) & (points[:, 0] < 1)).mean() == pytest.approx(share, abs=0.015)
+    assert ((points[:, 0] > 0) & (points[:, 0] < 1)).mean() == pytest.approx(fraction, abs=0.015)
 
 
 def test_excluded_volumes_and_bounds_are_respected():
@@ -188,10 +189,10 @@ def test_excluded_volumes_and_bounds_are_respected():
         points = points[~np.isnan(points).any(1)]
         assert len(points) > 5000
         assert not inside(points, hole.triangles).any()
-        assert bounds.contain(points).all()
+        assert bounds.contains(points).all()
 
 
-def test_volumes_that_cannot_be_sampled_are_errors():
+def test_volumes_that_cannot_be_sampled_raise_errors():
     block = trimesh.creation.box((2, 2, 2)).triangles
     with pytest.raises(GraphError, match="all six numbers"):
         Box(Bounds.given((0, 0, 0), (1, None, 1)))
@@ -211,7 +212,7 @@ def test_volumes_that_cannot_be_sampled_are_errors():
         (((0, 0, 2), (1, 1, 1)), "is above max_samp"),
     ],
 )
-def test_bounds_that_make_no_sense(given, message):
+def test_invalid_bounds_raise_errors(given, message):
     with pytest.raises(GraphError, match=message):
         Bounds.given(*given)
 
@@ -227,7 +228,7 @@ VOLUMES = {
 
 @pytest.mark.parametrize("kind", VOLUMES)
 @pytest.mark.parametrize("axis", ["X", "Z"])
-def test_the_shapes_of_usd_have_their_volume_and_extent(kind, axis):
+def test_usd_shapes_have_their_analytic_volume_and_extent(kind, axis):
     stage = stage_context.new_stage()
     sizes, volume = VOLUMES[kind]
     prim = stage.DefinePrim("/World/shape", kind)
@@ -243,7 +244,7 @@ def test_the_shapes_of_usd_have_their_volume_and_extent(kind, axis):
     np.testing.assert_allclose([points.min(0), points.max(0)], extent, atol=1e-6)
 
 
-def test_meshes_are_cut_into_triangles_without_holes_and_turned_to_the_outside():
+def test_meshes_are_triangulated_without_holes_and_oriented_outwards():
     stage = stage_context.new_stage()
     mesh = UsdGeom.Mesh.Define(stage, "/World/mesh")
     mesh.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0)])
@@ -261,7 +262,7 @@ def test_meshes_are_cut_into_triangles_without_holes_and_turned_to_the_outside()
     assert np.cross(*(found.corners()[0, 1:] - found.corners()[0, 0]))[2] < 0
 
 
-def test_copies_of_a_point_instancer_and_of_instances_are_found():
+def test_triangles_of_instances_and_point_instances_are_found():
     stage = stage_context.new_stage()
     crate = stage.DefinePrim("/World/crate", "Xform")
     UsdGeom.Cube.Define(stage, "/World/crate/box").AddTranslateOp().Set(Gf.Vec3d(0, 0, 1))

@@ -1,1 +1,1 @@
-"""What users pass to the families: values, prims, names of members; each error says what was expected."""
+"""Conversion and validation of the arguments that users pass: values, prims, names of registered members."""

@@ -1,4 +1,4 @@
-"""Files of a folder, by what they are for."""
+"""USD files of an asset folder."""
 
 import re
 from pathlib import Path
@@ -10,11 +10,11 @@ USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 
 def usd_files(folder: str, *, recursive: bool = False, path_filter: str | None = None) -> list[str]:
-    """Paths of the USD files in a folder (or in a URL below the assets root), sorted.
+    """Return the sorted paths of the USD files in a folder (or in a URL below the assets root).
 
     Args:
-        recursive: also those of the folders inside.
-        path_filter: regular expression that is searched in the path; others are left out.
+        recursive: also search the subfolders.
+        path_filter: regular expression that must be found in the path.
 
     Raises:
         AssetNotFound: there is no such folder.

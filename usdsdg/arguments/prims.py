@@ -1,6 +1,6 @@
-"""Prims as users pass them: a path, a prim, an item, or a list of these.
+"""Conversion of prim arguments (a path, a prim, an item, or a list of these) to prims of the current stage.
 
-`graph.node.prim_paths` gives the paths and looks nothing up; here they become prims of the current stage.
+`graph.node.prim_paths` only gives the paths and does not access the stage.
 """
 
 from collections.abc import Sequence
@@ -16,16 +16,16 @@ from usdsdg.stage import paths
 
 
 def prim_at(path: str | Sdf.Path) -> Usd.Prim:
-    """The prim at `path` of the current stage.
+    """Return the prim at `path` of the current stage.
 
     Raises:
-        BadPrim: there is none; names what is there instead.
+        BadPrim: there is none; the message lists similar paths.
     """
     return paths.prim_at(current_stage(), path)
 
 
 def prims_of(prims: Any) -> list[Usd.Prim]:
-    """The prims of one prim, a path, an item or a sequence of these, in order.
+    """Return the prims that a prim, a path, an item or a sequence of these denotes, in order.
 
     Raises:
         BadPrim: a path is not on the stage, or a prim does not exist any more.
@@ -35,8 +35,8 @@ def prims_of(prims: Any) -> list[Usd.Prim]:
         prims = [prims]
     if isinstance(prims, (list, tuple)) and all(type(prim) is Usd.Prim for prim in prims):
         if not all(prims):
-            gone = next(prim for prim in prims if not prim)
-            raise BadPrim(f"{gone} does not exist any more; it was removed after the script got hold of it")
+            expired = next(prim for prim in prims if not prim)
+            raise BadPrim(f"{expired} does not exist any more; it was removed after the script looked it up")
         return list(prims)
     if isinstance(prims, ReplicatorItem):
         return [prim_at(path) for path in prims.prims]
@@ -48,10 +48,10 @@ def prims_of(prims: Any) -> list[Usd.Prim]:
 
 
 def one_prim(name: str, value: Any) -> Usd.Prim:
-    """The only prim of the argument `name`.
+    """Return the single prim that the argument `name` denotes.
 
     Raises:
-        ArgumentError: it is several, or none.
+        ArgumentError: there are several, or none.
     """
     found = prims_of(value)
     if len(found) != 1:
@@ -60,5 +60,5 @@ def one_prim(name: str, value: Any) -> Usd.Prim:
 
 
 def is_prim(value: Any) -> bool:
-    """Whether a value stands for prims, and is no list of such values."""
+    """Whether a value is a prim, a path or an item, rather than a list of these."""
     return isinstance(value, (str, Sdf.Path, Usd.Prim, ReplicatorItem))

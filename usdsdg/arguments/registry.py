@@ -1,4 +1,4 @@
-"""Members of a family (annotators, writers, ...) by name, and functions that scripts register in a module."""
+"""Registry of named members (annotators, writers, ...), and registration of script functions in a module."""
 
 import difflib
 from collections.abc import Callable, Iterable, Iterator
@@ -10,7 +10,7 @@ Member = TypeVar("Member")
 
 
 class Registry(Generic[Member]):
-    """The members of one family by name, in the order they were added."""
+    """A mapping from names to the members of one family, in insertion order."""
 
     def __init__(self, family: str, error: type[UsdsdgError]) -> None:
         """Args:
@@ -22,7 +22,7 @@ class Registry(Generic[Member]):
         self._members: dict[str, Member] = {}
 
     def add(self, name: str, member: Member, *, override: bool = True) -> None:
-        """Enter `member` under `name`.
+        """Register `member` under `name`.
 
         Raises:
             the registry's error: `name` is taken and `override` is False.
@@ -32,7 +32,7 @@ class Registry(Generic[Member]):
         self._members[name] = member
 
     def get(self, name: str) -> Member:
-        """The member called `name`.
+        """Return the member called `name`.
 
         Raises:
             the registry's error: there is none; the message lists near misses, or all names.
@@ -43,13 +43,13 @@ class Registry(Generic[Member]):
             raise self._error(self._unknown(name)) from None
 
     def remove(self, name: str) -> Member:
-        """Take `name` out and return its member; raises as `get` does."""
+        """Unregister `name` and return its member; raises as `get` does."""
         member = self.get(name)
         del self._members[name]
         return member
 
     def names(self) -> list[str]:
-        """All names, in the order in which they were added."""
+        """Return all names, in insertion order."""
         return list(self._members)
 
     def __contains__(self, name: object) -> bool:
@@ -70,7 +70,7 @@ class Registry(Generic[Member]):
 
 
 def near_misses(name: str, known: Iterable[str], *, count: int = 3) -> list[str]:
-    """Up to `count` of the `known` names that a reader may have meant by `name`, best first; case is ignored."""
+    """Return up to `count` of the `known` names that are similar to `name`, best match first; case is ignored."""
     by_folded = {str(k).casefold(): str(k) for k in known}
     return [by_folded[k] for k in difflib.get_close_matches(str(name).casefold(), by_folded, count, 0.6)]
 
@@ -78,7 +78,7 @@ def near_misses(name: str, known: Iterable[str], *, count: int = 3) -> list[str]
 def register_function(
     module: dict[str, Any], family: str, fn: Callable[..., Any], override: bool, fn_name: str | None
 ) -> None:
-    """Put `fn` into the globals of a family's module, under its own name or `fn_name`: `rep.modify.register(fn)`.
+    """Add `fn` to the globals of a family's module, under its own name or `fn_name`: `rep.modify.register(fn)`.
 
     Raises:
         ValueError: `fn` is no function, the name is no identifier, or taken while `override` is False.

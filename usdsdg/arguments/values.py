@@ -1,4 +1,4 @@
-"""Values as users write them, in the shape that an argument wants; what does not fit is told in one sentence."""
+"""Conversion of user values to the shape and type that an argument needs, with an ArgumentError for anything else."""
 
 from collections.abc import Mapping, Sequence
 from numbers import Integral
@@ -14,10 +14,10 @@ _WORDS = {2: "two", 3: "three", 4: "four"}
 
 
 def vector(name: str, value: Any, size: int = 3) -> list[float]:
-    """`size` floats, from as many numbers or from one for all components.
+    """Return `size` floats, from as many numbers or from one number for all components.
 
     Raises:
-        ArgumentError: `value` is neither; names the argument, what came, and what is expected.
+        ArgumentError: `value` is neither; the message names the argument, the value and what is expected.
     """
     try:
         numbers = np.asarray(value, dtype=np.float64)
@@ -32,19 +32,19 @@ def vector(name: str, value: Any, size: int = 3) -> list[float]:
 
 
 def count_of(value: Any) -> int:
-    """How many prims to make.
+    """Validate the number of prims to create.
 
     Raises:
-        ArgumentError: `value` is no whole number, or negative.
+        ArgumentError: `value` is not an integer, or negative.
     """
     return whole_number("count", value, least=0)
 
 
 def whole_number(name: str, value: Any, *, least: int | None = None) -> int:
-    """An argument that counts something.
+    """Validate an integer argument.
 
     Raises:
-        ArgumentError: `value` is no whole number, or below `least`.
+        ArgumentError: `value` is not an integer, or below `least`.
     """
     if not isinstance(value, Integral) or isinstance(value, bool) or (least is not None and value < least):
         raise ArgumentError(
@@ -54,10 +54,10 @@ def whole_number(name: str, value: Any, *, least: int | None = None) -> int:
 
 
 def labels_of(semantics: Any) -> Labels:
-    """`[("class", "cube")]` or `{"class": "cube" | ["cube", ...]}` as {type: [labels]}.
+    """Convert `[("class", "cube")]` or `{"class": "cube" | ["cube", ...]}` to {type: [labels]}.
 
     Raises:
-        ArgumentError: it is neither.
+        ArgumentError: `semantics` is neither.
     """
     pairs = list(semantics.items()) if isinstance(semantics, Mapping) else semantics
     if not _is_list(pairs) or not all(_is_pair(pair) for pair in pairs):
@@ -72,7 +72,7 @@ def labels_of(semantics: Any) -> Labels:
 
 
 def labels_per_prim(semantics: Any, count: int) -> list[Labels]:
-    """The labels of each of `count` prims: the same for all, or from a list with one `labels_of` value per prim.
+    """Return the labels of each of `count` prims: the same for all, or from a list with one `labels_of` value per prim.
 
     Raises:
         ArgumentError: `semantics` is neither.
@@ -82,7 +82,7 @@ def labels_per_prim(semantics: Any, count: int) -> list[Labels]:
 
 
 def shown(value: Any) -> str:
-    """`value` for a message: short, and arrays as the lists that a user would have written."""
+    """Format `value` for a message: at most 80 characters, arrays as lists."""
     text = repr(value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value)
     return text if len(text) <= 80 else f"{text[:76]} ..."
 

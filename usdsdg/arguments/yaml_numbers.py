@@ -1,4 +1,4 @@
-"""Numbers in YAML files as YAML 1.2 and JSON have them."""
+"""YAML loader that parses numbers as YAML 1.2 and JSON do."""
 
 import re
 
@@ -6,7 +6,7 @@ import yaml
 
 
 class NumbersLoader(yaml.SafeLoader):
-    """YAML 1.2 numbers: `1e-3` is a number, which YAML 1.1 reads as text."""
+    """A safe loader for which `1e-3` is a number, as in YAML 1.2; YAML 1.1 reads it as text."""
 
 
 NumbersLoader.add_implicit_resolver(

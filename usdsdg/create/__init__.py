@@ -1,7 +1,7 @@
-"""Prims made by scripts. Mirrors `rep.create`.
+"""Creation of prims: `rep.create`.
 
-An object is an Xform `/Replicator/<Type>_Xform[_NN]` that carries pose and labels, with one child `<Type>` that carries
-geometry or light. Constant arguments are written at once; distributions become nodes under the current trigger.
+An object is an Xform `/Replicator/<Type>_Xform[_NN]` with pose and labels, and one child `<Type>` with geometry or
+light. Constant arguments are written immediately; distributions become nodes under the current trigger.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Cameras of all of Omniverse's lens models. Mirrors `rep.create.camera` and `stereo_camera`."""
+"""Cameras with all of Omniverse's lens models: `rep.create.camera` and `stereo_camera`."""
 
 from typing import Any
 
@@ -30,13 +30,13 @@ def camera(
     fisheye_s2: Any = 0.00019, fisheye_s3: Any = -0.0002, cross_camera_reference_name: Any = None,
     count: int = 1, parent: Any = None, name: str | None = None, *, tick_rate: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Cameras. Focal length and apertures are in tenths of a stage unit, distances in stage units.
+    """Create cameras. Focal length and apertures are in tenths of a stage unit, distances in stage units.
 
-    In a Z-up stage the camera looks along its object's +X with +Z up, as in Replicator: the child carries the fixed
-    rotation that makes it so.
+    In a Z-up stage the camera looks along its object's +X with +Z up, as in Replicator: the child prim has a fixed
+    rotation for this.
 
     Args:
-        f_stop: 0 switches depth of field off.
+        f_stop: 0 disables depth of field.
         projection_type: camelCase or snake_case; docs/lenses.md has the formulas, and the attributes of
             omniDirectionalStereo and generalizedProjection, which have no argument here.
         fisheye_nominal_width: pixels, as are nominal height, optical center and OpenCV focal lengths.
@@ -77,10 +77,10 @@ def stereo_camera(
     fisheye_s2: Any = 0.00019, fisheye_s3: Any = -0.0002, cross_camera_reference_name: Any = None,
     count: int = 1, name: str | None = None, parent: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Pairs of cameras: an Xform `/Replicator/StereoCam` with the children `<name>_L` and `<name>_R`.
+    """Create stereo pairs: an Xform `/Replicator/StereoCam` with the cameras `<name>_L` and `<name>_R` as children.
 
-    The pair is posed as one. Both look the same way, `stereo_baseline` [stage units] apart, the left one on the left of
-    the picture. All other arguments are those of `camera`.
+    Position and rotation apply to the Xform. The cameras have parallel view directions and are `stereo_baseline` [stage
+    units] apart along the image's x axis. All other arguments are those of `camera`.
 
     Raises:
         ArgumentError: `stereo_baseline` is no number, or as for `camera`.
@@ -91,7 +91,7 @@ def stereo_camera(
     except (TypeError, ValueError):
         raise ArgumentError(f"stereo_baseline is {stereo_baseline!r}; expected a number") from None
     stage = current_stage()
-    # Pictures have their right on +X of the child camera: -Y of the object in a Z-up stage.
+    # The image's right is +X of the child camera: -Y of the object in a Z-up stage.
     right = Gf.Vec3d(0, -1, 0) if transforms.up_axis(stage) == "Z" else Gf.Vec3d(1, 0, 0)
     pairs, cameras = [], []
     for _ in range(count_of(count)):
@@ -134,7 +134,7 @@ def _stereo_xform(stage: Usd.Stage, parent: Any) -> Usd.Prim:
 
 
 def _write_lens(cameras: list[Usd.Prim], lens: dict[str, Any]) -> None:
-    """Write what `camera`'s arguments say of the lens; those of other lens models only where there is one."""
+    """Write the lens arguments of `camera`; fisheye and OpenCV attributes only if the projection is not a pinhole."""
     projection = projection_of(lens["projection_type"])
     near, far = vector("clipping_range", lens["clipping_range"], 2)
     for prim in cameras:
@@ -156,10 +156,10 @@ def _write_lens(cameras: list[Usd.Prim], lens: dict[str, Any]) -> None:
 
 
 def projection_of(name: Any) -> str:
-    """A lens model's name in camelCase.
+    """Return the name of a lens model in camelCase.
 
     Raises:
-        ArgumentError: there is none of that name.
+        ArgumentError: there is no such lens model.
     """
     first, *others = str(name).split("_")
     known = first + "".join(part[:1].upper() + part[1:] for part in others)

@@ -1,4 +1,4 @@
-"""Groups and empty transforms. Mirrors `rep.create.group` and `xform`."""
+"""Groups and empty transforms: `rep.create.group` and `xform`."""
 
 from typing import Any
 
@@ -10,12 +10,12 @@ from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 
 
 def group(items: Any, semantics: Any = None, name: str | None = None) -> ReplicatorItem:
-    """Prims to be randomized together, in the order given.
+    """Group prims, in the order given, so that they can be randomized together.
 
     Args:
         items: items, paths, prims, or a list of these.
         semantics: labels of all, or a list with those of each.
-        name: of the node, of which writers tell.
+        name: of the node; writers report it.
 
     Raises:
         BadPrim: (a ValueError) something is no item, path or prim, or a path is not on the stage.
@@ -33,7 +33,7 @@ def xform(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
     semantics: Any = None, visible: Any = True, count: int = 1, name: str | None = None, parent: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """`count` empty transforms.
+    """Create `count` empty transforms.
 
     Args:
         position: in the space of `parent` [stage units]; `scale` are factors and `rotation` angles [degrees].

@@ -1,4 +1,4 @@
-"""Lights. Mirrors `rep.create.light`."""
+"""UsdLux lights: `rep.create.light`."""
 
 from typing import Any
 
@@ -28,18 +28,18 @@ def light(
     light_type: str = "Distant", color: Any = (1.0, 1.0, 1.0), intensity: Any = 1000.0, exposure: Any = None,
     temperature: Any = 6500, texture: Any = None, count: int = 1, name: str | None = None, parent: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """UsdLux lights: cylinder, disk, distant, dome, rect or sphere (any case).
+    """Create UsdLux lights: cylinder, disk, distant, dome, rect or sphere (any case).
 
-    Made once, when this line runs; arguments that are distributions are drawn again at every firing of the enclosing
-    trigger.
+    The prims are created once, when this line runs; arguments that are distributions are sampled again at every firing
+    of the enclosing trigger.
 
     Args:
         position: in the space of `parent` [stage units]; `scale` are factors and `rotation` angles [degrees].
         look_at: a point of the world [stage units] or prims, to which the light shines.
         color: linear RGB.
         intensity: nits (of a distant light: lux), doubled by each unit of `exposure`.
-        temperature: kelvin; None switches color temperature off.
-        texture: picture of a dome or rect light, a file or a URL below the assets root.
+        temperature: kelvin; None disables color temperature.
+        texture: image of a dome or rect light, a file or a URL below the assets root.
 
     Raises:
         ArgumentError: an unknown light_type, or a texture for a light that has none.

@@ -1,4 +1,4 @@
-"""Materials. Mirrors `rep.create.material_omnipbr`."""
+"""OmniPBR materials: `rep.create.material_omnipbr`."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ from usdsdg.modify.numbers import draw_numbers
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import materials, paths
 
-LOOKS = "/Replicator/Looks"
+MATERIALS_SCOPE = "/Replicator/Looks"
 
 
 def material_omnipbr(
@@ -25,25 +25,25 @@ def material_omnipbr(
     emissive_texture: Any = None, emissive_intensity: Any = 0.0, project_uvw: Any = False, semantics: Any = None,
     count: int = 1,
 ) -> ReplicatorItem:  # fmt: skip
-    """`count` OmniPBR materials under `/Replicator/Looks`, with a UsdPreviewSurface beside each shader.
+    """Create `count` OmniPBR materials under `/Replicator/Looks`, with a UsdPreviewSurface beside each shader.
 
-    Every value is one for all materials, a list of one per material, or a distribution, which is drawn again at every
+    Every value is one for all materials, a list of one per material, or a distribution, which is sampled again at every
     firing of the enclosing trigger.
 
     Args:
         diffuse: linear color.
         diffuse_texture: file or URL, as are the other textures. A roughness or metallic texture replaces the constant.
         roughness: 0 (mirror) to 1.
-        metallic: 0 or 1, or between.
-        specular: level of the reflection of non-metals, 0.5 for common plastics.
-        emissive_color: linear color; this, a texture or an intensity switches emission on.
+        metallic: 0 to 1.
+        specular: OmniPBR's specular level of dielectrics, 0.5 for common plastics.
+        emissive_color: linear color; this, a texture or an intensity enables emission.
         emissive_intensity: nits.
-        project_uvw: textures are projected along the axes of the object instead of using its UVs.
+        project_uvw: project textures along the axes of the object instead of using its UVs.
 
     Raises:
-        ArgumentError: `count` is no whole number, or negative.
+        ArgumentError: `count` is not an integer or is negative, or a value has the wrong length.
         AssetNotFound: a texture does not exist.
-        ArgumentError: a value has the wrong length. BadValue: it has the wrong type.
+        BadValue: a value has the wrong type.
     """
     inputs = {
         "diffuse_color_constant": diffuse,
@@ -64,7 +64,7 @@ def material_omnipbr(
     if isinstance(project_uvw, Distribution) or project_uvw:
         inputs["project_uvw"] = project_uvw
     given = {name: plain(value) for name, value in inputs.items() if value is not None}
-    item = ReplicatorItem(Node(kind="OgnCreateMaterial", prims=tuple(_new_looks(count_of(count)))))
+    item = ReplicatorItem(Node(kind="OgnCreateMaterial", prims=tuple(_new_materials(count_of(count)))))
     now = {name: value for name, value in given.items() if not isinstance(value, Distribution)}
     later = {name: value for name, value in given.items() if name not in now}
     _write_inputs(Node(kind="OgnWriteMaterialInputs", inputs=now, prims=item.prims), 0)
@@ -75,14 +75,14 @@ def material_omnipbr(
     return item
 
 
-def _new_looks(count: int) -> list[str]:
+def _new_materials(count: int) -> list[str]:
     stage = current_stage()
-    if not stage.GetPrimAtPath(LOOKS):
+    if not stage.GetPrimAtPath(MATERIALS_SCOPE):
         stage.DefinePrim("/Replicator", "Scope")
-        stage.DefinePrim(LOOKS, "Scope")
+        stage.DefinePrim(MATERIALS_SCOPE, "Scope")
     made = []
     for _ in range(count):
-        made.append(paths.next_free_path(stage, f"{LOOKS}/OmniPBR"))
+        made.append(paths.next_free_path(stage, f"{MATERIALS_SCOPE}/OmniPBR"))
         materials.define_mdl(stage, made[-1], "OmniPBR.mdl")
     return made
 
@@ -99,7 +99,7 @@ def _write_inputs(node: Node, execution: int) -> None:
 
 
 def mdl_from_json(material_def: Any = None, material_def_path: str | None = None) -> ReplicatorItem:
-    """Not available: MDL shader graphs are not compiled here."""
+    """Raise Unsupported: usdsdg does not compile MDL shader graphs."""
     raise Unsupported(
         "create.mdl_from_json: MDL shader graphs are not compiled; use create.material_omnipbr, or "
         "functional.create.material for another MDL module"

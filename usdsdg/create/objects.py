@@ -1,4 +1,4 @@
-"""Objects: an Xform `/Replicator/<Type>_Xform[_NN]` that carries pose and labels, with one child `<Type>`."""
+"""Object prims: an Xform `/Replicator/<Type>_Xform[_NN]` with pose and labels, and one child `<Type>`."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -14,7 +14,7 @@ ROOT = "/Replicator"
 
 
 def new_object(kind: str, name: str | None, parent: Any) -> tuple[Usd.Prim, str]:
-    """A new object Xform and the path its child shall have.
+    """Create an object Xform; return it and the path for its child.
 
     Raises:
         BadPrim: `parent` is not on the stage, or `name` cannot be the name of a prim.
@@ -45,7 +45,7 @@ def apply_common_arguments(
     kind: str,
     name: str | None = None,
 ) -> ReplicatorItem:
-    """Write or schedule what all objects have in common and return their handle."""
+    """Write pose, labels and visibility of objects, or schedule them where they are distributions; return the item."""
     item = ReplicatorItem(Node(kind=kind, prims=tuple(str(prim.GetPath()) for prim in objects), name=name))
     modify.apply_or_schedule_pose(
         item, position=position, pivot=pivot, rotation=rotation, scale=scale, look_at=look_at,

@@ -1,4 +1,4 @@
-"""Textures projected onto prims. Mirrors `rep.create.projection_material` and `mesh_decal`."""
+"""Projected materials and decals: `rep.create.projection_material` and `mesh_decal`."""
 
 from typing import Any
 
@@ -23,21 +23,21 @@ def projection_material(
     proxy_prim: Any, semantics: Any = None, material: Any = None, offset_scale: float = 0.01, input_prims: Any = None,
     name: str | None = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Project a material onto prims: a mesh `/Replicator/Projection_Xform/Projection` over the part that is covered.
+    """Project a material onto prims, as a mesh `/Replicator/Projection_Xform/Projection` over the covered surface.
 
-    The box of `proxy_prim` is projected along its -Z (a plane shows its texture where it faces) onto every face of the
-    targets inside of it that faces it; UVs run over the box's X and Y. Projected when this line runs, and again by
-    `modify.projection_material` or, inside of a trigger, at every firing.
+    The box of `proxy_prim` is projected along its -Z onto all front-facing faces of the targets inside the box; UVs run
+    over the box's X and Y. The mesh is computed when this line runs, and again by `modify.projection_material` or,
+    inside a trigger, at every firing.
 
     Args:
-        proxy_prim: the projector; one without geometry is a box of a meter.
+        proxy_prim: the projector; without geometry its box is a meter in size.
         semantics: labels of the projection.
-        material: what is projected; a new OmniPBR material by default.
-        offset_scale: distance above the surface, as a share of the projector's box.
+        material: the projected material; a new OmniPBR material by default.
+        offset_scale: distance above the surface, as a fraction of the size of the projector's box.
         input_prims: targets; by default those of the enclosing `with`.
 
     Raises:
-        ArgumentError: there is no target, or not one projector.
+        ArgumentError: there is no target, or not exactly one projector.
         BadPrim: a prim is not on the stage.
     """
     proxies, targets = prim_paths(proxy_prim), prim_paths(input_prims) or current_prims()
@@ -72,15 +72,15 @@ def mesh_decal(
     position: Any = (0, 0, 0), rotation: Any = None, scale: Any = (1, 1, 1), offset_normal: float = 0.1,
     offset_depth: float = 0.0, input_prims: Any = None, name: str | None = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Stick a picture onto prims, as `projection_material` does, with a projector of its own.
+    """Project textures or a material onto prims as `projection_material` does, with a projector of its own.
 
-    The projector is an Xform `/Replicator/Decal_Projector...` of the given pose; its box, a meter times `scale`, is
-    projected along its -Z. Pose and textures may be distributions, which are drawn again at every firing.
+    The projector is an Xform `/Replicator/DecalProjector_Xform...` with the given pose; its box, a meter times `scale`,
+    is projected along its -Z. Pose and textures may be distributions, which are sampled again at every firing.
 
     Args:
-        material: what is projected, instead of textures.
-        texture_group: {"diffuse": file, ...} or a distribution over such; or textures one by one.
-        position: of the projector's middle in the world [stage units].
+        material: the projected material, instead of textures.
+        texture_group: {"diffuse": file, ...} or a distribution over such mappings; or give single textures.
+        position: of the projector's center in the world [stage units].
         rotation: of the projector [degrees].
         scale: of the projector's box.
         offset_normal: distance above the surface [centimeters].
@@ -88,7 +88,7 @@ def mesh_decal(
 
     Raises:
         ArgumentError: there is no target; or `material` with textures, or a texture group with single textures.
-        Unsupported: `decal` (a ready decal mesh); give textures or a material.
+        Unsupported: `decal` (an existing decal mesh); give textures or a material.
     """
     if decal is not None:
         raise Unsupported("create.mesh_decal: decal is not available; give texture_group, textures or material")
@@ -106,13 +106,13 @@ def mesh_decal(
     pose = {role: value for role, value in pose.items() if value is not None}
     offset = offset_normal * 0.01 / transforms.meters_per_unit(current_stage())
     item = _projected(_projector(pose), targets, name or "Decal", offset=offset, depth=offset_depth)
-    look = material if material is not None else material_omnipbr()
-    _bind_and_label(item, look, semantics)
+    bound = material if material is not None else material_omnipbr()
+    _bind_and_label(item, bound, semantics)
     given = dict(texture_group=texture_group) if texture_group is not None else textures
     drawn = {role: value for role, value in {**pose, **given}.items() if isinstance(value, Distribution)}
     constant = {role: value for role, value in given.items() if role not in drawn}
     if constant:
-        write_textures(prim_at(prim_paths(look)[0]), constant.get("texture_group", constant))
+        write_textures(prim_at(prim_paths(bound)[0]), constant.get("texture_group", constant))
     if drawn or current_trigger() is not None:
         modify.projection_material(**drawn, input_prims=item)
     return item

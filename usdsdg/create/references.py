@@ -1,4 +1,4 @@
-"""Assets from files. Mirrors `rep.create.from_usd` and `from_dir`."""
+"""References to USD files: `rep.create.from_usd` and `from_dir`."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ def from_usd(
     usd: str, position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None,
     look_at_up_axis: Any = None, semantics: Any = None, count: int = 1, name: str | None = "Ref", parent: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """`count` references to a USD file: `/Replicator/Ref_Xform/Ref`.
+    """Create `count` references to a USD file: `/Replicator/Ref_Xform/Ref`.
 
     Args:
         usd: a file, or a URL below the assets root.
@@ -26,7 +26,7 @@ def from_usd(
         name: of the references; their objects are `<parent>/<name>_Xform`, by default below `/Replicator`.
 
     Raises:
-        AssetNotFound: there is no such file; names near misses. AssetError: it cannot be referenced.
+        AssetNotFound: there is no such file; the message names near misses. AssetError: it cannot be referenced.
         BadPrim: `parent` is not on the stage. ArgumentError: a value has another shape.
     """
     stage, file = current_stage(), assets.resolve(usd)
@@ -46,12 +46,12 @@ def from_usd(
 def from_dir(
     dir_path: str, recursive: bool = False, path_filter: str | None = None, semantics: Any = None
 ) -> ReplicatorItem:
-    """One reference to each USD file of a folder, in the order of their paths.
+    """Create one reference to each USD file of a folder, sorted by path.
 
     Args:
         dir_path: a folder, or a URL below the assets root.
-        recursive: also those of the folders inside.
-        path_filter: regular expression that is searched in the path; others are left out.
+        recursive: also search the subfolders.
+        path_filter: regular expression that must be found in the path.
         semantics: labels of all, or a list of one per file.
 
     Raises:

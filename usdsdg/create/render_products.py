@@ -1,6 +1,6 @@
-"""A render product: a camera, or several in tiles, and a resolution, authored as a UsdRender prim.
+"""Render products, a camera or tiles of several cameras at a resolution, authored as UsdRender prims.
 
-Mirrors `rep.create.render_product` and `render_product_tiled`.
+`rep.create.render_product` and `render_product_tiled`.
 """
 
 import math
@@ -20,36 +20,38 @@ from usdsdg.stage.cameras.tiled_sensors import Tiles, tiles_of_sensor
 __all__ = ["HydraTexture", "product_at", "products", "render_product", "render_product_tiled", "reset"]
 
 PREFIX = "/Render/HydraTextures"
-# Cameras that an error lists.
+# Number of cameras that an error message lists.
 LISTED = 8
 
 
 def render_product(
     camera: Any, resolution: Any, force_new: bool = False, name: Any = None, render_vars: Any = None
 ) -> HydraTexture | list[HydraTexture]:
-    """One product per camera, below `/Render/HydraTextures` in the session layer: a handle for one, a list for several.
+    """Create one render product per camera, below `/Render/HydraTextures` in the session layer.
+
+    Returns a handle for one camera, a list of handles for several.
 
     Args:
         camera: path, prim or item of a camera, of the object that holds one, or a list of these. One of
             `create.tiled_sensor` gives the image of its cameras in tiles.
         resolution: (width, height) [pixels].
-        force_new: make another one, also where there is a product of the same camera and resolution. Without this and
-            without `name` that one is used again.
-        name: of the product, or a list with one for each camera; "Replicator" by default. A name that is taken gets a
-            number.
-        render_vars: changes nothing: what is rendered is what annotators and writers read.
+        force_new: create a new product even if one of the same camera and resolution exists. Without this and without
+            `name` the existing one is reused.
+        name: of the product, or a list with one for each camera; "Replicator" by default. A number is appended to a
+            name that is taken.
+        render_vars: ignored: annotators and writers determine what is rendered.
 
     Raises:
-        TypeError: resolution is not a pair of whole numbers.
-        RenderError: an image of this size cannot be made, or it is not that of the tiled sensor.
-        BadPrim: a path is not a camera on the stage, there is none, or `name` cannot be the name of a prim.
-        ArgumentError: there is another number of names than cameras.
+        TypeError: resolution is not a pair of integers.
+        RenderError: an image of this size is not possible, or it is not the size of the tiled sensor.
+        BadPrim: a path is not a camera on the stage, there is none, or `name` is not a valid prim name.
+        ArgumentError: the number of names differs from the number of cameras.
     """
     size = _size("resolution", resolution)
     cameras = [camera_below(path) for path in prim_paths(camera)]
     names = name if isinstance(name, (list, tuple)) else [name] * len(cameras)
     if not cameras:
-        raise BadPrim(f"render_product: camera is {camera!r}; give at least one. {_cameras_there_are().capitalize()}")
+        raise BadPrim(f"render_product: camera is {camera!r}; give at least one. {_known_cameras().capitalize()}")
     if len(names) != len(cameras):
         raise ArgumentError(
             f"render_product: name has {len(names)} entries for {len(cameras)} cameras; give one for each"
@@ -61,30 +63,30 @@ def render_product(
 def render_product_tiled(
     cameras: Any, tile_resolution: Any, force_new: bool = False, name: str | None = None
 ) -> HydraTexture:
-    """One product with the images of several cameras in tiles, row by row from the top left.
+    """Create one render product that shows several cameras in tiles, row by row from the top left.
 
-    There are ceil(sqrt(N)) columns for N cameras, and as many rows as it takes: the product's resolution is columns x
-    tile width, rows x tile height. Places that are left over show nothing: black with an alpha of 0, infinitely far.
+    There are ceil(sqrt(N)) columns for N cameras, and as many rows as needed: the product's resolution is columns x
+    tile width, rows x tile height. Unused tiles are empty: black with an alpha of 0, infinitely far.
 
-    Annotators that work pixel by pixel (colors, depths, normals, motion, segmentation, materials) give the tiled
-    array, in which each tile is what its camera alone gives. Those that need one camera, such as boxes and
-    camera_params, raise Unsupported at the capture.
+    Per-pixel annotators (colors, depths, normals, motion, segmentation, materials) return the tiled array, in which
+    each tile equals the image of its camera alone. Annotators that need one camera, such as boxes and camera_params,
+    raise Unsupported at capture.
 
     Args:
         cameras: paths, prims or items of cameras.
         tile_resolution: (width, height) of each tile.
-        force_new: Make a product also where there is one of the same cameras and resolution.
-        name: of the product, which is then a new one.
+        force_new: create a new product even if one of the same cameras and resolution exists.
+        name: of the product; a named product is always a new one.
 
     Raises:
-        TypeError: tile_resolution is not a pair of whole numbers.
-        RenderError: an image of the whole size cannot be made.
+        TypeError: tile_resolution is not a pair of integers.
+        RenderError: an image of the total size is not possible.
         BadPrim: there are no cameras, or one is not on the stage.
     """
     tile = _size("tile_resolution", tile_resolution)
     paths = tuple(camera_below(path) for path in prim_paths(cameras))
     if not paths:
-        raise BadPrim(f"render_product_tiled: no cameras were given; {_cameras_there_are()}")
+        raise BadPrim(f"render_product_tiled: no cameras were given; {_known_cameras()}")
     columns = math.ceil(math.sqrt(len(paths)))
     size = _size("the size of all tiles", (columns * tile[0], -(-len(paths) // columns) * tile[1]))
     return _product(paths[0], size, force_new, name, Tiles(paths, tile))
@@ -103,18 +105,22 @@ def _size(what: str, resolution: Any) -> tuple[int, int]:
 
 
 def camera_below(path: str) -> str:
-    """The camera itself, or the one camera that a Replicator camera object holds."""
+    """Return the path of the first camera at or below `path`, as that of a Replicator camera object.
+
+    Raises:
+        BadPrim: there is no such prim, or no camera at or below it.
+    """
     prim = current_stage().GetPrimAtPath(path)
     if not prim:
-        raise BadPrim(f"render_product: {path} is not on the stage; {_cameras_there_are()}")
+        raise BadPrim(f"render_product: {path} is not on the stage; {_known_cameras()}")
     for candidate in Usd.PrimRange(prim):
         if candidate.IsA(UsdGeom.Camera):
             return str(candidate.GetPath())
     kind = prim.GetTypeName() or "typeless prim"
-    raise BadPrim(f"render_product: {path} is a {kind} without a camera in it; {_cameras_there_are()}")
+    raise BadPrim(f"render_product: {path} is a {kind} without a camera in it; {_known_cameras()}")
 
 
-def _cameras_there_are() -> str:
+def _known_cameras() -> str:
     found = default_view.cameras(current_stage())
     listed = ", ".join(found[:LISTED]) + (f" and {len(found) - LISTED} more" if len(found) > LISTED else "")
     return f"cameras on the stage: {listed or 'none'}"

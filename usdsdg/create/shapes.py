@@ -1,19 +1,19 @@
-"""Shapes. Mirrors `rep.create.sphere` and its siblings.
+"""Shapes: `rep.create.sphere`, `cube`, `cylinder`, `cone`, `torus`, `disk` and `plane`.
 
-Meshes are one meter across, in whatever units the stage has, and stand on its up axis. With `as_mesh=False` a shape is
+Meshes are one meter across, whatever the stage's units, and aligned with its up axis. With `as_mesh=False` a shape is
 the UsdGeom prim in USD's own default size, two stage units across, as in Replicator.
 
 Arguments that all of them share; each but the last four is one for all, a list of one per prim, or a distribution:
 
 position: in the space of `parent` [stage units]; of `pivot` where that is given.
 scale: factors, or one for all axes. rotation: angles about x, y, z [degrees], x first.
-pivot: point that is placed and turned about, -1 to 1 on each axis of the shape's own box.
-look_at: a point of the world [stage units] or prims, which -Z points to; look_at_up_axis: direction that is up then.
+pivot: point that `position` places and that rotations are about, -1 to 1 on each axis of the shape's bounding box.
+look_at: a point of the world [stage units] or prims, which -Z points to; look_at_up_axis: up direction for `look_at`.
 semantics: [("class", "cube")] or {"class": "cube"}. visible: False hides. material: item, prim or path.
-as_mesh, count: how it is made, and how many. name, parent: the first object is `<parent>/<name>_Xform`, further ones
-    get _01, _02, ...; by default `/Replicator/<Type>_Xform`.
+as_mesh, count: whether to create a mesh, and how many objects. name, parent: the first object is
+    `<parent>/<name>_Xform`, further ones get _01, _02, ...; by default `/Replicator/<Type>_Xform`.
 
-Errors: ArgumentError for a value of another shape and for `count`, BadPrim for a parent or material that is not there.
+Errors: ArgumentError for a value of another shape and for `count`, BadPrim for an unknown parent or material.
 """
 
 from typing import Any
@@ -45,31 +45,31 @@ def _shape(kind: str, arguments: dict[str, Any]) -> ReplicatorItem:
 
 def sphere(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
            material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Spheres of one meter diameter; the module says what the arguments are."""
+    """Create spheres of one meter diameter; the module documents the arguments."""
     return _shape("Sphere", locals())
 
 
 def cube(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
          material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Cubes of one meter edge; the module says what the arguments are."""
+    """Create cubes with edges of one meter; the module documents the arguments."""
     return _shape("Cube", locals())
 
 
 def cylinder(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
              material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Cylinders of one meter height and diameter, along the up axis; the module says what the arguments are."""
+    """Create cylinders of one meter height and diameter along the up axis; the module documents the arguments."""
     return _shape("Cylinder", locals())
 
 
 def cone(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
          material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Cones of one meter height and base diameter, pointing up; the module says what the arguments are."""
+    """Create cones of one meter height and base diameter, pointing up; the module documents the arguments."""
     return _shape("Cone", locals())
 
 
 def torus(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
           material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Tori of one meter outer diameter around the up axis; the module says what the arguments are.
+    """Create tori of one meter outer diameter around the up axis; the module documents the arguments.
 
     Raises:
         Unsupported: as_mesh=False, since UsdGeom has no torus.
@@ -79,7 +79,7 @@ def torus(position=None, scale=None, pivot=None, rotation=None, look_at=None, lo
 
 def disk(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
          material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Flat disks of one meter diameter, facing up; the module says what the arguments are.
+    """Create flat disks of one meter diameter, facing up; the module documents the arguments.
 
     Raises:
         Unsupported: as_mesh=False, since UsdGeom has no disk.
@@ -89,5 +89,5 @@ def disk(position=None, scale=None, pivot=None, rotation=None, look_at=None, loo
 
 def plane(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
           material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Flat squares of one meter edge, facing up; the module says what the arguments are."""
+    """Create flat squares with edges of one meter, facing up; the module documents the arguments."""
     return _shape("Plane", locals())

@@ -1,4 +1,4 @@
-"""The deprecated form of tiled images. Mirrors `rep.create.tiled_sensor`."""
+"""Tiled sensors, the deprecated predecessor of tiled render products: `rep.create.tiled_sensor`."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -22,18 +22,19 @@ def tiled_sensor(
     name: str | None = None,
     parent: Any = None,
 ) -> ReplicatorItem:
-    """A camera that stands for several; deprecated, since `create.render_product_tiled` does the same in one call.
+    """Create a camera prim that represents several cameras in tiles; deprecated: use `create.render_product_tiled`.
 
-    Give it to `create.render_product` with `tiled_resolution`. Any annotator that works pixel by pixel gives the tiled
-    array, row by row from the top left; Replicator has only "RtxSensorGpu" for it, whose raw buffer is not made here.
+    Pass it to `create.render_product` with `tiled_resolution`. Per-pixel annotators return the tiled array, row by row
+    from the top left; Replicator has only "RtxSensorGpu" for this, whose raw buffer usdsdg does not provide.
 
     Args:
         cameras: paths, prims or items.
         camera_resolution: (width, height) of each tile.
-        tiled_resolution: (width, height) of the whole, a multiple of `camera_resolution` with room for all cameras.
-        output_types: "rgb" (the default) and "depth"; noted on the stage. Annotators say what is rendered.
+        tiled_resolution: (width, height) of all tiles, a multiple of `camera_resolution` with room for all cameras.
+        output_types: "rgb" (the default) and "depth"; only recorded on the stage. Annotators determine what is
+            rendered.
         name: of the camera; "tiled_sensor" by default.
-        parent: prim below which it is made.
+        parent: parent prim of the camera.
 
     Raises:
         ArgumentError: a resolution is not a multiple, has no room for all cameras, or an output type is unknown.

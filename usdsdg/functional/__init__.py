@@ -1,4 +1,4 @@
-"""Immediate mode: every call acts when the line runs, on pxr prims. Mirrors `rep.functional`.
+"""Functions that take effect immediately, on pxr prims: `rep.functional`.
 
 cube = rep.functional.create.cube(position=(0, 0, 1), semantics={"class": "cube"}, parent="/World")
 rep.functional.modify.pose(cube, rotation_value=(0, 0, 45))

@@ -1,4 +1,4 @@
-"""Arguments of the functional API as one value per prim.
+"""Conversion of arguments of the functional API to one value per prim.
 
 A value may be given once for all prims or once per prim, as tuples, lists or arrays.
 """
@@ -21,7 +21,7 @@ _QUATERNIONS = (Gf.Quatd, Gf.Quatf, Gf.Quath)
 
 
 def per_prim(value: Any, count: int) -> list[Any]:
-    """`count` values: those of a list of that length, else `value` (or the only one of a list) for every prim."""
+    """Return `count` values: those of a list of that length, else `value` (or a list's only element) for every prim."""
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if not isinstance(value, list):
@@ -32,10 +32,10 @@ def per_prim(value: Any, count: int) -> list[Any]:
 
 
 def vectors(name: str, value: Any, count: int, *, number_per_prim: bool = False) -> Array:
-    """(count, 3) from one number, three numbers, or a list with one of these per prim.
+    """Return (count, 3) numbers from one number, three numbers, or a list with one of these per prim.
 
-    With `number_per_prim` a list or array of `count` numbers is one number per prim, also for three prims; a tuple of
-    three is one vector in any case.
+    With `number_per_prim` a list or array of `count` numbers is one number per prim, even for three prims; a tuple of
+    three is always one vector.
 
     Raises:
         ArgumentError: `value` is none of these.
@@ -51,14 +51,14 @@ def vectors(name: str, value: Any, count: int, *, number_per_prim: bool = False)
         # Numbers and vectors mixed.
         rows = np.concatenate([vectors(name, each, 1) for each in value])
     if rows is None:
-        raise ArgumentError(_explained(name, value, count, "three numbers, one number for all of them"))
+        raise ArgumentError(_mismatch(name, value, count, "three numbers, one number for all of them"))
     return np.array(rows, np.float64)
 
 
 def rotations(name: str, value: Any, count: int, order: str) -> Rotations:
-    """`count` rotations from Euler angles [degrees], quaternions (x, y, z, w), Gf quaternions or Gf.Rotation.
+    """Return `count` rotations from Euler angles [degrees], quaternions (x, y, z, w), Gf quaternions or Gf.Rotation.
 
-    Angle i of a triple turns about axis i of `order`, the first axis first; one number stands for all three.
+    Angle i of a triple rotates about axis i of `order`, the first axis first; one number is used for all three.
 
     Raises:
         ArgumentError: the value or the order is none of these.
@@ -75,7 +75,7 @@ def rotations(name: str, value: Any, count: int, order: str) -> Rotations:
         degrees = vectors(name, value, count)
     except ArgumentError:
         expected = "three angles in degrees, a quaternion (x, y, z, w), a Gf.Rotation"
-        raise ArgumentError(_explained(name, value, count, expected)) from None
+        raise ArgumentError(_mismatch(name, value, count, expected)) from None
     if order == "XYZ":
         return Rotations(degrees=degrees)
     by_axis = degrees[:, [order.index(axis) for axis in "XYZ"]]
@@ -88,17 +88,18 @@ def _xyzw(value: Any) -> tuple[float, ...]:
 
 
 def _numbers(value: Any) -> Array | None:
-    """`value` as an array, None if it is no array of numbers."""
+    """Convert `value` to an array; None if it is not numeric."""
     try:
         return np.asarray(value, np.float64)
     except (TypeError, ValueError):
         return None
 
 
-def _explained(name: str, value: Any, count: int, expected: str) -> str:
+def _mismatch(name: str, value: Any, count: int, expected: str) -> str:
     if isinstance(value, ReplicatorItem) or hasattr(value, "node"):
         return (
-            f"{name} is a distribution, but functional calls act at once, when the line runs. Draw the numbers first "
-            f"(rep.rng.ReplicatorRNG().generator.uniform(...)), or use rep.modify / rep.create, which draw at triggers"
+            f"{name} is a distribution, but functional calls act at once, when the line runs. Sample the numbers first "
+            f"(rep.rng.ReplicatorRNG().generator.uniform(...)), or use rep.modify / rep.create, which sample it when a "
+            "trigger fires"
         )
     return f"{name} is {shown(value)}; expected {expected}, or a list with one such value for each of {count} prims"

@@ -1,7 +1,7 @@
-"""One prim at a time; each function returns the new pxr prim. Mirrors `rep.functional.create`.
+"""Creation of single prims: `rep.functional.create`. Each function returns the new pxr prim.
 
-`create_batch` says what the arguments mean and when they raise ArgumentError, AssetError, BadPrim or Unsupported; here
-each of them has one value. `create.pyi` has the signatures for editors and type checkers.
+`create_batch` documents the arguments and when they raise ArgumentError, AssetError, BadPrim or Unsupported; here each
+of them has one value. `create.pyi` has the signatures for editors and type checkers.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from usdsdg.functional import create_batch
 
 
 def _single(batch: Callable[..., list[Usd.Prim]], doc: str) -> Callable[..., Usd.Prim]:
-    """Return a function that makes one prim by `batch` and takes the same arguments, without `count`."""
+    """Return a function that creates one prim by `batch` and takes the same arguments, without `count`."""
     signature = inspect.signature(batch)
     parameters = [each for each in signature.parameters.values() if each.name != "count"]
     positional = [each.name for each in parameters if each.kind is each.POSITIONAL_OR_KEYWORD]
@@ -38,25 +38,26 @@ xform = _single(create_batch.xform, "An empty transform.")
 clone = _single(create_batch.clone, "A copy of the prim at `path` with everything below it.")
 reference = _single(create_batch.reference, "A reference to a USD file or to a prim of this stage.")
 camera = _single(create_batch.camera, "A camera that looks along its own -Z with +Y up, whatever the stage's up axis.")
-plane = _single(create_batch.plane, "A square of one meter edge that faces the stage's up axis.")
+plane = _single(create_batch.plane, "A square with edges of one meter that faces the stage's up axis.")
 sphere = _single(create_batch.sphere, "A sphere of one meter diameter.")
 torus = _single(create_batch.torus, "A ring around the stage's up axis, one meter across; always a mesh.")
 disk = _single(create_batch.disk, "A flat disk of one meter diameter that faces the stage's up axis; always a mesh.")
-cube = _single(create_batch.cube, "A cube of one meter edge.")
+cube = _single(create_batch.cube, "A cube with edges of one meter.")
 cylinder = _single(create_batch.cylinder, "A cylinder of one meter height and diameter along the stage's up axis.")
 cone = _single(create_batch.cone, "A cone of one meter height and base diameter along the stage's up axis.")
 capsule = _single(
     create_batch.capsule,
     "A capsule of one meter height and half a meter diameter along the stage's up axis. Since 6.0.",
 )
-sphere_light = _single(create_batch.sphere_light, "Light from the surface of a sphere.")
-disk_light = _single(create_batch.disk_light, "Light from a disk, towards -Z.")
-rect_light = _single(create_batch.rect_light, "Light from a rectangle, towards -Z.")
-cylinder_light = _single(create_batch.cylinder_light, "Light from a cylinder along x.")
-distant_light = _single(create_batch.distant_light, "Parallel light towards -Z.")
-dome_light = _single(create_batch.dome_light, "Light from all around, colored by the picture `texture`.")
+sphere_light = _single(create_batch.sphere_light, "A light that emits from the surface of a sphere.")
+disk_light = _single(create_batch.disk_light, "A light that emits from a disk, towards -Z.")
+rect_light = _single(create_batch.rect_light, "A light that emits from a rectangle, towards -Z.")
+cylinder_light = _single(create_batch.cylinder_light, "A light that emits from a cylinder along x.")
+distant_light = _single(create_batch.distant_light, "A light with parallel rays towards -Z.")
+dome_light = _single(create_batch.dome_light, "An environment light, optionally with the image `texture`.")
 material = _single(
-    create_batch.material, 'An MDL material such as "OmniPBR.mdl" with `inputs` set, bound to a prim or to several.'
+    create_batch.material,
+    'An MDL material such as "OmniPBR.mdl" with the given `inputs`, bound to any number of prims.',
 )
 omni_lidar = _single(create_batch.omni_lidar, "Unsupported: usdsdg has no lidar model.")
 omni_radar = _single(create_batch.omni_radar, "Unsupported: usdsdg has no radar model.")

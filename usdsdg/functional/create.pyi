@@ -1,4 +1,4 @@
-"""Signatures of the functions in create.py, which are made at import."""
+"""Signatures of the functions in create.py, which are generated at import."""
 
 from typing import Any
 
@@ -48,7 +48,7 @@ def plane(
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None,
 ) -> Usd.Prim:  # fmt: skip
-    """A square of one meter edge that faces the stage's up axis."""
+    """A square with edges of one meter that faces the stage's up axis."""
 
 def sphere(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
@@ -76,7 +76,7 @@ def cube(
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None,
 ) -> Usd.Prim:  # fmt: skip
-    """A cube of one meter edge."""
+    """A cube with edges of one meter."""
 
 def cylinder(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
@@ -107,7 +107,7 @@ def sphere_light(
     name: str | None = None, parent: Any = None, *, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
     visible: Any = True,
 ) -> Usd.Prim:  # fmt: skip
-    """Light from the surface of a sphere."""
+    """A light that emits from the surface of a sphere."""
 
 def disk_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
@@ -117,7 +117,7 @@ def disk_light(
     name: str | None = None, parent: Any = None, *, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
     visible: Any = True,
 ) -> Usd.Prim:  # fmt: skip
-    """Light from a disk, towards -Z."""
+    """A light that emits from a disk, towards -Z."""
 
 def rect_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
@@ -127,7 +127,7 @@ def rect_light(
     name: str | None = None, parent: Any = None, *, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
     visible: Any = True,
 ) -> Usd.Prim:  # fmt: skip
-    """Light from a rectangle, towards -Z."""
+    """A light that emits from a rectangle, towards -Z."""
 
 def cylinder_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
@@ -137,7 +137,7 @@ def cylinder_light(
     name: str | None = None, parent: Any = None, *, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
     visible: Any = True,
 ) -> Usd.Prim:  # fmt: skip
-    """Light from a cylinder along x."""
+    """A light that emits from a cylinder along x."""
 
 def distant_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
@@ -147,7 +147,7 @@ def distant_light(
     name: str | None = None, parent: Any = None, *, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
     visible: Any = True,
 ) -> Usd.Prim:  # fmt: skip
-    """Parallel light towards -Z."""
+    """A light with parallel rays towards -Z."""
 
 def dome_light(
     color: Any = (1.0, 1.0, 1.0), texture: Any = None, texture_format: Any = "latlong", intensity: Any = 1000.0,
@@ -155,10 +155,10 @@ def dome_light(
     enable_color_temperature: Any = False, rotation: Any = None, name: str | None = None, parent: Any = None, *,
     position: Any = None, scale: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
 ) -> Usd.Prim:  # fmt: skip
-    """Light from all around, colored by the picture `texture`."""
+    """An environment light, optionally with the image `texture`."""
 
 def material(mdl: str, bind_prims: Any = None, name: str | None = None, parent: Any = None, **inputs: Any) -> Usd.Prim:
-    """An MDL material such as "OmniPBR.mdl" with `inputs` set, bound to a prim or to several."""
+    """An MDL material such as "OmniPBR.mdl" with the given `inputs`, bound to any number of prims."""
 
 def omni_lidar(
     position: Any = None, rotation: Any = None, name: str | None = None, parent: Any = None, **attributes: Any

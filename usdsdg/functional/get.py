@@ -1,7 +1,7 @@
-"""Prims of a stage by path, type and labels, found when the line runs. Mirrors `rep.functional.get`.
+"""Search for prims by path, type and labels: `rep.functional.get`.
 
-The stage comes first and is the current one by default; otherwise the arguments are those of `rep.get`, but case counts
-(`ignore_case` is False), and the result is a list of pxr prims in the order of the stage.
+The first argument is the stage, by default the current one; the others are those of `rep.get`, except that matching is
+case-sensitive by default, and the result is a list of pxr prims in stage order.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ def prims(
     path_pattern_exclusion: str | None = None, prim_types: Any = None, prim_types_exclusion: Any = None,
     semantics: Any = None, semantics_exclusion: Any = None, *, ignore_case: bool = False,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """The prims that meet every condition given.
+    """Find the prims that meet all given conditions.
 
     Args:
-        path_pattern: Regular expression that is searched in the path; `path_pattern_exclusion` must not be found.
-        path_match: Text that the path contains.
-        prim_types: Type or list of types, whatever the case; `prim_types_exclusion` likewise.
-        semantics: Pairs of type and label, [("class", "cube")] or {"class": "cube"}; a prim is taken when any of them
-            is its own, the label as part of a label. `semantics_exclusion` likewise.
-        ignore_case: Whether paths match in any case.
+        path_pattern: regular expression that must be found in the path; `path_pattern_exclusion` must not be found.
+        path_match: substring of the path.
+        prim_types: type or list of types, case-insensitive; `prim_types_exclusion` likewise.
+        semantics: pairs of type and label, [("class", "cube")] or {"class": "cube"}; a prim matches if it has a label
+            of that type which contains the given one, for any of the pairs. `semantics_exclusion` likewise.
+        ignore_case: whether paths match case-insensitively.
 
     Raises:
-        ArgumentError: a pattern is no regular expression.
+        ArgumentError: a pattern is not a regular expression, or `semantics` are not labels.
     """
     matches = [
         _pattern("path_pattern", path_pattern, ignore_case),
@@ -52,10 +52,10 @@ def prims(
 
 
 def prim_at_path(stage: Usd.Stage | None, path: Any) -> Usd.Prim | list[Usd.Prim]:
-    """The prim at a path, or a list of prims for a list of paths. Without a stage the current one is asked.
+    """Return the prim at a path, or a list of prims for a list of paths; the stage is by default the current one.
 
     Raises:
-        BadPrim: there is none; says how far the path exists.
+        BadPrim: there is none; the message says how far the path exists.
     """
     if isinstance(path, (list, tuple)):
         return [prim_at(stage or current_stage(), str(each)) for each in path]
@@ -109,7 +109,7 @@ def _without(match: _Match | None) -> _Match | None:
 
 
 def _by_types(name: str, types: list[str], what: str) -> Callable[..., list[Usd.Prim]]:
-    """A function like `prims` that knows the types."""
+    """Return a search function like `prims` for fixed prim types."""
 
     def get(
         stage: Usd.Stage | None = None, path_pattern: str | None = None, path_pattern_exclusion: str | None = None,

@@ -1,7 +1,7 @@
-"""Changes to existing prims that act when the line runs. Mirrors `rep.functional.modify`.
+"""Immediate changes to existing prims: `rep.functional.modify`.
 
-Every function takes one prim or a list of prims (also paths), and values once for all prims or as a list or array with
-one per prim. Nothing is returned.
+Every function takes a prim, a path or a list of these, and values once for all prims or as a list or array with one per
+prim. Nothing is returned.
 """
 
 from typing import Any
@@ -35,26 +35,26 @@ def pose(
     *,
     write_to_usd: bool | None = None,
 ) -> None:
-    """Set the parts of the poses that are given, in the ops that the prims have.
+    """Set the given parts of the poses, in the existing xform ops of the prims.
 
     Args:
         prims: N prims of one stage. A PointInstancer takes one value per instance instead.
         position_value: (3,) or (N, 3) in the space of each prim's parent [stage units].
-        rotation_value: Euler angles in degrees, (3,) or (N, 3); quaternions x, y, z, w, (4,) or (N, 4); Gf.Rotation or
+        rotation_value: Euler angles [degrees], (3,) or (N, 3); quaternions x, y, z, w, (4,) or (N, 4); Gf.Rotation or
             Gf quaternions.
-        rotation_order: Angle i turns about axis i of it, the first axis first. Default: the setting
+        rotation_order: angle i rotates about axis i of it, the first axis first. Default: the setting
             /app/primCreation/DefaultRotationOrder, else "XYZ".
-        scale_value: One factor, one vector (3,), or one of these per prim.
-        relative_to: Prim or path, or one per prim; the parts that are given are then in the space of that prim.
-        look_at_value: World point or prim that -Z of each prim shall point at, or one per prim.
-        look_at_up_axis: World direction of +Y as far as possible; None is the stage's up axis.
-        pivot: Point of the prim's bounding box, -1 to 1 per axis. It comes to lie at the position given, or stays
-            where it is while the prim is turned and scaled about it.
-        write_to_usd: There is no other place to write to: poses go to the stage whatever is given here.
+        scale_value: one factor, one vector (3,), or one of these per prim.
+        relative_to: prim or path, or one per prim; the given parts are then in the space of that prim.
+        look_at_value: world point or prim that -Z of each prim points at, or one per prim.
+        look_at_up_axis: world direction of +Y as far as possible; None is the stage's up axis.
+        pivot: point of the prim's bounding box, -1 to 1 per axis. It is placed at the given position, or, without a
+            position, keeps its place while the prim is rotated and scaled about it.
+        write_to_usd: ignored: poses are always written to the stage.
 
     Raises:
         BadPrim: a prim has no transform, lies inside an instance, or does not exist any more.
-        DegenerateFrame: a prim shall look at its own position.
+        DegenerateFrame: the target of a prim is its own position.
         ArgumentError: a value has another shape, or rotation and look-at are both given.
         Unsupported: look_at, pivot or relative_to for a PointInstancer.
     """
@@ -76,16 +76,16 @@ def pose(
     )  # fmt: skip
 
 
-# The prims of the last call, when none of them was a PointInstancer: asking a thousand takes most of a millisecond.
-_ordinary: list[Usd.Prim] = []
+# The prims of the last call, if none of them was a PointInstancer: testing a thousand takes most of a millisecond.
+_no_instancers: list[Usd.Prim] = []
 
 
 def _instancers(prims: list[Usd.Prim]) -> list[Usd.Prim]:
-    global _ordinary
-    if prims == _ordinary:
+    global _no_instancers
+    if prims == _no_instancers:
         return []
     found = [prim for prim in prims if prim.IsA(UsdGeom.PointInstancer)]
-    _ordinary = [] if found else prims
+    _no_instancers = [] if found else prims
     return found
 
 
@@ -113,7 +113,7 @@ def scale(prims: Any, value: Any, *, relative_to: Any = None, write_to_usd: bool
 
 
 def look_at(prims: Any, value: Any, look_at_up_axis: Any = (0, 1, 0), *, write_to_usd: bool | None = None) -> None:
-    """Turn prims so that their -Z points at `value`; see `pose` for the arguments."""
+    """Rotate prims so that their -Z points at `value`; see `pose` for the arguments."""
     pose(prims, look_at_value=value, look_at_up_axis=look_at_up_axis, write_to_usd=write_to_usd)
 
 
@@ -144,11 +144,11 @@ def attribute(prims: Any, attribute_name: str, value: Any) -> None:
 
 
 def semantics(prims: Any, value: Any = None, mode: str = "add") -> None:
-    """Label prims.
+    """Set semantic labels of prims.
 
     Args:
         value: {"class": "cube" or ["cube", ...]}, a list of (type, label) pairs, or a list with one of these per prim.
-        mode: "add" to the labels there are, "replace" those of the types given, or "clear" all before.
+        mode: "add" to the existing labels, "replace" those of the given types, or "clear" all labels first.
 
     Raises:
         ArgumentError: the value or the mode is none of these.
@@ -163,25 +163,25 @@ def semantics(prims: Any, value: Any = None, mode: str = "add") -> None:
 
 
 def visibility(prims: Any, value: Any) -> None:
-    """Show (True: as the parent is) or hide (False) prims. Prims that are not Imageable are left out, with a warning.
+    """Show (True: inherit the parent's visibility) or hide (False) prims; skip prims that are not Imageable, warning.
 
     Raises:
-        ArgumentError: a value is no bool.
+        ArgumentError: a value is not a bool.
     """
     targets = prims_of(prims)
-    shows = per_prim(value, len(targets))
-    if not all(isinstance(show, bool) for show in shows):
+    visible = per_prim(value, len(targets))
+    if not all(isinstance(each, bool) for each in visible):
         raise ArgumentError(f"visibility is {shown(value)}; expected True or False, or a list with one per prim")
-    for prim, show in zip(targets, shows):
+    for prim, each in zip(targets, visible):
         if not prim.IsA(UsdGeom.Imageable):
-            warn_once(f"{prim.GetPath()} ({prim.GetTypeName() or 'no type'}) has no visibility and is left as it is")
+            warn_once(f"{prim.GetPath()} ({prim.GetTypeName() or 'no type'}) has no visibility and is left unchanged")
             continue
         tokens = UsdGeom.Tokens
-        UsdGeom.Imageable(prim).CreateVisibilityAttr().Set(tokens.inherited if show else tokens.invisible)
+        UsdGeom.Imageable(prim).CreateVisibilityAttr().Set(tokens.inherited if each else tokens.invisible)
 
 
 def material(prims: Any, material_prim: Any) -> None:
-    """Bind a material, or one per prim.
+    """Bind a material to all prims, or one to each.
 
     Raises:
         BadPrim: it is not a Material.
@@ -195,7 +195,7 @@ def material(prims: Any, material_prim: Any) -> None:
 
 
 def variant(prims: Any, name: str, value: Any) -> None:
-    """Select a variant of variant set `name`, or one per prim.
+    """Select a variant of the variant set `name`, one for all prims or one for each.
 
     Raises:
         BadPrim: a prim has no such variant set, or the set no such variant.

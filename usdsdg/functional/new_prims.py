@@ -1,4 +1,4 @@
-"""New prims: their names, parents and transforms, and the arguments that all `create` functions share."""
+"""Definition of new prims: paths, xform ops, and the arguments that all `create` functions share."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -22,11 +22,11 @@ _OPS = (
 
 
 def new_paths(name: str, parent: Any, count: Any) -> list[str]:
-    """`count` free paths `<parent>/<name>`, `<name>_01`, ... under one parent, or under one parent each.
+    """Return `count` free paths `<parent>/<name>`, `<name>_01`, ... under one parent, or under one parent each.
 
     Raises:
         BadPrim: a parent is not on the stage, or is a shape (USD does not nest shapes).
-        ArgumentError: count is no whole number, or there is another number of parents.
+        ArgumentError: count is not an integer, or there is another number of parents.
     """
     count = count_of(count)
     if not isinstance(parent, (list, tuple)):
@@ -40,7 +40,7 @@ def new_paths(name: str, parent: Any, count: Any) -> list[str]:
 
 
 def define(paths: Sequence[str], type_name: str, *, with_ops: bool = True) -> list[Usd.Prim]:
-    """Define prims in the current edit target; xformable ones with translate, orient and scale ops."""
+    """Define prims in the current edit target, by default with translate, orient and scale ops."""
     stage = current_stage()
     target = stage.GetEditTarget()
     with Sdf.ChangeBlock():
@@ -54,7 +54,7 @@ def define(paths: Sequence[str], type_name: str, *, with_ops: bool = True) -> li
     return [stage.GetPrimAtPath(path) for path in paths]
 
 
-def give_ops(prims: Sequence[Usd.Prim]) -> None:
+def add_missing_ops(prims: Sequence[Usd.Prim]) -> None:
     """Add translate, orient and scale ops to prims that have no transform of their own."""
     for prim in prims:
         xformable = UsdGeom.Xformable(prim)
@@ -76,7 +76,7 @@ def apply_common_arguments(
     scale: Any = None,
     **pose: Any,
 ) -> list[Usd.Prim]:
-    """Write labels, visibility, material and pose of new prims; returns the prims."""
+    """Write labels, visibility, material and pose of new prims; return the prims."""
     if semantics is not None:
         for prim, labels in zip(prims, labels_per_prim(semantics, len(prims))):
             add_labels(prim, labels)
@@ -85,7 +85,7 @@ def apply_common_arguments(
     if material is not None:
         modify.material(prims, material)
     if relative_to is not None:
-        # Whatever is not given is that of the other prim: it too is a pose relative to it.
+        # Parts that are not given are the identity relative to the other prim, not relative to the parent.
         position = (0.0, 0.0, 0.0) if position is None else position
         scale = 1.0 if scale is None else scale
         if pose.get("look_at") is None:
@@ -97,10 +97,10 @@ def apply_common_arguments(
 
 
 def numbers(name: str, value: Any, count: int) -> list[float] | None:
-    """One number per prim, None for None.
+    """Return one number per prim; None for None.
 
     Raises:
-        ArgumentError: something is no number.
+        ArgumentError: a value is not a number.
     """
     if value is None:
         return None

@@ -1,4 +1,4 @@
-"""Poses as arguments of the functional API: relative to another prim, about a pivot, looking at a target."""
+"""Conversion of the functional API's pose arguments (relative_to, pivot, look_at) to local poses."""
 
 from typing import Any
 
@@ -33,7 +33,7 @@ def set_poses(
     look_at_up_axis: Any = None,
     pivot: Any = None,
 ) -> None:
-    """Write the parts of the poses that are given; `modify.pose` says what each argument means."""
+    """Write the given parts of the poses; `modify.pose` documents the arguments."""
     if rotation is not None and look_at is not None:
         raise ArgumentError("rotation and look_at exclude each other; give one of them")
     if all(value is None for value in (position, rotation, scale, look_at, pivot)) or not prims:
@@ -56,24 +56,25 @@ def set_poses(
 
 
 def _targets(look_at: Any, count: int) -> Array:
-    """(count, 3) points of the world; for a single prim that looks, several prims are one target, their mean position.
+    """Return (count, 3) world points; for a count of 1 several target prims are one target, their mean position.
 
     Raises:
-        ArgumentError: as many targets as neither one nor the number of prims.
+        ArgumentError: the number of targets is neither 1 nor `count`.
     """
     if is_prim(look_at):
-        return np.tile(_middle(prims_of(look_at)), (count, 1))
+        return np.tile(_origin(prims_of(look_at)), (count, 1))
     if not isinstance(look_at, (list, tuple)) or not any(is_prim(target) for target in look_at):
         return vectors("look_at", look_at, count)
     if count == 1 and all(is_prim(target) for target in look_at):
-        return _middle(prims_of(look_at))[None]
+        return _origin(prims_of(look_at))[None]
     if len(look_at) not in (1, count):
         raise ArgumentError(f"look_at has {len(look_at)} targets for {count} prims; give one, or one per prim")
-    points = [_middle(prims_of(target)) if is_prim(target) else vectors("look_at", target, 1)[0] for target in look_at]
+    points = [_origin(prims_of(target)) if is_prim(target) else vectors("look_at", target, 1)[0] for target in look_at]
     return np.broadcast_to(np.array(points), (count, 3))
 
 
-def _middle(prims: list[Usd.Prim]) -> Array:
+def _origin(prims: list[Usd.Prim]) -> Array:
+    """Return the mean world position (3,) of the prims' origins."""
     return np.mean([as_array(local_to_world(prim))[3, :3] for prim in prims], axis=0)
 
 

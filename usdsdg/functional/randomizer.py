@@ -1,7 +1,7 @@
-"""Randomizers that act when the line runs. Mirrors `rep.functional.randomizer`.
+"""Immediate randomizers: `rep.functional.randomizer`.
 
-`rng` is a ReplicatorRNG or a NumPy Generator, from which the numbers are taken one after the other. Without it a
-generator of the session is used, which follows the global seed.
+`rng` is a ReplicatorRNG or a NumPy Generator, from which the numbers are drawn in sequence. By default it is the
+session's generator, which is seeded with the global seed.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ __all__ = ["display_color", "scatter_2d", "scatter_3d"]
 
 
 def display_color(prims: Any, rng: ReplicatorRNG | np.random.Generator | None = None) -> None:
-    """Give each prim a color of its own (primvars:displayColor), uniform in linear RGB; since 6.0.
+    """Set a random color of each prim (primvars:displayColor), uniform in linear RGB; since 6.0.
 
-    Below a prim that is no shape itself all shapes get the prim's color.
+    For a prim that is not a shape the color is set on all shapes below it.
 
     Raises:
         BadPrim: there is no shape at or below a prim.
@@ -51,14 +51,14 @@ def scatter_2d(
     prims: Any, surface_prims: Any, no_collision_prims: Any = None, extents: Any = None, offset: float = 0.0,
     check_for_collisions: bool = False, rng: ReplicatorRNG | np.random.Generator | None = None,
 ) -> None:  # fmt: skip
-    """Place the origin of each prim on the surfaces of `surface_prims`, uniformly by area; their rotation stays.
+    """Place the origin of each prim on the surfaces of `surface_prims`, uniformly by area, keeping its rotation.
 
     Args:
-        surface_prims: Prims whose meshes (and other shapes, visible or not) are scattered over.
-        no_collision_prims: Prims that nothing may touch.
-        extents: Lowest and highest (x, y, z) of the world that are used [stage units]; None for no bound.
-        offset: Distance above the surface along its normal [stage units].
-        check_for_collisions: Whether no prim may touch one placed before.
+        surface_prims: prims whose meshes (and other shapes, visible or not) are the surface.
+        no_collision_prims: obstacles that the prims must not collide with.
+        extents: lower and upper bound (x, y, z) of the positions in the world [stage units]; None for no bound.
+        offset: distance above the surface along its normal [stage units].
+        check_for_collisions: whether the prims must not collide with each other.
 
     Raises:
         ArgumentError: no surface is given, there is none within the bounds, or a prim has no free position.
@@ -70,8 +70,8 @@ def scatter_2d(
         prims_of(prims),
         surface_of(surfaces, _bounds(extents), offset=float(offset)),
         _draws(rng, surface.COMPONENTS),
-        avoid=_prims(no_collision_prims),
-        apart=check_for_collisions,
+        obstacles=_prims(no_collision_prims),
+        avoid_each_other=check_for_collisions,
     )
 
 
@@ -81,27 +81,27 @@ def scatter_3d(
     viz_sampled_voxels: bool = False, resolution_scaling: float = 1.0, input_voxel_size: float = 0.0,
     rng: ReplicatorRNG | np.random.Generator | None = None,
 ) -> None:  # fmt: skip
-    """Place the origin of each prim inside of `volume_prims`, uniformly; their rotation stays.
+    """Place the origin of each prim inside `volume_prims`, uniformly by volume, keeping its rotation.
 
     Args:
-        volume_prims: Closed meshes (or other shapes, visible or not); without any, the box of `extents`.
-        no_collision_prims: Prims that nothing may touch.
-        volume_excl_prims: Closed meshes in which no origin is placed.
-        extents: Lowest and highest (x, y, z) of the world that are used [stage units]; None for no bound.
-        check_for_collisions: Whether no prim may touch one placed before.
-        prevent_vol_overlap: Whether places are no denser where volumes overlap.
-        viz_sampled_voxels: Whether the voxels that were drawn are shown, under /Replicator/SampledVoxels.
-        resolution_scaling: More (above 1) or fewer voxels than 30 along the longest side.
-        input_voxel_size: Edge of a voxel [stage units], instead of `resolution_scaling`.
+        volume_prims: closed meshes (or other shapes, visible or not); without any, the box of `extents`.
+        no_collision_prims: obstacles that the prims must not collide with.
+        volume_excl_prims: closed meshes in which no origin is placed.
+        extents: lower and upper bound (x, y, z) of the positions in the world [stage units]; None for no bound.
+        check_for_collisions: whether the prims must not collide with each other.
+        prevent_vol_overlap: whether the density of positions is the same where volumes overlap.
+        viz_sampled_voxels: whether the sampled voxels are shown, under /Replicator/SampledVoxels.
+        resolution_scaling: factor on the default of 30 voxels along the longest side of the volumes' mean size.
+        input_voxel_size: edge of a voxel [stage units], instead of `resolution_scaling`.
 
     Raises:
-        ArgumentError: there is no volume and a bound is missing, nothing is left to sample, or a prim has no free
+        ArgumentError: there is no volume and a bound is missing, the volume to sample is empty, or a prim has no free
             position.
     """
     if not (resolution_scaling > 0 and input_voxel_size >= 0):
         raise ArgumentError(
             f"scatter_3d: resolution_scaling is {resolution_scaling!r} and input_voxel_size {input_voxel_size!r}; "
-            "expected a number above 0, and one not below"
+            "expected a number above 0, and one of 0 or more"
         )
     region = volume_of(
         _prims(volume_prims),
@@ -109,14 +109,14 @@ def scatter_3d(
         excluded=_prims(volume_excl_prims),
         voxel_size=input_voxel_size,
         resolution_scaling=resolution_scaling,
-        once=prevent_vol_overlap,
+        prevent_overlap=prevent_vol_overlap,
     )
     drawn = scatter(
         prims_of(prims),
         region,
         _draws(rng, volume.COMPONENTS),
-        avoid=_prims(no_collision_prims),
-        apart=check_for_collisions,
+        obstacles=_prims(no_collision_prims),
+        avoid_each_other=check_for_collisions,
     )
     if viz_sampled_voxels and isinstance(region, volume.Volume):
         show_voxels(current_stage(), region.voxels(drawn), region.voxel_size)
@@ -126,7 +126,9 @@ def _bounds(extents: Any) -> Bounds:
     if extents is None:
         return Bounds.given(None, None)
     if not isinstance(extents, (list, tuple, np.ndarray)) or len(extents) != 2:
-        raise ArgumentError(f"extents is {shown(extents)}; expected ((x, y, z) lowest, (x, y, z) highest)")
+        raise ArgumentError(
+            f"extents is {shown(extents)}; expected two corners, (x, y, z) lowest and (x, y, z) highest"
+        )
     return Bounds.given(extents[0], extents[1])
 
 

@@ -1,4 +1,4 @@
-"""Where prims are. Mirrors `rep.functional.utils`."""
+"""World transforms of prims: `rep.functional.utils`."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from usdsdg.stage.poses.transforms import local_to_world
 
 
 def get_world_transform(prim: Any) -> Gf.Transform:
-    """Where a prim is in the world, with `.GetMatrix()`, `.GetTranslation()`, `.GetRotation()`, `.GetScale()`.
+    """Return the local-to-world transform of a prim, with `.GetMatrix()`, `.GetTranslation()`, `.GetRotation()` etc.
 
     Raises:
         BadPrim: the prim is not on the stage.
@@ -18,7 +18,7 @@ def get_world_transform(prim: Any) -> Gf.Transform:
 
 
 def get_world_position(prim: Any) -> Gf.Vec3d:
-    """The origin of a prim in the world [stage units].
+    """Return the world position of a prim's origin [stage units].
 
     Raises:
         BadPrim: the prim is not on the stage.

@@ -1,4 +1,4 @@
-"""Changes to existing prims, drawn again at each firing. Mirrors `rep.modify`."""
+"""Changes to existing prims at each firing of a trigger: `rep.modify`."""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,4 +1,4 @@
-"""Labels, visibility, materials and variants of prims. Mirrors the functions of the same names in `rep.modify`."""
+"""Labels, visibility, materials and variants: `rep.modify.semantics`, `visibility`, `material` and `variant`."""
 
 from typing import Any
 
@@ -16,10 +16,10 @@ from usdsdg.stage.semantics import labels
 
 
 def semantics(semantics: Any = None, input_prims: Any = None, mode: str = "add") -> ReplicatorItem:
-    """Label prims; `mode` is add, replace or clear. Written when this line runs, as labels are no random matter.
+    """Set semantic labels of prims; `mode` is add, replace or clear.
 
-    `semantics` is a list of (type, label) pairs or a mapping of type to label or labels, or a list of one of these per
-    prim.
+    Outside a trigger the labels are written immediately. `semantics` is a list of (type, label) pairs or a mapping of
+    type to label or labels, or a list of one of these per prim.
 
     Raises:
         ArgumentError: it is something else, or the mode does not exist.
@@ -40,11 +40,11 @@ def visibility(value: Any = None, input_prims: Any = None, name: str | None = No
     """Show or hide prims.
 
     Args:
-        value: True, False, a list with one per prim, or a distribution over these; None draws yes or no for each.
+        value: True, False, a list with one per prim, or a distribution over these; None samples True or False for each.
 
     Raises:
         ArgumentError: `value` is something else.
-        GraphError: at execution, a distribution has drawn something else.
+        GraphError: at execution, a distribution has sampled something else.
     """
     from usdsdg.distribution import choice
 
@@ -57,26 +57,26 @@ def visibility(value: Any = None, input_prims: Any = None, name: str | None = No
 @action("OgnWriteVisibility")
 def _write_visibility(node: Node, execution: int) -> None:
     value = node.inputs["value"]
-    # Ones and zeros are no vector here.
-    shows = (
+    # `draw` would take a list of three ones and zeros for one vector.
+    per_prim = (
         value if isinstance(value, list) and len(value) == len(node.prims) else draw(value, node, execution, "value")
     )
-    if not all(isinstance(visible, (bool, np.bool_)) or visible in (0, 1) for visible in shows):
+    if not all(isinstance(visible, (bool, np.bool_)) or visible in (0, 1) for visible in per_prim):
         raise ArgumentError(f"visibility is {shown(value)}; expected True or False, or a list with one per prim")
-    for path, visible in zip(node.prims, shows):
+    for path, visible in zip(node.prims, per_prim):
         imageable = UsdGeom.Imageable(prim_at(path))
         (imageable.MakeVisible if visible else imageable.MakeInvisible)()
 
 
 def material(value: Any, input_prims: Any = None, name: str | None = None) -> ReplicatorItem:
-    """Bind a material, stronger than what is bound below.
+    """Bind a material, stronger than the bindings of descendants.
 
     Args:
         value: path, prim or item of a material, a list with one per prim, or a distribution over these.
 
     Raises:
         BadPrim: it is not on the stage, or not a material.
-        GraphError: at execution, a distribution has drawn such a value.
+        GraphError: at execution, a distribution has sampled such a value.
     """
     if isinstance(value, Distribution):
         return act("OgnWriteMaterial", input_prims, name=name, value=value)
@@ -90,10 +90,10 @@ def _write_material(node: Node, execution: int) -> None:
 
 
 def bind_material(prim: Usd.Prim, bound: Usd.Prim) -> None:
-    """Bind so that it wins over bindings of descendants, as the randomizers need.
+    """Bind a material with the strength `strongerThanDescendants`.
 
     Raises:
-        BadPrim: `bound` is no material.
+        BadPrim: `bound` is not a material.
     """
     check_material(bound)
     binding = UsdShade.MaterialBindingAPI.Apply(prim)
@@ -101,7 +101,7 @@ def bind_material(prim: Usd.Prim, bound: Usd.Prim) -> None:
 
 
 def check_material(prim: Usd.Prim) -> None:
-    """Raises BadPrim for a prim that is no material."""
+    """Raise BadPrim for a prim that is not a material."""
     if not prim.IsA(UsdShade.Material):
         raise BadPrim(f"{prim.GetPath()} is a {prim.GetTypeName() or 'prim without a type'}, not a Material")
 
@@ -114,7 +114,7 @@ def variant(name: str, value: Any, input_prims: Any = None) -> ReplicatorItem:
         value: name of the variant, a list with one per prim, or a distribution over names.
 
     Raises:
-        GraphError: at execution, a prim has no such variant set, or the set no such variant; names those there are.
+        GraphError: at execution, a prim has no such variant set, or the set no such variant; lists the existing ones.
     """
     return act("OgnWriteVariant", input_prims, attribute=name, value=value)
 

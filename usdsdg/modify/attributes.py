@@ -1,4 +1,4 @@
-"""Attributes of prims. Mirrors `rep.modify.attribute`."""
+"""Attributes of prims: `rep.modify.attribute`."""
 
 from __future__ import annotations
 
@@ -42,24 +42,24 @@ def _attribute(prim: Usd.Prim, name: str, attribute_type: str | None) -> Usd.Att
 
 
 def _dimension(attribute: Usd.Attribute) -> int:
-    """Numbers in one value of a vector attribute; 0 for every other type."""
+    """Return the number of components of a vector attribute; 0 for every other type."""
     size = getattr(type(attribute.GetTypeName().defaultValue), "dimension", 0)
     return size if isinstance(size, int) else 0
 
 
 def set_attribute(prim: Usd.Prim, name: str, value: Any, attribute_type: str | None = None) -> None:
-    """Author one value on the prim that has the attribute (the prim itself, else the object's children).
+    """Set an attribute of the prim, or of an object's children if the prim itself does not have it.
 
     Raises:
         ArgumentError: there is no such attribute and no type for a new one, or it does not take the value.
-        AssetNotFound: a string for an asset attribute is no file, nor one below the assets root.
+        AssetNotFound: a string for an asset attribute is neither a file nor a URL of a file below the assets root.
     """
     for owner in _owners(prim, name):
         target = _attribute(owner, name, attribute_type)
         size = _dimension(target)
-        held = vector(target.GetName().removeprefix("inputs:"), value, size) if size else value
+        converted = vector(target.GetName().removeprefix("inputs:"), value, size) if size else value
         try:
-            set_value(target, held)
+            set_value(target, converted)
         except BadValue as error:
             raise ArgumentError(str(error)) from None
 
@@ -71,17 +71,17 @@ def _owners(prim: Usd.Prim, name: str) -> list[Usd.Prim]:
 
 
 def attribute(name: str, value: Any, attribute_type: str | None = None, input_prims: Any = None) -> ReplicatorItem:
-    """Write an attribute of the prims at each firing; of an object, that of the child which has it.
+    """Set an attribute of the prims at each firing; of an object, the attribute of the child which has it.
 
     Args:
         name: of the attribute, `<name>` or `inputs:<name>`.
-        value: one for all, a list of one per prim, or a distribution. Numbers are rounded down where the attribute
-            holds whole ones, and one number fills a vector. Strings for assets are files or URLs below the assets root.
-        attribute_type: USD's name of a type, such as "float" or "color3f", for an attribute that is to be made.
+        value: one for all, a list of one per prim, or a distribution. Numbers are rounded down for integer attributes,
+            and one number fills a vector. Strings for assets are files or URLs below the assets root.
+        attribute_type: USD's name of a type, such as "float" or "color3f", to create an attribute that does not exist.
 
     Raises:
         GraphError: at execution, a prim has no such attribute and no type is given, there is no such type, or the
-            attribute does not take the value; names near misses and the script line.
+            attribute does not take the value; the message names near misses and the script line.
     """
     return act("OgnWritePrimAttribute", input_prims, attribute=name, value=value, attributeType=attribute_type)
 
@@ -107,7 +107,7 @@ def _write_attribute(node: Node, execution: int) -> None:
 
 
 def apply_or_schedule(name: str, value: Any, prims: Sequence[Usd.Prim]) -> None:
-    """Write constants (one for all, or a list of one per prim) now, and distributions whenever the trigger fires."""
+    """Write constants (one for all, or a list of one per prim) immediately, distributions at every firing."""
     if isinstance(value, Distribution):
         attribute(name, value, input_prims=list(prims))
         return
@@ -119,7 +119,7 @@ def _per_prim(name: str, value: Any, prims: Sequence[Usd.Prim], type_name: str |
     if not isinstance(value, list) or len(value) != len(prims):
         return [value] * len(prims)
     owners = _owners(prims[0], name) if is_vector(value) else []
-    # Three numbers are one color, also for three prims, and some numbers one array.
-    held = [_attribute(owner, name, type_name) for owner in owners[:1]]
-    one_for_all = any(len(value) == _dimension(each) or each.GetTypeName().isArray for each in held)
+    # A list of numbers is one value for all prims if the attribute is a vector of that size or an array.
+    targets = [_attribute(owner, name, type_name) for owner in owners[:1]]
+    one_for_all = any(len(value) == _dimension(each) or each.GetTypeName().isArray for each in targets)
     return [value] * len(prims) if one_for_all else value

@@ -1,4 +1,4 @@
-"""Poses in a camera's image and around a point. Mirrors `rep.modify.pose_camera_relative` and `pose_orbit`."""
+"""Positions in image coordinates and on an orbit: `rep.modify.pose_camera_relative` and `pose_orbit`."""
 
 from typing import Any
 
@@ -23,18 +23,18 @@ def pose_camera_relative(
     camera: Any, render_product: Any, distance: Any, horizontal_location: Any = 0, vertical_location: Any = 0,
     input_prims: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Move prims to where they appear at a chosen position of a camera's image.
+    """Move prims to given image coordinates and a given distance from a camera.
 
     Args:
-        camera: item, prim or path of a camera, or of the object that holds it.
-        render_product: whose resolution the picture has.
+        camera: item, prim or path of a camera, or of the object that contains it.
+        render_product: gives the resolution of the image.
         distance: from the camera's center to the prim's origin [stage units].
-        horizontal_location: -1 (left edge) to 1 (right edge) of the picture.
+        horizontal_location: -1 (left edge) to 1 (right edge) of the image.
         vertical_location: -1 (bottom edge) to 1 (top edge).
 
     Raises:
-        ArgumentError: `camera` is not one camera, or `render_product` has no resolution.
-        GraphError: at execution, the position lies outside of what the camera's lens sees.
+        ArgumentError: `camera` is not exactly one prim, or `render_product` has no resolution.
+        GraphError: at execution, the position lies outside the lens's field of view.
     """
     cameras = prim_paths(camera)
     if len(cameras) != 1:
@@ -59,14 +59,15 @@ def _write_camera_relative(node: Node, execution: int) -> None:
     view = _view(node.inputs["cameraPrim"], node.inputs["renderProduct"])
     roles = ("horizontalLocation", "verticalLocation", "distance")
     x, y, distance = (draw_numbers(role, node, execution) for role in roles)
-    # Pixels are centered on the optical axis only where the lens has no shift.
+    # The image center is on the optical axis only if the aperture has no offset.
     columns, rows = view.width * (1 + x) / 2, view.height * (1 - y) / 2
     origins, directions = view.rays(np.stack([columns, rows], axis=1))
-    unseen = np.flatnonzero(~np.isfinite(directions).all(axis=1))
-    if len(unseen):
+    outside = np.flatnonzero(~np.isfinite(directions).all(axis=1))
+    if len(outside):
         raise ArgumentError(
-            f"modify.pose_camera_relative: {view.prim_path} sees nothing at horizontal_location {x[unseen[0]]:g}, "
-            f"vertical_location {y[unseen[0]]:g}: its lens, {view.projection_type}, ends before that"
+            f"modify.pose_camera_relative: {view.prim_path} sees nothing at horizontal_location {x[outside[0]]:g}, "
+            f"vertical_location {y[outside[0]]:g}: this is outside the field of view of its lens, "
+            f"{view.projection_type}"
         )
     points = (origins + directions * distance[:, None]) @ view.local_to_world[:3, :3] + view.local_to_world[3, :3]
     for path, point in zip(node.prims, points):
@@ -77,15 +78,15 @@ def pose_orbit(
     barycentre: Any, distance: Any, azimuth: Any, elevation: Any, look_at_barycentre: bool = True,
     input_prims: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Place prims on a sphere around a point, usually cameras around what they look at.
+    """Place prims, usually cameras, on a sphere around a point.
 
     Args:
-        barycentre: a point of the world, or prims whose middle it is.
+        barycentre: a point of the world, or prims, of whose origins it is the mean.
         distance: radius of the sphere [stage units].
         azimuth: angle around the stage's up axis [degrees], counter-clockwise seen from above; 0 is +X of a Z-up stage
             and +Z of a Y-up stage.
         elevation: angle above the horizon [degrees].
-        look_at_barycentre: turn the prims towards the center.
+        look_at_barycentre: rotate the prims to face the center.
     """
     values = dict(barycentre=plain(barycentre), distance=distance, azimuth=azimuth, elevation=elevation)
     return act(
@@ -99,14 +100,14 @@ def _write_orbit(node: Node, execution: int) -> None:
     distance, azimuth, elevation = (
         draw_numbers(role, node, execution) for role in ("distance", "azimuth", "elevation")
     )
-    around, above = np.radians(azimuth), np.radians(elevation)
-    forward, left, up = np.cos(above) * np.cos(around), np.cos(above) * np.sin(around), np.sin(above)
+    theta, phi = np.radians(azimuth), np.radians(elevation)
+    forward, left, up = np.cos(phi) * np.cos(theta), np.cos(phi) * np.sin(theta), np.sin(phi)
     z_up = transforms.up_axis(current_stage()) == "Z"
     directions = np.stack([forward, left, up] if z_up else [left, up, forward], axis=1)
     given = node.inputs["barycentre"]
-    centers = [given] * len(node.prims) if is_paths(given) else draw(given, node, execution, "barycentre")
-    for path, direction, radius, center in zip(node.prims, directions, distance, centers):
-        prim, middle = prim_at(path), np.array(point_of("barycentre", center))
-        author_world_position(prim, middle + radius * direction)
+    targets = [given] * len(node.prims) if is_paths(given) else draw(given, node, execution, "barycentre")
+    for path, direction, radius, target in zip(node.prims, directions, distance, targets):
+        prim, center = prim_at(path), np.array(point_of("barycentre", target))
+        author_world_position(prim, center + radius * direction)
         if node.inputs["lookAtBarycentre"]:
-            author_look_at(prim, middle)
+            author_look_at(prim, center)

@@ -1,4 +1,4 @@
-"""The timeline and skeletal animation. Mirrors `rep.modify.timeline`, `time`, `frame` and `animation`."""
+"""Timeline and skeletal animation: `rep.modify.timeline`, `time`, `frame` and `animation`."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,7 +22,7 @@ _SETTERS: dict[str, Callable[[Timeline, float], None]] = {
 
 
 def timeline(value: Any, modify_type: str) -> ReplicatorItem:
-    """Set the timeline's current time or one of its ends: constants at once, or whenever the enclosing trigger fires.
+    """Set the timeline's current, start or end time: constants immediately, else whenever the enclosing trigger fires.
 
     Args:
         value: seconds for the three times, time codes for the three frames.
@@ -43,7 +43,7 @@ def timeline(value: Any, modify_type: str) -> ReplicatorItem:
 
 @action("OgnWriteTimeline")
 def _write_timeline(node: Node, execution: int) -> None:
-    # Distributions draw one value per prim, and a clock is no prim.
+    # Distributions sample one value per prim; the timeline is not a prim.
     drawn = draw(node.inputs["value"], replace(node, prims=("timeline",)), execution, "value")
     clock, what, value = get_timeline(), node.inputs["attribute"], float(drawn[0])
     if what.endswith("frame"):
@@ -66,7 +66,7 @@ def animation(values: Any, reset_timeline: bool = False, input_prims: Any = None
 
     Args:
         values: a SkelAnimation (path, prim or item), a list of them to choose from, or a distribution.
-        reset_timeline: put the timeline back to its start, so that the animation begins.
+        reset_timeline: set the timeline to its start time, so that the animation begins.
 
     Raises:
         BadPrim: at execution, a prim has no skeleton, or the animation is not on the stage.

@@ -1,4 +1,4 @@
-"""Inputs that are one number per prim."""
+"""Node inputs with one number per prim."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from usdsdg.graph.node import Node
 
 
 def draw_numbers(role: str, node: Node, execution: int) -> np.ndarray:
-    """(len(node.prims),) from the input `role`: a number for all, a list of one per prim, or a distribution.
+    """Return (len(node.prims),) numbers of the input `role`: one for all, a list of one per prim, or a distribution.
 
     Raises:
         ArgumentError: it is something else.

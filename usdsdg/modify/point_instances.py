@@ -1,4 +1,4 @@
-"""Poses of the instances of a PointInstancer made by `randomizer.instantiate(mode="point_instance")`, one by one."""
+"""Poses of the single instances of a PointInstancer made by `randomizer.instantiate(mode="point_instance")`."""
 
 from dataclasses import replace
 
@@ -16,10 +16,12 @@ _ROLES = ("position", "rotation", "scale")
 
 
 def pose_instances(prim: Usd.Prim, node: Node, execution: int, order: str) -> None:
-    """Write what `node` draws for each instance: position and scale in the instancer's space, rotation in degrees.
+    """Write the pose that `node` samples for each instance: position and scale in the instancer's space.
+
+    Rotations are Euler angles [degrees] in the axis order `order`.
 
     Raises:
-        Unsupported: the node has something else than position, rotation and scale.
+        Unsupported: the node has inputs other than position, rotation and scale.
     """
     given = [role for role in node.inputs if role not in ("attribute", "rotation_order")]
     if others := sorted(set(given) - set(_ROLES)):
@@ -37,5 +39,5 @@ def pose_instances(prim: Usd.Prim, node: Node, execution: int, order: str) -> No
     if "scale" in columns:
         UsdGeom.PointInstancer(prim).CreateScalesAttr(Vt.Vec3fArray.FromNumpy(columns["scale"]))
     if "rotation" in columns:
-        turns = matrix_from_euler(columns["rotation"], order)
-        author_orientations(prim, quat_from_matrix(turns))
+        rotations = matrix_from_euler(columns["rotation"], order)
+        author_orientations(prim, quat_from_matrix(rotations))

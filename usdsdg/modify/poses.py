@@ -1,4 +1,4 @@
-"""Poses of prims. Mirrors `rep.modify.pose`."""
+"""Poses of prims: `rep.modify.pose`."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -24,9 +24,10 @@ from usdsdg.stage.poses.rotations import ROTATION_ORDERS, euler_from_matrix, mat
 from usdsdg.stage.poses.xform_ops import author_pose, local_euler, local_translation
 
 _AXES = "xyz"
-# Not drawn per prim.
+# Inputs that are not sampled per prim.
 _SETTINGS = ("attribute", "rotation_order")
-_AT_ONCE = ("position", "rotation", "scale")
+# Inputs that can be written for all prims in one batch.
+_BATCHED = ("position", "rotation", "scale")
 
 
 def pose(
@@ -35,22 +36,23 @@ def pose(
     scale: Any = None, size: Any = None, pivot: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
     input_prims: Any = None, name: str | None = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Set position, pivot, rotation, scale or size, and look-at, in this order, whatever is given of them.
+    """Set the given parts of the pose, in the order position, pivot, rotation, scale or size, look-at.
 
-    Every value is one for all prims, a list of one per prim, or a distribution. What is not given stays as it is: with
-    `position_z` alone x and y stay.
+    Every value is one for all prims, a list of one per prim, or a distribution. Parts that are not given are unchanged:
+    with `position_z` alone x and y keep their values.
 
     Args:
         position: (x, y, z) in the parent's space [stage units]; or some of position_x, position_y, position_z.
         rotation: angles about x, y, z [degrees]; or some of rotation_x, rotation_y, rotation_z.
-        rotation_order: "XYZ" turns about x first. The prim keeps the rotate or orient op that it has.
+        rotation_order: "XYZ" rotates about x first. An existing rotate or orient op of the prim is used.
         scale: factors, or one for all axes.
-        size: edge lengths of the prim's box along its own axes [stage units], or one for all axes; scales each axis of
-            the geometry as it is without the prim's transform. An axis without extent keeps its scale.
-        pivot: point that is placed and turned about; -1 to 1 on each axis of the prim's own box (0: its middle).
-        look_at: a point of the world, a prim, or several prims, whose middle is looked at. Cameras turn their view
-            there, everything else its -Z.
-        look_at_up_axis: direction of the world that is up in the picture of `look_at`; the stage's up axis by default.
+        size: edge lengths of the prim's bounding box along its own axes [stage units], or one for all axes; sets the
+            scale from the extent of the untransformed geometry. An axis without extent keeps its scale.
+        pivot: point that `position` places and that rotations are about; -1 to 1 on each axis of the prim's own
+            bounding box (0: its center).
+        look_at: a point of the world, a prim, or several prims (the mean of their origins). Cameras look at it, for
+            other prims -Z points at it.
+        look_at_up_axis: world direction that `look_at` keeps up; the stage's up axis by default.
 
     Raises:
         ArgumentError: (a ValueError) position is given with a single axis of it, rotation likewise, scale with size,
@@ -88,11 +90,11 @@ def _exclude(role: str, value: Any, *others: str) -> None:
 
 
 def apply_or_schedule_pose(item: ReplicatorItem, **pose_values: Any) -> None:
-    """Constants now; distributions at every firing."""
+    """Write constants immediately and distributions at every firing."""
     given = {role: value for role, value in pose_values.items() if value is not None}
     later = {role: value for role, value in given.items() if isinstance(value, Distribution)}
     if "look_at" in later or "look_at_up_axis" in later:
-        # Both or none: a direction that is up means nothing without the other.
+        # The up axis only has a meaning together with the target.
         later |= {role: given[role] for role in ("look_at", "look_at_up_axis") if role in given}
     now = {role: value for role, value in given.items() if role not in later}
     if now:
@@ -103,7 +105,7 @@ def apply_or_schedule_pose(item: ReplicatorItem, **pose_values: Any) -> None:
 
 @action("OgnWritePose")
 def write_pose(node: Node, execution: int) -> None:
-    """Write the poses that a node draws, as `pose` does at each execution."""
+    """Write the poses that an "OgnWritePose" node samples for one execution."""
     order = node.inputs.get("rotation_order", "XYZ")
     prims = target_prims(node)
     instancers = [prim for prim in prims if has_posable_instances(prim)]
@@ -120,8 +122,8 @@ def write_pose(node: Node, execution: int) -> None:
 
 
 def _pose_all(prims: list[Usd.Prim], drawn: dict[str, Any], order: str) -> bool:
-    """Write position, rotation and scale of all prims at once; return False, with nothing written, for other inputs."""
-    columns = {role: _rows(column) for role, column in drawn.items() if role in _AT_ONCE}
+    """Write position, rotation and scale of all prims in one batch; return False, writing nothing, for other inputs."""
+    columns = {role: _rows(column) for role, column in drawn.items() if role in _BATCHED}
     if len(columns) < len(drawn) or order != "XYZ" or any(column is None for column in columns.values()):
         return False
     if len(set(prims)) < len(prims):
@@ -137,7 +139,7 @@ def _pose_all(prims: list[Usd.Prim], drawn: dict[str, Any], order: str) -> bool:
 
 
 def _rows(column: Sequence[Any] | np.ndarray) -> np.ndarray | None:
-    """(N, 3) numbers, one number filling a row; None for what must be looked at one by one."""
+    """Convert a column to (N, 3) numbers, one number filling a row; None if it has to be converted value by value."""
     try:
         rows = np.asarray(column, np.float64)
     except (TypeError, ValueError):
@@ -204,13 +206,13 @@ def _in_xyz(degrees: Sequence[float] | Gf.Vec3d, order: str) -> Gf.Vec3d:
 
 
 def _scale_for(prim: Usd.Prim, size: list[float]) -> Gf.Vec3d:
-    now = np.linalg.norm(transforms.as_array(UsdGeom.Xformable(prim).GetLocalTransformation())[:3, :3], axis=1)
+    current = np.linalg.norm(transforms.as_array(UsdGeom.Xformable(prim).GetLocalTransformation())[:3, :3], axis=1)
     lengths = pivots.extents(prim).tolist()
-    return Gf.Vec3d(*(s / length if length > 0 else kept for s, length, kept in zip(size, lengths, now.tolist())))
+    return Gf.Vec3d(*(s / length if length > 0 else kept for s, length, kept in zip(size, lengths, current.tolist())))
 
 
 def point_of(role: str, target: Any) -> Gf.Vec3d:
-    """A point of the world: given as such, or the middle of the origins of one or several prims given by path."""
+    """Return a world point, given as coordinates or as prim paths (the mean of their origins)."""
     paths = [target] if isinstance(target, str) else target
     if is_paths(paths):
         origins = [tuple(transforms.local_to_world(prim_at(path)).ExtractTranslation()) for path in paths]

@@ -1,4 +1,4 @@
-"""The prims that an action works on."""
+"""Target prims of nodes."""
 
 from pxr import Usd
 
@@ -7,7 +7,7 @@ from usdsdg.graph.node import Node
 
 
 def target_prims(node: Node) -> list[Usd.Prim]:
-    """The targets of a node, looked up again when one of them has gone.
+    """Return the target prims of a node; they are looked up again if one has expired.
 
     Raises:
         BadPrim: one is not on the stage.
@@ -19,7 +19,7 @@ def target_prims(node: Node) -> list[Usd.Prim]:
 
 
 def non_xform_prims(prim: Usd.Prim) -> list[Usd.Prim]:
-    """Where an object's attributes live: the prim itself, or the children of an object Xform."""
+    """Return the prims with an object's own attributes: the children of an object Xform, else the prim itself."""
     if prim.GetTypeName() != "Xform" or not prim.HasAttribute("replicatorXform"):
         return [prim]
     return [child for child in prim.GetChildren() if child.GetTypeName() != "Scope"]

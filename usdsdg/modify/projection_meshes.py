@@ -1,7 +1,7 @@
-"""Textures projected onto meshes: the part of a target that a projector covers, as a mesh of its own with baked UVs.
+"""Projection meshes: the surface of targets that a projector covers, as a separate mesh with baked UVs.
 
-A projection is a Mesh prim that says what it is made from: `usdsdg:projector` (the prim whose box is projected along
-its -Z), `usdsdg:targets`, `usdsdg:offset`, `usdsdg:depth`. `bake` makes its points and UVs anew after one has moved.
+A projection is a Mesh prim with the properties `usdsdg:projector` (the prim whose box is projected along its -Z),
+`usdsdg:targets`, `usdsdg:offset` and `usdsdg:depth`. `bake` recomputes its points and UVs after one of them has moved.
 """
 
 from collections.abc import Sequence
@@ -15,16 +15,18 @@ from usdsdg.stage.geometry.triangles import triangles_below
 from usdsdg.stage.poses import pivots, transforms
 
 PROJECTOR, TARGETS, OFFSET, DEPTH = (f"usdsdg:{name}" for name in ("projector", "targets", "offset", "depth"))
-# Sine of the angle between a face and the direction of projection below which the face is passed over.
+# Sine of the angle between a face and the direction of projection below which the face is skipped.
 _GRAZING = 0.05
 
 
 def define(
     stage: Usd.Stage, path: str, projector: Usd.Prim, targets: Sequence[Usd.Prim], *, offset: float, depth: float = 0.0
 ) -> UsdGeom.Mesh:
-    """A projection at `path` from a projector onto targets, `offset` [stage units] above their surface.
+    """Define and bake a projection mesh from a projector onto targets.
 
-    The projector counts as moved by `depth` [stage units] along its Z.
+    Args:
+        offset: distance of the mesh above the surface of the targets [stage units].
+        depth: shift of the projector along its Z [stage units].
     """
     mesh = UsdGeom.Mesh.Define(stage, path)
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
@@ -38,10 +40,10 @@ def define(
 
 
 def projector_of(prim: Usd.Prim) -> Usd.Prim:
-    """The prim from which a projection is made.
+    """Return the projector of a projection mesh.
 
     Raises:
-        BadPrim: `prim` is no projection, or its projector is gone.
+        BadPrim: `prim` is not a projection, or its projector does not exist.
     """
     found = _related(prim, PROJECTOR)
     if len(found) != 1:
@@ -56,13 +58,13 @@ def _related(prim: Usd.Prim, name: str) -> list[Usd.Prim]:
 
 
 def bake(prim: Usd.Prim) -> None:
-    """Write the points and UVs of a projection for where projector and targets are now.
+    """Recompute the points and UVs of a projection from the current poses of projector and targets.
 
-    All faces of the targets that lie in the projector's box and face it are covered, also behind others. UVs run from
-    (0, 0) to (1, 1) over the box's X and Y. A box that covers nothing leaves an empty mesh.
+    All faces of the targets that lie in the projector's box and face the projector are covered, including occluded
+    ones. UVs run from (0, 0) to (1, 1) over the box's X and Y. If nothing is covered the mesh is empty.
 
     Raises:
-        BadPrim: `prim` is no projection.
+        BadPrim: `prim` is not a projection.
     """
     offset, depth = (float(prim.GetAttribute(name).Get()) for name in (OFFSET, DEPTH))
     corners, uvs = covered(projector_of(prim), _related(prim, TARGETS), offset, depth)
@@ -82,7 +84,7 @@ def bake(prim: Usd.Prim) -> None:
 def covered(
     projector: Usd.Prim, targets: Sequence[Usd.Prim], offset: float = 0.0, depth: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What a projector covers: triangles (T, 3, 3) of the world, `offset` above the surface, and UVs (T, 3, 2)."""
+    """Compute the covered surface: world triangles (T, 3, 3), `offset` above the surface, and their UVs (T, 3, 2)."""
     box = _box(projector)
     to_world = transforms.as_array(transforms.local_to_world(projector))
     axis = to_world[2, :3] / np.linalg.norm(to_world[2, :3])
@@ -91,13 +93,12 @@ def covered(
     parts = [placed.in_world().corners() for placed in triangles_below(targets)]
     corners = np.concatenate(parts) if parts else np.zeros((0, 3, 3))
     normals = _normals(corners)
-    # Facing is judged in the world, where the projector may be stretched or mirrored.
+    # Facing is tested in world space: the projector's own space may be stretched or mirrored.
     facing = normals @ axis > _GRAZING
-    inside = box.cut(corners[facing] @ to_projector[:3, :3] + to_projector[3, :3])
+    inside = box.clip(corners[facing] @ to_projector[:3, :3] + to_projector[3, :3])
     uvs = (inside[..., :2] - box.lower[:2]) / (box.upper[:2] - box.lower[:2])
-    placed = inside @ to_world[:3, :3] + to_world[3, :3]
-    lifted = _normals(placed)
-    return placed + offset * lifted[:, None], uvs
+    in_world = inside @ to_world[:3, :3] + to_world[3, :3]
+    return in_world + offset * _normals(in_world)[:, None], uvs
 
 
 def _normals(corners: np.ndarray) -> np.ndarray:
@@ -106,10 +107,10 @@ def _normals(corners: np.ndarray) -> np.ndarray:
 
 
 def size_of(projector: Usd.Prim) -> float:
-    """Mean edge of a projector's box in the world [stage units].
+    """Return the cube root of the world volume of a projector's box [stage units].
 
     Raises:
-        DegenerateFrame: the projector is scaled to nothing.
+        DegenerateFrame: the projector has a scale of zero.
     """
     transforms.world_to_local(projector)
     box, to_world = _box(projector), transforms.as_array(transforms.local_to_world(projector))
@@ -117,11 +118,11 @@ def size_of(projector: Usd.Prim) -> float:
 
 
 def _box(projector: Usd.Prim) -> Bounds:
-    """The projector's own box; a meter each way where it has no geometry, as deep as wide where it is flat."""
+    """Return the projector's local bounding box: a one meter cube if it has no geometry, as deep as wide if flat."""
     found = pivots.bounds(projector)
     if found.IsEmpty():
         half = np.full(3, 0.5 / transforms.meters_per_unit(projector.GetStage()))
         return Bounds(-half, half)
-    middle, half = np.array(found.GetMidpoint()), np.array(found.GetSize()) / 2
+    center, half = np.array(found.GetMidpoint()), np.array(found.GetSize()) / 2
     half = np.where(half > 1e-9 * half.max(), half, half.max())
-    return Bounds(middle - half, middle + half)
+    return Bounds(center - half, center + half)

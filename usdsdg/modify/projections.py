@@ -1,4 +1,4 @@
-"""Change the pose and the textures of projections. Mirrors `rep.modify.projection_material`."""
+"""Poses and textures of projections: `rep.modify.projection_material`."""
 
 from typing import Any
 
@@ -15,7 +15,7 @@ from usdsdg.modify import projection_meshes
 from usdsdg.stage import materials
 from usdsdg.stage.poses.xform_ops import author_pose
 
-# The parts of a texture group, and the inputs of OmniPBR that they go to.
+# The keys of a texture group, and the inputs of OmniPBR that they set.
 TEXTURES = {
     "diffuse": "diffuse_texture",
     "normal": "normalmap_texture",
@@ -34,19 +34,20 @@ def projection_material(
     position: Any = None, rotation: Any = None, scale: Any = None, texture_group: Any = None, diffuse: Any = None,
     normal: Any = None, roughness: Any = None, metallic: Any = None, input_prims: Any = None, name: str | None = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Move the projectors of projections (see `create.projection_material`), change their textures, and project again.
+    """Set the poses of projectors and the textures of projections, and recompute the projection meshes.
 
-    Without arguments it projects again, which is needed after a target or a projector was moved otherwise.
+    Without arguments the meshes are only recomputed, as is needed after a target or a projector was moved otherwise.
+    See `create.projection_material`.
 
     Args:
         position: of the projector, in its parent's space [stage units]; as are `rotation` [degrees] and `scale`.
         texture_group: {"diffuse": file, "normal": file, "roughness": file, "metallic": file}, or a distribution over
-            such; or the textures one by one.
+            such mappings; or give single textures.
 
     Raises:
         ArgumentError: a texture group is given together with single textures.
         GraphError: at execution, a texture group has unknown keys.
-        BadPrim: at execution, a prim is no projection, or it has no OmniPBR material.
+        BadPrim: at execution, a prim is not a projection, or it has no OmniPBR material.
     """
     single = dict(diffuse=diffuse, normal=normal, roughness=roughness, metallic=metallic)
     if texture_group is not None and any(value is not None for value in single.values()):
@@ -78,7 +79,7 @@ def _modify_projection(node: Node, execution: int) -> None:
 
 
 def projections_at(prim: Usd.Prim) -> list[Usd.Prim]:
-    """The projections at or below a prim.
+    """Return the projection meshes at or below a prim.
 
     Raises:
         BadPrim: there is none.
@@ -100,7 +101,7 @@ def write_textures(material: Usd.Prim, group: Any) -> None:
     """Set the textures of an OmniPBR material by the names of a texture group.
 
     Raises:
-        ArgumentError: it is no mapping, or has other keys.
+        ArgumentError: it is not a mapping, or has other keys.
         AssetNotFound: a texture does not exist.
     """
     if not isinstance(group, dict) or not set(group) <= set(TEXTURES):

@@ -1,4 +1,4 @@
-"""Randomizers: draws that need more than one attribute. Mirrors `rep.randomizer`."""
+"""Randomizers that write more than a single attribute: `rep.randomizer`."""
 
 from collections.abc import Callable
 from typing import Any

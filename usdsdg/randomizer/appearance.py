@@ -1,4 +1,4 @@
-"""Colors, textures and materials of prims. Mirrors `rep.randomizer.color`, `texture` and `materials`."""
+"""Random colors, textures and materials: `rep.randomizer.color`, `texture` and `materials`."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets, paths
 from usdsdg.stage.attribute_batch import write_batch
 
-LOOKS = "/Replicator/Looks"
+MATERIALS_SCOPE = "/Replicator/Looks"
 
 
 def color(colors: Any, per_sub_mesh: bool = False, seed: int | None = None, input_prims: Any = None) -> ReplicatorItem:
-    """Give each prim (or, with `per_sub_mesh`, each mesh below it) an OmniPBR material of a drawn linear color.
+    """Bind to each prim (or, with `per_sub_mesh`, each mesh below it) an OmniPBR material of a random linear color.
 
-    The material lies below `/Replicator/Looks`, is bound stronger than what is bound below, and is used again at the
+    The material is below `/Replicator/Looks`, is bound stronger than the bindings of descendants, and is reused at the
     next executions. Instances become ordinary prims.
 
     Args:
@@ -33,38 +33,38 @@ def color(colors: Any, per_sub_mesh: bool = False, seed: int | None = None, inpu
         seed: replaces the global seed.
 
     Raises:
-        ArgumentError: `seed` is no whole number, or `colors` is a distribution with another one.
+        ArgumentError: `seed` is not an integer, or `colors` is a distribution with another seed.
         GraphError: at execution, a color is not three numbers.
     """
     single = not isinstance(colors, Distribution) and is_vector(colors)
     drawn = colors if single else one_of(colors, seed)
-    return _looks("OgnColor", {"diffuse_color_constant": drawn}, per_sub_mesh, input_prims)
+    return _material_node("OgnColor", {"diffuse_color_constant": drawn}, per_sub_mesh, input_prims)
 
 
 def texture(
     textures: Any, texture_scale: Any = None, texture_rotate: Any = None, per_sub_mesh: bool = False,
     project_uvw: bool = False, seed: int | None = None, input_prims: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Give each prim an OmniPBR material with a drawn texture, as `color` does with a drawn color.
+    """Bind to each prim an OmniPBR material with a random texture, as `color` does with a random color.
 
     Args:
-        textures: pictures to choose from, files or URLs below the assets root, or a distribution over these.
-        texture_scale: repetitions along u and v, or one for both; larger numbers show smaller pictures.
+        textures: images to choose from, files or URLs below the assets root, or a distribution over these.
+        texture_scale: repetitions along u and v, or one for both.
         texture_rotate: degrees.
-        per_sub_mesh: a material for each mesh below the prim.
-        project_uvw: project the picture along the axes of the object instead of using its UVs.
+        per_sub_mesh: bind a material to each mesh below the prim.
+        project_uvw: project the texture along the axes of the object instead of using its UVs.
         seed: replaces the global seed.
 
     Raises:
-        AssetNotFound: a picture does not exist; names near misses.
-        ArgumentError: `seed` is no whole number, or `textures` is a distribution with another one.
+        AssetNotFound: an image does not exist; the message names near misses.
+        ArgumentError: `seed` is not an integer, or `textures` is a distribution with another seed.
     """
     drawn = one_of(textures, seed)
     for path in drawn.node.inputs.get("choices") or []:
         _texture_file(path)
     inputs = {"diffuse_texture": drawn, "texture_scale": texture_scale, "texture_rotate": texture_rotate}
     inputs["project_uvw"] = project_uvw or None
-    return _looks("OgnTexture", inputs, per_sub_mesh, input_prims)
+    return _material_node("OgnTexture", inputs, per_sub_mesh, input_prims)
 
 
 def _texture_file(path: str) -> str:
@@ -76,28 +76,28 @@ def _texture_file(path: str) -> str:
     return file
 
 
-def _looks(kind: str, inputs: dict[str, Any], per_sub_mesh: bool, input_prims: Any) -> ReplicatorItem:
+def _material_node(kind: str, inputs: dict[str, Any], per_sub_mesh: bool, input_prims: Any) -> ReplicatorItem:
     given = {name: value for name, value in inputs.items() if value is not None}
     return act(kind, input_prims, attribute=",".join(given), perSubMesh=per_sub_mesh or None, **given)
 
 
 @action("OgnTexture")
 @action("OgnColor")
-def _write_looks(node: Node, execution: int) -> None:
+def _write_materials(node: Node, execution: int) -> None:
     drawn = {name: draw(value, node, execution, name) for name, value in node.inputs.items() if name in _INPUTS}
     shaders: dict[str, UsdShade.Shader] = node.state.setdefault("shaders", {})
-    if _recolor(node, shaders, drawn):
+    if _write_colors(node, shaders, drawn):
         return
     with Sdf.ChangeBlock() if all(path in shaders for path in node.prims) else nullcontext():
         for index, path in enumerate(node.prims):
             for target in _meshes(path) if node.inputs.get("perSubMesh") else [path]:
                 if target not in shaders:
-                    shaders[target] = _own_look(target) or _new_look(target)
+                    shaders[target] = _existing_shader(target) or _new_shader(target)
                 _write_inputs(shaders[target], {name: column[index] for name, column in drawn.items()})
 
 
-def _recolor(node: Node, shaders: dict[str, UsdShade.Shader], drawn: dict[str, list[Any]]) -> bool:
-    """Write plain colors of looks that exist already at once; False, with nothing written, for everything else."""
+def _write_colors(node: Node, shaders: dict[str, UsdShade.Shader], drawn: dict[str, list[Any]]) -> bool:
+    """Write the colors of existing materials in one batch; return False, writing nothing, in all other cases."""
     if list(drawn) != ["diffuse_color_constant"] or not all(path in shaders for path in node.prims):
         return False
     colors = drawn["diffuse_color_constant"]
@@ -107,18 +107,18 @@ def _recolor(node: Node, shaders: dict[str, UsdShade.Shader], drawn: dict[str, l
         return [shaders[path].GetPrim().GetAttribute(name) for path in node.prims]
 
     def previews() -> list[Usd.Attribute]:
-        looks = [shaders[path].GetPrim().GetParent() for path in node.prims]
-        return [look.GetChild("PreviewSurface").GetAttribute("inputs:diffuseColor") for look in looks]
+        bound = [shaders[path].GetPrim().GetParent() for path in node.prims]
+        return [each.GetChild("PreviewSurface").GetAttribute("inputs:diffuseColor") for each in bound]
 
     return write_batch(node.state, "constants", constants, colors) and write_batch(
         node.state, "previews", previews, colors
     )
 
 
-def _own_look(path: str) -> UsdShade.Shader | None:
-    """The shader that an earlier run of a saved graph gave to the prim."""
+def _existing_shader(path: str) -> UsdShade.Shader | None:
+    """Return the shader of a material that an earlier run of a saved graph has bound to the prim."""
     bound = UsdShade.MaterialBindingAPI(prim_at(path)).GetDirectBinding().GetMaterialPath()
-    if not str(bound).startswith(f"{LOOKS}/"):
+    if not str(bound).startswith(f"{MATERIALS_SCOPE}/"):
         return None
     return UsdShade.Shader.Get(current_stage(), bound.AppendChild("Shader")) or None
 
@@ -127,7 +127,7 @@ def _meshes(path: str) -> list[str]:
     return [str(prim.GetPath()) for prim in Usd.PrimRange(prim_at(path)) if prim.IsA(UsdGeom.Gprim)]
 
 
-# The OmniPBR inputs that we write.
+# The OmniPBR inputs that these randomizers write.
 _INPUTS = {
     "diffuse_color_constant": Sdf.ValueTypeNames.Color3f,
     "diffuse_texture": Sdf.ValueTypeNames.Asset,
@@ -137,23 +137,26 @@ _INPUTS = {
 }
 
 
-def _new_look(path: str) -> UsdShade.Shader:
-    """An OmniPBR material bound to the prim, with a UsdPreviewSurface beside it for viewers without MDL."""
+def _new_shader(path: str) -> UsdShade.Shader:
+    """Create an OmniPBR material, bind it to the prim and return its MDL shader.
+
+    It also has a UsdPreviewSurface for viewers without MDL.
+    """
     stage, prim = current_stage(), prim_at(path)
     if prim.IsInstanceable():
         prim.SetInstanceable(False)
-    if not stage.GetPrimAtPath(LOOKS):
-        stage.DefinePrim(LOOKS, "Scope")
-    look = UsdShade.Material.Define(stage, paths.next_free_path(stage, f"{LOOKS}/OmniPBR"))
-    shader = UsdShade.Shader.Define(stage, look.GetPath().AppendChild("Shader"))
+    if not stage.GetPrimAtPath(MATERIALS_SCOPE):
+        stage.DefinePrim(MATERIALS_SCOPE, "Scope")
+    omnipbr = UsdShade.Material.Define(stage, paths.next_free_path(stage, f"{MATERIALS_SCOPE}/OmniPBR"))
+    shader = UsdShade.Shader.Define(stage, omnipbr.GetPath().AppendChild("Shader"))
     shader.SetSourceAsset(Sdf.AssetPath("OmniPBR.mdl"), "mdl")
     shader.SetSourceAssetSubIdentifier("OmniPBR", "mdl")
-    look.CreateSurfaceOutput("mdl").ConnectToSource(shader.CreateOutput("out", Sdf.ValueTypeNames.Token))
-    preview = UsdShade.Shader.Define(stage, look.GetPath().AppendChild("PreviewSurface"))
+    omnipbr.CreateSurfaceOutput("mdl").ConnectToSource(shader.CreateOutput("out", Sdf.ValueTypeNames.Token))
+    preview = UsdShade.Shader.Define(stage, omnipbr.GetPath().AppendChild("PreviewSurface"))
     preview.CreateIdAttr("UsdPreviewSurface")
     preview.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(1))
-    look.CreateSurfaceOutput().ConnectToSource(preview.CreateOutput("surface", Sdf.ValueTypeNames.Token))
-    bind_material(prim, look.GetPrim())
+    omnipbr.CreateSurfaceOutput().ConnectToSource(preview.CreateOutput("surface", Sdf.ValueTypeNames.Token))
+    bind_material(prim, omnipbr.GetPrim())
     return shader
 
 
@@ -177,17 +180,16 @@ def materials(
     materials: Any, seed: int | None = None, max_cached_materials: int = 0, input_prims: Any = None,
     name: str | None = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Bind a drawn material to each prim, stronger than what is bound below.
+    """Bind a random material to each prim, stronger than the bindings of descendants.
 
     Args:
         materials: items, prims or paths of materials, or a distribution over these.
         seed: replaces the global seed.
-        max_cached_materials: changes nothing: all materials are on the stage already and none is ever copied or
-            dropped.
+        max_cached_materials: ignored: all materials are on the stage already and none is ever copied or removed.
 
     Raises:
-        BadPrim: one is not on the stage, or no material.
-        ArgumentError: `seed` is no whole number, or `materials` is a distribution with another one.
+        BadPrim: one is not on the stage, or not a material.
+        ArgumentError: `seed` is not an integer, or `materials` is a distribution with another seed.
     """
     if isinstance(materials, Distribution):
         return material(one_of(materials, seed), input_prims=input_prims, name=name)

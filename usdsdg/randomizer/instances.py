@@ -1,4 +1,4 @@
-"""Instanced assets that are drawn again at every execution. Mirrors `rep.randomizer.instantiate`."""
+"""Instances of assets that are sampled again at every execution: `rep.randomizer.instantiate`."""
 
 from dataclasses import replace
 from typing import Any
@@ -24,22 +24,23 @@ def instantiate(
     paths: Any, size: int, weights: Any = None, mode: str = "scene_instance", with_replacements: bool = True,
     seed: int | None = None, name: str | None = None, use_cache: bool = True, semantics: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Make `size` objects, each of which references an asset drawn from `paths`, again at every execution.
+    """Create `size` objects, each of which references an asset that is sampled from `paths` at every execution.
 
-    The item's prims are Xforms under `/Replicator/SampledAssets`, to be posed or labeled like any other; they show
-    their first draw at once. With mode "point_instance" it is one PointInstancer: `modify.pose` (position, rotation,
-    scale), `rotation`, `scatter_2d` and `scatter_3d` act on each of its instances, everything else on the whole.
+    The item's prims are Xforms under `/Replicator/SampledAssets`, which can be posed or labeled like any other; they
+    reference their first sample immediately. With mode "point_instance" the item is one PointInstancer: `modify.pose`
+    (position, rotation, scale), `rotation`, `scatter_2d` and `scatter_3d` apply to each of its instances, everything
+    else to the instancer.
 
     Args:
         paths: USD files (paths or URLs), prims of the stage, an item, or a distribution over these.
         size: how many objects.
-        weights: chances of the paths, by default all the same.
-        mode: "scene_instance": instances that share their prototype's geometry and cannot be changed inside;
-            "reference": copies that can; "point_instance": one PointInstancer.
+        weights: relative probabilities of the paths, by default equal.
+        mode: "scene_instance": instances that share their prototype's geometry and whose descendants cannot be
+            edited; "reference": references that can be edited; "point_instance": one PointInstancer.
         with_replacements: whether the same asset may be drawn more than once in an execution.
         seed: replaces the global seed.
         use_cache: keep every asset in memory, under `/Replicator/SampledAssets/Cache`, so that switching opens no
-            file. Without it files are referenced when drawn. Point instances are always kept.
+            file. Without it files are referenced when sampled. Prototypes of point instances are always kept.
         semantics: labels of all objects.
 
     Raises:
@@ -80,7 +81,7 @@ def _choice(given: Any, weights: Any, with_replacements: bool, seed: int | None)
 
 
 def _source(path: str) -> tuple[str, bool]:
-    """What a path means: a prim of the stage, or a file; and whether it is a prim."""
+    """Resolve a path to a prim path or a file; return it and whether it is a prim."""
     if Sdf.Path.IsValidPathString(path) and Sdf.Path(path).IsAbsolutePath() and current_stage().GetPrimAtPath(path):
         return path, True
     return assets.resolve(path), False
@@ -118,30 +119,30 @@ def _instantiate(node: Node, execution: int) -> None:
 
 
 def _show(slot: str, path: str, shared: bool, use_cache: bool) -> None:
-    """Make the slot's child a reference to the asset. It has no other opinions, so nothing of the last one is left."""
+    """Set the slot's child to a reference to the asset; the child has no other opinions that could remain."""
     stage = current_stage()
     source, is_prim = _source(path)
     if use_cache and not is_prim:
         source, is_prim = _cached(source), True
     if is_prim and Sdf.Path(slot).HasPrefix(source):
         raise BadPrim(
-            f"randomizer.instantiate: {source} holds the instances themselves and cannot be one of their assets"
+            f"randomizer.instantiate: {source} contains the instances themselves and cannot be one of their assets"
         )
     child = stage.GetPrimAtPath(f"{slot}/Ref") or stage.DefinePrim(f"{slot}/Ref")
     with Sdf.ChangeBlock():
         reference = Sdf.Reference("", source) if is_prim else Sdf.Reference(source)
         child.GetReferences().SetReferences([reference])
         child.SetInstanceable(shared)
-        # A prototype in the cache is not active; its copies are.
+        # A cached prim may be inactive; a reference to it must not be.
         child.SetActive(True)
 
 
 def _cached(file: str) -> str:
-    """The prim below the cache that holds a file; made when first asked for, and never drawn itself."""
+    """Return the path of the cache prim that references a file; it is created at first use and never rendered."""
     stage = current_stage()
     cache = stage.GetPrimAtPath(CACHE)
     if not cache:
-        # A class is composed and can be referenced, and no renderer shows it.
+        # A class prim is composed and can be referenced, but is not rendered.
         cache = stage.CreateClassPrim(CACHE)
     for prim in cache.GetAllChildren():
         if prim.GetCustomDataByKey("usdsdg:file") == file:
@@ -158,7 +159,7 @@ def _fill_instancer(node: Node, execution: int) -> None:
     stage, root, size = current_stage(), node.prims[0], node.inputs["size"]
     instancer = UsdGeom.PointInstancer.Define(stage, root)
     instancer.GetPrim().SetCustomDataByKey(POSABLE_INSTANCES, True)
-    # One draw per instance, as for prims.
+    # One sample per instance, as for prims.
     keys = replace(node, prims=tuple(f"{root}[{index}]" for index in range(size)))
     chosen = [prim_paths(each)[0] for each in draw(node.inputs["paths"], keys, execution, "paths")]
     known: dict[str, int] = node.state
@@ -173,7 +174,7 @@ def _fill_instancer(node: Node, execution: int) -> None:
 
 
 def _prototype(instancer: UsdGeom.PointInstancer, path: str) -> int:
-    """The index of an asset among the prototypes, found again by its path or added."""
+    """Return the index of an asset among the prototypes; it is added if it is not there yet."""
     stage, (source, is_prim) = instancer.GetPrim().GetStage(), _source(path)
     relation = instancer.CreatePrototypesRel()
     targets = relation.GetTargets()

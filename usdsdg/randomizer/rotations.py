@@ -1,4 +1,4 @@
-"""Random rotations. Mirrors `rep.randomizer.rotation`."""
+"""Random rotations: `rep.randomizer.rotation`."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ def rotation(
     seed: int | None = None,
     input_prims: Any = None,
 ) -> ReplicatorItem:
-    """Rotate each prim: uniformly over all rotations by default, else by angles that are uniform within the bounds.
+    """Set a random rotation of each prim: uniform on SO(3) by default, else Euler angles uniform within the bounds.
 
     Args:
         min_angle: lowest angles about x, y, z [degrees], or one for all; `max_angle` the highest.
         seed: replaces the global seed.
 
     Raises:
-        ArgumentError: a bound is not three numbers or is above the other one, or the seed is no whole number.
+        ArgumentError: a bound is not three numbers, `min_angle` is above `max_angle`, or the seed is not an integer.
     """
     lower, upper = vector("min_angle", min_angle), vector("max_angle", max_angle)
     if any(low > high for low, high in zip(lower, upper)):
@@ -44,11 +44,12 @@ def rotation(
 @action("OgnRotation")
 def _rotate(node: Node, execution: int) -> None:
     lower, upper = (np.asarray(node.inputs[name], float) for name in ("minAngle", "maxAngle"))
-    seed, whole = node.inputs.get("seed", get_global_seed()), (lower == -180.0).all() and (upper == 180.0).all()
+    seed = node.inputs.get("seed", get_global_seed())
+    all_rotations = (lower == -180.0).all() and (upper == 180.0).all()
 
     def angles(names: Sequence[str]) -> np.ndarray:
         u = uniforms(seed, node.key, execution, names, 3)
-        return euler_xyz_from_quat(uniform_quaternions(u)) if whole else lower + u * (upper - lower)
+        return euler_xyz_from_quat(uniform_quaternions(u)) if all_rotations else lower + u * (upper - lower)
 
     prims = target_prims(node)
     single = [prim for prim in prims if not has_posable_instances(prim)]
@@ -59,7 +60,7 @@ def _rotate(node: Node, execution: int) -> None:
 
 
 def uniform_quaternions(u: np.ndarray) -> np.ndarray:
-    """(N, 4) unit quaternions xyzw, uniform on SO(3), from (N, 3) uniforms (Shoemake, Graphics Gems III, 1992)."""
+    """Map (N, 3) uniforms to (N, 4) unit quaternions xyzw, uniform on SO(3) (Shoemake, Graphics Gems III, 1992)."""
     a, b = np.sqrt(1 - u[:, 0]), np.sqrt(u[:, 0])
     s, t = 2 * np.pi * u[:, 1], 2 * np.pi * u[:, 2]
     return np.stack([a * np.sin(s), a * np.cos(s), b * np.sin(t), b * np.cos(t)], axis=1)

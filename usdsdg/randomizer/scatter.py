@@ -1,4 +1,4 @@
-"""Prims scattered over surfaces and in volumes. Mirrors `rep.randomizer.scatter_2d` and `scatter_3d`."""
+"""Random positions on surfaces and in volumes: `rep.randomizer.scatter_2d` and `scatter_3d`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from usdsdg.scatter.stage_bodies import scatter, surface_of, volume_of
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.geometry.instancers import object_names
 
-# Where the voxels are shown that `viz_sampled_voxels` asks for.
+# The PointInstancer that shows the voxels for `viz_sampled_voxels`.
 VOXELS = "/Replicator/SampledVoxels"
 Bound = Sequence[float | None]
 _OPEN: Bound = (None, None, None)
@@ -32,25 +32,25 @@ def scatter_2d(
     seed: int | None = None, offset: float = 0, check_for_collisions: bool = False, input_prims: Any = None,
     name: str | None = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Place the origin of each prim on the surfaces of `surface_prims`, uniformly by area; their rotation stays.
+    """Place the origin of each prim on the surfaces of `surface_prims`, uniformly by area, keeping its rotation.
 
     Args:
-        surface_prims: prims whose meshes (and other gprims, visible or not) are scattered over.
-        no_coll_prims: prims that nothing may touch.
-        min_samp: lowest (x, y, z) of the world that is used [stage units]; None for no bound.
-        max_samp: highest one.
+        surface_prims: prims whose meshes (and other gprims, visible or not) are the surface.
+        no_coll_prims: obstacles that the prims must not collide with.
+        min_samp: lower bound (x, y, z) of the positions in the world [stage units]; None for no bound.
+        max_samp: upper bound.
         seed: replaces the global seed.
         offset: distance above the surface along its normal [stage units].
-        check_for_collisions: place no prim so that it touches one placed before.
+        check_for_collisions: whether the prims must not collide with each other.
 
-    Bodies collide where their triangles cross, or where one lies inside the closed surface of another; touching is no
-    collision. The surface itself is not checked.
+    Bodies collide if their triangles intersect, or if one lies inside the closed surface of another; mere contact is
+    no collision. The surface itself is not an obstacle.
 
     Raises:
         ArgumentError: (a ValueError) no surface is given.
         GraphError: at execution, no surface lies within the bounds, or a prim has no free position after 10,000 tries.
     """
-    surfaces = _some("scatter_2d", "surface_prims", surface_prims)
+    surfaces = _paths_of("scatter_2d", "surface_prims", surface_prims)
     return act(
         "OgnScatter2D", input_prims, name=name, attribute="position", surfacePrims=surfaces,
         noCollPrims=list(prim_paths(no_coll_prims)) or None, offset=float(offset), seed=own_seed(seed),
@@ -71,26 +71,26 @@ def scatter_3d(
     check_for_collisions: bool = False, prevent_vol_overlap: bool = True, viz_sampled_voxels: bool = False,
     seed: int | None = None, input_prims: Any = None, name: str | None = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Place the origin of each prim inside of `volume_prims`, uniformly; their rotation stays.
+    """Place the origin of each prim inside `volume_prims`, uniformly by volume, keeping its rotation.
 
     Args:
         volume_prims: closed meshes (or other gprims, visible or not); without any, the box from `min_samp` to
             `max_samp`.
-        no_coll_prims: prims that nothing may touch.
+        no_coll_prims: obstacles that the prims must not collide with.
         volume_excl_prims: closed meshes in which no origin is placed.
-        min_samp: lowest (x, y, z) of the world that is used [stage units]; None for no bound.
-        max_samp: highest one.
-        resolution_scaling: more (above 1) or fewer voxels than 30 along the longest side of the mean volume.
-        voxel_size: edge of a voxel [stage units], instead of `resolution_scaling`. Voxels only find the volume: points
-            are inside of the meshes whatever their size.
-        check_for_collisions: place no prim so that it touches one placed before.
-        prevent_vol_overlap: where volumes overlap, places are no denser than elsewhere.
-        viz_sampled_voxels: show the voxels that were drawn, green and translucent, under `/Replicator/SampledVoxels`.
+        min_samp: lower bound (x, y, z) of the positions in the world [stage units]; None for no bound.
+        max_samp: upper bound.
+        resolution_scaling: factor on the default of 30 voxels along the longest side of the volumes' mean size.
+        voxel_size: edge of a voxel [stage units], instead of `resolution_scaling`. Voxels only approximate the volume
+            for sampling: points are inside the meshes whatever the voxel size.
+        check_for_collisions: whether the prims must not collide with each other.
+        prevent_vol_overlap: whether the density of positions is the same where volumes overlap.
+        viz_sampled_voxels: show the sampled voxels, green and translucent, under `/Replicator/SampledVoxels`.
         seed: replaces the global seed.
 
     Raises:
         ArgumentError: (a ValueError) there is no volume and a bound is missing.
-        GraphError: at execution, nothing is left to sample, or a prim has no free position after 10,000 tries.
+        GraphError: at execution, the volume to sample is empty, or a prim has no free position after 10,000 tries.
     """
     volumes, bounds = list(prim_paths(volume_prims)), _bounds(min_samp, max_samp)
     if not volumes:
@@ -98,7 +98,7 @@ def scatter_3d(
     if not (resolution_scaling > 0 and voxel_size >= 0):
         raise ArgumentError(
             f"randomizer.scatter_3d: resolution_scaling={resolution_scaling!r} must be above 0 and "
-            f"voxel_size={voxel_size!r} not below"
+            f"voxel_size={voxel_size!r} 0 or more"
         )
     return act(
         "OgnScatter3D", input_prims, name=name, attribute="position", volumePrims=volumes or None,
@@ -119,7 +119,7 @@ def _scatter_3d(node: Node, execution: int) -> None:
         excluded=_prims(inputs, "volumeExclPrims"),
         voxel_size=inputs["voxelSize"],
         resolution_scaling=inputs["resolutionScaling"],
-        once=inputs["preventVolOverlap"],
+        prevent_overlap=inputs["preventVolOverlap"],
     )
     drawn = _scatter(node, region, execution, volume.COMPONENTS)
     if inputs["vizSampledVoxels"] and isinstance(region, volume.Volume):
@@ -134,8 +134,8 @@ def _scatter(
         prims,
         region,
         _draws(node, object_names(prims), execution, components),
-        avoid=_prims(node.inputs, "noCollPrims"),
-        apart=node.inputs["checkForCollisions"],
+        obstacles=_prims(node.inputs, "noCollPrims"),
+        avoid_each_other=node.inputs["checkForCollisions"],
         shapes=node.state.setdefault("shapes", {}),
     )
 
@@ -151,7 +151,7 @@ def _draws(node: Node, names: Sequence[str], execution: int, components: int) ->
     return draw
 
 
-def _some(function: str, argument: str, prims: Any) -> list[str]:
+def _paths_of(function: str, argument: str, prims: Any) -> list[str]:
     paths = list(prim_paths(prims))
     if not paths:
         raise ArgumentError(f"randomizer.{function}: {argument} is {prims!r}; give at least one prim")
@@ -159,7 +159,7 @@ def _some(function: str, argument: str, prims: Any) -> list[str]:
 
 
 def _bounds(min_samp: Bound, max_samp: Bound) -> dict[str, list[float]]:
-    """As a graph can hold them: infinite where there is no bound."""
+    """Return the bounds as node inputs: lists of numbers, infinite where there is no bound."""
     bounds = Bounds.given(min_samp, max_samp)
     return {"minSamp": bounds.lower.tolist(), "maxSamp": bounds.upper.tolist()}
 
@@ -172,8 +172,8 @@ def _prims(inputs: dict[str, Any], role: str) -> list[Usd.Prim]:
     return [prim_at(path) for path in inputs.get(role) or ()]
 
 
-def show_voxels(stage: Usd.Stage, middles: np.ndarray, size: float) -> UsdGeom.PointInstancer:
-    """Translucent green cubes of edge `size` [stage units] at `middles` (N, 3), instead of those shown before."""
+def show_voxels(stage: Usd.Stage, centers: np.ndarray, size: float) -> UsdGeom.PointInstancer:
+    """Show translucent green cubes of edge `size` [stage units] at `centers` (N, 3), replacing earlier ones."""
     instancer = UsdGeom.PointInstancer.Define(stage, VOXELS)
     cube = UsdGeom.Cube.Define(stage, f"{VOXELS}/Voxel")
     cube.CreateSizeAttr(size)
@@ -181,6 +181,6 @@ def show_voxels(stage: Usd.Stage, middles: np.ndarray, size: float) -> UsdGeom.P
     cube.CreateDisplayColorAttr([Gf.Vec3f(0, 1, 0)])
     cube.CreateDisplayOpacityAttr([0.3])
     instancer.CreatePrototypesRel().SetTargets([cube.GetPath()])
-    instancer.CreateProtoIndicesAttr(Vt.IntArray(len(middles), 0))
-    instancer.CreatePositionsAttr(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(middles, np.float32)))
+    instancer.CreateProtoIndicesAttr(Vt.IntArray(len(centers), 0))
+    instancer.CreatePositionsAttr(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(centers, np.float32)))
     return instancer

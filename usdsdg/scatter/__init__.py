@@ -1,5 +1,5 @@
-"""Places for objects on surfaces and in volumes, without collisions. Knows triangles and nothing of the graph.
+"""Sampling of collision-free positions on surfaces and in volumes, independent of the graph.
 
-`solid` is what collides, `touching` the test, `surface` and `volume` say where candidates lie, `places` chooses among
-them.
+`solid` has the collision bodies, `collisions` the collision test, `surface` and `volume` sample candidate positions,
+`positions` chooses the first free candidate of each object, and `stage_bodies` reads and moves the prims.
 """

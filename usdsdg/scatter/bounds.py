@@ -1,4 +1,4 @@
-"""A box of the world that may be open on any side."""
+"""Axis-aligned bounds that may be open on any side."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from usdsdg.errors import ArgumentError
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
-    """From `lower` to `upper`, (3,) each [stage units]; infinite where there is no bound."""
+    """An axis-aligned box from `lower` to `upper`, (3,) each [stage units]; infinite where there is no bound."""
 
     lower: np.ndarray
     upper: np.ndarray
 
     @classmethod
     def given(cls, min_samp: Sequence[float | None] | None, max_samp: Sequence[float | None] | None) -> Bounds:
-        """From Replicator's arguments, in which None stands for no bound.
+        """Create bounds from Replicator's arguments, in which None means no bound.
 
         Raises:
             ArgumentError: not three numbers or None each, or a lower bound above its upper one.
@@ -30,16 +30,16 @@ class Bounds:
             raise ArgumentError(f"min_samp={shown(min_samp)} is above max_samp={shown(max_samp)}")
         return bounds
 
-    def contain(self, points: np.ndarray) -> np.ndarray:
-        """(...) whether points (..., 3) lie within."""
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Return (...) whether points (..., 3) lie within the bounds."""
         return np.all((points >= self.lower) & (points <= self.upper), axis=-1)
 
-    def cut(self, corners: np.ndarray) -> np.ndarray:
-        """The parts of triangles (T, 3, 3) that lie within, as triangles of the same orientation."""
+    def clip(self, corners: np.ndarray) -> np.ndarray:
+        """Clip triangles (T, 3, 3) to the bounds; the result has triangles of the same orientation."""
         for axis in range(3):
             for sign, limit in ((1.0, self.lower[axis]), (-1.0, -self.upper[axis])):
                 if np.isfinite(limit):
-                    corners = _cut(corners, sign * corners[:, :, axis] - limit)
+                    corners = _clip(corners, sign * corners[:, :, axis] - limit)
         return corners[_have_area(corners)]
 
     def __str__(self) -> str:
@@ -60,19 +60,20 @@ def _side(name: str, given: Sequence[float | None] | None, otherwise: float) -> 
 
 
 def _have_area(corners: np.ndarray) -> np.ndarray:
-    """(T,) False for what is a line or a point, as remains where a corner lies on a bound."""
+    """Return (T,) False for degenerate triangles, which clipping leaves where a corner lies on a bound."""
     one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     longest = np.maximum((one**2).sum(1), (other**2).sum(1))
     return np.linalg.norm(np.cross(one, other), axis=1) > 1e-12 * longest
 
 
-def _cut(corners: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """Triangles where `height` (T, 3) of their corners is not negative."""
+def _clip(corners: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """Clip triangles to the half-space where `height`, the signed distance (T, 3) of their corners, is not negative."""
     above = height >= 0
     count = above.sum(1)
     whole = corners[count == 3]
     # One corner above: a smaller triangle. Two above: a quad, as two triangles.
-    one, below = _alone_first(corners, height, count == 1, above), _alone_first(corners, height, count == 2, ~above)
+    one = _single_corner_first(corners, height, count == 1, above)
+    below = _single_corner_first(corners, height, count == 2, ~above)
     a, ab, ac = one
     b, ba, bc = below
     tips = np.stack([a[:, 0], ab, ac], axis=1)
@@ -80,16 +81,19 @@ def _cut(corners: np.ndarray, height: np.ndarray) -> np.ndarray:
     return np.concatenate([whole, tips, *quads])
 
 
-def _alone_first(
-    corners: np.ndarray, height: np.ndarray, chosen: np.ndarray, alone: np.ndarray
+def _single_corner_first(
+    corners: np.ndarray, height: np.ndarray, chosen: np.ndarray, single: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Chosen triangles turned so that the corner that is alone comes first, and where its two edges are cut."""
-    turned, first = corners[chosen], np.argmax(alone[chosen], axis=1)
-    rows, order = np.arange(len(turned))[:, None], (first[:, None] + np.arange(3)) % 3
-    turned, level = turned[rows, order], height[chosen][rows, order]
+    """Cycle the corners of chosen triangles so that the single corner on its side of the plane comes first.
 
-    def at_zero(other: int) -> np.ndarray:
-        share = level[:, 0] / (level[:, 0] - level[:, other])
-        return turned[:, 0] + share[:, None] * (turned[:, other] - turned[:, 0])
+    Also returns the intersections of its two edges with the plane.
+    """
+    cycled, first = corners[chosen], np.argmax(single[chosen], axis=1)
+    rows, order = np.arange(len(cycled))[:, None], (first[:, None] + np.arange(3)) % 3
+    cycled, level = cycled[rows, order], height[chosen][rows, order]
 
-    return turned, at_zero(1), at_zero(2)
+    def intersection(other: int) -> np.ndarray:
+        fraction = level[:, 0] / (level[:, 0] - level[:, other])
+        return cycled[:, 0] + fraction[:, None] * (cycled[:, other] - cycled[:, 0])
+
+    return cycled, intersection(1), intersection(2)

@@ -1,4 +1,4 @@
-"""One position per object, drawn again as long as the object collides there."""
+"""Rejection sampling of one collision-free position per object."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -6,32 +6,32 @@ from typing import Protocol
 import numpy as np
 
 from usdsdg.errors import ArgumentError
+from usdsdg.scatter.collisions import collide
 from usdsdg.scatter.solid import DIRECTIONS, Solid
-from usdsdg.scatter.touching import collide
 
 MAX_TRIES = 10_000
-# Candidates drawn at once: for all objects at first, then more and more for those that are hard to place.
-_FIRST, _GROWTH, _MOST = 4, 4, 512
+# Candidates per batch: the first one is for all objects; batches grow for objects that are hard to place.
+_FIRST_BATCH, _GROWTH, _MAX_BATCH = 4, 4, 512
 
 
 class Region(Protocol):
-    """Where candidates lie."""
+    """A surface or volume from which candidate positions are sampled."""
 
     def points(self, u: np.ndarray) -> np.ndarray:
-        """(..., 3) from uniform numbers (..., components); NaN where there is no position."""
+        """Map uniform numbers (..., components) to positions (..., 3); NaN for rejected ones."""
         ...
 
 
 class Draws(Protocol):
-    """Uniform numbers for objects."""
+    """Source of uniform random numbers per object and try."""
 
     def __call__(self, rows: Sequence[int], first: int, tries: int) -> np.ndarray:
-        """(len(rows), tries, components) for tries `first` ... of the objects `rows`."""
+        """Return (len(rows), tries, components) numbers for the tries from `first` on of the objects `rows`."""
         ...
 
 
 class Occupancy:
-    """The space that bodies with a position take up, for collision tests against it."""
+    """Bodies that already have a position, for collision tests against them."""
 
     def __init__(self, capacity: int) -> None:
         self._lower = np.empty((capacity, len(DIRECTIONS)))
@@ -39,13 +39,13 @@ class Occupancy:
         self._bodies: list[tuple[Solid, np.ndarray]] = []
 
     def add(self, solid: Solid, position: np.ndarray) -> None:
-        """Keep the space that `solid` takes at `position` (3,)."""
+        """Add a body at `position` (3,)."""
         row, shift = len(self._bodies), DIRECTIONS @ position
         self._lower[row], self._upper[row] = solid.lower + shift, solid.upper + shift
         self._bodies.append((solid, position))
 
     def first_free(self, solid: Solid, positions: np.ndarray) -> int | None:
-        """Index of the first of `positions` (N, 3) where `solid` collides with no body."""
+        """Return the index of the first of `positions` (N, 3) where `solid` collides with no body; None if none."""
         count = len(self._bodies)
         shift = positions @ DIRECTIONS.T
         lower, upper = solid.lower + shift, solid.upper + shift
@@ -58,38 +58,38 @@ class Occupancy:
         return None
 
     def _collides(self, solid: Solid, position: np.ndarray, row: int) -> bool:
-        other, there = self._bodies[row]
-        return collide(solid, other, there - position)
+        other, other_position = self._bodies[row]
+        return collide(solid, other, other_position - position)
 
 
 def free_positions(
     names: Sequence[str], region: Region, draw: Draws, *, solids: Sequence[Solid] | None = None,
-    obstacles: Sequence[tuple[Solid, np.ndarray]] = (), apart: bool = False,
+    obstacles: Sequence[tuple[Solid, np.ndarray]] = (), avoid_each_other: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Choose a position for each object, in order: the first of its draws where it collides with nothing.
+    """Choose a position for each object, in order: its first candidate without a collision.
 
     Args:
         names: prim paths, for messages.
-        region: where candidates lie.
+        region: where candidates are sampled.
         draw: uniform numbers per object and try.
-        solids: the objects' bodies; None where nothing can collide.
-        obstacles: bodies with their positions that no object may touch.
-        apart: the objects may not touch each other either.
+        solids: the objects' collision bodies; None if collisions are not checked.
+        obstacles: bodies with their positions that the objects must not collide with.
+        avoid_each_other: whether the objects must not collide with each other.
 
     Returns:
-        (N, 3) positions and (N, components) the numbers that they were drawn from.
+        (N, 3) positions and (N, components) the uniform numbers that they were computed from.
 
     Raises:
         ArgumentError: an object has no free position after MAX_TRIES draws.
     """
-    everybody = list(range(len(names)))
-    u = draw(everybody, 0, _FIRST)
+    objects = list(range(len(names)))
+    u = draw(objects, 0, _FIRST_BATCH)
     candidates = region.points(u)
     positions, chosen = np.empty((len(names), 3)), np.empty((len(names), u.shape[-1]))
     occupied = Occupancy(len(obstacles) + len(names)) if solids is not None else None
     for solid, position in obstacles if occupied is not None else ():
         occupied.add(solid, position)
-    for row in everybody:
+    for row in objects:
         numbers, points, tried = u[row], candidates[row], 0
         while True:
             if occupied is None or solids is None:
@@ -105,9 +105,9 @@ def free_positions(
                     f"no free position for {names[row]} after {tried:,} tries ({row} of {len(names)} objects have one)."
                     " Use fewer or smaller objects, or more room."
                 )
-            numbers = draw([row], tried, min(_MOST, len(points) * _GROWTH, MAX_TRIES - tried))[0]
+            numbers = draw([row], tried, min(_MAX_BATCH, len(points) * _GROWTH, MAX_TRIES - tried))[0]
             points = region.points(numbers)
         positions[row], chosen[row] = points[index], numbers[index]
-        if occupied is not None and solids is not None and apart:
+        if occupied is not None and solids is not None and avoid_each_other:
             occupied.add(solids[row], positions[row])
     return positions, chosen

@@ -1,4 +1,4 @@
-"""Bodies that may collide: triangles around an origin, with bounding volumes over them."""
+"""Collision bodies: triangles around an origin, with k-DOP bounds and a two-level tree of boxes."""
 
 import hashlib
 from collections.abc import Iterable, Sequence
@@ -8,8 +8,8 @@ import numpy as np
 
 from usdsdg.stage.geometry.triangles import TriangleInstance, Triangles
 
-# Slabs that bound a body: the axes first, then the diagonals of cube and faces. Thirteen pairs of planes reject most of
-# what overlapping boxes let through.
+# Slab normals of the 26-DOP that bounds a body: the axes, then the diagonals of the cube and of its faces. It rejects
+# most of the pairs whose boxes overlap.
 DIRECTIONS = np.array(
     [
         (1, 0, 0), (0, 1, 0), (0, 0, 1),
@@ -23,58 +23,58 @@ BLOCK = 16
 
 
 class Shape:
-    """Triangles in their own space, in an order in which neighbors in space are neighbors in the list."""
+    """Triangles in their own space, sorted along a Morton curve."""
 
     def __init__(self, triangles: Triangles) -> None:
         self.points = triangles.points[np.unique(triangles.faces)]
         corners = triangles.corners()
-        self.corners = corners[_along_a_curve(corners.mean(1))]
+        self.corners = corners[_morton_order(corners.mean(1))]
 
 
 class Solid:
-    """A body at the origin, turned and scaled as it stands in the world; it may be placed anywhere by translation."""
+    """A collision body with its world rotation and scale, relative to its origin; positions are translations of it."""
 
     def __init__(self, parts: Sequence[tuple[Shape, np.ndarray]]) -> None:
         """`parts` are shapes with their matrices (4, 4) into the world's axes around the body's origin."""
         self._parts = parts
         spans = [np.concatenate([s.points @ m[:3, :3] + m[3, :3]]) @ DIRECTIONS.T for s, m in parts]
-        # (13,) along DIRECTIONS; a body without triangles touches nothing.
+        # (13,) extent along DIRECTIONS; a body without triangles collides with nothing.
         self.lower = np.min([span.min(0) for span in spans], axis=0) if spans else np.full(len(DIRECTIONS), np.inf)
         self.upper = np.max([span.max(0) for span in spans], axis=0) if spans else np.full(len(DIRECTIONS), -np.inf)
 
     @cached_property
     def corners(self) -> np.ndarray:
-        """(B * BLOCK, 3, 3) all triangles; the last block of each part is filled up with NaN."""
-        return np.concatenate([_filled_up(_moved(shape, matrix)) for shape, matrix in self._parts])
+        """All triangles (B * BLOCK, 3, 3); the last block of each part is padded with NaN."""
+        return np.concatenate([_padded(_transformed(shape, matrix)) for shape, matrix in self._parts])
 
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """(B, 3) lowest and highest corners of the blocks."""
+        """Lower and upper bounds (B, 3) of the blocks."""
         lower, upper = self.triangle_boxes
-        # np.fmin ignores the NaN that fill up a block.
+        # np.fmin ignores the NaN padding.
         return np.fmin.reduce(lower.reshape(-1, BLOCK, 3), axis=1), np.fmax.reduce(upper.reshape(-1, BLOCK, 3), axis=1)
 
     @cached_property
     def triangle_boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """(B * BLOCK, 3) lowest and highest corners of the triangles."""
+        """Lower and upper bounds (B * BLOCK, 3) of the triangles."""
         return self.corners.min(1), self.corners.max(1)
 
     @cached_property
-    def anchors(self) -> np.ndarray:
-        """(parts, 3) a point of each part: inside it where its surface is closed, else on it."""
-        return np.array([_anchor(_moved(shape, matrix)) for shape, matrix in self._parts])
+    def interior_points(self) -> np.ndarray:
+        """One point (parts, 3) of each part: inside it if its surface is closed, else on the surface."""
+        return np.array([_interior_point(_transformed(shape, matrix)) for shape, matrix in self._parts])
 
 
 class Solids:
-    """Makes solids; those of the same shape, turned and scaled alike, are one object."""
+    """Factory of solids; bodies of the same shape, rotation and scale are one shared object."""
 
     def __init__(self, shapes: dict[bytes, Shape] | None = None) -> None:
-        """`shapes` is kept between calls by those who scatter the same objects again and again."""
+        """`shapes` is a cache that callers keep if they scatter the same objects repeatedly."""
         self._shapes = {} if shapes is None else shapes
         self._solids: dict[bytes, Solid] = {}
 
     def around(self, origin: np.ndarray, gprims: Iterable[TriangleInstance]) -> Solid:
-        """The body of all `gprims`, around `origin` (3,) of the world."""
+        """Return the body of all `gprims`, relative to `origin` (3,) in the world."""
         keys, parts = [], []
         for placed in gprims:
             key, shape = self._shape(placed.triangles)
@@ -96,18 +96,18 @@ class Solids:
         return key, self._shapes[key]
 
 
-def _moved(shape: Shape, matrix: np.ndarray) -> np.ndarray:
+def _transformed(shape: Shape, matrix: np.ndarray) -> np.ndarray:
     corners = shape.corners @ matrix[:3, :3] + matrix[3, :3]
     return corners[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else corners
 
 
-def _filled_up(corners: np.ndarray) -> np.ndarray:
+def _padded(corners: np.ndarray) -> np.ndarray:
     missing = -len(corners) % BLOCK
     return np.concatenate([corners, np.full((missing, 3, 3), np.nan)])
 
 
-def _along_a_curve(points: np.ndarray) -> np.ndarray:
-    """Order of points along a Morton curve."""
+def _morton_order(points: np.ndarray) -> np.ndarray:
+    """Return the order of points along a Morton curve."""
     lower, upper = points.min(0), points.max(0)
     cells = ((points - lower) / np.maximum(upper - lower, 1e-300) * 1023).astype(np.uint64)
     code = np.zeros(len(points), np.uint64)
@@ -117,14 +117,17 @@ def _along_a_curve(points: np.ndarray) -> np.ndarray:
     return np.argsort(code, kind="stable")
 
 
-def _anchor(corners: np.ndarray) -> np.ndarray:
-    """Half way from the middle of the largest triangle to the next surface behind it; that middle if there is none."""
+def _interior_point(corners: np.ndarray) -> np.ndarray:
+    """Return the midpoint between the largest triangle's center and the next surface behind it.
+
+    Without a surface behind it, the center itself.
+    """
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     normals = np.cross(b - a, c - a)
     areas = np.linalg.norm(normals, axis=1)
     largest = int(np.argmax(areas))
     start, inwards = corners[largest].mean(0), -normals[largest] / max(areas[largest], 1e-300)
-    # Möller and Trumbore's ray test, all triangles at once.
+    # Möller-Trumbore ray test against all triangles.
     edge_1, edge_2, from_a = b - a, c - a, start - a
     p = np.cross(inwards, edge_2)
     determinant = (edge_1 * p).sum(1)

@@ -1,4 +1,4 @@
-"""Prims of the stage as what scattering needs: bodies around their origins, surfaces and volumes in the world."""
+"""Scattering of prims: reads surfaces, volumes and collision bodies from the stage and writes the positions."""
 
 from collections.abc import Sequence
 
@@ -24,10 +24,10 @@ from usdsdg.stage.poses.xform_ops import author_world_position, local_translatio
 
 
 def surface_of(prims: Sequence[Usd.Prim], bounds: Bounds, *, offset: float = 0.0) -> Surface:
-    """The surface of all gprims at and below `prims`; see `Surface`.
+    """Return the surface of all gprims at and below `prims`; see `Surface`.
 
     Raises:
-        ArgumentError: there is none within the bounds.
+        ArgumentError: no part of it is within the bounds.
     """
     return Surface(_corners(triangles_below(prims)), bounds, offset=offset)
 
@@ -39,23 +39,25 @@ def volume_of(
     excluded: Sequence[Usd.Prim] = (),
     voxel_size: float = 0.0,
     resolution_scaling: float = 1.0,
-    once: bool = True,
+    prevent_overlap: bool = True,
 ) -> Volume | Box:
-    """What closed meshes enclose, one volume per prim; all of the bounds where there are none. See `Volume`, `Box`.
+    """Return the volume that closed meshes enclose, one per prim; without prims the whole box of the bounds.
+
+    See `Volume` and `Box` for the arguments.
 
     Raises:
-        ArgumentError: a prim has no geometry, or nothing is left to sample.
+        ArgumentError: a prim has no geometry, or the volume to sample is empty.
     """
-    taken = [_volume(prim) for prim in excluded]
+    excluded_volumes = [_volume(prim) for prim in excluded]
     if not prims:
-        return Box(bounds, taken)
+        return Box(bounds, excluded_volumes)
     return Volume(
         [_volume(prim) for prim in prims],
         bounds,
-        excluded=taken,
+        excluded=excluded_volumes,
         voxel_size=voxel_size,
         resolution_scaling=resolution_scaling,
-        once=once,
+        prevent_overlap=prevent_overlap,
     )
 
 
@@ -64,38 +66,41 @@ def scatter(
     region: Region,
     draw: Draws,
     *,
-    avoid: Sequence[Usd.Prim] = (),
-    apart: bool = False,
+    obstacles: Sequence[Usd.Prim] = (),
+    avoid_each_other: bool = False,
     shapes: dict[bytes, Shape] | None = None,
 ) -> np.ndarray:
-    """Move `prims`, in order, to positions in `region` where they touch none of `avoid`; with `apart` nor each other.
+    """Move `prims`, in order, to sampled positions in `region` where they collide with none of `obstacles`.
 
-    The instances of a PointInstancer that `has_posable_instances` are moved one by one.
+    The instances of a PointInstancer that `has_posable_instances` are moved individually.
 
     Args:
-        shapes: geometry of earlier calls, which is not prepared again.
+        avoid_each_other: whether the prims must not collide with each other.
+        shapes: cache of geometry, kept between calls.
 
     Returns:
-        (N, components) the uniform numbers that the positions were drawn from.
+        (N, components) the uniform numbers that the positions were computed from.
 
     Raises:
         ArgumentError: there is no free position for one of them.
         BadPrim: a prim has no transform.
     """
     bodies: list[Solid] | None = None
-    obstacles: list[tuple[Solid, np.ndarray]] = []
-    if avoid or apart:
+    obstacle_bodies: list[tuple[Solid, np.ndarray]] = []
+    if obstacles or avoid_each_other:
         solids = Solids(shapes)
         bodies = [body for prim in prims for body in _bodies(prim, solids)]
         own = {str(prim.GetPath()) for prim in prims}
-        for placed in triangles_below(avoid):
-            # A group of obstacles may hold prims that are scattered.
+        for placed in triangles_below(obstacles):
+            # A group of obstacles may contain prims that are scattered.
             path = Sdf.Path(placed.path.partition("[")[0])
             if own.isdisjoint(str(prefix) for prefix in path.GetPrefixes()):
                 origin = placed.to_world[3, :3]
-                obstacles.append((solids.around(origin, [placed]), origin))
+                obstacle_bodies.append((solids.around(origin, [placed]), origin))
     names = object_names(prims)
-    positions, chosen = free_positions(names, region, draw, solids=bodies, obstacles=obstacles, apart=apart)
+    positions, chosen = free_positions(
+        names, region, draw, solids=bodies, obstacles=obstacle_bodies, avoid_each_other=avoid_each_other
+    )
     row = 0
     for prim in prims:
         if has_posable_instances(prim):
@@ -109,7 +114,7 @@ def scatter(
 
 
 def _bodies(prim: Usd.Prim, solids: Solids) -> list[Solid]:
-    """The body of a prim, or those of an instancer's instances."""
+    """Return the collision body of a prim, or those of an instancer's instances."""
     placed = triangles_below([prim])
     if not has_posable_instances(prim):
         return [solids.around(_origin(prim), placed)]
@@ -120,9 +125,9 @@ def _bodies(prim: Usd.Prim, solids: Solids) -> list[Solid]:
 
 
 def _origin(prim: Usd.Prim) -> np.ndarray:
-    """Where in the world the prim's position is: its pivot where it has one."""
-    here = Gf.Vec3d(*local_translation(prim).tolist())
-    return np.array(parent_to_world(prim).Transform(here))
+    """Return the world position of the prim's origin, or of its pivot if it has one."""
+    in_parent = Gf.Vec3d(*local_translation(prim).tolist())
+    return np.array(parent_to_world(prim).Transform(in_parent))
 
 
 def _volume(prim: Usd.Prim) -> np.ndarray:

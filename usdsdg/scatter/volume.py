@@ -1,4 +1,4 @@
-"""Points in volumes, uniformly, by way of voxels."""
+"""Uniform sampling of points in volumes, by voxelization."""
 
 from collections.abc import Sequence
 
@@ -7,20 +7,20 @@ import numpy as np
 from usdsdg.errors import ArgumentError
 from usdsdg.scatter.bounds import Bounds
 
-# Uniform numbers that a point takes.
+# Uniform numbers per point.
 COMPONENTS = 4
 # Voxels along the longest side of the volumes' mean size.
 RESOLUTION = 30
 MAX_VOXELS = 20_000_000
-# Points times triangles that are compared at once.
+# Point-triangle pairs per batch.
 _CHUNK = 4_000_000
 
 
 class Box:
-    """All of a box, less what excluded volumes (T, 3, 3) take."""
+    """A box without the excluded volumes (T, 3, 3)."""
 
     def __init__(self, bounds: Bounds, excluded: Sequence[np.ndarray] = ()) -> None:
-        """Raises ArgumentError where the box is open on a side."""
+        """Raises ArgumentError if the bounds are open on any side."""
         if not (np.isfinite(bounds.lower).all() and np.isfinite(bounds.upper).all()):
             raise ArgumentError(
                 "without volume_prims the volume is the box from min_samp to max_samp; give all six numbers "
@@ -29,13 +29,13 @@ class Box:
         self._bounds, self._excluded = bounds, excluded
 
     def points(self, u: np.ndarray) -> np.ndarray:
-        """(..., 3) points of the world from uniform numbers (..., 4); NaN where an excluded volume is."""
+        """Map uniform numbers (..., 4) to world points (..., 3); NaN for points in an excluded volume."""
         points = self._bounds.lower + u[..., 1:] * (self._bounds.upper - self._bounds.lower)
         return _without(points, np.ones(points.shape[:-1], bool), self._excluded)
 
 
 class Volume:
-    """Closed meshes in the world, as voxels that lie inside or on the surface of at least one of them."""
+    """The union of closed world meshes, as voxels inside or on the surface of at least one of them."""
 
     def __init__(
         self,
@@ -45,13 +45,13 @@ class Volume:
         excluded: Sequence[np.ndarray] = (),
         voxel_size: float = 0.0,
         resolution_scaling: float = 1.0,
-        once: bool = True,
+        prevent_overlap: bool = True,
     ) -> None:
         """`volumes` and `excluded` are triangles (T, 3, 3) of one volume each.
 
         Voxels are cubes of `voxel_size` [stage units], by default the longest side of the volumes' mean size divided
-        by 30 and `resolution_scaling`. Where volumes overlap, points are as dense as elsewhere if `once`, else as many
-        times denser.
+        by 30 and `resolution_scaling`. Where volumes overlap, the density of points is the same as elsewhere if
+        `prevent_overlap`, else multiplied by the number of overlapping volumes.
 
         Raises:
             ArgumentError: nothing lies inside the volumes, within the bounds and outside the excluded volumes; or there
@@ -71,26 +71,27 @@ class Volume:
                 f"voxels of {self.voxel_size:g} make {self._shape.prod():,} of them; use a larger voxel_size or a "
                 "smaller resolution_scaling"
             )
-        self._bounds, self._volumes, self._excluded, self._once = bounds, volumes, excluded, once
+        self._bounds, self._volumes, self._excluded, self._prevent_overlap = bounds, volumes, excluded, prevent_overlap
         self._collect()
 
     def _collect(self) -> None:
         free = np.ones(self._shape, bool)
         for corners in self._excluded:
-            inside, _ = self._voxels(corners)
+            inside, _ = self._voxelize(corners)
             free &= ~inside
-        own = [self._voxels(corners) for corners in self._volumes]
-        if self._once:
-            sure = np.any([inside for inside, _ in own], axis=0)
-            own = [(sure, np.any([edge for _, edge in own], axis=0) & ~sure)]
-        cells, owners, unsure = [], [], []
-        for owner, (inside, edge) in enumerate(own):
-            for voxels, doubtful in ((inside, False), (edge, True)):
+        grids = [self._voxelize(corners) for corners in self._volumes]
+        if self._prevent_overlap:
+            interior = np.any([inside for inside, _ in grids], axis=0)
+            grids = [(interior, np.any([boundary for _, boundary in grids], axis=0) & ~interior)]
+        cells, owners, on_boundary = [], [], []
+        for owner, (inside, boundary) in enumerate(grids):
+            for voxels, is_boundary in ((inside, False), (boundary, True)):
                 found = np.argwhere(voxels & free)
                 cells.append(found)
                 owners.append(np.full(len(found), owner))
-                unsure.append(np.full(len(found), doubtful))
-        self._cells, self._owners, self._unsure = np.concatenate(cells), np.concatenate(owners), np.concatenate(unsure)
+                on_boundary.append(np.full(len(found), is_boundary))
+        self._cells, self._owners = np.concatenate(cells), np.concatenate(owners)
+        self._on_boundary = np.concatenate(on_boundary)
         if not len(self._cells):
             raise ArgumentError(
                 f"nothing is left to sample inside of the volume prims within {self._bounds}"
@@ -98,52 +99,52 @@ class Volume:
             )
 
     def points(self, u: np.ndarray) -> np.ndarray:
-        """(..., 3) points of the world from uniform numbers (..., 4); NaN for those that are to be drawn again.
+        """Map uniform numbers (..., 4) to world points (..., 3); NaN for rejected points, which must be drawn again.
 
-        A voxel at the surface may be inside in part: a point of it that lies outside is NaN.
+        Points of boundary voxels are rejected if they lie outside the meshes.
         """
         cell = self._cell(u)
         points = self._lower + (self._cells[cell] + u[..., 1:]) * self.voxel_size
-        kept = self._bounds.contain(points)
-        doubtful = kept & self._unsure[cell]
-        if doubtful.any():
-            kept[doubtful] = self._is_inside(points[doubtful], self._owners[cell][doubtful])
+        kept = self._bounds.contains(points)
+        uncertain = kept & self._on_boundary[cell]
+        if uncertain.any():
+            kept[uncertain] = self._is_inside(points[uncertain], self._owners[cell][uncertain])
         return _without(points, kept, self._excluded)
 
     def voxels(self, u: np.ndarray) -> np.ndarray:
-        """(..., 3) middles of the voxels that `points` takes for these numbers."""
+        """Return the centers (..., 3) of the voxels from which `points` samples for these numbers."""
         return self._lower + (self._cells[self._cell(u)] + 0.5) * self.voxel_size
 
     def _cell(self, u: np.ndarray) -> np.ndarray:
         return np.minimum((u[..., 0] * len(self._cells)).astype(np.int64), len(self._cells) - 1)
 
     def _is_inside(self, points: np.ndarray, owners: np.ndarray) -> np.ndarray:
-        if self._once:
+        if self._prevent_overlap:
             return np.any([inside(points, corners) for corners in self._volumes], axis=0)
         found = np.zeros(len(points), bool)
         for owner in np.unique(owners):
             found[owners == owner] = inside(points[owners == owner], self._volumes[owner])
         return found
 
-    def _voxels(self, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Voxels wholly inside of a mesh, and those that its surface may pass through; two bool grids."""
+    def _voxelize(self, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return two bool grids: voxels entirely inside a mesh, and boundary voxels that its surface may intersect."""
         in_voxels = (corners - self._lower) / self.voxel_size
-        edge = _touched(in_voxels, self._shape)
-        return (_winding_of_middles(in_voxels, self._shape) != 0) & ~edge, edge
+        boundary = _boundary_voxels(in_voxels, self._shape)
+        return (_winding_at_centers(in_voxels, self._shape) != 0) & ~boundary, boundary
 
 
 def _without(points: np.ndarray, kept: np.ndarray, excluded: Sequence[np.ndarray]) -> np.ndarray:
-    """Points with NaN for those not kept and those in an excluded volume."""
+    """Set points to NaN that are not kept or lie in an excluded volume."""
     for corners in excluded:
-        asked = np.flatnonzero(kept)
-        kept.flat[asked] = ~inside(points.reshape(-1, 3)[asked], corners)
+        rows = np.flatnonzero(kept)
+        kept.flat[rows] = ~inside(points.reshape(-1, 3)[rows], corners)
     return np.where(kept[..., None], points, np.nan)
 
 
 def inside(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """(N,) whether a closed mesh (T, 3, 3), its faces outwards or inwards, winds around points (N, 3).
+    """Test whether points (N, 3) are inside a closed mesh (T, 3, 3) of either orientation; returns (N,) bool.
 
-    Counts the triangles above each point, up or down by the side that they show.
+    The winding number is the signed count of intersections with a vertical ray from each point.
     """
     found = np.zeros(len(points), bool)
     lower, upper = corners.min(1), corners.max(1)
@@ -158,13 +159,15 @@ def inside(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
     return found
 
 
-def _height_over(corners: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where vertical lines at `places` (N, 2) meet triangles (N, 3, 3), -inf where they do not, and the side (+1, -1)
-    that a triangle shows from above."""
-    a, b, c = np.moveaxis(corners[..., :2] - places[:, None], 1, 0)
+def _height_over(corners: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Intersect vertical lines at `columns` (N, 2) with triangles (N, 3, 3).
+
+    Returns the heights, -inf for lines that miss, and the orientation (+1, -1) of the triangles seen from above.
+    """
+    a, b, c = np.moveaxis(corners[..., :2] - columns[:, None], 1, 0)
     wa, wb, wc = _cross(b, c), _cross(c, a), _cross(a, b)
     area = wa + wb + wc
-    # Lines through an edge belong to one of its two triangles: the side with a weight of exactly zero counts once.
+    # A line through a shared edge has an exact weight of zero in both triangles and counts as a hit in each.
     hit = (area != 0) & (((wa >= 0) & (wb >= 0) & (wc >= 0)) | ((wa <= 0) & (wb <= 0) & (wc <= 0)))
     with np.errstate(divide="ignore", invalid="ignore"):
         height = (wa * corners[:, 0, 2] + wb * corners[:, 1, 2] + wc * corners[:, 2, 2]) / area
@@ -175,14 +178,14 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
-def _touched(corners: np.ndarray, shape: np.ndarray) -> np.ndarray:
-    """Voxels that the boxes around triangles overlap; corners in units of voxels."""
-    # A hair wider, so that a face between two voxels makes both doubtful.
+def _boundary_voxels(corners: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    """Return the voxels that the bounding boxes of triangles overlap, as a bool grid; corners in units of voxels."""
+    # Slightly enlarged, so that a face between two voxels marks both as boundary.
     lower = np.floor(corners.min(1) - 1e-6).astype(np.int64)
     upper = np.floor(corners.max(1) + 1e-6).astype(np.int64) + 1
     within = ((upper > 0) & (lower < shape)).all(1)
     lower, upper = np.clip(lower[within], 0, shape), np.clip(upper[within], 0, shape)
-    # Counted as differences at the eight corners of each box and summed up once.
+    # Summed-volume table: differences at the eight corners of each box, accumulated once.
     counts = np.zeros(shape + 1, np.int64)
     for corner in range(8):
         chosen = [(upper if corner >> axis & 1 else lower)[:, axis] for axis in range(3)]
@@ -190,9 +193,9 @@ def _touched(corners: np.ndarray, shape: np.ndarray) -> np.ndarray:
     return counts.cumsum(0).cumsum(1).cumsum(2)[:-1, :-1, :-1] > 0
 
 
-def _winding_of_middles(corners: np.ndarray, shape: np.ndarray) -> np.ndarray:
-    """How often a mesh winds around the middle of each voxel; corners in units of voxels."""
-    # Columns pass a hair beside the middles, so that they do not run through the edges of regular meshes.
+def _winding_at_centers(corners: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    """Compute the winding number of a mesh around the center of each voxel; corners in units of voxels."""
+    # Columns are slightly off the centers, so that they do not pass through the edges of regular meshes.
     jitter = np.array([0.5 + 1.37e-7, 0.5 + 2.71e-7])
     lower = np.clip(np.ceil(corners[..., :2].min(1) - jitter), 0, shape[:2]).astype(np.int64)
     upper = np.clip(np.floor(corners[..., :2].max(1) - jitter) + 1, 0, shape[:2]).astype(np.int64)
@@ -205,7 +208,7 @@ def _winding_of_middles(corners: np.ndarray, shape: np.ndarray) -> np.ndarray:
     height, side = _height_over(corners[triangle], columns + jitter)
     below = np.clip(np.ceil(np.where(np.isfinite(height), height, 0.0) - 0.5), 0, shape[2]).astype(np.int64)
     below[~np.isfinite(height)] = 0
-    # A crossing winds around every voxel below it.
+    # An intersection adds to the winding number of every voxel below it.
     winding = np.zeros((*shape[:2], shape[2] + 1), np.int64)
     np.add.at(winding, (columns[:, 0], columns[:, 1], below), side.astype(np.int64))
     return winding[:, :, ::-1].cumsum(2)[:, :, ::-1][:, :, 1:]

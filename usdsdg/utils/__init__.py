@@ -1,4 +1,4 @@
-"""Helpers that scripts call beside the families. Mirrors `rep.utils`."""
+"""Utilities for scripts: `rep.utils`."""
 
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.utils.files import get_files_group, get_usd_files

@@ -1,4 +1,4 @@
-"""Files of a folder."""
+"""Search for files in a folder."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,11 +9,11 @@ from usdsdg.stage import assets
 
 
 def get_usd_files(path: str, recursive: bool = False, path_filter: str | None = None) -> list[str]:
-    """Paths of the USD files in a folder, sorted; `path_filter` is a regular expression that is searched in each.
+    """Return the sorted paths of the USD files in a folder that match the regular expression `path_filter`.
 
     Raises:
         AssetNotFound: there is no such folder.
-        ArgumentError: `path_filter` is no regular expression.
+        ArgumentError: `path_filter` is not a regular expression.
     """
     return asset_folders.usd_files(path, recursive=recursive, path_filter=path_filter)
 
@@ -21,14 +21,14 @@ def get_usd_files(path: str, recursive: bool = False, path_filter: str | None = 
 def get_files_group(
     folder_path: str, file_suffixes: Sequence[str] | None = None, ignore_case: bool = True, file_type: str = "png"
 ) -> list[dict[str, str]]:
-    """Files of a folder that belong together, as textures do: `rust_diffuse.png`, `rust_normal.png`.
+    """Group the files of a folder by the stem before a suffix, as in `rust_diffuse.png`, `rust_normal.png`.
 
     Args:
         file_suffixes: ends of the names before the extension; by default diffuse, normal, roughness, metallic.
         file_type: the extension.
 
     Returns:
-        one mapping of suffix to path for each beginning, sorted by it. Groups without all suffixes have fewer keys.
+        one mapping of suffix to path per stem, sorted by stem. Suffixes without a file are missing keys.
 
     Raises:
         AssetNotFound: there is no such folder.

@@ -1,5 +1,6 @@
-"""Nodes of the graph as objects, and events. Nodes are usdsdg's own: what concerns OmniGraph as such has the nearest
-meaning that there is without it.
+"""Access to nodes of the randomization graph, and custom events.
+
+Nodes are usdsdg's own, not OmniGraph's; functions about OmniGraph do the closest equivalent.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ def send_og_event(event_name: str) -> None:
     if event_name not in known:
         near = near_misses(event_name, known)
         hint = f"did you mean {near[0]!r}?" if near else f"known events: {', '.join(known) or 'none'}."
-        warn_once(f"send_og_event: nothing waits for event {event_name!r}; {hint}")
+        warn_once(f"send_og_event: no trigger waits for event {event_name!r}; {hint}")
     graph().send(event_name)
 
 
@@ -38,10 +39,10 @@ def get_replicator_graph_exists() -> bool:
 
 
 def get_graph(graph_path: str | None = None, is_hidden: bool = False) -> Usd.Prim:
-    """The prim of the randomization graph, made where there is none; `is_hidden` changes nothing.
+    """Return the prim of the randomization graph; it is created if it does not exist. `is_hidden` is ignored.
 
     Raises:
-        Unsupported: another path: there is one graph per stage.
+        Unsupported: another path is given: there is one graph per stage.
     """
     if graph_path not in (None, PIPELINE):
         raise Unsupported(f"utils.get_graph: there is one graph per stage, {PIPELINE}; leave graph_path out")
@@ -51,21 +52,21 @@ def get_graph(graph_path: str | None = None, is_hidden: bool = False) -> Usd.Pri
 def create_node(
     node_type_id: str, graph: Any = None, node_name: str | None = None, input_prims: Any = None, **attributes: Any
 ) -> Node:
-    """Add a node of one of our types (`omni.replicator.core.OgnWritePose`) under the current trigger.
+    """Add a node of a type that usdsdg implements (`omni.replicator.core.OgnWritePose`) under the current trigger.
 
     Args:
-        graph: changes nothing: there is one graph per stage.
-        node_name: replaces what draws are keyed by, as the `name` of a rep function does.
+        graph: ignored: there is one graph per stage.
+        node_name: replaces the default key of the node's random draws, as the `name` of a rep function does.
         input_prims: the targets: items, prims or paths.
         attributes: inputs of the node, with or without the `inputs:` prefix.
 
     Raises:
-        Unsupported: a type that is not ours; register a Python function with rep.randomizer.register instead.
+        Unsupported: any other type; register a Python function with rep.randomizer.register instead.
     """
     kind = node_type_id.removeprefix(TYPE_PREFIX)
     if action_of(kind) is None:
         raise Unsupported(
-            f"utils.create_node: there is no node type {node_type_id!r} here; compose rep functions and register them "
+            f"utils.create_node: usdsdg has no node type {node_type_id!r}; compose rep functions and register them "
             "with rep.randomizer.register"
         )
     given = {name.removeprefix("inputs:"): plain(value) for name, value in attributes.items()}
@@ -77,7 +78,7 @@ def _node(node: Any) -> Node:
 
 
 def get_node_targets(node: Any, attribute: str) -> list[str]:
-    """The prims that a node acts on (`inputs:prims`), or those of another of its inputs."""
+    """Return the paths of a node's target prims (`inputs:prims`), or of the prims in another of its inputs."""
     node = _node(node)
     if attribute.removeprefix("inputs:") == "prims":
         return list(node.prims)
@@ -86,7 +87,7 @@ def get_node_targets(node: Any, attribute: str) -> list[str]:
 
 
 def set_target_prims(node: Any, attribute: str, target_prims: Any) -> None:
-    """Let a node act on other prims (`inputs:prims`), or give another of its inputs prims, from the next execution on.
+    """Set the target prims of a node (`inputs:prims`), or the prims of another input, from the next execution on.
 
     Raises:
         BadPrim: a target is not on the stage.
@@ -98,7 +99,7 @@ def set_target_prims(node: Any, attribute: str, target_prims: Any) -> None:
         ReplicatorItem(node).set_input(name, list(targets))
         return
     node.prims = targets
-    # What the node remembers is of the prims that it had.
+    # The state belongs to the former prims.
     node.state.clear()
     if prim := node.path and current_stage().GetPrimAtPath(node.path):
         relation = prim.CreateRelationship("inputs:prims", custom=False)
@@ -106,7 +107,7 @@ def set_target_prims(node: Any, attribute: str, target_prims: Any) -> None:
 
 
 def auto_connect(first: Any, second: Any) -> None:
-    """Nothing to do: nodes run in the order of the script.
+    """Check that `first` runs before `second`; nodes always run in the order of the script.
 
     Raises:
         Unsupported: `second` was made before `first`.
@@ -122,12 +123,12 @@ def auto_connect(first: Any, second: Any) -> None:
 
 @contextmanager
 def sequential() -> Iterator[None]:
-    """Nodes made inside run one after the other, as they always do here."""
+    """Accept nodes that must run in sequence (context manager); usdsdg always runs nodes in sequence."""
     yield
 
 
 def ReplicatorWrapper(function: Callable[..., Any]) -> Callable[..., ReplicatorItem]:
-    """A function that returns a node, as one that returns an item (decorator)."""
+    """Wrap the returned node of a function in a ReplicatorItem (decorator)."""
 
     @functools.wraps(function)
     def wrapped(*args: Any, **kwargs: Any) -> ReplicatorItem:

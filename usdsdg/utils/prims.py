@@ -1,4 +1,4 @@
-"""Prims by what they are, and their boxes and transforms."""
+"""Search for prims by kind, and their bounding boxes, variants and transforms."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -14,7 +14,7 @@ from usdsdg.stage.poses import transforms
 
 
 def get_prims_from_paths(paths: Sequence[Any]) -> list[Usd.Prim]:
-    """The prims at some paths.
+    """Return the prims at the given paths.
 
     Raises:
         BadPrim: one of them is not on the stage.
@@ -23,7 +23,7 @@ def get_prims_from_paths(paths: Sequence[Any]) -> list[Usd.Prim]:
 
 
 def get_non_xform_prims(prim_paths: Any) -> list[str]:
-    """Paths of the prims that carry geometry, light or lens: of a Replicator object its children, else the prim."""
+    """Return paths of the prims with geometry, light or camera: the children of a Replicator object, else the prim."""
     return [str(each.GetPath()) for prim in get_prims_from_paths(prim_paths) for each in modify.non_xform_prims(prim)]
 
 
@@ -36,10 +36,13 @@ _MODES: dict[str, Callable[[Usd.Prim], bool]] = {
 
 
 def find_prims(prim_paths: Any, mode: str = "instances") -> list[str]:
-    """Paths of what lies at and below some prims: `instances`, `prototypes` of these, `meshes`, `materials` or `prims`.
+    """Return paths of prims at and below the given ones, selected by `mode`.
+
+    Args:
+        mode: "instances", "prototypes" (of these), "meshes", "materials" or "prims" (all).
 
     Raises:
-        ArgumentError: another mode.
+        ArgumentError: the mode does not exist.
         BadPrim: a path is not on the stage.
     """
     if mode not in _MODES and mode != "prototypes":
@@ -51,7 +54,7 @@ def find_prims(prim_paths: Any, mode: str = "instances") -> list[str]:
 
 
 def get_prim_variant_values(prim_path: Any, variant_name: str) -> list[str]:
-    """The variants of a prim's variant set.
+    """Return the variant names of a prim's variant set.
 
     Raises:
         BadPrim: there is no such prim, or it has no such variant set.
@@ -65,10 +68,10 @@ def get_prim_variant_values(prim_path: Any, variant_name: str) -> list[str]:
 
 
 def compute_aabb(bbox_cache: UsdGeom.BBoxCache, prim: Any, include_children: bool = True) -> np.ndarray:
-    """(6,) lowest and highest corner of the prim's box along the world's axes [stage units].
+    """Compute the world-aligned bounding box of a prim, (6,) lowest and highest corner [stage units].
 
-    Without children it is the box of the prim's own extent. A prim without extent gives infinite corners, lowest above
-    highest.
+    Without children it is the box of the prim's own extent. For a prim without extent the lowest corner is +inf, the
+    highest -inf.
     """
     (prim,) = get_prims_from_paths([prim])
     if include_children:
@@ -83,5 +86,5 @@ def compute_aabb(bbox_cache: UsdGeom.BBoxCache, prim: Any, include_children: boo
 
 
 def read_prim_transform(prim: Any) -> Gf.Matrix4d:
-    """Matrix from the prim's own space to the world, row vectors [stage units]."""
+    """Return the local-to-world matrix of a prim, for row vectors [stage units]."""
     return transforms.local_to_world(get_prims_from_paths([prim])[0])

@@ -1,4 +1,4 @@
-"""What scripts with nodes of their own import from `omni.replicator.core.scripts.utils.utils`."""
+"""Functions that scripts with custom nodes import from `omni.replicator.core.scripts.utils.utils`."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ __all__ = ["_disconnect", "auto_connect", "create_node"]
 
 
 def _disconnect(*_: Any) -> None:
-    """Not available: nodes are not wired, they run in the order of the script."""
+    """Raise Unsupported: nodes have no connections, they run in the order of the script."""
     raise Unsupported(
-        "utils._disconnect: nodes run in the order of the script and have no wires to take away; leave the node out"
+        "utils._disconnect: nodes run in the order of the script and have no connections to remove; leave the node out"
     )

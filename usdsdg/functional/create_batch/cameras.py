@@ -1,4 +1,4 @@
-"""Cameras of all of Omniverse's lens models."""
+"""Cameras with all of Omniverse's lens models."""
 
 from typing import Any
 
@@ -29,7 +29,7 @@ def camera(
     """Cameras that look along their own -Z with +Y up, whatever the stage's up axis.
 
     Focal length and apertures are in tenths of a stage unit, `focus_distance` and `clipping_range` (near, far) in stage
-    units; `f_stop` 0 switches depth of field off. The fisheye and OpenCV parameters are in pixels of the nominal size,
+    units; `f_stop` 0 disables depth of field. The fisheye and OpenCV parameters are in pixels of the nominal size,
     `fisheye_max_fov` in degrees. Names of projections may be written in snake_case.
 
     Raises:
@@ -66,7 +66,7 @@ def _projection(name: Any) -> str:
 
 
 def _ranges(value: Any, count: int) -> list[list[float]]:
-    """Near and far for each camera."""
+    """Return (near, far) of each camera."""
     pairs = np.asarray(value, np.float64) if isinstance(value, (list, tuple, np.ndarray)) else np.zeros(0)
     if pairs.shape not in ((2,), (1, 2), (count, 2)):
         raise ArgumentError(f"clipping_range is {shown(value)}; expected (near, far), or a list with one per camera")

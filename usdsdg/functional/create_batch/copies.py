@@ -1,4 +1,4 @@
-"""Prims that are copies of others: references to files and prims, and clones."""
+"""References to files and prims, and copies of prims."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdUtils
 from usdsdg.arguments.prims import one_prim
 from usdsdg.errors import ArgumentError, AssetError, AssetUnreadable
 from usdsdg.functional.arguments import per_prim
-from usdsdg.functional.new_prims import apply_common_arguments, define, give_ops, new_paths
+from usdsdg.functional.new_prims import add_missing_ops, apply_common_arguments, define, new_paths
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets
 from usdsdg.stage.paths import prim_at
@@ -19,11 +19,11 @@ def reference(
     look_at: Any = None, look_at_up_axis: Any = None, pivot: Any = None, relative_to: Any = None,
     semantics: Any = None, visible: Any = True, name: str | None = None, parent: Any = None, count: int = 1,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """References to a USD file (`usd_path`: a file, or a URL below the assets root) or to a prim of this stage.
+    """Create references to a USD file (`usd_path`: a file, or a URL below the assets root) or to a prim of this stage.
 
-    `prim_path` picks a prim of the file, by default its default prim; without a file it is a prim of this stage. Both
-    may be lists with one value per reference. The name is "Ref" by default. Poses are written into the ops that the
-    referenced prim brings; where it brings none it gets translate, orient and scale.
+    `prim_path` selects a prim of the file, by default its default prim; without a file it is a prim of this stage. Both
+    may be lists with one value per reference. The name is "Ref" by default. Poses are written to the xform ops of the
+    referenced prim; if it has none, translate, orient and scale ops are added.
 
     Raises:
         AssetNotFound: there is no such file.
@@ -37,7 +37,7 @@ def reference(
     with Sdf.ChangeBlock():
         for prim, target in zip(prims, chosen):
             prim.GetReferences().AddReference(target)
-    give_ops(prims)
+    add_missing_ops(prims)
     return apply_common_arguments(
         prims, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
         pivot=pivot, relative_to=relative_to, semantics=semantics, visible=visible,
@@ -49,9 +49,10 @@ def clone(
     scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None, pivot: Any = None,
     relative_to: Any = None, semantics: Any = None, visible: Any = True,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Copies of a prim with everything below it; references stay references. By default beside the root, named alike.
+    """Copy a prim with all descendants; references stay references. By default the copies are root prims.
 
-    Targets of relationships and connections inside the copy point into the copy.
+    The default name is that of the source. Relationship and connection targets inside the source are remapped to the
+    copy.
 
     Raises:
         BadPrim: there is no prim at `path`.
@@ -67,7 +68,7 @@ def clone(
             Sdf.CreatePrimInLayer(target.GetLayer(), spec_path)
             Sdf.CopySpec(layer, source.GetPath(), target.GetLayer(), spec_path)
     prims = [stage.GetPrimAtPath(each) for each in paths]
-    give_ops([prim for prim in prims if prim.IsA(UsdGeom.Xformable)])
+    add_missing_ops([prim for prim in prims if prim.IsA(UsdGeom.Xformable)])
     return apply_common_arguments(
         prims, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
         pivot=pivot, relative_to=relative_to, semantics=semantics, visible=visible,
@@ -75,7 +76,7 @@ def clone(
 
 
 def _target(file: Any, prim: Any) -> Sdf.Reference:
-    """What to refer to, after a look at whether it is there."""
+    """Return the reference to a prim of a file or of this stage, after checking that it exists."""
     inside = Sdf.Path() if prim is None else checked_path(str(prim))
     if file is None:
         prim_at(current_stage(), inside)
@@ -87,7 +88,7 @@ def _target(file: Any, prim: Any) -> Sdf.Reference:
     if inside.isEmpty and not layer.defaultPrim:
         names = ", ".join(spec.path.pathString for spec in layer.rootPrims) or "nothing"
         raise AssetError(f"{resolved} has no default prim; pass prim_path (it has {names})")
-    # The prim lives as long as its stage.
+    # The stage must outlive its prims.
     file_stage = Usd.Stage.Open(layer, Usd.Stage.LoadNone)
     if not inside.isEmpty and not file_stage.GetPrimAtPath(inside):
         raise AssetError(f"{resolved} has no prim {inside}")
@@ -95,6 +96,6 @@ def _target(file: Any, prim: Any) -> Sdf.Reference:
 
 
 def _layer_with(stage: Usd.Stage, path: Sdf.Path) -> Sdf.Layer:
-    """A layer with all opinions of the stage's own layers about a prim."""
+    """Return a layer with all opinions of the stage's layer stack about a prim."""
     holding = [layer for layer in stage.GetLayerStack() if layer.GetPrimAtPath(path)]
     return holding[0] if len(holding) == 1 else UsdUtils.FlattenLayerStack(stage)

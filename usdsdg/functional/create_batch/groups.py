@@ -1,4 +1,4 @@
-"""Scopes and transforms: prims that hold others together."""
+"""Scopes and Xforms, which group other prims."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ def xform(
     relative_to: Any = None, pivot: Any = None, semantics: Any = None, visible: Any = True, name: str | None = None,
     parent: Any = None, count: int = 1,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Empty transforms. A new one has no extent, so that `pivot` is a BadPrim error."""
+    """Empty transforms. `pivot` raises BadPrim, since an empty transform has no extent."""
     return apply_common_arguments(
         define(new_paths(name or "Xform", parent, count), "Xform"), position=position, scale=scale, rotation=rotation,
         look_at=look_at, look_at_up_axis=look_at_up_axis, pivot=pivot, relative_to=relative_to, semantics=semantics,

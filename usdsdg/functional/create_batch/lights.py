@@ -1,4 +1,4 @@
-"""Lights.
+"""UsdLux lights.
 
 `intensity` is in nits (of a distant light: lux), doubled by each unit of `exposure`; `color` and `shaping_focus_tint`
 are linear RGB, `color_temperature` is in kelvin and counts when `enable_color_temperature` is True.
@@ -58,10 +58,10 @@ def dome_light(
     enable_color_temperature: Any = False, rotation: Any = None, name: str | None = None, parent: Any = None,
     count: int = 1, *, position: Any = None, scale: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Light from all around, colored by the picture `texture` (a file or a URL below the assets root).
+    """Environment lights, optionally with the image `texture` (a file or a URL below the assets root).
 
     Raises:
-        AssetNotFound: there is no such picture.
+        AssetNotFound: there is no such image.
         ArgumentError: `texture_format` is not one of USD's.
     """
     arguments = dict(locals())
@@ -87,7 +87,7 @@ def sphere_light(
     name: str | None = None, parent: Any = None, count: int = 1, *, pivot: Any = None, relative_to: Any = None,
     semantics: Any = None, visible: Any = True,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Light from the surfaces of spheres."""
+    """Lights that emit from the surfaces of spheres."""
     return _lights("SphereLight", locals())
 
 
@@ -99,7 +99,7 @@ def disk_light(
     name: str | None = None, parent: Any = None, count: int = 1, *, pivot: Any = None, relative_to: Any = None,
     semantics: Any = None, visible: Any = True,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Light from disks, towards -Z."""
+    """Lights that emit from disks, towards -Z."""
     return _lights("DiskLight", locals())
 
 
@@ -111,7 +111,7 @@ def rect_light(
     name: str | None = None, parent: Any = None, count: int = 1, *, pivot: Any = None, relative_to: Any = None,
     semantics: Any = None, visible: Any = True,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Light from rectangles in the xy plane, towards -Z."""
+    """Lights that emit from rectangles in the xy plane, towards -Z."""
     return _lights("RectLight", locals())
 
 
@@ -123,7 +123,7 @@ def cylinder_light(
     name: str | None = None, parent: Any = None, count: int = 1, *, pivot: Any = None, relative_to: Any = None,
     semantics: Any = None, visible: Any = True,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Light from cylinders along x."""
+    """Lights that emit from cylinders along x."""
     return _lights("CylinderLight", locals())
 
 
@@ -135,5 +135,5 @@ def distant_light(
     name: str | None = None, parent: Any = None, count: int = 1, *, pivot: Any = None, relative_to: Any = None,
     semantics: Any = None, visible: Any = True,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Parallel light towards -Z from a source that spans `angle` degrees."""
+    """Distant lights towards -Z with an angular diameter of `angle` degrees."""
     return _lights("DistantLight", locals())

@@ -16,20 +16,20 @@ from usdsdg.stage import materials
 def material(
     mdl: str, bind_prims: Any = None, name: str | None = None, parent: Any = None, count: int = 1, **inputs: Any
 ) -> list[Usd.Prim]:
-    """Materials of an MDL module such as "OmniPBR.mdl", with `inputs` set.
+    """Create materials of an MDL module such as "OmniPBR.mdl" with the given `inputs`.
 
     The name is "Material" by default; a `parent` path that is not on the stage yet becomes a Scope. An input may be a
     list with one value per material; strings for textures are files or URLs below the assets root.
 
     Args:
-        bind_prims: `count` prims that get one material each; any prims that all get the only one when count is 1. The
-            binding is stronger than those of descendants.
+        bind_prims: `count` prims, to each of which one material is bound; with a count of 1, any number of prims, to
+            all of which it is bound. The binding is stronger than those of descendants.
 
     Raises:
         AssetNotFound: a texture does not exist.
         BadPrim: OmniPBR has no such input, or a prim to bind is not on the stage.
         BadValue: an input does not take its value.
-        ArgumentError: another number of prims to bind than materials.
+        ArgumentError: the number of prims to bind differs from the number of materials.
     """
     count = count_of(count)
     bound = [] if bind_prims is None else _bindings(bind_prims, count)
@@ -57,7 +57,7 @@ def _bindings(bind_prims: Any, count: int) -> list[list[Usd.Prim]]:
 
 
 def _per_material(value: Any, count: int) -> list[Any]:
-    # [1, 0, 0] for three materials is one color, as everywhere.
+    # [1, 0, 0] for three materials is one color.
     flat = isinstance(value, list) and len(value) in (2, 3) and all(isinstance(each, (int, float)) for each in value)
     return [value] * count if flat else per_prim(value, count)
 

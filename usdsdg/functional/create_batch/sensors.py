@@ -1,4 +1,4 @@
-"""Sensors other than cameras: known names that usdsdg does not have."""
+"""Sensors of Replicator that usdsdg does not support."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Shapes, as meshes of one meter or as UsdGeom prims of USD's own default size (mostly two stage units)."""
+"""Shapes, as meshes one meter across or as UsdGeom prims of USD's own default size (mostly two stage units)."""
 
 from typing import Any
 
@@ -30,7 +30,7 @@ def plane(
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Squares of one meter edge that face the stage's up axis."""
+    """Squares with edges of one meter that face the stage's up axis."""
     return _shapes("Plane", locals())
 
 
@@ -66,7 +66,7 @@ def cube(
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Cubes of one meter edge."""
+    """Cubes with edges of one meter."""
     return _shapes("Cube", locals())
 
 
