@@ -29,7 +29,7 @@ def path(text):
     return Sdf.Path(text)
 
 
-def test_nothing_happened(tracker):
+def test_no_edits_are_no_changes(tracker):
     assert tracker.take() == Changes()
     assert not tracker.take()
 
@@ -42,19 +42,19 @@ def test_a_set_attribute_is_named_once(stage, tracker):
     assert not tracker.take()
 
 
-def test_known_properties_are_numbers_where_nothing_was_resynced(stage, tracker):
-    known = {path("/World/a.xformOp:translate"): 7, path("/World/b.xformOp:translate"): 8}
+def test_registered_properties_are_reported_by_index_unless_prims_are_resynced(stage, tracker):
+    indices = {path("/World/a.xformOp:translate"): 7, path("/World/b.xformOp:translate"): 8}
     translate = stage.GetAttributeAtPath("/World/a.xformOp:translate")
     translate.Set(Gf.Vec3d(1, 0, 0))
     stage.GetPrimAtPath("/World/a").CreateAttribute("primvars:x", Sdf.ValueTypeNames.Float).Set(1.0)
-    changes = tracker.take(known=known)
+    changes = tracker.take(indices=indices)
     assert changes == Changes(set(), {path("/World/a"): {"primvars:x"}}, [7])
     assert set(changes.properties) == {path("/World/a.xformOp:translate"), path("/World/a.primvars:x")}
     translate.Set(Gf.Vec3d(2, 0, 0))
-    assert tracker.take(known=known) == Changes(known=[7])
+    assert tracker.take(indices=indices) == Changes(indices=[7])
     translate.Set(Gf.Vec3d(3, 0, 0))
     stage.DefinePrim("/World/New")
-    assert tracker.take(known=known).changed == {path("/World/a"): {"xformOp:translate"}}
+    assert tracker.take(indices=indices).changed == {path("/World/a"): {"xformOp:translate"}}
 
 
 def test_several_attributes_of_several_prims(stage, tracker):
@@ -66,20 +66,20 @@ def test_several_attributes_of_several_prims(stage, tracker):
     assert changes.changed == {path("/World/a"): {"size", "visibility"}, path("/World/a/b"): {"size"}}
 
 
-def test_applied_schemas_count_where_they_matter(stage, tracker):
-    """A reader may say of which prims it does not care; other changes of these are told as ever."""
+def test_applied_schemas_are_reported_where_they_are_relevant(stage, tracker):
+    """A reader may exclude prims; their other changes are reported as before."""
     a, b, label = stage.GetPrimAtPath("/World/a"), stage.GetPrimAtPath("/World/a/b"), "SemanticsLabelsAPI:class"
     a.AddAppliedSchema(label)
     assert tracker.take() == Changes({path("/World/a")}, {})
     a.RemoveAppliedSchema(label)
     b.AddAppliedSchema(label)
     asked = []
-    changes = tracker.take(matters=lambda prim: asked.append(prim) or prim == path("/World/a/b"))
+    changes = tracker.take(is_relevant=lambda prim: asked.append(prim) or prim == path("/World/a/b"))
     assert changes == Changes({path("/World/a/b")}, {})
     assert sorted(asked) == [path("/World/a"), path("/World/a/b")]
     a.AddAppliedSchema(label)
     stage.RemovePrim("/World/a")
-    assert tracker.take(matters=lambda prim: False) == Changes({path("/World/a")}, {})
+    assert tracker.take(is_relevant=lambda prim: False) == Changes({path("/World/a")}, {})
     assert not tracker.take()
 
 
@@ -122,7 +122,7 @@ def test_structure_is_resynced(stage, tracker, edit):
     assert not changes.changed
 
 
-def test_what_lies_below_a_resynced_prim_is_not_listed(stage, tracker):
+def test_prims_below_a_resynced_prim_are_not_listed(stage, tracker):
     UsdGeom.Cube(stage.GetPrimAtPath("/World/a/b")).GetSizeAttr().Set(3.0)
     UsdGeom.Cube(stage.GetPrimAtPath("/World/a")).GetSizeAttr().Set(3.0)
     stage.DefinePrim("/World/a/c")
@@ -145,7 +145,7 @@ def test_a_replaced_layer_resyncs_everything(stage, tracker):
     assert tracker.take().resynced <= {ROOT, path("/World")}
 
 
-def test_a_change_block_is_one_piece_of_news(stage, tracker):
+def test_a_change_block_is_one_change(stage, tracker):
     with Sdf.ChangeBlock():
         for name in ("/World/a", "/World/a/b"):
             spec = stage.GetRootLayer().GetPrimAtPath(name)
@@ -176,14 +176,14 @@ def test_muting_nests_and_ends_after_an_exception(stage, tracker):
     assert tracker.take()
 
 
-def test_a_closed_tracker_hears_nothing(stage, tracker):
+def test_a_closed_tracker_records_nothing(stage, tracker):
     tracker.close()
     tracker.close()
     stage.DefinePrim("/World/new")
     assert not tracker.take()
 
 
-def test_a_forgotten_tracker_is_freed(stage):
+def test_a_tracker_without_references_is_freed(stage):
     tracker = ChangeTracker(stage)
     ghost = weakref.ref(tracker)
     del tracker
@@ -192,7 +192,7 @@ def test_a_forgotten_tracker_is_freed(stage):
     stage.DefinePrim("/World/new")
 
 
-def test_other_stages_are_not_heard(tracker):
+def test_other_stages_are_not_tracked(tracker):
     UsdGeom.Cube.Define(Usd.Stage.CreateInMemory(), "/World/a")
     assert not tracker.take()
 

@@ -157,7 +157,7 @@ class _StageSnapshot:
         from usdsdg.stage import flatten
 
         self._path = path.absolute()
-        flatten.check_place(self._path)
+        flatten.check_writable(self._path)
         self._layer: Sdf.Layer | None = None
         get_orchestrator().on_captured(self._take)
 

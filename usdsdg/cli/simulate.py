@@ -28,7 +28,7 @@ def simulate(
         check_kind(stage, FileKind.STAGE)
         if output.resolve() == stage.resolve():
             raise OutputNotWritable(f"{output} is the input stage; give the result another name")
-        flatten.check_place(output.absolute())
+        flatten.check_writable(output.absolute())
         engines.quiet_warp()
         opened = stage_context.open_stage(stage)
         simulate_stage(opened, seconds, device=engines.physics_device(), progress=report)

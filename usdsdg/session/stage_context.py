@@ -125,7 +125,7 @@ def save_stage(path: str | os.PathLike[str]) -> Path:
         OutputNotWritable: the folder or file cannot be written.
     """
     file = Path(path).absolute()
-    flatten.check_place(file)
+    flatten.check_writable(file)
     return flatten.write_layer(snapshot(file.parent), file)
 
 

@@ -1,1 +1,1 @@
-"""The USD stage and what can be said of it with pxr and numpy alone."""
+"""The USD stage: everything that needs pxr and NumPy only."""

@@ -1,4 +1,4 @@
-"""Asset URLs to files: one assets root, and what to say when a file is not there."""
+"""Resolution of asset URLs to files below an assets root, with errors that name what is missing."""
 
 import difflib
 import os
@@ -14,7 +14,7 @@ from usdsdg import errors
 
 ROOT_VARIABLE = "USDSDG_ASSETS_ROOT"
 
-# Folders at the top of an assets root; a URL of another asset server is cut at one of these.
+# Folders at the top of an assets root; of the URL of an asset server, the part from one of these on is used.
 TOP_FOLDERS = ("Isaac", "NVIDIA")
 
 _HOW_TO_SET = (
@@ -22,11 +22,11 @@ _HOW_TO_SET = (
     "or in Python with usdsdg.stage.assets.set_assets_root(folder)."
 )
 
-_ONLY_THESE = (
+_ABSOLUTE_PATHS = (
     f"Of absolute paths, those under /{' and /'.join(TOP_FOLDERS)} are looked up under the assets root as well."
 )
 
-_NO_OTHER_PLACE = f"Relative paths are looked up under the assets root as well; {ROOT_VARIABLE} sets none."
+_RELATIVE_PATHS = f"Relative paths are looked up under the assets root as well; {ROOT_VARIABLE} sets none."
 
 _UNRESOLVED = (Pcp.ErrorInvalidAssetPath, Pcp.ErrorInvalidSublayerPath, Pcp.ErrorUnresolvedPrimPath)
 
@@ -39,14 +39,14 @@ class MissingDependency(NamedTuple):
 
     where: str  # prim path, or identifier of the layer that lists the sublayer
     asset_path: str
-    why: str  # what USD said
+    why: str  # USD's message
 
 
 def assets_root() -> str:
-    """Folder that holds `Isaac` and `NVIDIA`: the one set, else the environment's, else the stand-ins.
+    """Return the folder that holds `Isaac` and `NVIDIA`: the one set, else the environment's, else the stand-ins.
 
     Raises:
-        AssetNotFound: the folder does not exist, or there is neither a root nor a built-in one.
+        AssetNotFound: the folder does not exist, or neither a root nor stand-ins are available.
     """
     if configured := _configured_root():
         folder = os.path.abspath(os.path.expanduser(configured))
@@ -64,22 +64,22 @@ def assets_root() -> str:
 
 
 def set_assets_root(path: str | os.PathLike[str] | None) -> None:
-    """Use `path` as the assets root; None goes back to the environment or the built-in stand-ins."""
+    """Set the assets root; None returns to the environment variable or the built-in stand-ins."""
     global _root
     _root = None if path is None else os.fspath(path)
 
 
 def set_fallback_root(make: Callable[[], str | os.PathLike[str]] | None) -> None:
-    """Register who provides the stand-in assets when no root is set; called once one is needed."""
+    """Register the function that makes stand-in assets and returns their folder; called if no root is set."""
     global _fallback
     _fallback = make
 
 
 def resolve(url: str | os.PathLike[str]) -> str:
-    """Absolute path of the file that `url` means.
+    """Return the absolute path of the file that a URL or path refers to.
 
-    A path to an existing file is itself. `/Isaac/...`, `/NVIDIA/...` and relative paths are looked up under the
-    assets root, and so is the part of an `omniverse://` or `http(s)://` URL from `/Isaac` or `/NVIDIA` on.
+    An existing file is returned as it is. `/Isaac/...`, `/NVIDIA/...` and relative paths are looked up under the assets
+    root, and so is the part of an `omniverse://` or `http(s)://` URL from `/Isaac` or `/NVIDIA` on.
 
     Raises:
         AssetNotFound: no such file; names the root and similar names.
@@ -99,30 +99,30 @@ def resolve(url: str | os.PathLike[str]) -> str:
     relative = not os.path.isabs(path)
     if path.lstrip("/").split("/", 1)[0] not in TOP_FOLDERS:
         if not relative:
-            raise errors.AssetNotFound(f"no file for {text}: {_lacks(here)}. {_ONLY_THESE}")
+            raise errors.AssetNotFound(f"no file for {text}: {_missing_part(here)}. {_ABSOLUTE_PATHS}")
         if not _configured_root():
-            raise errors.AssetNotFound(f"no file for {text}: {_lacks(here)}. {_NO_OTHER_PLACE}")
+            raise errors.AssetNotFound(f"no file for {text}: {_missing_part(here)}. {_RELATIVE_PATHS}")
     there = os.path.join(assets_root(), path.lstrip("/"))
     if _exists(there):
         return there
-    places = [*([_lacks(here)] if relative else []), _lacks(there, listing=True)]
-    raise errors.AssetNotFound(f"no file for {text}: {'; '.join(places)}. Assets root{_known_root()}. {_HOW_TO_SET}")
+    problems = [*([_missing_part(here)] if relative else []), _missing_part(there, listing=True)]
+    raise errors.AssetNotFound(f"no file for {text}: {'; '.join(problems)}. Assets root{_known_root()}. {_HOW_TO_SET}")
 
 
 def missing_dependencies(stage: Usd.Stage) -> list[MissingDependency]:
-    """Every reference, payload and sublayer in use that USD could not open, in the order it met them."""
+    """Return all references, payloads and sublayers in use that USD could not open, in composition order."""
     found = {}
     for error in stage.GetCompositionErrors():
         prim = stage.GetPrimAtPath(error.rootSite.path)
         if isinstance(error, _UNRESOLVED) and prim and prim.IsActive():
             why = " ".join(str(error).split())
-            found[_read(error, why)] = None
+            found[_parsed(error, why)] = None
     return list(found)
 
 
 def _resolve_remote(url: str, scheme: str) -> str:
     path = unquote(urlsplit(url).path)
-    # A server's own folders may be called Isaac too, so that every place to cut is tried.
+    # A server's own folders may be called Isaac too, so every occurrence is tried.
     for top in re.finditer(f"/({'|'.join(TOP_FOLDERS)})(?=/)", path):
         local = os.path.join(assets_root(), path[top.start() + 1 :])
         if _exists(local):
@@ -146,8 +146,8 @@ def _known_root() -> str:
     return f" ({configured})" if configured else " (none is set)"
 
 
-def _lacks(path: str, *, listing: bool = False) -> str:
-    """The deepest folder of `path` that exists, and what it has instead: near misses, else with `listing` all."""
+def _missing_part(path: str, *, listing: bool = False) -> str:
+    """Describe the deepest existing folder of `path`, with similar names in it or, with `listing`, all names."""
     folder = Path(path).parent
     while not folder.is_dir():
         folder = folder.parent
@@ -159,8 +159,8 @@ def _lacks(path: str, *, listing: bool = False) -> str:
     return f"{folder} has no {missing}{hint}"
 
 
-def _read(error: Pcp.ErrorBase, why: str) -> MissingDependency:
-    """The paths of a composition error, which pxr gives as a sentence: ... @asset@<prim> ... @layer@."""
+def _parsed(error: Pcp.ErrorBase, why: str) -> MissingDependency:
+    """Parse a composition error, whose paths pxr gives as text only: ... @asset@<prim> ... @layer@."""
     mentioned = re.findall(r"@([^@]+)@(?:<([^>]*)>)?", why)
     asset_path, prim = mentioned[0]
     where = mentioned[-1][0] if isinstance(error, Pcp.ErrorInvalidSublayerPath) else str(error.rootSite.path)

@@ -1,4 +1,4 @@
-"""One attribute of many prims, written at once.
+"""Batched authoring of one attribute of many prims.
 
 USD resolves and notifies at every `Set`; here the Sdf specs are looked up once and set within one ChangeBlock.
 """
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Usd, Vt
 
-# How NumPy rows become values of a type; what is not here is set one by one.
+# Conversion of NumPy rows to values of a type; attributes of other types are set one by one.
 _CONVERTERS: dict[str, Callable[[np.ndarray], Sequence[Any]]] = {
     "float": lambda rows: rows.astype(np.float32).tolist(),
     "double": lambda rows: rows.tolist(),
@@ -18,16 +18,19 @@ _CONVERTERS: dict[str, Callable[[np.ndarray], Sequence[Any]]] = {
     "double3": lambda rows: Vt.Vec3dArray.FromNumpy(np.ascontiguousarray(rows, np.float64)),
 }
 _SIZES = {"float2": 2, "float3": 3, "double3": 3}
-# Role names of the same storage.
+# Types with a role, by the type that stores them.
 _STORAGE = {"color3f": "float3", "vector3f": "float3", "point3f": "float3", "normal3f": "float3"}
 
 
 class AttributeBatch:
-    """The specs of one attribute on many prims, in the layer that is edited; all attributes have one type."""
+    """The specs of one attribute of many prims, in the edit target's layer; all attributes have one type."""
 
     def __init__(self, attributes: Sequence[Usd.Attribute]) -> None:
-        """Raises ValueError when there is no batch for them: another type, several types, or paths that differ between
-        stage and layer."""
+        """Look up the specs.
+
+        Raises:
+            ValueError: the type is not supported, types differ, or paths differ between stage and layer.
+        """
         names = {str(attribute.GetTypeName()) for attribute in attributes}
         name = names.pop() if len(names) == 1 else ""
         self._type = _STORAGE.get(name, name)
@@ -44,11 +47,11 @@ class AttributeBatch:
 
     @property
     def is_current(self) -> bool:
-        """Whether the edit target is the same and every spec is still there."""
+        """Whether the edit target is unchanged and all specs still exist."""
         return self._stage.GetEditTarget() == self._target and not any(spec.expired for spec in self._specs)
 
     def write(self, values: Any) -> bool:
-        """Set one value per attribute; False, with nothing written, for values that only a `Set` can judge."""
+        """Set one value per attribute; return False, with nothing written, for values that need `Usd.Attribute.Set`."""
         converted = self._converted(values)
         if converted is None:
             return False
@@ -79,7 +82,7 @@ def _spec(layer: Sdf.Layer, attribute: Usd.Attribute) -> Sdf.AttributeSpec:
 
 
 def write_batch(state: dict[str, Any], key: str, find: Callable[[], Sequence[Usd.Attribute]], values: Any) -> bool:
-    """Write through the batch that `state` keeps under `key`, made of `find()` when there is none or it is outdated.
+    """Write through the batch that is cached in `state[key]`, made of `find()` if it is missing or outdated.
 
     Returns:
         False, with nothing written, when there is no batch for these attributes or values.

@@ -1,4 +1,4 @@
-"""Values written to attributes in the attribute's own type."""
+"""Authoring of attributes, with conversion of values to the attribute's type."""
 
 import difflib
 import math
@@ -12,7 +12,7 @@ from usdsdg.stage import assets
 
 
 def attribute_of(prim: Usd.Prim, name: str) -> Usd.Attribute:
-    """The attribute `name`, or `inputs:<name>`.
+    """Return the attribute `name`, or `inputs:<name>`.
 
     Raises:
         BadPrim: the prim has neither; names near misses.
@@ -24,7 +24,7 @@ def attribute_of(prim: Usd.Prim, name: str) -> Usd.Attribute:
 
 
 def missing_attribute(prim: Usd.Prim, name: str, known: list[str]) -> str:
-    """The sentence for an attribute that is not there."""
+    """Return the error message for a missing attribute."""
     near = difflib.get_close_matches(name, known, 4, 0.5)
     hint = f"did you mean {' or '.join(near)}?" if near else f"it has {', '.join(sorted(known)[:8]) or 'none'}."
     return f"{prim.GetPath()} ({prim.GetTypeName() or 'no type'}) has no attribute {name!r}; {hint}"
@@ -33,24 +33,24 @@ def missing_attribute(prim: Usd.Prim, name: str, known: list[str]) -> str:
 def set_value(attribute: Usd.Attribute, value: Any) -> None:
     """Author `value` as the attribute's default.
 
-    Numbers become what the attribute holds (an int attribute takes the floor), sequences vectors, quaternions
-    (real part first) or arrays, one number fills a vector. Strings for asset attributes are files or URLs below the
+    Numbers are converted to the attribute's type (for int attributes: rounded down), sequences to vectors, quaternions
+    (real part first) or arrays; one number fills a vector. Strings for asset attributes are files or URLs below the
     assets root.
 
     Raises:
         AssetNotFound: there is no such file.
-        BadValue: the attribute does not take the value.
+        BadValue: the attribute cannot hold the value.
     """
     try:
-        taken = attribute.Set(_converted(attribute, value))
+        accepted = attribute.Set(_converted(attribute, value))
     except (Tf.ErrorException, TypeError, ValueError) as failure:
-        raise _refused(attribute, value) from failure
-    if not taken:
-        raise _refused(attribute, value)
+        raise _bad_value(attribute, value) from failure
+    if not accepted:
+        raise _bad_value(attribute, value)
 
 
 def asset_path(value: Any) -> Sdf.AssetPath:
-    """An asset path whose file exists; "" stays "", and names with <UDIM> are taken as they are.
+    """Return the asset path of an existing file; "" and names with <UDIM> stay as they are.
 
     Raises:
         AssetNotFound: there is no such file.
@@ -84,7 +84,7 @@ def _converted(attribute: Usd.Attribute, value: Any) -> Any:
 
 
 def _array(type_name: Sdf.ValueTypeName, value: Any) -> Any:
-    """Numbers as a NumPy array of the array's own kind, which pxr converts; anything else as it is."""
+    """Convert the elements of a sequence to those of an array type; return anything else as it is."""
     scalar = type_name.scalarType
     if scalar.defaultValue.__class__ in (str, Sdf.AssetPath):
         return [asset_path(each) for each in value] if scalar == Sdf.ValueTypeNames.Asset else list(value)
@@ -99,7 +99,7 @@ def _array(type_name: Sdf.ValueTypeName, value: Any) -> Any:
     return numbers.astype(np.int64).tolist() if isinstance(scalar.defaultValue, int) else numbers.tolist()
 
 
-def _refused(attribute: Usd.Attribute, value: Any) -> BadValue:
+def _bad_value(attribute: Usd.Attribute, value: Any) -> BadValue:
     text = repr(value.tolist() if isinstance(value, np.ndarray) else value)
     shown = text if len(text) <= 80 else f"{text[:76]} ..."
     return BadValue(f"{attribute.GetPath()} is a {attribute.GetTypeName()}; it does not take {shown}")

@@ -1,4 +1,4 @@
-"""What changed on a stage since a reader last asked."""
+"""Tracking of stage edits: what has changed since a reader last asked."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -9,60 +9,58 @@ from pxr import Sdf, Tf, Usd
 
 @dataclass(frozen=True)
 class Changes:
-    """Paths as a reader needs them: read `resynced` subtrees anew, and of the rest only the named properties.
+    """Edits since a reader last asked: subtrees to read again, and properties that changed on other prims.
 
     resynced: roots of subtrees whose prims, types, references or applied schemas changed; "/" means
-        everything. A path may be gone from the stage by now.
+        everything. A path may not exist on the stage any more.
     changed: prim path -> names of attributes and relationships that were set, added or removed. An empty set
-        means metadata only; "/" stands for the stage's own (metersPerUnit, upAxis). Nothing below `resynced`
-        is listed.
-    known: instead of names, the reader's own numbers of properties that it knows, see `ChangeTracker.take`.
+        means metadata only; "/" is the stage's own (metersPerUnit, upAxis). Nothing below `resynced` is listed.
+    indices: indices of changed properties that the reader has registered with `ChangeTracker.take`, instead of names.
     properties: paths of all properties that were set, added or removed.
     """
 
     resynced: set[Sdf.Path] = field(default_factory=set)
     changed: dict[Sdf.Path, set[str]] = field(default_factory=dict)
-    known: list[int] = field(default_factory=list)
+    indices: list[int] = field(default_factory=list)
     properties: list[Sdf.Path] = field(default_factory=list, compare=False)
 
     def __bool__(self) -> bool:
-        return bool(self.resynced or self.changed or self.known)
+        return bool(self.resynced or self.changed or self.indices)
 
 
 class ChangeTracker:
-    """Listens to one stage for one reader. Each reader has its own, and muting it leaves the others alone."""
+    """Records the edits of one stage for one reader; each reader has its own tracker, which it can mute."""
 
     def __init__(self, stage: Usd.Stage) -> None:
-        # Sets of raw paths: a notice costs one union here, and paths are sorted out only when somebody asks.
+        # Sets of raw paths: a notice costs one union, and paths are classified in `take` only.
         self._resynced: set[Sdf.Path] = set()
         self._changed: set[Sdf.Path] = set()
-        self._reapplied: set[Sdf.Path] = set()  # prims of which the applied schemas alone changed
+        self._reapplied: set[Sdf.Path] = set()  # prims of which only the applied schemas changed
         self._muted = 0
-        # pxr holds the method weakly, so that a forgotten tracker dies and its listener with it.
-        self._listener: Tf.Notice.Listener | None = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._hear, stage)
+        # pxr holds the method weakly, so that the listener does not keep the tracker alive.
+        self._listener: Tf.Notice.Listener | None = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._record, stage)
 
     def take(
-        self, *, matters: Callable[[Sdf.Path], bool] | None = None, known: Mapping[Sdf.Path, int] | None = None
+        self, *, is_relevant: Callable[[Sdf.Path], bool] | None = None, indices: Mapping[Sdf.Path, int] | None = None
     ) -> Changes:
-        """Everything since the last call; the next call starts from here.
+        """Return the edits since the last call.
 
         Args:
-            matters: asked of prims that got or lost applied schemas and nothing else; those of which it says no are
-                left out. None: all are `resynced`.
-            known: numbers of properties of which it is enough to hear that they changed. It is not asked where
-                anything is `resynced`.
+            is_relevant: whether a prim of which only the applied schemas changed is listed in `resynced`; None for all.
+            indices: indices of properties that are reported by index, in `Changes.indices`; unused if anything is
+                `resynced`.
         """
         resynced, changed, reapplied = self._resynced, self._changed, self._reapplied
         self._resynced, self._changed, self._reapplied = set(), set(), set()
-        resynced |= {path for path in reapplied if matters is None or matters(path)}
+        resynced |= {path for path in reapplied if is_relevant is None or is_relevant(path)}
         prims = {path for path in resynced if path.IsAbsoluteRootOrPrimPath()}
         roots = set(Sdf.Path.RemoveDescendentPaths(sorted(prims)))
-        told = list(changed | (resynced - prims))
-        numbers = list(map(known.get, told)) if known and not roots else [None] * len(told)
+        edited = list(changed | (resynced - prims))
+        found = list(map(indices.get, edited)) if indices and not roots else [None] * len(edited)
         by_prim: dict[Sdf.Path, set[str]] = {}
         properties = []
-        for path, number in zip(told, numbers):
-            if number is None:
+        for path, index in zip(edited, found):
+            if index is None:
                 prim = path if path.IsAbsoluteRootOrPrimPath() else path.GetPrimPath()
                 if roots and _has_prefix(prim, roots):
                     continue
@@ -72,13 +70,13 @@ class ChangeTracker:
                 path = path if path.IsPrimPropertyPath() else _property_of(path)
                 names.add(path.name)
             properties.append(path)
-        return Changes(roots, by_prim, [number for number in numbers if number is not None], properties)
+        return Changes(roots, by_prim, [index for index in found if index is not None], properties)
 
     @contextmanager
     def muted(self) -> Iterator[None]:
-        """Do not record what happens inside: a reader's own writes are no news to it.
+        """Ignore edits within the context, such as the reader's own.
 
-        Wrap the whole `Sdf.ChangeBlock`, because its notices are sent when it ends.
+        It must enclose the whole `Sdf.ChangeBlock`, which sends its notices at its end.
         """
         self._muted += 1
         try:
@@ -92,7 +90,7 @@ class ChangeTracker:
             self._listener.Revoke()
             self._listener = None
 
-    def _hear(self, notice: Usd.Notice.ObjectsChanged, sender: Usd.Stage) -> None:
+    def _record(self, notice: Usd.Notice.ObjectsChanged, sender: Usd.Stage) -> None:
         if self._muted:
             return
         self._changed.update(notice.GetChangedInfoOnlyPaths())
@@ -111,7 +109,7 @@ def _has_prefix(path: Sdf.Path, roots: set[Sdf.Path]) -> bool:
 
 
 def _property_of(path: Sdf.Path) -> Sdf.Path:
-    """The property of a path that goes deeper, as a relationship's target does."""
+    """Return the property of a path below it, such as a relationship's target."""
     while not path.IsPrimPropertyPath() and path.GetParentPath().ContainsPropertyElements():
         path = path.GetParentPath()
     return path

@@ -1,4 +1,4 @@
-"""One self-contained layer out of a stage: sublayers and session layer merged, references kept."""
+"""Saving of a stage as one layer: sublayers and session layer are merged, references stay."""
 
 import contextlib
 import errno
@@ -17,18 +17,18 @@ _UDIM = re.compile(r"<UDIM>|<UVTILE\d>", re.IGNORECASE)
 
 
 def write(stage: Usd.Stage, path: Path) -> Path:
-    """Write `stage` to `path`, whole or not at all; see `write_layer` for the errors."""
+    """Write `stage` to `path` atomically; see `write_layer` for the errors."""
     return write_layer(flattened(stage, path.parent), path)
 
 
 def write_layer(layer: Sdf.Layer, path: Path) -> Path:
-    """Write `layer` to `path` under a temporary name first, so that nobody ever sees half a file.
+    """Write `layer` to `path` atomically: under a temporary name, then renamed.
 
     Raises:
         Unsupported: the extension is not .usd, .usda or .usdc.
         OutputNotWritable: the folder or file cannot be written.
     """
-    check_place(path)
+    check_writable(path)
     temporary = _temporary(path)
     try:
         if not layer.Export(str(temporary)):
@@ -41,8 +41,8 @@ def write_layer(layer: Sdf.Layer, path: Path) -> Path:
     return path
 
 
-def check_place(path: Path) -> None:
-    """Make the folder of `path` and try whether a stage can be saved there.
+def check_writable(path: Path) -> None:
+    """Make the folder of `path`, and check that a stage can be saved there.
 
     Raises:
         Unsupported: the extension is not .usd, .usda or .usdc.
@@ -66,11 +66,11 @@ def _temporary(path: Path) -> Path:
 
 def _not_writable(path: Path, failure: OSError | Tf.ErrorException) -> errors.OutputNotWritable:
     why = reason(failure) if isinstance(failure, Tf.ErrorException) else failure.strerror or str(failure)
-    return errors.OutputNotWritable(f"the stage cannot be saved to {path}: {why}. Choose another place.")
+    return errors.OutputNotWritable(f"the stage cannot be saved to {path}: {why}. Choose another path.")
 
 
 def check_extension(path: Path) -> None:
-    """Raises Unsupported unless a stage can be saved under this name."""
+    """Raise Unsupported unless the extension is that of a USD file."""
     extension = path.suffix.lower()
     if extension not in EXTENSIONS:
         remedy = "; usdzip packs a saved stage as .usdz" if extension == ".usdz" else ""
@@ -78,24 +78,21 @@ def check_extension(path: Path) -> None:
 
 
 def flattened(stage: Usd.Stage, folder: Path) -> Sdf.Layer:
-    """The stage's own layers (session strongest) as one anonymous layer whose asset paths resolve from
-    `folder`.
-    """
+    """Return the stage's own layers, session layer strongest, as one anonymous layer for a file in `folder`."""
     return UsdUtils.FlattenLayerStack(stage, lambda layer, path: portable_path(layer, path, folder), "usdsdg.usda")
 
 
 def portable_path(layer: Sdf.Layer, asset_path: str, folder: Path) -> str:
-    """`asset_path`, authored in `layer`, as it must be written in a file in `folder`.
+    """Convert `asset_path`, authored in `layer`, for a file in `folder`.
 
-    What lies in `folder` or below becomes relative, so that the folder can be moved as a whole; what lies
-    elsewhere becomes absolute. Absolute paths, URLs and names that no file stands behind (`OmniPBR.mdl`) stay
-    as they are.
+    Paths of files in `folder` or below become relative, so that the folder can be moved as a whole; those of other
+    files become absolute. Absolute paths, URLs and names without a file (`OmniPBR.mdl`) stay as they are.
     """
     if not asset_path or os.path.isabs(asset_path) or "://" in asset_path:
         return asset_path
     if Sdf.Layer.IsAnonymousLayerIdentifier(asset_path):
         errors.warn_once(
-            f"the saved stage refers to the layer {asset_path}, which exists in memory only and stays behind"
+            f"the saved stage refers to the layer {asset_path}, which exists in memory only and is not saved"
         )
         return asset_path
     absolute = layer.ComputeAbsolutePath(asset_path)

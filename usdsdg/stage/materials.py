@@ -1,4 +1,4 @@
-"""MDL materials as Omniverse authors them, with a UsdPreviewSurface beside them for viewers without MDL."""
+"""MDL materials as Omniverse authors them, with a UsdPreviewSurface for viewers without MDL."""
 
 import difflib
 from numbers import Integral, Real
@@ -26,7 +26,7 @@ _KINDS = {
 # The inputs of OmniPBR and their types, as its documentation lists them.
 OMNI_PBR_INPUTS = {name: kind for kind, names in _KINDS.items() for name in names.split()}
 
-# What UsdPreviewSurface calls the same.
+# The inputs of UsdPreviewSurface with the same meaning.
 _PREVIEW = {
     "diffuse_color_constant": ("diffuseColor", _T.Color3f),
     "reflection_roughness_constant": ("roughness", _T.Float),
@@ -36,7 +36,7 @@ _PREVIEW = {
 
 
 def define_mdl(stage: Usd.Stage, path: str, mdl: str) -> UsdShade.Material:
-    """A material at `path` whose surface is the MDL file's material of the same name ("OmniPBR.mdl")."""
+    """Define a material at `path` whose surface is the material of an MDL file ("OmniPBR.mdl") with the file's name."""
     material = UsdShade.Material.Define(stage, path)
     shader = UsdShade.Shader.Define(stage, material.GetPath().AppendChild("Shader"))
     shader.SetSourceAsset(Sdf.AssetPath(mdl), "mdl")
@@ -58,7 +58,7 @@ def is_mdl(prim: Usd.Prim) -> bool:
 
 
 def set_input(prim: Usd.Prim, name: str, value: Any) -> None:
-    """Set an input of an MDL material (or of its shader), adding it where it has no value yet.
+    """Set an input of an MDL material (or of its shader), and add it where it is missing.
 
     Raises:
         AssetNotFound: a texture does not exist.
@@ -99,7 +99,7 @@ def _kind_of(shader: UsdShade.Shader, name: str, value: Any) -> Sdf.ValueTypeNam
         near = difflib.get_close_matches(name, OMNI_PBR_INPUTS, 4, 0.5)
         hint = f"did you mean {' or '.join(near)}?" if near else f"it has {', '.join(sorted(OMNI_PBR_INPUTS)[:8])}, ..."
         raise BadPrim(f"{shader.GetPath()}: OmniPBR has no input {name!r}; {hint}")
-    # Other MDL modules are not read here; the value tells the type.
+    # Other MDL modules are not parsed: the type follows from the value.
     if isinstance(value, bool):
         return _T.Bool
     if isinstance(value, (str, Sdf.AssetPath)):

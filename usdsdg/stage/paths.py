@@ -1,4 +1,4 @@
-"""Prim paths: the next free one, and names that USD accepts."""
+"""Prim paths: validation, free paths and look-up."""
 
 import difflib
 import re
@@ -11,8 +11,7 @@ _NUMBER = re.compile(r"_(\d+)$")
 
 
 def next_free_path(stage: Usd.Stage, path: str | Sdf.Path, prepend_default_prim: bool = False) -> str:
-    """`path` if no prim has it, else the first free of path_01, path_02, ... (a trailing number is counted
-    up).
+    """Return `path` if no prim has it, else the first free of path_01, path_02, ...; a trailing number is incremented.
 
     Raises:
         BadPrim: `path` is not an absolute prim path.
@@ -23,7 +22,7 @@ def next_free_path(stage: Usd.Stage, path: str | Sdf.Path, prepend_default_prim:
         wanted = root.GetPath().AppendPath(wanted.MakeRelativePath(Sdf.Path.absoluteRootPath))
     if not stage.GetPrimAtPath(wanted):
         return str(wanted)
-    # One list of names instead of one question per number: scenes have thousands of siblings.
+    # One list of names instead of one look-up per number: scenes have thousands of siblings.
     taken = set(stage.GetPrimAtPath(wanted.GetParentPath()).GetAllChildrenNames())
     name, number = wanted.name, _NUMBER.search(wanted.name)
     stem, count = (name[: number.start()], int(number.group(1))) if number else (name, 0)
@@ -34,7 +33,7 @@ def next_free_path(stage: Usd.Stage, path: str | Sdf.Path, prepend_default_prim:
 
 
 def prim_path(path: str | Sdf.Path) -> Sdf.Path:
-    """`path` as an absolute Sdf.Path of a prim.
+    """Convert `path` to an absolute Sdf.Path of a prim.
 
     Raises:
         BadPrim: it is relative, names a property, or has characters that USD does not allow in a name.
@@ -51,15 +50,15 @@ def prim_path(path: str | Sdf.Path) -> Sdf.Path:
 
 
 def valid_name(text: str) -> str:
-    """`text` with every character that a prim name cannot have replaced by an underscore."""
+    """Replace every character that a prim name cannot have by an underscore."""
     return Tf.MakeValidIdentifier(text)
 
 
 def prim_at(stage: Usd.Stage, path: str | Sdf.Path) -> Usd.Prim:
-    """The prim at `path`.
+    """Return the prim at `path`.
 
     Raises:
-        BadPrim: there is none; the message says how far the path exists, what lies there, and names near misses.
+        BadPrim: there is none; the message names the deepest existing ancestor, its children, and similar names.
     """
     wanted = prim_path(path)
     if prim := stage.GetPrimAtPath(wanted):

@@ -1,8 +1,8 @@
-"""What USD says when it fails, as part of a message of ours."""
+"""Text of USD errors, for messages of our own errors."""
 
 from pxr import Tf
 
 
 def reason(failure: Tf.ErrorException) -> str:
-    """What pxr said, without its source positions."""
+    """Return the message of a pxr error, without its source positions."""
     return "; ".join(error.commentary.strip() for error in failure.args) or str(failure)

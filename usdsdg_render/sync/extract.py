@@ -91,8 +91,8 @@ class SceneExtractor:
         if tree is None:
             return self._tracker.take()
         # Skinning and animation need the paths of the properties, not only the nodes that they move.
-        known = None if tree.skel_roots or self._animation.is_animated else tree.xform_ops
-        return self._tracker.take(matters=tree.has_other_schemas, known=known)
+        indices = None if tree.skel_roots or self._animation.is_animated else tree.xform_ops
+        return self._tracker.take(is_relevant=tree.has_other_schemas, indices=indices)
 
     def _invalidate(self, dirty: DirtySet) -> None:
         if dirty.skinning:

@@ -91,7 +91,7 @@ class DirtySetBuilder:
         self._dirty = DirtySet()
 
     def build(self, changes: Changes) -> DirtySet:
-        dirty = self._dirty = DirtySet(transform_nodes=changes.known)
+        dirty = self._dirty = DirtySet(transform_nodes=changes.indices)
         for root in changes.resynced:
             dirty.resynced.update(map(self._owner, self._instances_of(root)))
         if dirty.resynced:

@@ -254,7 +254,7 @@ def test_a_unit_that_is_no_length_is_named_and_a_meter(stage, unit):
     errors.forget_warnings()
     make(stage)
     stage.SetMetadata("metersPerUnit", unit)
-    with pytest.warns(UsdsdgWarning, match="metersPerUnit .* is no length; 1 is used"):
+    with pytest.warns(UsdsdgWarning, match="metersPerUnit .* is not a length; 1 is used"):
         assert camera_view.read_camera(stage, "/World/cam", RESOLUTION).meters_per_unit == 1.0
 
 

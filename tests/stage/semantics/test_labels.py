@@ -270,5 +270,5 @@ def test_labels_that_are_no_words_are_named(stage, prim):
     UsdSemantics.LabelsAPI.Apply(prim, "class")
     over = Sdf.CreatePrimInLayer(stage.GetSessionLayer(), prim.GetPath())
     Sdf.AttributeSpec(over, "semantics:labels:class", Sdf.ValueTypeNames.Int).default = 5
-    with pytest.warns(UsdsdgWarning, match="/World/mug.semantics:labels:class: 5 is no label"):
+    with pytest.warns(UsdsdgWarning, match="/World/mug.semantics:labels:class: 5 is not a label"):
         assert not semantics.get_labels(prim).get("class")

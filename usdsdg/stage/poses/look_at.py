@@ -30,7 +30,7 @@ _PARALLEL = 1e-9
 def look_at_rotations(
     eyes: ArrayLike, targets: ArrayLike, up: ArrayLike, *, stage_up_axis: str = "Z"
 ) -> NDArray[np.float64]:
-    """Rotation matrices (N, 3, 3), row vectors, that turn -Z towards the targets with +Y upwards.
+    """Return rotation matrices (N, 3, 3), row vectors, that point -Z at the targets with +Y upwards.
 
     `eyes` and `targets` are (N, 3) points of one space and `up` is one direction of it, or one per eye. For a view
     along `up` the roll is undefined: as in Replicator the eye then counts as moved slightly along +X (Z-up stages) or
@@ -60,7 +60,7 @@ def look_at_rotations(
 
 
 def look_at_matrix(eye: Vector, target: Vector, *, up: Vector = (0.0, 0.0, 1.0)) -> Gf.Matrix4d:
-    """Camera-to-world matrix [stage units] of a USD camera (looks along -Z, +Y up) at `eye`.
+    """Return the camera-to-world matrix [stage units] of a USD camera (looks along -Z, +Y up) at `eye`.
 
     Raises:
         DegenerateFrame: eye and target coincide, or the view direction is parallel to `up`.
@@ -87,7 +87,7 @@ def look_at_matrix(eye: Vector, target: Vector, *, up: Vector = (0.0, 0.0, 1.0))
 def look_at_quaternions(
     prims: Sequence[Usd.Prim], positions: NDArray[np.float64] | None, targets: ArrayLike, up: ArrayLike
 ) -> NDArray[np.float64]:
-    """Quaternions (N, 4) xyzw, in the parents' spaces, with which -Z of each prim (or its camera) points at a target.
+    """Return quaternions (N, 4) xyzw, in the parents' spaces, that point -Z of each prim (or its camera) at a target.
 
     Args:
         positions: (N, 3) of the prims in their parents' spaces; None for those that they have.
@@ -143,6 +143,6 @@ def _camera_of_object(prim: Usd.Prim) -> Usd.Prim | None:
 
 
 def _offsets(stage_up_axis: str) -> NDArray[np.float64]:
-    """Directions to move an eye that looks along `up`; the second is for an `up` along the first."""
+    """Return the directions in which to move an eye that looks along `up`; the second for an `up` along the first."""
     x, z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
     return np.array([z, x] if stage_up_axis == "Y" else [x, z])

@@ -1,4 +1,4 @@
-"""Pivots: points of a prim's bounding box that it is placed, rotated and scaled about.
+"""Pivots: points of a prim's bounding box that are the origin of its position, rotation and scale.
 
 A pivot is relative to the box, -1 to 1 on each axis: (0, 0, -1) is the middle of the bottom.
 """
@@ -22,14 +22,14 @@ _INVERSE = f"!invert!{PIVOT}"
 
 
 def bounds(prim: Usd.Prim) -> Gf.Range3d:
-    """Bounding box of the geometry at and below a prim, before the prim's own transform; empty without geometry."""
+    """Return the bounding box of the geometry at and below a prim, in its own space; empty without geometry."""
     purposes = [UsdGeom.Tokens.default_, UsdGeom.Tokens.render, UsdGeom.Tokens.proxy]
     cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), purposes, useExtentsHint=False)
     return cache.ComputeUntransformedBound(prim).ComputeAlignedRange()
 
 
 def extents(prim: Usd.Prim) -> Array:
-    """(3,) edge lengths of `bounds`.
+    """Return the edge lengths (3,) of `bounds`.
 
     Raises:
         BadPrim: the prim has no extent.
@@ -41,7 +41,7 @@ def extents(prim: Usd.Prim) -> Array:
 
 
 def set_pivot(prim: Usd.Prim, relative: Sequence[float]) -> None:
-    """Author a pivot op, with which a point of the prim's box becomes the origin of its pose; replaces an earlier one.
+    """Author a pivot op at a point of the prim's bounding box, replacing an earlier one.
 
     Raises:
         BadPrim: the prim has no extent, or no transform.
@@ -54,7 +54,7 @@ def set_pivot(prim: Usd.Prim, relative: Sequence[float]) -> None:
     attribute = prim.GetAttribute(PIVOT) or prim.CreateAttribute(PIVOT, Sdf.ValueTypeNames.Double3, custom=False)
     kind = Gf.Vec3f if attribute.GetTypeName() == Sdf.ValueTypeNames.Float3 else Gf.Vec3d
     attribute.Set(kind(*point.tolist()))
-    # Without its counterpart the inverse op moves the pivot to the origin, and the other ops act on that.
+    # Without the pivot op, the inverse op moves the pivot to the origin, and the other ops apply to that.
     order = prim.GetAttribute("xformOpOrder")
     names = [name for name in order.Get() or () if name not in (PIVOT, _INVERSE)]
     UsdGeom.Xformable(prim).CreateXformOpOrderAttr([*names, _INVERSE])
@@ -67,9 +67,9 @@ def translations_about_pivots(
     rotate: Rotations | None,
     scale: Array | None,
 ) -> Array:
-    """Translations (N, 3) that put each pivot at the position `translate`, or leave it where it is for None.
+    """Return the translations (N, 3) that move each pivot to `translate`, or keep its position for None.
 
-    `relative` (N, 3) are the pivots; rotations and scales are those that will be written, None for those there are.
+    `relative` (N, 3) are the pivots. Rotations and scales are those that will be written, None for the current ones.
 
     Raises:
         BadPrim: a prim has no extent.
@@ -84,7 +84,7 @@ def translations_about_pivots(
 
 
 def _pivot_points(prims: Sequence[Usd.Prim], relative: Array) -> Array:
-    """(N, 3) points in the prims' own spaces."""
+    """Return the pivots (N, 3) in the prims' own spaces."""
     cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), [UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
     points = []
     for prim, normalized in zip(prims, relative):

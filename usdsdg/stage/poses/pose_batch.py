@@ -1,4 +1,4 @@
-"""Poses of many prims at once, written into the ops that they have.
+"""Batched authoring of poses, in the xform ops that prims have.
 
 `xform_ops.author_pose` does the same for one prim through USD's own interface. Here the Sdf specs of the ops are looked
 up once per prim and set within one ChangeBlock, from Vt arrays: 1,000 prims take milliseconds.
@@ -36,7 +36,7 @@ _QUATERNION_ARRAYS: dict[str, tuple[Any, Any]] = {
 
 
 class Rotations:
-    """One rotation per prim, as Euler angles in degrees (x first) or as quaternions xyzw, in whatever form asked."""
+    """One rotation per prim, given as Euler angles XYZ [degrees] or as quaternions xyzw, and converted on demand."""
 
     def __init__(self, *, degrees: Array | None = None, quats: Array | None = None) -> None:
         """Give either `degrees` (N, 3) or `quats` (N, 4)."""
@@ -44,11 +44,11 @@ class Rotations:
         self._quats = quats
 
     def matrices(self) -> Array:
-        """(N, 3, 3), row vectors."""
+        """Return the rotation matrices (N, 3, 3), row vectors."""
         return matrix_from_quat(self._quats) if self._quats is not None else matrix_from_euler(self._degrees)
 
     def quats(self) -> Array:
-        """(N, 4) xyzw, unit length."""
+        """Return the unit quaternions (N, 4) xyzw."""
         if self._quats is not None:
             return self._quats / np.linalg.norm(self._quats, axis=1, keepdims=True)
         half = np.radians(self._degrees) / 2
@@ -57,19 +57,19 @@ class Rotations:
         return np.stack([x, y, z, cx * cy * cz + sx * sy * sz], axis=1)
 
     def euler(self, order: str) -> Array:
-        """(N, 3) angles about x, y, z [degrees] of a rotate op of `order`; given ones stay: 370° stays 370°."""
+        """Return the angles (N, 3) about x, y, z [degrees] of a rotate op of `order`; given angles stay, 370° too."""
         if self._quats is None and order == "XYZ":
             return self._degrees
         return euler_from_matrix(self.matrices(), order)
 
-    def taken(self, rows: Any) -> Rotations:
-        """Those of some rows."""
+    def select(self, rows: Any) -> Rotations:
+        """Return the rotations of some rows."""
         if self._quats is not None:
             return Rotations(quats=self._quats[rows])
         return Rotations(degrees=self._degrees[rows])
 
     def parts(self, row: int) -> dict[str, Any]:
-        """One rotation, as an argument of `author_pose`."""
+        """Return the rotation of one row, as an argument of `author_pose`."""
         if self._quats is not None:
             return {"orient": gf_quat(self._quats[row])}
         return {"rotate_xyz": self._degrees[row].tolist()}
@@ -84,7 +84,7 @@ def author_poses(
 ) -> None:
     """Set parts of the local poses of N different prims of one stage: `translate` (N, 3) [stage units], `scale` (N, 3).
 
-    What each prim gets is what `xform_ops.author_pose` would give it, in the current edit target.
+    The result is that of `xform_ops.author_pose` for each prim, in the current edit target.
 
     Raises:
         BadPrim: a prim is not Xformable or cannot be edited.
@@ -116,14 +116,14 @@ class _Group(NamedTuple):
 
     type_name: str  # a vector's or quaternion's type, or "float3 XYZ" for Euler angles
     rows: list[int]
-    specs: list[Sdf.AttributeSpec]  # in the layer that is edited
+    specs: list[Sdf.AttributeSpec]  # in the edit target's layer
 
 
 class _Batch:
-    """The ops of the prims of one call, for the next call with the same prims."""
+    """The xform ops of the prims of one call, cached for calls with the same prims."""
 
     def __init__(self, prims: list[Usd.Prim], target: Usd.EditTarget, roles: Set[str]) -> None:
-        """`roles` are those that will be written: only for them attributes are added to the layer."""
+        """Look up the ops; attributes are added to the layer only for `roles`, which will be written."""
         self.prims, self.target = prims, target
         self.others: set[int] = set()  # rows that need `author_pose` whatever is written
         self.lacking: dict[str, set[int]] = {role: set() for role in _ROLES}
@@ -145,7 +145,7 @@ class _Batch:
         self._orders_before = [order.default for order in self._orders]
 
     def holds(self, prims: list[Usd.Prim], target: Usd.EditTarget, roles: Set[str]) -> bool:
-        """Whether these are the same prims, still there, with the same ops in the same order."""
+        """Whether these are the same prims, and they still exist with the same ops in the same order."""
         if prims != self.prims or target != self.target or not all(prims) or not self._unprepared.isdisjoint(roles):
             return False
         try:
@@ -154,12 +154,12 @@ class _Batch:
             return False
 
     def write(self, role: str, column: Any) -> None:
-        """Set one op of all prims that have it."""
+        """Set the ops of one role."""
         values = _rotations if role == "rotate" else _vectors
         for group in self._groups[role]:
             part = column
             if len(group.rows) < len(self.prims):
-                part = column.taken(group.rows) if isinstance(column, Rotations) else column[group.rows]
+                part = column.select(group.rows) if isinstance(column, Rotations) else column[group.rows]
             for spec, value in zip(group.specs, values(part, group.type_name)):
                 spec.default = value
 
@@ -172,7 +172,7 @@ class _Batch:
         self._groups[role].append(_Group(type_name, [row], [spec]))
 
     def _look_up(self, prim: Usd.Prim) -> dict[str, Usd.Attribute] | None:
-        """The attribute of each op by role; None for ops that only `author_pose` understands."""
+        """Return the attribute of each op by role; None for ops that only `author_pose` supports."""
         if not prim or prim.IsInstanceProxy() or prim.IsInPrototype() or not prim.IsA(UsdGeom.Xformable):
             return None
         if prim.GetStage() != self.prims[0].GetStage():
@@ -180,21 +180,21 @@ class _Batch:
         layer, order = self.target.GetLayer(), prim.GetAttribute("xformOpOrder")
         names = list(order.Get() or ())
         ranks = [_ROLES.index(_ROLE_OF[name]) for name in names if name in _ROLE_OF]
-        # Translate, one rotation, scale, each at most once: what can be written part by part.
+        # Only translate, one rotation, scale, each at most once, can be written independently.
         if len(ranks) != len(names) or ranks != sorted(set(ranks)):
             return None
         ops = {_ROLE_OF[name]: prim.GetAttribute(name) for name in names}
         if any(not attribute or attribute.GetNumTimeSamples() for attribute in ops.values()):
             return None
         spec = layer.GetAttributeAtPath(order.GetPath())
-        # Where another layer has the order, the stage must be asked.
+        # If another layer has the order, it must be read from the stage.
         ours = spec is not None and order.GetPropertyStack(Usd.TimeCode.Default())[0].layer == layer
         self._orders.append(spec if ours else _Composed(order))
         return ops
 
 
 class _Composed:
-    """An attribute of the stage that reads like a spec."""
+    """A composed attribute with the interface of a spec."""
 
     def __init__(self, attribute: Usd.Attribute) -> None:
         self._attribute = attribute
@@ -204,7 +204,7 @@ class _Composed:
         return self._attribute.Get()
 
 
-# The last few batches, newest first: scripts pose the same groups again and again.
+# The last few batches, newest first: scripts pose the same groups repeatedly.
 _batches: list[_Batch] = []
 _MAX_BATCHES = 16
 
@@ -233,7 +233,7 @@ def _spec(layer: Sdf.Layer, attribute: Usd.Attribute, *, create: bool) -> Sdf.At
 
 
 def _type_of(op: Usd.Attribute) -> str:
-    """Such as "double3", "quatf", or "float3 ZYX" for angles."""
+    """Return the type of an op: "double3", "quatf", or "float3 ZYX" for Euler angles."""
     kind, type_name = op.GetName().removeprefix("xformOp:"), str(op.GetTypeName())
     return f"{type_name} {kind.removeprefix('rotate')}" if kind.startswith("rotate") else type_name
 

@@ -1,11 +1,11 @@
-"""Rotations and transforms as numpy arrays, whole batches at a time.
+"""Conversions between matrices, quaternions and Euler angles, for batches in NumPy arrays.
 
 Matrices are USD's: row vectors, so that p_out = p @ matrix and translation is the last row. Quaternions are
 (x, y, z, w), as Warp and Newton order them; angles are degrees, as in USD's rotate ops.
 
 scipy's Rotation differs in the last bits, on which saved datasets depend. With it, 10,000 rotations take 22 times as
-long from matrices to Euler angles and 10 times as long from Euler angles to matrices (from quaternions to matrices, a
-tenth).
+long from matrices to Euler angles and 10 times as long from Euler angles to matrices. It is faster from quaternions to
+matrices: 0.03 times as long for 10,000 rotations, 0.28 times for one.
 """
 
 from typing import NamedTuple
@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-# The orders of three-axis rotate ops, in which the first axis turns first.
+# The orders of three-axis rotate ops; the first axis is applied first.
 ROTATION_ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 
-# Below this a scale is called zero: its axis has no direction left.
+# Scales below this count as zero: the direction of their axis is undefined.
 _TINY = 1e-12
 
 
@@ -31,9 +31,7 @@ class Pose(NamedTuple):
 
 
 def quat_from_matrix(matrix: ArrayLike) -> Array:
-    """Unit quaternions (..., 4) with w >= 0 of rotation matrices (..., 3, 3) or the upper part of (..., 4,
-    4).
-    """
+    """Return the unit quaternions (..., 4), w >= 0, of rotation matrices (..., 3, 3) or of those in (..., 4, 4)."""
     m = np.asarray(matrix, np.float64)[..., :3, :3]
     xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
     # Four times the outer product of the quaternion with itself. Its longest row is the accurate one.
@@ -55,7 +53,7 @@ def quat_from_matrix(matrix: ArrayLike) -> Array:
 
 
 def matrix_from_quat(quat_xyzw: ArrayLike) -> Array:
-    """Rotation matrices (..., 3, 3) of quaternions, which need not be unit length."""
+    """Return the rotation matrices (..., 3, 3) of quaternions of any length."""
     q = np.asarray(quat_xyzw, np.float64)
     x, y, z, w = np.moveaxis(q / np.linalg.norm(q, axis=-1, keepdims=True), -1, 0)
     rows = [
@@ -67,8 +65,9 @@ def matrix_from_quat(quat_xyzw: ArrayLike) -> Array:
 
 
 def matrix_from_euler(degrees: ArrayLike, order: str = "XYZ") -> Array:
-    """Rotation matrices (..., 3, 3) of a USD rotate op: "XYZ" turns about x first. Angles (..., 3) are x, y,
-    z.
+    """Return the rotation matrices (..., 3, 3) of a USD rotate op; "XYZ" rotates about x first.
+
+    Angles (..., 3) are about x, y, z, whatever the order.
     """
     angles = np.radians(np.asarray(degrees, np.float64))
     first, second, third = (_axis_rotation("XYZ".index(axis), angles) for axis in order.upper())
@@ -76,11 +75,9 @@ def matrix_from_euler(degrees: ArrayLike, order: str = "XYZ") -> Array:
 
 
 def euler_from_matrix(matrix: ArrayLike, order: str = "XYZ") -> Array:
-    """Angles about x, y, z [degrees], (..., 3), that a USD rotate op of `order` needs to give these
-    rotations.
+    """Return the angles about x, y, z [degrees] (..., 3) with which a USD rotate op of `order` gives these rotations.
 
-    The middle angle is within ±90°; where it is ±90° the last one is 0, because only their combination
-    matters.
+    The middle angle is within ±90°; where it is ±90° (gimbal lock) the last one is 0.
     """
     m = np.asarray(matrix, np.float64)[..., :3, :3]
     i, j, k = ("XYZ".index(axis) for axis in order.upper())
@@ -99,7 +96,7 @@ def euler_from_matrix(matrix: ArrayLike, order: str = "XYZ") -> Array:
 
 
 def euler_xyz_from_quat(quat_xyzw: ArrayLike) -> Array:
-    """Angles [degrees] (..., 3) of a rotateXYZ op for quaternions (..., 4)."""
+    """Return the angles [degrees] (..., 3) of a rotateXYZ op for quaternions (..., 4)."""
     return euler_from_matrix(matrix_from_quat(quat_xyzw), "XYZ")
 
 
@@ -108,7 +105,7 @@ def compose(
     rotation: ArrayLike = (0.0, 0.0, 0.0, 1.0),
     scale: ArrayLike = (1.0, 1.0, 1.0),
 ) -> Array:
-    """Matrices (..., 4, 4) that scale, then rotate by a quaternion, then translate; arguments broadcast."""
+    """Return matrices (..., 4, 4) that scale, then rotate by a quaternion, then translate; arguments broadcast."""
     return _assemble(translate, matrix_from_quat(rotation), scale)
 
 
@@ -118,15 +115,15 @@ def compose_euler(
     scale: ArrayLike = (1.0, 1.0, 1.0),
     order: str = "XYZ",
 ) -> Array:
-    """Matrices (..., 4, 4) of the ops translate, rotate<order>, scale; arguments broadcast."""
+    """Return matrices (..., 4, 4) of the ops translate, rotate<order>, scale; arguments broadcast."""
     return _assemble(translate, matrix_from_euler(degrees, order), scale)
 
 
 def decompose(matrix: ArrayLike) -> Pose:
-    """Translation, rotation and scale of matrices (..., 4, 4).
+    """Return translation, rotation and scale of matrices (..., 4, 4).
 
-    Exact for any scale-rotate-translate. Shear cannot be kept: the rotation is then the one nearest to the
-    directions of the axes. Axes scaled to zero get any direction that completes the frame.
+    Exact for matrices without shear; otherwise the rotation is the one nearest to the directions of the axes. Axes
+    scaled to zero get a direction that completes the frame.
     """
     m = np.asarray(matrix, np.float64)
     axes = m[..., :3, :3]
@@ -135,7 +132,7 @@ def decompose(matrix: ArrayLike) -> Pose:
     vanished = np.abs(scale) < _TINY
     directions = np.where(vanished[..., None], 0.0, axes / np.where(vanished, 1.0, scale)[..., None])
     left, _, right = np.linalg.svd(directions)
-    # With a zero axis the completed frame may be left-handed; the flip only touches that free direction.
+    # With a zero axis the completed frame may be left-handed; the flip changes only that free direction.
     left[..., :, 2] *= np.sign(np.linalg.det(left @ right))[..., None]
     return Pose(m[..., 3, :3].copy(), quat_from_matrix(left @ right), np.where(vanished, 0.0, scale))
 

@@ -1,4 +1,4 @@
-"""Transforms as the stage has them: matrices of prims, the up axis and the length unit."""
+"""Transforms of prims as matrices, and the stage's up axis and length unit."""
 
 import math
 from collections.abc import Sequence
@@ -16,12 +16,12 @@ SINGULAR = 1e-30
 
 
 def local_to_world(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) -> Gf.Matrix4d:  # noqa: B008
-    """Matrix from the prim's own space to the world [stage units]; identity where nothing has a transform."""
+    """Return the matrix from the prim's own space to the world [stage units]; identity without transforms."""
     return UsdGeom.XformCache(time).GetLocalToWorldTransform(prim)
 
 
 def world_to_local(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) -> Gf.Matrix4d:  # noqa: B008
-    """Inverse of `local_to_world`.
+    """Return the inverse of `local_to_world`.
 
     Raises:
         DegenerateFrame: the prim or an ancestor is scaled to zero.
@@ -33,14 +33,14 @@ def world_to_local(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) 
 
 
 def parent_to_world(prim: Usd.Prim) -> Gf.Matrix4d:
-    """The matrix that the prim's local matrix is multiplied with: identity where it resets the transform stack."""
+    """Return the matrix from the space of the prim's local matrix to the world; identity if it resets the stack."""
     if UsdGeom.Xformable(prim).GetResetXformStack():
         return Gf.Matrix4d(1)
     return UsdGeom.XformCache(Usd.TimeCode.Default()).GetParentToWorldTransform(prim)
 
 
 def parents_to_world(prims: Sequence[Usd.Prim]) -> Array:
-    """(N, 4, 4) `parent_to_world` of each prim; siblings are computed once."""
+    """Return `parent_to_world` of each prim (N, 4, 4); siblings are computed once."""
     cache = UsdGeom.XformCache()
     known: dict[Sdf.Path, Array] = {}
     matrices = []
@@ -56,30 +56,32 @@ def parents_to_world(prims: Sequence[Usd.Prim]) -> Array:
 
 
 def local_matrices(prims: Sequence[Usd.Prim]) -> Array:
-    """(N, 4, 4) matrices from each prim's own space to its parent's."""
+    """Return the matrices (N, 4, 4) from each prim's own space to its parent's."""
     cache = UsdGeom.XformCache()
     return np.stack([as_array(cache.GetLocalTransformation(prim)[0]) for prim in prims])
 
 
 def as_array(matrix: Gf.Matrix4d) -> Array:
-    """(4, 4) float64 copy, row vectors as in USD."""
+    """Copy a matrix to a float64 array (4, 4), row vectors as in USD."""
     return np.array(matrix, np.float64)
 
 
 def meters_per_unit(stage: Usd.Stage) -> float:
-    """Length of one stage unit [m]; 1 (with a warning) where the stage's metersPerUnit is not a positive number."""
+    """Return the length of one stage unit [m]; 1, with a warning, if metersPerUnit is not a positive number."""
     value = float(UsdGeom.GetStageMetersPerUnit(stage))
     if math.isfinite(value) and value > 0.0:
         return value
-    warn_once(f"{stage.GetRootLayer().identifier}: metersPerUnit {value} is no length; 1 is used. Author a value > 0.")
+    warn_once(
+        f"{stage.GetRootLayer().identifier}: metersPerUnit {value} is not a length; 1 is used. Author a value > 0."
+    )
     return 1.0
 
 
 def up_axis(stage: Usd.Stage) -> str:
-    """'Y' or 'Z'."""
+    """Return the stage's up axis, 'Y' or 'Z'."""
     return str(UsdGeom.GetStageUpAxis(stage))
 
 
 def up_vector(stage: Usd.Stage) -> tuple[float, float, float]:
-    """Unit vector of the stage's up axis."""
+    """Return the unit vector of the stage's up axis."""
     return (0.0, 0.0, 1.0) if up_axis(stage) == "Z" else (0.0, 1.0, 0.0)

@@ -1,4 +1,4 @@
-"""The xform ops of one prim: its pose read from them, and written into those that it has."""
+"""Reading and authoring of the pose of one prim, in the xform ops that it has."""
 
 from collections.abc import Sequence
 from typing import NamedTuple, TypeAlias
@@ -23,7 +23,7 @@ Vector: TypeAlias = Sequence[float] | Gf.Vec3d | Gf.Vec3f | np.ndarray
 Quaternion: TypeAlias = Gf.Quatd | Gf.Quatf | Gf.Quath
 
 _TYPES = UsdGeom.XformOp
-# Order in which a three-axis rotate op turns, outermost axis last.
+# Axis order of three-axis rotate ops; the last axis is applied last.
 EULER_ORDERS = {getattr(_TYPES, f"TypeRotate{order}"): order for order in ROTATION_ORDERS}
 SINGLE_AXES = {getattr(_TYPES, f"TypeRotate{axis}"): axis for axis in "XYZ"}
 _VECTORS = {_TYPES.PrecisionDouble: Gf.Vec3d, _TYPES.PrecisionFloat: Gf.Vec3f, _TYPES.PrecisionHalf: Gf.Vec3h}
@@ -43,7 +43,7 @@ def author_pose(
     orient: Quaternion | None = None,
     scale: Vector | None = None,
 ) -> None:
-    """Set parts of a prim's local pose in the ops that it has.
+    """Set parts of a prim's local pose, in the ops that it has.
 
     Missing ops are added in the order translate, rotateXYZ (or orient), scale. `rotate_xyz` is in degrees, x
     first. A prim with another rotate order, an orient op or a single matrix gets the same rotation in that form, at
@@ -72,12 +72,12 @@ def author_world_position(prim: Usd.Prim, point: Vector) -> None:
     """
     matrix = parent_to_world(prim)
     if abs(matrix.GetDeterminant()) < SINGULAR:
-        raise BadPrim(f"{prim.GetPath()} cannot be placed: an ancestor is scaled to nothing")
+        raise BadPrim(f"{prim.GetPath()} cannot be placed: an ancestor is scaled to zero")
     author_pose(prim, translate=matrix.GetInverse().Transform(Gf.Vec3d(*(float(c) for c in point))))
 
 
 def local_translation(prim: Usd.Prim) -> np.ndarray:
-    """(3,) of the translate op [parent's units], which `author_pose` writes; without one, of the whole local matrix."""
+    """Return the translation (3,) of the translate op [parent's units]; without one, of the local matrix."""
     xformable = UsdGeom.Xformable(prim)
     op = _Ops(xformable).find(_TYPES.TypeTranslate)
     if op is not None:
@@ -86,7 +86,7 @@ def local_translation(prim: Usd.Prim) -> np.ndarray:
 
 
 def local_euler(prim: Usd.Prim, order: str = "XYZ") -> np.ndarray:
-    """(3,) angles about x, y, z [degrees] of the prim's own rotation, for a rotate op of `order`."""
+    """Return the angles (3,) about x, y, z [degrees] of the prim's own rotation, for a rotate op of `order`."""
     xformable = UsdGeom.Xformable(prim)
     op = _Ops(xformable).find(getattr(_TYPES, f"TypeRotate{order}"))
     if op is not None:
@@ -111,13 +111,13 @@ def _editable(prim: Usd.Prim) -> UsdGeom.Xformable:
 
 
 def gf_quat(quat_xyzw: ArrayLike) -> Gf.Quatd:
-    """One quaternion (x, y, z, w) as pxr wants it."""
+    """Convert one quaternion (x, y, z, w) to pxr's type."""
     x, y, z, w = (float(value) for value in np.asarray(quat_xyzw))
     return Gf.Quatd(w, x, y, z)
 
 
 class _Rotation(NamedTuple):
-    """A rotation as the caller gave it, in either form."""
+    """A rotation as the caller gave it: Euler angles or a quaternion."""
 
     degrees: Vector | None
     orient: Quaternion | None
@@ -128,7 +128,7 @@ class _Rotation(NamedTuple):
         return gf_quat(quat_from_matrix(matrix_from_euler(tuple(self.degrees or ()))))
 
     def euler(self, order: str) -> Vector:
-        """Angles about x, y, z for an op of `order`. Given ones stay where the order agrees: 370° stays 370°."""
+        """Return the angles about x, y, z for an op of `order`; given angles stay if the order agrees, 370° too."""
         if self.degrees is not None and order == "XYZ":
             return self.degrees
         quat = self.quat()
@@ -136,7 +136,7 @@ class _Rotation(NamedTuple):
 
 
 class _Ops:
-    """The xform ops of one prim while a pose is written."""
+    """The xform ops of one prim during authoring of a pose."""
 
     def __init__(self, xformable: UsdGeom.Xformable) -> None:
         self.xformable = xformable
@@ -144,7 +144,7 @@ class _Ops:
         self.resets = xformable.GetResetXformStack()
 
     def find(self, *kinds: UsdGeom.XformOp.Type) -> UsdGeom.XformOp | None:
-        """The outermost op of one of these kinds that is not part of a pivot."""
+        """Return the outermost op of these types that is not part of a pivot."""
         for op in self.ops:
             if op.GetOpType() in kinds and not op.IsInverseOp() and not op.GetOpName().endswith(":pivot"):
                 return op
@@ -181,7 +181,7 @@ class _Ops:
             self.insert(self.after_translation(), _TYPES.TypeRotateXYZ, rotation.euler("XYZ"))
 
     def set_single_axes(self, rotation: _Rotation) -> None:
-        """Three turns about one axis each form an Euler order; any others give way to rotateXYZ."""
+        """Set single-axis ops; unless they are three consecutive ops about all axes, replace them by rotateXYZ."""
         singles = [op for op in self.ops if op.GetOpType() in SINGLE_AXES and not op.IsInverseOp()]
         # The op listed last is applied first.
         order = "".join(SINGLE_AXES[op.GetOpType()] for op in reversed(singles))
@@ -196,7 +196,7 @@ class _Ops:
         self.insert(start, _TYPES.TypeRotateXYZ, angles)
 
     def insert(self, index: int, kind: UsdGeom.XformOp.Type, value: Vector | Quaternion) -> None:
-        """Add an op at `index` of the order; pxr can only append."""
+        """Insert an op at `index` of the order; pxr can only append."""
         name = f"xformOp:{UsdGeom.XformOp.GetOpTypeToken(kind)}"
         precision = _precision(self.xformable.GetPrim().GetAttribute(name), kind)
         before = list(self.ops)
@@ -208,7 +208,7 @@ class _Ops:
         _set(op, value)
 
     def after_translation(self) -> int:
-        """Behind the leading translate and pivot, where a rotation belongs."""
+        """Return the index after the leading translate and pivot, where a rotation belongs."""
         index = 0
         while (
             index < len(self.ops)
@@ -219,14 +219,14 @@ class _Ops:
         return index
 
     def after_rotation(self) -> int:
-        """Behind the last rotation, where a scale belongs."""
+        """Return the index after the last rotation, where a scale belongs."""
         rotations = {_TYPES.TypeOrient, *EULER_ORDERS, *SINGLE_AXES}
-        places = [i for i, op in enumerate(self.ops) if op.GetOpType() in rotations and not op.IsInverseOp()]
-        return places[-1] + 1 if places else self.after_translation()
+        indices = [i for i, op in enumerate(self.ops) if op.GetOpType() in rotations and not op.IsInverseOp()]
+        return indices[-1] + 1 if indices else self.after_translation()
 
 
 def _precision(attribute: Usd.Attribute, kind: UsdGeom.XformOp.Type) -> UsdGeom.XformOp.Precision:
-    """That of an attribute left over from an op no longer in the order, else what pxr gives new ops."""
+    """Return the precision of an existing attribute that is not in the order, else pxr's default for new ops."""
     letter = str(attribute.GetTypeName()).removeprefix("quat")[:1] if attribute else ""
     usual = _TYPES.PrecisionDouble if kind == _TYPES.TypeTranslate else _TYPES.PrecisionFloat
     return _PRECISIONS.get(letter, usual)
@@ -247,7 +247,7 @@ def _replaced(
     orient: Gf.Quatd | None = None,
     scale: Vector | None = None,
 ) -> Gf.Matrix4d:
-    """The matrix of a transform op with one part of its pose exchanged."""
+    """Return the matrix of a transform op with one part of its pose replaced."""
     pose = decompose(np.array(op.GetOpTransform(Usd.TimeCode.Default())))
     rotation = pose.rotation if orient is None else (*orient.GetImaginary(), orient.GetReal())
     matrix = compose(

@@ -1,7 +1,7 @@
-"""Schemas that usd-core does not ship, without C++: PhysxSchema and the labels of older Replicator versions.
+"""Codeless schemas that usd-core does not include: PhysxSchema, and the labels of older Replicator versions.
 
-Each folder under `resources` holds a plugInfo.json and a generatedSchema.usda; the Python classes are made
-from these two, so that a schema, its defaults and its methods are written down once.
+Each folder under `resources` holds a plugInfo.json and a generatedSchema.usda. The Python classes are generated from
+these, so that a schema, its defaults and its methods are defined once.
 """
 
 from pathlib import Path
@@ -14,10 +14,10 @@ RESOURCES = Path(__file__).parent / "resources"
 
 
 def register() -> None:
-    """Tell USD about the schemas; has to come before the process touches its first stage or prim definition.
+    """Register the schemas with USD, before the process uses its first stage or prim definition.
 
     Raises:
-        StageError: USD's schema registry had been built already, and it never looks again.
+        StageError: USD's schema registry, which is built once, exists already.
     """
     Plug.Registry().RegisterPlugins([str(folder) for folder in sorted(RESOURCES.iterdir())])
     if not Usd.SchemaRegistry().FindAppliedAPIPrimDefinition("PhysxRigidBodyAPI"):

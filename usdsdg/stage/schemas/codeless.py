@@ -1,9 +1,9 @@
-"""Python classes for codeless applied API schemas, made from their plugInfo.json and generatedSchema.usda.
+"""Python classes of codeless applied API schemas, generated from their plugInfo.json and generatedSchema.usda.
 
 `prim.HasAPI(SomeAPI)` asks pxr for the Tf type of the class. That needs three things: plugInfo.json lists the
 type under the class's full Python name, the class derives from `Usd.APISchemaBase`, and it is passed to
-`Tf.Type.Define`. The base cannot be instantiated from Python, so that `SomeAPI(prim)` returns a small object
-beside it, which has the methods.
+`Tf.Type.Define`. The base cannot be instantiated from Python, so `SomeAPI(prim)` returns an object of a second class,
+which has the methods.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from pxr import Sdf, Tf, Usd
 
-# Stands for the instance name in the property names of a multiple-apply schema.
+# Placeholder of the instance name in the property names of a multiple-apply schema.
 _INSTANCE = "__INSTANCE_NAME__"
 
 
@@ -27,12 +27,12 @@ class Property(NamedTuple):
     variability: Sdf.Variability
 
     def on(self, instance: str | None) -> str:
-        """Full name of the property for an instance of a multiple-apply schema."""
+        """Return the full name of the property, for an instance of a multiple-apply schema."""
         return self.name.replace(_INSTANCE, instance) if instance else self.name
 
 
 def make_classes(resources: Path, module: str) -> dict[str, type]:
-    """One class per schema that plugInfo.json in `resources` declares for `module`, by name."""
+    """Make a class for each schema that plugInfo.json in `resources` declares for `module`; return them by name."""
     info = json.loads((resources / "plugInfo.json").read_text())
     layer = Sdf.Layer.FindOrOpen(str(resources / "generatedSchema.usda"))
     classes = {}
@@ -46,7 +46,7 @@ def make_classes(resources: Path, module: str) -> dict[str, type]:
 
 
 def _properties(schema: Sdf.PrimSpec) -> dict[str, Property]:
-    """Properties by API name: `physxScene:timeStepsPerSecond` is `TimeStepsPerSecond` in the method names."""
+    """Return the properties by API name, such as `TimeStepsPerSecond` of `physxScene:timeStepsPerSecond`."""
     found = {}
     for spec in schema.properties:
         api_name = spec.customData.get("apiName") or spec.name.rpartition(":")[2]
@@ -56,9 +56,7 @@ def _properties(schema: Sdf.PrimSpec) -> dict[str, Property]:
 
 
 class Schema:
-    """What `SomeAPI(prim)` returns: the Get and Create methods for one prim. False when the prim lacks the
-    schema.
-    """
+    """A schema on one prim, as `SomeAPI(prim)` returns it, with its Get and Create methods; false if not applied."""
 
     _api: type
     _multiple = False
@@ -72,14 +70,14 @@ class Schema:
         return self._prim
 
     def GetPath(self) -> Sdf.Path:
-        """Path of the prim; for a multiple-apply schema of the instance's property namespace."""
+        """Return the path of the prim; for a multiple-apply schema that of the instance's property namespace."""
         if not self._prim or not self._multiple:
             return self._prim.GetPath() if self._prim else Sdf.Path()
         namespace = next(iter(self._table.values())).name.split(_INSTANCE)[0] + self._name
         return self._prim.GetPath().AppendProperty(namespace)
 
     def GetName(self) -> str:
-        """Instance name of a multiple-apply schema, else the empty string."""
+        """Return the instance name of a multiple-apply schema, else the empty string."""
         return self._name
 
     def __bool__(self) -> bool:
@@ -101,29 +99,29 @@ class Schema:
         instance = f", {self._name!r}" if self._multiple else ""
         return f"{self._api.__name__}({self._prim!r}{instance})"
 
-    def _get(self, item: Property) -> Usd.Attribute | Usd.Relationship:
-        name = item.on(self._name)
-        return self._prim.GetAttribute(name) if item.type_name else self._prim.GetRelationship(name)
+    def _get(self, prop: Property) -> Usd.Attribute | Usd.Relationship:
+        name = prop.on(self._name)
+        return self._prim.GetAttribute(name) if prop.type_name else self._prim.GetRelationship(name)
 
-    def _create(self, item: Property, default: Any, sparsely: bool) -> Usd.Attribute | Usd.Relationship:
-        name = item.on(self._name)
-        if item.type_name is None:
+    def _create(self, prop: Property, default: Any, sparsely: bool) -> Usd.Attribute | Usd.Relationship:
+        name = prop.on(self._name)
+        if prop.type_name is None:
             return self._prim.CreateRelationship(name, custom=False)
         if sparsely and default is not None and self._prim.GetAttribute(name).Get() == default:
             return self._prim.GetAttribute(name)
-        attribute = self._prim.CreateAttribute(name, item.type_name, False, item.variability)
+        attribute = self._prim.CreateAttribute(name, prop.type_name, False, prop.variability)
         if default is not None:
             attribute.Set(default)
         return attribute
 
 
 def _make_class(name: str, module: str, identifier: str, table: dict[str, Property], multiple: bool) -> type:
-    """The class that scripts name, and beside it the one whose objects they get."""
+    """Make the class that scripts import, and the class of the objects that it constructs."""
     methods: dict[str, Any] = {"_table": table, "_multiple": multiple, "__module__": module}
-    for api_name, item in table.items():
-        suffix = "Attr" if item.type_name else "Rel"
-        methods[f"Get{api_name}{suffix}"] = _getter(item)
-        methods[f"Create{api_name}{suffix}"] = _creator(item)
+    for api_name, prop in table.items():
+        suffix = "Attr" if prop.type_name else "Rel"
+        methods[f"Get{api_name}{suffix}"] = _getter(prop)
+        methods[f"Create{api_name}{suffix}"] = _creator(prop)
     objects = type(f"{name}Object", (Schema,), methods)
 
     def construct(cls: type, prim: Usd.Prim | None = None, name: str = "") -> Schema:
@@ -138,13 +136,13 @@ def _make_class(name: str, module: str, identifier: str, table: dict[str, Proper
     return api
 
 
-def _getter(item: Property) -> Callable[[Schema], Any]:
-    return lambda self: self._get(item)
+def _getter(prop: Property) -> Callable[[Schema], Any]:
+    return lambda self: self._get(prop)
 
 
-def _creator(item: Property) -> Callable[..., Any]:
+def _creator(prop: Property) -> Callable[..., Any]:
     def create(self: Schema, defaultValue: Any = None, writeSparsely: bool = False) -> Any:
-        return self._create(item, defaultValue, writeSparsely)
+        return self._create(prop, defaultValue, writeSparsely)
 
     return create
 
@@ -171,7 +169,7 @@ def _statics_multiple(identifier: str, table: dict[str, Property]) -> dict[str, 
         return cls(prim, name)
 
     def get(cls: type, where: Usd.Stage | Usd.Prim, name: Sdf.Path | str) -> Schema:
-        """Either (prim, instance name) or (stage, path of the instance, such as /World/a.semantic:x)."""
+        """Return the schema of (prim, instance name) or (stage, path of the instance, such as /World/a.semantic:x)."""
         if isinstance(where, Usd.Prim):
             return cls(where, str(name))
         path = Sdf.Path(name)

@@ -1,4 +1,4 @@
-"""The classes of NVIDIA's PhysxSchema, importable as a stand-in for `pxr.PhysxSchema`."""
+"""The classes of NVIDIA's PhysxSchema, importable in place of `pxr.PhysxSchema`."""
 
 from usdsdg.stage.schemas import RESOURCES, register
 from usdsdg.stage.schemas.codeless import make_classes

@@ -1,4 +1,4 @@
-"""The label schema of Replicator before 1.12, importable as a stand-in for `pxr.Semantics`.
+"""The label schema of Replicator before 1.12, importable in place of `pxr.Semantics`.
 
 One instance holds one (type, label) pair: `SemanticsAPI:Semantics` with
 `semantic:Semantics:params:semanticType` and `...:semanticData`.

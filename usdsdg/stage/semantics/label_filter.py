@@ -5,8 +5,7 @@
     conjunction = literal { "&" literal }
     literal     = [ "!" ] label
 
-Types and labels may contain `*`, which stands for any characters: `*:*` selects everything, `class:*` all
-classes.
+Types and labels may contain `*`, which matches any characters: `*:*` selects everything, `class:*` all classes.
 """
 
 import re
@@ -20,7 +19,7 @@ _GRAMMAR = "write 'type : label & !label | label', clauses separated by ',' or '
 
 @dataclass(frozen=True)
 class _Conjunction:
-    """All of `wanted` must be among a prim's labels of the type, none of `unwanted` may be."""
+    """Requires all of `wanted` and none of `unwanted` among a prim's labels of a type."""
 
     wanted: tuple[re.Pattern[str], ...]
     unwanted: tuple[re.Pattern[str], ...]
@@ -31,7 +30,7 @@ class _Conjunction:
         selected = [{label for label in labels if pattern.fullmatch(label)} for pattern in self.wanted]
         if not all(selected):
             return set()
-        # Only exclusions: everything that is left was asked for.
+        # A conjunction of exclusions only selects all labels.
         return set().union(*selected) if selected else set(labels)
 
 
@@ -42,7 +41,7 @@ class _Clause:
 
 
 class LabelFilter:
-    """A parsed predicate.
+    """A parsed predicate over semantic labels.
 
     Raises:
         ConfigError: the predicate does not follow the grammar above.
@@ -55,7 +54,7 @@ class LabelFilter:
             raise ConfigError(f"the semantic filter {predicate!r} selects nothing; {_GRAMMAR}")
 
     def select(self, labels: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-        """The labels that pass, by type and in their order; types without any are left out."""
+        """Return the labels that pass, by type and in their order; types without any are left out."""
         selected = {}
         for semantic_type, values in labels.items():
             passing = set()
@@ -89,5 +88,5 @@ def _conjunction(text: str, predicate: str) -> _Conjunction:
 def _pattern(text: str, predicate: str) -> re.Pattern[str]:
     text = text.strip()
     if not text or any(character in text for character in "!:()"):
-        raise ConfigError(f"{text!r} is no label or type in the semantic filter {predicate!r}; {_GRAMMAR}")
+        raise ConfigError(f"{text!r} is not a label or type in the semantic filter {predicate!r}; {_GRAMMAR}")
     return re.compile(".*".join(re.escape(piece) for piece in text.split("*")), re.DOTALL)

@@ -1,4 +1,4 @@
-"""Labels on prims, in both forms that scripts and assets use.
+"""Semantic labels on prims, in the two schemas that scripts and assets use.
 
 New: `UsdSemantics.LabelsAPI`, one token array per type, `semantics:labels:<type>`. Old: Replicator's
 `SemanticsAPI`, one instance per (type, label) pair. Labels are written in both, so that every version of
@@ -30,7 +30,7 @@ _NEW, _OLD = "SemanticsLabelsAPI", "SemanticsAPI"
 
 
 def get_labels(prim: Usd.Prim) -> Labels:
-    """The prim's own labels by type, from either form, in the order authored; empty when it has none."""
+    """Return the prim's own labels by type, from both schemas, in the order authored; empty when it has none."""
     found: Labels = {}
     for schema in prim.GetAppliedSchemas():
         if not schema.startswith("Semantics"):
@@ -46,7 +46,7 @@ def get_labels(prim: Usd.Prim) -> Labels:
 
 
 def _tokens(attribute: Usd.Attribute) -> tuple[str, ...]:
-    """An array of tokens, or one that was authored alone; none (with a warning) of anything else."""
+    """Return the tokens of an array, or a single token; nothing, with a warning, for a value of another type."""
     value = attribute.Get()
     if value is None:
         return ()
@@ -54,15 +54,15 @@ def _tokens(attribute: Usd.Attribute) -> tuple[str, ...]:
         return (value,)
     if isinstance(value, (Vt.TokenArray, Vt.StringArray)):
         return tuple(map(str, value))
-    errors.warn_once(f"{attribute.GetPath()}: {value} is no label. Author an array of tokens.")
+    errors.warn_once(f"{attribute.GetPath()}: {value} is not a label. Author an array of tokens.")
     return ()
 
 
 def inherited_labels(prim: Usd.Prim) -> Labels:
-    """Labels of the prim, of all its ancestors and of the material bound to it, by type.
+    """Return the labels of the prim, of all its ancestors and of the material bound to it, by type.
 
-    Each label once, outermost ancestor first, then the prim's own, then the material's. Joined with commas
-    this is what annotators write for a pixel of the prim.
+    Each label is listed once: outermost ancestor first, then the prim's own, then the material's. Annotators report
+    them, joined with commas, for pixels of the prim.
     """
     chain = [prim]
     while parent := chain[-1].GetParent():
@@ -79,9 +79,7 @@ def inherited_labels(prim: Usd.Prim) -> Labels:
 
 
 def labeled_ancestor(prim: Usd.Prim) -> Usd.Prim | None:
-    """The prim itself or its nearest ancestor that has labels of its own: the instance that annotators
-    report.
-    """
+    """Return the prim or its nearest ancestor with labels of its own: the instance that annotators report."""
     while prim:
         if get_labels(prim):
             return prim
@@ -95,10 +93,10 @@ def add_labels(
     *,
     mode: Literal["add", "replace", "clear"] = "add",
 ) -> None:
-    """Give a prim labels, by type: {"class": ["mug"]} or [("class", "mug")].
+    """Add labels to a prim, by type: {"class": ["mug"]} or [("class", "mug")].
 
-    "add" keeps what is there; "replace" drops the earlier labels of the types named; "clear" drops all
-    earlier ones.
+    "add" keeps earlier labels; "replace" removes the earlier labels of the given types; "clear" removes all earlier
+    ones.
 
     Raises:
         BadPrim: the prim cannot be edited.
@@ -118,7 +116,7 @@ def add_labels(
 
 
 def add_update_semantics(prim: Usd.Prim, semantic_label: str, type_label: str = "class", suffix: str = "") -> None:
-    """Isaac Sim 4's helper: the prim's label of this type becomes the one given, whatever it was before.
+    """Set the prim's label of a type, replacing earlier ones, as Isaac Sim 4's helper of this name.
 
     With a `suffix` only the label that the same suffix set earlier is replaced, so that a prim can hold several.
     """
@@ -136,10 +134,9 @@ def add_update_semantics(prim: Usd.Prim, semantic_label: str, type_label: str = 
 
 
 def remove_labels(prim: Usd.Prim, *, recursive: bool = False) -> None:
-    """Remove every label of a prim, and with `recursive` of all prims below it, also where a reference
-    brought them.
+    """Remove all labels of a prim, and with `recursive` of all prims below it, including referenced labels.
 
-    An instance with labels inside is made editable for that (SetInstanceable(False)), with a warning.
+    An instance with labels inside is made editable for this (SetInstanceable(False)), with a warning.
 
     Raises:
         BadPrim: the prim lies inside an instance.
@@ -186,7 +183,7 @@ def _check_editable(prim: Usd.Prim) -> None:
 
 
 def _write(prim: Usd.Prim, semantic_type: str, labels: list[str]) -> None:
-    # A type that is no identifier cannot name an instance of the new schema; the old form holds any string.
+    # A type that is not an identifier cannot name an instance of the new schema; the old schema holds any string.
     if labels and Sdf.Path.IsValidNamespacedIdentifier(semantic_type):
         UsdSemantics.LabelsAPI.Apply(prim, semantic_type).CreateLabelsAttr().Set(labels)
     held = [_old_pair(prim, instance) for instance in _old_instances(prim)]
@@ -207,7 +204,7 @@ def _old_instances(prim: Usd.Prim) -> list[str]:
 
 
 def _free_instance(prim: Usd.Prim, instance: str) -> str:
-    """Two labels may give the same identifier ("a b" and "a_b")."""
+    """Return an unused instance name: different labels may give the same identifier ("a b" and "a_b")."""
     taken, count, name = set(_old_instances(prim)), 0, instance
     while name in taken:
         count += 1
@@ -216,20 +213,20 @@ def _free_instance(prim: Usd.Prim, instance: str) -> str:
 
 
 def _drop(prim: Usd.Prim, types: set[str] | None) -> None:
-    """Remove the labels of some types (None: all) in both forms."""
+    """Remove the labels of some types (None: all) from both schemas."""
     for schema in prim.GetAppliedSchemas():
         kind, _, instance = schema.partition(":")
         if kind == _NEW and (types is None or instance in types):
             prim.RemoveAPI(UsdSemantics.LabelsAPI, instance)
-            _silence(prim, f"semantics:labels:{instance}")
+            _remove_value(prim, f"semantics:labels:{instance}")
         elif kind == _OLD and (types is None or _old_pair(prim, instance)[0] in types):
             prim.RemoveAPI(semantics_schema.SemanticsAPI, instance)
-            _silence(prim, f"semantic:{instance}:params:semanticType")
-            _silence(prim, f"semantic:{instance}:params:semanticData")
+            _remove_value(prim, f"semantic:{instance}:params:semanticType")
+            _remove_value(prim, f"semantic:{instance}:params:semanticData")
 
 
-def _silence(prim: Usd.Prim, name: str) -> None:
-    """Remove our own opinion; where a reference has one too, block it."""
+def _remove_value(prim: Usd.Prim, name: str) -> None:
+    """Remove an attribute's opinion in the edit target, and block one that a reference brings."""
     prim.RemoveProperty(name)
     attribute = prim.GetAttribute(name)
     if attribute and attribute.HasAuthoredValue():
@@ -237,11 +234,11 @@ def _silence(prim: Usd.Prim, name: str) -> None:
 
 
 def _editable_descendants(root: Usd.Prim) -> Iterator[Usd.Prim]:
-    """The prim and all below it; instances that hide labels are opened first."""
+    """Yield the prim and all below it; instances with labels inside are made ordinary prims first."""
     pending = [root]
     while pending:
         prim = pending.pop()
-        if prim.IsInstance() and _hides_labels(prim):
+        if prim.IsInstance() and _has_labels_inside(prim):
             errors.warn_once(
                 f"{prim.GetPath()} is an instance with labels inside; to remove them it is made an ordinary prim"
             )
@@ -250,6 +247,6 @@ def _editable_descendants(root: Usd.Prim) -> Iterator[Usd.Prim]:
         pending.extend(prim.GetFilteredChildren(Usd.PrimAllPrimsPredicate))
 
 
-def _hides_labels(instance: Usd.Prim) -> bool:
+def _has_labels_inside(instance: Usd.Prim) -> bool:
     inside = Usd.PrimRange(instance.GetPrototype(), Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate))
     return any(get_labels(prim) for prim in inside)
