@@ -1,1 +1,1 @@
-"""One captured frame: which render products are drawn, with which samples, and who receives the result."""
+"""Capture of one frame: requests of annotators and writers, exposure, labels, and output to writers."""

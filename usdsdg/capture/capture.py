@@ -1,4 +1,4 @@
-"""One captured frame: requests, exposures, labels, annotators, writers.
+"""Capture one frame: collect requests, expose films, render labels, compute annotators, write.
 
 Films are exposed once per sub-frame; labels are rendered once, from the state at the last exposure.
 """
@@ -23,33 +23,33 @@ TICKS = 1_000_000
 
 
 class Capture:
-    """Renders the wanted render products of one frame after another for annotators and writers."""
+    """Renders, frame by frame, the render products that annotators and writers are attached to."""
 
     def __init__(self) -> None:
-        self.expected_frames: int | None = None  # for progress, where somebody knows
+        self.expected_frames: int | None = None  # for progress reports; None: not known
         self._output = WriterOutput()
         self._labeled_prims: LabeledPrimReader | None = None
         self._requests = Requests()
         self._exposure = Exposure(self._requests, 0)
 
     def begin(self, frame: int) -> None:
-        """Collect what annotators and writers want of this frame."""
+        """Collect what annotators and writers request for this frame."""
         set_global_seed(get_global_seed())
         self._requests = Requests.collect()
         self._exposure = Exposure(self._requests, frame)
 
     def open_shutter(self) -> None:
-        """Take the poses at which a motion-blurred exposure begins."""
+        """Read the poses at which a motion-blurred exposure begins."""
         if self._requests.annotators:
             self._exposure.open_shutter()
 
     def expose(self, mode: RenderMode) -> None:
-        """Add samples to the film of every product whose path-traced image is wanted."""
+        """Add samples to the film of every product whose path-traced image is requested."""
         if self._requests.annotators:
             self._exposure.add(mode)
 
     def finish(self, frame: int, seconds: float) -> None:
-        """Render the labels, then let annotators compute and writers write; `seconds` is the time on the timeline."""
+        """Render labels, compute annotators and call writers; `seconds` is the time on the timeline."""
         if not self._requests.annotators:
             return
         frames = self._frames(frame, seconds)
@@ -61,7 +61,7 @@ class Capture:
         report("frames captured", frame + 1, self.expected_frames)
 
     def _frames(self, index: int, seconds: float) -> dict[str, Frame]:
-        """What annotators see, by product path."""
+        """Return the frame of each product, the input of annotators, by product path."""
         if self._labeled_prims is None:
             self._labeled_prims = LabeledPrimReader(current_stage())
         renderer = engines.renderer()

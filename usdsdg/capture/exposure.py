@@ -9,7 +9,7 @@ from pxr import Usd
 
 from usdsdg.capture.render_settings import RenderMode, path_settings, tone_settings
 from usdsdg.capture.requests import Requests
-from usdsdg.capture.tiles import joined, view_of, views_of
+from usdsdg.capture.tiles import assembled, view_of, views_of
 from usdsdg.session import engines
 from usdsdg.session.progress import report
 from usdsdg.session.stage_context import current_stage
@@ -36,18 +36,18 @@ class Exposure:
         self._mode: RenderMode | None = None
 
     def open_shutter(self) -> None:
-        """Take the poses at which a motion-blurred exposure begins."""
+        """Read the poses at which a motion-blurred exposure begins."""
         engines.renderer().sync(_now())
 
     def add(self, mode: RenderMode) -> None:
-        """Add the samples of `mode` to every film, and make the films first.
+        """Add the samples of `mode` to every film; creates the films at the first call.
 
-        With motion blur they are spread over the motion since the last exposure or `open_shutter`.
+        With motion blur the samples are distributed over the motion since the last exposure or `open_shutter`.
         """
         self._mode = mode
         engines.renderer().sync(_now())
         if not mode.motion_blur:
-            # In several calls only so that progress can be reported; the image is the same bit for bit.
+            # Split only to report progress; the image is bit-identical to that of one call.
             for part in mode.split(-(-mode.samples // SAMPLES_PER_CALL)):
                 self._add_samples(part, mode.samples)
             return
@@ -59,7 +59,7 @@ class Exposure:
 
     def _add_samples(self, mode: RenderMode, total: int) -> None:
         renderer = engines.renderer()
-        batches: dict[bool, list[tuple[Film, CameraView]]] = {}  # by whether light AOVs are wanted
+        batches: dict[bool, list[tuple[Film, CameraView]]] = {}  # by whether light AOVs are requested
         for product in self._requests.products():
             needs = self._requests.requirements(product.path)
             if not needs.path_tracing:
@@ -77,15 +77,15 @@ class Exposure:
             report(f"frame {self._frame}: samples per pixel", min(mode.first_sample + mode.samples, total), total)
 
     def images(self, path: str, view: CameraView | TiledView) -> dict[str, np.ndarray]:
-        """The tone-mapped AOVs of a product, empty where it has no film; its films are dropped."""
+        """Return the tone-mapped AOVs of a product, {} if it has no film, and release its films."""
         films = self._films.pop(path, [])
         if not films:
             return {}
         assert self._mode is not None
         tone = tone_settings(self._mode)
-        return joined(view, [engines.renderer().develop(film, tone) for film in films])
+        return assembled(view, [engines.renderer().develop(film, tone) for film in films])
 
 
 def _now() -> Usd.TimeCode:
-    """The timeline's time as a time code of the stage."""
+    """Return the current time of the timeline as a time code of the stage."""
     return Usd.TimeCode(get_timeline().get_current_time() * current_stage().GetTimeCodesPerSecond())

@@ -1,4 +1,4 @@
-"""What a writer's payload tells of the graph: how often triggers have fired, and what named distributions drew."""
+"""Outputs of the graph in the payload of writers: execution counts of triggers and draws of named distributions."""
 
 from typing import Any
 
@@ -9,14 +9,14 @@ from usdsdg.graph.evaluate import graph
 
 
 def trigger_outputs() -> dict[str, int]:
-    """How often timed triggers have fired, by name: writers number their sequences by it."""
+    """Return how often time triggers have fired, by name; writers number their sequences by it."""
     return {trigger.name: trigger.executions for trigger in graph().triggers if trigger.kind == "OgnOnTime"}
 
 
 def distribution_outputs() -> dict[str, np.ndarray | list[Any]]:
-    """What each distribution with a name drew last under a trigger, one row per prim of its consumer.
+    """Return the latest draw of each named distribution under a trigger, one row per prim of its consumer.
 
-    Draws depend on nothing but their keys, so they are made again instead of being kept.
+    Draws depend only on their keys, so they are repeated instead of being stored.
     """
     drawn: dict[str, np.ndarray | list[Any]] = {}
     for trigger in graph().triggers:

@@ -1,4 +1,4 @@
-"""The labels of one frame: AOVs of one ray through each pixel center, and masks of all labeled prims."""
+"""The labels of one frame: AOVs from one ray through each pixel center, and masks of all labeled prims."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import numpy as np
 from usdsdg.annotators.labeled_prims import LabeledPrimReader, LabeledPrims
 from usdsdg.capture.render_settings import glass_labels
 from usdsdg.capture.requests import Requests
-from usdsdg.capture.tiles import joined, views_of
+from usdsdg.capture.tiles import assembled, views_of
 from usdsdg.session import engines
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.tiled_view import TiledView
@@ -46,7 +46,7 @@ def render_labels(
         next_arrays, next_masks = iter(arrays), iter(masks)
         for path in paths:
             view = views[path]
-            whole = joined(view, [next(next_arrays) for _ in views_of(view)])
+            whole = assembled(view, [next(next_arrays) for _ in views_of(view)])
             empty = PixelMasks.nothing((view.height, view.width), len(labeled_prims))
             labels[path] = ProductLabels(labeled_prims, whole, next(next_masks, empty))
     return labels

@@ -1,4 +1,4 @@
-"""From frames to files: payloads for writers, and the end of the queue of files."""
+"""Output of captured frames: payloads for writers, and waiting for the queue of files."""
 
 import time
 from collections.abc import Mapping
@@ -10,18 +10,18 @@ from usdsdg.session.progress import report, say
 from usdsdg.session.session import current
 from usdsdg.writers.base import Writer, attached_writers
 
-# Interval at which the queue of files is polled while it is drained.
+# Interval at which `drain` polls the queue of files.
 DRAIN_SECONDS = 0.02
 
 
 class WriterOutput:
-    """Hands frames to writers and reports once where the files of each go."""
+    """Passes frames to writers, and reports once the output folder of each."""
 
     def __init__(self) -> None:
         self._reported: set[tuple[str, str]] = set()
 
     def write(self, writer: Writer, frames: Mapping[str, Frame]) -> None:
-        """Give a writer the payload of those of `frames`, by product path, that it is attached to."""
+        """Pass a writer the payload of the frames that it is attached to; `frames` is by product path."""
         attached = {path: frames[path] for path in writer.render_products if path in frames}
         if attached:
             self._report_folder(writer)
@@ -36,7 +36,7 @@ class WriterOutput:
 
 
 def drain() -> None:
-    """Wait until every file is on disk; raises the first failure."""
+    """Wait until every file has been written; raises the first failure."""
     queue = current().io_queue
     first = waiting = queue.open_jobs()
     while waiting:
@@ -49,7 +49,7 @@ def drain() -> None:
 
 
 def close_writers() -> None:
-    """Tell every writer that the last frame has been written, and wait for the files that it writes then."""
+    """Notify every writer that the last frame has been written, and wait for the files that it then writes."""
     for writer in attached_writers():
         writer.on_final_frame()
     current().io_queue.wait_until_done()

@@ -1,4 +1,4 @@
-"""From the `/rtx/...` settings to the settings of the renderer for one frame."""
+"""Translate the `/rtx/...` settings into settings of the renderer for one frame."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from usdsdg.graph.sampling import get_global_seed
 from usdsdg.session.settings_store import get_settings
 from usdsdg_render.settings import PathSettings, ToneSettings
 
-# Samples per pixel of the fast mode, which adds one for every sub-frame: enough for the denoiser to work with.
-LEAST_SAMPLES = 4
+# Samples per pixel of the fast mode before it adds one per sub-frame; the denoiser needs a few.
+MIN_SAMPLES = 4
 
 
 @dataclass(frozen=True)
 class RenderMode:
-    """How one frame, or a part of its samples, is rendered."""
+    """How one frame, or a subset of its samples, is rendered."""
 
     path_tracing: bool
     samples: int
     sub_frames: int
     motion_blur: bool
     denoise: bool
-    first_sample: int = 0  # number of this part's first sample in the frame's sequence
+    first_sample: int = 0  # index of the first sample in the frame's sequence
     denoiser: str = "wavelet"
     denoiser_blend: float = 0.0  # weight of the noisy image, 0 = fully denoised
 
@@ -43,7 +43,7 @@ def render_mode(rt_subframes: int) -> RenderMode:
     """Read the settings for the next frame.
 
     Path tracing takes `/rtx/pathtracing/totalSpp` samples per pixel, or `spp` where that is larger; with motion blur
-    they are spread over the sub-frames. The fast modes take a few samples, one more per sub-frame, and filter them.
+    they are divided among the sub-frames. The fast modes take a few samples, one more per sub-frame, and filter them.
     """
     settings = get_settings()
     name = settings.get_as_string("/rtx/rendermode")
@@ -59,11 +59,11 @@ def render_mode(rt_subframes: int) -> RenderMode:
         warn_once(
             f"/rtx/rendermode {name!r} is not known; using RaytracedLighting. Known: PathTracing, RaytracedLighting."
         )
-    return RenderMode(False, LEAST_SAMPLES + rt_subframes, 1, False, True, denoiser=_denoiser("wavelet"))
+    return RenderMode(False, MIN_SAMPLES + rt_subframes, 1, False, True, denoiser=_denoiser("wavelet"))
 
 
 def _denoiser(best: str) -> str:
-    """The denoiser, by `/usdsdg/denoiser`; "auto" is `best` where that is installed and can run."""
+    """Return the denoiser that `/usdsdg/denoiser` names; "auto" is `best` if that is installed and can run."""
     from usdsdg_render.path import oidn_denoiser
 
     name = get_settings().get_as_string("/usdsdg/denoiser") or "auto"
@@ -97,7 +97,7 @@ def _denoiser_blend() -> float:
 
 
 def glass_labels() -> str:
-    """What labels show where glass is, by `/usdsdg/labels/glass`: its "surface", or what is "behind" it."""
+    """Return what labels show at glass, from `/usdsdg/labels/glass`: its "surface", or what is "behind" it."""
     name = get_settings().get_as_string("/usdsdg/labels/glass") or "surface"
     if name not in ("surface", "behind"):
         warn_once(f"/usdsdg/labels/glass {name!r} is not known; using surface. Known: surface, behind.")
@@ -106,7 +106,7 @@ def glass_labels() -> str:
 
 
 def path_settings(mode: RenderMode, frame: int, *, with_light_aovs: bool) -> PathSettings:
-    """The path tracer's settings for samples of `mode`; `with_light_aovs` asks for the light AOVs."""
+    """Return the path tracer's settings for the samples of `mode`; `with_light_aovs` requests the light AOVs."""
     settings = get_settings()
     common: dict[str, Any] = {
         "seed": get_global_seed(), "frame": frame, "first_sample": mode.first_sample, "light_aovs": with_light_aovs,
@@ -118,7 +118,7 @@ def path_settings(mode: RenderMode, frame: int, *, with_light_aovs: bool) -> Pat
 
 
 def tone_settings(mode: RenderMode) -> ToneSettings:
-    """The settings of denoising and tone mapping."""
+    """Return the settings of denoising and tone mapping."""
     settings = get_settings()
     return ToneSettings(
         film_iso=settings.get_as_float("/rtx/post/tonemap/filmIso"),

@@ -1,4 +1,4 @@
-"""Which annotators and writers want which render products in one frame."""
+"""The render products that annotators and writers request for one frame."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ class Requests:
     """The annotators and writers that take part in one frame."""
 
     annotators: dict[str, list[Annotator]] = field(default_factory=dict)  # by product path; also those of `writers`
-    writers: list[Writer] = field(default_factory=list)  # those that write this frame
+    writers: list[Writer] = field(default_factory=list)  # those that are due at this frame
 
     @classmethod
     def collect(cls) -> Requests:
-        """Ask all attached annotators and writers.
+        """Collect the requests of all attached annotators and writers.
 
         Raises:
             Unsupported: an annotator that needs one camera is attached to a tiled product.
@@ -27,7 +27,7 @@ class Requests:
         requests = cls()
         for annotator in attached_annotators():
             requests._add(annotator.render_product, [annotator], f"annotator {annotator.get_name()!r}")
-        # Asked once: a writer's own trigger function may have a memory.
+        # Called once per frame: a writer's own trigger function may have state.
         requests.writers = [writer for writer in attached_writers() if writer.is_due()]
         for writer in requests.writers:
             for path in writer.render_products:
@@ -38,24 +38,24 @@ class Requests:
         product = next((product for product in products() if product.path == path), None)
         if product is None:
             warn_once(
-                f"{who} is attached to {path}, which has been destroyed, and gets nothing of it. Detach it, or attach "
-                "it to another render product."
+                f"{who} is attached to {path}, which has been destroyed, and gets no frames of it. Detach it, or "
+                "attach it to another render product."
             )
         elif product.updates_enabled:
             _check_tiles(product, annotators, who)
             self.annotators.setdefault(product.path, []).extend(annotators)
 
     def products(self) -> list[HydraTexture]:
-        """The render products that are wanted, oldest first."""
+        """Return the requested render products, oldest first."""
         return [product for product in products() if product.path in self.annotators]
 
     def requirements(self, path: str) -> Requirements:
-        """What the annotators of the product at `path` need rendered."""
+        """Return what the annotators of the product at `path` need rendered."""
         return requirements(self.annotators[path])
 
 
 def is_watched() -> bool:
-    """Whether an annotator or writer is attached to a render product that has its updates on."""
+    """Return whether an annotator or writer is attached to a render product whose updates are enabled."""
     on = {product.path for product in products() if product.updates_enabled}
     attached = [annotator.render_product for annotator in attached_annotators()]
     attached += [path for writer in attached_writers() for path in writer.render_products]
@@ -66,6 +66,7 @@ def _check_tiles(product: HydraTexture, annotators: list[Annotator], who: str) -
     needing = [annotator.get_name() for annotator in annotators if annotator.needs_amodal_masks]
     if product.tiles is not None and needing:
         raise Unsupported(
-            f"{who}: {', '.join(needing)} cannot be told of {product.path}, which shows {len(product.tiles.cameras)} "
-            "cameras in tiles. Attach to a render product of each camera (create.render_product)."
+            f"{who}: {', '.join(needing)} cannot be computed for {product.path}, which has "
+            f"{len(product.tiles.cameras)} cameras in tiles. Attach to a render product of "
+            "each camera (create.render_product)."
         )

@@ -1,4 +1,4 @@
-"""The image of a render product as the images of its cameras: one, or several in tiles."""
+"""The cameras of a render product, and the assembly of their images: one, or several in tiles."""
 
 from collections.abc import Mapping, Sequence
 
@@ -12,7 +12,7 @@ from usdsdg.stage.cameras.tiled_view import TiledView
 
 
 def view_of(product: HydraTexture, time: Usd.TimeCode) -> CameraView | TiledView:
-    """The camera of a product as it is at `time`, or its cameras in tiles."""
+    """Return the camera of a product at `time`, or its cameras in tiles."""
     if product.tiles is None:
         return read_camera(current_stage(), product.camera_path, product.resolution, time=time)
     size = product.tiles.size
@@ -21,14 +21,14 @@ def view_of(product: HydraTexture, time: Usd.TimeCode) -> CameraView | TiledView
 
 
 def views_of(view: CameraView | TiledView) -> tuple[CameraView, ...]:
-    """The cameras whose images make up that of `view`."""
+    """Return the cameras whose images `view` is assembled from."""
     return view.views if isinstance(view, TiledView) else (view,)
 
 
-def joined(view: CameraView | TiledView, images: Sequence[Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """The arrays of `views_of(view)`, by name, as those of the whole image.
+def assembled(view: CameraView | TiledView, images: Sequence[Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """Assemble the arrays of `views_of(view)`, by name, into those of the whole image.
 
-    Pixels that no tile covers have the AOV's value of a ray without a hit, and 0 in color images.
+    Pixels outside all tiles have the AOV's miss value, and 0 in color images.
     """
     if not isinstance(view, TiledView):
         return dict(images[0])
@@ -36,8 +36,8 @@ def joined(view: CameraView | TiledView, images: Sequence[Mapping[str, np.ndarra
 
     whole = {}
     for name, first in images[0].items():
-        nothing = AOVS[name].miss if name in AOVS else 0
-        whole[name] = np.full((view.height, view.width, *first.shape[2:]), nothing, first.dtype)
+        miss = AOVS[name].miss if name in AOVS else 0
+        whole[name] = np.full((view.height, view.width, *first.shape[2:]), miss, first.dtype)
         height, width = first.shape[:2]
         for index, image in enumerate(images):
             row, column = divmod(index, view.columns)

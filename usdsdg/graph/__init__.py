@@ -1,1 +1,1 @@
-"""Triggers, distributions and actions as nodes: what fires, what it draws, what it writes."""
+"""The randomization graph: triggers, distributions and actions as nodes."""

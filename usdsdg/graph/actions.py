@@ -1,4 +1,4 @@
-"""What the nodes of each type do: a table from node type to function, so that a saved graph can run again."""
+"""The registry of actions: the function that each node type executes, so that a saved graph can run again."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ _ACTIONS: dict[str, Action] = {}
 def action(kind: str) -> Callable[[Action], Action]:
     """Register the action of nodes of type `kind`.
 
-    It is called with the node and the number of executions before, and reads nothing but the node: what it needs is in
-    `inputs` and `prims`, what it keeps between executions in `state`.
+    It is called with the node and the number of its earlier executions, and reads only the node: its arguments are in
+    `inputs` and `prims`, values kept between executions in `state`.
     """
 
     def register(function: Action) -> Action:
@@ -30,11 +30,11 @@ def action(kind: str) -> Callable[[Action], Action]:
 
 
 def action_of(kind: str) -> Action | None:
-    """The action of nodes of this type; None for a type that only holds prims."""
+    """Return the action of a node type; None for a type that only holds prims."""
     return _ACTIONS.get(kind)
 
 
 def load_actions() -> None:
-    """Import all families, so that the action of every node type is known, whichever scripts have called."""
+    """Import all families, so that the actions of all node types are registered."""
     for family in FAMILIES:
         importlib.import_module(family)

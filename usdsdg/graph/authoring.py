@@ -1,4 +1,4 @@
-"""The graph on the stage: every node as a prim, when it is added, so that a saved stage shows and can run it."""
+"""Author the graph on the stage: a prim for each node when it is added, so that a saved stage can run it."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ IMPULSE = f"{PIPELINE}/OnImpulseEvent"
 
 
 def author(node: Node, *, after: str | None) -> None:
-    """Author a node that is started by the one at `after`; its path is kept in `node.path`."""
+    """Author a node that executes after the one at `after`, and store its path in `node.path`."""
     stage = current_stage()
     define_graph(stage)
     inputs = {name: _linked(value) for name, value in node.inputs.items()}
@@ -22,7 +22,7 @@ def author(node: Node, *, after: str | None) -> None:
 
 
 def author_impulse() -> str:
-    """The node that starts what runs once, before all triggers."""
+    """Return the path of the impulse node, which starts the nodes that run once; author it if there is none."""
     stage = current_stage()
     if not stage.GetPrimAtPath(IMPULSE):
         define_graph(stage)
@@ -31,14 +31,14 @@ def author_impulse() -> str:
 
 
 def author_input(node: Node, name: str) -> None:
-    """Bring one input of an authored node up to date."""
+    """Author the current value of one input of an authored node."""
     stage = current_stage()
     if is_authored(node):
         write_input(stage.GetPrimAtPath(node.path), name, _linked(node.inputs[name]))
 
 
 def is_authored(node: Node) -> bool:
-    """Whether the node is on the current stage."""
+    """Return whether the node is on the current stage."""
     stage = current_stage()
     return node.path is not None and node.layer == stage.GetRootLayer() and bool(stage.GetPrimAtPath(node.path))
 
@@ -48,7 +48,7 @@ def _given(facts: dict[str, str]) -> dict[str, str]:
 
 
 def _linked(value: Any) -> Any:
-    """Distributions as links to their prims, which are authored when first used."""
+    """Replace distributions by links to their prims, which are authored on first use."""
     if isinstance(value, ReplicatorItem):
         if not is_authored(value.node):
             author(value.node, after=None)

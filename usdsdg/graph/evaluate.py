@@ -1,7 +1,7 @@
-"""One graph per stage: nodes under triggers, and what runs at a firing.
+"""The graph of a stage and its evaluation: triggers, and the nodes that they execute.
 
-The order is one order everywhere: triggers in the order that scripts made them; under a trigger, its nodes in source
-order; nodes outside any trigger run once, before all triggers, at the next evaluation.
+The order of execution: triggers in the order in which the script made them; under a trigger, its nodes in source order.
+Nodes outside any trigger run once, before all triggers, at the next evaluation.
 """
 
 from __future__ import annotations
@@ -20,10 +20,11 @@ from usdsdg.session.session import current
 
 @dataclass(eq=False)
 class Trigger:
-    """When its nodes run. `due` is asked once per evaluation, and again for each further event queued for it.
+    """A trigger and its nodes, which run when `due` returns true.
 
-    `blocked` says why it cannot fire as things stand, or nothing. `prepare` is called before its nodes, but not at a
-    preview. Where `counts_previews` is false they do not count among the executions.
+    `due` is called once per evaluation, and once more for each further queued event. `blocked` returns why the trigger
+    cannot fire in the current state, or "". `prepare` is called before the nodes, but not at a preview. If
+    `counts_previews` is false, previews do not count as executions.
     """
 
     node: Node
@@ -39,12 +40,12 @@ class Trigger:
 
     @property
     def kind(self) -> str:
-        """Its node's type."""
+        """The type of its node."""
         return self.node.kind
 
     @property
     def name(self) -> str:
-        """What it is called in keys, payloads and messages."""
+        """The name in keys, payloads and messages."""
         return self.node.name or self.node.kind
 
     @property
@@ -54,10 +55,10 @@ class Trigger:
 
 @dataclass(frozen=True)
 class TriggerContext:
-    """What a trigger is asked with whether it is due."""
+    """The state that a trigger's `due` depends on."""
 
     capture: int  # number of earlier captures; -1 outside a capture
-    time: float  # of the timeline [s], counting on where it loops
+    time: float  # of the timeline [s], without wrapping at loops
     events: frozenset[str]
     preview: bool = False
 
@@ -69,14 +70,14 @@ class Graph:
         self.reset()
 
     def reset(self) -> None:
-        """Remove all nodes, as for a new stage; prims of theirs stay."""
+        """Remove all nodes, as for a new stage; their prims stay."""
         self.triggers: list[Trigger] = []
         self.impulses: list[Node] = []
         self._events: list[str] = []
         self._keys: Counter[str] = Counter()
 
     def add(self, node: Node) -> Node:
-        """Place a node under the current trigger, or to run once when there is none."""
+        """Add a node under the current trigger, or as one that runs once if there is none."""
         trigger = current_trigger()
         self._give_key(node, trigger.name if trigger else "once")
         nodes = trigger.nodes if trigger else self.impulses
@@ -91,25 +92,25 @@ class Graph:
         return ReplicatorItem(trigger.node, trigger=trigger)
 
     def adopt(self, node: Node, trigger: Trigger | None) -> None:
-        """Place a node of a saved graph, which has its key and its prim already."""
+        """Add a node of a saved graph, which has its key and its prim already."""
         (trigger.nodes if trigger else self.impulses).append(node)
         base, _, number = node.key.rpartition("#")
         self._keys[base] = max(self._keys[base], int(number) + 1 if number.isdigit() else 0)
 
     def adopt_trigger(self, trigger: Trigger) -> None:
-        """Place a trigger of a saved graph."""
+        """Add a trigger of a saved graph."""
         self.triggers.append(trigger)
 
     def _give_key(self, node: Node, trigger: str) -> None:
-        # The key says what the node does, not when it was made, so that other nodes may come and go. Twins (same
-        # trigger, kind, attribute and targets) are told apart by a running number. A given name replaces all that.
+        # The key depends on what the node does, not on when it was made, so that adding or removing other nodes does
+        # not change it. Nodes with the same trigger, kind, attribute and targets are numbered. A name replaces these.
         about = node.name or "|".join([node.kind, str(node.inputs.get("attribute", "")), *node.prims])
         base = f"{trigger}/{about}"
         node.key = f"{base}#{self._keys[base]}"
         self._keys[base] += 1
 
     def update_input(self, node: Node, name: str) -> None:
-        """Author an input of a node that has changed."""
+        """Author the changed input of a node."""
         author_input(node, name)
 
     def send(self, event: str) -> None:
@@ -117,16 +118,16 @@ class Graph:
         self._events.append(event)
 
     def evaluate(self, *, capture: int = -1, time: float = 0.0, preview: bool = False) -> list[Trigger]:
-        """Run everything that is due and return the triggers that fired.
+        """Run pending nodes and the triggers that are due; return the triggers that fired.
 
-        A custom event sent twice fires twice. `preview` runs every trigger of frames or of times once, as the
-        orchestrator's initialization does.
+        A custom event sent twice fires twice. `preview` runs every frame and time trigger once, as the orchestrator's
+        initialization does.
         """
         impulses, self.impulses = self.impulses, []
         for node in impulses:
             run(node)
         if preview:
-            # Custom events are not previewed, so they stay queued for the evaluation that they were sent for.
+            # Custom events are not previewed: they stay queued for the next evaluation.
             return self._fire(TriggerContext(capture, time, frozenset(), preview))
         events, self._events = self._events, []
         fired = self._fire(TriggerContext(capture, time, frozenset(events[:1])))
@@ -146,7 +147,7 @@ class Graph:
         return due
 
     def restart(self) -> None:
-        """Draws and counters begin again, as when a stopped orchestrator starts."""
+        """Reset draws and execution counts, as when a stopped orchestrator starts."""
         for trigger in self.triggers:
             trigger.executions = trigger.counted_from = 0
         self.restart_draws()
@@ -157,14 +158,14 @@ class Graph:
             trigger.counted_from = trigger.executions
 
     def restart_draws(self) -> None:
-        """Every node draws again what it drew first."""
+        """Reset the execution counts of nodes, so that they repeat their first draws."""
         for trigger in self.triggers:
             for node in trigger.nodes:
                 node.executions = 0
 
 
 def run(node: Node) -> None:
-    """Execute one node; a failure says which script line made it."""
+    """Execute one node; errors name the script line that made it."""
     action = action_of(node.kind)
     if action is None:
         return
@@ -178,12 +179,12 @@ def run(node: Node) -> None:
 
 
 def graph() -> Graph:
-    """The graph of the current stage."""
+    """Return the graph of the current stage."""
     return current().graph
 
 
 def act_now(kind: str, input_prims: Any = None, **inputs: Any) -> ReplicatorItem:
-    """Run an action of constants at once; inside a trigger it is a node like any other."""
+    """Execute an action with constant inputs at once; inside a trigger, add it as a node instead."""
     if current_trigger() is not None:
         return act(kind, input_prims, **inputs)
     prims = prim_paths(input_prims) or current_prims()
@@ -195,7 +196,7 @@ def act_now(kind: str, input_prims: Any = None, **inputs: Any) -> ReplicatorItem
 
 
 def act(kind: str, input_prims: Any = None, name: str | None = None, **inputs: Any) -> ReplicatorItem:
-    """Add an action on `input_prims` (default: the enclosing `with group:`); inputs that are None are left out.
+    """Add an action node on `input_prims` (default: the enclosing `with group:`); inputs that are None are left out.
 
     Raises:
         GraphError: there are no prims to act on.

@@ -18,7 +18,7 @@ _PACKAGE = str(Path(__file__).resolve().parents[1])
 
 @contextmanager
 def made_at(line: str) -> Iterator[None]:
-    """Nodes that are made inside come from `line` of a file that is no Python: "scene.yaml:12"."""
+    """Give the nodes made inside a source line of a file other than Python, such as "scene.yaml:12"."""
     lines = current().source_lines
     lines.append(line)
     try:
@@ -28,7 +28,7 @@ def made_at(line: str) -> Iterator[None]:
 
 
 def script_line() -> str:
-    """`my_script.py:41`: what `made_at` says, or the nearest caller outside usdsdg."""
+    """Return the source line of new nodes, as in `my_script.py:41`: from `made_at`, or the nearest outside caller."""
     if lines := current().source_lines:
         return lines[-1]
     frame = sys._getframe(1)
@@ -40,11 +40,11 @@ def script_line() -> str:
 
 @dataclass(eq=False)
 class Node:
-    """One step of the graph.
+    """A node of the graph.
 
-    `kind` is the type's name as in the saved graph (`OgnSampleUniform`), and says what the node does (`graph.kinds`).
-    `inputs` holds plain values or distributions, which are drawn when this node runs. `prims` are the targets, in
-    order. `state` is what an action keeps from one execution to the next and could make again.
+    `kind` is the name of its type in a saved graph (`OgnSampleUniform`), which determines its action (`graph.actions`).
+    `inputs` holds plain values, or distributions that are sampled when this node runs. `prims` are the target paths, in
+    order. `state` caches values of the action between executions.
     """
 
     kind: str
@@ -55,11 +55,11 @@ class Node:
     line: str = field(default_factory=script_line)
     executions: int = 0
     state: dict[str, Any] = field(default_factory=dict)
-    path: str | None = None  # of its prim, in the stage with the root layer `layer`
+    path: str | None = None  # of its prim, on the stage with the root layer `layer`
     layer: Any = None
 
     def get_attribute(self, name: str) -> Any:
-        """The input `name` (with or without the `inputs:` prefix)."""
+        """Return the input `name` (with or without the `inputs:` prefix), or None."""
         return self.inputs.get(name.removeprefix("inputs:"))
 
     def describe(self) -> str:
@@ -67,26 +67,26 @@ class Node:
 
 
 def current_trigger() -> Any | None:
-    """The innermost `with trigger:`, or None."""
+    """Return the trigger of the innermost `with trigger:`, or None."""
     triggers = current().open_triggers
     return triggers[-1] if triggers else None
 
 
 def current_prims() -> tuple[str, ...]:
-    """The prims of the innermost `with group:`, or ()."""
+    """Return the prims of the innermost `with group:`, or ()."""
     groups = current().open_groups
     return groups[-1] if groups else ()
 
 
 def why_no_prims(input_prims: Any) -> str:
-    """Why a node that was given `input_prims` has nothing to act on, and what to do."""
+    """Return why a node that was given `input_prims` has no prims to act on, and the remedy."""
     if input_prims is not None or current().open_groups:
         return "the item that it was given is empty. rep.get finds what is on the stage when its line runs"
     return "call it inside `with <group or prims>:` or pass input_prims"
 
 
 class ReplicatorItem:
-    """What every `rep` function returns: a node plus the prims it made or selected. Works as a context manager.
+    """The result of a `rep` function: a node and the prims that it created or selected; a context manager.
 
     Mirrors `rep.utils.ReplicatorItem`.
     """
@@ -97,11 +97,11 @@ class ReplicatorItem:
 
     @property
     def prims(self) -> tuple[str, ...]:
-        """Paths of the prims that it made, selects or acts on, in order."""
+        """Paths of the prims that the node created, selects or acts on, in order."""
         return self.node.prims
 
     def get_output_prims(self) -> dict[str, list[str]]:
-        """{"prims": paths}; the prims that a node acts on are those that it gives on."""
+        """Return {"prims": paths}; the output prims of a node are those that it acts on."""
         return {"prims": list(self.prims)}
 
     get_input_prims = get_output_prims
@@ -113,7 +113,7 @@ class ReplicatorItem:
 
     @property
     def outputs(self) -> dict[str, Any]:
-        """What other nodes and writers can read: the prims, and how often the node has run."""
+        """The outputs of the node: its prims, and how often it has run."""
         return {"prims": list(self.prims), "execCount": self.executions}
 
     @property
@@ -126,22 +126,22 @@ class ReplicatorItem:
         return dict(self.inputs)
 
     def get_outputs(self) -> dict[str, Any]:
-        """As `outputs`."""
+        """Return `outputs`."""
         return self.outputs
 
     def get_input(self, name: str) -> Any:
-        """The input `name`, with or without the `inputs:` prefix.
+        """Return the input `name`, with or without the `inputs:` prefix.
 
         Raises:
-            KeyError: there is none; names those there are.
+            KeyError: there is no such input; the message lists all inputs.
         """
         return _named(self.node, self.inputs, name, "inputs:")
 
     def get_output(self, name: str) -> Any:
-        """The output `name`, with or without the `outputs:` prefix.
+        """Return the output `name`, with or without the `outputs:` prefix.
 
         Raises:
-            KeyError: there is none; names those there are.
+            KeyError: there is no such output; the message lists all outputs.
         """
         return _named(self.node, self.outputs, name, "outputs:")
 
@@ -152,7 +152,7 @@ class ReplicatorItem:
         current().graph.update_input(self.node, name)
 
     def __enter__(self) -> ReplicatorItem:
-        """Inside, new nodes run when this trigger fires, or act on these prims."""
+        """Enter a block whose nodes run when this trigger fires, or act on these prims."""
         if self._trigger is not None:
             current().open_triggers.append(self._trigger)
         else:
@@ -162,7 +162,7 @@ class ReplicatorItem:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Outside, new nodes belong to what was around it."""
+        """Restore the trigger or prims of the enclosing block."""
         (current().open_groups if self._trigger is None else current().open_triggers).pop()
 
     def __repr__(self) -> str:
@@ -177,10 +177,10 @@ def _named(node: Node, values: dict[str, Any], name: str, prefix: str) -> Any:
 
 
 def prim_paths(items: Any) -> tuple[str, ...]:
-    """Prim paths of an item, a path, a prim, or a (nested) sequence of these; in order.
+    """Return the prim paths of an item, a path, a prim, or a (nested) sequence of these, in order.
 
     Raises:
-        NotAPrim: (a BadPrim and a TypeError) something else was given; the message names it.
+        NotAPrim: (a BadPrim and a TypeError) `items` is something else; the message shows it.
     """
     if items is None:
         return ()
@@ -198,7 +198,7 @@ def prim_paths(items: Any) -> tuple[str, ...]:
 
 
 def plain(value: Any) -> Any:
-    """A value as a saved graph can hold it: items, prims and paths become path strings, distributions stay.
+    """Return a value as a saved graph can hold it: items, prims and paths as path strings; distributions stay.
 
     An item of several prims becomes a list of their paths.
     """

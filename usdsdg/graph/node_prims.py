@@ -1,8 +1,8 @@
-"""Nodes of a randomization graph as prims: OmniGraphNode, `inputs:` attributes, targets and connections.
+"""Write and read graph nodes as OmniGraphNode prims: `inputs:` attributes, targets and connections.
 
 The layout is OmniGraph's: `node:type`, execution from `outputs:execOut` to `inputs:execIn`, samples from
 `outputs:samples` of a distribution to the input that draws from it, target prims in the relationship `inputs:prims`.
-What OmniGraph has no attribute for is kept under `usdsdg:`.
+Values that OmniGraph has no attribute for are under `usdsdg:`.
 """
 
 import json
@@ -43,7 +43,7 @@ class Link:
 
 @dataclass
 class NodeRecord:
-    """What a node prim says. `kind` is the type without Replicator's prefix."""
+    """The content of a node prim; `kind` is the type without Replicator's prefix."""
 
     kind: str
     inputs: dict[str, Any] = field(default_factory=dict)  # plain values, or lists of them, or Links
@@ -74,7 +74,7 @@ def define_node(stage: Usd.Stage, path: str, node: NodeRecord) -> Usd.Prim:
 
 
 def define_graph(stage: Usd.Stage, path: str = PIPELINE) -> Usd.Prim:
-    """The graph prim, with OmniGraph's evaluation attributes; the one that there is if there is one."""
+    """Return the graph prim; author it with OmniGraph's evaluation attributes if there is none."""
     prim = stage.GetPrimAtPath(path)
     if prim and prim.GetTypeName() == "OmniGraph":
         return prim
@@ -107,7 +107,7 @@ def write_input(prim: Usd.Prim, name: str, value: Any) -> None:
 
 
 def read_node(prim: Usd.Prim) -> NodeRecord:
-    """The inverse of `define_node`."""
+    """Read a node prim: the inverse of `define_node`."""
     kind = str(prim.GetAttribute("node:type").Get()).rsplit(".", 1)[-1]
     node = NodeRecord(kind, prims=tuple(map(str, prim.GetRelationship("inputs:prims").GetTargets())))
     for attribute in prim.GetAuthoredAttributes():
@@ -124,7 +124,7 @@ def read_node(prim: Usd.Prim) -> NodeRecord:
 
 
 def _put(inputs: dict[str, Any], name: str, value: Any) -> None:
-    """`choices:i0`, `choices:i1`, ... are the elements of one list."""
+    """Store an input; `choices:i0`, `choices:i1`, ... are the elements of one list."""
     whole, _, index = name.rpartition(":i")
     if whole and index.isdigit():
         inputs.setdefault(whole, []).append(value)
@@ -140,7 +140,7 @@ def _attribute(prim: Usd.Prim, name: str, type_name: Sdf.ValueTypeName, value: A
 
 
 def _encoded(prim: Usd.Prim, name: str, value: Any) -> tuple[Sdf.ValueTypeName, Any, bool]:
-    """USD type, USD value, and whether it is JSON because USD has no such type."""
+    """Return USD type, USD value, and whether the value is JSON because USD has no such type."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if type(value) in _SCALARS:
@@ -174,7 +174,7 @@ def _json_value(value: Any) -> Any:
         return dict(value)
     if isinstance(value, _VECTOR_TYPES) or hasattr(type(value), "dimension"):
         return list(value)
-    raise TypeError(f"{type(value).__name__} is Python and not data")
+    raise TypeError(f"{type(value).__name__} is a Python object, not data")
 
 
 def _number_kind(values: Sequence[Any]) -> type | None:

@@ -1,8 +1,8 @@
-"""All random numbers of usdsdg's own nodes.
+"""Counter-based random numbers, from which all nodes draw.
 
-A draw is a pure function of (seed, node key, execution, prim path, component), so no generator is shared and adding,
-removing or reordering randomizers leaves every other draw as it was. The mixing function is SplitMix64's finalizer
-(Steele, Lea and Flood, OOPSLA 2014), applied once per key part.
+A draw is a pure function of (seed, node key, execution, prim path, component), so no generator is shared, and adding,
+removing or reordering randomizers does not change any other draw. The mixing function is SplitMix64's finalizer
+(Steele, Lea and Flood, OOPSLA 2014), applied once per element of the key.
 """
 
 import hashlib
@@ -23,7 +23,7 @@ _MIX_2 = np.uint64(0x94D049BB133111EB)
 
 @lru_cache(maxsize=1 << 17)
 def hash_text(text: str) -> int:
-    """A 64-bit hash of a string that is the same in every process."""
+    """Return a 64-bit hash of a string that is the same in every process."""
     return int.from_bytes(hashlib.blake2b(text.encode(), digest_size=8).digest(), "little")
 
 
@@ -44,12 +44,12 @@ def _state(seed: int, node: str, execution: int) -> np.ndarray:
 
 
 def uniforms(seed: int, node: str, execution: int, prims: Sequence[str], components: int) -> np.ndarray:
-    """Independent uniform numbers.
+    """Draw independent uniform numbers.
 
     Args:
-        seed: The global seed, or a node's own.
+        seed: The global seed, or that of the node.
         node: Key of the drawing node (see `Node.key`).
-        execution: How often the node has run before.
+        execution: Number of earlier executions of the node.
         prims: One key for each row, usually the target prims' paths.
         components: Numbers per prim.
 
@@ -64,7 +64,7 @@ def uniforms(seed: int, node: str, execution: int, prims: Sequence[str], compone
 
 
 def generator(seed: int, node: str, execution: int, *parts: str) -> np.random.Generator:
-    """A NumPy generator of its own for one execution of one node, for draws of unknown length (rejection, shuffles)."""
+    """Return a NumPy generator for one execution of one node, for draws of unknown length (rejection, shuffles)."""
     state = _state(seed, node, execution)
     for part in parts:
         state = _mixed(state, np.uint64(hash_text(part)))
@@ -72,10 +72,10 @@ def generator(seed: int, node: str, execution: int, *parts: str) -> np.random.Ge
 
 
 def own_seed(seed: Any) -> int | None:
-    """The `seed` argument of a node: None stands for the global seed, and so does a negative number.
+    """Return the seed of a node from its `seed` argument; None, also for negative numbers, means the global seed.
 
     Raises:
-        GraphError: (a ValueError) it is no whole number.
+        GraphError: (a ValueError) `seed` is not an integer.
     """
     number = None if seed is None else _whole("seed", seed, "a whole number, or None for the global seed")
     return None if number is None or number < 0 else number
@@ -95,17 +95,17 @@ class GlobalSeed:
         self.value: int | None = None
 
     def follow_setting(self, seed: Any) -> None:
-        """Take the value that the setting `/omni/replicator/globalSeed` was given; a negative one: draw one."""
+        """Take the value of the setting `/omni/replicator/globalSeed`; a negative value lets a seed be drawn."""
         self.value = own_seed(seed)
 
 
 def set_global_seed(seed: int) -> None:
-    """The one seed of a run, also the setting `/omni/replicator/globalSeed`. Mirrors `rep.set_global_seed`.
+    """Set the global seed, which is also the setting `/omni/replicator/globalSeed`. Mirrors `rep.set_global_seed`.
 
-    Zero is a seed like any other.
+    Zero is a valid seed.
 
     Raises:
-        GraphError: (a ValueError) it is no whole number, or negative.
+        GraphError: (a ValueError) `seed` is not an integer, or negative.
     """
     number = _whole("global seed", seed, "a whole number, 0 or more")
     if number < 0:
@@ -114,7 +114,7 @@ def set_global_seed(seed: int) -> None:
 
 
 def get_global_seed() -> int:
-    """The global seed; one from 0 to 2³¹-1 is drawn and kept when none was set. Mirrors `rep.get_global_seed`."""
+    """Return the global seed; if none is set, one in 0 to 2³¹-1 is drawn and kept. Mirrors `rep.get_global_seed`."""
     seed = current().global_seed
     if seed.value is None:
         seed.value = int(np.random.SeedSequence().generate_state(1)[0] & 0x7FFFFFFF)
