@@ -1,4 +1,4 @@
-"""Backends, which store what writers write (`rep.backends`)."""
+"""Backends, which store the files of writers. Mirrors `rep.backends`."""
 
 from usdsdg.session.session import current
 from usdsdg.writers.backends.backend import BaseBackend

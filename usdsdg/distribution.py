@@ -1,6 +1,6 @@
-"""Distributions: what a randomizer draws. One independent draw per prim and per component.
+"""Distributions that randomizers sample, with one independent draw per prim and per component.
 
-Mirrors `rep.distribution`. A distribution is a node that others hold as an input; it draws when its consumer runs.
+Mirrors `rep.distribution`. A distribution is a node that other nodes have as an input; it draws when its consumer runs.
 """
 
 import abc
@@ -23,7 +23,7 @@ _GAUSS = NormalDist()
 
 
 class Distribution(ReplicatorItem, abc.ABC):
-    """A distribution's handle. `sample` returns one row per prim."""
+    """The item of a distribution; `sample` returns one row per prim."""
 
     def __init__(self, kind: str, seed: int | None, name: str | None, **inputs: Any) -> None:
         given = {role: plain(value) for role, value in {**inputs, "seed": seed}.items() if value is not None}
@@ -34,7 +34,7 @@ class Distribution(ReplicatorItem, abc.ABC):
         return get_global_seed() if self._seed is None else self._seed
 
     def seeded(self, seed: int) -> Self:
-        """This distribution, and those that it draws from, with `seed` instead of the global one.
+        """Return a copy of this distribution, and of those that it draws from, with `seed` instead of the global one.
 
         Raises:
             GraphError: it was made with another seed.
@@ -48,10 +48,10 @@ class Distribution(ReplicatorItem, abc.ABC):
         return twin
 
     def set_input(self, name: str, value: Any) -> None:
-        """Draw with another bound, choice or seed from the next execution on.
+        """Set a bound, choice or seed from the next execution on.
 
         Raises:
-            GraphError: there is no such input, or the value does not go with the others.
+            GraphError: there is no such input, or the value does not fit the other inputs.
         """
         name = name.removeprefix("inputs:")
         if name not in (known := INPUTS[self.node.kind]):
@@ -63,17 +63,17 @@ class Distribution(ReplicatorItem, abc.ABC):
         self.__dict__.update({key: own for key, own in changed.__dict__.items() if key != "node"})
 
     def _checked(self, make: Callable[[], Any]) -> Any:
-        """What `make` gives; what it raises says which distribution of the script it is."""
+        """Return `make()`; errors name the distribution and its script line."""
         try:
             return make()
         except GraphError as error:
             raise GraphError(f"{self.node.describe()}: {error}") from None
 
     def _listed(self, name: str, given: Any) -> list[Any]:
-        """The values of an argument that is several: of an item its prims."""
+        """Return the values of an argument that is a list; those of an item are its prims."""
         if isinstance(given, ReplicatorItem) and not isinstance(given, Distribution):
             given = given.prims
-        # The letters of a single path are not meant.
+        # A string is iterable, but its characters are not the values.
         if isinstance(given, (str, bytes, Distribution)) or not isinstance(given, Iterable):
             raise GraphError(f"{self.node.describe()}: {name} is {shown(given)}; expected a list")
         if not (items := list(given)):
@@ -174,8 +174,8 @@ class Choice(Distribution):
             u = uniforms(self.seed(), consumer, execution, prims, 1)[:, 0]
             picks = np.minimum(np.searchsorted(np.cumsum(self._weights), u, side="right"), len(self._items) - 1)
         else:
-            if len(prims) > (there_are := np.count_nonzero(self._weights)):
-                raise GraphError(f"{self.node.describe()}: {len(prims)} prims but only {there_are} choices")
+            if len(prims) > (available := np.count_nonzero(self._weights)):
+                raise GraphError(f"{self.node.describe()}: {len(prims)} prims but only {available} choices")
             rng = generator(self.seed(), consumer, execution)
             picks = rng.choice(len(self._items), size=len(prims), replace=False, p=self._weights)
         return [self._resolved(self._items[pick], consumer, execution, prim) for pick, prim in zip(picks, prims)]
@@ -198,10 +198,10 @@ class Sequence_(Distribution):
         return [self._items[self._index(consumer, position)] for position in positions]
 
     def _index(self, consumer: str, position: int) -> int:
-        lap, place = divmod(position, len(self._items))
+        cycle, index = divmod(position, len(self._items))
         if self._ordered:
-            return place
-        return int(generator(self.seed(), consumer, lap).permutation(len(self._items))[place])
+            return index
+        return int(generator(self.seed(), consumer, cycle).permutation(len(self._items))[index])
 
 
 class Combine(Distribution):
@@ -248,25 +248,26 @@ def _all_seeded(items: Sequence[Any], seed: int) -> list[Any]:
 
 
 def uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
-    """Uniform from `lower` to `upper`: numbers, or tuples of one length, one number standing for all beside a tuple.
+    """Sample uniformly from `lower` to `upper`: numbers, or tuples of equal length; a number is broadcast to a tuple.
 
-    Draws are floats, also between whole numbers: scripts write colors as (0, 0, 0) to (1, 1, 1). Written to an
-    attribute of whole numbers they are rounded down, so `upper` itself is not drawn. `num_samples` changes nothing:
-    there is one draw for each prim. `seed` replaces the global seed, and a draw with a `name` is told to writers.
+    Draws are floats, also between integers: scripts write colors as (0, 0, 0) to (1, 1, 1). Written to an integer
+    attribute they are rounded down, so `upper` itself is not drawn. `num_samples` is ignored: there is one draw for
+    each prim. `seed` replaces the global seed. Draws with a `name` are in the payload of writers.
 
     Raises:
-        GraphError: a bound is no number, above the other one, or they differ in length; the seed is no whole number.
+        GraphError: a bound is not a number, `lower` is above `upper`, or they differ in length; the seed is not an
+            integer.
     """
     return Uniform(lower, upper, seed, name)
 
 
 def normal(mean: Any, std: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
-    """Gaussian with `mean` and standard deviation `std` >= 0; `num_samples` and the rest as in `uniform`."""
+    """Sample a Gaussian with `mean` and standard deviation `std` >= 0; other arguments as in `uniform`."""
     return Normal(mean, std, seed, name)
 
 
 def log_uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
-    """Uniform in the logarithm, from `lower` > 0 to `upper`; `num_samples` and the rest as in `uniform`."""
+    """Sample uniformly in the logarithm, from `lower` > 0 to `upper`; other arguments as in `uniform`."""
     return LogUniform(lower, upper, seed, name)
 
 
@@ -278,12 +279,12 @@ def choice(
     with_replacements: bool = True,
     name: str | None = None,
 ):
-    """One of `choices` per prim: values, paths, prims, a group, other distributions, or what one distribution draws.
+    """Sample one of `choices` per prim: values, paths, prims, a group, distributions, or the draws of one distribution.
 
     Args:
-        weights: chances, numbers >= 0 of any sum; by default all the same.
+        weights: Relative probabilities, numbers >= 0 with any sum; by default equal.
         with_replacements: False draws no choice twice in one execution.
-        seed: as in `uniform`, as are `num_samples` and `name`.
+        seed: As in `uniform`, as are `num_samples` and `name`.
 
     Raises:
         GraphError: there are no choices, or the weights do not fit them. At execution, without replacements: there are
@@ -295,22 +296,22 @@ def choice(
 def sequence(
     items: Any, ordered: bool = True, seed: int | None = -1, name: str | None = None, stride: int | None = None
 ):
-    """Step through `items` again and again, one for each prim, `stride` further at each execution.
+    """Cycle through `items`, one for each prim, advancing by `stride` at each execution.
 
     Args:
-        items: values, or an item, whose prims they are.
-        ordered: False shuffles every lap.
-        stride: by default the number of prims.
-        seed: of the shuffle, as in `uniform`, as is `name`.
+        items: Values, or an item, whose prims are the values.
+        ordered: False shuffles each cycle.
+        stride: By default the number of prims.
+        seed: Seed of the shuffle, as in `uniform`, as is `name`.
 
     Raises:
-        GraphError: there are no items, or the stride is no whole number.
+        GraphError: there are no items, or the stride is not an integer.
     """
     return Sequence_(items, ordered, stride, seed, name)
 
 
 def combine(distributions: Sequence[Any], name: str | None = None):
-    """One vector from one distribution, or number, per axis; `name` as in `uniform`.
+    """Combine distributions or numbers, one per axis, into vectors; `name` as in `uniform`.
 
     Raises:
         GraphError: one of them is neither. At execution: one draws several numbers.
@@ -319,10 +320,10 @@ def combine(distributions: Sequence[Any], name: str | None = None):
 
 
 def from_inputs(kind: str, inputs: dict[str, Any], name: str | None) -> Distribution:
-    """The distribution that a node of a saved graph describes.
+    """Return the distribution that a node of a saved graph describes.
 
     Raises:
-        GraphError: the type is none of ours.
+        GraphError: the type of the node is not a distribution.
     """
     seed = inputs.get("seed")
     makers: dict[str, Callable[[], Distribution]] = {
@@ -338,12 +339,12 @@ def from_inputs(kind: str, inputs: dict[str, Any], name: str | None) -> Distribu
         "OgnCombine": lambda: Combine(inputs["distributions"], name),
     }
     if kind not in makers:
-        raise GraphError(f"a node of type {kind} is no distribution; known: {', '.join(makers)}")
+        raise GraphError(f"a node of type {kind} is not a distribution; known: {', '.join(makers)}")
     return makers[kind]()
 
 
 def one_of(options: Any, seed: int | None) -> Distribution:
-    """What a randomizer draws from, given a distribution or a list, and its `seed` (None or negative: the global one).
+    """Return the distribution of a randomizer, from a distribution or a list, and its `seed` (None, < 0: global).
 
     Raises:
         GraphError: `options` is a distribution that was made with another seed.
@@ -353,7 +354,7 @@ def one_of(options: Any, seed: int | None) -> Distribution:
 
 
 def draw(value: Any, node: Node, execution: int, role: str) -> list[Any]:
-    """One value per prim of `node` for its input `role`: a constant, a list of one per prim, or a distribution."""
+    """Return one value per prim of `node` for its input `role`: a constant, a list per prim, or a distribution."""
     count = len(node.prims)
     if isinstance(value, Distribution):
         consumer = f"{node.key}/{value.node.name or role}"
@@ -366,7 +367,7 @@ def draw(value: Any, node: Node, execution: int, role: str) -> list[Any]:
 
 
 def is_vector(value: Sequence[Any]) -> bool:
-    """Whether a sequence is one value of several numbers, not several values."""
+    """Return whether a sequence is one vector of numbers, not a list of values."""
     return len(value) > 0 and all(isinstance(v, Real) and not isinstance(v, bool) for v in value)
 
 
@@ -374,6 +375,6 @@ def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None 
     """Make `rep.distribution.<name>` call `fn`.
 
     Raises:
-        ValueError: the name is no identifier, or taken while `override` is False.
+        ValueError: the name is not an identifier, or is taken and `override` is False.
     """
     register_function(globals(), "distribution", fn, override, fn_name)

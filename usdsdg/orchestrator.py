@@ -1,4 +1,4 @@
-"""Frames on demand. Mirrors `rep.orchestrator`; what a frame is stands in `frame_loop`."""
+"""Capture frames and runs. Mirrors `rep.orchestrator`; the order of one frame is in `usdsdg.app.frame_loop`."""
 
 import asyncio
 import time
@@ -31,15 +31,15 @@ def step(
 
     Args:
         rt_subframes: Sub-frames of the fast mode, each a few samples per pixel; -1 takes the setting
-            /omni/replicator/RTSubframes. Triggers that fire, and `set_next_rt_subframes`, may ask for more.
+            /omni/replicator/RTSubframes. Triggers that fire, and `set_next_rt_subframes`, may require more.
         pause_timeline: Pause a playing timeline afterwards, until the next step.
-        delta_time: Seconds to move the playing timeline first; None moves by one time code, 0.0 not at all. The first
-            captured frame does not move, unless motion blur spreads it over `delta_time`.
-        wait_for_render: Frames are always complete when this returns, so both values mean the same here.
+        delta_time: Seconds by which a playing timeline advances first; None: one time code; 0.0: not at all. The first
+            captured frame does not advance it, unless motion blur exposes over `delta_time`.
+        wait_for_render: Ignored: frames are always complete when this returns.
 
     Raises:
-        OrchestratorError: `rt_subframes` is no whole number, or `delta_time` no number of seconds, 0 or more.
-        GraphError: a node failed; says which script line made it.
+        OrchestratorError: `rt_subframes` is not an integer, or `delta_time` is not a number >= 0.
+        GraphError: a node failed; the message names the script line that made it.
     """
     _check_whole("rt_subframes", rt_subframes)
     if delta_time is not None and not (isinstance(delta_time, Real) and delta_time >= 0):
@@ -53,37 +53,37 @@ def step(
 async def step_async(
     rt_subframes: int = -1, pause_timeline: bool = True, delta_time: float | None = None, wait_for_render: bool = True
 ) -> None:
-    """`step` for coroutines; other tasks run before and after, not during, the frame."""
+    """Run `step` in a coroutine; other tasks run before and after the frame, not during it."""
     await asyncio.sleep(0)
     step(rt_subframes, pause_timeline, delta_time, wait_for_render)
     await asyncio.sleep(0)
 
 
 def preview() -> None:
-    """Run every trigger of frames or of times once without capturing."""
+    """Run every frame and time trigger once without capturing."""
     get_orchestrator().preview()
 
 
 async def preview_async() -> None:
-    """`preview` for coroutines."""
+    """Run `preview` in a coroutine."""
     preview()
     await asyncio.sleep(0)
 
 
 def run(num_frames: int | None = None, start_timeline: bool = False) -> None:
-    """Capture `num_frames` frames, or until every trigger with `max_execs` has run out.
+    """Capture `num_frames` frames, or until every trigger with `max_execs` has reached it.
 
     Args:
         num_frames: 0 captures nothing.
         start_timeline: Play the timeline first.
 
     Raises:
-        OrchestratorError: without `num_frames`, no trigger would ever end the run; or it is no whole number, 0 or more.
+        OrchestratorError: `num_frames` is None and no trigger ends the run, or it is not an integer >= 0.
     """
     for _ in _run(num_frames, start_timeline):
         get_app().run_ready_tasks()
         if get_is_paused():
-            # Only a task can resume; meanwhile leave it the processor.
+            # Only a task can resume; sleep to leave it the processor.
             time.sleep(PAUSED_SECONDS)
 
 
@@ -91,7 +91,7 @@ run_until_complete = run
 
 
 async def run_async(num_frames: int | None = None, start_timeline: bool = False) -> None:
-    """`run` for coroutines; other tasks run between the frames."""
+    """Run `run` in a coroutine; other tasks run between the frames."""
     for _ in _run(num_frames, start_timeline):
         await asyncio.sleep(0)
 
@@ -113,41 +113,41 @@ def _check_whole(name: str, value: Any, *, least: int | None = None) -> None:
 
 
 def wait_until_complete() -> None:
-    """Return when every scheduled file is on disk; raises what a writer or its backend failed with."""
+    """Wait until every scheduled file is written; raises the failure of a writer or its backend."""
     get_orchestrator().finish()
 
 
 async def wait_until_complete_async() -> None:
-    """`wait_until_complete` for coroutines."""
+    """Run `wait_until_complete` in a coroutine."""
     await asyncio.sleep(0)
     wait_until_complete()
 
 
 def stop() -> None:
-    """End the run: files are finished and writers told. What is captured after it begins as the first run did."""
+    """End the run: wait for all files and notify writers. The next run repeats the draws of the first."""
     get_orchestrator().stop()
 
 
 async def stop_async() -> None:
-    """`stop` for coroutines."""
+    """Run `stop` in a coroutine."""
     stop()
     await asyncio.sleep(0)
 
 
 def pause() -> None:
-    """Capture nothing more in `run` and `run_async`, and let a playing timeline stand, until `resume`."""
+    """Pause the captures of `run` and `run_async`, and a playing timeline, until `resume`."""
     get_orchestrator().pause()
 
 
 def resume() -> None:
-    """Go on after `pause`."""
+    """Continue after `pause`."""
     get_orchestrator().resume()
 
 
 def set_capture_on_play(value: bool) -> None:
-    """Whether every app update of a playing timeline is captured, as it is until somebody says False.
+    """Set whether every app update of a playing timeline is captured (default: True).
 
-    Then stopping the timeline ends the run.
+    If it is, stopping the timeline ends the run.
 
     Raises:
         OrchestratorError: `value` is neither True nor False.
@@ -158,15 +158,15 @@ def set_capture_on_play(value: bool) -> None:
 
 
 def get_sim_times_to_write() -> list[float]:
-    """Times of frames that are still to be written: none, since a frame is complete when `step` returns."""
+    """Return the times of frames that are not yet captured: always [], since `step` returns complete frames."""
     return []
 
 
 def set_next_rt_subframes(rt_subframes: int) -> None:
-    """At least this many sub-frames at the next capture.
+    """Set the minimum number of sub-frames of the next capture.
 
     Raises:
-        OrchestratorError: it is no whole number.
+        OrchestratorError: `rt_subframes` is not an integer.
     """
     _check_whole("rt_subframes", rt_subframes)
     get_orchestrator().set_next_subframes(rt_subframes)
@@ -176,27 +176,27 @@ set_minimum_next_rt_subframes = set_next_rt_subframes
 
 
 def get_status() -> Status:
-    """Where the orchestrator stands."""
+    """Return the status of the orchestrator."""
     return get_orchestrator().status
 
 
 def get_is_started() -> bool:
-    """Whether a run has begun and neither ended nor been paused."""
+    """Return whether a run has started and is neither stopped nor paused."""
     return get_status() in (Status.STARTED, Status.STEPPING, Status.STEPPED)
 
 
 def get_is_stopped() -> bool:
-    """Whether no run has begun, or the last one has ended."""
+    """Return whether no run has started since the last one ended."""
     return get_status() is Status.STOPPED
 
 
 def get_is_paused() -> bool:
-    """Whether `pause` was called and `resume` not yet."""
+    """Return whether the run is paused."""
     return get_status() is Status.PAUSED
 
 
 def register_status_callback(callback: Callable[[Status], None]) -> StatusCallback:
-    """Call `callback(status)` at every change, for as long as the returned handle is held and registered."""
+    """Call `callback(status)` at every change while the returned handle is referenced and registered."""
     handle = StatusCallback(callback)
     handle.register()
     return handle

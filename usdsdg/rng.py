@@ -1,4 +1,4 @@
-"""A NumPy generator that follows the global seed. Mirrors `rep.rng`."""
+"""NumPy generators seeded with the global seed. Mirrors `rep.rng`."""
 
 from typing import Any
 
@@ -13,23 +13,23 @@ __all__ = ["ReplicatorRNG", "generator_of", "reset_all"]
 class ReplicatorRNG:
     """Random numbers for scripts: `ReplicatorRNG(seed=42).generator.uniform(size=(5, 3))`.
 
-    Without a seed (or with a negative one) the numbers are those of the global seed. All generators begin anew when the
-    global seed changes and when the orchestrator starts (`reset_all`), so that a second run repeats the first.
-    The streams are Replicator's: the same seed gives the same numbers.
+    Without a seed (or with a negative one) the global seed is used. All generators are reset when the global seed
+    changes and when the orchestrator starts (`reset_all`), so that a second run repeats the first.
+    The streams are those of Replicator: the same seed gives the same numbers.
     """
 
     def __init__(self, seed: int | None = None, node: Any = None) -> None:
-        """`node` is the graph node (or its name) that draws; each has a stream of its own."""
+        """Seed a generator for `node`, the graph node that draws (or its name); each node has its own stream."""
         self._node: Any = None
         self._node_id = 0
         self.initialize(seed, node)
         current().random_generators.add(self)
 
     def initialize(self, seed: int | None, node: Any = None, node_id: int | None = None) -> None:
-        """Begin anew with another seed, and for another node if one is given; `node_id` tells nodes apart.
+        """Reset with another seed, and for another node if one is given; `node_id` distinguishes nodes.
 
         Raises:
-            GraphError: (a ValueError) `seed` is no whole number.
+            GraphError: (a ValueError) `seed` is not an integer.
         """
         own_seed(seed)
         self._seed = None if seed is None else int(seed)
@@ -38,7 +38,7 @@ class ReplicatorRNG:
         self.reset()
 
     def reset(self) -> None:
-        """Begin the stream again."""
+        """Restart the stream."""
         own = self._seed is not None and self._seed >= 0
         entropy: Any = self._seed if own else get_global_seed()
         if self._node is not None:
@@ -47,12 +47,12 @@ class ReplicatorRNG:
 
     @property
     def generator(self) -> np.random.Generator:
-        """The generator to draw from. Ask for it each time: after a reset it is another one."""
+        """The generator to draw from; `reset` replaces it, so do not keep a reference."""
         return self._generator
 
     @property
     def seed(self) -> int | None:
-        """The seed given; setting it begins anew."""
+        """The seed; setting it resets the generator."""
         return self._seed
 
     @seed.setter
@@ -64,16 +64,16 @@ class ReplicatorRNG:
 
 
 def reset_all() -> None:
-    """Let every generator begin anew, as when a stopped orchestrator starts."""
+    """Reset all generators, as when a stopped orchestrator starts."""
     for rng in list(current().random_generators):
         rng.reset()
 
 
 def generator_of(rng: ReplicatorRNG | np.random.Generator) -> np.random.Generator:
-    """The NumPy generator of an `rng` argument.
+    """Return the NumPy generator of an `rng` argument.
 
     Raises:
-        TypeError: it is neither a ReplicatorRNG nor a NumPy Generator.
+        TypeError: `rng` is neither a ReplicatorRNG nor a NumPy Generator.
     """
     generator = rng.generator if isinstance(rng, ReplicatorRNG) else rng
     if not isinstance(generator, np.random.Generator):

@@ -1,4 +1,4 @@
-"""What scripts set for a run or author for the whole stage. Mirrors `rep.settings`."""
+"""Render settings of a run, and units, up axis and physics time step of the stage. Mirrors `rep.settings`."""
 
 from numbers import Integral, Real
 from typing import Any
@@ -15,10 +15,10 @@ from usdsdg.stage.physics.scenes import physics_scene, set_steps_per_second, ste
 
 
 def carb_settings(setting: str, value: Any) -> ReplicatorItem | None:
-    """Set one key; to a constant now, to a draw of a distribution whenever the enclosing trigger fires.
+    """Set one key: to a constant now, or to a draw of a distribution whenever the enclosing trigger fires.
 
     Returns:
-        the graph's item for a distribution, None for a constant.
+        The item of the graph node for a distribution, None for a constant.
     """
     if not hasattr(value, "sample"):
         get_settings().set(setting, value)
@@ -28,22 +28,22 @@ def carb_settings(setting: str, value: Any) -> ReplicatorItem | None:
 
 @action("OgnCarbSettings")
 def _write_drawn_setting(node: Node, execution: int) -> None:
-    """What a `carb_settings` node does at each execution."""
+    """Set the setting of a `carb_settings` node to a new draw."""
     key = node.inputs["attribute"]
     drawn = node.inputs["value"].sample(f"{node.key}/value", execution, [key])[0]
     get_settings().set(key, drawn.tolist() if hasattr(drawn, "tolist") else drawn)
 
 
 def get_physx_timestep() -> float:
-    """Seconds of one physics step on the current stage: its first PhysicsScene's, or 1/60."""
+    """Return the physics time step of the current stage [s]: that of its first PhysicsScene, or 1/60."""
     return 1.0 / steps_per_second(physics_scene(current_stage()))
 
 
 def set_physx_timestep(timestep: float) -> None:
-    """Author how long a physics step is [s], on the stage's first PhysicsScene, made where there is none.
+    """Author the physics time step [s] on the stage's first PhysicsScene, which is created if there is none.
 
     Raises:
-        ConfigError: (a ValueError) it is not above 0.
+        ConfigError: (a ValueError) `timestep` is not above 0.
     """
     if not isinstance(timestep, Real) or not timestep > 0:
         raise ConfigError(f"settings.set_physx_timestep: {timestep!r} must be above 0 seconds")
@@ -53,11 +53,11 @@ def set_physx_timestep(timestep: float) -> None:
 def set_render_rtx_realtime(antialiasing: str = "FXAA") -> None:
     """Capture in the fast mode: few samples per pixel, then an edge-preserving filter.
 
-    `antialiasing` (off, TAA, FXAA, DLSS, DLAA) goes to `/rtx/post/aa/op` as its number in Omniverse; images are
-    filtered alike for all of them.
+    `antialiasing` (off, TAA, FXAA, DLSS, DLAA) is stored in `/rtx/post/aa/op` as its number in Omniverse; it does not
+    change images.
 
     Raises:
-        ConfigError: (a ValueError) another antialiasing.
+        ConfigError: (a ValueError) `antialiasing` is unknown.
     """
     operations = {"off": 0, "taa": 1, "fxaa": 2, "dlss": 3, "dlaa": 4}
     if str(antialiasing).lower() not in operations:
@@ -70,7 +70,7 @@ def set_render_pathtraced(samples_per_pixel: int = 64) -> None:
     """Capture with the path tracer at `samples_per_pixel`.
 
     Raises:
-        ConfigError: (a ValueError) it is no whole number, or below 1.
+        ConfigError: (a ValueError) `samples_per_pixel` is not an integer, or below 1.
     """
     if not isinstance(samples_per_pixel, Integral) or samples_per_pixel < 1:
         raise ConfigError(f"samples_per_pixel is {samples_per_pixel!r}; expected a whole number, 1 or more")
@@ -82,7 +82,7 @@ def set_stage_up_axis(up_axis: str) -> None:
     """Author the stage's up axis, "Y" or "Z" (any case).
 
     Raises:
-        ConfigError: (a ValueError) another axis.
+        ConfigError: (a ValueError) `up_axis` is another axis.
     """
     if str(up_axis).upper() not in ("Y", "Z"):
         raise ConfigError(f"up axis is {up_axis!r}; expected 'Y' or 'Z'")
@@ -93,7 +93,7 @@ def set_stage_meters_per_unit(meters_per_unit: float) -> None:
     """Author the stage's linear unit [meters]: 0.01 for centimeters.
 
     Raises:
-        ConfigError: (a ValueError) it is not above 0.
+        ConfigError: (a ValueError) `meters_per_unit` is not above 0.
     """
     if not isinstance(meters_per_unit, Real) or not meters_per_unit > 0:
         raise ConfigError(f"meters per unit is {meters_per_unit!r}; expected a number above 0")

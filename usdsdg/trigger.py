@@ -1,4 +1,4 @@
-"""Triggers: when the nodes inside `with rep.trigger...:` run. Mirrors `rep.trigger`."""
+"""Triggers, which decide when the nodes inside `with rep.trigger...:` run. Mirrors `rep.trigger`."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
 
-# After so many captures without being true a condition no longer counts as something that will end a run.
-PATIENCE = 1000
-# Relative rounding error of a sum of frame times that does not delay a trigger to the next frame.
+# A condition that was false for this many captures in a row no longer counts as one that can end a run.
+MAX_FALSE_CAPTURES = 1000
+# Relative tolerance that keeps rounding errors in a sum of frame times from delaying a trigger by one frame.
 ROUNDING = 1e-6
 
 
 def on_frame(
     interval: int = 1, num_frames: int = 0, name: str = "on_frame", rt_subframes: int = 1, max_execs: int = 0
 ) -> ReplicatorItem:
-    """Fire every `interval` captures, at most `max_execs` times (0: without end).
+    """Fire every `interval` captures, at most `max_execs` times (0: no limit).
 
-    The preview at initialization already ran the body once, so frame 0 shows that draw and the first capture only
+    The preview at initialization has already run the body once, so frame 0 shows that draw and the first capture only
     records the baseline, as in Replicator.
 
     Args:
-        interval: captures.
-        num_frames: the older name of `max_execs`.
-        name: of the node, in draws, in the payload of writers and in messages.
-        rt_subframes: at least so many sub-frames at the capture that it fires for.
-        max_execs: a run without a number of frames ends when all triggers that have one have run out.
+        interval: Number of captures.
+        num_frames: The older name of `max_execs`.
+        name: Name of the node in draws, in the payload of writers and in messages.
+        rt_subframes: Minimum number of sub-frames of the captures that it fires for.
+        max_execs: A run without a number of frames ends when all triggers that have this limit have reached it.
 
     Raises:
-        GraphError: `interval` is no whole number or below 1, or another one is no whole number.
+        GraphError: `interval` is not an integer or below 1, or another number is not an integer.
     """
     whole_number("interval", interval, least=1)
     return _add("OgnOnFrame", name, interval=interval, maxExecs=max_execs or num_frames, rtSubframes=rt_subframes)
@@ -56,8 +56,8 @@ def on_time(
 ) -> ReplicatorItem:
     """Fire when `interval` seconds of the timeline have passed since it last fired, or since the start.
 
-    The first frame to reach that time counts; time goes on counting where the timeline loops. The preview at
-    initialization runs the body too, beyond `max_execs`: it is what is seen until the first firing.
+    It fires at the first frame that reaches that time; loops of the timeline do not reset it. The preview at
+    initialization also runs the body, and does not count for `max_execs`: its draw is seen until the first firing.
 
     Args:
         interval: seconds.
@@ -67,7 +67,7 @@ def on_time(
         enable_capture_on_play: Switch `orchestrator.set_capture_on_play` on, now; False leaves it as it is.
         reset_physics: At each firing, before the body runs, put all rigid bodies back to where they were when the
             timeline began to play, as `functional.physics.reset` does.
-        max_execs: Fire so often at most; 0: without end.
+        max_execs: Maximum number of firings; 0: no limit.
 
     Raises:
         GraphError: `interval` is not above 0.
@@ -83,8 +83,7 @@ def on_time_end(
     enable_capture_on_play: bool = True,
     max_execs: int = 0,
 ) -> ReplicatorItem:
-    """Fire one frame, a time code, before `on_time` with the same `interval` would: when a simulation has ended and
-    has not been put back yet.
+    """Fire one frame, a time code, before `on_time` with the same `interval`, when physics has not been reset yet.
 
     Give it to a writer to keep the last frame of every interval. Bodies are not reset, and the preview at
     initialization does not run the body. The arguments are those of `on_time`.
@@ -108,7 +107,7 @@ def on_custom_event(event_name: str) -> ReplicatorItem:
     """Fire at the evaluation after `rep.utils.send_og_event(event_name)`: at the next app update or step.
 
     Raises:
-        GraphError: `event_name` is no text, or empty.
+        GraphError: `event_name` is not a string, or empty.
     """
     if not isinstance(event_name, str) or not event_name:
         raise GraphError(f"trigger.on_custom_event: event_name is {event_name!r}; expected a name")
@@ -118,11 +117,11 @@ def on_custom_event(event_name: str) -> ReplicatorItem:
 def on_condition(condition: Callable[[], bool], max_execs: int = 0, rt_subframes: int = 1) -> ReplicatorItem:
     """Fire at every capture for which `condition()` is true.
 
-    The function is Python and does not go into a saved stage; such a stage names it and needs the script.
+    A saved stage cannot hold the Python function; it holds its name, and running it needs the script.
     `max_execs` and `rt_subframes` are as in `on_frame`.
 
     Raises:
-        GraphError: `condition` is no function, or needs arguments.
+        GraphError: `condition` is not a function, or needs arguments.
     """
     _check_condition(condition)
     name = getattr(condition, "__name__", "condition")
@@ -136,8 +135,8 @@ def on_condition(condition: Callable[[], bool], max_execs: int = 0, rt_subframes
         return met
 
     def blocked() -> str:
-        patient = misses[0] < PATIENCE
-        return "" if patient else f"trigger.on_condition {name!r} was false at the last {misses[0]} captures"
+        can_fire = misses[0] < MAX_FALSE_CAPTURES
+        return "" if can_fire else f"trigger.on_condition {name!r} was false at the last {misses[0]} captures"
 
     inputs = {"maxExecs": max_execs, "rtSubframes": rt_subframes}
     whole_number("max_execs", max_execs)
@@ -151,7 +150,7 @@ def _check_condition(condition: Any) -> None:
         raise GraphError(f"trigger.on_condition: condition is {shown(condition)}; expected a function")
     try:
         parameters = inspect.signature(condition).parameters.values()
-    except ValueError:  # of some built-in functions nobody knows
+    except ValueError:  # some built-in functions have no signature
         return
     optional = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
     needed = [each.name for each in parameters if each.default is each.empty and each.kind not in optional]
@@ -169,10 +168,10 @@ def _add(kind: str, name: str, **inputs: Any) -> ReplicatorItem:
 
 
 def trigger_of(node: Node) -> Trigger:
-    """The trigger that a node describes, new or from a saved graph.
+    """Return the trigger that a node describes, new or from a saved graph.
 
     Raises:
-        GraphError: the node is of a type that cannot be made from its inputs.
+        GraphError: a trigger of the node's type cannot be made from its inputs.
     """
     makers = {"OgnOnFrame": _on_frame, "OgnOnTime": _on_time, "OnCustomEvent": _on_custom_event}
     if node.kind == "OgnConditionScript":
@@ -181,7 +180,7 @@ def trigger_of(node: Node) -> Trigger:
             "does not hold; run the script instead"
         )
     if node.kind not in makers:
-        raise GraphError(f"a node of type {node.kind} is no trigger; known: {', '.join(makers)}")
+        raise GraphError(f"a node of type {node.kind} is not a trigger; known: {', '.join(makers)}")
     limits = {"max_execs": int(node.inputs.get("maxExecs", 0)), "rt_subframes": int(node.inputs.get("rtSubframes", 1))}
     return makers[node.kind](node, limits)
 
@@ -205,7 +204,7 @@ def _on_time(node: Node, limits: dict[str, int]) -> Trigger:
         ahead = min(1.0 / get_timeline().get_time_codes_per_seconds(), interval) if at_end else 0.0
         now = context.time + ahead
         if now < last[0]:
-            last[0] = 0.0  # somebody set the time back
+            last[0] = 0.0  # the time was set back
         target = last[0] + interval
         if now < target and not math.isclose(now, target, rel_tol=ROUNDING):
             return False
@@ -221,7 +220,7 @@ def _on_time(node: Node, limits: dict[str, int]) -> Trigger:
             )
         return ""
 
-    # A stage that was saved before there was such an input says nothing of it.
+    # Stages that were saved before this input existed do not have it.
     prepare = physics.reset if node.inputs.get("resetPhysics", False) else None
     return Trigger(node, due, blocked=blocked, prepare=prepare, counts_previews=False, **limits)
 
@@ -240,6 +239,6 @@ def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None 
     """Make `rep.trigger.<name>` call `fn`.
 
     Raises:
-        ValueError: the name is no identifier, or taken while `override` is False.
+        ValueError: the name is not an identifier, or is taken and `override` is False.
     """
     register_function(globals(), "trigger", fn, override, fn_name)
