@@ -1,4 +1,4 @@
-"""WarpRenderer: a USD stage in, label AOVs and path-traced pictures out."""
+"""WarpRenderer: renders label AOVs and path-traced images of a USD stage."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str, int, "int | None"], None]
 
-# Of a GPU's memory that stay with the process between frames.
+# Bytes of GPU memory that the process keeps between frames.
 KEPT_BYTES = 1 << 30
 
 _LABEL_MODES = {"surface": BY_THRESHOLD, "behind": BEHIND_GLASS}
@@ -44,7 +44,7 @@ class WarpRenderer:
     Args:
         stage: the stage to read.
         device: "cpu", "cuda:0", …; None takes the first CUDA device, else the CPU.
-        progress: told of long work (reading the stage, compiling kernels on first use).
+        progress: called with (label, done, total) during long work: reading the stage, compiling kernels on first use.
 
     Raises:
         RenderError: the device does not exist.
@@ -60,7 +60,7 @@ class WarpRenderer:
 
     @classmethod
     def of_scene(cls, scene: Scene, *, device: str | None = None, progress: Progress | None = None) -> WarpRenderer:
-        """A renderer of a scene made by hand; `sync` then reads changes by `scene.versions`."""
+        """Create a renderer of a scene built without a stage; `sync` then reads changes by `scene.versions`."""
         renderer = cls.__new__(cls)
         renderer._start(device, progress)
         renderer._extractor = None
@@ -75,7 +75,7 @@ class WarpRenderer:
         self._on_device = DeviceScene(self.device)
         self._previous_frames = PreviousFrames(self.device)
         self._path_tracer = PathTracer(self._on_device)
-        self._before = np.zeros((0, 4, 4))  # transforms at the sync before the last
+        self._previous_transforms = np.zeros((0, 4, 4))  # local to world, at the sync before the last
         self.glass_labels = "surface"
 
     @property
@@ -85,11 +85,11 @@ class WarpRenderer:
 
     @property
     def glass_labels(self) -> str:
-        """What carries labels where glass is: its "surface", or what is "behind" it.
+        """Which surface labels show at glass: the glass "surface", or what is "behind" it.
 
-        Glass is what lets more than half of the light through, by opacity or transmission. In both cases labels show
-        what is straight behind holes: opacity below `opacityThreshold`, below a half in an opacity texture without
-        threshold, or zero.
+        Glass is a material with more than half transmission, or less than half opacity. In both modes labels pass
+        through cut-outs without refraction: opacity below `opacityThreshold`, opacity below one half in an opacity
+        texture without threshold, or opacity zero.
         """
         return next(name for name, mode in _LABEL_MODES.items() if mode == self._label_mode)
 
@@ -101,62 +101,64 @@ class WarpRenderer:
 
     @property
     def time(self) -> Usd.TimeCode:
-        """The time of the last sync: the default time where nothing on the stage varies."""
+        """The time code of the last sync: the default time if nothing on the stage varies with time."""
         from pxr import Usd
 
         return Usd.TimeCode.Default() if self._extractor is None else self._extractor.time
 
     def sync(self, time: Usd.TimeCode | None = None) -> None:
-        """Read what changed on the stage since the last call, and what varies with time as it is at `time`.
+        """Read what changed on the stage since the last call, and time-varying values at `time`.
 
-        Without a time it is the one of the last call, at first the default time.
+        None stands for the time of the last call, at first the default time.
         """
-        before = self._scene.instances.paths, self._scene.instances.local_to_world.copy()
+        paths, local_to_world = self._scene.instances.paths, self._scene.instances.local_to_world.copy()
         if self._extractor is not None:
             self._extractor.update(time)
         self._on_device.sync(self._scene)
         self._previous_frames.advance()
-        # Rows mean the same things as before only while the paths are the same; else nothing moves.
+        # Rows are the same instances as before only if the paths are the same; else there is no motion blur.
         now = self._scene.instances
-        self._before = before[1] if before[0] == now.paths else now.local_to_world
+        self._previous_transforms = local_to_world if paths == now.paths else now.local_to_world
 
     def place_between(self, fraction: float) -> None:
-        """Show the instances at `fraction` of their way from the sync before the last (0) to the last one (1).
+        """Interpolate the transforms of instances between the sync before the last (0) and the last one (1).
 
-        For motion blur: labels and everything else want 1, where `sync` leaves them.
+        For motion blur. Labels are rendered at 1, which `sync` restores.
         """
         after = self._scene.instances.local_to_world
-        if self._before.shape == after.shape and not np.array_equal(self._before, after):
-            self._on_device.place(self._scene, interpolate(self._before, after, fraction))
+        before = self._previous_transforms
+        if before.shape == after.shape and not np.array_equal(before, after):
+            self._on_device.set_transforms(self._scene, interpolate(before, after, fraction))
 
     def labels(self, view: CameraView, aovs: Collection[str]) -> dict[str, np.ndarray]:
-        """One ray through each pixel center; see `aov.AOVS` for names, units and values.
+        """Render AOVs with one ray through each pixel center; see `aov.AOVS` for names, units and values.
 
-        Motion vectors count from when this camera last asked for them, before the last `sync` or in another place.
+        Motion vectors are relative to the frame in which this camera last asked for them: before the last `sync`, or at
+        another pose of the camera.
 
         Raises:
-            RenderError: an AOV is not known.
-            Unsupported: the projection of the camera is not known.
+            RenderError: an AOV is unknown.
+            Unsupported: the projection of the camera is unknown.
         """
         return self.labels_of([view], aovs)[0]
 
     def labels_of(self, views: Sequence[CameraView], aovs: Collection[str]) -> list[dict[str, np.ndarray]]:
-        """`labels` of many views, drawn together where they have one size."""
+        """Render `labels` of many views; views of the same size share a launch."""
         results: list[dict[str, np.ndarray]] = [{} for _ in views]
-        for places in view_batches.of_labels(views):
-            batch = self.label_batch([views[k] for k in places], aovs)
-            for k, arrays in zip(places, batch.numpy(), strict=True):
+        for indices in view_batches.label_batches(views):
+            batch = self.label_batch([views[k] for k in indices], aovs)
+            for k, arrays in zip(indices, batch.numpy(), strict=True):
                 results[k] = arrays
         return results
 
     def label_batch(self, views: Sequence[CameraView], aovs: Collection[str]) -> LabelBatch:
-        """`labels` of views of one size in one launch, left on the device.
+        """Render `labels` of views of one size in one launch, and leave them on the device.
 
         Raises:
-            RenderError: the views are of several sizes, or there is none.
+            RenderError: the views differ in size or units, or there is none.
         """
         names = check_names(aovs)
-        if len(view_batches.alike(views)) != 1:
+        if len(view_batches.same_size(views)) != 1:
             sizes = sorted({f"{view.width}x{view.height}" for view in views})
             raise RenderError(
                 f"a batch of labels wants views of one size of one stage; these are {', '.join(sizes) or 'none'}"
@@ -177,28 +179,28 @@ class WarpRenderer:
     def labels_and_masks(
         self, views: Sequence[CameraView], aovs: Collection[str], groups: Sequence[Sequence[int]]
     ) -> tuple[list[dict[str, np.ndarray]], list[PixelMasks]]:
-        """`labels_of`, and the masks of the same groups of gprims in each of the views."""
+        """Render `labels_of`, and the masks of the same groups of gprims in each of the views."""
         results: dict[int, tuple[dict[str, np.ndarray], PixelMasks]] = {}
-        for places in view_batches.of_labels(views):
-            some = [views[k] for k in places]
+        for indices in view_batches.label_batches(views):
+            some = [views[k] for k in indices]
             batch = self.label_batch(some, {*aovs, "instance"})
-            covered = []
-            for part in view_batches.of_masks(len(some), len(self.gprims)):
-                piece = LabelBatch(len(part), {"instance": batch.arrays["instance"][part.start : part.stop]})
-                covered += self.coverage_batch(some[part.start : part.stop], groups, piece).pixel_masks()
-            results |= dict(zip(places, zip(batch.numpy(), covered, strict=True), strict=True))
+            masks: list[PixelMasks] = []
+            for part in view_batches.mask_batches(len(some), len(self.gprims)):
+                shown = LabelBatch(len(part), {"instance": batch.arrays["instance"][part.start : part.stop]})
+                masks += self.coverage_batch(some[part.start : part.stop], groups, shown).pixel_masks()
+            results |= dict(zip(indices, zip(batch.numpy(), masks, strict=True), strict=True))
         return [results[k][0] for k in range(len(views))], [results[k][1] for k in range(len(views))]
 
     def pixel_masks(
         self, view: CameraView, groups: Sequence[Sequence[int]], *, instance: np.ndarray | None = None
     ) -> PixelMasks:
-        """Pixels that each group of gprims would cover if it were alone, and those in which it is seen.
+        """Compute amodal and modal masks of groups of gprims: the pixels that each covers alone, and those visible.
 
-        A group's pixel counts once, however many of its gprims are met there; groups may share gprims. What is met is
-        exactly what `labels` of a stage with that group alone would show.
+        A pixel counts once for a group, however many of its gprims are hit there; groups may share gprims. The amodal
+        mask is exactly what `labels` of a stage with that group alone would show.
 
         Args:
-            instance: the AOV of that name that `labels` gave of this view; None makes it.
+            instance: the AOV `instance` of this view as returned by `labels`; None renders it.
         """
         if instance is None:
             return self.labels_and_masks([view], ["instance"], groups)[1][0]
@@ -208,12 +210,12 @@ class WarpRenderer:
     def coverage_batch(
         self, views: Sequence[CameraView], groups: Sequence[Sequence[int]], batch: LabelBatch
     ) -> Coverage:
-        """Masks of views of one size, left on the device; `batch` holds their AOV `instance`."""
+        """Compute the masks of views of one size, and leave them on the device; `batch` holds their AOV `instance`."""
         shown = batch.arrays["instance"]
         return Coverage(self._on_device, views, groups, shown, mode=self._label_mode, threads=self.threads)
 
     def coverage(self, view: CameraView, groups: Sequence[Sequence[int]]) -> np.ndarray:
-        """Pixels that each group of gprims would cover if it were alone.
+        """Compute size and bounds of the amodal mask of each group of gprims.
 
         Returns:
             (len(groups), 5) int64: pixels, x_min, y_min, x_max, y_max (inclusive); -1 bounds for no pixels.
@@ -221,23 +223,23 @@ class WarpRenderer:
         return self.pixel_masks(view, groups).coverage
 
     def new_film(self, width: int, height: int) -> Film:
-        """An empty film."""
+        """Return an empty film."""
         return Film(width, height, self.device)
 
     def accumulate(self, film: Film, view: CameraView, *, samples: int, settings: PathSettings) -> None:
-        """Add `samples` per pixel of the present state, numbered from `settings.first_sample`.
+        """Add `samples` per pixel of the current state, numbered from `settings.first_sample`.
 
-        For motion blur call this once per sub-frame with `first_sample` counting on.
+        For motion blur, call this once per sub-frame and continue the numbering with `first_sample`.
         """
         self.accumulate_all([film], [view], samples=samples, settings=settings)
 
     def accumulate_all(
         self, films: Sequence[Film], views: Sequence[CameraView], *, samples: int, settings: PathSettings
     ) -> None:
-        """`accumulate` for many views, each with its film; on CUDA those of one size are drawn together.
+        """Call `accumulate` for many views, each with its film; on CUDA, views of the same size share a launch.
 
         Raises:
-            RenderError: a film has not the size of its view.
+            RenderError: a film differs in size from its view.
         """
         self._path_tracer.accumulate(films, views, samples=samples, settings=settings, threads=self.threads)
 
@@ -251,13 +253,13 @@ class WarpRenderer:
 
 
 def keep_memory(device: str) -> None:
-    """Let arrays of one frame serve the next: to ask a driver for memory takes longer than to draw into it."""
+    """Keep freed GPU memory for the next frame: allocation by the driver takes longer than rendering."""
     if wp.get_device(device).is_mempool_enabled and wp.get_mempool_release_threshold(device) < KEPT_BYTES:
         wp.set_mempool_release_threshold(device, KEPT_BYTES)
 
 
 def chosen_device(device: str | None) -> str:
-    """The name of the device to render on.
+    """Return the name of the device to render on.
 
     Raises:
         RenderError: there is no such device.

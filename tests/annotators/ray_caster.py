@@ -11,7 +11,7 @@ from tests.stage.geometry.counted_masks import counted_masks
 from usdsdg.annotators import Frame, LabeledPrimReader
 from usdsdg.session import render_products
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
-from usdsdg.stage.geometry.pixel_masks import MASK_WORD, WORD, PixelMasks
+from usdsdg.stage.geometry.pixel_masks import MASK_WORD, WORD_PIXELS, PixelMasks
 from usdsdg.stage.semantics.labels import add_labels
 from usdsdg_render.settings import LIGHT_AOVS
 
@@ -119,7 +119,7 @@ class RayCaster:
             covered = np.isfinite([hits[index] for index in group]).any(0)
             for y, x in np.argwhere(covered.reshape(view.height, view.width)):
                 shown = int(seen[y, x]) in group
-                words.append((row, y, x // WORD, 1 << int(x % WORD), shown << int(x % WORD)))
+                words.append((row, y, x // WORD_PIXELS, 1 << int(x % WORD_PIXELS), shown << int(x % WORD_PIXELS)))
         single = np.array(words, MASK_WORD)
         keys, first = np.unique(single[["group", "row", "word"]], return_index=True)
         merged = single[first]

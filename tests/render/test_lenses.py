@@ -13,7 +13,7 @@ from tests.render.labels.test_label_pass import coverage_one_by_one, some_scene
 from tests.stage.cameras.lens_cases import CASES, LENSES, PANORAMAS
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg_render.labels.aov import AOVS
-from usdsdg_render.labels.lens_bounds import reachable
+from usdsdg_render.labels.lens_bounds import bound_through_lens
 from usdsdg_render.scene.scene import NO_INSTANCE
 from usdsdg_render.settings import PathSettings
 
@@ -126,7 +126,7 @@ def test_boxes_far_from_the_picture_are_not_tested(case):
         return
     behind = view.local_to_world[3, :3] + 50 * view.local_to_world[2, :3]
     ahead = view.local_to_world[3, :3] - 50 * view.local_to_world[2, :3]
-    boxes = reachable(view, np.array([behind, ahead]) - 1.0, np.array([behind, ahead]) + 1.0)
+    boxes = bound_through_lens(view, np.array([behind, ahead]) - 1.0, np.array([behind, ahead]) + 1.0)
     assert boxes[0].tolist() == [0, 0, 0, 0]
     area = np.prod(boxes[1, 2:] - boxes[1, :2])
     assert 0 < area < 0.5 * SIZE[0] * SIZE[1]

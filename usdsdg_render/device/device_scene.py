@@ -64,7 +64,7 @@ class DeviceScene:
         if changed & {"prototypes", "instances", "materials"}:
             self._upload_instances(scene)
         if changed & {"prototypes", "instances", "transforms", "materials"}:
-            self.place(scene, scene.instances.local_to_world)
+            self.set_transforms(scene, scene.instances.local_to_world)
         glows = bool((scene.materials["emission"] > 0).any())
         if "lights" in changed or ((glows or self.tables.emissive_count > 0) and changed):
             self._lights.upload(scene, self.tables)
@@ -138,7 +138,7 @@ class DeviceScene:
         self.supports.prototype = self._array(instances.prototype, wp.int32)
         self.tables.slots = self._array(scene.material_slots, wp.int32)
 
-    def place(self, scene: Scene, local_to_world: np.ndarray) -> None:
+    def set_transforms(self, scene: Scene, local_to_world: np.ndarray) -> None:
         """Put the instances somewhere, (N, 4, 4) as in `Instances`: where the scene has them, or between."""
         self.placement.place(self.tables.tlas, local_to_world, scene.instances.paths)
 

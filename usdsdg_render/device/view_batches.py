@@ -1,4 +1,4 @@
-"""Which views are drawn together."""
+"""Batches of views that are rendered in one launch."""
 
 from __future__ import annotations
 
@@ -9,32 +9,32 @@ if TYPE_CHECKING:
     from usdsdg.stage.cameras.camera_view import CameraView
     from usdsdg_render.path.film import Film
 
-# Of the label pass in one launch; all AOVs take about 100 bytes of each.
+# Maximum pixels of the label pass in one launch; all AOVs together take about 100 bytes a pixel.
 LABEL_PIXELS = 1 << 24
 
-# Of masks at once, one gprim in one picture each; they take about 2 kB of memory on average.
+# Maximum masks at once, each of one gprim in one image; a mask takes about 2 kB on average.
 MASKS = 1 << 16
 
 
-def alike(views: Sequence[CameraView], films: Sequence[Film] = ()) -> list[list[int]]:
-    """Indices of views that may be drawn in one launch: of one size and stage, with films that hold the same sums."""
+def same_size(views: Sequence[CameraView], films: Sequence[Film] = ()) -> list[list[int]]:
+    """Group the indices of views that may share a launch: same size and units, and films with the same buffers."""
     groups: dict[tuple[float | bool, ...], list[int]] = {}
     for k, view in enumerate(views):
-        sums = (films[k].has_features, films[k].has_light_aovs) if films else ()
-        groups.setdefault((view.width, view.height, view.meters_per_unit, *sums), []).append(k)
+        buffers = (films[k].has_features, films[k].has_light_aovs) if films else ()
+        groups.setdefault((view.width, view.height, view.meters_per_unit, *buffers), []).append(k)
     return list(groups.values())
 
 
-def of_labels(views: Sequence[CameraView]) -> list[list[int]]:
-    """As `alike`, no more at once than memory has room for."""
+def label_batches(views: Sequence[CameraView]) -> list[list[int]]:
+    """Split the groups of `same_size` into batches of at most LABEL_PIXELS pixels."""
     batches = []
-    for places in alike(views):
-        most = max(1, LABEL_PIXELS // (views[places[0]].width * views[places[0]].height))
-        batches += [places[first : first + most] for first in range(0, len(places), most)]
+    for indices in same_size(views):
+        size = max(1, LABEL_PIXELS // (views[indices[0]].width * views[indices[0]].height))
+        batches += [indices[first : first + size] for first in range(0, len(indices), size)]
     return batches
 
 
-def of_masks(pictures: int, gprims: int) -> list[range]:
-    """Which pictures have their masks made together, no more at once than memory has room for."""
-    most = max(1, MASKS // max(1, gprims))
-    return [range(first, min(first + most, pictures)) for first in range(0, pictures, most)]
+def mask_batches(images: int, gprims: int) -> list[range]:
+    """Split images into batches of at most MASKS masks."""
+    size = max(1, MASKS // max(1, gprims))
+    return [range(first, min(first + size, images)) for first in range(0, images, size)]

@@ -1,8 +1,8 @@
 """The coverage pass on the host: bit-packed masks of the pixels that groups of gprims would cover alone.
 
-A ray is not followed from surface to surface: faces of two instances that coincide lie at one distance, so that going
-on behind the first would pass by the second. Each instance is asked on its own whether the ray meets it, by the same
-test of the same triangles as when it is alone.
+A ray is not traced from one hit to the next: coincident faces of two instances lie at the same distance, so continuing
+behind the first would skip the second. Instead, the ray is intersected with each instance separately, by the same tests
+of the same triangles as when the instance is alone.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import warp as wp
 
-from usdsdg.stage.geometry.pixel_masks import MASK_WORD, WORD, PixelMasks
+from usdsdg.stage.geometry.pixel_masks import MASK_WORD, WORD_PIXELS, PixelMasks
 from usdsdg_render.device.camera import camera_array
 from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.device.parallel import launch_rows
@@ -22,15 +22,15 @@ from usdsdg_render.kernels.labels import coverage as kernels
 from usdsdg_render.kernels.labels.coverage import BYTES, MaskWord
 from usdsdg_render.kernels.labels.screen_bounds import ANYWHERE, SIDES, bound_on_screen
 from usdsdg_render.labels import lens_bounds
-from usdsdg_render.memory.readback import fetch
+from usdsdg_render.memory.readback import read_back
 
 if TYPE_CHECKING:
     from usdsdg.stage.cameras.camera_view import CameraView
 
 WORDS_PER_BAND = 1024
 ROW_PARTS = 16
-# Sums of a group that covers nothing: pixels, x_min, y_min, x_max, y_max, visible pixels.
-_NOTHING = np.array([0, 1 << 30, 1 << 30, -1, -1, 0], np.int32)
+# Initial sums of a group, of no pixels: pixels, x_min, y_min, x_max, y_max, visible pixels.
+_NO_PIXELS = np.array([0, 1 << 30, 1 << 30, -1, -1, 0], np.int32)
 
 
 class _Words(NamedTuple):
@@ -42,11 +42,11 @@ class _Words(NamedTuple):
 
 
 class Coverage:
-    """What groups of gprims cover in images of one size, drawn together.
+    """Masks of groups of gprims in images of one size, computed in one launch.
 
     Args:
-        views: of one size.
-        groups: gprims of each.
+        views: cameras with images of one size.
+        groups: gprim indices of each group.
         shown: (views, height, width) int32, the instance AOV of the same views and mode.
     """
 
@@ -65,23 +65,24 @@ class Coverage:
         self._size = views[0].width, views[0].height
         self._cameras = camera_array(views, self._device)
         self._tested, members = _tested(groups, device_scene.placement.placed)
-        self._tested_there = self._array(self._tested, wp.int32)
-        self._words = self._covered(self._listed(self._screen_bounds()), shown, mode)
+        self._device_tested = self._array(self._tested, wp.int32)
+        self._words = self._fill_words(self._list_words(self._screen_bounds()), shown, mode)
         if members is not None:
-            self._words = self._merged(self._words, *members)
+            self._words = self._merge_groups(self._words, *members)
 
     def sums(self) -> np.ndarray:
-        """(views, groups, 6) int32: amodal pixels, x_min, y_min, x_max, y_max (inclusive; -1 for no pixels), modal
-        pixels.
+        """Return the size and bounds of each mask.
+
+        (views, groups, 6) int32: amodal pixels, x_min, y_min, x_max, y_max (inclusive; -1 for no pixels), modal pixels.
         """
-        sums = self._array(np.tile(_NOTHING, (len(self._views), self._groups, 1)), wp.int32)
+        sums = self._array(np.tile(_NO_PIXELS, (len(self._views), self._groups, 1)), wp.int32)
         self._launch(kernels.sum_mask_words, len(self._words.words), [*self._words], [sums])
         result = sums.numpy()
         result[result[..., 0] == 0, 1:5] = -1
         return result
 
     def pixel_masks(self) -> list[PixelMasks]:
-        """Masks of each image; their words stay on the device until they are read."""
+        """Return the masks of each image; their words stay on the device until they are read."""
         sums = self.sums().astype(np.int64)
         words = _HostWords(self._words)
         width, height = self._size
@@ -91,29 +92,29 @@ class Coverage:
         ]
 
     def _screen_bounds(self) -> wp.array:
-        """(views, tested, SIDES) float32: 8-DOPs around the pixels that instances can cover."""
+        """Bound the pixels that instances can cover by 8-DOPs, (views, tested, SIDES) float32."""
         bounds = self._empty((len(self._views), len(self._tested), SIDES), wp.float32)
-        inputs = [self._scene.tables, self._scene.supports, self._cameras, self._tested_there]
+        inputs = [self._scene.tables, self._scene.supports, self._cameras, self._device_tested]
         self._rows(bound_on_screen, bounds.shape[:2], inputs, [bounds])
         for k, view in enumerate(self._views):
             if view.lens is not None:
-                wp.copy(bounds[k], self._array(self._through_lens(view), wp.float32))
+                wp.copy(bounds[k], self._array(self._lens_bounds(view), wp.float32))
         return bounds
 
-    def _through_lens(self, view: CameraView) -> np.ndarray:
-        """As `_screen_bounds`, of one view with a lens model: rectangles, as 8-DOPs."""
-        some = self._tested >= 0
-        ends = np.full((len(some), SIDES), ANYWHERE)
-        ends[~some] = -ANYWHERE
-        placement, which = self._scene.placement, self._tested[some]
-        world = (each[which].astype(np.float64) for each in (placement.lower, placement.upper))
-        boxes = lens_bounds.reachable(view, *world)
-        ends[some, :2], ends[some, 4:6] = boxes[:, 2:], -boxes[:, :2]
-        return ends
+    def _lens_bounds(self, view: CameraView) -> np.ndarray:
+        """Return the screen bounds of one view with a lens model: rectangles, as 8-DOPs (tested, SIDES)."""
+        present = self._tested >= 0
+        bounds = np.full((len(present), SIDES), ANYWHERE)
+        bounds[~present] = -ANYWHERE
+        placement, instances = self._scene.placement, self._tested[present]
+        world_boxes = (each[instances].astype(np.float64) for each in (placement.lower, placement.upper))
+        rectangles = lens_bounds.bound_through_lens(view, *world_boxes)
+        bounds[present, :2], bounds[present, 4:6] = rectangles[:, 2:], -rectangles[:, :2]
+        return bounds
 
-    def _listed(self, bounds: wp.array) -> wp.array:
-        """The words of masks within screen bounds, still without bits."""
-        # Threads of a GPU share the rows of an instance.
+    def _list_words(self, bounds: wp.array) -> wp.array:
+        """List the mask words within screen bounds, without their bits."""
+        # On a GPU, ROW_PARTS threads share the rows of an instance.
         shape = (*bounds.shape[:2], 1 if self._device == "cpu" else ROW_PARTS)
         counts, after = self._empty(shape, wp.int32), self._empty(shape, wp.int32)
         none = self._empty(0, MaskWord)
@@ -123,26 +124,27 @@ class Coverage:
         self._rows(kernels.list_mask_words, shape, [*inputs, after], [counts, words])
         return words
 
-    def _covered(self, words: wp.array, shown: wp.array, mode: int) -> _Words:
+    def _fill_words(self, words: wp.array, shown: wp.array, mode: int) -> _Words:
+        """Trace the pixels of listed words and set their bits."""
         covered, visible = (self._empty(len(words), wp.uint64) for _ in range(2))
-        # A thread of a CPU takes a whole word, one of a GPU a byte of it.
+        # On a CPU a thread fills a whole word, on a GPU a byte of it.
         threads = 1 if self._device == "cpu" else BYTES
-        inputs = [self._scene.tables, self._cameras, mode, shown, self._tested_there, words, BYTES // threads]
+        inputs = [self._scene.tables, self._cameras, mode, shown, self._device_tested, words, BYTES // threads]
         shape = (len(words), threads)
         outputs = [_bytes(covered), _bytes(visible)]
         self._rows(kernels.fill_mask_words, shape, inputs, outputs, band_rows=WORDS_PER_BAND)
         return _Words(words, covered, visible)
 
-    def _merged(self, given: _Words, first_group: np.ndarray, groups_of: np.ndarray) -> _Words:
-        """The words of groups from those of their instances: a pixel counts once."""
+    def _merge_groups(self, given: _Words, first_group: np.ndarray, groups_of: np.ndarray) -> _Words:
+        """Merge the words of instances into words of their groups, so that each pixel counts once."""
         size, words = (self._groups, *self._size), given.words
-        first_there, groups_there = self._array(first_group, wp.int32), self._array(groups_of, wp.int32)
+        device_first, device_groups = self._array(first_group, wp.int32), self._array(groups_of, wp.int32)
         counts, after = (self._empty(len(words), wp.int32) for _ in range(2))
-        self._launch(kernels.count_groups, len(words), [words, given.covered, first_there], [counts])
+        self._launch(kernels.count_groups, len(words), [words, given.covered, device_first], [counts])
         copies = _running_sums(counts, after)
-        # Sorting needs twice the room.
+        # The radix sort needs arrays of twice the length.
         keys, sources = self._empty(2 * copies, wp.int64), self._empty(2 * copies, wp.int32)
-        inputs = [words, after, counts, first_there, groups_there, *size]
+        inputs = [words, after, counts, device_first, device_groups, *size]
         self._launch(kernels.copy_to_groups, len(words), inputs, [keys, sources])
         wp.utils.radix_sort_pairs(keys, sources, copies)
         marks, slots = self._empty(copies, wp.int32), self._empty(copies, wp.int32)
@@ -166,7 +168,7 @@ class Coverage:
 
 
 class _HostWords:
-    """All words of masks on the host, fetched once."""
+    """Mask words of all images on the host, copied once on first use."""
 
     def __init__(self, words: _Words) -> None:
         self._words: _Words | None = words
@@ -174,32 +176,33 @@ class _HostWords:
         self._images = np.zeros(0, np.int32)
 
     def of(self, image: int) -> np.ndarray:
-        """Rows of MASK_WORD of one image."""
+        """Return the rows of MASK_WORD of one image."""
         if self._words is not None:
-            self._fetch(self._words)
+            self._copy(self._words)
             self._words = None
         first, last = np.searchsorted(self._images, [image, image + 1])
         return self._rows[first:last]
 
-    def _fetch(self, words: _Words) -> None:
-        fetched = fetch(words._asdict())
-        met = np.flatnonzero(fetched["covered"])
-        found = fetched["words"][met]
-        self._rows = np.zeros(len(met), MASK_WORD)
+    def _copy(self, words: _Words) -> None:
+        copies = read_back(words._asdict())
+        nonzero = np.flatnonzero(copies["covered"])
+        found = copies["words"][nonzero]
+        self._rows = np.zeros(len(nonzero), MASK_WORD)
         self._rows["group"], self._rows["row"] = found["owner"], found["row"]
-        self._rows["word"] = found["first"] // WORD
+        self._rows["word"] = found["first"] // WORD_PIXELS
         for name in ("covered", "visible"):
-            self._rows[name] = fetched[name][met]
+            self._rows[name] = copies[name][nonzero]
         self._images = found["image"]
 
 
 def _tested(
     groups: Sequence[Sequence[int]], placed: np.ndarray
 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray] | None]:
-    """Which instances to test, and to which groups each of them belongs.
+    """Select the instances to test, and the groups that each of them belongs to.
 
-    Where every group has at most one instance of its own, instances (or -1) are in the order of the groups.
-    Else the second result is the offset of the groups of each instance in a list (and its length), and that list.
+    If no instance is in two groups and no group has two instances, the result is the instance of each group (or -1)
+    and None. Else the second result is (first_group, groups): the groups of instance i are
+    groups[first_group[i]:first_group[i + 1]], with i an index into the first result.
     """
     members = np.array([each for group in groups for each in group], np.int64)
     owners = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
@@ -214,7 +217,7 @@ def _tested(
 
 
 def _running_sums(counts: wp.array, sums: wp.array) -> int:
-    """Fill `sums` with running sums of `counts`, and return the last."""
+    """Fill `sums` with the inclusive running sums of `counts`, and return the total."""
     if counts.size == 0:
         return 0
     flat = sums.flatten()
@@ -223,5 +226,5 @@ def _running_sums(counts: wp.array, sums: wp.array) -> int:
 
 
 def _bytes(words: wp.array) -> wp.array:
-    """(N, 8) uint8, the memory of words; little-endian, as all of Warp's devices are."""
+    """View words as (N, 8) uint8, without a copy; little-endian, as all devices of Warp are."""
     return wp.array(ptr=words.ptr, shape=(len(words), BYTES), dtype=wp.uint8, device=words.device, copy=False)

@@ -1,29 +1,29 @@
-"""Memory that the host writes and kernels read."""
+"""Staging buffers: host memory that is uploaded to a device in one copy."""
 
 from typing import Any
 
 import numpy as np
 import warp as wp
 
-# Bytes of a cache line: vector loads of nodes and blocks assume this alignment.
-LINE = 64
+# Bytes. Vector loads of BVH nodes and triangle blocks assume this alignment.
+CACHE_LINE = 64
 
 
 def aligned(shape: tuple[int, ...], dtype: Any) -> np.ndarray:
-    """An uninitialized array whose first element starts a cache line."""
+    """Return an uninitialized array that starts at a cache line."""
     size = int(np.prod(shape)) * np.dtype(dtype).itemsize
-    raw = np.empty(size + LINE, np.uint8)
-    start = -raw.ctypes.data % LINE
+    raw = np.empty(size + CACHE_LINE, np.uint8)
+    start = -raw.ctypes.data % CACHE_LINE
     return raw[start : start + size].view(dtype).reshape(shape)
 
 
 def shared(values: np.ndarray, dtype: Any) -> wp.array:
-    """A contiguous array as kernels on a CPU read and write it, where it lies."""
+    """Wrap a contiguous array for CPU kernels, without a copy."""
     return wp.array(values, dtype=dtype, device="cpu", copy=False)
 
 
-class Mirror:
-    """Bytes that are written on the host and sent to a device in one piece; for a CPU both are one."""
+class StagingBuffer:
+    """Bytes on the host and their copy on a device; on a CPU both are the same memory."""
 
     def __init__(self, size: int, device: str) -> None:
         self.host = aligned((size,), np.uint8)
@@ -31,14 +31,14 @@ class Mirror:
         self._device = self._host if device == "cpu" else wp.empty(size, dtype=wp.uint8, device=device)
 
     def address(self, offset: int) -> int:
-        """Where a byte is on the device."""
+        """Return the device address of a byte."""
         return int(self._device.ptr) + offset
 
     def array(self, offset: int, count: int, dtype: Any) -> wp.array:
-        """So many elements as kernels on the device read them; valid while the mirror is."""
+        """Return a view of `count` elements on the device; valid as long as the staging buffer lives."""
         return wp.array(ptr=self.address(offset), dtype=dtype, shape=(count,), device=self._device.device)
 
-    def send(self, size: int) -> None:
-        """Bring the first bytes up to date on the device. What is written later is not sent with them."""
+    def upload(self, size: int) -> None:
+        """Copy the first `size` bytes to the device."""
         if self._device is not self._host:
             wp.copy(self._device, self._host, count=size)

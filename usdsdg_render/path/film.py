@@ -8,7 +8,7 @@ from usdsdg_render.device.parallel import launch_rows
 from usdsdg_render.kernels.path.film import FilmArrays
 from usdsdg_render.kernels.path.tone_map import tone_map_pixels
 from usdsdg_render.kernels.path.wavelet_denoiser import blend
-from usdsdg_render.memory.readback import fetch
+from usdsdg_render.memory.readback import read_back
 from usdsdg_render.path import oidn_denoiser, wavelet_denoiser
 from usdsdg_render.settings import LIGHT_AOVS, ToneSettings
 
@@ -79,7 +79,7 @@ def tone_map(film: Film, tone: ToneSettings, *, threads: int | None = None) -> d
             f"{film.dropped} samples of a {film.width}x{film.height} image were not finite and were dropped",
             key="dropped samples",
         )
-    return {**fetch({"HdrColor": hdr, "LdrColor": ldr}), **film.light_aovs()}
+    return {**read_back({"HdrColor": hdr, "LdrColor": ldr}), **film.light_aovs()}
 
 
 def _denoised(film: Film, tone: ToneSettings, threads: int | None) -> wp.array:

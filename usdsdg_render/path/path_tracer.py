@@ -53,7 +53,7 @@ class PathTracer:
                 film.allocate_light_aovs()
         if not self._scene.lit:
             warn_once("the scene has no light, so images are black: add a UsdLux light, for example a DomeLight")
-        for indices in view_batches.alike(views, films):
+        for indices in view_batches.same_size(views, films):
             options = path_options(settings, films[indices[0]])
             if not self._scene.has_glass:
                 options.glass_bounces = 0

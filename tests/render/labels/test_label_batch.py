@@ -1,4 +1,4 @@
-"""Many pictures at once: the labels of each are those that it has alone."""
+"""Batches of many images: the labels of each are those of the image rendered alone."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def camera(name: str, eye, **values):
 
 
 def cameras() -> list:
-    """Several sizes, of heights that are no whole bands, and lenses."""
+    """Views of several sizes, with heights that are no multiples of bands, and a lens."""
     views = [camera(f"/c{k}", (5 * np.cos(k), 5 * np.sin(k), 1), size=(37, 30)) for k in range(3)]
     views.insert(1, camera("/small", (4, 0, 0), size=(16, 9)))
     views += [camera("/fish", (4, 1, 0), size=(37, 30), **CASES["fisheyePolynomial by default"])]
@@ -42,11 +42,11 @@ def test_labels_of_many_views_are_those_of_each(pixels, monkeypatch):
         scene.instances.local_to_world[:, 3, 0] += 0.1 * step
         scene.touch("transforms")
         together.sync(), alone.sync()
-        drawn = together.labels_of(views, list(AOVS))
-        assert [each["instance"].shape for each in drawn] == [(view.height, view.width) for view in views]
-        for view, labels in zip(views, drawn, strict=True):
+        rendered = together.labels_of(views, list(AOVS))
+        assert [each["instance"].shape for each in rendered] == [(view.height, view.width) for view in views]
+        for view, labels in zip(views, rendered, strict=True):
             assert_same(labels, alone.labels(view, list(AOVS)))
-    assert all((labels["motion_vectors"] != 0).any() for labels in drawn)
+    assert all((labels["motion_vectors"] != 0).any() for labels in rendered)
 
 
 def test_boxes_and_masks_are_those_of_the_pixels():
@@ -57,18 +57,18 @@ def test_boxes_and_masks_are_those_of_the_pixels():
     boxes = batch.boxes(len(renderer.gprims))
     masks = batch.masks(np.arange(100, 112), nothing=7).numpy()
     assert boxes.shape == (4, 12, 5)
-    for picture, labels in enumerate(batch.numpy()):
+    for image, labels in enumerate(batch.numpy()):
         shown = labels["instance"]
-        np.testing.assert_array_equal(masks[picture], np.where(shown >= 0, shown + 100, 7))
+        np.testing.assert_array_equal(masks[image], np.where(shown >= 0, shown + 100, 7))
         for gprim in range(12):
             y, x = np.nonzero(shown == gprim)
             expected = [len(x), x.min(), y.min(), x.max(), y.max()] if len(x) else [0, -1, -1, -1, -1]
-            assert boxes[picture, gprim].tolist() == expected
+            assert boxes[image, gprim].tolist() == expected
     assert (boxes[..., 0] == 0).any()
     np.testing.assert_array_equal(batch.boxes(3), boxes[:, :3])
 
 
-def test_motion_is_that_of_each_picture_of_one_camera():
+def test_motion_is_kept_for_each_image_size_of_a_camera():
     scene = scenes.scene_of([(scenes.cube(), scenes.moved(), 0)])
     renderer = renderer_of(scene)
     large, small = (scenes.view_from((0, -10, 0), size=size) for size in ((64, 48), (16, 12)))
@@ -90,7 +90,7 @@ def test_motion_is_that_of_each_picture_of_one_camera():
     assert (renderer.labels(large, ["motion_vectors"])["motion_vectors"] == 0).all()
 
 
-def test_odd_batches():
+def test_empty_and_mixed_batches():
     renderer = renderer_of(scenes.scene_of([]))
     views = cameras()
     assert renderer.labels_of([], ["instance"]) == []

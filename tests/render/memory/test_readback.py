@@ -1,11 +1,11 @@
-"""What is lent to arrays comes back when the last of them is gone, and not before."""
+"""A buffer returns to the pool when the last array that refers to it is deleted, and not before."""
 
 from __future__ import annotations
 
 import numpy as np
 import warp as wp
 
-from usdsdg_render.memory.readback import Loan, Pool, fetch
+from usdsdg_render.memory.readback import PooledBuffer, ReadbackPool, read_back
 
 
 class Bytes:
@@ -16,42 +16,42 @@ class Bytes:
         self.ptr = self.values.ctypes.data
 
 
-def lend(pool: Pool, count: int) -> np.ndarray | None:
-    buffer = pool.take(4 * count)
-    return None if buffer is None else np.asarray(Loan(pool, buffer, 4 * count, (count,), "<f4"))
+def pooled_array(pool: ReadbackPool, count: int) -> np.ndarray | None:
+    buffer = pool.acquire(4 * count)
+    return None if buffer is None else np.asarray(PooledBuffer(pool, buffer, 4 * count, (count,), "<f4"))
 
 
-def test_memory_is_used_again_only_when_no_view_is_left():
-    pool = Pool(Bytes)
-    first = lend(pool, 6)
+def test_memory_is_reused_only_when_no_view_is_left():
+    pool = ReadbackPool(Bytes)
+    first = pooled_array(pool, 6)
     address = first.ctypes.data
     first[:] = 7.0
     row = first.reshape(2, 3)[1]
     del first
-    other = lend(pool, 6)
+    other = pooled_array(pool, 6)
     assert other.ctypes.data != address
     other[:] = 1.0
     assert (row == 7.0).all()
     del row
-    assert lend(pool, 6).ctypes.data == address
+    assert pooled_array(pool, 6).ctypes.data == address
 
 
-def test_there_is_no_more_than_allowed():
-    pool = Pool(Bytes, most=100)
-    held = lend(pool, 10)
-    again = lend(pool, 15)
+def test_the_pool_stays_within_its_limit():
+    pool = ReadbackPool(Bytes, max_bytes=100)
+    held = pooled_array(pool, 10)
+    again = pooled_array(pool, 15)
     assert again is not None
-    assert lend(pool, 1) is None
+    assert pooled_array(pool, 1) is None
     del again
-    # What is not lent makes room for another size.
-    assert lend(pool, 5) is not None
-    assert lend(pool, 16) is None
+    # Unused buffers are freed for another size.
+    assert pooled_array(pool, 5) is not None
+    assert pooled_array(pool, 16) is None
     assert held.size == 10
 
 
-def test_arrays_of_a_cpu_are_themselves():
+def test_cpu_arrays_are_not_copied():
     array = wp.array([[1.0, 2.0, 3.0]], dtype=wp.vec3, device="cpu")
-    fetched = fetch({"a": array, "none": wp.empty((0, 4), dtype=wp.int32, device="cpu")})
-    assert fetched["a"].tolist() == [[1.0, 2.0, 3.0]]
-    assert fetched["a"].ctypes.data == array.ptr
-    assert fetched["none"].shape == (0, 4)
+    copies = read_back({"a": array, "none": wp.empty((0, 4), dtype=wp.int32, device="cpu")})
+    assert copies["a"].tolist() == [[1.0, 2.0, 3.0]]
+    assert copies["a"].ctypes.data == array.ptr
+    assert copies["none"].shape == (0, 4)

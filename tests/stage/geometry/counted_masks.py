@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from usdsdg.stage.geometry.pixel_masks import WORD, PixelMasks
+from usdsdg.stage.geometry.pixel_masks import WORD_PIXELS, PixelMasks
 
 
 def counted_masks(shape: tuple[int, int], count: int, words: np.ndarray) -> PixelMasks:
@@ -10,7 +10,9 @@ def counted_masks(shape: tuple[int, int], count: int, words: np.ndarray) -> Pixe
     coverage, visible = PixelMasks.nothing(shape, count).coverage, np.zeros(count, np.int64)
     for word in words:
         group, row = word["group"], word["row"]
-        columns = [int(word["word"]) * WORD + bit for bit in range(WORD) if int(word["covered"]) >> bit & 1]
+        columns = [
+            int(word["word"]) * WORD_PIXELS + bit for bit in range(WORD_PIXELS) if int(word["covered"]) >> bit & 1
+        ]
         box = [columns[0], row, columns[-1], row]
         if coverage[group, 0]:
             box = [*np.minimum(coverage[group, 1:3], box[:2]), *np.maximum(coverage[group, 3:], box[2:])]

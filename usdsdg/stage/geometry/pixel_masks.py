@@ -7,9 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-WORD = 64  # pixels in a word
-# Pixel k of a word is column WORD * word + k and bit k. `covered` is what the group would cover alone, never 0;
-# `visible`, a part of it, is where nothing occludes the group.
+WORD_PIXELS = 64  # pixels of a mask word, one bit each
+# Bit k of a word is the pixel in column WORD_PIXELS * word + k. `covered` (amodal, never 0): pixels that the group would
+# cover alone. `visible` (modal): those of them in which nothing occludes it.
 MASK_WORD = np.dtype([("group", "<i4"), ("row", "<i4"), ("word", "<i4"), ("covered", "<u8"), ("visible", "<u8")])
 
 
@@ -52,7 +52,7 @@ class PixelMasks:
         """Amodal mask, (H, W) bool: pixels that the group would cover alone."""
         first, last = np.searchsorted(self.words["group"], [group, group + 1])
         own = self.words[first:last]
-        bits = np.zeros((self.shape[0], -(-self.shape[1] // WORD)), "<u8")
+        bits = np.zeros((self.shape[0], -(-self.shape[1] // WORD_PIXELS)), "<u8")
         bits[own["row"], own["word"]] = own["covered"]
         return _bits(bits).reshape(self.shape[0], -1)[:, : self.shape[1]]
 
@@ -62,9 +62,13 @@ class PixelMasks:
         some = np.flatnonzero(behind)
         word, bit = np.nonzero(_bits(np.ascontiguousarray(behind[some])[:, None]))
         own = self.words[some[word]]
-        return own["group"].astype(np.int64), own["row"].astype(np.int64), own["word"].astype(np.int64) * WORD + bit
+        return (
+            own["group"].astype(np.int64),
+            own["row"].astype(np.int64),
+            own["word"].astype(np.int64) * WORD_PIXELS + bit,
+        )
 
 
 def _bits(words: np.ndarray) -> np.ndarray:
-    """(R, n) words → (R, n * WORD) bool."""
+    """(R, n) words → (R, n * WORD_PIXELS) bool."""
     return np.unpackbits(words.view(np.uint8), axis=1, bitorder="little").astype(bool)

@@ -6,13 +6,14 @@ hits the instance, and words of instances are merged into words of the groups th
 
 import warp as wp
 
+from usdsdg.stage.geometry import pixel_masks
 from usdsdg_render.bvh.query import wide_any_hit_in_instance
 from usdsdg_render.kernels.cameras.camera import PIXEL_CENTER, pixel_ray
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.scene.visibility import meets_cutout
 from usdsdg_render.scene.structs import Camera, SceneTables
 
-WORD = wp.constant(64)
+WORD_PIXELS = wp.constant(pixel_masks.WORD_PIXELS)
 BYTES = wp.constant(8)  # of a word
 
 
@@ -66,14 +67,14 @@ def list_mask_words(
     for row in range(top + rows * part / parts, top + rows * (part + 1) / parts):
         first, last = columns_of(bounds, row, width)
         if first < last:
-            for column in range(first / WORD, (last - 1) / WORD + 1):
+            for column in range(first / WORD_PIXELS, (last - 1) / WORD_PIXELS + 1):
                 if after.shape[0] > 0:
                     words[start + count] = MaskWord(
                         image=v,
                         owner=k,
                         row=row,
-                        first=wp.max(first, column * WORD),
-                        last=wp.min(last, (column + 1) * WORD),
+                        first=wp.max(first, column * WORD_PIXELS),
+                        last=wp.min(last, (column + 1) * WORD_PIXELS),
                     )
                 count += 1
     if after.shape[0] == 0:
@@ -108,7 +109,7 @@ def fill_mask_words(
     word = words[s]
     camera = cameras[word.image]
     instance = tested[word.owner]
-    word_start = word.first / WORD * WORD
+    word_start = word.first / WORD_PIXELS * WORD_PIXELS
     for b in range(part * bytes_of_thread, (part + 1) * bytes_of_thread):
         met = int(0)
         seen = int(0)
@@ -152,12 +153,12 @@ def copy_to_groups(
 ):
     s = wp.tid()
     word = words[s]
-    row_words = (width + WORD - 1) / WORD
+    row_words = (width + WORD_PIXELS - 1) / WORD_PIXELS
     for k in range(counts[s]):
         group = word.image * groups + groups_of[first_group[word.owner] + k]
         slot = after[s] - counts[s] + k
         keys[slot] = (wp.int64(group) * wp.int64(height) + wp.int64(word.row)) * wp.int64(row_words) + wp.int64(
-            word.first / WORD
+            word.first / WORD_PIXELS
         )
         sources[slot] = s
 
@@ -199,7 +200,7 @@ def merge_mask_words(
         met = met | covered[sources[k]]
         seen = seen | visible[sources[k]]
         k += 1
-    row_words = wp.int64((width + WORD - 1) / WORD)
+    row_words = wp.int64((width + WORD_PIXELS - 1) / WORD_PIXELS)
     word = words[sources[i]]
     word.owner = int(key / row_words / wp.int64(height)) - word.image * groups
     merged[slots[i] - 1] = word
@@ -225,7 +226,7 @@ def sum_mask_words(
     for k in range(6):
         upwards = upwards | (upwards >> wp.uint64(1 << k))
     highest = int(wp.bit_count(upwards)) - 1
-    column = word.first / WORD * WORD
+    column = word.first / WORD_PIXELS * WORD_PIXELS
     wp.atomic_add(sums, word.image, word.owner, 0, int(wp.bit_count(met)))
     wp.atomic_min(sums, word.image, word.owner, 1, column + lowest)
     wp.atomic_min(sums, word.image, word.owner, 2, word.row)

@@ -1,52 +1,52 @@
-"""Boxes and masks from the instance AOV of many pictures."""
+"""Bounding boxes and label masks from the instance AOV of many images."""
 
 import warp as wp
 
-WORD = wp.constant(64)  # pixels that a thread looks at
+from usdsdg_render.kernels.labels.coverage import WORD_PIXELS
 
 
 @wp.func
-def add_run(boxes: wp.array3d(dtype=wp.int32), picture: int, gprim: int, y: int, first: int, last: int):
-    """Count pixels [first, last) of a row, all of one gprim, if there is one."""
+def add_run(boxes: wp.array3d(dtype=wp.int32), image: int, gprim: int, y: int, first: int, last: int):
+    """Extend the box of a gprim (-1 = none) by its pixels [first, last) of a row."""
     if gprim >= 0 and gprim < boxes.shape[1]:
-        wp.atomic_add(boxes, picture, gprim, 0, last - first)
-        wp.atomic_min(boxes, picture, gprim, 1, first)
-        wp.atomic_min(boxes, picture, gprim, 2, y)
-        wp.atomic_max(boxes, picture, gprim, 3, last - 1)
-        wp.atomic_max(boxes, picture, gprim, 4, y)
+        wp.atomic_add(boxes, image, gprim, 0, last - first)
+        wp.atomic_min(boxes, image, gprim, 1, first)
+        wp.atomic_min(boxes, image, gprim, 2, y)
+        wp.atomic_max(boxes, image, gprim, 3, last - 1)
+        wp.atomic_max(boxes, image, gprim, 4, y)
 
 
 @wp.kernel(enable_backward=False)
 def label_boxes(
-    shown: wp.array3d(dtype=wp.int32),  # (pictures, height, width): the instance AOV
-    first_picture: int,
-    # out, grown: (pictures, gprims, 5): pixels, x_min, y_min, x_max, y_max
+    shown: wp.array3d(dtype=wp.int32),  # (images, height, width): the instance AOV
+    first_image: int,
+    # out, updated: (images, gprims, 5): pixels, x_min, y_min, x_max, y_max
     boxes: wp.array3d(dtype=wp.int32),
 ):
-    picture, y, word = wp.tid()
-    picture += first_picture
-    first = int(word * WORD)
-    gprim = int(shown[picture, y, first])
-    for x in range(first + 1, wp.min(first + WORD, shown.shape[2])):
-        other = shown[picture, y, x]
+    image, y, word = wp.tid()
+    image += first_image
+    first = int(word * WORD_PIXELS)
+    gprim = int(shown[image, y, first])
+    for x in range(first + 1, wp.min(first + WORD_PIXELS, shown.shape[2])):
+        other = shown[image, y, x]
         if other != gprim:
-            add_run(boxes, picture, gprim, y, first, x)
+            add_run(boxes, image, gprim, y, first, x)
             first = x
             gprim = other
-    add_run(boxes, picture, gprim, y, first, wp.min((word + 1) * WORD, shown.shape[2]))
+    add_run(boxes, image, gprim, y, first, wp.min((word + 1) * WORD_PIXELS, shown.shape[2]))
 
 
 @wp.kernel(enable_backward=False)
 def map_labels(
     shown: wp.array3d(dtype=wp.int32),
-    values: wp.array(dtype=wp.int32),  # of each gprim, and of nothing
-    first_picture: int,
+    values: wp.array(dtype=wp.int32),  # of each gprim; the last one where no gprim is hit
+    first_image: int,
     # out
     masks: wp.array3d(dtype=wp.int32),
 ):
-    picture, y, x = wp.tid()
-    picture += first_picture
-    gprim = shown[picture, y, x]
+    image, y, x = wp.tid()
+    image += first_image
+    gprim = shown[image, y, x]
     if gprim < 0:
         gprim = values.shape[0] - 1
-    masks[picture, y, x] = values[gprim]
+    masks[image, y, x] = values[gprim]
