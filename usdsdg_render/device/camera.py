@@ -1,4 +1,4 @@
-"""`CameraView` to the record that kernels read."""
+"""Camera records for kernels, from `CameraView`."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ _CURVES = {
 
 
 def camera_records(views: Sequence[CameraView], device: str) -> np.ndarray:
-    """(len(views),) records of the cameras, for kernels of a device.
+    """Return (len(views),) camera records, for kernels of a device.
 
     Raises:
         Unsupported: the projection of a camera is not known, or its calibration gives no image.
-        AssetError: a texture that says what a lens is like is missing or unreadable.
+        AssetError: a texture that describes a lens is missing or unreadable.
     """
     rows = records(Camera, len(views))
     rows["environment_weight"] = 1.0
     matrices = np.array([view.local_to_world for view in views]).reshape(-1, 4, 4)
     rows["origin"] = matrices[:, 3, :3]
-    # Rows of the row-vector matrix are the camera's axes; the kernel wants them as columns.
+    # The rows of a row-vector matrix are the camera's axes; kernels have them as columns.
     rows["rotation"] = matrices[:, :3, :3].transpose(0, 2, 1)
     for row, view in zip(rows, views, strict=True):
         row["width"], row["height"] = view.width, view.height
@@ -62,17 +62,17 @@ def camera_records(views: Sequence[CameraView], device: str) -> np.ndarray:
 
 
 def camera_array(views: Sequence[CameraView], device: str) -> wp.array:
-    """As `camera_records`, on a device."""
+    """Upload `camera_records` to a device."""
     return uploaded(camera_records(views, device), Camera, device)
 
 
 def views_record(views: Sequence[CameraView], device: str) -> Views:
-    """Views of one size as kernels read them."""
+    """Return the kernel record of views of one size."""
     return views_of(camera_records(views, device), device)
 
 
 def views_of(rows: np.ndarray, device: str) -> Views:
-    """As `views_record`, of `camera_records`."""
+    """Return the kernel record of views, from `camera_records`."""
     record = Views()
     record.cameras = uploaded(rows, Camera, device)
     record.width, record.height = (int(rows[0][name]) for name in ("width", "height"))

@@ -1,4 +1,4 @@
-"""The scene on the device that renders it: tables of `scene.Scene` as kernels read them, refreshed where changed."""
+"""The scene on the device: tables of `scene.Scene` for kernels, uploaded again where they changed."""
 
 from typing import Any
 
@@ -10,21 +10,21 @@ from usdsdg_render.device.albedo_table import albedo_table
 from usdsdg_render.device.light_tables import LightTables
 from usdsdg_render.device.placement import Placement
 from usdsdg_render.geometry.support_function import SUPPORT_SHAPE, support_table
-from usdsdg_render.kernels.scene.support import SupportFunctions
+from usdsdg_render.kernels.scene.support_function import SupportFunctions
 from usdsdg_render.lights.environment import EnvironmentMaps
 from usdsdg_render.scene import structs
 from usdsdg_render.scene.scene import TEXELS_HALF, TEXELS_RAW, TEXELS_SHORT, TEXELS_SRGB, Prototype, Scene, Texture
 from usdsdg_render.scene.struct_rows import records, uploaded
 
-# Flags of a texture's record, as `lookup.cpp` reads them
+# Flags of structs.Texture.special, read by lookup.cpp.
 ADJUSTED, TILED = 1, 2
 
 
 class _PrototypeMemory:
-    """What stays on the device for one prototype: triangle records, and its tree."""
+    """Device memory of one prototype: triangle records and BLAS."""
 
     def __init__(self, prototype: Prototype, device: str) -> None:
-        self.prototype = prototype  # keeps its identity from being reused
+        self.prototype = prototype  # keeps its id from being reused
         self.triangles = uploaded(_triangle_records(prototype), structs.Triangle, device)
         self.blas = Blas(prototype.points, prototype.triangles, device)
         used = np.zeros(len(prototype.points), bool)
@@ -44,16 +44,16 @@ class DeviceScene:
         self._prototypes: dict[int, _PrototypeMemory] = {}
         self._textures: dict[int, tuple[Texture, wp.array]] = {}
         self._tile_tables: list[wp.array] = []
-        self.lit = False  # whether anything shines
+        self.lit = False  # whether anything emits light
         self.has_local_and_environment_light = False
         self.has_glass = False
         self._lights = LightTables(device)
-        self._sky = EnvironmentMaps(device)
+        self._environment = EnvironmentMaps(device)
         self.placement = Placement(device)
         self.supports = SupportFunctions()
 
     def sync(self, scene: Scene) -> None:
-        """Bring the device up to date with what changed in `scene` since the last call."""
+        """Upload what changed in `scene` since the last call."""
         changed = {key for key, version in scene.versions.items() if self._versions.get(key) != version}
         if "textures" in changed:
             self._upload_textures(scene)
@@ -65,21 +65,21 @@ class DeviceScene:
             self._upload_instances(scene)
         if changed & {"prototypes", "instances", "transforms", "materials"}:
             self.set_transforms(scene, scene.instances.local_to_world)
-        glows = bool((scene.materials["emission"] > 0).any())
-        if "lights" in changed or ((glows or self.tables.emissive_count > 0) and changed):
+        has_emission = bool((scene.materials["emission"] > 0).any())
+        if "lights" in changed or ((has_emission or self.tables.emissive_count > 0) and changed):
             self._lights.upload(scene, self.tables)
         if "dome" in changed:
-            self.tables.dome = self._sky.upload(scene.dome)
-        far = self._lights.distant + self.tables.dome.strength
-        self.lit = glows or self._lights.near + far > 0
-        self.has_local_and_environment_light = self._lights.near > 0 and far > 0
+            self.tables.dome = self._environment.upload(scene.dome)
+        far = self._lights.distant_strength + self.tables.dome.strength
+        self.lit = has_emission or self._lights.local_strength + far > 0
+        self.has_local_and_environment_light = self._lights.local_strength > 0 and far > 0
         self._versions = dict(scene.versions)
 
     def _array(self, values: np.ndarray, dtype: Any) -> wp.array:
         return wp.array(values, dtype=dtype, device=self.device)
 
     def _upload_textures(self, scene: Scene) -> None:
-        """Rows of the scene's textures, then those of their tiles."""
+        """Upload rows of the scene's textures, followed by rows of their tiles."""
         tiles = [tile for texture in scene.textures for _, tile in texture.tiles]
         rows = records(structs.Texture, len(scene.textures) + len(tiles))
         kept = {}
@@ -95,14 +95,13 @@ class DeviceScene:
         self.tables.textures = uploaded(rows, structs.Texture, self.device)
 
     def _texel_memory(self, texels: np.ndarray) -> wp.array:
-        """On a CPU the kernels read the decoded image itself."""
+        """Upload texels; on a CPU the kernels read the decoded image itself."""
         words = np.ascontiguousarray(texels).view(np.uint32).reshape(-1)
         return wp.array(words, dtype=wp.uint32, device=self.device, copy=self.device != "cpu")
 
     def _upload_materials(self, scene: Scene) -> None:
         self.tables.materials = uploaded(scene.materials, structs.Material, self.device)
-        see_through = _see_through(scene)
-        self.tables.cutouts = int(see_through.any())
+        self.tables.cutouts = int(_may_be_transparent(scene).any())
         self.has_glass = bool((scene.materials["transmission"] > 0).any())
 
     def _upload_prototypes(self, scene: Scene) -> None:
@@ -114,12 +113,12 @@ class DeviceScene:
         self._prototypes = kept
 
     def _upload_instances(self, scene: Scene) -> None:
-        """All of the instances' records but where they are."""
+        """Upload the instances' records, without their transforms."""
         instances = scene.instances
         memories = [self._prototypes.get(id(prototype)) for prototype in scene.prototypes]
         parts = records(structs.Instance, len(memories))
         supports = np.zeros((len(memories), *SUPPORT_SHAPE))
-        slots = np.zeros(len(memories), np.int64)  # how many each has
+        slots = np.zeros(len(memories), np.int64)  # material slots of each
         for k, memory in enumerate(memories):
             if memory is not None:
                 parts[k]["triangles"] = memory.triangles.ptr
@@ -130,7 +129,7 @@ class DeviceScene:
         rows["slot_offset"] = instances.slot_offset
         rows["casts_shadow"] = instances.casts_shadow
         rows["cutout"] = _any_of(
-            _see_through(scene)[scene.material_slots], rows["slot_offset"], slots[instances.prototype]
+            _may_be_transparent(scene)[scene.material_slots], rows["slot_offset"], slots[instances.prototype]
         )
         filled = np.array([memory is not None for memory in memories], bool)[instances.prototype]
         self.placement.set_instances(rows, instances.prototype, supports, filled)
@@ -139,12 +138,12 @@ class DeviceScene:
         self.tables.slots = self._array(scene.material_slots, wp.int32)
 
     def set_transforms(self, scene: Scene, local_to_world: np.ndarray) -> None:
-        """Put the instances somewhere, (N, 4, 4) as in `Instances`: where the scene has them, or between."""
-        self.placement.place(self.tables.tlas, local_to_world, scene.instances.paths)
+        """Set the transforms of instances, (N, 4, 4) as in `Instances`: those of the scene, or interpolated ones."""
+        self.placement.set_transforms(self.tables.tlas, local_to_world, scene.instances.paths)
 
 
 def fill_texture(row: Any, texture: Texture) -> None:
-    """All of a texture's record but where its texels and tiles are."""
+    """Fill a texture's record, without the addresses of its texels and tiles."""
     row["height"], row["width"] = texture.texels.shape[:2]
     row["format"] = {"uint16": TEXELS_SHORT, "float16": TEXELS_HALF}.get(
         texture.texels.dtype.name, TEXELS_SRGB if texture.srgb else TEXELS_RAW
@@ -157,16 +156,16 @@ def fill_texture(row: Any, texture: Texture) -> None:
 
 
 def _tile_tables(textures: list[Texture], rows: np.ndarray, device: str) -> list[wp.array]:
-    """Point the records of tiled textures to their tables of tiles."""
+    """Upload the tile tables of tiled textures, and write their addresses into the records."""
     tables = []
     next_row = len(textures)
     for k, texture in enumerate(textures):
         if not texture.tiles:
             continue
-        tile_rows = max(place for place, _ in texture.tiles) // 10 + 1
-        # Beyond the tiles the image of the texture itself is read.
+        tile_rows = max(slot for slot, _ in texture.tiles) // 10 + 1
+        # Outside of its tiles the texture's own texels are read.
         table = np.full(10 * tile_rows + 1, k, np.int32)
-        table[[place for place, _ in texture.tiles]] = np.arange(next_row, next_row + len(texture.tiles))
+        table[[slot for slot, _ in texture.tiles]] = np.arange(next_row, next_row + len(texture.tiles))
         next_row += len(texture.tiles)
         tables.append(wp.array(table, dtype=wp.int32, device=device))
         rows[k]["tiles"], rows[k]["tile_rows"] = tables[-1].ptr, tile_rows
@@ -185,20 +184,20 @@ def _triangle_records(prototype: Prototype) -> np.ndarray:
     return rows
 
 
-def _see_through(scene: Scene) -> np.ndarray:
-    """Per material: whether a ray may pass."""
+def _may_be_transparent(scene: Scene) -> np.ndarray:
+    """Return for each material whether rays may pass through it."""
     rows = scene.materials
     return (rows["opacity"] < 1.0) | (rows["opacity_texture"] >= 0) | (rows["transmission"] > 0.0)
 
 
 def _any_of(flags: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Whether any of `flags[first : first + count]` is set, per row."""
+    """Return for each row whether any of `flags[first : first + count]` is set."""
     running = np.append(0, np.cumsum(flags))
     return running[first + count] > running[first]
 
 
 def _texel_values() -> np.ndarray:
-    """Linear value of each 8-bit texel: 256 for images in sRGB, then 256 for raw ones."""
+    """Return the linear value of each 8-bit texel: 256 for images in sRGB, then 256 for raw ones."""
     raw = np.arange(256) / 255.0
     decoded = np.where(raw <= 0.04045, raw / 12.92, ((raw + 0.055) / 1.055) ** 2.4)
     return np.concatenate([decoded, raw]).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Tables of lenses on the devices that render through them, for as long as the lens lives."""
+"""Lens tables on devices, uploaded once and kept for the lifetime of the lens."""
 
 from weakref import WeakKeyDictionary
 
@@ -11,7 +11,7 @@ _uploaded: WeakKeyDictionary[LensTable, dict[str, wp.array]] = WeakKeyDictionary
 
 
 def table_address(table: LensTable, device: str) -> int:
-    """Where kernels of a device find a table, as `kernels.lens_table` reads it."""
+    """Return the device address of a table, in the layout of `kernels.cameras.lens_table`."""
     held = _uploaded.setdefault(table, {})
     if device not in held:
         starts = np.zeros((table.start_map.shape[0] * table.start_map.shape[1], 4), np.float32)

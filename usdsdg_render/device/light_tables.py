@@ -16,11 +16,11 @@ _LIT, _CASTING = 1, 2
 
 
 class LightTables:
-    """Uploads all lights of a scene but the dome, and keeps the memory alive that their rows point to."""
+    """Uploads all lights of a scene except the dome, and keeps alive the memory that their rows point to."""
 
     def __init__(self, device: str) -> None:
         self.device = device
-        self.near = self.distant = 0.0  # sums of light strengths
+        self.local_strength = self.distant_strength = 0.0  # sums over lights
         self._profiles: dict[int, tuple[EmissionProfile, wp.array, list[wp.array]]] = {}
         self._links: list[wp.array] = []
         self._face_cdfs: list[wp.array] = []
@@ -49,7 +49,8 @@ class LightTables:
         tables.lights = uploaded(table, structs.Light, self.device)
         tables.light_count = len(table)
         distant = table["kind"] == LIGHT_DISTANT
-        self.near, self.distant = (float(table["strength"][some].sum()) for some in (~distant, distant))
+        strength = table["strength"]
+        self.local_strength, self.distant_strength = float(strength[~distant].sum()), float(strength[distant].sum())
 
     def _write_emissive(self, emissive: list[EmissiveInstance], rows: np.ndarray) -> None:
         self._face_cdfs = [self._array(each.face_cdf, wp.float32) for each in emissive]
@@ -85,15 +86,15 @@ class LightTables:
 
     def _upload_links(self, links: list[LightLinks]) -> list[int]:
         addresses, held = [], []
-        for rule in links:
+        for each in links:
             row = records(structs.LightLinks, 1)
-            if rule.lit is not None or rule.casting is not None:
-                lit = np.uint8(_LIT) if rule.lit is None else rule.lit * np.uint8(_LIT)
-                casting = np.uint8(_CASTING) if rule.casting is None else rule.casting * np.uint8(_CASTING)
+            if each.lit is not None or each.casting is not None:
+                lit = np.uint8(_LIT) if each.lit is None else each.lit * np.uint8(_LIT)
+                casting = np.uint8(_CASTING) if each.casting is None else each.casting * np.uint8(_CASTING)
                 held.append(self._array(np.asarray(lit | casting, np.uint8), wp.uint8))
                 row["masks"] = held[-1].ptr
             for name in ("shadow_color", "shadow_distance", "shadow_falloff", "shadow_gamma"):
-                row[name] = getattr(rule, name)
+                row[name] = getattr(each, name)
             held.append(uploaded(row, structs.LightLinks, self.device))
             addresses.append(held[-1].ptr)
         self._links = held
@@ -101,7 +102,7 @@ class LightTables:
 
 
 def _rows_of(emissive: list[EmissiveInstance], first: int, instances: int) -> np.ndarray:
-    """Per instance its row in the table of lights, or -1; empty where no instance is sampled as a light."""
+    """Return for each instance its row in the table of lights, or -1; empty if no instance is sampled as a light."""
     rows = np.full(instances if emissive else 0, -1, np.int32)
     for k, each in enumerate(emissive):
         rows[each.instance] = first + k

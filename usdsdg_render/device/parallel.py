@@ -1,4 +1,4 @@
-"""Work spread over CPU threads in bands of rows; kernels run outside Python's lock, so threads share it."""
+"""Parallel work on CPU threads, in bands of rows; kernels release Python's lock while they run."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from typing import Any
 import warp as wp
 
 BAND_ROWS = 8
-# Threads a block on CUDA: larger ones leave the path tracer too few registers. On a CPU Warp has blocks of one.
+# Threads of a CUDA block: larger blocks leave the path tracer too few registers. On a CPU, blocks have one thread.
 CUDA_BLOCK = 64
 
 Band = Callable[[int, int], None]
 
 
 def available_threads() -> int:
-    """CPUs that this process may use."""
+    """Return the number of CPUs that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -30,7 +30,7 @@ def _pool(threads: int) -> ThreadPoolExecutor:
 
 
 def for_bands(rows: int, band: Band, *, band_rows: int = BAND_ROWS, threads: int | None = None) -> None:
-    """Call `band(first_row, row_count)` until all rows are done, from several threads.
+    """Call `band(first_row, row_count)` for all rows, from several threads.
 
     Bands are handed out as threads become free. An exception (or Ctrl-C) stops the rest: bands that have begun are
     finished, no other one is started, and the exception is raised here.
@@ -50,7 +50,7 @@ def for_bands(rows: int, band: Band, *, band_rows: int = BAND_ROWS, threads: int
 
     futures = [_pool(threads).submit(work) for _ in range(min(threads, len(firsts)))]
     try:
-        # Waking up now and then lets Ctrl-C through on every platform.
+        # Without a timeout, Ctrl-C would not interrupt the wait on every platform.
         while wait(futures, timeout=0.5, return_when=FIRST_EXCEPTION).not_done:
             if any(future.done() and future.exception() for future in futures):
                 break
@@ -72,12 +72,12 @@ def launch_rows(
     threads: int | None = None,
     band_rows: int = BAND_ROWS,
 ) -> None:
-    """Launch a kernel over a picture or a list: at once on CUDA, in bands of rows over the threads of a CPU.
+    """Launch a kernel over an array: in one launch on CUDA, in bands of rows over threads on a CPU.
 
     Args:
-        kernel: its thread indices are those of `shape`; its last input is the first row of the band, to be added to
-            the first of them.
-        inputs: all but that last one.
+        kernel: its thread indices range over `shape`; its last input is the first row of the band, which it must add
+            to the first index.
+        inputs: all inputs except that last one.
     """
 
     def band(first_row: int, rows: int) -> None:

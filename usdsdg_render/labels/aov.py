@@ -1,16 +1,16 @@
-"""The AOVs that the renderer has, by name."""
+"""The AOVs of the renderer, by name."""
 
 from collections.abc import Collection, Mapping
 
 from usdsdg.errors import RenderError
 from usdsdg_render.kernels.labels import aov_table, label_kernels
 
-# Type, shape and value for a miss of each; the functions of the table say what they mean.
+# Type, shape and miss value of each; the docstrings of the functions in kernels/labels describe them.
 AOVS: Mapping[str, aov_table.Aov] = label_kernels.AOVS
 
 
 def check_names(names: Collection[str]) -> tuple[str, ...]:
-    """The names in the order of the table.
+    """Return the names in the order of the table.
 
     Raises:
         RenderError: a name is not in the table.

@@ -1,4 +1,4 @@
-"""The label pass on the host: allocate what is asked for, and launch it for many images at once."""
+"""The label pass on the host: allocate the requested AOVs, and launch their kernels for many images at once."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ def render(
     mode: int,
     threads: int | None,
 ) -> dict[str, wp.array]:
-    """AOVs of views of one size, by name, each (views, height, width) of numbers or vectors on the scene's device.
+    """Render AOVs of views of one size: by name, (views, height, width) of scalars or vectors on the scene's device.
 
     Args:
         mode: as for kernels.visibility.closest.
     """
     device, (height, width) = device_scene.device, (views[0].height, views[0].width)
-    # The kernels write every pixel, and their threads share the work of making fresh pages of memory.
+    # Uninitialized: kernels write every pixel, and their threads share the page faults of new memory.
     made = {name: wp.empty((len(views), height, width), dtype=AOVS[name].type, device=device) for name in names}
     arrays = AovArrays()
     for name, array in made.items():

@@ -1,4 +1,4 @@
-"""The previous frame of each camera, from which motion vectors are counted."""
+"""The previous frame of each camera, to which motion vectors are relative."""
 
 from __future__ import annotations
 
@@ -44,26 +44,26 @@ _NO_POSES = _Poses((), np.zeros((0, 4, 4)), ())
 
 
 class PreviousFrames:
-    """The frame in which motion vectors were last asked for, per camera and image size.
+    """The frame in which motion vectors were last rendered, per camera and image size.
 
-    Asked again where neither the scene was synced nor the camera has moved, the answer is the same.
+    If they are rendered again without a sync and at the same pose of the camera, the result is the same.
     """
 
     def __init__(self, device: str) -> None:
         self.device = device
         self._frames: dict[tuple[str, int, int], _LastFrames] = {}
         self._sync = 0
-        self._poses: _Poses | None = None  # of the present frame, once a camera has asked for them
-        # What the last `PreviousFrame` points to, by the previous and the present shape.
+        self._poses: _Poses | None = None  # of the current frame, once a camera asked for them
+        # Keeps alive what the last `PreviousFrame` points to, by the ids of the previous and the current prototype.
         self._corners: dict[tuple[int, int], wp.array] = {}
 
     def advance(self) -> None:
-        """Begin a frame: the scene was synced."""
+        """Begin a frame, after a sync of the scene."""
         self._sync += 1
         self._poses = None
 
     def of(self, views: Sequence[CameraView], scene: Scene) -> PreviousFrame:
-        """The previous frames of cameras, with instances in their present order; the present where there is none."""
+        """Return the previous frames of cameras, with instances in current order; the current frame if there is none."""
         frames = [self._previous(view) for view in views]
         poses = {id(frame.poses): frame.poses for frame in frames}
         rows = {key: row for row, key in enumerate(poses)}
@@ -78,11 +78,11 @@ class PreviousFrames:
         return record
 
     def have_lens(self, views: Sequence[CameraView]) -> bool:
-        """Whether one of these cameras has a lens model, or had one in its previous frame."""
+        """Return whether any camera has a lens model now, or had one in its previous frame."""
         return any(view.lens is not None or self._previous(view).view.lens is not None for view in views)
 
     def remember(self, views: Sequence[CameraView], scene: Scene) -> None:
-        """Keep the present frame of these cameras, as the previous one once they or the scene have moved."""
+        """Store the current frame of these cameras, which becomes the previous one after a sync or camera motion."""
         if self._poses is None:
             instances = scene.instances
             prototypes = tuple(scene.prototypes[index] for index in instances.prototype.tolist())
@@ -112,7 +112,7 @@ class PreviousFrames:
             rows["corners"][k] = self._previous_corners(previous.prototypes[before], shapes[k])
 
     def _previous_corners(self, before: Prototype, now: Prototype) -> int:
-        """The address of the corners of a shape whose points were others; 0 if it had other triangles."""
+        """Return the address of triangle corners in the previous frame; 0 if the mesh had other triangles."""
         key = id(before), id(now)
         if key not in self._corners:
             same = np.array_equal(before.triangles, now.triangles)
@@ -123,7 +123,7 @@ class PreviousFrames:
 
 
 def _shared(now: tuple[str, ...], before: tuple[str, ...]) -> tuple[Sequence[int], Sequence[int]]:
-    """Positions of the paths that are in both, in one and in the other."""
+    """Return the indices of the paths that are in both, in `now` and in `before`."""
     if now == before:
         return range(len(now)), range(len(now))
     positions = {path: k for k, path in enumerate(before)}

@@ -51,7 +51,7 @@ def read_gltf(network: Network, shader: UsdShade.Shader) -> Material:
         ),
         normal=normal and replace(normal, fallback=(0.5, 0.5, 1.0, 1.0)),
         normal_scale=network.number(shader, "normal_scale_factor", 1.0),
-        metal_edge=1.0,
+        metal_f90=1.0,
         clearcoat=Input((network.number(shader, "clearcoat_factor", 0.0),), coat, 0),
         clearcoat_roughness=Input((network.number(shader, "clearcoat_roughness_factor", 0.0),), coat_roughness, 1),
         uv_primvar=network.uv_primvar or "",

@@ -105,7 +105,7 @@ def read_material_x(network: Network, shader: UsdShade.Shader) -> Material:
         thin=int(network.flag(shader, names.thin, False)),
         emission=_input(network, shader, "emission_color", WHITE, factor=emission) if emission > 0.0 else Input(BLACK),
         normal=_normal(network, network.source(shader, names.normal)),
-        metal_edge=1.0,
+        metal_f90=1.0,
         coat_f0=reflectance(network.number(shader, *names.coat_ior)),
         clearcoat=_input(network, shader, names.coat, (0.0,)),
         clearcoat_roughness=_input(network, shader, names.coat_roughness[0], (names.coat_roughness[1],)),

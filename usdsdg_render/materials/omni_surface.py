@@ -83,7 +83,7 @@ def read_omni_surface(network: Network, shader: UsdShade.Shader) -> Material:
         emission=_emission(network, shader, uv),
         normal=normal_map(network, shader, "geometry_normal_image", uv),
         normal_scale=network.number(shader, "geometry_normal_strength", 1.0),
-        metal_edge=1.0,
+        metal_f90=1.0,
         coat_f0=reflectance(network.number(shader, "coat_ior", 1.5)),
         clearcoat=scalar("coat_weight", 0.0),
         clearcoat_roughness=scalar("coat_roughness", 0.0),

@@ -53,7 +53,7 @@ class Material:
     base_color: Input = Input((0.18, 0.18, 0.18))
     metallic: Input = Input((0.0,))
     roughness: Input = Input((0.5,))
-    metal_edge: float = 0.0
+    metal_f90: float = 0.0
     specular: Input = Input((0.04, 0.04, 0.04))
     opacity: Input = Input((1.0,))
     opacity_threshold: float = 0.0

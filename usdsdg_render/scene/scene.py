@@ -1,4 +1,4 @@
-"""What the renderer knows of a stage: plain tables on the host, derived from USD and never edited by hand.
+"""The scene as the renderer sees it: plain tables on the host, derived from USD and never edited by hand.
 
 `extract` fills and refreshes a `Scene`; `device` uploads what changed; kernels read the device copy. Units are stage
 units, angles radians, colors linear Rec.709, light in nits (cd/m²). Matrices are USD's row-vector 4x4 in float64:
@@ -66,14 +66,14 @@ class LightLinks:
 
 
 class UvTransform(NamedTuple):
-    """Texture coordinates of an image, (u, v, 1) of the surface times each row."""
+    """Texture coordinates of an image: the products of each row with (u, v, 1) of the surface."""
 
     u_row: tuple[float, float, float] = (1.0, 0.0, 0.0)
     v_row: tuple[float, float, float] = (0.0, 1.0, 0.0)
 
     @classmethod
     def of(cls, scale: Sequence[float], rotation: float, translation: Sequence[float]) -> UvTransform:
-        """As UsdTransform2d: scale, then rotation [radians, counter-clockwise], then translation."""
+        """Create a UsdTransform2d: scale, then rotation [radians, counter-clockwise], then translation."""
         cos, sin = math.cos(rotation), math.sin(rotation)
         return cls((cos * scale[0], -sin * scale[1], translation[0]), (sin * scale[0], cos * scale[1], translation[1]))
 
@@ -84,14 +84,14 @@ IDENTITY_UV = UvTransform()
 class Texture(NamedTuple):
     """How one image is looked up.
 
-    `texels` are (H, W, 4) uint8, uint16 or float16, row 0 at v = 1 (the top), straight alpha. What is read is their
-    linear value times `scale` plus `bias`. With `tiles`, (place, texture) where place = 10 row + column (UDIM - 1001),
-    the image is what lies beyond them.
+    `texels` are (H, W, 4) uint8, uint16 or float16, row 0 at v = 1 (the top), straight alpha. A look-up returns their
+    linear value times `scale` plus `bias`. `tiles` are (slot, texture) with slot = 10 row + column (UDIM - 1001); then
+    `texels` are read outside of all tiles.
     """
 
     path: str
     texels: np.ndarray
-    srgb: bool  # of uint8 texels alone
+    srgb: bool  # only for uint8 texels
     wrap_s: int
     wrap_t: int
     transform: UvTransform = IDENTITY_UV
@@ -109,14 +109,14 @@ class Prototype:
     triangle, so that seams and hard edges need no split vertices.
     """
 
-    name: str  # prim path it was first met at, for messages
+    name: str  # path of the first prim with this mesh, for messages
     points: np.ndarray  # (V, 3) float32, object space
     triangles: np.ndarray  # (T, 3) int32 into points
     normals: np.ndarray  # (T, 3, 3) float32, unit
     uvs: np.ndarray  # (T, 3, 2) float32; zeros when the mesh has none
     triangle_slots: np.ndarray  # (T,) int32: which of the instance's material slots
     triangle_faces: np.ndarray  # (T,) int32: face of the source mesh
-    colors: np.ndarray | None = None  # (T, 3, 4) float32 linear displayColor, displayOpacity where drawn varying
+    colors: np.ndarray | None = None  # (T, 3, 4) float32 linear displayColor, displayOpacity, if they vary
 
 
 @dataclass
@@ -157,7 +157,7 @@ class Dome:
 
 @dataclass
 class Scene:
-    """The whole scene. `versions[k]` grows whenever table k changed, so that a reader refreshes only that."""
+    """The whole scene. `versions[k]` increases when table k changes, so that readers refresh only what changed."""
 
     prototypes: list[Prototype] = field(default_factory=list)
     instances: Instances = field(default_factory=Instances)

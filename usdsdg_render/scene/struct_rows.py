@@ -1,4 +1,4 @@
-"""Rows of Warp structs, as NumPy fills them and as kernels read them."""
+"""Arrays of Warp structs: filled by NumPy on the host, read by kernels on the device."""
 
 from functools import lru_cache
 from typing import Any
@@ -13,17 +13,17 @@ def _dtype(struct: Any) -> np.dtype:
 
 
 def records(struct: Any, count: int) -> np.ndarray:
-    """An array of zeroed rows with the memory layout of a Warp struct."""
+    """Return an array of zeroed rows with the memory layout of a Warp struct."""
     return np.zeros(count, _dtype(struct))
 
 
 def uploaded(rows: np.ndarray, struct: Any, device: str) -> wp.array:
-    """A copy of `records` on a device, in their shape.
+    """Copy an array of `records` to a device, with the same shape.
 
-    The same as wp.array(rows, dtype=struct), which looks up the struct's layout anew each time and takes far longer.
+    Equals wp.array(rows, dtype=struct), which is far slower because it derives the layout of the struct each time.
     """
-    there = wp.empty(rows.shape, dtype=struct, device=device)
+    target = wp.empty(rows.shape, dtype=struct, device=device)
     if rows.size:
-        here = wp.array(ptr=rows.ctypes.data, shape=rows.shape, dtype=struct, device="cpu", copy=False)
-        wp.copy(there, here)
-    return there
+        source = wp.array(ptr=rows.ctypes.data, shape=rows.shape, dtype=struct, device="cpu", copy=False)
+        wp.copy(target, source)
+    return target

@@ -1,4 +1,4 @@
-"""Structs that kernels read: the device form of `scene.Scene`, and of a camera.
+"""Warp structs of the scene: the device form of `scene.Scene`, and of a camera.
 
 Colors are linear Rec.709, light in nits, lengths in stage units. `world_to_local` and `local_to_world` are 3x3
 matrices for column vectors plus an offset: p_world = local_to_world @ p_local + world_origin. Large tables are held by
@@ -23,7 +23,7 @@ class Lens:
     k5: wp.float32
     limit: wp.float32
     limit_value: wp.float32
-    is_asymmetric: wp.int32  # 1 = there is tangential or thin prism distortion
+    is_asymmetric: wp.int32  # 1 = with tangential or thin-prism distortion
     p1: wp.float32
     p2: wp.float32
     s1: wp.float32
@@ -55,7 +55,7 @@ class Triangle:
 
 @wp.struct
 class Instance:
-    """One placed prototype."""
+    """A prototype with a transform and materials."""
 
     world_to_local: wp.mat33
     local_to_world: wp.mat33
@@ -98,7 +98,7 @@ class Material:
     roughness: wp.float32
     roughness_texture: wp.int32
     roughness_channel: wp.int32
-    metal_edge: wp.float32  # reflectance of a metal at grazing incidence: 0 its color, 1 everything
+    metal_f90: wp.float32  # reflectance of a metal at grazing incidence (F90): 0 = its color, 1 = white
     specular: wp.vec3  # reflectance at normal incidence of the dielectric part
     specular_texture: wp.int32
     opacity: wp.float32
@@ -133,13 +133,13 @@ class Texture:
     format: wp.int32  # scene.TEXELS_*
     wrap_s: wp.int32
     wrap_t: wp.int32
-    # In the image's coordinates (u, v, 1) of the surface is (u_row, v_row) times it.
+    # UV transform: image coordinates are the products of both rows with (u, v, 1) of the surface.
     u_row: wp.vec3
     v_row: wp.vec3
     special: wp.int32  # 1 = texels are scaled and biased, 2 = has tiles, 3 = both
     scale: wp.vec4
     bias: wp.vec4
-    # Rows of ten tiles (UDIM), each the index of a texture, and last the one for everywhere else; 0 = one image
+    # UDIM: rows of ten tiles, each the index of a texture, and last that of the texture beyond all tiles; 0 = none
     tiles: wp.uint64
     tile_rows: wp.int32
 
@@ -268,9 +268,8 @@ class Camera:
     orthographic: wp.int32  # 1 = parallel rays; fx, fy are then pixels per stage unit
     lens_radius: wp.float32  # 0 = no depth of field
     focus_distance: wp.float32
-    environment_weight: (
-        wp.float32
-    )  # about how much of the light of sky and distant lights comes to what it sees, above 0
+    # Approximate fraction of the environment's and distant lights' light that reaches the visible surfaces, > 0.
+    environment_weight: wp.float32
     lens_kind: wp.int32  # NONE for pinhole and orthographic cameras, else that of `lens`
     lens: Lens
 

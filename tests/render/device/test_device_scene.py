@@ -10,7 +10,7 @@ from tests.render import scenes
 from tests.render.images import radiance, renderer_of
 from usdsdg.errors import RenderError
 from usdsdg_render.device.precompile import precompile, without_bfloat16
-from usdsdg_render.kernels.labels import aov
+from usdsdg_render.kernels.labels import label_kernels
 from usdsdg_render.kernels.path import wavefront
 from usdsdg_render.lights.environment import packed, packing_unit, to_grid
 from usdsdg_render.renderer import chosen_device
@@ -165,6 +165,6 @@ def test_kernels_keep_the_compiler_flags_of_the_user(flags, kept, monkeypatch):
 
 def test_kernels_compile_for_cuda(tmp_path):
     """Hopper's code, by the compiler that Warp brings along; no device is needed."""
-    for kernel in (wavefront.intersect_closest, aov.label_pixels):
+    for kernel in (wavefront.intersect_closest, label_kernels.label_pixels):
         made = wp.compile_aot_module(kernel.module, arch=90, module_dir=tmp_path / kernel.key, use_ptx=True)
         assert any(file.stat().st_size > 1000 for file in made)

@@ -64,14 +64,14 @@ def test_what_has_no_place_is_named_and_left_out(wrong):
         "nothing": np.diag([1e-11, 1e-11, 1e-11, 1.0]),
         "huge": np.diag([1e200, 1e200, 1e200, 1.0]),
     }[wrong]
-    with pytest.warns(UserWarning, match="/object_2 is not in the picture"):
+    with pytest.warns(UserWarning, match="/object_2 is not rendered"):
         on_device, _ = synced(matrices)
     np.testing.assert_array_equal(on_device.placement.placed, [True, True, False, True, True])
     assert on_device.tables.tlas.instance_count == 4
     assert np.isfinite(on_device.placement.lower).all()
 
 
-@pytest.mark.filterwarnings("ignore:.*is not in the picture")
+@pytest.mark.filterwarnings("ignore:.*is not rendered")
 def test_places_one_after_the_other_are_those_of_a_new_renderer():
     on_device, scene = synced(turned(60, 4))
     for seed, hidden in ((5, 0), (6, 20), (7, 59), (8, 60), (9, 3), (10, 0)):

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from tests.render import scenes
 from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.geometry.support_function import support_table
-from usdsdg_render.kernels.scene.support import support
+from usdsdg_render.kernels.scene.support_function import support
 
 RNG = np.random.default_rng(4)
 SHAPES = {

@@ -56,7 +56,7 @@ def test_a_clear_coat_adds_no_energy(roughness):
 # Inputs, reflectance head on, and how much of that there is.
 SMOOTH = {
     "plastic": (dict(base_color=0.0, specular=0.06), 0.06, 1.0),
-    "metal": (dict(base_color=(0.9, 0.5, 0.1), metallic=1.0, metal_edge=1.0), (0.9, 0.5, 0.1), 1.0),
+    "metal": (dict(base_color=(0.9, 0.5, 0.1), metallic=1.0, metal_f90=1.0), (0.9, 0.5, 0.1), 1.0),
     "half a metal": (dict(base_color=0.0, specular=0.08, metallic=0.5), 0.08, 0.5),
     "coat": (dict(base_color=0.0, specular=0.0, clearcoat=1.0, clearcoat_roughness=0.05), 0.04, 1.0),
     "half a coat": (dict(base_color=0.0, specular=0.0, clearcoat=0.5, clearcoat_roughness=0.05), 0.04, 0.5),

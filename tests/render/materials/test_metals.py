@@ -89,7 +89,7 @@ def test_a_smooth_metal_has_its_color_at_every_angle(cosine):
 def test_a_metal_may_be_white_at_grazing_angles():
     """By Schlick's formula, as in glTF: F0 + (1 - F0) (1 - cos)^5, at a roughness that blurs it little."""
     cosine = 0.2
-    material = scenes.material(base_color=COPPER, metallic=1.0, roughness=0.15, metal_edge=1.0)
+    material = scenes.material(base_color=COPPER, metallic=1.0, roughness=0.15, metal_f90=1.0)
     expected = np.array(COPPER) + (1 - np.array(COPPER)) * (1 - cosine) ** 5
     np.testing.assert_allclose(albedo(material, cosine), expected, rtol=0.03)
 
@@ -105,12 +105,12 @@ def test_a_coat_reflects_by_its_index(ior):
 
 def test_models_say_what_metals_reflect_at_grazing_angles():
     """UsdPreviewSurface and OmniPBR: their color; glTF, MaterialX and OmniSurface: everything."""
-    edges = {
+    models_of = {
         0.0: (Looks(), Mdl("OmniPBR"), Mdl("OmniPBR_ClearCoat")),
         1.0: (Mdl("OmniSurface"), Mdl("gltf_material"), material_x("standard_surface"), material_x("open_pbr_surface")),
     }
-    for edge, models in edges.items():
-        assert [model.row()[0]["metal_edge"] for model in models] == [edge] * len(models)
+    for metal_f90, models in models_of.items():
+        assert [model.row()[0]["metal_f90"] for model in models] == [metal_f90] * len(models)
 
 
 @pytest.mark.parametrize(

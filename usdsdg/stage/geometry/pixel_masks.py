@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 
 WORD_PIXELS = 64  # pixels of a mask word, one bit each
-# Bit k of a word is the pixel in column WORD_PIXELS * word + k. `covered` (amodal, never 0): pixels that the group would
-# cover alone. `visible` (modal): those of them in which nothing occludes it.
+# Bit k of a word is the pixel in column WORD_PIXELS * word + k. `covered` (amodal, never 0): pixels that the group
+# would cover alone. `visible` (modal): those of them in which nothing occludes it.
 MASK_WORD = np.dtype([("group", "<i4"), ("row", "<i4"), ("word", "<i4"), ("covered", "<u8"), ("visible", "<u8")])
 
 

@@ -11,7 +11,7 @@ import warp as wp
 
 from usdsdg_render.kernels.color import luminance
 from usdsdg_render.kernels.scene.surface import Surface
-from usdsdg_render.kernels.scene.visibility import clearness
+from usdsdg_render.kernels.scene.visibility import straight_transmittance
 from usdsdg_render.kernels.trig import cos_sin
 from usdsdg_render.scene.structs import Material
 
@@ -78,7 +78,7 @@ def diffuse_fraction(material: Material, can_refract: int):
     """
     if material.transmission <= 0.0 or can_refract != 0:
         return 1.0
-    return (1.0 - material.transmission) / wp.max(1.0 - clearness(material), 1.0e-6)
+    return (1.0 - material.transmission) / wp.max(1.0 - straight_transmittance(material), 1.0e-6)
 
 
 @wp.func
@@ -159,14 +159,14 @@ def make_bsdf(
     b.alpha = wp.max(wp.max(roughness * roughness, MIN_ALPHA), min_alpha)
     b.f0 = surface.specular * (1.0 - metallic) + surface.base * metallic
     dielectric_f90 = wp.vec3(grazing_reflectance(wp.max(surface.specular)))
-    metal_f90 = wp.vec3(grazing_reflectance(wp.max(surface.base)))
-    metal_edge = surface.base + (metal_f90 - surface.base) * material.metal_edge
-    b.f90 = dielectric_f90 * (1.0 - metallic) + metal_edge * metallic
+    white_f90 = wp.vec3(grazing_reflectance(wp.max(surface.base)))
+    metal_f90 = surface.base + (white_f90 - surface.base) * material.metal_f90
+    b.f90 = dielectric_f90 * (1.0 - metallic) + metal_f90 * metallic
     terms = albedo_terms(table, b.cos_o, b.alpha)
     escape = wp.pow(terms[0] + terms[1], ESCAPE_EXPONENT)
     # Metallic blends the albedos of a metal and a dielectric; only the dielectric attenuates the diffuse layer below.
     dielectric = ggx_albedo(surface.specular, dielectric_f90, terms, escape)
-    metal = ggx_albedo(surface.base, metal_edge, terms, escape)
+    metal = ggx_albedo(surface.base, metal_f90, terms, escape)
     reflected = dielectric * (1.0 - metallic) + metal * metallic
     tiny = wp.vec3(1.0e-12)
     b.specular_scale = wp.cw_div(reflected + tiny, b.f0 * terms[0] + b.f90 * terms[1] + tiny)

@@ -1,4 +1,4 @@
-"""The AOV of ambient occlusion: how much of the hemisphere above a surface is free nearby."""
+"""The AOV of ambient occlusion: the fraction of the hemisphere above a surface without geometry nearby."""
 
 import warp as wp
 
@@ -6,7 +6,7 @@ from usdsdg_render.kernels.bsdf.bsdf import perpendicular
 from usdsdg_render.kernels.cameras.camera import Ray
 from usdsdg_render.kernels.labels.aov_table import HEMISPHERE, aov
 from usdsdg_render.kernels.path.sampler import pixel_seed, sample_pair
-from usdsdg_render.kernels.scene.surface import Surface, facing
+from usdsdg_render.kernels.scene.surface import Surface, ensure_valid_reflection
 from usdsdg_render.kernels.scene.visibility import transmitted
 from usdsdg_render.kernels.trig import cos_sin
 from usdsdg_render.scene.structs import SceneTables
@@ -17,8 +17,8 @@ AMBIENT_DISTANCE = 0.35  # [m], as the reference's default
 
 @aov(HEMISPHERE, miss=1.0)
 def ambient_occlusion(tables: SceneTables, ray: Ray, surface: Surface, x: int, y: int, distance: float) -> wp.float32:
-    """Cosine-weighted fraction of the hemisphere that is free within AMBIENT_DISTANCE, 1 = all of it."""
-    normal = facing(surface.normal, surface.horizon_normal, -ray.direction)
+    """Cosine-weighted fraction of the hemisphere that is unoccluded within AMBIENT_DISTANCE; 1 = unoccluded."""
+    normal = ensure_valid_reflection(surface.normal, surface.horizon_normal, -ray.direction)
     across = perpendicular(normal)
     along = wp.cross(normal, across)
     origin = surface.position + surface.terminator_offset + surface.geometric * surface.ray_epsilon

@@ -1,4 +1,4 @@
-"""AOVs of the ray through the center of each pixel: what it hits, where, and how that has moved."""
+"""AOVs of the ray through the center of each pixel: identity and position of its hit, depth, normal and motion."""
 
 import warp as wp
 
@@ -18,7 +18,7 @@ def instance(hit: Hit) -> wp.int32:
 
 @aov(HIT, miss=-1)
 def prim(tables: SceneTables, hit: Hit) -> wp.int32:
-    """Face of the source mesh; of other shapes, of the mesh drawn for them."""
+    """Face of the source mesh; for other shapes, of the mesh that they are tessellated to."""
     return triangle_of(tables.tlas.instances[hit.instance], hit.triangle).face
 
 
@@ -30,7 +30,7 @@ def barycentrics(hit: Hit) -> wp.vec3:
 
 @aov(HIT)
 def uv(tables: SceneTables, hit: Hit) -> wp.vec2:
-    """Texture coordinates of the surface, before any transform of a texture."""
+    """Texture coordinates of the surface, before UV transforms of textures."""
     return corner_uv(triangle_of(tables.tlas.instances[hit.instance], hit.triangle), hit.u, hit.v)
 
 

@@ -19,7 +19,7 @@ BYTES = wp.constant(8)  # of a word
 
 @wp.struct
 class MaskWord:
-    """Pixels [first, last) of one row, all of them in one word of a mask."""
+    """Pixels [first, last) of one row of an image, all in the same word of a mask."""
 
     image: wp.int32
     owner: wp.int32  # index of a tested instance, or of a group
@@ -30,13 +30,13 @@ class MaskWord:
 
 @wp.func
 def first_center(edge: float, size: int):
-    """The first pixel of a row of `size` whose center is not before an edge; `size` if none is."""
+    """Return the first of `size` pixels whose center is at or beyond an edge; `size` if there is none."""
     return int(wp.clamp(wp.ceil(edge - PIXEL_CENTER), 0.0, float(size)))
 
 
 @wp.func
 def columns_of(bounds: wp.array(dtype=wp.float32), row: int, width: int):
-    """[first, last) of the pixels of a row whose centers are within screen bounds; sides as in screen_bounds.py."""
+    """Return the pixels [first, last) of a row whose centers are within screen bounds (see screen_bounds.py)."""
     y = float(row) + PIXEL_CENTER
     left = wp.max(wp.max(-bounds[4], -bounds[6] - y), y - bounds[7])
     right = wp.min(wp.min(bounds[0], bounds[2] - y), bounds[3] + y)
@@ -82,8 +82,8 @@ def list_mask_words(
 
 
 @wp.func
-def meets(tables: SceneTables, camera: Camera, x: int, y: int, instance: int, mode: int):
-    """Whether the ray through the center of a pixel would hit an instance that is alone."""
+def hits_alone(tables: SceneTables, camera: Camera, x: int, y: int, instance: int, mode: int):
+    """Return whether the ray through the center of a pixel would hit an instance if it were alone in the scene."""
     ray = pixel_ray(camera, x, y)
     if tables.tlas.instances[instance].cutout != 0:
         return meets_cutout(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, instance, mode)
@@ -100,7 +100,7 @@ def fill_mask_words(
     words: wp.array(dtype=MaskWord),
     bytes_of_thread: int,
     first_word: int,
-    # out, per word the bytes of a word with a bit per pixel
+    # out: the bytes of each word, one bit per pixel
     covered: wp.array2d(dtype=wp.uint8),
     visible: wp.array2d(dtype=wp.uint8),
 ):
@@ -118,7 +118,7 @@ def fill_mask_words(
             bit = 1 << (x - begin)
             if shown[word.image, word.row, x] == instance:
                 seen = seen | bit
-            elif meets(tables, camera, x, word.row, instance, mode):
+            elif hits_alone(tables, camera, x, word.row, instance, mode):
                 met = met | bit
         covered[s, b] = wp.uint8(met | seen)
         visible[s, b] = wp.uint8(seen)
@@ -128,7 +128,7 @@ def fill_mask_words(
 def count_groups(
     words: wp.array(dtype=MaskWord),
     covered: wp.array(dtype=wp.uint64),
-    first_group: wp.array(dtype=wp.int32),  # per tested instance, and one more: offset of its groups in a list
+    first_group: wp.array(dtype=wp.int32),  # (tested + 1): offset of an instance's groups in `groups_of`
     # out
     counts: wp.array(dtype=wp.int32),
 ):

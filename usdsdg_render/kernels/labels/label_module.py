@@ -1,4 +1,4 @@
-"""Label kernels are compiled as one module: apart, each would compile the way of a ray to its hit once more."""
+"""The Warp module of all label kernels: one module, so that BVH traversal compiles once."""
 
 import warp as wp
 

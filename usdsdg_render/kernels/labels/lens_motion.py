@@ -27,7 +27,7 @@ def lens_pixel_of(camera: Camera, point: wp.vec3, at_infinity: bool):
         p = point - camera.origin
     p = wp.transpose(camera.rotation) * p
     if camera.lens_kind == PANORAMA:
-        # From infinity, the circle of the stereo eye is a point.
+        # Seen from infinity, the circle of stereo eyes is a point.
         uv = project_panorama(wp.where(at_infinity, 0.0, camera.lens.eye_offset), p)
         return wp.vec3(uv[0] * float(camera.width), uv[1] * float(camera.height), uv[2])
     q = project_lens(camera.lens, p)
@@ -41,7 +41,7 @@ def label_lens_motion(
     previous: PreviousFrame,
     mode: int,
     first_band: int,
-    # out: of the motion vectors, those of cameras without a lens model stay
+    # out: motion_vectors, except those of cameras without a lens model
     out: AovArrays,
 ):
     band, x, row = wp.tid()
@@ -74,6 +74,6 @@ def label_lens_motion(
         return
     moved = wp.vec2(b[0] - a[0], b[1] - a[1])
     if camera.lens_kind == PANORAMA:
-        # The shorter way around.
+        # Across the seam of the panorama the shorter of both displacements counts.
         moved = wp.vec2(moved[0] - float(camera.width) * wp.round(moved[0] / float(camera.width)), moved[1])
     out.motion_vectors[v, y, x] = moved

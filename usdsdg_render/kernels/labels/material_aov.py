@@ -3,7 +3,7 @@
 import warp as wp
 
 from usdsdg_render.kernels.labels.aov_table import MATERIAL, aov
-from usdsdg_render.kernels.scene.surface import Surface, bumped
+from usdsdg_render.kernels.scene.surface import Surface, mapped_normal
 from usdsdg_render.scene.structs import CLEAR_PANE, Hit, Material, SceneTables
 
 
@@ -12,7 +12,7 @@ def bump_normals(tables: SceneTables, hit: Hit, surface: Surface, material: Mate
     """Normal after the material's normal maps, in world space."""
     normal = surface.normal
     if material.normal_texture >= 0 or material.detail_texture >= 0:
-        normal = bumped(tables, hit, surface, material)
+        normal = mapped_normal(tables, hit, surface, material)
     return normal
 
 

@@ -1,4 +1,4 @@
-"""Screen bounds of instances for cameras without a lens model: 8-DOPs (octagons with fixed directions of sides).
+"""Screen bounds of instances for cameras without a lens model: 8-DOPs (octagons with sides in fixed directions).
 
 Planes through the eye that touch an instance intersect the image in its tangent lines. The signed distance
 f(c) = max(aX + bY - cZ) of its points from the plane of the line aX/Z + bY/Z = c decreases with c, by no less than the
@@ -10,22 +10,23 @@ import warp as wp
 
 from usdsdg_render.kernels.cameras.camera import Camera
 from usdsdg_render.kernels.labels.label_module import LABELS
-from usdsdg_render.kernels.scene.support import SupportFunctions, coordinate_bound, support_from
+from usdsdg_render.kernels.scene.support_function import SupportFunctions, coordinate_bound, support_from
 from usdsdg_render.scene.structs import Instance, SceneTables
 
 # Sides of an 8-DOP; their normals point outwards, in columns and rows.
 SIDES = wp.constant(8)
 # Pixels added on each side, for rounding.
 MARGIN = wp.constant(1.0)
-# Lines that are tried across an image where an instance has no tangent.
-TRIED_LINES = wp.constant(33)
+# Lines tested across the image for instances without a tangent line: those that reach behind the camera.
+TESTED_LINES = wp.constant(33)
+# Offsets of sides: of an instance that no pixel shows, and of an unbounded one.
 NOWHERE = wp.constant(-1.0e30)
 ANYWHERE = wp.constant(1.0e30)
 
 
 @wp.func
 def side_normal(side: int):
-    """(1, 0), (0, 1), (1, 1), (1, -1), and their opposites."""
+    """Return the normal of a side: (1, 0), (0, 1), (1, 1), (1, -1), or their opposites."""
     k = side % 4
     normal = wp.vec2(1.0, 0.0)
     if k == 1:
@@ -50,7 +51,10 @@ def tangent_offset(
     max_depth: float,
     largest: float,
 ):
-    """Offset of the tangent line [pixels from the optical axis], rounded up, of an instance with these depths."""
+    """Return the offset of the tangent line [pixels from the principal point], rounded up.
+
+    The instance is entirely in front of the camera, at depths from `min_depth` to `max_depth`.
+    """
     offset = float(0.0)
     before = float(0.0)
     previous_distance = float(0.0)
@@ -82,14 +86,14 @@ def tangent_offset(
 def separating_offset(
     supports: SupportFunctions, instance: Instance, index: int, camera: Camera, normal: wp.vec2, largest: float
 ):
-    """Coarse `tangent_offset` of an instance that may reach behind the camera: of a line with all of it on one side."""
+    """Return a coarse bound for an instance that may reach behind the camera: a line with all of it on one side."""
     # From the corner of the image that lies farthest along the normal to the opposite one.
     middle = wp.vec2(0.5 * float(camera.width) - camera.cx, 0.5 * float(camera.height) - camera.cy)
     half = 0.5 * (wp.abs(normal[0]) * float(camera.width) + wp.abs(normal[1]) * float(camera.height))
     highest = wp.dot(normal, middle) + half
     bound = float(ANYWHERE)
-    for k in range(TRIED_LINES):
-        offset = highest - 2.0 * half * float(k) / float(TRIED_LINES - 1)
+    for k in range(TESTED_LINES):
+        offset = highest - 2.0 * half * float(k) / float(TESTED_LINES - 1)
         towards = camera.rotation * wp.vec3(normal[0] * camera.fx, -normal[1] * camera.fy, offset)
         if support_from(supports, instance, index, towards, camera.origin, largest) <= 0.0:
             bound = offset

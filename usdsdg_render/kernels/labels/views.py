@@ -1,4 +1,4 @@
-"""The pixel of a thread, among images that are rendered together, and what the ray through its center hits."""
+"""Images rendered in one launch: the pixel of each thread, and the hit of the ray through its center."""
 
 import warp as wp
 

@@ -6,7 +6,7 @@ from usdsdg_render.kernels.cameras.camera import camera_ray
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.lights.light_sampling import sample_environment
 from usdsdg_render.kernels.path.sampler import pixel_seed, sample_pair
-from usdsdg_render.kernels.scene.surface import facing, surface_at
+from usdsdg_render.kernels.scene.surface import ensure_valid_reflection, surface_at
 from usdsdg_render.kernels.scene.visibility import BY_THRESHOLD, FAR_AWAY, closest, transmitted
 from usdsdg_render.scene.structs import LIGHT_DISTANT, Camera, SceneTables
 
@@ -40,7 +40,7 @@ def sample_environment_visibility(
     if hit.instance < 0:
         return
     surface = surface_at(tables, hit, ray.direction)
-    normal = facing(surface.normal, surface.horizon_normal, -ray.direction)
+    normal = ensure_valid_reflection(surface.normal, surface.horizon_normal, -ray.direction)
     origin = surface.position + surface.terminator_offset + surface.geometric * surface.ray_epsilon
     unoccluded = float(0.0)
     visible = float(0.0)

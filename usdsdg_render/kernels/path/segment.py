@@ -29,7 +29,13 @@ from usdsdg_render.kernels.path.sampler import (
     PAIRS_PER_SEGMENT,
     sample_pair,
 )
-from usdsdg_render.kernels.scene.surface import Surface, bumped, facing, surface_at, with_material
+from usdsdg_render.kernels.scene.surface import (
+    Surface,
+    ensure_valid_reflection,
+    mapped_normal,
+    surface_at,
+    with_material,
+)
 from usdsdg_render.kernels.scene.texture import (
     cell_pdf,
     cell_radiance,
@@ -216,10 +222,10 @@ def scatter_path(
     material = tables.materials[surface.material]
     surface = with_material(tables, surface, material)
     wo = -path.direction
-    surface.normal = facing(surface.normal, surface.horizon_normal, wo)
+    surface.normal = ensure_valid_reflection(surface.normal, surface.horizon_normal, wo)
     normal = surface.normal
     if material.normal_texture >= 0 or material.detail_texture >= 0:
-        normal = facing(bumped(tables, hit, surface, material), surface.horizon_normal, wo)
+        normal = ensure_valid_reflection(mapped_normal(tables, hit, surface, material), surface.horizon_normal, wo)
     diffuse_scale = diffuse_fraction(material, path.can_refract)
     bsdf = make_bsdf(tables.albedo_table, surface, material, diffuse_scale, normal, wo, path.min_alpha)
     clamp = float(0.0)

@@ -1,4 +1,4 @@
-"""Queries of arrays of rays, for tests and benchmarks of the traversal."""
+"""Kernel that traces an array of rays, for tests and benchmarks of BVH traversal."""
 
 import warp as wp
 

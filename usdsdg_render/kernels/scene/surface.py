@@ -42,7 +42,9 @@ def max_abs(v: wp.vec3):
 
 
 @wp.func
-def rounded(surface: Surface, triangle: Triangle, instance: Instance, local: wp.vec3, hit: Hit, direction: wp.vec3):
+def with_terminator_offset(
+    surface: Surface, triangle: Triangle, instance: Instance, local: wp.vec3, hit: Hit, direction: wp.vec3
+):
     """Add the shadow-terminator offset and the horizon normal of a smooth surface.
 
     At grazing light a coarse round mesh would show its facets: some are shadowed by their neighbors, others face away
@@ -91,7 +93,7 @@ def surface_at(tables: SceneTables, hit: Hit, direction: wp.vec3):
     s.horizon_normal = s.geometric
     # Flat triangles, the most common ones, need no offset.
     if wp.length_sq(triangle.n1 - triangle.n0) + wp.length_sq(triangle.n2 - triangle.n0) > 1.0e-10:
-        s = rounded(s, triangle, instance, local, hit, direction)
+        s = with_terminator_offset(s, triangle, instance, local, hit, direction)
     s.uv = corner_uv(triangle, hit.u, hit.v)
     s.material = tables.slots[instance.slot_offset + triangle.slot]
     return s
@@ -144,14 +146,14 @@ def with_material(tables: SceneTables, surface: Surface, material: Material):
 
 
 @wp.func
-def tilt_at(tables: SceneTables, texture: int, uv: wp.vec2, scale: float):
-    """Look up a normal map: the vector in tangent space, with x and y scaled."""
+def tangent_space_normal(tables: SceneTables, texture: int, uv: wp.vec2, scale: float):
+    """Look up a normal map: return the vector in tangent space, with x and y scaled."""
     rgba = lookup(tables, texture, uv)
     return wp.vec3((rgba[0] * 2.0 - 1.0) * scale, (rgba[1] * 2.0 - 1.0) * scale, rgba[2] * 2.0 - 1.0)
 
 
 @wp.func
-def bumped(tables: SceneTables, hit: Hit, surface: Surface, material: Material):
+def mapped_normal(tables: SceneTables, hit: Hit, surface: Surface, material: Material):
     """Return the normal after the material's normal maps; tangents follow the UV gradients of the mesh."""
     instance = tables.tlas.instances[hit.instance]
     triangle = triangle_of(instance, hit.triangle)
@@ -175,18 +177,18 @@ def bumped(tables: SceneTables, hit: Hit, surface: Surface, material: Material):
     v = wp.cross(n, t)
     if wp.dot(v, along_v) < 0.0:
         v = -v
-    tilt = wp.vec3(0.0, 0.0, 1.0)
+    tangent_normal = wp.vec3(0.0, 0.0, 1.0)
     if material.normal_texture >= 0:
-        tilt = tilt_at(tables, material.normal_texture, surface.uv, material.normal_scale)
+        tangent_normal = tangent_space_normal(tables, material.normal_texture, surface.uv, material.normal_scale)
     if material.detail_texture >= 0:
-        detail = tilt_at(tables, material.detail_texture, surface.uv, material.detail_scale)
-        tilt += wp.vec3(detail[0], detail[1], 0.0)
-    return wp.normalize(t * tilt[0] + v * tilt[1] + n * wp.max(tilt[2], 1.0e-3)) * side
+        detail = tangent_space_normal(tables, material.detail_texture, surface.uv, material.detail_scale)
+        tangent_normal += wp.vec3(detail[0], detail[1], 0.0)
+    return wp.normalize(t * tangent_normal[0] + v * tangent_normal[1] + n * wp.max(tangent_normal[2], 1.0e-3)) * side
 
 
 @wp.func
-def facing(normal: wp.vec3, geometric: wp.vec3, wo: wp.vec3):
-    """Bend the normal as little as needed for the mirror direction of `wo` to leave the surface.
+def ensure_valid_reflection(normal: wp.vec3, geometric: wp.vec3, wo: wp.vec3):
+    """Bend the normal by the minimum for which the mirror direction of `wo` lies above the surface.
 
     Interpolated and mapped normals may face away from the viewer, or reflect rays into the surface; both would
     cause black spots.

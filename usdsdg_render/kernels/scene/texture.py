@@ -7,7 +7,7 @@ import warp as wp
 from usdsdg_render.kernels.trig import half_turns_from_pole, turn_of
 from usdsdg_render.scene.structs import Dome, SceneTables, Texture
 
-# Three mantissas of nine bits and a shared exponent of five (see `environment.packed`).
+# Shared-exponent format: three mantissas of nine bits and an exponent of five (see `environment.packed`).
 _UNPACKED = """
     const wp::uint32 word = words.data[index], bits = ((word >> 27) + 127u) << 23;
     float power;
@@ -104,8 +104,8 @@ def environment_background(dome: Dome, uv: wp.vec2):
     x_floor = wp.floor(x)
     y_floor = wp.floor(y)
     total = wp.vec3(0.0)
-    least = wp.vec3(1.0e30)
-    most = wp.vec3(0.0)
+    lowest = wp.vec3(1.0e30)
+    highest = wp.vec3(0.0)
     for j in range(4):
         row = wp.clamp(int(y_floor) + j - 1, 0, dome.height - 1) * dome.width
         along = wp.vec3(0.0)
@@ -114,10 +114,10 @@ def environment_background(dome: Dome, uv: wp.vec2):
             texel = unpacked(dome.texels, dome.unit, row + column)
             along += texel * catmull_rom(x - x_floor - float(i - 1))
             if (i == 1 or i == 2) and (j == 1 or j == 2):
-                least = wp.min(least, texel)
-                most = wp.max(most, texel)
+                lowest = wp.min(lowest, texel)
+                highest = wp.max(highest, texel)
         total += along * catmull_rom(y - y_floor - float(j - 1))
-    return wp.min(wp.max(total, least), most)
+    return wp.min(wp.max(total, lowest), highest)
 
 
 @wp.func

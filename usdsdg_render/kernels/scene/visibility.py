@@ -39,17 +39,17 @@ def opacity_at(tables: SceneTables, material: Material, uv: wp.vec2):
 
 
 @wp.func
-def clearness(material: Material):
-    """Fraction of light that passes glass straight, without refraction, after the reflections of its faces."""
-    share = material.transmission * (1.0 - material.specular[0])
+def straight_transmittance(material: Material):
+    """Return the fraction of light that glass transmits if refraction is ignored, less reflection at its faces."""
+    transmittance = material.transmission * (1.0 - material.specular[0])
     if material.thin == CLEAR_PANE:
-        return share
-    return share * luminance(material.base_color)
+        return transmittance
+    return transmittance * luminance(material.base_color)
 
 
 @wp.func
 def opacity_of_hit(tables: SceneTables, hit: Hit, mode: int):
-    """Probability that a hit counts: 0 or 1 at cut-outs, and everywhere in modes BY_THRESHOLD and BEHIND_GLASS."""
+    """Return the probability that a hit counts: 0 or 1 at cut-outs and in modes BY_THRESHOLD and BEHIND_GLASS."""
     instance = tables.tlas.instances[hit.instance]
     if instance.cutout == 0:
         return 1.0
@@ -58,14 +58,13 @@ def opacity_of_hit(tables: SceneTables, hit: Hit, mode: int):
     opacity = opacity_at(tables, material, corner_uv(triangle, hit.u, hit.v))
     threshold = material.opacity_threshold
     if mode == BY_CHANCE:
-        opacity *= 1.0 - clearness(material)
+        opacity *= 1.0 - straight_transmittance(material)
     if mode != BY_THRESHOLD and mode != BEHIND_GLASS and threshold <= 0.0:
         return opacity
     if mode == BEHIND_GLASS and material.transmission > 0.5:
         return 0.0
     if threshold <= 0.0:
-        # For labels glass counts as a hit however clear it is, unless they see through it; textured opacity (a leaf)
-        # counts above one half.
+        # In labels glass counts as a hit unless the mode is BEHIND_GLASS; textured opacity (a leaf) from one half on.
         if material.opacity_texture >= 0 or mode == BEHIND_GLASS:
             threshold = 0.5
         else:
@@ -108,7 +107,7 @@ def closest(
 def meets_cutout(
     tables: SceneTables, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float, instance: int, mode: int
 ):
-    """Whether `closest` for labels would hit anything if the scene held this instance alone."""
+    """Return whether `closest` with a label mode would hit this instance if it were alone in the scene."""
     t = tmin
     for _layer in range(MAX_LAYERS):
         hit = unpack(wide_closest_in_instance(tables.tlas, origin, direction, t, tmax, instance))
@@ -127,15 +126,15 @@ def transmitted(tables: SceneTables, origin: wp.vec3, direction: wp.vec3, tmax: 
         if wide_occluded(tables.tlas, origin, direction, 0.0, tmax)[3] >= 0:
             return 0.0
         return 1.0
-    share = float(1.0)
+    visibility = float(1.0)
     t = float(0.0)
     for _layer in range(MAX_LAYERS):
         hit = unpack(wide_closest(tables.tlas, origin, direction, t, tmax))
         if hit.instance < 0:
             break
         if tables.tlas.instances[hit.instance].casts_shadow != 0:
-            share *= 1.0 - opacity_of_hit(tables, hit, BY_CHANCE)
-        if share <= 0.0:
+            visibility *= 1.0 - opacity_of_hit(tables, hit, BY_CHANCE)
+        if visibility <= 0.0:
             break
         t = hit.t
-    return share
+    return visibility

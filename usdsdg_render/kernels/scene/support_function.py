@@ -1,4 +1,4 @@
-"""Support functions of shapes and instances, from the tables of `geometry.support_function`."""
+"""Support functions of shapes and instances, from the tables of `geometry.support_function.support_table`."""
 
 from typing import Any
 
@@ -23,7 +23,7 @@ class SupportFunctions:
 
 @wp.func
 def support(values: wp.array2d(dtype=Any), prototype: int, direction: Any):
-    """Largest p · direction of the points p of a shape, rounded up; in the precision of its arguments."""
+    """Return the maximum of p · direction over the points p of a shape, rounded up, in the arguments' precision."""
     axis = int(0)
     if wp.abs(direction[1]) > wp.abs(direction[0]):
         axis = 1
@@ -50,7 +50,7 @@ def support(values: wp.array2d(dtype=Any), prototype: int, direction: Any):
 
 @wp.func
 def coordinate_bound(supports: SupportFunctions, instance: Instance, index: int, eye: wp.vec3):
-    """Upper bound on coordinates of the eye and the instance, in world space; rounding errors scale with it."""
+    """Return an upper bound on world coordinates of the eye and the instance; rounding errors scale with it."""
     size = float(0.0)
     prototype = supports.prototype[index]
     sides = int(6)
@@ -65,7 +65,11 @@ def coordinate_bound(supports: SupportFunctions, instance: Instance, index: int,
 def support_from(
     supports: SupportFunctions, instance: Instance, index: int, direction: wp.vec3, eye: wp.vec3, largest: float
 ):
-    """Support of an instance relative to the eye along a world direction, rounded up; `largest`: `coordinate_bound`."""
+    """Return the support of an instance relative to the eye along a world direction, rounded up.
+
+    Args:
+        largest: `coordinate_bound` of this instance and eye.
+    """
     local = wp.transpose(instance.local_to_world) * direction
     value = support(supports.values, supports.prototype[index], local) + wp.dot(direction, instance.world_origin - eye)
     return value + ROUNDING * largest * wp.length(direction)
