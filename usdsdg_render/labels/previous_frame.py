@@ -63,7 +63,7 @@ class PreviousFrames:
         self._poses = None
 
     def of(self, views: Sequence[CameraView], scene: Scene) -> PreviousFrame:
-        """Return the previous frames of cameras, with instances in current order; the current frame if there is none."""
+        """Return the previous frames of cameras, with instances in current order; the current one if there is none."""
         frames = [self._previous(view) for view in views]
         poses = {id(frame.poses): frame.poses for frame in frames}
         rows = {key: row for row, key in enumerate(poses)}
