@@ -1,4 +1,4 @@
-"""Warnings speak once a process; every test here starts with none spoken."""
+"""Warnings are shown once a process; every test here starts with none shown."""
 
 import pytest
 

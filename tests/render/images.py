@@ -1,4 +1,4 @@
-"""Pictures of hand-made scenes for tests: mean radiance in one call."""
+"""Images of scenes built by tests: mean radiance in one call."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from usdsdg_render.renderer import WarpRenderer
 from usdsdg_render.scene.scene import Scene
 from usdsdg_render.settings import PathSettings
 
-# Where the renderer's tests run; for example cuda:0.
+# Device of the renderer's tests, for example cuda:0.
 DEVICE = os.environ.get("USDSDG_TEST_DEVICE", "cpu")
-# No clamping and no widening: what a test compares with has neither.
+# Without firefly clamp and path regularization, which bias the result.
 EXACT = dict(clamp=0.0, regularization=0.0)
 
 

@@ -1,4 +1,4 @@
-"""Scenes made by hand for tests of the renderer: prototypes, materials, lights, cameras, and one `Scene` of them."""
+"""Scenes built without a stage, for tests of the renderer: prototypes, materials, lights, cameras."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def sphere(*, rings: int = 32, smooth: bool = True, name="/sphere") -> Prototype
 
 
 def material(**values) -> np.ndarray:
-    """One row of MATERIAL: rough white plastic without textures, unless told otherwise."""
+    """One row of MATERIAL: by default rough white plastic without textures."""
     row = np.zeros(1, MATERIAL)
     for name in MATERIAL.names or ():
         if name.endswith("_texture"):
@@ -89,7 +89,7 @@ def material(**values) -> np.ndarray:
 
 
 def light(kind: int, **values) -> np.ndarray:
-    """One row of LIGHT in the world's frame, white, of radiance 1, always seen."""
+    """One row of LIGHT: by default white, of radiance 1, visible, with the world axes."""
     row = np.zeros(1, LIGHT)
     row["kind"] = kind
     row["x_axis"], row["y_axis"], row["z_axis"] = (1, 0, 0), (0, 1, 0), (0, 0, 1)
@@ -101,7 +101,7 @@ def light(kind: int, **values) -> np.ndarray:
 
 
 def distant_light(irradiance: float = 1.0, direction=(0.0, 0.0, -1.0)) -> np.ndarray:
-    """A delta light shining along `direction`: `irradiance` lux on a surface that faces it."""
+    """A delta light that shines along `direction`: `irradiance` lux on a surface that faces it."""
     z = -np.asarray(direction, float) / np.linalg.norm(direction)
     return light(LIGHT_DISTANT, radiance=irradiance, cos_angle=1.0, z_axis=z)
 

@@ -1,4 +1,4 @@
-"""Pictures and labels through every lens: kernels against the NumPy models, and against what is known of a room."""
+"""Images and labels through every lens: kernels against the NumPy models and the analytic hits of a room."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from usdsdg_render.settings import PathSettings
 
 EYE, TARGET = (1.0, 2.0, 0.5), (0.0, 0.3, 0.2)
 SIZE = (321, 201)
-# Lengths of the room's sides from the middle.
+# Half extents of the room.
 ROOM = np.array([5.0, 6.0, 4.0])
 # Pixels: the kernels compute in single precision.
 EXACT = 1e-3
@@ -45,17 +45,17 @@ def rays_in_world(view: CameraView) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
-def test_depth_times_the_ray_of_a_pixel_gives_the_point_back(case):
+def test_depth_times_the_ray_of_a_pixel_is_its_hit_point(case):
     view = inside(case, meters_per_unit=0.01)
     labels = renderer_of(room()).labels(view, list(AOVS))
     origins, directions = rays_in_world(view)
     hit = labels["instance"].ravel() == 0
-    # Only at the edge of what the lens sees may single and double precision disagree.
+    # Single and double precision may disagree only at the edge of the field of view.
     assert (hit != np.isfinite(directions).all(axis=1)).sum() <= 0.001 * hit.size
     assert hit.mean() > 0.4
     hit &= np.isfinite(directions).all(axis=1)
     points = labels["position"].reshape(-1, 3)[hit]
-    # The first wall that the ray meets, in double precision.
+    # The first wall that the ray hits, in double precision.
     with np.errstate(divide="ignore"):
         walls = (np.sign(directions[hit]) * ROOM - origins[hit]) / directions[hit]
     distance = walls.min(axis=1, keepdims=True)
@@ -69,7 +69,7 @@ def test_depth_times_the_ray_of_a_pixel_gives_the_point_back(case):
     error = np.abs(pixels - centers()[hit])
     if case.get("projection_type") in PANORAMAS:
         assert view.lens is not None
-        # Columns lie close together at the poles, and rays of an eye graze the circle that it goes round.
+        # Columns converge at the poles, and rays of a stereo eye are tangent to its circle.
         level = np.sin(np.pi * centers()[hit, 1] / view.height)
         error[:, 0] *= level
         error[:, 1] *= along * level / (along * level + abs(view.lens.eye_offset))
@@ -77,7 +77,7 @@ def test_depth_times_the_ray_of_a_pixel_gives_the_point_back(case):
 
 
 @pytest.mark.parametrize("case", LENSES.values(), ids=LENSES)
-def test_outside_of_the_field_of_view_there_is_nothing(case):
+def test_pixels_outside_the_field_of_view_are_empty(case):
     # Wide enough for every lens but a panorama and OpenCV's mild one to leave corners.
     view = inside(case, horizontal_aperture=90.0)
     renderer = renderer_of(room())
@@ -88,14 +88,14 @@ def test_outside_of_the_field_of_view_there_is_nothing(case):
         assert (labels[name][outside] == aov.miss).all(), name
     film = renderer.new_film(*SIZE)
     renderer.accumulate(film, view, samples=4, settings=PathSettings(denoise=True))
-    picture = renderer.develop(film)
-    # The dome and the room shine; a pixel of which no sample comes through is clear.
-    clear = picture["LdrColor"][..., 3] == 0
-    assert not picture["LdrColor"][clear].any()
-    assert not picture["HdrColor"][clear].any()
+    image = renderer.develop(film)
+    # The dome and the room are bright; only pixels without any valid sample are transparent.
+    clear = image["LdrColor"][..., 3] == 0
+    assert not image["LdrColor"][clear].any()
+    assert not image["HdrColor"][clear].any()
     assert not clear[~outside].any()
     assert (clear | ~outside).mean() > 0.97
-    assert (picture["LdrColor"][~clear][:, 3] == 255).all()
+    assert (image["LdrColor"][~clear][:, 3] == 255).all()
 
 
 def test_the_field_of_view_of_a_fisheye_is_a_circle():
@@ -118,7 +118,7 @@ def test_coverage_is_what_a_group_covers_alone(case):
 
 
 @pytest.mark.parametrize("case", LENSES.values(), ids=LENSES)
-def test_boxes_far_from_the_picture_are_not_tested(case):
+def test_boxes_outside_the_image_have_no_bounds(case):
     view = inside(case)
     lens = view.lens
     assert lens is not None
@@ -157,12 +157,12 @@ def test_motion_vectors_are_the_displacement_of_the_projected_point(case):
         known = np.isfinite(moved).all(axis=1)
         assert known.mean() > 0.99
         error = np.abs(moved - labels["motion_vectors"][mine])[known]
-        # Where a lens ends or panoramas have their poles, a hair's breadth is many pixels.
+        # At the edge of a lens and at the poles of panoramas, small rounding errors are many pixels.
         assert np.quantile(error, 0.99) < 5 * EXACT
 
 
-def test_a_fisheye_is_sharp_at_its_focus_and_blurred_elsewhere():
-    # A bright wall with a black square in its middle, seen by a lens of 2 units opening.
+def test_a_fisheye_is_sharp_at_its_focus_distance_only():
+    # A bright wall with a black square at its center, seen through an aperture of 2 units.
     def edge_width(focus: float) -> float:
         black, white = (
             scenes.material(base_color=0.0, specular=0.0),

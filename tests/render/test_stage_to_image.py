@@ -1,4 +1,4 @@
-"""From stage to picture: orientation of textures and skies, and light in its units. Small pictures, real kernels."""
+"""From stage to image: orientation of textures and environments, and photometric units."""
 
 import math
 
@@ -30,7 +30,7 @@ def make_stage(up="Z"):
 
 
 def add_wall(stage, distance=5.0, file=None):
-    """A square that fills half of the picture's width, facing the camera, white or with a texture; Z up."""
+    """A square that fills half of the image's width, facing the camera, white or with a texture; Z up."""
     half = distance / 2
     mesh = UsdGeom.Mesh.Define(stage, "/Wall")
     corners = [(-half, -half), (half, -half), (half, half), (-half, half)]
@@ -66,7 +66,7 @@ def labels(stage, *aovs):
     return renderer.labels(view_of(stage), aovs)
 
 
-def picture(stage, samples):
+def rendered(stage, samples):
     """(H, W, 3) linear radiance."""
     renderer = WarpRenderer(stage, device="cpu")
     renderer.sync()
@@ -76,12 +76,12 @@ def picture(stage, samples):
 
 
 def quarters(image):
-    """Values in the middle of the four quarters of the wall, as rows and columns of the picture."""
+    """Values at the centers of the four quarters of the wall, as rows and columns of the image."""
     near, far = SIZE // 2 - 2, SIZE // 2 + 1
     return image[np.ix_([near, far], [near, far])]
 
 
-def test_textures_stand_upright_and_are_not_mirrored(tmp_path):
+def test_textures_are_upright_and_not_mirrored(tmp_path):
     Image.fromarray(QUARTERS.repeat(32, axis=0).repeat(32, axis=1)).save(tmp_path / "wall.png")
     stage = make_stage()
     add_wall(stage, file=tmp_path / "wall.png")
@@ -89,7 +89,7 @@ def test_textures_stand_upright_and_are_not_mirrored(tmp_path):
 
 
 @pytest.mark.parametrize("up", ["Y", "Z"])
-def test_skies_stand_upright_and_are_not_mirrored(up, tmp_path):
+def test_environments_are_upright_and_not_mirrored(up, tmp_path):
     """A camera that looks at the middle of the panorama sees it as the file shows it."""
     # Only the middle of the panorama differs from black: its quarters, as above.
     panorama = np.zeros((32, 64, 3), np.uint8)
@@ -104,7 +104,7 @@ def test_skies_stand_upright_and_are_not_mirrored(up, tmp_path):
         turn = turn * Gf.Rotation(Gf.Vec3d(1, 0, 0), 90)
     op.AddTransformOp().Set(Gf.Matrix4d(turn, Gf.Vec3d(0)))
     UsdLux.DomeLight.Define(stage, "/Sky").CreateTextureFileAttr(str(tmp_path / "sky.png"))
-    np.testing.assert_allclose(quarters(picture(stage, 1)), QUARTERS / 255, atol=0.01)
+    np.testing.assert_allclose(quarters(rendered(stage, 1)), QUARTERS / 255, atol=0.01)
 
 
 def test_a_distant_light_gives_lux_over_pi_times_albedo():
@@ -112,27 +112,27 @@ def test_a_distant_light_gives_lux_over_pi_times_albedo():
     add_wall(stage)
     light = UsdLux.DistantLight.Define(stage, "/Sun")
     light.CreateIntensityAttr(400.0)
-    light.AddRotateXYZOp().Set(Gf.Vec3f(90 - 60, 0, 0))  # arrives 60 degrees above the wall's normal
-    radiance = quarters(picture(stage, 16))
+    light.AddRotateXYZOp().Set(Gf.Vec3f(90 - 60, 0, 0))  # incident at 60 degrees above the wall's normal
+    radiance = quarters(rendered(stage, 16))
     np.testing.assert_allclose(radiance, 0.5 * 400.0 * math.cos(math.radians(60)) / math.pi, rtol=0.02)
 
 
-def test_a_sphere_light_gives_the_inverse_square():
+def test_a_sphere_light_follows_the_inverse_square_law():
     stage = make_stage()
     add_wall(stage)
     light = UsdLux.SphereLight.Define(stage, "/Lamp")
     light.CreateIntensityAttr(1e5)
     light.CreateRadiusAttr(0.01)
-    center = picture(stage, 64)[SIZE // 2 - 1 : SIZE // 2 + 1, SIZE // 2 - 1 : SIZE // 2 + 1]
+    center = rendered(stage, 64)[SIZE // 2 - 1 : SIZE // 2 + 1, SIZE // 2 - 1 : SIZE // 2 + 1]
     # Intensity pi r^2 L [cd] at five units; the pixels around the center see it up to 5 degrees off.
     expected = 0.5 / math.pi * math.pi * 0.01**2 * 1e5 / 25.0
     np.testing.assert_allclose(center, expected, rtol=0.03)
 
 
-def test_a_uniform_dome_makes_a_furnace():
+def test_a_uniform_dome_is_a_furnace():
     stage = make_stage()
     add_wall(stage)
     UsdLux.DomeLight.Define(stage, "/Sky").CreateIntensityAttr(4.0)
-    image = picture(stage, 256)
-    np.testing.assert_allclose(quarters(image), 2.0, rtol=0.05)  # half of it comes back from a wall of albedo 0.5
+    image = rendered(stage, 256)
+    np.testing.assert_allclose(quarters(image), 2.0, rtol=0.05)  # a wall of albedo 0.5 reflects half of it
     np.testing.assert_allclose(image[0], 4.0, rtol=1e-3)

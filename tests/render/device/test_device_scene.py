@@ -1,4 +1,4 @@
-"""Tables on the device follow the scene, and kernels compile for devices that are not here."""
+"""Device tables follow the scene, and kernels compile for devices that are not present."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ def columns_of(labels, index) -> np.ndarray:
     return np.nonzero((labels["instance"] == index).any(0))[0]
 
 
-def test_only_what_changed_is_read_again():
+def test_only_changed_tables_are_uploaded():
     scene = two_cubes()
     renderer = renderer_of(scene)
-    # Without a new version nothing is looked at.
+    # Without a new version nothing is uploaded.
     scene.instances.local_to_world[0, 3, 0] = 50.0
     renderer.sync()
     assert len(columns_of(renderer.labels(VIEW, ["instance"]), 0)) > 0
@@ -48,7 +48,7 @@ def test_only_what_changed_is_read_again():
     )
 
 
-def test_instances_prototypes_and_textures_come_and_go():
+def test_instances_prototypes_and_textures_are_replaced():
     scene = two_cubes()
     renderer = renderer_of(scene)
     ball = scenes.sphere(rings=16)
@@ -70,7 +70,7 @@ def test_instances_prototypes_and_textures_come_and_go():
     assert (renderer.labels(VIEW, ["instance"])["instance"] == -1).all()
 
 
-def test_lights_and_domes_are_refreshed():
+def test_lights_and_domes_are_updated():
     scene = two_cubes()
     renderer = renderer_of(scene)
 
@@ -90,7 +90,7 @@ def test_lights_and_domes_are_refreshed():
     assert 0 < brightness() < before
 
 
-def test_packed_skies_are_right_to_one_part_in_five_hundred():
+def test_packed_environments_have_a_relative_error_below_one_in_five_hundred():
     rng = np.random.default_rng(0)
     radiance_in = (rng.uniform(0, 1, (16, 32, 3)) * 10.0 ** rng.uniform(-3, 5, (16, 32, 1))).astype(np.float32)
     unit = packing_unit(radiance_in)
@@ -102,21 +102,21 @@ def test_packed_skies_are_right_to_one_part_in_five_hundred():
 
 
 @pytest.mark.parametrize("shape", [(8, 16), (100, 333), (512, 1024), (700, 1500)])
-def test_resized_skies_keep_their_energy(shape):
+def test_resampled_environments_keep_their_energy(shape):
     rng = np.random.default_rng(1)
-    sky = rng.uniform(0, 1, (*shape, 3)).astype(np.float32)
+    environment = rng.uniform(0, 1, (*shape, 3)).astype(np.float32)
 
-    def energy(picture: np.ndarray) -> float:
-        rows = len(picture)
+    def energy(image: np.ndarray) -> float:
+        rows = len(image)
         edges = np.cos(np.pi * np.arange(rows + 1) / rows)
-        return float((picture.mean(1) * (edges[:-1] - edges[1:])[:, None]).sum())
+        return float((image.mean(1) * (edges[:-1] - edges[1:])[:, None]).sum())
 
-    np.testing.assert_allclose(energy(to_grid(sky)), energy(sky), rtol=0.02)
-    assert to_grid(sky).shape == (256, 512, 3)
+    np.testing.assert_allclose(energy(to_grid(environment)), energy(environment), rtol=0.02)
+    assert to_grid(environment).shape == (256, 512, 3)
 
 
-def test_far_away_and_tiny_scenes_look_like_near_ones():
-    def picture(scale: float, offset) -> np.ndarray:
+def test_images_do_not_depend_on_scale_and_distance_from_the_origin():
+    def rendered(scale: float, offset) -> np.ndarray:
         offset = np.asarray(offset, float)
         placed = [
             (scenes.sphere(rings=24), scenes.moved(offset + np.array([0, 0, scale]), scale=scale), 0),
@@ -132,10 +132,10 @@ def test_far_away_and_tiny_scenes_look_like_near_ones():
         )
         return radiance(scene, view, samples=64)
 
-    reference = picture(1.0, (0, 0, 0))
+    reference = rendered(1.0, (0, 0, 0))
     for scale, offset in ((1e-3, (0, 0, 0)), (1e3, (0, 0, 0)), (1.0, (800, -500, 20)), (1e-2, (3, 2, 1))):
-        # Surfaces that shade themselves, or let light leak, would show as a change of the mean in some region.
-        blocks = [p.reshape(4, 6, 4, 8, 3).mean((1, 3)) for p in (picture(scale, offset), reference)]
+        # Self-shadowing or light leaks would change the mean of some region.
+        blocks = [p.reshape(4, 6, 4, 8, 3).mean((1, 3)) for p in (rendered(scale, offset), reference)]
         np.testing.assert_allclose(blocks[0], blocks[1], rtol=0.03)
 
 
@@ -144,14 +144,14 @@ def test_unknown_devices_are_named():
         chosen_device("cuda:9")
 
 
-def test_precompiling_tells_how_far_it_is():
-    told = []
+def test_precompiling_reports_progress():
+    reports = []
     from usdsdg_render.device import precompile as module
 
     module._ready.discard("cpu")
-    precompile("cpu", lambda label, done, total: told.append((label, done, total)))
-    assert [done for _, done, _ in told] == list(range(told[0][2] + 1))
-    precompile("cpu", lambda *_: pytest.fail("it is ready"))
+    precompile("cpu", lambda label, done, total: reports.append((label, done, total)))
+    assert [done for _, done, _ in reports] == list(range(reports[0][2] + 1))
+    precompile("cpu", lambda *_: pytest.fail("already compiled"))
 
 
 @pytest.mark.parametrize(("flags", "kept"), [(None, "-march=native"), ("", ""), ("-O1", "-O1")])
@@ -164,7 +164,7 @@ def test_kernels_keep_the_compiler_flags_of_the_user(flags, kept, monkeypatch):
 
 
 def test_kernels_compile_for_cuda(tmp_path):
-    """Hopper's code, by the compiler that Warp brings along; no device is needed."""
+    """Compile for Hopper with the compiler in Warp; no device is needed."""
     for kernel in (wavefront.intersect_closest, label_kernels.label_pixels):
-        made = wp.compile_aot_module(kernel.module, arch=90, module_dir=tmp_path / kernel.key, use_ptx=True)
-        assert any(file.stat().st_size > 1000 for file in made)
+        compiled = wp.compile_aot_module(kernel.module, arch=90, module_dir=tmp_path / kernel.key, use_ptx=True)
+        assert any(file.stat().st_size > 1000 for file in compiled)

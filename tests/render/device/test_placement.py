@@ -1,4 +1,4 @@
-"""Instances where they are put, in memory that stays: records, boxes around them, and the tree over these."""
+"""Transforms of instances on the device: records, world bounding boxes and TLAS, updated in place."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SHAPES = [scenes.sphere(), scenes.cube()]
 
 
 def turned(count: int, seed: int) -> np.ndarray:
-    """(count, 4, 4) matrices that turn, mirror, stretch and shear."""
+    """Random (count, 4, 4) matrices with rotation, reflection, scale and shear."""
     rng = np.random.default_rng(seed)
     matrices = np.stack([np.eye(4)] * count)
     matrices[:, :3, :3] = Rotation.random(count, random_state=seed).as_matrix() * rng.uniform(-3, 3, (count, 1, 3))
@@ -41,7 +41,7 @@ def test_records_hold_the_matrices_and_their_inverses():
     assert (np.abs(rows["world_to_local"] - inverse) <= tolerance).all()
 
 
-def test_boxes_in_the_world_hold_what_is_placed():
+def test_world_boxes_hold_their_instances():
     matrices = turned(200, 2)
     on_device, _ = synced(matrices)
     placement = on_device.placement
@@ -55,7 +55,7 @@ def test_boxes_in_the_world_hold_what_is_placed():
 
 
 @pytest.mark.parametrize("wrong", ["nan", "infinite", "flat", "nothing", "huge"])
-def test_what_has_no_place_is_named_and_left_out(wrong):
+def test_instances_with_singular_transforms_are_skipped_with_a_warning(wrong):
     matrices = turned(5, 3)
     matrices[2] = {
         "nan": np.where(np.arange(16).reshape(4, 4) == 5, np.nan, np.eye(4)),
@@ -72,7 +72,7 @@ def test_what_has_no_place_is_named_and_left_out(wrong):
 
 
 @pytest.mark.filterwarnings("ignore:.*is not rendered")
-def test_places_one_after_the_other_are_those_of_a_new_renderer():
+def test_updated_transforms_equal_those_of_a_new_renderer():
     on_device, scene = synced(turned(60, 4))
     for seed, hidden in ((5, 0), (6, 20), (7, 59), (8, 60), (9, 3), (10, 0)):
         matrices = turned(60, seed)

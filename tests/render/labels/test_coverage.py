@@ -20,7 +20,7 @@ GLASS = 1
 
 
 def crowded(seed: int, *, count: int = 14, spread: float = 1.5) -> scenes.Scene:
-    """Things through each other: opaque, of glass, cut out; a pair that coincides; a room around everything."""
+    """Intersecting opaque, glass and cut-out objects, two coincident cubes, and a room around everything."""
     rng = np.random.default_rng(seed)
     texels = np.full((8, 8, 4), 255, np.uint8)
     texels[..., 3] = rng.integers(0, 256, (8, 8))
@@ -44,13 +44,13 @@ def crowded(seed: int, *, count: int = 14, spread: float = 1.5) -> scenes.Scene:
 
 
 def groups_of(scene: scenes.Scene) -> list[list[int]]:
-    """Every gprim by itself, a few together (some in two groups), none, and all."""
+    """Groups of one gprim, of several (some in two groups), of none, and of all."""
     count = len(scene.instances.paths)
     return [*([k] for k in range(count)), [0, 3, 5], [3, 4, count - 2], [], list(range(count))]
 
 
 def alone(scene: scenes.Scene, view, groups, *, glass: str = "surface") -> np.ndarray:
-    """(G, H, W) bool from label passes of scenes that hold one group alone."""
+    """Amodal masks (G, H, W) bool, from label passes of scenes with one group alone."""
     everything, masks = scene.instances, []
     for group in groups:
         scene.instances = Instances(
@@ -92,13 +92,13 @@ def check(scene: scenes.Scene, view, *, glass: str = "surface") -> None:
 
 @pytest.mark.parametrize("glass", ["surface", "behind"])
 @pytest.mark.parametrize("seed", range(4))
-def test_they_are_what_each_group_covers_alone(seed, glass):
+def test_amodal_masks_are_what_each_group_covers_alone(seed, glass):
     scene = crowded(seed)
     check(scene, scenes.view_from((4, -5, 2), size=(131, 43)), glass=glass)
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_with_the_camera_in_the_crowd(seed):
+def test_masks_with_the_camera_among_the_objects(seed):
     # Boxes around the camera, across its near plane, behind it, and cut by the clipping range.
     rng = np.random.default_rng(seed)
     eye, target = rng.uniform(-1, 1, (2, 3))
@@ -110,13 +110,13 @@ def test_with_the_camera_in_the_crowd(seed):
     check(crowded(seed, count=20), view)
 
 
-def test_through_other_projections():
+def test_masks_of_orthographic_cameras():
     scene = crowded(7)
     check(scene, scenes.view_from((4, -5, 2), projection_type="orthographic", horizontal_aperture=50.0, size=(65, 40)))
 
 
 @pytest.mark.parametrize(("scale", "offset"), [(1e-3, 0.0), (1.0, 3000.0), (1e3, 1e5)])
-def test_far_away_and_at_any_size(scale, offset):
+def test_masks_far_from_the_origin_and_at_any_scale(scale, offset):
     scene = crowded(3)
     scene.instances.local_to_world[:, :, :3] *= scale
     scene.instances.local_to_world[:, 3, :3] += offset
@@ -125,7 +125,7 @@ def test_far_away_and_at_any_size(scale, offset):
     check(scene, view)
 
 
-def test_they_are_what_brute_force_over_all_triangles_finds():
+def test_masks_equal_brute_force_over_all_triangles():
     scene = crowded(11, count=9)
     # Opaque, so that triangles alone decide.
     scene.materials["opacity_texture"], scene.materials["opacity"] = -1, 1.0
@@ -146,7 +146,7 @@ def test_they_are_what_brute_force_over_all_triangles_finds():
     assert certain > 0.98 * 1200 * len(groups)
 
 
-def test_things_in_one_place_all_count_and_one_of_them_hides_the_others():
+def test_coincident_objects_all_count_and_one_of_them_occludes_the_others():
     cube = scenes.cube()
     scene = scenes.scene_of([(cube, scenes.moved(), 0)] * 3)
     view = scenes.view_from((0, -6, 0))
@@ -159,14 +159,14 @@ def test_things_in_one_place_all_count_and_one_of_them_hides_the_others():
     assert (hidden == pixels - found.visible).all()
 
 
-def test_threads_change_nothing():
+def test_masks_do_not_depend_on_the_number_of_threads():
     scene = crowded(5)
     view, groups = scenes.view_from((4, -5, 2), size=(131, 90)), groups_of(scene)
     words = [renderer_of(scene, threads=threads).pixel_masks(view, groups).words.tobytes() for threads in (1, 3, 3)]
     assert words[0] == words[1] == words[2]
 
 
-def test_labels_go_through_glass_where_they_are_told_to():
+def test_labels_pass_through_glass_in_mode_behind():
     def seen(material, glass):
         placed = [(scenes.square(), scenes.moved((0, 0, 2)), 1), (scenes.square(), scenes.moved(scale=3), 0)]
         texels = np.full((2, 2, 4), 200, np.uint8)
@@ -177,7 +177,7 @@ def test_labels_go_through_glass_where_they_are_told_to():
         renderer.glass_labels = glass
         labels = renderer.labels(scenes.view_from((0, 0, 8), up=(0, 1, 0)), ["instance", "position", "bump_normals"])
         front = labels["instance"][12, 16]
-        # All AOVs are of the same surface.
+        # All AOVs belong to the same surface.
         assert labels["position"][12, 16, 2] == pytest.approx(2 * (1 - front))
         assert labels["bump_normals"][12, 16, 2] == pytest.approx(1)
         return int(front)
@@ -187,14 +187,14 @@ def test_labels_go_through_glass_where_they_are_told_to():
     assert [seen(clear, glass) for glass in ("surface", "behind")] == [0, 1]
     assert [seen(scenes.material(opacity=0.2), glass) for glass in ("surface", "behind")] == [0, 1]
     assert [seen(scenes.material(opacity=0.7), glass) for glass in ("surface", "behind")] == [0, 0]
-    # A hole is a hole in both, and what of a leaf is no hole is there in both.
+    # Cut-outs are holes in both modes, and the opaque part of a leaf is visible in both.
     leaf = scenes.material(opacity_texture=0, opacity_channel=3)
     assert [seen(leaf, glass) for glass in ("surface", "behind")] == [0, 0]
     hole = scenes.material(opacity_texture=0, opacity_channel=3, opacity_threshold=0.9)
     assert [seen(hole, glass) for glass in ("surface", "behind")] == [1, 1]
 
 
-def test_unknown_ways_with_glass_are_refused():
+def test_unknown_glass_modes_raise():
     renderer = renderer_of(crowded(0))
     assert renderer.glass_labels == "surface"
     with pytest.raises(RenderError, match="'through'; it may be 'surface' or 'behind'"):
@@ -202,7 +202,7 @@ def test_unknown_ways_with_glass_are_refused():
     assert renderer.glass_labels == "surface"
 
 
-def test_faces_barycentrics_and_uvs_are_those_of_the_point():
+def test_faces_barycentrics_and_uvs_reproduce_the_hit_point():
     rng = np.random.default_rng(2)
     square = scenes.square()
     bent = scenes.prototype(square.points, square.triangles, uvs=rng.uniform(-1, 2, (2, 3, 2)))
@@ -225,7 +225,7 @@ def test_faces_barycentrics_and_uvs_are_those_of_the_point():
         np.testing.assert_allclose(labels["uv"][y, x], weights @ prototype.uvs[face], atol=1e-5)
 
 
-def test_faces_of_polygons_are_those_of_the_mesh_and_not_of_its_triangles():
+def test_the_prim_aov_numbers_faces_of_the_mesh_not_triangles():
     from pxr import Usd, UsdGeom
 
     from usdsdg_render.renderer import WarpRenderer
@@ -250,7 +250,7 @@ def test_faces_of_polygons_are_those_of_the_mesh_and_not_of_its_triangles():
 
 
 @pytest.mark.parametrize("at_once", [1 << 16, 70])
-def test_many_views_at_once_are_what_each_is_alone(at_once, monkeypatch):
+def test_masks_of_a_batch_are_those_of_each_view_alone(at_once, monkeypatch):
     monkeypatch.setattr(view_batches, "MASKS", at_once)
     scene = crowded(2, count=30)
     flat = [scenes.view_from(eye, size=(90, 61)) for eye in [(4, -5, 2), (0.2, 0.1, 0), (-3, 4, -5)]]
@@ -269,7 +269,7 @@ def test_many_views_at_once_are_what_each_is_alone(at_once, monkeypatch):
                 )
 
 
-def test_counts_made_with_the_strips_are_those_of_the_strips():
+def test_coverage_counts_match_the_masks():
     scene = crowded(8, count=25)
     found = renderer_of(scene).pixel_masks(scenes.view_from((3, -4, 2), size=(200, 77)), groups_of(scene))
     counted = counted_masks(found.shape, found.count, found.words)

@@ -35,7 +35,7 @@ def some_view(**changes):
     return scenes.view_from((4, -5, 2), (0.2, 0.1, 0), **{**values, **changes})
 
 
-def test_every_aov_has_its_shape_type_and_value_for_nothing():
+def test_every_aov_has_its_shape_dtype_and_miss_value():
     view = some_view()
     labels = renderer_of(some_scene()).labels(view, list(AOVS))
     nothing = labels["instance"] == NO_INSTANCE
@@ -47,7 +47,7 @@ def test_every_aov_has_its_shape_type_and_value_for_nothing():
         assert np.isfinite(labels[name][~nothing]).all()
 
 
-def test_pixel_depth_and_camera_give_the_point_back():
+def test_pixels_unproject_to_their_hit_points():
     view = some_view()
     labels = renderer_of(some_scene()).labels(view, list(AOVS))
     hit = labels["instance"] != NO_INSTANCE
@@ -60,7 +60,7 @@ def test_pixel_depth_and_camera_give_the_point_back():
     np.testing.assert_allclose(labels["distance_to_camera"][hit], away * view.meters_per_unit, rtol=1e-5)
 
 
-def test_orthographic_pixels_project_back_as_well():
+def test_orthographic_pixels_unproject_to_their_hit_points():
     view = some_view(projection_type="orthographic", horizontal_aperture=50.0)
     labels = renderer_of(some_scene()).labels(view, ["instance", "position", "distance_to_image_plane"])
     hit = labels["instance"] != NO_INSTANCE
@@ -79,11 +79,11 @@ def test_normals_are_unit_and_face_the_camera():
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-5)
     to_camera = view.local_to_world[3, :3] - labels["position"][hit]
     to_camera /= np.linalg.norm(to_camera, axis=1, keepdims=True)
-    # Interpolated normals of a coarse ball lean past its silhouette by up to half a facet.
+    # Interpolated normals of a coarse sphere point past its silhouette by up to half a facet.
     assert ((normals * to_camera).sum(1) > -0.2).all()
 
 
-def test_smooth_normals_of_a_stretched_ball_follow_the_inverse_transpose():
+def test_smooth_normals_of_a_scaled_sphere_follow_the_inverse_transpose():
     scale = np.array([2.0, 1.0, 0.5])
     scene = scenes.scene_of([(scenes.sphere(rings=64), scenes.moved(scale=scale), 0)])
     labels = renderer_of(scene).labels(scenes.view_from((0, -6, 1)), ["instance", "normals", "position"])
@@ -93,14 +93,14 @@ def test_smooth_normals_of_a_stretched_ball_follow_the_inverse_transpose():
     np.testing.assert_allclose(labels["normals"][hit], expected, atol=0.01)
 
 
-def test_mirrored_instances_keep_their_normals_outside():
+def test_normals_of_mirrored_instances_point_outwards():
     scene = scenes.scene_of([(scenes.sphere(rings=32), scenes.moved(scale=(-1, 1, 1)), 0)])
     labels = renderer_of(scene).labels(scenes.view_from((0, -6, 1)), ["instance", "normals", "position"])
     hit = labels["instance"] == 0
     assert ((labels["normals"] * labels["position"]).sum(-1)[hit] > 0.9).all()
 
 
-def test_the_clipping_range_cuts():
+def test_surfaces_outside_the_clipping_range_are_not_hit():
     scene = scenes.scene_of([(scenes.cube(), scenes.moved(), 0)])
     seen = renderer_of(scene)
     near = seen.labels(scenes.view_from((0, -5, 0), clipping_range=(4.5, 100)), ["instance", "distance_to_image_plane"])
@@ -122,8 +122,8 @@ def test_the_clipping_range_cuts():
     ],
     ids=["pinhole", "orthographic", "pinholeOpenCV", "fisheye", "panorama"],
 )
-def test_the_clipping_range_is_a_plane_for_flat_lenses_and_a_ball_for_others(lens, shape):
-    """Also at the corners of the picture, where rays are longer than they reach deep."""
+def test_the_clipping_range_is_planar_for_rectilinear_lenses_and_spherical_for_others(lens, shape):
+    """Also at the corners of the image, where distances exceed depths."""
     wall = (scenes.square(), scenes.moved((0, 0, -5), scale=100), 0)
     ball = (scenes.sphere(rings=64), scenes.moved(scale=5), 0)
     renderer = renderer_of(scenes.scene_of([wall if shape == "wall" else ball]))
@@ -155,15 +155,15 @@ def checker(texels, *, wrap=0, **values):
 RED, GREEN, BLUE, WHITE = (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255)
 
 
-def test_textures_stand_upright():
-    # Row 0 is at v = 1; the square's v grows upwards in the picture.
+def test_textures_are_upright():
+    # Row 0 is at v = 1; the square's v increases upwards in the image.
     albedo = checker([[RED, GREEN], [BLUE, WHITE]])
     for (row, column), color in {(16, 16): RED, (16, 47): GREEN, (47, 16): BLUE, (47, 47): WHITE}.items():
         np.testing.assert_allclose(albedo[row, column], np.array(color) / 255, atol=0.05)
 
 
 def wrapped(index: int, count: int, wrap: int) -> int | None:
-    """Texel that stands for any integer index; None = black."""
+    """Texel index for any integer, by wrap mode; None = black."""
     if wrap == WRAP_REPEAT:
         return index % count
     if wrap == WRAP_MIRROR:
@@ -175,7 +175,7 @@ def wrapped(index: int, count: int, wrap: int) -> int | None:
 
 
 @pytest.mark.parametrize("wrap", [WRAP_REPEAT, WRAP_CLAMP, WRAP_MIRROR, WRAP_BLACK])
-def test_wrap_modes_are_those_of_a_plain_bilinear_look_up(wrap):
+def test_wrap_modes_match_a_reference_bilinear_look_up(wrap):
     texels = np.random.default_rng(2).integers(0, 256, (3, 4, 3))
     scale, shift = 4.0, -1.6
     albedo = checker(texels, wrap=wrap, transform=UvTransform.of((scale, scale), 0.0, (shift, shift)))
@@ -191,7 +191,7 @@ def test_wrap_modes_are_those_of_a_plain_bilinear_look_up(wrap):
         np.testing.assert_allclose(albedo[row, column], expected, atol=2e-3)
 
 
-def test_textures_turn_and_shift_as_uv_transforms_say():
+def test_uv_transforms_rotate_and_translate_textures():
     # UsdTransform2d: a quarter turn takes (u, v) to (-v, u); the shift brings it back into the image.
     turned = UvTransform.of((1.0, 1.0), np.pi / 2, (1.0, 0.0))
     albedo = checker([[RED, GREEN], [BLUE, WHITE]], transform=turned)
@@ -216,7 +216,7 @@ def leaf_scene(alpha, **values):
 
 
 @pytest.mark.parametrize(("alpha", "threshold", "behind"), [(0, 0.0, 1), (100, 0.0, 1), (200, 0.0, 0), (200, 0.9, 1)])
-def test_labels_see_through_what_is_cut_out(alpha, threshold, behind):
+def test_labels_see_through_cut_outs(alpha, threshold, behind):
     renderer = renderer_of(leaf_scene(alpha, opacity_threshold=threshold))
     view = scenes.view_from((0, 0, 8), up=(0, 1, 0))
     labels = renderer.labels(view, ["instance"])["instance"]
@@ -228,7 +228,7 @@ def test_labels_see_through_what_is_cut_out(alpha, threshold, behind):
 
 
 def coverage_one_by_one(scene, view, groups) -> list[list[int]]:
-    """The same from label passes of scenes that hold one group alone."""
+    """Coverage from label passes of scenes with one group alone."""
     rows = []
     everything = scene.instances
     for group in groups:
@@ -261,7 +261,7 @@ def test_coverage_is_what_a_group_covers_alone(projection):
     assert coverage[14, 0] == visible.sum()
 
 
-def test_coverage_with_the_camera_inside_and_in_front_of_things():
+def test_coverage_with_the_camera_inside_and_in_front_of_objects():
     scene = scenes.scene_of(
         [(scenes.sphere(rings=8), scenes.moved(scale=3), 0), (scenes.cube(), scenes.moved((0, 50, 0)), 0)]
     )
@@ -272,7 +272,7 @@ def test_coverage_with_the_camera_inside_and_in_front_of_things():
     assert coverage[0, 0] == 32 * 24
 
 
-def test_motion_vectors_point_back():
+def test_motion_vectors_point_to_the_previous_pixel():
     scene = scenes.scene_of(
         [(scenes.cube(), scenes.moved(), 0), (scenes.cube(), scenes.moved((0, 50, 0), scale=40), 0)]
     )
@@ -292,13 +292,13 @@ def test_motion_vectors_point_back():
     np.testing.assert_allclose(labels["motion_vectors"][moved], before - now, atol=1e-3)
     assert (labels["motion_vectors"][moved][:, 0] < 0).all()
     assert (labels["motion_vectors"][moved][:, 1] > 0).all()
-    # Then the camera moves left, without a sync between: everything moves right in the picture, the near cube more.
+    # Then the camera moves left, without a sync between: everything moves right in the image, the near cube more.
     labels = renderer.labels(scenes.view_from((-0.3, -10, 0), (-0.3, 0, 0)), ["motion_vectors", "instance"])
     cube, wall = (labels["motion_vectors"][labels["instance"] == k][:, 0].mean() for k in (0, 1))
     assert cube < wall < 0
 
 
-def test_odd_scenes_and_requests():
+def test_empty_scenes_and_invalid_requests():
     empty = renderer_of(scenes.scene_of([]))
     one = scenes.view_from((0, 0, 5), size=(1, 1))
     assert empty.labels(one, ["instance"])["instance"].tolist() == [[NO_INSTANCE]]
@@ -310,8 +310,8 @@ def test_odd_scenes_and_requests():
         empty.labels(scenes.view_from((0, 0, 5), projection_type="wide"), ["instance"])
 
 
-def test_half_transparent_surfaces_let_their_share_through():
-    # A glowing square of opacity 0.3 before a glowing wall, twice: shares of light add up layer by layer.
+def test_translucent_surfaces_transmit_by_opacity():
+    # Two emissive squares of opacity 0.3 before an emissive wall: radiance is composited layer by layer.
     veil = scenes.material(base_color=0.0, specular=0.0, emission=10.0, opacity=0.3)
     wall = scenes.material(base_color=0.0, specular=0.0, emission=100.0)
     placed = [
@@ -322,11 +322,11 @@ def test_half_transparent_surfaces_let_their_share_through():
     scene = scenes.scene_of(placed, materials=[veil, wall])
     view = scenes.view_from((0, 0, 8), up=(0, 1, 0), size=(8, 8))
     expected = 10 * 0.3 + 0.7 * (10 * 0.3 + 0.7 * 100)
-    picture = radiance(scene, view, samples=64)
-    np.testing.assert_allclose(picture.mean(), expected, rtol=0.01)
-    # Well-spread numbers leave little noise in any one pixel.
-    np.testing.assert_allclose(picture, expected, rtol=0.1)
-    # All of it is there for labels, and its shadow is as dark as it is opaque.
+    image = radiance(scene, view, samples=64)
+    np.testing.assert_allclose(image.mean(), expected, rtol=0.01)
+    # Stratified samples leave little noise in each pixel.
+    np.testing.assert_allclose(image, expected, rtol=0.1)
+    # Labels count it as opaque, and its shadow is as dark as its opacity.
     assert (renderer_of(scene).labels(view, ["instance"])["instance"] == 1).all()
     lit = scenes.scene_of(
         [(scenes.square(), scenes.moved((0, 0, 9), scale=50), 0), (scenes.square(), scenes.moved(scale=50), 1)],
@@ -337,7 +337,7 @@ def test_half_transparent_surfaces_let_their_share_through():
     np.testing.assert_allclose(shadowed.mean(), 0.7, rtol=0.01)
 
 
-def test_the_material_of_what_is_seen():
+def test_material_aovs_of_the_visible_surface():
     rng = np.random.default_rng(3)
     rgba = rng.integers(0, 256, (4, 4, 4), np.uint8)
     rgba[..., 3] = 255
@@ -357,12 +357,12 @@ def test_the_material_of_what_is_seen():
     f0 = 0.75 * np.array([0.04, 0.05, 0.06]) + 0.25 * base
     np.testing.assert_allclose(labels["specular"][seen] - f0, 0, atol=1e-6)
     np.testing.assert_allclose(labels["emission"][seen] - (3, 2, 1), 0, atol=1e-6)
-    # The texture's own middles, an eighth of the square from its edges; row 0 is at the top.
+    # Texel centers, an eighth of the square from its edges; row 0 is at the top.
     middles = labels["roughness"][8::16, 8::16]
     np.testing.assert_allclose(middles, 0.5 * rgba[..., 1] / 255, atol=0.5 / 16)
 
 
-def test_a_normal_map_bends_bump_normals_only():
+def test_normal_maps_change_bump_normals_only():
     rgba = np.full((1, 1, 4), 255, np.uint8)
     rgba[0, 0, :3] = (204, 128, 230)  # +0.6 along u, 0 along v, 0.8 up
     texture = Texture("bump", rgba, False, WRAP_REPEAT, WRAP_REPEAT)

@@ -1,4 +1,4 @@
-"""Motion vectors: where the point of each pixel was in the picture before, less where it is now."""
+"""Motion vectors: the position of each hit point in the previous image, minus its current one."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def turned(axis, degrees, translation=(0, 0, 0), scale=1.0) -> np.ndarray:
     [{}, {"projection_type": "orthographic", "horizontal_aperture": 60.0}],
     ids=["pinhole", "orthographic"],
 )
-def test_of_things_that_turn_grow_and_move_under_a_camera_that_does_too(projection):
+def test_of_objects_that_rotate_scale_and_move_under_a_moving_camera(projection):
     before = [turned((1, 2, 3), 10, (-1, 0, 0)), turned((0, 0, 1), 0, (1, 0.5, 0), 0.7)]
     after = [turned((1, 2, 3), 35, (-0.8, 0.2, 0.1)), turned((3, 1, 0), 20, (1.1, 0.3, 0.2), (0.9, 0.6, 0.8))]
     scene = scenes.scene_of([(scenes.cube(), before[0], 0), (scenes.sphere(rings=9), before[1], 0)])
@@ -50,7 +50,7 @@ def test_of_things_that_turn_grow_and_move_under_a_camera_that_does_too(projecti
         rows, columns = np.nonzero(mine)
         moved = was - np.stack([columns, rows], -1) - 0.5
         np.testing.assert_allclose(labels["motion_vectors"][mine], moved, atol=2e-3)
-    # What is infinitely far moves with the camera's turning alone; parallel rays show none of it.
+    # Points at infinity move only with the camera's rotation; an orthographic camera shows none of it.
     far = labels["instance"] < 0
     rows, columns = np.nonzero(far)
     if projection:
@@ -63,7 +63,7 @@ def test_of_things_that_turn_grow_and_move_under_a_camera_that_does_too(projecti
     np.testing.assert_allclose(labels["motion_vectors"][far], moved, atol=2e-3)
 
 
-def test_cameras_remember_apart_and_what_is_new_stands_still():
+def test_new_instances_have_no_motion():
     scene = scenes.scene_of([(scenes.cube(), scenes.moved(), 0), (scenes.cube(), scenes.moved((3, 0, 0)), 0)])
     renderer = renderer_of(scene)
     view = scenes.view_from((0, -12, 0))
@@ -77,7 +77,7 @@ def test_cameras_remember_apart_and_what_is_new_stands_still():
     assert not labels["motion_vectors"][labels["instance"] == 1].any()
 
 
-def test_each_camera_of_a_frame_counts_from_when_it_last_looked():
+def test_motion_is_relative_to_the_last_frame_of_each_camera():
     scene = scenes.scene_of([(scenes.cube(), scenes.moved(), 0)])
     renderer = renderer_of(scene)
     views = [replace(scenes.view_from((x, -9, 1)), prim_path=f"/World/camera_{x}") for x in (0, 1, 2)]
@@ -87,24 +87,24 @@ def test_each_camera_of_a_frame_counts_from_when_it_last_looked():
         scene.touch("transforms")
         renderer.sync()
 
-    for view in views[:2]:  # one after the other; the last one never looked
+    for view in views[:2]:  # one after the other; the last camera rendered none
         renderer.labels(view, ["motion_vectors"])
         move()
-    drawn = renderer.labels_of(views, NAMES)
-    for view, labels, steps in zip(views, drawn, (2, 1, 0), strict=True):
+    rendered = renderer.labels_of(views, NAMES)
+    for view, labels, steps in zip(views, rendered, (2, 1, 0), strict=True):
         mine = labels["instance"] == 0
         expected = displacement(labels, mine, view, labels["position"][mine] - np.array((0.3, 0.0, 0.1)) * steps)
         np.testing.assert_allclose(labels["motion_vectors"][mine], expected, atol=2e-3)
 
 
 def displacement(labels, mine, view, before: np.ndarray) -> np.ndarray:
-    """Of points in the world, (N, 3), where they were."""
+    """Expected motion of pixels, (N, 2), from the previous world positions (N, 3) of their points."""
     rows, columns = np.nonzero(mine)
     return view.project(before)[0] - np.stack([columns, rows], -1) - 0.5
 
 
-def test_of_a_mesh_whose_points_have_samples():
-    # A wavy sheet that is stretched, sheared and shifted: between points an affine map holds as well.
+def test_of_a_mesh_with_time_sampled_points():
+    # A wavy sheet under an affine map, which holds between vertices as well.
     stage = Usd.Stage.CreateInMemory()
     mesh = UsdGeom.Mesh.Define(stage, "/Sheet")
     x, y = np.meshgrid(np.linspace(-1, 1, 7), np.linspace(-1, 1, 7), indexing="ij")
@@ -131,13 +131,13 @@ def test_of_a_mesh_whose_points_have_samples():
     expected = displacement(labels, mine, view, was)
     assert np.abs(expected).max() > 2
     np.testing.assert_allclose(labels["motion_vectors"][mine], expected, atol=3e-3)
-    # Nothing has changed since.
+    # Without a change there is no motion.
     renderer.sync()
     assert np.abs(renderer.labels(view, NAMES)["motion_vectors"]).max() < 1e-3
 
 
 @pytest.mark.parametrize("lens", [{}, {"projection_type": "fisheyeEquidistant"}], ids=["pinhole", "fisheye"])
-def test_of_a_mesh_that_its_skeleton_bends(lens):
+def test_of_a_skinned_mesh(lens):
     stage = Usd.Stage.CreateInMemory()
     add_character(stage, "/Man")
     UsdGeom.SetStageUpAxis(stage, "Z")
@@ -152,7 +152,7 @@ def test_of_a_mesh_that_its_skeleton_bends(lens):
     before, now = prototypes
     assert not np.allclose(before.points, now.points)
     mine = labels["instance"] == 0
-    # The triangle of each pixel, among those of its face, is the one whose weights give the point back.
+    # The triangle of each pixel, among those of its face, is the one whose barycentrics reproduce the point.
     was = np.zeros((mine.sum(), 3))
     for k, (face, weights, position) in enumerate(
         zip(labels["prim"][mine], labels["barycentrics"][mine], labels["position"][mine], strict=True)
@@ -168,7 +168,7 @@ def test_of_a_mesh_that_its_skeleton_bends(lens):
     np.testing.assert_allclose(labels["motion_vectors"][mine], expected, atol=5e-3)
 
 
-def test_of_a_mesh_that_gets_other_triangles_is_how_its_prim_moves():
+def test_of_a_mesh_with_a_new_topology_is_the_motion_of_its_prim():
     scene = scenes.scene_of([(scenes.cube(), scenes.moved(), 0)])
     renderer = renderer_of(scene)
     view = scenes.view_from((0, -8, 0))
@@ -184,7 +184,7 @@ def test_of_a_mesh_that_gets_other_triangles_is_how_its_prim_moves():
 
 
 @pytest.mark.parametrize("case", LENSES.values(), ids=LENSES)
-def test_what_is_far_away_moves_as_a_lens_turns(case):
+def test_points_at_infinity_move_with_the_rotation_of_a_lens(case):
     renderer = renderer_of(scenes.scene_of([], dome=scenes.white_dome()))
     before = inside(case)
     renderer.labels(before, ["motion_vectors"])
@@ -193,10 +193,10 @@ def test_what_is_far_away_moves_as_a_lens_turns(case):
     _, directions = rays_in_world(now)
     moved = before.project(1e7 * directions + before.local_to_world[3, :3])[0] - centers()
     error = moved - motion
-    error[:, 0] -= SIZE[0] * np.round(error[:, 0] / SIZE[0])  # panoramas go round
-    is_known, is_told = np.isfinite(moved).all(axis=1), motion.any(axis=1)
-    # Only at the edge of what the lens sees may single and double precision disagree.
-    assert (is_known & ~is_told).mean() < 0.01
-    assert (is_known & is_told).mean() > 0.3
+    error[:, 0] -= SIZE[0] * np.round(error[:, 0] / SIZE[0])  # panoramas wrap around
+    is_known, is_reported = np.isfinite(moved).all(axis=1), motion.any(axis=1)
+    # Single and double precision may disagree only at the edge of the field of view.
+    assert (is_known & ~is_reported).mean() < 0.01
+    assert (is_known & is_reported).mean() > 0.3
     assert np.abs(motion).max() > 20
-    assert np.quantile(np.abs(error[is_known & is_told]), 0.99) < 5e-3
+    assert np.quantile(np.abs(error[is_known & is_reported]), 0.99) < 5e-3

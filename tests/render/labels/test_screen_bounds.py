@@ -1,4 +1,4 @@
-"""Octagons in the picture hold every point of a shape that is before the camera, and little else."""
+"""8-DOP screen bounds contain every point of a shape in front of the camera, and little more."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from usdsdg_render.device.camera import camera_array
 from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.kernels.labels.screen_bounds import ANYWHERE, MARGIN, SIDES, bound_on_screen
 
-# Weights of column and row, of sides and their opposites.
+# Weights of column and row, for a side and its opposite.
 LINES = np.array([(1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, -1.0)])
 SHAPES = [scenes.sphere(), scenes.cube()]
 
 
 def placed(rng: np.random.Generator, count: int, spread: float):
-    """Turned, stretched balls and cubes, on a device, with the points of each in the world."""
+    """Upload rotated, scaled spheres and cubes; return them with the world points of each."""
     objects, points = [], []
     for k in range(count):
         turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
@@ -29,45 +29,45 @@ def placed(rng: np.random.Generator, count: int, spread: float):
     return on_device, points
 
 
-def octagons(on_device: DeviceScene, view, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """(count, 4) lower and upper bounds of each line, of all instances."""
-    ends = wp.empty((1, count, SIDES), dtype=wp.float32, device="cpu")
+def screen_bounds(on_device: DeviceScene, view, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Compute lower and upper bounds along each line, (count, 4), of all instances."""
+    offsets = wp.empty((1, count, SIDES), dtype=wp.float32, device="cpu")
     tested = wp.array(np.arange(count), dtype=wp.int32, device="cpu")
     inputs = [on_device.tables, on_device.supports, camera_array([view], "cpu"), tested, 0]
-    wp.launch(bound_on_screen, dim=(1, count), inputs=inputs, outputs=[ends], device="cpu")
-    bounds = ends.numpy()[0].astype(np.float64)
+    wp.launch(bound_on_screen, dim=(1, count), inputs=inputs, outputs=[offsets], device="cpu")
+    bounds = offsets.numpy()[0].astype(np.float64)
     bounds[np.abs(bounds) > 0.5 * ANYWHERE] *= np.inf
     return -bounds[:, 4:], bounds[:, :4]
 
 
 def values(view, points: np.ndarray) -> np.ndarray:
-    """(V, 4) of each line for points in the world, which are all before the camera."""
+    """Project world points in front of the camera onto each line, (V, 4)."""
     pixels, _ = view.project(points)
     return pixels @ LINES.T
 
 
 @pytest.mark.parametrize("projection", ["pinhole", "orthographic"])
-def test_shapes_before_the_camera(projection):
+def test_bounds_of_shapes_in_front_of_the_camera_are_tight(projection):
     on_device, points = placed(np.random.default_rng(1), 60, 2.0)
     wide = {"horizontal_aperture": 60.0} if projection == "orthographic" else {}
     offset = {"horizontal_aperture_offset": 2.0, "vertical_aperture_offset": -1.0}
     view = scenes.view_from((9, -4, 3), size=(640, 480), projection_type=projection, **offset, **wide)
-    lower, upper = octagons(on_device, view, 60)
+    lower, upper = screen_bounds(on_device, view, 60)
     for k, shape in enumerate(points):
         seen = values(view, shape)
         assert (lower[k] <= seen.min(0) - MARGIN).all()
         assert (upper[k] >= seen.max(0) + MARGIN).all()
-        # Hardly larger than what is there.
+        # Bounds are at most 10 % larger.
         assert (upper[k] - lower[k] <= 1.1 * np.ptp(seen, axis=0) + 2 * MARGIN + 1.0).all()
 
 
-def test_shapes_around_and_beside_the_camera():
+def test_bounds_hold_shapes_around_and_beside_the_camera():
     on_device, points = placed(np.random.default_rng(2), 300, 2.0)
     view = scenes.view_from((0, 0, 0), (1, 0.2, 0.1), size=(640, 480), clipping_range=(0.01, 100))
-    lower, upper = octagons(on_device, view, 300)
+    lower, upper = screen_bounds(on_device, view, 300)
     bounded = 0
     for k, shape in enumerate(points):
-        # Points of the triangles, too, not of the corners alone: some corners lie behind.
+        # Also points inside the triangles, because some corners lie behind the camera.
         mixed = np.random.default_rng(k).dirichlet(np.full(3, 0.3), (len(SHAPES[k % 2].triangles), 20))
         corners = shape[SHAPES[k % 2].triangles]
         inside = (mixed @ corners).reshape(-1, 3)
@@ -83,9 +83,9 @@ def test_shapes_around_and_beside_the_camera():
     assert bounded > 50
 
 
-def test_out_of_range_is_nowhere():
+def test_bounds_are_empty_outside_the_clipping_range():
     on_device, _ = placed(np.random.default_rng(3), 4, 0.1)
     for clipping in ((0.1, 5.0), (20.0, 100.0)):
         view = scenes.view_from((10, 0, 0), size=(64, 48), clipping_range=clipping)
-        lower, upper = octagons(on_device, view, 4)
+        lower, upper = screen_bounds(on_device, view, 4)
         assert (lower > upper).all()
