@@ -1,4 +1,4 @@
-"""Updates, the event loop of scripts, and the timeline."""
+"""App updates, the event loop of scripts, and the timeline."""
 
 import asyncio
 
@@ -13,7 +13,7 @@ from usdsdg.session.timeline import get_timeline
 
 
 class StandIn:
-    """A physics engine that only counts."""
+    """A physics engine that only counts its steps."""
 
     def __init__(self):
         self.advanced = []
@@ -46,7 +46,7 @@ def test_a_playing_timeline_advances_by_one_time_code_per_update(physics):
     assert physics.advanced == [pytest.approx(1 / 60)]
 
 
-def test_all_who_wait_see_the_same_update(physics):
+def test_all_waiters_get_the_same_update(physics):
     seen = []
 
     async def waits(name, times):
@@ -70,7 +70,7 @@ def test_run_ends_when_the_tasks_have_ended_and_raises_their_failure(physics):
         get_app().run(lambda: asyncio.ensure_future(fails()))
 
 
-def test_a_failure_that_the_script_handles_does_not_end_the_run(physics):
+def test_an_exception_that_the_script_handles_does_not_end_the_run(physics):
     handled = []
 
     async def fails():
@@ -88,7 +88,7 @@ def test_a_failure_that_the_script_handles_does_not_end_the_run(physics):
     assert handled[-1] == "went on"
 
 
-def test_a_failure_that_is_collected_later_does_not_end_the_run(physics):
+def test_an_exception_that_is_retrieved_later_does_not_end_the_run(physics):
     collected = []
 
     async def fails():
@@ -104,7 +104,7 @@ def test_a_failure_that_is_collected_later_does_not_end_the_run(physics):
     assert [type(each) for each in collected] == [KeyError, type(None)]
 
 
-def test_a_failure_that_nobody_can_collect_ends_tasks_that_would_run_for_ever(physics):
+def test_an_exception_that_cannot_be_retrieved_ends_endless_tasks(physics):
     async def fails():
         raise KeyError("lost")
 
@@ -116,7 +116,7 @@ def test_a_failure_that_nobody_can_collect_ends_tasks_that_would_run_for_ever(ph
         get_app().run(lambda: [asyncio.ensure_future(work) for work in (runs_on(), fails())] and None)
 
 
-def test_a_failure_that_was_lost_while_the_script_ran_the_loop_itself_is_raised_after_it(physics):
+def test_an_unretrieved_exception_is_raised_after_the_script_ran_the_loop_itself(physics):
     async def fails():
         raise KeyError("lost")
 
@@ -126,14 +126,14 @@ def test_a_failure_that_was_lost_while_the_script_ran_the_loop_itself_is_raised_
 
     def script():
         for work in (runs_on(), fails()):
-            asyncio.ensure_future(work)  # noqa: RUF006 - nobody is to hold it
+            asyncio.ensure_future(work)  # noqa: RUF006 - must not be referenced
         asyncio.get_event_loop().run_until_complete(asyncio.sleep(0.01))
 
     with pytest.raises(KeyError, match="lost"):
         get_app().run(script)
 
 
-def test_a_failure_that_the_script_still_holds_is_raised_once_nothing_runs(physics):
+def test_an_exception_of_a_task_that_is_still_referenced_is_raised_at_the_end(physics):
     held = []
 
     async def fails():
@@ -143,7 +143,7 @@ def test_a_failure_that_the_script_still_holds_is_raised_once_nothing_runs(physi
         get_app().run(lambda: held.append(asyncio.ensure_future(fails())))
 
 
-def test_every_update_of_a_standalone_loop_gives_the_tasks_a_turn(physics):
+def test_every_update_of_a_standalone_loop_runs_the_ready_tasks(physics):
     updates = []
 
     async def main():
@@ -179,7 +179,7 @@ def test_a_script_may_run_a_coroutine_itself(physics, run):
     assert results == [before + 2]
 
 
-def test_updates_need_no_run_of_the_app(physics):
+def test_updates_work_without_app_run(physics):
     assert asyncio.run(get_app().next_update_async()) == pytest.approx(1 / 60)
 
 
@@ -219,7 +219,7 @@ def test_tasks_are_not_waited_for_once_the_app_is_closed(physics):
     assert tasks[0].cancelled()
 
 
-def test_a_failing_update_reaches_who_waits(physics):
+def test_a_failing_update_is_raised_in_its_waiters(physics):
     def explode(dt):
         raise RuntimeError("listener failed")
 
@@ -252,7 +252,7 @@ def test_a_looping_timeline_wraps(physics):
 
 
 @pytest.mark.parametrize("between", [None, "pause", "stop"])
-def test_a_held_timeline_plays_on_unless_a_command_comes_between(physics, between):
+def test_a_held_timeline_resumes_unless_a_command_comes_in_between(physics, between):
     timeline = get_timeline()
     timeline.play()
     timeline.hold()
@@ -263,7 +263,7 @@ def test_a_held_timeline_plays_on_unless_a_command_comes_between(physics, betwee
     assert timeline.is_playing() == (between is None)
 
 
-def test_a_new_stage_forgets_graph_timeline_and_engines(physics):
+def test_a_new_stage_resets_graph_timeline_and_engines(physics):
     from usdsdg import trigger
 
     trigger.on_frame()
@@ -274,8 +274,8 @@ def test_a_new_stage_forgets_graph_timeline_and_engines(physics):
     assert engines.physics_if_made() is None
 
 
-def test_a_task_whose_next_step_was_lost_does_not_hold_up_the_end(monkeypatch):
-    """A Ctrl-C can come between the end of what a task waits for and its wake-up; nothing wakes it after that."""
+def test_a_task_that_never_wakes_up_does_not_delay_the_end(monkeypatch):
+    """Ctrl-C can come between the end of what a task awaits and its wake-up, which then never happens."""
     import asyncio
 
     from usdsdg.app import script_loop

@@ -1,4 +1,4 @@
-"""Capture on play, pause and resume, status callbacks and drawn settings."""
+"""Capture on play, pause and resume, status callbacks and randomized settings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from usdsdg.session.timeline import get_timeline
 
 
 class Counting(rep.Writer):
-    """Notes the time of every frame that it gets."""
+    """Records the time of every frame that it receives."""
 
     def __init__(self) -> None:
         self.annotators = ["camera_params"]
@@ -53,7 +53,7 @@ def test_every_update_of_a_playing_timeline_is_one_frame(writer):
     assert rep.orchestrator.get_is_stopped()
 
 
-def test_switched_off_playing_captures_nothing_and_a_step_one_frame(writer):
+def test_without_capture_on_play_only_steps_capture(writer):
     rep.orchestrator.set_capture_on_play(False)
     get_timeline().play()
     for _ in range(3):
@@ -74,14 +74,14 @@ def test_randomizers_fire_once_for_every_frame_captured_on_play(writer):
     assert trigger._trigger.executions == 4
 
 
-def test_nobody_looking_captures_nothing(writer):
+def test_nothing_is_captured_without_a_writer_or_annotator(writer):
     writer.detach()
     get_timeline().play()
     get_app().update()
     assert get_orchestrator().captures == 0
 
 
-def test_a_paused_run_goes_on_after_resume(writer):
+def test_a_paused_run_continues_after_resume(writer):
     seen = []
 
     async def watch():
@@ -103,7 +103,7 @@ def test_a_paused_run_goes_on_after_resume(writer):
     assert len(writer.times) == 3
 
 
-def test_pause_holds_the_timeline_and_resume_lets_it_go(writer):
+def test_pause_pauses_the_timeline_and_resume_plays_it(writer):
     rep.orchestrator.set_capture_on_play(False)
     rep.orchestrator.step()
     get_timeline().play()
@@ -130,7 +130,7 @@ def test_a_status_callback_lives_as_long_as_its_handle(writer):
     assert len(heard) == 6
 
 
-def test_the_physics_step_is_read_from_and_written_to_the_stage():
+def test_the_physics_time_step_is_read_from_and_written_to_the_stage():
     stage_context.new_stage()
     assert rep.settings.get_physx_timestep() == pytest.approx(1 / 60)
     rep.settings.set_physx_timestep(1 / 240)

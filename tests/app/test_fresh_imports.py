@@ -1,4 +1,4 @@
-"""Each module of the state of a process works when it is the first and only one that a script imports."""
+"""Each module with session state works when it is the only one that a script imports."""
 
 import subprocess
 import sys
@@ -87,7 +87,7 @@ SCRIPTS = {
 
 
 @pytest.mark.parametrize("name", SCRIPTS)
-def test_alone_in_a_fresh_process(name, tmp_path):
+def test_a_module_works_alone_in_a_fresh_process(name, tmp_path):
     command = [sys.executable, "-c", textwrap.dedent(SCRIPTS[name])]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr

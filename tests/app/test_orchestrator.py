@@ -1,4 +1,4 @@
-"""What begins and ends a run, what it draws, and what the timeline does between two steps."""
+"""The start and end of runs, their draws, and the timeline between steps."""
 
 import asyncio
 
@@ -27,7 +27,7 @@ def no_physics(monkeypatch):
 
 
 def randomized(under):
-    """A cube whose size is drawn under a trigger; returns what reads it."""
+    """Add a cube whose size is drawn under a trigger; return a function that reads the size."""
     path = str(current_stage().DefinePrim("/World/cube", "Cube").GetPath())
     with under:
         modify.attribute("size", distribution.uniform(1.0, 2.0), input_prims=path)
@@ -43,7 +43,7 @@ def captured(size, count, after_each=lambda: None):
     return sizes
 
 
-def test_waiting_for_files_between_frames_changes_no_draw():
+def test_waiting_for_files_between_frames_does_not_change_draws():
     expected = captured(randomized(trigger.on_frame()), 4)
     assert len(set(expected)) == 4
     new_stage()
@@ -51,7 +51,7 @@ def test_waiting_for_files_between_frames_changes_no_draw():
     assert captured(randomized(trigger.on_frame()), 4, orchestrator.wait_until_complete) == expected
 
 
-def test_an_event_draws_anew_after_every_wait():
+def test_events_draw_new_values_after_waiting_for_files():
     size = randomized(trigger.on_custom_event("go"))
     sizes = []
     for _ in range(3):
@@ -60,7 +60,7 @@ def test_an_event_draws_anew_after_every_wait():
     assert len(set(sizes)) == 3
 
 
-def test_stop_and_a_seed_begin_the_draws_again():
+def test_stop_and_setting_the_seed_restart_the_draws():
     size = randomized(trigger.on_frame())
     first = captured(size, 3)
     orchestrator.stop()
@@ -84,7 +84,7 @@ def test_a_second_run_captures_as_many_frames_with_new_draws():
     assert len(set(sizes)) == len(sizes) == 6
 
 
-def test_a_timeline_that_played_plays_on_at_the_next_step(no_physics):
+def test_a_playing_timeline_resumes_at_the_next_step(no_physics):
     timeline = get_timeline()
     timeline.play()
     times = []
@@ -92,27 +92,27 @@ def test_a_timeline_that_played_plays_on_at_the_next_step(no_physics):
         orchestrator.step(delta_time=0.1)
         assert not timeline.is_playing()
         times.append(timeline.get_current_time())
-    # The first captured frame does not move.
+    # The first captured frame does not advance the timeline.
     assert times == pytest.approx([0.0, 0.1, 0.2])
     timeline.pause()
     orchestrator.step(delta_time=0.1)
     assert timeline.get_current_time() == pytest.approx(0.2)
 
 
-def test_a_run_without_an_end_is_refused():
+def test_a_run_that_would_never_end_is_an_error():
     randomized(trigger.on_frame())
     with pytest.raises(OrchestratorError, match="num_frames"):
         orchestrator.run()
 
 
-def test_a_run_that_waits_for_a_timeline_that_stands_still_is_refused():
+def test_a_run_that_waits_for_a_stopped_timeline_is_an_error():
     randomized(trigger.on_time(interval=0.5, num=2))
     with pytest.raises(OrchestratorError, match=r"on_time.*start_timeline=True"):
         orchestrator.run()
     assert get_orchestrator().captures == 0
 
 
-def test_a_run_ends_by_the_time_once_the_timeline_plays(no_physics):
+def test_a_run_with_a_time_trigger_ends_when_the_timeline_plays(no_physics):
     randomized(trigger.on_time(interval=0.5, num=2))
     orchestrator.run(start_timeline=True)
     # One time code per frame but the first.

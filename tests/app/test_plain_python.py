@@ -1,4 +1,4 @@
-"""usdsdg as a library in a fresh process, where nothing but `import usdsdg` has prepared anything."""
+"""usdsdg as a library: scripts in a fresh process that only import usdsdg."""
 
 import os
 import subprocess
@@ -18,7 +18,7 @@ writer.attach(rep.create.render_product(camera, (8, 8)))
 
 
 def python(folder, script: str, *, expect: int = 0) -> subprocess.CompletedProcess[str]:
-    """Run a script in `folder`, `OUT` being a folder for files in it."""
+    """Run a script in `folder`; its variable `OUT` is a folder for files."""
     path = folder / "script.py"
     path.write_text(f"OUT = {str(folder / 'out')!r}\n{HEAD}\n{textwrap.dedent(script)}")
     environment = {name: value for name, value in os.environ.items() if name != "USDSDG_ASSETS_ROOT"}
@@ -28,7 +28,7 @@ def python(folder, script: str, *, expect: int = 0) -> subprocess.CompletedProce
     return done
 
 
-def test_a_new_stage_forgets_graph_products_writers_and_engines(tmp_path):
+def test_a_new_stage_resets_graph_products_writers_and_engines(tmp_path):
     script = """
         from usdsdg.session import engines
         from usdsdg.graph.evaluate import graph
@@ -56,7 +56,7 @@ def test_a_body_falls_while_the_timeline_plays(tmp_path):
     assert abs(float(python(tmp_path, script).stdout) - (5 - 9.81 / 8)) < 0.05
 
 
-def test_settings_of_writing_are_obeyed(tmp_path):
+def test_settings_of_output_folder_and_queue_take_effect(tmp_path):
     script = """
         from usdsdg.backends import io_queue
         rep.settings.carb_settings("/omni/replicator/backends/disk/root_dir", OUT)
@@ -68,7 +68,7 @@ def test_settings_of_writing_are_obeyed(tmp_path):
     assert python(tmp_path, script).stdout.strip() == f"{tmp_path / 'out' / 'below'} 7"
 
 
-def test_a_file_that_could_not_be_written_fails_the_program(tmp_path):
+def test_a_file_that_could_not_be_written_makes_the_program_exit_with_an_error(tmp_path):
     (tmp_path / "out" / "rgb_0000.png").mkdir(parents=True)
     script = """
         import atexit
@@ -82,13 +82,13 @@ def test_a_file_that_could_not_be_written_fails_the_program(tmp_path):
     assert done.stdout.splitlines() == ["script ended", "cleaned up"]
 
 
-def test_files_are_finished_and_their_folder_is_told_once(tmp_path):
+def test_files_are_finished_and_their_folder_is_reported_once(tmp_path):
     done = python(tmp_path, CAMERA + "rep.orchestrator.step()\nrep.orchestrator.step()\n")
     assert done.stderr.count(f"[usdsdg] BasicWriter writes to {tmp_path / 'out'}") == 1
     assert len(list((tmp_path / "out").glob("rgb_*.png"))) == 2
 
 
-def test_demo_assets_stand_in_and_the_warning_shows_the_scripts_line(tmp_path):
+def test_demo_assets_are_substituted_and_the_warning_shows_the_script_line(tmp_path):
     url = "/Isaac/Props/YCB/Axis_Aligned/008_pudding_box.usd"
     done = python(tmp_path, f"\n\nrep.create.from_usd({url!r})  # here\n")
     assert "script.py:" in done.stderr
@@ -97,7 +97,7 @@ def test_demo_assets_stand_in_and_the_warning_shows_the_scripts_line(tmp_path):
     assert "set_assets_root" in done.stderr
 
 
-def test_importing_usdsdg_makes_nothing(tmp_path):
+def test_importing_usdsdg_imports_no_engine_or_cli(tmp_path):
     script = """
         import sys
         print([name for name in ("warp", "newton", "usdsdg.demo", "typer", "rich") if name in sys.modules])

@@ -1,4 +1,4 @@
-"""The functions of `rep.orchestrator` one by one, in their standalone and their asynchronous forms."""
+"""Each function of `rep.orchestrator`, in its synchronous and asynchronous form."""
 
 import asyncio
 
@@ -12,7 +12,7 @@ from usdsdg.session.timeline import get_timeline
 
 
 class Counting(rep.Writer):
-    """Notes the time of each frame that it gets, and whether the run has ended."""
+    """Records the time of each frame that it receives, and whether the run has ended."""
 
     def __init__(self) -> None:
         self.annotators = ["camera_params"]
@@ -28,7 +28,7 @@ class Counting(rep.Writer):
 
 @pytest.fixture
 def writer(stage, monkeypatch):
-    """Attached to a camera of a new stage whose timeline moves without physics."""
+    """A writer attached to a camera of a new stage, with playSimulations off."""
     from usdsdg.session import engines
 
     monkeypatch.setattr(engines, "physics", lambda: type("Still", (), {"play": lambda self: None})())
@@ -39,7 +39,7 @@ def writer(stage, monkeypatch):
     return counting
 
 
-# Each function as a plain call, whichever of its two forms is meant.
+# Call either form of each function as a plain call.
 FORMS = ["standalone", "asynchronous"]
 
 
@@ -55,7 +55,7 @@ def states():
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_a_step_is_one_frame_and_the_run_goes_on_until_it_is_stopped(writer, form):
+def test_a_step_captures_one_frame_and_the_run_continues_until_stop(writer, form):
     assert states() == [True, False, False]
     for count in (1, 2):
         call(form, "step")
@@ -69,7 +69,7 @@ def test_a_step_is_one_frame_and_the_run_goes_on_until_it_is_stopped(writer, for
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_waiting_ends_the_run(writer, form):
+def test_waiting_until_complete_ends_the_run(writer, form):
     call(form, "step")
     call(form, "wait_until_complete")
     assert writer.ended == 1
@@ -94,7 +94,7 @@ def test_a_run_has_its_number_of_frames_or_that_of_its_triggers(writer, form, na
 @pytest.mark.parametrize("form", FORMS)
 def test_a_run_can_start_the_timeline(writer, form):
     call(form, "run", num_frames=3, start_timeline=True)
-    # The first captured frame does not move.
+    # The first captured frame does not advance the timeline.
     assert writer.times == pytest.approx([0, 1 / 60, 2 / 60])
     get_timeline().stop()
     call(form, "run", num_frames=2)
@@ -102,7 +102,7 @@ def test_a_run_can_start_the_timeline(writer, form):
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_a_preview_draws_without_a_frame(writer, form):
+def test_a_preview_draws_without_capturing(writer, form):
     cube = rep.create.cube()
     with rep.trigger.on_frame(), cube:
         item = rep.modify.pose(position=rep.distribution.sequence([(1, 0, 0), (2, 0, 0), (3, 0, 0)]))
@@ -114,17 +114,17 @@ def test_a_preview_draws_without_a_frame(writer, form):
 
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("wait_for_render", [True, False])
-def test_a_step_moves_a_playing_timeline_by_what_it_is_told(writer, form, wait_for_render):
+def test_a_step_advances_a_playing_timeline_by_delta_time(writer, form, wait_for_render):
     get_timeline().play()
     for delta in (0.5, None, 0.0, 0.25):
         call(form, "step", delta_time=delta, wait_for_render=wait_for_render)
-    # The first captured frame does not move; None is one time code.
+    # The first captured frame does not advance the timeline; None is one time code.
     assert writer.times == pytest.approx([0, 1 / 60, 1 / 60, 1 / 60 + 0.25])
 
 
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("pause", [True, False])
-def test_the_timeline_stands_still_after_a_step_unless_told_otherwise(writer, form, pause):
+def test_the_timeline_pauses_after_a_step_unless_pause_timeline_is_false(writer, form, pause):
     get_timeline().play()
     for _ in range(2):
         call(form, "step", pause_timeline=pause)
@@ -154,7 +154,7 @@ def test_pausing_before_a_run_does_nothing(writer):
         ("set_capture_on_play", {"value": "no"}, "value is 'no'; expected True or False"),
     ],
 )
-def test_arguments_of_another_kind_are_told_and_capture_nothing(writer, name, arguments, message):
+def test_invalid_arguments_raise_and_capture_nothing(writer, name, arguments, message):
     with pytest.raises(OrchestratorError, match=message):
         getattr(rep.orchestrator, name)(**arguments)
     assert writer.times == []

@@ -1,4 +1,4 @@
-"""`trigger.on_time` and `on_time_end`: at which times they fire, and what they do to capturing and to physics."""
+"""`trigger.on_time` and `on_time_end`: when they fire, capture on play, and physics resets."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ FRAME = 1 / 60
 
 
 def size_drawn(under):
-    """A cube whose size counts the firings of a trigger; returns what reads it."""
+    """Add a cube whose size counts the firings of a trigger; return a function that reads the size."""
     path = str(current_stage().DefinePrim("/World/cube", "Cube").GetPath())
     with under:
         rep.modify.attribute("size", rep.distribution.sequence([float(i) for i in range(1, 50)]), input_prims=path)
@@ -29,7 +29,7 @@ def size_drawn(under):
 
 
 def times_of_firing(item, times):
-    """At which of the times, seconds of the timeline, a trigger is due."""
+    """Return the times [s] of the timeline at which a trigger is due."""
     trigger = item._trigger
     return [time for time in times if trigger.due(evaluate.TriggerContext(0, time, frozenset()))]
 
@@ -63,7 +63,7 @@ def test_on_time_end_fires_one_frame_before():
     ]
 
 
-def test_time_counts_on_where_the_timeline_loops():
+def test_loops_of_the_timeline_do_not_reset_the_elapsed_time():
     get_settings().set("/app/player/playSimulations", False)
     try:
         item = rep.trigger.on_time(interval=2 * DEFAULT_END_TIME, max_execs=1)
@@ -76,7 +76,7 @@ def test_time_counts_on_where_the_timeline_loops():
     assert item.executions == 1
 
 
-def test_elapsed_time_is_the_time_again_after_a_stop_or_a_jump():
+def test_elapsed_time_equals_the_time_after_a_stop_or_a_jump():
     timeline = get_timeline()
     timeline.play()
     for _ in range(7):
@@ -90,7 +90,7 @@ def test_elapsed_time_is_the_time_again_after_a_stop_or_a_jump():
     assert timeline.get_elapsed_time() == timeline.get_current_time() == 0.0
 
 
-def test_after_a_stop_the_first_interval_begins_again():
+def test_a_stop_restarts_the_first_interval():
     item = rep.trigger.on_time(interval=1.0)
     assert times_of_firing(item, [0.5, 1.0, 1.5, 0.0, 0.5, 1.0, 1.5]) == [1.0, 1.0]
 
@@ -117,12 +117,12 @@ def test_a_run_fires_max_execs_times_after_the_preview(stage):
     assert item.executions == 3
     assert sizes[:30] == [1.0] * 30
     assert sorted(set(sizes)) == [1.0, 2.0, 3.0, 4.0]
-    # It fired for the last frame, and with that the run was over.
+    # It fired for the last frame, which ended the run.
     assert sizes.count(4.0) == 1
 
 
 @pytest.mark.parametrize("make", [rep.trigger.on_time, rep.trigger.on_time_end])
-def test_capture_on_play_is_switched_on_when_the_line_runs(make):
+def test_creating_the_trigger_turns_capture_on_play_on(make):
     rep.orchestrator.set_capture_on_play(False)
     make(enable_capture_on_play=False)
     assert get_settings().get_as_bool("/omni/replicator/captureOnPlay") is False
@@ -158,19 +158,19 @@ def played(cube: Usd.Prim, frames: int) -> list[float]:
     return heights
 
 
-def test_physics_is_put_back_at_each_firing(stage):
+def test_physics_is_reset_at_each_firing(stage):
     cube = falling(stage)
     with rep.trigger.on_time(interval=0.2, enable_capture_on_play=False):
         rep.modify.attribute("size", 1.0, attribute_type="double", input_prims="/Cube")
     heights = played(cube, 40)
     first = heights[:12]
-    # The evaluation that fires comes before the step of its frame: from there on everything happens as it did first.
+    # The evaluation that fires comes before the step of its frame: the motion from there on repeats.
     assert first == sorted(first, reverse=True)
     assert heights[12:24] == first
     assert heights[24:36] == first
 
 
-def test_what_the_trigger_draws_comes_after_the_reset(stage):
+def test_draws_of_the_trigger_are_written_after_the_reset(stage):
     cube = falling(stage)
     with rep.trigger.on_time(interval=0.2, enable_capture_on_play=False):
         rep.modify.pose(position=rep.distribution.sequence([(0, 0, 20), (0, 0, 30)]), input_prims="/Cube")
@@ -180,7 +180,7 @@ def test_what_the_trigger_draws_comes_after_the_reset(stage):
     assert heights[24] == pytest.approx(30 + falls[0], abs=1e-4)
 
 
-def test_without_reset_physics_bodies_fall_on(stage):
+def test_without_reset_physics_bodies_keep_falling(stage):
     cube = falling(stage)
     item = rep.trigger.on_time(interval=0.2, enable_capture_on_play=False, reset_physics=False)
     heights = played(cube, 30)
@@ -188,7 +188,7 @@ def test_without_reset_physics_bodies_fall_on(stage):
     assert heights == sorted(heights, reverse=True)
 
 
-def test_a_saved_trigger_resets_as_the_first_did():
+def test_a_loaded_trigger_resets_physics_as_the_original():
     made = [rep.trigger.on_time(), rep.trigger.on_time(reset_physics=False), rep.trigger.on_time_end()]
     again = [trigger_of(item.node) for item in made]
     assert [trigger.prepare is None for trigger in again] == [False, True, True]

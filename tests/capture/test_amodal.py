@@ -23,7 +23,7 @@ def cube(stage, path, label, position, scale):
 
 @pytest.fixture
 def annotators(stage):
-    """A labeled box wholly behind a labeled pane of glass, and half behind a bare wall that is nearer still."""
+    """A labeled box behind a labeled pane of glass, half hidden by an unlabeled wall in front of both."""
     UsdGeom.SetStageUpAxis(stage, "Z")
     cube(stage, "/World/Box", "box", (0, 0, 0), (1, 1, 1))
     pane = cube(stage, "/World/Pane", "pane", (0, -2, 0), (3, 0.05, 3))
@@ -44,7 +44,7 @@ def annotators(stage):
 
 
 def visibility(annotators) -> dict:
-    """Prim → (visible pixels, amodal pixels, {prim: pixels that it hides})."""
+    """Prim → (visible pixels, amodal pixels, {prim: pixels that it occludes})."""
     data = annotators["visibility"].get_data()
     names = data["info"]["idToLabels"]
     return {
@@ -63,7 +63,7 @@ def test_a_pane_hides_what_is_behind_it_unless_labels_look_through_glass(annotat
     get_settings().set("/usdsdg/labels/glass", "behind")
     rep.orchestrator.step()
     through = visibility(annotators)
-    # Glass that labels look through is not there for them.
+    # With glass_labels "behind", labels ignore the glass.
     assert set(through) == {"/World/Box"}
     assert through["/World/Box"][1:] == (alone, {"UNLABELLED": hidden_by["UNLABELLED"]})
     assert through["/World/Box"][0] == alone - hidden_by["UNLABELLED"]
@@ -77,7 +77,7 @@ def test_a_pane_hides_what_is_behind_it_unless_labels_look_through_glass(annotat
     assert masks.sum() == alone
 
 
-def test_an_unknown_way_with_glass_is_named(annotators):
+def test_an_unknown_glass_setting_warns(annotators):
     get_settings().set("/usdsdg/labels/glass", "through")
     with pytest.warns(UsdsdgWarning, match="/usdsdg/labels/glass 'through' is not known"):
         rep.orchestrator.step()

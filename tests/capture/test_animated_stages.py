@@ -1,4 +1,4 @@
-"""Stages with time samples in scripts and on the command line: what is seen is what the timeline's time gives."""
+"""Stages with time samples, in scripts and on the command line, are rendered at the time of the timeline."""
 
 import json
 
@@ -19,7 +19,7 @@ RATE = 24
 
 
 def animated(stage):
-    """A labeled box that goes from x = -2 to 2 in 24 codes, a labeled character that bends, a still camera."""
+    """A labeled box that moves from x = -2 to 2 in 24 time codes, a labeled character that bends, a static camera."""
     stage.SetTimeCodesPerSecond(RATE)
     box = UsdGeom.Cube.Define(stage, "/World/Box")
     box.CreateSizeAttr(1.0)
@@ -61,7 +61,7 @@ def box_of(annotator, label):
     return row
 
 
-def test_pictures_masks_and_boxes_follow_the_timeline():
+def test_images_masks_and_boxes_follow_the_timeline():
     animated(new_stage())
     tight, solid = attach("bounding_box_2d_tight", "bounding_box_3d")
     columns, heights, tops = [], [], []
@@ -81,7 +81,7 @@ def test_pictures_masks_and_boxes_follow_the_timeline():
     assert tops[0] < tops[1] < tops[2], "the picture shows the bent mesh too"
 
 
-def test_a_playing_timeline_carries_the_animation_on(file):
+def test_a_playing_timeline_plays_the_animation(file):
     open_stage(file)
     timeline = get_timeline()
     assert (timeline.get_end_time(), timeline.get_time_codes_per_seconds()) == (1.0, RATE)
@@ -95,7 +95,7 @@ def test_a_playing_timeline_carries_the_animation_on(file):
     np.testing.assert_allclose(np.diff(places), 4 / 24, atol=1e-6)
 
 
-def test_opening_an_animation_stands_at_its_start(file):
+def test_opening_an_animation_sets_the_time_to_its_start(file):
     stage = Usd.Stage.Open(str(file))
     stage.SetStartTimeCode(6)
     stage.Save()

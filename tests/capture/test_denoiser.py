@@ -1,4 +1,4 @@
-"""Denoisers of path-traced pictures through real captures: what they change, and that it is nothing but pictures."""
+"""Denoisers of path-traced images in real captures; they change images and nothing else."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LABELS = ("distance_to_camera", "normals", "DiffuseAlbedo", "DirectDiffuse")
 
 @pytest.fixture
 def captured(monkeypatch):
-    """What a path-traced frame of a ball on a floor is with some settings: ({key: value}) → {annotator: array}."""
+    """Capture a path-traced frame of a ball on a floor with some settings: ({key: value}) → {annotator: array}."""
     forget_warnings()
 
     def frame(values: dict) -> dict[str, np.ndarray]:
@@ -44,13 +44,13 @@ def captured(monkeypatch):
 
 
 def roughness(picture: np.ndarray) -> float:
-    """How much neighbors differ."""
+    """Return the mean difference of neighboring pixels."""
     levels = picture[..., :3].astype(np.float64)
     return float(np.abs(np.diff(levels, axis=0)).mean() + np.abs(np.diff(levels, axis=1)).mean())
 
 
 @needs_library
-def test_it_cleans_pictures_and_leaves_labels_as_they_are(captured):
+def test_it_denoises_images_and_does_not_change_labels(captured):
     clean, noisy, ours = captured({}), captured({ENABLED: False}), captured({DENOISER: "wavelet"})
     for name in ("rgb", "HdrColor"):
         assert roughness(clean[name]) < 0.5 * roughness(noisy[name])
@@ -61,14 +61,14 @@ def test_it_cleans_pictures_and_leaves_labels_as_they_are(captured):
 
 
 @needs_library
-def test_auto_is_oidn_where_it_is_installed_and_a_capture_repeats_itself(captured):
+def test_auto_is_oidn_if_installed_and_captures_are_reproducible(captured):
     pictures = [captured(values)["HdrColor"] for values in ({}, {DENOISER: "oidn"}, {ENABLED: True, BLEND: 0.0})]
     assert np.array_equal(pictures[0], pictures[1])
     assert np.array_equal(pictures[0], pictures[2])
 
 
 @needs_library
-def test_the_blend_factor_goes_from_clean_to_noisy(captured):
+def test_the_blend_factor_goes_from_denoised_to_noisy(captured):
     clean, noisy = captured({})["HdrColor"], captured({ENABLED: False})["HdrColor"]
     half = captured({BLEND: 0.5})["HdrColor"]
     np.testing.assert_allclose(half, (clean.astype(np.float32) + noisy) / 2, rtol=2**-9)
@@ -76,12 +76,12 @@ def test_the_blend_factor_goes_from_clean_to_noisy(captured):
 
 
 @needs_library
-def test_the_fast_mode_takes_it_where_it_is_named(captured):
+def test_the_fast_mode_uses_it_if_the_setting_names_it(captured):
     fast = {"/rtx/rendermode": "RaytracedLighting"}
     assert roughness(captured({**fast, DENOISER: "oidn"})["rgb"]) < 0.7 * roughness(captured(fast)["rgb"])
 
 
-def test_a_script_that_asks_for_optix_runs_without_the_extra(captured, monkeypatch):
+def test_a_script_that_enables_optix_runs_without_the_extra(captured, monkeypatch):
     monkeypatch.setattr(oidn_denoiser, "is_installed", lambda: False)
     monkeypatch.setattr(oidn_denoiser, "lacks_sve", lambda: False)
     with pytest.warns(UsdsdgWarning, match=r"pip install 'usdsdg\[denoise\]'") as told:

@@ -1,4 +1,4 @@
-"""How many samples a frame gets, and how they are shared out."""
+"""The number of samples of a frame, their split into sub-frames, and the choice of the denoiser."""
 
 import warnings
 
@@ -26,7 +26,7 @@ def has_oidn(request, monkeypatch):
 
 
 @pytest.mark.parametrize(("samples", "parts"), [(128, 8), (10, 4), (3, 8), (1, 1)])
-def test_shares_cover_the_samples_once_and_in_order(samples, parts):
+def test_a_split_covers_the_samples_once_and_in_order(samples, parts):
     mode = RenderMode(True, samples, parts, True, False, first_sample=5)
     shares = mode.split(parts)
     covered = [n for share in shares for n in range(share.first_sample, share.first_sample + share.samples)]
@@ -39,7 +39,7 @@ def test_every_sub_frame_of_the_fast_mode_adds_a_sample(settings):
     assert not render_mode(4).motion_blur
 
 
-def test_path_tracing_takes_total_spp_and_blurs_where_asked(settings):
+def test_path_tracing_reads_total_spp_and_motion_blur(settings):
     settings.set("/rtx/rendermode", "PathTracing")
     settings.set("/rtx/pathtracing/totalSpp", 100)
     assert (render_mode(1).samples, render_mode(1).motion_blur) == (100, False)
@@ -48,14 +48,14 @@ def test_path_tracing_takes_total_spp_and_blurs_where_asked(settings):
     assert (render_mode(1).sub_frames, render_mode(1).motion_blur) == (5, True)
 
 
-def test_an_unknown_mode_is_named(settings):
+def test_an_unknown_render_mode_warns(settings):
     settings.set("/rtx/rendermode", "Wireframe")
     with pytest.warns(UsdsdgWarning, match="Wireframe"):
         render_mode(1)
 
 
 @pytest.mark.filterwarnings("ignore::usdsdg.errors.UsdsdgWarning")
-def test_path_traced_pictures_take_the_best_denoiser_there_is(settings, has_oidn):
+def test_path_traced_images_use_the_best_denoiser_available(settings, has_oidn):
     assert render_mode(1).denoiser == "wavelet"
     settings.set("/rtx/rendermode", "PathTracing")
     assert (render_mode(1).denoise, render_mode(1).denoiser) == (True, "oidn" if has_oidn else "wavelet")
@@ -63,7 +63,7 @@ def test_path_traced_pictures_take_the_best_denoiser_there_is(settings, has_oidn
 
 @pytest.mark.parametrize("name", ["wavelet", "oidn"])
 @pytest.mark.parametrize("mode", ["PathTracing", "RaytracedLighting"])
-def test_a_denoiser_that_is_named_is_taken_without_a_word(settings, has_oidn, mode, name):
+def test_a_denoiser_named_by_the_setting_is_used_without_a_warning(settings, has_oidn, mode, name):
     settings.set("/rtx/rendermode", mode)
     settings.set("/usdsdg/denoiser", name)
     with warnings.catch_warnings():
@@ -71,7 +71,7 @@ def test_a_denoiser_that_is_named_is_taken_without_a_word(settings, has_oidn, mo
         assert render_mode(1).denoiser == name
 
 
-def test_a_better_denoiser_that_is_missing_is_named_once(settings, monkeypatch):
+def test_a_missing_better_denoiser_warns_once(settings, monkeypatch):
     monkeypatch.setattr(oidn_denoiser, "is_installed", lambda: False)
     settings.set("/rtx/rendermode", "PathTracing")
     settings.set("/rtx/pathtracing/optixDenoiser/enabled", True)
@@ -82,7 +82,7 @@ def test_a_better_denoiser_that_is_missing_is_named_once(settings, monkeypatch):
         render_mode(1)
 
 
-def test_a_processor_without_sve_gets_the_filter_that_runs_on_it(settings, has_oidn, monkeypatch):
+def test_a_processor_without_sve_uses_the_wavelet_filter(settings, has_oidn, monkeypatch):
     monkeypatch.setattr(oidn_denoiser, "lacks_sve", lambda: True)
     settings.set("/rtx/rendermode", "PathTracing")
     settings.set("/rtx/pathtracing/optixDenoiser/enabled", True)
@@ -90,7 +90,7 @@ def test_a_processor_without_sve_gets_the_filter_that_runs_on_it(settings, has_o
         assert render_mode(1).denoiser == "wavelet"
 
 
-def test_pictures_that_are_not_denoised_need_no_denoiser(settings, monkeypatch):
+def test_images_that_are_not_denoised_need_no_denoiser(settings, monkeypatch):
     monkeypatch.setattr(oidn_denoiser, "is_installed", lambda: False)
     settings.set("/rtx/rendermode", "PathTracing")
     settings.set("/rtx/pathtracing/optixDenoiser/enabled", False)
@@ -99,7 +99,7 @@ def test_pictures_that_are_not_denoised_need_no_denoiser(settings, monkeypatch):
         assert not render_mode(1).denoise
 
 
-def test_an_unknown_denoiser_is_named(settings, monkeypatch):
+def test_an_unknown_denoiser_warns(settings, monkeypatch):
     monkeypatch.setattr(oidn_denoiser, "is_installed", lambda: True)
     settings.set("/usdsdg/denoiser", "optix")
     with pytest.warns(UsdsdgWarning, match="'optix' is not known; using auto"):
@@ -107,7 +107,7 @@ def test_an_unknown_denoiser_is_named(settings, monkeypatch):
 
 
 @pytest.mark.parametrize(("given", "taken"), [(0.0, 0.0), (0.25, 0.25), (1, 1.0)])
-def test_the_blend_factor_is_the_share_of_the_noisy_picture(settings, monkeypatch, given, taken):
+def test_the_blend_factor_is_the_weight_of_the_noisy_image(settings, monkeypatch, given, taken):
     monkeypatch.setattr(oidn_denoiser, "is_installed", lambda: True)
     settings.set("/rtx/rendermode", "PathTracing")
     settings.set("/rtx/pathtracing/optixDenoiser/blendFactor", given)
@@ -115,7 +115,7 @@ def test_the_blend_factor_is_the_share_of_the_noisy_picture(settings, monkeypatc
 
 
 @pytest.mark.parametrize(("given", "taken"), [(1.5, 1.0), (-1, 0.0), (float("nan"), 0.0)])
-def test_blend_factors_beyond_their_range_are_named(settings, monkeypatch, given, taken):
+def test_blend_factors_out_of_range_warn_and_are_clamped(settings, monkeypatch, given, taken):
     monkeypatch.setattr(oidn_denoiser, "is_installed", lambda: True)
     settings.set("/rtx/rendermode", "PathTracing")
     settings.set("/rtx/pathtracing/optixDenoiser/blendFactor", given)

@@ -1,4 +1,4 @@
-"""Several cameras in one picture: each tile is what its camera alone gives."""
+"""Several cameras in one image: each tile equals the image of its camera alone."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ ANNOTATORS = (
 
 @pytest.fixture
 def cameras(stage):
-    """Three cameras around a labeled cube, each of which sees another color of the sky light behind it."""
+    """Three cameras around a labeled cube, each with another color of the dome light in its background."""
     rep.create.light(light_type="Dome", intensity=800)
     rep.create.light(light_type="Sphere", position=(2, 3, 4), scale=0.5, intensity=20000)
     rep.create.cube(semantics=[("class", "cube")])
@@ -40,7 +40,7 @@ def tile_of(array, index, columns=2):
     return array[row * TILE[1] : (row + 1) * TILE[1], column * TILE[0] : (column + 1) * TILE[0]]
 
 
-def test_each_tile_is_the_picture_of_its_camera(cameras):
+def test_each_tile_is_the_image_of_its_camera(cameras):
     tiled = attached(rep.create.render_product_tiled(cameras, TILE))
     rep.orchestrator.step()
     whole = arrays(tiled)
@@ -54,11 +54,11 @@ def test_each_tile_is_the_picture_of_its_camera(cameras):
             assert whole[name].dtype == array.dtype, name
             assert whole[name].shape == (2 * TILE[1], 2 * TILE[0], *array.shape[2:]), name
             assert np.array_equal(tile_of(whole[name], index), array, equal_nan=True), (name, index)
-    # The cameras do not see the same.
+    # The images of the cameras differ.
     assert not np.array_equal(tile_of(whole["rgb"], 0), tile_of(whole["rgb"], 1))
 
 
-def test_the_place_that_is_left_over_shows_nothing(cameras):
+def test_pixels_outside_all_tiles_have_the_miss_value(cameras):
     tiled = attached(rep.create.render_product_tiled(cameras, TILE))
     rep.orchestrator.step()
     empty = {name: tile_of(array, 3) for name, array in arrays(tiled).items()}
@@ -70,7 +70,7 @@ def test_the_place_that_is_left_over_shows_nothing(cameras):
     assert {"class": "cube"} in labels.values()
 
 
-def test_motion_is_that_of_each_camera(cameras):
+def test_motion_vectors_are_those_of_each_camera(cameras):
     product = rep.create.render_product_tiled(cameras[:2], TILE)
     motion = rep.annotators.get("motion_vectors").attach(product)
     rep.orchestrator.step()
@@ -85,7 +85,7 @@ def test_motion_is_that_of_each_camera(cameras):
 @pytest.mark.parametrize(
     ("count", "grid"), [(1, (1, 1)), (2, (2, 1)), (3, (2, 2)), (5, (3, 2)), (7, (3, 3)), (9, (3, 3))]
 )
-def test_the_grid_has_as_many_rows_as_it_takes(count, grid):
+def test_the_grid_has_as_many_rows_as_needed(count, grid):
     new_stage()
     product = rep.create.render_product_tiled(rep.create.camera(count=count), tile_resolution=(8, 4))
     assert (product.width, product.height) == (grid[0] * 8, grid[1] * 4)
@@ -100,12 +100,12 @@ def test_the_same_cameras_and_tiles_are_one_product(cameras):
     assert rep.create.render_product_tiled(cameras[::-1], TILE) is not first
     assert rep.create.render_product_tiled(cameras, TILE, force_new=True) is not first
     assert rep.create.render_product_tiled(cameras, TILE, name="grid").name == "grid"
-    # The size of the whole picture does not make it the same as that of one camera.
+    # A product of one camera with the same image size is another product.
     assert rep.create.render_product(cameras[0], first.resolution) is not first
 
 
 @pytest.mark.parametrize("name", ["bounding_box_2d_tight", "bounding_box_3d", "occlusion", "camera_params"])
-def test_annotators_of_one_camera_say_so(cameras, name):
+def test_annotators_that_need_one_camera_raise(cameras, name):
     product = rep.create.render_product_tiled(cameras, TILE)
     annotator = rep.annotators.get(name).attach(product)
     try:
@@ -115,7 +115,7 @@ def test_annotators_of_one_camera_say_so(cameras, name):
         annotator.detach()
 
 
-def test_a_writer_gets_the_tiled_picture_and_a_saved_stage_makes_it_again(cameras, tmp_path):
+def test_a_writer_receives_the_tiled_image_and_a_saved_stage_restores_it(cameras, tmp_path):
     writer = rep.WriterRegistry.get("BasicWriter")
     writer.initialize(output_dir=str(tmp_path / "first"), rgb=True, distance_to_camera=True, semantic_segmentation=True)
     writer.attach(rep.create.render_product_tiled(cameras, TILE))
@@ -133,7 +133,7 @@ def test_a_writer_gets_the_tiled_picture_and_a_saved_stage_makes_it_again(camera
         assert (tmp_path / "again" / name).read_bytes() == (tmp_path / "first" / name).read_bytes(), name
 
 
-def test_senseless_tiles_are_told(cameras):
+def test_invalid_tiles_raise(cameras):
     with pytest.raises(BadPrim, match="no cameras were given; cameras on the stage: /Replicator/Camera_Xform"):
         rep.create.render_product_tiled([], TILE)
     with pytest.raises(BadPrim, match="/Replicator/Cube_Xform is a Xform without a camera"):
@@ -174,6 +174,6 @@ def test_a_tiled_sensor_is_the_same_in_two_steps(cameras):
         (((8, 8), (16, 16), ["normals"]), "expected some of rgb, depth"),
     ],
 )
-def test_senseless_tiled_sensors_are_told(cameras, arguments, words):
+def test_invalid_tiled_sensors_raise(cameras, arguments, words):
     with pytest.raises(GraphError, match=words):
         rep.create.tiled_sensor(cameras, *arguments)

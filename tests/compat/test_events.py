@@ -1,4 +1,4 @@
-"""`carb.eventdispatcher`, `omni.physics.core` and what Isaac Sim's examples check their files with."""
+"""`carb.eventdispatcher`, `omni.physics.core` and the file checks of Isaac Sim's examples."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from usdsdg.session import stage_context
 
 @pytest.fixture
 def omni(monkeypatch):
-    """The foreign modules that scripts import, gone again afterwards."""
+    """Install the foreign modules that scripts import, and remove them afterwards."""
     before = (list(sys.meta_path), set(sys.modules))
     compat.install()
     import carb.eventdispatcher
@@ -57,7 +57,7 @@ def test_app_updates_and_ticks_of_the_timeline_are_events(omni):
     assert len(updates) == 3
 
 
-def test_observers_hear_in_order_and_only_what_they_filter_for(omni):
+def test_observers_are_called_in_order_and_filtered(omni):
     dispatcher = omni.carb.eventdispatcher.get_eventdispatcher()
     heard = []
     second = dispatcher.observe_event(order=5, event_name="mine", on_event=lambda event: heard.append("second"))
@@ -72,7 +72,7 @@ def test_observers_hear_in_order_and_only_what_they_filter_for(omni):
     assert dispatcher.dispatch_event("mine", {"n": 3}) == 0
 
 
-def test_a_custom_event_that_is_dispatched_fires_its_trigger(omni):
+def test_dispatching_a_custom_event_fires_its_trigger(omni):
     cube = rep.create.cube()
     with rep.trigger.on_custom_event("go") as trigger, cube:
         rep.modify.pose(position=(0, 0, 7))
@@ -81,7 +81,7 @@ def test_a_custom_event_that_is_dispatched_fires_its_trigger(omni):
     assert trigger.get_output("execCount") == 1
 
 
-def test_every_captured_frame_is_an_event(omni):
+def test_every_captured_frame_dispatches_an_event(omni):
     name = omni.omni.usd.get_context().stage_rendering_event_name(omni.omni.usd.StageRenderingEventType.NEW_FRAME, True)
     heard = []
     held = omni.carb.eventdispatcher.get_eventdispatcher().observe_event(event_name=name, on_event=heard.append)
@@ -91,7 +91,7 @@ def test_every_captured_frame_is_an_event(omni):
     held.reset()
 
 
-def test_physics_steps_are_heard_until_unsubscribed(omni):
+def test_physics_step_listeners_are_called_until_unsubscribed(omni):
     stage = stage_context.current_stage()
     UsdPhysics.Scene.Define(stage, "/PhysicsScene")
     physics = omni.omni.physics.core.get_physics_simulation_interface()

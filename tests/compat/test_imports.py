@@ -1,4 +1,4 @@
-"""Foreign names resolve to the product's own modules, in a process of their own, and nowhere else."""
+"""Foreign import names resolve to modules of usdsdg, and only after `compat.install()`."""
 
 import subprocess
 import sys
@@ -11,7 +11,7 @@ def run(code: str) -> str:
     return done.stdout.strip()
 
 
-def test_both_names_give_one_module():
+def test_both_names_import_the_same_module():
     assert (
         run(
             """
@@ -44,7 +44,7 @@ def test_every_import_of_the_tutorial_script_resolves():
     )
 
 
-def test_a_module_we_do_not_have_says_so():
+def test_importing_a_missing_module_explains_the_gap():
     assert "has no counterpart in usdsdg yet" in run(
         """
         import usdsdg.compat; usdsdg.compat.install()

@@ -1,11 +1,11 @@
-"""Labels through Isaac Sim 4's helpers."""
+"""Labels through the functions of Isaac Sim 4."""
 
 from usdsdg.compat.omni.isaac.core.utils.semantics import add_update_semantics, remove_all_semantics
 from usdsdg.session.stage_context import new_stage
 from usdsdg.stage.semantics import labels
 
 
-def test_a_suffix_holds_a_label_of_its_own():
+def test_each_suffix_has_its_own_label():
     prim = new_stage().DefinePrim("/World/mug", "Cube")
     add_update_semantics(prim, semantic_label="mug", type_label="class")
     add_update_semantics(prim, "vessel", suffix="_2")

@@ -1,4 +1,4 @@
-"""Distributions are what their names say, per prim and per component."""
+"""Distributions have the moments and ranges of their names, per prim and per component."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ def _seed():
     set_global_seed(11)
 
 
-def test_uniform_fills_its_bounds_per_component():
+def test_uniform_fills_its_range_in_each_component():
     values = distribution.uniform((-1, 0, 5.0), (1, 10, 5.0)).sample("n", 0, PRIMS)
     assert values.shape == (3000, 3)
     assert stats.kstest((values[:, 0] + 1) / 2, "uniform").pvalue > 1e-4
@@ -24,7 +24,7 @@ def test_uniform_fills_its_bounds_per_component():
     assert np.all(values[:, 2] == 5.0)
 
 
-def test_whole_numbers_as_bounds_draw_between_them():
+def test_integer_bounds_draw_floats_between_them():
     values = distribution.uniform((0, 0, 0), (1, 1, 1)).sample("n", 0, PRIMS)
     assert stats.kstest(values[:, 1], "uniform").pvalue > 1e-4
 
@@ -46,7 +46,7 @@ def test_choice_follows_its_weights():
     assert abs(drawn.count("a") - 750) < 119
 
 
-def test_choice_without_replacement_repeats_nothing():
+def test_choice_without_replacement_repeats_no_item():
     drawn = distribution.choice(list(range(50)), with_replacements=False).sample("n", 0, PRIMS[:50])
     assert sorted(drawn) == list(range(50))
     with pytest.raises(GraphError, match="only 50 choices"):
@@ -60,13 +60,13 @@ def test_choice_draws_from_nested_distributions():
     assert 0.4 < (values < 1).mean() < 0.6
 
 
-def test_sequence_steps_on_by_the_number_of_prims():
+def test_sequence_advances_by_the_number_of_prims():
     items = distribution.sequence(["a", "b", "c"])
     assert items.sample("n", 0, ["/x", "/y"]) == ["a", "b"]
     assert items.sample("n", 1, ["/x", "/y"]) == ["c", "a"]
 
 
-def test_shuffled_sequence_shows_every_item_once_a_lap():
+def test_a_shuffled_sequence_shows_every_item_once_per_cycle():
     items = distribution.sequence(list("abcdef"), ordered=False)
     assert sorted(items.sample("n", 0, PRIMS[:6])) == list("abcdef")
 
@@ -102,19 +102,19 @@ def test_a_seed_replaces_the_global_one(make):
 
 
 @pytest.mark.parametrize(("stride", "expected"), [(None, "def"), (1, "bcd"), (0, "abc"), (5, "fab"), (-1, "fab")])
-def test_a_sequence_goes_on_by_its_stride(stride, expected):
+def test_a_sequence_advances_by_its_stride(stride, expected):
     items = distribution.sequence(list("abcdef"), stride=stride)
     assert items.sample("n", 0, PRIMS[:3]) == ["a", "b", "c"]
     assert items.sample("n", 1, PRIMS[:3]) == list(expected)
 
 
-def test_draws_of_a_vector_do_not_follow_each_other():
+def test_components_of_a_vector_are_uncorrelated():
     values = distribution.combine([distribution.normal(0, 1), distribution.normal(0, 1)]).sample("n", 0, PRIMS)
     # The correlation of 3000 independent pairs lies within four standard errors of 1 / sqrt(3000).
     assert abs(np.corrcoef(values.T)[0, 1]) < 4 / np.sqrt(len(PRIMS))
 
 
-def test_one_number_beside_several_stands_for_all():
+def test_a_number_is_broadcast_to_the_other_bound():
     values = distribution.uniform(0, (1, 2, 3)).sample("n", 0, PRIMS)
     np.testing.assert_allclose(values.max(0), (1, 2, 3), rtol=0.01)
     assert (values >= 0).all()
@@ -140,12 +140,12 @@ def test_one_number_beside_several_stands_for_all():
         (lambda: distribution.combine([1, "x"]), "'x' is neither a number nor a distribution"),
     ],
 )
-def test_arguments_of_another_kind_are_told(make, message):
+def test_arguments_of_a_wrong_type_raise(make, message):
     with pytest.raises(GraphError, match=rf"\(made at test_distributions\.py:\d+\): {message}"):
         make()
 
 
-def test_what_cannot_be_drawn_is_told():
+def test_draws_that_are_impossible_raise():
     with pytest.raises(GraphError, match="distribution 1 draws several numbers; give one for each axis"):
         distribution.combine([0, distribution.uniform((0, 0), (1, 1))]).sample("n", 0, PRIMS[:2])
     once = distribution.choice(list("abc"), weights=[1, 1, 0], with_replacements=False)
@@ -183,6 +183,6 @@ def test_impossible_parameters_name_the_script_line(make):
         make()
 
 
-def test_the_choice_of_one_distribution_is_what_it_draws():
+def test_the_choice_of_one_distribution_is_its_draw():
     drawn = distribution.choice(distribution.sequence(["a", "b", "c"]), num_samples=9).sample("n", 1, PRIMS[:4])
     assert set(drawn) <= {"a", "b", "c"}

@@ -1,4 +1,4 @@
-"""What fires when, in which order, and that randomizers do not disturb each other."""
+"""When triggers fire, in which order nodes run, and that randomizers are independent."""
 
 from pathlib import Path
 
@@ -47,7 +47,7 @@ def test_an_event_sent_twice_fires_twice(stage):
     assert len(evaluate.graph().evaluate()) == 2
 
 
-def test_every_execution_draws_anew_and_a_restart_repeats(stage):
+def test_every_execution_draws_new_values_and_a_restart_repeats_them(stage):
     randomize_sizes(stage)
     runs = []
     for _ in range(2):
@@ -60,7 +60,7 @@ def test_every_execution_draws_anew_and_a_restart_repeats(stage):
     assert runs[:2] == runs[2:]
 
 
-def test_a_randomizer_added_before_does_not_move_the_others(stage):
+def test_a_randomizer_added_before_does_not_change_draws_of_the_others(stage):
     def draw(with_extra):
         stage = new_stage()
         with trigger.on_custom_event("go"), create.group(cubes(stage)):
@@ -92,7 +92,7 @@ def test_an_event_sent_before_the_preview_still_fires(stage):
     assert len(set(sizes(stage))) == 3
 
 
-def test_an_attribute_of_whole_numbers_never_gets_the_upper_bound(stage):
+def test_an_integer_attribute_never_gets_the_upper_bound(stage):
     prims = cubes(stage, 200)
     for path in prims:
         stage.GetPrimAtPath(path).CreateAttribute("count", Sdf.ValueTypeNames.Int)
@@ -101,7 +101,7 @@ def test_an_attribute_of_whole_numbers_never_gets_the_upper_bound(stage):
     assert {stage.GetPrimAtPath(path).GetAttribute("count").Get() for path in prims} == {-1, 0, 1}
 
 
-def test_a_light_in_a_trigger_is_made_once_and_redrawn(stage):
+def test_a_light_in_a_trigger_is_created_once_and_randomized_again(stage):
     with trigger.on_custom_event("lights"):
         create.light(
             light_type="Sphere",
@@ -127,7 +127,7 @@ def test_a_light_in_a_trigger_is_made_once_and_redrawn(stage):
     assert sum(prim.IsA(UsdLux.SphereLight) for prim in stage.Traverse()) == 3
 
 
-def test_dome_textures_and_rotation_are_written_where_they_belong(stage, tmp_path):
+def test_dome_textures_and_rotation_are_authored_on_the_light(stage, tmp_path):
     skies = [str(tmp_path / name) for name in ("a.hdr", "b.hdr")]
     for sky in skies:
         Path(sky).write_bytes(b"")
@@ -143,7 +143,7 @@ def test_dome_textures_and_rotation_are_written_where_they_belong(stage, tmp_pat
     assert light.GetParent().GetAttribute("xformOp:rotateXYZ").Get() is not None
 
 
-def test_colors_bind_one_material_per_prim_and_reuse_it(stage):
+def test_randomized_colors_bind_one_material_per_prim_and_reuse_it(stage):
     with trigger.on_custom_event("paint"), create.group(cubes(stage)):
         randomizer.color(colors=distribution.uniform((0, 0, 0), (1, 1, 1)))
     counts = []
@@ -172,7 +172,7 @@ def test_a_list_of_colors_is_chosen_from(stage, as_given):
     palette = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)]
     drawn = colors_drawn(as_given(palette))
     assert set(drawn) == set(palette)
-    # Not the list in turn: a choice repeats neighbors.
+    # A choice, not the list in order, repeats an item.
     assert drawn != palette * 20
     assert set(colors_drawn([0.0, 0.5, 1.0])) == {(0.0, 0.5, 1.0)}
 
@@ -210,7 +210,7 @@ def test_random_rotations_are_uniform_on_so3(stage):
     assert np.allclose((quaternions**4).mean(0), 0.125, atol=0.01)
 
 
-def test_a_camera_object_looks_where_it_is_told(stage):
+def test_a_camera_looks_at_its_target(stage):
     create.camera(position=(3, 0, 1), look_at=(0, 0, 0))
     camera = UsdGeom.Camera(stage.GetPrimAtPath("/Replicator/Camera_Xform/Camera")).GetCamera(0)
     ray = camera.frustum.ComputeViewDirection()
@@ -219,7 +219,7 @@ def test_a_camera_object_looks_where_it_is_told(stage):
     assert up[2] > 0.9
 
 
-def test_failures_name_the_script_line(stage):
+def test_errors_name_the_script_line(stage):
     with trigger.on_custom_event("go"), create.group(cubes(stage)):
         modify.attribute("sise", 1.0)
     utils.send_og_event("go")

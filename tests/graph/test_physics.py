@@ -32,7 +32,7 @@ def test_the_physics_scene_becomes_the_simulation_owner(stage, author, api):
     assert owners(stage, api) == ["/World/Second"]
 
 
-def test_errors_name_what_is_no_physics_scene(stage):
+def test_errors_name_a_prim_that_is_not_a_physics_scene(stage):
     with pytest.raises(GraphError, match="/World/box"):
         physics.collider(physics_scene="/World/box", input_prims="/World/box")
     with pytest.raises(BadPrim, match="/World/nowhere"):
@@ -99,7 +99,7 @@ def test_velocities_are_written_when_the_trigger_fires(stage):
     assert len(turns) == 2
 
 
-def test_instances_are_opened_for_their_colliders(stage, shelf):
+def test_instances_become_editable_for_their_colliders(stage, shelf):
     copy = stage.DefinePrim("/World/copy")
     copy.GetReferences().AddInternalReference("/World/shelf")
     copy.SetInstanceable(True)
@@ -139,7 +139,7 @@ def test_all_mass_properties_are_written(stage):
     assert (axes.GetReal(), tuple(axes.GetImaginary())) == (0, (0, 0, 1))
 
 
-def test_densities_are_written_and_drawn_masses_differ(stage):
+def test_densities_are_written_and_randomized_masses_differ(stage):
     stage.DefinePrim("/World/other", "Cube")
     both = ["/World/box", "/World/other"]
     with trigger.on_custom_event("go"):
@@ -153,7 +153,7 @@ def test_densities_are_written_and_drawn_masses_differ(stage):
     assert (ten, twenty) == (10, 20)
 
 
-def test_drives_of_joints(stage):
+def test_drives_of_joints_are_authored(stage):
     UsdPhysics.RevoluteJoint.Define(stage, "/World/arm/elbow")
     UsdPhysics.PrismaticJoint.Define(stage, "/World/arm/slide")
     UsdPhysics.FixedJoint.Define(stage, "/World/arm/foot")
@@ -169,7 +169,7 @@ def test_drives_of_joints(stage):
         evaluate.graph().evaluate()
 
 
-def test_physics_materials_are_made_where_there_is_none(stage):
+def test_physics_materials_are_created_if_there_is_none(stage):
     stage.DefinePrim("/World/ball", "Sphere")
     both = ["/World/box", "/World/ball"]
     shared = UsdShade.Material.Define(stage, "/World/rubber")
@@ -184,7 +184,7 @@ def test_physics_materials_are_made_where_there_is_none(stage):
     assert UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(binding) == "weakerThanDescendants"
 
 
-def test_bodies_fall_at_once_and_by_a_trigger(stage):
+def test_rigid_bodies_are_authored_at_once_or_by_a_trigger(stage):
     box = stage.GetPrimAtPath("/World/box")
     UsdGeom.XformCommonAPI(box).SetTranslate((0, 0, 100))
     physics.rigid_body(input_prims="/World/box")

@@ -24,7 +24,7 @@ def test_draws_are_uniform_in_every_component():
 
 
 @pytest.mark.parametrize("other", [(2, "node", 0), (1, "other", 0), (1, "node", 1)])
-def test_seed_node_and_execution_each_decorrelate(other):
+def test_another_seed_node_or_execution_gives_uncorrelated_draws(other):
     first, second = uniforms(1, "node", 0, PRIMS, 1), uniforms(*other, PRIMS, 1)
     assert abs(np.corrcoef(first[:, 0], second[:, 0])[0, 1]) < 4 / np.sqrt(len(PRIMS))
 
@@ -48,7 +48,7 @@ def test_draws_are_the_same_in_another_process():
     assert printed.strip() == str(uniforms(3, "n", 1, ["/a", "/b"], 2).tolist())
 
 
-def test_generators_differ_by_every_part_of_their_key():
+def test_generators_differ_by_every_element_of_their_key():
     keys = [(1, "a", 0), (2, "a", 0), (1, "b", 0), (1, "a", 1), (1, "a", 0, "x")]
     assert len({generator(*key).integers(1 << 60) for key in keys}) == len(keys)
 
@@ -68,7 +68,7 @@ def test_a_seed_is_a_whole_number(seed):
     assert get_global_seed() == 5
 
 
-def test_the_setting_of_the_seed_is_the_seed():
+def test_the_global_seed_is_also_a_setting():
     settings = get_settings()
     set_global_seed(5)
     assert settings.get("/omni/replicator/globalSeed") == 5

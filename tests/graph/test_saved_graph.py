@@ -1,4 +1,4 @@
-"""The graph as prims: what a saved stage shows of it, and that it runs again without its script."""
+"""The graph as prims on a saved stage, which runs again without its script."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_nodes_are_prims_with_their_targets_order_and_script_line():
     assert pose.facts["line"].startswith("test_saved_graph.py:")
 
 
-def test_an_input_that_is_set_later_changes_draws_and_prim():
+def test_setting_an_input_changes_draws_and_prim():
     cube = rep.create.cube()
     drawn = rep.distribution.uniform((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
     with rep.trigger.on_frame(), cube:
@@ -98,7 +98,7 @@ def test_an_input_that_is_set_later_changes_draws_and_prim():
     assert node.GetAttribute("inputs:upper").Get() == Gf.Vec3d(6, 6, 6)
 
 
-def test_a_loaded_graph_draws_what_the_script_would_have_drawn():
+def test_a_loaded_graph_repeats_the_draws_of_the_script():
     rep.set_global_seed(11)
     cubes = rep.create.cube(count=3)
     with rep.trigger.on_frame(), cubes:
@@ -117,7 +117,7 @@ def test_a_loaded_graph_draws_what_the_script_would_have_drawn():
     assert stage.GetRootLayer().ExportToString() == expected
 
 
-def test_a_bound_that_is_edited_on_the_prim_counts_when_the_stage_is_loaded():
+def test_a_bound_edited_on_the_prim_is_read_when_the_stage_is_loaded():
     cube = rep.create.cube()
     with rep.trigger.on_frame(), cube:
         rep.modify.pose(position=rep.distribution.uniform((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))
@@ -130,7 +130,7 @@ def test_a_bound_that_is_edited_on_the_prim_counts_when_the_stage_is_loaded():
     assert min(stage.GetPrimAtPath(cube.prims[0]).GetAttribute("xformOp:translate").Get()) >= 20.0
 
 
-def test_nodes_added_to_a_loaded_graph_get_keys_of_their_own():
+def test_nodes_added_to_a_loaded_graph_get_new_keys():
     cube = rep.create.cube()
     with rep.trigger.on_frame(), cube:
         rep.modify.attribute("size", rep.distribution.uniform(1, 2), attribute_type="double")
@@ -153,7 +153,7 @@ def test_nodes_added_to_a_loaded_graph_get_keys_of_their_own():
         ),
     ],
 )
-def test_a_damaged_graph_says_what_is_missing(break_it, words):
+def test_loading_a_damaged_graph_names_what_is_missing(break_it, words):
     with rep.trigger.on_frame(), rep.create.cube():
         rep.modify.pose(position=rep.distribution.uniform(0, 1))
     break_it(stage_context.current_stage())
@@ -161,7 +161,7 @@ def test_a_damaged_graph_says_what_is_missing(break_it, words):
         saved_graph.load(stage_context.current_stage())
 
 
-def test_a_python_condition_is_named():
+def test_loading_a_python_condition_raises_and_names_it():
     def rarely():
         return False
 
@@ -193,7 +193,7 @@ def test_a_saved_pipeline_of_twenty_nodes_makes_the_same_files_in_a_fresh_proces
     assert saved.GetRootLayer().customLayerData["renderSettings"]["omni:replicator:RTSubframes"] == 2
 
 
-def test_items_tell_their_inputs_and_outputs():
+def test_items_return_their_inputs_and_outputs():
     cube = rep.create.cube()
     with rep.trigger.on_frame(interval=3) as trigger, cube:
         item = rep.modify.pose(position=(1, 2, 3))

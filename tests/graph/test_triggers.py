@@ -1,4 +1,4 @@
-"""What each trigger fires for, how often, and what it asks of the capture."""
+"""When each trigger fires, how often, and the sub-frames that it requires."""
 
 import pytest
 
@@ -16,7 +16,7 @@ def stage(stage):
 
 
 def firings(count, **moments):
-    """Which of `count` captures after the preview fire anything."""
+    """Return which of `count` captures after the preview fire a trigger."""
     graph = evaluate.graph()
     graph.evaluate(preview=True)
     return [bool(graph.evaluate(capture=capture)) for capture in range(count)]
@@ -33,13 +33,13 @@ def firings(count, **moments):
         ({"num_frames": 2, "max_execs": 3}, [0, 1, 1, 0, 0, 0]),
     ],
 )
-def test_frames_fire_every_interval_and_so_often(arguments, expected):
+def test_on_frame_fires_every_interval_up_to_max_execs(arguments, expected):
     rep.trigger.on_frame(**arguments)
     assert firings(6) == expected
 
 
 @pytest.mark.parametrize(("arguments", "count"), [({}, 4), ({"max_execs": 3}, 3), ({"max_execs": 0}, 4)])
-def test_a_condition_is_asked_once_a_capture_and_fires_where_it_is_true(arguments, count):
+def test_a_condition_is_called_once_per_capture_and_fires_if_true(arguments, count):
     asked = []
 
     def even():
@@ -53,7 +53,7 @@ def test_a_condition_is_asked_once_a_capture_and_fires_where_it_is_true(argument
     assert len(asked) == (8 if count == 4 else 5)
 
 
-def test_events_are_told_apart():
+def test_an_event_fires_only_its_own_trigger():
     one, other = rep.trigger.on_custom_event("one"), rep.trigger.on_custom_event(event_name="other")
     for event in ("one", "other", "one"):
         rep.utils.send_og_event(event)
@@ -63,7 +63,7 @@ def test_events_are_told_apart():
 
 @pytest.fixture
 def subframes(monkeypatch):
-    """The sub-frames that each capture is drawn with."""
+    """The sub-frames with which each capture is rendered."""
     from usdsdg.app import frame_loop
 
     asked = []
@@ -80,14 +80,14 @@ def subframes(monkeypatch):
     ],
     ids=["on_frame", "on_condition"],
 )
-def test_a_trigger_asks_for_sub_frames_of_the_capture_that_it_fires_for(subframes, make):
+def test_a_trigger_requires_sub_frames_of_the_capture_that_it_fires_for(subframes, make):
     make()
     for _ in range(4):
         rep.orchestrator.step()
     assert subframes == [1, 1, 7, 1]
 
 
-def test_sub_frames_are_the_most_that_somebody_asks_for(subframes):
+def test_the_largest_required_number_of_sub_frames_is_used(subframes):
     rep.trigger.on_frame(rt_subframes=3)
     settings = get_settings()
     rep.orchestrator.step(rt_subframes=5)
@@ -119,7 +119,7 @@ def test_sub_frames_are_the_most_that_somebody_asks_for(subframes):
         (lambda: rep.trigger.on_custom_event(5), "event_name is 5; expected a name"),
     ],
 )
-def test_what_is_no_trigger_is_told_and_leaves_none(stage, make, message):
+def test_invalid_triggers_raise_and_are_not_added(stage, make, message):
     with pytest.raises(GraphError, match=message):
         make()
     assert evaluate.graph().triggers == []

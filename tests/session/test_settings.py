@@ -1,4 +1,4 @@
-"""`rep.settings`: what each function leaves in the settings and on the stage."""
+"""The functions of `rep.settings`: their effects on the settings and the stage."""
 
 import pytest
 from pxr import UsdGeom
@@ -14,21 +14,21 @@ MODES = ("/rtx/rendermode", "/rtx/post/aa/op", "/rtx/pathtracing/totalSpp")
 
 
 @pytest.mark.parametrize(("name", "number"), [("off", 0), ("TAA", 1), ("FXAA", 2), ("dlss", 3), ("DLAA", 4)])
-def test_the_fast_mode_and_its_antialiasing(name, number):
+def test_the_fast_mode_sets_render_mode_and_antialiasing(name, number):
     rep.settings.set_render_pathtraced()
     rep.settings.set_render_rtx_realtime(antialiasing=name)
     assert get_settings().get("/rtx/post/aa/op") == number
     assert not render_mode(1).path_tracing
 
 
-def test_path_tracing_and_its_samples():
+def test_path_tracing_sets_render_mode_and_samples():
     rep.settings.set_render_pathtraced()
     assert (render_mode(1).path_tracing, render_mode(1).samples) == (True, 64)
     rep.settings.set_render_pathtraced(samples_per_pixel=7)
     assert render_mode(1).samples == 7
 
 
-def test_units_and_axes_of_the_stage(stage):
+def test_units_and_up_axis_are_authored_on_the_stage(stage):
     rep.settings.set_stage_up_axis("y")
     rep.settings.set_stage_meters_per_unit(0.01)
     assert UsdGeom.GetStageUpAxis(stage) == "Y"
@@ -45,7 +45,7 @@ def test_any_setting_can_be_written_and_read(value):
     assert get_settings().get("/rtx/some/thing") is None
 
 
-def test_settings_are_read_as_the_type_that_is_asked_for():
+def test_typed_getters_convert_settings():
     settings = get_settings()
     settings.set("/rtx/some/number", 2.5)
     read = (settings.get_as_int, settings.get_as_float, settings.get_as_bool, settings.get_as_string)
@@ -74,7 +74,7 @@ def test_settings_are_read_as_the_type_that_is_asked_for():
         ("set_physx_timestep", "fast", "'fast' must be above 0 seconds"),
     ],
 )
-def test_values_that_make_no_sense_are_told_and_change_nothing(stage, name, value, message):
+def test_invalid_values_raise_and_change_nothing(stage, name, value, message):
     before = {key: get_settings().get(key) for key in MODES}
     with pytest.raises(ConfigError, match=message) as caught:
         getattr(rep.settings, name)(value)

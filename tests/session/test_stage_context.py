@@ -19,7 +19,7 @@ from usdsdg.stage.schemas import physx
 pytestmark = pytest.mark.usefixtures("stage")
 
 
-def test_a_new_stage_is_like_isaac_sims():
+def test_a_new_stage_has_the_units_and_axis_of_isaac_sim():
     stage = stage_context.new_stage()
     assert stage_context.current_stage() == stage
     assert UsdGeom.GetStageUpAxis(stage) == "Z"
@@ -29,7 +29,7 @@ def test_a_new_stage_is_like_isaac_sims():
     assert stage.GetDefaultPrim().GetTypeName() == "Xform"
 
 
-def test_ids_find_the_current_stage_and_only_that():
+def test_only_the_current_stage_is_found_by_id():
     stage = stage_context.current_stage()
     identifier = stage_context.stage_id()
     assert stage_context.stage_by_id(identifier) == stage
@@ -41,7 +41,7 @@ def test_ids_find_the_current_stage_and_only_that():
         stage_context.stage_by_id(identifier)
 
 
-def test_listeners_hear_of_each_new_stage_until_they_unsubscribe(tmp_path):
+def test_listeners_are_called_for_each_new_stage_until_they_unsubscribe(tmp_path):
     heard = []
     unsubscribe = stage_context.on_new_stage(heard.append)
     stage = stage_context.new_stage()
@@ -64,7 +64,7 @@ def test_open_reads_the_file_again_and_drops_unsaved_edits(tmp_path):
     assert not second.GetPrimAtPath("/World/edit")
 
 
-def test_opening_what_is_not_there():
+def test_opening_a_missing_file_is_an_error():
     before = stage_context.current_stage()
     with pytest.raises(AssetNotFound, match=r"nothing\.usd"):
         stage_context.open_stage("/nowhere/nothing.usd")
@@ -81,7 +81,7 @@ def test_opening_what_is_not_there():
         ("a.usdz", b"PK", "a.usdz cannot be opened as a stage: it is empty or cut off"),
     ],
 )
-def test_opening_what_is_not_usd_gives_pxrs_reason(tmp_path, name, content, why):
+def test_opening_a_damaged_file_reports_the_reason_of_usd(tmp_path, name, content, why):
     (tmp_path / name).write_bytes(content)
     before = stage_context.current_stage()
     with pytest.raises(AssetUnreadable, match=why):
@@ -99,7 +99,7 @@ def test_opening_what_is_not_usd_gives_pxrs_reason(tmp_path, name, content, why)
         ("endTimeCode", math.inf),
     ],
 )
-def test_a_stage_whose_times_are_none_is_refused(tmp_path, name, value):
+def test_a_stage_with_invalid_time_codes_is_an_error(tmp_path, name, value):
     stage = Usd.Stage.CreateNew(str(tmp_path / "a.usda"))
     stage.SetMetadata(name, value)
     stage.Save()
@@ -109,7 +109,7 @@ def test_a_stage_whose_times_are_none_is_refused(tmp_path, name, value):
     assert stage_context.current_stage() == before
 
 
-def test_a_folder_is_no_stage(tmp_path):
+def test_opening_a_folder_is_an_error(tmp_path):
     (tmp_path / "a.usd").mkdir()
     with pytest.raises(AssetUnreadable, match=r"a\.usd cannot be opened as a stage: it is a folder"):
         stage_context.open_stage(tmp_path / "a.usd")
@@ -154,7 +154,7 @@ def test_session_and_sublayers_are_merged_strongest_first(tmp_path):
     assert saved.GetPrimAtPath("/World").GetTypeName() == "Xform"
 
 
-def test_references_still_resolve_from_the_new_place(tmp_path):
+def test_references_still_resolve_from_the_new_location(tmp_path):
     assets_folder, out = tmp_path / "assets", tmp_path / "out"
     assets_folder.mkdir()
     asset = Usd.Stage.CreateNew(str(assets_folder / "mug.usda"))
@@ -187,7 +187,7 @@ def test_references_still_resolve_from_the_new_place(tmp_path):
     assert prim.GetAttribute("udim").Get().path == str(assets_folder / "skin.<UDIM>.png")
 
 
-def test_what_lies_beside_the_saved_file_stays_relative_so_that_the_folder_can_move(tmp_path):
+def test_paths_beside_the_saved_file_stay_relative_so_that_the_folder_can_move(tmp_path):
     folder = tmp_path / "project"
     (folder / "props").mkdir(parents=True)
     asset = Usd.Stage.CreateNew(str(folder / "props" / "mug.usda"))
@@ -209,7 +209,7 @@ def test_references_to_layers_in_memory_are_warned_about(tmp_path):
         stage_context.save_stage(tmp_path / "saved.usda")
 
 
-def test_saving_over_the_opened_file(tmp_path):
+def test_the_opened_file_can_be_overwritten(tmp_path):
     stage_context.current_stage().GetRootLayer().Export(str(tmp_path / "a.usdc"))
     stage = stage_context.open_stage(tmp_path / "a.usdc")
     stage.DefinePrim("/World/new")
@@ -217,7 +217,7 @@ def test_saving_over_the_opened_file(tmp_path):
     assert stage_context.open_stage(tmp_path / "a.usdc").GetPrimAtPath("/World/new")
 
 
-def test_saving_where_nothing_can_be_written(tmp_path):
+def test_saving_to_a_folder_that_cannot_be_written_is_an_error(tmp_path):
     (tmp_path / "file").write_text("not a folder")
     with pytest.raises(OutputNotWritable, match=r"saved\.usda: (File exists|Not a directory)\."):
         stage_context.save_stage(tmp_path / "file" / "saved.usda")
@@ -228,7 +228,7 @@ def test_saving_where_nothing_can_be_written(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["scene.obj", "scene", "scene.usdz"])
-def test_saving_as_something_else_is_refused(tmp_path, name):
+def test_saving_with_another_extension_is_an_error(tmp_path, name):
     with pytest.raises(Unsupported, match=r"\.usd, \.usda, \.usdc"):
         stage_context.save_stage(tmp_path / name)
     assert os.listdir(tmp_path) == []
