@@ -1,6 +1,6 @@
-"""Foreign import names: `omni.*`, `carb`, `usdrt`, `isaacsim`, `pxr.PhysxSchema`, for scripts written for Isaac Sim.
+"""Import names of Isaac Sim and Omniverse: `omni.*`, `carb`, `usdrt`, `isaacsim`, `pxr.PhysxSchema`.
 
-`install()` makes them importable in this process; nothing else in the process changes.
+`install()` makes them importable in this process, so that scripts written for Isaac Sim run unchanged.
 """
 
 from usdsdg.compat.finder import install, is_installed

@@ -1,7 +1,7 @@
-"""Import hook: `omni.x` is `usdsdg.compat.omni.x`, and `omni.replicator.core` is `usdsdg` itself.
+"""Import hook that resolves `omni.x` to `usdsdg.compat.omni.x`, and `omni.replicator.core` to `usdsdg`.
 
-Both names give one module object, so there is one registry and one stage. The hook stands first on `sys.meta_path`:
-appended last, a submodule would be found through its parent's path and loaded twice. A real Omniverse install wins.
+Both names give the same module object, so there is one registry and one stage. The hook is first on `sys.meta_path`:
+if it were last, a submodule would be found through its parent's path and loaded twice.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from types import ModuleType
 from usdsdg.errors import Unsupported
 
 ROOTS = ("omni", "carb", "usdrt", "isaacsim")
-# Longest prefix first: these are not mirrored as files, they are the product itself.
+# Longest prefix first. These names are modules of usdsdg itself, without a file in `usdsdg.compat`.
 ALIASES = (
     ("omni.replicator.core.scripts", "usdsdg"),
     ("omni.replicator.core", "usdsdg"),
@@ -25,7 +25,7 @@ ALIASES = (
 
 
 def real_name(name: str) -> str:
-    """The module that a foreign name stands for."""
+    """Return the name of the usdsdg module that a foreign name resolves to."""
     for prefix, target in ALIASES:
         if name == prefix or name.startswith(prefix + "."):
             return target + name[len(prefix) :]
@@ -33,18 +33,18 @@ def real_name(name: str) -> str:
 
 
 class _Loader(importlib.abc.Loader):
-    """Hands out the real module and leaves its own import facts as they were."""
+    """Returns the real module and keeps its `__spec__` and `__loader__`."""
 
     def __init__(self, real: str) -> None:
         self._real = real
 
     def create_module(self, spec: importlib.machinery.ModuleSpec) -> ModuleType:
         module = importlib.import_module(self._real)
-        self._facts = (module.__spec__, module.__loader__)
+        self._import_attributes = (module.__spec__, module.__loader__)
         return module
 
     def exec_module(self, module: ModuleType) -> None:
-        module.__spec__, module.__loader__ = self._facts
+        module.__spec__, module.__loader__ = self._import_attributes
 
 
 class _Finder(importlib.abc.MetaPathFinder):
@@ -72,7 +72,7 @@ def _missing(name: str) -> str:
 
 
 def is_installed() -> bool:
-    """Whether the foreign names are importable."""
+    """Return whether the foreign names are importable."""
     return any(isinstance(finder, _Finder) for finder in sys.meta_path)
 
 
@@ -80,7 +80,7 @@ def install() -> None:
     """Make the foreign names importable.
 
     Raises:
-        Unsupported: a real Omniverse is importable here; its modules and ours must not mix.
+        Unsupported: Omniverse itself is importable in this environment, and its modules must not mix with ours.
     """
     if is_installed():
         return
@@ -98,7 +98,7 @@ def install() -> None:
 
 
 def _install_schemas() -> None:
-    """`from pxr import PhysxSchema, Semantics`: usd-core has neither, so ours are set on the package."""
+    """Add our `PhysxSchema` and `Semantics`, which usd-core does not have, to the `pxr` package."""
     import pxr
 
     from usdsdg.stage.schemas import physx, semantics_schema

@@ -1,4 +1,4 @@
-"""`usdrt`: the part of Fabric's USD look-alike that finds prims by schema or type, answered by the stage itself."""
+"""`usdrt`: look-up of prims by schema or type on the USD stage, the part of Fabric that scripts use."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class _Stage:
         return _Stage(stage_by_id(stage_id))
 
     def GetPrimsWithAppliedAPIName(self, name: str) -> list[Sdf.Path]:
-        """Paths of prims with the applied schema, however it is instanced."""
+        """Return paths of prims with the applied schema, under any instance name."""
         return [prim.GetPath() for prim in self._stage.Traverse() if _has_api(prim, name)]
 
     def GetPrimsWithTypeName(self, name: str) -> list[Sdf.Path]:

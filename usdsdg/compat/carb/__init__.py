@@ -13,7 +13,7 @@ _log = logging.getLogger("usdsdg.script")
 
 
 class _Vector(tuple):
-    """A fixed number of floats, from single numbers or from one sequence, with x y z w."""
+    """A vector of `size` floats, from numbers or from one sequence, with x, y, z, w."""
 
     size = 0
 

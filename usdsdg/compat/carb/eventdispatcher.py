@@ -1,4 +1,4 @@
-"""`carb.eventdispatcher`: events by name. App updates, the timeline, new frames and custom events are told here."""
+"""`carb.eventdispatcher`: events by name, for app updates, the timeline, new frames and custom events."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ TIMELINE_EVENTS = {
 
 @dataclass(frozen=True)
 class Event:
-    """What happened; its payload reads as a mapping."""
+    """An event; its payload can be read as a mapping."""
 
     event_name: str
     payload: Mapping[str, Any] = field(default_factory=dict)
@@ -46,7 +46,7 @@ class Event:
 
 
 class Observer:
-    """A subscription: it ends with `reset`, or when nobody holds it any more."""
+    """A subscription, which ends with `reset` or when it is garbage collected."""
 
     def __init__(self, end: Callable[[], None]) -> None:
         self._end = end
@@ -59,14 +59,14 @@ class Observer:
 
 
 class EventDispatcher:
-    """Calls observers by order, then in the order in which they came."""
+    """Calls observers of events sorted by `order`, then by time of subscription."""
 
     def __init__(self) -> None:
         self._observers: dict[int, tuple[str, int, Mapping[str, Any], Callable[[Event], None]]] = {}
         self._keys = itertools.count()
-        get_app().subscribe_update(lambda dt: self._tell(APP_UPDATE, {"dt": dt}) and None)
-        get_timeline().subscribe(self._tell_timeline)
-        get_orchestrator().on_captured(lambda: self._tell(NEW_FRAME, {}) and None)
+        get_app().subscribe_update(lambda dt: self._notify(APP_UPDATE, {"dt": dt}) and None)
+        get_timeline().subscribe(self._notify_timeline)
+        get_orchestrator().on_captured(lambda: self._notify(NEW_FRAME, {}) and None)
 
     def observe_event(
         self,
@@ -76,7 +76,7 @@ class EventDispatcher:
         filter: Mapping[str, Any] | None = None,
         observer_name: str = "",
     ) -> Observer:
-        """Call `on_event(event)` at every event of that name whose payload holds what `filter` says."""
+        """Call `on_event(event)` at every event of that name whose payload has all items of `filter`."""
         if on_event is None or not event_name:
             raise TypeError(f"observe_event {observer_name!r}: give event_name and on_event")
         key = next(self._keys)
@@ -84,15 +84,15 @@ class EventDispatcher:
         return Observer(partial(self._observers.pop, key, None))
 
     def dispatch_event(self, event_name: str, payload: Mapping[str, Any] | None = None) -> int:
-        """Tell all observers of `event_name`; returns how many were told.
+        """Notify all observers of `event_name`; return their number.
 
         `omni.graph.action.<name>` also fires `rep.trigger.on_custom_event("<name>")`.
         """
         if event_name.startswith(CUSTOM_EVENT):
             evaluate.graph().send(event_name.removeprefix(CUSTOM_EVENT))
-        return self._tell(event_name, payload or {})
+        return self._notify(event_name, payload or {})
 
-    def _tell(self, event_name: str, payload: Mapping[str, Any]) -> int:
+    def _notify(self, event_name: str, payload: Mapping[str, Any]) -> int:
         event = Event(event_name, payload)
         due = [
             (order, key, on_event)
@@ -103,11 +103,11 @@ class EventDispatcher:
             on_event(event)
         return len(due)
 
-    def _tell_timeline(self, change: str) -> None:
+    def _notify_timeline(self, change: str) -> None:
         if change in TIMELINE_EVENTS:
-            self._tell(TIMELINE_EVENTS[change], {"currentTime": get_timeline().get_current_time()})
+            self._notify(TIMELINE_EVENTS[change], {"currentTime": get_timeline().get_current_time()})
 
 
 def get_eventdispatcher() -> EventDispatcher:
-    """The event dispatcher of the session."""
+    """Return the event dispatcher of the session."""
     return current().event_dispatcher

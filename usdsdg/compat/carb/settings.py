@@ -1,4 +1,4 @@
-"""`carb.settings`: the settings tree."""
+"""`carb.settings`: the settings store."""
 
 from usdsdg.session.settings_store import Settings as ISettings
 from usdsdg.session.settings_store import get_settings

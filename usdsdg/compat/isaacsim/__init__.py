@@ -1,4 +1,4 @@
-"""`isaacsim`: the standalone application object."""
+"""`isaacsim`: the standalone application."""
 
 from usdsdg.compat.isaacsim.simulation_app import SimulationApp
 

@@ -1,4 +1,4 @@
-"""`isaacsim.simulation_app`: what a standalone script starts and closes."""
+"""`isaacsim.simulation_app`: the application that a standalone script starts and closes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from usdsdg.session.settings_store import get_settings
 
 
 class SimulationApp:
-    """The running application. `launch_config["renderer"]` sets the render mode; the rest concerns a window."""
+    """The running application; of `launch_config` only "renderer", the render mode, has an effect."""
 
     def __init__(self, launch_config: dict[str, Any] | None = None, experience: str = "") -> None:
         self.config = dict(launch_config or {})
@@ -36,7 +36,7 @@ class SimulationApp:
         get_app().update()
 
     def run_coroutine(self, coroutine: Coroutine[Any, Any, Any], run_until_complete: bool = True) -> Any:
-        """The coroutine's result, or its task where `run_until_complete` is false."""
+        """Return the coroutine's result, or its task if `run_until_complete` is false."""
         if run_until_complete:
             return get_app().run_until_complete(coroutine)
         return asyncio.ensure_future(coroutine)
@@ -51,6 +51,6 @@ class SimulationApp:
         get_settings().set(setting, value)
 
     def close(self, wait_for_replicator: bool = True, skip_cleanup: bool = False, exit_code: int = 0) -> None:
-        """Finish all files. Isaac Sim's process ends here: tasks that still run are not waited for."""
+        """Wait for all files and end the app; tasks that still run are not waited for."""
         orchestrator.wait_until_complete()
         get_app().close()

@@ -10,7 +10,7 @@ from usdsdg.session import engines
 
 
 class Subscription:
-    """Ends when asked to, or when the script lets go of it."""
+    """A subscription, which ends with `unsubscribe` or when it is garbage collected."""
 
     def __init__(self, end: Callable[[], None]) -> None:
         self._end = end
@@ -29,33 +29,33 @@ class PhysxInterface:
 
 
 class SceneQueryInterface:
-    """Queries of what collides. Positions are stage units along world axes, rotations xyzw."""
+    """Overlap and ray queries against colliders. Positions are in world space [stage units], rotations xyzw."""
 
     def overlap_box(
         self, half_extent: Any, pos: Any, rot: Any, report_fn: Callable[[Any], bool] | None = None, anyHit: bool = False
     ) -> int:
-        """Report every shape that overlaps the box until `report_fn` returns False; returns their number."""
+        """Report every shape that overlaps the box until `report_fn` returns False; return their number."""
         return self._reported(engines.physics().overlap_box(half_extent, pos, rot), report_fn, anyHit)
 
     def overlap_sphere(
         self, radius: float, pos: Any, report_fn: Callable[[Any], bool] | None = None, anyHit: bool = False
     ) -> int:
-        """Report every shape that overlaps the sphere until `report_fn` returns False; returns their number."""
+        """Report every shape that overlaps the sphere until `report_fn` returns False; return their number."""
         return self._reported(engines.physics().overlap_sphere(radius, pos), report_fn, anyHit)
 
     def _reported(self, hits: list[Any], report_fn: Callable[[Any], bool] | None, any_hit: bool) -> int:
         count = 0
         for hit in hits:
             count += 1
-            told = report_fn is None or report_fn(
+            wants_more = report_fn is None or report_fn(
                 SimpleNamespace(rigid_body=hit.rigid_body, collision=hit.collision, protoIndex=-1)
             )
-            if any_hit or not told:
+            if any_hit or not wants_more:
                 break
         return count
 
     def raycast_closest(self, origin: Any, dir: Any, distance: float, bothSides: bool = False) -> dict[str, Any]:
-        """{"hit": False}, or the closest hit: rigidBody, collision, position, normal, distance."""
+        """Return {"hit": False}, or the closest hit: rigidBody, collision, position, normal, distance."""
         hit = engines.physics().raycast(origin, dir, distance)
         if hit is None:
             return {"hit": False}

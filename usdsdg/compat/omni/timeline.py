@@ -1,4 +1,4 @@
-"""`omni.timeline`: the clock."""
+"""`omni.timeline`: the timeline and the names of its events."""
 
 from usdsdg.compat.carb.eventdispatcher import TIMELINE_EVENTS
 from usdsdg.session.timeline import Timeline as ITimeline

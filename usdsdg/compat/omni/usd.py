@@ -1,4 +1,4 @@
-"""`omni.usd`: the one context and its stage."""
+"""`omni.usd`: the USD context and its stage."""
 
 import asyncio
 import enum
@@ -17,13 +17,13 @@ __all__ = [
 
 
 class StageRenderingEventType(enum.Enum):
-    """What `stage_rendering_event_name` can be asked for."""
+    """The event types of `stage_rendering_event_name`."""
 
     NEW_FRAME = 0
 
 
 class UsdContext:
-    """The stage that everything acts on."""
+    """Access to the current stage; there is one context."""
 
     def new_stage(self) -> bool:
         stage_context.new_stage()
@@ -57,11 +57,11 @@ class UsdContext:
         return stage_context.current_stage().GetRootLayer().identifier
 
     def stage_rendering_event_name(self, event_type: StageRenderingEventType, immediate: bool = False) -> str:
-        """The name under which `carb.eventdispatcher` tells new frames."""
+        """Return the name of the event of new frames in `carb.eventdispatcher`."""
         return NEW_FRAME
 
     def get_stage_loading_status(self) -> tuple[str, int, int]:
-        """(message, files loaded, files to load): loading is synchronous, so nothing is ever pending."""
+        """Return (message, files loaded, files to load): loading is synchronous, so nothing is ever pending."""
         return "", 0, 0
 
 

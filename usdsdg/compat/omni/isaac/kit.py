@@ -1,4 +1,4 @@
-"""`omni.isaac.kit`: the standalone application under its older name."""
+"""`omni.isaac.kit`: the standalone application, under its older name."""
 
 from usdsdg.compat.isaacsim.simulation_app import SimulationApp
 

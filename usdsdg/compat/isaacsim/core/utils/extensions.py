@@ -1,4 +1,4 @@
-"""`isaacsim.core.utils.extensions`: everything there is, is enabled."""
+"""`isaacsim.core.utils.extensions`: there are no extensions, so enabling and disabling do nothing."""
 
 
 def enable_extension(extension_name: str) -> bool:

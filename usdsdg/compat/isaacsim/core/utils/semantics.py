@@ -1,4 +1,4 @@
-"""`isaacsim.core.utils.semantics`: labels, in the words of both Isaac Sim generations."""
+"""`isaacsim.core.utils.semantics`: labels, with the functions of Isaac Sim 4 and of later versions."""
 
 from pxr import Usd
 

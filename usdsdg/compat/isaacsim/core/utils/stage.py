@@ -1,4 +1,4 @@
-"""`isaacsim.core.utils.stage`: the current stage."""
+"""`isaacsim.core.utils.stage`: create, open, save and reference into the current stage."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def open_stage(usd_path: str) -> bool:
     """Open a file, or a URL under the assets root.
 
     Raises:
-        AssetError: it is missing or cannot be read.
+        AssetError: the file is missing or cannot be read.
     """
     stage_context.open_stage(usd_path)
     return True
@@ -40,7 +40,7 @@ def save_stage(usd_path: str, save_and_reload_in_place: bool = True) -> bool:
 
 
 def add_reference_to_stage(usd_path: str, prim_path: str, prim_type: str = "Xform") -> Usd.Prim:
-    """A reference to a file, or to a URL under the assets root, on the prim at `prim_path`, made where there is none.
+    """Reference a file, or a URL under the assets root, on the prim at `prim_path`; define the prim if there is none.
 
     Raises:
         AssetError: the file is missing or cannot be referenced.
@@ -54,12 +54,12 @@ def add_reference_to_stage(usd_path: str, prim_path: str, prim_type: str = "Xfor
 
 
 def is_stage_loading() -> bool:
-    """False: loading is synchronous."""
+    """Return False: loading is synchronous."""
     return False
 
 
 def update_stage() -> None:
-    """One app update."""
+    """Run one app update."""
     get_app().update()
 
 
@@ -72,7 +72,7 @@ def set_stage_up_axis(axis: str = "z") -> None:
 
 
 def get_stage_units() -> float:
-    """Meters per stage unit."""
+    """Return meters per stage unit."""
     return UsdGeom.GetStageMetersPerUnit(stage_context.current_stage())
 
 

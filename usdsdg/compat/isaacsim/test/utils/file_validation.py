@@ -1,4 +1,4 @@
-"""`isaacsim.test.utils.file_validation`: counts of files, which Isaac Sim's examples check with `--test`."""
+"""`isaacsim.test.utils.file_validation`: file counts, which Isaac Sim's examples check with `--test`."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ def validate_folder_contents(
     min_file_size_bytes: int = 0,
     exact_match: bool = True,
 ) -> bool:
-    """Whether a folder holds so many files of each extension ("png": 3), and says which count is wrong if not.
+    """Return whether a folder has the expected number of files of each extension ("png": 3); print each mismatch.
 
     Args:
-        expected_counts: files by extension without its dot, in any case.
-        allowed_extra_extensions: others that may be there; None allows all.
-        min_file_size_bytes: smaller files do not count as valid.
-        exact_match: False takes more files of an expected extension, too.
+        expected_counts: Number of files by extension without its dot, in any case.
+        allowed_extra_extensions: Other extensions that are allowed; None allows all.
+        min_file_size_bytes: Smaller files are mismatches.
+        exact_match: False also allows more files of an expected extension.
     """
     folder = Path(path)
     if not folder.is_dir():
-        print(f"validate_folder_contents: {folder} is no folder")
+        print(f"validate_folder_contents: {folder} is not a folder")
         return False
     files = [each for each in (folder.rglob("*") if recursive else folder.glob("*")) if each.is_file()]
     least = max(min_file_size_bytes, 1 if fail_on_empty_files else 0)

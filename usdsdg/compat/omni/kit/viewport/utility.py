@@ -1,10 +1,10 @@
-"""`omni.kit.viewport.utility`: there is no window, so the viewport is only switched."""
+"""`omni.kit.viewport.utility`: the settings of the viewport, which has no window."""
 
 from usdsdg.session.session import current
 
 
 class Viewport:
-    """What scripts switch: updates, camera and resolution of the window that is not there."""
+    """Updates, camera and resolution of the viewport, which scripts set; they have no effect."""
 
     updates_enabled = True
     camera_path = "/OmniverseKit_Persp"
@@ -19,5 +19,5 @@ def get_active_viewport(usd_context_name: str = "") -> Viewport:
 
 
 def get_active_viewport_window(*_: object, **__: object) -> None:
-    """No window exists."""
+    """Return None: there is no window."""
     return None

@@ -1,4 +1,4 @@
-"""`omni.isaac.core.utils.semantics`: labels, in the words of Isaac Sim 4."""
+"""`omni.isaac.core.utils.semantics`: labels, with the functions of Isaac Sim 4."""
 
 from pxr import Usd
 
@@ -12,7 +12,7 @@ def remove_all_semantics(prim: Usd.Prim, recursive: bool = False) -> None:
 
 
 def get_semantics(prim: Usd.Prim) -> dict[str, tuple[str, str]]:
-    """{instance name: (type, label)} of the prim's own labels."""
+    """Return {instance name: (type, label)} of the prim's own labels."""
     return {
         f"Semantics_{kind}_{index}": (kind, label)
         for kind, labels in get_labels(prim).items()
