@@ -262,12 +262,12 @@ def uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = Non
 
 
 def normal(mean: Any, std: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
-    """Sample a Gaussian with `mean` and standard deviation `std` >= 0; other arguments as in `uniform`."""
+    """Sample a Gaussian with `mean` and standard deviation `std` >= 0; `num_samples` and the rest as in `uniform`."""
     return Normal(mean, std, seed, name)
 
 
 def log_uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
-    """Sample uniformly in the logarithm, from `lower` > 0 to `upper`; other arguments as in `uniform`."""
+    """Sample uniformly in the logarithm, from `lower` > 0 to `upper`; `num_samples` and the rest as in `uniform`."""
     return LogUniform(lower, upper, seed, name)
 
 
