@@ -8,6 +8,7 @@ the public names by theme; each is imported on first use (PEP 562, as in SPEC 1 
 import ast
 import importlib
 import os
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,22 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
 
 
+def _announce_schemas() -> None:
+    """Let USD find the schemas that usd-core lacks: it looks once, when a process makes its first stage.
+
+    That may be before a module of ours has loaded pxr. Until then the environment tells (see `stage.schemas.register`).
+    """
+    if "pxr" in sys.modules:
+        from usdsdg.stage import schemas
+
+        schemas.register()
+        return
+    folders = sorted((Path(__file__).parent / "stage" / "schemas" / "resources").iterdir())
+    before = os.environ.get("PXR_PLUGINPATH_NAME")
+    os.environ["PXR_PLUGINPATH_NAME"] = os.pathsep.join([*(f"{each}/" for each in folders), *filter(None, [before])])
+
+
+_announce_schemas()
 if os.environ.get("EAGER_IMPORT"):
     for _name in __all__:
         __getattr__(_name)

@@ -7,6 +7,20 @@ import textwrap
 import pytest
 
 SCRIPTS = {
+    "a stage that is made before anything else of ours is loaded has our schemas": """
+        import usdsdg as rep, os
+        from pxr import Usd
+        stage = Usd.Stage.CreateInMemory()
+        made = stage.DefinePrim("/World", "Xform").ApplyAPI("PhysxRigidBodyAPI")
+        rep.create.cube()
+        print(made and "PXR_PLUGINPATH_NAME" not in os.environ)
+    """,
+    "pxr may be loaded first": """
+        from pxr import Usd
+        import usdsdg as rep
+        stage = Usd.Stage.CreateInMemory()
+        print(stage.DefinePrim("/World", "Xform").ApplyAPI("PhysxRigidBodyAPI"))
+    """,
     "the timeline drives physics": """
         from usdsdg.session.timeline import get_timeline
         get_timeline().play()

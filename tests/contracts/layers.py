@@ -83,6 +83,7 @@ RENDER = {
 # Module -> (what it imports inside functions, why not at its top). Nothing else may be imported there.
 COMMAND = "help and errors of the command line appear before anything heavy is loaded"
 LATE = {
+    "usdsdg": ("usdsdg.stage", "schemas are registered at once only where pxr is loaded already"),
     "usdsdg.session.engines": (
         "usdsdg_physics.engine usdsdg_render.renderer usdsdg_render.labels",
         "newton takes seconds to import, warp one",

@@ -4,6 +4,7 @@ Each folder under `resources` holds a plugInfo.json and a generatedSchema.usda. 
 these, so that a schema, its defaults and its methods are defined once.
 """
 
+import os
 from pathlib import Path
 
 from pxr import Plug, Usd
@@ -19,9 +20,21 @@ def register() -> None:
     Raises:
         StageError: USD's schema registry, which is built once, exists already.
     """
-    Plug.Registry().RegisterPlugins([str(folder) for folder in sorted(RESOURCES.iterdir())])
+    folders = [str(folder) for folder in sorted(RESOURCES.iterdir())]
+    Plug.Registry().RegisterPlugins(folders)
     if not Usd.SchemaRegistry().FindAppliedAPIPrimDefinition("PhysxRigidBodyAPI"):
         raise StageError(
             "PhysxSchema could not be added, because this process had made a USD stage before usdsdg was "
-            "imported. Import usdsdg.stage (or usdsdg.compat) before the first use of pxr.Usd."
+            "imported. Import usdsdg before the first use of pxr.Usd."
         )
+    _clear_environment(folders)
+
+
+def _clear_environment(folders: list[str]) -> None:
+    """Take out of the environment what `import usdsdg` put there, so that programs started from here do not see it."""
+    paths = os.environ.get("PXR_PLUGINPATH_NAME", "").split(os.pathsep)
+    others = [path for path in paths if path.rstrip("/") not in folders]
+    if len(others) < len(paths):
+        os.environ["PXR_PLUGINPATH_NAME"] = os.pathsep.join(others)
+        if not others:
+            del os.environ["PXR_PLUGINPATH_NAME"]
