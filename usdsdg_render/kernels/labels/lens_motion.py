@@ -13,9 +13,6 @@ from usdsdg_render.kernels.labels.views import Views, image_row, trace_pixel_cen
 from usdsdg_render.kernels.scene.visibility import triangle_of
 from usdsdg_render.scene.structs import Camera, SceneTables
 
-# Motion of static points is exactly zero: both positions come from one formula and round alike.
-wp.set_module_options({"fuse_fp": False})
-
 
 @wp.func
 def lens_pixel_of(camera: Camera, point: wp.vec3, at_infinity: bool):

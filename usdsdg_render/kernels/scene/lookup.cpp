@@ -50,7 +50,7 @@ struct Sampler {
         const int x0 = wrap((int)x_floor, width, wrap_s), x1 = wrap((int)x_floor + 1, width, wrap_s);
         const int y0 = wrap((int)y_floor, height, wrap_t), y1 = wrap((int)y_floor + 1, height, wrap_t);
         const bool there[4] = {(x0 | y0) >= 0, (x1 | y0) >= 0, (x0 | y1) >= 0, (x1 | y1) >= 0};
-        const int place[4] = {y0 * width + x0, y0 * width + x1, y1 * width + x0, y1 * width + x1};
+        const int texel[4] = {y0 * width + x0, y0 * width + x1, y1 * width + x0, y1 * width + x1};
         const float weight[4] = {(1.0f - fx) * (1.0f - fy), fx * (1.0f - fy), (1.0f - fx) * fy, fx * fy};
         const int format = texture->format;
         wp::vec_t<4, float32> sum;
@@ -58,7 +58,7 @@ struct Sampler {
             const uint32* texels = (const uint32*)texture->texels;
             if (format != SRGB) decode += 256;
             for (int k = 0; k < 4; ++k) {
-                const uint32 word = there[k] ? texels[place[k]] : 0u;
+                const uint32 word = there[k] ? texels[texel[k]] : 0u;
                 const float w = weight[k];
                 for (int c = 0; c < 3; ++c) sum[c] += w * decode[word >> (8 * c) & 255u];
                 sum[3] += w * ((word >> 24) * (1.0f / 255.0f));
@@ -66,7 +66,7 @@ struct Sampler {
         } else {
             const uint64* texels = (const uint64*)texture->texels;
             for (int k = 0; k < 4; ++k) {
-                const uint64 word = there[k] ? texels[place[k]] : 0u;
+                const uint64 word = there[k] ? texels[texel[k]] : 0u;
                 for (int c = 0; c < 4; ++c) {
                     const uint32 bits = (uint32)(word >> (16 * c)) & 0xffffu;
                     sum[c] += weight[k] * (format == SHORTS ? bits * (1.0f / 65535.0f) : from_half(bits));
