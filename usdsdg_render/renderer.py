@@ -161,7 +161,7 @@ class WarpRenderer:
         if len(view_batches.same_size(views)) != 1:
             sizes = sorted({f"{view.width}x{view.height}" for view in views})
             raise RenderError(
-                f"a batch of labels wants views of one size of one stage; these are {', '.join(sizes) or 'none'}"
+                f"a label batch needs views of one size and one stage; these are {', '.join(sizes) or 'none'}"
             )
         arrays = label_pass.render(
             self._on_device,

@@ -1,1 +1,1 @@
-"""The scene in the memory of the device that renders it, and launching work there."""
+"""The scene in device memory, and launches of kernels."""

@@ -19,7 +19,7 @@ _COS_SIN = """
 """
 
 # Angle of (x, y) from the x axis, in [0, 1].
-_TURN_OF = """
+_AZIMUTH_TURNS = """
     const float ax = x < 0.0f ? -x : x, ay = y < 0.0f ? -y : y;
     const float low = ax < ay ? ax : ay, high = ax < ay ? ay : ax;
     const float q = high > 0.0f ? low / high : 0.0f, p = q * q;
@@ -31,7 +31,7 @@ _TURN_OF = """
 """
 
 # acos(z) / pi for |z| <= 1.
-_HALF_TURNS_FROM_POLE = """
+_ACOS_OVER_PI = """
     const float a = z < 0.0f ? -z : z;
     const float rest = a < 1.0f ? 1.0f - a : 0.0f;
     const float r = ::sqrtf(rest) * (0.499999944f + a * (-0.0683041119f + a * (0.028245969f
@@ -44,9 +44,9 @@ _HALF_TURNS_FROM_POLE = """
 def cos_sin(turns: float) -> wp.vec2: ...
 
 
-@wp.func_native(_TURN_OF)
-def turn_of(x: float, y: float) -> float: ...
+@wp.func_native(_AZIMUTH_TURNS)
+def azimuth_turns(x: float, y: float) -> float: ...
 
 
-@wp.func_native(_HALF_TURNS_FROM_POLE)
-def half_turns_from_pole(z: float) -> float: ...
+@wp.func_native(_ACOS_OVER_PI)
+def acos_over_pi(z: float) -> float: ...

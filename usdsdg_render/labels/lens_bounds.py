@@ -62,12 +62,12 @@ def _tile_cones(lens: Lens) -> tuple[np.ndarray, np.ndarray]:
     pixels = pixel_centers(np.minimum(x, lens.width - 1), np.minimum(y, lens.height - 1))
     rays = lens.to_directions(pixels.reshape(-1, 2)).reshape(rows, TILE, columns, TILE, 3)
     rays = rays.transpose(0, 2, 1, 3, 4).reshape(rows, columns, TILE * TILE, 3)
-    there = np.isfinite(rays).all(axis=-1)
-    rays = np.where(there[..., None], rays, 0.0)
+    valid = np.isfinite(rays).all(axis=-1)
+    rays = np.where(valid[..., None], rays, 0.0)
     middle = rays.sum(axis=2)
     length = np.linalg.norm(middle, axis=-1, keepdims=True)
     # If the mean direction vanishes, any axis will do: the cone holds all directions.
     axes = np.where(length > 1e-9, middle / np.maximum(length, 1e-9), (0.0, 0.0, -1.0))
-    cosines = np.where(there, (rays * axes[:, :, None]).sum(axis=-1), 1.0)
+    cosines = np.where(valid, (rays * axes[:, :, None]).sum(axis=-1), 1.0)
     angles = np.arccos(np.clip(cosines.min(axis=2), -1.0, 1.0)) + _CONE_MARGIN
-    return axes, np.where(there.any(axis=2), angles, -4.0)
+    return axes, np.where(valid.any(axis=2), angles, -4.0)

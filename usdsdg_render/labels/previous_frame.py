@@ -101,13 +101,15 @@ class PreviousFrames:
         """Fill (instances,) records of `PreviousInstance`."""
         instances = scene.instances
         matrices = instances.local_to_world.copy()
-        here, there = _shared(instances.paths, previous.paths)
-        matrices[here] = previous.matrices[there]
-        rows["known"][here] = 1
+        rows_now, rows_before = _shared_rows(instances.paths, previous.paths)
+        matrices[rows_now] = previous.matrices[rows_before]
+        rows["known"][rows_now] = 1
         rows["local_to_world"] = matrices[:, :3, :3].transpose(0, 2, 1)
         rows["world_origin"] = matrices[:, 3, :3]
         shapes = [scene.prototypes[index] for index in instances.prototype.tolist()]
-        changed = [(k, before) for k, before in zip(here, there) if shapes[k] is not previous.prototypes[before]]
+        changed = [
+            (k, before) for k, before in zip(rows_now, rows_before) if shapes[k] is not previous.prototypes[before]
+        ]
         for k, before in changed:
             rows["corners"][k] = self._previous_corners(previous.prototypes[before], shapes[k])
 
@@ -122,7 +124,7 @@ class PreviousFrames:
         return int(held.ptr or 0)
 
 
-def _shared(now: tuple[str, ...], before: tuple[str, ...]) -> tuple[Sequence[int], Sequence[int]]:
+def _shared_rows(now: tuple[str, ...], before: tuple[str, ...]) -> tuple[Sequence[int], Sequence[int]]:
     """Return the indices of the paths that are in both, in `now` and in `before`."""
     if now == before:
         return range(len(now)), range(len(now))

@@ -17,7 +17,7 @@ import numpy as np
 
 from usdsdg_render.scene import structs
 
-# Value of the instance AOV where the ray meets nothing.
+# Value of the instance AOV where nothing is hit.
 NO_INSTANCE = -1
 NO_TEXTURE = -1
 
@@ -137,7 +137,7 @@ class Instances:
 class Dome:
     """All dome lights of the stage as one lat-long environment map in the first dome's frame.
 
-    Row 0 is the pole +z' of the dome's own frame and column u in [0, 1) turns as in UsdLux (see domes.py);
+    Row 0 is the pole +z' of the dome's own frame and column u in [0, 1) increases as in UsdLux (see lights/domes.py);
     `dome_from_world` is the 3x3 that takes a world direction (column vector) into the frame the kernel looks up:
     theta = acos(d.z), u = atan2(d.y, d.x) / 2pi.
     """

@@ -83,8 +83,8 @@ def test_updated_transforms_equal_those_of_a_new_renderer():
         expected, _ = synced(matrices)
         assert on_device.tables.tlas.instance_count == 60 - hidden
         for name in ("lower", "upper", "placed"):
-            now, then = getattr(on_device.placement, name), getattr(expected.placement, name)
-            np.testing.assert_array_equal(now, then)
+            updated, new = getattr(on_device.placement, name), getattr(expected.placement, name)
+            np.testing.assert_array_equal(updated, new)
         for name in ("world_to_local", "local_to_world", "world_origin"):
-            now, then = (each.tables.tlas.instances.numpy()[name] for each in (on_device, expected))
-            np.testing.assert_array_equal(now, then)
+            updated, new = (each.tables.tlas.instances.numpy()[name] for each in (on_device, expected))
+            np.testing.assert_array_equal(updated, new)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from usdsdg_render.kernels.trig import cos_sin, half_turns_from_pole, turn_of
+from usdsdg_render.kernels.trig import acos_over_pi, azimuth_turns, cos_sin
 
 
 @wp.kernel(enable_backward=False)
@@ -18,8 +18,8 @@ def evaluate(
 ):
     i = wp.tid()
     around[i] = cos_sin(x[i])
-    turns[i] = turn_of(x[i], y[i])
-    from_pole[i] = half_turns_from_pole(wp.clamp(x[i], -1.0, 1.0))
+    turns[i] = azimuth_turns(x[i], y[i])
+    from_pole[i] = acos_over_pi(wp.clamp(x[i], -1.0, 1.0))
 
 
 def evaluated(x: np.ndarray, y: np.ndarray) -> list[np.ndarray]:

@@ -34,12 +34,14 @@ def test_of_objects_that_rotate_scale_and_move_under_a_moving_camera(projection)
     scene = scenes.scene_of([(scenes.cube(), before[0], 0), (scenes.sphere(rings=9), before[1], 0)])
     renderer = renderer_of(scene)
     first = scenes.view_from((1, -8, 3), size=(70, 50), horizontal_aperture_offset=1.0, **projection)
-    then = scenes.view_from((0.5, -7, 3.5), (0.2, 0, 0.1), size=(70, 50), horizontal_aperture_offset=1.0, **projection)
+    second = scenes.view_from(
+        (0.5, -7, 3.5), (0.2, 0, 0.1), size=(70, 50), horizontal_aperture_offset=1.0, **projection
+    )
     renderer.labels(first, ["motion_vectors"])
     scene.instances.local_to_world[:] = after
     scene.touch("transforms")
     renderer.sync()
-    labels = renderer.labels(then, NAMES)
+    labels = renderer.labels(second, NAMES)
     for k, matrix in enumerate(before):
         mine = labels["instance"] == k
         assert mine.sum() > 100
@@ -56,8 +58,8 @@ def test_of_objects_that_rotate_scale_and_move_under_a_moving_camera(projection)
     if projection:
         assert not labels["motion_vectors"][far].any()
         return
-    directions = np.stack([columns + 0.5 - then.cx, then.cy - rows - 0.5, np.full(len(rows), -then.fx)], -1)
-    directions = directions @ then.local_to_world[:3, :3]
+    directions = np.stack([columns + 0.5 - second.cx, second.cy - rows - 0.5, np.full(len(rows), -second.fx)], -1)
+    directions = directions @ second.local_to_world[:3, :3]
     was, _ = first.project(first.local_to_world[3, :3] + 1e6 * directions)
     moved = was - np.stack([columns, rows], -1) - 0.5
     np.testing.assert_allclose(labels["motion_vectors"][far], moved, atol=2e-3)

@@ -128,9 +128,9 @@ def emission_and_foreground_mask(frame: Frame, params: Params) -> Annotation:
     The fourth channel is the mask: 1 where there is geometry, 0 where nothing is hit. Replicator documents a single
     channel, which is not enough for both.
     """
-    glow = four_channels(np.minimum(frame.aov("emission"), _HALF_MAX).astype(np.float16), 0.0)
-    glow[..., 3] = frame.aov("instance") >= 0
-    return Annotation(glow)
+    channels = four_channels(np.minimum(frame.aov("emission"), _HALF_MAX).astype(np.float16), 0.0)
+    channels[..., 3] = frame.aov("instance") >= 0
+    return Annotation(channels)
 
 
 @define("PtBackground", aovs=["instance"], needs_path_tracing=True, dtype=np.float16)
@@ -139,9 +139,9 @@ def background(frame: Frame, params: Params) -> Annotation:
 
     At silhouettes pixels of HdrColor are anti-aliased, so they contain light of the geometry.
     """
-    shown = frame.aov("HdrColor").copy()
-    shown[frame.aov("instance") >= 0] = 0
-    return Annotation(shown)
+    color = frame.aov("HdrColor").copy()
+    color[frame.aov("instance") >= 0] = 0
+    return Annotation(color)
 
 
 @define("LdrColorIsaacConvertRGBAToRGB", needs_path_tracing=True, dtype=np.uint8)

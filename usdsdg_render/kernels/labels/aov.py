@@ -74,11 +74,11 @@ def motion_vectors(tables: SceneTables, camera: Camera, ray: Ray, hit: Hit, prev
     """Pixels since the previous frame of this camera: +x moved left, +y moved up. See `lens_motion` for lenses."""
     if hit.instance < 0:
         return motion(camera, previous.cameras[v], ray.direction, ray.direction, True)
-    then = previous.instances[previous.frames[v], hit.instance]
-    if then.known == 0:
+    previous_instance = previous.instances[previous.frames[v], hit.instance]
+    if previous_instance.known == 0:
         return wp.vec2(0.0)
     instance_now = tables.tlas.instances[hit.instance]
     triangle = triangle_of(instance_now, hit.triangle)
     local = triangle.p0 * (1.0 - hit.u - hit.v) + triangle.p1 * hit.u + triangle.p2 * hit.v
     point = instance_now.local_to_world * local + instance_now.world_origin
-    return motion(camera, previous.cameras[v], point, previous_point(then, hit, local), False)
+    return motion(camera, previous.cameras[v], point, previous_point(previous_instance, hit, local), False)

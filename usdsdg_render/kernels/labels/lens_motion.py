@@ -16,7 +16,7 @@ from usdsdg_render.scene.structs import Camera, SceneTables
 
 @wp.func
 def lens_pixel_of(camera: Camera, point: wp.vec3, at_infinity: bool):
-    """(column, row, 1), or (0, 0, 0) for a point that has no pixel. A direction stands for a point at infinity."""
+    """Project a point: (column, row, 1); (0, 0, 0) if it has no pixel. A direction stands for a point at infinity."""
     if camera.lens_kind == NONE:
         return pixel_of(camera, point, at_infinity)
     p = point
@@ -57,14 +57,14 @@ def label_lens_motion(
     previous_position = ray.direction
     at_infinity = hit.instance < 0
     if not at_infinity:
-        then = previous.instances[previous.frames[v], hit.instance]
-        if then.known == 0:
+        previous_instance = previous.instances[previous.frames[v], hit.instance]
+        if previous_instance.known == 0:
             return
         instance = tables.tlas.instances[hit.instance]
         triangle = triangle_of(instance, hit.triangle)
         local = triangle.p0 * (1.0 - hit.u - hit.v) + triangle.p1 * hit.u + triangle.p2 * hit.v
         point = instance.local_to_world * local + instance.world_origin
-        previous_position = previous_point(then, hit, local)
+        previous_position = previous_point(previous_instance, hit, local)
     a = lens_pixel_of(camera, point, at_infinity)
     b = lens_pixel_of(previous_camera, previous_position, at_infinity)
     if a[2] == 0.0 or b[2] == 0.0:

@@ -9,7 +9,7 @@ from usdsdg_render.scene.structs import Camera, Hit
 class PreviousInstance:
     """Pose and shape of an instance in a previous frame."""
 
-    known: wp.int32  # 1 = it was there
+    known: wp.int32  # 1 = the instance existed
     local_to_world: wp.mat33
     world_origin: wp.vec3
     corners: wp.uint64  # corners of its triangles in that frame (vec3); 0 = they have not moved
@@ -26,7 +26,7 @@ class PreviousFrame:
 
 @wp.func
 def previous_point(instance: PreviousInstance, hit: Hit, local: wp.vec3):
-    """World position in the previous frame of the point of a hit, which is at `local` in its instance's frame now."""
+    """Return the world position in the previous frame of a hit point, now at `local` in its instance's frame."""
     p = local
     if instance.corners != wp.uint64(0):
         first = 3 * hit.triangle
@@ -37,7 +37,7 @@ def previous_point(instance: PreviousInstance, hit: Hit, local: wp.vec3):
 
 @wp.func
 def pixel_of(camera: Camera, point: wp.vec3, at_infinity: bool):
-    """(column, row, 1), or (0, 0, 0) for a point that has no pixel. A direction stands for a point at infinity."""
+    """Project a point: (column, row, 1); (0, 0, 0) if it has no pixel. A direction stands for a point at infinity."""
     p = point
     if not at_infinity:
         p = point - camera.origin
@@ -53,7 +53,7 @@ def pixel_of(camera: Camera, point: wp.vec3, at_infinity: bool):
 
 @wp.func
 def motion(camera: Camera, previous_camera: Camera, point: wp.vec3, previous: wp.vec3, at_infinity: bool):
-    """Pixels moved: +x to the left, +y upwards."""
+    """Return the motion vector [pixels]: +x moved left, +y moved up."""
     a = pixel_of(camera, point, at_infinity)
     b = pixel_of(previous_camera, previous, at_infinity)
     if a[2] == 0.0 or b[2] == 0.0:

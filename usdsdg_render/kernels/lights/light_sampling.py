@@ -18,7 +18,7 @@ from usdsdg_render.kernels.lights.light_shapes import (
 )
 from usdsdg_render.kernels.scene.texture import cell_pdf, cell_radiance, environment_radiance
 from usdsdg_render.kernels.scene.visibility import FAR_AWAY
-from usdsdg_render.kernels.trig import cos_sin, half_turns_from_pole
+from usdsdg_render.kernels.trig import acos_over_pi, cos_sin
 from usdsdg_render.scene.structs import (
     LIGHT_CYLINDER,
     LIGHT_DISK,
@@ -144,7 +144,7 @@ def sample_environment(dome: Dome, r: wp.vec2, fine: bool):
     cell = y * dome.grid_width + x
     radiance = wp.vec3(0.0)
     if fine:
-        radiance = environment_radiance(dome, wp.vec2(u, half_turns_from_pole(z)))
+        radiance = environment_radiance(dome, wp.vec2(u, acos_over_pi(z)))
     else:
         radiance = cell_radiance(dome, cell)
     return LightSample(

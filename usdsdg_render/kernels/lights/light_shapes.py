@@ -3,7 +3,7 @@
 import warp as wp
 
 from usdsdg_render.kernels.scene.visibility import FAR_AWAY
-from usdsdg_render.kernels.trig import half_turns_from_pole, turn_of
+from usdsdg_render.kernels.trig import acos_over_pi, azimuth_turns
 from usdsdg_render.scene.structs import (
     LIGHT_CYLINDER,
     LIGHT_DISK,
@@ -60,8 +60,8 @@ def shaping(light: Light, emitted_direction: wp.vec3):
 def ies_factor(profile: EmissionProfile, towards: wp.vec3):
     """Look up an IES profile bilinearly; `towards` is the unit direction to the light, in the light's frame."""
     values = wp.array(ptr=profile.ies, shape=(profile.ies_height * profile.ies_width,), dtype=wp.float32)
-    y = half_turns_from_pole(wp.clamp(towards[2], -1.0, 1.0)) * float(profile.ies_height - 1)
-    x = turn_of(towards[0], towards[1]) * float(profile.ies_width)
+    y = acos_over_pi(wp.clamp(towards[2], -1.0, 1.0)) * float(profile.ies_height - 1)
+    x = azimuth_turns(towards[0], towards[1]) * float(profile.ies_width)
     y0 = wp.clamp(int(y), 0, profile.ies_height - 2)
     x0 = wp.clamp(int(x), 0, profile.ies_width - 1)
     x1 = wp.where(x0 + 1 == profile.ies_width, 0, x0 + 1)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import warp as wp
 
-from usdsdg_render.kernels.trig import half_turns_from_pole, turn_of
+from usdsdg_render.kernels.trig import acos_over_pi, azimuth_turns
 from usdsdg_render.scene.structs import Dome, SceneTables, Texture
 
 # Shared-exponent format: three mantissas of nine bits and an exponent of five (see `environment.packed`).
@@ -47,7 +47,7 @@ def channel(rgba: wp.vec4, index: int):
 def environment_uv(dome: Dome, direction: wp.vec3):
     """Map a world direction to environment coordinates: (u around, v from the pole), both in [0, 1]."""
     d = dome.dome_from_world * direction
-    return wp.vec2(turn_of(d[0], d[1]), half_turns_from_pole(d[2]))
+    return wp.vec2(azimuth_turns(d[0], d[1]), acos_over_pi(d[2]))
 
 
 @wp.func
