@@ -1,4 +1,4 @@
-"""Prims found by path, type and labels."""
+"""`rep.get`: search for prims by path, type and labels."""
 
 import pytest
 
@@ -19,7 +19,7 @@ def stage(stage):
     return stage
 
 
-def test_paths_match_as_patterns_and_as_text(stage):
+def test_paths_match_patterns_and_substrings(stage):
     assert get.prims(path_pattern=r"cube_xform(_\d+)?$").prims == (
         "/Replicator/Cube_Xform",
         "/Replicator/Cube_Xform_01",
@@ -68,7 +68,7 @@ def test_each_type_has_a_function(stage, kind, found):
         ("xform", "Xform"),
     ],
 )  # fmt: skip
-def test_functions_by_type_take_the_other_conditions_too(function, type_name):
+def test_functions_by_type_accept_the_other_conditions(function, type_name):
     stage, find = stage_context.new_stage(), getattr(get, function)
     for name, label in (("one", "red"), ("two", "blue")):
         labels.add_labels(stage.DefinePrim(f"/There/{name}", type_name), {"color": [label]})
@@ -80,13 +80,13 @@ def test_functions_by_type_take_the_other_conditions_too(function, type_name):
     assert find(name="mine").node.name == "mine"
 
 
-def test_what_is_found_can_be_acted_on(stage):
+def test_found_prims_can_be_modified(stage):
     with get.mesh(path_match="01"):
         rep.modify.pose(position=(1, 2, 3))
     evaluate.graph().evaluate()
     child = stage.GetPrimAtPath("/Replicator/Cube_Xform_01/Cube")
     assert child.GetAttribute("xformOp:translate").Get() == (1, 2, 3)
-    # The graph is on the stage, and its nodes are no objects to be randomized.
+    # The graph is on the stage, but its nodes are not results of a search.
     assert get.prims(path_match="Ogn").prims == ()
     assert get.graph().prims == ("/Replicator/SDGPipeline",)
 
@@ -98,14 +98,14 @@ def test_prims_at_paths(stage):
         get.prim_at_path("/World/nowhere")
 
 
-def test_bad_patterns_and_what_is_ignored_is_said(stage):
-    with pytest.raises(GraphError, match="no regular expression"):
+def test_invalid_patterns_raise_errors_and_ignored_arguments_warn(stage):
+    with pytest.raises(GraphError, match="not a regular expression"):
         get.prims(path_pattern="(")
     with pytest.warns(UsdsdgWarning, match="cache_result=False is ignored"):
         get.prims(cache_result=False)
 
 
-def test_functions_of_scripts_join_the_family(stage):
+def test_functions_of_scripts_can_be_registered_in_get(stage):
     def crates():
         return get.prims(semantics=[("class", "crate")])
 

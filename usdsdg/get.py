@@ -119,6 +119,6 @@ def register(func: Callable[..., Any], override: bool = True, fn_name: str | Non
     """Make `rep.get.<name>` call `func`.
 
     Raises:
-        ValueError: the name is no identifier, or taken while `override` is False.
+        ValueError: the name is not an identifier, or taken while `override` is False.
     """
     register_function(globals(), "get", func, override, fn_name)

@@ -1,5 +1,4 @@
-"""Values that users give to `create` and `modify`: one for all prims, one per prim, or a sentence that says what is
-wrong."""
+"""Argument values of `create` and `modify`: one for all prims, one per prim, or an error."""
 
 import re
 
@@ -34,7 +33,7 @@ def test_a_position_is_for_all_prims_or_one_per_prim(stage, given, expected):
     assert values(stage, rep.create.cube(count=2, position=given), "xformOp:translate") == expected
 
 
-def test_three_numbers_are_one_color_also_for_three_lights(stage):
+def test_three_numbers_are_one_color_even_for_three_lights(stage):
     lights = rep.create.light(light_type="sphere", color=[1, 0, 0.5], intensity=[1, 2, 3], count=3)
     children = [f"{path}/SphereLight" for path in lights.prims]
     for path, intensity in zip(children, (1, 2, 3)):
@@ -79,7 +78,7 @@ def test_two_pairs_for_two_prims_are_labels_of_both(stage):
         ({"count": 2.5}, "count is 2.5"),
     ],
 )
-def test_wrong_shapes_are_told_in_one_sentence(stage, arguments, message):
+def test_values_of_the_wrong_shape_raise_errors(stage, arguments, message):
     with pytest.raises(GraphError, match=re.escape(message)) as caught:
         rep.create.cube(**arguments)
     assert "\n" not in str(caught.value)
@@ -95,12 +94,12 @@ def test_wrong_shapes_are_told_in_one_sentence(stage, arguments, message):
         (lambda: rep.create.camera(clipping_range=(1, 2, 3)), "clipping_range is (1, 2, 3); expected two numbers"),
     ],
 )
-def test_wrong_values_of_lights_and_cameras(stage, make, message):
+def test_invalid_values_of_lights_and_cameras_raise_errors(stage, make, message):
     with pytest.raises(GraphError, match=re.escape(message)):
         make()
 
 
-def test_a_distribution_of_the_wrong_length_names_its_line(stage):
+def test_the_error_of_a_distribution_of_the_wrong_length_names_its_script_line(stage):
     rep.create.cube(position=rep.distribution.uniform((0, 0), (1, 1)))
     with pytest.raises(
         GraphError, match=r"made at test_values.py:\d+\): position is \[0\.\d+, 0\.\d+\]; expected three"

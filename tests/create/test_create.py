@@ -1,4 +1,4 @@
-"""What `rep.create` leaves on the stage beyond shapes."""
+"""Materials, cameras and layers that `rep.create` and `new_layer` author."""
 
 import numpy as np
 import pytest
@@ -17,10 +17,10 @@ def shader_of(stage, path):
 
 
 def test_omnipbr_writes_the_inputs_that_are_given(stage, tmp_path):
-    picture = tmp_path / "wood.png"
-    picture.write_bytes(b"")
+    image = tmp_path / "wood.png"
+    image.write_bytes(b"")
     item = rep.create.material_omnipbr(
-        diffuse=(0.1, 0.2, 0.3), roughness=[0.2, 0.8], metallic=1.0, roughness_texture=str(picture),
+        diffuse=(0.1, 0.2, 0.3), roughness=[0.2, 0.8], metallic=1.0, roughness_texture=str(image),
         emissive_color=(1, 0, 0), emissive_intensity=500, project_uvw=True, semantics=[("material", "wood")], count=2,
     )  # fmt: skip
     assert item.prims == ("/Replicator/Looks/OmniPBR", "/Replicator/Looks/OmniPBR_01")
@@ -29,7 +29,7 @@ def test_omnipbr_writes_the_inputs_that_are_given(stage, tmp_path):
         values = {a.GetName().removeprefix("inputs:"): a.Get() for a in shader.GetAuthoredAttributes()}
         assert np.allclose(values["diffuse_color_constant"], (0.1, 0.2, 0.3))
         assert values["reflection_roughness_constant"] == pytest.approx(roughness)
-        assert values["reflectionroughness_texture"].path == str(picture)
+        assert values["reflectionroughness_texture"].path == str(image)
         assert values["reflection_roughness_texture_influence"] == 1.0
         assert (values["metallic_constant"], values["enable_emission"], values["project_uvw"]) == (1.0, True, True)
         assert values["emissive_intensity"] == 500
@@ -80,22 +80,22 @@ def test_each_texture_of_omnipbr_reaches_its_input(stage, tmp_path, argument, na
     assert bool(shader.GetAttribute("inputs:enable_emission").Get()) == (argument == "emissive_texture")
 
 
-def test_omnipbr_draws_again_at_every_firing_and_can_be_bound(stage):
+def test_omnipbr_inputs_are_sampled_at_every_firing_and_the_material_can_be_bound(stage):
     with rep.trigger.on_custom_event("go"):
-        looks = rep.create.material_omnipbr(diffuse=rep.distribution.uniform((0, 0, 0), (1, 1, 1)), count=4)
-    cubes = rep.create.cube(count=2, material=looks.prims[0])
+        materials = rep.create.material_omnipbr(diffuse=rep.distribution.uniform((0, 0, 0), (1, 1, 1)), count=4)
+    cubes = rep.create.cube(count=2, material=materials.prims[0])
     seen = []
     for _ in range(2):
         rep.utils.send_og_event("go")
         evaluate.graph().evaluate()
-        for path in looks.prims:
+        for path in materials.prims:
             seen.append(tuple(shader_of(stage, path).GetAttribute("inputs:diffuse_color_constant").Get()))
     assert len(set(seen)) == 8
     bound = UsdShade.MaterialBindingAPI(stage.GetPrimAtPath(cubes.prims[1])).ComputeBoundMaterial()[0]
-    assert str(bound.GetPath()) == looks.prims[0]
+    assert str(bound.GetPath()) == materials.prims[0]
 
 
-def test_what_omnipbr_does_not_take(stage):
+def test_invalid_omnipbr_arguments_raise_errors(stage):
     with pytest.raises(AssetNotFound):
         rep.create.material_omnipbr(diffuse_texture="/nowhere/wood.png")
     with pytest.raises(ValueError, match="diffuse_color_constant"):
@@ -104,7 +104,7 @@ def test_what_omnipbr_does_not_take(stage):
         rep.create.mdl_from_json({})
 
 
-def test_a_stereo_pair_is_its_baseline_apart_and_looks_one_way(stage):
+def test_cameras_of_a_stereo_pair_are_parallel_and_a_baseline_apart(stage):
     pair = rep.create.stereo_camera(0.2, position=(1, 2, 3), look_at=(5, 2, 3), focal_length=30)
     assert pair.prims == ("/Replicator/StereoCam",)
     left, right = (read_camera(stage, f"/Replicator/StereoCam/StereoCam_{side}", (64, 48)) for side in "LR")
@@ -114,16 +114,16 @@ def test_a_stereo_pair_is_its_baseline_apart_and_looks_one_way(stage):
     np.testing.assert_allclose(between[:3], (0.2, 0, 0), atol=1e-6)
     np.testing.assert_allclose(left.local_to_world[:3, :3], right.local_to_world[:3, :3], atol=1e-9)
     np.testing.assert_allclose(-left.local_to_world[2, :3], (1, 0, 0), atol=1e-6)
-    middle = (left.local_to_world[3, :3] + right.local_to_world[3, :3]) / 2
-    np.testing.assert_allclose(middle, (1, 2, 3), atol=1e-6)
+    center = (left.local_to_world[3, :3] + right.local_to_world[3, :3]) / 2
+    np.testing.assert_allclose(center, (1, 2, 3), atol=1e-6)
 
 
 def test_stereo_pairs_have_parents_and_numbers(stage):
     pairs = rep.create.stereo_camera(1.0, parent="/World", position=[(0, 0, 1), (0, 0, 2)], count=2)
     assert pairs.prims == ("/World/StereoCam", "/World/StereoCam_01")
     for path, height in zip(pairs.prims, (1, 2)):
-        middle = [read_camera(stage, f"{path}/StereoCam_{side}", (8, 8)).local_to_world[3, :3] for side in "LR"]
-        np.testing.assert_allclose(np.mean(middle, axis=0), (0, 0, height), atol=1e-9)
+        center = [read_camera(stage, f"{path}/StereoCam_{side}", (8, 8)).local_to_world[3, :3] for side in "LR"]
+        np.testing.assert_allclose(np.mean(center, axis=0), (0, 0, height), atol=1e-9)
     with pytest.raises(BadPrim, match="/Wrld"):
         rep.create.stereo_camera(1.0, parent="/Wrld")
 
@@ -150,7 +150,7 @@ def test_other_lenses_are_authored(stage, name):
     assert read_camera(stage, prim.GetPath(), (8, 8)).projection_type == "fisheyePolynomial"
 
 
-def test_lenses_whose_attributes_have_no_argument(stage):
+def test_lens_models_whose_attributes_are_not_arguments(stage):
     item = rep.create.camera(projection_type="omni_directional_stereo")
     prim = stage.GetPrimAtPath(f"{item.prims[0]}/Camera")
     assert prim.GetAttribute("cameraProjectionType").Get() == "omniDirectionalStereo"
@@ -160,14 +160,14 @@ def test_lenses_whose_attributes_have_no_argument(stage):
     assert view.lens.eye_offset == pytest.approx(-0.032 / view.meters_per_unit)
 
 
-def test_lenses_that_do_not_exist(stage):
+def test_unknown_lens_models_raise_errors(stage):
     with pytest.raises(GraphError, match="projection_type is 'wide'; expected one of pinhole"):
         rep.create.camera(projection_type="wide")
     with pytest.raises(Unsupported, match="tick_rate"):
         rep.create.camera(tick_rate=30)
 
 
-def test_functions_of_scripts_join_create(stage):
+def test_functions_of_scripts_can_be_registered_in_create(stage):
     def tower(height):
         return rep.create.cube(count=height, position=[(0, 0, z) for z in range(height)])
 
@@ -176,7 +176,7 @@ def test_functions_of_scripts_join_create(stage):
     del rep.create.block_tower
 
 
-def test_a_layer_holds_what_a_script_adds_and_is_emptied_by_the_next_run(stage):
+def test_a_new_layer_has_the_prims_of_a_script_and_is_cleared_by_the_next_run(stage):
     for _ in range(2):
         with new_layer.new_layer():
             cubes = rep.create.cube(count=2)

@@ -36,7 +36,7 @@ def labels(stage, item):
     return [semantics.get_labels(stage.GetPrimAtPath(path)) for path in item.prims]
 
 
-# --- what all of them take ---
+# --- common arguments ---
 
 
 @pytest.mark.parametrize("kind", [*SHAPES, "xform", "from_usd", "light", "camera"])
@@ -57,7 +57,7 @@ def test_poses_parents_names_and_counts(stage, thing, kind):
 
 
 @pytest.mark.parametrize("kind", [*SHAPES, "xform", "from_usd"])
-def test_labels_and_what_looks(stage, thing, kind):
+def test_labels_and_look_at(stage, thing, kind):
     item = made_by(kind, thing, semantics=[[("class", "a")], {"class": ["b", "c"]}], count=2, look_at=(0, 0, -9))
     assert labels(stage, item) == [{"class": ["a"]}, {"class": ["b", "c"]}]
     np.testing.assert_allclose(-matrix(stage, item.prims[0])[2, :3], (0, 0, -1), atol=1e-6)
@@ -76,7 +76,7 @@ def test_visibility(stage, kind):
 
 
 @pytest.mark.parametrize("kind", SHAPES)
-def test_draws_in_arguments_wait_for_the_trigger(stage, kind):
+def test_distributions_as_arguments_are_sampled_when_the_trigger_fires(stage, kind):
     draw = rep.distribution
     with rep.trigger.on_custom_event("go"):
         item = getattr(rep.create, kind)(
@@ -94,7 +94,7 @@ def test_draws_in_arguments_wait_for_the_trigger(stage, kind):
             assert UsdGeom.Imageable(stage.GetPrimAtPath(path)).ComputeVisibility() == each
 
 
-def test_an_up_axis_that_is_drawn_counts_for_a_target_that_is_not(stage):
+def test_a_random_up_axis_applies_to_a_constant_look_at_target(stage):
     up = rep.distribution.choice([(0, 1, 0)])
     item = rep.create.camera(position=(0, 0, 5), look_at=(0, 0, 0), look_at_up_axis=up)
     evaluate.graph().evaluate()
@@ -106,7 +106,7 @@ def test_an_up_axis_that_is_drawn_counts_for_a_target_that_is_not(stage):
 
 @pytest.mark.parametrize("kind", SHAPES)
 @pytest.mark.parametrize(("up", "unit"), [("Z", 1.0), ("Y", 0.01)])
-def test_meshes_are_a_meter_across_and_stand_on_the_up_axis(stage, kind, up, unit):
+def test_meshes_are_a_meter_across_and_aligned_with_the_up_axis(stage, kind, up, unit):
     rep.settings.set_stage_up_axis(up)
     rep.settings.set_stage_meters_per_unit(unit)
     child = stage.GetPrimAtPath(f"{getattr(rep.create, kind)().prims[0]}/{kind.capitalize()}")
@@ -164,7 +164,7 @@ def test_the_defaults_of_a_light(stage):
     assert enabled.Get() is False
 
 
-def test_pictures_of_lights_are_files_that_exist(stage, tmp_path):
+def test_light_textures_must_be_existing_files(stage, tmp_path):
     (tmp_path / "night.hdr").write_bytes(b"")
     for kind in ("dome", "rect"):
         item = rep.create.light(light_type=kind, texture=str(tmp_path / "night.hdr"))
@@ -240,8 +240,8 @@ def test_a_group_keeps_its_order_and_labels_its_members(stage):
 
 @pytest.mark.parametrize("kind", SHAPES)
 def test_a_material_is_bound_to_a_shape(stage, kind):
-    look = rep.create.material_omnipbr(diffuse=(1, 0, 0))
-    item = getattr(rep.create, kind)(material=look, count=2)
+    red = rep.create.material_omnipbr(diffuse=(1, 0, 0))
+    item = getattr(rep.create, kind)(material=red, count=2)
     for path in item.prims:
         child = stage.GetPrimAtPath(f"{path}/{kind.capitalize()}")
-        assert str(UsdShade.MaterialBindingAPI(child).ComputeBoundMaterial()[0].GetPath()) == look.prims[0]
+        assert str(UsdShade.MaterialBindingAPI(child).ComputeBoundMaterial()[0].GetPath()) == red.prims[0]

@@ -1,4 +1,4 @@
-"""Textures projected onto meshes: what is covered, where its UVs lie, and that it moves with its projector."""
+"""Textures projected onto meshes: covered surface, UVs, and updates when projector or target move."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def area(corners):
     return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
 
 
-def test_a_picture_covers_its_square_of_a_wall(stage):
+def test_a_projection_covers_the_area_of_its_projector_on_a_wall(stage):
     wall = rep.create.cube(scale=(4, 4, 1), position=(0, 0, -0.5))
     proxy = rep.create.xform(position=(1, 0.5, 0), scale=(1, 2, 1))
     item = rep.create.projection_material(proxy, input_prims=wall, semantics=[("class", "logo")])
@@ -48,7 +48,7 @@ def test_a_picture_covers_its_square_of_a_wall(stage):
     assert labels.get_labels(stage.GetPrimAtPath(item.prims[0])) == {"class": ["logo"]}
 
 
-def test_on_a_sphere_only_the_near_side_within_the_box_is_covered(stage):
+def test_on_a_sphere_only_the_front_faces_within_the_box_are_covered(stage):
     ball = rep.create.sphere(scale=2)
     proxy = rep.create.xform(position=(3, 0, 0), rotation=(0, 90, 0), scale=(1, 1, 5))
     item = rep.create.projection_material(proxy, offset_scale=0.0, input_prims=ball)
@@ -58,19 +58,19 @@ def test_on_a_sphere_only_the_near_side_within_the_box_is_covered(stage):
     assert (np.abs(points[..., 1:]) <= 0.5 + 1e-6).all()
     radius = np.linalg.norm(points, axis=-1)
     assert ((radius > 0.98) & (radius < 1 + 1e-6)).all()
-    # Seen along the projection the picture is not distorted: it fills the unit square once.
+    # Seen along the projection the texture is not distorted: it fills the unit square once.
     flat = np.abs(np.linalg.det(uvs[:, 1:] - uvs[:, :1])).sum() / 2
     assert flat == pytest.approx(1.0, abs=1e-3)
 
 
-def test_the_box_of_a_proxy_with_geometry_counts(stage):
+def test_the_bounding_box_of_a_proxy_with_geometry_is_projected(stage):
     floor = rep.create.plane(scale=10)
     proxy = rep.create.plane(scale=3, position=(0, 0, 1))
     points, _ = baked(stage, rep.create.projection_material(proxy, input_prims=floor))
     assert area(points) == pytest.approx(9.0)
 
 
-def test_what_is_not_reached_leaves_an_empty_mesh(stage):
+def test_a_projection_that_covers_nothing_is_an_empty_mesh(stage):
     floor = rep.create.plane(scale=10)
     for position, rotation in (((0, 0, 5), (0, 0, 0)), ((0, 0, 0), (180, 0, 0))):
         proxy = rep.create.xform(position=position, rotation=rotation)
@@ -89,19 +89,19 @@ def test_moving_the_projector_and_its_textures(stage, textures):
             texture_group=rep.distribution.sequence(textures),
             input_prims=item,
         )
-    middles, pictures = [], []
+    centers, groups = [], []
     for _ in range(3):
         rep.utils.send_og_event("go")
         evaluate.graph().evaluate()
         points, _ = baked(stage, item)
         assert area(points) == pytest.approx(1.0)
-        middles.append(tuple(((points.min((0, 1)) + points.max((0, 1))) / 2)[:2].round(4)))
+        centers.append(tuple(((points.min((0, 1)) + points.max((0, 1))) / 2)[:2].round(4)))
         material, _ = UsdShade.MaterialBindingAPI(stage.GetPrimAtPath(item.prims[0])).ComputeBoundMaterial()
         shader = material.ComputeSurfaceSource("mdl")[0]
-        pictures.append({role: shader.GetInput(f"{name}_texture").Get().path for role, name in
+        groups.append({role: shader.GetInput(f"{name}_texture").Get().path for role, name in
                          (("diffuse", "diffuse"), ("normal", "normalmap"))})  # fmt: skip
-    assert len(set(middles)) == 3
-    assert pictures == textures
+    assert len(set(centers)) == 3
+    assert groups == textures
 
 
 def test_a_projection_follows_a_target_that_moves_in_the_same_trigger(stage):
@@ -116,7 +116,7 @@ def test_a_projection_follows_a_target_that_moves_in_the_same_trigger(stage):
     np.testing.assert_allclose(points.min((0, 1)), corners.min((0, 1)), atol=1e-6)
 
 
-def test_decals_stick_where_they_are_put(stage, textures):
+def test_decals_are_projected_at_their_position(stage, textures):
     crate = rep.create.cube(scale=2)
     item = rep.create.mesh_decal(
         **textures[0], position=(1, 0.2, 0), rotation=(0, 90, 0), scale=0.5, input_prims=crate,
@@ -132,7 +132,7 @@ def test_decals_stick_where_they_are_put(stage, textures):
     assert area(baked(stage, deep)[0]) == pytest.approx(1.0)
 
 
-def test_decals_are_drawn_again(stage, textures):
+def test_decals_are_sampled_at_every_firing(stage, textures):
     floor = rep.create.plane(scale=4)
     with rep.trigger.on_custom_event("go"):
         item = rep.create.mesh_decal(
@@ -181,18 +181,18 @@ def test_every_texture_of_a_group_reaches_its_input(stage, tmp_path):
             assert influence is None or shader(item).GetInput(influence[0]).Get() == influence[1]
 
 
-def test_a_decal_may_bring_its_material(stage):
-    floor, look = rep.create.plane(scale=4), rep.create.material_omnipbr(diffuse=(1, 0, 0))
-    decal = rep.create.mesh_decal(material=look, input_prims=floor)
-    other = rep.create.projection_material(rep.create.xform(), material=look.prims[0], name="paint", input_prims=floor)
+def test_a_decal_may_have_a_given_material(stage):
+    floor, red = rep.create.plane(scale=4), rep.create.material_omnipbr(diffuse=(1, 0, 0))
+    decal = rep.create.mesh_decal(material=red, input_prims=floor)
+    other = rep.create.projection_material(rep.create.xform(), material=red.prims[0], name="paint", input_prims=floor)
     assert other.prims == ("/Replicator/paint_Xform",)
     for item in (decal, other):
         bound, _ = UsdShade.MaterialBindingAPI(stage.GetPrimAtPath(item.prims[0])).ComputeBoundMaterial()
-        assert str(bound.GetPath()) == look.prims[0]
+        assert str(bound.GetPath()) == red.prims[0]
     assert rep.create_mesh_decal is rep.create.mesh_decal
 
 
-def test_a_projector_is_turned_and_stretched(stage):
+def test_a_projector_can_be_rotated_and_scaled(stage):
     floor = rep.create.plane(scale=10)
     item = rep.create.mesh_decal(input_prims=floor)
     rep.modify.projection_material(position=(1, 2, 0), rotation=(0, 0, 90), scale=(3, 1, 1), input_prims=item)
@@ -202,7 +202,7 @@ def test_a_projector_is_turned_and_stretched(stage):
     np.testing.assert_allclose((points.min((0, 1)) + points.max((0, 1)))[:2] / 2, (1, 2), atol=1e-5)
 
 
-def test_wrong_texture_groups_are_told(stage, textures):
+def test_invalid_texture_groups_raise_errors(stage, textures):
     floor = rep.create.plane(scale=4)
     with pytest.raises(GraphError, match=r"texture_group is \{'difuse': 'a\.png'\}; expected a mapping with the keys"):
         rep.create.mesh_decal(texture_group={"difuse": "a.png"}, input_prims=floor)
@@ -212,7 +212,7 @@ def test_wrong_texture_groups_are_told(stage, textures):
         evaluate.graph().evaluate()
 
 
-def test_what_cannot_be_projected(stage, textures):
+def test_invalid_projections_raise_errors(stage, textures):
     floor, proxy = rep.create.plane(), rep.create.xform()
     with pytest.raises(GraphError, match="0 targets"):
         rep.create.projection_material(proxy)
@@ -223,5 +223,5 @@ def test_what_cannot_be_projected(stage, textures):
     with pytest.raises(GraphError, match="not both"):
         rep.modify.projection_material(texture_group=textures[0], diffuse="a.png", input_prims=floor)
     rep.modify.projection_material(input_prims=floor)
-    with pytest.raises(GraphError, match="is no projection"):
+    with pytest.raises(GraphError, match="is not a projection"):
         evaluate.graph().evaluate()

@@ -1,4 +1,4 @@
-"""Render products: which are made, under which names, and what their handles do."""
+"""Render products: reuse, names, handles and errors."""
 
 import pytest
 from pxr import UsdRender
@@ -25,7 +25,7 @@ def test_a_product_is_a_prim_of_the_session_layer(stage, cameras):
     assert handle.get_render_product_path() == product.path
 
 
-def test_a_product_is_used_again_unless_another_is_asked_for(stage, cameras):
+def test_a_product_is_reused_unless_a_new_one_is_requested(stage, cameras):
     one = cameras.prims[0]
     first = rep.create.render_product(one, (8, 8))
     assert rep.create.render_product(stage.GetPrimAtPath(f"{one}/Camera"), [8, 8]) is first
@@ -48,7 +48,7 @@ def test_several_cameras_get_a_product_each(stage, cameras):
     assert [product.path.rpartition("/")[2] for product in same] == ["both", "both_01"]
 
 
-def test_a_product_that_is_destroyed_is_gone(stage, cameras):
+def test_a_destroyed_product_is_removed(stage, cameras):
     product = rep.create.render_product(cameras.prims[0], (8, 8))
     product.destroy()
     assert products() == []
@@ -61,7 +61,7 @@ def test_a_resolution_is_two_whole_numbers(stage, cameras, resolution):
         rep.create.render_product(cameras, resolution)
 
 
-def test_what_cannot_be_a_product_is_told(stage, cameras):
+def test_invalid_render_products_raise_errors(stage, cameras):
     with pytest.raises(RenderError, match="-8 x 8 pixels cannot be made"):
         rep.create.render_product(cameras, (-8, 8))
     with pytest.raises(BadPrim, match=r"/World/Kamera is not on the stage; cameras on the stage: .*/Camera"):

@@ -6,7 +6,7 @@ from pxr import UsdGeom
 
 @pytest.fixture
 def y_up_stage(stage):
-    """Y up, centimeters."""
+    """A new stage with Y up and centimeters."""
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     UsdGeom.SetStageMetersPerUnit(stage, 0.01)
     return stage

@@ -1,24 +1,24 @@
-"""Where prims are, as UsdGeom says."""
+"""Transforms and xform ops of prims, read by UsdGeom."""
 
 import numpy as np
 from pxr import UsdGeom
 
 
 def local(prim):
-    """(4, 4) matrix from the prim's space to its parent's."""
+    """Return the matrix (4, 4) from the prim's space to its parent's."""
     return np.array(UsdGeom.Xformable(prim).GetLocalTransformation())
 
 
 def world(prim):
-    """(4, 4) matrix from the prim's space to the world."""
+    """Return the local-to-world matrix (4, 4) of a prim."""
     return np.array(UsdGeom.XformCache().GetLocalToWorldTransform(prim))
 
 
 def ops(prim):
-    """Names of the prim's ops, in order."""
+    """Return the names of the prim's xform ops, in order."""
     return list(prim.GetAttribute("xformOpOrder").Get() or ())
 
 
 def value(prim, name):
-    """An attribute's value as numbers."""
+    """Return an attribute's value as an array."""
     return np.array(prim.GetAttribute(name).Get())

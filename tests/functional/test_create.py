@@ -1,8 +1,9 @@
-"""What create and create_batch leave on the stage."""
+"""Prims that functional.create and create_batch author."""
 
 import ast
 import inspect
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,7 +30,7 @@ STANDARD_OPS = ["xformOp:translate", "xformOp:orient", "xformOp:scale"]
 
 
 def extent(prim):
-    """(2, 3) lowest and highest corner of a shape's points."""
+    """Return the lower and upper bound (2, 3) of a shape's points."""
     return np.array(prim.GetAttribute("extent").Get())
 
 
@@ -37,7 +38,7 @@ def extent(prim):
 
 
 @pytest.mark.parametrize("kind", [*SHAPES, *LIGHTS, *OTHERS])
-def test_names_are_those_of_types_and_taken_ones_get_a_number(stage, kind):
+def test_default_names_are_those_of_types_with_a_number_if_taken(stage, kind):
     name = "".join(part.capitalize() for part in kind.split("_"))
     assert str(getattr(create, kind)().GetPath()) == f"/{name}"
     assert str(getattr(create, kind)(parent="/World").GetPath()) == f"/World/{name}"
@@ -48,7 +49,7 @@ def test_names_are_those_of_types_and_taken_ones_get_a_number(stage, kind):
     assert ops(named) == ([] if kind == "scope" else STANDARD_OPS)
 
 
-def test_a_number_in_a_name_is_part_of_it(stage):
+def test_a_number_in_a_given_name_is_kept(stage):
     assert [str(create.xform(name="cam_0").GetPath()) for _ in range(2)] == ["/cam_0", "/cam_0_01"]
 
 
@@ -65,7 +66,7 @@ def test_names_that_usd_does_not_allow_are_changed_with_a_warning(stage):
         assert create.cube(name="my cube").GetName() == "my_cube"
 
 
-def test_wrong_parents_and_counts_are_told(stage):
+def test_invalid_parents_and_counts_raise_errors(stage):
     with pytest.raises(BadPrim, match="no prim /Nowhere"):
         create.cube(parent="/Nowhere")
     with pytest.raises(BadPrim, match="/Cube is a Mesh"):
@@ -77,14 +78,14 @@ def test_wrong_parents_and_counts_are_told(stage):
     assert create_batch.cube(count=0) == []
 
 
-def test_prims_go_to_the_layer_that_is_edited(stage):
+def test_prims_are_authored_in_the_edit_target(stage):
     with Usd.EditContext(stage, stage.GetSessionLayer()):
         create.cube(position=(1, 2, 3))
     assert not stage.GetRootLayer().GetPrimAtPath("/Cube")
     assert stage.GetSessionLayer().GetAttributeAtPath("/Cube.xformOp:translate").default == Gf.Vec3d(1, 2, 3)
 
 
-# --- what all of them take ---
+# --- common arguments ---
 
 
 @pytest.mark.parametrize("kind", [*SHAPES, *LIGHTS, "xform", "camera"])
@@ -107,14 +108,14 @@ def test_labels_and_visibility(stage, kind):
     assert [UsdGeom.Imageable(each).ComputeVisibility() for each in many] == ["inherited", "invisible"]
 
 
-def test_several_targets_are_looked_at_in_their_middle(stage):
+def test_look_at_several_targets_uses_their_mean_position(stage):
     balls = create_batch.sphere(count=2, position=[(0, 5, 1), (0, 5, -1)])
     camera = create.camera(look_at=balls)
     np.testing.assert_allclose(-world(camera)[2, :3], (0, 1, 0), atol=1e-12)
     assert world(camera)[1, 2] == pytest.approx(1)
 
 
-def test_a_new_prim_takes_over_the_frame_it_is_relative_to(stage):
+def test_a_new_prim_has_the_pose_of_the_prim_it_is_relative_to(stage):
     rig = create.xform(position=(1, 0, 0), rotation=(0, 0, 90), scale=2)
     np.testing.assert_allclose(
         world(create.cube(position=(1, 0, 0), relative_to=rig)),
@@ -123,7 +124,7 @@ def test_a_new_prim_takes_over_the_frame_it_is_relative_to(stage):
     )
 
 
-def test_a_pivot_lies_at_the_position(stage):
+def test_a_pivot_is_placed_at_the_position(stage):
     cube = create.cube(pivot=(0, 0, -1))
     np.testing.assert_allclose(local(cube)[3, :3], (0, 0, 0.5), atol=1e-6)
 
@@ -132,7 +133,7 @@ def test_a_pivot_lies_at_the_position(stage):
 
 
 @pytest.mark.parametrize("kind", SHAPES)
-def test_meshes_are_one_meter_and_stand_on_the_up_axis(stage, y_up_stage, kind):
+def test_meshes_are_one_meter_across_and_aligned_with_the_up_axis(stage, y_up_stage, kind):
     size = np.diff(extent(getattr(create, kind)()), axis=0)[0]
     flat, thin = {"plane": 0, "disk": 0, "torus": 30}.get(kind, 100), 50 if kind == "capsule" else 100
     np.testing.assert_allclose(size, (thin, flat, thin), atol=1e-3)
@@ -146,7 +147,7 @@ def test_meshes_are_one_meter_and_stand_on_the_up_axis(stage, y_up_stage, kind):
 
 
 @pytest.mark.parametrize("kind", ["cube", "sphere", "cylinder", "cone", "capsule", "plane"])
-def test_usd_shapes_have_the_sizes_of_usd(stage, kind):
+def test_usd_shapes_have_their_default_sizes(stage, kind):
     prim = getattr(create, kind)(as_mesh=False)
     assert prim.GetTypeName() == kind.capitalize()
     plain = stage.DefinePrim("/plain", kind.capitalize())
@@ -154,7 +155,7 @@ def test_usd_shapes_have_the_sizes_of_usd(stage, kind):
         assert prim.GetAttribute(name).Get() == plain.GetAttribute(name).Get()
 
 
-def test_usd_has_no_torus(stage):
+def test_a_torus_that_is_not_a_mesh_raises_an_error(stage):
     with pytest.raises(Unsupported, match="as_mesh=False for torus"):
         create.torus(as_mesh=False)
     assert not stage.GetPrimAtPath("/Torus")
@@ -194,7 +195,7 @@ def test_cameras_may_differ(stage):
     assert [each.GetAttribute("clippingRange").Get() for each in cameras] == [Gf.Vec2f(1, 2), Gf.Vec2f(3, 4)]
 
 
-def test_wrong_lenses_are_told(stage):
+def test_invalid_lenses_raise_errors(stage):
     with pytest.raises(GraphError, match="projection_type is 'fish'; expected one of pinhole"):
         create.camera(projection_type="fish")
     with pytest.raises(GraphError, match="clipping_range is 3"):
@@ -251,11 +252,11 @@ def test_lights_may_differ(stage):
     assert lights[1].GetAttribute("inputs:color").Get() == Gf.Vec3f(0, 1, 0)
 
 
-def test_the_picture_of_a_dome_light(stage, tmp_path):
-    picture = tmp_path / "sky.hdr"
-    picture.write_bytes(b"")
-    dome = UsdLux.DomeLight(create.dome_light(texture=str(picture), texture_format="mirroredBall"))
-    assert dome.GetTextureFileAttr().Get().path == str(picture)
+def test_the_texture_of_a_dome_light(stage, tmp_path):
+    image = tmp_path / "sky.hdr"
+    image.write_bytes(b"")
+    dome = UsdLux.DomeLight(create.dome_light(texture=str(image), texture_format="mirroredBall"))
+    assert dome.GetTextureFileAttr().Get().path == str(image)
     assert dome.GetTextureFormatAttr().Get() == "mirroredBall"
     with pytest.raises(AssetNotFound, match="no file for"):
         create.dome_light(texture=str(tmp_path / "nothing.hdr"))
@@ -279,7 +280,7 @@ def file(tmp_path):
     return str(tmp_path / "thing.usda")
 
 
-def test_a_reference_keeps_the_ops_that_it_brings(stage, file):
+def test_a_reference_keeps_the_xform_ops_of_the_referenced_prim(stage, file):
     prim = create.reference(file)
     assert str(prim.GetPath()) == "/Ref"
     assert prim.GetTypeName() == "Cube"
@@ -306,7 +307,7 @@ def test_a_reference_without_ops_gets_the_standard_ones(stage, tmp_path):
     assert ops(create.reference(str(tmp_path / "bare.usda"))) == STANDARD_OPS
 
 
-def test_references_and_clones_take_what_all_take(stage, file):
+def test_references_and_clones_accept_the_common_arguments(stage, file):
     rig = create.xform(position=(1, 0, 0))
     labels = {"class": "x"}
     made = (
@@ -314,8 +315,8 @@ def test_references_and_clones_take_what_all_take(stage, file):
         create.clone(create.cube(), relative_to=rig, pivot=(0, 0, -1), look_at=(1, 9, 0)),
         *create_batch.clone("/Cube", count=1, semantics=labels, visible=False, name="hidden", parent="/World"),
     )
-    middle = np.array([[0, 0, -1, 1], [0, 0, -0.5, 1]])
-    for prim, foot in zip(made, middle):
+    center = np.array([[0, 0, -1, 1], [0, 0, -0.5, 1]])
+    for prim, foot in zip(made, center):
         np.testing.assert_allclose(foot @ world(prim), (1, 0, 0, 1), atol=1e-6)
     np.testing.assert_allclose(-world(made[1])[2, :3], (0, 1, 0), atol=1e-6)
     for prim in (made[0], made[2]):
@@ -323,7 +324,7 @@ def test_references_and_clones_take_what_all_take(stage, file):
         assert UsdGeom.Imageable(prim).ComputeVisibility() == "invisible"
 
 
-def test_wrong_references_are_told(stage, file, tmp_path):
+def test_invalid_references_raise_errors(stage, file, tmp_path):
     with pytest.raises(GraphError, match="usd_path"):
         create.reference()
     with pytest.raises(AssetNotFound):
@@ -338,7 +339,7 @@ def test_wrong_references_are_told(stage, file, tmp_path):
     assert not stage.GetPrimAtPath("/Ref")
 
 
-def test_a_clone_is_a_copy_with_all_below(stage):
+def test_a_clone_copies_all_descendants(stage):
     group = create.xform(name="group", position=(1, 2, 3))
     cube = create.cube(parent=group, semantics={"class": "cube"})
     material = create.material("OmniPBR.mdl", bind_prims=cube, parent=group)
@@ -353,7 +354,7 @@ def test_a_clone_is_a_copy_with_all_below(stage):
     assert material.GetPath() == Sdf.Path("/group/Material")
 
 
-def test_clones_are_many_and_of_all_layers(stage):
+def test_several_clones_have_the_opinions_of_all_layers(stage):
     cube = create.cube(position=(1, 2, 3))
     with Usd.EditContext(stage, stage.GetSessionLayer()):
         cube.GetAttribute("xformOp:scale").Set(Gf.Vec3d(2))
@@ -365,7 +366,7 @@ def test_clones_are_many_and_of_all_layers(stage):
 
 
 @pytest.mark.parametrize("sensor", ["omni_lidar", "omni_radar"])
-def test_other_sensors_are_refused(stage, sensor):
+def test_unsupported_sensors_raise_errors(stage, sensor):
     for module in (create, create_batch):
         with pytest.raises(Unsupported, match=f"{sensor}: .* use a camera"):
             getattr(module, sensor)()
@@ -379,8 +380,8 @@ def test_the_stub_has_the_signatures_and_docstrings_of_the_functions():
     for name, definition in written.items():
         function = getattr(create, name)
         definition.body[1:] = []
-        namespace: dict = {}
-        exec(f"from __future__ import annotations\n{ast.unparse(definition)}", namespace)
+        namespace: dict = {"Any": Any, "Usd": Usd}
+        exec(ast.unparse(definition), namespace)
         assert inspect.signature(namespace[name]) == inspect.signature(function)
         assert namespace[name].__doc__ == function.__doc__
 

@@ -1,4 +1,4 @@
-"""What get finds, and where utils says prims are."""
+"""Search for prims, and their world transforms."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def paths(prims):
     return [str(prim.GetPath()) for prim in prims]
 
 
-def test_paths_are_searched_with_regular_expressions_and_texts(scene):
+def test_paths_are_searched_with_regular_expressions_and_substrings(scene):
     assert paths(get.prims(scene, "Cube(_\\d+)?$")) == ["/World/Cube", "/World/Cube_01"]
     assert paths(get.prims(scene, "cube")) == []
     assert paths(get.prims(scene, "cube", ignore_case=True)) == ["/World/Cube", "/World/Cube_01"]
@@ -31,11 +31,11 @@ def test_paths_are_searched_with_regular_expressions_and_texts(scene):
     assert paths(get.prims(path_pattern="World/", path_pattern_exclusion="Cube|Looks|light|Light|ball")) == [
         "/World/Camera"
     ]
-    with pytest.raises(GraphError, match="which is no regular expression"):
+    with pytest.raises(GraphError, match="which is not a regular expression"):
         get.prims(path_pattern="(")
 
 
-def test_types_compare_without_case(scene):
+def test_types_are_case_insensitive(scene):
     assert paths(get.prims(prim_types="camera")) == ["/World/Camera"]
     assert paths(get.prims(prim_types=["Mesh", "SPHERE"])) == ["/World/Cube", "/World/Cube_01", "/World/ball"]
     assert paths(get.prims(path_match="/World/", prim_types_exclusion=["mesh", "shader", "material", "scope"])) == [
@@ -43,7 +43,7 @@ def test_types_compare_without_case(scene):
     ]  # fmt: skip
 
 
-def test_labels_match_in_part_and_any_of_them_counts(scene):
+def test_labels_match_substrings_and_any_label_suffices(scene):
     assert paths(get.prims(semantics=[("class", "cube")])) == ["/World/Cube", "/World/Cube_01"]
     assert paths(get.prims(semantics=("size", "big"))) == ["/World/ball"]
     assert paths(get.prims(semantics={"class": ["red", "ball"]})) == ["/World/Cube", "/World/Cube_01", "/World/ball"]
@@ -83,7 +83,7 @@ def test_prim_at_path(scene):
         get.prim_at_path(scene, "/World/Kube")
 
 
-def test_where_prims_are_in_the_world(stage):
+def test_world_transforms_of_prims(stage):
     parent = create.xform(position=(1, 2, 3), rotation=(0, 0, 90), scale=2)
     cube = create.cube(parent=parent, position=(1, 0, 0))
     assert Gf.IsClose(utils.get_world_position(cube), Gf.Vec3d(1, 4, 3), 1e-9)

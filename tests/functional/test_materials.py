@@ -1,4 +1,4 @@
-"""Materials made by create.material and create_batch.material."""
+"""Materials created by create.material and create_batch.material."""
 
 import pytest
 from pxr import Gf, UsdShade
@@ -39,7 +39,7 @@ def test_viewers_without_mdl_get_the_same_color(stage):
     assert preview.GetInput("roughness").Get() == 0.75
 
 
-def test_the_renderer_knows_the_material(stage):
+def test_the_renderer_reads_the_material(stage):
     from usdsdg_render.materials.mdl import mdl_name
 
     for mdl in ("OmniPBR.mdl", "/some/where/OmniGlass.mdl"):
@@ -47,7 +47,7 @@ def test_the_renderer_knows_the_material(stage):
         assert mdl_name(UsdShade.Shader(material.GetChild("Shader"))) in ("OmniPBR", "OmniGlass")
 
 
-def test_a_material_is_bound_to_prims_stronger_than_below(stage):
+def test_a_material_is_bound_stronger_than_descendants(stage):
     group = create.xform()
     cube = create.cube(parent=group)
     create.material("OmniPBR.mdl", bind_prims=cube, name="weak")
@@ -57,7 +57,7 @@ def test_a_material_is_bound_to_prims_stronger_than_below(stage):
     assert create.material("OmniPBR.mdl", bind_prims=spheres) == bound(spheres[0]) == bound(spheres[1])
 
 
-def test_a_parent_that_is_not_there_becomes_a_scope(stage):
+def test_a_parent_that_does_not_exist_is_created_as_a_scope(stage):
     material = create.material("OmniPBR.mdl", parent="/World/Looks", name="red")
     assert str(material.GetPath()) == "/World/Looks/red"
     assert stage.GetPrimAtPath("/World/Looks").GetTypeName() == "Scope"
@@ -75,13 +75,13 @@ def test_many_materials(stage):
     assert inputs(made[1]) == {"diffuse_color_constant": Gf.Vec3f(0, 1, 0), "diffuse_tint": Gf.Vec3f(1, 0, 1)}
 
 
-def test_other_modules_take_any_input(stage):
+def test_other_mdl_modules_accept_any_input(stage):
     given = {"glass_color": (1, 1, 0), "glass_ior": 1.5, "thin_walled": True, "steps": 3}
     material = create.material("OmniGlass.mdl", **given)
     assert inputs(material) == given | {"glass_color": Gf.Vec3f(1, 1, 0)}
 
 
-def test_what_does_not_fit_is_told(stage):
+def test_invalid_materials_raise_errors(stage):
     cubes = create_batch.cube(count=3)
     with pytest.raises(GraphError, match="bind_prims has 3 entries for 2 materials"):
         create_batch.material("OmniPBR.mdl", cubes, count=2)

@@ -1,4 +1,4 @@
-"""What modify's functions other than poses leave on the stage."""
+"""Attributes, labels, visibility, materials and variants that functional.modify writes."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def test_attribute_sets_one_value_or_one_per_prim(cubes):
         ("token[]", ["a", "b"], ["a", "b"]),
     ],
 )
-def test_values_become_what_the_attribute_holds(stage, kind, given, held):
+def test_values_are_converted_to_the_type_of_the_attribute(stage, kind, given, held):
     prim = stage.DefinePrim("/World/thing")
     prim.CreateAttribute("it", Sdf.ValueTypeNames.Find(kind))
     modify.attribute(prim, "it", given)
@@ -51,10 +51,10 @@ def test_values_become_what_the_attribute_holds(stage, kind, given, held):
 
 def test_strings_for_assets_are_files(stage, tmp_path):
     light = create.dome_light()
-    picture = tmp_path / "sky.png"
-    picture.write_bytes(b"")
-    modify.attribute(light, "texture:file", str(picture))
-    assert light.GetAttribute("inputs:texture:file").Get().path == str(picture)
+    image = tmp_path / "sky.png"
+    image.write_bytes(b"")
+    modify.attribute(light, "texture:file", str(image))
+    assert light.GetAttribute("inputs:texture:file").Get().path == str(image)
     with pytest.raises(AssetNotFound):
         modify.attribute(light, "inputs:texture:file", str(tmp_path / "none.png"))
     modify.attribute(light, "inputs:texture:file", "")
@@ -70,12 +70,12 @@ def test_strings_for_assets_are_files(stage, tmp_path):
         ("primvars:displayColor", "red", BadValue, "color3f"),
     ],
 )
-def test_wrong_attributes_and_values_are_told(cubes, name, value, error, says):
+def test_invalid_attributes_and_values_raise_errors(cubes, name, value, error, says):
     with pytest.raises(error, match=says):
         modify.attribute(cubes[0], name, value)
 
 
-def test_materials_take_values_of_their_inputs(stage, tmp_path):
+def test_inputs_of_materials_are_set(stage, tmp_path):
     material = create.material("OmniPBR.mdl", diffuse_color_constant=(1, 0, 0))
     shader = UsdShade.Shader(material.GetChild("Shader"))
     modify.attribute(material, "metallic_constant", 0.5)
@@ -107,7 +107,7 @@ def test_semantics_are_added_replaced_and_cleared(cubes):
     assert [get_labels(cube) for cube in cubes] == [{}, {}, {}]
 
 
-def test_wrong_semantics_are_told(cubes):
+def test_invalid_semantics_raise_errors(cubes):
     with pytest.raises(GraphError, match="mode is 'swap'"):
         modify.semantics(cubes, {"class": "a"}, mode="swap")
     with pytest.raises(GraphError, match="semantics is 3"):
@@ -124,7 +124,7 @@ def test_visibility(cubes):
         modify.visibility(cubes, 1)
 
 
-def test_prims_without_visibility_are_left_out_with_a_warning(stage, cubes):
+def test_prims_without_visibility_are_skipped_with_a_warning(stage, cubes):
     material = create.material("OmniPBR.mdl")
     with pytest.warns(UsdsdgWarning, match="/Material .* has no visibility"):
         modify.visibility([material, cubes[0]], False)

@@ -1,4 +1,4 @@
-"""What modify.pose and its parts leave in the ops of prims; UsdGeom computes what the ops mean."""
+"""Xform ops that functional.modify.pose and its parts write, evaluated by UsdGeom."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def test_one_value_per_prim(cubes, kind):
         np.testing.assert_allclose(local(cube), expected, atol=1e-12)
 
 
-def test_parts_that_are_not_given_stay(cube):
+def test_parts_that_are_not_given_are_unchanged(cube):
     modify.pose(cube, (1, 2, 3), (10, 20, 30), scale_value=2.0)
     modify.position(cube, (4, 5, 6))
     np.testing.assert_allclose(local(cube), compose_euler((4, 5, 6), (10, 20, 30), (2, 2, 2)), atol=1e-12)
@@ -51,7 +51,7 @@ def test_three_numbers_scale_three_prims_unless_they_are_a_tuple(cubes):
     assert [value(cube, "xformOp:scale").tolist() for cube in cubes] == [[1, 2, 3]] * 3
 
 
-def test_the_ops_that_a_prim_has_are_used(stage):
+def test_existing_xform_ops_are_used(stage):
     xform = UsdGeom.Xform.Define(stage, "/World/a")
     xform.AddTranslateOp(UsdGeom.XformOp.PrecisionFloat)
     xform.AddRotateZYXOp()
@@ -80,7 +80,7 @@ def test_all_kinds_of_ops_in_one_call(stage):
     assert ops(matrix.GetPrim()) == ["xformOp:transform"]
 
 
-def test_angles_stay_as_they_are_in_a_rotate_op(stage):
+def test_angles_are_written_unchanged_to_a_rotate_op(stage):
     xform = UsdGeom.Xform.Define(stage, "/World/a")
     xform.AddRotateXYZOp()
     modify.rotation(xform.GetPrim(), (370, -20, 0))
@@ -103,14 +103,14 @@ def test_quaternions_and_rotations(cube, rotation):
     np.testing.assert_allclose(local(cube), compose_euler(degrees=(0, 0, 90)), atol=1e-6)
 
 
-def test_the_rotation_order_says_which_axis_each_angle_is_about(cube):
+def test_the_rotation_order_defines_the_axis_of_each_angle(cube):
     modify.rotation(cube, (10, 20, 30), "ZYX")
     turned = Gf.Rotation((0, 0, 1), 10) * Gf.Rotation((0, 1, 0), 20) * Gf.Rotation((1, 0, 0), 30)
     np.testing.assert_allclose(local(cube)[:3, :3], np.array(Gf.Matrix3d(turned)), atol=1e-12)
 
 
 @pytest.mark.parametrize("position", [(2, 3, 4), (0, 0, 0.5)])
-def test_look_at_points_minus_z_at_the_target_with_up_up(stage, position):
+def test_look_at_points_minus_z_at_the_target_and_keeps_up(stage, position):
     camera = create.camera(parent="/World", position=position)
     modify.look_at(camera, (0, 1, 0), look_at_up_axis=(0, 0, 1))
     matrix = world(camera)
@@ -120,7 +120,7 @@ def test_look_at_points_minus_z_at_the_target_with_up_up(stage, position):
     assert matrix[0, 2] == pytest.approx(0)
 
 
-def test_look_at_from_below_a_parent_that_is_turned_and_moved(stage):
+def test_look_at_below_a_rotated_and_translated_parent(stage):
     parent = create.xform(name="rig", position=(5, 0, 0), rotation=(30, 40, 50), scale=2)
     camera = create.camera(parent=parent, position=(1, 1, 1))
     target = create.sphere(position=(-3, 2, 1))
@@ -139,17 +139,17 @@ def test_each_prim_may_have_its_own_target(stage):
         np.testing.assert_allclose(-world(light)[2, :3], towards / np.linalg.norm(towards), atol=1e-12)
 
 
-def test_looking_straight_down_shows_minus_x_at_the_top(stage):
+def test_looking_straight_down_has_minus_x_up(stage):
     camera = create.camera(position=(0, 0, 5), look_at=(0, 0, 0))
     np.testing.assert_allclose(world(camera)[:3, :3], [[0, 1, 0], [-1, 0, 0], [0, 0, 1]], atol=1e-12)
 
 
-def test_looking_straight_down_shows_minus_z_at_the_top_where_y_is_up(y_up_stage):
+def test_looking_straight_down_has_minus_z_up_on_a_y_up_stage(y_up_stage):
     camera = create.camera(position=(0, 5, 0), look_at=(0, 0, 0))
     np.testing.assert_allclose(world(camera)[1, :3], [0, 0, -1], atol=1e-12)
 
 
-def test_the_object_of_a_graph_camera_turns_its_camera_to_the_target(stage):
+def test_look_at_of_a_camera_object_points_its_camera_at_the_target(stage):
     import usdsdg as rep
 
     item = rep.create.camera(position=(3, 0, 0))
@@ -158,7 +158,7 @@ def test_the_object_of_a_graph_camera_turns_its_camera_to_the_target(stage):
     np.testing.assert_allclose(-world(camera)[2, :3], [-1, 0, 0], atol=1e-6)
 
 
-def test_relative_to_places_in_the_space_of_another_prim(stage):
+def test_relative_to_poses_in_the_space_of_another_prim(stage):
     rig = create.xform(name="rig", position=(1, 0, 0), rotation=(0, 0, 90))
     other = create.xform(name="other", position=(0, 7, 0))
     cube = create.cube(parent=other)
@@ -168,12 +168,12 @@ def test_relative_to_places_in_the_space_of_another_prim(stage):
     np.testing.assert_allclose(world(cube), compose_euler((1, 3, 0), (0, 0, 100)), atol=1e-12)
 
 
-def test_a_pivot_comes_to_lie_at_the_position(cube):
+def test_a_pivot_is_placed_at_the_position(cube):
     modify.pose(cube, position_value=(1, 2, 3), rotation_value=(0, 90, 0), scale_value=(1, 1, 4), pivot=(0, 0, -1))
     np.testing.assert_allclose((np.array([0, 0, -0.5, 1]) @ local(cube))[:3], (1, 2, 3), atol=1e-6)
 
 
-def test_a_pivot_stays_where_it_is_when_only_turning(cube):
+def test_rotation_alone_keeps_the_position_of_the_pivot(cube):
     modify.position(cube, (1, 2, 3))
     corner = np.array([0.5, 0.5, 0.5, 1])
     before = corner @ local(cube)
@@ -183,7 +183,7 @@ def test_a_pivot_stays_where_it_is_when_only_turning(cube):
     np.testing.assert_allclose(corner @ local(cube), before, atol=1e-6)
 
 
-def test_instances_of_a_point_instancer_take_one_value_each(stage):
+def test_each_instance_of_a_point_instancer_takes_one_value(stage):
     instancer = UsdGeom.PointInstancer.Define(stage, "/World/many")
     instancer.CreateProtoIndicesAttr([0, 0])
     modify.pose(instancer.GetPrim(), [(1, 2, 3), (4, 5, 6)], (0, 0, 90), scale_value=[1, 2])
@@ -196,7 +196,7 @@ def test_instances_of_a_point_instancer_take_one_value_each(stage):
         modify.look_at(instancer.GetPrim(), (0, 0, 0))
 
 
-def test_ops_that_a_script_removes_or_reorders_are_noticed(cubes):
+def test_xform_ops_that_a_script_removes_or_reorders_are_detected(cubes):
     modify.pose(cubes, (1, 1, 1), (0, 0, 0), scale_value=1)
     UsdGeom.Xformable(cubes[0]).SetXformOpOrder([])
     cubes[1].RemoveProperty("xformOp:scale")
@@ -205,7 +205,7 @@ def test_ops_that_a_script_removes_or_reorders_are_noticed(cubes):
         np.testing.assert_allclose(local(cube), compose_euler((2, 2, 2), (0, 0, 90), (3, 3, 3)), atol=1e-6)
 
 
-def test_poses_go_to_the_layer_that_is_edited(stage, cubes):
+def test_poses_are_authored_in_the_edit_target(stage, cubes):
     modify.position(cubes, (1, 0, 0))
     over = Sdf.Layer.CreateAnonymous()
     stage.GetSessionLayer().subLayerPaths.append(over.identifier)
@@ -235,7 +235,7 @@ def test_only_what_is_written_is_added_to_the_layer(stage, tmp_path):
         np.testing.assert_allclose(local(thing), compose_euler((4, 5, 6), (0, 0, angle)), atol=1e-6)
 
 
-def test_prims_of_two_stages_go_to_their_own_layers(stage, cube):
+def test_poses_of_prims_of_two_stages_are_authored_in_their_own_layers(stage, cube):
     other = Usd.Stage.CreateInMemory()
     twin = UsdGeom.Cube.Define(other, "/World/Cube").GetPrim()
     for x in (1, 2):
@@ -257,7 +257,7 @@ def test_posing_inside_a_variant(stage):
     assert world(shelf)[3, :3].tolist() == [0, 0, 0]
 
 
-def test_a_thousand_prims_are_told_of_once(stage):
+def test_posing_a_thousand_prims_reports_each_change_once(stage):
     from usdsdg.stage.changes import ChangeTracker
 
     cubes = create_batch.xform(count=1000, parent="/World")
@@ -282,20 +282,20 @@ def test_a_thousand_prims_are_told_of_once(stage):
         ({"look_at_value": ["/World/Cube", "/World/Cube_01"]}, "look_at has 2 targets for 3 prims"),
     ],
 )
-def test_wrong_values_are_told(cubes, arguments, says):
+def test_invalid_values_raise_errors(cubes, arguments, says):
     with pytest.raises(GraphError, match=says):
         modify.pose(cubes, **arguments)
     assert all((local(cube) == np.eye(4)).all() for cube in cubes)
 
 
-def test_a_distribution_is_told_from_a_value(cube):
+def test_a_distribution_as_a_value_raises_an_error(cube):
     import usdsdg as rep
 
     with pytest.raises(GraphError, match="position is a distribution, but functional calls act at once"):
         modify.position(cube, rep.distribution.uniform((0, 0, 0), (1, 1, 1)))
 
 
-def test_wrong_prims_are_told(stage, cube):
+def test_invalid_prims_raise_errors(stage, cube):
     material = stage.DefinePrim("/World/material", "Material")
     with pytest.raises(BadPrim, match="/World/material"):
         modify.position([cube, material], (1, 2, 3))
@@ -308,7 +308,7 @@ def test_wrong_prims_are_told(stage, cube):
         modify.position(3, (1, 2, 3))
 
 
-def test_frames_that_do_not_exist_are_told(stage, cube):
+def test_degenerate_frames_raise_errors(stage, cube):
     with pytest.raises(DegenerateFrame, match="own position"):
         modify.look_at(cube, (0, 0, 0))
     with pytest.raises(DegenerateFrame, match="zero vector"):

@@ -1,4 +1,4 @@
-"""Colors and places drawn at once, and the generators that they are drawn from."""
+"""Immediate random colors and positions, and their random generators."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ def colors(prims):
     return np.array([prim.GetAttribute("primvars:displayColor").Get()[0] for prim in prims])
 
 
-def test_each_prim_gets_a_color_of_its_own(stage):
+def test_each_prim_gets_its_own_color(stage):
     cubes = create_batch.cube(count=400)
     randomizer.display_color(cubes, rng=ReplicatorRNG(seed=5))
     drawn = colors(cubes)
@@ -37,7 +37,7 @@ def test_shapes_below_a_prim_share_its_color(stage):
         randomizer.display_color("/World")
 
 
-def test_without_a_generator_the_global_seed_decides(stage):
+def test_without_a_generator_the_global_seed_is_used(stage):
     cubes = create_batch.cube(count=3)
 
     def drawn(seed):
@@ -54,7 +54,7 @@ def test_without_a_generator_the_global_seed_decides(stage):
     assert drawn(3) == first
 
 
-def test_a_generator_must_be_one(stage):
+def test_an_invalid_generator_raises_an_error(stage):
     with pytest.raises(TypeError, match="rng is 5; expected"):
         randomizer.display_color(create.cube(), rng=5)
 
@@ -63,7 +63,7 @@ def positions(prims):
     return np.array([world(prim)[3, :3] for prim in prims])
 
 
-def test_scatter_2d_covers_a_surface_evenly(stage):
+def test_scatter_2d_covers_a_surface_uniformly(stage):
     floor = create.plane(parent="/World", scale=10, position=(0, 0, 2))
     cubes = create_batch.xform(count=400)
     randomizer.scatter_2d(cubes, floor, offset=0.5, rng=ReplicatorRNG(1))
@@ -76,14 +76,14 @@ def test_scatter_2d_covers_a_surface_evenly(stage):
     assert ((positions(cubes)[:, 0] >= 0) & (positions(cubes)[:, 0] <= 1)).all()
 
 
-def test_scattered_prims_keep_apart_from_each_other_and_from_obstacles(stage):
+def test_scattered_prims_avoid_each_other_and_obstacles(stage):
     floor = create.plane(scale=6)
     post = create.cube(scale=(3, 3, 1))
     cubes = create_batch.cube(count=8, name="small", scale=0.8)
     randomizer.scatter_2d(cubes, floor, post, check_for_collisions=True, rng=np.random.default_rng(2))
     placed = positions(cubes)
     apart = np.abs(placed[:, None] - placed[None]).max(-1) + 10 * np.eye(8)
-    # Cubes of 0.8 that are not turned touch unless one axis separates them.
+    # Cubes of 0.8 that are not rotated touch unless one axis separates them.
     assert apart.min() >= 0.8 - 1e-6
     assert (np.abs(placed[:, :2]).max(1) >= 1.9 - 1e-6).all()
 
@@ -144,7 +144,7 @@ def test_scatter_repeats_with_its_generator(stage):
     assert drawn(None) == free
 
 
-def test_what_cannot_be_scattered_is_told(stage):
+def test_invalid_scatter_arguments_raise_errors(stage):
     cube = create.cube()
     with pytest.raises(GraphError, match="surface_prims is"):
         randomizer.scatter_2d(cube, [])
@@ -172,7 +172,7 @@ def test_without_a_seed_the_global_one_is_used():
     assert ReplicatorRNG().seed is None
 
 
-def test_generators_begin_anew_with_the_global_seed_and_the_orchestrator():
+def test_generators_restart_with_the_global_seed_and_the_orchestrator():
     set_global_seed(7)
     free, fixed = ReplicatorRNG(), ReplicatorRNG(3)
     first = free.generator.uniform(), fixed.generator.uniform()
@@ -185,7 +185,7 @@ def test_generators_begin_anew_with_the_global_seed_and_the_orchestrator():
     assert free.generator.uniform() == first[0]
 
 
-def test_nodes_have_streams_of_their_own():
+def test_each_node_has_its_own_random_stream():
     set_global_seed(7)
     draws = set()
     for node_id in range(4):
@@ -206,7 +206,7 @@ def test_a_seed_of_a_generator_is_a_whole_number(seed):
         ReplicatorRNG(seed)
 
 
-def test_a_new_seed_begins_anew():
+def test_a_new_seed_restarts_the_stream():
     rng = ReplicatorRNG(1)
     rng.generator.uniform()
     rng.seed = 2
@@ -214,7 +214,7 @@ def test_a_new_seed_begins_anew():
     assert rng.generator.uniform() == ReplicatorRNG(2).generator.uniform()
 
 
-def test_the_first_step_begins_the_streams_anew(stage):
+def test_the_first_step_restarts_the_streams(stage):
     from usdsdg import orchestrator
 
     rng = ReplicatorRNG(1)

@@ -1,4 +1,4 @@
-"""What `rep.modify` leaves on the stage beside poses."""
+"""Visibility, variants, materials, attributes and labels that `rep.modify` writes."""
 
 import pytest
 from pxr import Sdf, UsdGeom, UsdShade
@@ -14,7 +14,7 @@ def fire():
     evaluate.graph().evaluate()
 
 
-def shown(stage, item):
+def visibility_of(stage, item):
     return [UsdGeom.Imageable(stage.GetPrimAtPath(path)).ComputeVisibility() == "inherited" for path in item.prims]
 
 
@@ -36,26 +36,26 @@ def bound(stage, item):
         ((False, True), [False, True]),
     ],
 )
-def test_prims_are_shown_and_hidden_at_once(stage, value, expected):
+def test_prims_are_shown_and_hidden_immediately(stage, value, expected):
     cubes = rep.create.cube(count=2)
     rep.modify.visibility(list(value) if isinstance(value, tuple) else value, input_prims=cubes)
-    assert shown(stage, cubes) == expected
+    assert visibility_of(stage, cubes) == expected
 
 
-def test_without_a_value_visibility_is_drawn_for_each_prim_at_each_firing(stage):
+def test_without_a_value_visibility_is_sampled_for_each_prim_at_each_firing(stage):
     with rep.trigger.on_custom_event("go"), rep.create.cube(count=40) as cubes:
         rep.modify.visibility()
     seen = []
     for _ in range(2):
         fire()
-        seen.append(shown(stage, cubes))
+        seen.append(visibility_of(stage, cubes))
         # Binomial with n = 40, p = 1/2: five standard deviations are 16.
         assert abs(sum(seen[-1]) - 20) < 16
     assert seen[0] != seen[1]
 
 
 @pytest.mark.parametrize("value", ["no", 2, [True, "no"]])
-def test_what_is_neither_shown_nor_hidden_is_told(stage, value):
+def test_invalid_visibility_raises_an_error(stage, value):
     with pytest.raises(GraphError, match=r"visibility is .*; expected True or False"):
         rep.modify.visibility(value, input_prims=rep.create.cube(count=2))
 
@@ -77,7 +77,7 @@ def selected(stage, item):
     return [stage.GetPrimAtPath(path).GetVariantSets().GetVariantSelection("color") for path in item.prims]
 
 
-def test_variants_are_selected_one_for_all_per_prim_and_drawn(stage, shelves):
+def test_a_variant_may_be_one_for_all_per_prim_or_sampled(stage, shelves):
     for value, expected in (("green", ["green", "green"]), (["blue", "red"], ["blue", "red"])):
         rep.modify.variant("color", value, input_prims=shelves)
         evaluate.graph().evaluate()
@@ -94,7 +94,7 @@ def test_variants_are_selected_one_for_all_per_prim_and_drawn(stage, shelves):
     ("name", "value", "message"),
     [("colour", "red", "no variant set 'colour'; it has: color"), ("color", "rad", "has no 'rad'; it has: .*red")],
 )
-def test_variants_that_do_not_exist_are_told_with_the_line(stage, shelves, name, value, message):
+def test_unknown_variants_raise_an_error_with_the_script_line(stage, shelves, name, value, message):
     rep.modify.variant(name, value, input_prims=shelves)
     with pytest.raises(GraphError, match=rf"test_modify\.py:\d+\): /World/a.*{message}"):
         evaluate.graph().evaluate()
@@ -103,7 +103,7 @@ def test_variants_that_do_not_exist_are_told_with_the_line(stage, shelves, name,
 # --- materials ---
 
 
-def test_materials_are_bound_at_once_stronger_than_below(stage):
+def test_materials_are_bound_immediately_and_stronger_than_descendants(stage):
     cubes, looks = rep.create.cube(count=2), rep.create.material_omnipbr(count=2)
     child = stage.GetPrimAtPath(f"{cubes.prims[0]}/Cube")
     other = UsdShade.Material.Define(stage, "/World/other")
@@ -117,7 +117,7 @@ def test_materials_are_bound_at_once_stronger_than_below(stage):
     assert bound(stage, cubes) == ["/World/other"] * 2
 
 
-def test_materials_are_drawn_at_each_firing(stage):
+def test_materials_are_sampled_at_each_firing(stage):
     looks = rep.create.material_omnipbr(count=3)
     with rep.trigger.on_custom_event("go"), rep.create.cube(count=2) as cubes:
         rep.modify.material(rep.distribution.sequence(looks))
@@ -127,7 +127,7 @@ def test_materials_are_drawn_at_each_firing(stage):
     assert bound(stage, cubes) == [looks.prims[2], looks.prims[0]]
 
 
-def test_what_is_no_material_is_told(stage):
+def test_binding_a_prim_that_is_not_a_material_raises_an_error(stage):
     cube = rep.create.cube()
     with pytest.raises(BadPrim, match="/World is a Xform, not a Material"):
         rep.modify.material("/World", input_prims=cube)
@@ -138,7 +138,7 @@ def test_what_is_no_material_is_told(stage):
 # --- attributes ---
 
 
-def test_attributes_go_to_the_child_of_an_object_and_to_inputs(stage):
+def test_attributes_are_set_on_the_child_of_an_object_and_on_inputs(stage):
     lights = rep.create.light(light_type="Sphere", count=2)
     rep.modify.attribute("radius", [0.5, 2.0], input_prims=lights)
     rep.modify.attribute("inputs:color", (1, 0.5, 0.25), input_prims=lights)
@@ -148,7 +148,7 @@ def test_attributes_go_to_the_child_of_an_object_and_to_inputs(stage):
     assert [child.GetAttribute("inputs:color").Get() for child in children] == [(1, 0.5, 0.25)] * 2
 
 
-def test_numbers_are_one_array_or_one_vector_also_for_as_many_prims(stage):
+def test_a_list_of_numbers_is_one_array_or_vector_even_for_as_many_prims(stage):
     paths = [str(stage.DefinePrim(f"/World/c{i}", "BasisCurves").GetPath()) for i in range(3)]
     rep.modify.attribute("widths", [1.0, 2.0, 3.0], input_prims=paths)
     rep.modify.attribute("tint", [0.5, 0.25, 1.0], attribute_type="color3f", input_prims=paths)
@@ -171,7 +171,7 @@ def test_numbers_are_one_array_or_one_vector_also_for_as_many_prims(stage):
         ("color3f", (0.5, 0.25, 1), (0.5, 0.25, 1)),
     ],
 )
-def test_an_attribute_is_made_where_its_type_is_given(stage, type_name, value, held):
+def test_an_attribute_is_created_if_its_type_is_given(stage, type_name, value, held):
     cube = rep.create.cube()
     rep.modify.attribute("made", value, attribute_type=type_name, input_prims=cube)
     evaluate.graph().evaluate()
@@ -180,7 +180,7 @@ def test_an_attribute_is_made_where_its_type_is_given(stage, type_name, value, h
     assert made.GetTypeName() == Sdf.ValueTypeNames.Find(type_name)
 
 
-def test_misspelt_attributes_and_types_are_told_with_near_misses(stage):
+def test_errors_for_misspelled_attributes_and_types_list_near_misses(stage):
     cube = rep.create.cube(as_mesh=False)
     for arguments, message in (
         (("sise", 1), "has no attribute 'sise'; similar: size.*Pass attribute_type"),
@@ -192,7 +192,7 @@ def test_misspelt_attributes_and_types_are_told_with_near_misses(stage):
             evaluate.graph().evaluate()
 
 
-def test_colors_of_prims_are_written_and_drawn(stage):
+def test_colors_of_prims_are_written_and_sampled(stage):
     with rep.trigger.on_custom_event("go"), rep.create.cube(count=20) as cubes:
         rep.modify.attribute("primvars:displayColor", rep.distribution.uniform((0, 0, 0.5), (1, 0, 1)))
     fire()
@@ -201,7 +201,7 @@ def test_colors_of_prims_are_written_and_drawn(stage):
     assert all(len(colors) == 1 and colors[0][1] == 0 and colors[0][2] >= 0.5 for colors in drawn)
 
 
-def test_strings_for_assets_are_files_below_the_root(stage, tmp_path):
+def test_strings_for_assets_are_files_below_the_assets_root(stage, tmp_path):
     (tmp_path / "night.hdr").write_bytes(b"")
     dome = rep.create.light(light_type="dome")
     rep.modify.attribute("texture:file", str(tmp_path / "night.hdr"), input_prims=dome)
@@ -216,7 +216,7 @@ def test_strings_for_assets_are_files_below_the_root(stage, tmp_path):
 # --- labels ---
 
 
-def test_labels_are_added_replaced_and_cleared_at_once(stage):
+def test_labels_are_added_replaced_and_cleared_immediately(stage):
     cube = rep.create.cube(semantics=[("class", "a")])
     prim = stage.GetPrimAtPath(cube.prims[0])
     for given, mode, expected in (

@@ -1,4 +1,4 @@
-"""Where `modify.pose` and its relatives leave prims."""
+"""Poses, animations and timeline settings that `rep.modify` writes."""
 
 import math
 
@@ -36,7 +36,7 @@ def cube(stage):
     return str(prim.GetPath())
 
 
-def test_single_axes_leave_the_others(stage, cube):
+def test_setting_a_single_axis_keeps_the_others(stage, cube):
     rep.modify.pose(position=(1, 2, 3), rotation=(10, 20, 30), input_prims=cube)
     run()
     rep.modify.pose(position_z=-1, rotation_x=45, rotation_z=rep.distribution.uniform(90, 91), input_prims=cube)
@@ -56,12 +56,12 @@ def test_a_single_axis_may_be_given_per_prim(stage):
 
 
 def test_a_single_axis_of_a_prim_with_a_matrix_or_an_orient_op(stage):
-    turn = Gf.Rotation(Gf.Vec3d(0, 0, 1), 30)
+    rotation = Gf.Rotation(Gf.Vec3d(0, 0, 1), 30)
     xform = UsdGeom.Xform.Define(stage, "/World/matrix")
-    xform.AddTransformOp().Set(Gf.Matrix4d(turn, Gf.Vec3d(1, 2, 3)))
+    xform.AddTransformOp().Set(Gf.Matrix4d(rotation, Gf.Vec3d(1, 2, 3)))
     other = UsdGeom.Xform.Define(stage, "/World/orient")
     other.AddTranslateOp().Set(Gf.Vec3d(1, 2, 3))
-    other.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Quatd(turn.GetQuat()))
+    other.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Quatd(rotation.GetQuat()))
     both = ["/World/matrix", "/World/orient"]
     rep.modify.pose(position_y=7, rotation_x=90, input_prims=both)
     run()
@@ -71,15 +71,15 @@ def test_a_single_axis_of_a_prim_with_a_matrix_or_an_orient_op(stage):
 
 
 @pytest.mark.parametrize("order", ["XYZ", "XZY", "YXZ", "YZX", "ZXY", "zyx"])
-def test_rotation_order_says_which_axis_turns_first(stage, cube, order):
+def test_rotation_order_defines_the_order_of_the_axes(stage, cube, order):
     rep.modify.pose(rotation=(20, 40, 60), rotation_order=order, input_prims=cube)
     run()
-    turns = [np.array(Gf.Matrix3d(Gf.Rotation(Gf.Vec3d(*np.eye(3)[i]), a))) for i, a in enumerate((20, 40, 60))]
-    first, second, third = (turns["XYZ".index(axis)] for axis in order.upper())
+    rotations = [np.array(Gf.Matrix3d(Gf.Rotation(Gf.Vec3d(*np.eye(3)[i]), a))) for i, a in enumerate((20, 40, 60))]
+    first, second, third = (rotations["XYZ".index(axis)] for axis in order.upper())
     np.testing.assert_allclose(matrix(stage, cube)[:3, :3], first @ second @ third, atol=1e-6)
 
 
-def test_size_is_the_edge_length_of_the_box(stage, cube):
+def test_size_is_the_edge_length_of_the_bounding_box(stage, cube):
     rep.modify.pose(size=(1, 4, 6), rotation=(0, 0, 90), input_prims=cube)
     run()
     np.testing.assert_allclose(np.diff(box(stage, cube), axis=0)[0], (4, 1, 6), atol=1e-6)
@@ -88,7 +88,7 @@ def test_size_is_the_edge_length_of_the_box(stage, cube):
     np.testing.assert_allclose(np.diff(box(stage, cube), axis=0)[0], (3, 3, 3), atol=1e-6)
 
 
-def test_a_flat_axis_keeps_its_scale_under_size(stage):
+def test_size_keeps_the_scale_of_a_flat_axis(stage):
     plane = rep.create.plane(scale=(1, 1, 2))
     rep.modify.pose(size=4, input_prims=plane)
     run()
@@ -96,18 +96,18 @@ def test_a_flat_axis_keeps_its_scale_under_size(stage):
 
 
 @pytest.mark.parametrize("rotation", [(0, 0, 0), (0, 0, 45), (90, 0, 0)])
-def test_a_pivot_is_what_is_placed_and_turned_about(stage, rotation):
+def test_position_and_rotation_refer_to_the_pivot(stage, rotation):
     # The tip of a cone two units high.
     cone = rep.create.cone(position=(1, 2, 3), rotation=rotation, scale=2, pivot=(0, 0, 1))
     tip = matrix(stage, f"{cone.prims[0]}/Cone")
     np.testing.assert_allclose(np.array([0, 0, 0.5, 1]) @ tip, (1, 2, 3, 1), atol=1e-6)
 
 
-def test_a_pivot_can_be_changed_and_stays_when_other_things_change(stage, cube):
-    for pivot, middle in (((0, 0, -1), (0, 0, 1)), ((1, 0, 0), (-1, 0, 0))):
+def test_a_pivot_can_be_changed_and_is_kept_by_other_changes(stage, cube):
+    for pivot, center in (((0, 0, -1), (0, 0, 1)), ((1, 0, 0), (-1, 0, 0))):
         rep.modify.pose(pivot=pivot, input_prims=cube)
         run()
-        np.testing.assert_allclose(matrix(stage, cube)[3, :3], middle, atol=1e-6)
+        np.testing.assert_allclose(matrix(stage, cube)[3, :3], center, atol=1e-6)
     rep.modify.pose(position=(0, 0, 5), rotation=(0, 0, 180), input_prims=cube)
     run()
     np.testing.assert_allclose(matrix(stage, cube)[3, :3], (1, 0, 5), atol=1e-6)
@@ -124,13 +124,13 @@ def test_a_pivot_can_be_changed_and_stays_when_other_things_change(stage, cube):
         ({"rotation": 1, "rotation_order": "XXZ"}, "rotation_order='XXZ'; known: XYZ"),
     ],
 )
-def test_arguments_that_exclude_each_other(stage, cube, arguments, message):
+def test_mutually_exclusive_arguments_raise_errors(stage, cube, arguments, message):
     with pytest.raises(ValueError, match=message) as caught:
         rep.modify.pose(**arguments, input_prims=cube)
     assert isinstance(caught.value, GraphError)
 
 
-def test_a_prim_without_geometry_has_neither_size_nor_pivot(stage):
+def test_size_and_pivot_of_a_prim_without_geometry_raise_errors(stage):
     rep.modify.pose(size=1, input_prims=rep.create.xform())
     with pytest.raises(GraphError, match="has no extent"):
         run()
@@ -144,7 +144,7 @@ def up_direction(stage, path):
     return np.array(UsdGeom.Camera(stage.GetPrimAtPath(path)).GetCamera(0).frustum.ComputeUpVector())
 
 
-def test_several_prims_are_looked_at_in_their_middle(stage):
+def test_look_at_several_prims_uses_their_mean_position(stage):
     targets = rep.create.sphere(count=2, position=[(0, 4, 0), (0, 8, 0)])
     cameras = rep.create.camera(count=2, position=[(6, 0, 0), (0, 0, 6)])
     rep.modify.pose(look_at=targets, input_prims=cameras)
@@ -154,7 +154,7 @@ def test_several_prims_are_looked_at_in_their_middle(stage):
         np.testing.assert_allclose(view_direction(stage, f"{path}/Camera"), expected, atol=1e-6)
 
 
-def test_the_up_axis_is_up_in_the_picture_also_under_a_turned_parent(stage):
+def test_the_up_axis_is_up_in_the_image_even_under_a_rotated_parent(stage):
     parent = UsdGeom.Xform.Define(stage, "/World/arm")
     parent.AddRotateXYZOp().Set(Gf.Vec3f(30, 40, 50))
     parent.AddScaleOp().Set(Gf.Vec3f(2))
@@ -169,28 +169,28 @@ def test_the_up_axis_is_up_in_the_picture_also_under_a_turned_parent(stage):
     np.testing.assert_allclose(up_direction(stage, path), upwards / np.linalg.norm(upwards), atol=1e-6)
 
 
-def test_looking_straight_down_is_possible(stage):
+def test_look_at_works_for_a_target_straight_below(stage):
     camera = rep.create.camera(position=(0, 0, 5), look_at=(0, 0, 0))
     np.testing.assert_allclose(view_direction(stage, f"{camera.prims[0]}/Camera"), (0, 0, -1), atol=1e-6)
 
 
-@pytest.mark.parametrize("place", [(0, 0), (0.5, -0.25), (-1, 1)])
-def test_camera_relative_places_project_to_where_they_were_asked(stage, place):
+@pytest.mark.parametrize("position", [(0, 0), (0.5, -0.25), (-1, 1)])
+def test_camera_relative_positions_project_to_the_requested_pixels(stage, position):
     camera = rep.create.camera(position=(3, 2, 1), look_at=(0, 0, 0.5), horizontal_aperture_offset=2.0)
     product = rep.create.render_product(camera, (640, 480))
     parent = UsdGeom.Xform.Define(stage, "/World/shelf")
     parent.AddTranslateOp().Set(Gf.Vec3d(7, 0, 0))
     ball = rep.create.sphere(parent="/World/shelf")
-    rep.modify.pose_camera_relative(camera, product, 4.0, *place, input_prims=ball)
+    rep.modify.pose_camera_relative(camera, product, 4.0, *position, input_prims=ball)
     run()
     view = read_camera(stage, product.camera_path, (640, 480))
     point = matrix(stage, ball.prims[0])[None, 3, :3]
     pixels, _ = view.project(point)
-    np.testing.assert_allclose(pixels[0], (640 * (1 + place[0]) / 2, 480 * (1 - place[1]) / 2), atol=1e-3)
+    np.testing.assert_allclose(pixels[0], (640 * (1 + position[0]) / 2, 480 * (1 - position[1]) / 2), atol=1e-3)
     assert np.linalg.norm(point - view.local_to_world[3, :3]) == pytest.approx(4.0)
 
 
-def test_camera_relative_places_follow_the_lens(stage):
+def test_camera_relative_positions_follow_the_lens_model(stage):
     camera = rep.create.camera(position=(3, 2, 1), look_at=(0, 0, 0.5), projection_type="fisheyePolynomial")
     product = rep.create.render_product(camera, (640, 400))
     ball = rep.create.sphere()
@@ -202,7 +202,7 @@ def test_camera_relative_places_follow_the_lens(stage):
     assert np.linalg.norm(point - view.local_to_world[3, :3]) == pytest.approx(4.0)
 
 
-def test_camera_relative_places_outside_of_the_lens_are_refused(stage):
+def test_camera_relative_positions_outside_the_field_of_view_raise_errors(stage):
     camera = rep.create.camera(projection_type="fisheyePolynomial")
     product = rep.create.render_product(camera, (640, 400))
     rep.modify.pose_camera_relative(camera, product, 4.0, 1.0, 1.0, input_prims=rep.create.sphere())
@@ -210,27 +210,27 @@ def test_camera_relative_places_outside_of_the_lens_are_refused(stage):
         run()
 
 
-def test_orbits_keep_their_distance_and_look_inwards(stage):
-    middle = rep.create.sphere(position=(1, 2, 3))
+def test_orbits_keep_their_distance_and_look_at_the_center(stage):
+    center = rep.create.sphere(position=(1, 2, 3))
     cameras = rep.create.camera(count=20)
     rep.modify.pose_orbit(
-        middle,
+        center,
         distance=5.0,
         azimuth=rep.distribution.uniform(-180, 180),
         elevation=rep.distribution.uniform(10, 80),
         input_prims=cameras,
     )
     run()
-    places = np.array([matrix(stage, path)[3, :3] for path in cameras.prims]) - (1, 2, 3)
-    np.testing.assert_allclose(np.linalg.norm(places, axis=1), 5.0, atol=1e-6)
-    assert len(np.unique(places.round(6), axis=0)) == 20
-    assert (places[:, 2] > 0).all()
-    for path, place in zip(cameras.prims, places):
-        np.testing.assert_allclose(view_direction(stage, f"{path}/Camera"), -place / 5, atol=1e-5)
+    positions = np.array([matrix(stage, path)[3, :3] for path in cameras.prims]) - (1, 2, 3)
+    np.testing.assert_allclose(np.linalg.norm(positions, axis=1), 5.0, atol=1e-6)
+    assert len(np.unique(positions.round(6), axis=0)) == 20
+    assert (positions[:, 2] > 0).all()
+    for path, position in zip(cameras.prims, positions):
+        np.testing.assert_allclose(view_direction(stage, f"{path}/Camera"), -position / 5, atol=1e-5)
 
 
 @pytest.mark.parametrize(("up", "expected"), [("Z", (0, 2, 0)), ("Y", (2, 0, 0))])
-def test_azimuth_turns_around_the_up_axis(stage, cube, up, expected):
+def test_azimuth_is_the_angle_around_the_up_axis(stage, cube, up, expected):
     UsdGeom.SetStageUpAxis(stage, up)
     rep.modify.pose_orbit((0, 0, 0), 2, 90, 0, look_at_barycentre=False, input_prims=cube)
     run()
@@ -238,7 +238,7 @@ def test_azimuth_turns_around_the_up_axis(stage, cube, up, expected):
     np.testing.assert_allclose(matrix(stage, cube)[:3, :3], np.eye(3), atol=1e-6)
 
 
-def test_each_prim_may_have_its_own_orbit_and_place(stage):
+def test_each_prim_may_have_its_own_orbit_and_image_position(stage):
     balls = rep.create.sphere(count=2)
     rep.modify.pose_orbit([(0, 0, 0), (5, 0, 0)], [1, 2], [0, 90], [90, 0], input_prims=balls)
     run()
@@ -259,13 +259,13 @@ def test_each_prim_may_have_its_own_orbit_and_place(stage):
         (lambda cube: rep.modify.pose(look_at="/World/nothing", input_prims=cube), "no prim /World/nothing"),
     ],
 )
-def test_places_that_make_no_sense_name_the_line(stage, cube, make, message):
+def test_errors_of_invalid_positions_name_the_script_line(stage, cube, make, message):
     make(cube)
     with pytest.raises(GraphError, match=rf"test_pose\.py:\d+\).*{message}"):
         run()
 
 
-def test_a_place_in_a_picture_needs_one_camera_and_a_product(stage, cube):
+def test_camera_relative_positions_need_one_camera_and_a_render_product(stage, cube):
     cameras = rep.create.camera(count=2)
     product = rep.create.render_product(cameras.prims[0], (8, 8))
     with pytest.raises(GraphError, match="camera is 2 prims; give one"):
@@ -292,7 +292,7 @@ def test_the_timeline_takes_seconds_and_frames(stage):
     clock.reset()
 
 
-def test_an_unknown_kind_of_time_is_named(stage):
+def test_an_unknown_modify_type_raises_an_error(stage):
     with pytest.raises(GraphError, match=r"modify_type='seconds'; known: time, start_time"):
         rep.modify.timeline(1.0, "seconds")
 
@@ -313,14 +313,14 @@ def test_animations_are_bound_to_the_skeleton(stage):
     assert get_timeline().get_current_time() == 0.0
 
 
-def test_what_is_no_skeleton_is_named(stage, cube):
+def test_animating_a_prim_without_a_skeleton_raises_an_error(stage, cube):
     UsdSkel.Animation.Define(stage, "/World/walk")
     rep.modify.animation("/World/walk", input_prims=cube)
     with pytest.raises(GraphError, match="/World/cube has no Skeleton"):
         run()
 
 
-def test_functions_of_scripts_join_the_family(stage, cube):
+def test_functions_of_scripts_can_be_registered_in_modify(stage, cube):
     def lift(height, input_prims=None):
         return rep.modify.pose(position_z=height, input_prims=input_prims)
 
@@ -335,7 +335,7 @@ def test_functions_of_scripts_join_the_family(stage, cube):
     del rep.modify.lift
 
 
-def test_a_place_under_a_vanished_parent_is_an_error(stage):
+def test_a_position_under_a_parent_of_zero_scale_raises_an_error(stage):
     parent = UsdGeom.Xform.Define(stage, "/World/nothing")
     parent.AddScaleOp().Set(Gf.Vec3f(0))
     ball = rep.create.sphere(parent="/World/nothing")

@@ -1,4 +1,4 @@
-"""What `randomizer.instantiate` leaves on the stage."""
+"""Prims that `randomizer.instantiate` creates."""
 
 import pytest
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
@@ -32,7 +32,7 @@ def fire():
 
 
 def kinds(stage, item):
-    """Type of the shape that each object shows."""
+    """Return the type of the shape that each object references."""
     found = []
     for path in item.prims:
         shapes = [
@@ -47,7 +47,7 @@ def kinds(stage, item):
 
 @pytest.mark.parametrize("mode", ["scene_instance", "reference"])
 @pytest.mark.parametrize("use_cache", [True, False])
-def test_every_execution_shows_another_draw(stage, files, mode, use_cache):
+def test_every_execution_samples_other_assets(stage, files, mode, use_cache):
     with rep.trigger.on_custom_event("go"):
         item = rep.randomizer.instantiate(files, size=20, mode=mode, use_cache=use_cache)
     assert len(item.prims) == 20
@@ -62,7 +62,7 @@ def test_every_execution_shows_another_draw(stage, files, mode, use_cache):
     assert bool(stage.GetPrimAtPath("/Replicator/SampledAssets/Cache")) == use_cache
 
 
-def test_the_cache_itself_is_not_on_display(stage, files):
+def test_the_cache_is_not_rendered(stage, files):
     item = rep.randomizer.instantiate(files, size=4)
     shown = [
         prim
@@ -72,7 +72,7 @@ def test_the_cache_itself_is_not_on_display(stage, files):
     assert len(shown) == len(item.prims) == 4
 
 
-def test_the_first_draw_is_there_at_once_and_stays_for_the_first_execution(stage, files):
+def test_the_first_sample_is_referenced_immediately_and_by_the_first_execution(stage, files):
     with rep.trigger.on_custom_event("go"):
         item = rep.randomizer.instantiate(files, size=8)
     before = kinds(stage, item)
@@ -80,7 +80,7 @@ def test_the_first_draw_is_there_at_once_and_stays_for_the_first_execution(stage
     assert kinds(stage, item) == before
 
 
-def test_objects_are_posed_labeled_and_made_bodies_like_any_other(stage, files):
+def test_objects_can_be_posed_labeled_and_made_rigid_bodies(stage, files):
     toy = [("class", "toy")]
     with (
         rep.trigger.on_custom_event("go"),
@@ -94,7 +94,7 @@ def test_objects_are_posed_labeled_and_made_bodies_like_any_other(stage, files):
     assert len({tuple(prim.GetAttribute("xformOp:translate").Get()) for prim in prims}) == 3
 
 
-def test_weights_and_draws_without_repetition(stage, files):
+def test_weights_and_sampling_without_replacement(stage, files):
     only = rep.randomizer.instantiate(files, size=10, weights=[0, 1, 0])
     assert set(kinds(stage, only)) == {"Sphere"}
     each = rep.randomizer.instantiate(files, size=3, with_replacements=False)
@@ -103,7 +103,7 @@ def test_weights_and_draws_without_repetition(stage, files):
         rep.randomizer.instantiate(files, size=4, with_replacements=False)
 
 
-def test_prims_of_the_stage_are_members_too(stage):
+def test_prims_of_the_stage_can_be_instantiated(stage):
     shapes = [rep.create.cube(name="a"), rep.create.sphere(name="b")]
     item = rep.randomizer.instantiate(rep.create.group(shapes), size=12)
     placed = triangles_below([stage.GetPrimAtPath(path) for path in item.prims])
@@ -126,7 +126,7 @@ def test_own_seeds_replace_the_global_one(files):
     assert drawn(1, own=None) != drawn(2, own=None)
 
 
-def test_point_instances_draw_their_prototypes(stage, files):
+def test_prototypes_of_point_instances_are_sampled(stage, files):
     with rep.trigger.on_custom_event("go"):
         item = rep.randomizer.instantiate(files, size=50, mode="point_instance")
     instancer = UsdGeom.PointInstancer(stage.GetPrimAtPath(item.prims[0]))
@@ -146,7 +146,7 @@ def kinds_of_prototype(stage, path):
     return next(prim.GetTypeName() for prim in Usd.PrimRange(stage.GetPrimAtPath(path)) if prim.IsA(UsdGeom.Gprim))
 
 
-def test_point_instances_are_posed_one_by_one(stage, files):
+def test_point_instances_are_posed_individually(stage, files):
     with rep.randomizer.instantiate(files, size=30, mode="point_instance") as item:
         rep.modify.pose(
             position=rep.distribution.uniform((0, 0, 0), (1, 2, 3)),
@@ -155,13 +155,13 @@ def test_point_instances_are_posed_one_by_one(stage, files):
         )
     evaluate.graph().evaluate()
     instancer = UsdGeom.PointInstancer(stage.GetPrimAtPath(item.prims[0]))
-    assert len({tuple(place) for place in instancer.GetPositionsAttr().Get()}) == 30
+    assert len({tuple(position) for position in instancer.GetPositionsAttr().Get()}) == 30
     assert all(0.5 <= scale[0] == scale[1] < 1 for scale in instancer.GetScalesAttr().Get())
-    turns = [Gf.Rotation(Gf.Quatd(turn)) for turn in instancer.GetOrientationsAttr().Get()]
-    assert all(0 <= turn.GetAngle() <= 90.5 for turn in turns)
+    rotations = [Gf.Rotation(Gf.Quatd(rotation)) for rotation in instancer.GetOrientationsAttr().Get()]
+    assert all(0 <= rotation.GetAngle() <= 90.5 for rotation in rotations)
 
 
-def test_point_instances_are_turned_and_scattered_one_by_one_and_apart(stage, files):
+def test_point_instances_are_rotated_and_scattered_individually_without_collisions(stage, files):
     floor = rep.create.plane(scale=30)
     with rep.randomizer.instantiate(files, size=40, mode="point_instance") as item:
         rep.randomizer.rotation()
@@ -172,19 +172,19 @@ def test_point_instances_are_turned_and_scattered_one_by_one_and_apart(stage, fi
     placed = triangles_below([instancer])
     origins = [each.to_world[3, :3] for each in placed]
     assert [round(float(origin[2]), 5) for origin in origins] == [1.0] * 40
-    assert len({tuple(turn.GetImaginary()) for turn in instancer.GetAttribute("orientations").Get()}) == 40
+    assert len({tuple(rotation.GetImaginary()) for rotation in instancer.GetAttribute("orientations").Get()}) == 40
     bodies = [Solids().around(origin, [each]) for origin, each in zip(origins, placed)]
     assert not any(collide(bodies[i], bodies[j], origins[j] - origins[i]) for i in range(40) for j in range(i + 1, 40))
 
 
-def test_point_instances_take_no_other_poses(stage, files):
+def test_point_instances_do_not_support_look_at(stage, files):
     item = rep.randomizer.instantiate(files, size=3, mode="point_instance")
     rep.modify.pose(look_at=(0, 0, 1), input_prims=item)
     with pytest.raises(GraphError, match="look_at cannot be given to point instances; use position, rotation, scale"):
         evaluate.graph().evaluate()
 
 
-def test_a_distribution_of_assets_is_drawn_from(stage, files):
+def test_assets_may_be_a_distribution(stage, files):
     with rep.trigger.on_custom_event("go"):
         item = rep.randomizer.instantiate(rep.distribution.sequence(files), size=2)
     seen = []
@@ -206,12 +206,12 @@ def test_a_distribution_of_assets_is_drawn_from(stage, files):
         ({"paths": ["/nowhere/at/all.usd"]}, AssetNotFound, r"all\.usd"),
     ],
 )
-def test_what_cannot_be_instantiated(stage, files, arguments, error, message):
+def test_invalid_arguments_of_instantiate_raise_errors(stage, files, arguments, error, message):
     with pytest.raises(error, match=message):
         rep.randomizer.instantiate(**{"paths": files, "size": 2, **arguments})
 
 
-def test_what_is_drawn_later_collides_too(stage, files):
+def test_assets_sampled_later_collide_too(stage, files):
     with rep.trigger.on_frame():
         population = rep.randomizer.instantiate(rep.distribution.sequence(files), size=2)
         with population:

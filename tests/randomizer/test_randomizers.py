@@ -1,4 +1,4 @@
-"""What `rep.randomizer`'s rotations, colors, textures and materials leave on the stage."""
+"""Rotations, colors, textures and materials that `rep.randomizer` writes to the stage."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def fire():
 
 
 def drawn(make, seed=1):
-    """What a randomizer of forty cubes leaves in two firings on a new stage."""
+    """Return the values that a randomizer of forty cubes writes in two firings on a new stage."""
     stage = stage_context.new_stage()
     rep.set_global_seed(seed)
     with rep.trigger.on_custom_event("go"), rep.create.cube(count=40) as cubes:
@@ -29,8 +29,8 @@ def drawn(make, seed=1):
     return found
 
 
-def look_of(prim):
-    """The inputs of the MDL shader that a prim is drawn with."""
+def material_inputs(prim):
+    """Return the inputs of the MDL shader bound to a prim."""
     bound = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
     shader = bound.ComputeSurfaceSource("mdl")[0]
     return {each.GetBaseName(): each.Get() for each in shader.GetInputs()}
@@ -55,8 +55,8 @@ def test_angles_are_uniform_within_their_bounds():
     lower, upper = (0, -90, 5), (45, 90, 5)
     found = np.array(drawn(rotated(min_angle=lower, max_angle=upper))).reshape(-1, 3)
     for axis in (0, 1):
-        share = (found[:, axis] - lower[axis]) / (upper[axis] - lower[axis])
-        assert stats.kstest(share, "uniform").pvalue > 1e-4
+        fraction = (found[:, axis] - lower[axis]) / (upper[axis] - lower[axis])
+        assert stats.kstest(fraction, "uniform").pvalue > 1e-4
     assert (found[:, 2] == 5).all()
     assert len(np.unique(found[:, 0])) == 80
     one = np.array(drawn(rotated(min_angle=10, max_angle=20)))
@@ -93,7 +93,7 @@ def test_a_seed_of_rotations_replaces_the_global_one():
         ({"seed": "x"}, "seed is 'x'; expected a whole number"),
     ],
 )
-def test_rotations_that_make_no_sense(stage, arguments, message):
+def test_invalid_rotation_bounds_raise_errors(stage, arguments, message):
     with pytest.raises(GraphError, match=message):
         rep.randomizer.rotation(**arguments, input_prims=rep.create.cube())
 
@@ -114,95 +114,95 @@ def meshes(stage, pair):
     return [stage.GetPrimAtPath(f"{pair.prims[0]}/{name}_Xform/{name}") for name in "ab"]
 
 
-def test_meshes_share_a_color_unless_each_gets_one(stage, pair):
+def test_meshes_share_a_color_unless_per_sub_mesh_is_set(stage, pair):
     with rep.trigger.on_custom_event("go"):
         rep.randomizer.color(rep.distribution.uniform((0, 0, 0), (1, 1, 1)), input_prims=pair)
     fire()
-    one, other = (look_of(mesh)["diffuse_color_constant"] for mesh in meshes(stage, pair))
+    one, other = (material_inputs(mesh)["diffuse_color_constant"] for mesh in meshes(stage, pair))
     assert one == other
     assert len(stage.GetPrimAtPath("/Replicator/Looks").GetChildren()) == 1
 
 
-def test_each_mesh_may_get_a_look_of_its_own(stage, pair):
+def test_each_mesh_may_get_its_own_material(stage, pair):
     with rep.trigger.on_custom_event("go"):
         rep.randomizer.color([(1, 0, 0)], per_sub_mesh=True, input_prims=pair)
     fire()
     fire()
     bound = [UsdShade.MaterialBindingAPI(mesh).ComputeBoundMaterial()[0].GetPath() for mesh in meshes(stage, pair)]
     assert [str(path) for path in bound] == ["/Replicator/Looks/OmniPBR", "/Replicator/Looks/OmniPBR_01"]
-    assert [look_of(mesh)["diffuse_color_constant"] for mesh in meshes(stage, pair)] == [(1, 0, 0)] * 2
+    assert [material_inputs(mesh)["diffuse_color_constant"] for mesh in meshes(stage, pair)] == [(1, 0, 0)] * 2
 
 
-def test_an_instance_is_opened_for_its_color(stage):
+def test_an_instance_becomes_an_ordinary_prim_when_colored(stage):
     source, copy = rep.create.cube(), stage.DefinePrim("/World/copy")
     copy.GetReferences().AddInternalReference(source.prims[0])
     copy.SetInstanceable(True)
     rep.randomizer.color((0, 1, 0), input_prims="/World/copy")
     evaluate.graph().evaluate()
     assert not copy.IsInstance()
-    assert look_of(copy.GetChild("Cube"))["diffuse_color_constant"] == (0, 1, 0)
+    assert material_inputs(copy.GetChild("Cube"))["diffuse_color_constant"] == (0, 1, 0)
 
 
 # --- textures ---
 
 
 @pytest.fixture
-def pictures(tmp_path):
+def images(tmp_path):
     paths = [str(tmp_path / f"{name}.png") for name in ("wood", "stone", "rust")]
     for path in paths:
         open(path, "wb").close()
     return paths
 
 
-def textured(pictures, **arguments):
+def textured(images, **arguments):
     def make(stage, cubes):
-        rep.randomizer.texture(pictures, **arguments)
-        return lambda prim: look_of(prim)["diffuse_texture"].path
+        rep.randomizer.texture(images, **arguments)
+        return lambda prim: material_inputs(prim)["diffuse_texture"].path
 
     return make
 
 
-def test_textures_are_chosen_and_repeat_with_their_seed(pictures):
-    found = drawn(textured(pictures, seed=3), seed=1)
-    assert set(found[0]) == set(pictures)
+def test_random_textures_repeat_with_their_seed(images):
+    found = drawn(textured(images, seed=3), seed=1)
+    assert set(found[0]) == set(images)
     assert found[0] != found[1]
-    assert drawn(textured(pictures, seed=3), seed=2) == found
-    assert drawn(textured(pictures), seed=3) == found
-    assert drawn(textured(pictures, seed=4), seed=1) != found
+    assert drawn(textured(images, seed=3), seed=2) == found
+    assert drawn(textured(images), seed=3) == found
+    assert drawn(textured(images, seed=4), seed=1) != found
 
 
-def test_textures_are_scaled_turned_and_projected(stage, pictures):
+def test_textures_are_scaled_rotated_and_projected(stage, images):
     cubes = rep.create.cube(count=2)
     with rep.trigger.on_custom_event("go"):
         rep.randomizer.texture(
-            rep.distribution.sequence(pictures), texture_scale=[(2, 3), (4, 5)],
+            rep.distribution.sequence(images), texture_scale=[(2, 3), (4, 5)],
             texture_rotate=rep.distribution.uniform(30, 60), project_uvw=True, input_prims=cubes,
         )  # fmt: skip
     fire()
-    looks = [look_of(stage.GetPrimAtPath(path)) for path in cubes.prims]
-    assert [look["diffuse_texture"].path for look in looks] == pictures[:2]
-    assert [look["texture_scale"] for look in looks] == [(2, 3), (4, 5)]
-    assert all(30 <= look["texture_rotate"] < 60 and look["project_uvw"] is True for look in looks)
+    materials = [material_inputs(stage.GetPrimAtPath(path)) for path in cubes.prims]
+    assert [inputs["diffuse_texture"].path for inputs in materials] == images[:2]
+    assert [inputs["texture_scale"] for inputs in materials] == [(2, 3), (4, 5)]
+    assert all(30 <= inputs["texture_rotate"] < 60 and inputs["project_uvw"] is True for inputs in materials)
     plain = rep.create.cube()
-    rep.randomizer.texture(pictures[:1], texture_scale=2, texture_rotate=90, input_prims=plain)
+    rep.randomizer.texture(images[:1], texture_scale=2, texture_rotate=90, input_prims=plain)
     evaluate.graph().evaluate()
-    look = look_of(stage.GetPrimAtPath(plain.prims[0]))
-    assert (look["texture_scale"], look["texture_rotate"]) == ((2, 2), 90)
-    assert "project_uvw" not in look
+    inputs = material_inputs(stage.GetPrimAtPath(plain.prims[0]))
+    assert (inputs["texture_scale"], inputs["texture_rotate"]) == ((2, 2), 90)
+    assert "project_uvw" not in inputs
 
 
-def test_each_mesh_may_get_a_texture(stage, pair, pictures):
-    rep.randomizer.texture(pictures[:1], per_sub_mesh=True, input_prims=pair)
+def test_each_mesh_may_get_a_texture(stage, pair, images):
+    rep.randomizer.texture(images[:1], per_sub_mesh=True, input_prims=pair)
     evaluate.graph().evaluate()
-    assert [look_of(mesh)["diffuse_texture"].path for mesh in meshes(stage, pair)] == pictures[:1] * 2
+    assert [material_inputs(mesh)["diffuse_texture"].path for mesh in meshes(stage, pair)] == images[:1] * 2
     assert len(stage.GetPrimAtPath("/Replicator/Looks").GetChildren()) == 2
 
 
-def test_textures_that_do_not_exist_are_told(stage, pictures):
+def test_missing_textures_raise_errors(stage, images):
     cube = rep.create.cube()
-    wrong = pictures[0].replace("wood", "woood")
+    wrong = images[0].replace("wood", "woood")
     with pytest.raises(AssetNotFound, match=r"did you mean wood\.png"):
-        rep.randomizer.texture([*pictures, wrong], input_prims=cube)
+        rep.randomizer.texture([*images, wrong], input_prims=cube)
     with pytest.raises(GraphError, match=r"choices is '.*'; expected a list"):
         rep.randomizer.texture(wrong, input_prims=cube)
     rep.randomizer.texture(rep.distribution.sequence([wrong]), input_prims=cube)
@@ -215,14 +215,16 @@ def test_textures_that_do_not_exist_are_told(stage, pictures):
 
 def with_material(**arguments):
     def make(stage, cubes):
-        looks = rep.create.material_omnipbr(count=3)
-        rep.randomizer.materials([looks.prims[0], stage.GetPrimAtPath(looks.prims[1]), looks.prims[2]], **arguments)
+        materials = rep.create.material_omnipbr(count=3)
+        rep.randomizer.materials(
+            [materials.prims[0], stage.GetPrimAtPath(materials.prims[1]), materials.prims[2]], **arguments
+        )
         return lambda prim: str(UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0].GetPath())
 
     return make
 
 
-def test_materials_are_chosen_and_repeat_with_their_seed():
+def test_random_materials_repeat_with_their_seed():
     found = drawn(with_material(seed=3), seed=1)
     assert set(found[0]) == {f"/Replicator/Looks/OmniPBR{number}" for number in ("", "_01", "_02")}
     assert found[0] != found[1]
@@ -232,11 +234,11 @@ def test_materials_are_chosen_and_repeat_with_their_seed():
 
 
 def test_materials_from_a_distribution_or_an_item(stage):
-    looks, cubes = rep.create.material_omnipbr(count=2), rep.create.cube(count=2)
-    for given in (rep.distribution.sequence(looks), looks):
-        rep.randomizer.materials(given, input_prims=cubes, name="looks")
+    materials, cubes = rep.create.material_omnipbr(count=2), rep.create.cube(count=2)
+    for given in (rep.distribution.sequence(materials), materials):
+        rep.randomizer.materials(given, input_prims=cubes, name="materials")
         evaluate.graph().evaluate()
         apis = [UsdShade.MaterialBindingAPI(stage.GetPrimAtPath(path)) for path in cubes.prims]
-        assert {str(api.ComputeBoundMaterial()[0].GetPath()) for api in apis} <= set(looks.prims)
+        assert {str(api.ComputeBoundMaterial()[0].GetPath()) for api in apis} <= set(materials.prims)
     with pytest.raises(BadPrim, match="no prim /World/oak"):
         rep.randomizer.materials(["/World/oak"], input_prims=cubes)

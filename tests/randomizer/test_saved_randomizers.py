@@ -1,4 +1,4 @@
-"""Scattering, populations, orbits, materials and projections of a saved stage go on as in the script."""
+"""Scattering, instances, orbits, materials and projections of a saved stage continue as in the script."""
 
 import pytest
 
@@ -11,7 +11,7 @@ pytestmark = pytest.mark.usefixtures("stage")
 
 
 def build():
-    """A trigger with one of each."""
+    """Create a trigger with one randomizer of each kind."""
     floor, box = rep.create.plane(scale=4), rep.create.cube(scale=3)
     balls = rep.create.sphere(count=5, scale=0.2)
     cones = rep.create.cone(count=3, scale=0.2)
@@ -44,7 +44,7 @@ def fired(times):
     }
 
 
-def test_a_saved_graph_goes_on_as_the_script_would(tmp_path):
+def test_a_saved_graph_continues_as_the_script_would(tmp_path):
     stage_context.new_stage()
     rep.set_global_seed(11)
     build()

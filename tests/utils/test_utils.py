@@ -1,4 +1,4 @@
-"""Helpers beside the families."""
+"""`rep.utils`: bounding boxes, search, files and nodes."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def test_boxes_and_transforms_of_prims(stage):
     assert rep.utils.read_prim_transform(child).ExtractTranslation() == Gf.Vec3d(1, 2, 3)
 
 
-def test_prims_below_and_their_variants(stage):
+def test_descendants_of_prims_and_their_variants(stage):
     cube = rep.create.cube()
     copy = stage.DefinePrim("/World/copy")
     copy.GetReferences().AddInternalReference(cube.prims[0])
@@ -30,17 +30,17 @@ def test_prims_below_and_their_variants(stage):
     assert rep.utils.find_prims(["/World"]) == ["/World/copy"]
     assert rep.utils.find_prims("/World", mode="prototypes") == [str(copy.GetPrototype().GetPath())]
     assert rep.utils.find_prims("/Replicator", mode="meshes") == [f"{cube.prims[0]}/Cube"]
-    look = rep.create.material_omnipbr()
-    assert rep.utils.find_prims("/Replicator/Looks", mode="materials") == list(look.prims)
+    made = rep.create.material_omnipbr()
+    assert rep.utils.find_prims("/Replicator/Looks", mode="materials") == list(made.prims)
     assert rep.utils.find_prims(cube.prims[0], mode="prims") == [cube.prims[0], f"{cube.prims[0]}/Cube"]
     assert rep.utils.get_non_xform_prims(cube) == [f"{cube.prims[0]}/Cube"]
     assert rep.utils.get_prims_from_paths(["/World"]) == [stage.GetPrimAtPath("/World")]
     with pytest.raises(GraphError, match="mode='shapes'; known: instances"):
         rep.utils.find_prims("/World", mode="shapes")
-    colors = copy.GetVariantSets().AddVariantSet("colour")
+    colors = copy.GetVariantSets().AddVariantSet("color")
     colors.AddVariant("red")
-    assert rep.utils.get_prim_variant_values("/World/copy", "colour") == ["red"]
-    with pytest.raises(BadPrim, match="no variant set 'size'; it has: colour"):
+    assert rep.utils.get_prim_variant_values("/World/copy", "color") == ["red"]
+    with pytest.raises(BadPrim, match="no variant set 'size'; it has: color"):
         rep.utils.get_prim_variant_values("/World/copy", "size")
 
 
@@ -67,13 +67,13 @@ def test_usd_files_of_a_folder(folder):
     assert names() == ["a_crate.usda", "b_crate.usd"]
     assert names(recursive=True) == ["a_crate.usda", "b_crate.usd", "c_crate.usdc"]
     assert names(path_filter="b_") == ["b_crate.usd"]
-    with pytest.raises(GraphError, match="no regular expression"):
+    with pytest.raises(GraphError, match="not a regular expression"):
         names(path_filter="(")
     with pytest.raises(AssetNotFound):
         rep.utils.get_usd_files(str(folder / "nowhere"))
 
 
-def test_textures_that_belong_together(folder):
+def test_textures_are_grouped_by_stem(folder):
     groups = rep.utils.get_files_group(str(folder))
     assert [sorted(group) for group in groups] == [["diffuse"], ["diffuse", "normal"]]
     assert groups[1]["diffuse"].endswith("rust_Diffuse.PNG")
@@ -92,7 +92,7 @@ def test_references_of_a_folder(stage, folder):
         rep.create.from_dir(str(folder), path_filter="barrel")
 
 
-def test_nodes_made_by_type_run_and_can_be_retargeted(stage):
+def test_nodes_created_by_type_run_and_can_be_retargeted(stage):
     cubes = rep.create.cube(count=2)
     assert not rep.utils.get_replicator_graph_exists()
     first, second = cubes.prims
@@ -152,7 +152,7 @@ def test_inputs_of_nodes_are_set_with_or_without_their_prefix(stage):
     assert item.get_input("inputs:position") == (5, 5, 5)
 
 
-def test_items_tell_their_prims(stage):
+def test_items_list_their_prims(stage):
     cubes = rep.create.cube(count=2)
     item = rep.modify.pose(position=1, input_prims=cubes)
     assert item.get_output_prims() == item.get_input_prims() == {"prims": list(cubes.prims)}
@@ -164,7 +164,7 @@ def test_items_tell_their_prims(stage):
         item.get_output("samples")
 
 
-def test_wires_between_nodes_cannot_be_taken_away():
+def test_nodes_cannot_be_disconnected():
     from usdsdg.utils.utils import _disconnect
 
     with pytest.raises(Unsupported, match="run in the order of the script"):
@@ -172,7 +172,7 @@ def test_wires_between_nodes_cannot_be_taken_away():
 
 
 @pytest.mark.parametrize("family", ["create", "get", "modify", "randomizer", "distribution", "trigger"])
-def test_every_family_takes_functions_of_scripts(family):
+def test_functions_of_scripts_can_be_registered_in_every_family(family):
     module = getattr(rep, family)
 
     def lucky(number):
@@ -186,11 +186,11 @@ def test_every_family_takes_functions_of_scripts(family):
     module.register(abs, fn_name="lucky")
     assert module.lucky(-6) == 6
     del module.lucky, module.other
-    with pytest.raises(ValueError, match="5 is no function"):
+    with pytest.raises(ValueError, match="5 is not a function"):
         module.register(5)
 
 
-def test_order_is_the_order_of_the_script(stage):
+def test_nodes_run_in_the_order_of_the_script(stage):
     cube = rep.create.cube()
     with rep.utils.sequential():
         first = rep.modify.pose(position=1, input_prims=cube)

@@ -18,7 +18,7 @@ def usd_files(folder: str, *, recursive: bool = False, path_filter: str | None =
 
     Raises:
         AssetNotFound: there is no such folder.
-        ArgumentError: `path_filter` is no regular expression.
+        ArgumentError: `path_filter` is not a regular expression.
     """
     root = Path(assets.resolve(folder))
     if not root.is_dir():
@@ -26,6 +26,6 @@ def usd_files(folder: str, *, recursive: bool = False, path_filter: str | None =
     try:
         wanted = re.compile(path_filter or "")
     except re.error as error:
-        raise ArgumentError(f"path_filter is {path_filter!r}, which is no regular expression: {error}") from error
+        raise ArgumentError(f"path_filter is {path_filter!r}, which is not a regular expression: {error}") from error
     found = [path for path in root.glob("**/*" if recursive else "*") if path.suffix.lower() in USD_SUFFIXES]
     return sorted(str(path) for path in found if wanted.search(str(path)))

@@ -81,10 +81,10 @@ def register_function(
     """Add `fn` to the globals of a family's module, under its own name or `fn_name`: `rep.modify.register(fn)`.
 
     Raises:
-        ValueError: `fn` is no function, the name is no identifier, or taken while `override` is False.
+        ValueError: `fn` is not a function, or the name is not an identifier, or taken while `override` is False.
     """
     if not callable(fn):
-        raise ValueError(f"{family}.register: {fn!r} is no function")
+        raise ValueError(f"{family}.register: {fn!r} is not a function")
     name = fn_name or getattr(fn, "__name__", type(fn).__name__)
     if not name.isidentifier():
         raise ValueError(f"{family}.register: {name!r} is not a valid name; pass fn_name='a_valid_name'")

@@ -83,7 +83,7 @@ def stereo_camera(
     units] apart along the image's x axis. All other arguments are those of `camera`.
 
     Raises:
-        ArgumentError: `stereo_baseline` is no number, or as for `camera`.
+        ArgumentError: `stereo_baseline` is not a number, or as for `camera`.
     """
     lens = dict(locals())
     try:

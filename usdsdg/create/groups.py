@@ -18,7 +18,7 @@ def group(items: Any, semantics: Any = None, name: str | None = None) -> Replica
         name: of the node; writers report it.
 
     Raises:
-        BadPrim: (a ValueError) something is no item, path or prim, or a path is not on the stage.
+        BadPrim: (a ValueError) a value is not an item, path or prim, or a path is not on the stage.
     """
     targets = prim_paths(items)
     for path in targets:
@@ -41,7 +41,7 @@ def xform(
         semantics: labels of all, or a list with those of each.
 
     Raises:
-        ArgumentError: a value has another shape, or `count` is no whole number. BadPrim: `parent` is not on the stage.
+        ArgumentError: a value has another shape, or `count` is not an integer. BadPrim: `parent` is not on the stage.
     """
     objects = [new_object("Xform", name, parent)[0] for _ in range(count_of(count))]
     return apply_common_arguments(

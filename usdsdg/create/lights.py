@@ -43,7 +43,7 @@ def light(
 
     Raises:
         ArgumentError: an unknown light_type, or a texture for a light that has none.
-        AssetNotFound: there is no such texture; names near misses.
+        AssetNotFound: there is no such texture; the message names near misses.
     """
     schema = LIGHT_SCHEMAS.get(str(light_type).lower())
     if schema is None:

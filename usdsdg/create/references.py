@@ -56,7 +56,7 @@ def from_dir(
 
     Raises:
         AssetNotFound: there is no such folder, or no file that matches.
-        ArgumentError: `path_filter` is no regular expression.
+        ArgumentError: `path_filter` is not a regular expression.
     """
     found = usd_files(dir_path, recursive=recursive, path_filter=path_filter)
     if not found:

@@ -29,7 +29,7 @@ def _single(batch: Callable[..., list[Usd.Prim]], doc: str) -> Callable[..., Usd
         return batch(**dict(zip(positional, values)), **arguments, count=1)[0]
 
     create.__doc__ = doc
-    create.__signature__ = signature.replace(parameters=parameters, return_annotation="Usd.Prim")  # type: ignore[attr-defined]
+    create.__signature__ = signature.replace(parameters=parameters, return_annotation=Usd.Prim)  # type: ignore[attr-defined]
     return create
 
 

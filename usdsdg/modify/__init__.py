@@ -27,6 +27,6 @@ def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None 
     """Make `rep.modify.<name>` call `fn`.
 
     Raises:
-        ValueError: the name is no identifier, or taken while `override` is False.
+        ValueError: the name is not an identifier, or taken while `override` is False.
     """
     register_function(globals(), "modify", fn, override, fn_name)

@@ -66,8 +66,8 @@ def pose(
     _exclude("position", position, *_given(single["position"]))
     _exclude("rotation", rotation, *_given(single["rotation"]))
     _exclude("scale", scale, *_given({"size": size}))
-    turned = rotation if rotation is not None else next(iter(_given(single["rotation"])), None)
-    _exclude("rotation", turned, *_given({"look_at": look_at}))
+    any_rotation = rotation if rotation is not None else next(iter(_given(single["rotation"])), None)
+    _exclude("rotation", any_rotation, *_given({"look_at": look_at}))
     if str(rotation_order).upper() not in ROTATION_ORDERS:
         raise ArgumentError(f"modify.pose: rotation_order={rotation_order!r}; known: {', '.join(ROTATION_ORDERS)}")
     values = dict(position=position, pivot=pivot, rotation=rotation, scale=scale, size=size, look_at=look_at)
@@ -153,7 +153,7 @@ def _column(role: str, value: Any, node: Node, execution: int) -> Sequence[Any] 
     """One value per prim."""
     if role[-2:] in ("_x", "_y", "_z"):
         return draw_numbers(role, node, execution)
-    # Several prims are one target, their middle, also where there are as many of them as prims that look.
+    # Several prims are one target, their mean position, even if there is one of them per posed prim.
     if role == "look_at" and is_paths(value):
         return [value] * len(node.prims)
     return draw(value, node, execution, role)

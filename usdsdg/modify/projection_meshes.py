@@ -47,7 +47,7 @@ def projector_of(prim: Usd.Prim) -> Usd.Prim:
     """
     found = _related(prim, PROJECTOR)
     if len(found) != 1:
-        raise BadPrim(f"{prim.GetPath()} is no projection; make one with create.projection_material")
+        raise BadPrim(f"{prim.GetPath()} is not a projection; make one with create.projection_material")
     return found[0]
 
 

@@ -86,7 +86,7 @@ def projections_at(prim: Usd.Prim) -> list[Usd.Prim]:
     """
     found = [each for each in Usd.PrimRange(prim) if each.HasRelationship(projection_meshes.PROJECTOR)]
     if not found:
-        raise BadPrim(f"{prim.GetPath()} is no projection; make one with create.projection_material")
+        raise BadPrim(f"{prim.GetPath()} is not a projection; make one with create.projection_material")
     return found
 
 

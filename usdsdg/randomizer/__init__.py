@@ -16,6 +16,6 @@ def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None 
     """Make `rep.randomizer.<name>` call `fn`.
 
     Raises:
-        ValueError: the name is no identifier, or taken while `override` is False.
+        ValueError: the name is not an identifier, or taken while `override` is False.
     """
     register_function(globals(), "randomizer", fn, override, fn_name)
