@@ -50,8 +50,8 @@ def call(form, name, *args, **kwargs):
 
 
 def states():
-    asked = (rep.orchestrator.get_is_stopped, rep.orchestrator.get_is_started, rep.orchestrator.get_is_paused)
-    return [ask() for ask in asked]
+    queries = (rep.orchestrator.get_is_stopped, rep.orchestrator.get_is_started, rep.orchestrator.get_is_paused)
+    return [query() for query in queries]
 
 
 @pytest.mark.parametrize("form", FORMS)

@@ -78,7 +78,7 @@ def test_images_masks_and_boxes_follow_the_timeline():
     np.testing.assert_allclose([columns[0] + columns[2], 2 * columns[1]], 95, atol=1.5)
     assert heights[0] == pytest.approx(2.0)
     assert heights[0] > heights[1] > heights[2]
-    assert tops[0] < tops[1] < tops[2], "the picture shows the bent mesh too"
+    assert tops[0] < tops[1] < tops[2], "the image shows the bent mesh too"
 
 
 def test_a_playing_timeline_plays_the_animation(file):
@@ -87,12 +87,12 @@ def test_a_playing_timeline_plays_the_animation(file):
     assert (timeline.get_end_time(), timeline.get_time_codes_per_seconds()) == (1.0, RATE)
     (solid,) = attach("bounding_box_3d")
     timeline.play()
-    places = []
+    positions = []
     for _ in range(4):
         rep.orchestrator.step(pause_timeline=False)
-        places.append(box_of(solid, "box")["transform"][3, 0])
+        positions.append(box_of(solid, "box")["transform"][3, 0])
     timeline.stop()
-    np.testing.assert_allclose(np.diff(places), 4 / 24, atol=1e-6)
+    np.testing.assert_allclose(np.diff(positions), 4 / 24, atol=1e-6)
 
 
 def test_opening_an_animation_sets_the_time_to_its_start(file):

@@ -43,9 +43,9 @@ def captured(monkeypatch):
     return frame
 
 
-def roughness(picture: np.ndarray) -> float:
+def roughness(image: np.ndarray) -> float:
     """Return the mean difference of neighboring pixels."""
-    levels = picture[..., :3].astype(np.float64)
+    levels = image[..., :3].astype(np.float64)
     return float(np.abs(np.diff(levels, axis=0)).mean() + np.abs(np.diff(levels, axis=1)).mean())
 
 
@@ -62,9 +62,9 @@ def test_it_denoises_images_and_does_not_change_labels(captured):
 
 @needs_library
 def test_auto_is_oidn_if_installed_and_captures_are_reproducible(captured):
-    pictures = [captured(values)["HdrColor"] for values in ({}, {DENOISER: "oidn"}, {ENABLED: True, BLEND: 0.0})]
-    assert np.array_equal(pictures[0], pictures[1])
-    assert np.array_equal(pictures[0], pictures[2])
+    images = [captured(values)["HdrColor"] for values in ({}, {DENOISER: "oidn"}, {ENABLED: True, BLEND: 0.0})]
+    assert np.array_equal(images[0], images[1])
+    assert np.array_equal(images[0], images[2])
 
 
 @needs_library

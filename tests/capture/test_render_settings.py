@@ -28,10 +28,10 @@ def has_oidn(request, monkeypatch):
 @pytest.mark.parametrize(("samples", "parts"), [(128, 8), (10, 4), (3, 8), (1, 1)])
 def test_a_split_covers_the_samples_once_and_in_order(samples, parts):
     mode = RenderMode(True, samples, parts, True, False, first_sample=5)
-    shares = mode.split(parts)
-    covered = [n for share in shares for n in range(share.first_sample, share.first_sample + share.samples)]
+    modes = mode.split(parts)
+    covered = [n for each in modes for n in range(each.first_sample, each.first_sample + each.samples)]
     assert covered == list(range(5, 5 + samples))
-    assert all(share.samples > 0 for share in shares)
+    assert all(each.samples > 0 for each in modes)
 
 
 def test_every_sub_frame_of_the_fast_mode_adds_a_sample(settings):

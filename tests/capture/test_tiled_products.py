@@ -17,13 +17,13 @@ ANNOTATORS = (
 
 @pytest.fixture
 def cameras(stage):
-    """Three cameras around a labeled cube, each with another color of the dome light in its background."""
+    """Three cameras around a labeled cube and ball."""
     rep.create.light(light_type="Dome", intensity=800)
     rep.create.light(light_type="Sphere", position=(2, 3, 4), scale=0.5, intensity=20000)
     rep.create.cube(semantics=[("class", "cube")])
     rep.create.sphere(position=(0, 2, 0), semantics=[("class", "ball")])
-    places = [(6, 0, 1), (0, 6, 2), (-4, -4, 3)]
-    return [rep.create.camera(position=place, look_at=(0, 0, 0), clipping_range=(0.1, 100)) for place in places]
+    positions = [(6, 0, 1), (0, 6, 2), (-4, -4, 3)]
+    return [rep.create.camera(position=each, look_at=(0, 0, 0), clipping_range=(0.1, 100)) for each in positions]
 
 
 def attached(product, **params):

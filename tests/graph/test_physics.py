@@ -184,7 +184,7 @@ def test_physics_materials_are_created_if_there_is_none(stage):
     assert UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(binding) == "weakerThanDescendants"
 
 
-def test_rigid_bodies_are_authored_at_once_or_by_a_trigger(stage):
+def test_bodies_are_simulated_at_once_or_by_a_trigger(stage):
     box = stage.GetPrimAtPath("/World/box")
     UsdGeom.XformCommonAPI(box).SetTranslate((0, 0, 100))
     physics.rigid_body(input_prims="/World/box")

@@ -122,5 +122,5 @@ class App:
 
 
 def get_app() -> App:
-    """The application of the session (`omni.kit.app.get_app()`)."""
+    """Return the application of the session (`omni.kit.app.get_app()`)."""
     return current().app

@@ -88,10 +88,10 @@ class Orchestrator:
         return 1.0 / timeline.get_time_codes_per_seconds() if delta_time is None else float(delta_time)
 
     def _subframes(self, rt_subframes: int, fired: list[evaluate.Trigger]) -> int:
-        wanted = rt_subframes if rt_subframes > 0 else get_settings().get_as_int("/omni/replicator/RTSubframes")
+        requested = rt_subframes if rt_subframes > 0 else get_settings().get_as_int("/omni/replicator/RTSubframes")
         minimum = max([self._next_subframes, *(trigger.rt_subframes for trigger in fired)], default=1)
         self._next_subframes = 0
-        return max(wanted, minimum, 1)
+        return max(requested, minimum, 1)
 
     def _start_if_stopped(self) -> None:
         """Start a run: reset counters and generators and run a preview if not initialized, then check references."""
@@ -212,5 +212,5 @@ def _triggers_remain() -> bool:
 
 
 def get_orchestrator() -> Orchestrator:
-    """The orchestrator of the session."""
+    """Return the orchestrator of the session."""
     return current().orchestrator

@@ -80,7 +80,7 @@ def _denoiser(best: str) -> str:
         better = "pip install 'usdsdg[denoise]' cleans them with Open Image Denoise"
     warn_once(
         "path-traced images are cleaned by the filter of the fast mode, which leaves the noise of depth of field and "
-        f"motion blur. {better}; with the setting /usdsdg/denoiser at 'wavelet' this filter stays and this line goes."
+        f"motion blur. {better}; set /usdsdg/denoiser to 'wavelet' to keep this filter without this warning."
     )
     return "wavelet"
 

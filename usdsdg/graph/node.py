@@ -18,7 +18,7 @@ _PACKAGE = str(Path(__file__).resolve().parents[1])
 
 @contextmanager
 def made_at(line: str) -> Iterator[None]:
-    """Give the nodes made inside a source line of a file other than Python, such as "scene.yaml:12"."""
+    """Set the source line of nodes made in this block, in a file other than Python, such as "scene.yaml:12"."""
     lines = current().source_lines
     lines.append(line)
     try:

@@ -133,7 +133,7 @@ def use_device(device: str | None) -> None:
 
 
 def physics() -> PhysicsEngine:
-    """The physics engine of the current stage."""
+    """Return the physics engine of the current stage; create it if there is none."""
     engines = current().engines
     if engines.physics is None:
         quiet_warp()
@@ -158,7 +158,7 @@ def physics_device() -> str:
 
 
 def renderer() -> Renderer:
-    """The renderer of the current stage."""
+    """Return the renderer of the current stage; create it if there is none."""
     engines = current().engines
     if engines.renderer is None:
         quiet_warp()
@@ -184,7 +184,7 @@ def quiet_warp() -> None:
 
 
 def subscribe_step(listener: Callable[[float], None]) -> Callable[[], None]:
-    """Call `listener(dt)` after every physics step of whatever stage is current; return the unsubscriber."""
+    """Call `listener(dt)` after every physics step, on this and later stages; return the unsubscriber."""
     listeners = current().engines.step_listeners
     listeners.append(listener)
     return lambda: listeners.remove(listener) if listener in listeners else None

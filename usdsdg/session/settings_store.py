@@ -64,7 +64,7 @@ class Settings:
         self._listeners: dict[str, list[Callable[[Any], None]]] = {}
 
     def get(self, path: str) -> Any:
-        """The value at `path`, or None where nothing was set."""
+        """Return the value at `path`, or None if it is not set."""
         return self._values.get(normalized(path))
 
     def set(self, path: str, value: Any) -> None:
@@ -96,19 +96,19 @@ class Settings:
 
     # carb.settings has one getter and setter per type.
     def get_as_int(self, path: str) -> int:
-        """The value as an integer; 0 where nothing was set."""
+        """Return the value as an integer; 0 if it is not set."""
         return int(self.get(path) or 0)
 
     def get_as_float(self, path: str) -> float:
-        """The value as a number; 0.0 where nothing was set."""
+        """Return the value as a float; 0.0 if it is not set."""
         return float(self.get(path) or 0.0)
 
     def get_as_bool(self, path: str) -> bool:
-        """The value as true or false; False where nothing was set."""
+        """Return the value as a bool; False if it is not set."""
         return bool(self.get(path))
 
     def get_as_string(self, path: str) -> str:
-        """The value as text; "" where nothing was set."""
+        """Return the value as a string; "" if it is not set."""
         value = self.get(path)
         return "" if value is None else str(value)
 
@@ -126,5 +126,5 @@ class Settings:
 
 
 def get_settings() -> Settings:
-    """The settings of the session (`carb.settings.get_settings()`)."""
+    """Return the settings of the session (`carb.settings.get_settings()`)."""
     return current().settings

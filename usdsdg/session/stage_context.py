@@ -46,7 +46,7 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
         raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: it is a folder")
     try:
         layer = Sdf.Layer.FindOrOpen(file)
-        if layer is None:  # pxr gives no reason where there is nothing to read
+        if layer is None:  # an empty file, for which pxr reports no reason
             raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: it is empty or cut off")
         if layer.dirty:
             layer.Reload(force=True)
@@ -60,9 +60,9 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
 def _check_times(stage: Usd.Stage, file: str) -> None:
     rate, codes = stage.GetTimeCodesPerSecond(), (stage.GetStartTimeCode(), stage.GetEndTimeCode())
     if not (math.isfinite(rate) and rate > 0.0):
-        raise errors.BadValue(f"{file}: timeCodesPerSecond {rate} is no rate. Author a value > 0.")
+        raise errors.BadValue(f"{file}: timeCodesPerSecond {rate} is not a finite number > 0. Author one.")
     if not all(map(math.isfinite, codes)):
-        raise errors.BadValue(f"{file}: startTimeCode and endTimeCode {codes} are no times. Author finite numbers.")
+        raise errors.BadValue(f"{file}: startTimeCode and endTimeCode {codes} are not finite. Author finite numbers.")
 
 
 def set_stage(stage: Usd.Stage) -> Usd.Stage:

@@ -179,5 +179,5 @@ class Timeline:
 
 
 def get_timeline() -> Timeline:
-    """The timeline of the session (`omni.timeline.get_timeline_interface()`)."""
+    """Return the timeline of the session (`omni.timeline.get_timeline_interface()`)."""
     return current().timeline

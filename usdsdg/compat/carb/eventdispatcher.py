@@ -96,8 +96,8 @@ class EventDispatcher:
         event = Event(event_name, payload)
         due = [
             (order, key, on_event)
-            for key, (name, order, wanted, on_event) in self._observers.items()
-            if name == event_name and all(payload.get(each) == value for each, value in wanted.items())
+            for key, (name, order, required, on_event) in self._observers.items()
+            if name == event_name and all(payload.get(each) == value for each, value in required.items())
         ]
         for _, _, on_event in sorted(due, key=lambda each: each[:2]):
             on_event(event)
