@@ -11,7 +11,7 @@ MUG = "Isaac/Props/YCB/mug.usd"
 
 @pytest.fixture
 def root(tmp_path, monkeypatch):
-    """An assets root with a mug and a sky, configured by nobody yet."""
+    """An assets root with a mug and a sky, not configured yet."""
     monkeypatch.delenv(assets.ROOT_VARIABLE, raising=False)
     folder = tmp_path / "assets"
     for name in (MUG, "Isaac/Props/YCB/bottle.usd", "NVIDIA/Assets/Skies/Indoor/lounge.hdr"):
@@ -93,7 +93,7 @@ def test_relative_paths_mean_the_working_folder_first(configured, tmp_path, monk
     assert assets.resolve("mug.usd") == str(tmp_path / "mug.usd")
 
 
-def test_a_misspelt_relative_path_is_compared_with_the_working_folder_too(configured, tmp_path, monkeypatch):
+def test_a_misspelled_relative_path_is_compared_with_the_working_folder_too(configured, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.usda").touch()
     with pytest.raises(
@@ -102,7 +102,7 @@ def test_a_misspelt_relative_path_is_compared_with_the_working_folder_too(config
         assets.resolve("scen.usda")
 
 
-def test_a_misspelt_relative_path_is_no_business_of_the_stand_ins(tmp_path, monkeypatch):
+def test_a_misspelled_relative_path_does_not_make_the_stand_ins(tmp_path, monkeypatch):
     assets.set_fallback_root(lambda: pytest.fail("stand-ins hold nothing but Isaac and NVIDIA"))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.usda").touch()
@@ -139,7 +139,7 @@ def test_a_missing_absolute_path_is_not_sought_elsewhere(configured, tmp_path):
         assets.resolve(str(tmp_path / "scene.usd"))
     with pytest.raises(AssetNotFound) as failure:
         assets.resolve("/qqqqqqqq/scene.usd")
-    # The root of the disk is nobody's list of assets.
+    # The root of the disk is no list of assets.
     assert "/ has no qqqqqqqq. Of absolute paths" in str(failure.value)
     with pytest.raises(AssetNotFound, match="empty"):
         assets.resolve("")
@@ -182,7 +182,7 @@ def test_broken_references_are_found_at_the_prims_that_need_them(tmp_path):
     assert found[layer].asset_path == str(tmp_path / "layer.usda")
 
 
-def test_a_sound_stage_misses_nothing(configured):
+def test_a_valid_stage_has_no_missing_dependencies(configured):
     stage = Usd.Stage.CreateInMemory()
     stage.DefinePrim("/World/a").GetReferences().AddReference(str(configured / MUG), "/x")
     # The reference resolves; that its prim does not exist is the one thing to report.

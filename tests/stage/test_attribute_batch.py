@@ -1,4 +1,4 @@
-"""Many attributes written at once are what single writes would have left."""
+"""Batched authoring of attributes against single writes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _attributes(stage: Usd.Stage, type_name: Sdf.ValueTypeName, count: int = 4) 
         (Sdf.ValueTypeNames.Token, ["a", "b", "c", "d"], str),
     ],
 )
-def test_a_batch_leaves_what_single_writes_leave(type_name, values, make):
+def test_a_batch_writes_the_same_as_single_writes(type_name, values, make):
     one, all_ = Usd.Stage.CreateInMemory(), Usd.Stage.CreateInMemory()
     for attribute, value in zip(_attributes(one, type_name), values):
         attribute.Set(make(value))

@@ -25,7 +25,7 @@ def test_taken_paths_get_two_digit_suffixes(stage):
     assert taken[-1] == "/World/mug_11"
 
 
-def test_a_trailing_number_is_counted_up(stage):
+def test_a_trailing_number_is_incremented(stage):
     for name in ("cam_0", "cam_01", "box_99", "part_7a"):
         stage.DefinePrim(f"/World/{name}")
     assert paths.next_free_path(stage, "/World/cam_0") == "/World/cam_02"
@@ -59,7 +59,7 @@ def test_bad_paths_are_refused(stage, path):
         paths.next_free_path(stage, path)
 
 
-def test_a_bad_name_comes_with_a_good_one(stage):
+def test_an_invalid_name_is_refused_with_a_valid_one(stage):
     with pytest.raises(BadPrim, match="'/World/_03_cracker_box'"):
         paths.next_free_path(stage, "/World/003_cracker_box")
 

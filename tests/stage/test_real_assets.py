@@ -1,4 +1,4 @@
-"""The layer on assets as people have them; runs where an assets root is configured."""
+"""The stage layer on real assets; runs where an assets root is configured."""
 
 import os
 from pathlib import Path
@@ -32,7 +32,7 @@ def test_props_are_referenced_posed_labeled_and_saved(tmp_path):
         labels.remove_labels(prim, recursive=True)
         assert not any(labels.get_labels(each) for each in Usd.PrimRange(prim))
         labels.add_labels(prim, {"class": file.stem})
-        # Assets bring their own ops; the pose must be the one asked for all the same.
+        # Assets have their own ops; the pose must be the requested one anyway.
         pose = decompose(transforms.as_array(UsdGeom.Xformable(prim).GetLocalTransformation()))
         assert pose.translate == pytest.approx([1, 2, 3])
         assert pose.scale == pytest.approx([2, 2, 2], rel=1e-5)

@@ -28,7 +28,7 @@ def prim(stage):
     return UsdGeom.Cube.Define(stage, "/World/cube").GetPrim()
 
 
-def test_the_names_that_scripts_use_are_there():
+def test_the_names_that_scripts_use_exist():
     wanted = """PhysxSceneAPI PhysxRigidBodyAPI PhysxCollisionAPI PhysxMaterialAPI PhysxConvexHullCollisionAPI
         PhysxConvexDecompositionCollisionAPI PhysxTriangleMeshCollisionAPI PhysxSDFMeshCollisionAPI
         PhysxArticulationAPI PhysxJointAPI PhysxContactReportAPI PhysxTriggerAPI PhysxLimitAPI JointStateAPI"""
@@ -106,7 +106,7 @@ def test_every_property_has_a_getter_a_creator_and_its_fallback(prim, name):
         ("PhysxTriangleMeshSimplificationCollisionAPI", "GetSimplificationMetricAttr", pytest.approx(0.55)),
     ],
 )
-def test_documented_defaults_come_through_unauthored(stage, prim, name, getter, value):
+def test_documented_defaults_are_read_without_authoring(stage, prim, name, getter, value):
     api = getattr(PhysxSchema, name).Apply(prim)
     assert getattr(api, getter)().Get() == value
     assert not stage.GetRootLayer().GetPrimAtPath("/World/cube").attributes
@@ -221,7 +221,7 @@ def test_a_process_of_its_own_registers_before_first_use():
     assert done.stdout.split() == ["False", "True", "True", "1"], done.stderr
 
 
-def test_registering_too_late_says_so():
+def test_registering_too_late_is_an_error():
     done = run_python(
         "from pxr import Usd\n"
         "stage = Usd.Stage.CreateInMemory()\n"

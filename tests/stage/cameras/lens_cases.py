@@ -1,4 +1,4 @@
-"""Calibrated cameras of every projection, for tests of all that sends rays through a lens."""
+"""Calibrated cameras of all projection types, for tests of everything that uses lenses."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from usdsdg.stage.cameras.lens_attributes import LensParameters
 from usdsdg.stage.image_files import exr
 
-# A strong barrel, decentered, with its own aspect; coefficients like those that calibrations give.
+# Strong barrel distortion, decentered, with different focal lengths; coefficients typical of calibrations.
 _BARREL = LensParameters(
     nominal_size=(1920.0, 1200.0),
     center=(943.8, 602.3),
@@ -26,13 +26,13 @@ F_THETA = LensParameters(
 )
 
 
-def mei_directions(shares: np.ndarray) -> np.ndarray:
-    """Unit directions (N, 3) of Mei's unified model, as papers have it, at shares (N, 2) of a picture of 8 : 5.
+def mei_directions(fractions: np.ndarray) -> np.ndarray:
+    """Return the unit directions (N, 3) of Mei's unified model at fractions (N, 2) of an image with aspect ratio 8 : 5.
 
-    Two focal lengths and a center aside; zero beyond 95 % of what the mirror shows.
+    It has two focal lengths and is decentered; directions are zero beyond 95 % of the mirror's visible radius.
     """
     xi, focal, center = 1.3, (0.42, 0.68), (0.47, 0.52)
-    x, y = ((shares - center) / focal).T
+    x, y = ((fractions - center) / focal).T
     r2 = x * x + y * y
     seen = r2 < 0.95**2 / (xi**2 - 1)
     scale = (xi + np.sqrt(np.maximum(1 + (1 - xi**2) * r2, 0))) / (1 + r2)
@@ -40,7 +40,7 @@ def mei_directions(shares: np.ndarray) -> np.ndarray:
 
 
 def write_directions(file: Path, size: tuple[int, int]) -> str:
-    """An EXR file of width x height texels of `mei_directions`; its path."""
+    """Write an EXR file of `mei_directions` with width x height texels; return its path."""
     across, down = np.meshgrid(*((np.arange(each) + 0.5) / each for each in size))
     directions = mei_directions(np.stack([across, down], axis=-1).reshape(-1, 2))
     file.write_bytes(exr.encode(directions.reshape(size[1], size[0], 3).astype(np.float32)))

@@ -1,4 +1,4 @@
-"""Cameras against Gf.Camera and Gf.Frustum, which know nothing of pixels."""
+"""Camera records against Gf.Camera and Gf.Frustum."""
 
 import math
 
@@ -33,14 +33,14 @@ def make(stage, *, path="/World/cam", **attributes):
 
 
 def frustum_of(camera, resolution=RESOLUTION):
-    """The frustum as USD sees it, its window cut to the picture's aspect ratio as Replicator does: width fits."""
+    """Return USD's frustum, with the window cropped to the image's aspect ratio as in Replicator: the width fits."""
     gf_camera = camera.GetCamera(Usd.TimeCode.Default())
     gf_camera.verticalAperture = gf_camera.horizontalAperture * resolution[1] / resolution[0]
     return gf_camera.frustum
 
 
 def points_before(view, count=64):
-    """Points in the world that the camera may see."""
+    """Return random points of the world before the camera."""
     generator = np.random.default_rng(3)
     in_camera = generator.uniform(-3, 3, (count, 3))
     in_camera[:, 2] = -generator.uniform(0.2, 50, count)
@@ -48,7 +48,7 @@ def points_before(view, count=64):
 
 
 def project_with_gf(frustum, point):
-    """(column, row) of one point by Gf's own matrices; clip space runs from -1 to 1 with y up."""
+    """Project one point by Gf's matrices to (column, row); clip space is -1 to 1 with y up."""
     clip = (frustum.ComputeViewMatrix() * frustum.ComputeProjectionMatrix()).Transform(Gf.Vec3d(*point))
     width, height = RESOLUTION
     return (clip[0] + 1) / 2 * width, (1 - clip[1]) / 2 * height
@@ -68,7 +68,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("attributes", CASES.values(), ids=CASES)
-def test_points_land_where_gf_projects_them(stage, attributes):
+def test_points_are_projected_as_by_gf(stage, attributes):
     camera = make(stage, **attributes)
     view = camera_view.read_camera(stage, "/World/cam", RESOLUTION)
     points = points_before(view)
@@ -167,7 +167,7 @@ def test_all_attributes_are_read(stage):
         _ = view.projection_matrix
 
 
-def test_lenses_without_a_formula_say_so(stage):
+def test_unknown_projections_are_refused(stage):
     prim = make(stage).GetPrim()
     prim.CreateAttribute("cameraProjectionType", Sdf.ValueTypeNames.Token).Set("wide")
     view = camera_view.read_camera(stage, "/World/cam", RESOLUTION)
@@ -193,7 +193,7 @@ def test_the_only_camera_below_a_prim_is_found(stage):
     assert view.prim_path == "/Replicator/Camera_Xform/Camera"
 
 
-def test_what_is_no_camera_is_refused_with_those_that_are(stage):
+def test_other_prims_are_refused_with_a_list_of_cameras(stage):
     make(stage)
     UsdGeom.Cube.Define(stage, "/World/cube")
     with pytest.raises(BadPrim, match=r"/World/cube is a Cube, not a camera; cameras on the stage: /World/cam"):
@@ -221,20 +221,20 @@ def test_what_is_no_camera_is_refused_with_those_that_are(stage):
         ({}, (0, 10), "resolution"),
     ],
 )
-def test_cameras_without_a_picture(stage, attributes, resolution, what):
+def test_cameras_that_give_no_image_are_refused(stage, attributes, resolution, what):
     make(stage, **attributes)
     with pytest.raises(RenderError, match=f"/World/cam gives no image.*{what}"):
         camera_view.read_camera(stage, "/World/cam", resolution)
 
 
 @pytest.mark.parametrize("attributes", [{"focusDistance": math.inf}, {"clippingRange": Gf.Vec2f(1, math.inf)}])
-def test_cameras_with_an_infinity_that_harms_nothing(stage, attributes):
+def test_infinite_values_that_are_not_used_are_accepted(stage, attributes):
     make(stage, **attributes)
     assert camera_view.read_camera(stage, "/World/cam", RESOLUTION).fx > 0
 
 
 @pytest.mark.parametrize("name", ["focalLength", "clippingRange"])
-def test_a_camera_with_words_for_numbers(stage, name):
+def test_a_camera_with_strings_for_numbers_is_refused(stage, name):
     make(stage)
     over = Sdf.CreatePrimInLayer(stage.GetSessionLayer(), "/World/cam")
     Sdf.AttributeSpec(over, name, Sdf.ValueTypeNames.String).default = "long"
@@ -243,14 +243,14 @@ def test_a_camera_with_words_for_numbers(stage, name):
 
 
 @pytest.mark.parametrize("wrong", [math.nan, math.inf])
-def test_a_camera_that_is_nowhere(stage, wrong):
+def test_a_camera_with_an_invalid_transform_is_refused(stage, wrong):
     make(stage).AddTranslateOp(opSuffix="away").Set(Gf.Vec3d(0, wrong, 0))
     with pytest.raises(RenderError, match="/World/cam gives no image: a transform that is NaN or infinite"):
         camera_view.read_camera(stage, "/World/cam", RESOLUTION)
 
 
 @pytest.mark.parametrize("unit", [0.0, -1.0, math.nan])
-def test_a_unit_that_is_no_length_is_named_and_a_meter(stage, unit):
+def test_an_invalid_length_unit_is_named_and_read_as_meters(stage, unit):
     errors.forget_warnings()
     make(stage)
     stage.SetMetadata("metersPerUnit", unit)

@@ -1,4 +1,4 @@
-"""A camera and a light for stages that have none: everything is in the picture, and the stage's own layers stay."""
+"""Default cameras and lights: everything is in the image, and the stage's own layers stay unchanged."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def corners(low, high):
     up=st.sampled_from(["Y", "Z", "X"]),
     aspect=st.sampled_from([(64, 48), (10, 200), (300, 20)]),
 )
-def test_everything_is_in_the_picture_and_fills_it(exponent, at, up, aspect):
+def test_everything_is_in_the_image_and_fills_it(exponent, at, up, aspect):
     size = 10.0**exponent
     stage = stage_of(size, tuple(size * part for part in at), up)
     low, high = default_view.world_bounds(stage)
@@ -42,15 +42,15 @@ def test_everything_is_in_the_picture_and_fills_it(exponent, at, up, aspect):
     width, height = aspect
     view = read_camera(stage, default_view.add_camera(stage, width / height), aspect)
     pixels, depth = view.project(corners(low, high))
-    share = np.abs(pixels / (width, height) - 0.5) * 2
-    assert share.max() == pytest.approx(default_view._FILL, rel=1e-3)
+    fraction = np.abs(pixels / (width, height) - 0.5) * 2
+    assert fraction.max() == pytest.approx(default_view._FILL, rel=1e-3)
     near, far = view.clipping_range
     assert (near < depth).all()
     assert (depth < far).all()
 
 
 @pytest.mark.parametrize(("up", "axis"), [("Y", 1), ("Z", 2)])
-def test_it_looks_down_from_the_front_with_up_in_the_picture_up(up, axis):
+def test_it_looks_down_from_the_front_with_the_up_axis_upwards_in_the_image(up, axis):
     stage = stage_of(up=up)
     view = read_camera(stage, default_view.add_camera(stage, 4 / 3), (64, 48))
     eye, center = view.local_to_world[3, :3], np.mean(default_view.world_bounds(stage), axis=0)
@@ -82,7 +82,7 @@ def test_lights_and_cameras_are_found_wherever_they_are():
     assert default_view.has_light(stage)
 
 
-def test_what_is_hidden_or_not_a_number_is_not_framed():
+def test_hidden_and_not_finite_geometry_is_not_framed():
     stage = stage_of()
     low, high = default_view.world_bounds(stage)
     far = UsdGeom.Sphere.Define(stage, "/World/Hidden")
@@ -119,7 +119,7 @@ def test_a_stage_without_geometry_says_so():
         default_view.add_camera(Usd.Stage.CreateInMemory(), 1.0)
 
 
-def test_a_bent_character_is_framed_as_it_is_at_the_time():
+def test_a_skinned_character_is_framed_as_deformed_at_the_time():
     stage = Usd.Stage.CreateInMemory()
     add_character(stage)
     UsdGeom.Xformable(stage.GetPrimAtPath("/Character")).AddTranslateOp().Set(Gf.Vec3d(0, 0, 10))

@@ -1,4 +1,4 @@
-"""Omni-directional stereo against where an eye really is, and the attributes that say which eye it is."""
+"""Omni-directional stereo against a search for the head direction, and the attributes that select the eye."""
 
 from __future__ import annotations
 
@@ -20,51 +20,51 @@ def view(*, left: bool, distance: float = 0.5, meters_per_unit: float = 1.0) -> 
                       meters_per_unit=meters_per_unit)  # fmt: skip
 
 
-def seen_by_an_eye_that_turns(point: np.ndarray, aside: float) -> tuple[float, float]:
-    """Turn the head until the eye, `aside` to its right, sees the point straight ahead: column and row."""
+def project_by_turning_the_head(point: np.ndarray, offset: float) -> tuple[float, float]:
+    """Turn the head until the point is straight ahead of the eye, `offset` to its right; return column and row."""
 
     def miss(turn: float) -> float:
         right, ahead = np.array([np.cos(turn), 0, np.sin(turn)]), np.array([np.sin(turn), 0, -np.cos(turn)])
-        towards = point - aside * right
+        towards = point - offset * right
         return float(towards @ right) if towards @ ahead > 0 else float(np.sign(towards @ right) * 1e3)
 
     turns = np.linspace(-np.pi, np.pi, 721)
     values = np.array([miss(turn) for turn in turns])
     crossings = np.flatnonzero((values[:-1] > 0) & (values[1:] <= 0) & (np.abs(values[:-1] - values[1:]) < 100))
     turn = brentq(miss, turns[crossings[0]], turns[crossings[0] + 1], xtol=1e-14)
-    eye = aside * np.array([np.cos(turn), 0, np.sin(turn)])
+    eye = offset * np.array([np.cos(turn), 0, np.sin(turn)])
     up = np.arctan2(point[1], np.linalg.norm((point - eye)[[0, 2]]))
     return (turn / (2 * np.pi) + 0.5) * SIZE[0], (0.5 - up / np.pi) * SIZE[1]
 
 
 @pytest.mark.parametrize("left", [True, False])
-def test_a_point_is_where_an_eye_sees_it_that_looks_straight_at_it(left):
+def test_a_point_is_projected_to_the_column_whose_eye_looks_straight_at_it(left):
     points = np.random.default_rng(3).normal(size=(60, 3)) * 2.0
     points = points[np.hypot(points[:, 0], points[:, 2]) > 0.4]
-    expected = [seen_by_an_eye_that_turns(point, -0.25 if left else 0.25) for point in points]
+    expected = [project_by_turning_the_head(point, -0.25 if left else 0.25) for point in points]
     np.testing.assert_allclose(view(left=left).project(points)[0], expected, atol=1e-6)
 
 
-def test_the_left_eye_sees_what_is_near_farther_right():
+def test_the_left_eye_sees_near_points_farther_right():
     ahead = np.array([(0.0, 0.0, -1.0), (0.0, 0.0, -100.0)])
     left, right = (view(left=left).project(ahead)[0][:, 0] for left in (True, False))
     np.testing.assert_allclose((left - right) / SIZE[0] * 2 * np.pi, 2 * np.arcsin(0.25 / np.array([1.0, 100.0])))
 
 
-def test_what_lies_inside_of_the_circle_of_the_eyes_is_not_seen():
+def test_points_inside_of_the_circle_of_eye_positions_are_not_seen():
     inside, outside = view(left=True).project(np.array([(0.1, 3.0, 0.2), (0.2, 3.0, 0.2)]))[0]
     assert np.isnan(inside).all()
     assert np.isfinite(outside).all()
 
 
-def test_eyes_in_centimeters():
+def test_eye_offsets_in_centimeters():
     camera = view(left=False, distance=0.064, meters_per_unit=0.01)
     origins, directions = camera.rays(np.array([(480.0, 240.0), (720.0, 240.0)]))
     np.testing.assert_allclose(origins, [(3.2, 0, 0), (0, 0, 3.2)], atol=1e-12)
     np.testing.assert_allclose(directions, [(0, 0, -1), (1, 0, 0)], atol=1e-12)
 
 
-def test_attributes_say_which_eye_it_is():
+def test_attributes_select_the_eye():
     stage = Usd.Stage.CreateInMemory()
     UsdGeom.SetStageMetersPerUnit(stage, 0.01)
     camera = UsdGeom.Camera.Define(stage, "/cam")

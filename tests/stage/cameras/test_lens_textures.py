@@ -1,4 +1,4 @@
-"""Lenses of textures against the formula that they were written from, and textures that are none."""
+"""Lenses of direction textures against the formula of the textures, and textures that are invalid."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SIZE = (960, 600)
 
 
 @pytest.fixture(autouse=True)
-def every_warning_speaks():
+def no_warning_is_suppressed():
     forget_warnings()
 
 
@@ -33,8 +33,8 @@ def view(**lens) -> CameraView:
                       lens_parameters=LensParameters(**values))  # fmt: skip
 
 
-def mei_shares(points: np.ndarray) -> np.ndarray:
-    """Mei's unified model forwards: points on the unit sphere, seen from 1.3 behind its middle."""
+def mei_fractions(points: np.ndarray) -> np.ndarray:
+    """Project points by Mei's unified model to fractions of the image: the unit sphere, seen from 1.3 behind it."""
     x, y, z = (points / np.linalg.norm(points, axis=1, keepdims=True) * (1.0, -1.0, -1.0)).T
     return np.stack([0.42 * x / (z + 1.3) + 0.47, 0.68 * y / (z + 1.3) + 0.52], axis=1)
 
@@ -43,30 +43,30 @@ def points_before(count: int = 3000) -> np.ndarray:
     return np.random.default_rng(5).normal(size=(count, 3)) * 2.0 - (0.0, 0.0, 2.0)
 
 
-@pytest.mark.parametrize(("texels", "most"), [((480, 300), 0.05), ((960, 600), 0.02), ((171, 1200), 0.3)])
-def test_points_lie_where_the_formula_says_whatever_the_size_of_the_texture(tmp_path, texels, most):
+@pytest.mark.parametrize(("texels", "tolerance"), [((480, 300), 0.05), ((960, 600), 0.02), ((171, 1200), 0.3)])
+def test_points_are_projected_as_by_the_formula_for_any_size_of_texture(tmp_path, texels, tolerance):
     camera = view(direction_texture=write_directions(tmp_path / "d.exr", texels))
     pixels, _ = camera.project(points_before())
     seen = np.isfinite(pixels).all(axis=1)
     assert 0.3 < seen.mean() < 0.95
-    apart = np.linalg.norm(pixels[seen] - mei_shares(points_before()[seen]) * SIZE, axis=1)
-    # Between texels directions are straight lines.
-    assert np.quantile(apart, 0.99) < most
+    error = np.linalg.norm(pixels[seen] - mei_fractions(points_before()[seen]) * SIZE, axis=1)
+    # Directions are interpolated linearly between texels.
+    assert np.quantile(error, 0.99) < tolerance
 
 
-def test_the_optical_centre_is_where_the_texture_has_its_middle(tmp_path):
+def test_the_middle_of_the_texture_is_at_the_optical_center(tmp_path):
     file = write_directions(tmp_path / "d.exr", (480, 300))
     shifted = view(direction_texture=file, nominal_size=(1920.0, 1200.0), center=(980.0, 570.0))
     points = points_before()
     a, b = view(direction_texture=file).project(points)[0], shifted.project(points)[0]
     seen = np.isfinite(a).all(axis=1)
     np.testing.assert_allclose(b[seen], a[seen] + (10.0, -15.0), atol=1e-9)
-    # The strip that the texture does not reach is dark.
+    # The part of the image outside of the texture is dark.
     _, directions = shifted.rays(np.array([(9.0, 300.0), (480.0, 590.0), (480.0, 300.0)]))
     assert np.isfinite(directions).all(axis=1).tolist() == [False, False, True]
 
 
-def test_dark_texels(tmp_path):
+def test_dark_texels_transmit_no_light(tmp_path):
     image = mei_directions(np.stack(np.meshgrid(*((np.arange(n) + 0.5) / n for n in (60, 40))), -1).reshape(-1, 2))
     image = image.reshape(40, 60, 3).astype(np.float32)
     image[20, 30], image[20, 35], image[25, 30] = (0, 0, 1), np.nan, 0.0
@@ -82,11 +82,11 @@ def test_dark_texels(tmp_path):
 
 
 @pytest.mark.parametrize("pole", [1.0, -1.0])
-def test_positions_that_fit_the_directions(tmp_path, pole):
+def test_positions_that_contradict_the_directions_are_named_in_a_warning(tmp_path, pole):
     directions = write_directions(tmp_path / "d.exr", (480, 300))
-    middles = (np.arange(512) + 0.5) / 256 - 1
-    rays = from_octahedral(np.stack(np.meshgrid(middles, middles), -1).reshape(-1, 2)) * (1.0, 1.0, pole)
-    positions = mei_shares(rays).reshape(512, 512, 2).astype(np.float32)
+    centers = (np.arange(512) + 0.5) / 256 - 1
+    rays = from_octahedral(np.stack(np.meshgrid(centers, centers), -1).reshape(-1, 2)) * (1.0, 1.0, pole)
+    positions = mei_fractions(rays).reshape(512, 512, 2).astype(np.float32)
     (tmp_path / "p.exr").write_bytes(exr.encode(positions))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -96,7 +96,7 @@ def test_positions_that_fit_the_directions(tmp_path, pole):
         _ = view(direction_texture=directions, position_texture=str(tmp_path / "q.exr")).lens
 
 
-def test_octahedral_maps_come_back():
+def test_octahedral_coordinates_are_undone():
     directions = np.random.default_rng(1).normal(size=(1000, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     np.testing.assert_allclose(from_octahedral(to_octahedral(directions)), directions, atol=1e-12)
@@ -108,7 +108,7 @@ def image_file(folder: Path, image: np.ndarray, *, half: bool = False) -> str:
     return str(folder / "t.exr")
 
 
-def test_textures_that_are_none(tmp_path):
+def test_invalid_textures_are_refused(tmp_path):
     ahead = np.tile((0.0, 0.0, -1.0), (4, 4, 1))
     Image.new("RGB", (4, 4)).save(tmp_path / "t.png")
     (tmp_path / "broken.exr").write_bytes(exr.encode(ahead.astype(np.float32))[:200])
@@ -133,7 +133,7 @@ def test_textures_that_are_none(tmp_path):
         _ = view(direction_texture=image_file(tmp_path, ahead, half=True)).lens
 
 
-def test_a_texture_that_is_written_again_is_read_again(tmp_path):
+def test_a_changed_texture_is_read_again(tmp_path):
     file = write_directions(tmp_path / "d.exr", (48, 30))
     before = view(direction_texture=file).lens
     assert before is not None
@@ -183,12 +183,12 @@ def test_few_lit_texels_are_found():
     directions[200:203, 301:304, 1] += 0.01 * np.arange(3)[:, None]
     directions[lit] /= np.linalg.norm(directions[lit], axis=1, keepdims=True)
     table = LensTable.of(directions, lit)
-    places = np.array([(301.0, 200.0), (302.5, 201.3), (303.0, 202.0)])
-    np.testing.assert_allclose(table.to_texels(table.to_directions(places)), places, atol=1e-6)
+    positions = np.array([(301.0, 200.0), (302.5, 201.3), (303.0, 202.0)])
+    np.testing.assert_allclose(table.to_texels(table.to_directions(positions)), positions, atol=1e-6)
     assert np.isnan(table.to_texels(np.array([(0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (np.nan, 0, 0)]))).all()
 
 
-def test_equal_parameters_are_one_lens(tmp_path):
+def test_equal_parameters_give_equal_lenses(tmp_path):
     camera = view(direction_texture=write_directions(tmp_path / "d.exr", (48, 30)))
     assert replace(camera).lens == camera.lens
     assert hash(replace(camera).lens) == hash(camera.lens)

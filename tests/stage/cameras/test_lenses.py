@@ -1,4 +1,4 @@
-"""Lens models against OpenCV's documented formulas, textbooks, and themselves."""
+"""Lens models against OpenCV's documented formulas and textbooks, and their inverses."""
 
 import numpy as np
 import pytest
@@ -20,13 +20,13 @@ def view(size=SIZE, **values) -> CameraView:
     return CameraView("/cam", *size, np.eye(4), **{"focal_length": 24.0, **values})
 
 
-def places(size=SIZE, count=2000) -> np.ndarray:
+def random_pixels(size=SIZE, count=2000) -> np.ndarray:
     return np.random.default_rng(1).uniform((0, 0), size, (count, 2))
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 def test_a_ray_through_a_pixel_projects_to_that_pixel(case):
-    camera, pixels = view(**case), places()
+    camera, pixels = view(**case), random_pixels()
     origins, directions = camera.rays(pixels)
     seen = np.isfinite(directions).all(axis=1)
     assert seen.mean() > 0.4
@@ -37,7 +37,7 @@ def test_a_ray_through_a_pixel_projects_to_that_pixel(case):
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
-def test_a_point_that_is_seen_lies_on_the_ray_of_its_pixel(case):
+def test_a_visible_point_is_on_the_ray_of_its_pixel(case):
     camera = view(**case)
     points = np.random.default_rng(2).normal(size=(4000, 3)) * (2.0, 2.0, 3.0)
     pixels, _ = camera.project(points)
@@ -84,7 +84,7 @@ def aria(points, focal, center, k, p, s):
 
 
 def before(count=500, spread=0.6) -> np.ndarray:
-    """Points before a camera that looks along +z with y down, as computer vision has it."""
+    """Random points before a camera that looks along +z with y down, as in computer vision."""
     generator = np.random.default_rng(4)
     points = np.concatenate([generator.uniform(-spread, spread, (count, 2)), np.ones((count, 1))], axis=1)
     return points * generator.uniform(0.5, 20.0, (count, 1))
@@ -94,7 +94,7 @@ OPENCV_TO_USD = (1.0, -1.0, -1.0)
 
 
 def half_size(case):
-    """Lens values of a case and what they are in a picture of half the nominal size."""
+    """Return the lens parameters of a case, with focal length and center for an image of half the nominal size."""
     values = case["lens_parameters"]
     assert values.nominal_size == (2 * SIZE[0], 2 * SIZE[1])
     return values, np.array(values.focal) / 2, np.array(values.center) / 2
@@ -132,7 +132,7 @@ def test_f_theta_is_the_polynomial_of_isaac_sims_writers():
     points = np.stack([np.sin(theta), 0 * theta, -np.cos(theta)], axis=1) * 5
     pixels, _ = camera.project(points)
     np.testing.assert_allclose(pixels, np.stack([970.94244 + radii, np.full(5, 600.37482)], axis=1), atol=1e-6)
-    # At 700 pixels it looks behind itself already.
+    # At 700 pixels the angle is almost 90 degrees.
     assert theta[-1] < np.pi / 2 < theta[-1] + 0.1
 
 
@@ -153,7 +153,7 @@ def test_ideal_fisheyes_see_at_the_edge_what_a_pinhole_sees(name, law):
     np.testing.assert_allclose(pixels, np.stack([expected, np.full(3, 300.0)], axis=1), atol=1e-9)
 
 
-def test_a_panorama_shows_all_around():
+def test_a_panorama_shows_all_directions():
     camera = view(projection_type="fisheyeSpherical")
     points = [(0, 0, -1), (1, 0, 0), (-1, 0, 0), (1e-9, 0, 1), (0, 1, -1)]
     pixels, _ = camera.project(points)
@@ -174,7 +174,7 @@ def test_nothing_is_seen_beyond_the_field_of_view():
 
 
 @pytest.mark.parametrize("case", LENSES.values(), ids=LENSES)
-def test_places_beyond_the_field_of_view_lie_farther_out(case):
+def test_extrapolated_pixels_are_farther_out_than_visible_ones(case):
     camera = view(**case)
     lens = camera.lens
     assert lens is not None
@@ -193,10 +193,10 @@ def test_places_beyond_the_field_of_view_lie_farther_out(case):
 @given(
     kind=st.sampled_from([ODD, POWER, RATIONAL]),
     k=st.lists(st.floats(-0.4, 0.4), min_size=6, max_size=6),
-    share=st.floats(0.0, 1.0),
+    fraction=st.floats(0.0, 1.0),
 )
 @settings(max_examples=200, deadline=None)
-def test_curves_grow_to_their_limit_and_are_inverted(kind, k, share):
+def test_curves_increase_up_to_their_limit_and_are_inverted(kind, k, fraction):
     if kind == POWER:
         k = [0.0, abs(k[1]) + 0.01, *k[2:]]
     curve = monotonic_curve(kind, tuple(k), max_t=3.0)
@@ -207,7 +207,7 @@ def test_curves_grow_to_their_limit_and_are_inverted(kind, k, share):
     rises = (curve.evaluate(t + step)[0] - curve.evaluate(t - step)[0]) / (2 * step)
     rounding = 1e-6 * (1.0 + np.abs(values) / max(curve.limit, 1e-3))
     assert (np.abs(rises - slopes) <= 1e-4 * np.abs(slopes).max() + rounding).all()
-    value = np.array([share * curve.limit_value])
+    value = np.array([fraction * curve.limit_value])
     np.testing.assert_allclose(curve.evaluate(curve.solve(value))[0], value, atol=1e-9 * max(1.0, curve.limit_value))
 
 
@@ -218,7 +218,7 @@ def test_curves_of_sines(kind, end):
     np.testing.assert_allclose(curve.solve(curve.evaluate(np.array([0.0, 0.7, 1.5]))[0]), [0.0, 0.7, 1.5], atol=1e-7)
 
 
-def test_a_lens_without_a_picture():
+def test_calibrations_that_give_no_image_are_refused():
     for values in (dict(polynomial=(0.0,) * 6), dict(polynomial=(0.0, -1.0, 0.0, 0.0, 0.0, 0.0))):
         with pytest.raises(Unsupported, match=r"/cam: the lens fisheyePolynomial cannot be drawn.*does not increase"):
             _ = view(projection_type="fisheyePolynomial", lens_parameters=LensParameters(**values)).lens
@@ -231,7 +231,7 @@ def test_a_lens_without_a_picture():
     hardly = view(
         projection_type="fisheyePolynomial", lens_parameters=LensParameters(polynomial=(0.0, 1e-20, 0, 0, 0, 0))
     )
-    assert np.isfinite(hardly.rays(places())[1]).all()
+    assert np.isfinite(hardly.rays(random_pixels())[1]).all()
 
 
 def test_a_fisheye_that_clips_everything():
@@ -255,7 +255,7 @@ def schema_camera(schema: str, **values) -> CameraView:
     return read_camera(stage, "/cam", (960, 600))
 
 
-def test_lens_distortion_schemas_are_the_same_lenses():
+def test_lens_distortion_schemas_give_the_same_lenses():
     values = CASES["pinholeOpenCV"]["lens_parameters"]
     common = dict(fx=640.0, fy=620.0, cx=943.8, cy=602.3, imageSize=Gf.Vec2i(1920, 1200))
     k = {f"k{i + 1}": each for i, each in enumerate(values.polynomial)}
@@ -274,7 +274,7 @@ def test_lens_distortion_schemas_are_the_same_lenses():
         np.testing.assert_allclose(camera.project(points)[0], view(**CASES[name]).project(points)[0], atol=1e-3)
 
 
-def test_schemas_have_defaults_and_count_more_than_the_older_attribute():
+def test_schemas_have_defaults_and_take_precedence_over_the_older_attribute():
     camera = schema_camera("OmniLensDistortionRadTanThinPrismAPI", k0=0.5)
     assert camera.projection_type == "fisheyeRadTanThinPrism"
     assert camera.lens_parameters.polynomial[0] == 0.5

@@ -11,7 +11,7 @@ RINGS, SIDES, LENGTH = 9, 8, 2.0
 def add_character(
     stage: Usd.Stage, path: str = "/Character", *, method: str = "classicLinear", joints: tuple[str, ...] | None = None
 ) -> UsdGeom.Mesh:
-    """The character's mesh. `joints` is the mesh's own order of them; method as `skel:skinningMethod`."""
+    """Define a character, return its mesh; `joints` is the mesh's joint order, `method` its `skel:skinningMethod`."""
     root = UsdSkel.Root.Define(stage, path)
     add_skeleton(stage, path)
     mesh = UsdGeom.Mesh.Define(stage, f"{path}/Body")
@@ -45,7 +45,7 @@ def add_character(
 
 
 def add_skeleton(stage: Usd.Stage, path: str) -> UsdSkel.Skeleton:
-    """hip at the origin, knee at half the tube; the knee turns to 90 degrees around x and the hip sinks by 0.5."""
+    """Define a hip at the origin and a knee at half height; the knee rotates to 90° about x, the hip sinks by 0.5."""
     skeleton = UsdSkel.Skeleton.Define(stage, f"{path}/Skeleton")
     knee = Gf.Matrix4d(1.0).SetTranslate(Gf.Vec3d(0, 0, LENGTH / 2))
     skeleton.CreateJointsAttr(["hip", "hip/knee"])
@@ -64,7 +64,7 @@ def add_skeleton(stage: Usd.Stage, path: str) -> UsdSkel.Skeleton:
 
 
 def add_blend_shape(stage: Usd.Stage, mesh: UsdGeom.Mesh, *, between: bool = True) -> None:
-    """Weight 1 at code 24 moves the last ring up by 1; halfway an in-between has moved it by 0.2 only."""
+    """Add a blend shape, weight 1 at code 24, that moves the last ring up by 1; an in-between at 0.5, by 0.2."""
     path = mesh.GetPath().AppendChild("Longer")
     shape = UsdSkel.BlendShape.Define(stage, path)
     last = list(range((RINGS - 1) * SIDES, RINGS * SIDES))

@@ -1,4 +1,4 @@
-"""Masks of words that are made by hand, with pixels counted one by one."""
+"""Bit-packed masks made by hand, with pixels counted one by one."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from usdsdg.stage.geometry.pixel_masks import WORD_PIXELS, PixelMasks
 
 
 def counted_masks(shape: tuple[int, int], count: int, words: np.ndarray) -> PixelMasks:
-    """Masks that know no more than their words."""
+    """Make masks of the given words, with coverage counted from them."""
     coverage, visible = PixelMasks.nothing(shape, count).coverage, np.zeros(count, np.int64)
     for word in words:
         group, row = word["group"], word["row"]

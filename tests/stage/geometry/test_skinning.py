@@ -22,7 +22,7 @@ def world_points(prim, points, time):
 
 
 def baked_world(stage, path, time):
-    """Points in the world after UsdSkel.BakeSkinning of a copy of the stage."""
+    """Return the points in the world after UsdSkel.BakeSkinning of a copy of the stage."""
     copy = Usd.Stage.CreateInMemory()
     copy.GetRootLayer().TransferContent(stage.Flatten())
     assert UsdSkel.BakeSkinning(copy.Traverse(), Gf.Interval(0, 24))
@@ -55,15 +55,15 @@ def test_the_methods_differ_where_a_joint_bends():
     assert np.abs(shapes[0] - shapes[1]).max() > 0.01
 
 
-def test_the_bent_end_is_where_geometry_says():
+def test_the_end_of_a_bent_tube_is_where_trigonometry_says():
     stage = Usd.Stage.CreateInMemory()
     mesh = add_character(stage)
     end = Skinning().skin(mesh.GetPrim(), Usd.TimeCode(24)).points[-SIDES:].mean(axis=0)
-    # Half the tube stands, half of it lies along -y after a quarter turn around x; the hip has sunk by 0.5.
+    # Half of the tube is upright, half is along -y after a quarter turn around x; the hip has moved down by 0.5.
     np.testing.assert_allclose(end, [0, -LENGTH / 2, LENGTH / 2 - 0.5], atol=1e-6)
 
 
-def test_transforms_of_mesh_skeleton_and_root_and_the_bind_pose_count():
+def test_transforms_of_mesh_skeleton_and_root_and_the_bind_pose_are_applied():
     stage = Usd.Stage.CreateInMemory()
     mesh = add_character(stage)
     UsdGeom.Xformable(stage.GetPrimAtPath("/Character")).AddTranslateOp().Set(Gf.Vec3d(5, 0, 1))
@@ -80,9 +80,9 @@ def test_transforms_of_mesh_skeleton_and_root_and_the_bind_pose_count():
 def test_a_mesh_may_order_the_joints_its_own_way():
     stage = Usd.Stage.CreateInMemory()
     plain = add_character(stage, "/Plain")
-    turned = add_character(stage, "/Turned", joints=("hip/knee", "hip"))
+    reordered = add_character(stage, "/Turned", joints=("hip/knee", "hip"))
     skinning = Skinning()
-    a, b = (skinning.skin(mesh.GetPrim(), Usd.TimeCode(20)).points for mesh in (plain, turned))
+    a, b = (skinning.skin(mesh.GetPrim(), Usd.TimeCode(20)).points for mesh in (plain, reordered))
     np.testing.assert_allclose(a, b, atol=1e-6)
 
 
@@ -101,7 +101,7 @@ def test_one_influence_for_the_whole_mesh_moves_it_rigidly():
 
 
 @pytest.mark.parametrize("between", [False, True])
-def test_blend_shapes_come_before_the_joints(between):
+def test_blend_shapes_are_applied_before_the_joints(between):
     stage = Usd.Stage.CreateInMemory()
     mesh = add_character(stage)
     add_blend_shape(stage, mesh, between=between)
@@ -112,7 +112,7 @@ def test_blend_shapes_come_before_the_joints(between):
     np.testing.assert_allclose(end, [0, -length * np.sqrt(0.5), LENGTH / 2 - 0.25 + length * np.sqrt(0.5)], atol=1e-6)
 
 
-def test_blend_shapes_that_do_not_fit_are_left_out_whole():
+def test_invalid_blend_shapes_are_left_out_completely():
     stage = Usd.Stage.CreateInMemory()
     mesh = add_character(stage)
     time = Usd.TimeCode(12)
@@ -126,7 +126,7 @@ def test_blend_shapes_that_do_not_fit_are_left_out_whole():
 
 @pytest.mark.parametrize("interpolation", ["vertex", "faceVarying"])
 @pytest.mark.parametrize("method", ["classicLinear", "dualQuaternion"])
-def test_normals_turn_with_the_surface(interpolation, method):
+def test_normals_are_skinned_with_the_surface(interpolation, method):
     stage = Usd.Stage.CreateInMemory()
     mesh = add_character(stage, method=method)
     mesh.AddScaleOp().Set(Gf.Vec3f(1, 2, 1))
@@ -170,7 +170,7 @@ def test_new_bindings_are_read_after_invalidation():
     assert np.abs(bent - rest).max() > 0.5
 
 
-def test_influences_that_do_not_fit_are_named():
+def test_invalid_influences_are_named():
     stage = Usd.Stage.CreateInMemory()
     mesh = add_character(stage)
     UsdSkel.BindingAPI(mesh.GetPrim()).CreateJointWeightsPrimvar(False, 2).Set([1.0, 0.0])
@@ -178,7 +178,7 @@ def test_influences_that_do_not_fit_are_named():
         assert Skinning().skin(mesh.GetPrim(), Usd.TimeCode(0)) is None
 
 
-def test_a_lost_skel_root_is_named():
+def test_a_missing_skel_root_is_named():
     stage = Usd.Stage.CreateInMemory()
     mesh = add_character(stage)
     stage.GetPrimAtPath("/Character").SetTypeName("Xform")

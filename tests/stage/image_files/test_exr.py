@@ -31,7 +31,7 @@ def test_halves_and_other_numbers():
     assert exr.decode(exr.encode(np.full((2, 2), 7, np.int16))).dtype == np.uint32
 
 
-def test_smooth_pictures_become_smaller():
+def test_smooth_images_are_compressed():
     image = np.broadcast_to(np.linspace(0, 1, 256, dtype=np.float32), (256, 256))
     assert len(exr.encode(image)) < image.nbytes / 4
 
@@ -49,8 +49,8 @@ def recompressed(image, compression):
         packed = zlib.compress(exr._split_and_differenced(raw)) if compression else raw
         body = packed if len(packed) < len(raw) else raw
         chunks.append(struct.pack("<ii", y, len(body)) + body)
-    places = np.cumsum([len(head) + 8 * len(chunks), *(len(chunk) for chunk in chunks[:-1])])
-    return b"".join([head, places.astype("<u8").tobytes(), *chunks])
+    offsets = np.cumsum([len(head) + 8 * len(chunks), *(len(chunk) for chunk in chunks[:-1])])
+    return b"".join([head, offsets.astype("<u8").tobytes(), *chunks])
 
 
 @pytest.mark.parametrize("compression", [0, 2])

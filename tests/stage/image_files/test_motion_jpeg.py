@@ -16,49 +16,49 @@ CONTAINERS = {b"moov", b"trak", b"mdia", b"minf", b"dinf", b"stbl"}
 def boxes(data: bytes, start: int = 0, end: int | None = None) -> dict[bytes, tuple[int, int]]:
     """Where the content of every box lies, by its kind; each kind stands once in our files."""
     found: dict[bytes, tuple[int, int]] = {}
-    place, end = start, len(data) if end is None else end
-    while place < end:
-        size, kind = struct.unpack_from(">I4s", data, place)
+    offset, end = start, len(data) if end is None else end
+    while offset < end:
+        size, kind = struct.unpack_from(">I4s", data, offset)
         head = 8
         if size == 1:
-            (size,) = struct.unpack_from(">Q", data, place + 8)
+            (size,) = struct.unpack_from(">Q", data, offset + 8)
             head = 16
         assert size >= head
         assert kind not in found
-        found[kind] = (place + head, place + size)
+        found[kind] = (offset + head, offset + size)
         if kind in CONTAINERS:
             found |= boxes(data, *found[kind])
-        place += size
-    assert place == end, "sizes add up"
+        offset += size
+    assert offset == end, "sizes add up"
     return found
 
 
-def pictures_of(data: bytes) -> list[np.ndarray]:
-    """The pictures of a video, by its tables of sizes and places."""
+def images_of(data: bytes) -> list[np.ndarray]:
+    """Return the images of a video, by its tables of sizes and offsets."""
     found = boxes(data)
     common, count = struct.unpack_from(">2I", data, found[b"stsz"][0] + 4)
     assert common == 0
     sizes = struct.unpack_from(f">{count}I", data, found[b"stsz"][0] + 12)
-    chunks, place = struct.unpack_from(">2I", data, found[b"stco"][0] + 4)
+    chunks, offset = struct.unpack_from(">2I", data, found[b"stco"][0] + 4)
     assert chunks == 1
-    assert found[b"mdat"] == (place, place + sum(sizes))
+    assert found[b"mdat"] == (offset, offset + sum(sizes))
     images = []
     for size in sizes:
-        with Image.open(io.BytesIO(data[place : place + size])) as image:
+        with Image.open(io.BytesIO(data[offset : offset + size])) as image:
             images.append(np.asarray(image))
-        place += size
+        offset += size
     return images
 
 
 def ramps(count: int = 5) -> list[np.ndarray]:
-    """Smooth pictures (30, 44, 3) that differ."""
+    """Smooth images (30, 44, 3) that differ."""
     y, x = np.mgrid[:30, :44]
     return [np.dstack([x * 5, y * 8, np.full_like(x, 40 * n)]).astype(np.uint8) for n in range(count)]
 
 
-def test_the_pictures_come_back():
+def test_frames_are_read_back():
     video = encode_video([encode_frame(each) for each in ramps()], (44, 30), 24)
-    read = pictures_of(video)
+    read = images_of(video)
     assert len(read) == 5
     for ours, theirs in zip(ramps(), read):
         assert np.abs(ours.astype(int) - theirs).mean() < 1
@@ -93,7 +93,7 @@ def test_gray_and_alpha(shape):
         assert np.abs(np.asarray(image).astype(int) - 90).max() <= 2
 
 
-@pytest.mark.parametrize(("pictures", "rate"), [([], 24), ([b""], 0)])
-def test_nothing_to_show(pictures, rate):
+@pytest.mark.parametrize(("images", "rate"), [([], 24), ([b""], 0)])
+def test_videos_without_frames_or_rate_are_refused(images, rate):
     with pytest.raises(WriterError, match="cannot be written"):
-        encode_video(pictures, (4, 4), rate)
+        encode_video(images, (4, 4), rate)

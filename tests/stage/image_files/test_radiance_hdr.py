@@ -1,4 +1,4 @@
-"""Radiance pictures: bytes written by hand, every coding and orientation, damage."""
+"""Radiance images: files written by hand, every coding and orientation, damaged files."""
 
 import numpy as np
 import pytest

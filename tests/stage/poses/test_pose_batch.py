@@ -48,8 +48,8 @@ def test_a_batch_is_many_single_poses(stacks, data):
         }
         if "scale" in rows:
             rows["scale"] = np.abs(rows["scale"]) + 1
-        turned = Rotations(degrees=rows["rotate"] * 10) if "rotate" in rows else None
-        author_poses(both[0], translate=rows.get("translate"), rotate=turned, scale=rows.get("scale"))
+        rotations = Rotations(degrees=rows["rotate"] * 10) if "rotate" in rows else None
+        author_poses(both[0], translate=rows.get("translate"), rotate=rotations, scale=rows.get("scale"))
         for row, prim in enumerate(both[1]):
             parts = {role: rows[role][row].tolist() for role in ("translate", "scale") if role in rows}
             if "rotate" in rows:

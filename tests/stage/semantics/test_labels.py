@@ -22,7 +22,7 @@ def old_pairs(prim):
 
 @pytest.fixture
 def asset(tmp_path):
-    """A referenced asset with labels in both forms, on its root and below."""
+    """A referenced asset with labels in both schemas, on its root and below."""
     stage = Usd.Stage.CreateNew(str(tmp_path / "asset.usda"))
     root = stage.DefinePrim("/Asset", "Xform")
     stage.SetDefaultPrim(root)
@@ -35,7 +35,7 @@ def asset(tmp_path):
     return str(tmp_path / "asset.usda")
 
 
-def test_labels_are_authored_in_both_forms(prim):
+def test_labels_are_authored_in_both_schemas(prim):
     semantics.add_labels(prim, {"class": ["mug", "cup"], "color": "red"})
     assert prim.GetAppliedSchemas()[0] == "SemanticsLabelsAPI:class"
     assert list(UsdSemantics.LabelsAPI(prim, "class").GetLabelsAttr().Get()) == ["mug", "cup"]
@@ -50,7 +50,7 @@ def test_usd_semantics_reads_what_we_write(stage, prim):
     assert query.ComputeUniqueInheritedLabels(child) == ["mug"]
 
 
-def test_either_form_alone_is_read(stage):
+def test_either_schema_alone_is_read(stage):
     new, old = stage.DefinePrim("/new"), stage.DefinePrim("/old")
     UsdSemantics.LabelsAPI.Apply(new, "class").CreateLabelsAttr().Set(["a", "b"])
     api = SemanticsAPI.Apply(old, "Semantics_x")
@@ -61,7 +61,7 @@ def test_either_form_alone_is_read(stage):
     assert semantics.get_labels(old) == {"class": ["c"]}
 
 
-def test_old_form_as_other_programs_write_it_is_read(stage):
+def test_the_old_schema_as_written_by_other_programs_is_read(stage):
     """Isaac assets carry only the applied schema names and attributes that any text editor could write."""
     stage.GetRootLayer().ImportFromString(
         """#usda 1.0
@@ -95,7 +95,7 @@ def test_replacing_a_type_by_nothing_removes_it(prim):
     assert "SemanticsLabelsAPI:class" not in prim.GetAppliedSchemas()
 
 
-def test_a_label_can_come_back(prim):
+def test_a_removed_label_can_be_added_again(prim):
     semantics.add_labels(prim, {"class": ["a"]})
     semantics.remove_labels(prim)
     semantics.add_labels(prim, {"class": ["a"]})
@@ -166,7 +166,7 @@ def test_removal_holds_for_other_readers_of_the_saved_file(tmp_path, stage, prim
         assert not [value for value in values if value]
 
 
-def test_a_removed_referenced_label_can_come_back(prim, asset):
+def test_a_removed_referenced_label_can_be_added_again(prim, asset):
     prim.GetReferences().AddReference(asset)
     semantics.remove_labels(prim)
     semantics.add_labels(prim, {"class": ["old_mug"]})
@@ -225,12 +225,12 @@ def test_labels_inside_instances_are_inherited_through_the_instance(stage, asset
     assert semantics.labeled_ancestor(proxy) == proxy
 
 
-def test_no_labels_no_ancestor(stage):
+def test_without_labels_there_is_no_labeled_ancestor(stage):
     assert semantics.labeled_ancestor(stage.DefinePrim("/a/b")) is None
     assert semantics.inherited_labels(stage.GetPrimAtPath("/a/b")) == {}
 
 
-def test_the_bound_materials_labels_count(stage):
+def test_labels_of_the_bound_material_are_inherited(stage):
     cube = UsdGeom.Cube.Define(stage, "/World/cube").GetPrim()
     material = UsdShade.Material.Define(stage, "/World/Looks/steel")
     UsdShade.MaterialBindingAPI.Apply(stage.GetPrimAtPath("/World")).Bind(material)
@@ -265,7 +265,7 @@ def test_a_label_authored_alone_is_one_label(stage, prim, kind, value, labels):
     assert semantics.get_labels(prim) == {"class": labels}
 
 
-def test_labels_that_are_no_words_are_named(stage, prim):
+def test_labels_that_are_not_strings_are_named(stage, prim):
     forget_warnings()
     UsdSemantics.LabelsAPI.Apply(prim, "class")
     over = Sdf.CreatePrimInLayer(stage.GetSessionLayer(), prim.GetPath())

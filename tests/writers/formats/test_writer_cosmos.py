@@ -9,7 +9,7 @@ from PIL import Image
 
 from tests.annotators.ray_caster import known, make_frame
 from tests.annotators.scenes import mask_of, street
-from tests.stage.image_files.test_motion_jpeg import pictures_of
+from tests.stage.image_files.test_motion_jpeg import images_of
 from usdsdg import annotators, writers
 from usdsdg.errors import UsdsdgWarning, WriterError, forget_warnings
 
@@ -62,7 +62,7 @@ def test_clips_and_their_videos(frame, tmp_path):
     finish(writer)
     assert files(tmp_path) == sorted([*clip(0, 3), *clip(1, 2), "metadata.txt"])
     for modality in MODALITIES:
-        shown = pictures_of((tmp_path / f"clip_0000/{modality}.mp4").read_bytes())
+        shown = images_of((tmp_path / f"clip_0000/{modality}.mp4").read_bytes())
         still = picture(tmp_path / f"clip_0000/{modality}/{modality}_0002.png")
         still = np.stack([still] * 3, axis=-1) if still.ndim == 2 else still[..., :3]
         assert len(shown) == 3
@@ -75,7 +75,7 @@ def test_a_clip_that_goes_on_after_its_video_keeps_its_frames(frame, tmp_path):
         receive(writer, frame, 2)
         finish(writer)
     assert files(tmp_path) == sorted([*clip(0, 4), "metadata.txt"])
-    assert len(pictures_of((tmp_path / "clip_0000/rgb.mp4").read_bytes())) == 4
+    assert len(images_of((tmp_path / "clip_0000/rgb.mp4").read_bytes())) == 4
 
 
 def test_an_on_time_trigger_begins_clips(frame, tmp_path):

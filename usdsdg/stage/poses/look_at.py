@@ -100,14 +100,14 @@ def look_at_quaternions(
     to_world = parents_to_world(prims)
     where = local_matrices(prims)[:, 3, :3] if positions is None else positions
     eyes = np.einsum("ni,nij->nj", np.c_[where, np.ones(len(prims))], to_world)[:, :3]
-    turned = look_at_rotations(eyes, targets, up, stage_up_axis=up_axis(prims[0].GetStage()))
+    rotations = look_at_rotations(eyes, targets, up, stage_up_axis=up_axis(prims[0].GetStage()))
     for row, prim in enumerate(prims):
         # The camera made by rep.create.camera is rotated against the Xform that carries it.
         if (camera := _camera_of_object(prim)) is not None:
             camera_pose = decompose(as_array(UsdGeom.Xformable(camera).GetLocalTransformation())[None])
-            turned[row] = matrix_from_quat(camera_pose.rotation)[0].T @ turned[row]
+            rotations[row] = matrix_from_quat(camera_pose.rotation)[0].T @ rotations[row]
     parents = matrix_from_quat(decompose(to_world).rotation)
-    return quat_from_matrix(turned @ parents.transpose(0, 2, 1))
+    return quat_from_matrix(rotations @ parents.transpose(0, 2, 1))
 
 
 def author_look_at(prim: Usd.Prim, point: Vector, up: Vector | None = None) -> None:

@@ -78,9 +78,9 @@ def translations_about_pivots(
     if translate is None:
         translate = np.einsum("ni,nij->nj", points, before[:, :3, :3]) + before[:, 3, :3]
     now = decompose(before)
-    turned = (Rotations(quats=now.rotation) if rotate is None else rotate).matrices()
+    rotations = (Rotations(quats=now.rotation) if rotate is None else rotate).matrices()
     sizes = now.scale if scale is None else scale
-    return translate - np.einsum("ni,nij->nj", points * sizes, turned)
+    return translate - np.einsum("ni,nij->nj", points * sizes, rotations)
 
 
 def _pivot_points(prims: Sequence[Usd.Prim], relative: Array) -> Array:
