@@ -25,73 +25,28 @@ def _shapes(kind: str, arguments: dict[str, Any]) -> list[Usd.Prim]:
     return apply_common_arguments(prims, **arguments)
 
 
-def plane(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
-) -> list[Usd.Prim]:  # fmt: skip
-    """Squares with edges of one meter that face the stage's up axis."""
-    return _shapes("Plane", locals())
+def _shape_function(kind: str, doc: str):  # the signature is inferred
+    """Return the function that makes shapes of one kind."""
+
+    def make(
+        position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+        pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
+        name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
+    ) -> list[Usd.Prim]:  # fmt: skip
+        return _shapes(kind, {name: value for name, value in locals().items() if name != "kind"})
+
+    make.__name__ = make.__qualname__ = kind.lower()
+    make.__doc__ = doc
+    return make
 
 
-def sphere(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
-) -> list[Usd.Prim]:  # fmt: skip
-    """Spheres of one meter diameter."""
-    return _shapes("Sphere", locals())
-
-
-def torus(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
-) -> list[Usd.Prim]:  # fmt: skip
-    """Rings around the stage's up axis, one meter across; always meshes."""
-    return _shapes("Torus", locals())
-
-
-def disk(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
-) -> list[Usd.Prim]:  # fmt: skip
-    """Flat disks of one meter diameter that face the stage's up axis; always meshes."""
-    return _shapes("Disk", locals())
-
-
-def cube(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
-) -> list[Usd.Prim]:  # fmt: skip
-    """Cubes with edges of one meter."""
-    return _shapes("Cube", locals())
-
-
-def cylinder(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
-) -> list[Usd.Prim]:  # fmt: skip
-    """Cylinders of one meter height and diameter along the stage's up axis."""
-    return _shapes("Cylinder", locals())
-
-
-def cone(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
-) -> list[Usd.Prim]:  # fmt: skip
-    """Cones of one meter height and base diameter along the stage's up axis."""
-    return _shapes("Cone", locals())
-
-
-def capsule(
-    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None, count: int = 1,
-) -> list[Usd.Prim]:  # fmt: skip
-    """Capsules of one meter height with caps and half a meter diameter, along the stage's up axis. Since 6.0."""
-    return _shapes("Capsule", locals())
+plane = _shape_function("Plane", "Squares with edges of one meter that face the stage's up axis.")
+sphere = _shape_function("Sphere", "Spheres of one meter diameter.")
+torus = _shape_function("Torus", "Rings around the stage's up axis, one meter across; always meshes.")
+disk = _shape_function("Disk", "Flat disks of one meter diameter that face the stage's up axis; always meshes.")
+cube = _shape_function("Cube", "Cubes with edges of one meter.")
+cylinder = _shape_function("Cylinder", "Cylinders of one meter height and diameter along the stage's up axis.")
+cone = _shape_function("Cone", "Cones of one meter height and base diameter along the stage's up axis.")
+capsule = _shape_function(
+    "Capsule", "Capsules of one meter height with caps and half a meter diameter, along the stage's up axis. Since 6.0."
+)
