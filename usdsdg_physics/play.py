@@ -133,7 +133,7 @@ class PlaySession:
         for path in world.take_nonfinite():
             warn_once(
                 f"{path}: the solver gave a pose that is not a number, so the body was stopped where it was. Look for "
-                "an extreme mass, velocity or scale on it, or for colliders that start deep inside each other.",
+                "an extreme mass, velocity or scale on it, or for colliders that start deep inside each other."
             )
         if world.contacts_overflowed:
             self._capacity *= 2.0

@@ -106,11 +106,7 @@ class LabeledPrimReader:
         self._time: Usd.TimeCode | None = None
 
     def read(
-        self,
-        gprims: Sequence[str],
-        filters: Iterable[str | None] = (),
-        *,
-        time: Usd.TimeCode | None = None,
+        self, gprims: Sequence[str], filters: Iterable[str | None] = (), *, time: Usd.TimeCode | None = None
     ) -> LabeledPrims:
         """Return the labeled prims that own `gprims` (paths as in the renderer's table), at `time` (default: the
         default time).

@@ -28,8 +28,7 @@ COMPILER_THREADS = "usdsdg-compile"  # prefix of the names of threads in which b
 AssetsRoot = Annotated[
     Path | None,
     typer.Option(
-        help="Folder with the assets, laid out like Isaac Sim's.",
-        show_default="USDSDG_ASSETS_ROOT, else demo assets",
+        help="Folder with the assets, laid out like Isaac Sim's.", show_default="USDSDG_ASSETS_ROOT, else demo assets"
     ),
 ]
 Device = Annotated[str | None, typer.Option(help="cpu or cuda:0.", show_default="CUDA where there is one")]

@@ -104,11 +104,7 @@ def _problems(dataset: Dataset) -> list[dict[str, Any]]:
     """Return problems by kind: their number, and the first of them with their frames."""
     counts = Counter(problem.kind for problem in dataset.problems)
     return [
-        {
-            "kind": kind,
-            "count": count,
-            "list": [[p.text, p.frame] for p in dataset.problems if p.kind == kind][:LISTED],
-        }
+        {"kind": kind, "count": count, "list": [[p.text, p.frame] for p in dataset.problems if p.kind == kind][:LISTED]}
         for kind, count in counts.most_common()
     ]
 

@@ -118,10 +118,7 @@ class Script:
             fail(node, f"with.{name}: there is no group {name!r} before this line{hint(name, scope)}")
         item = self._named(name, scope)
         if not hasattr(item, "__enter__"):
-            fail(
-                node,
-                f"with.{name}: {name!r} is {_kind(item)}; only prims, groups and triggers can contain calls",
-            )
+            fail(node, f"with.{name}: {name!r} is {_kind(item)}; only prims, groups and triggers can contain calls")
         with item:
             self._block(self._entries(node), scope)
 

@@ -21,10 +21,7 @@ UNSUPPORTED: dict[str, str] = {
 
 
 def get(
-    name: str,
-    init_params: Mapping[str, Any] | None = None,
-    render_products: Any = None,
-    trigger: Any = ON_FRAME,
+    name: str, init_params: Mapping[str, Any] | None = None, render_products: Any = None, trigger: Any = ON_FRAME
 ) -> Writer:
     """Create a writer by name, without `__init__`; initialize and attach it if the arguments for that are given.
 

@@ -121,10 +121,7 @@ def build_solver(model: newton.Model, *, capacity: float = 1.0) -> newton.solver
             deterministic=wp.DeterministicMode.RUN_TO_RUN,
         )
     return newton.solvers.SolverSteel(
-        model,
-        iterations=ITERATIONS,
-        free_body_constraint_max=rows,
-        warn_constraint_overflow=False,
+        model, iterations=ITERATIONS, free_body_constraint_max=rows, warn_constraint_overflow=False
     )
 
 

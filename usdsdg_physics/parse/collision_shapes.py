@@ -43,7 +43,7 @@ def read_shape(prim: Usd.Prim, frame_from_prim: ArrayLike, hulls: HullCache, *, 
     if reader is None:
         warn_once(
             f"{prim.GetPath()} is a {kind or 'prim without a type'} with CollisionAPI, which has no collision shape "
-            "here and is ignored. Put the API on a Mesh, Cube, Sphere, Capsule, Cylinder, Cone or Plane.",
+            "here and is ignored. Put the API on a Mesh, Cube, Sphere, Capsule, Cylinder, Cone or Plane."
         )
         return None
     return reader(prim, matrix, hulls, dynamic)
@@ -110,7 +110,7 @@ def _plane(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) 
     if dynamic:
         warn_once(
             f"{prim.GetPath()} is a Plane under a rigid body; planes are unbounded and only collide as static "
-            "colliders, so it is ignored. Use a thin Cube.",
+            "colliders, so it is ignored. Use a thin Cube."
         )
         return None
     parts = split_scale(_frame_from_z(prim, matrix))
@@ -137,7 +137,7 @@ def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -
     if approximation in _HOLLOW_APPROXIMATIONS and (dynamic or approximation == "convexDecomposition"):
         warn_once(
             f"{prim.GetPath()}: the collision approximation {approximation!r} becomes one convex hull, so "
-            "hollows are filled. Split the mesh into convex parts to keep them.",
+            "hollows are filled. Split the mesh into convex parts to keep them."
         )
     elif approximation not in _HOLLOW_APPROXIMATIONS and approximation not in ("none", "convexHull"):
         warn_once(f"{prim.GetPath()}: unknown collision approximation {approximation!r}; a convex hull is used.")

@@ -32,7 +32,7 @@ def _read_material(prim: Usd.Prim, units: Units) -> Material:
     if abs(static - dynamic) > 0.01:
         warn_once(
             f"{prim.GetPath()}: the solver has one friction coefficient; dynamicFriction {dynamic:g} is used and "
-            f"staticFriction {static:g} is not. Give both the same value.",
+            f"staticFriction {static:g} is not. Give both the same value."
         )
     for name in ("frictionCombineMode", "restitutionCombineMode"):
         mode = str(value(prim, f"physxMaterial:{name}", "average"))

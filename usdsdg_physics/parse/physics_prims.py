@@ -113,7 +113,7 @@ def warn_no_collider(bodies: Collection[str], owners: Collection[str]) -> None:
         if path not in owners:
             warn_once(
                 f"{path} has RigidBodyAPI but no collider below it, so it falls through everything. Apply "
-                "UsdPhysics.CollisionAPI to a gprim at or under it.",
+                "UsdPhysics.CollisionAPI to a gprim at or under it."
             )
 
 
@@ -121,22 +121,22 @@ def _warn_left_out(found: PhysicsPrims) -> None:
     if found.nonfinite:
         warn_once(
             f"these have a transform that is not a number and are not simulated: {_listed(found.nonfinite)}. Author a "
-            "finite translation, rotation and scale on them and above them.",
+            "finite translation, rotation and scale on them and above them."
         )
     if found.joints:
         warn_once(
             f"joints are not simulated: {_listed(found.joints)}. Their bodies move freely; set "
-            "physics:kinematicEnabled on those that must stay.",
+            "physics:kinematicEnabled on those that must stay."
         )
     if found.instancers:
         warn_once(
             f"rigid bodies drawn by a PointInstancer are not simulated: {_listed(found.instancers)}. "
-            "Make a prim for every body instead.",
+            "Make a prim for every body instead."
         )
     if found.instanced_bodies:
         warn_once(
             f"rigid bodies inside instances cannot be moved: {_listed(found.instanced_bodies)}. Apply RigidBodyAPI to "
-            "the instance itself, or clear its instanceable flag.",
+            "the instance itself, or clear its instanceable flag."
         )
     if len(found.scenes) > 1:
         names = _listed([str(path) for path in sorted(prim.GetPath() for prim in found.scenes)])
@@ -152,7 +152,7 @@ def _warn_time_sampled(found: PhysicsPrims) -> None:
     if sampled:
         warn_once(
             f"time samples of transforms are not followed: {_listed(sampled)}. These are where the values at the "
-            "default time put them; set those, before each step to move a kinematic body or a static collider.",
+            "default time put them; set those, before each step to move a kinematic body or a static collider."
         )
 
 

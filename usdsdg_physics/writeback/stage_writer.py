@@ -186,7 +186,7 @@ def _warn_if_overridden(attribute: Usd.Attribute, spec: Sdf.AttributeSpec) -> No
     if strongest != spec:
         warn_once(
             f"{attribute.GetPath()} is simulated but will not show: layer {strongest.layer.identifier} says otherwise "
-            "and is stronger than the edit target. Remove that opinion or edit in that layer.",
+            "and is stronger than the edit target. Remove that opinion or edit in that layer."
         )
 
 

@@ -80,8 +80,7 @@ def tessellate(key: ShapeKey) -> Surface:
     if not shift:
         return surface
     return surface._replace(
-        points=np.roll(surface.points, shift, axis=-1),
-        normals=np.roll(surface.normals, shift, axis=-1),
+        points=np.roll(surface.points, shift, axis=-1), normals=np.roll(surface.normals, shift, axis=-1)
     )
 
 

@@ -49,8 +49,7 @@ def _face(face: str, half: np.ndarray, rounding: float, steps: int, material: st
         points, normals = on_cube, np.broadcast_to(outward, on_cube.shape)
     st = np.stack(
         np.broadcast_arrays(
-            ((points @ right) / (np.abs(right) @ half) + 1.0) / 2.0,
-            ((points @ up) / (np.abs(up) @ half) + 1.0) / 2.0,
+            ((points @ right) / (np.abs(right) @ half) + 1.0) / 2.0, ((points @ up) / (np.abs(up) @ half) + 1.0) / 2.0
         ),
         axis=-1,
     )
@@ -71,6 +70,5 @@ def _in_cell(st: np.ndarray, face: str) -> np.ndarray:
     # A small inset keeps bilinear filtering inside the cell.
     inset = 0.004 + 0.992 * st
     return np.stack(
-        [(column + inset[..., 0]) / ATLAS_COLUMNS, (ATLAS_ROWS - 1 - row + inset[..., 1]) / ATLAS_ROWS],
-        axis=-1,
+        [(column + inset[..., 0]) / ATLAS_COLUMNS, (ATLAS_ROWS - 1 - row + inset[..., 1]) / ATLAS_ROWS], axis=-1
     )

@@ -141,14 +141,7 @@ def _revolved(profile: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return points, np.concatenate([lower, np.stack([here, following + SEGMENTS, here + SEGMENTS], axis=1)])
 
 
-_SHAPES = {
-    "Cube": _cube,
-    "Sphere": _sphere,
-    "Cylinder": _cylinder,
-    "Cone": _cone,
-    "Capsule": _capsule,
-    "Plane": _plane,
-}
+_SHAPES = {"Cube": _cube, "Sphere": _sphere, "Cylinder": _cylinder, "Cone": _cone, "Capsule": _capsule, "Plane": _plane}
 
 
 def _of_mesh(mesh: UsdGeom.Mesh) -> Triangles | None:

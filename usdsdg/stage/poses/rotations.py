@@ -86,9 +86,7 @@ def euler_from_matrix(matrix: ArrayLike, order: str = "XYZ") -> Array:
     locked = cosine < 1e-9
     angles = np.empty((*m.shape[:-2], 3))
     angles[..., i] = np.where(
-        locked,
-        np.arctan2(-sign * m[..., k, j], m[..., j, j]),
-        np.arctan2(sign * m[..., j, k], m[..., k, k]),
+        locked, np.arctan2(-sign * m[..., k, j], m[..., j, j]), np.arctan2(sign * m[..., j, k], m[..., k, k])
     )
     angles[..., j] = np.arctan2(-sign * m[..., i, k], cosine)
     angles[..., k] = np.where(locked, 0.0, np.arctan2(sign * m[..., i, j], m[..., i, i]))

@@ -28,11 +28,7 @@ EULER_ORDERS = {getattr(_TYPES, f"TypeRotate{order}"): order for order in ROTATI
 SINGLE_AXES = {getattr(_TYPES, f"TypeRotate{axis}"): axis for axis in "XYZ"}
 _VECTORS = {_TYPES.PrecisionDouble: Gf.Vec3d, _TYPES.PrecisionFloat: Gf.Vec3f, _TYPES.PrecisionHalf: Gf.Vec3h}
 _PRECISIONS = {"d": _TYPES.PrecisionDouble, "f": _TYPES.PrecisionFloat, "h": _TYPES.PrecisionHalf}
-_QUATERNIONS = {
-    _TYPES.PrecisionDouble: Gf.Quatd,
-    _TYPES.PrecisionFloat: Gf.Quatf,
-    _TYPES.PrecisionHalf: Gf.Quath,
-}
+_QUATERNIONS = {_TYPES.PrecisionDouble: Gf.Quatd, _TYPES.PrecisionFloat: Gf.Quatf, _TYPES.PrecisionHalf: Gf.Quath}
 
 
 def author_pose(
@@ -241,11 +237,7 @@ def _set(op: UsdGeom.XformOp, value: Vector | Quaternion) -> None:
 
 
 def _replaced(
-    op: UsdGeom.XformOp,
-    *,
-    translate: Vector | None = None,
-    orient: Gf.Quatd | None = None,
-    scale: Vector | None = None,
+    op: UsdGeom.XformOp, *, translate: Vector | None = None, orient: Gf.Quatd | None = None, scale: Vector | None = None
 ) -> Gf.Matrix4d:
     """Return the matrix of a transform op with one part of its pose replaced."""
     pose = decompose(np.array(op.GetOpTransform(Usd.TimeCode.Default())))

@@ -151,10 +151,7 @@ class CocoWriter(Writer):
                     "bbox_mode": _XYWH_ABSOLUTE,
                     "category_id": category["id"],
                     "iscrowd": 0,
-                    "segmentation": {
-                        "size": [image["height"], image["width"]],
-                        "counts": run_length.encoded(lengths),
-                    },
+                    "segmentation": {"size": [image["height"], image["width"]], "counts": run_length.encoded(lengths)},
                 }
             )
         return records

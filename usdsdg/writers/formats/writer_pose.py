@@ -124,11 +124,7 @@ class PoseWriter(Writer):
         self, stem: str, seen: Mapping[str, Any], objects: list[dict[str, Any]], drawn: list[PosedBox]
     ) -> None:
         camera, rgb = seen[CAMERA], seen[RGB]["data"]
-        described = {
-            "camera_data": self._camera_data(camera),
-            "keypoint_order": list(self._order),
-            "objects": objects,
-        }
+        described = {"camera_data": self._camera_data(camera), "keypoint_order": list(self._order), "objects": objects}
         steps = [partial(write_image, path=f"{stem}.{self._image_format}", data=rgb)]
         if self._debug:
             overlay = f"{stem}_overlay.{self._image_format}"

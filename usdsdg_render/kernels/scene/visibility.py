@@ -76,13 +76,7 @@ def opacity_of_hit(tables: SceneTables, hit: Hit, mode: int):
 
 @wp.func
 def closest(
-    tables: SceneTables,
-    origin: wp.vec3,
-    direction: wp.vec3,
-    tmin: float,
-    tmax: float,
-    mode: int,
-    number: float,
+    tables: SceneTables, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float, mode: int, number: float
 ):
     """Return the closest hit with tmin < t < tmax, skipping transparent surfaces.
 
