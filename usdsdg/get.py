@@ -4,8 +4,6 @@ Prims are searched when the line runs, in stage order; the graph's own nodes and
 edited, are excluded.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Triggers, which decide when the nodes inside `with rep.trigger...:` run. Mirrors `rep.trigger`."""
 
-from __future__ import annotations
-
 import inspect
 import math
 from collections.abc import Callable

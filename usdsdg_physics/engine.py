@@ -1,7 +1,5 @@
 """The physics engine: play, advance, stop, step listeners, and scene queries on one stage."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Collection, Sequence
 

@@ -1,7 +1,5 @@
 """Annotators that users register for an AOV: its array under another name, dtype or number of channels."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any

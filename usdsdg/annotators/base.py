@@ -4,8 +4,6 @@
 binds the function to parameters, augmentations and a render product.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any

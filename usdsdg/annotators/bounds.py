@@ -4,8 +4,6 @@ Authored extents are not used: they may be stale, and transforming an axis-align
 those of the points that faces use; bounds of quadrics are those of the exact surface, which contains any tessellation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

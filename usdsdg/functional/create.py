@@ -4,8 +4,6 @@
 of them has one value. `create.pyi` has the signatures for editors and type checkers.
 """
 
-from __future__ import annotations
-
 import functools
 import inspect
 from collections.abc import Callable

@@ -4,8 +4,6 @@ The first argument is the stage, by default the current one; the others are thos
 case-sensitive by default, and the result is a list of pxr prims in stage order.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from typing import Any

@@ -4,8 +4,6 @@
 session's generator, which is seeded with the global seed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The registry of actions: the function that each node type executes, so that a saved graph can run again."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Generation of the HTML page: values as JSON, images as data URIs, style and script inline."""
 
-from __future__ import annotations
-
 import html
 import json
 import os

@@ -1,7 +1,5 @@
 """Attributes of prims: `rep.modify.attribute`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Mass properties of rigid bodies and colliders. Mirrors `rep.physics.mass`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pxr import Gf, Usd, UsdPhysics

@@ -1,7 +1,5 @@
 """Random colors, textures and materials: `rep.randomizer.color`, `texture` and `materials`."""
 
-from __future__ import annotations
-
 from contextlib import nullcontext
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Random rotations: `rep.randomizer.rotation`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

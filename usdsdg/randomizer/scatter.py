@@ -1,7 +1,5 @@
 """Random positions on surfaces and in volumes: `rep.randomizer.scatter_2d` and `scatter_3d`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Run a Replicator YAML file: calls of `rep`, names for their results, `with` blocks, registered functions."""
 
-from __future__ import annotations
-
 import inspect
 from collections import ChainMap
 from collections.abc import Callable, MutableMapping

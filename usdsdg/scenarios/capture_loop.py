@@ -1,7 +1,5 @@
 """Capture loop: which randomizers run at which frame, how frames are captured, how much is simulated between them."""
 
-from __future__ import annotations
-
 import signal
 import sys
 import threading

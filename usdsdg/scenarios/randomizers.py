@@ -1,7 +1,5 @@
 """Randomizers of the scenario: colors, lights, background, and velocities that keep the objects moving."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 import numpy as np

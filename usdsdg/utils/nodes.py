@@ -3,8 +3,6 @@
 Nodes are usdsdg's own, not OmniGraph's; functions about OmniGraph do the closest equivalent.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

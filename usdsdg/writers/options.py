@@ -1,7 +1,5 @@
 """Validation of a writer's options against the names and type hints of its `__init__`."""
 
-from __future__ import annotations
-
 import functools
 import inspect
 import os

@@ -1,7 +1,5 @@
 """Read the collision shapes of gprims: primitives, convex hulls and triangle meshes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Motion of kinematic bodies to the poses that users set."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

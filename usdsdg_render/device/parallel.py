@@ -1,7 +1,5 @@
 """Parallel work on CPU threads, in bands of rows; kernels release Python's lock while they run."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait

@@ -4,8 +4,6 @@ Mirrors https://docs.omniverse.nvidia.com/materials-and-rendering/latest/templat
 Subsurface scattering becomes a diffuse color; glass is tinted where light enters it, not by distance.
 """
 
-from __future__ import annotations
-
 from pxr import UsdShade
 
 from usdsdg_render.materials.mdl_inputs import (

@@ -1,7 +1,5 @@
 """Host side of the wavefront path tracer (CUDA): launches its kernels and owns the memory of the paths in flight."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

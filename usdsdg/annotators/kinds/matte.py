@@ -1,7 +1,5 @@
 """Mattes by id: one mask channel for each multimatte id, for compositing."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

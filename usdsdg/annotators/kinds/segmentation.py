@@ -4,8 +4,6 @@ Ids: 0 is background, 1 is a gprim without (selected) labels, labeled prims coun
 the stage only, not on what is in view or on earlier frames; the tables list the ids that are present in the image.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Procedural albedo patterns, as functions of position on a surface."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Replicator's projection types, and the USD attributes that calibrate them: the older ones and the schemas."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

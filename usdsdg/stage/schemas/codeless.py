@@ -6,8 +6,6 @@ type under the class's full Python name, the class derives from `Usd.APISchemaBa
 which has the methods.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Refine a subdivision surface: its control mesh refined, with every vertex on the limit surface."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
