@@ -4,7 +4,7 @@ import inspect
 import math
 from collections.abc import Callable
 from numbers import Real
-from typing import Any
+from typing import Any, TypedDict
 
 from usdsdg.arguments.registry import register_function
 from usdsdg.arguments.values import shown, whole_number
@@ -165,6 +165,11 @@ def _add(kind: str, name: str, **inputs: Any) -> ReplicatorItem:
     return graph().add_trigger(trigger_of(Node(kind, inputs, name=name)))
 
 
+class _Limits(TypedDict):
+    max_execs: int
+    rt_subframes: int
+
+
 def trigger_of(node: Node) -> Trigger:
     """Return the trigger that a node describes, new or from a saved graph.
 
@@ -179,11 +184,14 @@ def trigger_of(node: Node) -> Trigger:
         )
     if node.kind not in makers:
         raise GraphError(f"a node of type {node.kind} is not a trigger; known: {', '.join(makers)}")
-    limits = {"max_execs": int(node.inputs.get("maxExecs", 0)), "rt_subframes": int(node.inputs.get("rtSubframes", 1))}
+    limits: _Limits = {
+        "max_execs": int(node.inputs.get("maxExecs", 0)),
+        "rt_subframes": int(node.inputs.get("rtSubframes", 1)),
+    }
     return makers[node.kind](node, limits)
 
 
-def _on_frame(node: Node, limits: dict[str, int]) -> Trigger:
+def _on_frame(node: Node, limits: _Limits) -> Trigger:
     interval = int(node.inputs["interval"])
 
     def due(context: TriggerContext) -> bool:
@@ -192,7 +200,7 @@ def _on_frame(node: Node, limits: dict[str, int]) -> Trigger:
     return Trigger(node, due, **limits)
 
 
-def _on_time(node: Node, limits: dict[str, int]) -> Trigger:
+def _on_time(node: Node, limits: _Limits) -> Trigger:
     interval, last = float(node.inputs["interval"]), [0.0]
     at_end = bool(node.inputs.get("triggerOnLastFrame", False))
 
@@ -223,7 +231,7 @@ def _on_time(node: Node, limits: dict[str, int]) -> Trigger:
     return Trigger(node, due, blocked=blocked, prepare=prepare, counts_previews=False, **limits)
 
 
-def _on_custom_event(node: Node, limits: dict[str, int]) -> Trigger:
+def _on_custom_event(node: Node, limits: _Limits) -> Trigger:
     event = str(node.inputs["eventName"])
     return Trigger(node, lambda context: event in context.events and not context.preview, **limits)
 

@@ -6,7 +6,7 @@ import copy
 import json
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -170,7 +170,7 @@ class Annotator:
             data = warp.array(data.view(np.int32) if data.dtype == np.uint32 else data, device=device_or_cpu(device))
         elif data is not None and (do_array_copy or self._do_array_copy):
             data = data.copy()
-        latest = Annotation(data, latest.info)
+        latest = replace(latest, data=data)
         return latest.legacy() if use_legacy_structure else latest.flat()
 
     def augment(

@@ -1,13 +1,14 @@
 """Colors of segmentation ids: a function of the id alone, so that they are the same in all frames and runs."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 BACKGROUND, UNLABELLED, FIRST_LABELED = 0, 1, 2
 
 _GOLDEN_RATIO = 1.618033988749895
 
 
-def colors_of_ids(ids: np.ndarray) -> np.ndarray:
+def colors_of_ids(ids: ArrayLike) -> np.ndarray:
     """Return (N, 4) uint8 RGBA of N ids, with the colors of Replicator since 1.12.26.
 
     Ids of labeled prims start at 2; 0 is transparent black and 1 opaque black.

@@ -164,7 +164,7 @@ class LabeledPrimReader:
             selections[predicate] = Selection(np.array(rows, np.int64), members, tuple(output))
             if not rows:
                 warn_of_empty_selection(predicate, [labels for _, chain in found for _, labels in chain])
-        owners, groups = (tuple(key[part] for key in row_of) for part in (0, 1))
+        owners, groups = tuple(owner for owner, _ in row_of), tuple(group for _, group in row_of)
         return _Ownership(gprims, [steps for steps, _ in found], owners, tuple(labels), groups, selections)
 
     # Geometry

@@ -27,8 +27,10 @@ class Reader(Protocol):
     """The receiver of a payload: a writer."""
 
     data_structure: str
-    render_products: Sequence[str]  # all that it is attached to, including those not in this payload
     shares_arrays: bool  # whether it never modifies arrays, so that they need not be copied for it
+
+    @property
+    def render_products(self) -> Sequence[str]: ...  # all that it is attached to, including those not in this payload
 
     def annotators_of(self, render_product: str) -> Sequence[Annotator]: ...
 

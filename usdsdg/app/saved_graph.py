@@ -131,8 +131,8 @@ class _Loader:
                 self._trigger_of[path] = starter = self._starter(path, record)
                 graph.adopt(node, starter)
             elif _is_trigger(record):
-                self._trigger_of[path] = trigger.trigger_of(self._node(path, record))
-                graph.adopt_trigger(self._trigger_of[path])
+                self._trigger_of[path] = starter = trigger.trigger_of(self._node(path, record))
+                graph.adopt_trigger(starter)
 
     def _starter(self, path: str, record: NodeRecord) -> evaluate.Trigger | None:
         if record.after not in self._trigger_of:

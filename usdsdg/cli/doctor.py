@@ -91,6 +91,7 @@ def _folders() -> list[str]:
     from usdsdg.session.stage_context import assets_root
 
     print("\nfolders")
+    assert wp.config.kernel_cache_dir is not None  # wp.init() sets it
     _folder("kernel cache", Path(wp.config.kernel_cache_dir))
     try:
         _folder("assets root", Path(assets_root()))

@@ -109,7 +109,9 @@ def mesh_decal(
     bound = material if material is not None else material_omnipbr()
     _bind_and_label(item, bound, semantics)
     given = dict(texture_group=texture_group) if texture_group is not None else textures
-    drawn = {role: value for role, value in {**pose, **given}.items() if isinstance(value, Distribution)}
+    drawn: dict[str, Any] = {
+        role: value for role, value in {**pose, **given}.items() if isinstance(value, Distribution)
+    }
     constant = {role: value for role, value in given.items() if role not in drawn}
     if constant:
         write_textures(prim_at(prim_paths(bound)[0]), constant.get("texture_group", constant))

@@ -4,7 +4,7 @@
 """
 
 import math
-from typing import Any
+from typing import Any, overload
 
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
 
@@ -24,6 +24,14 @@ PREFIX = "/Render/HydraTextures"
 LISTED = 8
 
 
+@overload
+def render_product(
+    camera: str, resolution: Any, force_new: bool = False, name: Any = None, render_vars: Any = None
+) -> HydraTexture: ...
+@overload
+def render_product(
+    camera: Any, resolution: Any, force_new: bool = False, name: Any = None, render_vars: Any = None
+) -> HydraTexture | list[HydraTexture]: ...
 def render_product(
     camera: Any, resolution: Any, force_new: bool = False, name: Any = None, render_vars: Any = None
 ) -> HydraTexture | list[HydraTexture]:

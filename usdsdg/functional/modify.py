@@ -153,13 +153,14 @@ def semantics(prims: Any, value: Any = None, mode: str = "add") -> None:
     Raises:
         ArgumentError: the value or the mode is none of these.
     """
-    if str(mode).lower() not in ("add", "replace", "clear"):
+    lowered = str(mode).lower()
+    if lowered not in ("add", "replace", "clear"):
         raise ArgumentError(f"mode is {mode!r}; expected 'add', 'replace' or 'clear'")
     targets = prims_of(prims)
     if isinstance(value, (list, tuple)) and len(value) == 2 and all(isinstance(each, str) for each in value):
         value = [tuple(value)]
     for prim, labels in zip(targets, labels_per_prim({} if value is None else value, len(targets))):
-        add_labels(prim, labels, mode=str(mode).lower())
+        add_labels(prim, labels, mode=lowered)
 
 
 def visibility(prims: Any, value: Any) -> None:

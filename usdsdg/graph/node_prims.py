@@ -26,7 +26,7 @@ _VECTORS = {
     (float, 3): (Sdf.ValueTypeNames.Double3, Gf.Vec3d),
     (float, 4): (Sdf.ValueTypeNames.Double4, Gf.Vec4d),
 }
-_ARRAYS = {
+_ARRAYS: dict[tuple[type | None, int], tuple[Sdf.ValueTypeName, type]] = {
     (float, 2): (Sdf.ValueTypeNames.Double2Array, Vt.Vec2dArray),
     (float, 3): (Sdf.ValueTypeNames.Double3Array, Vt.Vec3dArray),
     (float, 4): (Sdf.ValueTypeNames.Double4Array, Vt.Vec4dArray),

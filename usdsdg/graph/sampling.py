@@ -27,7 +27,7 @@ def hash_text(text: str) -> int:
     return int.from_bytes(hashlib.blake2b(text.encode(), digest_size=8).digest(), "little")
 
 
-def _mixed(state: np.ndarray, part: np.ndarray | int) -> np.ndarray:
+def _mixed(state: np.ndarray, part: np.ndarray | np.uint64 | int) -> np.ndarray:
     """Fold `part` into `state`; both uint64, broadcast against each other."""
     with np.errstate(over="ignore"):
         z = state ^ np.asarray(part, dtype=np.uint64)

@@ -72,7 +72,7 @@ def animation(values: Any, reset_timeline: bool = False, input_prims: Any = None
         BadPrim: at execution, a prim has no skeleton, or the animation is not on the stage.
     """
     paths = None if isinstance(values, Distribution) else prim_paths(values)
-    drawn = values if paths is None else choice(list(paths)) if len(paths) > 1 else paths[0]
+    drawn = values if paths is None else paths[0] if len(paths) == 1 else choice(list(paths))
     return act("OgnWriteAnimation", input_prims, attribute="animation", value=drawn, resetTimeline=bool(reset_timeline))
 
 

@@ -92,7 +92,7 @@ def _exclude(role: str, value: Any, *others: str) -> None:
 def apply_or_schedule_pose(item: ReplicatorItem, **pose_values: Any) -> None:
     """Write constants immediately and distributions at every firing."""
     given = {role: value for role, value in pose_values.items() if value is not None}
-    later = {role: value for role, value in given.items() if isinstance(value, Distribution)}
+    later: dict[str, Any] = {role: value for role, value in given.items() if isinstance(value, Distribution)}
     if "look_at" in later or "look_at_up_axis" in later:
         # The up axis only has a meaning together with the target.
         later |= {role: given[role] for role in ("look_at", "look_at_up_axis") if role in given}

@@ -67,8 +67,8 @@ def rigid_body(
         BadPrim, GraphError: as `collider`; GraphError at execution, where a velocity is not three numbers.
     """
     scene = _scene_of(physics_scene)
-    offsets = dict(contactOffset=contact_offset, restOffset=rest_offset)
-    velocities = dict(velocity=velocity, angular_velocity=angular_velocity)
+    offsets: dict[str, Any] = dict(contactOffset=contact_offset, restOffset=rest_offset)
+    velocities: dict[str, Any] = dict(velocity=velocity, angular_velocity=angular_velocity)
     item = act("OgnRigidBody", input_prims, attribute="physics:velocity", **velocities, **offsets)
     for path in item.prims:
         prim = prim_at(path)

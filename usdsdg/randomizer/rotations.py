@@ -35,7 +35,7 @@ def rotation(
     lower, upper = vector("min_angle", min_angle), vector("max_angle", max_angle)
     if any(low > high for low, high in zip(lower, upper)):
         raise ArgumentError(f"randomizer.rotation: min_angle={min_angle!r} is above max_angle={max_angle!r}")
-    angles = dict(minAngle=tuple(lower), maxAngle=tuple(upper))
+    angles: dict[str, Any] = dict(minAngle=tuple(lower), maxAngle=tuple(upper))
     return act("OgnRotation", input_prims, attribute="rotation", seed=own_seed(seed), **angles)
 
 

@@ -121,8 +121,9 @@ def merged(child: dict[str, yaml.Node], parent: dict[str, yaml.Node]) -> dict[st
     """Merge a group's entries with inherited ones: the child's win, and arguments of the same function are combined."""
     result = parent | child
     for name in child.keys() & parent.keys():
-        if isinstance(child[name], yaml.MappingNode) and isinstance(parent[name], yaml.MappingNode):
-            result[name] = _combined(child[name], parent[name])
+        own, inherited = child[name], parent[name]
+        if isinstance(own, yaml.MappingNode) and isinstance(inherited, yaml.MappingNode):
+            result[name] = _combined(own, inherited)
     return result
 
 

@@ -49,7 +49,8 @@ class Occupancy:
         count = len(self._bodies)
         shift = positions @ DIRECTIONS.T
         lower, upper = solid.lower + shift, solid.upper + shift
-        near = ((self._lower[:count, :3] < upper[:, None, :3]) & (self._upper[:count, :3] > lower[:, None, :3])).all(-1)
+        overlap = (self._lower[:count, :3] < upper[:, None, :3]) & (self._upper[:count, :3] > lower[:, None, :3])
+        near = np.all(overlap, axis=-1)
         for index in np.flatnonzero(~np.isnan(positions).any(1)):
             rows = np.flatnonzero(near[index])
             slabs = (self._lower[rows, 3:] < upper[index, 3:]) & (self._upper[rows, 3:] > lower[index, 3:])
@@ -87,8 +88,9 @@ def free_positions(
     candidates = region.points(u)
     positions, chosen = np.empty((len(names), 3)), np.empty((len(names), u.shape[-1]))
     occupied = Occupancy(len(obstacles) + len(names)) if solids is not None else None
-    for solid, position in obstacles if occupied is not None else ():
-        occupied.add(solid, position)
+    if occupied is not None:
+        for solid, position in obstacles:
+            occupied.add(solid, position)
     for row in objects:
         numbers, points, tried = u[row], candidates[row], 0
         while True:

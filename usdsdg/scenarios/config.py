@@ -41,9 +41,9 @@ class LaunchConfig(_Section):
     """Launch options of Isaac Sim, of which only the renderer has an effect."""
 
     renderer: Literal["RayTracedLighting", "RaytracedLighting", "PathTracing"] = Field(
-        "RayTracedLighting", description="RayTracedLighting or PathTracing"
+        default="RayTracedLighting", description="RayTracedLighting or PathTracing"
     )
-    headless: Flag = Field(False, description="true or false; without effect, since there is never a window")
+    headless: Flag = Field(default=False, description="true or false; without effect, since there is never a window")
 
 
 class LabeledAsset(_Section):
@@ -77,11 +77,11 @@ class LabeledAsset(_Section):
 class PathTracing(_Section):
     """Options of the frames that are path traced with motion blur instead of rendered in the fast mode."""
 
-    every: Count = Field(5, description="period in frames: 5 is frames 0, 5, 10, …; 0 is none")
-    spp: AtLeastOne = Field(128, description="samples per pixel, 1 or more")
-    sub_frames: AtLeastOne = Field(8, description="sub-frames of one exposure, 1 or more")
-    duration: Positive = Field(0.025, description="exposure time in seconds")
-    denoise: Flag = Field(False, description="true or false")
+    every: Count = Field(default=5, description="period in frames: 5 is frames 0, 5, 10, …; 0 is none")
+    spp: AtLeastOne = Field(default=128, description="samples per pixel, 1 or more")
+    sub_frames: AtLeastOne = Field(default=8, description="sub-frames of one exposure, 1 or more")
+    duration: Positive = Field(default=0.025, description="exposure time in seconds")
+    denoise: Flag = Field(default=False, description="true or false")
 
 
 class ObjectBasedConfig(_Section):

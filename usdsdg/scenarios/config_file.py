@@ -193,8 +193,9 @@ def _assign(values: Any, key_path: KeyPath, value: Any) -> str | None:
                 values.setdefault(part, {})
         else:
             return f"{where} is {values!r}, which has nothing below it"
+        # `part` is a number for a list and text for a dict.
         if last:
-            values[part] = value
+            values[part] = value  # pyright: ignore[reportArgumentType, reportCallIssue]
         else:
-            values = values[part]
+            values = values[part]  # pyright: ignore[reportArgumentType, reportCallIssue]
     return None

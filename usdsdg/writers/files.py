@@ -99,9 +99,9 @@ def read_exr(path: str, backend_instance: Any = None) -> np.ndarray:
         AssetUnreadable: the file is not an EXR file, or is damaged. FileNotFoundError: it does not exist.
         Unsupported: tiles, several parts, deep pixels, or compressions other than ZIP, ZIPS, RLE and none.
     """
-    here = backend_instance is None or isinstance(backend_instance, type)
-    data = Path(path).read_bytes() if here else backend_instance.read_blob(path)
-    return exr.decode(data, name=path)
+    if backend_instance is None or isinstance(backend_instance, type):
+        return exr.decode(Path(path).read_bytes(), name=path)
+    return exr.decode(backend_instance.read_blob(path), name=path)
 
 
 def write_json(path: str, data: Any, backend_instance: BlobSink | None = None, **options: Any) -> None:

@@ -1,5 +1,8 @@
 """Newton's contacts as one Warp struct, which the kernels of all corrections take."""
 
+# Warp structs are no classes to a type checker.
+# pyright: reportGeneralTypeIssues=false
+
 from __future__ import annotations
 
 from typing import TYPE_CHECKING

@@ -1,5 +1,8 @@
 """Push bodies out of a static collider that is switched on, or moved, inside of them while the simulation runs."""
 
+# Warp structs are no classes to a type checker.
+# pyright: reportGeneralTypeIssues=false
+
 from __future__ import annotations
 
 from collections.abc import Collection

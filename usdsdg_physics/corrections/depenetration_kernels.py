@@ -1,5 +1,8 @@
 """Warp kernels of depenetration: raise and clamp the velocity at which bodies are pushed out of a collider."""
 
+# Code of Warp kernels is not Python to a type checker.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportGeneralTypeIssues=false, reportIndexIssue=false, reportOperatorIssue=false
+
 import warp as wp
 
 from usdsdg_physics.corrections.contact_arrays import ContactArrays

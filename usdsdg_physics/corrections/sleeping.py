@@ -1,5 +1,8 @@
 """Hold bodies that were put to sleep where they are, until a moving body touches them."""
 
+# Warp structs are no classes to a type checker.
+# pyright: reportGeneralTypeIssues=false
+
 from __future__ import annotations
 
 from collections.abc import Sequence

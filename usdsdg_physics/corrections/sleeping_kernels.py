@@ -1,5 +1,8 @@
 """Warp kernel that wakes sleeping bodies that a moving body touches."""
 
+# Code of Warp kernels is not Python to a type checker.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportGeneralTypeIssues=false, reportIndexIssue=false, reportOperatorIssue=false
+
 import warp as wp
 
 from usdsdg_physics.corrections.contact_arrays import ContactArrays

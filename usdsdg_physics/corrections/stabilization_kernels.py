@@ -1,4 +1,8 @@
 """Warp kernel over bodies: correct what the solver's step made of each."""
+
+# Code of Warp kernels is not Python to a type checker.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportGeneralTypeIssues=false, reportIndexIssue=false, reportOperatorIssue=false
+
 # ruff: noqa: UP018, RUF046
 
 import warp as wp

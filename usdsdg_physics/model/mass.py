@@ -68,6 +68,7 @@ def volume_integrals(shape: Shape) -> tuple[float, np.ndarray, np.ndarray]:
 def _local_integrals(shape: Shape) -> tuple[float, np.ndarray, np.ndarray]:
     a, b, c = shape.size
     if shape.kind == "hull":
+        assert shape.solid is not None
         scale = np.asarray(shape.size)
         volume_scale = abs(float(scale.prod()))
         return (

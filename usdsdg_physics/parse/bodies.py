@@ -58,14 +58,16 @@ def read_mass(prim: Usd.Prim, units: Units, to_frame: np.ndarray) -> MassSpec:
     inertia = authored(prim, "physics:diagonalInertia")
     axes = authored(prim, "physics:principalAxes")
     # The schema's fallback for "not given" is -inf.
-    given = center is not None and np.isfinite(center).all()
-    has_axes = axes and axes.GetLength() > 0
+    if center is not None and not np.isfinite(center).all():
+        center = None
+    if axes and not axes.GetLength() > 0:
+        axes = None
     return MassSpec(
         mass=max(0.0, finite(value(prim, "physics:mass", 0.0), 0.0)) * units.kilograms,
         density=max(0.0, finite(value(prim, "physics:density", 0.0), 0.0)) * units.density,
-        center_of_mass=tuple((np.append(center, 1.0) @ to_frame)[:3].tolist()) if given else None,
+        center_of_mass=tuple((np.append(center, 1.0) @ to_frame)[:3].tolist()) if center is not None else None,
         diagonal_inertia=scaled_vector(inertia, units.inertia) if inertia is not None and any(inertia) else None,
-        principal_axes=(*axes.GetImaginary(), axes.GetReal()) if has_axes else (0.0, 0.0, 0.0, 1.0),
+        principal_axes=(*axes.GetImaginary(), axes.GetReal()) if axes else (0.0, 0.0, 0.0, 1.0),
     )
 
 

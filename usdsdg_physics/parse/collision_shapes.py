@@ -218,7 +218,8 @@ def _shape(
     kind: ShapeKind, size: ArrayLike, rotation: np.ndarray, position: ArrayLike, solid: Solid | None = None
 ) -> Shape:
     x, y, z = (float(v) for v in np.asarray(size))
-    return Shape(kind, (x, y, z), tuple(float(v) for v in position), rotation_quat(rotation), solid)
+    px, py, pz = (float(v) for v in np.asarray(position))
+    return Shape(kind, (x, y, z), (px, py, pz), rotation_quat(rotation), solid)
 
 
 def _uniform(scale: np.ndarray) -> bool:

@@ -2,6 +2,10 @@
 
 The core of a sphere or capsule is its center or axis; its radius is added to the distance.
 """
+
+# Code of Warp kernels is not Python to a type checker.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportIndexIssue=false, reportOperatorIssue=false
+
 # ruff: noqa: UP018, RUF046, SIM109
 
 from typing import Any

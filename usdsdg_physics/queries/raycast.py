@@ -1,10 +1,13 @@
 """Intersect a ray with one shape, in the shape's own frame."""
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
 from usdsdg_physics.scene.records import Shape
+
+Scalar = Any  # a number; NumPy's stubs give `vector @ vector` the type of an array
 
 Hit = tuple[float, np.ndarray]  # distance along the ray, outward normal (3,)
 # Roots along the ray, a function of a point that gives the normal, and one that tells whether it is on the surface.
@@ -43,6 +46,7 @@ def _half_spaces(normals: np.ndarray, offsets: np.ndarray, origin: np.ndarray, d
 
 
 def _planes(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+    assert shape.solid is not None  # a hull or mesh has one
     points = shape.solid.vertices.astype(np.float64) * shape.size
     a, b, c = (points[shape.solid.triangles[:, corner]] for corner in range(3))
     normals = np.cross(b - a, c - a)
@@ -55,6 +59,7 @@ def _planes(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _triangles(shape: Shape, origin: np.ndarray, direction: np.ndarray) -> Hit | None:
+    assert shape.solid is not None  # a hull or mesh has one
     points = shape.solid.vertices.astype(np.float64) * shape.size
     a, b, c = (points[shape.solid.triangles[:, corner]] for corner in range(3))
     # Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997.
@@ -140,7 +145,7 @@ def _sphere_roots(o: np.ndarray, d: np.ndarray, radius: float) -> list[float]:
     return _roots(d @ d, o @ d, o @ o - radius**2)
 
 
-def _roots(a: float, half_b: float, c: float) -> list[float]:
+def _roots(a: Scalar, half_b: Scalar, c: Scalar) -> list[float]:
     """Return the real roots of a t² + 2 half_b t + c."""
     discriminant = half_b * half_b - a * c
     if discriminant < 0.0 or a == 0.0:

@@ -13,6 +13,8 @@ from usdsdg_physics.queries.raycast import ray_distance
 from usdsdg_physics.scene.extents import bounding_sphere
 from usdsdg_physics.scene.records import SHAPE_KINDS, Scene, Shape, ShapeKind
 
+Vector = Sequence[float] | np.ndarray
+
 if TYPE_CHECKING:
     import warp as wp
 
@@ -67,19 +69,15 @@ class SceneQueries:
         self._rotation[row] = matrix_from_quat(shape.rotation)
         self._position[row] = shape.position
 
-    def overlap_box(
-        self, poses: np.ndarray, half_extent: Sequence[float], origin: Sequence[float], rotation: Sequence[float]
-    ) -> list[Overlap]:
+    def overlap_box(self, poses: np.ndarray, half_extent: Vector, origin: Vector, rotation: Vector) -> list[Overlap]:
         """Return the enabled colliders that overlap a box, in path order."""
         return self._overlap(poses, "box", half_extent, float(np.linalg.norm(half_extent)), origin, rotation)
 
-    def overlap_sphere(self, poses: np.ndarray, radius: float, origin: Sequence[float]) -> list[Overlap]:
+    def overlap_sphere(self, poses: np.ndarray, radius: float, origin: Vector) -> list[Overlap]:
         """Return the enabled colliders that overlap a sphere, in path order."""
         return self._overlap(poses, "sphere", (radius, 0.0, 0.0), radius, origin, (0.0, 0.0, 0.0, 1.0))
 
-    def raycast(
-        self, poses: np.ndarray, origin: Sequence[float], direction: Sequence[float], distance: float
-    ) -> RayHit | None:
+    def raycast(self, poses: np.ndarray, origin: Vector, direction: Vector, distance: float) -> RayHit | None:
         """Return the nearest hit within `distance`, or None; a ray that starts inside a solid hits it at distance 0."""
         start = np.asarray(origin, np.float64)
         along_ray = np.asarray(direction, np.float64) / np.linalg.norm(direction)
@@ -108,10 +106,10 @@ class SceneQueries:
         self,
         poses: np.ndarray,
         kind: ShapeKind,
-        size: Sequence[float],
+        size: Vector,
         radius: float,
-        origin: Sequence[float],
-        rotation_xyzw: Sequence[float],
+        origin: Vector,
+        rotation_xyzw: Vector,
     ) -> list[Overlap]:
         if not self._colliders:
             return []
@@ -153,8 +151,8 @@ class SceneQueries:
         kind: ShapeKind,
         size: np.ndarray,
         radius: float,
-        origin: Sequence[float],
-        rotation_xyzw: Sequence[float],
+        origin: Vector,
+        rotation_xyzw: Vector,
     ) -> np.ndarray:
         """Return the rows, in path order, of enabled colliders whose bounding sphere overlaps the volume."""
         centers = np.einsum("ni,nij->nj", self._bounds[:, :3], rotation) + position - np.asarray(origin, float)

@@ -12,6 +12,7 @@ def bounding_sphere(shape: Shape) -> tuple[float, float, float, float]:
     if shape.kind == "plane":
         return 0.0, 0.0, 0.0, float("inf")
     if shape.solid is not None:
+        assert shape.solid is not None  # a hull or mesh has one
         points = shape.solid.vertices.astype(np.float64) * shape.size
         center = (points.min(axis=0) + points.max(axis=0)) / 2.0
         return (*center.tolist(), float(np.linalg.norm(points - center, axis=1).max()) * (1 + 1e-9))
@@ -29,6 +30,7 @@ def half_thickness(shape: Shape) -> float:
     """Return half of the smallest extent along the shape's own axes [m]."""
     a, b, c = shape.size
     if shape.solid is not None:
+        assert shape.solid is not None  # a hull or mesh has one
         points = shape.solid.vertices * shape.size
         return float((points.max(axis=0) - points.min(axis=0)).min()) / 2.0
     if shape.kind == "box":
@@ -38,5 +40,6 @@ def half_thickness(shape: Shape) -> float:
 
 def world_box(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
     """Return the lower and upper corner of the box around a static hull or mesh [m]."""
+    assert shape.solid is not None  # a hull or mesh has one
     points = shape.solid.vertices.astype(np.float64) * shape.size @ matrix_from_quat(shape.rotation) + shape.position
     return points.min(axis=0), points.max(axis=0)

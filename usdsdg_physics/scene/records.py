@@ -4,7 +4,6 @@ Quaternions are (x, y, z, w); a pose is seven numbers x, y, z, qx, qy, qz, qw. A
 without the scale: origin and directions are the prim's, lengths are meters.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
@@ -108,8 +107,8 @@ class Body:
 class Scene:
     """All that is simulated; bodies and colliders by prim path, in the order of the stage."""
 
-    bodies: Mapping[str, Body]
-    colliders: Mapping[str, Collider]
+    bodies: dict[str, Body]
+    colliders: dict[str, Collider]
     gravity: Vec3  # m/s²
     scene_path: str  # of the PhysicsScene prim, "" for none
     # Pairs of colliders that never collide, each in path order.

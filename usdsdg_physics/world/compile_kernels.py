@@ -64,7 +64,7 @@ def load_kernels(pipeline: newton.CollisionPipeline, *, progress: Progress | Non
         return
     # A name that this version of Newton does not have gives an empty module.
     modules = [module for module in map(wp.get_module, _MODULES) if module.kernels]
-    tasks = [partial(wp.load_module, module, device) for module in modules]
+    tasks: list[Callable[[], object]] = [partial(wp.load_module, module, device) for module in modules]
     # Newton generates its narrow phase for the shapes of a scene and the arguments of its first launch.
     tasks.insert(1, lambda: pipeline.collide(pipeline.model.state(), pipeline.contacts()))
     if progress:

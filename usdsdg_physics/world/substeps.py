@@ -51,7 +51,7 @@ class StaticMeshes:
         at = positions[:, None]
         near = ((at > self._boxes[:, 0] - NEAR_DISTANCE) & (at < self._boxes[:, 1] + NEAR_DISTANCE)).all(axis=2)
         travel = np.linalg.norm(velocities, axis=1) * dt
-        needed = np.where(near.any(axis=1), np.nan_to_num(travel / (MAX_TRAVEL * self._half_thickness)), 0.0).max()
+        needed = np.where(np.any(near, axis=1), np.nan_to_num(travel / (MAX_TRAVEL * self._half_thickness)), 0.0).max()
         return int(np.clip(np.ceil(needed), count, count * MAX_SUBSTEP_FACTOR))
 
     def _update_boxes(self) -> None:

@@ -1,5 +1,8 @@
 """A Newton model in motion: states, forces, substeps, and setters that reach every array the solver reads."""
 
+# Newton declares the arrays of models and states optional; after `finalize` all are there.
+# pyright: reportOptionalMemberAccess=false
+
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
@@ -120,7 +123,8 @@ class World:
         import newton
 
         self.gravity = np.asarray(gravity, np.float64)
-        self.model.set_gravity(tuple(gravity))
+        x, y, z = gravity
+        self.model.set_gravity((x, y, z))
         self.solver.notify_model_changed(newton.ModelFlags.MODEL_PROPERTIES)
         self._apply_gravity()
         self.wake()

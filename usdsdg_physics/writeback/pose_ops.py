@@ -72,8 +72,8 @@ def _is_full_rotation(op: UsdGeom.XformOp) -> bool:
 def _single_axes(ops: list[UsdGeom.XformOp], translate: int) -> tuple[int, str] | None:
     """Return index and Euler order of three consecutive single-axis rotations; the op listed last is applied first."""
     for first in range(translate + 1, len(ops) - 2):
-        axes = [SINGLE_AXES.get(op.GetOpType()) if not op.IsInverseOp() else None for op in ops[first : first + 3]]
-        if None not in axes and sorted(axes) == ["X", "Y", "Z"]:
+        axes = [SINGLE_AXES.get(op.GetOpType(), "") if not op.IsInverseOp() else "" for op in ops[first : first + 3]]
+        if sorted(axes) == ["X", "Y", "Z"]:
             return first, "".join(reversed(axes))
     return None
 

@@ -1,5 +1,8 @@
 """BVH construction over boxes, by `build_tree.cpp`."""
 
+# Code of Warp kernels is not Python to a type checker.
+# pyright: reportGeneralTypeIssues=false, reportInvalidTypeForm=false, reportOptionalMemberAccess=false
+
 from pathlib import Path
 
 import numpy as np

@@ -11,6 +11,9 @@ above five bits with the offset of the first. Children are assigned to slots by 
 the node, so that the slot number alone, compared with the signs of a ray, orders them from near to far.
 """
 
+# Code of Warp kernels is not Python to a type checker.
+# pyright: reportArgumentType=false, reportGeneralTypeIssues=false, reportInvalidTypeForm=false, reportOptionalMemberAccess=false
+
 from pathlib import Path
 
 import numpy as np

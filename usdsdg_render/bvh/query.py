@@ -4,6 +4,9 @@ Results are packed in five words: t, u, v (bit patterns of floats), instance or 
 lengths of `direction`; only hits with tmin < t < tmax count, so a query repeated with tmin = t continues behind a hit.
 """
 
+# Code of Warp kernels is not Python to a type checker.
+# pyright: reportCallIssue=false, reportGeneralTypeIssues=false, reportInvalidTypeForm=false
+
 from pathlib import Path
 
 import warp as wp

@@ -15,7 +15,7 @@ from usdsdg_render.kernels.scene.instance_transforms import InstanceTransforms, 
 from usdsdg_render.memory.staging_buffer import CACHE_LINE, StagingBuffer, shared
 from usdsdg_render.scene import structs
 
-RECORD = np.dtype(structs.Instance.numpy_dtype())
+RECORD = np.dtype(structs.Instance.numpy_dtype())  # pyright: ignore[reportCallIssue]
 
 
 class Placement:
@@ -46,6 +46,7 @@ class Placement:
     def set_transforms(self, tlas: Any, local_to_world: np.ndarray, paths: tuple[str, ...]) -> None:
         """Set the transforms, (N, 4, 4) as in `scene.Instances`, and fill a `structs.Tlas`. Warnings name `paths`."""
         if len(self._rows):
+            assert self._launch is not None
             self._matrices[:] = local_to_world
             self._launch.launch()
             _warn_of_singular(self._invertible, paths)

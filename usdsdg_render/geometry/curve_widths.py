@@ -42,7 +42,7 @@ def element_widths(
     rows = {
         "uniform": curves[:, None],
         "vertex": vertices,
-        "varying": first_varying[curves, None] + np.arange(varying_counts[curves[0]]),
+        "varying": first_varying[curves, None] + np.arange(int(varying_counts[curves[0]])),
     }.get(widths.interpolation, np.zeros((len(curves), 1), np.int64))
     if rows.size and rows.max() >= len(values):
         errors.warn_once(

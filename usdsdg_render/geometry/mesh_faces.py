@@ -42,7 +42,7 @@ def usable_faces(path: str, source: MeshSource) -> UsableFaces:
             f"{path}: faceVertexCounts sum to {total} but faceVertexIndices has {len(source.indices)} entries; the "
             f"rest is not drawn. Make the counts sum to its length."
         )
-    finite = np.isfinite(source.points).all(axis=1)
+    finite = np.all(np.isfinite(source.points), axis=1)
     out_of_range = (source.indices < 0) | (source.indices >= len(source.points))
     if out_of_range.any():
         bad = _faces_with(out_of_range, starts, counts, usable)

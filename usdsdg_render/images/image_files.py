@@ -152,7 +152,7 @@ def _from_pillow(image: Image.Image) -> tuple[np.ndarray, int]:
         return np.asarray(image, dtype=np.float32), 1
     if mode == "P" or "transparency" in image.info:
         image = image.convert("RGBA")
-        opaque = image.getextrema()[3][0] == 255
+        opaque = image.getchannel("A").getextrema()[0] == 255
         return np.array(image), 3 if opaque else 4
     channels = {"1": 1, "L": 1, "LA": 2, "La": 2, "PA": 4, "RGBA": 4, "RGBa": 4}.get(mode, 3)
     return np.array(image.convert("RGBA")), channels

@@ -62,7 +62,7 @@ def _tile_cones(lens: Lens) -> tuple[np.ndarray, np.ndarray]:
     pixels = pixel_centers(np.minimum(x, lens.width - 1), np.minimum(y, lens.height - 1))
     rays = lens.to_directions(pixels.reshape(-1, 2)).reshape(rows, TILE, columns, TILE, 3)
     rays = rays.transpose(0, 2, 1, 3, 4).reshape(rows, columns, TILE * TILE, 3)
-    valid = np.isfinite(rays).all(axis=-1)
+    valid = np.all(np.isfinite(rays), axis=-1)
     rays = np.where(valid[..., None], rays, 0.0)
     middle = rays.sum(axis=2)
     length = np.linalg.norm(middle, axis=-1, keepdims=True)

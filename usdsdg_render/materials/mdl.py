@@ -21,7 +21,7 @@ def mdl_name(shader: UsdShade.Shader) -> str:
     asset = prim.GetAttribute("info:mdl:sourceAsset").Get() if prim.HasAttribute("info:mdl:sourceAsset") else None
     identifier = prim.GetAttribute("info:mdl:sourceAsset:subIdentifier")
     name = str(identifier.Get() or "") if identifier else ""
-    if not name and isinstance(asset, Sdf.AssetPath):
+    if not name and asset is not None and isinstance(asset, Sdf.AssetPath):
         name = asset.path.rsplit("/", 1)[-1].removesuffix(".mdl")
     return name.split("(", 1)[0].rsplit("::", 1)[-1] if asset is not None or name else ""
 
@@ -43,7 +43,7 @@ def read_mdl(network: Network, shader: UsdShade.Shader, name: str) -> Material |
 def _preset(network: Network, shader: UsdShade.Shader, name: str) -> Preset | None:
     attribute = shader.GetPrim().GetAttribute("info:mdl:sourceAsset")
     asset = attribute.Get() if attribute else None
-    if not isinstance(asset, Sdf.AssetPath):
+    if asset is None or not isinstance(asset, Sdf.AssetPath):
         return None
     file = asset.resolvedPath
     if not file and "/" in asset.path:  # a bare name is a module that comes with Omniverse

@@ -71,6 +71,7 @@ def read_back(arrays: Mapping[str, wp.array]) -> dict[str, np.ndarray]:
     copies: dict[str, np.ndarray] = {}
     device = None
     for name, array in arrays.items():
+        assert array.device is not None
         size = array.size * wp.types.type_size_in_bytes(array.dtype)
         buffer = _pool.acquire(size) if array.device.is_cuda and size else None
         if buffer is None:

@@ -147,7 +147,7 @@ def _input_scale(color: wp.array, threads: int | None) -> float:
     """
     rows, columns = (-(-length // BLOCK_PIXELS) for length in color.shape)
     means = wp.empty((rows, columns), dtype=wp.float32, device=color.device)
-    launch_rows(block_luminance, (rows, columns), [color], [means], device=color.device.alias, threads=threads)
+    launch_rows(block_luminance, (rows, columns), [color], [means], device=str(color.device), threads=threads)
     lit = means.numpy().astype(np.float64)
     lit = lit[lit > BLACK]
     return float(MIDDLE_GRAY / np.exp2(np.log2(lit).mean())) if lit.size else 1.0

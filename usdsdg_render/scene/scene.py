@@ -27,9 +27,10 @@ NO_EMISSION_PROFILE = NO_LINKS = -1
 WRAP_REPEAT, WRAP_CLAMP, WRAP_MIRROR, WRAP_BLACK = range(4)
 TEXELS_SRGB, TEXELS_RAW, TEXELS_SHORT, TEXELS_HALF = range(4)
 
-MATERIAL = np.dtype(structs.Material.numpy_dtype())
+# NumPy's stubs know no dtype that is a mapping.
+MATERIAL = np.dtype(structs.Material.numpy_dtype())  # pyright: ignore[reportCallIssue]
 
-_LIGHT = np.dtype(structs.Light.numpy_dtype())
+_LIGHT = np.dtype(structs.Light.numpy_dtype())  # pyright: ignore[reportCallIssue]
 # The authored fields of structs.Light, and indices where it has addresses.
 LIGHT = np.dtype(
     [(name, _LIGHT[name]) for name in takewhile(lambda name: name != "emission_profile", _LIGHT.names or ())]

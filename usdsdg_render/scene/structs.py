@@ -6,6 +6,9 @@ address (uint64), so that one prototype or texture can be added without copying 
 keeps the memory alive.
 """
 
+# Code of Warp kernels is not Python to a type checker.
+# pyright: reportGeneralTypeIssues=false, reportInvalidTypeForm=false
+
 import warp as wp
 
 

@@ -106,24 +106,26 @@ class SceneExtractor:
     def _read(self, dirty: DirtySet) -> None:
         if dirty.is_everything:
             self._tree = StageTree(self._stage, self._time)
-        elif dirty.subtrees:
-            self._tree.resync(dirty.subtrees)
+        tree = self._tree
+        assert tree is not None  # the first sync reads everything
+        if not dirty.is_everything and dirty.subtrees:
+            tree.resync(dirty.subtrees)
         if dirty.has_other_transforms:
-            self._tree.update_transforms(dirty.transforms, dirty.transform_nodes)
+            tree.update_transforms(dirty.transforms, dirty.transform_nodes)
         if dirty.has_other_gprims:
-            self._gprims.collect(self._tree)
-            self._tree.xform_ops.clear()  # point instancers may draw other prims, whose moves then concern them
+            self._gprims.collect(tree)
+            tree.xform_ops.clear()  # point instancers may draw other prims, whose moves then concern them
         if self._animation.is_animated and (dirty.has_other_gprims or not self._animation.is_surveyed):
-            self._animation.survey(self._tree, self._gprims)
+            self._animation.survey(tree, self._gprims)
         if dirty.concerns_gprims:
-            self._read_gprims(everything=dirty.has_other_gprims)
+            self._read_gprims(tree, everything=dirty.has_other_gprims)
         if dirty.concerns_gprims or dirty.has_other_transforms:
             slots = self._materials.first_slots
-            self._instances.write(self._tree.world, self._index_of, slots, always=dirty.concerns_gprims)
+            self._instances.write(tree.world, self._index_of, slots, always=dirty.concerns_gprims)
         if dirty.subtrees or dirty.lights or dirty.has_other_transforms:
-            self._lights.read(self._tree, always=bool(dirty.lights))
+            self._lights.read(tree, always=bool(dirty.lights))
 
-    def _read_gprims(self, *, everything: bool) -> None:
+    def _read_gprims(self, tree: StageTree, *, everything: bool) -> None:
         """Read what is missing of the drawn gprims. everything: other gprims may be drawn than before."""
         drawn = self._gprims.drawn
         self._materials.bind(self._gprims)
@@ -131,7 +133,7 @@ class SceneExtractor:
         for gprim in changed:
             self._materials.read(gprim, self._time)
         if everything:
-            self._find_skinned()
+            self._find_skinned(tree)
         self._read_geometry(changed)
         self._write_prototypes()
         if everything or changed:
@@ -141,8 +143,8 @@ class SceneExtractor:
             self._materials.write(drawn)
         self._instances.set_placements(self._gprims.placements)
 
-    def _find_skinned(self) -> None:
-        skinning, has_skeletons = self._prototypes.skinning, bool(self._tree.skel_roots)
+    def _find_skinned(self, tree: StageTree) -> None:
+        skinning, has_skeletons = self._prototypes.skinning, bool(tree.skel_roots)
         known = self._gprims.known.values()
         self._skinned = {g.path for g in known if has_skeletons and skinning.is_skinned(g.prim)}
 

@@ -112,7 +112,9 @@ def canny(data_in: np.ndarray, thresholdLow: float = 50.0, thresholdHigh: float 
         behind[here] = padded[1 - down : 1 - down + height, 1 - right : 1 - right + width][here]
     # Of two equal pixels across a ridge one is kept.
     ridge = np.where((strength > ahead) & (strength >= behind), strength * CANNY_SCALE, 0)
-    components, _ = ndimage.label((ridge >= thresholdLow) & (ridge > 0), np.ones((3, 3)))
+    marked = (ridge >= thresholdLow) & (ridge > 0)
+    # SciPy has no types: `label` returns a pair unless it is given an output array.
+    components, _ = ndimage.label(marked, np.ones((3, 3)))  # pyright: ignore[reportGeneralTypeIssues]
     strong = np.unique(components[(ridge >= thresholdHigh) & (ridge > 0)])
     return np.where(np.isin(components, strong[strong > 0]), np.uint8(255), np.uint8(0))
 

@@ -86,6 +86,7 @@ def _resampled(image: np.ndarray, xform: np.ndarray, *, outside: str) -> np.ndar
     out = np.empty_like(image)
     for channel in range(image.shape[2]):
         values = image[..., channel].astype(np.float32)
-        moved = ndimage.affine_transform(values, matrix, offset, order=1, mode=outside, cval=0.0)
+        # SciPy has no types; for pyright `offset` has that of its default, a float.
+        moved = ndimage.affine_transform(values, matrix, offset, order=1, mode=outside)  # pyright: ignore[reportArgumentType]
         out[..., channel] = np.clip(moved + 1e-3, 0, 255)
     return out

@@ -84,9 +84,10 @@ def _random_image(folder: str, shape: tuple[int, int], seed: int, what: str) -> 
 def _resized(path: str, shape: tuple[int, int]) -> np.ndarray:
     from PIL import Image, UnidentifiedImageError
 
+    height, width = shape
     try:
         with Image.open(path) as opened:
-            resized = opened.convert("RGB").resize(shape[::-1], Image.Resampling.BILINEAR)
+            resized = opened.convert("RGB").resize((width, height), Image.Resampling.BILINEAR)
     except (UnidentifiedImageError, OSError) as error:
         raise AugmentationError(f"{path} cannot be read as an image: {error}") from error
     pixels = np.asarray(resized)

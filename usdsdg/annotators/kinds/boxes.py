@@ -173,7 +173,7 @@ def pixel_boxes(members: np.ndarray, count: int) -> np.ndarray:
     in_row[y, value] = True
     in_column[x, value] = True
     boxes = np.full((count, 4), -1, np.int64)
-    seen = in_row.any(axis=0)[1:]
+    seen = np.any(in_row, axis=0)[1:]
     columns, rows = in_column[:, 1:][:, seen], in_row[:, 1:][:, seen]
     boxes[seen, 0], boxes[seen, 2] = columns.argmax(axis=0), width - 1 - columns[::-1].argmax(axis=0)
     boxes[seen, 1], boxes[seen, 3] = rows.argmax(axis=0), height - 1 - rows[::-1].argmax(axis=0)

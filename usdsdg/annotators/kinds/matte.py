@@ -78,8 +78,7 @@ def _ids_of_gprims(frame: Frame) -> np.ndarray:
 
 def _own_id(prim: Usd.Prim, code: Usd.TimeCode) -> int:
     primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(_ID) if prim else None
-    value = primvar.Get(code) if primvar else None
-    if value is None:
+    if not primvar or (value := primvar.Get(code)) is None:
         return NONE
     values = np.unique(value)
     if len(values) == 1:

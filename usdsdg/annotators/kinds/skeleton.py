@@ -132,7 +132,7 @@ def _legacy_record(frame: Frame, skeleton: Skeleton) -> dict[str, Any]:
     pixels, _ = frame.camera.project(points)
     size = (frame.camera.width, frame.camera.height)
     with np.errstate(invalid="ignore"):
-        inside = ((pixels >= 0) & (pixels < size)).all(axis=1)
+        inside = np.all((pixels >= 0) & (pixels < size), axis=1)
     occluders = [_occluder(frame, skeleton, pixel) if shown else OUT_OF_VIEW for pixel, shown in zip(pixels, inside)]
     return {
         "skel_name": skeleton.prim.GetName(),

@@ -128,7 +128,7 @@ def without_outliers(source: np.ndarray, read: np.ndarray) -> np.ndarray:
     gap[:, [0, -1]] = False
     farther = np.where(read.ravel()[left] >= read.ravel()[right], left, right)
     around = ndimage.maximum_filter(has, footprint=_AROUND, mode="constant", cval=0)
-    return np.where(gap, farther, np.where(has & ~around, -1, source))
+    return np.where(gap, farther, np.where(has & np.logical_not(around), -1, source))
 
 
 _AROUND = np.array([[1, 1, 1], [1, 0, 1], [1, 1, 1]], bool)

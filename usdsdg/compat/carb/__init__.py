@@ -19,7 +19,8 @@ class _Vector(tuple):
 
     def __new__(cls, *values: float | Sequence[float]):
         flat = values[0] if len(values) == 1 and not isinstance(values[0], (int, float)) else values
-        numbers = tuple(float(v) for v in flat) or (0.0,) * cls.size
+        # float() raises the TypeError for a sequence among several values.
+        numbers = tuple(float(v) for v in flat) or (0.0,) * cls.size  # pyright: ignore[reportArgumentType]
         if len(numbers) != cls.size:
             raise TypeError(f"{cls.__name__} takes {cls.size} numbers, got {len(numbers)}")
         return super().__new__(cls, numbers)

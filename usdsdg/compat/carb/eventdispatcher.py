@@ -48,7 +48,7 @@ class Event:
 class Observer:
     """A subscription, which ends with `reset` or when it is garbage collected."""
 
-    def __init__(self, end: Callable[[], None]) -> None:
+    def __init__(self, end: Callable[[], object]) -> None:
         self._end = end
 
     def reset(self) -> None:
@@ -64,9 +64,9 @@ class EventDispatcher:
     def __init__(self) -> None:
         self._observers: dict[int, tuple[str, int, Mapping[str, Any], Callable[[Event], None]]] = {}
         self._keys = itertools.count()
-        get_app().subscribe_update(lambda dt: self._notify(APP_UPDATE, {"dt": dt}) and None)
+        get_app().subscribe_update(self._notify_update)
         get_timeline().subscribe(self._notify_timeline)
-        get_orchestrator().on_captured(lambda: self._notify(NEW_FRAME, {}) and None)
+        get_orchestrator().on_captured(self._notify_new_frame)
 
     def observe_event(
         self,
@@ -102,6 +102,12 @@ class EventDispatcher:
         for _, _, on_event in sorted(due, key=lambda each: each[:2]):
             on_event(event)
         return len(due)
+
+    def _notify_update(self, dt: float) -> None:
+        self._notify(APP_UPDATE, {"dt": dt})
+
+    def _notify_new_frame(self) -> None:
+        self._notify(NEW_FRAME, {})
 
     def _notify_timeline(self, change: str) -> None:
         if change in TIMELINE_EVENTS:

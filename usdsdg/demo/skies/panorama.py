@@ -1,6 +1,6 @@
 """Render a room as a panorama: rays against boxes, lamps and one diffuse bounce in small lightmaps."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -187,7 +187,7 @@ def _patch_means(values: np.ndarray, block: int) -> np.ndarray:
     return values.reshape(side // block, block, side // block, block, -1).mean(axis=(1, 3)).reshape(-1, values.shape[1])
 
 
-def _irradiance(points: np.ndarray, normal: np.ndarray, lights: _Emitters, blocks: tuple[Block, ...]) -> np.ndarray:
+def _irradiance(points: np.ndarray, normal: np.ndarray, lights: _Emitters, blocks: Sequence[Block]) -> np.ndarray:
     """Return the irradiance (n, 3) at points (n, 3) of one normal, with shadows of blocks."""
     to_light = lights.centers[None] - points[:, None]
     squared = np.maximum(np.einsum("pli,pli->pl", to_light, to_light), 0.04)
@@ -199,7 +199,7 @@ def _irradiance(points: np.ndarray, normal: np.ndarray, lights: _Emitters, block
     return form @ lights.power
 
 
-def _blocked(origins: np.ndarray, spans: np.ndarray, blocks: tuple[Block, ...]) -> np.ndarray:
+def _blocked(origins: np.ndarray, spans: np.ndarray, blocks: Sequence[Block]) -> np.ndarray:
     inverse, starts = _inverse(spans.T), np.ascontiguousarray(origins.T)
     hidden = np.zeros(len(origins), bool)
     for block in blocks:

@@ -28,10 +28,11 @@ def simulate(time: float, step_dt: float | None = None, physics_scene: Any = Non
     if not float(time) > 0.0:
         raise PhysicsError(f"simulate: time is {time!r}; expected a positive number of seconds")
     stage = current_stage()
-    if physics_scene is not None and scene_of(physics_scene) != scenes.physics_scene(stage):
+    first = scenes.physics_scene(stage)
+    if physics_scene is not None and scene_of(physics_scene) != first:
         raise Unsupported(
             f"simulate: physics_scene is {scene_of(physics_scene).GetPath()}, but only the first scene, "
-            f"{scenes.physics_scene(stage).GetPath()}, is simulated; leave physics_scene out or remove the others"
+            f"{first and first.GetPath()}, is simulated; leave physics_scene out or remove the others"
         )
     with _stepping(stage, step_dt):
         engine = engines.physics()

@@ -97,12 +97,12 @@ def _odd(k: tuple[float, ...]) -> Polynomial:
 
 def _first_root(polynomial: Polynomial) -> float:
     """Return the smallest positive root; infinity where there is none below `_MAX_T`."""
-    scaled = polynomial.coef * _MAX_T ** np.arange(len(polynomial.coef), dtype=np.float64)
+    scaled = np.asarray(polynomial.coef, np.float64) * _MAX_T ** np.arange(len(polynomial.coef), dtype=np.float64)
     # High powers that are negligible up to there make the root search inaccurate.
     significant = np.flatnonzero(np.abs(scaled) > 1e-14 * np.abs(scaled).max(initial=0.0))
     if not len(significant) or significant[-1] == 0:
         return np.inf
-    roots = Polynomial(scaled[: significant[-1] + 1]).roots() * _MAX_T
+    roots = np.multiply(Polynomial(scaled[: significant[-1] + 1]).roots(), _MAX_T)
     real = roots.real[np.abs(roots.imag) <= 1e-7 * np.abs(roots.real)]
     positive = real[real > 1e-9]
     return float(positive.min()) if len(positive) else np.inf

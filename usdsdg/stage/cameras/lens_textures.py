@@ -81,7 +81,7 @@ def _read(file: str, channels: int) -> np.ndarray:
 
 def _make_table(image: np.ndarray, file: str) -> LensTable:
     directions = image[..., :3].astype(np.float64)
-    invalid = ~np.isfinite(directions).all(axis=-1)
+    invalid = ~np.all(np.isfinite(directions), axis=-1)
     if invalid.any():
         row, column = np.argwhere(invalid)[0]
         errors.warn_once(

@@ -70,7 +70,8 @@ def decode(data: bytes, *, name: str = "EXR") -> np.ndarray:
     """
     try:
         return _decoded(data, name)
-    except (struct.error, IndexError, KeyError, ValueError, zlib.error, _deflate.error) as error:
+    # isal's stub declares its class `error` as an instance.
+    except (struct.error, IndexError, KeyError, ValueError, zlib.error, _deflate.error) as error:  # pyright: ignore[reportGeneralTypeIssues]
         raise AssetUnreadable(f"{name} is not an EXR file, or it is damaged: {error}") from error
 
 

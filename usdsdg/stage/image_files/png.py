@@ -35,7 +35,7 @@ def encode_png(image: np.ndarray) -> bytes:
     height, width = image.shape[:2]
     depth = 8 * image.dtype.itemsize
     header = struct.pack(">IIBBBBB", width, height, depth, _COLOR_TYPES[channels], 0, 0, 0)
-    data = _deflate.compress(_filtered_rows(image), 1)
+    data = _deflate.compress(_filtered_rows(image).data, 1)
     return b"".join((_SIGNATURE, _chunk(b"IHDR", header), _chunk(b"IDAT", data), _chunk(b"IEND", b"")))
 
 

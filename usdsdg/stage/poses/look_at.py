@@ -40,9 +40,9 @@ def look_at_rotations(
         DegenerateFrame: an eye is at its target, or `up` is the zero vector.
     """
     eyes, targets = np.broadcast_arrays(np.asarray(eyes, np.float64), np.asarray(targets, np.float64))
-    up = np.broadcast_to(np.asarray(up, np.float64), eyes.shape)
+    ups = np.broadcast_to(np.asarray(up, np.float64), eyes.shape)
     back = eyes - targets
-    distance, height = np.linalg.norm(back, axis=-1), np.linalg.norm(up, axis=-1)
+    distance, height = np.linalg.norm(back, axis=-1), np.linalg.norm(ups, axis=-1)
     if not np.all(height > 0):
         raise DegenerateFrame("look_at_up_axis is the zero vector; give a direction such as (0, 0, 1)")
     same = ~(distance > 1e-12 * np.maximum(1.0, np.abs(eyes).max(-1)))
@@ -50,11 +50,11 @@ def look_at_rotations(
         raise DegenerateFrame(
             f"a prim at {tuple(eyes[same][0].tolist())} cannot look at its own position; move it or the target"
         )
-    back, up = back / distance[..., None], up / height[..., None]
-    right = np.cross(up, back)
+    back, ups = back / distance[..., None], ups / height[..., None]
+    right = np.cross(ups, back)
     for offset in _offsets(stage_up_axis):
         parallel = np.linalg.norm(right, axis=-1) < _PARALLEL
-        right[parallel] = np.cross(up[parallel], offset)
+        right[parallel] = np.cross(ups[parallel], offset)
     right /= np.linalg.norm(right, axis=-1, keepdims=True)
     return np.stack([right, np.cross(back, right), back], -2)
 

@@ -155,12 +155,13 @@ class _Batch:
 
     def write(self, role: str, column: Any) -> None:
         """Set the ops of one role."""
-        values = _rotations if role == "rotate" else _vectors
         for group in self._groups[role]:
             part = column
             if len(group.rows) < len(self.prims):
                 part = column.select(group.rows) if isinstance(column, Rotations) else column[group.rows]
-            for spec, value in zip(group.specs, values(part, group.type_name)):
+            kind = group.type_name
+            values = _rotations(part, kind) if isinstance(part, Rotations) else _vectors(part, kind)
+            for spec, value in zip(group.specs, values):
                 spec.default = value
 
     def _enter(self, role: str, row: int, type_name: str, spec: Sdf.AttributeSpec) -> None:

@@ -61,7 +61,9 @@ class Schema:
     _table: dict[str, Property] = {}
 
     def __init__(self, prim: Usd.Prim | Usd.SchemaBase | None = None, name: str = "") -> None:
-        self._prim = prim if isinstance(prim, Usd.Prim) else prim.GetPrim() if prim is not None else Usd.Prim()
+        self._prim: Usd.Prim = (
+            prim if isinstance(prim, Usd.Prim) else prim.GetPrim() if prim is not None else Usd.Prim()
+        )
         self._name = name
 
     def GetPrim(self) -> Usd.Prim:

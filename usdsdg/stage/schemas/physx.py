@@ -1,7 +1,7 @@
 """The classes of NVIDIA's PhysxSchema, importable in place of `pxr.PhysxSchema`."""
 
 from usdsdg.stage.schemas import RESOURCES, register
-from usdsdg.stage.schemas.codeless import make_classes
+from usdsdg.stage.schemas.codeless import Schema, make_classes
 
 register()
 
@@ -11,7 +11,7 @@ globals().update(_classes)
 __all__ = sorted(_classes)  # pyright: ignore[reportUnsupportedDunderAll]
 
 
-def __getattr__(name: str) -> object:
+def __getattr__(name: str) -> type[Schema]:
     # An AttributeError, as `hasattr` expects of a module.
     raise AttributeError(
         f"usdsdg's PhysxSchema has no {name!r}: it covers rigid bodies, colliders, joints and triggers "

@@ -73,7 +73,7 @@ class BackendDispatch(BackendGroup):
         if folder and (key_prefix or not bucket):
             backends.append(DiskBackend(folder, overwrite))
         if bucket:
-            prefix = key_prefix or (folder and os.fspath(folder))
+            prefix = key_prefix or (os.fspath(folder) if folder else None)
             backends.append(S3Backend(bucket, prefix, region, endpoint_url, overwrite))
         if not backends:
             raise WriterError("BackendDispatch has nowhere to write: give output_dir, or bucket and key_prefix.")

@@ -51,10 +51,11 @@ def lens_of(params: Params) -> Lens | None:
     x, y = params["cameraFisheyeOpticalCentre"]
     # Payloads of older versions have no cameraOpenCVFx, and five coefficients of the polynomial.
     unset = LensParameters()
+    fx, fy = (float(params.get(f"cameraOpenCV{name}", own)) for name, own in zip(("Fx", "Fy"), unset.focal))
     calibration = LensParameters(
         nominal_size=(float(params["cameraFisheyeNominalWidth"]), float(params["cameraFisheyeNominalHeight"])),
         center=(float(x), float(y)),
-        focal=tuple(float(params.get(f"cameraOpenCV{name}", own)) for name, own in zip(("Fx", "Fy"), unset.focal)),
+        focal=(fx, fy),
         max_fov=float(params["cameraFisheyeMaxFOV"]),
         polynomial=_floats(params["cameraFisheyePolynomial"], 6),
         tangential=_floats(params["cameraFisheyeLensP"], 2),

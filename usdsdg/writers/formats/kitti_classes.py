@@ -73,13 +73,14 @@ def _class(key: str, value: Any, index: int) -> KittiClass:
     is_id = isinstance(value, int) and not isinstance(value, bool)
     number = value if is_id else index
     color = colors_of_ids(np.array([number])).tolist()[0] if is_id and number >= 0 else value
-    right = isinstance(color, (list, tuple)) and len(color) == 4
-    if not right or not all(isinstance(part, int) and 0 <= part <= 255 for part in (number, *color)):
+    channels = color if isinstance(color, (list, tuple)) and len(color) == 4 else ()
+    if not channels or not all(isinstance(part, int) and 0 <= part <= 255 for part in (number, *channels)):
         raise WriterError(
             f"KittiWriter: {key!r} is mapped to {value!r} as entry {index}; expected a color (r, g, b, a) or an "
             "id, from 0 to 255, in one of the first 256 entries."
         )
-    return KittiClass(number, tuple(color))
+    red, green, blue, alpha = channels
+    return KittiClass(number, (red, green, blue, alpha))
 
 
 def _cityscapes() -> dict[str, tuple[int, int, int, int]]:

@@ -171,12 +171,13 @@ class KittiWriter(Writer):
                 continue
             pose = Pose(boxes_3d[number], camera, cuboid.CORNERS)
             pixels = project(np.array(list(pose.in_camera.values())), camera)
+            left, top, right, bottom = (int(row[side]) for side in ("x_min", "y_min", "x_max", "y_max"))
             lines.append(
                 kitti_object.line(
                     self._name(boxes["idToLabels"][int(row["semanticId"])]),
                     truncation_ratio(pose, pixels, camera),
                     self._occlusion_level(1.0 - float(row["occlusionRatio"])),
-                    tuple(int(row[side]) for side in ("x_min", "y_min", "x_max", "y_max")),
+                    (left, top, right, bottom),
                     kitti_object.KittiBox.of(pose, **units),
                 )
             )
