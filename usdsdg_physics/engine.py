@@ -26,7 +26,7 @@ class NewtonEngine:
     """
 
     def __init__(self, stage: Usd.Stage, *, device: str | None = None, progress: Progress | None = None) -> None:
-        """`device` is "cpu", "cuda:0" or None for Warp's default; `progress` is told of kernels being compiled."""
+        """`device` is "cpu", "cuda:0" or None for Warp's default; `progress` is called while kernels compile."""
         self._stage, self._device, self._progress = stage, device, progress
         self._hulls = HullCache()
         self._listeners: dict[int, Callable[[float], None]] = {}

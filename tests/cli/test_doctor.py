@@ -15,7 +15,7 @@ def doctor(**environment: str) -> str:
     return subprocess.run(command, capture_output=True, text=True, timeout=120, check=True, env=env).stdout
 
 
-@pytest.mark.skipif(oidn_denoiser.lacks_sve(), reason="this processor could not run it anyway, and is told so")
+@pytest.mark.skipif(oidn_denoiser.lacks_sve(), reason="needs a processor that Open Image Denoise supports")
 def test_a_denoiser_that_does_not_load_is_reported_as_missing(tmp_path):
     (tmp_path / "mitsuba_oidn.py").write_text("raise RuntimeError('no thread pool')")
     output = doctor(PYTHONPATH=os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))

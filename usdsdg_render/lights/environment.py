@@ -67,7 +67,7 @@ class _DeviceMap:
         self.row_cdf, self.cell_cdf = self._array(grid.row_cdf, wp.float32), self._array(grid.cell_cdf, wp.float32)
 
     def _array(self, values: np.ndarray, dtype: Any) -> wp.array:
-        """Copy values to the device; on a CPU share their memory, which nobody else writes."""
+        """Copy values to the device; on a CPU wrap their memory without a copy: kernels only read it."""
         return wp.array(values.reshape(-1), dtype=dtype, device=self.device, copy=self.device != "cpu")
 
 

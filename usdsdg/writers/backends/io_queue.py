@@ -133,7 +133,7 @@ class IoQueue:
             del job
 
     def _finish(self) -> None:
-        """Finish open jobs at exit, and make the program fail if one failed and nobody waited for it."""
+        """Run the remaining write jobs at exit; a failure that no call has raised makes the exit code 1."""
         last = [method for each in self._at_exit if (method := each()) is not None]
         for step in (*last, self.wait_until_done):
             try:
