@@ -81,7 +81,7 @@ def test_nodes_are_prims_with_their_targets_order_and_script_line():
     assert pose.inputs["position"] == Link("/Replicator/SDGPipeline/OgnSampleUniform")
     assert pose.after == "/Replicator/SDGPipeline/OgnOnFrame"
     assert read_node(prims["OgnColor"]).after == "/Replicator/SDGPipeline/OgnWritePose"
-    assert pose.facts["line"].startswith("test_saved_graph.py:")
+    assert pose.metadata["line"].startswith("test_saved_graph.py:")
 
 
 def test_setting_an_input_changes_draws_and_prim():

@@ -49,8 +49,8 @@ def author_run(stage: Usd.Stage, *, frames: int, rt_subframes: int) -> None:
     root = stage.GetPrimAtPath(PIPELINE)
     if not root:
         return
-    facts = {"usdsdg:globalSeed": get_global_seed(), "usdsdg:frames": frames, "usdsdg:rtSubframes": rt_subframes}
-    for name, value in facts.items():
+    metadata = {"usdsdg:globalSeed": get_global_seed(), "usdsdg:frames": frames, "usdsdg:rtSubframes": rt_subframes}
+    for name, value in metadata.items():
         root.CreateAttribute(name, Sdf.ValueTypeNames.Int64).Set(int(value))
     data = stage.GetRootLayer().customLayerData
     data[_SETTINGS] = {key.lstrip("/").replace("/", ":"): value for key, value in _plain_settings().items()}
@@ -143,8 +143,9 @@ class _Loader:
 
     def _node(self, path: str, record: NodeRecord) -> Node:
         inputs = {name: self._value(value) for name, value in record.inputs.items()}
-        facts = record.facts
-        node = Node(record.kind, inputs, record.prims, facts.get("name"), facts.get("key", ""), facts.get("line", path))
+        metadata = record.metadata
+        name, key, line = metadata.get("name"), metadata.get("key", ""), metadata.get("line", path)
+        node = Node(record.kind, inputs, record.prims, name, key, line)
         node.path, node.layer = path, self._stage.GetRootLayer()
         return node
 
@@ -162,9 +163,9 @@ class _Loader:
                 raise GraphError(f"{path}, which a node of the graph draws from, is not on the stage")
             record = read_node(prim)
             inputs = {name: self._value(value) for name, value in record.inputs.items()}
-            item = distribution.from_inputs(record.kind, inputs, record.facts.get("name"))
+            item = distribution.from_inputs(record.kind, inputs, record.metadata.get("name"))
             item.node.path, item.node.layer = path, self._stage.GetRootLayer()
-            item.node.line = record.facts.get("line", path)
+            item.node.line = record.metadata.get("line", path)
             self._distributions[path] = item
         return self._distributions[path]
 

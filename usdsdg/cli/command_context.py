@@ -66,7 +66,7 @@ def command_context(
     except KeyboardInterrupt:
         _exit_interrupted()
     finally:
-        progress.use(progress.Silent())
+        progress.use(progress.SilentReporter())
 
 
 def _set_up(assets_root: Path | None, device: str | None, save_stage: Path | None) -> _StageSnapshot | None:
@@ -82,13 +82,13 @@ def _set_up(assets_root: Path | None, device: str | None, save_stage: Path | Non
 
 
 def _exit_with_error(error: UsdsdgError) -> NoReturn:
-    progress.use(progress.Silent())
+    progress.use(progress.SilentReporter())
     print(f"error: {error}", file=sys.stderr)
     raise typer.Exit(1) from None
 
 
 def _exit_interrupted() -> NoReturn:
-    progress.use(progress.Silent())
+    progress.use(progress.SilentReporter())
     print("interrupted: finishing the files in hand; Ctrl-C again stops at once", file=sys.stderr)
     try:
         _finish_files()

@@ -15,10 +15,10 @@ def author(node: Node, *, after: str | None) -> None:
     stage = current_stage()
     define_graph(stage)
     inputs = {name: _linked(value) for name, value in node.inputs.items()}
-    facts = {"key": node.key, "line": node.line, "name": node.name or ""}
+    metadata = {"key": node.key, "line": node.line, "name": node.name or ""}
     node.path = paths.next_free_path(stage, f"{PIPELINE}/{node.kind}")
     node.layer = stage.GetRootLayer()
-    define_node(stage, node.path, NodeRecord(node.kind, inputs, node.prims, after, _given(facts)))
+    define_node(stage, node.path, NodeRecord(node.kind, inputs, node.prims, after, _given(metadata)))
 
 
 def author_impulse() -> str:
@@ -43,8 +43,8 @@ def is_authored(node: Node) -> bool:
     return node.path is not None and node.layer == stage.GetRootLayer() and bool(stage.GetPrimAtPath(node.path))
 
 
-def _given(facts: dict[str, str]) -> dict[str, str]:
-    return {name: text for name, text in facts.items() if text}
+def _given(metadata: dict[str, str]) -> dict[str, str]:
+    return {name: text for name, text in metadata.items() if text}
 
 
 def _linked(value: Any) -> Any:

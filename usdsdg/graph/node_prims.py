@@ -49,7 +49,7 @@ class NodeRecord:
     inputs: dict[str, Any] = field(default_factory=dict)  # plain values, or lists of them, or Links
     prims: tuple[str, ...] = ()
     after: str | None = None  # path of the node whose execution starts this one
-    facts: dict[str, str] = field(default_factory=dict)  # under `usdsdg:`
+    metadata: dict[str, str] = field(default_factory=dict)  # under `usdsdg:`
 
 
 def define_node(stage: Usd.Stage, path: str, node: NodeRecord) -> Usd.Prim:
@@ -68,7 +68,7 @@ def define_node(stage: Usd.Stage, path: str, node: NodeRecord) -> Usd.Prim:
     if node.after:
         started = _attribute(prim, "inputs:execIn", Sdf.ValueTypeNames.UInt)
         started.SetConnections([Sdf.Path(node.after).AppendProperty("outputs:execOut")])
-    for name, text in node.facts.items():
+    for name, text in node.metadata.items():
         _attribute(prim, f"usdsdg:{name}", Sdf.ValueTypeNames.String, text)
     return prim
 
@@ -119,7 +119,7 @@ def read_node(prim: Usd.Prim) -> NodeRecord:
             value = Link(str(sources[0].GetPrimPath())) if sources else _decoded(attribute)
             _put(node.inputs, name, value)
         elif space == "usdsdg":
-            node.facts[name] = str(attribute.Get())
+            node.metadata[name] = str(attribute.Get())
     return node
 
 

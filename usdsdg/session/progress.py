@@ -25,7 +25,7 @@ class Reporter(Protocol):
         ...
 
 
-class Silent:
+class SilentReporter:
     """Reports nothing (`--quiet`)."""
 
     def __call__(self, label: str, done: int, total: int | None) -> None: ...
@@ -35,14 +35,14 @@ class Silent:
     def close(self) -> None: ...
 
 
-class Notes(Silent):
+class MessageReporter(SilentReporter):
     """Shows single lines but no progress: the default when usdsdg is used as a library."""
 
     def say(self, line: str) -> None:
         print(f"[usdsdg] {line}", file=sys.stderr, flush=True)
 
 
-class Lines:
+class LineReporter:
     """Plain lines for logs: the first and last step of each task, and one every few seconds in between."""
 
     def __init__(self, stream: TextIO | None = None) -> None:
@@ -68,7 +68,7 @@ class Lines:
     def close(self) -> None: ...
 
 
-class Bars:
+class BarReporter:
     """One rich bar per task; bars of finished tasks stay."""
 
     def __init__(self) -> None:
@@ -123,7 +123,7 @@ def use(reporter: Reporter) -> None:
 
 def use_default(quiet: bool = False) -> None:
     """Show progress as bars on a terminal, as lines elsewhere, and not at all if `quiet`."""
-    use(Silent() if quiet else Bars() if sys.stderr.isatty() else Lines())
+    use(SilentReporter() if quiet else BarReporter() if sys.stderr.isatty() else LineReporter())
 
 
 def report(label: str, done: int, total: int | None) -> None:

@@ -41,7 +41,7 @@ class Session:
     """
 
     engines = _part("usdsdg.session.engines:Engines")
-    reporter = _part("usdsdg.session.progress:Notes")
+    reporter = _part("usdsdg.session.progress:MessageReporter")
     global_seed = _part("usdsdg.graph.sampling:GlobalSeed")
     graph = _part("usdsdg.graph.evaluate:Graph")
     random_generators = _part("weakref:WeakSet")  # every live ReplicatorRNG
@@ -92,7 +92,7 @@ class Session:
         self.timeline.reset()
         if stage.HasAuthoredTimeCodeRange():
             rate = stage.GetTimeCodesPerSecond()
-            self.timeline.follow(stage.GetStartTimeCode() / rate, stage.GetEndTimeCode() / rate, rate)
+            self.timeline.set_animation_range(stage.GetStartTimeCode() / rate, stage.GetEndTimeCode() / rate, rate)
         for part in self._made("engines", "graph"):
             part.reset()
         self.render_products.clear()

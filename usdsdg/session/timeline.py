@@ -163,7 +163,7 @@ class Timeline:
         for listener in list(self._listeners):
             listener(event)
 
-    def follow(self, start: float, end: float, time_codes_per_second: float) -> None:
+    def set_animation_range(self, start: float, end: float, time_codes_per_second: float) -> None:
         """Take the range and rate of an animation from `start` to `end` [s], and go to its start."""
         self._start, self._end = float(start), float(end)
         self.time_codes_per_second = float(time_codes_per_second)

@@ -196,7 +196,7 @@ def _solid_shape(
 ) -> Shape | None:
     """Return a hull or mesh whose solid all prims with these points share; shear is baked into its points."""
     if abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
-        warn_once(f"{prim.GetPath()} is scaled to nothing and does not collide; give it a scale above zero.")
+        warn_once(f"{prim.GetPath()} has a scale of zero and does not collide; give it a scale above zero.")
         return None
     parts = split_scale(matrix)
     if parts is None:

@@ -124,7 +124,7 @@ class StageWriter:
         if body.kinematic:
             return
         if abs(np.linalg.det(self._body_from_prim[row])) < 1e-30:
-            warn_once(f"{body.path} is scaled to nothing, so its pose cannot be written; give it a scale above zero.")
+            warn_once(f"{body.path} has a scale of zero, so its pose cannot be written; give it a scale above zero.")
             return
         self._remember_op_order(prim)
         ops = choose_pose_ops(prim)
