@@ -1,0 +1,22 @@
+"""`python -m tests.soak NAME` runs one long check at its full count; without a name it lists them."""
+
+import importlib
+import sys
+
+SOAKS = {
+    "isaac_scripts": "Isaac Sim's Replicator scripts, from a checkout of isaac-sim/IsaacSim, each to its end",
+}
+
+
+def main() -> int:
+    if len(sys.argv) < 2 or sys.argv[1] not in SOAKS:
+        print("python -m tests.soak NAME [OPTIONS]\n")
+        for name, what in SOAKS.items():
+            print(f"  {name}: {what}")
+        return 2
+    name = sys.argv.pop(1)
+    return importlib.import_module(f"tests.soak.{name}").main()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
