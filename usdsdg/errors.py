@@ -145,6 +145,15 @@ def _level_of_caller() -> int:
     return level
 
 
+def outside_line() -> str:
+    """Return the nearest line outside the project that is being executed, as in `my_script.py:41`; "" if none is."""
+    frame = sys._getframe(1)
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_OWN_FILES):
+        frame = frame.f_back
+    name = frame.f_code.co_filename
+    return "" if name.startswith((*_OWN_FILES, "<frozen ")) else f"{os.path.basename(name)}:{frame.f_lineno}"
+
+
 def forget_warnings() -> None:
     """Allow every `warn_once` message to be issued again, as a new stage does."""
     with _warned_lock:

@@ -5,6 +5,7 @@ from pxr import Usd
 
 from usdsdg.errors import AssetError, AssetNotFound, Unsupported, UsdsdgWarning, forget_warnings
 from usdsdg.stage import assets
+from usdsdg.stage.assets import root as root_module
 
 MUG = "Isaac/Props/YCB/mug.usd"
 
@@ -17,11 +18,11 @@ def root(tmp_path, monkeypatch):
     for name in (MUG, "Isaac/Props/YCB/bottle.usd", "NVIDIA/Assets/Skies/Indoor/lounge.hdr"):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text("#usda 1.0\n")
-    before = assets._root, assets._fallback
+    before = root_module._root, root_module._fallback
     assets.set_assets_root(None)
     assets.set_fallback_root(None)
     yield folder
-    assets._root, assets._fallback = before
+    root_module._root, root_module._fallback = before
 
 
 @pytest.fixture

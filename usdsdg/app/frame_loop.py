@@ -17,7 +17,6 @@ from usdsdg.capture.capture import Capture
 from usdsdg.capture.output import close_writers, drain
 from usdsdg.capture.render_settings import RenderMode, render_mode
 from usdsdg.capture.requests import is_watched
-from usdsdg.errors import warn_once
 from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
 from usdsdg.session.progress import report
@@ -103,8 +102,7 @@ class Orchestrator:
             rng.reset_all()
             self.preview()
             self._initialized = True
-        for missing in assets.missing_dependencies(stage_context.current_stage()):
-            warn_once(f"{missing.where} refers to {missing.asset_path}, which cannot be opened: {missing.why}")
+        assets.check_missing(stage_context.current_stage())
         self._set_status(Status.STARTED)
 
     # --- many frames ---

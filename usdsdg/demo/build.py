@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import tempfile
 from collections.abc import Callable
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from usdsdg.errors import AssetError
+from usdsdg.stage.assets import cache_folder
 
 if TYPE_CHECKING:
     from usdsdg.demo.skies.room import Room
@@ -55,12 +55,11 @@ def build(folder: Path) -> None:
 
 
 def _target() -> Path:
-    cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     try:
         release = version("usdsdg")
     except PackageNotFoundError:
         release = "source"
-    return Path(cache) / "usdsdg" / f"demo-{release}-{EDITION}"
+    return cache_folder() / f"demo-{release}-{EDITION}"
 
 
 def _build_and_rename(target: Path) -> None:

@@ -54,6 +54,7 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
     except Tf.ErrorException as failure:
         raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: {reason(failure)}") from failure
     _check_times(stage, file)
+    assets.redirect(stage)
     return set_stage(stage)
 
 

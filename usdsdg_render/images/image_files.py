@@ -51,7 +51,7 @@ def asset_file(attribute: Usd.Attribute) -> tuple[str, str]:
     if resolved:
         return value.path, resolved.GetPathString()
     try:
-        return value.path, assets.resolve(value.path)
+        return value.path, assets.locate(value.path)
     except (errors.AssetError, errors.Unsupported):
         return value.path, ""
 

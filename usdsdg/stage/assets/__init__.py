@@ -1,0 +1,46 @@
+"""Assets: from a URL or path to a file below the assets root, with maps, mirrors and stand-ins for missing ones."""
+
+from usdsdg.stage.assets.cache_folder import cache_folder
+from usdsdg.stage.assets.dependencies import (
+    MissingDependency,
+    is_elsewhere,
+    missing_dependencies,
+    redirect,
+    redirect_layer,
+)
+from usdsdg.stage.assets.lookup import exists, locate
+from usdsdg.stage.assets.maps import PathMap, get_maps, set_maps
+from usdsdg.stage.assets.missing import (
+    MissingAsset,
+    MissingAssets,
+    OnMissing,
+    check_missing,
+    get_on_missing,
+    listed,
+    missing_assets,
+    note_missing,
+    raise_missing,
+    resolve,
+    set_on_missing,
+)
+from usdsdg.stage.assets.root import (
+    HOW_TO_SET,
+    ROOT_VARIABLE,
+    Mirror,
+    assets_root,
+    configured_root,
+    root_mirror,
+    set_assets_root,
+    set_fallback_root,
+    set_mirror_factory,
+)
+from usdsdg.stage.assets.stand_ins import set_units
+from usdsdg.stage.assets.url import TOP_FOLDERS, is_remote, scheme_of
+
+__all__ = [
+    "HOW_TO_SET", "ROOT_VARIABLE", "TOP_FOLDERS", "Mirror", "MissingAsset", "MissingAssets", "MissingDependency",
+    "OnMissing", "PathMap", "assets_root", "cache_folder", "check_missing", "configured_root", "exists", "get_maps",
+    "get_on_missing", "is_elsewhere", "is_remote", "listed", "locate", "missing_assets", "missing_dependencies",
+    "note_missing", "raise_missing", "redirect", "redirect_layer", "resolve", "root_mirror", "scheme_of",
+    "set_assets_root", "set_fallback_root", "set_maps", "set_mirror_factory", "set_on_missing", "set_units",
+]  # fmt: skip

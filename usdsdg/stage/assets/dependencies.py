@@ -1,0 +1,80 @@
+"""What the layers of an open stage refer to: references that do not open, and those that are found elsewhere."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from typing import NamedTuple
+
+from pxr import Ar, Pcp, Sdf, Usd, UsdUtils
+
+from usdsdg import errors
+from usdsdg.stage.assets import lookup, maps, url
+
+_UNRESOLVED = (Pcp.ErrorInvalidAssetPath, Pcp.ErrorInvalidSublayerPath, Pcp.ErrorUnresolvedPrimPath)
+
+# References that are found elsewhere may refer to others again; deeper chains than this are left as they are.
+_ROUNDS = 16
+
+
+class MissingDependency(NamedTuple):
+    """A reference, payload or sublayer of an open stage that does not resolve."""
+
+    where: str  # prim path, or identifier of the layer that lists the sublayer
+    asset_path: str
+    why: str  # USD's message
+    layer: str  # identifier of the layer that refers to it
+
+
+def missing_dependencies(stage: Usd.Stage) -> list[MissingDependency]:
+    """Return all references, payloads and sublayers in use that USD could not open, in composition order."""
+    found = {}
+    for error in stage.GetCompositionErrors():
+        prim = stage.GetPrimAtPath(error.rootSite.path)
+        if isinstance(error, _UNRESOLVED) and prim and prim.IsActive():
+            found[_parsed(error, " ".join(str(error).split()))] = None
+    return list(found)
+
+
+def redirect(stage: Usd.Stage) -> None:
+    """Point what the layers of a stage refer to on other machines to the files on this one, where there are any.
+
+    Layers are edited in memory; no file changes.
+    """
+    seen: set[str] = set()
+    for _ in range(_ROUNDS):
+        wanted = {each.layer for each in missing_dependencies(stage) if is_elsewhere(each.asset_path)} - seen
+        if not wanted:
+            return
+        seen |= wanted
+        for identifier in wanted:
+            if layer := Sdf.Layer.Find(identifier):
+                redirect_layer(layer)
+
+
+def redirect_layer(layer: Sdf.Layer) -> None:
+    """Point the asset paths of one layer that name other machines to files on this one, where there are any."""
+    UsdUtils.ModifyAssetPaths(layer, lambda path: _found(path) if is_elsewhere(path) else path)
+
+
+def is_elsewhere(path: str) -> bool:
+    """Whether USD itself cannot open an asset path, while a map or the assets root may have it."""
+    text = url.normalized(path)
+    if not text or Ar.IsPackageRelativePath(text):
+        return False
+    return url.is_remote(text) or any(each.rest_of(text) is not None for each in maps.get_maps())
+
+
+def _found(path: str) -> str:
+    with contextlib.suppress(errors.AssetError, errors.Unsupported):
+        return lookup.locate(path)
+    return path
+
+
+def _parsed(error: Pcp.ErrorBase, why: str) -> MissingDependency:
+    """Parse a composition error, whose paths pxr gives as text only: ... @asset@<prim> ... @layer@."""
+    mentioned = re.findall(r"@([^@]+)@(?:<([^>]*)>)?", why)
+    asset_path, prim = mentioned[0]
+    layer = mentioned[-1][0]
+    where = layer if isinstance(error, Pcp.ErrorInvalidSublayerPath) else str(error.rootSite.path)
+    return MissingDependency(where, f"{asset_path}<{prim}>" if prim else asset_path, why, layer)

@@ -1,0 +1,127 @@
+"""What becomes of an asset that is missing: an error at once, an error for all of them, a stand-in, or nothing."""
+
+from __future__ import annotations
+
+import enum
+import os
+from typing import NamedTuple
+
+from pxr import Usd
+
+from usdsdg import errors
+from usdsdg.stage.assets import dependencies, lookup, stand_ins
+
+
+class MissingAssets(errors.AssetNotFound):
+    """Assets that a run needs are missing; the message lists all of them."""
+
+
+class OnMissing(enum.Enum):
+    """What `resolve` does where there is no file."""
+
+    RAISE = "raise"  # at once
+    ERROR = "error"  # give an empty prim; `check_missing` raises an error that lists all
+    STAND_IN = "stand-in"  # give a labeled box of the asset's name
+    SKIP = "skip"  # give an empty prim
+
+
+class MissingAsset(NamedTuple):
+    """An asset that was looked up and not found."""
+
+    asset: str  # URL or path as the script gave it
+    why: str  # where it was looked for
+    line: str  # script line that needs it; "" if unknown
+
+
+_on_missing = OnMissing.RAISE
+_missing: dict[str, MissingAsset] = {}
+
+
+def set_on_missing(choice: OnMissing) -> None:
+    """Choose what becomes of missing assets from now on, and forget those of the past."""
+    global _on_missing
+    _on_missing = choice
+    _missing.clear()
+
+
+def get_on_missing() -> OnMissing:
+    """Return what becomes of missing assets."""
+    return _on_missing
+
+
+def missing_assets() -> list[MissingAsset]:
+    """Return what has been missing so far and has no stand-in, in the order of the look-ups."""
+    return list(_missing.values())
+
+
+def resolve(asset: str | os.PathLike[str]) -> str:
+    """Return the file that a URL or path refers to, as `locate` does.
+
+    Where there is none it returns a stand-in, or an empty file of the same kind, if `set_on_missing` says so. There is
+    none for folders and for files of unknown kinds: these raise, and are listed later as well.
+
+    Raises:
+        AssetNotFound, AssetError, Unsupported: as `locate`.
+    """
+    try:
+        return lookup.locate(asset)
+    except (errors.AssetError, errors.Unsupported) as error:
+        if _on_missing is OnMissing.RAISE:
+            raise
+        text = os.fspath(asset).strip()
+        instead = stand_ins.instead_of(text, empty=_on_missing is not OnMissing.STAND_IN)
+        if _on_missing is OnMissing.ERROR or instead is None:
+            note_missing(text, str(error))
+        if instead is None:
+            raise
+        if _on_missing is OnMissing.STAND_IN:
+            errors.warn_once(f"a stand-in replaces {text}, which is missing: {error}", key=f"missing {text}")
+        elif _on_missing is OnMissing.SKIP:
+            errors.warn_once(f"left out, since it is missing: {error}", key=f"missing {text}")
+        return instead
+
+
+def note_missing(asset: str, why: str) -> None:
+    """Record an asset as missing, for `check_missing`."""
+    _missing.setdefault(asset, MissingAsset(asset, why, errors.outside_line()))
+
+
+def check_missing(stage: Usd.Stage) -> None:
+    """Report the references of a stage that do not open, after pointing those elsewhere that are found there.
+
+    What the stage's own layers refer to is an error where `resolve` reports its errors here; the rest are warnings.
+
+    Raises:
+        MissingAssets: something is missing; the message lists all with where they were looked for.
+    """
+    dependencies.redirect(stage)
+    own = {layer.identifier for layer in stage.GetLayerStack()}
+    for each in dependencies.missing_dependencies(stage):
+        if _on_missing is OnMissing.ERROR and each.layer in own and "<" not in each.asset_path:
+            note_missing(each.asset_path, f"{each.where} refers to it: {each.why}")
+        else:
+            errors.warn_once(f"{each.where} refers to {each.asset_path}, which cannot be opened: {each.why}")
+    raise_missing()
+
+
+def raise_missing() -> None:
+    """Raise an error that lists the missing assets, if there are any.
+
+    Raises:
+        MissingAssets: as it says.
+    """
+    if _missing:
+        raise MissingAssets(listed(missing_assets()))
+
+
+def listed(missing: list[MissingAsset]) -> str:
+    """Return the message of an error for all missing assets: one paragraph each, then the remedy."""
+    count = f"{len(missing)} assets are" if len(missing) > 1 else "an asset is"
+    lines = [f"  {each.asset}{f' ({each.line})' if each.line else ''}\n      {each.why}" for each in missing]
+    return "\n".join([f"{count} missing:", *lines, _REMEDY])
+
+
+_REMEDY = (
+    "Say where they are with --map PREFIX=FOLDER or --assets-root, or run without them: --missing-assets stand-in puts "
+    "labeled boxes in their place, --missing-assets skip nothing."
+)
