@@ -26,7 +26,9 @@ class PathMap(NamedTuple):
         """
         prefix, equals, folder = text.partition("=")
         if not (equals and prefix.strip() and folder.strip()):
-            raise ConfigError(f"{text!r} is no map: expected PREFIX=FOLDER, as in omniverse://localhost/Projects=assets")
+            raise ConfigError(
+                f"{text!r} is no map: expected PREFIX=FOLDER, as in omniverse://localhost/Projects=assets"
+            )
         return cls.checked(prefix, folder)
 
     @classmethod
