@@ -17,10 +17,10 @@ from benchmarks import render_scene
 from benchmarks.render_labels import LABELS
 from benchmarks.sensor_camera import SensorCameras
 from benchmarks.timing import in_turns
+from tests.render.bvh.trace_rays import trace_rays
 from tests.render.path.test_wavefront import VIEW, everything
 from tests.stage.cameras.lens_cases import CASES
 from usdsdg.stage.cameras.camera_view import CameraView
-from usdsdg_render.kernels.scene.rays import trace_rays
 from usdsdg_render.renderer import WarpRenderer
 from usdsdg_render.scene.structs import Hit
 from usdsdg_render.settings import PathSettings

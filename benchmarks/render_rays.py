@@ -18,8 +18,8 @@ from benchmarks import peers, render_scene, report
 from benchmarks.embree_scene import EmbreeScene
 from benchmarks.scene_meshes import FlatMesh, flattened
 from benchmarks.timing import in_turns
+from tests.render.bvh.trace_rays import trace_rays
 from usdsdg_render.device.device_scene import DeviceScene
-from usdsdg_render.kernels.scene.rays import trace_rays
 from usdsdg_render.scene.scene import Scene
 from usdsdg_render.scene.structs import LIGHT_SPHERE, Hit
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
+from tests.render.bvh.trace_rays import trace_rays
 from usdsdg_render.device.device_scene import DeviceScene
-from usdsdg_render.kernels.scene.rays import trace_rays
 from usdsdg_render.scene.scene import Scene
 from usdsdg_render.scene.structs import Hit
 
