@@ -5,10 +5,10 @@ import pytest
 from pxr import Gf, Usd, UsdGeom, UsdLux, UsdShade
 
 import usdsdg as rep
+from tests.stage.poses.euler import compose_euler
 from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported
 from usdsdg.graph import evaluate
 from usdsdg.stage.cameras.lens_attributes import LENS, OPTICS
-from usdsdg.stage.poses.rotations import compose_euler
 from usdsdg.stage.semantics import labels as semantics
 
 SHAPES = ["sphere", "torus", "disk", "plane", "cube", "cylinder", "cone"]

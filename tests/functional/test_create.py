@@ -10,10 +10,10 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade
 
 from tests.functional.poses import local, ops, value, world
+from tests.stage.poses.euler import compose_euler
 from usdsdg.errors import AssetError, AssetNotFound, BadPrim, GraphError, Unsupported, UsdsdgWarning
 from usdsdg.functional import create, create_batch
 from usdsdg.stage.cameras.lens_attributes import LENS, OPTICS
-from usdsdg.stage.poses.rotations import compose_euler
 from usdsdg.stage.semantics.labels import get_labels
 
 SHAPES = ["plane", "sphere", "torus", "disk", "cube", "cylinder", "cone", "capsule"]

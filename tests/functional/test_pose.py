@@ -5,9 +5,9 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from tests.functional.poses import local, ops, value, world
+from tests.stage.poses.euler import compose_euler
 from usdsdg.errors import BadPrim, DegenerateFrame, GraphError, Unsupported
 from usdsdg.functional import create, create_batch, modify
-from usdsdg.stage.poses.rotations import compose_euler
 
 
 @pytest.fixture

@@ -7,12 +7,12 @@ import pytest
 from pxr import Gf, UsdGeom, UsdSkel
 
 import usdsdg as rep
+from tests.stage.poses.euler import compose_euler
 from usdsdg.errors import BadPrim, GraphError
 from usdsdg.graph import evaluate
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.poses import transforms
-from usdsdg.stage.poses.rotations import compose_euler
 
 
 def run():

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pxr import Gf, Sdf, Usd, UsdGeom
 
+from tests.stage.poses.euler import compose_euler
 from usdsdg import errors
 from usdsdg.errors import BadPrim, RenderError, Unsupported, UsdsdgWarning
 from usdsdg.stage.cameras import camera_view
-from usdsdg.stage.poses.rotations import compose_euler
 from usdsdg.stage.poses.xform_ops import author_pose
 
 RESOLUTION = (640, 360)

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pxr import Gf
 
+from tests.stage.poses.euler import compose_euler
 from usdsdg.stage.poses import rotations
 
 ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
@@ -77,7 +78,7 @@ def test_euler_xyz_of_a_known_quaternion():
 @given(translate=offsets, degrees=angles, scale=scales, mirror=st.booleans())
 def test_decompose_undoes_compose(translate, degrees, scale, mirror):
     scale = np.array(scale) * (-1 if mirror else 1)
-    matrix = rotations.compose_euler(translate, degrees, scale)
+    matrix = compose_euler(translate, degrees, scale)
     pose = rotations.decompose(matrix)
     np.testing.assert_allclose(pose.translate, translate)
     np.testing.assert_allclose(pose.scale, scale, rtol=1e-9)
@@ -85,7 +86,7 @@ def test_decompose_undoes_compose(translate, degrees, scale, mirror):
 
 
 def test_decompose_of_one_mirrored_axis_composes_to_the_same_matrix():
-    matrix = rotations.compose_euler((1, 2, 3), (10, 20, 30), (2, -3, 4))
+    matrix = compose_euler((1, 2, 3), (10, 20, 30), (2, -3, 4))
     np.testing.assert_allclose(rotations.compose(*rotations.decompose(matrix)), matrix, atol=1e-12)
 
 
@@ -100,7 +101,7 @@ def test_decompose_of_a_sheared_matrix_is_the_nearest_rotation():
 
 @pytest.mark.parametrize("scale", [(0, 1, 1), (1, 0, 2), (0, 0, 1), (0, 0, 0)])
 def test_decompose_of_flattened_axes_is_still_a_rotation(scale):
-    matrix = rotations.compose_euler((0, 0, 0), (10, 20, 30), scale)
+    matrix = compose_euler((0, 0, 0), (10, 20, 30), scale)
     pose = rotations.decompose(matrix)
     np.testing.assert_allclose(np.abs(pose.scale), scale, atol=1e-12)
     axes = rotations.matrix_from_quat(pose.rotation)
@@ -112,15 +113,15 @@ def test_batches_equal_one_at_a_time():
     generator = np.random.default_rng(7)
     translate, degrees = generator.normal(size=(5, 4, 3)), generator.uniform(-180, 180, (5, 4, 3))
     scale = generator.uniform(0.1, 3, (5, 4, 3))
-    matrices = rotations.compose_euler(translate, degrees, scale)
+    matrices = compose_euler(translate, degrees, scale)
     poses = rotations.decompose(matrices)
     assert matrices.shape == (5, 4, 4, 4)
     for index in np.ndindex(5, 4):
-        one = rotations.compose_euler(translate[index], degrees[index], scale[index])
+        one = compose_euler(translate[index], degrees[index], scale[index])
         np.testing.assert_array_equal(matrices[index], one)
         np.testing.assert_allclose(poses.rotation[index], rotations.decompose(one).rotation, atol=1e-12)
 
 
 def test_compose_broadcasts():
     assert rotations.compose(np.zeros((6, 3))).shape == (6, 4, 4)
-    assert rotations.compose_euler(degrees=np.zeros((2, 3))).shape == (2, 4, 4)
+    assert compose_euler(degrees=np.zeros((2, 3))).shape == (2, 4, 4)

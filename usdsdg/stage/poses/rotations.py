@@ -104,17 +104,13 @@ def compose(
     scale: ArrayLike = (1.0, 1.0, 1.0),
 ) -> Array:
     """Return matrices (..., 4, 4) that scale, then rotate by a quaternion, then translate; arguments broadcast."""
-    return _assemble(translate, matrix_from_quat(rotation), scale)
-
-
-def compose_euler(
-    translate: ArrayLike = (0.0, 0.0, 0.0),
-    degrees: ArrayLike = (0.0, 0.0, 0.0),
-    scale: ArrayLike = (1.0, 1.0, 1.0),
-    order: str = "XYZ",
-) -> Array:
-    """Return matrices (..., 4, 4) of the ops translate, rotate<order>, scale; arguments broadcast."""
-    return _assemble(translate, matrix_from_euler(degrees, order), scale)
+    axes = np.asarray(scale, np.float64)[..., :, None] * matrix_from_quat(rotation)
+    offset = np.asarray(translate, np.float64)
+    m = np.zeros((*np.broadcast_shapes(axes.shape[:-2], offset.shape[:-1]), 4, 4))
+    m[..., :3, :3] = axes
+    m[..., 3, :3] = offset
+    m[..., 3, 3] = 1.0
+    return m
 
 
 def decompose(matrix: ArrayLike) -> Pose:
@@ -142,14 +138,4 @@ def _axis_rotation(axis: int, angles: Array) -> Array:
     m[..., axis, axis] = 1.0
     m[..., a, a], m[..., b, b] = cos, cos
     m[..., a, b], m[..., b, a] = sin, -sin
-    return m
-
-
-def _assemble(translate: ArrayLike, rotation: Array, scale: ArrayLike) -> Array:
-    axes = np.asarray(scale, np.float64)[..., :, None] * rotation
-    offset = np.asarray(translate, np.float64)
-    m = np.zeros((*np.broadcast_shapes(axes.shape[:-2], offset.shape[:-1]), 4, 4))
-    m[..., :3, :3] = axes
-    m[..., 3, :3] = offset
-    m[..., 3, 3] = 1.0
     return m
