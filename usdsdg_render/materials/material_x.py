@@ -22,55 +22,34 @@ CHANNEL_NODES = ("ND_extract_", "ND_separate")
 
 
 class Names(NamedTuple):
-    """Names of the inputs of a surface, some with their defaults."""
+    """Names of the inputs of a surface, some with their defaults; by default those of Standard Surface."""
 
-    base: tuple[str, float]
-    base_color: tuple[str, tuple[float, ...]]
-    metalness: str
-    specular: str
-    roughness: tuple[str, float]
-    ior: str
-    transmission: str
-    transmission_color: str
-    subsurface: str
-    subsurface_color: tuple[str, tuple[float, ...]]
-    coat: str
-    coat_ior: tuple[str, float]
-    coat_roughness: tuple[str, float]
-    emission: str
-    opacity: str
-    thin: str
-    normal: str
+    base: tuple[str, float] = ("base", 1.0)
+    base_color: tuple[str, tuple[float, ...]] = ("base_color", (0.8, 0.8, 0.8))
+    metalness: str = "metalness"
+    specular: str = "specular"
+    roughness: tuple[str, float] = ("specular_roughness", 0.2)
+    ior: str = "specular_IOR"
+    transmission: str = "transmission"
+    transmission_color: str = "transmission_color"
+    subsurface: str = "subsurface"
+    subsurface_color: tuple[str, tuple[float, ...]] = ("subsurface_color", WHITE)
+    coat: str = "coat"
+    coat_ior: tuple[str, float] = ("coat_IOR", 1.5)
+    coat_roughness: tuple[str, float] = ("coat_roughness", 0.1)
+    emission: str = "emission"
+    opacity: str = "opacity"
+    thin: str = "thin_walled"
+    normal: str = "normal"
 
 
-STANDARD_SURFACE = Names(
-    base=("base", 1.0),
-    base_color=("base_color", (0.8, 0.8, 0.8)),
-    metalness="metalness",
-    specular="specular",
-    roughness=("specular_roughness", 0.2),
-    ior="specular_IOR",
-    transmission="transmission",
-    transmission_color="transmission_color",
-    subsurface="subsurface",
-    subsurface_color=("subsurface_color", WHITE),
-    coat="coat",
-    coat_ior=("coat_IOR", 1.5),
-    coat_roughness=("coat_roughness", 0.1),
-    emission="emission",
-    opacity="opacity",
-    thin="thin_walled",
-    normal="normal",
-)
 OPEN_PBR = Names(
     base=("base_weight", 1.0),
-    base_color=("base_color", (0.8, 0.8, 0.8)),
     metalness="base_metalness",
     specular="specular_weight",
     roughness=("specular_roughness", 0.3),
     ior="specular_ior",
     transmission="transmission_weight",
-    transmission_color="transmission_color",
     subsurface="subsurface_weight",
     subsurface_color=("subsurface_color", (0.8, 0.8, 0.8)),
     coat="coat_weight",
@@ -81,7 +60,7 @@ OPEN_PBR = Names(
     thin="geometry_thin_walled",
     normal="geometry_normal",
 )
-SURFACES = {"ND_standard_surface_surfaceshader": STANDARD_SURFACE, "ND_open_pbr_surface_surfaceshader": OPEN_PBR}
+SURFACES = {"ND_standard_surface_surfaceshader": Names(), "ND_open_pbr_surface_surfaceshader": OPEN_PBR}
 
 
 def read_material_x(network: Network, shader: UsdShade.Shader) -> Material:
