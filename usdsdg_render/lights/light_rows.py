@@ -21,15 +21,8 @@ from usdsdg import errors
 from usdsdg.stage.colors import LUMINANCE
 from usdsdg_render.lights.light_values import emitted_color, light_number, light_value
 from usdsdg_render.lights.power import ellipse_perimeter, ellipsoid_area
+from usdsdg_render.scene import structs
 from usdsdg_render.scene.scene import LIGHT, NO_EMISSION_PROFILE, NO_LINKS
-from usdsdg_render.scene.structs import (
-    LIGHT_CYLINDER,
-    LIGHT_DISK,
-    LIGHT_DISTANT,
-    LIGHT_ELLIPSOID,
-    LIGHT_RECT,
-    LIGHT_SPHERE,
-)
 from usdsdg_render.usd.prim_kinds import LIGHT_TYPES
 
 # Radius of lights without a size [m].
@@ -47,7 +40,7 @@ def read_light(prim: Usd.Prim, local_to_world: np.ndarray, meters_per_unit: floa
     Invalid lights are named in a warning.
     """
     kind = LIGHT_TYPES[str(prim.GetTypeName())]
-    luminance = emitted_color(prim, 50000.0 if kind == LIGHT_DISTANT else 1.0)
+    luminance = emitted_color(prim, 50000.0 if kind == structs.LIGHT_DISTANT else 1.0)
     axes, scale = _frame(local_to_world)
     if luminance is None or not luminance.any():
         return None
@@ -66,7 +59,7 @@ def read_light(prim: Usd.Prim, local_to_world: np.ndarray, meters_per_unit: floa
     warn_of_filters(prim)
     _warn_of_shear(prim, local_to_world, scale)
     with np.errstate(over="ignore", invalid="ignore"):
-        if kind == LIGHT_DISTANT:
+        if kind == structs.LIGHT_DISTANT:
             light = _distant(prim, row, luminance, meters_per_unit)
         else:
             light = _area_light(prim, row, luminance, scale, meters_per_unit)
@@ -136,44 +129,44 @@ def _area_light(
 
 def _shape(prim: Usd.Prim, kind: int, scale: np.ndarray) -> tuple[float, np.ndarray]:
     """Return the world area of a light, and its half extents along x, y, z."""
-    if kind == LIGHT_RECT:
+    if kind == structs.LIGHT_RECT:
         half = scale * (_size(prim, "width", 1.0) / 2.0, _size(prim, "height", 1.0) / 2.0, 0.0)
         return 4.0 * half[0] * half[1], half
     radius = _size(prim, "radius", 0.5)
-    if kind == LIGHT_CYLINDER:
+    if kind == structs.LIGHT_CYLINDER:
         half = scale * (_size(prim, "length", 1.0) / 2.0, radius, radius)
         return 2.0 * half[0] * ellipse_perimeter(half[1], half[2]), half
     half = scale * radius
-    return math.pi * half[0] * half[1] if kind == LIGHT_DISK else ellipsoid_area(*half), half
+    return math.pi * half[0] * half[1] if kind == structs.LIGHT_DISK else ellipsoid_area(*half), half
 
 
 def _write_shape(prim: Usd.Prim, row: np.ndarray, half: np.ndarray, min_half: float) -> None:
     """Write the sizes to the row, at least `min_half`; treatAsPoint and treatAsLine shrink the light."""
     kind = int(row["kind"])
-    hint = {LIGHT_SPHERE: "treatAsPoint", LIGHT_CYLINDER: "treatAsLine"}.get(kind)
+    hint = {structs.LIGHT_SPHERE: "treatAsPoint", structs.LIGHT_CYLINDER: "treatAsLine"}.get(kind)
     if hint and prim.HasAttribute(hint) and prim.GetAttribute(hint).Get():
-        half = half * (0.0 if kind == LIGHT_SPHERE else (1.0, 0.0, 0.0))
+        half = half * (0.0 if kind == structs.LIGHT_SPHERE else (1.0, 0.0, 0.0))
     x, y, z = np.maximum(half, min_half)
-    if kind == LIGHT_RECT:
+    if kind == structs.LIGHT_RECT:
         row["width"], row["height"] = 2.0 * x, 2.0 * y
-    elif kind == LIGHT_CYLINDER:
+    elif kind == structs.LIGHT_CYLINDER:
         row["radius"], row["aspect"][0], row["height"] = y, z / y, 2.0 * x
     else:
         row["radius"] = x
-        if kind == LIGHT_DISK:
+        if kind == structs.LIGHT_DISK:
             row["aspect"][0] = y / x
         elif max(x, y, z) > min(x, y, z) * (1.0 + UNIFORM_SCALE_TOLERANCE):
-            row["kind"], row["aspect"] = LIGHT_ELLIPSOID, (y / x, z / x)
+            row["kind"], row["aspect"] = structs.LIGHT_ELLIPSOID, (y / x, z / x)
 
 
 def _rendered_area(row: np.ndarray) -> float:
     kind, radius = int(row["kind"]), float(row["radius"])
     second, third = radius * row["aspect"].astype(float)
-    if kind == LIGHT_RECT:
+    if kind == structs.LIGHT_RECT:
         return float(row["width"]) * float(row["height"])
-    if kind == LIGHT_CYLINDER:
+    if kind == structs.LIGHT_CYLINDER:
         return ellipse_perimeter(radius, second) * float(row["height"])
-    return math.pi * radius * second if kind == LIGHT_DISK else ellipsoid_area(radius, second, third)
+    return math.pi * radius * second if kind == structs.LIGHT_DISK else ellipsoid_area(radius, second, third)
 
 
 def _size(prim: Usd.Prim, name: str, default: float) -> float:

@@ -5,15 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from usdsdg.stage.colors import LUMINANCE
+from usdsdg_render.scene import structs
 from usdsdg_render.scene.scene import EmissionProfile
-from usdsdg_render.scene.structs import (
-    LIGHT_CYLINDER,
-    LIGHT_DISK,
-    LIGHT_DISTANT,
-    LIGHT_ELLIPSOID,
-    LIGHT_RECT,
-    LIGHT_SPHERE,
-)
 
 
 def strengths(lights: np.ndarray, profiles: Sequence[EmissionProfile] = ()) -> np.ndarray:
@@ -22,12 +15,12 @@ def strengths(lights: np.ndarray, profiles: Sequence[EmissionProfile] = ()) -> n
     radius, width, height = (lights[name].astype(np.float64) for name in ("radius", "width", "height"))
     second, third = radius * lights["aspect"][:, 0], radius * lights["aspect"][:, 1]
     projected_area = {
-        LIGHT_SPHERE: np.pi * radius**2,
-        LIGHT_DISTANT: _distant_size(lights["cos_angle"].astype(np.float64)),
-        LIGHT_RECT: width * height,
-        LIGHT_DISK: np.pi * radius * second,
-        LIGHT_CYLINDER: ellipse_perimeter(radius, second) * height / np.pi,
-        LIGHT_ELLIPSOID: ellipsoid_area(radius, second, third) / 4.0,
+        structs.LIGHT_SPHERE: np.pi * radius**2,
+        structs.LIGHT_DISTANT: _distant_size(lights["cos_angle"].astype(np.float64)),
+        structs.LIGHT_RECT: width * height,
+        structs.LIGHT_DISK: np.pi * radius * second,
+        structs.LIGHT_CYLINDER: ellipse_perimeter(radius, second) * height / np.pi,
+        structs.LIGHT_ELLIPSOID: ellipsoid_area(radius, second, third) / 4.0,
     }
     area = np.select([lights["kind"] == kind for kind in projected_area], list(projected_area.values()), 0.0)
     factors = np.array([_profile_factor(profile) for profile in profiles] + [1.0])
@@ -54,12 +47,12 @@ def extents(lights: np.ndarray) -> np.ndarray:
     second, third = radius * lights["aspect"][:, 0], radius * lights["aspect"][:, 1]
     cosine = lights["cos_angle"]
     by_kind = {
-        LIGHT_SPHERE: radius,
-        LIGHT_DISTANT: np.where(cosine < 0.0, 2.0, np.sqrt(np.maximum(0.0, 1.0 - cosine**2))),
-        LIGHT_RECT: 0.5 * np.hypot(width, height),
-        LIGHT_DISK: np.maximum(radius, second),
-        LIGHT_CYLINDER: np.hypot(np.maximum(radius, second), 0.5 * height),
-        LIGHT_ELLIPSOID: np.maximum(radius, np.maximum(second, third)),
+        structs.LIGHT_SPHERE: radius,
+        structs.LIGHT_DISTANT: np.where(cosine < 0.0, 2.0, np.sqrt(np.maximum(0.0, 1.0 - cosine**2))),
+        structs.LIGHT_RECT: 0.5 * np.hypot(width, height),
+        structs.LIGHT_DISK: np.maximum(radius, second),
+        structs.LIGHT_CYLINDER: np.hypot(np.maximum(radius, second), 0.5 * height),
+        structs.LIGHT_ELLIPSOID: np.maximum(radius, np.maximum(second, third)),
     }
     return np.select([lights["kind"] == kind for kind in by_kind], list(by_kind.values()), 0.0).astype(np.float32)
 

@@ -8,19 +8,8 @@ from dataclasses import dataclass, field
 from pxr import Sdf, Usd
 
 from usdsdg.stage.changes import Changes
-from usdsdg_render.usd.prim_kinds import (
-    DOME,
-    GPRIMS,
-    IGNORED_PREFIXES,
-    INSTANCER,
-    LIGHT,
-    MESH,
-    OTHER,
-    SHADING,
-    SUBSET,
-    is_below,
-    kind_of,
-)
+from usdsdg_render.usd import prim_kinds
+from usdsdg_render.usd.prim_kinds import is_below, kind_of
 from usdsdg_render.usd.stage_tree import StageTree
 
 ROOT = Sdf.Path.absoluteRootPath
@@ -116,7 +105,7 @@ class DirtySetBuilder:
     def _owner(self, path: Sdf.Path) -> Sdf.Path:
         """The mesh of a prim below it, such as a subset, which is read with its mesh; else the path itself."""
         parent = path.GetParentPath()
-        return parent if path != ROOT and self._kind_at(parent) == MESH else path
+        return parent if path != ROOT and self._kind_at(parent) == prim_kinds.MESH else path
 
     def _add_resynced(self) -> None:
         dirty = self._dirty
@@ -134,7 +123,7 @@ class DirtySetBuilder:
             dirty.transforms.add(path)
             if not self._add_instancers(path):
                 self._tree.note_xform_ops(path, names.difference(others))
-        kind = self._kind_at(path) if others else OTHER
+        kind = self._kind_at(path) if others else prim_kinds.OTHER
         for name in others:
             if name in ("visibility", "purpose"):
                 dirty.visibility.add(path)
@@ -144,20 +133,20 @@ class DirtySetBuilder:
             elif name.startswith("collection:"):  # any binding or light may refer to it
                 dirty.bindings.add(ROOT)
                 dirty.lights.add(ROOT)
-            elif name in IGNORED_NAMES or name.startswith(IGNORED_PREFIXES):
+            elif name in IGNORED_NAMES or name.startswith(prim_kinds.IGNORED_PREFIXES):
                 continue
-            elif kind in (LIGHT, DOME):
+            elif kind in (prim_kinds.LIGHT, prim_kinds.DOME):
                 dirty.lights.add(path)
-            elif kind in GPRIMS:
+            elif kind in prim_kinds.GPRIMS:
                 # UsdGeom's attributes of shape have no namespace; primvars and light inputs, which change the material
                 # too, have one.
                 (dirty.gprims if ":" in name else dirty.geometry).add(path)
-            elif kind == INSTANCER:
+            elif kind == prim_kinds.INSTANCER:
                 dirty.instancers.add(path)
                 self._add_instancers(path)
-            elif kind == SHADING:
+            elif kind == prim_kinds.SHADING:
                 dirty.materials.add(path)
-            elif kind == SUBSET:
+            elif kind == prim_kinds.SUBSET:
                 # The tree holds the material subsets of each mesh, so it must be traversed again.
                 dirty.resynced.add(path.GetParentPath())
                 self._add_instancers(path)
@@ -169,7 +158,7 @@ class DirtySetBuilder:
         if node is not None:
             return self._tree.kinds[node]
         prim = self._stage.GetPrimAtPath(path)
-        return kind_of(prim) if prim else OTHER
+        return kind_of(prim) if prim else prim_kinds.OTHER
 
     def _add_instancers(self, path: Sdf.Path) -> bool:
         """Add the point instancers that draw the prim at `path`; whether there are any."""

@@ -7,24 +7,9 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
+from usdsdg_render.usd import prim_kinds
 from usdsdg_render.usd.authored_values import as_array
-from usdsdg_render.usd.prim_kinds import (
-    DOME,
-    DRAWN_PURPOSES,
-    GPRIMS,
-    INSTANCER,
-    LIGHT,
-    MESH,
-    SHADING,
-    SUBSET,
-    UNSUPPORTED_GPRIM,
-    UNSUPPORTED_LIGHT,
-    is_invisible,
-    is_material_subset,
-    kind_of,
-    purpose_of,
-    warn_unsupported,
-)
+from usdsdg_render.usd.prim_kinds import is_invisible, is_material_subset, kind_of, purpose_of, warn_unsupported
 from usdsdg_render.usd.transforms import local_matrix, matrix_product
 
 # Arrays that have one value for each point, or none.
@@ -152,7 +137,7 @@ def _gprims_below(
     iterator = iter(Usd.PrimRange(root, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)))
     for prim in iterator:
         kind = kind_of(prim)
-        if kind in (SHADING, SUBSET) or not prim.IsActive() or is_invisible(prim, time):
+        if kind in (prim_kinds.SHADING, prim_kinds.SUBSET) or not prim.IsActive() or is_invisible(prim, time):
             iterator.PruneChildren()
             continue
         depth = prim.GetPath().pathElementCount
@@ -163,9 +148,9 @@ def _gprims_below(
         matrix = np.array(local) if resets else matrix_product(np.array(local), parent)
         purpose = purpose_of(prim, purpose)
         ancestors.append((depth, matrix, purpose))
-        if purpose and purpose not in DRAWN_PURPOSES:
+        if purpose and purpose not in prim_kinds.DRAWN_PURPOSES:
             continue
-        if kind == INSTANCER:
+        if kind == prim_kinds.INSTANCER:
             iterator.PruneChildren()
             if prim.GetPath() in instancers:
                 errors.warn_once(
@@ -175,14 +160,14 @@ def _gprims_below(
                 continue
             for inner in expand(prim, time, roots, instancers):
                 yield inner._replace(to_instancer=matrix_product(inner.to_instancer, matrix))
-        elif kind in GPRIMS:
-            children = prim.GetFilteredChildren(Usd.TraverseInstanceProxies()) if kind == MESH else []
-            subsets = [child for child in children if kind_of(child) == SUBSET and is_material_subset(child)]
+        elif kind in prim_kinds.GPRIMS:
+            children = prim.GetFilteredChildren(Usd.TraverseInstanceProxies()) if kind == prim_kinds.MESH else []
+            subsets = [child for child in children if kind_of(child) == prim_kinds.SUBSET and is_material_subset(child)]
             yield PointInstance(str(prim.GetPath()), prim, subsets, matrix)
-        elif kind in (LIGHT, DOME):
+        elif kind in (prim_kinds.LIGHT, prim_kinds.DOME):
             errors.warn_once(
                 f"{prim.GetPath()}: lights in the prototypes of a point instancer are not supported; it shines no "
                 f"light. Place lights without an instancer."
             )
-        elif kind in (UNSUPPORTED_GPRIM, UNSUPPORTED_LIGHT):
+        elif kind in (prim_kinds.UNSUPPORTED_GPRIM, prim_kinds.UNSUPPORTED_LIGHT):
             warn_unsupported(prim)

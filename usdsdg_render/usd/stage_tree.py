@@ -7,22 +7,8 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
-from usdsdg_render.usd.prim_kinds import (
-    DRAWN_PURPOSES,
-    INSTANCER,
-    MESH,
-    OTHER,
-    SHADING,
-    SUBSET,
-    UNSUPPORTED_GPRIM,
-    UNSUPPORTED_LIGHT,
-    is_below,
-    is_material_subset,
-    kind_of,
-    purpose_of,
-    schemas_of,
-    warn_unsupported,
-)
+from usdsdg_render.usd import prim_kinds
+from usdsdg_render.usd.prim_kinds import is_below, is_material_subset, kind_of, purpose_of, schemas_of, warn_unsupported
 from usdsdg_render.usd.transforms import Levels, TransformHierarchy
 
 
@@ -110,7 +96,7 @@ class StageTree:
 
     def _may_have_children(self, path: Sdf.Path) -> bool:
         node = self.index.get(path, -1)
-        return path == Sdf.Path.absoluteRootPath or (node >= 0 and self.kinds[node] != INSTANCER)
+        return path == Sdf.Path.absoluteRootPath or (node >= 0 and self.kinds[node] != prim_kinds.INSTANCER)
 
     def _splice_of(self, root: Sdf.Path) -> Splice | None:
         """Return how the subtree at `root` enters or leaves the nodes; None where it is not and was not visible."""
@@ -168,22 +154,22 @@ class StageTree:
             depth = path.pathElementCount
             while ancestors and ancestors[-1].depth >= depth:
                 ancestors.pop()
-            if kind == SUBSET:
-                if ancestors and ancestors[-1].kind == MESH and is_material_subset(prim):
+            if kind == prim_kinds.SUBSET:
+                if ancestors and ancestors[-1].kind == prim_kinds.MESH and is_material_subset(prim):
                     self.subsets.setdefault(ancestors[-1].path, []).append(prim)
                 continue
-            if kind == SHADING or self._is_hidden(prim, path):
+            if kind == prim_kinds.SHADING or self._is_hidden(prim, path):
                 iterator.PruneChildren()
                 continue
             own_purpose = purpose_of(prim, ancestors[-1].purpose if ancestors else purpose)
             node = Node(prim, path, kind, own_purpose, schemas_of(prim), depth)
             nodes.append(node)
             ancestors.append(node)
-            if kind == INSTANCER:  # its prototypes are drawn through it only
+            if kind == prim_kinds.INSTANCER:  # its prototypes are drawn through it only
                 iterator.PruneChildren()
-            elif kind in (UNSUPPORTED_GPRIM, UNSUPPORTED_LIGHT) and _is_drawn(node):
+            elif kind in (prim_kinds.UNSUPPORTED_GPRIM, prim_kinds.UNSUPPORTED_LIGHT) and _is_drawn(node):
                 warn_unsupported(prim)
-            elif kind == OTHER:
+            elif kind == prim_kinds.OTHER:
                 self._note_schemas(prim, path)
 
     def _index_nodes(self, nodes: list[Node], new: np.ndarray, old: np.ndarray) -> None:
@@ -241,7 +227,7 @@ class StageTree:
 
 
 def _is_drawn(node: Node) -> bool:
-    return not node.purpose or node.purpose in DRAWN_PURPOSES
+    return not node.purpose or node.purpose in prim_kinds.DRAWN_PURPOSES
 
 
 def _levels(nodes: Sequence[Node]) -> Levels:
