@@ -22,8 +22,11 @@ class Bodies:
     floating: list[Usd.Prim] = field(default_factory=list)
     falling: list[Usd.Prim] = field(default_factory=list)
 
-    def add(self, prim: Usd.Prim, *, floating: bool) -> None:
-        """Add a prim to the floating or to the falling ones."""
+    def add(self, prim: Usd.Prim, placement: Placement, *, floating: bool) -> None:
+        """Pose a prim, make it a rigid body, and add it to the floating or to the falling ones."""
+        author_pose(prim, translate=placement.position, rotate_xyz=placement.rotation, scale=(placement.scale,) * 3)
+        rigid_bodies.add_colliders(prim)
+        rigid_bodies.add_rigid_body(prim, floating=floating)
         (self.floating if floating else self.falling).append(prim)
 
     @property
@@ -34,48 +37,42 @@ class Bodies:
 
 def add_labeled_assets(stage: Usd.Stage, config: ObjectBasedConfig, draws: Draws) -> Bodies:
     """Add the labeled objects, each with its class label."""
-    bodies, seen = Bodies(), Counter()
-    low, high = _working_area(config)
+    bodies, seen, area = Bodies(), Counter(), _working_area(config)
     for asset in config.labeled_assets_and_properties:
         # Two entries with the same label draw different poses.
         purpose = f"labeled/{asset.label}#{seen[asset.label]}"
         seen[asset.label] += 1
         for index in range(asset.count):
-            placement = draws.placement(purpose, index, low, high, asset.scale_range)
+            placement = draws.placement(purpose, index, *area, asset.scale_range)
             prim = _reference(stage, f"/World/Labeled/{valid_name(asset.label)}", asset.url)
-            _make_body(prim, placement, floating=asset.floating)
+            bodies.add(prim, placement, floating=asset.floating)
             labels.add_labels(prim, {"class": [asset.label]}, mode="replace")
-            bodies.add(prim, floating=asset.floating)
     return bodies
 
 
 def add_shape_distractors(stage: Usd.Stage, config: ObjectBasedConfig, draws: Draws) -> Bodies:
     """Add distractors of basic shapes, without labels."""
-    bodies = Bodies()
-    low, high = _working_area(config)
+    bodies, area = Bodies(), _working_area(config)
     for index in range(config.shape_distractors_wanted):
-        placement = draws.placement("shape", index, low, high, config.shape_distractors_scale_min_max)
+        placement = draws.placement("shape", index, *area, config.shape_distractors_scale_min_max)
         shape = draws.choice("shape/type", index, config.shape_distractors_types)
         floating = draws.choice("shape/floating", index, (True, False))
         prim = stage.DefinePrim(next_free_path(stage, f"/World/Distractors/{shape}"), shape.capitalize())
-        _make_body(prim, placement, floating=floating)
-        bodies.add(prim, floating=floating)
+        bodies.add(prim, placement, floating=floating)
     return bodies
 
 
 def add_mesh_distractors(stage: Usd.Stage, config: ObjectBasedConfig, draws: Draws) -> Bodies:
     """Add distractors from assets, with the labels of the assets removed."""
-    bodies = Bodies()
-    low, high = _working_area(config)
+    bodies, area = Bodies(), _working_area(config)
     for index in range(config.mesh_distractors_wanted):
-        placement = draws.placement("mesh", index, low, high, config.mesh_distractors_scale_min_max)
+        placement = draws.placement("mesh", index, *area, config.mesh_distractors_scale_min_max)
         url = draws.choice("mesh/url", index, config.mesh_distractors_urls)
         floating = draws.choice("mesh/floating", index, (True, False))
         name = valid_name(Path(url).name.split(".")[0])
         prim = _reference(stage, f"/World/Distractors/{name}", url)
-        _make_body(prim, placement, floating=floating)
+        bodies.add(prim, placement, floating=floating)
         labels.remove_labels(prim, recursive=True)
-        bodies.add(prim, floating=floating)
     return bodies
 
 
@@ -88,9 +85,3 @@ def _reference(stage: Usd.Stage, path: str, url: str) -> Usd.Prim:
     prim = stage.DefinePrim(next_free_path(stage, path), "Xform")
     prim.GetReferences().AddReference(assets.resolve(url))
     return prim
-
-
-def _make_body(prim: Usd.Prim, placement: Placement, *, floating: bool) -> None:
-    author_pose(prim, translate=placement.position, rotate_xyz=placement.rotation, scale=(placement.scale,) * 3)
-    rigid_bodies.add_colliders(prim)
-    rigid_bodies.add_rigid_body(prim, floating=floating)
