@@ -6,11 +6,10 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg import modify
 from usdsdg.arguments.values import count_of, vector
-from usdsdg.create.objects import ROOT, apply_common_arguments, new_object
-from usdsdg.errors import ArgumentError, BadPrim, Unsupported
-from usdsdg.graph.node import ReplicatorItem, prim_paths
+from usdsdg.create.objects import apply_common_arguments, new_object, new_xform
+from usdsdg.errors import ArgumentError, Unsupported
+from usdsdg.graph.node import ReplicatorItem
 from usdsdg.session.stage_context import current_stage
-from usdsdg.stage import paths
 from usdsdg.stage.cameras.lens_attributes import LENS, OLD_PROJECTIONS, OPTICS, PROJECTIONS
 from usdsdg.stage.poses import transforms
 from usdsdg.stage.poses.xform_ops import author_pose
@@ -48,7 +47,10 @@ def camera(
         Unsupported: `tick_rate` (6.0); capture at other rates with rep.trigger.on_time.
     """
     lens = dict(locals())
-    _no_tick_rate(tick_rate)
+    if tick_rate is not None:
+        raise Unsupported(
+            "create.camera: tick_rate is not available; leave it out and capture with rep.trigger.on_time"
+        )
     stage = current_stage()
     objects, cameras = [], []
     for _ in range(count_of(count)):
@@ -95,7 +97,7 @@ def stereo_camera(
     right = Gf.Vec3d(0, -1, 0) if transforms.up_axis(stage) == "Z" else Gf.Vec3d(1, 0, 0)
     pairs, cameras = [], []
     for _ in range(count_of(count)):
-        pairs.append(_stereo_xform(stage, parent))
+        pairs.append(new_xform("StereoCam", parent))
         for side, shift in (("L", -half), ("R", half)):
             made = _camera_at(stage, f"{pairs[-1].GetPath()}/{name or 'StereoCam'}_{side}")
             author_pose(made, translate=right * shift)
@@ -108,29 +110,11 @@ def stereo_camera(
     return item
 
 
-def _no_tick_rate(tick_rate: Any) -> None:
-    if tick_rate is not None:
-        raise Unsupported(
-            "create.camera: tick_rate is not available; leave it out and capture with rep.trigger.on_time"
-        )
-
-
 def _camera_at(stage: Usd.Stage, path: str) -> Usd.Prim:
     made = UsdGeom.Camera.Define(stage, path)
     if transforms.up_axis(stage) == "Z":
         made.AddRotateXYZOp().Set(Gf.Vec3f(90, 0, -90))
     return made.GetPrim()
-
-
-def _stereo_xform(stage: Usd.Stage, parent: Any) -> Usd.Prim:
-    root = prim_paths(parent)[0] if parent is not None else ROOT
-    if parent is None and not stage.GetPrimAtPath(ROOT):
-        stage.DefinePrim(ROOT, "Scope")
-    if not stage.GetPrimAtPath(root):
-        raise BadPrim(f"create.stereo_camera: parent {root} is not on the stage")
-    prim = stage.DefinePrim(paths.next_free_path(stage, f"{root}/StereoCam"), "Xform")
-    prim.CreateAttribute("replicatorXform", Sdf.ValueTypeNames.Bool, custom=True).Set(True)
-    return prim
 
 
 def _write_lens(cameras: list[Usd.Prim], lens: dict[str, Any]) -> None:

@@ -19,16 +19,25 @@ def new_object(kind: str, name: str | None, parent: Any) -> tuple[Usd.Prim, str]
     Raises:
         BadPrim: `parent` is not on the stage, or `name` cannot be the name of a prim.
     """
+    label = name or kind
+    prim = new_xform(f"{label}_Xform", parent)
+    return prim, f"{prim.GetPath()}/{label}"
+
+
+def new_xform(name: str, parent: Any) -> Usd.Prim:
+    """Create the Xform `<parent>/<name>[_NN]` of an object, by default below `/Replicator`.
+
+    Raises:
+        BadPrim: `parent` is not on the stage, or `name` cannot be the name of a prim.
+    """
     stage = current_stage()
     root = prim_paths(parent)[0] if parent is not None else ROOT
     if parent is None and not stage.GetPrimAtPath(ROOT):
         stage.DefinePrim(ROOT, "Scope")
     paths.prim_at(stage, root)
-    label = name or kind
-    path = paths.next_free_path(stage, f"{root}/{label}_Xform")
-    prim = stage.DefinePrim(path, "Xform")
+    prim = stage.DefinePrim(paths.next_free_path(stage, f"{root}/{name}"), "Xform")
     prim.CreateAttribute("replicatorXform", Sdf.ValueTypeNames.Bool, custom=True).Set(True)
-    return prim, f"{path}/{label}"
+    return prim
 
 
 def apply_common_arguments(
