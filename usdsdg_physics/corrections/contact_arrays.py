@@ -34,12 +34,6 @@ class ContactArrays:
 def contact_arrays(contacts: newton.Contacts) -> ContactArrays:
     """Return the struct of a contact buffer; the collision pipeline fills the same arrays at every step."""
     arrays = ContactArrays()
-    arrays.count = contacts.rigid_contact_count
-    arrays.shape0 = contacts.rigid_contact_shape0
-    arrays.shape1 = contacts.rigid_contact_shape1
-    arrays.point0 = contacts.rigid_contact_point0
-    arrays.point1 = contacts.rigid_contact_point1
-    arrays.normal = contacts.rigid_contact_normal
-    arrays.margin0 = contacts.rigid_contact_margin0
-    arrays.margin1 = contacts.rigid_contact_margin1
+    for name in ContactArrays.vars:
+        setattr(arrays, name, getattr(contacts, f"rigid_contact_{name}"))
     return arrays
