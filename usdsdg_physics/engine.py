@@ -40,11 +40,6 @@ class NewtonEngine:
         return self._session is not None
 
     @property
-    def is_built(self) -> bool:
-        """Whether kernels are compiled and the solver has the bodies."""
-        return self._session is not None and self._session.world is not None
-
-    @property
     def rigid_bodies(self) -> tuple[str, ...]:
         """Paths of the rigid bodies that are simulated; empty while stopped."""
         return tuple(self._session.scene.bodies) if self._session else ()
