@@ -4,14 +4,7 @@ The public names load when they are first used (PEP 562), so that one room of th
 """
 
 import importlib
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from usdsdg_physics.engine import NewtonEngine as NewtonEngine
-    from usdsdg_physics.queries.scene_queries import Overlap as Overlap
-    from usdsdg_physics.queries.scene_queries import RayHit as RayHit
-    from usdsdg_physics.simulation import precompile as precompile
-    from usdsdg_physics.simulation import simulate as simulate
+from typing import Any
 
 _PUBLIC = {
     "NewtonEngine": "engine",
