@@ -13,15 +13,6 @@ from usdsdg.annotators.augmentations.noise import shot_noise as aug_shot_noise
 from usdsdg.annotators.augmentations.noise import speckle_noise as aug_speckle_noise
 
 __all__ = [
-    "aug_adjust_sigmoid",
-    "aug_brightness",
-    "aug_glass_blur",
-    "aug_hsv_to_rgb",
-    "aug_rgb_to_hsv",
-    "aug_shot_noise",
-    "aug_speckle_noise",
-    "colorize_depth",
-    "colorize_normals",
-    "rgba_to_rgb",
-    "sobel_edges",
-]
+    "aug_adjust_sigmoid", "aug_brightness", "aug_glass_blur", "aug_hsv_to_rgb", "aug_rgb_to_hsv", "aug_shot_noise",
+    "aug_speckle_noise", "colorize_depth", "colorize_normals", "rgba_to_rgb", "sobel_edges",
+]  # fmt: skip

@@ -10,14 +10,6 @@ from usdsdg.writers.backends.s3 import S3Backend
 io_queue = current().io_queue
 
 __all__ = [
-    "BackendDispatch",
-    "BackendGroup",
-    "BackendRegistry",
-    "BaseBackend",
-    "DiskBackend",
-    "S3Backend",
-    "get",
-    "io_queue",
-    "register",
-    "unregister",
-]
+    "BackendDispatch", "BackendGroup", "BackendRegistry", "BaseBackend", "DiskBackend", "S3Backend", "get", "io_queue",
+    "register", "unregister",
+]  # fmt: skip
