@@ -46,7 +46,7 @@ def camera(
         ArgumentError: an unknown projection, or a clipping range that is not two numbers.
         Unsupported: `tick_rate` (6.0); capture at other rates with rep.trigger.on_time.
     """
-    lens = dict(locals())
+    arguments = dict(locals())
     if tick_rate is not None:
         raise Unsupported(
             "create.camera: tick_rate is not available; leave it out and capture with rep.trigger.on_time"
@@ -57,12 +57,7 @@ def camera(
         prim, child = new_object("Camera", name, parent)
         objects.append(prim)
         cameras.append(_camera_at(stage, child))
-    item = apply_common_arguments(
-        objects, position=position, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
-        kind="OgnCreateCamera", name=name,
-    )  # fmt: skip
-    _write_lens(cameras, lens)
-    return item
+    return _with_arguments("OgnCreateCamera", objects, cameras, arguments)
 
 
 def stereo_camera(
@@ -87,7 +82,7 @@ def stereo_camera(
     Raises:
         ArgumentError: `stereo_baseline` is not a number, or as for `camera`.
     """
-    lens = dict(locals())
+    arguments = dict(locals())
     try:
         half = float(stereo_baseline) / 2
     except (TypeError, ValueError):
@@ -102,12 +97,7 @@ def stereo_camera(
             made = _camera_at(stage, f"{pairs[-1].GetPath()}/{name or 'StereoCam'}_{side}")
             author_pose(made, translate=right * shift)
             cameras.append(made)
-    item = apply_common_arguments(
-        pairs, position=position, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
-        kind="OgnCreateStereoCamera", name=name,
-    )  # fmt: skip
-    _write_lens(cameras, lens)
-    return item
+    return _with_arguments("OgnCreateStereoCamera", pairs, cameras, arguments)
 
 
 def _camera_at(stage: Usd.Stage, path: str) -> Usd.Prim:
@@ -115,6 +105,16 @@ def _camera_at(stage: Usd.Stage, path: str) -> Usd.Prim:
     if transforms.up_axis(stage) == "Z":
         made.AddRotateXYZOp().Set(Gf.Vec3f(90, 0, -90))
     return made.GetPrim()
+
+
+def _with_arguments(
+    kind: str, objects: list[Usd.Prim], cameras: list[Usd.Prim], arguments: dict[str, Any]
+) -> ReplicatorItem:
+    """Write the poses of `objects` and the lens of their cameras, or schedule distributions; return the item."""
+    pose = {name: arguments[name] for name in ("position", "rotation", "look_at", "look_at_up_axis")}
+    item = apply_common_arguments(objects, kind=kind, name=arguments["name"], **pose)
+    _write_lens(cameras, arguments)
+    return item
 
 
 def _write_lens(cameras: list[Usd.Prim], lens: dict[str, Any]) -> None:
