@@ -49,7 +49,11 @@ YCB_SIZES = {
     "035_power_drill": (0.184, 0.187, 0.057),
 }
 
-ASSET_URLS = [url for url in asset_urls.all_urls() if url.endswith(".usd")]
+GROCERY_URLS = [
+    f"{folder}/{name}" for name in asset_urls.GROCERIES for folder in (asset_urls.YCB, asset_urls.YCB_PHYSICS)
+]
+ALL_URLS = sorted([*GROCERY_URLS, *asset_urls.PROPS, *asset_urls.PANORAMAS, asset_urls.WAREHOUSE_STAGE])
+ASSET_URLS = [url for url in ALL_URLS if url.endswith(".usd")]
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +80,7 @@ def bounds(stage: Usd.Stage) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("url", REFERENCE_URLS)
 def test_every_url_of_the_example_has_a_file(root, url):
     assert (root / url.lstrip("/")).is_file()
-    assert url in asset_urls.all_urls()
+    assert url in ALL_URLS
 
 
 @pytest.mark.parametrize("url", ASSET_URLS)

@@ -51,9 +51,3 @@ PANORAMAS: dict[str, Callable[[], Room]] = {
 }
 
 WAREHOUSE_STAGE = f"{WAREHOUSE}/warehouse.usd"
-
-
-def all_urls() -> tuple[str, ...]:
-    """Return every URL that the demo assets provide, sorted."""
-    groceries_urls = [f"{folder}/{name}" for name in GROCERIES for folder in (YCB, YCB_PHYSICS)]
-    return tuple(sorted([*groceries_urls, *PROPS, *PANORAMAS, WAREHOUSE_STAGE]))
