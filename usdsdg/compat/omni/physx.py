@@ -6,20 +6,14 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
+from usdsdg.compat.carb.eventdispatcher import Observer
 from usdsdg.session import engines
 
 
-class Subscription:
+class Subscription(Observer):
     """A subscription, which ends with `unsubscribe` or when it is garbage collected."""
 
-    def __init__(self, end: Callable[[], None]) -> None:
-        self._end = end
-
-    def unsubscribe(self) -> None:
-        self._end()
-
-    def __del__(self) -> None:
-        self._end()
+    unsubscribe = Observer.reset
 
 
 class PhysxInterface:
