@@ -9,7 +9,8 @@ from pxr import Sdf, Usd
 from usdsdg.annotators.point_instances import Steps, find_steps, prim_path
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import warn_once
-from usdsdg.stage.semantics.labels import LabelFilter, get_labels, inherited_labels
+from usdsdg.stage.semantics.label_filter import LabelFilter
+from usdsdg.stage.semantics.labels import get_labels, inherited_labels
 
 Labels = Mapping[str, Sequence[str]]
 

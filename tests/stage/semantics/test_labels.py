@@ -211,8 +211,6 @@ def test_inheritance_runs_from_the_outermost_ancestor_to_the_prim(stage):
     leaf = stage.DefinePrim("/a/b/c/mesh", "Cube")
     assert semantics.inherited_labels(leaf) == {"class": ["room", "shelf", "box"], "color": ["red"]}
     assert semantics.inherited_labels(stage.GetPrimAtPath("/a")) == {"class": ["room"]}
-    assert semantics.labeled_ancestor(leaf).GetPath() == "/a/b/c"
-    assert semantics.labeled_ancestor(stage.GetPrimAtPath("/a")).GetPath() == "/a"
 
 
 def test_labels_inside_instances_are_inherited_through_the_instance(stage, asset):
@@ -222,12 +220,10 @@ def test_labels_inside_instances_are_inherited_through_the_instance(stage, asset
     semantics.add_labels(instance, {"class": ["mug"]})
     proxy = stage.GetPrimAtPath("/World/instance/handle")
     assert semantics.inherited_labels(proxy)["class"] == ["old_mug", "mug", "handle"]
-    assert semantics.labeled_ancestor(proxy) == proxy
 
 
-def test_without_labels_there_is_no_labeled_ancestor(stage):
-    assert semantics.labeled_ancestor(stage.DefinePrim("/a/b")) is None
-    assert semantics.inherited_labels(stage.GetPrimAtPath("/a/b")) == {}
+def test_without_labels_none_are_inherited(stage):
+    assert semantics.inherited_labels(stage.DefinePrim("/a/b")) == {}
 
 
 def test_labels_of_the_bound_material_are_inherited(stage):

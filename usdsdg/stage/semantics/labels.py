@@ -12,17 +12,6 @@ from pxr import Sdf, Tf, Usd, UsdSemantics, UsdShade, Vt
 
 from usdsdg import errors
 from usdsdg.stage.schemas import semantics_schema
-from usdsdg.stage.semantics.label_filter import LabelFilter
-
-__all__ = [
-    "LabelFilter",
-    "add_labels",
-    "add_update_semantics",
-    "get_labels",
-    "inherited_labels",
-    "labeled_ancestor",
-    "remove_labels",
-]
 
 Labels = dict[str, list[str]]
 
@@ -76,15 +65,6 @@ def inherited_labels(prim: Usd.Prim) -> Labels:
         for semantic_type, labels in get_labels(material.GetPrim()).items():
             _extend(found, semantic_type, labels)
     return found
-
-
-def labeled_ancestor(prim: Usd.Prim) -> Usd.Prim | None:
-    """Return the prim or its nearest ancestor with labels of its own: the instance that annotators report."""
-    while prim:
-        if get_labels(prim):
-            return prim
-        prim = prim.GetParent()
-    return None
 
 
 def add_labels(
