@@ -6,15 +6,8 @@ import numpy as np
 
 from usdsdg import errors
 from usdsdg_render.geometry.mesh_source import EMPTY, MeshSource, Primvar
-from usdsdg_render.geometry.subdivision.rules import (
-    INFINITE,
-    ControlMesh,
-    boundary_corners,
-    boundary_vertices,
-    infinitely_sharp,
-    limit_values,
-    refine,
-)
+from usdsdg_render.geometry.subdivision import rules
+from usdsdg_render.geometry.subdivision.rules import INFINITE, ControlMesh
 
 
 class Subdivision(NamedTuple):
@@ -48,7 +41,7 @@ def refine_linearly(primvar: Primvar | None, subdivision: Subdivision) -> Primva
     separate = ControlMesh(
         rows, np.zeros(len(rows)), subdivision.control.counts, np.arange(len(rows)), np.zeros(len(rows))
     )
-    surface = refine(infinitely_sharp(separate), subdivision.levels, loop=subdivision.loop)
+    surface = rules.refine(rules.infinitely_sharp(separate), subdivision.levels, loop=subdivision.loop)
     values = subdivision.of_drawn(surface.values[surface.indices])
     return Primvar(values.astype(np.float32), EMPTY, "faceVarying")
 
@@ -66,8 +59,8 @@ def refine_uvs(path: str, source: MeshSource, subdivision: Subdivision) -> Primv
         uv_mesh = control
     else:
         uv_mesh = _uv_mesh(path, source, control, values, linear=uvs.interpolation in ("varying", "uniform"))
-    surface = refine(uv_mesh, subdivision.levels, loop=subdivision.loop)
-    values = limit_values(surface, loop=subdivision.loop)[:, -2:]
+    surface = rules.refine(uv_mesh, subdivision.levels, loop=subdivision.loop)
+    values = rules.limit_values(surface, loop=subdivision.loop)[:, -2:]
     return Primvar(subdivision.of_drawn(values[surface.indices]).astype(np.float32), EMPTY, "faceVarying")
 
 
@@ -98,7 +91,7 @@ def _uv_mesh(path: str, source: MeshSource, control: ControlMesh, uvs: np.ndarra
     )
     rule = refinement.face_varying
     if linear or rule == "all":
-        return infinitely_sharp(uv_mesh)
+        return rules.infinitely_sharp(uv_mesh)
     if rule == "cornersPlus2":
         errors.warn_once(
             f"{path}: faceVaryingLinearInterpolation cornersPlus2 is refined as cornersPlus1, which differs where a "
@@ -106,9 +99,9 @@ def _uv_mesh(path: str, source: MeshSource, control: ControlMesh, uvs: np.ndarra
         )
     sharp = np.zeros(len(welded), bool)
     if rule == "boundaries":
-        sharp = boundary_vertices(uv_mesh)
+        sharp = rules.boundary_vertices(uv_mesh)
     elif rule != "none":
-        sharp = boundary_corners(uv_mesh)
+        sharp = rules.boundary_corners(uv_mesh)
         if rule != "cornersOnly":  # cornersPlus1 adds vertices where three or more UV regions meet
             sharp |= np.bincount(vertex, minlength=len(control.values))[vertex] > 2
     corners = np.where(sharp, INFINITE, 0.0 if rule == "none" else uv_mesh.corner_sharpness)

@@ -6,18 +6,9 @@ import numpy as np
 
 from usdsdg import errors
 from usdsdg_render.geometry.mesh_source import EMPTY, MeshSource, Primvar, Refinement
+from usdsdg_render.geometry.subdivision import rules
 from usdsdg_render.geometry.subdivision.face_varying import Subdivision, refine_linearly, refine_uvs
-from usdsdg_render.geometry.subdivision.rules import (
-    INFINITE,
-    ControlMesh,
-    boundary_corners,
-    boundary_vertices,
-    child_counts,
-    face_varying_normals,
-    infinitely_sharp,
-    limit_values,
-    refine,
-)
+from usdsdg_render.geometry.subdivision.rules import INFINITE, ControlMesh
 from usdsdg_render.geometry.subdivision.sharpness import corner_sharpness, crease_sharpness
 
 # Surfaces that author no refinement level get the highest one up to this with at most so many faces.
@@ -55,16 +46,16 @@ def refine_mesh(path: str, source: MeshSource, faces: np.ndarray, starts: np.nda
     levels = _levels(path, refinement.level, counts, loop=loop)
     face_vertices = _face_vertices(starts, counts)
     control = _control_mesh(path, source, refinement, counts, face_vertices)
-    parents = np.repeat(faces, child_counts(counts, levels, loop=loop))
+    parents = np.repeat(faces, rules.child_counts(counts, levels, loop=loop))
     on_boundary = np.zeros(len(faces), bool)
     if refinement.boundary == "none":
-        vertices = boundary_vertices(control)
+        vertices = rules.boundary_vertices(control)
         on_boundary = np.add.reduceat(vertices[control.indices], np.cumsum(counts) - counts) > 0
     drawn = ~np.isin(parents, np.union1d(source.holes, faces[on_boundary]))
     subdivision = Subdivision(control, face_vertices, faces, levels, drawn, loop)
-    surface = refine(control, levels, loop=loop)
-    surface = surface._replace(values=limit_values(surface, loop=loop))
-    normals = face_varying_normals(surface) * (-1.0 if source.left_handed else 1.0)
+    surface = rules.refine(control, levels, loop=loop)
+    surface = surface._replace(values=rules.limit_values(surface, loop=loop))
+    normals = rules.face_varying_normals(surface) * (-1.0 if source.left_handed else 1.0)
     refined = source._replace(
         points=surface.values[:, :3].astype(np.float32),
         counts=np.full(int(drawn.sum()), subdivision.face_size, np.int32),
@@ -81,7 +72,7 @@ def refine_mesh(path: str, source: MeshSource, faces: np.ndarray, starts: np.nda
 
 def _levels(path: str, level: int | None, counts: np.ndarray, *, loop: bool) -> int:
     def faces(levels: int) -> int:
-        return int(child_counts(counts, levels, loop=loop).sum())
+        return int(rules.child_counts(counts, levels, loop=loop).sum())
 
     most = AUTOMATIC_FACES if level is None else MAX_FACES
     levels = AUTOMATIC_LEVEL if level is None else level
@@ -115,8 +106,8 @@ def _control_mesh(
     values = np.where(np.isfinite(values), values, 0.0)
     control = ControlMesh(values, np.zeros(len(values)), counts, indices, np.zeros(len(indices)))
     if source.scheme == "bilinear":
-        return infinitely_sharp(control)
+        return rules.infinitely_sharp(control)
     corners = corner_sharpness(path, refinement, len(values))
     if refinement.boundary == "edgeAndCorner":
-        corners[boundary_corners(control)] = INFINITE
+        corners[rules.boundary_corners(control)] = INFINITE
     return control._replace(corner_sharpness=corners, crease_sharpness=crease_sharpness(path, refinement, control))
