@@ -73,7 +73,7 @@ def test_a_file_whose_run_would_not_end_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("trigger", "words"),
     [
-        ("trigger.on_fram: null", "line 21: there is no function trigger.on_fram; did you mean 'on_frame'"),
+        ("trigger.on_fram: null", "line 21: there is no function trigger.on_fram .*; did you mean 'on_frame'"),
         ("trigger.on_frame: {max_execs: 2, intervall: 3}", "line 21: .*'intervall'; did you mean 'interval'"),
     ],
 )

@@ -101,7 +101,7 @@ LATE = {
     ),
     "usdsdg.cli.commands": ("usdsdg.__init__", COMMAND),
     "usdsdg.cli.doctor": ("usdsdg.__init__ usdsdg_render.path", COMMAND),
-    "usdsdg.cli.file_kinds": ("usdsdg.scenarios", COMMAND),
+    "usdsdg.cli.file_kinds": ("usdsdg.arguments usdsdg.scenarios", COMMAND),
     "usdsdg.cli.generate": ("usdsdg.scenarios", COMMAND),
     "usdsdg.cli.inspect": ("usdsdg.inspect", COMMAND),
     "usdsdg.cli.render": ("usdsdg.__init__ usdsdg.stage", COMMAND),

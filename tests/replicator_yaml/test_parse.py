@@ -307,7 +307,7 @@ def test_nodes_keep_their_line_also_in_a_saved_stage(parsed, tmp_path):
 @pytest.mark.parametrize(
     ("text", "line", "words"),
     [
-        ("a:\n  create.cub: null\n", 2, "no function create.cub; did you mean 'cube'"),
+        ("a:\n  create.cub: null\n", 2, "no function create.cub .*; did you mean 'cube'"),
         ("a:\n  creat.cube: null\n", 2, "no module or group 'creat'; did you mean 'create'"),
         ("a:\n  create.cube:\n    positon: 1\n", 3, "unexpected keyword argument 'positon'; did you mean 'position'"),
         ("a:\n  create.from_usd:\n    count: 2\n", 2, "create.from_usd needs a value for usd"),

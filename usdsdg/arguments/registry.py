@@ -91,3 +91,12 @@ def register_function(
     if name in module and not override:
         raise ValueError(f"{family}.register: {name!r} exists; pass override=True to replace it")
     module[name] = fn
+    _registered.setdefault(family, set()).add(name)
+
+
+_registered: dict[str, set[str]] = {}
+
+
+def registered_functions(family: str) -> list[str]:
+    """Return the names of the functions that scripts have registered in a family ("randomizer")."""
+    return sorted(_registered.get(family, ()))

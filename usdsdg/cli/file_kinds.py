@@ -39,11 +39,12 @@ def _kind(file: Path) -> FileKind | None:
 def _kind_of_values(file: Path) -> FileKind | None:
     import yaml
 
+    from usdsdg.arguments.yaml_bounds import TooLarge, read_bounded
     from usdsdg.scenarios.config import ObjectBasedConfig
 
     try:
-        values = yaml.safe_load(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError, yaml.YAMLError, RecursionError):
+        values = yaml.safe_load(read_bounded(file))
+    except (OSError, ValueError, TooLarge, yaml.YAMLError, RecursionError):
         return None  # the reader of the file reports what is wrong
     if not isinstance(values, dict):
         return None

@@ -8,6 +8,7 @@ from typing import Any
 import yaml
 
 from usdsdg.arguments.registry import near_misses
+from usdsdg.arguments.yaml_bounds import TooLarge, read_bounded
 from usdsdg.arguments.yaml_numbers import NumbersLoader
 from usdsdg.replicator_yaml.errors import ParserError, fail
 
@@ -16,6 +17,8 @@ Groups = dict[str, yaml.Node]
 # Keys of a file that are not groups.
 PROFILES, FILE_ROOT, NUCLEUS = "profiles", "file_root_dir", "nucleus_server"
 INHERIT = "inherit"
+
+MAX_PROFILES = 8  # of one file, and in each other
 
 
 @dataclass
@@ -40,25 +43,35 @@ class Document:
         return known[plain(name)]
 
 
-def read_document(path: Path, *, root: Path | None, nucleus: str | None) -> Document:
+def read_document(path: Path, *, root: Path | None, nucleus: str | None, read: tuple[Path, ...] = ()) -> Document:
     """Read a file and its profiles; relative paths are below `root`, else below the file's folder.
 
+    `read`: the files whose profile this one is.
+
     Raises:
-        ParserError: a file cannot be read, is not a mapping of names, or has a name twice.
+        ParserError: a file cannot be read, is not a mapping of names, has a name twice, or is its own profile.
     """
     groups = _read(path)
+    read = (*read, path.resolve())
     document = Document(path, file_root=root or path.parent, nucleus=nucleus)
     if (file_root := groups.pop(FILE_ROOT, None)) is not None:
         document.file_root = document.file_root / str(plain(file_root))
     if (server := groups.pop(NUCLEUS, None)) is not None and nucleus is None:
         document.nucleus = str(plain(server))
-    for profile in items(groups.pop(PROFILES, None), "profiles"):
+    profiles = items(groups.pop(PROFILES, None), "profiles")
+    if len(profiles) > MAX_PROFILES:
+        fail(profiles[0], f"there are more than {MAX_PROFILES} profiles")
+    for profile in profiles:
         where = document.file_root / str(plain(profile)).lstrip("/")
         if Path(str(plain(profile))).is_file():
             where = Path(str(plain(profile)))
         if not where.is_file():
             fail(profile, f"there is no profile {where}")
-        inner = read_document(where, root=document.file_root, nucleus=nucleus)
+        if where.resolve() in read:
+            fail(profile, f"{where} is a profile of itself")
+        if len(read) > MAX_PROFILES:
+            fail(profile, f"profiles have profiles more than {MAX_PROFILES} deep")
+        inner = read_document(where, root=document.file_root, nucleus=nucleus, read=read)
         document.templates |= inner.templates | inner.groups
     try:
         inherited = {name for group in groups.values() for name in _inherited(group)}
@@ -153,7 +166,9 @@ def _inherited(node: yaml.Node) -> set[str]:
 
 def _read(path: Path) -> dict[str, yaml.Node]:
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_bounded(path)
+    except TooLarge as error:
+        raise ParserError(f"Error parsing {error}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ParserError(f"Error parsing {path}: it cannot be read: {error}") from error
     loader = NumbersLoader(text)

@@ -1,6 +1,7 @@
 """Run a Replicator YAML file: calls of `rep`, names for their results, `with` blocks, registered functions."""
 
 import inspect
+import math
 from collections import ChainMap
 from collections.abc import Callable, MutableMapping
 from pathlib import Path
@@ -14,6 +15,13 @@ from usdsdg.graph.evaluate import graph
 from usdsdg.graph.node import made_at
 from usdsdg.replicator_yaml.document import INHERIT, Document, entries, hint, items, merged, plain, read_document
 from usdsdg.replicator_yaml.errors import ParserError, fail
+from usdsdg.replicator_yaml.public_names import (
+    FAMILIES,
+    public_function,
+    public_functions,
+    public_method,
+    public_methods,
+)
 
 Scope = MutableMapping[str, Any]
 
@@ -23,6 +31,9 @@ TEXT = frozenset(
     | {"path_pattern", "path_match", "path_pattern_exclusion", "prim_types", "prim_types_exclusion", "event_name"}
     | {"setting", "antialiasing", "up_axis", "approximation_shape", "rotation_order", "category"}
 )
+
+MAX_CALLS = 4000  # of a file
+MAX_DEPTH = 20  # of functions that the file registers and that call each other
 
 # The keys of a path relative to a file root or a Nucleus server.
 PATH = {"value", "property"}
@@ -78,11 +89,14 @@ class Script:
     def __init__(self, document: Document) -> None:
         self._document = document
         self._made: dict[str, Any] = {}
+        self._calls_left: float = MAX_CALLS  # until the file is read
+        self._depth = 0  # registered functions that are running
 
     def run(self) -> dict[str, Any]:
         """Run all groups in order."""
         for name, group in self._document.groups.items():
             self._made[name] = self._group(group, self._made)
+        self._calls_left = math.inf  # functions that it registered may be called for as long as the script runs
         return self._made
 
     # --- groups and blocks ---
@@ -135,7 +149,13 @@ class Script:
         self, name: str, defaults: dict[str, Any], block: dict[str, yaml.Node], scope: Scope
     ) -> Callable[..., Any]:
         def function(**given: Any) -> Any:
-            return self._block(block, ChainMap({**defaults, **given}, scope))
+            self._depth += 1
+            try:
+                if self._depth > MAX_DEPTH:
+                    raise ParserError(f"{name} and functions that it calls are more than {MAX_DEPTH} calls deep")
+                return self._block(block, ChainMap({**defaults, **given}, scope))
+            finally:
+                self._depth -= 1
 
         kinds = inspect.Parameter
         function.__name__ = name
@@ -158,6 +178,9 @@ class Script:
     # --- calls ---
     def _call(self, name: str, node: yaml.Node, scope: Scope) -> Any:
         function = self._found(name, node, scope)
+        self._calls_left -= 1
+        if self._calls_left < 0:
+            fail(node, f"the file makes more than {MAX_CALLS} calls")
         if not isinstance(node, yaml.MappingNode) and plain(node) is not None:
             fail(node, f"{name} takes its arguments as a mapping of names to values, not {plain(node)!r}")
         given = {key: self._argument(key, value, scope) for key, value in entries(node, name).items()}
@@ -174,20 +197,17 @@ class Script:
     def _found(self, name: str, node: yaml.Node, scope: Scope) -> Callable[..., Any]:
         """Return the function of `rep`, or the method of an earlier group's result, that a key names."""
         first, *rest = name.split(".")
-        starts = [usdsdg] if hasattr(usdsdg, first) else []
-        starts += [self._named(first, scope)] if first in scope else []
-        if not starts:
-            known = [each for each in usdsdg.__all__ if inspect.ismodule(getattr(usdsdg, each))]
-            fail(node, f"{name}: there is no module or group {first!r}{hint(first, [*known, *scope])}")
-        for start in starts:
-            found = getattr(start, first) if start is usdsdg else start
-            for part in rest:
-                found = None if part.startswith("_") else getattr(found, part, None)
-            if callable(found):
-                return found
-        holder = getattr(usdsdg, first, None) or scope[first]
-        known = [each for each in dir(holder) if not each.startswith("_") and callable(getattr(holder, each))]
-        fail(node, f"there is no function {name}{hint(rest[-1], known)}")
+        if first not in FAMILIES and first not in scope:
+            fail(node, f"{name}: there is no module or group {first!r}{hint(first, [*FAMILIES, *scope])}")
+        found = public_function(name)
+        if found is None and first in scope:
+            found = public_method(self._named(first, scope), rest)
+        if found is not None:
+            return found
+        if first == "functional" and rest[-1].startswith(("write_", "read_")):
+            fail(node, f"{name} takes files of any name, so a YAML file cannot call it; files are written by writers")
+        known = public_functions(first) if first in FAMILIES else public_methods(scope[first])
+        fail(node, f"there is no function {name} that a YAML file may call{hint('.'.join(rest), known)}")
 
     def _names_meant(self, given: dict[str, Any], scope: Scope) -> str:
         """Return a hint where a string argument looks like the name of a group, or ""."""

@@ -12,6 +12,8 @@ from pydantic_core import ErrorDetails
 
 KeyPath = tuple[str | int, ...]
 
+_HINTS = 100  # a search for similar names takes a millisecond
+
 # Pydantic's error types in the terms of a configuration file.
 _KINDS = {
     "int_type": "a whole number",
@@ -37,8 +39,9 @@ class Problem:
 
 
 def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
-    """Return every problem that validation found, in the order of the keys."""
-    return [_problem(detail, model) for detail in error.errors(include_url=False)]
+    """Return every problem that validation found, in the order of the keys; the first `_HINTS` suggest names."""
+    details = error.errors(include_url=False)
+    return [_problem(detail, model, hints=number < _HINTS) for number, detail in enumerate(details)]
 
 
 def dotted(key_path: KeyPath) -> str:
@@ -55,10 +58,12 @@ def suggestion(name: str, known: Iterable[str]) -> str:
     return f"; did you mean {' or '.join(near)}?" if near else ""
 
 
-def _problem(detail: ErrorDetails, model: type[BaseModel]) -> Problem:
+def _problem(detail: ErrorDetails, model: type[BaseModel], *, hints: bool) -> Problem:
     key_path: KeyPath = tuple(detail["loc"])
     key = dotted(key_path)
     if detail["type"] == "extra_forbidden":
+        if not hints:
+            return Problem(key_path, f"{key}: unknown key")
         section = _section(model, key_path[:-1])
         known = list(section.model_fields) if section else []
         hint = suggestion(str(key_path[-1]), known) or f"; known here: {', '.join(known)}"

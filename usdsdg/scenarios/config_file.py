@@ -12,12 +12,14 @@ from typing import Any, TypeVar
 import yaml
 from pydantic import BaseModel, ValidationError
 
+from usdsdg.arguments.yaml_bounds import check_yaml, load_json, read_bounded
 from usdsdg.arguments.yaml_numbers import NumbersLoader
 from usdsdg.errors import ConfigError
 from usdsdg.scenarios.config_errors import KeyPath, Problem, problems_of, suggestion
 
 Model = TypeVar("Model", bound=BaseModel)
 SUFFIXES = (".yaml", ".yml", ".json")
+MAX_PROBLEMS = 30  # in a message
 
 
 @dataclass
@@ -59,9 +61,11 @@ def _message(file: Path, source: _Source) -> str:
     count = len(source.problems)
     source.problems.sort(key=lambda problem: _line(problem.origin or source.origin(problem.key_path)))
     lines = [f"{file} has {count} problem{'s' if count > 1 else ''}:"]
-    for problem in source.problems:
+    for problem in source.problems[:MAX_PROBLEMS]:
         origin = problem.origin or source.origin(problem.key_path)
         lines.append(f"  {origin}{': ' if origin else ''}{problem.text}")
+    if count > MAX_PROBLEMS:
+        lines.append(f"  and {count - MAX_PROBLEMS} more")
     return "\n".join(lines)
 
 
@@ -75,7 +79,7 @@ def _parse(file: Path) -> _Source:
     if file.suffix.lower() not in SUFFIXES:
         raise ConfigError(f"{file}: a configuration is a .yaml, .yml or .json file")
     try:
-        text = file.read_text(encoding="utf-8")
+        text = read_bounded(file)
     except FileNotFoundError:
         raise ConfigError(_missing(file)) from None
     except (OSError, UnicodeDecodeError) as error:
@@ -124,7 +128,7 @@ def _missing(file: Path) -> str:
 
 def _parse_json(file: Path, text: str) -> Any:
     try:
-        return json.loads(text)
+        return load_json(text, str(file))
     except json.JSONDecodeError as error:
         raise ConfigError(f"{file}, line {error.lineno}: not valid JSON: {error.msg}") from None
 
@@ -167,9 +171,13 @@ def _override(source: _Source, override: str) -> None:
         source.problems.append(Problem((), "expected key=value, for example num_frames=3", origin))
         return
     try:
+        check_yaml(text, origin)
         value = _load_yaml(text)
     except yaml.YAMLError:
         value = text
+    except ConfigError as too_large:
+        source.problems.append(Problem(key_path, str(too_large), origin))
+        return
     error = _assign(source.values, key_path, value)
     if error:
         source.problems.append(Problem(key_path, error, origin))

@@ -145,14 +145,17 @@ def checked_image_format(name: str) -> str:
     return known
 
 
+_MOST_DIGITS = 100
+
+
 def checked_padding(digits: int) -> int:
     """Check a writer's `frame_padding` and return the number of digits.
 
     Raises:
-        WriterError: it is negative.
+        WriterError: it is negative, or more than a file name can hold.
     """
-    if digits < 0:
-        raise WriterError(f"frame_padding is {digits}; expected 0 or more digits.")
+    if not 0 <= digits <= _MOST_DIGITS:
+        raise WriterError(f"frame_padding is {digits}; expected 0 to {_MOST_DIGITS} digits.")
     return digits
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from usdsdg.errors import WriterError, warn_once
 from usdsdg.session.session import current
 from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.backends.blob_key import path_below
 from usdsdg.writers.whole_file import check_writable, write_whole
 
 
@@ -51,15 +52,27 @@ class DiskBackend(BaseBackend):
         return str(folder)
 
     def resolve_path(self, path: str) -> str:
-        """Return the absolute path of a file of this backend."""
-        return os.path.join(self.output_dir, path)
+        """Return the absolute path of a file of this backend.
+
+        Raises:
+            WriterError: `path` is not below the output folder, as an absolute path elsewhere or one with `..`.
+        """
+        return str(path_below(Path(self.output_dir), path))
 
     def write_blob(self, path: str, data: bytes) -> None:
+        """Store `data` in the file `path` below the output folder, which appears whole or not at all.
+
+        Raises:
+            WriterError: as `resolve_path`.
+            OutputNotWritable: the file cannot be written.
+        """
+        file = path_below(Path(self.output_dir), path)
         _warn_of_sharing(self)
-        write_whole(Path(self.resolve_path(path)), data)
+        write_whole(file, data)
 
     def read_blob(self, path: str) -> bytes:
-        return Path(self.resolve_path(path)).read_bytes()
+        """Return the bytes of the file `path` below the output folder; errors are those of `resolve_path`."""
+        return path_below(Path(self.output_dir), path).read_bytes()
 
 
 def _free_folder(folder: Path) -> Path:

@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 from usdsdg.errors import OutputNotWritable, Unsupported, WriterError, warn_once
 from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.backends.blob_key import checked_key
 
 # Attempts per request, for network faults and busy servers.
 ATTEMPTS = 5
@@ -80,18 +81,23 @@ class S3Backend(BaseBackend):
         return f"s3://{self._bucket}/{self._prefix}".rstrip("/")
 
     def resolve_path(self, path: str) -> str:
-        """Return the URL of an object of this backend."""
-        return f"{self.output_dir}/{path}"
+        """Return the URL of an object of this backend.
+
+        Raises:
+            WriterError: `path` is not below the prefix, as one with `..`.
+        """
+        return f"{self.output_dir}/{checked_key(path, self.output_dir)}"
 
     def write_blob(self, path: str, data: bytes) -> None:
         """Store `data` in one request, so that the object is complete or absent.
 
         Raises:
+            WriterError: as `resolve_path`.
             OutputNotWritable: the server refused it, or could not be reached.
         """
-        kind = mimetypes.guess_type(path)[0] or "application/octet-stream"
+        key, kind = self._key(path), mimetypes.guess_type(path)[0] or "application/octet-stream"
         try:
-            self._client.put_object(Bucket=self._bucket, Key=self._key(path), Body=data, ContentType=kind)
+            self._client.put_object(Bucket=self._bucket, Key=key, Body=data, ContentType=kind)
         except Exception as error:  # noqa: BLE001 - botocore's errors have no common class; others are raised again
             self._explain(error, self.resolve_path(path))
 
@@ -102,15 +108,17 @@ class S3Backend(BaseBackend):
             FileNotFoundError: there is no such object.
             OutputNotWritable: the server could not be reached, or denied access.
         """
+        key = self._key(path)
         try:
-            return self._client.get_object(Bucket=self._bucket, Key=self._key(path))["Body"].read()
+            return self._client.get_object(Bucket=self._bucket, Key=key)["Body"].read()
         except Exception as error:
             if _code(error) in ("NoSuchKey", "404"):
                 raise FileNotFoundError(self.resolve_path(path)) from error
             self._explain(error, self.resolve_path(path))
 
     def _key(self, path: str) -> str:
-        return f"{self._prefix}/{path}" if self._prefix else path
+        key = checked_key(path, self.output_dir)
+        return f"{self._prefix}/{key}" if self._prefix else key
 
     def _free_prefix(self, prefix: str) -> str:
         numbered = (f"{prefix}_{number:04d}" for number in itertools.count(1))

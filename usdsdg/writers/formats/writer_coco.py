@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import re
 import string
 from collections.abc import Mapping
 from functools import partial
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators import named_annotators
+from usdsdg.errors import WriterError
 from usdsdg.session.session import current
 from usdsdg.writers import base
 from usdsdg.writers.backends.group import BackendDispatch
@@ -61,7 +63,7 @@ class CocoWriter(Writer):
         coco_categories: by label {"name", "id"} and optionally "supercategory", "color" (r, g, b), "isthing";
             default COCO's own. Other labels get the category "other", with a warning.
         s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
-        dataset_id: part of the file names; default eight letters that depend on the global seed.
+        dataset_id: part of the file names, so without slashes; default eight letters that depend on the global seed.
         image_output_format: of the color images; those of categories are always png, which is lossless.
         coco_license_info: [{"id", "name", "url"}]; the first one's id is each picture's license.
 
@@ -70,6 +72,8 @@ class CocoWriter(Writer):
             OutputNotWritable: output_dir or the bucket cannot be written to.
             Unsupported: a bucket without boto3.
         """
+        if dataset_id is not None and not re.fullmatch(r"[^/\\\0]{1,100}", dataset_id):
+            raise WriterError(f"dataset_id is {dataset_id!r}; expected 1 to 100 characters of a file name, no slashes.")
         self._categories = Categories(coco_categories)
         self._image_format = checked_image_format(image_output_format)
         self._padding = checked_padding(frame_padding)
