@@ -4,6 +4,7 @@ import itertools
 from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pxr import Usd
 
 from usdsdg.errors import PhysicsError
@@ -90,6 +91,31 @@ class NewtonEngine:
             PhysicsError: `play` has not been called.
         """
         self._playing("wake_up").wake_up(bodies)
+
+    def apply_forces(
+        self,
+        bodies: Sequence[str],
+        forces: ArrayLike | None = None,
+        torques: ArrayLike | None = None,
+        *,
+        positions: ArrayLike | None = None,
+    ) -> None:
+        """Push the bodies at these paths during the next step; pushes add up, and kinematic bodies do not move.
+
+        Args:
+            forces: (N, 3), world, in the stage's units of mass, length and s⁻².
+            torques: (N, 3), world, likewise in mass, length² and s⁻².
+            positions: (N, 3) world points where the forces act [stage units]; None: the centers of mass.
+
+        Raises:
+            PhysicsError: `play` has not been called, or a path is no rigid body.
+        """
+        shape = (len(bodies), 3)
+        given = [
+            np.full(shape, missing) if rows is None else np.asarray(rows, np.float64).reshape(shape)
+            for rows, missing in ((forces, 0.0), (torques, 0.0), (positions, np.nan))
+        ]
+        self._playing("apply_forces").add_forces(bodies, *given)
 
     def close(self) -> None:
         """Release the stage without writing to it."""

@@ -1,6 +1,6 @@
 """One play of a stage, from `play` to `stop`: the parsed scene, the running world, and the backup."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from pxr import Usd
@@ -8,6 +8,7 @@ from pxr import Usd
 from usdsdg.errors import PhysicsError, warn_once
 from usdsdg.stage.changes import ChangeTracker
 from usdsdg.stage.physics.scenes import steps_per_second
+from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.edits.apply_edits import apply_edits
 from usdsdg_physics.edits.edit_reader import EditReader, Edits
 from usdsdg_physics.parse.convex_hulls import HullCache
@@ -59,6 +60,23 @@ class PlaySession:
         """Let bodies move again that are asleep or at rest."""
         world = self._current_world()
         world.wake([world.body_index[path] for path in bodies if path in world.body_index])
+
+    def add_forces(self, bodies: Sequence[str], forces: np.ndarray, torques: np.ndarray, points: np.ndarray) -> None:
+        """Push bodies during the next step; see `NewtonEngine.apply_forces`.
+
+        Raises:
+            PhysicsError: a path is no rigid body that is simulated.
+        """
+        world = self._current_world()
+        if unknown := [path for path in bodies if path not in world.body_index]:
+            raise PhysicsError(f"{unknown[0]} is not a simulated rigid body, so no force acts on it")
+        rows = np.array([world.body_index[path] for path in bodies], int)
+        newtons, meters = self._units.kilograms * self._units.meters, self._units.meters
+        poses = world.poses().astype(np.float64)[rows]
+        centers = np.einsum("ni,nij->nj", world.center[rows], matrix_from_quat(poses[:, 3:])) + poses[:, :3]
+        arms = np.where(np.isnan(points), 0.0, points * meters - centers)
+        force = forces * newtons
+        world.add_wrenches(rows, np.hstack([force, torques * newtons * meters + np.cross(arms, force)]))
 
     def reset(self, bodies: Collection[str]) -> None:
         """Restore the poses and velocities that bodies had before this play; takes effect at the next step."""

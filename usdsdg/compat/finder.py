@@ -21,6 +21,7 @@ ALIASES = (
     ("omni.replicator.core.scripts", "usdsdg"),
     ("omni.replicator.core", "usdsdg"),
     ("omni.replicator.replicator_yaml", "usdsdg.replicator_yaml"),
+    ("omni.kit.scripting", "usdsdg.compat.omni.behavior.scripting.core"),
 )
 
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pxr import Usd
 
 from usdsdg.session.progress import report
@@ -43,6 +44,15 @@ class PhysicsEngine(Protocol):
     def put_to_sleep(self, bodies: Collection[str]) -> None: ...
 
     def wake_up(self, bodies: Collection[str]) -> None: ...
+
+    def apply_forces(
+        self,
+        bodies: Sequence[str],
+        forces: ArrayLike | None = None,
+        torques: ArrayLike | None = None,
+        *,
+        positions: ArrayLike | None = None,
+    ) -> None: ...
 
     def subscribe_step(self, listener: Callable[[float], None]) -> Callable[[], None]: ...
 

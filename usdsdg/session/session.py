@@ -51,6 +51,7 @@ class Session:
     orchestrator = _part("usdsdg.app.frame_loop:Orchestrator")
     viewport = _part("usdsdg.compat.omni.kit.viewport.utility:Viewport")
     event_dispatcher = _part("usdsdg.compat.carb.eventdispatcher:EventDispatcher")
+    script_manager = _part("usdsdg.compat.omni.behavior.scripting.script_manager:ScriptManager")
 
     def __init__(self) -> None:
         self.stage: Usd.Stage | None = None

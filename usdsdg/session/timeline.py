@@ -24,6 +24,7 @@ class Timeline:
         self._auto_update = True
         self._held = False
         self._looped = 0.0  # seconds subtracted by loops
+        self.latest_advance = 0.0  # seconds of the latest `advance`
         self.time_codes_per_second = 60.0
         self._listeners: list[Callable[[str], None]] = []
 
@@ -140,6 +141,7 @@ class Timeline:
     def advance(self, seconds: float) -> None:
         """Advance the time by `seconds`; wrap or pause at the end."""
         self._time += seconds
+        self.latest_advance = seconds
         if self._end > self._start and self._time >= self._end:
             self._wrap_or_pause()
         self._notify("tick")

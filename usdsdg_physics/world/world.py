@@ -53,6 +53,7 @@ class World:
         self._dynamic = np.array([not body.kinematic for body in bodies], bool)
         self._gravity_enabled = np.array([body.gravity and not body.kinematic for body in bodies], bool)
         self._kinematic_targets: dict[int, np.ndarray] = {}
+        self._wrenches: np.ndarray | None = None  # (N, 6) of the next step
         self._meshes = StaticMeshes(scene, built.shape_index)
 
         contacts = contact_arrays(self._contacts)
@@ -144,6 +145,17 @@ class World:
             values[index] = damping
             array.assign(values)
 
+    def add_wrenches(self, indices: Sequence[int] | np.ndarray, wrenches: np.ndarray) -> None:
+        """Push bodies during the next step: force [N] and torque about the center of mass [N m] (n, 6), world.
+
+        Wrenches add up; kinematic bodies have none.
+        """
+        if self._wrenches is None:
+            self._wrenches = np.zeros((len(self.bodies), 6))
+        np.add.at(self._wrenches, indices, wrenches)
+        self._wrenches[~self._dynamic] = 0.0
+        self.wake(indices)
+
     def set_colliders_enabled(self, enabled: Mapping[int, bool]) -> None:
         """Switch colliders on or off, by shape index."""
         # The broad phase reads the collision group at every step, the shape's flags only when it is built.
@@ -178,6 +190,8 @@ class World:
         substeps = self._substeps(dt)
         h = dt / substeps
         motions = self._kinematic_motions(dt)
+        if self._wrenches is not None:
+            self._set_forces(self._wrenches)
         for substep in range(substeps):
             self._place_kinematic(motions, substep / substeps)
             self.pipeline.collide(self._state, self._contacts)
@@ -188,6 +202,9 @@ class World:
             self._stabilization.apply(self._state, self._next, self._sleeping.asleep, self.gravity, h)
             self._depenetration.clamp_velocities(self._state, self._next, h)
             self._state, self._next = self._next, self._state
+        if self._wrenches is not None:
+            self._wrenches = None
+            self._set_forces()
         self._place_kinematic(motions, 1.0)
         self._stop_kinematic()
 
@@ -208,13 +225,16 @@ class World:
         return self._meshes.substeps(dt, self.poses()[:, :3], self.velocities()[:, :3])
 
     def _apply_gravity(self) -> None:
-        """Give bodies without gravity the opposite force; it stays set in both states."""
-        force = np.zeros((len(self.bodies), 6), np.float32)
-        weightless = ~self._gravity_enabled & self._dynamic
-        force[weightless, :3] = -self.mass[weightless, None] * self.gravity
-        for state in (self._state, self._next):
-            state.body_f.assign(force)
+        self._set_forces()
         self._stabilization.set_gravity_enabled(self._gravity_enabled)
+
+    def _set_forces(self, wrenches: np.ndarray | None = None) -> None:
+        """Give bodies without gravity the opposite force, and all their `wrenches`; both states keep them."""
+        force = np.zeros((len(self.bodies), 6)) if wrenches is None else wrenches.copy()
+        weightless = ~self._gravity_enabled & self._dynamic
+        force[weightless, :3] -= self.mass[weightless, None] * self.gravity
+        for state in (self._state, self._next):
+            state.body_f.assign(force.astype(np.float32))
 
     def _kinematic_motions(self, dt: float) -> dict[int, Callable[[float], np.ndarray]]:
         """Give kinematic bodies with a target their velocities; return their poses by fraction of the step."""

@@ -1,0 +1,1 @@
+"""`isaacsim.replicator.behavior`: scripts on prims that randomize them while the timeline plays."""

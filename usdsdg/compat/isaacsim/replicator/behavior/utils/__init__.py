@@ -1,0 +1,1 @@
+"""`isaacsim.replicator.behavior.utils`: exposed variables, poses, and assets to be dropped."""
