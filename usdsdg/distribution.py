@@ -15,7 +15,7 @@ import numpy as np
 
 from usdsdg.arguments.registry import near_misses, register_function
 from usdsdg.arguments.values import shown
-from usdsdg.errors import GraphError
+from usdsdg.errors import GraphError, let_pass
 from usdsdg.graph.node import Node, ReplicatorItem, plain, script_line
 from usdsdg.graph.sampling import generator, get_global_seed, own_seed, uniforms
 
@@ -114,7 +114,7 @@ class Uniform(_Numeric):
         super().__init__("OgnSampleUniform", seed, name, lower=lower, upper=upper)
         self._lower, self._upper, self._scalar = self._shape(lower, upper, ("lower", "upper"))
         if np.any(self._lower > self._upper):
-            raise GraphError(f"{self.node.describe()}: lower={lower!r} is above upper={upper!r}")
+            let_pass(GraphError(f"{self.node.describe()}: lower={lower!r} is above upper={upper!r}"))
 
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray:
         u = self._uniforms(consumer, execution, prims, len(self._lower))
@@ -148,6 +148,13 @@ class LogUniform(Uniform):
         return np.exp(super().sample(consumer, execution, prims))
 
 
+def _mended(weights: np.ndarray, count: int) -> np.ndarray:
+    """Return `count` weights that can be drawn from: what is missing, not finite or below 0 is 0, all 0 are equal."""
+    usable = np.nan_to_num(np.ravel(weights)[:count], nan=0.0, posinf=0.0, neginf=0.0).clip(0.0)
+    usable = np.pad(usable, (0, count - len(usable)))
+    return usable if usable.sum() > 0 else np.ones(count)
+
+
 class Choice(Distribution):
     def __init__(self, choices: Any, weights: Any, with_replacements: bool, seed: int | None, name: str | None) -> None:
         super().__init__("OgnSampleChoice", seed, name, weights=weights, withReplacements=with_replacements)
@@ -159,9 +166,10 @@ class Choice(Distribution):
         except (TypeError, ValueError):
             p = np.zeros(0)
         if p.shape != (len(items),) or not np.isfinite(p).all() or np.any(p < 0) or p.sum() <= 0:
-            raise GraphError(
-                f"{self.node.describe()}: weights={weights!r} must be {len(items)} numbers >= 0, not all 0"
+            let_pass(
+                GraphError(f"{self.node.describe()}: weights={weights!r} must be {len(items)} numbers >= 0, not all 0")
             )
+            p = _mended(p, len(items))
         self._weights = p / p.sum()
 
     def seeded(self, seed: int) -> Self:

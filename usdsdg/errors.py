@@ -16,13 +16,34 @@ UsdsdgError                     base of all errors; the command line prints it w
 
 import os
 import sys
+import sysconfig
 import threading
 import warnings
+import weakref
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Self
 
 
 class UsdsdgError(Exception):
     """Base of all errors of usdsdg; messages name the prim or argument, the cause and the remedy."""
+
+
+class LosingError(UsdsdgError):
+    """Base of errors after which a dataset lacks something; a script that catches one and goes on is pointed out."""
+
+    _watched_by: list[str] | None
+
+    def __new__(cls, *args: object, **kwargs: object) -> Self:
+        error = super().__new__(cls, *args, **kwargs)
+        error._watched_by = _swallowed
+        if _swallowed is not None:
+            _living.add(error)
+        return error
+
+    def __del__(self) -> None:
+        if _swallowed is not None:
+            _note_swallowed(self)
 
 
 class StageError(UsdsdgError):
@@ -45,8 +66,10 @@ class DegenerateFrame(StageError, ValueError):
     """A coordinate frame is degenerate, e.g. eye and target coincide or the view direction is parallel to up."""
 
 
-class AssetError(UsdsdgError):
-    """A file that a scene needs is missing or unreadable."""
+class AssetError(LosingError):
+    """A file that a scene needs is missing or unreadable; `looked_for` says where it was looked for."""
+
+    looked_for: Sequence[str] = ()
 
 
 class AssetNotFound(AssetError, FileNotFoundError):
@@ -72,7 +95,7 @@ class ArgumentError(GraphError):
     """
 
 
-class PhysicsError(UsdsdgError):
+class PhysicsError(LosingError):
     """A stage cannot be simulated as authored."""
 
 
@@ -100,7 +123,7 @@ class DatasetError(UsdsdgError, ValueError):
     """A folder is missing, or contains no dataset of a known writer."""
 
 
-class WriterError(UsdsdgError):
+class WriterError(LosingError):
     """A writer or its backend failed."""
 
 
@@ -114,6 +137,8 @@ class OutputNotWritable(WriterError, OSError):
 
 class Unsupported(UsdsdgError, NotImplementedError):
     """A feature of Replicator or USD that usdsdg does not support."""
+
+    looked_for: Sequence[str] = ()  # of a URL: where a copy of it was looked for
 
 
 class UsdsdgWarning(UserWarning):
@@ -158,3 +183,64 @@ def forget_warnings() -> None:
     """Allow every `warn_once` message to be issued again, as a new stage does."""
     with _warned_lock:
         _warned.clear()
+
+
+# --- what Replicator lets pass ---
+_lenient = False
+
+
+def set_lenient(lenient: bool) -> None:
+    """Choose whether what Replicator lets pass is a warning or, by default, an error."""
+    global _lenient
+    _lenient = lenient
+
+
+def let_pass(error: UsdsdgError) -> None:
+    """Raise an error that Replicator would not, or warn once with its message if `set_lenient` says so.
+
+    Raises:
+        UsdsdgError: the error, unless errors are let pass.
+    """
+    if not _lenient:
+        raise error
+    warn_once(str(error))
+
+
+# --- errors that a script catches ---
+_swallowed: list[str] | None = None  # None: not watched
+_living: weakref.WeakSet[LosingError] = weakref.WeakSet()
+_LIBRARIES = tuple({f"{sysconfig.get_path(name)}{os.sep}" for name in ("stdlib", "purelib", "platlib")})
+
+
+def watch_swallowed() -> None:
+    """From now on record each `LosingError` that is raised into code outside the project and caught there."""
+    global _swallowed
+    _swallowed = []
+    _living.clear()
+
+
+def take_swallowed() -> list[str]:
+    """Return one line for each error that was caught outside the project, and stop recording."""
+    global _swallowed
+    for error in list(_living):
+        _note_swallowed(error)
+    found, _swallowed = _swallowed or [], None
+    return list(dict.fromkeys(found))
+
+
+def _note_swallowed(error: LosingError) -> None:
+    if _swallowed is None or error._watched_by is not _swallowed:
+        return
+    # A traceback begins at the frame in which the error was caught.
+    trace = error.__traceback__
+    if trace is None or not _is_script(trace.tb_frame.f_code.co_filename):
+        return
+    while trace.tb_next is not None and _is_script(trace.tb_next.tb_frame.f_code.co_filename):
+        trace = trace.tb_next
+    place = f"{os.path.basename(trace.tb_frame.f_code.co_filename)}:{trace.tb_lineno}"
+    _swallowed.append(f"{place}: {type(error).__name__}: {error}")
+
+
+def _is_script(filename: str) -> bool:
+    """Whether a file of code belongs neither to the project, nor to Python, nor to an installed package."""
+    return not filename.startswith((*_OWN_FILES, *_LIBRARIES, "<frozen "))

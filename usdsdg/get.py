@@ -10,7 +10,7 @@ from typing import Any
 from pxr import Usd
 
 from usdsdg.arguments.registry import register_function
-from usdsdg.errors import BadPrim, warn_once
+from usdsdg.errors import BadPrim, let_pass, warn_once
 from usdsdg.functional import get as find
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.graph.node_prims import PIPELINE
@@ -68,9 +68,18 @@ def prim_at_path(path: Any, name: str | None = None) -> ReplicatorItem:
     wanted = prim_paths(path)
     if not wanted:
         raise BadPrim(f"get.prim_at_path: path is {path!r}; give at least one")
-    for each in wanted:
-        prim_at(current_stage(), each)
-    return ReplicatorItem(Node(kind="OgnGetPrimAtPath", prims=wanted, name=name))
+    found = tuple(each for each in wanted if _is_there(each))
+    return ReplicatorItem(Node(kind="OgnGetPrimAtPath", prims=found, name=name))
+
+
+def _is_there(path: str) -> bool:
+    """Whether there is a prim at `path`; an error, or a warning where errors are let pass, if there is none."""
+    try:
+        prim_at(current_stage(), path)
+    except BadPrim as error:
+        let_pass(error)
+        return False
+    return True
 
 
 def _by_type(kind: str) -> Callable[..., ReplicatorItem]:

@@ -41,7 +41,7 @@ USDSDG = {
     "replicator_yaml": "errors arguments graph orchestrator __init__",
     "scenarios": "errors stage session arguments graph create writers app orchestrator settings __init__",
     "compat": "errors stage session graph app orchestrator settings",
-    "cli": "errors session",
+    "cli": "errors stage session",
     "__main__": "cli",
     "__init__": "",
 }
@@ -104,8 +104,9 @@ LATE = {
     "usdsdg.cli.file_kinds": ("usdsdg.arguments usdsdg.scenarios", COMMAND),
     "usdsdg.cli.generate": ("usdsdg.scenarios", COMMAND),
     "usdsdg.cli.inspect": ("usdsdg.inspect", COMMAND),
-    "usdsdg.cli.render": ("usdsdg.__init__ usdsdg.stage", COMMAND),
-    "usdsdg.cli.run": ("usdsdg.app usdsdg.compat usdsdg.replicator_yaml", COMMAND),
-    "usdsdg.cli.command_context": ("usdsdg.graph usdsdg.orchestrator usdsdg.stage", COMMAND),
-    "usdsdg.cli.simulate": ("usdsdg.stage usdsdg_physics.__init__", COMMAND),
+    "usdsdg.cli.render": ("usdsdg.__init__", COMMAND),
+    "usdsdg.cli.run": ("usdsdg.replicator_yaml", COMMAND),
+    "usdsdg.cli.script.execution": ("usdsdg.app usdsdg.compat usdsdg.orchestrator usdsdg.writers", COMMAND),
+    "usdsdg.cli.command_context": ("usdsdg.graph usdsdg.orchestrator", COMMAND),
+    "usdsdg.cli.simulate": ("usdsdg_physics.__init__", COMMAND),
 }

@@ -63,6 +63,11 @@ class Annotator:
         return self._spec.needs_path_tracing
 
     @property
+    def reads_labels(self) -> bool:
+        """Whether it has nothing to show where no labeled prim is in view."""
+        return "semanticTypes" in self._spec.params and "instance_id" not in self._spec.name
+
+    @property
     def label_filter(self) -> str | None:
         """The label filter to pass to `LabeledPrimReader.read`."""
         return predicate_of(self._params)

@@ -159,6 +159,7 @@ class Orchestrator:
 
     def preview(self) -> None:
         """Run every frame and time trigger once without capturing."""
+        current().observations.previews += 1
         evaluate.graph().evaluate(time=get_timeline().get_elapsed_time(), preview=True)
 
     def finish(self) -> None:

@@ -8,6 +8,7 @@ from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.labeled_prims import LabeledPrimReader
 from usdsdg.capture.exposure import Exposure
 from usdsdg.capture.labels import render_labels
+from usdsdg.capture.observing import observe
 from usdsdg.capture.output import WriterOutput
 from usdsdg.capture.render_settings import RenderMode
 from usdsdg.capture.requests import Requests
@@ -53,6 +54,7 @@ class Capture:
         if not self._requests.annotators:
             return
         frames = self._frames(frame, seconds)
+        observe(self._requests, frames)
         for annotator in attached_annotators():
             if annotator.render_product in frames:
                 annotator.compute(frames[annotator.render_product])

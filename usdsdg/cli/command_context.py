@@ -26,9 +26,10 @@ REPEAT_SECONDS = 0.02
 COMPILER_THREADS = "usdsdg-compile"  # prefix of the names of threads in which both engines compile kernels
 
 AssetsRoot = Annotated[
-    Path | None,
+    str | None,
     typer.Option(
-        help="Folder with the assets, laid out like Isaac Sim's.", show_default="USDSDG_ASSETS_ROOT, else demo assets"
+        help="Folder with the assets, laid out like Isaac Sim's, or its http(s) URL.",
+        show_default="USDSDG_ASSETS_ROOT, else demo assets",
     ),
 ]
 Device = Annotated[str | None, typer.Option(help="cpu or cuda:0.", show_default="CUDA where there is one")]
@@ -41,7 +42,7 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no progress.")
 
 @contextmanager
 def command_context(
-    *, assets_root: Path | None = None, device: str | None = None, quiet: bool = False, save_stage: Path | None = None
+    *, assets_root: str | None = None, device: str | None = None, quiet: bool = False, save_stage: Path | None = None
 ) -> Iterator[None]:
     """Set up, run the body of a command, and finish its files.
 
@@ -58,7 +59,7 @@ def command_context(
         let_commands_be_interrupted()
         snapshot = _set_up(assets_root, device, save_stage)
         yield
-        _finish_files()
+        finish_files()
         if snapshot is not None:
             snapshot.write()
     except UsdsdgError as error:
@@ -69,7 +70,7 @@ def command_context(
         progress.use(progress.SilentReporter())
 
 
-def _set_up(assets_root: Path | None, device: str | None, save_stage: Path | None) -> _StageSnapshot | None:
+def _set_up(assets_root: str | None, device: str | None, save_stage: Path | None) -> _StageSnapshot | None:
     """Apply the common options; options that cannot work are errors before any work is done."""
     from usdsdg.session import engines
     from usdsdg.stage import assets
@@ -91,7 +92,7 @@ def _exit_interrupted() -> NoReturn:
     progress.use(progress.SilentReporter())
     print("interrupted: finishing the files in hand; Ctrl-C again stops at once", file=sys.stderr)
     try:
-        _finish_files()
+        finish_files()
         print("files written so far are whole", file=sys.stderr)
     except UsdsdgError as error:
         print(f"error: {error}", file=sys.stderr)
@@ -125,7 +126,8 @@ def seed_everything(seed: int) -> None:
     np.random.seed(seed & 0xFFFFFFFF)
 
 
-def _finish_files() -> None:
+def finish_files() -> None:
+    """Wait until every file has been written; raises the failure of a writer or its backend."""
     from usdsdg import orchestrator
 
     orchestrator.wait_until_complete()

@@ -1,15 +1,23 @@
 """`usdsdg run SCRIPT`: run an existing Replicator or Isaac Sim script, or a Replicator YAML file, unchanged."""
 
 import sys
-from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType, TracebackType
 from typing import Annotated
 
 import typer
 
-from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, SaveStage, Seed, command_context, seed_everything
+from usdsdg.cli.command_context import (
+    AssetsRoot,
+    Device,
+    Quiet,
+    SaveStage,
+    Seed,
+    command_context,
+    finish_files,
+    seed_everything,
+)
 from usdsdg.cli.file_kinds import FileKind, check_kind
+from usdsdg.cli.script.conditions import Conditions, MissingOption, NewStageOption, ReplicatorOption
 
 YAML = (".yaml", ".yml")
 
@@ -25,6 +33,48 @@ def run(
         list[str] | None,
         typer.Argument(metavar="ARGS", help="Arguments of the script, in its sys.argv.", show_default=False),
     ] = None,
+    stage: Annotated[
+        Path | None, typer.Option(help="Open this stage first, as the one that is open in the GUI.", show_default=False)
+    ] = None,
+    new_stage: Annotated[
+        NewStageOption | None,
+        typer.Option(
+            help="What new stages hold: a new stage of Omniverse Code (kit: Y up, centimeters, a light) or of Isaac "
+            "Sim (isaac: Z up, meters, a light).",
+            show_default="empty, Z up, meters",
+        ),
+    ] = None,
+    frames: Annotated[
+        int | None,
+        typer.Option(
+            min=0,
+            show_default=False,
+            help="If the script starts no run, capture frames 0 to this one, as after a press on Start in the GUI.",
+        ),
+    ] = None,
+    map_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--map",
+            metavar="PREFIX=FOLDER",
+            show_default=False,
+            help="Where the assets below a URL or path of another machine are; repeatable, also in usdsdg.toml.",
+        ),
+    ] = None,
+    missing_assets: Annotated[
+        MissingOption,
+        typer.Option(help="Missing assets are an error, labeled boxes that stand in for them, or left out."),
+    ] = MissingOption.ERROR,
+    lenient: Annotated[
+        bool,
+        typer.Option("--lenient", help="Warn of what Replicator lets pass, and of errors that the script catches."),
+    ] = False,
+    replicator: Annotated[
+        ReplicatorOption | None,
+        typer.Option(
+            help="Generation of Replicator that the script was written for.", show_default="seen from its imports"
+        ),
+    ] = None,
     assets_root: AssetsRoot = None,
     device: Device = None,
     seed: Seed = 0,
@@ -39,20 +89,30 @@ def run(
     --save-stage, which may be given on either side. All arguments after a -- belong to the script.
     """
     arguments, own = _split_own_options(arguments or [])
-    assets_root, save_stage = own.get("--assets-root", assets_root), own.get("--save-stage", save_stage)
+    assets_root = own.get("--assets-root", assets_root)
+    save_stage = Path(own["--save-stage"]) if "--save-stage" in own else save_stage
     if not script.is_file():
         print(f"error: no script {script}", file=sys.stderr)
         raise typer.Exit(1)
     with command_context(assets_root=assets_root, device=device, quiet=quiet, save_stage=save_stage):
+        from usdsdg.cli.script.execution import execute
+        from usdsdg.cli.script.outcome import reported_outcome
+
         check_kind(script, FileKind.SCRIPT, FileKind.REPLICATOR_YAML)
+        if stage is not None:
+            check_kind(stage, FileKind.STAGE)
+        conditions = Conditions(stage, new_stage, frames, replicator, map_ or (), missing_assets, lenient)
         seed_everything(seed)
-        if script.suffix.lower() in YAML:
-            _execute_yaml(script, arguments)
-        else:
-            execute(script, arguments)
+        conditions.apply(script)
+        with reported_outcome():
+            if script.suffix.lower() in YAML:
+                _execute_yaml(script, arguments)
+            else:
+                execute(script, arguments, frames=frames)
+            finish_files()
 
 
-def _split_own_options(arguments: list[str]) -> tuple[list[str], dict[str, Path]]:
+def _split_own_options(arguments: list[str]) -> tuple[list[str], dict[str, str]]:
     """Split arguments after the script's name into the script's own and the two options of usdsdg."""
     rest, own, given = [], {}, iter(arguments)
     for argument in given:
@@ -60,40 +120,10 @@ def _split_own_options(arguments: list[str]) -> tuple[list[str], dict[str, Path]
         if argument == "--":
             rest += given
         elif name in ("--assets-root", "--save-stage"):
-            own[name] = Path(value or next(given, ""))
+            own[name] = value or next(given, "")
         else:
             rest.append(argument)
     return rest, own
-
-
-def execute(script: Path, arguments: list[str]) -> None:
-    """Run the script's file as `__main__`, then its asyncio tasks until they end.
-
-    Raises:
-        typer.Exit: the script failed or called sys.exit; its traceback, from the script on, has been printed.
-    """
-    from usdsdg import compat
-    from usdsdg.app.app import get_app
-    from usdsdg.errors import UsdsdgError
-    from usdsdg.session.stage_context import current_stage
-
-    compat.install()
-    sys.argv = [str(script), *arguments]
-    sys.path.insert(0, str(script.resolve().parent))
-    main = _main_module(script)
-    current_stage()
-    try:
-        program = compile(script.read_text(encoding="utf-8"), str(script), "exec")
-        get_app().run(lambda: exec(program, main.__dict__))
-    except SystemExit as ended:
-        if code := _exit_code(ended):
-            raise typer.Exit(code) from None
-    except (UsdsdgError, KeyboardInterrupt) as error:
-        _print_location(error, script)
-        raise
-    except Exception as error:  # noqa: BLE001 - scripts may raise anything, and its traceback is printed
-        _print_traceback(error, script)
-        raise typer.Exit(1) from None
 
 
 def _execute_yaml(script: Path, arguments: list[str]) -> None:
@@ -103,45 +133,3 @@ def _execute_yaml(script: Path, arguments: list[str]) -> None:
     if arguments:
         raise ConfigError(f"{script} is a YAML file, which takes no arguments: {' '.join(arguments)}")
     run_file(script)
-
-
-def _main_module(script: Path) -> ModuleType:
-    """Create the script's module as `__main__`, where pickle and others look up its names."""
-    main = sys.modules["__main__"] = ModuleType("__main__")
-    main.__file__ = str(script)
-    return main
-
-
-def _exit_code(ended: SystemExit) -> int:
-    """Return the exit code given to `sys.exit`; as in Python, print any other object and return 1."""
-    if ended.code is None or isinstance(ended.code, int):
-        return ended.code or 0
-    print(ended.code, file=sys.stderr)
-    return 1
-
-
-def _inside(error: BaseException, script: Path) -> list[TracebackType]:
-    """Return the entries of the error's traceback that are in the script."""
-    return [each for each in _tracebacks(error) if each.tb_frame.f_code.co_filename == str(script)]
-
-
-def _tracebacks(error: BaseException) -> Iterator[TracebackType]:
-    each = error.__traceback__
-    while each is not None:
-        yield each
-        each = each.tb_next
-
-
-def _print_location(error: BaseException, script: Path) -> None:
-    if inside := _inside(error, script):
-        print(f"{script}:{inside[-1].tb_lineno}: in {inside[-1].tb_frame.f_code.co_name}", file=sys.stderr)
-
-
-def _print_traceback(error: BaseException, script: Path) -> None:
-    """Print Python's traceback, with suggestions and causes, from the script's first frame on.
-
-    Where no frame is in the script, as for a syntax error, only frames of this file are left out.
-    """
-    below = [each for each in _tracebacks(error) if each.tb_frame.f_code.co_filename != __file__]
-    first = next(iter(_inside(error, script) or below), None)
-    sys.__excepthook__(type(error), error.with_traceback(first), first)

@@ -96,6 +96,14 @@ def install() -> None:
             )
     sys.meta_path.insert(0, _Finder())
     _install_schemas()
+    _wrap_pxr()
+
+
+def _wrap_pxr() -> None:
+    """Make pxr's own calls take the asset URLs that Omniverse's resolver opens."""
+    from usdsdg.compat import pxr_assets
+
+    pxr_assets.install()
 
 
 def _install_schemas() -> None:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from usdsdg.errors import GraphError, UsdsdgError
+from usdsdg.errors import GraphError, UsdsdgError, let_pass
 from usdsdg.graph.actions import action_of
 from usdsdg.graph.authoring import author, author_impulse, author_input
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, plain, prim_paths, why_no_prims
@@ -205,5 +205,6 @@ def act(kind: str, input_prims: Any = None, name: str | None = None, **inputs: A
     given = {role: plain(value) for role, value in inputs.items() if value is not None}
     node = Node(kind=kind, inputs=given, prims=prims, name=name)
     if not prims:
-        raise GraphError(f"{node.describe()} has no prims to act on: {why_no_prims(input_prims)}.")
+        let_pass(GraphError(f"{node.describe()} has no prims to act on: {why_no_prims(input_prims)}."))
+        return ReplicatorItem(node)
     return ReplicatorItem(graph().add(node))

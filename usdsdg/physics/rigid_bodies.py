@@ -7,7 +7,7 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import vector
 from usdsdg.distribution import draw
-from usdsdg.errors import GraphError, NoCollider, warn_once
+from usdsdg.errors import GraphError, NoCollider, let_pass, warn_once
 from usdsdg.functional.physics import apply_collider
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
@@ -39,7 +39,7 @@ def collider(
     """
     prims, scene = prim_paths(input_prims) or current_prims(), _scene_of(physics_scene)
     if not prims:
-        raise GraphError(f"physics.collider has no prims: {why_no_prims(input_prims)}")
+        let_pass(GraphError(f"physics.collider has no prims: {why_no_prims(input_prims)}"))
     offsets = dict(contactOffset=contact_offset, restOffset=rest_offset)
     for prim in map(prim_at, prims):
         _add_colliders(prim, approximation_shape, collisionEnabled=True, **offsets)

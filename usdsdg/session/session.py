@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from pxr import Usd, UsdUtils
 
 from usdsdg import errors
+from usdsdg.session.new_stages import NewStage
 from usdsdg.stage import assets
 
 if TYPE_CHECKING:
@@ -49,12 +50,15 @@ class Session:
     io_queue = _part("usdsdg.writers.backends.io_queue:IoQueue")
     app = _part("usdsdg.app.app:App")
     orchestrator = _part("usdsdg.app.frame_loop:Orchestrator")
+    observations = _part("usdsdg.session.observations:Observations")
     viewport = _part("usdsdg.compat.omni.kit.viewport.utility:Viewport")
     event_dispatcher = _part("usdsdg.compat.carb.eventdispatcher:EventDispatcher")
     script_manager = _part("usdsdg.compat.omni.behavior.scripting.script_manager:ScriptManager")
 
     def __init__(self) -> None:
         self.stage: Usd.Stage | None = None
+        self.opened_stage: Usd.Stage | None = None  # the one that is open when a script starts
+        self.new_stage_kind = NewStage.EMPTY
         self.stage_listeners: list[Callable[[Usd.Stage], None]] = []
         # The `with` blocks that are open now, innermost last: see `usdsdg.graph.node`.
         self.open_triggers: list[Any] = []

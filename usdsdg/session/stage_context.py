@@ -5,9 +5,11 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from pxr import Sdf, Tf, Usd, UsdGeom, UsdUtils
+from pxr import Sdf, Tf, Usd, UsdUtils
 
 from usdsdg import errors
+from usdsdg.session import new_stages
+from usdsdg.session.new_stages import NewStage
 from usdsdg.session.session import current
 from usdsdg.stage import assets, flatten, schemas
 from usdsdg.stage.usd_errors import reason
@@ -22,13 +24,36 @@ def current_stage() -> Usd.Stage:
 
 
 def new_stage() -> Usd.Stage:
-    """Create an empty stage in memory and make it current: Z up, meters, 60 time codes per second, /World."""
+    """Create a stage in memory and make it current: Z up, meters, 60 time codes per second, /World.
+
+    Where `use_new_stages` has chosen another kind, it is of that kind.
+    """
     stage = Usd.Stage.CreateInMemory()
-    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
-    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
-    stage.SetTimeCodesPerSecond(60.0)
-    stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/World").GetPrim())
+    new_stages.author(stage, current().new_stage_kind)
     return set_stage(stage)
+
+
+def use_new_stages(kind: NewStage) -> None:
+    """Choose what every later `new_stage` holds."""
+    current().new_stage_kind = kind
+
+
+def open_at_start(path: str | os.PathLike[str]) -> Usd.Stage:
+    """Open the stage that a script finds open when it starts, as in the GUI.
+
+    Raises:
+        as `open_stage`.
+    """
+    current().opened_stage = open_stage(path)
+    return current().opened_stage
+
+
+def stage_at_start() -> Usd.Stage:
+    """Return the stage of a new application: the one of `open_at_start` while it is current, else a new one."""
+    session = current()
+    if session.opened_stage is not None and session.stage == session.opened_stage:
+        return session.opened_stage
+    return new_stage()
 
 
 def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:

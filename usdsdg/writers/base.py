@@ -112,6 +112,7 @@ class Writer(ABC):
         self._executions = getattr(self._trigger, "executions", None)
         if self not in current().writers:
             current().writers.append(self)
+        current().observations.writers.append(type(self).__name__)
 
     async def attach_async(self, render_products: Any, trigger: Any = ON_FRAME) -> None:
         """As `attach`."""

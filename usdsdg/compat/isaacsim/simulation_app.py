@@ -20,7 +20,7 @@ class SimulationApp:
         if "renderer" in self.config:
             get_settings().set("/rtx/rendermode", self.config["renderer"])
         get_app().open_loop()
-        stage_context.new_stage()
+        stage_context.stage_at_start()
 
     @property
     def app(self) -> App:

@@ -22,6 +22,7 @@ from usdsdg.stage.assets.missing import (
     raise_missing,
     resolve,
     set_on_missing,
+    where_looked,
 )
 from usdsdg.stage.assets.root import (
     HOW_TO_SET,
@@ -43,4 +44,5 @@ __all__ = [
     "get_on_missing", "is_elsewhere", "is_remote", "listed", "locate", "missing_assets", "missing_dependencies",
     "note_missing", "raise_missing", "redirect", "redirect_layer", "resolve", "root_mirror", "scheme_of",
     "set_assets_root", "set_fallback_root", "set_maps", "set_mirror_factory", "set_on_missing", "set_units",
+    "where_looked",
 ]  # fmt: skip

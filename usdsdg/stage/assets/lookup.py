@@ -50,18 +50,20 @@ def _locate_here(text: str, path: str, problems: list[str]) -> str:
     relative = not os.path.isabs(path)
     if path.lstrip("/").split("/", 1)[0] not in url.TOP_FOLDERS:
         if not relative:
-            problems = [*problems, missing_part(here)]
-            raise errors.AssetNotFound(f"no file for {text}: {'; '.join(problems)}. {_ABSOLUTE_PATHS}")
+            raise _not_found(text, [*problems, missing_part(here)], _ABSOLUTE_PATHS)
         if not root.configured_root():
-            problems = [*problems, missing_part(here)]
-            raise errors.AssetNotFound(f"no file for {text}: {'; '.join(problems)}. {_RELATIVE_PATHS}")
+            raise _not_found(text, [*problems, missing_part(here)], _RELATIVE_PATHS)
     there = os.path.join(root.assets_root(), path.lstrip("/"))
     if exists(there) or _mirrored(there):
         return there
     problems = [*problems, *([missing_part(here)] if relative else []), _missing_in_root(there)]
-    raise errors.AssetNotFound(
-        f"no file for {text}: {'; '.join(problems)}. Assets root{_known_root()}. {root.HOW_TO_SET}"
-    )
+    raise _not_found(text, problems, f"Assets root{_known_root()}. {root.HOW_TO_SET}")
+
+
+def _not_found(text: str, problems: list[str], remedy: str) -> errors.AssetNotFound:
+    error = errors.AssetNotFound(f"no file for {text}: {'; '.join(problems)}. {remedy}")
+    error.looked_for = problems
+    return error
 
 
 def _locate_remote(text: str, problems: list[str]) -> str:
@@ -70,17 +72,22 @@ def _locate_remote(text: str, problems: list[str]) -> str:
         if exists(local) or _mirrored(local):
             return local
         problems = [*problems, _missing_in_root(local)]
+    error = _not_here(text, f" ({'; '.join(problems)})" if problems else "")
+    error.looked_for = problems or ["no map names it, and it has no /Isaac or /NVIDIA to look up under the assets root"]
+    raise error
+
+
+def _not_here(text: str, looked: str) -> errors.AssetError | errors.Unsupported:
     remedy = (
         f"Copy it under the assets root{_known_root()}, with the same path from /Isaac or /NVIDIA on, "
         "or map its folder with --map PREFIX=FOLDER."
     )
-    looked = f" ({'; '.join(problems)})" if problems else ""
     scheme = url.scheme_of(text)
     if scheme == "omniverse":
-        raise errors.AssetError(f"{text} lies on an Omniverse server, which usdsdg does not talk to{looked}. {remedy}")
+        return errors.AssetError(f"{text} lies on an Omniverse server, which usdsdg does not talk to{looked}. {remedy}")
     if not scheme:
-        raise errors.AssetNotFound(f"no file for {text}, which names a drive of another machine{looked}. {remedy}")
-    raise errors.Unsupported(f"{text} is remote, and usdsdg reads local files only{looked}. {remedy}")
+        return errors.AssetNotFound(f"no file for {text}, which names a drive of another machine{looked}. {remedy}")
+    return errors.Unsupported(f"{text} is remote, and usdsdg reads local files only{looked}. {remedy}")
 
 
 def _paths_under_root(text: str) -> list[str]:

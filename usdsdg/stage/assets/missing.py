@@ -71,7 +71,7 @@ def resolve(asset: str | os.PathLike[str]) -> str:
         text = os.fspath(asset).strip()
         instead = stand_ins.instead_of(text, empty=_on_missing is not OnMissing.STAND_IN)
         if _on_missing is OnMissing.ERROR or instead is None:
-            note_missing(text, str(error))
+            note_missing(text, where_looked(error))
         if instead is None:
             raise
         if _on_missing is OnMissing.STAND_IN:
@@ -79,6 +79,11 @@ def resolve(asset: str | os.PathLike[str]) -> str:
         elif _on_missing is OnMissing.SKIP:
             errors.warn_once(f"left out, since it is missing: {error}", key=f"missing {text}")
         return instead
+
+
+def where_looked(error: errors.AssetError | errors.Unsupported) -> str:
+    """Return where an asset was looked for, by the error of its look-up."""
+    return "; ".join(error.looked_for) or str(error)
 
 
 def note_missing(asset: str, why: str) -> None:

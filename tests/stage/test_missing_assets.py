@@ -1,0 +1,168 @@
+"""What becomes of missing assets, and where maps find those of other machines."""
+
+from pathlib import Path
+
+import pytest
+from pxr import Usd, UsdGeom
+
+from usdsdg.errors import AssetError, AssetNotFound, ConfigError, UsdsdgWarning, forget_warnings
+from usdsdg.stage import assets
+from usdsdg.stage.semantics.labels import get_labels
+
+
+@pytest.fixture(autouse=True)
+def _alone(tmp_path, monkeypatch):
+    """No assets root, a cache of its own, and nothing of the maps and choices of a test outlives it."""
+    monkeypatch.delenv(assets.ROOT_VARIABLE, raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr("usdsdg.stage.assets.root._root", str(tmp_path))
+    forget_warnings()
+    yield
+    assets.set_maps(())
+    assets.set_on_missing(assets.OnMissing.RAISE)
+    assets.set_units(lambda: 1.0)
+
+
+def on_disk(folder, name: str) -> str:
+    (folder / name).parent.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_text('#usda 1.0\n( defaultPrim = "A" )\ndef Cube "A" {}\n')
+    return str(folder / name)
+
+
+@pytest.mark.parametrize(
+    ("prefix", "url"),
+    [
+        ("omniverse://localhost/Projects", "omniverse://localhost/Projects/a b.usd"),
+        ("omniverse://localhost/Projects/", "OMNIVERSE://LocalHost/Projects/a%20b.usd"),
+        ("omniverse://localhost/Projects", "omniverse:/localhost/Projects/a b.usd"),
+        ("https://host/assets", "https://host/assets/a%20b.usd?version=3"),
+        ("s3://bucket", "s3://bucket/a b.usd"),
+        ("C:/assets", "C:\\assets\\a b.usd"),
+        ("c:\\assets", "C:/assets/a b.usd"),
+        ("/home/someone/assets", "/home/someone/assets/a b.usd"),
+        ("~/no_such_folder", "~/no_such_folder/a b.usd"),
+    ],
+)
+def test_a_map_finds_what_is_below_its_prefix(tmp_path, prefix, url):
+    file = on_disk(tmp_path / "mine", "a b.usd")
+    assets.set_maps([assets.PathMap.parse(f"{prefix}={tmp_path / 'mine'}")])
+    assert assets.resolve(url) == file
+
+
+def test_a_prefix_ends_at_a_folder(tmp_path):
+    on_disk(tmp_path / "mine", "a.usd")
+    assets.set_maps([assets.PathMap.parse(f"omniverse://host/Pro={tmp_path / 'mine'}")])
+    with pytest.raises(AssetError, match="omniverse"):
+        assets.resolve("omniverse://host/Projects/a.usd")
+
+
+def test_the_longest_prefix_comes_first_and_shorter_ones_follow(tmp_path):
+    short, long = on_disk(tmp_path / "short", "b/a.usd"), on_disk(tmp_path / "long", "a.usd")
+    only_short = on_disk(tmp_path / "short", "b/c.usd")
+    assets.set_maps(
+        [assets.PathMap("s3://x", str(tmp_path / "short")), assets.PathMap("s3://x/b", str(tmp_path / "long"))]
+    )
+    assert assets.resolve("s3://x/b/a.usd") == long != short
+    assert assets.resolve("s3://x/b/c.usd") == only_short
+
+
+@pytest.mark.parametrize("text", ["omniverse://host", "=folder", "a=", "a=/no/such/folder"])
+def test_a_map_that_cannot_work_is_an_error(text):
+    with pytest.raises(ConfigError):
+        assets.PathMap.parse(text)
+
+
+def test_missing_assets_are_listed_together_with_where_they_were_looked_for(tmp_path):
+    assets.set_maps([assets.PathMap("s3://x", str(tmp_path))])
+    assets.set_on_missing(assets.OnMissing.ERROR)
+    stage = Usd.Stage.CreateInMemory()
+    for name, url in (("one", "s3://x/gone.usd"), ("two", "omniverse://host/gone.usd")):
+        stage.DefinePrim(f"/{name}").GetReferences().AddReference(assets.resolve(url))
+    stage.DefinePrim("/three").GetReferences().AddReference("/no/such/file.usd")
+    assert all(prim.IsValid() and not prim.GetChildren() for prim in stage.Traverse())
+    with pytest.raises(assets.MissingAssets) as failure:
+        assets.check_missing(stage)
+    message = str(failure.value)
+    assert message.startswith("3 assets are missing:")
+    assert f"s3://x/gone.usd (test_missing_assets.py:{_line_of('AddReference(assets.resolve')})" in message
+    assert f"{tmp_path} has no gone.usd" in message
+    assert "omniverse://host/gone.usd" in message
+    assert "/three refers to it" in message
+    assert "--map PREFIX=FOLDER" in message
+
+
+def _line_of(text: str) -> int:
+    lines = Path(__file__).read_text(encoding="utf-8").splitlines()
+    return next(number for number, line in enumerate(lines, start=1) if text in line)
+
+
+def test_what_a_found_asset_refers_to_in_vain_is_a_warning(tmp_path):
+    assets.set_on_missing(assets.OnMissing.ERROR)
+    (tmp_path / "a.usda").write_text(
+        '#usda 1.0\n( defaultPrim = "A" )\ndef "A" {\ndef "B" ( references = @./gone.usd@ ) {}\n}'
+    )
+    stage = Usd.Stage.CreateInMemory()
+    stage.DefinePrim("/a").GetReferences().AddReference(str(tmp_path / "a.usda"))
+    with pytest.warns(UsdsdgWarning, match=r"/a/B refers to .*gone\.usd"):
+        assets.check_missing(stage)
+
+
+@pytest.mark.parametrize("units", [1.0, 0.01])
+def test_a_stand_in_is_a_labeled_box_of_half_a_meter_with_a_material(units):
+    assets.set_on_missing(assets.OnMissing.STAND_IN)
+    assets.set_units(lambda: units)
+    with pytest.warns(UsdsdgWarning, match=r"a stand-in replaces s3://x/3-cup\.usd"):
+        file = assets.resolve("s3://x/3-cup.usd")
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageMetersPerUnit(stage, units)
+    prim = stage.DefinePrim("/a")
+    prim.GetReferences().AddReference(file)
+    assert {kind: list(labels) for kind, labels in get_labels(prim).items()} == {"class": ["3-cup"]}
+    box = UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default"]).ComputeWorldBound(prim).ComputeAlignedRange()
+    assert tuple(box.GetSize()) == pytest.approx([0.5 / units] * 3)
+    assert stage.GetPrimAtPath("/a/Plain/Shader")
+    assets.check_missing(stage)
+    # Outward faces: the signed volume by the divergence theorem is that of the box.
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/a/Box"))
+    points, indices = mesh.GetPointsAttr().Get(), mesh.GetFaceVertexIndicesAttr().Get()
+    corners = [[points[i] for i in indices[4 * face : 4 * face + 4]] for face in range(6)]
+    volume = sum(a * (b ^ c) + a * (c ^ d) for a, b, c, d in corners) / 6
+    assert volume == pytest.approx((0.5 / units) ** 3)
+
+
+def test_skipped_assets_are_empty_prims_with_one_warning(recwarn):
+    assets.set_on_missing(assets.OnMissing.SKIP)
+    stage = Usd.Stage.CreateInMemory()
+    for name in ("a", "b"):
+        stage.DefinePrim(f"/{name}").GetReferences().AddReference(assets.resolve("s3://x/gone.usd"))
+    assets.check_missing(stage)
+    assert len([each for each in recwarn if "left out" in str(each.message)]) == 1
+    assert [str(prim.GetPath()) for prim in stage.Traverse()] == ["/a", "/b"]
+
+
+def test_a_missing_picture_is_gray_and_a_missing_folder_an_error():
+    from usdsdg_render.images.image_files import read
+
+    assets.set_on_missing(assets.OnMissing.SKIP)
+    with pytest.warns(UsdsdgWarning):
+        image = read(assets.resolve("s3://x/sky.hdr"))
+    assert image.texels.shape == (2, 2, 4)
+    assert (image.texels[..., :3] == 128).all()
+    with pytest.raises(AssetNotFound):
+        assets.resolve("/Isaac/Props/Gone")
+
+
+def test_layers_of_a_stage_are_pointed_to_the_mapped_files(tmp_path):
+    on_disk(tmp_path / "mine", "cube.usda")
+    (tmp_path / "mine" / "room.usda").write_text(
+        '#usda 1.0\n( defaultPrim = "R" )\ndef "R" {\ndef "C" ( references = @omniverse://host/P/cube.usda@ ) {}\n}'
+    )
+    scene = tmp_path / "scene.usda"
+    scene.write_text('#usda 1.0\ndef "S" ( payload = @omniverse://host/P/room.usda@ ) {}')
+    before = scene.read_text()
+    assets.set_maps([assets.PathMap("omniverse://host/P", str(tmp_path / "mine"))])
+    stage = Usd.Stage.Open(str(scene))
+    assert not stage.GetPrimAtPath("/S/C")
+    assets.redirect(stage)
+    assert stage.GetPrimAtPath("/S/C").GetTypeName() == "Cube"
+    assert scene.read_text() == before

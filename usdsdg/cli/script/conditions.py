@@ -1,0 +1,74 @@
+"""The conditions under which a script runs: what its author had open, where its assets are, what is let pass."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+
+class NewStageOption(enum.StrEnum):
+    """Values of --new-stage."""
+
+    KIT = "kit"
+    ISAAC = "isaac"
+
+
+class MissingOption(enum.StrEnum):
+    """Values of --missing-assets."""
+
+    ERROR = "error"
+    STAND_IN = "stand-in"
+    SKIP = "skip"
+
+
+class ReplicatorOption(enum.StrEnum):
+    """Values of --replicator: the generation of Replicator whose payloads a script gets."""
+
+    FOUR = "4"
+    SIX = "6"
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What the options before a script say."""
+
+    stage: Path | None = None
+    new_stage: NewStageOption | None = None
+    frames: int | None = None
+    replicator: ReplicatorOption | None = None
+    maps: Sequence[str] = ()
+    missing_assets: MissingOption = MissingOption.ERROR
+    lenient: bool = False
+
+    def apply(self, script: Path) -> None:
+        """Set up the session; the stage is opened last, since it may need the maps.
+
+        Raises:
+            ConfigError: a map, or a file of maps, is wrong.
+            AssetError: the stage is missing or unreadable.
+        """
+        from pxr import UsdGeom
+
+        from usdsdg import errors
+        from usdsdg.cli.script.config_file import maps_of_files
+        from usdsdg.session import stage_context
+        from usdsdg.session.new_stages import NewStage
+        from usdsdg.session.settings_store import get_settings
+        from usdsdg.stage import assets
+
+        given = [assets.PathMap.parse(text) for text in self.maps]
+        assets.set_maps([*given, *maps_of_files(script, taken={each.prefix for each in given})])
+        assets.set_units(lambda: UsdGeom.GetStageMetersPerUnit(stage_context.current_stage()))
+        errors.set_lenient(self.lenient)
+        if self.replicator is not None:
+            get_settings().set("/usdsdg/replicator/version", int(self.replicator))
+        if self.new_stage is not None:
+            stage_context.use_new_stages(NewStage(self.new_stage.value))
+        if self.stage is not None:
+            stage_context.open_at_start(self.stage)
+        # After the stage, which must be there in any case.
+        assets.set_on_missing(assets.OnMissing(self.missing_assets.value))
+        if not self.lenient:
+            errors.watch_swallowed()

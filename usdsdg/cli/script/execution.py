@@ -1,0 +1,133 @@
+"""Execution of a script's file as `__main__`, and what is printed where it fails."""
+
+from __future__ import annotations
+
+import ast
+import linecache
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import CodeType, ModuleType, TracebackType
+
+import typer
+
+
+def execute(script: Path, arguments: list[str], *, frames: int | None = None) -> None:
+    """Run the script's file as `__main__`, then its asyncio tasks until they end.
+
+    frames: if the script captures nothing, capture frames 0 to this one afterwards.
+
+    Raises:
+        typer.Exit: the script failed or called sys.exit; its traceback, from the script on, has been printed.
+        MissingAssets: it names assets that are missing.
+    """
+    from usdsdg import compat
+    from usdsdg.app.app import get_app
+    from usdsdg.errors import UsdsdgError
+    from usdsdg.session.stage_context import current_stage
+
+    compat.install()
+    sys.argv = [str(script), *arguments]
+    sys.path.insert(0, str(script.resolve().parent))
+    main = _main_module(script)
+    current_stage()
+    try:
+        program = _program(script)
+        get_app().run(lambda: exec(program, main.__dict__))
+    except SystemExit as ended:
+        if code := _exit_code(ended):
+            raise typer.Exit(code) from None
+    except (UsdsdgError, KeyboardInterrupt) as error:
+        _print_location(error, script)
+        raise
+    except Exception as error:  # noqa: BLE001 - scripts may raise anything, and its traceback is printed
+        _print_traceback(error, script)
+        raise typer.Exit(1) from None
+    if frames is not None:
+        get_app().run(lambda: _press_start(frames))
+
+
+def _program(script: Path) -> CodeType:
+    """Compile the script, once the assets that it names are known to be there."""
+    tree = ast.parse(script.read_text(encoding="utf-8"), str(script))
+    _check_assets(script, tree)
+    return compile(tree, str(script), "exec")
+
+
+def _check_assets(script: Path, tree: ast.AST) -> None:
+    """Look up the assets that the script names.
+
+    Raises:
+        MissingAssets: some are missing, and no stand-ins are wanted.
+    """
+    from usdsdg.cli.script.literal_assets import literal_assets
+    from usdsdg.errors import AssetError, Unsupported
+    from usdsdg.stage import assets
+
+    if assets.get_on_missing() is not assets.OnMissing.ERROR:
+        return
+    missing = []
+    for each in literal_assets(tree):
+        try:
+            assets.locate(each.url)
+        except (AssetError, Unsupported) as error:
+            missing.append(assets.MissingAsset(each.url, assets.where_looked(error), f"{script.name}:{each.line}"))
+    if missing:
+        raise assets.MissingAssets(assets.listed(missing))
+
+
+def _press_start(last: int) -> None:
+    """Capture frames 0 to `last` of what the script has set up, unless it has captured some itself."""
+    from usdsdg import orchestrator
+    from usdsdg.session.session import current
+    from usdsdg.writers.base import attached_writers
+
+    session = current()
+    if not session.observations.frames and (attached_writers() or session.graph.triggers):
+        orchestrator.run(num_frames=last + 1)
+
+
+def _main_module(script: Path) -> ModuleType:
+    """Create the script's module as `__main__`, where pickle and others look up its names."""
+    main = sys.modules["__main__"] = ModuleType("__main__")
+    main.__file__ = str(script)
+    return main
+
+
+def _exit_code(ended: SystemExit) -> int:
+    """Return the exit code given to `sys.exit`; as in Python, print any other object and return 1."""
+    if ended.code is None or isinstance(ended.code, int):
+        return ended.code or 0
+    print(ended.code, file=sys.stderr)
+    return 1
+
+
+def _inside(error: BaseException, script: Path) -> list[TracebackType]:
+    """Return the entries of the error's traceback that are in the script."""
+    return [each for each in _tracebacks(error) if each.tb_frame.f_code.co_filename == str(script)]
+
+
+def _tracebacks(error: BaseException) -> Iterator[TracebackType]:
+    each = error.__traceback__
+    while each is not None:
+        yield each
+        each = each.tb_next
+
+
+def _print_location(error: BaseException, script: Path) -> None:
+    """Print the script's line that failed, and its text."""
+    if inside := _inside(error, script):
+        line = inside[-1].tb_lineno
+        print(f"{script}:{line}: in {inside[-1].tb_frame.f_code.co_name}", file=sys.stderr)
+        if text := linecache.getline(str(script), line).strip():
+            print(f"    {text}", file=sys.stderr)
+
+
+def _print_traceback(error: BaseException, script: Path) -> None:
+    """Print Python's traceback, with suggestions and causes, from the script's first frame on.
+
+    Where no frame is in the script, as for a syntax error, only frames of this file are left out.
+    """
+    below = [each for each in _tracebacks(error) if each.tb_frame.f_code.co_filename not in (__file__, ast.__file__)]
+    first = next(iter(_inside(error, script) or below), None)
+    sys.__excepthook__(type(error), error.with_traceback(first), first)

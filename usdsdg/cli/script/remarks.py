@@ -1,0 +1,48 @@
+"""What is said at the end of a run that left nothing, or nothing to see, and of one whose script hid an error."""
+
+from __future__ import annotations
+
+from usdsdg.session.session import current
+
+
+def remarks() -> list[str]:
+    """Return one sentence for each thing about the run that its author will not have wanted."""
+    seen = current().observations
+    if not seen.frames:
+        return _of_no_frame()
+    found = []
+    if seen.pictures and not seen.light_seen:
+        found.append(
+            f"{_all(seen.pictures, 'picture')} black: no light reaches what the camera sees. A script that was made in "
+            "the GUI may count on the light of its stage: --new-stage kit or --new-stage isaac gives it that of a new "
+            "stage, --stage FILE opens one."
+        )
+    if seen.label_frames and not seen.label_seen:
+        found.append(
+            f"no label is in view in {_all(seen.label_frames, 'picture', verb=False)}: what the camera sees has no "
+            "semantics. Give labels to the prims, as in semantics=[('class', 'cube')], or point the camera at those "
+            "that have some."
+        )
+    return found
+
+
+def _of_no_frame() -> list[str]:
+    seen = current().observations
+    if seen.writers:
+        names = ", ".join(dict.fromkeys(seen.writers))
+        what = f"{names} {'is' if len(set(seen.writers)) == 1 else 'are'} attached, but no frame was captured"
+    elif current().graph.triggers:
+        what = "the script made randomizers with triggers, but captured no frame"
+    else:
+        return []
+    why = "it only made previews" if seen.previews else "nothing started a run"
+    return [
+        f"{what}: {why}. In the GUI a person presses Start; --frames N does that here, for frames 0 to N. In a script, "
+        "rep.orchestrator.run() or step() does."
+    ]
+
+
+def _all(count: int, noun: str, *, verb: bool = True) -> str:
+    if count == 1:
+        return f"the only {noun}{' is' if verb else ''}"
+    return f"all {count} {noun}s{' are' if verb else ''}"

@@ -1,0 +1,26 @@
+"""What a run has left: how many frames, whether a picture had light in it and a label in view."""
+
+BLACK = 2  # highest value of a pixel of an image that counts as black
+
+
+class Observations:
+    """Counts of what was captured in this process, on all stages; the capture fills it, the command line reads it."""
+
+    def __init__(self) -> None:
+        self.frames = 0  # captured with at least one annotator or writer
+        self.pictures = 0  # color images
+        self.label_frames = 0  # images of render products of which labels were requested
+        self.light_seen = False  # a color image was not black
+        self.label_seen = False  # a labeled prim was in view
+        self.writers: list[str] = []  # type names of the writers that have been attached
+        self.previews = 0
+
+    def add_picture(self, highest: float) -> None:
+        """Add a color image with its highest value, of 255."""
+        self.pictures += 1
+        self.light_seen |= highest > BLACK
+
+    def add_labels(self, in_view: bool) -> None:
+        """Add an image of which labels were requested, and whether one was in view."""
+        self.label_frames += 1
+        self.label_seen |= in_view
