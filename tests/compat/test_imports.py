@@ -49,7 +49,7 @@ def test_importing_a_missing_module_explains_the_gap():
         """
         import usdsdg.compat; usdsdg.compat.install()
         try:
-            import omni.ui
+            import omni.nothing
         except ModuleNotFoundError as error:
             print(error)
         """

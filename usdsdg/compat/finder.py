@@ -11,8 +11,13 @@ import importlib.abc
 import importlib.machinery
 import importlib.util
 import sys
+from collections.abc import Callable
+from pathlib import Path
 from types import ModuleType
 
+from usdsdg.arguments.registry import near_misses
+from usdsdg.compat import foreign_names
+from usdsdg.compat.placeholders import PlaceholderModule, placeholder
 from usdsdg.errors import Unsupported
 
 ROOTS = ("omni", "carb", "usdrt", "isaacsim")
@@ -33,11 +38,15 @@ def real_name(name: str) -> str:
     return f"usdsdg.compat.{name}"
 
 
+# By the real names of the modules that were imported under a foreign one.
+_foreign_names: dict[str, str] = {}
+
+
 class _Loader(importlib.abc.Loader):
     """Returns the real module and keeps its `__spec__` and `__loader__`."""
 
-    def __init__(self, real: str) -> None:
-        self._real = real
+    def __init__(self, name: str, real: str) -> None:
+        self._name, self._real = name, real
 
     def create_module(self, spec: importlib.machinery.ModuleSpec) -> ModuleType:
         module = importlib.import_module(self._real)
@@ -46,30 +55,110 @@ class _Loader(importlib.abc.Loader):
 
     def exec_module(self, module: ModuleType) -> None:
         module.__spec__, module.__loader__ = self._import_attributes
+        _foreign_names.setdefault(self._real, self._name)
+        if "__getattr__" not in vars(module):
+            module.__getattr__ = _explain_attributes(self._name, module)
+
+
+class _MadeLoader(importlib.abc.Loader):
+    """Returns a module without a file: a placeholder, or the parent of others."""
+
+    def __init__(self, module: ModuleType) -> None:
+        self._module = module
+
+    def create_module(self, spec: importlib.machinery.ModuleSpec) -> ModuleType:
+        return self._module
+
+    def exec_module(self, module: ModuleType) -> None: ...
 
 
 class _Finder(importlib.abc.MetaPathFinder):
     def find_spec(self, name: str, path: object = None, target: object = None) -> importlib.machinery.ModuleSpec | None:
         if name.split(".", 1)[0] not in ROOTS:
-            return None
+            return _refuse_missing_name(name)
         real = real_name(name)
         if _exists(real):
-            return importlib.machinery.ModuleSpec(name, _Loader(real), is_package=True)
+            return importlib.machinery.ModuleSpec(name, _Loader(name, real), is_package=True)
+        if subject := foreign_names.out_of_scope(name):
+            return _made(PlaceholderModule(name, subject))
+        if foreign_names.holds_out_of_scope(name):
+            return _made(ModuleType(name, "Parent of modules that are out of scope."))
         raise ModuleNotFoundError(_missing(name), name=name)
 
 
 def _exists(real: str) -> bool:
+    parent = real.rpartition(".")[0]
+    if not parent:
+        return True  # usdsdg itself
     try:
-        return importlib.util.find_spec(real) is not None
+        package = importlib.import_module(parent)
     except ModuleNotFoundError:
         return False
+    return _is_file_of(package, real)
+
+
+def _is_file_of(package: ModuleType, name: str) -> bool:
+    return importlib.machinery.PathFinder.find_spec(name, vars(package).get("__path__", [])) is not None
+
+
+def _made(module: ModuleType) -> importlib.machinery.ModuleSpec:
+    return importlib.machinery.ModuleSpec(module.__name__, _MadeLoader(module), is_package=True)
 
 
 def _missing(name: str) -> str:
+    if moved := foreign_names.moved(name):
+        return f"{name}: this module is not in usdsdg; what it does is elsewhere: {moved.where}."
+    near = near_misses(name, known_modules())
+    hint = f"Did you mean {' or '.join(near)}? " if near else ""
     return (
-        f"{name}: this module of Isaac Sim or Omniverse has no counterpart in usdsdg yet. "
+        f"{name}: this module of Isaac Sim or Omniverse has no counterpart in usdsdg yet. {hint}"
         "docs/compatibility.md lists what there is; if the script needs only a small part of it, guard the import."
     )
+
+
+def known_modules() -> list[str]:
+    """Return the foreign names of all modules that can be imported and work, sorted."""
+    root = Path(__file__).parent
+    files = (path.relative_to(root).with_suffix("").parts for top in ROOTS for path in root.glob(f"{top}*/**/*.py"))
+    single = [(path.stem,) for path in root.glob("*.py") if path.stem in ROOTS]
+    found = {".".join(parts[:-1] if parts[-1] == "__init__" else parts) for parts in [*files, *single]}
+    return sorted(found | {prefix for prefix, _ in ALIASES})
+
+
+def _explain_attributes(name: str, module: ModuleType) -> Callable[[str], object]:
+    """Return the `__getattr__` of a module: placeholders, and errors with the foreign name and similar names."""
+
+    def __getattr__(attribute: str) -> object:
+        if attribute.startswith("__"):
+            raise AttributeError(attribute)
+        if subject := foreign_names.out_of_scope(f"{name}.{attribute}"):
+            return placeholder(f"{name}.{attribute}", subject)
+        raise AttributeError(_lacks(name, module, attribute), name=attribute, obj=module)
+
+    return __getattr__
+
+
+def _lacks(name: str, module: ModuleType, attribute: str) -> str:
+    public = vars(module).get("__all__") or [each for each in vars(module) if not each.startswith("_")]
+    near = near_misses(attribute, public)
+    hint = f"; did you mean {' or '.join(near)}?" if near else f"; it has {', '.join(sorted(public)) or 'nothing yet'}"
+    return f"{name} of usdsdg has no {attribute!r}{hint}"
+
+
+def _refuse_missing_name(name: str) -> None:
+    """Raise an error with the foreign name where `from omni.x import y` asks for what `omni.x` does not have.
+
+    Python looks for a submodule `usdsdg.compat.omni.x.y` then, which is not there, and drops the message of the module.
+
+    Raises:
+        ModuleNotFoundError: a module that was imported by a foreign name has neither such a name nor such a submodule.
+    """
+    parent, _, last = name.rpartition(".")
+    module = sys.modules.get(parent)
+    if module is not None and parent in _foreign_names and not _is_file_of(module, name):
+        # With the module's own name, Python would take it for a failed look-up and drop it.
+        foreign = _foreign_names[parent]
+        raise ModuleNotFoundError(_lacks(foreign, module, last), name=f"{foreign}.{last}")
 
 
 def is_installed() -> bool:
