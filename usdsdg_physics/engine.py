@@ -1,6 +1,7 @@
 """The physics engine: play, advance, stop, step listeners, and scene queries on one stage."""
 
 import itertools
+import time
 from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
@@ -13,6 +14,7 @@ from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.scene import parse
 from usdsdg_physics.play import PlaySession, initial_poses
 from usdsdg_physics.queries.scene_queries import Overlap, RayHit, SceneQueries
+from usdsdg_physics.scene.records import ShapeKind
 from usdsdg_physics.world.compile_kernels import Progress
 
 # Fraction of a step that rounding may take from the elapsed time without delaying the step to the next update.
@@ -31,6 +33,8 @@ class NewtonEngine:
         self._stage, self._device, self._progress = stage, device, progress
         self._hulls = HullCache()
         self._listeners: dict[int, Callable[[float], None]] = {}
+        self._listeners_before: dict[int, Callable[[float], None]] = {}
+        self.step_seconds = 0.0  # wall-clock time of the latest step
         self._keys = itertools.count()
         self._session: PlaySession | None = None
         self._elapsed = 0.0
@@ -141,19 +145,37 @@ class NewtonEngine:
             if self._elapsed < dt * (1.0 - _ROUNDING):
                 break
             self._elapsed = max(0.0, self._elapsed - dt)
-            self._session.step(dt)
-            for listener in list(self._listeners.values()):
-                listener(dt)
+            self.step(dt)
             steps += 1
         return steps
 
-    def subscribe_step(self, listener: Callable[[float], None]) -> Callable[[], None]:
-        """Call `listener(dt)` after every step, when its result is on the stage; return the unsubscribe function."""
-        key = next(self._keys)
-        self._listeners[key] = listener
+    def step(self, dt: float) -> None:
+        """Take one step of `dt` seconds, whatever the step rate; listeners are called before and after it.
+
+        Raises:
+            PhysicsError: `play` has not been called.
+        """
+        self._playing("step")
+        for listener in list(self._listeners_before.values()):
+            listener(dt)
+        if self._session is None:  # a listener may stop the simulation
+            return
+        start = time.perf_counter()
+        self._session.step(dt)
+        self.step_seconds = time.perf_counter() - start
+        for listener in list(self._listeners.values()):
+            listener(dt)
+
+    def subscribe_step(self, listener: Callable[[float], None], *, before: bool = False) -> Callable[[], None]:
+        """Call `listener(dt)` after every step, when its result is on the stage; return the unsubscribe function.
+
+        With `before` it is called before the step, which takes what it writes to the stage into account.
+        """
+        key, listeners = next(self._keys), self._listeners_before if before else self._listeners
+        listeners[key] = listener
 
         def unsubscribe() -> None:
-            self._listeners.pop(key, None)
+            listeners.pop(key, None)
 
         return unsubscribe
 
@@ -171,10 +193,63 @@ class NewtonEngine:
 
     def raycast(self, origin: Sequence[float], direction: Sequence[float], distance: float) -> RayHit | None:
         """Return the nearest enabled collider along a ray [stage units], None when there is none within `distance`."""
+        return next(iter(self.raycast_all(origin, direction, distance)), None)
+
+    def raycast_all(
+        self, origin: Sequence[float], direction: Sequence[float], distance: float, *, both_sides: bool = True
+    ) -> list[RayHit]:
+        """Return the first hit of every enabled collider along a ray [stage units], nearest first, then in path order.
+
+        Triangles of meshes that face along the ray are hit if `both_sides`.
+        """
         queries, poses = self._queries()
         meters = meters_per_unit(self._stage)
-        hit = queries.raycast(poses, self._meters(origin), direction, distance * meters)
-        return hit and hit.scaled(1.0 / meters)
+        hits = queries.raycast(poses, self._meters(origin), direction, distance * meters, both_sides=both_sides)
+        return [hit.scaled(1.0 / meters) for hit in hits]
+
+    def sweep_sphere(
+        self,
+        radius: float,
+        origin: Sequence[float],
+        direction: Sequence[float],
+        distance: float,
+        *,
+        both_sides: bool = True,
+    ) -> list[RayHit]:
+        """Return where a sphere that moves from `origin` [stage units] touches each enabled collider, nearest first."""
+        size = (radius * meters_per_unit(self._stage), 0.0, 0.0)
+        return self._sweep("sphere", size, origin, (0.0, 0.0, 0.0, 1.0), direction, distance, both_sides)
+
+    def sweep_box(
+        self,
+        half_extent: Sequence[float],
+        origin: Sequence[float],
+        rotation_xyzw: Sequence[float],
+        direction: Sequence[float],
+        distance: float,
+        *,
+        both_sides: bool = True,
+    ) -> list[RayHit]:
+        """Return where a box that moves from `origin` [stage units] touches each enabled collider, nearest first."""
+        size = self._meters(half_extent)
+        return self._sweep("box", size, origin, rotation_xyzw, direction, distance, both_sides)
+
+    def _sweep(
+        self,
+        kind: ShapeKind,
+        size: Sequence[float] | np.ndarray,
+        origin: Sequence[float],
+        rotation: Sequence[float],
+        direction: Sequence[float],
+        distance: float,
+        both_sides: bool,
+    ) -> list[RayHit]:
+        queries, poses = self._queries()
+        meters = meters_per_unit(self._stage)
+        hits = queries.sweep(
+            poses, kind, size, self._meters(origin), rotation, direction, distance * meters, both_sides=both_sides
+        )
+        return [hit.scaled(1.0 / meters) for hit in hits]
 
     def _queries(self) -> tuple[SceneQueries, np.ndarray]:
         """Return scene queries and body poses: those of the last step, or of a stopped stage as it is authored."""

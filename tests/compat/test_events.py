@@ -103,8 +103,13 @@ def test_physics_step_listeners_are_called_until_unsubscribed(omni):
     held.unsubscribe()
     omni.omni.kit.app.get_app().update()
     assert len(steps) == 1
-    with pytest.raises(Unsupported, match="pre_step"):
-        physics.subscribe_physics_on_step_events(pre_step=True, on_update=print)
+    order = []
+    first = physics.subscribe_physics_on_step_events(pre_step=False, on_update=lambda *_: order.append("after"))
+    second = physics.subscribe_physics_on_step_events(pre_step=True, on_update=lambda *_: order.append("before"))
+    omni.omni.kit.app.get_app().update()
+    assert order == ["before", "after"]
+    first.unsubscribe()
+    second.unsubscribe()
     omni.omni.timeline.get_timeline_interface().stop()
 
 

@@ -144,7 +144,7 @@ def test_rays_stop_where_small_spheres_begin_to_touch():
         origin *= 3 / np.linalg.norm(origin)
         direction = rng.uniform(-0.8, 0.8, 3) - origin
         direction /= np.linalg.norm(direction)
-        hit = queries.raycast(none, origin, direction, 6.0)
+        hit = next(iter(queries.raycast(none, origin, direction, 6.0)), None)
         reach = hit.distance if hit else 6.0
         for fraction in np.linspace(0, 0.999, 40):
             assert not queries.overlap_sphere(none, 1e-5, origin + fraction * (reach - 1e-3) * direction)
@@ -161,7 +161,7 @@ def test_rays_stop_where_small_spheres_begin_to_touch():
 
 def test_ray_from_inside_hits_at_once():
     shape = Shape("cylinder", SIZES["cylinder"])
-    hit = SceneQueries(_scene([shape])).raycast(np.zeros((0, 7)), (0, 0, 0), (0, 0, 1), 9.0)
+    (hit,) = SceneQueries(_scene([shape])).raycast(np.zeros((0, 7)), (0, 0, 0), (0, 0, 1), 9.0)
     assert hit is not None
     assert hit.distance == 0.0
 

@@ -196,12 +196,14 @@ def _wrap_pxr() -> None:
 
 
 def _install_schemas() -> None:
-    """Add our `PhysxSchema` and `Semantics`, which usd-core does not have, to the `pxr` package."""
+    """Add our `PhysxSchema`, `Semantics` and `PhysicsSchemaTools`, which usd-core does not have, to `pxr`."""
     import pxr
 
+    from usdsdg.compat import physics_schema_tools
     from usdsdg.stage.schemas import physx, semantics_schema
 
-    for name, module in (("PhysxSchema", physx), ("Semantics", semantics_schema)):
+    ours = {"PhysxSchema": physx, "Semantics": semantics_schema, "PhysicsSchemaTools": physics_schema_tools}
+    for name, module in ours.items():
         if not hasattr(pxr, name):
             setattr(pxr, name, module)
             sys.modules[f"pxr.{name}"] = module

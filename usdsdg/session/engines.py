@@ -54,7 +54,12 @@ class PhysicsEngine(Protocol):
         positions: ArrayLike | None = None,
     ) -> None: ...
 
-    def subscribe_step(self, listener: Callable[[float], None]) -> Callable[[], None]: ...
+    @property
+    def step_seconds(self) -> float: ...
+
+    def step(self, dt: float) -> None: ...
+
+    def subscribe_step(self, listener: Callable[[float], None], *, before: bool = False) -> Callable[[], None]: ...
 
     def overlap_box(
         self, half_extent: Sequence[float], origin: Sequence[float], rotation_xyzw: Sequence[float]
@@ -63,6 +68,31 @@ class PhysicsEngine(Protocol):
     def overlap_sphere(self, radius: float, origin: Sequence[float]) -> list[Overlap]: ...
 
     def raycast(self, origin: Sequence[float], direction: Sequence[float], distance: float) -> RayHit | None: ...
+
+    def raycast_all(
+        self, origin: Sequence[float], direction: Sequence[float], distance: float, *, both_sides: bool = True
+    ) -> list[RayHit]: ...
+
+    def sweep_sphere(
+        self,
+        radius: float,
+        origin: Sequence[float],
+        direction: Sequence[float],
+        distance: float,
+        *,
+        both_sides: bool = True,
+    ) -> list[RayHit]: ...
+
+    def sweep_box(
+        self,
+        half_extent: Sequence[float],
+        origin: Sequence[float],
+        rotation_xyzw: Sequence[float],
+        direction: Sequence[float],
+        distance: float,
+        *,
+        both_sides: bool = True,
+    ) -> list[RayHit]: ...
 
 
 class Renderer(Protocol):
@@ -107,6 +137,7 @@ class Engines:
         self.physics: PhysicsEngine | None = None
         self.renderer: Renderer | None = None
         self.step_listeners: list[Callable[[float], None]] = []
+        self.step_listeners_before: list[Callable[[float], None]] = []
 
     def follow_timeline(self, event: str) -> None:
         """Play or stop physics when the timeline plays or stops."""
@@ -118,6 +149,11 @@ class Engines:
     def on_step(self, dt: float) -> None:
         """Call all listeners of physics steps."""
         for listener in list(self.step_listeners):
+            listener(dt)
+
+    def before_step(self, dt: float) -> None:
+        """Call all listeners that precede physics steps."""
+        for listener in list(self.step_listeners_before):
             listener(dt)
 
     def reset(self) -> None:
@@ -151,6 +187,7 @@ def physics() -> PhysicsEngine:
 
         engines.physics = NewtonEngine(current_stage(), device=physics_device(), progress=report)
         engines.physics.subscribe_step(engines.on_step)
+        engines.physics.subscribe_step(engines.before_step, before=True)
     return engines.physics
 
 
@@ -193,8 +230,12 @@ def quiet_warp() -> None:
     warp.config.log_level = logging.WARNING
 
 
-def subscribe_step(listener: Callable[[float], None]) -> Callable[[], None]:
-    """Call `listener(dt)` after every physics step, on this and later stages; return the unsubscriber."""
-    listeners = current().engines.step_listeners
+def subscribe_step(listener: Callable[[float], None], *, before: bool = False) -> Callable[[], None]:
+    """Call `listener(dt)` after every physics step, on this and later stages; return the unsubscriber.
+
+    With `before` it is called before each step, which takes what it writes to the stage into account.
+    """
+    engines = current().engines
+    listeners = engines.step_listeners_before if before else engines.step_listeners
     listeners.append(listener)
     return lambda: listeners.remove(listener) if listener in listeners else None

@@ -54,6 +54,7 @@ class Session:
     viewport = _part("usdsdg.compat.omni.kit.viewport.utility:Viewport")
     event_dispatcher = _part("usdsdg.compat.carb.eventdispatcher:EventDispatcher")
     script_manager = _part("usdsdg.compat.omni.behavior.scripting.script_manager:ScriptManager")
+    path_ids = _part("usdsdg.compat.physics_schema_tools:PathIds")
 
     def __init__(self) -> None:
         self.stage: Usd.Stage | None = None

@@ -9,13 +9,16 @@ from usdsdg_physics.scene.records import Shape
 
 Scalar = Any  # a number; NumPy's stubs give `vector @ vector` the type of an array
 
-Hit = tuple[float, np.ndarray]  # distance along the ray, outward normal (3,)
+Hit = tuple[float, np.ndarray, int]  # distance along the ray, outward normal (3,), triangle of a mesh or -1
 # Roots along the ray, a function of a point that gives the normal, and one that tells whether it is on the surface.
 Surface = tuple[list[float], Callable[[np.ndarray], np.ndarray], Callable[[np.ndarray], bool]]
 
 
-def ray_distance(shape: Shape, origin: np.ndarray, direction: np.ndarray) -> Hit | None:
-    """Return the first hit of a ray with unit direction, None for none; distance 0 when it starts inside a solid."""
+def ray_distance(shape: Shape, origin: np.ndarray, direction: np.ndarray, *, both_sides: bool = True) -> Hit | None:
+    """Return the first hit of a ray with unit direction, None for none; distance 0 when it starts inside a solid.
+
+    Triangles of a mesh that face along the ray are hit if `both_sides`; their normal is against the ray.
+    """
     if shape.kind == "plane":
         return _half_spaces(np.array([[0.0, 0.0, 1.0]]), np.zeros(1), origin, direction)
     if shape.kind == "box":
@@ -24,7 +27,7 @@ def ray_distance(shape: Shape, origin: np.ndarray, direction: np.ndarray) -> Hit
     if shape.kind == "hull":
         return _half_spaces(*_planes(shape), origin, direction)
     if shape.kind == "mesh":
-        return _triangles(shape, origin, direction)
+        return _triangles(shape, origin, direction, both_sides)
     return _quadric(shape, origin, direction)
 
 
@@ -41,8 +44,8 @@ def _half_spaces(normals: np.ndarray, offsets: np.ndarray, origin: np.ndarray, d
     if entering[enter] > leaving.min() or leaving.min() < 0.0:
         return None
     if entering[enter] < 0.0:
-        return 0.0, -direction
-    return float(entering[enter]), normals[enter]
+        return 0.0, -direction, -1
+    return float(entering[enter]), normals[enter], -1
 
 
 def _planes(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
@@ -58,7 +61,7 @@ def _planes(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
     return normals, np.einsum("ij,ij->i", normals, a[keep])
 
 
-def _triangles(shape: Shape, origin: np.ndarray, direction: np.ndarray) -> Hit | None:
+def _triangles(shape: Shape, origin: np.ndarray, direction: np.ndarray, both_sides: bool) -> Hit | None:
     assert shape.solid is not None  # a hull or mesh has one
     points = shape.solid.vertices.astype(np.float64) * shape.size
     a, b, c = (points[shape.solid.triangles[:, corner]] for corner in range(3))
@@ -72,19 +75,21 @@ def _triangles(shape: Shape, origin: np.ndarray, direction: np.ndarray) -> Hit |
         q = np.cross(s, edge1)
         v = (q @ direction) / det
         t = np.einsum("ij,ij->i", edge2, q) / det
-        valid = (np.abs(det) > 0.0) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t >= 0.0)
+        # The determinant is positive where a triangle faces the ray.
+        hit_sides = (np.abs(det) if both_sides else det * np.sign(np.prod(shape.size))) > 0.0
+        valid = hit_sides & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t >= 0.0)
     if not valid.any():
         return None
     first = int(np.where(valid, t, np.inf).argmin())
     normal = np.cross(edge1[first], edge2[first])
     normal /= np.linalg.norm(normal)
-    return float(t[first]), -normal if normal @ direction > 0.0 else normal
+    return float(t[first]), -normal if normal @ direction > 0.0 else normal, first
 
 
 def _quadric(shape: Shape, origin: np.ndarray, direction: np.ndarray) -> Hit | None:
     """Intersect a sphere, capsule, cylinder or cone: the nearest valid root of its surfaces."""
     if _inside(shape, origin):
-        return 0.0, -direction
+        return 0.0, -direction, -1
     found = [
         (float(t), np.asarray(normal(origin + t * direction)))
         for roots, normal, valid in _surfaces(shape, origin, direction)
@@ -94,7 +99,7 @@ def _quadric(shape: Shape, origin: np.ndarray, direction: np.ndarray) -> Hit | N
     if not found:
         return None
     distance, normal = min(found, key=lambda hit: hit[0])
-    return distance, normal / np.linalg.norm(normal)
+    return distance, normal / np.linalg.norm(normal), -1
 
 
 def _inside(shape: Shape, p: np.ndarray) -> bool:

@@ -1,4 +1,4 @@
-"""Scene queries: the colliders that overlap a box or sphere, and the nearest hit of a ray."""
+"""Scene queries: the colliders that overlap a box or sphere, and the hits of a ray or of a moving box or sphere."""
 
 from __future__ import annotations
 
@@ -29,13 +29,14 @@ class Overlap:
 
 @dataclass(frozen=True)
 class RayHit:
-    """Where a ray meets a collider."""
+    """Where a ray, or a shape that moves along it, meets a collider."""
 
     rigid_body: str  # as in `Overlap`
     collision: str
     distance: float  # stage units
     position: tuple[float, float, float]  # world, stage units
     normal: tuple[float, float, float]  # world, unit length, against the ray
+    face: int = -1  # triangle of a mesh, -1 of other shapes
 
     def scaled(self, factor: float) -> RayHit:
         """Return the same hit with lengths times a factor."""
@@ -77,30 +78,107 @@ class SceneQueries:
         """Return the enabled colliders that overlap a sphere, in path order."""
         return self._overlap(poses, "sphere", (radius, 0.0, 0.0), radius, origin, (0.0, 0.0, 0.0, 1.0))
 
-    def raycast(self, poses: np.ndarray, origin: Vector, direction: Vector, distance: float) -> RayHit | None:
-        """Return the nearest hit within `distance`, or None; a ray that starts inside a solid hits it at distance 0."""
+    def raycast(
+        self, poses: np.ndarray, origin: Vector, direction: Vector, distance: float, *, both_sides: bool = True
+    ) -> list[RayHit]:
+        """Return the first hit of each enabled collider within `distance`, nearest first, then in path order.
+
+        A ray that starts inside a solid hits it at distance 0. `both_sides` is that of `ray_distance`.
+        """
         start = np.asarray(origin, np.float64)
         along_ray = np.asarray(direction, np.float64) / np.linalg.norm(direction)
         rotation, position = self._frames(poses)
+        hits = []
+        for row in self._near_ray(rotation, position, start, along_ray, distance, 0.0):
+            shape, local_origin = self._colliders[row].shape, rotation[row] @ (start - position[row])
+            found = ray_distance(shape, local_origin, rotation[row] @ along_ray, both_sides=both_sides)
+            if found is not None and found[0] <= distance:
+                point, normal = start + found[0] * along_ray, found[1] @ rotation[row]
+                hits.append(self._ray_hit(row, found[0], point, normal, found[2]))
+        return sorted(hits, key=lambda hit: hit.distance)
+
+    def sweep(
+        self,
+        poses: np.ndarray,
+        kind: ShapeKind,
+        size: Vector,
+        origin: Vector,
+        rotation: Vector,
+        direction: Vector,
+        distance: float,
+        *,
+        both_sides: bool = True,
+    ) -> list[RayHit]:
+        """Return the first contact of each enabled collider with a moving box or sphere, nearest first, then by path.
+
+        `size` is that of a `Shape`; a hit's distance is how far the shape moves, its position where the two touch. A
+        shape that overlaps at the start has distance 0 and its own center as position.
+        """
+        if not self._colliders:
+            return []
+        import warp as wp
+
+        from usdsdg_physics.queries import sweep_kernels
+
+        start, along = np.asarray(origin, np.float64), np.asarray(direction, np.float64) / np.linalg.norm(direction)
+        reach = float(np.linalg.norm(size)) if kind == "box" else float(size[0])
+        rotations, positions = self._frames(poses)
+        candidates = self._near_ray(rotations, positions, start, along, distance, reach).astype(np.int32)
+        if not len(candidates):
+            return []
+        frames = np.concatenate([positions, quat_from_matrix(rotations)], axis=1)
+        shape_kinds, sizes, first, counts, points = self._device_tables()
+        distances = wp.zeros(len(candidates), dtype=wp.float64, device="cpu")
+        normals, contacts = (wp.zeros(len(candidates), dtype=wp.vec3d, device="cpu") for _ in range(2))
+        faces = wp.zeros(len(candidates), dtype=wp.int32, device="cpu")
+        wp.launch(
+            sweep_kernels.sweeps,
+            dim=len(candidates),
+            inputs=[
+                shape_kinds,
+                sizes,
+                wp.array(frames, dtype=wp.transformd, device="cpu"),
+                first,
+                counts,
+                points,
+                wp.array(candidates, dtype=wp.int32, device="cpu"),
+                SHAPE_KINDS.index(kind),
+                wp.vec3d(*(float(x) for x in size)),
+                wp.transformd(wp.vec3d(*start.tolist()), wp.quatd(*map(float, rotation))),
+                wp.vec3d(*along.tolist()),
+                float(distance),
+                int(both_sides),
+            ],
+            outputs=[distances, normals, contacts, faces],
+            device="cpu",
+        )
+        hits = [
+            self._ray_hit(row, float(length), contact, normal, int(face))
+            for row, length, contact, normal, face in zip(
+                candidates, distances.numpy(), contacts.numpy(), normals.numpy(), faces.numpy()
+            )
+            if length >= 0.0
+        ]
+        return sorted(hits, key=lambda hit: hit.distance)
+
+    def _near_ray(
+        self,
+        rotation: np.ndarray,
+        position: np.ndarray,
+        start: np.ndarray,
+        along_ray: np.ndarray,
+        distance: float,
+        radius: float,
+    ) -> np.ndarray:
+        """Return the rows, in path order, of enabled colliders whose bounding sphere is within `radius` of a ray."""
         centers = np.einsum("ni,nij->nj", self._bounds[:, :3], rotation) + position
         along = np.clip((centers - start) @ along_ray, 0.0, distance)
-        gap = np.linalg.norm(start + along[:, None] * along_ray - centers, axis=1)
-        best: tuple[float, int, np.ndarray] | None = None
-        for row in self._sorted[(self._enabled & (gap <= self._bounds[:, 3]))[self._sorted]]:
-            local_origin = rotation[row] @ (start - position[row])
-            found = ray_distance(self._colliders[row].shape, local_origin, rotation[row] @ along_ray)
-            if (
-                found is not None
-                and found[0] <= (best[0] if best else distance)
-                and (best is None or found[0] < best[0])
-            ):
-                best = found[0], row, found[1] @ rotation[row]
-        if best is None:
-            return None
-        length, row, normal = best
+        gap = np.linalg.norm(start + along[:, None] * along_ray - centers, axis=1) - radius
+        return self._sorted[(self._enabled & (gap <= self._bounds[:, 3]))[self._sorted]]
+
+    def _ray_hit(self, row: int, distance: float, position: np.ndarray, normal: np.ndarray, face: int) -> RayHit:
         hit = self._hit(row)
-        point = start + length * along_ray
-        return RayHit(hit.rigid_body, hit.collision, length, tuple(point.tolist()), tuple(normal.tolist()))
+        return RayHit(hit.rigid_body, hit.collision, distance, tuple(position.tolist()), tuple(normal.tolist()), face)
 
     def _overlap(
         self,

@@ -1,13 +1,23 @@
-"""`omni.physx`: step events and scene queries."""
+"""`omni.physx`: steps and scene queries, as Isaac Sim before 6 names them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from types import SimpleNamespace
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
 
 from usdsdg.compat.carb.eventdispatcher import Observer
+from usdsdg.compat.omni.physics.scene_query_hits import (
+    PhysxHit,
+    PhysxLocatedHit,
+    Vector,
+    physx_hit,
+    physx_located_hit,
+)
+from usdsdg.errors import Unsupported
 from usdsdg.session import engines
+
+Hit = TypeVar("Hit")
+Report = Callable[[Hit], bool]
 
 
 class Subscription(Observer):
@@ -17,49 +27,195 @@ class Subscription(Observer):
 
 
 class PhysxInterface:
+    """Steps of physics, with and without the timeline."""
+
     def subscribe_physics_step_events(self, fn: Callable[[float], None]) -> Subscription:
         """Call `fn(dt)` once per physics step, after poses and velocities are on the stage."""
         return Subscription(engines.subscribe_step(fn))
 
+    def subscribe_physics_on_step_events(
+        self, fn: Callable[[float], None], pre_step: bool = False, order: int = 0
+    ) -> Subscription:
+        """Call `fn(dt)` after every physics step, or before it; in the order of subscription."""
+        return Subscription(engines.subscribe_step(fn, before=pre_step))
+
+    def start_simulation(self) -> None:
+        """Begin to simulate without the timeline: remember poses and velocities."""
+        engines.physics().play()
+
+    def update_simulation(self, elapsedStep: float, currentTime: float = 0.0) -> None:
+        """Take one step of `elapsedStep` [s], also while the timeline is paused or stopped; the timeline stays."""
+        engines.physics().play()
+        engines.physics().step(float(elapsedStep))
+
+    def update_transformations(
+        self,
+        updateToFastCache: bool = False,
+        updateToUsd: bool = True,
+        updateVelocitiesToUsd: bool = True,
+        outputVelocitiesLocalSpace: bool = False,
+    ) -> None:
+        """Do nothing: every step writes poses and velocities to the stage."""
+
+    def reset_simulation(self) -> None:
+        """Stop simulating, and restore poses and velocities from before."""
+        engines.physics().stop()
+
+    def force_load_physics_from_usd(self) -> None:
+        """Do nothing: the stage is read when a simulation begins, and what changes before every step."""
+
+
+class PhysxSimulationInterface:
+    """Steps of physics without the timeline."""
+
+    def simulate(self, elapsedStep: float, currentTime: float = 0.0) -> None:
+        """Take one step of `elapsedStep` [s], also while the timeline is paused or stopped; the timeline stays."""
+        _interface.update_simulation(elapsedStep, currentTime)
+
+    def fetch_results(self) -> None:
+        """Do nothing: a step has ended, and its result is on the stage, when `simulate` returns."""
+
+    def flush_changes(self) -> None:
+        """Do nothing: every step reads what has changed on the stage."""
+
 
 class SceneQueryInterface:
-    """Overlap and ray queries against colliders. Positions are in world space [stage units], rotations xyzw."""
+    """Queries against enabled colliders: world space, stage units, rotations (x, y, z, w).
+
+    Hits are reported nearest first, and those at the same distance in the order of their paths; overlaps in the order
+    of their paths. `reportFn` returns whether to go on. Directions need no unit length. Without `bothSides`, triangles
+    of meshes that face along the motion are not hit.
+    """
 
     def overlap_box(
-        self, half_extent: Any, pos: Any, rot: Any, report_fn: Callable[[Any], bool] | None = None, anyHit: bool = False
+        self,
+        halfExtent: Vector,
+        pos: Vector,
+        rot: Vector,
+        reportFn: Report[PhysxHit] | None = None,
+        anyHit: bool = False,
     ) -> int:
-        """Report every shape that overlaps the box until `report_fn` returns False; return their number."""
-        return self._reported(engines.physics().overlap_box(half_extent, pos, rot), report_fn, anyHit)
+        """Report every collider that overlaps a box; return how many were reported, at most 1 with `anyHit`."""
+        return _reported(map(physx_hit, engines.physics().overlap_box(halfExtent, pos, rot)), reportFn, anyHit)
+
+    def overlap_box_any(self, halfExtent: Vector, pos: Vector, rot: Vector) -> bool:
+        """Return whether a collider overlaps a box."""
+        return bool(engines.physics().overlap_box(halfExtent, pos, rot))
 
     def overlap_sphere(
-        self, radius: float, pos: Any, report_fn: Callable[[Any], bool] | None = None, anyHit: bool = False
+        self, radius: float, pos: Vector, reportFn: Report[PhysxHit] | None = None, anyHit: bool = False
     ) -> int:
-        """Report every shape that overlaps the sphere until `report_fn` returns False; return their number."""
-        return self._reported(engines.physics().overlap_sphere(radius, pos), report_fn, anyHit)
+        """Report every collider that overlaps a sphere; return how many were reported, at most 1 with `anyHit`."""
+        return _reported(map(physx_hit, engines.physics().overlap_sphere(radius, pos)), reportFn, anyHit)
 
-    def _reported(self, hits: list[Any], report_fn: Callable[[Any], bool] | None, any_hit: bool) -> int:
-        count = 0
-        for hit in hits:
-            count += 1
-            wants_more = report_fn is None or report_fn(
-                SimpleNamespace(rigid_body=hit.rigid_body, collision=hit.collision, protoIndex=-1)
+    def overlap_sphere_any(self, radius: float, pos: Vector) -> bool:
+        """Return whether a collider overlaps a sphere."""
+        return bool(engines.physics().overlap_sphere(radius, pos))
+
+    def raycast_closest(self, origin: Vector, dir: Vector, distance: float, bothSides: bool = False) -> dict[str, Any]:
+        """Return {"hit": False}, or the nearest hit: see `_as_dict`."""
+        return _as_dict(engines.physics().raycast_all(origin, dir, distance, both_sides=bothSides))
+
+    def raycast_any(self, origin: Vector, dir: Vector, distance: float, bothSides: bool = False) -> bool:
+        """Return whether a ray hits."""
+        return bool(engines.physics().raycast_all(origin, dir, distance, both_sides=bothSides))
+
+    def raycast_all(
+        self,
+        origin: Vector,
+        dir: Vector,
+        distance: float,
+        reportFn: Report[PhysxLocatedHit],
+        bothSides: bool = False,
+    ) -> bool:
+        """Report the first hit of every collider along a ray; return whether there is one."""
+        hits = engines.physics().raycast_all(origin, dir, distance, both_sides=bothSides)
+        return _reported(map(physx_located_hit, hits), reportFn) > 0
+
+    def sweep_sphere_closest(
+        self, radius: float, origin: Vector, dir: Vector, distance: float, bothSides: bool = False
+    ) -> dict[str, Any]:
+        """Return {"hit": False}, or where a moving sphere first touches a collider: see `_as_dict`."""
+        return _as_dict(engines.physics().sweep_sphere(radius, origin, dir, distance, both_sides=bothSides))
+
+    def sweep_sphere_any(
+        self, radius: float, origin: Vector, dir: Vector, distance: float, bothSides: bool = False
+    ) -> bool:
+        """Return whether a moving sphere touches a collider."""
+        return bool(engines.physics().sweep_sphere(radius, origin, dir, distance, both_sides=bothSides))
+
+    def sweep_sphere_all(
+        self,
+        radius: float,
+        origin: Vector,
+        dir: Vector,
+        distance: float,
+        reportFn: Report[PhysxLocatedHit],
+        bothSides: bool = False,
+    ) -> bool:
+        """Report where a moving sphere touches each collider; return whether there is one."""
+        hits = engines.physics().sweep_sphere(radius, origin, dir, distance, both_sides=bothSides)
+        return _reported(map(physx_located_hit, hits), reportFn) > 0
+
+    def sweep_box_closest(
+        self, halfExtent: Vector, pos: Vector, rot: Vector, dir: Vector, distance: float, bothSides: bool = False
+    ) -> dict[str, Any]:
+        """Return {"hit": False}, or where a moving box first touches a collider: see `_as_dict`."""
+        return _as_dict(engines.physics().sweep_box(halfExtent, pos, rot, dir, distance, both_sides=bothSides))
+
+    def sweep_box_any(
+        self, halfExtent: Vector, pos: Vector, rot: Vector, dir: Vector, distance: float, bothSides: bool = False
+    ) -> bool:
+        """Return whether a moving box touches a collider."""
+        return bool(engines.physics().sweep_box(halfExtent, pos, rot, dir, distance, both_sides=bothSides))
+
+    def sweep_box_all(
+        self,
+        halfExtent: Vector,
+        pos: Vector,
+        rot: Vector,
+        dir: Vector,
+        distance: float,
+        reportFn: Report[PhysxLocatedHit],
+        bothSides: bool = False,
+    ) -> bool:
+        """Report where a moving box touches each collider; return whether there is one."""
+        hits = engines.physics().sweep_box(halfExtent, pos, rot, dir, distance, both_sides=bothSides)
+        return _reported(map(physx_located_hit, hits), reportFn) > 0
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith(("overlap_", "sweep_")):
+            raise Unsupported(
+                f"PhysXSceneQuery.{name}: queries with the shape of a prim are not available; use overlap_box, "
+                "overlap_sphere, sweep_box or sweep_sphere with its bounds"
             )
-            if any_hit or not wants_more:
-                break
-        return count
-
-    def raycast_closest(self, origin: Any, dir: Any, distance: float, bothSides: bool = False) -> dict[str, Any]:
-        """Return {"hit": False}, or the closest hit: rigidBody, collision, position, normal, distance."""
-        hit = engines.physics().raycast(origin, dir, distance)
-        if hit is None:
-            return {"hit": False}
-        return {
-            "hit": True, "rigidBody": hit.rigid_body, "collision": hit.collision, "position": hit.position,
-            "normal": hit.normal, "distance": hit.distance,
-        }  # fmt: skip
+        raise AttributeError(name)
 
 
-_interface, _queries = PhysxInterface(), SceneQueryInterface()
+def _reported(hits: Iterable[Hit], report: Report[Hit] | None, any_hit: bool = False) -> int:
+    """Report hits until `report` returns False, or one with `any_hit`; return the number of those reported."""
+    count = 0
+    for hit in hits:
+        count += 1
+        wants_more = report is None or report(hit)
+        if any_hit or not wants_more:
+            break
+    return count
+
+
+def _as_dict(hits: list[Any]) -> dict[str, Any]:
+    """Return "hit", and for one: position, normal, distance, faceIndex, collision, rigidBody, material, protoIndex."""
+    if not hits:
+        return {"hit": False}
+    hit = physx_located_hit(hits[0])
+    return {
+        "hit": True, "position": hit.position, "normal": hit.normal, "distance": hit.distance,
+        "faceIndex": hit.face_index, "collision": hit.collision, "rigidBody": hit.rigid_body, "material": hit.material,
+        "protoIndex": hit.protoIndex,
+    }  # fmt: skip
+
+
+_interface, _queries, _simulation = PhysxInterface(), SceneQueryInterface(), PhysxSimulationInterface()
 
 
 def get_physx_interface() -> PhysxInterface:
@@ -67,6 +223,10 @@ def get_physx_interface() -> PhysxInterface:
 
 
 acquire_physx_interface = get_physx_interface
+
+
+def get_physx_simulation_interface() -> PhysxSimulationInterface:
+    return _simulation
 
 
 def get_physx_scene_query_interface() -> SceneQueryInterface:

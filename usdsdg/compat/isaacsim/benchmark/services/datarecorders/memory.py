@@ -1,0 +1,73 @@
+"""`isaacsim.benchmark.services.datarecorders.memory`: the memory of the process and of its GPU."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from usdsdg.compat.isaacsim.benchmark.services.datarecorders.interface import (
+    MeasurementData,
+    MeasurementDataRecorder,
+    MeasurementDataRecorderRegistry,
+)
+from usdsdg.compat.isaacsim.benchmark.services.metrics.measurements import SingleMeasurement
+
+GIGABYTE = 1 << 30
+
+
+@MeasurementDataRecorderRegistry.register("memory")
+class MemoryRecorder(MeasurementDataRecorder):
+    """Records memory at the end of a phase [GB of 2^30 bytes].
+
+    RSS is what is in physical memory, VMS what is mapped, USS what no other process shares. The latter two are known on
+    Linux only; elsewhere the largest RSS so far stands for RSS. GPU memory is that of Warp on the first CUDA device.
+    """
+
+    def get_data(self) -> MeasurementData:
+        """Return what is known on this system."""
+        found = {**_process_memory(), **_gpu_memory()}
+        return MeasurementData([SingleMeasurement(name, round(n / GIGABYTE, 3), "GB") for name, n in found.items()])
+
+
+def _process_memory() -> dict[str, int]:
+    """Return bytes by name."""
+    status = Path("/proc/self/status")
+    if not status.exists():
+        return _largest_resident_set()
+    sizes = _kilobytes(status)
+    private = _kilobytes(Path("/proc/self/smaps_rollup"))
+    return {
+        "System Memory RSS": sizes["VmRSS"] * 1024,
+        "System Memory VMS": sizes["VmSize"] * 1024,
+        "System Memory USS": (private["Private_Clean"] + private["Private_Dirty"]) * 1024,
+    }
+
+
+def _kilobytes(file: Path) -> dict[str, int]:
+    """Return the entries "Name:  123 kB" of a file below /proc."""
+    rows = [line.split() for line in file.read_text(encoding="utf-8").splitlines()]
+    return {row[0].rstrip(":"): int(row[1]) for row in rows if len(row) == 3 and row[2] == "kB"}
+
+
+def _largest_resident_set() -> dict[str, int]:
+    if sys.platform == "win32":
+        return {}
+    import resource
+
+    largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return {"System Memory RSS": largest if sys.platform == "darwin" else largest * 1024}
+
+
+def _gpu_memory() -> dict[str, int]:
+    """Return bytes by name; nothing without a CUDA device, or before anything has been rendered."""
+    if "warp" not in sys.modules:
+        return {}
+    import warp
+
+    if not warp.is_cuda_available():
+        return {}
+    device = warp.get_device("cuda:0")
+    return {
+        "GPU Memory Tracked": warp.get_mempool_used_mem_current(device) if device.is_mempool_enabled else 0,
+        "GPU Memory Dedicated": device.total_memory - device.free_memory,
+    }

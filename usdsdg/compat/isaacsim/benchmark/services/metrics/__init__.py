@@ -1,0 +1,1 @@
+"""`isaacsim.benchmark.services.metrics`: measurements, and what they are written to."""

@@ -1,0 +1,145 @@
+"""Hits of scene queries, in the forms of `omni.physics.core` and of `omni.physx`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from pxr import Usd, UsdGeom, UsdShade
+
+from usdsdg.compat.carb import Float3
+from usdsdg.compat.physics_schema_tools import encodeSdfPath, sdfPathToInt
+from usdsdg.session.stage_context import current_stage
+
+if TYPE_CHECKING:
+    from usdsdg_physics.queries.scene_queries import Overlap, RayHit
+
+# The index of a prototype, or of a face, for a collider that has none.
+NO_INDEX = 0xFFFFFFFF
+ORIGIN = Float3()
+
+Vector = Sequence[float]
+
+
+@dataclass(frozen=True)
+class SceneQueryHitObject:
+    """A collider of a hit, as `omni.physics.core` has it: paths are integers of `PhysicsSchemaTools`."""
+
+    collision: int = 0
+    rigid_body: int = 0  # that of the collider itself where it has no body
+    proto_index: int = NO_INDEX
+
+
+@dataclass(frozen=True)
+class OverlapHit(SceneQueryHitObject):
+    """A collider that overlaps the volume of a query."""
+
+
+@dataclass(frozen=True)
+class SceneQueryHitLocation(SceneQueryHitObject):
+    """Where a collider is hit: position and normal in the world, lengths in stage units."""
+
+    normal: Float3 = ORIGIN
+    position: Float3 = ORIGIN
+    distance: float = 0.0
+    face_index: int = NO_INDEX  # of the USD mesh of a triangle mesh
+    material: int = 0  # the physics material's path
+
+
+@dataclass(frozen=True)
+class RaycastHit(SceneQueryHitLocation):
+    """Where a ray hits a collider."""
+
+
+@dataclass(frozen=True)
+class SweepHit(SceneQueryHitLocation):
+    """Where a moving shape touches a collider; `distance` is how far it moves."""
+
+
+@dataclass(frozen=True)
+class PhysxHit:
+    """A collider of a hit, as `omni.physx` has it: paths are strings."""
+
+    collision: str
+    rigid_body: str
+    protoIndex: int = NO_INDEX
+
+    @property
+    def collision_encoded(self) -> list[int]:
+        """The collider's path as two integers of `PhysicsSchemaTools.encodeSdfPath`."""
+        return list(encodeSdfPath(self.collision))
+
+    @property
+    def rigid_body_encoded(self) -> list[int]:
+        """The body's path as two integers."""
+        return list(encodeSdfPath(self.rigid_body))
+
+
+@dataclass(frozen=True)
+class PhysxLocatedHit(PhysxHit):
+    """Where a collider is hit, as `omni.physx` has it."""
+
+    position: Float3 = ORIGIN
+    normal: Float3 = ORIGIN
+    distance: float = 0.0
+    face_index: int = NO_INDEX
+    material: str = ""
+
+    @property
+    def material_encoded(self) -> list[int]:
+        """The material's path as two integers."""
+        return list(encodeSdfPath(self.material))
+
+
+def overlap_hit(hit: Overlap) -> OverlapHit:
+    """Return a hit in the form of `omni.physics.core`."""
+    return OverlapHit(sdfPathToInt(hit.collision), sdfPathToInt(hit.rigid_body))
+
+
+def raycast_hit(hit: RayHit) -> RaycastHit:
+    """Return a hit in the form of `omni.physics.core`."""
+    return RaycastHit(sdfPathToInt(hit.collision), sdfPathToInt(hit.rigid_body), NO_INDEX, *_location(hit))
+
+
+def sweep_hit(hit: RayHit) -> SweepHit:
+    """Return a hit in the form of `omni.physics.core`."""
+    return SweepHit(sdfPathToInt(hit.collision), sdfPathToInt(hit.rigid_body), NO_INDEX, *_location(hit))
+
+
+def _location(hit: RayHit) -> tuple[Float3, Float3, float, int, int]:
+    material = sdfPathToInt(material_path(hit.collision))
+    return Float3(hit.normal), Float3(hit.position), hit.distance, usd_face(hit), material
+
+
+def physx_hit(hit: Overlap) -> PhysxHit:
+    """Return a hit in the form of `omni.physx`."""
+    return PhysxHit(hit.collision, hit.rigid_body)
+
+
+def physx_located_hit(hit: RayHit) -> PhysxLocatedHit:
+    """Return a hit in the form of `omni.physx`."""
+    where = Float3(hit.position), Float3(hit.normal), hit.distance, usd_face(hit), material_path(hit.collision)
+    return PhysxLocatedHit(hit.collision, hit.rigid_body, NO_INDEX, *where)
+
+
+def usd_face(hit: RayHit) -> int:
+    """Return the face of the USD mesh whose triangle was hit, NO_INDEX for other shapes."""
+    if hit.face < 0:
+        return NO_INDEX
+    left = hit.face
+    for face, corners in enumerate(UsdGeom.Mesh(_prim(hit.collision)).GetFaceVertexCountsAttr().Get() or ()):
+        left -= max(corners - 2, 0)
+        if left < 0:
+            return face
+    return NO_INDEX
+
+
+def material_path(collider: str) -> str:
+    """Return the path of a collider's physics material, "" where none is bound."""
+    material = UsdShade.MaterialBindingAPI(_prim(collider)).ComputeBoundMaterial("physics")[0]
+    return str(material.GetPath()) if material else ""
+
+
+def _prim(path: str) -> Usd.Prim:
+    return current_stage().GetPrimAtPath(path)
