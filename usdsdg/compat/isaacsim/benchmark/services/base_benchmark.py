@@ -54,7 +54,6 @@ class _Phases:
         version = get_kit_version_branch()[0]
         self.benchmark_name, self.report = benchmark_name, report_generation
         self.benchmark_start_time = time.time()
-        self.assets_root_path = _assets_root_if_any()
         self.context: InputContext = InputContext(f"{benchmark_name}_{version}", version, "benchmark")
         self.recorders = _made(DEFAULT_RECORDERS if recorders is None else recorders, self.context)
         self._active: list[MeasurementDataRecorder] = []
@@ -63,6 +62,15 @@ class _Phases:
         self._metadata: list[AnyMetadata] = [StringMetadata("workflow_name", benchmark_name)]
         if workflow_metadata:
             self._metadata += TestPhase.metadata_from_dict({"metadata": workflow_metadata.get("metadata", ())})
+
+    @property
+    def assets_root_path(self) -> str | None:
+        """The folder or URL of assets, None where there is none."""
+        try:
+            return stage_context.assets_root()
+        except UsdsdgError as error:
+            warn_once(f"assets_root_path is None: {error}")
+            return None
 
     def _start(self, phase: str, frametime: bool, runtime: bool) -> None:
         if self._active:
@@ -217,14 +225,6 @@ class BaseIsaacBenchmarkAsync(_Phases, unittest.IsolatedAsyncioTestCase):
     async def tearDown(self) -> None:  # type: ignore[override]
         """Write the measurements and print the summary."""
         self._finish()
-
-
-def _assets_root_if_any() -> str | None:
-    try:
-        return stage_context.assets_root()
-    except UsdsdgError as error:
-        warn_once(f"assets_root_path is None: {error}")
-        return None
 
 
 def _made(names: list[str], context: InputContext) -> list[MeasurementDataRecorder]:

@@ -93,9 +93,9 @@ def _boxed(text: str) -> list[str]:
 
 def _table(title: str, rows: dict[str, list[SingleMeasurement]]) -> list[str]:
     """Return lines with mean, standard deviation, minimum and maximum of each row."""
-    lines = [f"{title + ':':<16}{'mean':>8} | {'stdev':>6} | {'min':>6} | {'max':>6}"]
+    lines = [f"{title + ':':<16}{'mean':>7} | {'stdev':>6} | {'min':>6} | {'max':>6}"]
     for name, entries in rows.items():
         values = {entry.name.split(" ")[0]: f"{float(entry.value):.2f}" for entry in entries}
         mean, stdev, least, most = (values.get(statistic, "-") for statistic in _STATISTICS)
-        lines.append(f"{name:<16}{mean:>8} | {stdev:>6} | {least:>6} | {most:>6}")
+        lines.append(f"{name:<16}{mean:>7} | {stdev:>6} | {least:>6} | {most:>6}")
     return [f"| {line:<{WIDTH}} |" for line in lines]
