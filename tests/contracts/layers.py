@@ -91,7 +91,7 @@ LATE = {
     "usdsdg.capture.render_settings": ("usdsdg_render.path", "warp takes a second to import"),
     "usdsdg.capture.tiles": ("usdsdg_render.labels", "warp takes a second to import"),
     "usdsdg.session.session": (
-        "usdsdg.session usdsdg.graph usdsdg.rng usdsdg.writers usdsdg.app usdsdg.compat usdsdg.demo",
+        "usdsdg.session usdsdg.graph usdsdg.rng usdsdg.writers usdsdg.capture usdsdg.app usdsdg.compat usdsdg.demo",
         "the one object that owns the state of all packages names their parts, and makes each when it is first used",
     ),
     "usdsdg_physics.world.world": ("usdsdg_physics.corrections", "its kernels are defined when a scene needs them"),

@@ -77,6 +77,11 @@ class Annotator:
         """The path of the render product that it is attached to."""
         return self._render_product
 
+    @property
+    def has_data(self) -> bool:
+        """Whether a frame has been computed since it was attached."""
+        return self._latest is not None
+
     def compute(self, frame: Frame) -> Annotation:
         """Compute the annotation of `frame`, augmentations applied, and keep it for `get_data`."""
         key = ("annotation", self._spec.compute, json.dumps(self._params, sort_keys=True, default=str))
@@ -131,6 +136,7 @@ class Annotator:
         self._render_product = paths[0]
         if self not in current().annotators:
             current().annotators.append(self)
+        current().live.note(self)
         if self._spec.on_attach is not None:
             self._spec.on_attach(self)
         return self
@@ -153,7 +159,8 @@ class Annotator:
     def get_data(
         self, device: str | None = None, do_array_copy: bool = False, use_legacy_structure: bool = True
     ) -> Any:
-        """Return the annotation of the latest frame; arrays of size 0 before the first.
+        """Return the annotation of the latest captured frame, or of the stage as the latest update of the application
+        shows it, whichever is later; arrays of size 0 before the first.
 
         device: "cpu" returns a NumPy array, "cuda[:n]" a Warp array (on the CPU if there is no such device); None
             uses the device that the annotator was created with.
@@ -165,6 +172,8 @@ class Annotator:
         """
         if self._render_product is None:
             raise AnnotatorError(f"Annotator {self._name!r} is not attached. Call attach(render_product) first.")
+        if self in current().annotators:
+            current().live.refresh(self)
         latest = self._latest or Annotation(self._spec.empty)
         data = latest.data
         device = device or self._device

@@ -13,6 +13,7 @@ import numpy as np
 from usdsdg.annotators.frame import Frame
 from usdsdg.arguments.registry import Registry
 from usdsdg.errors import AnnotatorError, AnnotatorRegistryError
+from usdsdg.session.session import current
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ def define(
 
 
 def predicate_of(params: Mapping[str, Any]) -> str | None:
-    """Return the label filter of `semanticTypes` or `semanticFilter`; None lets every label pass.
+    """Return the label filter of `semanticTypes` or `semanticFilter`, else the session's; None lets every label pass.
 
     Raises:
         AnnotatorError: both are given, or one has the wrong type.
@@ -102,4 +103,4 @@ def predicate_of(params: Mapping[str, Any]) -> str | None:
         raise AnnotatorError("semanticTypes and semanticFilter exclude each other; give one.")
     if types:
         return ";".join(f"{kind}:*" for kind in names)
-    return predicate or None
+    return predicate or current().label_filter

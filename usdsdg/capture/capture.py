@@ -3,6 +3,8 @@
 Films are exposed once per sub-frame; labels are rendered once, from the state at the last exposure.
 """
 
+from collections.abc import Mapping
+
 from usdsdg.annotators.annotator import attached_annotators
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.labeled_prims import LabeledPrimReader
@@ -16,6 +18,7 @@ from usdsdg.capture.tiles import view_of
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.session import engines
 from usdsdg.session.progress import report
+from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 from usdsdg.writers.base import set_global_seed
 
@@ -55,12 +58,21 @@ class Capture:
             return
         frames = self._frames(frame, seconds)
         observe(self._requests, frames)
-        for annotator in attached_annotators():
-            if annotator.render_product in frames:
-                annotator.compute(frames[annotator.render_product])
+        _compute(frames)
         for writer in self._requests.writers:
             self._output.write(writer, frames)
         report("frames captured", frame + 1, self.expected_frames)
+
+    def show(self, path: str, mode: RenderMode, *, number: int, seconds: float) -> None:
+        """Compute the attached annotators of the product at `path`, without capturing a frame.
+
+        number: seed of the image's noise. seconds: time on the timeline.
+        """
+        self._requests = Requests.of_product(path)
+        self._exposure = Exposure(self._requests, number)
+        self.expose(mode)
+        if self._requests.annotators:
+            _compute(self._frames(number, seconds))
 
     def _frames(self, index: int, seconds: float) -> dict[str, Frame]:
         """Return the frame of each product, the input of annotators, by product path."""
@@ -78,3 +90,11 @@ class Capture:
             )
             for path, view in views.items()
         }  # fmt: skip
+
+
+def _compute(frames: Mapping[str, Frame]) -> None:
+    """Compute every attached annotator whose product is among `frames`, by product path."""
+    for annotator in attached_annotators():
+        if annotator.render_product in frames:
+            annotator.compute(frames[annotator.render_product])
+            current().live.note(annotator)

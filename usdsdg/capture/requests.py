@@ -34,6 +34,19 @@ class Requests:
                 requests._add(path, writer.annotators_of(path), type(writer).__name__)
         return requests
 
+    @classmethod
+    def of_product(cls, path: str) -> Requests:
+        """Collect the requests of the annotators that users have attached to one product; none if it is destroyed.
+
+        Raises:
+            Unsupported: an annotator that needs one camera is attached to a tiled product.
+        """
+        requests = cls()
+        for annotator in attached_annotators():
+            if annotator.render_product == path:
+                requests._add(path, [annotator], f"annotator {annotator.get_name()!r}")
+        return requests
+
     def _add(self, path: str | None, annotators: list[Annotator], who: str) -> None:
         product = next((product for product in products() if product.path == path), None)
         if product is None:
@@ -55,11 +68,11 @@ class Requests:
 
 
 def is_watched() -> bool:
-    """Return whether an annotator or writer is attached to a render product whose updates are enabled."""
-    on = {product.path for product in products() if product.updates_enabled}
-    attached = [annotator.render_product for annotator in attached_annotators()]
-    attached += [path for writer in attached_writers() for path in writer.render_products]
-    return not on.isdisjoint(attached)
+    """Return whether a render product whose updates are enabled has a writer, or an annotator that watches plays."""
+    on = [product for product in products() if product.updates_enabled]
+    written = {path for writer in attached_writers() for path in writer.render_products}
+    read = {annotator.render_product for annotator in attached_annotators()}
+    return any(product.path in written or (product.captured_on_play and product.path in read) for product in on)
 
 
 def _check_tiles(product: HydraTexture, annotators: list[Annotator], who: str) -> None:

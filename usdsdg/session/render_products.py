@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+from pxr import Gf, Usd, UsdGeom, UsdRender
 
 from usdsdg import errors
 from usdsdg.session.session import current
@@ -34,6 +38,8 @@ class HydraTexture:
         self.resolution = resolution
         self.tiles = tiles
         self.updates_enabled = True
+        # False: annotators alone do not cause captures of a playing timeline; they are computed when they are read.
+        self.captured_on_play = True
 
     @property
     def name(self) -> str:
@@ -58,6 +64,41 @@ class HydraTexture:
     def set_updates_enabled(self, enabled: bool) -> None:
         """Turn captures of this product on or off."""
         self.updates_enabled = bool(enabled)
+
+    def set_camera(self, path: str) -> None:
+        """Show the camera at `path` from now on.
+
+        Raises:
+            BadPrim: there is no such prim, or it is not a camera.
+        """
+        stage = current().stage
+        prim = stage.GetPrimAtPath(path) if stage else None
+        if not prim or not prim.IsA(UsdGeom.Camera):
+            raise errors.BadPrim(f"{self.path}: {path} is not a camera on the stage")
+        self.camera_path = path
+        with self._editing() as product:
+            product.CreateCameraRel().SetTargets([path])
+
+    def set_resolution(self, resolution: Sequence[int]) -> None:
+        """Set width and height [pixels] from now on.
+
+        Raises:
+            RenderError: an image of this size is not possible.
+        """
+        width, height = int(resolution[0]), int(resolution[1])
+        if problem := size_problem(width, height):
+            raise errors.RenderError(f"{self.path}: {problem}")
+        self.resolution = width, height
+        with self._editing() as product:
+            product.CreateResolutionAttr().Set(Gf.Vec2i(width, height))
+
+    @contextmanager
+    def _editing(self) -> Iterator[UsdRender.Product]:
+        """Yield its prim, for edits of the session layer."""
+        stage = current().stage
+        assert stage is not None
+        with Usd.EditContext(stage, stage.GetSessionLayer()):
+            yield UsdRender.Product(stage.GetPrimAtPath(self.path))
 
     def get_render_product_path(self) -> str:
         """Return the path of its UsdRender prim, which is in the session layer."""

@@ -51,7 +51,10 @@ class Session:
     app = _part("usdsdg.app.app:App")
     orchestrator = _part("usdsdg.app.frame_loop:Orchestrator")
     observations = _part("usdsdg.session.observations:Observations")
+    live = _part("usdsdg.capture.live:LiveView")
     viewport = _part("usdsdg.compat.omni.kit.viewport.utility:Viewport")
+    omnigraph = _part("usdsdg.compat.omni.graph.graphs:Graphs")
+    synthetic_data = _part("usdsdg.compat.omni.syntheticdata.synthetic_data:SyntheticData")
     event_dispatcher = _part("usdsdg.compat.carb.eventdispatcher:EventDispatcher")
     script_manager = _part("usdsdg.compat.omni.behavior.scripting.script_manager:ScriptManager")
     path_ids = _part("usdsdg.compat.physics_schema_tools:PathIds")
@@ -68,6 +71,7 @@ class Session:
         self.render_products: dict[str, Any] = {}  # HydraTexture by prim path, oldest first
         self.annotators: list[Any] = []  # attached by users, in the order of attaching
         self.writers: list[Any] = []  # attached, in the order of attaching
+        self.label_filter: str | None = None  # of annotators without one of their own; None: all labels
         self.metadata_seed: int | None = None  # the global seed of the latest captured frame
         self.disk_root: Path | None = None  # parent of relative output folders; None: the default
         self.failed_at_exit = False  # a file could not be written and no call has raised it
@@ -99,7 +103,7 @@ class Session:
         if stage.HasAuthoredTimeCodeRange():
             rate = stage.GetTimeCodesPerSecond()
             self.timeline.set_animation_range(stage.GetStartTimeCode() / rate, stage.GetEndTimeCode() / rate, rate)
-        for part in self._made("engines", "graph"):
+        for part in self._made("engines", "graph", "live", "omnigraph"):
             part.reset()
         self.render_products.clear()
         for part in self._made("orchestrator"):

@@ -1,23 +1,158 @@
-"""`omni.kit.viewport.utility`: the settings of the viewport, which has no window."""
+"""`omni.kit.viewport.utility`: the viewport, which has no window; its image is rendered when a sensor is read."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pxr import Sdf, Usd
+
+from usdsdg.create.render_products import render_product
+from usdsdg.session import render_products
+from usdsdg.session.render_products import HydraTexture
 from usdsdg.session.session import current
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.cameras.perspective import PERSPECTIVE, perspective_camera
 
 
 class Viewport:
-    """Updates, camera and resolution of the viewport, which scripts set; they have no effect."""
+    """A camera and a resolution, and the render product of both, which is made when it is first asked for."""
 
-    updates_enabled = True
-    camera_path = "/OmniverseKit_Persp"
-    resolution = (1280, 720)
+    def __init__(self) -> None:
+        self._updates_enabled = True
+        self._camera = PERSPECTIVE
+        self._resolution = (1280, 720)
+        self._product: str | None = None
 
-    def set_active_camera(self, path: str) -> None:
-        self.camera_path = str(path)
+    @property
+    def stage(self) -> Usd.Stage:
+        """The current stage."""
+        return current_stage()
+
+    @property
+    def updates_enabled(self) -> bool:
+        """Whether images of the viewport follow the stage."""
+        return self._updates_enabled
+
+    @updates_enabled.setter
+    def updates_enabled(self, enabled: bool) -> None:
+        self._updates_enabled = bool(enabled)
+        if (product := self._made()) is not None:
+            product.set_updates_enabled(enabled)
+
+    @property
+    def camera_path(self) -> Sdf.Path:
+        """Path of the camera; `/OmniverseKit_Persp` by default."""
+        return Sdf.Path(self._camera)
+
+    @camera_path.setter
+    def camera_path(self, path: Sdf.Path | str) -> None:
+        self.set_active_camera(path)
+
+    def get_active_camera(self) -> Sdf.Path:
+        return self.camera_path
+
+    def set_active_camera(self, path: Sdf.Path | str) -> None:
+        """Look through the camera at `path`."""
+        self._camera = str(path)
+        if (product := self._made()) is not None:
+            product.set_camera(self._camera)
+
+    @property
+    def resolution(self) -> tuple[int, int]:
+        """Width and height [pixels]."""
+        return self._resolution
+
+    @resolution.setter
+    def resolution(self, size: Sequence[int]) -> None:
+        self._resolution = int(size[0]), int(size[1])
+        if (product := self._made()) is not None:
+            product.set_resolution(self._resolution)
+
+    def get_texture_resolution(self) -> tuple[int, int]:
+        return self.resolution
+
+    def set_texture_resolution(self, resolution: Sequence[int]) -> None:
+        self.resolution = resolution
+
+    @property
+    def render_product_path(self) -> str:
+        """Path of the viewport's render product, which is made when this is first asked for.
+
+        Raises:
+            BadPrim: the camera is not on the stage.
+        """
+        product = self._made()
+        if product is None:
+            if self._camera == PERSPECTIVE:
+                perspective_camera(current_stage())
+            product = render_product(self._camera, self._resolution, force_new=True, name="omni_kit_widget_viewport")
+            # Sensors of the viewport are computed when they are read.
+            product.captured_on_play = False
+            product.set_updates_enabled(self._updates_enabled)
+            self._product = product.path
+        return product.path
+
+    @render_product_path.setter
+    def render_product_path(self, path: str) -> None:
+        product = render_products.product_at(str(path))
+        self._product, self._camera, self._resolution = product.path, product.camera_path, product.resolution
+
+    def get_render_product_path(self) -> str:
+        return self.render_product_path
+
+    def _made(self) -> HydraTexture | None:
+        return current().render_products.get(self._product or "")
+
+
+class ViewportWindow:
+    """A viewport under the name of its window, which is never shown."""
+
+    def __init__(self, viewport: Viewport, name: str = "Viewport") -> None:
+        self.viewport_api = viewport
+        self.name = self.title = name
+        self.visible = False
+
+    def destroy(self) -> None:
+        """Do nothing: there is no window."""
 
 
 def get_active_viewport(usd_context_name: str = "") -> Viewport:
+    """Return the viewport of the application."""
     return current().viewport
 
 
-def get_active_viewport_window(*_: object, **__: object) -> None:
-    """Return None: there is no window."""
-    return None
+def get_active_viewport_window(*_: object, **__: object) -> ViewportWindow:
+    """Return the window of the viewport, which is never shown."""
+    return ViewportWindow(current().viewport)
+
+
+def get_active_viewport_and_window(*_: object, **__: object) -> tuple[Viewport, ViewportWindow]:
+    window = get_active_viewport_window()
+    return window.viewport_api, window
+
+
+def get_active_viewport_camera_path(usd_context_name: str = "") -> Sdf.Path:
+    return current().viewport.camera_path
+
+
+def get_viewport_from_window_name(window_name: str = "") -> Viewport:
+    """Return the viewport of the application, whatever the name of its window."""
+    return current().viewport
+
+
+def create_viewport_window(
+    name: str | None = None,
+    usd_context_name: str = "",
+    width: int = 1280,
+    height: int = 720,
+    position_x: int = 0,
+    position_y: int = 0,
+    camera_path: Sdf.Path | str | None = None,
+    **_: object,
+) -> ViewportWindow:
+    """Return a further viewport, whose camera is `camera_path` and whose images have the size of the window."""
+    viewport = Viewport()
+    viewport.resolution = width, height
+    if camera_path is not None:
+        viewport.set_active_camera(camera_path)
+    return ViewportWindow(viewport, name or "Viewport")

@@ -1,0 +1,76 @@
+"""Render products between captures, as the application shows them after its latest update.
+
+Nothing is rendered until an annotator is read: then its product is rendered, unless nothing has changed since the frame
+that the annotator holds.
+"""
+
+from __future__ import annotations
+
+import weakref
+from dataclasses import dataclass
+
+from pxr import Tf, Usd
+
+from usdsdg.annotators.annotator import Annotator
+from usdsdg.capture.capture import Capture
+from usdsdg.capture.render_settings import render_mode
+from usdsdg.session.session import current
+from usdsdg.session.settings_store import get_settings
+from usdsdg.session.timeline import get_timeline
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What an image of the stage depends on."""
+
+    update: int  # of the application
+    edits: int  # of the stage
+    time: float  # on the timeline [s]
+
+
+class LiveView:
+    """Brings annotators that users have attached up to date with the application's updates, when they are read."""
+
+    def __init__(self) -> None:
+        self._edits = 0
+        self._stage: Usd.Stage | None = None
+        self._listener: Tf.Notice.Listener | None = None
+        self._capture = Capture()
+        self._seen: weakref.WeakKeyDictionary[Annotator, Moment] = weakref.WeakKeyDictionary()
+
+    def reset(self) -> None:
+        """Forget the stage, as a new one does."""
+        if self._listener is not None:
+            self._listener.Revoke()
+        self.__init__()
+
+    def note(self, annotator: Annotator) -> None:
+        """Remember that the annotator is up to date: it was attached or computed now."""
+        self._seen[annotator] = self._now()
+
+    def refresh(self, annotator: Annotator) -> None:
+        """Compute the annotator again if the application was updated since, and the stage or the time has changed."""
+        seen, now = self._seen.get(annotator), self._now()
+        if seen is None or seen.update == now.update:
+            return
+        self._seen[annotator] = now
+        if annotator.has_data and (seen.edits, seen.time) == (now.edits, now.time):
+            return
+        path = annotator.render_product
+        assert path is not None
+        mode = render_mode(max(get_settings().get_as_int("/omni/replicator/RTSubframes"), 1))
+        self._capture.show(path, mode, number=now.update, seconds=now.time)
+
+    def _now(self) -> Moment:
+        self._count_edits()
+        return Moment(current().app.get_update_number(), self._edits, get_timeline().get_current_time())
+
+    def _count_edits(self) -> None:
+        stage = current().stage
+        if stage is not self._stage and stage is not None:
+            self._stage = stage
+            # pxr holds the method weakly, so that the listener does not keep the view alive.
+            self._listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._count, stage)
+
+    def _count(self, notice: Usd.Notice.ObjectsChanged, sender: Usd.Stage) -> None:
+        self._edits += 1
