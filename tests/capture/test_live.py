@@ -75,7 +75,8 @@ def test_reading_does_not_count_as_a_captured_frame(product):
     from usdsdg.app.frame_loop import get_orchestrator
 
     get_orchestrator().on_captured(lambda: seen.append(1))
-    assert get_orchestrator().captures == 0 and not seen
+    assert get_orchestrator().captures == 0
+    assert not seen
 
 
 def test_a_disabled_product_keeps_its_image(product, cube):
@@ -95,4 +96,5 @@ def test_annotators_of_a_product_that_opts_out_do_not_capture_a_playing_timeline
     depth = depth_of(product)
     get_timeline().play()
     get_app().update()
-    assert get_orchestrator().captures == 0 and depth.get_data().shape == (9, 9)
+    assert get_orchestrator().captures == 0
+    assert depth.get_data().shape == (9, 9)

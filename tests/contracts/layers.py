@@ -40,7 +40,7 @@ USDSDG = {
     "inspect": "errors stage writers",
     "replicator_yaml": "errors arguments graph orchestrator __init__",
     "scenarios": "errors stage session arguments graph create writers app orchestrator settings __init__",
-    "compat": "errors stage session arguments graph create writers functional app orchestrator settings",
+    "compat": "errors stage session arguments graph create annotators writers functional app orchestrator settings",
     "cli": "errors stage session",
     "__main__": "cli",
     "__init__": "",

@@ -27,6 +27,8 @@ ALIASES = (
     ("omni.replicator.core", "usdsdg"),
     ("omni.replicator.replicator_yaml", "usdsdg.replicator_yaml"),
     ("omni.kit.scripting", "usdsdg.compat.omni.behavior.scripting.core"),
+    ("omni.syntheticdata.scripts.SyntheticData", "usdsdg.compat.omni.syntheticdata.synthetic_data"),
+    ("omni.syntheticdata.scripts", "usdsdg.compat.omni.syntheticdata"),
 )
 
 

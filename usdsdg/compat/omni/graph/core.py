@@ -109,6 +109,7 @@ class Controller:
             Controller.attribute(path, graph).set(value)
         if left := [key for key, value in commands.items() if value]:
             raise Unsupported(f"omni.graph.core: Controller.edit cannot do {', '.join(map(str, left))}")
+        graph.watch()
         return graph, made, [], dict(graph.nodes)
 
     @staticmethod

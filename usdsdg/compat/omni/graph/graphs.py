@@ -194,16 +194,16 @@ class Graph:
             done[node.name] = NODE_TYPES[node.type_name].compute(source, node.inputs, tick)
         return done[node.name]
 
+    def watch(self) -> set[str]:
+        """Attach what texture nodes read, which then has data from the next update on; return the annotators."""
+        names = {annotator_of(node.inputs) for node in self.nodes.values() if "aov" in node.inputs}
+        for name in names.difference(self._annotators):
+            self._annotators[name] = named_annotators.get(name).attach(self._render_product)
+        return names
+
     def _images(self) -> dict[str, np.ndarray] | None:
         """Return the arrays that texture nodes read, by annotator; None before the first frame."""
-        images = {}
-        for node in self.nodes.values():
-            if "aov" not in node.inputs:
-                continue
-            name = annotator_of(node.inputs)
-            if name not in self._annotators:
-                self._annotators[name] = named_annotators.get(name).attach(self._render_product)
-            images[name] = self._annotators[name].get_data()
+        images = {name: self._annotators[name].get_data() for name in self.watch()}
         return None if any(not image.size for image in images.values()) else images
 
     def _split(self, path: str, prefix: str) -> tuple[Node, str]:

@@ -143,12 +143,15 @@ def merge_sensors(
         for row in table:
             rows.setdefault(int(row["uniqueId"]), {}).update({new: row[name] for name, new in own.items()})
     names = [*(name for name in shared if name in fields), *(name for name in fields if name not in shared)]
-    merged = [tuple(rows[key].get(name, _missing(fields[name])) for name in names) for key in sorted(rows)]
+    merged = [tuple(_value(rows[key], name, fields[name]) for name in names) for key in sorted(rows)]
     return np.array(merged, [(name, fields[name]) for name in names])
 
 
-def _missing(dtype: np.dtype) -> Any:
-    return "" if dtype == object else np.full(dtype.shape, -1, dtype.base)
+def _value(row: Mapping[str, Any], name: str, dtype: np.dtype) -> Any:
+    """Return a field of a merged row; -1, or an empty text, where it is missing."""
+    if name in row:
+        return row[name]
+    return "" if dtype.kind == "O" else np.full(dtype.shape, -1, dtype.base)
 
 
 def _is_below(path: str, root: str) -> bool:

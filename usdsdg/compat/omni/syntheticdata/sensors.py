@@ -85,7 +85,9 @@ async def initialize_async(viewport: RenderView, sensor_types: Iterable[SensorTy
     await next_sensor_data_async(viewport)
 
 
-async def next_sensor_data_async(viewport: object = None, waitSimFrame: bool = False, inViewportId: object = None) -> None:
+async def next_sensor_data_async(
+    viewport: object = None, waitSimFrame: bool = False, inViewportId: object = None
+) -> None:
     """Wait for the next update, which all sensors see."""
     await get_app().next_update_async()
 
@@ -267,7 +269,8 @@ def get_occlusion(viewport: RenderView, parsed: bool = False, instance_mappings:
     if found is None:
         return np.empty(0, OCCLUSION)
     mappings = helpers.get_instance_mappings() if instance_mappings is None else instance_mappings
-    return helpers.occlusion_rows(*found, mappings, parsed=parsed)
+    boxes, info = found
+    return helpers.occlusion_rows(boxes, info["primPaths"], mappings, parsed=parsed)
 
 
 def get_occlusion_quadrant(viewport: RenderView, return_bounding_boxes: bool = False) -> np.ndarray:

@@ -40,7 +40,11 @@ def colorize_distance(image_data: np.ndarray) -> np.ndarray:
 
 
 def colorize_segmentation(
-    segmentation_image: np.ndarray, width: int = 0, height: int = 0, num_channels: int = 4, num_colors: int | None = None
+    segmentation_image: np.ndarray,
+    width: int = 0,
+    height: int = 0,
+    num_channels: int = 4,
+    num_colors: int | None = None,
 ) -> np.ndarray:
     """Return ids (H, W) as uint8 (H, W, 4), one color per id that is there; 0 is black."""
     ids, index = np.unique(segmentation_image, return_inverse=True)
