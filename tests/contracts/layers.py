@@ -11,6 +11,7 @@ USDSDG = {
     "errors": "",
     "stage": "errors",
     "session": "errors stage",
+    "articulations": "errors stage session",
     "graph": "errors stage session",
     "arguments": "errors stage session graph",
     "settings": "errors stage session graph",
@@ -40,7 +41,8 @@ USDSDG = {
     "inspect": "errors stage writers",
     "replicator_yaml": "errors arguments graph orchestrator __init__",
     "scenarios": "errors stage session arguments graph create writers app orchestrator settings __init__",
-    "compat": "errors stage session arguments graph create annotators writers functional app orchestrator settings",
+    "compat": "errors stage session articulations arguments graph distribution create annotators writers functional "
+    "app orchestrator settings",
     "cli": "errors stage session",
     "__main__": "cli",
     "__init__": "",
@@ -91,7 +93,8 @@ LATE = {
     "usdsdg.capture.render_settings": ("usdsdg_render.path", "warp takes a second to import"),
     "usdsdg.capture.tiles": ("usdsdg_render.labels", "warp takes a second to import"),
     "usdsdg.session.session": (
-        "usdsdg.session usdsdg.graph usdsdg.rng usdsdg.writers usdsdg.capture usdsdg.app usdsdg.compat usdsdg.demo",
+        "usdsdg.session usdsdg.articulations usdsdg.graph usdsdg.rng usdsdg.writers usdsdg.capture usdsdg.app "
+        "usdsdg.compat usdsdg.demo",
         "the one object that owns the state of all packages names their parts, and makes each when it is first used",
     ),
     "usdsdg_physics.world.world": ("usdsdg_physics.corrections", "its kernels are defined when a scene needs them"),

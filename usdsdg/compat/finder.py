@@ -26,6 +26,7 @@ ALIASES = (
     ("omni.replicator.core.scripts", "usdsdg"),
     ("omni.replicator.core", "usdsdg"),
     ("omni.replicator.replicator_yaml", "usdsdg.replicator_yaml"),
+    ("omni.replicator.isaac", "usdsdg.compat.isaacsim.replicator.domain_randomization"),
     ("omni.kit.scripting", "usdsdg.compat.omni.behavior.scripting.core"),
     ("omni.syntheticdata.scripts.SyntheticData", "usdsdg.compat.omni.syntheticdata.synthetic_data"),
     ("omni.syntheticdata.scripts", "usdsdg.compat.omni.syntheticdata"),

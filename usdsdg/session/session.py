@@ -52,10 +52,12 @@ class Session:
     orchestrator = _part("usdsdg.app.frame_loop:Orchestrator")
     observations = _part("usdsdg.session.observations:Observations")
     live = _part("usdsdg.capture.live:LiveView")
+    articulations = _part("usdsdg.articulations.articulations:Articulations")
     viewport = _part("usdsdg.compat.omni.kit.viewport.utility:Viewport")
     omnigraph = _part("usdsdg.compat.omni.graph.graphs:Graphs")
     synthetic_data = _part("usdsdg.compat.omni.syntheticdata.synthetic_data:SyntheticData")
     event_dispatcher = _part("usdsdg.compat.carb.eventdispatcher:EventDispatcher")
+    domain_randomization = _part("usdsdg.compat.isaacsim.replicator.randomization.registry:Registry")
     script_manager = _part("usdsdg.compat.omni.behavior.scripting.script_manager:ScriptManager")
     path_ids = _part("usdsdg.compat.physics_schema_tools:PathIds")
 

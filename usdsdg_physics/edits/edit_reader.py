@@ -123,7 +123,7 @@ class EditReader:
             velocity, angular = read_velocity(prim, self._units), read_angular_velocity(prim)
             edits.velocities[path] = np.array([*velocity, *angular])
         if body is not None and names & _LIVE_BODY_ATTRIBUTES:
-            edits.bodies[path] = read_body(prim, cache, self._units)
+            edits.bodies[path] = replace(read_body(prim, cache, self._units), kinematic=body.kinematic)
 
     def _read_poses(self, path: str, cache: UsdGeom.XformCache, edits: Edits) -> None:
         """Read poses after a transform changed: those of bodies below, and of colliders relative to their owners."""

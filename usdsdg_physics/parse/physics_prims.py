@@ -4,9 +4,10 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 
 from usdsdg.errors import warn_once
+from usdsdg.stage.physics.joints import ARTICULATION_ROOT, articulated_links, read_joint
 from usdsdg_physics.parse.attributes import COLLISION, RIGID_BODY, has_api, value
 
 
@@ -19,10 +20,15 @@ class PhysicsPrims:
     colliders: list[tuple[Usd.Prim, Usd.Prim | None]] = field(default_factory=list)  # with the body that owns it
     filtered: list[Usd.Prim] = field(default_factory=list)  # with FilteredPairsAPI
     groups: list[Usd.Prim] = field(default_factory=list)  # collision groups
-    joints: list[str] = field(default_factory=list)
+    joints: list[Usd.Prim] = field(default_factory=list)
+    articulations: list[str] = field(default_factory=list)  # prims with ArticulationRootAPI
     instancers: list[str] = field(default_factory=list)  # PointInstancers of rigid bodies
     instanced_bodies: list[str] = field(default_factory=list)  # rigid bodies inside instances
     nonfinite: list[str] = field(default_factory=list)  # with a transform that is not finite
+
+    def links(self) -> set[str]:
+        """Return the paths of the bodies that belong to articulations, whose joints are not simulated but hold them."""
+        return articulated_links(self.articulations, [read_joint(prim) for prim in self.joints])
 
 
 def find_physics_prims(stage: Usd.Stage, root: Sdf.Path, cache: UsdGeom.XformCache) -> PhysicsPrims:
@@ -54,6 +60,8 @@ def find_physics_prims(stage: Usd.Stage, root: Sdf.Path, cache: UsdGeom.XformCac
         owners[path] = owner
         if COLLISION in applied:
             found.colliders.append((prim, owner))
+        if ARTICULATION_ROOT in applied:
+            found.articulations.append(str(path))
         if "PhysicsFilteredPairsAPI" in applied:
             found.filtered.append(prim)
         _add_by_type(prim, found)
@@ -93,7 +101,11 @@ def _add_by_type(prim: Usd.Prim, found: PhysicsPrims) -> None:
         ):
             found.instancers.append(str(prim.GetPath()))
     elif kind.startswith("Physics") and kind.endswith("Joint"):
-        found.joints.append(str(prim.GetPath()))
+        found.joints.append(prim)
+
+
+def _bodies_of(joint: Usd.Prim) -> tuple[Usd.Relationship, Usd.Relationship]:
+    return UsdPhysics.Joint(joint).GetBody0Rel(), UsdPhysics.Joint(joint).GetBody1Rel()
 
 
 def _has_rigid_body(stage: Usd.Stage, path: Sdf.Path) -> bool:
@@ -123,9 +135,15 @@ def _warn_left_out(found: PhysicsPrims) -> None:
             f"these have a transform that is not a number and are not simulated: {_listed(found.nonfinite)}. Author a "
             "finite translation, rotation and scale on them and above them."
         )
-    if found.joints:
+    links = found.links()
+    free = [
+        str(prim.GetPath())
+        for prim in found.joints
+        if not links.issuperset(str(path) for relation in _bodies_of(prim) for path in relation.GetTargets())
+    ]
+    if free:
         warn_once(
-            f"joints are not simulated: {_listed(found.joints)}. Their bodies move freely; set "
+            f"joints are not simulated: {_listed(free)}. Their bodies move freely; set "
             "physics:kinematicEnabled on those that must stay."
         )
     if found.instancers:

@@ -1,5 +1,7 @@
 """Read UsdPhysics from a stage into a `Scene` of plain records in SI units."""
 
+from dataclasses import replace
+
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
@@ -20,15 +22,17 @@ GRAVITY = 9.81  # m/s²
 def parse(stage: Usd.Stage, hulls: HullCache, *, root: Sdf.Path = Sdf.Path.absoluteRootPath) -> Scene:
     """Read every rigid body and collider at or below `root`, instance proxies included.
 
-    Joints, articulations, point-instanced bodies, bodies inside instances and prims whose transform is not finite are
-    named in warnings and left out.
+    Links of articulations are kinematic. Other joints, point-instanced bodies, bodies inside instances and prims whose
+    transform is not finite are named in warnings and left out.
     """
     units = Units.of(stage)
     cache = UsdGeom.XformCache(Usd.TimeCode.Default())
     found = find_physics_prims(stage, root, cache)
     warn_unsupported(found)
     scene_prim = simulated_scene(found.scenes)
+    links = found.links()
     bodies = {str(prim.GetPath()): read_body(prim, cache, units) for prim in found.bodies}
+    bodies |= {path: replace(bodies[path], kinematic=True) for path in links & bodies.keys()}
     materials = bound_materials([prim for prim, _ in found.colliders], units)
     colliders = {}
     for (prim, owner), material in zip(found.colliders, materials):

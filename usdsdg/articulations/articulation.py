@@ -1,0 +1,179 @@
+"""An articulation in motion: joint positions and velocities, drives and limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pxr import Usd
+
+from usdsdg.articulations.joint_tree import JointTree, drive_of
+from usdsdg.stage.physics.joints import Joint
+
+Array = NDArray[np.float64]
+
+# Followed by the name of the instance, such as rotX.
+_MIMIC = "PhysxMimicJointAPI:"
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A drive in the units of positions: rad or stage units."""
+
+    stiffness: float
+    damping: float
+    target: float
+    target_velocity: float
+
+    @property
+    def frequency(self) -> float:
+        """The natural frequency [1/s] of a critically damped motion to the target; 0 if nothing pulls there."""
+        if self.stiffness <= 0.0:
+            return 0.0
+        return 2.0 * self.stiffness / self.damping if self.damping > 0.0 else float(np.sqrt(self.stiffness))
+
+
+class Articulation:
+    """The joints of one robot, which move by their velocities and drives within their limits.
+
+    Nothing pushes a joint: forces, contacts and gravity do not act, and links push other bodies as kinematic bodies do.
+    A joint with a stiff drive approaches its target without overshoot, at the drive's rate of 2 stiffness / damping;
+    one without keeps its velocity, or takes the drive's target velocity.
+    """
+
+    def __init__(self, stage: Usd.Stage, root: str) -> None:
+        """Read the robot below the prim at `root`.
+
+        Raises:
+            BadPrim: there is no joint between two bodies.
+        """
+        self._stage = stage
+        self.tree = JointTree(stage, root)
+        self.positions = self.tree.positions()
+        self.velocities = np.zeros(len(self.dofs))
+        self._first = self.positions.copy()
+        self._blocked: Callable[[Joint], bool] | None = None
+
+    @property
+    def root(self) -> str:
+        """The path of its prim."""
+        return self.tree.root
+
+    @property
+    def dofs(self) -> Sequence[Joint]:
+        """The joints with a position, breadth first from the base."""
+        return self.tree.dofs
+
+    def set_positions(self, positions: ArrayLike) -> None:
+        """Move the joints (D,) at once, within their limits; their velocities stay."""
+        self.positions = self._limited(np.asarray(positions, np.float64))
+        self._follow_leaders()
+        self._show()
+
+    def set_velocities(self, velocities: ArrayLike) -> None:
+        """Set the velocities (D,) [rad/s, stage units/s] from the next step on."""
+        self.velocities = np.array(velocities, np.float64)
+
+    def measure(self) -> None:
+        """Take the positions of the links on the stage, at rest."""
+        self.positions = self.tree.positions()
+        self.velocities[:] = 0.0
+
+    def restart(self) -> None:
+        """Return to the positions that it was made with."""
+        self.velocities[:] = 0.0
+        self.set_positions(self._first)
+
+    def block(self, blocked: Callable[[Joint], bool] | None) -> None:
+        """Let a joint stay where it is as long as `blocked(joint)`; None lets all move."""
+        self._blocked = blocked
+
+    def step(self, dt: float) -> None:
+        """Advance by `dt` seconds and place the links."""
+        before = self.positions.copy()
+        for index, joint in enumerate(self.dofs):
+            if self._blocked is not None and self._blocked(joint):
+                self.velocities[index] = 0.0
+                continue
+            self.positions[index], self.velocities[index] = self._advanced(index, joint, dt)
+        moved = self._limited(self.positions)
+        self.velocities[moved != self.positions] = 0.0
+        self.positions = moved
+        self._follow_leaders()
+        if not np.array_equal(before, self.positions):
+            self._show()
+
+    def _advanced(self, index: int, joint: Joint, dt: float) -> tuple[float, float]:
+        position, velocity = self.positions[index], self.velocities[index]
+        drive = read_drive(self._stage, joint)
+        if (omega := drive.frequency) > 0.0:
+            # The closed form of a critically damped spring.
+            offset = position - drive.target
+            rate, decay = velocity + omega * offset, np.exp(-omega * dt)
+            position = drive.target + (offset + rate * dt) * decay
+            velocity = (velocity - omega * rate * dt) * decay
+        else:
+            velocity = drive.target_velocity if drive.damping > 0.0 else velocity
+            position = position + velocity * dt
+        most = self._max_velocity(joint) * dt
+        before = self.positions[index]
+        return float(np.clip(position, before - most, before + most)), float(np.clip(velocity, -most / dt, most / dt))
+
+    def _max_velocity(self, joint: Joint) -> float:
+        attribute = self._stage.GetPrimAtPath(joint.path).GetAttribute("physxJoint:maxJointVelocity")
+        value = attribute.Get() if attribute and attribute.HasAuthoredValue() else None
+        return float(value) * joint.unit if value is not None and value > 0.0 else np.inf
+
+    def _limited(self, positions: Array) -> Array:
+        limits = np.array([limits_of(self._stage, joint) for joint in self.dofs]).reshape(-1, 2)
+        return np.clip(positions, limits[:, 0], np.maximum(limits[:, 0], limits[:, 1]))
+
+    def _follow_leaders(self) -> None:
+        """Place mimic joints: position + gearing times the leader's + offset is zero."""
+        number = {joint.path: index for index, joint in enumerate(self.dofs)}
+        for index, joint in enumerate(self.dofs):
+            prim = self._stage.GetPrimAtPath(joint.path)
+            for schema in prim.GetAppliedSchemas():
+                if schema.startswith(_MIMIC):
+                    prefix = f"physxMimicJoint:{schema.removeprefix(_MIMIC)}"
+                    leader = prim.GetRelationship(f"{prefix}:referenceJoint").GetTargets()
+                    if leader and str(leader[0]) in number:
+                        gearing = float(prim.GetAttribute(f"{prefix}:gearing").Get())
+                        offset = float(prim.GetAttribute(f"{prefix}:offset").Get()) * joint.unit
+                        self.positions[index] = -gearing * self.positions[number[str(leader[0])]] - offset
+
+    def _show(self) -> None:
+        """Write poses of links, and the states of joints that have JointStateAPI, to the stage."""
+        self.tree.place(self.positions)
+        for joint, position, velocity in zip(self.dofs, self.positions, self.velocities):
+            prim = self._stage.GetPrimAtPath(joint.path)
+            for name, value in (("position", position), ("velocity", velocity)):
+                attribute = prim.GetAttribute(f"state:{joint.drive}:physics:{name}")
+                if attribute:
+                    attribute.Set(float(value / joint.unit))
+
+
+def read_drive(stage: Usd.Stage, joint: Joint) -> Drive:
+    """Read a joint's drive as it is now; one without a drive has zeros."""
+    api = drive_of(stage, joint)
+    if not api:
+        return Drive(0.0, 0.0, 0.0, 0.0)
+    stiffness, damping, target, velocity = (
+        float(attribute.Get() or 0.0)
+        for attribute in (
+            api.GetStiffnessAttr(),
+            api.GetDampingAttr(),
+            api.GetTargetPositionAttr(),
+            api.GetTargetVelocityAttr(),
+        )
+    )
+    return Drive(stiffness / joint.unit, damping / joint.unit, target * joint.unit, velocity * joint.unit)
+
+
+def limits_of(stage: Usd.Stage, joint: Joint) -> tuple[float, float]:
+    """Return the limits of a joint's position as they are now."""
+    prim = stage.GetPrimAtPath(joint.path)
+    lower, upper = (prim.GetAttribute(f"physics:{end}Limit").Get() for end in ("lower", "upper"))
+    return float(lower) * joint.unit, float(upper) * joint.unit

@@ -1,0 +1,170 @@
+"""The joints below a prim as a tree, which turns joint positions into poses of links and back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pxr import Usd, UsdPhysics
+
+from usdsdg.errors import BadPrim, warn_once
+from usdsdg.stage.physics.joints import WORLD, Joint, is_joint, read_joint
+from usdsdg.stage.poses.rotations import compose, decompose
+from usdsdg.stage.poses.transforms import as_array, local_to_world
+from usdsdg.stage.poses.world_poses import author_world_pose
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """A joint of the tree, from the link that is nearer to the base to the other."""
+
+    joint: Joint
+    parent: str
+    child: str
+
+    @property
+    def is_reversed(self) -> bool:
+        """Whether the joint's body 1 is the parent."""
+        return self.child == self.joint.body0
+
+
+class JointTree:
+    """The joints below one prim that connect its links to a tree, breadth first from the base.
+
+    The base is the link that a joint attaches to the world, or else the first that is no joint's body 1. Joints that
+    close loops are left out.
+    """
+
+    def __init__(self, stage: Usd.Stage, root: str) -> None:
+        """Read the joints at and below the prim at `root`.
+
+        Raises:
+            BadPrim: there is no such prim, or no joint that connects two bodies.
+        """
+        self._stage, self.root = stage, root
+        prim = stage.GetPrimAtPath(root)
+        joints = [read_joint(each) for each in Usd.PrimRange(prim) if is_joint(each)] if prim else []
+        joints = [joint for joint in joints if joint.in_articulation]
+        if not any(joint.body0 and joint.body1 for joint in joints):
+            raise BadPrim(f"{root} is no articulation: there is no joint between two bodies at or below it")
+        self.base = _base(joints)
+        self.branches = _branches(joints, self.base)
+        self.links = [self.base, *(branch.child for branch in self.branches)]
+        self.dofs = [branch.joint for branch in self.branches if branch.joint.is_dof]
+        others = [
+            branch.joint for branch in self.branches if branch.joint.kind not in ("Revolute", "Prismatic", "Fixed")
+        ]
+        if others:
+            warn_once(
+                f"{others[0].path}: a joint of this type is held as it is; only revolute and prismatic joints move"
+            )
+        # What holds joints without a position of their own: the pose of the child seen from the parent.
+        poses = self._poses()
+        self._held = {
+            branch.child: poses[branch.child] @ np.linalg.inv(poses[branch.parent])
+            for branch in self.branches
+            if not branch.joint.is_dof
+        }
+
+    def positions(self) -> Array:
+        """Measure the positions (D,) of the joints on the stage: angles [rad] and distances [stage units]."""
+        poses = self._poses()
+        found = []
+        for branch in self.branches:
+            if branch.joint.is_dof:
+                frame0, frame1 = self._frames(branch.joint)
+                moved = frame1 @ poses[branch.joint.body1] @ np.linalg.inv(frame0 @ poses[branch.joint.body0])
+                found.append(_measured(branch.joint, moved))
+        return np.array(found, np.float64)
+
+    def place(self, positions: Array) -> None:
+        """Author the poses of all links but the base for joint `positions` (D,)."""
+        poses = {self.base: self._pose(self.base)}
+        number = {joint.path: index for index, joint in enumerate(self.dofs)}
+        for branch in self.branches:
+            joint = branch.joint
+            if not joint.is_dof:
+                poses[branch.child] = self._held[branch.child] @ poses[branch.parent]
+                continue
+            frame0, frame1 = self._frames(joint)
+            moved = _moved(joint, float(positions[number[joint.path]]))
+            if branch.is_reversed:
+                to_parent = np.linalg.inv(frame0) @ np.linalg.inv(moved) @ frame1
+            else:
+                to_parent = np.linalg.inv(frame1) @ moved @ frame0
+            poses[branch.child] = to_parent @ poses[branch.parent]
+        # Ancestors first: the pose of a prim is relative to its parent's.
+        for link in sorted(self.links[1:], key=lambda path: path.count("/")):
+            pose = decompose(poses[link])
+            author_world_pose(self._stage.GetPrimAtPath(link), pose.translate, pose.rotation)
+
+    def _poses(self) -> dict[str, Array]:
+        return {link: self._pose(link) for link in self.links}
+
+    def _pose(self, link: str) -> Array:
+        """Return the row-vector 4x4 of a link's frame in the world, without scale."""
+        pose = decompose(as_array(local_to_world(self._stage.GetPrimAtPath(link))))
+        return compose(pose.translate, pose.rotation)
+
+    def _frames(self, joint: Joint) -> tuple[Array, Array]:
+        """Return both frames of a joint with their translations in stage units."""
+        frame0, frame1 = (
+            _scaled(frame, self._stage.GetPrimAtPath(body))
+            for frame, body in ((joint.frame0, joint.body0), (joint.frame1, joint.body1))
+        )
+        return frame0, frame1
+
+
+def _scaled(frame: Array, body: Usd.Prim) -> Array:
+    scaled = frame.copy()
+    scaled[3, :3] *= decompose(as_array(local_to_world(body))).scale
+    return scaled
+
+
+def _moved(joint: Joint, position: float) -> Array:
+    """Return the row-vector 4x4 from frame 1 to frame 0 of a joint."""
+    if joint.kind == "Prismatic":
+        return compose(position * np.eye(3)[joint.axis])
+    return compose(rotation=(*(np.sin(position / 2.0) * np.eye(3)[joint.axis]), np.cos(position / 2.0)))
+
+
+def _measured(joint: Joint, moved: Array) -> float:
+    """Return the position of a joint with frame 1 at `moved` in frame 0."""
+    if joint.kind == "Prismatic":
+        return float(moved[3, joint.axis])
+    j, k = (joint.axis + 1) % 3, (joint.axis + 2) % 3
+    return float(np.arctan2(moved[j, k] - moved[k, j], moved[j, j] + moved[k, k]))
+
+
+def _base(joints: list[Joint]) -> str:
+    for joint in joints:
+        if WORLD in (joint.body0, joint.body1) and (joint.body0 or joint.body1):
+            return joint.body0 or joint.body1
+    children = {joint.body1 for joint in joints}
+    return next((joint.body0 for joint in joints if joint.body0 not in children), joints[0].body0)
+
+
+def _branches(joints: list[Joint], base: str) -> list[Branch]:
+    """Return the joints that reach a link first, breadth first."""
+    branches, reached, level = [], {base}, [base]
+    while level:
+        following = []
+        for link in level:
+            for joint in joints:
+                if link not in (joint.body0, joint.body1):
+                    continue
+                other = joint.body1 if joint.body0 == link else joint.body0
+                if other != WORLD and other not in reached:
+                    reached.add(other)
+                    branches.append(Branch(joint, link, other))
+                    following.append(other)
+        level = following
+    return branches
+
+
+def drive_of(stage: Usd.Stage, joint: Joint) -> UsdPhysics.DriveAPI:
+    """Return the drive of a joint; false if it has none."""
+    return UsdPhysics.DriveAPI(stage.GetPrimAtPath(joint.path), joint.drive)

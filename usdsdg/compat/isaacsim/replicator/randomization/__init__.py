@@ -1,0 +1,1 @@
+"""What both spellings of domain randomization share: registered views, frames of environments, and what is written."""
