@@ -103,6 +103,7 @@ LATE = {
         "defining kernels and compiling them is the work that this module does on two threads",
     ),
     "usdsdg.cli.commands": ("usdsdg.__init__", COMMAND),
+    "usdsdg.cli.compat": ("usdsdg.compat", COMMAND),
     "usdsdg.cli.doctor": ("usdsdg.__init__ usdsdg_render.path", COMMAND),
     "usdsdg.cli.file_kinds": ("usdsdg.arguments usdsdg.scenarios", COMMAND),
     "usdsdg.cli.generate": ("usdsdg.scenarios", COMMAND),

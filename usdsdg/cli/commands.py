@@ -1,4 +1,4 @@
-"""The commands `usdsdg run | generate | render | simulate | inspect | doctor`; heavy imports stay inside them."""
+"""The commands `usdsdg run | generate | render | simulate | inspect | compat | doctor`, without heavy imports."""
 
 import atexit
 import gc
@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from usdsdg.cli.compat import compat
 from usdsdg.cli.doctor import doctor
 from usdsdg.cli.generate import generate
 from usdsdg.cli.inspect import inspect
@@ -19,7 +20,7 @@ app = typer.Typer(
 )  # fmt: skip
 # Options after the script's name belong to the script.
 app.command(context_settings={"allow_interspersed_args": False})(run)
-for command in (generate, render, simulate, inspect, doctor):
+for command in (generate, render, simulate, inspect, compat, doctor):
     app.command()(command)
 
 

@@ -78,3 +78,8 @@ class _Placeholder(abc.ABCMeta):
 def _refuse(cls: _Placeholder) -> NoReturn:
     name, subject = cls._stands_for
     raise Unsupported(subject.message(name))
+
+
+def is_placeholder(value: object) -> bool:
+    """Return whether a value stands for a name that is out of scope."""
+    return isinstance(value, (PlaceholderModule, _Placeholder))

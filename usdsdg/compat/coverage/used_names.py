@@ -1,0 +1,163 @@
+"""Read which foreign names scripts use, with their lines, without running them."""
+
+import ast
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from usdsdg.errors import ConfigError
+
+ROOTS = ("omni", "carb", "usdrt", "isaacsim", "semantics")
+# Of `pxr`, the modules that usd-core does not have.
+PXR = ("PhysxSchema", "PhysicsSchemaTools", "Semantics")
+# Functions whose first argument is the name of a member of a registry.
+REGISTRIES = {
+    "annotators.get": "annotators.get",
+    "AnnotatorRegistry.get_annotator": "annotators.get",
+    "writers.get": "writers.get",
+    "WriterRegistry.get": "writers.get",
+}
+CORE = ("omni.replicator.core.scripts.", "omni.replicator.core.")
+# To these a script can add members.
+_OPEN = (*CORE, "annotators.get", "writers.get")
+
+
+@dataclass(frozen=True, order=True)
+class Use:
+    """One use of a foreign name: `omni.usd.get_context`, or a member of a registry: `annotators.get('rgb')`."""
+
+    name: str
+    file: str
+    line: int
+
+
+def uses_of(scripts: Sequence[Path]) -> list[Use]:
+    """Return the foreign names that scripts use, also in the modules beside them that they import.
+
+    Aliases are resolved: after `import omni.usd as u`, `u.get_context()` uses `omni.usd.get_context`. Methods of what
+    functions return are not seen, nor are members that the scripts register themselves.
+
+    Raises:
+        ConfigError: a file cannot be read, or is not Python.
+    """
+    queue = [(path, path.parent) for path in scripts]
+    seen: set[Path] = set()
+    uses: set[Use] = set()
+    own: set[str] = set()
+    for path, folder in queue:
+        if path.resolve() in seen:
+            continue
+        seen.add(path.resolve())
+        reader = _Reader(str(path))
+        reader.visit(_parsed(path))
+        uses |= reader.uses
+        own |= reader.definitions
+        queue += [(helper, folder) for name in reader.imported for helper in _helpers(folder, path.parent, name)]
+    return sorted(use for use in uses if not (use.name.startswith(_OPEN) and _last(use.name) in own))
+
+
+def _last(name: str) -> str:
+    return name.removesuffix("')").replace("('", ".").rpartition(".")[2]
+
+
+def _parsed(path: Path) -> ast.Module:
+    try:
+        return ast.parse(path.read_text(encoding="utf-8-sig"), str(path))
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        raise ConfigError(f"{path} cannot be read: {error}") from None
+    except SyntaxError as error:
+        raise ConfigError(f"{path}, line {error.lineno}: not Python: {error.msg}") from None
+
+
+def _helpers(folder: Path, beside: Path, name: str) -> Iterator[Path]:
+    """Yield the files of a module `name`, and of packages above it, beside the first script or this file."""
+    parts = name.split(".")
+    for base in dict.fromkeys((folder, beside)):
+        for end in range(1, len(parts) + 1):
+            module = base.joinpath(*parts[:end])
+            yield from (file for file in (module.with_suffix(".py"), module / "__init__.py") if file.is_file())
+
+
+class _Reader(ast.NodeVisitor):
+    """Collects the uses, the other imports and the definitions of one file."""
+
+    def __init__(self, file: str) -> None:
+        self._file = file
+        self._aliases: dict[str, str] = {}
+        self.uses: set[Use] = set()
+        self.imported: set[str] = set()
+        self.definitions: set[str] = set()
+
+    def visit_Import(self, node: ast.Import) -> None:
+        for each in node.names:
+            if _is_foreign(each.name):
+                first = each.name.partition(".")[0]
+                self._aliases[each.asname or first] = each.name if each.asname else first
+                self._use(each.name, node)
+            else:
+                self.imported.add(each.name)
+
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> None:
+        module = node.module or ""
+        for each in node.names:
+            name = module if each.name == "*" else f"{module}.{each.name}"
+            if node.level == 0 and _is_foreign(name):
+                self._aliases[each.asname or each.name] = name
+                self._use(name, node)
+            else:
+                self.imported.update((module, name.lstrip(".")) if module else (each.name,))
+
+    def visit_ClassDef(self, node: ast.ClassDef) -> None:
+        self.definitions.add(node.name)
+        self.generic_visit(node)
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> None:
+        self.definitions.add(node.name)
+        self.generic_visit(node)
+
+    def visit_keyword(self, node: ast.keyword) -> None:
+        # `rep.randomizer.register(function, fn_name="name")`
+        if node.arg in ("fn_name", "name") and isinstance(node.value, ast.Constant):
+            self.definitions.add(str(node.value.value))
+        self.generic_visit(node)
+
+    def visit_Assign(self, node: ast.Assign) -> None:
+        name = self._resolved(node.value)
+        if name is not None:
+            for target in node.targets:
+                if isinstance(target, ast.Name) and target.id not in self._aliases:
+                    self._aliases[target.id] = name
+        self.generic_visit(node)
+
+    def visit_Attribute(self, node: ast.Attribute) -> None:
+        name = self._resolved(node)
+        if name is None:
+            self.generic_visit(node)
+        else:
+            self._use(name, node)
+
+    def visit_Call(self, node: ast.Call) -> None:
+        name = self._resolved(node.func)
+        if name is not None and name.startswith(CORE) and node.args and isinstance(node.args[0], ast.Constant):
+            below = next(name.removeprefix(core) for core in CORE if name.startswith(core))
+            if below in REGISTRIES and isinstance(node.args[0].value, str):
+                self._use(f"{REGISTRIES[below]}('{node.args[0].value}')", node)
+        self.generic_visit(node)
+
+    def _resolved(self, node: ast.AST) -> str | None:
+        """Return the foreign name that a chain of attributes stands for; None for anything else."""
+        parts = []
+        while isinstance(node, ast.Attribute):
+            parts.append(node.attr)
+            node = node.value
+        if not isinstance(node, ast.Name) or node.id not in self._aliases:
+            return None
+        return ".".join([self._aliases[node.id], *reversed(parts)])
+
+    def _use(self, name: str, node: ast.AST) -> None:
+        self.uses.add(Use(name, self._file, getattr(node, "lineno", 0)))
+
+
+def _is_foreign(name: str) -> bool:
+    first, _, rest = name.partition(".")
+    return first in ROOTS or (first == "pxr" and rest.partition(".")[0] in PXR)
