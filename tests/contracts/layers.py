@@ -38,6 +38,7 @@ USDSDG = {
     "app": "errors stage session graph rng distribution create annotators writers trigger capture",
     "orchestrator": "errors session arguments app",
     "demo": "errors stage",
+    "mirror": "errors stage session",
     "inspect": "errors stage writers",
     "replicator_yaml": "errors arguments graph orchestrator __init__",
     "scenarios": "errors stage session arguments graph create writers app orchestrator settings __init__",
@@ -94,7 +95,7 @@ LATE = {
     "usdsdg.capture.tiles": ("usdsdg_render.labels", "warp takes a second to import"),
     "usdsdg.session.session": (
         "usdsdg.session usdsdg.articulations usdsdg.graph usdsdg.rng usdsdg.writers usdsdg.capture usdsdg.app "
-        "usdsdg.compat usdsdg.demo",
+        "usdsdg.compat usdsdg.demo usdsdg.mirror",
         "the one object that owns the state of all packages names their parts, and makes each when it is first used",
     ),
     "usdsdg_physics.world.world": ("usdsdg_physics.corrections", "its kernels are defined when a scene needs them"),
@@ -102,6 +103,7 @@ LATE = {
         "usdsdg_physics.corrections usdsdg_physics.queries",
         "defining kernels and compiling them is the work that this module does on two threads",
     ),
+    "usdsdg.cli.assets": ("usdsdg.mirror", COMMAND),
     "usdsdg.cli.commands": ("usdsdg.__init__", COMMAND),
     "usdsdg.cli.compat": ("usdsdg.compat", COMMAND),
     "usdsdg.cli.doctor": ("usdsdg.__init__ usdsdg_render.path", COMMAND),

@@ -1,4 +1,4 @@
-"""The commands `usdsdg run | generate | render | simulate | inspect | compat | doctor`, without heavy imports."""
+"""The commands `usdsdg run | generate | render | simulate | inspect | compat | assets | doctor`, without heavy imports."""
 
 import atexit
 import gc
@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from usdsdg.cli import assets
 from usdsdg.cli.compat import compat
 from usdsdg.cli.doctor import doctor
 from usdsdg.cli.generate import generate
@@ -22,6 +23,7 @@ app = typer.Typer(
 app.command(context_settings={"allow_interspersed_args": False})(run)
 for command in (generate, render, simulate, inspect, compat, doctor):
     app.command()(command)
+app.add_typer(assets.app, name="assets")
 
 
 def _print_version(wanted: bool) -> None:

@@ -78,6 +78,7 @@ class Session:
         self.disk_root: Path | None = None  # parent of relative output folders; None: the default
         self.failed_at_exit = False  # a file could not be written and no call has raised it
         assets.set_fallback_root(lambda: _imported("usdsdg.demo:root")())
+        assets.set_mirror_factory(lambda url: _imported("usdsdg.mirror.root_mirror:RootMirror")(url))
 
     @cached_property
     def timeline(self) -> Timeline:

@@ -8,7 +8,7 @@ from usdsdg.stage.assets.dependencies import (
     redirect,
     redirect_layer,
 )
-from usdsdg.stage.assets.lookup import exists, locate
+from usdsdg.stage.assets.lookup import exists, locate, paths_under_root
 from usdsdg.stage.assets.maps import PathMap, get_maps, set_maps
 from usdsdg.stage.assets.missing import (
     MissingAsset,
@@ -42,7 +42,7 @@ __all__ = [
     "HOW_TO_SET", "ROOT_VARIABLE", "TOP_FOLDERS", "Mirror", "MissingAsset", "MissingAssets", "MissingDependency",
     "OnMissing", "PathMap", "assets_root", "cache_folder", "check_missing", "configured_root", "exists", "get_maps",
     "get_on_missing", "is_elsewhere", "is_remote", "listed", "locate", "missing_assets", "missing_dependencies",
-    "note_missing", "raise_missing", "redirect", "redirect_layer", "resolve", "root_mirror", "scheme_of",
-    "set_assets_root", "set_fallback_root", "set_maps", "set_mirror_factory", "set_on_missing", "set_units",
-    "where_looked",
+    "note_missing", "paths_under_root", "raise_missing", "redirect", "redirect_layer", "resolve", "root_mirror",
+    "scheme_of", "set_assets_root", "set_fallback_root", "set_maps", "set_mirror_factory", "set_on_missing",
+    "set_units", "where_looked",
 ]  # fmt: skip

@@ -67,7 +67,7 @@ def _not_found(text: str, problems: list[str], remedy: str) -> errors.AssetNotFo
 
 
 def _locate_remote(text: str, problems: list[str]) -> str:
-    for path in _paths_under_root(text):
+    for path in paths_under_root(text):
         local = os.path.join(root.assets_root(), path)
         if exists(local) or _mirrored(local):
             return local
@@ -90,7 +90,7 @@ def _not_here(text: str, looked: str) -> errors.AssetError | errors.Unsupported:
     return errors.Unsupported(f"{text} is remote, and usdsdg reads local files only{looked}. {remedy}")
 
 
-def _paths_under_root(text: str) -> list[str]:
+def paths_under_root(text: str) -> list[str]:
     """Return where a remote asset may be under the assets root, as relative paths, most likely first."""
     whole, mirror = url.normalized(text), root.root_mirror()
     path = url.path_of(whole) if url.scheme_of(whole) else whole[2:]
