@@ -1,4 +1,4 @@
-"""The commands `usdsdg run | generate | render | simulate | inspect | compat | assets | doctor`; all light to import."""
+"""The commands `usdsdg run | generate | render | simulate | inspect | compat | assets | doctor`, light to import."""
 
 import atexit
 import gc
