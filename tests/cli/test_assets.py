@@ -4,8 +4,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("obstore", reason="needs the remote extra")
-
 from tests.mirror.server import Server
 from tests.scripts.conftest import usdsdg
 
@@ -14,6 +12,7 @@ CUP = "Isaac/Props/cup.usda"
 
 @pytest.fixture
 def server(tmp_path, monkeypatch):
+    pytest.importorskip("obstore", reason="needs the remote extra")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     server = Server()
     server.files[CUP] = b'#usda 1.0\n( defaultPrim = "Cup" )\ndef Cube "Cup" {\nasset picture = @./cup.png@\n}'

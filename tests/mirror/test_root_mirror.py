@@ -8,8 +8,6 @@ from pathlib import Path
 import pytest
 from pxr import Usd, UsdGeom
 
-pytest.importorskip("obstore", reason="needs the remote extra")
-
 from tests.mirror.server import Handler, Server, cut_off
 from usdsdg.errors import AssetError, AssetNotFound, AssetUnreadable, Unsupported
 from usdsdg.mirror import download
@@ -23,6 +21,7 @@ PROP = "Isaac/Props/cup/cup.usda"
 @pytest.fixture
 def server(tmp_path, monkeypatch):
     """A server with a room that needs a prop, its texture and its material; the cache is the test's own."""
+    pytest.importorskip("obstore", reason="needs the remote extra")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(download, "_WAIT_SECONDS", 0.001)
     monkeypatch.setattr("usdsdg.mirror.store._retries", lambda: {"max_retries": 0})
