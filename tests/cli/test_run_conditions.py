@@ -50,6 +50,18 @@ def test_start_captures_frames_0_to_n_in_the_light_of_a_new_stage(tmp_path, kind
     assert labels == {"0": {"class": "cube"}}
 
 
+def test_a_script_without_a_render_product_is_not_sent_to_press_start(tmp_path):
+    (tmp_path / "script.py").write_text(
+        "import omni.replicator.core as rep\n"
+        "with rep.trigger.on_frame():\n"
+        "    with rep.create.cube():\n"
+        "        rep.modify.pose(position=rep.distribution.uniform((0, 0, 0), (1, 1, 1)))\n"
+    )
+    done = usdsdg("run", "--frames", "2", "script.py", cwd=tmp_path)
+    assert "no render product, so there is nothing to capture" in done.stderr
+    assert "Start" not in done.stderr
+
+
 def test_black_pictures_without_labels_end_with_remarks(tmp_path):
     script = EDITOR.replace('semantics=[("class", "cube")]', "")
     done = run(tmp_path, script, "--frames", "1")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from usdsdg.session import render_products
 from usdsdg.session.session import current
 
 
@@ -31,6 +32,11 @@ def _of_no_frame() -> list[str]:
     if seen.writers:
         names = ", ".join(dict.fromkeys(seen.writers))
         what = f"{names} {'is' if len(set(seen.writers)) == 1 else 'are'} attached, but no frame was captured"
+    elif current().graph.triggers and not render_products.products():
+        return [
+            "the script made randomizers with triggers, and no render product, so there is nothing to capture. It may "
+            "count on a recorder window of the GUI: here create.render_product and a writer do what the window does."
+        ]
     elif current().graph.triggers:
         what = "the script made randomizers with triggers, but captured no frame"
     else:
