@@ -53,7 +53,7 @@ args.out.mkdir(parents=True, exist_ok=True)
 columns, rows = np.meshgrid(np.arange(size[0]) + 0.5, np.arange(size[1]) + 0.5)
 images = []
 for name, camera, (rgb, distance_to_camera) in zip(("pinhole", "fisheye"), (pinhole, fisheye), annotators, strict=True):
-    view = read_camera(current_stage(), camera.get_output_prims()["prims"][0], size)
+    view = read_camera(current_stage(), camera.prims[0], size)
     origins, directions = view.rays(np.stack([columns, rows], -1))
     distance = distance_to_camera.get_data().reshape(-1, 1)
     hit = np.isfinite(distance[:, 0])

@@ -69,6 +69,10 @@ class Distribution(ReplicatorItem, abc.ABC):
         except GraphError as error:
             raise GraphError(f"{self.node.describe()}: {error}") from None
 
+    def has_patterns(self, count: int) -> bool:
+        """Return whether each value that can be drawn is a list of `count` values, one for each prim of a group."""
+        return False
+
     def _listed(self, name: str, given: Any) -> list[Any]:
         """Return the values of an argument that is a list; those of an item are its prims."""
         if isinstance(given, ReplicatorItem) and not isinstance(given, Distribution):
@@ -188,6 +192,9 @@ class Choice(Distribution):
             picks = rng.choice(len(self._items), size=len(prims), replace=False, p=self._weights)
         return [self._resolved(self._items[pick], consumer, execution, prim) for pick, prim in zip(picks, prims)]
 
+    def has_patterns(self, count: int) -> bool:
+        return _are_lists(self._items, count)
+
     def _resolved(self, item: Any, consumer: str, execution: int, prim: str) -> Any:
         return item.sample(f"{consumer}/choice", execution, [prim])[0] if isinstance(item, Distribution) else item
 
@@ -204,6 +211,9 @@ class Sequence_(Distribution):
         first = execution * (len(prims) if self._stride is None else self._stride)
         positions = [first + i for i in range(len(prims))]
         return [self._items[self._index(consumer, position)] for position in positions]
+
+    def has_patterns(self, count: int) -> bool:
+        return _are_lists(self._items, count)
 
     def _index(self, consumer: str, position: int) -> int:
         cycle, index = divmod(position, len(self._items))
@@ -253,6 +263,10 @@ INPUTS = {
 
 def _all_seeded(items: Sequence[Any], seed: int) -> list[Any]:
     return [item.seeded(seed) if isinstance(item, Distribution) else item for item in items]
+
+
+def _are_lists(items: Sequence[Any], count: int) -> bool:
+    return all(isinstance(item, (list, tuple)) and len(item) == count for item in items)
 
 
 def uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
@@ -372,6 +386,17 @@ def draw(value: Any, node: Node, execution: int, role: str) -> list[Any]:
     if isinstance(value, list) and len(value) == count and not is_vector(value):
         return value
     return [value] * count
+
+
+def draw_scalars(value: Any, node: Node, execution: int, role: str) -> list[Any]:
+    """As `draw`, for an input whose values are no lists: a list that is drawn is a pattern over the prims of `node`.
+
+    Of choices or items with one value for each prim, one is drawn per execution, for all prims together.
+    """
+    if isinstance(value, Distribution) and value.has_patterns(len(node.prims)):
+        consumer = f"{node.key}/{value.node.name or role}"
+        return list(value.sample(consumer, execution, node.prims[:1])[0])
+    return draw(value, node, execution, role)
 
 
 def is_vector(value: Sequence[Any]) -> bool:

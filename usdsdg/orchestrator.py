@@ -181,8 +181,11 @@ def get_status() -> Status:
 
 
 def get_is_started() -> bool:
-    """Return whether a run has started and is neither stopped nor paused."""
-    return get_status() in (Status.STARTED, Status.STEPPING, Status.STEPPED)
+    """Return whether a run has started and is neither stopped nor paused.
+
+    The first call after `run`, which returns when the run has ended, is True as well: scripts wait for the start.
+    """
+    return get_orchestrator().is_started()
 
 
 def get_is_stopped() -> bool:

@@ -5,6 +5,7 @@ import asyncio
 import pytest
 
 import usdsdg as rep
+from usdsdg.app.app import get_app
 from usdsdg.app.status import Status
 from usdsdg.orchestrator import OrchestratorError
 from usdsdg.session.settings_store import get_settings
@@ -89,6 +90,26 @@ def test_a_run_has_its_number_of_frames_or_that_of_its_triggers(writer, form, na
     assert trigger.executions == 2
     call(form, name, num_frames=0)
     assert len(writer.times) == 5
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_scripts_that_wait_for_the_start_and_the_end_of_a_run_go_on(writer, form):
+    for count in (2, 4):
+        call(form, "run", num_frames=2)
+        updates = 0
+        while not rep.orchestrator.get_is_started():
+            updates += 1
+            assert updates < 10
+            get_app().update()
+        while rep.orchestrator.get_is_started():
+            updates += 1
+            assert updates < 10
+            get_app().update()
+        assert len(writer.times) == count
+        assert states() == [True, False, False]
+    call(form, "run", num_frames=1)
+    call(form, "stop")
+    assert not rep.orchestrator.get_is_started()
 
 
 @pytest.mark.parametrize("form", FORMS)

@@ -60,6 +60,27 @@ def test_invalid_visibility_raises_an_error(stage, value):
         rep.modify.visibility(value, input_prims=rep.create.cube(count=2))
 
 
+@pytest.mark.parametrize("stride", [None, 1, 3])
+def test_a_sequence_of_patterns_over_a_group_shows_one_at_each_firing(stage, stride):
+    with rep.trigger.on_custom_event("go"), rep.create.group([rep.create.cube(), rep.create.sphere()]) as group:
+        rep.modify.visibility(rep.distribution.sequence([[True, False], [False, True]], stride=stride))
+    seen = []
+    for _ in range(3):
+        fire()
+        seen.append(visibility_of(stage, group))
+    assert seen == [[True, False], [False, True], [True, False]]
+
+
+def test_a_choice_of_patterns_is_one_for_the_group(stage):
+    with rep.trigger.on_custom_event("go"), rep.create.cube(count=3) as cubes:
+        rep.modify.visibility(rep.distribution.choice([[True, False, False], [False, True, True]]))
+    seen = set()
+    for _ in range(20):
+        fire()
+        seen.add(tuple(visibility_of(stage, cubes)))
+    assert seen == {(True, False, False), (False, True, True)}
+
+
 # --- variants ---
 
 

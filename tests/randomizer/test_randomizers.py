@@ -6,9 +6,10 @@ from pxr import UsdGeom, UsdShade
 from scipy import stats
 
 import usdsdg as rep
-from usdsdg.errors import AssetNotFound, BadPrim, GraphError
+from usdsdg.errors import AssetNotFound, BadPrim, GraphError, UsdsdgWarning
 from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
+from usdsdg.stage import assets
 
 
 def fire():
@@ -231,6 +232,49 @@ def test_random_materials_repeat_with_their_seed():
     assert drawn(with_material(seed=3, max_cached_materials=2), seed=2) == found
     assert drawn(with_material(), seed=3) == found
     assert drawn(with_material(seed=4), seed=1) != found
+
+
+def _red_mdl(folder):
+    file = folder / "NVIDIA" / "Materials" / "Red.mdl"
+    file.parent.mkdir(parents=True)
+    red = "export material Red(*) = ::OmniPBR::OmniPBR(diffuse_color_constant: color(1.f, 0.f, 0.f));"
+    file.write_text(f"mdl 1.4;\nimport ::OmniPBR::OmniPBR;\n{red}\n")
+    return file
+
+
+@pytest.mark.parametrize("given", [list, rep.distribution.choice])
+def test_materials_are_made_from_mdl_files(stage, tmp_path, monkeypatch, given):
+    file = _red_mdl(tmp_path)
+    monkeypatch.setenv(assets.ROOT_VARIABLE, str(tmp_path))
+    cubes = rep.create.cube(count=2)
+    rep.randomizer.materials(given(["/NVIDIA/Materials/Red.mdl"]), input_prims=cubes)
+    rep.randomizer.materials([str(file)], input_prims=cubes)
+    evaluate.graph().evaluate()
+    for path in cubes.prims:
+        material, _ = UsdShade.MaterialBindingAPI(stage.GetPrimAtPath(path)).ComputeBoundMaterial()
+        assert material.GetPath() == "/Replicator/Looks/Red"
+        shader = material.ComputeSurfaceSource("mdl")[0]
+        assert (shader.GetSourceAsset("mdl").path, shader.GetSourceAssetSubIdentifier("mdl")) == (str(file), "Red")
+    with pytest.raises(AssetNotFound, match="Blue"):
+        rep.randomizer.materials(["/NVIDIA/Materials/Blue.mdl"], input_prims=cubes)
+
+
+def test_an_mdl_file_is_rendered_as_the_template_that_it_calls(stage, tmp_path):
+    rep.create.light(light_type="Dome", intensity=1000)
+    product = rep.create.render_product(rep.create.camera(position=(5, 0, 0), look_at=(0, 0, 0)), (16, 12))
+    rgb = rep.annotators.get("rgb").attach(product)
+    strange = tmp_path / "Strange.mdl"
+    strange.write_text("mdl 1.4;\nexport material Strange() = material();\n")
+    with rep.create.cube() as cube:
+        rep.randomizer.materials([str(strange)])
+    with pytest.warns(UsdsdgWarning, match=f"'Strange of {strange}' is not supported"):
+        rep.orchestrator.step()
+    with cube:
+        rep.randomizer.materials([str(_red_mdl(tmp_path))])
+    rep.orchestrator.step()
+    red, green, blue, _ = rgb.get_data()[6, 8].astype(int)
+    assert red > 2 * green
+    assert green == blue
 
 
 def test_materials_from_a_distribution_or_an_item(stage):

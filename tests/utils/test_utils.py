@@ -155,7 +155,8 @@ def test_inputs_of_nodes_are_set_with_or_without_their_prefix(stage):
 def test_items_list_their_prims(stage):
     cubes = rep.create.cube(count=2)
     item = rep.modify.pose(position=1, input_prims=cubes)
-    assert item.get_output_prims() == item.get_input_prims() == {"prims": list(cubes.prims)}
+    assert item.get_output_prims() == item.get_input_prims() == {"prims": [stage.GetPrimAtPath(p) for p in cubes.prims]}
+    assert [str(each.GetChildren()[0].GetName()) for each in cubes.get_output_prims()["prims"]] == ["Cube", "Cube"]
     assert item.outputs["prims"] == item.get_outputs()["prims"] == list(cubes.prims)
     given = item.get_inputs()
     given["position"] = 2

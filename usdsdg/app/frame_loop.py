@@ -38,12 +38,14 @@ class Orchestrator:
         self.status_callbacks: weakref.WeakSet[StatusCallback] = weakref.WeakSet()
         self._captured_callbacks: list[Callable[[], None]] = []
         self._requested_subframes = self._frames_of_last_run = 0
+        self._start_unseen = False
 
     def reset(self) -> None:
         """Restore the initial state for a new stage; callbacks stay."""
         self._set_status(Status.STOPPED)
         self.captures, self._initialized, self._next_subframes = 0, False, 0
         self._requested_subframes = self._frames_of_last_run = 0
+        self._start_unseen = False
         self._capture = Capture()
 
     # --- one frame ---
@@ -142,6 +144,7 @@ class Orchestrator:
         if num_frames is None and not any(trigger.max_execs for trigger in evaluate.graph().triggers):
             raise OrchestratorError("orchestrator.run: nothing ends the run; give num_frames, or a trigger max_execs.")
         last = self.captures + (num_frames or 0)
+        self._start_unseen = True
         frames_remain = _triggers_remain if num_frames is None else lambda: self.captures < last
         while frames_remain():
             if self.status is not Status.PAUSED:
@@ -173,13 +176,24 @@ class Orchestrator:
         """End the run: the next frame is again a first frame, with the same draws."""
         self.finish()
         self._frames_of_last_run = self.captures or self._frames_of_last_run
-        self.captures, self._initialized = 0, False
+        self.captures, self._initialized, self._start_unseen = 0, False, False
 
     def author_run(self, stage: Usd.Stage) -> None:
         """Author what a saved stage needs to repeat the run."""
         author_run(stage, frames=self.captures or self._frames_of_last_run, rt_subframes=self._requested_subframes)
 
     # --- status ---
+    def is_started(self) -> bool:
+        """Return whether a run has started and is neither stopped nor paused.
+
+        Scripts wait until the run that they have started is seen to start. `run` returns after its last frame, so a run
+        that nobody has asked about counts as started once more.
+        """
+        unseen, self._start_unseen = self._start_unseen, False
+        return self.status in (Status.STARTED, Status.STEPPING, Status.STEPPED) or (
+            unseen and self.status is Status.STOPPED
+        )
+
     def set_next_subframes(self, count: int) -> None:
         """Render the next frame with at least `count` sub-frames."""
         self._next_subframes = int(count)

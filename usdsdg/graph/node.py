@@ -10,8 +10,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from pxr import Usd
+
 from usdsdg.errors import NotAPrim
 from usdsdg.session.session import current
+from usdsdg.session.stage_context import current_stage
 
 _PACKAGE = str(Path(__file__).resolve().parents[1])
 
@@ -100,9 +103,12 @@ class ReplicatorItem:
         """Paths of the prims that the node created, selects or acts on, in order."""
         return self.node.prims
 
-    def get_output_prims(self) -> dict[str, list[str]]:
-        """Return {"prims": paths}; the output prims of a node are those that it acts on."""
-        return {"prims": list(self.prims)}
+    def get_output_prims(self) -> dict[str, list[Usd.Prim]]:
+        """Return {"prims": prims}, invalid ones for paths that are not on the stage.
+
+        The output prims of a node are those that it acts on; `prims` and `get_output("prims")` are their paths.
+        """
+        return {"prims": [current_stage().GetPrimAtPath(path) for path in self.prims]}
 
     get_input_prims = get_output_prims
 

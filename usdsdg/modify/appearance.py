@@ -7,11 +7,12 @@ from pxr import Usd, UsdGeom, UsdShade
 
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import labels_per_prim, shown
-from usdsdg.distribution import Distribution, draw
+from usdsdg.distribution import Distribution, draw, draw_scalars
 from usdsdg.errors import ArgumentError, BadPrim
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act, act_now
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
+from usdsdg.modify.mdl_materials import is_mdl, mdl_material
 from usdsdg.stage.semantics import labels
 
 
@@ -41,6 +42,7 @@ def visibility(value: Any = None, input_prims: Any = None, name: str | None = No
 
     Args:
         value: True, False, a list with one per prim, or a distribution over these; None samples True or False for each.
+            A distribution over lists with one per prim draws one list per execution.
 
     Raises:
         ArgumentError: `value` is something else.
@@ -59,7 +61,9 @@ def _write_visibility(node: Node, execution: int) -> None:
     value = node.inputs["value"]
     # `draw` would take a list of three ones and zeros for one vector.
     per_prim = (
-        value if isinstance(value, list) and len(value) == len(node.prims) else draw(value, node, execution, "value")
+        value
+        if isinstance(value, list) and len(value) == len(node.prims)
+        else draw_scalars(value, node, execution, "value")
     )
     if not all(isinstance(visible, (bool, np.bool_)) or visible in (0, 1) for visible in per_prim):
         raise ArgumentError(f"visibility is {shown(value)}; expected True or False, or a list with one per prim")
@@ -72,10 +76,12 @@ def material(value: Any, input_prims: Any = None, name: str | None = None) -> Re
     """Bind a material, stronger than the bindings of descendants.
 
     Args:
-        value: path, prim or item of a material, a list with one per prim, or a distribution over these.
+        value: path, prim or item of a material, or an MDL file (see `mdl_material`); a list with one per prim, or a
+            distribution over these.
 
     Raises:
         BadPrim: it is not on the stage, or not a material.
+        AssetNotFound: there is no such MDL file.
         GraphError: at execution, a distribution has sampled such a value.
     """
     if isinstance(value, Distribution):
@@ -86,7 +92,7 @@ def material(value: Any, input_prims: Any = None, name: str | None = None) -> Re
 @action("OgnWriteMaterial")
 def _write_material(node: Node, execution: int) -> None:
     for path, chosen in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
-        bind_material(prim_at(path), prim_at(prim_paths(chosen)[0]))
+        bind_material(prim_at(path), mdl_material(chosen) if is_mdl(chosen) else prim_at(prim_paths(chosen)[0]))
 
 
 def bind_material(prim: Usd.Prim, bound: Usd.Prim) -> None:

@@ -13,6 +13,7 @@ from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.modify import bind_material, check_material, material
+from usdsdg.modify.mdl_materials import is_mdl, mdl_material
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets, paths
 from usdsdg.stage.attribute_batch import write_batch
@@ -181,17 +182,18 @@ def materials(
     """Bind a random material to each prim, stronger than the bindings of descendants.
 
     Args:
-        materials: items, prims or paths of materials, or a distribution over these.
+        materials: items, prims or paths of materials, MDL files or URLs of these, or a distribution over these.
         seed: replaces the global seed.
         max_cached_materials: ignored: all materials are on the stage already and none is ever copied or removed.
 
     Raises:
         BadPrim: one is not on the stage, or not a material.
+        AssetNotFound: there is no such MDL file.
         ArgumentError: `seed` is not an integer, or `materials` is a distribution with another seed.
     """
     if isinstance(materials, Distribution):
         return material(one_of(materials, seed), input_prims=input_prims, name=name)
-    paths = prim_paths(materials)
+    paths = [str(mdl_material(each).GetPath()) if is_mdl(each) else each for each in prim_paths(materials)]
     for path in paths:
         check_material(prim_at(path))
     return material(one_of(paths, seed), input_prims=input_prims, name=name)

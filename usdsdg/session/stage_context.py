@@ -74,6 +74,7 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
         if layer is None:  # an empty file, for which pxr reports no reason
             raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: it is empty or cut off")
         if layer.dirty:
+            current().timeline.stop()  # or physics would restore its opinions of the discarded layer
             layer.Reload(force=True)
         stage = Usd.Stage.Open(layer)
     except Tf.ErrorException as failure:
@@ -92,11 +93,15 @@ def _check_times(stage: Usd.Stage, file: str) -> None:
 
 
 def set_stage(stage: Usd.Stage) -> Usd.Stage:
-    """Make `stage` the current one, reset the state of the previous one, and call the `on_new_stage` callbacks."""
+    """Make `stage` the current one, reset the state of the previous one, and call the `on_new_stage` callbacks.
+
+    A timeline that plays is stopped first, while the previous stage is still there to be restored.
+    """
     session, cache = current(), UsdUtils.StageCache.Get()
     if session.stage == stage:
         return stage
     if session.stage is not None:
+        session.timeline.stop()
         cache.Erase(session.stage)
     cache.Insert(stage)
     session.stage = stage

@@ -57,6 +57,12 @@ def is_mdl(prim: Usd.Prim) -> bool:
     return _mdl_shader(prim) is not None
 
 
+def mdl_file(prim: Usd.Prim) -> str:
+    """Return the MDL file of a material as it is authored, "" if its surface is not MDL."""
+    shader = _mdl_shader(prim)
+    return "" if shader is None else str(shader.GetSourceAsset("mdl").path)
+
+
 def set_input(prim: Usd.Prim, name: str, value: Any) -> None:
     """Set an input of an MDL material (or of its shader), and add it where it is missing.
 

@@ -36,11 +36,13 @@ class Backup:
                     self._restore_attribute(layer, path)
 
     def restore(self) -> None:
-        """Restore every remembered opinion and forget it."""
+        """Restore every remembered opinion and forget it; layers that are gone need none."""
         with Sdf.ChangeBlock():
             for layer, path in self._values:
                 self._restore_attribute(layer, path)
             for layer, path in self._created:
+                if layer.expired:
+                    continue
                 spec = layer.GetPrimAtPath(path)
                 if spec is not None and _is_empty(spec):
                     del (spec.nameParent or layer.pseudoRoot).nameChildren[spec.name]
@@ -48,7 +50,8 @@ class Backup:
         self._created.clear()
 
     def _restore_attribute(self, layer: Sdf.Layer, path: Sdf.Path) -> None:
-        value, spec = self._values[layer, path], layer.GetAttributeAtPath(path)
+        value = self._values[layer, path]
+        spec = None if layer.expired else layer.GetAttributeAtPath(path)
         if spec is None:
             return
         if value is _ABSENT:

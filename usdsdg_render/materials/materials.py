@@ -9,7 +9,7 @@ from pxr import Sdf, Usd, UsdShade
 from usdsdg import errors
 from usdsdg_render.images.textures import Progress, TexturePool, TextureUse
 from usdsdg_render.materials.material_x import SURFACES, read_material_x
-from usdsdg_render.materials.mdl import mdl_name, read_mdl
+from usdsdg_render.materials.mdl import mdl_file, mdl_name, read_mdl
 from usdsdg_render.materials.preview_surface import read_preview_surface
 from usdsdg_render.materials.shading import MAX_COLOR, MAX_EMISSION, Input, Material, Network, shader_id
 from usdsdg_render.scene.scene import MATERIAL, NO_TEXTURE, Texture
@@ -134,6 +134,8 @@ def _read_surface(network: Network) -> Material | None:
             return read_material_x(network, surface)
     surface = mdl or universal or _surface(material, "mtlx")
     name = name or (shader_id(surface) if surface is not None else "")
+    file = mdl_file(mdl) if mdl is not None else ""
+    name += f" of {file}" if "/" in file else ""
     what = f"its surface shader '{name}' is not supported" if surface is not None else "it has no surface shader"
     errors.warn_once(
         f"{network.material.GetPath()}: {what}; the displayColor of each mesh is used. Give the material a "

@@ -26,6 +26,12 @@ def mdl_name(shader: UsdShade.Shader) -> str:
     return name.split("(", 1)[0].rsplit("::", 1)[-1] if asset is not None or name else ""
 
 
+def mdl_file(shader: UsdShade.Shader) -> str:
+    """Return the MDL file of a shader as it is authored, "" if it has none."""
+    asset = shader.GetPrim().GetAttribute("info:mdl:sourceAsset").Get()
+    return asset.path if isinstance(asset, Sdf.AssetPath) else ""
+
+
 def read_mdl(network: Network, shader: UsdShade.Shader, name: str) -> Material | None:
     """Read a material whose MDL name is in `_READERS`, or whose file calls such a template; None for others."""
     if name not in _READERS:

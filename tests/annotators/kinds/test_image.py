@@ -88,8 +88,8 @@ def test_points_are_where_pixel_depth_and_intrinsics_put_them(frame):
     )
     # float32 depth of about ten meters
     np.testing.assert_allclose(cloud.data, (in_camera @ view.local_to_world)[:, :3], atol=1e-5)
-    np.testing.assert_array_equal(cloud.info["pointRgb"].reshape(-1, 4), frame.aovs["LdrColor"][hit])
-    np.testing.assert_array_equal(cloud.info["pointNormals"].reshape(-1, 4)[:, :3], frame.aovs["normals"][hit])
+    np.testing.assert_array_equal(cloud.info["pointRgb"], frame.aovs["LdrColor"][hit])
+    np.testing.assert_array_equal(cloud.info["pointNormals"][:, :3], frame.aovs["normals"][hit])
 
 
 def test_point_ids_are_those_of_the_masks(frame):

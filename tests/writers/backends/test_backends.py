@@ -346,3 +346,16 @@ def test_a_users_backend_is_registered_and_found_under_its_class_name(tmp_path):
         registry.BackendRegistry.get_backend("Memory")
     with pytest.raises(NotImplementedError, match="Memory does not read blobs"):
         memory.read_blob("x.npy")
+
+
+def test_the_class_waits_for_every_backend(tmp_path):
+    first, second = DiskBackend(tmp_path / "a"), BackendDispatch(output_dir=tmp_path / "b")
+    for backend in (first, second):
+        backend.schedule(backend.write_blob, "x.bin", b"x")
+    BackendDispatch.wait_until_done()
+    assert BackendDispatch.is_done_writing()
+    assert (tmp_path / "a" / "x.bin").read_bytes() == (tmp_path / "b" / "x.bin").read_bytes() == b"x"
+    second.schedule(second.write_blob, "y.bin", b"y")
+    second.wait_until_done()
+    assert second.is_done_writing()
+    assert (tmp_path / "b" / "y.bin").exists()

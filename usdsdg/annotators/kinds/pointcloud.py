@@ -46,7 +46,7 @@ def depth_to_pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
 def pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     """One point per pixel with a labeled hit, row by row: float32 (N, 3) in the world [stage units].
 
-    info: pointRgb uint8 and pointNormals float32 (N * 4 each, flat), pointSemantic and pointInstance uint32 (N).
+    info: pointRgb uint8 and pointNormals float32 (N, 4 each), pointSemantic and pointInstance uint32 (N).
     includeUnlabelled: also keep points of gprims without a selected label.
     """
     predicate = predicate_of(params)
@@ -57,8 +57,8 @@ def pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     normals = np.ones((len(member), 4), np.float32)
     normals[:, :3] = frame.aov("normals")[kept]
     info = {
-        "pointRgb": frame.aov("LdrColor")[kept].reshape(-1),
-        "pointNormals": normals.reshape(-1),
+        "pointRgb": frame.aov("LdrColor")[kept],
+        "pointNormals": normals,
         # Unlabeled points have member -1 and look up the appended entry.
         "pointSemantic": np.append(id_of_member + FIRST_LABELED, UNLABELLED)[member].astype(np.uint32),
         "pointInstance": np.where(member >= 0, member + FIRST_LABELED, UNLABELLED).astype(np.uint32),

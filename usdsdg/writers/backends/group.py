@@ -79,6 +79,17 @@ class BackendDispatch(BackendGroup):
             raise WriterError("BackendDispatch has nowhere to write: give output_dir, or bucket and key_prefix.")
         super().__init__(backends)
 
+    # These are called on the class, too, so they are about every backend.
+    @staticmethod
+    def is_done_writing() -> bool:
+        """Return whether every backend has written everything."""
+        return current().io_queue.is_done_writing()
+
+    @staticmethod
+    def wait_until_done() -> None:
+        """Block until every backend has written everything; raises the first failure."""
+        current().io_queue.wait_until_done()
+
     @staticmethod
     def set_max_queue_size(jobs: int) -> None:
         """Set how many jobs of all backends may wait before `schedule` blocks."""

@@ -194,8 +194,8 @@ def _camera_steps(writer: BasicWriter, name: str, folder: str, number: str, seen
 def _pointcloud_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
     arrays = {
         "": seen["data"],
-        "rgb_": seen["pointRgb"].reshape(-1, 4),
-        "normals_": seen["pointNormals"].reshape(-1, 4),
+        "rgb_": seen["pointRgb"],
+        "normals_": seen["pointNormals"],
         "semantic_": seen["pointSemantic"],
         "instance_": seen["pointInstance"],
     }
