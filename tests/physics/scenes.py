@@ -89,6 +89,11 @@ def position(prim: Usd.Prim) -> np.ndarray:
     return np.array(matrix.ExtractTranslation())
 
 
+def fallen(steps: int, *, rate: float = 60.0) -> float:
+    """Distance [m] that a body falls from rest in so many steps, by its velocity at the end of each."""
+    return 9.81 / rate**2 * steps * (steps + 1) / 2
+
+
 def velocity(prim: Usd.Prim) -> np.ndarray:
     return np.array(prim.GetAttribute("physics:velocity").Get())
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdPhysics
 
-from tests.physics.scenes import add, collide, make_body, new_stage, playing, position, set_value, velocity
+from tests.physics.scenes import add, collide, fallen, make_body, new_stage, playing, position, set_value, velocity
 from usdsdg import errors
 from usdsdg.errors import PhysicsError
 from usdsdg_physics import NewtonEngine, simulate
@@ -93,7 +93,7 @@ def test_gravity_switch_of_one_body():
     at = position(switched)
     engine.advance(0.5)
     assert position(switched) == pytest.approx(at, abs=1e-6)
-    assert position(other)[2] == pytest.approx(9 - 9.81 / 8, abs=0.03)
+    assert position(other)[2] == pytest.approx(9 - fallen(30), abs=1e-3)
 
 
 def test_damping_change():
@@ -193,7 +193,7 @@ def test_new_body_and_removed_body_while_playing():
     late = add(stage, "/World/late", at=(0, 9, 0))
     engine.advance(0.5)
     assert position(first)[0] == pytest.approx(1.0, abs=1e-4)
-    assert position(late)[2] == pytest.approx(-9.81 / 8, abs=0.03)
+    assert position(late)[2] == pytest.approx(-fallen(30), abs=1e-3)
     stage.RemovePrim("/World/late")
     engine.advance(0.5)
     assert position(first)[0] == pytest.approx(1.5, abs=1e-4)
@@ -388,4 +388,4 @@ def test_simulate_leaves_bodies_where_they_end():
     frames = []
     assert simulate(stage, 0.5, device="cpu", frames_per_second=30, on_frame=frames.append) == 30
     assert frames == list(range(1, 16))
-    assert position(prim)[2] == pytest.approx(5 - 9.81 / 8, abs=0.03)
+    assert position(prim)[2] == pytest.approx(5 - fallen(30), abs=1e-3)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
-from tests.physics.scenes import add, collide, make_body, mesh, new_stage, physics_material, playing, position
+from tests.physics.scenes import add, collide, fallen, make_body, mesh, new_stage, physics_material, playing, position
 from usdsdg import errors
 from usdsdg_physics.parse.convex_hulls import MAX_HULL_VERTICES, HullCache
 from usdsdg_physics.parse.scene import parse
@@ -216,7 +216,7 @@ def test_y_up_stage_falls_along_y():
     stage = new_stage(up="Y")
     prim = add(stage, "/World/box")
     playing(stage).advance(0.5)
-    assert position(prim) == pytest.approx([0, -9.81 / 8, 0], abs=0.03)
+    assert position(prim) == pytest.approx([0, -fallen(30), 0], abs=1e-3)
 
 
 def test_centimeter_stage_moves_like_a_meter_stage():
@@ -331,7 +331,7 @@ def test_body_without_collider_falls():
     make_body(ghost)
     with pytest.warns(errors.UsdsdgWarning):
         playing(stage).advance(0.5)
-    assert position(ghost)[2] == pytest.approx(-9.81 / 8, abs=0.03)
+    assert position(ghost)[2] == pytest.approx(-fallen(30), abs=1e-3)
     errors.forget_warnings()
 
 

@@ -25,6 +25,7 @@ _MODULES = (
     "usdsdg_physics.corrections.stabilization_kernels",
     "usdsdg_physics.corrections.tunneling_guard_kernels",
     "newton._src.solvers.steel.solver_steel",
+    "usdsdg_physics.corrections.free_flight_kernels",
 )
 # With gradients, which are not needed, this module alone takes three times as long.
 _WITHOUT_GRADIENTS = "newton._src.sim.articulation"
@@ -38,6 +39,7 @@ def prepare_newton() -> None:
     import newton  # noqa: F401
     import warp as wp
 
+    import usdsdg_physics.corrections.free_flight_kernels
     import usdsdg_physics.corrections.stabilization_kernels
     import usdsdg_physics.corrections.tunneling_guard_kernels
     import usdsdg_physics.queries.overlap_kernels  # noqa: F401

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from usdsdg_physics.corrections.depenetration import Depenetration
+from usdsdg_physics.corrections.free_flight import FreeFlight
 from usdsdg_physics.corrections.sleeping import Sleeping
 from usdsdg_physics.corrections.stabilization import Stabilization
 from usdsdg_physics.corrections.tunneling_guard import TunnelingGuard
@@ -63,6 +64,8 @@ class World:
         self._tunneling_guard = TunnelingGuard(scene, self.model, built.shape_index, contacts)
         self._depenetration = Depenetration(scene, self.model, built.shape_index, contacts)
         self._sleeping = Sleeping(self.model, contacts, inertia_per_mass, sleep_threshold)
+        dynamic = wp.array(self._dynamic.astype(np.int32), dtype=wp.int32, device=self.model.device)
+        self._free_flight = FreeFlight(self.model, dynamic, contacts)
         self._stabilization = Stabilization(scene, self.model, inertia_per_mass, sleep_threshold)
 
         if bodies:
@@ -192,9 +195,11 @@ class World:
         motions = self._kinematic_motions(dt)
         if self._wrenches is not None:
             self._set_forces(self._wrenches)
+        self._free_flight.begin(self._state)
         for substep in range(substeps):
             self._place_kinematic(motions, substep / substeps)
             self.pipeline.collide(self._state, self._contacts)
+            self._free_flight.note_contacts()
             self._tunneling_guard.redirect_contacts(self._state)
             self._depenetration.raise_velocities(self._state)
             self._sleeping.wake_touched(self._state, h)
@@ -205,6 +210,8 @@ class World:
         if self._wrenches is not None:
             self._wrenches = None
             self._set_forces()
+        if substeps > 1:
+            self._free_flight.finish(self._state, dt)
         self._place_kinematic(motions, 1.0)
         self._stop_kinematic()
 
