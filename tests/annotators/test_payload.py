@@ -2,6 +2,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import warp as wp
 
 from tests.annotators.ray_caster import make_frame
 from tests.annotators.scenes import street
@@ -95,3 +96,23 @@ def leaves(value):
             yield from leaves(item)
     elif isinstance(value, np.ndarray):
         yield value
+
+
+def test_a_writer_gets_warp_arrays_of_annotators_with_a_device(frames):
+    wanted = [annotators.get(name, device="cuda:7") for name in ("rgb", "semantic_segmentation", "distance_to_camera")]
+    wanted += [annotators.get("bounding_box_2d_tight", device="cuda:7"), annotators.get("normals", device="cpu")]
+    payload = annotators.build_payload(
+        SimpleNamespace(
+            data_structure="legacy", render_products=(), shares_arrays=True, annotators_of=lambda path: wanted
+        ),
+        one(frames),
+    )
+    (frame,) = one(frames).values()
+    for name, aov in (("rgb", "LdrColor"), ("distance_to_camera", "distance_to_camera")):
+        assert isinstance(payload[name], wp.array)
+        np.testing.assert_array_equal(payload[name].numpy(), frame.aovs[aov])
+    ids = payload["semantic_segmentation"]["data"]
+    assert (ids.dtype, ids.shape) == (wp.int32, (12, 16))
+    # Warp has no records, and "cpu" means NumPy.
+    assert payload["bounding_box_2d_tight"]["data"].dtype.names
+    assert isinstance(payload["normals"], np.ndarray)

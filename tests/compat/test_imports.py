@@ -113,3 +113,21 @@ def test_writers_backends_and_annotators_are_where_scripts_import_them_from():
         rep.annotators.Augmentation.from_function(rep.augmentations_default.aug_rgb_to_hsv)
         """
     )
+
+
+def test_imports_of_isaac_sim_4_choose_its_payloads():
+    code = """
+        import usdsdg.compat; usdsdg.compat.install()
+        import omni.replicator.core, omni.usd, isaacsim
+        from usdsdg.session.replicator_version import replicator_version
+        before = replicator_version()
+        try:
+            import omni.isaac.nothing_of_this_name
+        except ImportError:
+            before += replicator_version()
+        {}
+        print(before, replicator_version())
+    """
+    assert run(code.format("from omni.isaac.core.utils.semantics import add_update_semantics")) == "12 4"
+    assert run(code.format("import omni.isaac.kit")) == "12 4"
+    assert run(code.format("import isaacsim.core.utils.semantics")) == "12 6"

@@ -67,6 +67,9 @@ def test_usd_files_of_a_folder(folder):
     assert names() == ["a_crate.usda", "b_crate.usd"]
     assert names(recursive=True) == ["a_crate.usda", "b_crate.usd", "c_crate.usdc"]
     assert names(path_filter="b_") == ["b_crate.usd"]
+    assert rep.utils.get_usd_files(str(folder / "b_crate.usd")) == [str(folder / "b_crate.usd")]
+    with pytest.raises(AssetNotFound, match="is a file, not a folder"):
+        rep.utils.get_usd_files(str(folder / "rust_normal.png"))
     with pytest.raises(GraphError, match="not a regular expression"):
         names(path_filter="(")
     with pytest.raises(AssetNotFound):

@@ -12,13 +12,15 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.augmentations.array_transform import ArrayTransform
-from usdsdg.annotators.augmentations.warp_kernel import device_or_cpu
 from usdsdg.annotators.base import Annotation, AnnotatorSpec, predicate_of
+from usdsdg.annotators.device_arrays import on_device
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.ownership import parse_filter
+from usdsdg.annotators.packed_colors import packed
 from usdsdg.annotators.render_products import existing_products, render_product_paths
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import AnnotatorError, Unsupported
+from usdsdg.session.replicator_version import OLD, replicator_version
 from usdsdg.session.session import current
 
 
@@ -73,6 +75,11 @@ class Annotator:
         return predicate_of(self._params)
 
     @property
+    def device(self) -> str | None:
+        """Where its arrays are delivered: None or "cpu" for NumPy, else a device of Warp."""
+        return self._device
+
+    @property
     def render_product(self) -> str | None:
         """The path of the render product that it is attached to."""
         return self._render_product
@@ -86,6 +93,8 @@ class Annotator:
         """Compute the annotation of `frame`, augmentations applied, and keep it for `get_data`."""
         key = ("annotation", self._spec.compute, json.dumps(self._params, sort_keys=True, default=str))
         annotation = frame.derive(key, lambda: self._spec.compute(frame, self._params))
+        if self._params.get("colorize") and annotation.data is not None and replicator_version() == OLD:
+            annotation = Annotation(packed(annotation.data), annotation.info)
         counts: Counter[str] = Counter()
         for augmentation in self._augmentations:
             # Random draws depend on this key, so that adding other augmentations does not change them.
@@ -162,8 +171,8 @@ class Annotator:
         """Return the annotation of the latest captured frame, or of the stage as the latest update of the application
         shows it, whichever is later; arrays of size 0 before the first.
 
-        device: "cpu" returns a NumPy array, "cuda[:n]" a Warp array (on the CPU if there is no such device); None
-            uses the device that the annotator was created with.
+        device: "cpu" returns a NumPy array, "cuda[:n]" a Warp array (on the CPU if there is no such device), except of
+            records such as boxes; None uses the device that the annotator was created with.
         do_array_copy: copy the array, even if the annotator was created with do_array_copy=False. Without a copy the
             array is shared with the writers and must not be written into.
 
@@ -178,10 +187,7 @@ class Annotator:
         data = latest.data
         device = device or self._device
         if data is not None and device not in (None, "cpu"):
-            import warp
-
-            # As in Replicator, ids are int32 in Warp arrays; they stay below 2**31.
-            data = warp.array(data.view(np.int32) if data.dtype == np.uint32 else data, device=device_or_cpu(device))
+            data = on_device(data, device)
         elif data is not None and (do_array_copy or self._do_array_copy):
             data = data.copy()
         latest = replace(latest, data=data)

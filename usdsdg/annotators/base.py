@@ -6,7 +6,7 @@ binds the function to parameters, augmentations and a render product.
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,10 +15,16 @@ from usdsdg.arguments.registry import Registry
 from usdsdg.errors import AnnotatorError, AnnotatorRegistryError
 from usdsdg.session.session import current
 
+if TYPE_CHECKING:
+    pass
+
 
 @dataclass(frozen=True)
 class Annotation:
-    """The output of an annotator for one frame: an array, metadata ("info"), or both."""
+    """The output of an annotator for one frame: an array, metadata ("info"), or both.
+
+    The array is a Warp array only in what users receive of annotators with a device.
+    """
 
     data: np.ndarray | None = None
     info: Mapping[str, Any] = field(default_factory=dict)

@@ -8,6 +8,7 @@ import numpy as np
 
 from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.base import Annotation
+from usdsdg.annotators.device_arrays import on_device
 from usdsdg.annotators.frame import Frame
 from usdsdg.errors import WriterError
 
@@ -48,7 +49,7 @@ def build_payload(
             frame.view.prim_path,
             (frame.view.width, frame.view.height),
             {
-                annotator.get_name(): _own(annotator.compute(frame), shared=reader.shares_arrays)
+                annotator.get_name(): _delivered(annotator.compute(frame), annotator.device, reader.shares_arrays)
                 for annotator in reader.annotators_of(path)
             },
         )
@@ -64,8 +65,13 @@ def build_payload(
     )
 
 
-def _own(annotation: Annotation, *, shared: bool) -> Annotation:
-    """Copy the arrays of an annotation, so that the reader may write into them, unless they are shared."""
+def _delivered(annotation: Annotation, device: str | None, shared: bool) -> Annotation:
+    """Copy the arrays of an annotation, so that the reader may write into them, unless they are shared.
+
+    The array of an annotator with a device other than the CPU becomes a Warp array.
+    """
+    if annotation.data is not None and device not in (None, "cpu"):
+        return Annotation(on_device(annotation.data, device), annotation.info)
     if shared:
         return annotation
     info = {key: value.copy() if isinstance(value, np.ndarray) else value for key, value in annotation.info.items()}

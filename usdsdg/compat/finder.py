@@ -19,6 +19,7 @@ from usdsdg.arguments.registry import near_misses
 from usdsdg.compat import foreign_names
 from usdsdg.compat.placeholders import PlaceholderModule, placeholder
 from usdsdg.errors import Unsupported
+from usdsdg.session.replicator_version import note_old_import
 
 ROOTS = ("omni", "carb", "usdrt", "isaacsim")
 # Longest prefix first. These names are modules of usdsdg itself, without a file in `usdsdg.compat`.
@@ -31,6 +32,8 @@ ALIASES = (
     ("omni.syntheticdata.scripts.SyntheticData", "usdsdg.compat.omni.syntheticdata.synthetic_data"),
     ("omni.syntheticdata.scripts", "usdsdg.compat.omni.syntheticdata"),
 )
+# Modules that Isaac Sim has until version 4 only: their scripts expect the payloads of that time.
+OLD_NAMES = ("omni.isaac.", "omni.replicator.isaac")
 
 
 def real_name(name: str) -> str:
@@ -80,6 +83,8 @@ class _Finder(importlib.abc.MetaPathFinder):
         if name.split(".", 1)[0] not in ROOTS:
             return _refuse_missing_name(name)
         real = real_name(name)
+        if name.startswith(OLD_NAMES) and (_exists(real) or foreign_names.out_of_scope(name)):
+            note_old_import()
         if _exists(real):
             return importlib.machinery.ModuleSpec(name, _Loader(name, real), is_package=True)
         if subject := foreign_names.out_of_scope(name):

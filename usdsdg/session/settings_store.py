@@ -44,6 +44,7 @@ DEFAULTS: dict[str, Any] = {
     "/rtx/post/depthSensor/showDistance": False,
     "/usdsdg/denoiser": "auto",
     "/usdsdg/labels/glass": "surface",
+    "/usdsdg/replicator/version": 0,
     "/syntheticdata/sensors/perSubsetSegmentation": False,
 }
 

@@ -1,5 +1,6 @@
 """Search for files in a folder."""
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,10 +12,14 @@ from usdsdg.stage import assets
 def get_usd_files(path: str, recursive: bool = False, path_filter: str | None = None) -> list[str]:
     """Return the sorted paths of the USD files in a folder that match the regular expression `path_filter`.
 
+    Of a USD file the path of that file is returned.
+
     Raises:
-        AssetNotFound: there is no such folder.
+        AssetNotFound: there is no such folder or file, or it is a file of another kind.
         ArgumentError: `path_filter` is not a regular expression.
     """
+    if path.lower().endswith(asset_folders.USD_SUFFIXES) and os.path.isfile(file := assets.resolve(path)):
+        return [file]
     return asset_folders.usd_files(path, recursive=recursive, path_filter=path_filter)
 
 

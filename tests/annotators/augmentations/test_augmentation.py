@@ -232,6 +232,12 @@ def add_noise(data_in: wp.array2d(dtype=wp.float32), data_out: wp.array2d(dtype=
 
 
 @wp.kernel
+def scale_depth(data_in: wp.array2d(dtype=wp.float32), data_out: wp.array2d(dtype=wp.float32), z_far: float = 100.0):
+    i, j = wp.tid()
+    data_out[i, j] = data_in[i, j] / z_far
+
+
+@wp.kernel
 def no_result(data_in: wp.array2d(dtype=wp.float32)):
     i, j = wp.tid()
     data_in[i, j] = 0.0
@@ -242,6 +248,12 @@ def test_a_kernel_gets_one_thread_per_pixel(frame):
     np.testing.assert_array_equal(data[..., :3], frame.aovs["LdrColor"][..., 2::-1])
     assert not data[..., 3].any(), "what a kernel does not write is 0"
     assert data.dtype == np.uint8
+
+
+@pytest.mark.parametrize(("given", "z_far"), [({}, 100), ({"z_far": 10.0}, 10)])
+def test_an_argument_of_a_kernel_may_have_a_default(frame, given, z_far):
+    data = data_of(annotators.get("distance_to_camera").augment(scale_depth, **given), frame)
+    np.testing.assert_allclose(data, frame.aovs["distance_to_camera"] / z_far, rtol=1e-6)
 
 
 def test_the_shape_of_a_kernels_result_can_be_given(frame):

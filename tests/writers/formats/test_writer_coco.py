@@ -292,3 +292,11 @@ def test_a_thing_of_several_gprims_is_one_object(tmp_path):
     (record,) = read(write(tmp_path, frame))["annotations"]
     whole = mask_of(frame, "/World/Car") | mask_of(frame, "/World/Car/Roof")
     np.testing.assert_array_equal(decoded(record["segmentation"]["counts"], whole.shape), whole)
+
+
+def test_options_of_basic_writer_are_taken_and_those_that_change_nothing_are_told(frame, tmp_path):
+    forget_warnings()
+    usual = {"rgb": True, "bounding_box_2d_tight": True, "semantic_segmentation": 1}
+    write(tmp_path, frame, **usual, colorize_semantic_segmentation=False, colorize_instance_segmentation=True)
+    with pytest.warns(UsdsdgWarning, match="CocoWriter: rgb=False has no effect"):
+        writers.get("CocoWriter", init_params={"output_dir": str(tmp_path / "b"), "rgb": False})

@@ -15,7 +15,8 @@ def is_kernel(function: Any) -> bool:
 def arguments_of(function: Any) -> Mapping[str, bool] | None:
     """Return the argument names and whether each is required; None for **kwargs or an unknown signature."""
     if is_kernel(function):
-        return {argument.label: True for argument in function.adj.args}
+        given = defaults_of_kernel(function)
+        return {argument.label: argument.label not in given for argument in function.adj.args}
     try:
         parameters = inspect.signature(function).parameters
     except (TypeError, ValueError):  # some built-ins have no signature
@@ -29,6 +30,12 @@ def arguments_of(function: Any) -> Mapping[str, bool] | None:
     optional = inspect.Parameter.VAR_POSITIONAL
     needed = {n: parameters[n].default is inspect.Parameter.empty and parameters[n].kind != optional for n in others}
     return {"data_in": False, **needed}
+
+
+def defaults_of_kernel(kernel: Any) -> dict[str, Any]:
+    """Return the default values of a Warp kernel's arguments, which Warp itself ignores."""
+    parameters = inspect.signature(kernel.func).parameters.values()
+    return {each.name: each.default for each in parameters if each.default is not each.empty}
 
 
 def has_data_in(function: Any) -> bool:

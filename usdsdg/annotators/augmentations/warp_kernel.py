@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.annotators.augmentations.signatures import defaults_of_kernel
 from usdsdg.errors import AugmentationError, warn_once
 
 
@@ -39,7 +40,7 @@ def launch(
         _as_declared(kernel, data, declared["data_in"].dtype), dtype=declared["data_in"].dtype, device=where
     )
     result = wp.zeros(shape, dtype=declared["data_out"].dtype, device=where)
-    arguments = {**kwargs, "data_in": source, "data_out": result}
+    arguments = {**defaults_of_kernel(kernel), **kwargs, "data_in": source, "data_out": result}
     wp.launch(kernel, dim=data.shape[:2], inputs=[arguments[name] for name in declared], device=where)
     return result.numpy()
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators import named_annotators
+from usdsdg.annotators.packed_colors import unpacked
 from usdsdg.errors import WriterError
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
@@ -174,7 +175,7 @@ def _segmentation_steps(
     if "idToSemantics" in seen:
         tables["semantics_mapping"] = seen["idToSemantics"]
     return [
-        partial(write_image, path=f"{folder}{name}_{number}.png", data=seen["data"]),
+        partial(write_image, path=f"{folder}{name}_{number}.png", data=unpacked(seen)),
         *(partial(write_json, path=f"{folder}{name}_{t}_{number}.json", data=table) for t, table in tables.items()),
     ]
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators import named_annotators
-from usdsdg.errors import WriterError
+from usdsdg.errors import WriterError, warn_once
 from usdsdg.session.session import current
 from usdsdg.writers import base
 from usdsdg.writers.backends.group import BackendDispatch
@@ -26,6 +26,7 @@ RGB, BOXES = "rgb", "bounding_box_2d_tight_fast"
 CLASSES, INSTANCES = "semantic_segmentation", "instance_segmentation_fast"
 _SEMANTIC_TYPES = ["class", "coco", "stuff", "thing"]
 _ID_LENGTH = 8
+_ALWAYS = "images, boxes and masks of labeled objects are always written, and nothing else"
 _XYWH_ABSOLUTE = 1  # value of `bbox_mode` for x, y, width and height in pixels
 
 
@@ -57,6 +58,15 @@ class CocoWriter(Writer):
         frame_padding: int = 4,
         image_output_format: str = "png",
         coco_license_info: list[dict] | None = None,
+        *,
+        rgb: bool = True,
+        bounding_box_2d_tight: bool = True,
+        semantic_segmentation: bool = True,
+        instance_segmentation: bool = True,
+        instance_id_segmentation: bool = False,
+        colorize_semantic_segmentation: bool = True,
+        colorize_instance_segmentation: bool = True,
+        colorize_instance_id_segmentation: bool = True,
     ) -> None:
         """
         semantic_types: types of labels to use; default class, coco, stuff and thing.
@@ -66,6 +76,8 @@ class CocoWriter(Writer):
         dataset_id: part of the file names, so without slashes; default eight letters that depend on the global seed.
         image_output_format: of the color images; those of categories are always png, which is lossless.
         coco_license_info: [{"id", "name", "url"}]; the first one's id is each picture's license.
+        rgb, bounding_box_2d_tight, ...: options of BasicWriter, which scripts pass on. They change nothing: images,
+            boxes and masks are always written, ids of gprims never. One that asks for something else warns.
 
         Raises:
             WriterError: an option has an invalid value, or two categories have the same id.
@@ -74,6 +86,16 @@ class CocoWriter(Writer):
         """
         if dataset_id is not None and not re.fullmatch(r"[^/\\\0]{1,100}", dataset_id):
             raise WriterError(f"dataset_id is {dataset_id!r}; expected 1 to 100 characters of a file name, no slashes.")
+        asked = {
+            "rgb": (rgb, True),
+            "bounding_box_2d_tight": (bounding_box_2d_tight, True),
+            "semantic_segmentation": (semantic_segmentation, True),
+            "instance_segmentation": (instance_segmentation, True),
+            "instance_id_segmentation": (instance_id_segmentation, False),
+        }
+        for name, (value, fixed) in asked.items():
+            if bool(value) is not fixed:
+                warn_once(f"CocoWriter: {name}={value!r} has no effect: {_ALWAYS}.")
         self._categories = Categories(coco_categories)
         self._image_format = checked_image_format(image_output_format)
         self._padding = checked_padding(frame_padding)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators import named_annotators
+from usdsdg.annotators.packed_colors import unpacked
 from usdsdg.errors import WriterError, warn_once
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.image_files.motion_jpeg import encode_frame, encode_video
@@ -121,7 +122,7 @@ class CosmosWriter(Writer):
         clip = f"{root}clip_{self._clip:04d}"
         steps = []
         for modality in MODALITIES:
-            image = seen[modality]["data"]
+            image = unpacked(seen[modality]) if modality == "segmentation" else seen[modality]["data"]
             path = f"{clip}/{modality}/{modality}_{self._frame_id:04d}.png"
             steps.append(partial(write_image, path=path, data=image))
             size = (image.shape[1], image.shape[0])
