@@ -76,8 +76,10 @@ class CocoWriter(Writer):
         dataset_id: part of the file names, so without slashes; default eight letters that depend on the global seed.
         image_output_format: of the color images; those of categories are always png, which is lossless.
         coco_license_info: [{"id", "name", "url"}]; the first one's id is each picture's license.
-        rgb, bounding_box_2d_tight, ...: options of BasicWriter, which scripts pass on. They change nothing: images,
-            boxes and masks are always written, ids of gprims never. One that asks for something else warns.
+        rgb, bounding_box_2d_tight, semantic_segmentation, instance_segmentation, instance_id_segmentation: options of
+            BasicWriter, which scripts pass on. They change nothing: images, boxes and masks are always written, ids of
+            gprims never. One that asks for something else warns.
+        colorize_semantic_segmentation, colorize_instance_segmentation, colorize_instance_id_segmentation: ignored.
 
         Raises:
             WriterError: an option has an invalid value, or two categories have the same id.
