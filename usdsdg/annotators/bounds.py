@@ -25,7 +25,12 @@ def read_hull(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Hull | 
     kind = prim.GetTypeName()
     if kind in _QUADRICS:
         return _QUADRICS[kind](prim, time)
-    points = _mesh_points(UsdGeom.Mesh(prim), time, skinning) if kind == "Mesh" else _corner_points(prim, kind, time)
+    if kind == "Mesh":
+        points = _mesh_points(UsdGeom.Mesh(prim), time, skinning)
+    elif kind == "GeomSubset":
+        points = _subset_points(UsdGeom.Subset(prim), time, skinning)
+    else:
+        points = _corner_points(prim, kind, time)
     points = points[np.isfinite(points).all(axis=1)]
     return _points_hull(points) if len(points) else None
 
@@ -53,6 +58,18 @@ def _mesh_points(mesh: UsdGeom.Mesh, time: Usd.TimeCode, skinning: Skinning) -> 
     is_used = np.zeros(len(points), bool)
     is_used[used[(used >= 0) & (used < len(points))]] = True
     return points[is_used]
+
+
+def _subset_points(subset: UsdGeom.Subset, time: Usd.TimeCode, skinning: Skinning) -> np.ndarray:
+    """Return the points of the subset's faces, in the frame of its mesh, which is the subset's own."""
+    mesh = UsdGeom.Mesh(subset.GetPrim().GetParent())
+    skinned = skinning.skin(mesh.GetPrim(), time)
+    points = np.asarray(mesh.GetPointsAttr().Get(time) or () if skinned is None else skinned.points, np.float64)
+    counts = np.asarray(mesh.GetFaceVertexCountsAttr().Get(time) or (), np.int64)
+    used = np.asarray(mesh.GetFaceVertexIndicesAttr().Get(time) or (), np.int64)
+    faces = np.isin(np.arange(len(counts)), np.asarray(subset.GetIndicesAttr().Get(time) or (), np.int64))
+    used = used[np.repeat(faces, counts)[: len(used)]]
+    return points.reshape(-1, 3)[np.unique(used[(used >= 0) & (used < len(points))])]
 
 
 def _plane_corners(prim: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:

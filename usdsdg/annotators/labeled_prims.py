@@ -29,7 +29,7 @@ from usdsdg.stage.poses.transforms import as_array
 # Attributes that determine the geometry of a gprim, or the transforms of point instances.
 _GEOMETRY = {"points", "faceVertexIndices", "extent", "radius", "height", "axis", "size", "width", "length"}
 _GEOMETRY |= {"widths", "radiusTop", "radiusBottom", "curveVertexCounts"}
-_GEOMETRY |= {"positions", "orientations", "orientationsf", "scales", "ids"}
+_GEOMETRY |= {"indices", "positions", "orientations", "orientationsf", "scales", "ids"}
 
 
 @dataclass(frozen=True)
@@ -233,7 +233,8 @@ class LabeledPrimReader:
                 self._ownership = None
                 self._labels.invalidate()
             if not _GEOMETRY.isdisjoint(names):
-                self._hulls.pop(path, None)
+                # Also those of the subsets of a mesh.
+                self._hulls = {at: hull for at, hull in self._hulls.items() if path not in (at, at.GetParentPath())}
                 self._invalidate_bounds(path)
             elif any(name.startswith("xformOp") for name in names):
                 # The bounds of labeled ancestors change; those in the prim's own frame do not.

@@ -83,7 +83,7 @@ class Capture:
         labels = render_labels(self._requests, views, self._labeled_prims)
         return {
             path: Frame(
-                index=index, view=view, render_product=path, gprims=renderer.gprims,
+                index=index, view=view, render_product=path, gprims=labels[path].gprims,
                 aovs=labels[path].aovs | self._exposure.images(path, view),
                 labeled_prims=labels[path].labeled_prims, amodal_masks=labels[path].amodal_masks,
                 reference_time=(round(seconds * TICKS), TICKS),

@@ -22,6 +22,8 @@ from usdsdg.errors import Unsupported
 from usdsdg.session.replicator_version import note_old_import
 
 ROOTS = ("omni", "carb", "usdrt", "isaacsim")
+# Common words: a module of this name beside the script, or an installed one, comes first.
+WEAK_ROOTS = ("semantics", "video_encoding")
 # Longest prefix first. These names are modules of usdsdg itself, without a file in `usdsdg.compat`.
 ALIASES = (
     ("omni.replicator.core.scripts", "usdsdg"),
@@ -80,7 +82,8 @@ class _MadeLoader(importlib.abc.Loader):
 
 class _Finder(importlib.abc.MetaPathFinder):
     def find_spec(self, name: str, path: object = None, target: object = None) -> importlib.machinery.ModuleSpec | None:
-        if name.split(".", 1)[0] not in ROOTS:
+        root = name.split(".", 1)[0]
+        if root not in ROOTS and not (root in WEAK_ROOTS and _is_ours(root)):
             return _refuse_missing_name(name)
         real = real_name(name)
         if name.startswith(OLD_NAMES) and (_exists(real) or foreign_names.out_of_scope(name)):
@@ -92,6 +95,14 @@ class _Finder(importlib.abc.MetaPathFinder):
         if foreign_names.holds_out_of_scope(name):
             return _made(ModuleType(name, "Parent of modules that are out of scope."))
         raise ModuleNotFoundError(_missing(name), name=name)
+
+
+def _is_ours(root: str) -> bool:
+    """Whether there is no other module of this name."""
+    loaded = sys.modules.get(root)
+    if loaded is not None:
+        return loaded.__name__.startswith("usdsdg.")
+    return importlib.machinery.PathFinder.find_spec(root) is None
 
 
 def _exists(real: str) -> bool:
@@ -127,8 +138,12 @@ def _missing(name: str) -> str:
 def known_modules() -> list[str]:
     """Return the foreign names of all modules that can be imported and work, sorted."""
     root = Path(__file__).parent
-    files = (path.relative_to(root).with_suffix("").parts for top in ROOTS for path in root.glob(f"{top}*/**/*.py"))
-    single = [(path.stem,) for path in root.glob("*.py") if path.stem in ROOTS]
+    files = (
+        path.relative_to(root).with_suffix("").parts
+        for top in (*ROOTS, *WEAK_ROOTS)
+        for path in root.glob(f"{top}*/**/*.py")
+    )
+    single = [(path.stem,) for path in root.glob("*.py") if path.stem in (*ROOTS, *WEAK_ROOTS)]
     found = {".".join(parts[:-1] if parts[-1] == "__init__" else parts) for parts in [*files, *single]}
     return sorted(found | {prefix for prefix, _ in ALIASES})
 

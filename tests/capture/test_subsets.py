@@ -1,0 +1,84 @@
+"""GeomSubsets in masks: with the setting, faces have the labels of their subset; without it, those of the mesh."""
+
+import numpy as np
+import pytest
+from pxr import Gf, UsdGeom
+
+import usdsdg as rep
+from usdsdg.errors import Unsupported
+from usdsdg.session.settings_store import get_settings
+from usdsdg.stage.semantics.labels import add_labels
+
+SETTING = "/syntheticdata/sensors/perSubsetSegmentation"
+
+
+@pytest.fixture
+def product(stage):
+    """A strip of three unit squares seen from above, 30 x 10 pixels: two subsets, and a face of none."""
+    mesh = UsdGeom.Mesh.Define(stage, "/World/strip")
+    points = [(x, y, 0) for y in (0, 1) for x in (0, 1, 2, 3)]
+    mesh.CreatePointsAttr(points)
+    mesh.CreateFaceVertexCountsAttr([4, 4, 4])
+    mesh.CreateFaceVertexIndicesAttr([k + d for k in range(3) for d in (0, 1, 5, 4)])
+    add_labels(mesh.GetPrim(), {"class": ["strip"]})
+    for name, faces in (("left", [0]), ("middle", [1])):
+        subset = UsdGeom.Subset.Define(stage, f"/World/strip/{name}")
+        subset.CreateElementTypeAttr("face")
+        subset.CreateIndicesAttr(faces)
+    add_labels(stage.GetPrimAtPath("/World/strip/left"), {"class": ["left"]})
+    camera = UsdGeom.Camera.Define(stage, "/World/Camera")
+    camera.AddTranslateOp().Set(Gf.Vec3d(1.5, 0.5, 10))
+    camera.CreateProjectionAttr("orthographic")
+    camera.CreateHorizontalApertureAttr(30.0)
+    return rep.create.render_product("/World/Camera", (30, 10))
+
+
+def captured(name, product, **params):
+    annotator = rep.annotators.get(name, init_params=params)
+    annotator.attach(product)
+    rep.orchestrator.step()
+    got = annotator.get_data()
+    return got["data"], got["info"]["idToLabels"]
+
+
+def labels_along(data, table):
+    return [table[str(number)] for number in data[5, [5, 15, 25]]]
+
+
+def test_subsets_are_part_of_their_mesh_by_default(product):
+    data, table = captured("semantic_segmentation", product)
+    assert labels_along(data, table) == [{"class": "strip"}] * 3
+
+
+def test_faces_have_the_labels_of_their_subset(product):
+    get_settings().set(SETTING, True)
+    data, table = captured("semantic_segmentation", product)
+    assert labels_along(data, table) == [{"class": "strip,left"}, {"class": "strip"}, {"class": "strip"}]
+    assert (data[:, :10] == data[5, 5]).all()
+    assert (data[:, 10:] == data[5, 15]).all()
+
+
+def test_subsets_are_gprims_of_their_own(product):
+    get_settings().set(SETTING, True)
+    data, table = captured("instance_id_segmentation", product)
+    assert labels_along(data, table) == ["/World/strip/left", "/World/strip/middle", "/World/strip"]
+    _, instances = captured("instance_segmentation", product)
+    assert set(instances.values()) == {"/World/strip/left", "/World/strip"}
+
+
+def test_point_clouds_have_the_labels_of_subsets(product):
+    get_settings().set(SETTING, True)
+    annotator = rep.annotators.get("pointcloud")
+    annotator.attach(product)
+    rep.orchestrator.step()
+    points = annotator.get_data()
+    left = points["data"][:, 0] < 1
+    assert len(set(points["info"]["pointInstance"][left])) == 1
+    assert len(np.unique(points["info"]["pointInstance"])) == 2
+
+
+def test_boxes_of_subsets_are_refused(product):
+    get_settings().set(SETTING, True)
+    rep.annotators.get("bounding_box_2d_tight").attach(product)
+    with pytest.raises(Unsupported, match="perSubsetSegmentation"):
+        rep.orchestrator.step()
