@@ -46,6 +46,7 @@ OUT_OF_SCOPE = (
         "by physics.",
         "isaacsim.robot isaacsim.robot_motion isaacsim.robot_setup isaacsim.cortex "
         "isaacsim.core.experimental.actuators isaacsim.core.api.robots isaacsim.core.api.controllers "
+        "isaacsim.core.utils.types.ArticulationAction isaacsim.core.utils.types.ArticulationActions "
         "isaacsim.core.api.tasks isaacsim.core.api.articulations omni.isaac.core.robots omni.isaac.core.controllers "
         "omni.isaac.core.tasks omni.isaac.core.articulations isaacsim.core.prims.Articulation "
         "isaacsim.core.prims.SingleArticulation omni.isaac.core.prims.Articulation "

@@ -36,6 +36,7 @@ def import_hooks():
         ("pxr.PhysxSchema.PhysxSceneAPI", SUPPORTED, ""),
         ("annotators.get('rgb')", SUPPORTED, ""),
         ("writers.get('BasicWriter')", SUPPORTED, ""),
+        ("omni.replicator.core.create.torus", PARTIAL, "Unsupported: as_mesh=False"),
         ("omni.replicator.core.trigger.on_key_press", MISSING, "no window to press keys in"),
         ("omni.replicator.core.create.cub", MISSING, "did you mean cube"),
         ("isaacsim.core.utils.stage.open_stag", MISSING, "did you mean open_stage"),

@@ -5,9 +5,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from usdsdg.compat import finder
 from usdsdg.errors import ConfigError
 
-ROOTS = ("omni", "carb", "usdrt", "isaacsim", "semantics")
+ROOTS = (*finder.ROOTS, *finder.WEAK_ROOTS)
 # Of `pxr`, the modules that usd-core does not have.
 PXR = ("PhysxSchema", "PhysicsSchemaTools", "Semantics")
 # Functions whose first argument is the name of a member of a registry.

@@ -1,7 +1,8 @@
 """Tell for a foreign name whether it is supported, partial, missing or out of scope, and why.
 
-What is missing on purpose, or different, is listed in GAPS.md. A module of `usdsdg.compat` that does a name in part
-says what it leaves out in a table of its own: `PARTIAL = {"name": "what is left out"}`.
+What is missing on purpose, or different, is listed in GAPS.md. A name is there in part where its docstring says what it
+refuses (`Raises: Unsupported: ...`), or where its module of `usdsdg.compat` has it in a table: `PARTIAL = {"name": "what
+is left out"}`.
 """
 
 import ast
@@ -26,6 +27,10 @@ SUPPORTED, PARTIAL, MISSING, OUT_OF_SCOPE = "supported", "partial", "missing", "
 STATES = (SUPPORTED, PARTIAL, MISSING, OUT_OF_SCOPE)
 REPLICATOR = "omni.replicator.core."
 _OTHER_WRITERS = ("ROS1", "ROS2", "RtxLidar", "RtxRadar")  # of extensions that are out of scope
+# An entry of the section "Raises" with its continued lines.
+_REFUSED = re.compile(r"^ +(?:\w+, )*Unsupported(?:, \w+)*: (.*(?:\n {8,}.*)*)", re.MULTILINE)
+# What the caller or the installation lacks, not we.
+_NO_GAP = re.compile(r"as `|boto3 is not|a bucket without boto3\.|there is no such|Replicator has it|`\w+` is neither")
 _REGISTERED = re.compile(r"(annotators|writers)\.get\('(.*)'\)")
 
 
@@ -61,7 +66,7 @@ def verdict(name: str) -> Verdict:
             break  # of an object, which this does not judge
     if reason := _refusal(found):
         return Verdict(MISSING, _gap(name) or reason)
-    if left_out := _partial(module, rest) or _gaps("Different on purpose").get(_short(name)):
+    if left_out := _partial(module, rest) or _gaps("Different on purpose").get(_short(name)) or _refused_uses(found):
         return Verdict(PARTIAL, left_out)
     return Verdict(SUPPORTED)
 
@@ -144,6 +149,18 @@ def _refusal(found: Any) -> str:
     lines = [each for each in body if not (isinstance(each, ast.Expr) and isinstance(each.value, ast.Constant))]
     only_raises = len(lines) == 1 and isinstance(lines[0], ast.Raise) and "Unsupported" in ast.dump(lines[0])
     return (doc.partition("\n")[0] or "it raises Unsupported") if only_raises else ""
+
+
+def _refused_uses(found: Any) -> str:
+    """Return the uses that a function or class refuses, by its docstring: `Unsupported: tiles, or deep pixels.`"""
+    if not (inspect.isclass(found) or inspect.isroutine(found)):
+        return ""
+    docs = [inspect.getdoc(found) or ""]
+    if inspect.isclass(found):
+        docs.append(inspect.getdoc(found.__init__) or "")
+    refused = [" ".join(reason.split()) for doc in docs for reason in _REFUSED.findall(doc)]
+    told = " ".join(reason for reason in refused if not _NO_GAP.match(reason))
+    return f"Unsupported: {told}" if told else ""
 
 
 # --- GAPS.md ---
