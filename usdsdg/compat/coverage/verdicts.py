@@ -1,8 +1,8 @@
 """Tell for a foreign name whether it is supported, partial, missing or out of scope, and why.
 
 What is missing on purpose, or different, is listed in GAPS.md. A name is there in part where its docstring says what it
-refuses (`Raises: Unsupported: ...`), or where its module of `usdsdg.compat` has it in a table: `PARTIAL = {"name": "what
-is left out"}`.
+refuses (`Raises: Unsupported: ...`), or where the module of `usdsdg.compat` that has it says so in a table:
+`PARTIAL = {"name": "what is left out"}`.
 """
 
 import ast
