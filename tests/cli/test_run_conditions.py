@@ -165,3 +165,24 @@ def test_an_error_shows_the_text_of_the_line(tmp_path):
     done = run(tmp_path, script, expect=1)
     assert "script.py:3: in <module>" in done.stderr
     assert '    rep.WriterRegistry.get("DOPEWriter")' in done.stderr
+
+
+def test_names_that_are_missing_are_said_before_the_script_starts(tmp_path):
+    script = """
+        import omni.replicator.core as rep
+        print("started")
+        try:
+            import omni.not_needed
+        except ImportError:
+            pass
+        def later():
+            rep.create.unheard_of(3)
+        later()
+    """
+    done = run(tmp_path, script, expect=1)
+    first = done.stderr.splitlines()[0]
+    assert first.startswith(
+        "warning: script.py:9: `rep.create.unheard_of(3)` needs omni.replicator.core.create.unheard_of"
+    )
+    assert "not_needed" not in done.stderr
+    assert done.stdout == "started\n"

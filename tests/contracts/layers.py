@@ -112,6 +112,7 @@ LATE = {
     "usdsdg.cli.inspect": ("usdsdg.inspect", COMMAND),
     "usdsdg.cli.render": ("usdsdg.__init__", COMMAND),
     "usdsdg.cli.run": ("usdsdg.replicator_yaml", COMMAND),
+    "usdsdg.cli.script.missing_names": ("usdsdg.compat", COMMAND),
     "usdsdg.cli.script.execution": ("usdsdg.app usdsdg.compat usdsdg.orchestrator usdsdg.writers", COMMAND),
     "usdsdg.cli.command_context": ("usdsdg.graph usdsdg.orchestrator", COMMAND),
     "usdsdg.cli.simulate": ("usdsdg_physics.__init__", COMMAND),

@@ -48,10 +48,18 @@ def execute(script: Path, arguments: list[str], *, frames: int | None = None) ->
 
 
 def _program(script: Path) -> CodeType:
-    """Compile the script, once the assets that it names are known to be there."""
+    """Compile the script, once the assets that it names are known to be there, and say which names are missing."""
     tree = ast.parse(script.read_text(encoding="utf-8"), str(script))
+    _warn_of_missing_names(script)
     _check_assets(script, tree)
     return compile(tree, str(script), "exec")
+
+
+def _warn_of_missing_names(script: Path) -> None:
+    from usdsdg.cli.script.missing_names import missing_names
+
+    for line in missing_names(script):
+        print(f"warning: {line}", file=sys.stderr)
 
 
 def _check_assets(script: Path, tree: ast.AST) -> None:

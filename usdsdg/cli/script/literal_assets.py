@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator
 from pathlib import PurePosixPath
 from typing import NamedTuple
 
+from usdsdg.cli.script.certainty import certain
 from usdsdg.stage.assets import TOP_FOLDERS, is_remote
 
 SUFFIXES = (
@@ -15,8 +15,6 @@ SUFFIXES = (
     ".png", ".jpg", ".jpeg", ".hdr", ".exr", ".bmp", ".tga", ".tif", ".tiff",
 )  # fmt: skip
 
-# What these branch on may not happen, and a dictionary may be a choice, or a default that is overridden.
-_UNCERTAIN = (ast.If, ast.IfExp, ast.Try, ast.Match, ast.Dict, ast.Lambda, ast.Compare, ast.BoolOp, ast.arguments)
 # Calls whose texts are no assets to read.
 _NOT_READ = re.compile(r"add_argument|save|export|write|output|print|log|warn|error|startswith|endswith|replace|split")
 
@@ -35,18 +33,15 @@ def literal_assets(program: ast.AST) -> list[LiteralAsset]:
     assets root, outside of branches, dictionaries and defaults, and not in calls that write.
     """
     found: dict[str, LiteralAsset] = {}
-    for node in _certain(program):
+    for node in certain(program, skip=lambda each: _does_not_read(each) or _is_made_up(each)):
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and _is_asset(node.value):
             found.setdefault(node.value, LiteralAsset(node.value, node.lineno))
     return list(found.values())
 
 
-def _certain(node: ast.AST) -> Iterator[ast.AST]:
-    yield node
-    for child in ast.iter_child_nodes(node):
-        is_formatted = isinstance(node, ast.JoinedStr) and len(node.values) > 2
-        if not (isinstance(child, _UNCERTAIN) or _does_not_read(child) or is_formatted):
-            yield from _certain(child)
+def _is_made_up(node: ast.AST) -> bool:
+    """Whether a formatted string has more parts than a root and what is below it."""
+    return isinstance(node, ast.JoinedStr) and len(node.values) > 2
 
 
 def _does_not_read(node: ast.AST) -> bool:
