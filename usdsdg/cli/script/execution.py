@@ -134,8 +134,24 @@ def _print_location(error: BaseException, script: Path) -> None:
 def _print_traceback(error: BaseException, script: Path) -> None:
     """Print Python's traceback, with suggestions and causes, from the script's first frame on.
 
-    Where no frame is in the script, as for a syntax error, only frames of this file are left out.
+    Where no frame is in the script, as for a syntax error, only frames of this file are left out. The last frames are
+    left out where they are the import hook's, which only says what is missing.
     """
     below = [each for each in _tracebacks(error) if each.tb_frame.f_code.co_filename not in (__file__, ast.__file__)]
     first = next(iter(_inside(error, script) or below), None)
-    sys.__excepthook__(type(error), error.with_traceback(first), first)
+    error.__traceback__ = first
+    chained: BaseException | None = error
+    while chained is not None:
+        chained.__traceback__ = _without_import_hook(chained)
+        chained = chained.__cause__ or chained.__context__
+    sys.__excepthook__(type(error), error, error.__traceback__)
+
+
+def _without_import_hook(error: BaseException) -> TracebackType | None:
+    from usdsdg.compat import finder
+
+    shown = None
+    for each in reversed(list(_tracebacks(error))):
+        if each.tb_frame.f_code.co_filename != finder.__file__:
+            shown = TracebackType(shown, each.tb_frame, each.tb_lasti, each.tb_lineno)
+    return shown
