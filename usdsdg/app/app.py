@@ -5,7 +5,9 @@ await the next update → other tasks that are ready.
 """
 
 import asyncio
+import time
 from collections.abc import Callable, Coroutine
+from importlib import metadata
 from typing import Any
 
 from usdsdg.app.script_loop import ScriptLoop
@@ -23,6 +25,7 @@ class App:
         self._listeners: list[Callable[[float], None]] = []
         self._waiters: list[asyncio.Future[None]] = []
         self._updates = 0
+        self._started = time.perf_counter()
         self._running = True
         self._loop: ScriptLoop | None = None
 
@@ -85,6 +88,37 @@ class App:
     def is_running(self) -> bool:
         """True until `close`."""
         return self._running
+
+    # --- what Kit's application has beside updates ---
+    def get_extension_manager(self) -> Any:
+        """Return the manager of extensions (`omni.ext`)."""
+        return current().extension_manager
+
+    def get_time_since_start_s(self) -> float:
+        """Return the wall-clock time since the application was made [s]."""
+        return time.perf_counter() - self._started
+
+    def get_time_since_start_ms(self) -> float:
+        """Return the wall-clock time since the application was made [ms]."""
+        return self.get_time_since_start_s() * 1000.0
+
+    def get_app_version(self) -> str:
+        """Return the version of usdsdg."""
+        return metadata.version("usdsdg")
+
+    get_build_version = get_kit_version = get_app_version
+
+    def is_app_ready(self) -> bool:
+        """Return True: nothing is loaded later."""
+        return True
+
+    def print_and_log(self, message: str) -> None:
+        """Print a line."""
+        print(message)
+
+    def post_quit(self, return_code: int = 0) -> None:
+        """Make `is_running` False; tasks that still run are not waited for."""
+        self.close()
 
     # --- the event loop of scripts ---
     def run(self, script: Callable[[], Any]) -> None:

@@ -10,6 +10,7 @@ import importlib
 import importlib.abc
 import importlib.machinery
 import importlib.util
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -19,6 +20,7 @@ from usdsdg.arguments.registry import near_misses
 from usdsdg.compat import foreign_names
 from usdsdg.compat.placeholders import PlaceholderModule, placeholder
 from usdsdg.errors import Unsupported
+from usdsdg.session import stage_context
 from usdsdg.session.replicator_version import note_old_import
 
 ROOTS = ("omni", "carb", "usdrt", "isaacsim")
@@ -149,11 +151,14 @@ def known_modules() -> list[str]:
 
 
 def _explain_attributes(name: str, module: ModuleType) -> Callable[[str], object]:
-    """Return the `__getattr__` of a module: placeholders, and errors with the foreign name and similar names."""
+    """Return a module's `__getattr__`: submodules, placeholders, and errors with the foreign and similar names."""
 
     def __getattr__(attribute: str) -> object:
         if attribute.startswith("__"):
             raise AttributeError(attribute)
+        if _exists(real_name(f"{name}.{attribute}")):
+            # In the application all modules are loaded, so `import omni` gives `omni.usd`.
+            return importlib.import_module(f"{name}.{attribute}")
         if subject := foreign_names.out_of_scope(f"{name}.{attribute}"):
             return placeholder(f"{name}.{attribute}", subject)
         raise AttributeError(_lacks(name, module, attribute), name=attribute, obj=module)
@@ -195,6 +200,7 @@ def install() -> None:
     Raises:
         Unsupported: Omniverse itself is importable in this environment, and its modules must not mix with ours.
     """
+    stage_context.show_viewport()
     if is_installed():
         return
     for root in ("omni.replicator", "carb"):
@@ -209,6 +215,13 @@ def install() -> None:
     sys.meta_path.insert(0, _Finder())
     _install_schemas()
     _wrap_pxr()
+    _set_environment()
+
+
+def _set_environment() -> None:
+    """Set the variables that scripts build paths of experience files from; the files are not there, nor read."""
+    for name in ("CARB_APP_PATH", "EXP_PATH", "ISAAC_PATH"):
+        os.environ.setdefault(name, str(Path(__file__).parent))
 
 
 def _wrap_pxr() -> None:

@@ -59,12 +59,15 @@ class Session:
     event_dispatcher = _part("usdsdg.compat.carb.eventdispatcher:EventDispatcher")
     domain_randomization = _part("usdsdg.compat.isaacsim.replicator.randomization.registry:Registry")
     script_manager = _part("usdsdg.compat.omni.behavior.scripting.script_manager:ScriptManager")
+    extension_manager = _part("usdsdg.compat.omni.ext:ExtensionManager")
+    selection = _part("usdsdg.compat.omni.usd:Selection")
     path_ids = _part("usdsdg.compat.physics_schema_tools:PathIds")
 
     def __init__(self) -> None:
         self.stage: Usd.Stage | None = None
         self.opened_stage: Usd.Stage | None = None  # the one that is open when a script starts
         self.new_stage_kind = NewStage.EMPTY
+        self.has_viewport = False  # every stage gets the cameras of the application's viewport
         self.stage_listeners: list[Callable[[Usd.Stage], None]] = []
         # The `with` blocks that are open now, innermost last: see `usdsdg.graph.node`.
         self.open_triggers: list[Any] = []
@@ -104,13 +107,15 @@ class Session:
         """Reset all state that belongs to a stage, in this order, then call the listeners of new stages."""
         errors.forget_warnings()
         self.timeline.reset()
+        if self.has_viewport:
+            _imported("usdsdg.stage.cameras.viewport_cameras:author")(stage)
         if stage.HasAuthoredTimeCodeRange():
             rate = stage.GetTimeCodesPerSecond()
             self.timeline.set_animation_range(stage.GetStartTimeCode() / rate, stage.GetEndTimeCode() / rate, rate)
         for part in self._made("engines", "graph", "live", "omnigraph"):
             part.reset()
         self.render_products.clear()
-        for part in self._made("orchestrator"):
+        for part in self._made("orchestrator", "selection"):
             part.reset()
         for attached in (*self.annotators, *self.writers):
             attached.detach()

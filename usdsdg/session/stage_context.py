@@ -12,6 +12,7 @@ from usdsdg.session import new_stages
 from usdsdg.session.new_stages import NewStage
 from usdsdg.session.session import current
 from usdsdg.stage import assets, flatten, schemas
+from usdsdg.stage.cameras import viewport_cameras
 from usdsdg.stage.usd_errors import reason
 
 schemas.register()
@@ -31,6 +32,14 @@ def new_stage() -> Usd.Stage:
     stage = Usd.Stage.CreateInMemory()
     new_stages.author(stage, current().new_stage_kind)
     return set_stage(stage)
+
+
+def show_viewport() -> None:
+    """Give the current stage and every later one the cameras of the application's viewport."""
+    session = current()
+    session.has_viewport = True
+    if session.stage is not None:
+        viewport_cameras.author(session.stage)
 
 
 def use_new_stages(kind: NewStage) -> None:
@@ -163,4 +172,6 @@ def save_stage(path: str | os.PathLike[str]) -> Path:
 def snapshot(folder: Path) -> Sdf.Layer:
     """Return the current stage as one layer, with asset paths relative to `folder`."""
     current().orchestrator.author_run(current_stage())
-    return flatten.flattened(current_stage(), folder)
+    layer = flatten.flattened(current_stage(), folder)
+    viewport_cameras.remove(layer, keep={product.camera_path for product in current().render_products.values()})
+    return layer

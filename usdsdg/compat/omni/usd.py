@@ -1,17 +1,22 @@
 """`omni.usd`: the USD context and its stage."""
 
+from __future__ import annotations
+
 import asyncio
 import enum
+from collections.abc import Iterable
 from typing import Any
 
 from pxr import Usd
 
 from usdsdg.compat.carb.eventdispatcher import NEW_FRAME
+from usdsdg.errors import Unsupported
 from usdsdg.session import stage_context
+from usdsdg.session.session import current
 from usdsdg.stage.paths import next_free_path
 
 __all__ = [
-    "StageRenderingEventType", "UsdContext", "get_context", "get_prim_at_path", "get_stage_next_free_path",
+    "Selection", "StageRenderingEventType", "UsdContext", "get_context", "get_prim_at_path", "get_stage_next_free_path",
     "get_world_transform_matrix",
 ]  # fmt: skip
 
@@ -20,6 +25,43 @@ class StageRenderingEventType(enum.Enum):
     """The event types of `stage_rendering_event_name`."""
 
     NEW_FRAME = 0
+
+
+class Selection:
+    """The paths of the selected prims, in the order of selecting; a new stage has none."""
+
+    def __init__(self) -> None:
+        self._paths: list[str] = []
+
+    def reset(self) -> None:
+        """Select nothing."""
+        self._paths = []
+
+    def get_selected_prim_paths(self) -> list[str]:
+        """Return the selected paths."""
+        return list(self._paths)
+
+    def set_selected_prim_paths(self, paths: Iterable[Any], expand_in_stage: bool = False) -> bool:
+        """Select these paths and no others."""
+        self._paths = [str(path) for path in paths]
+        return True
+
+    def clear_selected_prim_paths(self) -> bool:
+        """Select nothing."""
+        self.reset()
+        return True
+
+    def is_prim_path_selected(self, path: Any) -> bool:
+        """Return whether a path is selected."""
+        return str(path) in self._paths
+
+    def set_prim_path_selected(
+        self, path: Any, selected: bool, force: bool = False, clear_selected: bool = False, expand: bool = False
+    ) -> bool:
+        """Select a path or not, and with `clear_selected` no others."""
+        others = [] if clear_selected else [each for each in self._paths if each != str(path)]
+        self._paths = [*others, *([str(path)] if selected else [])]
+        return True
 
 
 class UsdContext:
@@ -59,6 +101,56 @@ class UsdContext:
     def stage_rendering_event_name(self, event_type: StageRenderingEventType, immediate: bool = False) -> str:
         """Return the name of the event of new frames in `carb.eventdispatcher`."""
         return NEW_FRAME
+
+    async def save_as_stage_async(self, url: str, *_: Any) -> tuple[bool, str, list[str]]:
+        """Write the stage as `save_as_stage`; return True, no error, and the file."""
+        stage_context.save_stage(url)
+        await asyncio.sleep(0)
+        return True, "", [str(url)]
+
+    def close_stage(self, *_: Any) -> bool:
+        """Replace the stage with a new one: there is always a stage."""
+        stage_context.new_stage()
+        return True
+
+    async def close_stage_async(self, *_: Any) -> tuple[bool, str]:
+        """Replace the stage with a new one: there is always a stage."""
+        stage_context.new_stage()
+        await asyncio.sleep(0)
+        return True, ""
+
+    def reopen_stage(self, *_: Any) -> bool:
+        """Open the file of the stage again, without the changes since it was opened.
+
+        Raises:
+            Unsupported: the stage has no file.
+        """
+        if self.is_new_stage():
+            raise Unsupported("reopen_stage: the stage is in memory and has no file; use new_stage")
+        stage_context.open_stage(self.get_stage_url())
+        return True
+
+    def is_new_stage(self) -> bool:
+        """Return whether the stage has no file."""
+        return stage_context.current_stage().GetRootLayer().anonymous
+
+    def is_writable(self) -> bool:
+        """Return whether the stage can be saved where it is."""
+        return not self.is_new_stage()
+
+    def get_name(self) -> str:
+        """Return "": the only context is the default one."""
+        return ""
+
+    def enable_save_to_recent_files(self) -> None:
+        """Do nothing: there is no list of recent files."""
+
+    def disable_save_to_recent_files(self) -> None:
+        """Do nothing: there is no list of recent files."""
+
+    def get_selection(self) -> Selection:
+        """Return the paths that are selected, which scripts set and commands work on."""
+        return current().selection
 
     def get_stage_loading_status(self) -> tuple[str, int, int]:
         """Return (message, files loaded, files to load): loading is synchronous, so nothing is ever pending."""

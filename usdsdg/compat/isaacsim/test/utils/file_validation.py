@@ -1,11 +1,12 @@
-"""`isaacsim.test.utils.file_validation`: file counts, which Isaac Sim's examples check with `--test`."""
+"""`isaacsim.test.utils.file_validation`: numbers of files, which Isaac Sim's examples check with `--test`."""
 
 from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
-__all__ = ["validate_folder_contents"]
+__all__ = ["get_folder_file_summary", "validate_folder_contents"]
 
 
 def validate_folder_contents(
@@ -45,3 +46,28 @@ def validate_folder_contents(
     for each in wrong:
         print(f"validate_folder_contents: {folder}: {each}")
     return not wrong
+
+
+def get_folder_file_summary(
+    path: str | Path, *, recursive: bool = False, include_file_sizes: bool = False
+) -> dict[str, Any]:
+    """Return "total_files" and "extension_counts" {"png": 3} of a folder; zeros where there is none.
+
+    With `include_file_sizes` also "file_details": for each extension a list of {"path", "size_bytes"}, sorted by path.
+    """
+    folder = Path(path)
+    found = sorted(folder.rglob("*") if recursive else folder.glob("*")) if folder.is_dir() else []
+    files = [each for each in found if each.is_file()]
+    named = [each for each in files if each.suffix]
+    counts = Counter(_extension(each) for each in named)
+    summary: dict[str, Any] = {"total_files": len(files), "extension_counts": dict(counts)}
+    if include_file_sizes:
+        details: dict[str, list[dict[str, str | int]]] = {extension: [] for extension in counts}
+        for each in named:
+            details[_extension(each)].append({"path": str(each), "size_bytes": each.stat().st_size})
+        summary["file_details"] = details
+    return summary
+
+
+def _extension(file: Path) -> str:
+    return file.suffix[1:].lower()

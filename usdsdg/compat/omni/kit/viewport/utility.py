@@ -7,11 +7,13 @@ from collections.abc import Sequence
 from pxr import Sdf, Usd
 
 from usdsdg.create.render_products import render_product
+from usdsdg.errors import Unsupported
 from usdsdg.session import render_products
 from usdsdg.session.render_products import HydraTexture
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
-from usdsdg.stage.cameras.perspective import PERSPECTIVE, perspective_camera
+from usdsdg.stage.cameras import viewport_cameras
+from usdsdg.stage.cameras.viewport_cameras import PERSPECTIVE
 
 
 class Viewport:
@@ -84,7 +86,7 @@ class Viewport:
         product = self._made()
         if product is None:
             if self._camera == PERSPECTIVE:
-                perspective_camera(current_stage())
+                viewport_cameras.author(current_stage())
             product = render_product(self._camera, self._resolution, force_new=True, name="omni_kit_widget_viewport")
             # Sensors of the viewport are computed when they are read.
             product.captured_on_play = False
@@ -99,6 +101,13 @@ class Viewport:
 
     def get_render_product_path(self) -> str:
         return self.render_product_path
+
+    def schedule_capture(self, *_: object) -> None:
+        """Raise Unsupported: nothing is rendered for the viewport alone."""
+        raise Unsupported(
+            "capture of the viewport: attach BasicWriter or the rgb annotator to rep.create.render_product("
+            "viewport.camera_path, viewport.resolution) instead, and call rep.orchestrator.step()"
+        )
 
     def _made(self) -> HydraTexture | None:
         return current().render_products.get(self._product or "")
@@ -133,6 +142,28 @@ def get_active_viewport_and_window(*_: object, **__: object) -> tuple[Viewport, 
 
 def get_active_viewport_camera_path(usd_context_name: str = "") -> Sdf.Path:
     return current().viewport.camera_path
+
+
+def get_active_viewport_camera_string(usd_context_name: str = "") -> str:
+    """Return the path of the viewport's camera as text."""
+    return str(current().viewport.camera_path)
+
+
+def get_num_viewports(usd_context_name: str = "") -> int:
+    """Return 1: further viewports are not counted."""
+    return 1
+
+
+def capture_viewport_to_file(viewport: Viewport, file_path: str, *_: object, **__: object) -> None:
+    """Raise Unsupported: nothing is rendered for the viewport alone."""
+    viewport.schedule_capture(file_path)
+
+
+def frame_viewport_prims(viewport: Viewport | None = None, prims: Sequence[str] | None = None) -> bool:
+    """Raise Unsupported: nothing moves the viewport's camera to frame prims."""
+    raise Unsupported(
+        "frame_viewport_prims: not available; place a camera with rep.create.camera(position=..., look_at=...)"
+    )
 
 
 def get_viewport_from_window_name(window_name: str = "") -> Viewport:

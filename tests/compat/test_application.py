@@ -1,0 +1,197 @@
+"""The application: Kit's arguments, launch configuration, extensions, files by URL, viewport cameras, units."""
+
+import asyncio
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from pxr import Gf, Sdf, Usd, UsdGeom
+
+import usdsdg as rep
+from usdsdg import compat
+from usdsdg.compat import kit_arguments
+from usdsdg.compat.isaacsim.simulation_app import SimulationApp
+from usdsdg.compat.isaacsim.test.utils.file_validation import get_folder_file_summary
+from usdsdg.compat.omni import client
+from usdsdg.compat.omni.kit.app import get_app
+from usdsdg.compat.omni.kit.viewport.utility import get_active_viewport
+from usdsdg.compat.omni.metrics.assembler.core import get_metrics_assembler_interface
+from usdsdg.compat.omni.usd import get_context
+from usdsdg.errors import AssetNotFound, Unsupported
+from usdsdg.session import stage_context
+from usdsdg.session.settings_store import get_settings
+from usdsdg.stage import assets
+from usdsdg.stage.cameras import viewport_cameras
+
+PERSPECTIVE = "/OmniverseKit_Persp"
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("true", True), ("False", False), ("3", 3), ("-0.5", -0.5), ("1e3", 1000.0), ("'7'", "7"), ("x", "x"),
+        ("[1,2.5,x]", [1, 2.5, "x"]), ("", ""), ("/tmp/a=b", "/tmp/a=b"),
+    ],
+)  # fmt: skip
+def test_arguments_of_kit_are_typed_settings(stage, text, value):
+    kit_arguments.apply(["--mine", "4", f"--/app/test/key={text}", "--/app/flag"])
+    found = get_settings().get("/app/test/key")
+    assert (found, type(found)) == (value, type(value))
+    assert get_settings().get("/app/flag") is True
+
+
+def test_the_launch_configuration_sets_what_it_gives_and_opens_a_stage(stage, tmp_path, monkeypatch):
+    file = tmp_path / "scene.usda"
+    scene = Usd.Stage.CreateNew(str(file))
+    UsdGeom.Cube.Define(scene, "/here")
+    scene.Save()
+    monkeypatch.setattr(sys, "argv", ["script.py", "--/rtx/pathtracing/maxBounces=7"])
+    app = SimulationApp({"renderer": "pathtracing", "samples_per_pixel_per_frame": 9, "width": 320, "height": 240,
+                         "open_usd": str(file), "extra_args": ["--/app/my=1.5"]})  # fmt: skip
+    settings = get_settings()
+    assert [
+        settings.get(f"/rtx/{key}") for key in ("rendermode", "pathtracing/totalSpp", "pathtracing/maxBounces")
+    ] == ["PathTracing", 9, 7]
+    assert settings.get("/app/my") == 1.5
+    assert settings.get("/rtx/pathtracing/maxSpecularAndTransmissionBounces") == 6
+    assert get_active_viewport().resolution == (320, 240)
+    assert get_context().get_stage().GetPrimAtPath("/here")
+    with pytest.raises(AssetNotFound):
+        SimulationApp({"open_usd": str(tmp_path / "nowhere.usd")})
+    with pytest.raises(SystemExit) as ended:
+        app.close(exit_code=3)
+    assert ended.value.code == 3
+
+
+def test_extensions_are_enabled_where_their_modules_are(stage, tmp_path):
+    compat.install()
+    manager = get_app().get_extension_manager()
+    assert manager.is_extension_enabled("isaacsim.benchmark.services")
+    assert not manager.is_extension_enabled("omni.usd.metrics.assembler")
+    manager.set_extension_enabled_immediate("omni.usd.metrics.assembler", True)
+    assert manager.get_enabled_extension_id("omni.usd.metrics.assembler") == "omni.usd.metrics.assembler-0.0.0"
+    with pytest.raises(Unsupported, match="--ext-folder"):
+        manager.get_extension_path("my.tools-0.0.0")
+    (tmp_path / "my.tools").mkdir()
+    kit_arguments.apply(["--ext-folder", str(tmp_path)])
+    assert manager.get_extension_path("my.tools-0.0.0") == str(tmp_path / "my.tools")
+
+
+@pytest.fixture
+def root(stage, tmp_path):
+    (tmp_path / "Isaac" / "Props").mkdir(parents=True)
+    (tmp_path / "Isaac" / "Props" / "b.usd").write_bytes(b"12345")
+    (tmp_path / "Isaac" / "Props" / "a").mkdir()
+    assets.set_assets_root(tmp_path)
+    yield tmp_path
+    assets.set_assets_root(None)
+
+
+def test_folders_and_files_are_listed_read_and_written(root):
+    for url in (str(root / "Isaac/Props"), "/Isaac/Props", "omniverse://server/NVIDIA/../Isaac/Props/"):
+        result, entries = client.list(url)
+        assert result is client.Result.OK
+        assert [each.relative_path for each in entries] == ["a", "b.usd"]
+        assert [bool(each.flags & client.ItemFlags.CAN_HAVE_CHILDREN) for each in entries] == [True, False]
+        assert entries[1].size == 5
+    assert client.list("/Isaac/Missing") == (client.Result.ERROR_NOT_FOUND, ())
+    assert client.stat("https://nowhere.example/x.usd") == (client.Result.ERROR_CONNECTION, None)
+    result, _, content = asyncio.run(client.read_file_async("/Isaac/Props/b.usd"))
+    assert (result, bytes(content)) == (client.Result.OK, b"12345")
+    copied = str(root / "new" / "c.usd")
+    assert client.copy("/Isaac/Props/b.usd", copied) is client.Result.OK
+    assert client.copy("/Isaac/Props/b.usd", copied) is client.Result.ERROR_ALREADY_EXISTS
+    assert client.write_file(f"file://{copied}", b"6") is client.Result.OK
+    assert Path(copied).read_bytes() == b"6"
+    assert client.delete(copied) is client.Result.OK
+    assert client.stat(copied)[0] is client.Result.ERROR_NOT_FOUND
+    with pytest.raises(Unsupported, match="not on this machine"):
+        client.write_file("omniverse://server/x.txt", b"")
+
+
+@pytest.mark.parametrize(("up", "unit"), [("Z", 1.0), ("Y", 0.01)])
+def test_the_perspective_camera_sees_the_origin_from_five_meters(up, unit):
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageUpAxis(stage, up)
+    UsdGeom.SetStageMetersPerUnit(stage, unit)
+    viewport_cameras.author(stage)
+    matrix = UsdGeom.Xformable(stage.GetPrimAtPath(PERSPECTIVE)).ComputeLocalToWorldTransform(Usd.TimeCode.Default())
+    assert Gf.IsClose(matrix.ExtractTranslation() * unit, Gf.Vec3d(5), 1e-9)
+    assert Gf.IsClose(matrix.TransformDir((0, 0, -1)), Gf.Vec3d(-1, -1, -1).GetNormalized(), 1e-9)
+    axis = Gf.Vec3d(0, 0, 1) if up == "Z" else Gf.Vec3d(0, 1, 0)
+    assert abs(Gf.Dot(matrix.TransformDir((1, 0, 0)), axis)) < 1e-9
+    assert Gf.Dot(matrix.TransformDir((0, 1, 0)), axis) > 0
+    for path, direction in (("/OmniverseKit_Top", axis),):
+        matrix = UsdGeom.Xformable(stage.GetPrimAtPath(path)).ComputeLocalToWorldTransform(Usd.TimeCode.Default())
+        assert Gf.IsClose(matrix.TransformDir((0, 0, -1)), -direction, 1e-9)
+    assert not stage.GetRootLayer().rootPrims
+
+
+def test_the_perspective_camera_is_where_the_file_says():
+    stage = Usd.Stage.CreateInMemory()
+    view = {"Perspective": {"position": Gf.Vec3d(1, 2, 3), "target": Gf.Vec3d(1, 9, 3)}}
+    UsdGeom.SetStageUpAxis(stage, "Z")
+    stage.GetRootLayer().customLayerData = {"cameraSettings": view}
+    viewport_cameras.author(stage)
+    matrix = UsdGeom.Xformable(stage.GetPrimAtPath(PERSPECTIVE)).ComputeLocalToWorldTransform(Usd.TimeCode.Default())
+    assert Gf.IsClose(matrix.ExtractTranslation(), Gf.Vec3d(1, 2, 3), 1e-9)
+    assert Gf.IsClose(matrix.TransformDir((0, 0, -1)), Gf.Vec3d(0, 1, 0), 1e-9)
+
+
+def test_a_render_product_shows_the_viewport_and_no_file_holds_its_cameras(stage, tmp_path):
+    stage_context.show_viewport()
+    product = rep.create.render_product(PERSPECTIVE, (64, 64))
+    rep.create.sphere(semantics=[("class", "ball")], scale=2)
+    mask = rep.annotators.get("semantic_segmentation", init_params={"colorize": False})
+    mask.attach(product)
+    rep.orchestrator.step()
+    rows, columns = np.nonzero(mask.get_data()["data"] > 1)
+    assert (rows.mean(), columns.mean()) == (pytest.approx(31.5, abs=1), pytest.approx(31.5, abs=1))
+    saved = Sdf.Layer.FindOrOpen(str(stage_context.save_stage(tmp_path / "saved.usda")))
+    assert saved.GetPrimAtPath(PERSPECTIVE)
+    assert not saved.GetPrimAtPath("/OmniverseKit_Top")
+    get_context().new_stage()
+    assert get_context().get_stage().GetPrimAtPath("/OmniverseKit_Front")
+
+
+def test_references_in_other_units_are_scaled_once(stage, tmp_path):
+    source = Usd.Stage.CreateNew(str(tmp_path / "cm.usda"))
+    UsdGeom.SetStageMetersPerUnit(source, 0.01)
+    UsdGeom.SetStageUpAxis(source, "Y")
+    UsdGeom.Cube.Define(source, "/root/box").CreateSizeAttr(100.0)
+    source.SetDefaultPrim(source.GetPrimAtPath("/root"))
+    tall = UsdGeom.Cube(source.GetPrimAtPath("/root/box"))
+    tall.AddScaleOp().Set((1, 3, 1))
+    source.Save()
+    prim = stage.DefinePrim("/World/ref", "Xform")
+    prim.GetReferences().AddReference(str(tmp_path / "cm.usda"))
+    for _ in range(2):
+        assert get_metrics_assembler_interface().resolve_stage(get_context().get_stage_id())
+        bounds = UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default"]).ComputeWorldBound(prim).ComputeAlignedRange()
+        assert Gf.IsClose(bounds.GetSize(), Gf.Vec3d(1, 1, 3), 1e-5)
+
+
+def test_the_context_closes_and_selects(stage):
+    context = get_context()
+    context.get_selection().set_selected_prim_paths(["/World"])
+    assert context.get_selection().is_prim_path_selected("/World")
+    before = context.get_stage_id()
+    assert context.close_stage()
+    assert context.get_stage_id() != before
+    assert context.get_selection().get_selected_prim_paths() == []
+    context.disable_save_to_recent_files()
+    with pytest.raises(Unsupported, match="no file"):
+        context.reopen_stage()
+
+
+def test_a_folder_is_summed_up_by_extension(tmp_path):
+    Image.new("RGB", (2, 2)).save(tmp_path / "a.png")
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "b.json").write_text("")
+    found = get_folder_file_summary(tmp_path, recursive=True)
+    assert found == {"total_files": 2, "extension_counts": {"png": 1, "json": 1}}
+    found = get_folder_file_summary(tmp_path, include_file_sizes=True)
+    (detail,) = found["file_details"]["png"]
+    assert (detail["path"], detail["size_bytes"]) == (str(tmp_path / "a.png"), (tmp_path / "a.png").stat().st_size)

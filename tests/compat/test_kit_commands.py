@@ -1,0 +1,131 @@
+"""`omni.kit.commands`: commands by name."""
+
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
+
+from usdsdg.compat.omni.kit import commands
+from usdsdg.compat.omni.kit.commands import execute
+from usdsdg.compat.omni.usd import get_context
+from usdsdg.errors import BadPrim, Unsupported
+
+
+def world(prim):
+    return UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default())
+
+
+def test_prims_are_created_below_the_default_prim_with_attributes(stage):
+    done, path = execute("CreatePrimCommand", prim_type="Sphere", attributes={"radius": 3.0})
+    assert (done, path) == (True, "/World/Sphere")
+    assert stage.GetPrimAtPath(path).GetAttribute("radius").Get() == 3.0
+    assert execute("CreatePrim", prim_type="Sphere", select_new_prim=False) == (True, "/World/Sphere_01")
+    assert get_context().get_selection().get_selected_prim_paths() == ["/World/Sphere"]
+    path = execute("CreateMeshPrimWithDefaultXform", prim_type="Cube", prim_path="/World/a/box")[1]
+    bounds = UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default"]).ComputeWorldBound(stage.GetPrimAtPath(path))
+    assert (path, bounds.ComputeAlignedRange().GetSize()) == ("/World/a/box", Gf.Vec3d(1, 1, 1))
+
+
+def test_prims_are_moved_in_place_copied_and_deleted(stage):
+    for path, x in (("/World/a", 1.0), ("/World/b", 20.0), ("/World/a/child", 300.0)):
+        UsdGeom.Xform.Define(stage, path).AddTranslateOp().Set((x, 0, 0))
+    execute("MovePrim", path_from="/World/a/child", path_to="/World/b/moved")
+    assert not stage.GetPrimAtPath("/World/a/child")
+    assert world(stage.GetPrimAtPath("/World/b/moved")).ExtractTranslation() == Gf.Vec3d(301, 0, 0)
+    assert execute("CopyPrim", path_from="/World/b")[1] == "/World/b_01"
+    assert stage.GetPrimAtPath("/World/b_01/moved")
+    execute("DeletePrims", paths=["/World/b", "/World/nowhere"])
+    assert not stage.GetPrimAtPath("/World/b")
+
+
+def test_prims_of_a_reference_are_deactivated(stage):
+    source = Usd.Stage.CreateInMemory()
+    UsdGeom.Cube.Define(source, "/root/inner")
+    stage.DefinePrim("/World/ref").GetReferences().AddReference(source.GetRootLayer().identifier, "/root")
+    execute("DeletePrimsCommand", paths=["/World/ref/inner"])
+    assert not stage.GetPrimAtPath("/World/ref/inner").IsActive()
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 2, 0)])
+def test_rotations_turn_in_their_order(stage, order):
+    prim = UsdGeom.Cube.Define(stage, "/World/cube").GetPrim()
+    execute(
+        "TransformPrimSRT", path=prim.GetPath(), new_translation=(1, 2, 3), new_rotation_euler=(10, 20, 30),
+        new_rotation_order=order, new_scale=(2, 2, 2),
+    )  # fmt: skip
+    expected = Gf.Matrix4d().SetScale(2.0)
+    for axis in order:
+        direction = Gf.Vec3d(*(float(i == axis) for i in range(3)))
+        expected *= Gf.Matrix4d().SetRotate(Gf.Rotation(direction, (10.0, 20.0, 30.0)[axis]))
+    expected.SetTranslateOnly((1, 2, 3))
+    assert Gf.IsClose(world(prim), expected, 1e-6)
+    execute("TransformPrim", path="/World/cube", new_transform_matrix=Gf.Matrix4d().SetTranslate((7, 0, 0)))
+    assert Gf.IsClose(world(prim), Gf.Matrix4d().SetTranslate((7, 0, 0)), 1e-6)
+
+
+def test_properties_are_set_and_created(stage):
+    UsdGeom.Cube.Define(stage, "/World/cube")
+    execute("ChangeProperty", prop_path=Sdf.Path("/World/cube.size"), value=4.0, prev=None)
+    assert stage.GetPrimAtPath("/World/cube").GetAttribute("size").Get() == 4.0
+    with pytest.raises(BadPrim, match="no attribute 'mood'"):
+        execute("ChangeProperty", prop_path="/World/cube.mood", value=1.0, prev=0.0)
+    execute(
+        "ChangeProperty", prop_path="/World/cube.mood", value=1.0, prev=0.0,
+        type_to_create_if_not_exist=Sdf.ValueTypeNames.Float,
+    )  # fmt: skip
+    assert stage.GetPrimAtPath("/World/cube").GetAttribute("mood").Get() == 1.0
+
+
+def test_materials_are_created_and_bound(stage):
+    UsdGeom.Cube.Define(stage, "/World/cube")
+    created = []
+    get_context().get_selection().set_selected_prim_paths(["/World/cube"])
+    execute("CreateAndBindMdlMaterialFromLibrary", mdl_name="OmniPBR.mdl", mtl_name="OmniPBR", mtl_created_list=created)
+    assert created == ["/World/Looks/OmniPBR"]
+    binding = UsdShade.MaterialBindingAPI(stage.GetPrimAtPath("/World/cube"))
+    assert binding.ComputeBoundMaterial()[0].GetPath() == "/World/Looks/OmniPBR"
+    execute("CreatePreviewSurfaceMaterialPrim", mtl_path="/World/Looks/plain")
+    execute(
+        "BindMaterial",
+        prim_path=["/World/cube"],
+        material_path="/World/Looks/plain",
+        strength="strongerThanDescendants",
+    )
+    assert binding.ComputeBoundMaterial()[0].GetPath() == "/World/Looks/plain"
+
+
+def test_physics_is_added(stage):
+    UsdGeom.Cube.Define(stage, "/World/cube")
+    execute("SetRigidBody", path="/World/cube", approximationShape="convexHull", kinematic=True)
+    prim = stage.GetPrimAtPath("/World/cube")
+    assert prim.HasAPI(UsdPhysics.RigidBodyAPI)
+    assert prim.HasAPI(UsdPhysics.CollisionAPI)
+    path = execute(
+        "AddGroundPlaneCommand",
+        planePath="/GroundPlane",
+        axis="Z",
+        size=10.0,
+        position=Gf.Vec3f(0),
+        color=Gf.Vec3f(0.5),
+    )[1]
+    assert path == "/World/GroundPlane"
+    execute("AddPhysicsScene", stage=stage, path="/World/PhysicsScene")
+    assert stage.GetPrimAtPath("/World/PhysicsScene").IsA(UsdPhysics.Scene)
+
+
+def test_a_script_registers_its_own_commands(stage):
+    class Twice(commands.Command):
+        def __init__(self, value):
+            self._value = value
+
+        def do(self):
+            return 2 * self._value
+
+    commands.register(Twice)
+    assert execute("Twice", value=4) == (True, 8)
+    commands.unregister(Twice)
+    with pytest.raises(Unsupported, match="no command 'Twice'"):
+        execute("Twice", value=4)
+
+
+def test_an_unknown_command_is_named_with_those_that_are_like_it(stage):
+    with pytest.raises(Unsupported, match=r"no command 'CreatePrimm'; did you mean .*CreatePrim"):
+        execute("CreatePrimm", prim_type="Cube")
