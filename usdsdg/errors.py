@@ -212,24 +212,36 @@ _living: weakref.WeakSet[LosingError] = weakref.WeakSet()
 _LIBRARIES = tuple({f"{sysconfig.get_path(name)}{os.sep}" for name in ("stdlib", "purelib", "platlib")})
 
 
+_foreign: list[Exception] = []  # errors of a script's own writers
+_KEPT = 5  # of these, since their frames hold arrays
+
+
 def watch_swallowed() -> None:
     """From now on record each `LosingError` that is raised into code outside the project and caught there."""
     global _swallowed
     _swallowed = []
     _living.clear()
+    _foreign.clear()
+
+
+def watch_foreign(error: Exception) -> None:
+    """Treat an error of another class like a `LosingError`, as one that a script's own writer raises."""
+    if _swallowed is not None and len(_foreign) < _KEPT and not isinstance(error, LosingError):
+        _foreign.append(error)
 
 
 def take_swallowed() -> list[str]:
     """Return one line for each error that was caught outside the project, and stop recording."""
     global _swallowed
-    for error in list(_living):
+    for error in (*_living, *_foreign):
         _note_swallowed(error)
+    _foreign.clear()
     found, _swallowed = _swallowed or [], None
     return list(dict.fromkeys(found))
 
 
-def _note_swallowed(error: LosingError) -> None:
-    if _swallowed is None or error._watched_by is not _swallowed:
+def _note_swallowed(error: Exception) -> None:
+    if _swallowed is None or getattr(error, "_watched_by", _swallowed) is not _swallowed:
         return
     # A traceback begins at the frame in which the error was caught.
     trace = error.__traceback__

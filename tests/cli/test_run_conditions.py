@@ -157,6 +157,29 @@ def test_an_error_of_a_writer_that_the_script_catches_is_said_at_the_end(tmp_pat
         assert "script.py:5: OutputNotWritable: /proc/nothing" in done.stderr
 
 
+def test_an_error_of_the_scripts_own_writer_that_it_catches_is_said_too(tmp_path):
+    script = """
+        import omni.replicator.core as rep
+        class Mine(rep.Writer):
+            def __init__(self):
+                self.annotators = ["rgb"]
+            def write(self, data):
+                raise KeyError("rgb_left")
+        rep.WriterRegistry.register(Mine)
+        writer = rep.WriterRegistry.get("Mine")
+        writer.initialize()
+        writer.attach(rep.create.render_product(rep.create.camera(), (8, 8)))
+        try:
+            rep.orchestrator.step()
+        except Exception:
+            print("went on")
+    """
+    done = run(tmp_path, script, expect=1)
+    assert done.stdout == "went on\n"
+    assert "the script caught an error and went on" in done.stderr
+    assert "KeyError: 'rgb_left'" in done.stderr
+
+
 def test_an_error_shows_the_text_of_the_line(tmp_path):
     script = """
         import omni.replicator.core as rep

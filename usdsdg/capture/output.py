@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.payload import build_payload
 from usdsdg.capture.graph_outputs import distribution_outputs, trigger_outputs
+from usdsdg.errors import watch_foreign
 from usdsdg.session.progress import report, say
 from usdsdg.session.session import current
 from usdsdg.writers.base import Writer, attached_writers
@@ -26,7 +27,12 @@ class WriterOutput:
         if attached:
             self._report_folder(writer)
             outputs = {"trigger_outputs": trigger_outputs(), "distribution_outputs": distribution_outputs()}
-            writer.receive(build_payload(writer, attached, **outputs))
+            payload = build_payload(writer, attached, **outputs)
+            try:
+                writer.receive(payload)
+            except Exception as error:
+                watch_foreign(error)
+                raise
 
     def _report_folder(self, writer: Writer) -> None:
         name, folder = type(writer).__name__, getattr(writer.backend, "output_dir", None)
