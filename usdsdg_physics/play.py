@@ -41,9 +41,10 @@ class PlaySession:
 
     def step(self, dt: float) -> None:
         """Apply what users changed, advance by `dt` seconds, write the result to the stage."""
-        world = self._current_world()
-        if not world.bodies:
-            return
+        self._apply_stage_edits()
+        if not self.scene.bodies:
+            return  # Newton is not even imported
+        world = self._built_world()
         world.step(dt)
         self._handle_failures(world)
         self._write_back(world)
@@ -94,6 +95,13 @@ class PlaySession:
             raise PhysicsError(f"{path}: physxScene:timeStepsPerSecond is {rate:g}; set a positive number of steps")
         return rate
 
+    @property
+    def queries(self) -> SceneQueries:
+        """The scene queries of the last step."""
+        if self._queries_are_stale:
+            self._read_stage()
+        return self._queries
+
     def end(self, *, restore: bool) -> None:
         """Stop listening to the stage; with `restore`, undo everything that was written to it."""
         self._tracker.close()
@@ -101,8 +109,12 @@ class PlaySession:
             self._backup.restore()
 
     def _current_world(self) -> World:
-        """Return the world with the edits of the stage applied; build it where there is none."""
+        """Return the world with the edits of the stage applied."""
         self._apply_stage_edits()
+        return self._built_world()
+
+    def _built_world(self) -> World:
+        """Return the world; build it where there is none."""
         if self.world is None:
             self.world = World(self.scene, device=self._device, capacity=self._capacity, progress=self._progress)
             self.world.put_to_sleep([self.world.body_index[path] for path in self._asleep & self.scene.bodies.keys()])
@@ -121,7 +133,8 @@ class PlaySession:
         self._asleep = new | set(self.world.asleep() if self.world is not None else ())
         self._tracker.take()
         self._reader = EditReader(self._stage, self.scene, self._hulls)
-        self.queries = SceneQueries(self.scene)
+        self._queries = SceneQueries(self.scene)
+        self._queries_are_stale = False
         self.poses = initial_poses(self.scene)
         self.world = None
         self._open_writer()
@@ -135,12 +148,14 @@ class PlaySession:
     def _apply_stage_edits(self) -> None:
         changes = self._tracker.take()
         edits = self._reader.read(changes) if changes else Edits()
-        if edits.rebuild or self._contacts_overflowed or (edits and self.world is None):
+        if edits.rebuild or self._contacts_overflowed or (edits and self.world is None and self.scene.bodies):
             self._contacts_overflowed = False
             self._read_stage()
             return
+        # Without bodies nothing but a query asks where colliders are.
+        self._queries_are_stale |= bool(edits) and self.world is None
         if edits and self.world is not None:
-            apply_edits(edits, self.world, self.scene, self.queries)
+            apply_edits(edits, self.world, self.scene, self._queries)
             self.poses = self.world.poses()
             self._writer.set_written(self.poses, self.world.velocities())
         if self._writer.is_stale(changes):

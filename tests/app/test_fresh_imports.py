@@ -106,3 +106,31 @@ def test_a_module_works_alone_in_a_fresh_process(name, tmp_path):
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == "True"
+
+
+@pytest.mark.parametrize("plays", [False, True])
+def test_a_script_without_bodies_imports_neither_newton_nor_scipy(plays, tmp_path):
+    script = f"""
+        import sys
+        import usdsdg as rep
+        from usdsdg.session.timeline import get_timeline
+        rep.create.light(light_type="Dome", intensity=1000)
+        cube = rep.create.cube(semantics=[("class", "cube")])
+        writer = rep.writers.get("BasicWriter")
+        writer.initialize(
+            output_dir={str(tmp_path)!r}, rgb=True, semantic_segmentation=True, bounding_box_3d=True,
+            bounding_box_2d_tight=True, distance_to_camera=True, normals=True, occlusion=True, camera_params=True,
+        )
+        writer.attach(rep.create.render_product(rep.create.camera(position=(5, 5, 5), look_at=(0, 0, 0)), (16, 12)))
+        with rep.trigger.on_frame(max_execs=3), cube:
+            rep.modify.pose(rotation=rep.distribution.uniform((0, 0, 0), (360, 360, 360)))
+        if {plays}:
+            get_timeline().play()
+        rep.orchestrator.run()
+        print(not {{"newton", "scipy", "torch"}} & set(sys.modules))
+    """
+    command = [sys.executable, "-c", textwrap.dedent(script)]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip().splitlines()[-1] == "True"
+    assert (tmp_path / "rgb_0002.png").exists()

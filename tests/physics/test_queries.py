@@ -252,3 +252,18 @@ def test_static_mesh_and_plane():
     assert engine.overlap_box((0.1, 0.1, 0.1), (5, 5, -1.85)) == []
     assert engine.raycast((0, 0, 5), (0, 0, -1), 10).distance == pytest.approx(5)
     assert engine.raycast((9, 0, 5), (0, 0, -1), 10).distance == pytest.approx(7)
+
+
+def test_queries_without_bodies_follow_what_is_moved_while_playing():
+    stage = new_stage()
+    wall = add(stage, "/World/wall", at=(5, 0, 0), body=False)
+    engine = playing(stage)
+    engine.advance(1 / 60)
+    assert engine.raycast((0, 0, 0), (1, 0, 0), 100).distance == pytest.approx(4.9, abs=1e-4)
+    for distance in (7, 9):
+        set_value(wall, "xformOp:translate", (distance, 0, 0))
+        engine.advance(1 / 60)
+        assert engine.raycast((0, 0, 0), (1, 0, 0), 100).distance == pytest.approx(distance - 0.1, abs=1e-4)
+    add(stage, "/World/late", at=(0, 9, 0))
+    engine.advance(1 / 60)
+    assert engine.rigid_bodies == ("/World/late",)

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 from pxr import Usd, UsdGeom
-from scipy.interpolate import BSpline
 
 from usdsdg import errors
 from usdsdg_render.geometry.curve_widths import element_widths, interpolate_linearly, read_widths, sample_widths
@@ -215,6 +214,8 @@ def _sample_nurbs(prim: Usd.Prim, time: Usd.TimeCode, group: _Group, steps: int)
             f"n + order knots."
         )
         return []
+    from scipy.interpolate import BSpline
+
     first_knot = np.cumsum(counts + orders) - (counts + orders)
     ends = np.maximum(counts - orders + 2, 0)
     polylines: list[Polylines] = []

@@ -1,7 +1,6 @@
 """Rigid motion between two states of a scene, so that a moving thing blurs instead of showing a row of copies."""
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 # Largest deviation of the relative linear part from a rotation for which motion counts as rigid.
 RIGID = 1e-4
@@ -24,6 +23,8 @@ def interpolate(before: np.ndarray, after: np.ndarray, fraction: float) -> np.nd
     error = np.abs(turned @ turned.transpose(0, 2, 1) - np.eye(3)).max((1, 2))
     rigid = (error < RIGID) & (np.linalg.det(turned) > 0)
     if rigid.any():
+        from scipy.spatial.transform import Rotation
+
         # A row-vector rotation is the transpose of the matrix that SciPy means.
         whole = Rotation.from_matrix(turned[rigid].transpose(0, 2, 1)).as_rotvec()
         part = Rotation.from_rotvec(whole * fraction).as_matrix().transpose(0, 2, 1)
