@@ -231,3 +231,32 @@ def test_collisions_agree_with_vertices_inside_of_other_spheres(stage):
     ]
     assert expected
     assert collisions(balls.prims) == expected
+
+
+def _torus(stage, path, segments=90):
+    """A mesh of 2 * segments² triangles, 2.8 wide."""
+    u, v = np.meshgrid(*2 * [np.linspace(0, 2 * np.pi, segments, endpoint=False)], indexing="ij")
+    ring = 1 + 0.4 * np.cos(v)
+    points = np.stack([ring * np.cos(u), ring * np.sin(u), 0.4 * np.sin(v)], -1).reshape(-1, 3)
+    i, j = (each.ravel() for each in np.indices((segments, segments)))
+    a, b = i * segments + j, (i + 1) % segments * segments + j
+    c, d = (i + 1) % segments * segments + (j + 1) % segments, i * segments + (j + 1) % segments
+    mesh = UsdGeom.Mesh.Define(stage, path)
+    mesh.CreatePointsAttr(points.astype(np.float32))
+    mesh.CreateFaceVertexCountsAttr([4] * segments**2)
+    mesh.CreateFaceVertexIndicesAttr(np.stack([a, b, c, d], 1).ravel().tolist())
+    UsdGeom.Xformable(mesh).AddTranslateOp()
+    return path
+
+
+def test_large_meshes_without_room_are_given_up_in_bounded_time(stage):
+    """About five seconds on one core."""
+    meshes = [_torus(stage, f"/World/Torus{number}") for number in range(5)]
+    plane = rep.create.plane(scale=0.5)
+    with rep.trigger.on_custom_event("go"):
+        rep.randomizer.scatter_2d(plane, check_for_collisions=True, input_prims=meshes)
+    with pytest.raises(
+        GraphError, match=r"no free position for /World/Torus1 after [0-9],[0-9]{3} tries \(1 of 5 objects have one\)"
+    ):
+        rep.utils.send_og_event("go")
+        run()

@@ -46,7 +46,8 @@ def scatter_2d(
 
     Raises:
         ArgumentError: (a ValueError) no surface is given.
-        GraphError: at execution, no surface lies within the bounds, or a prim has no free position after 10,000 tries.
+        GraphError: at execution, no surface lies within the bounds, or a prim has no free position after 10,000
+            tries, or fewer for large meshes.
     """
     surfaces = _paths_of("scatter_2d", "surface_prims", surface_prims)
     return act(
@@ -88,7 +89,8 @@ def scatter_3d(
 
     Raises:
         ArgumentError: (a ValueError) there is no volume and a bound is missing.
-        GraphError: at execution, the volume to sample is empty, or a prim has no free position after 10,000 tries.
+        GraphError: at execution, the volume to sample is empty, or a prim has no free position after 10,000
+            tries, or fewer for large meshes.
     """
     volumes, bounds = list(prim_paths(volume_prims)), _bounds(min_samp, max_samp)
     if not volumes:

@@ -6,6 +6,8 @@ from usdsdg.scatter.solid import BLOCK, Solid
 
 # Block pairs per batch: small at first, since for overlapping bodies almost any pair shows the collision.
 _FIRST_BATCH, _GROWTH, _MAX_BATCH = 8, 4, 256
+# Pairs of blocks whose boxes are compared at once.
+_BLOCK_PAIRS = 1 << 15
 # Penetration, as a fraction of the triangles' size, up to which bodies are in mere contact and do not collide.
 _CONTACT_TOLERANCE = 1e-9
 # Fraction of its size by which the first body is shrunk.
@@ -31,6 +33,13 @@ def _surfaces_cross(a: Solid, b: Solid, offset: np.ndarray) -> bool:
     upper = np.minimum(a.upper[:3], b.upper[:3] + offset)
     of_a = _blocks_in(a, lower, upper)
     of_b = _blocks_in(b, lower - offset, upper - offset)
+    # In parts, each from everywhere in `a`: of bodies that overlap the first part shows it.
+    parts = -(-len(of_a) * len(of_b) // _BLOCK_PAIRS)
+    return any(_blocks_of_parts_cross(a, b, offset, of_a[part::parts], of_b) for part in range(parts))
+
+
+def _blocks_of_parts_cross(a: Solid, b: Solid, offset: np.ndarray, of_a: np.ndarray, of_b: np.ndarray) -> bool:
+    """Whether triangles of the blocks `of_a` and `of_b` intersect."""
     low_a, high_a = (side[of_a] for side in a.boxes)
     low_b, high_b = (side[of_b] + offset for side in b.boxes)
     first, second = np.nonzero(_overlapping(low_a[:, None], high_a[:, None], low_b[None], high_b[None]))

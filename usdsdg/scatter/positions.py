@@ -10,6 +10,9 @@ from usdsdg.scatter.collisions import collide
 from usdsdg.scatter.solid import DIRECTIONS, Solid
 
 MAX_TRIES = 10_000
+# Triangles of tested pairs of bodies, after which an object counts as not placeable even if there are tries left: some
+# seconds for large meshes. It is not a time, so that results do not depend on the machine.
+MAX_EFFORT = 100_000_000
 # Candidates per batch: the first one is for all objects; batches grow for objects that are hard to place.
 _FIRST_BATCH, _GROWTH, _MAX_BATCH = 4, 4, 512
 
@@ -37,6 +40,12 @@ class Occupancy:
         self._lower = np.empty((capacity, len(DIRECTIONS)))
         self._upper = np.empty_like(self._lower)
         self._bodies: list[tuple[Solid, np.ndarray]] = []
+        # Since the last `begin`: positions that were tested, and triangles of the pairs of bodies that were.
+        self.tries = self.effort = 0
+
+    def begin(self) -> None:
+        """Begin with another object."""
+        self.tries = self.effort = 0
 
     def add(self, solid: Solid, position: np.ndarray) -> None:
         """Add a body at `position` (3,)."""
@@ -45,21 +54,28 @@ class Occupancy:
         self._bodies.append((solid, position))
 
     def first_free(self, solid: Solid, positions: np.ndarray) -> int | None:
-        """Return the index of the first of `positions` (N, 3) where `solid` collides with no body; None if none."""
+        """Return the index of the first of `positions` (N, 3) where `solid` collides with no body.
+
+        None if there is none, or none before the effort exceeds MAX_EFFORT.
+        """
         count = len(self._bodies)
         shift = positions @ DIRECTIONS.T
         lower, upper = solid.lower + shift, solid.upper + shift
         overlap = (self._lower[:count, :3] < upper[:, None, :3]) & (self._upper[:count, :3] > lower[:, None, :3])
         near = np.all(overlap, axis=-1)
         for index in np.flatnonzero(~np.isnan(positions).any(1)):
+            self.tries += 1
             rows = np.flatnonzero(near[index])
             slabs = (self._lower[rows, 3:] < upper[index, 3:]) & (self._upper[rows, 3:] > lower[index, 3:])
             if not any(self._collides(solid, positions[index], row) for row in rows[slabs.all(1)]):
                 return int(index)
+            if self.effort > MAX_EFFORT:
+                break
         return None
 
     def _collides(self, solid: Solid, position: np.ndarray, row: int) -> bool:
         other, other_position = self._bodies[row]
+        self.effort += len(solid.corners) + len(other.corners)
         return collide(solid, other, other_position - position)
 
 
@@ -81,7 +97,7 @@ def free_positions(
         (N, 3) positions and (N, components) the uniform numbers that they were computed from.
 
     Raises:
-        ArgumentError: an object has no free position after MAX_TRIES draws.
+        ArgumentError: an object has no free position after MAX_TRIES draws, or after MAX_EFFORT.
     """
     objects = list(range(len(names)))
     u = draw(objects, 0, _FIRST_BATCH)
@@ -93,6 +109,8 @@ def free_positions(
             occupied.add(solid, position)
     for row in objects:
         numbers, points, tried = u[row], candidates[row], 0
+        if occupied is not None:
+            occupied.begin()
         while True:
             if occupied is None or solids is None:
                 valid = np.flatnonzero(~np.isnan(points).any(1))
@@ -102,9 +120,11 @@ def free_positions(
             if index is not None:
                 break
             tried += len(points)
-            if tried >= MAX_TRIES:
+            too_much = occupied is not None and occupied.effort > MAX_EFFORT
+            if too_much or tried >= MAX_TRIES:
+                tries = occupied.tries if occupied is not None and too_much else tried
                 raise ArgumentError(
-                    f"no free position for {names[row]} after {tried:,} tries ({row} of {len(names)} objects have one)."
+                    f"no free position for {names[row]} after {tries:,} tries ({row} of {len(names)} objects have one)."
                     " Use fewer or smaller objects, or more room."
                 )
             numbers = draw([row], tried, min(_MAX_BATCH, len(points) * _GROWTH, MAX_TRIES - tried))[0]
