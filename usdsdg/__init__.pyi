@@ -26,6 +26,7 @@ from .app.new_layer import new_layer
 from .backends import BackendDispatch
 from .create import mesh_decal as create_mesh_decal
 from .graph.sampling import get_global_seed, set_global_seed
+from .orchestrator import run_until_complete_async
 from .session.stage_context import open_stage
 from .writers import (
     BasicWriter,
@@ -51,5 +52,6 @@ __all__ = [
     "CocoWriter", "KittiWriter", "CosmosWriter", "FPSWriter", "writers_default",
     "backends", "BackendDispatch",
     # what runs it
-    "orchestrator", "settings", "utils", "get_global_seed", "set_global_seed", "open_stage", "new_layer", "errors",
+    "orchestrator", "settings", "utils", "get_global_seed", "set_global_seed", "open_stage", "new_layer",
+    "run_until_complete_async", "errors",
 ]  # fmt: skip

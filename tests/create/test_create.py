@@ -6,7 +6,7 @@ from pxr import Sdf, UsdGeom, UsdShade
 
 import usdsdg as rep
 from usdsdg.app import new_layer
-from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported
+from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported, UsdsdgWarning
 from usdsdg.graph import evaluate
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.semantics import labels
@@ -163,8 +163,11 @@ def test_lens_models_whose_attributes_are_not_arguments(stage):
 def test_unknown_lens_models_raise_errors(stage):
     with pytest.raises(GraphError, match="projection_type is 'wide'; expected one of pinhole"):
         rep.create.camera(projection_type="wide")
-    with pytest.raises(Unsupported, match="tick_rate"):
-        rep.create.camera(tick_rate=30)
+    with pytest.warns(UsdsdgWarning, match="tick_rate is authored, but every capture"):
+        (prim,) = rep.create.camera(tick_rate=30).get_output_prims()["prims"]
+    assert prim.GetChildren()[0].GetAttribute("omni:sensor:tickRate").Get() == 30.0
+    with pytest.raises(GraphError, match="tick_rate is 'fast'"):
+        rep.create.camera(tick_rate="fast")
 
 
 def test_functions_of_scripts_can_be_registered_in_create(stage):

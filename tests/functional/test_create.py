@@ -202,8 +202,10 @@ def test_invalid_lenses_raise_errors(stage):
         create.camera(clipping_range=3)
     with pytest.raises(GraphError, match="focal_length is 'long'"):
         create.camera(focal_length="long")
-    with pytest.raises(Unsupported, match="tick_rate"):
-        create.camera(tick_rate=30)
+    with pytest.warns(UsdsdgWarning, match="tick_rate is authored, but every capture"):
+        made = create.camera(tick_rate=30)
+    assert made.GetAttribute("omni:sensor:tickRate").Get() == 30.0
+    assert not create.camera().HasAttribute("omni:sensor:tickRate")
 
 
 # --- lights ---

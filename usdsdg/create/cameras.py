@@ -5,9 +5,10 @@ from typing import Any
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg import modify
+from usdsdg.arguments.tick_rates import author_tick_rate
 from usdsdg.arguments.values import count_of, vector
 from usdsdg.create.objects import apply_common_arguments, new_object, new_xform
-from usdsdg.errors import ArgumentError, Unsupported
+from usdsdg.errors import ArgumentError
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.lens_attributes import LENS, OLD_PROJECTIONS, OPTICS, PROJECTIONS
@@ -41,22 +42,20 @@ def camera(
         fisheye_nominal_width: pixels, as are nominal height, optical center and OpenCV focal lengths.
         fisheye_max_fov: degrees.
         cross_camera_reference_name: the other camera of a stereo pair, for cross correspondence.
+        tick_rate: frames per second of the sensor, which is authored only: every capture renders every camera.
 
     Raises:
         ArgumentError: an unknown projection, or a clipping range that is not two numbers.
-        Unsupported: `tick_rate` (6.0); capture at other rates with rep.trigger.on_time.
+        ArgumentError: `tick_rate` is not a number, 0 or more.
     """
     arguments = dict(locals())
-    if tick_rate is not None:
-        raise Unsupported(
-            "create.camera: tick_rate is not available; leave it out and capture with rep.trigger.on_time"
-        )
     stage = current_stage()
     objects, cameras = [], []
     for _ in range(count_of(count)):
         prim, child = new_object("Camera", name, parent)
         objects.append(prim)
         cameras.append(_camera_at(stage, child))
+    author_tick_rate(cameras, tick_rate)
     return _with_arguments("OgnCreateCamera", objects, cameras, arguments)
 
 

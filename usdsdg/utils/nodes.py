@@ -15,10 +15,13 @@ from usdsdg.errors import Unsupported, warn_once
 from usdsdg.graph import evaluate
 from usdsdg.graph.actions import action_of
 from usdsdg.graph.evaluate import graph
-from usdsdg.graph.node import Node, ReplicatorItem, plain, prim_paths
+from usdsdg.graph.node import Node, ReplicatorItem, current_prims, plain, prim_paths
 from usdsdg.graph.node_prims import PIPELINE, TYPE_PREFIX, define_graph
 from usdsdg.session.stage_context import current_stage
 from usdsdg.utils.prims import get_prims_from_paths
+
+# Extensions whose node types usdsdg has some of.
+EXTENSIONS = (TYPE_PREFIX.rstrip("."), "isaacsim.replicator.examples", "omni.replicator.isaac")
 
 
 def send_og_event(event_name: str) -> None:
@@ -52,23 +55,28 @@ def create_node(
 ) -> Node:
     """Add a node of a type that usdsdg implements (`omni.replicator.core.OgnWritePose`) under the current trigger.
 
+    The nodes of Isaac Sim's examples, `OgnSampleInSphere`, `OgnSampleOnSphere` (with `radius`) and
+    `OgnSampleBetweenSpheres` (`radius1`, `radius2`) are among them.
+
     Args:
         graph: ignored: there is one graph per stage.
         node_name: replaces the default key of the node's random draws, as the `name` of a rep function does.
-        input_prims: the targets: items, prims or paths.
+        input_prims: the targets: items, prims or paths; default, those of the enclosing `with group:`.
         attributes: inputs of the node, with or without the `inputs:` prefix.
 
     Raises:
         Unsupported: any other type; register a Python function with rep.randomizer.register instead.
     """
-    kind = node_type_id.removeprefix(TYPE_PREFIX)
+    extension, _, name = node_type_id.rpartition(".")
+    kind = name if extension in ("", *EXTENSIONS) else node_type_id
     if action_of(kind) is None:
         raise Unsupported(
             f"utils.create_node: usdsdg has no node type {node_type_id!r}; compose rep functions and register them "
             "with rep.randomizer.register"
         )
     given = {name.removeprefix("inputs:"): plain(value) for name, value in attributes.items()}
-    return evaluate.graph().add(Node(kind=kind, inputs=given, prims=prim_paths(input_prims), name=node_name))
+    prims = prim_paths(input_prims) or current_prims()
+    return evaluate.graph().add(Node(kind=kind, inputs=given, prims=prims, name=node_name))
 
 
 def _node(node: Any) -> Node:

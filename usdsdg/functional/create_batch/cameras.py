@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom
 
+from usdsdg.arguments.tick_rates import author_tick_rate
 from usdsdg.arguments.values import shown
-from usdsdg.errors import ArgumentError, Unsupported
+from usdsdg.errors import ArgumentError
 from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.new_prims import apply_common_arguments, define, new_paths, numbers
 from usdsdg.stage.cameras.lens_attributes import LENS, OLD_PROJECTIONS, OPTICS, PROJECTIONS
@@ -30,20 +31,21 @@ def camera(
 
     Focal length and apertures are in tenths of a stage unit, `focus_distance` and `clipping_range` (near, far) in stage
     units; `f_stop` 0 disables depth of field. The fisheye and OpenCV parameters are in pixels of the nominal size,
-    `fisheye_max_fov` in degrees. Names of projections may be written in snake_case.
+    `fisheye_max_fov` in degrees. Names of projections may be written in snake_case. `tick_rate`, frames per second, is
+    authored only: every capture renders every camera.
 
     Raises:
         ArgumentError: an unknown projection, or a clipping range that is not two numbers.
-        Unsupported: `tick_rate` (6.0); capture at other rates with rep.trigger.on_time.
+        ArgumentError: `tick_rate` is not a number, 0 or more.
     """
     arguments = dict(locals())
-    if arguments.pop("tick_rate") is not None:
-        raise Unsupported("camera: tick_rate is not available; leave it out and capture with rep.trigger.on_time")
+    rate = arguments.pop("tick_rate")
     projections = [_projection(each) for each in per_prim(arguments.pop("projection_type"), count)]
     ranges = _ranges(arguments.pop("clipping_range"), count)
     prims = define(
         new_paths(arguments.pop("name") or "Camera", arguments.pop("parent"), arguments.pop("count")), "Camera"
     )
+    author_tick_rate(prims, rate)
     for prim, projection, (near, far) in zip(prims, projections, ranges):
         UsdGeom.Camera(prim).CreateClippingRangeAttr(Gf.Vec2f(near, far))
         prim.CreateAttribute("cameraProjectionType", Sdf.ValueTypeNames.Token, custom=False).Set(projection)

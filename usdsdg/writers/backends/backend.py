@@ -9,6 +9,7 @@ import numpy as np
 
 from usdsdg.session.session import current
 from usdsdg.writers import files
+from usdsdg.writers.backends.sequential import Deferred, Sequential, computed
 
 
 class BaseBackend:
@@ -37,13 +38,14 @@ class BaseBackend:
     def schedule(self, fn: Callable[..., None], *args: Any, **kwargs: Any) -> None:
         """Call `fn(*args, **kwargs)` later on another thread, with `backend_instance=self` if it accepts that.
 
-        The arguments must not be modified afterward. Blocks while the queue is full; raises the error of an earlier job
-        of this backend that failed.
+        `fn` may be a `Sequential`, and arguments may be calls of one. They must not be modified afterward. Blocks while
+        the queue is full; raises the error of an earlier job of this backend that failed.
         """
         what = str(kwargs.get("path") or (args[0] if args and isinstance(args[0], str) else _name_of(fn)))
+        fn = fn.run if isinstance(fn, Sequential) else fn
         if _takes_backend(fn):
             kwargs.setdefault("backend_instance", self)
-        job = functools.partial(fn, *args, **kwargs)
+        job = functools.partial(_call, fn, *args, **kwargs)
         current().io_queue.submit(job, what=what, size=_size_of((args, kwargs)), owner=self)
 
     def schedule_together(self, steps: Sequence[Callable[..., None]]) -> None:
@@ -80,6 +82,11 @@ class BaseBackend:
         self.schedule(files.write_exr, path=path, data=data, **options)
 
 
+def _call(fn: Callable[..., None], /, *args: Any, **kwargs: Any) -> None:
+    """Call `fn` with arguments of which some may be deferred."""
+    fn(*map(computed, args), **{name: computed(value) for name, value in kwargs.items()})
+
+
 def _run_in_order(steps: Sequence[Callable[..., None]], backend_instance: BaseBackend) -> None:
     for step in steps:
         step(backend_instance=backend_instance)
@@ -104,6 +111,8 @@ def _size_of(value: Any, depth: int = 4) -> int:
         return value.nbytes
     if isinstance(value, (bytes, bytearray)):
         return len(value)
+    if depth and isinstance(value, Deferred):
+        return _size_of((value.args, value.kwargs), depth - 1)
     if depth and isinstance(value, functools.partial):
         return _size_of((value.args, value.keywords), depth - 1)
     if depth and isinstance(value, Mapping):
