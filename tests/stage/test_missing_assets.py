@@ -136,7 +136,7 @@ def test_skipped_assets_are_empty_prims_with_one_warning(recwarn):
     for name in ("a", "b"):
         stage.DefinePrim(f"/{name}").GetReferences().AddReference(assets.resolve("s3://x/gone.usd"))
     assets.check_missing(stage)
-    assert len([each for each in recwarn if "left out" in str(each.message)]) == 1
+    assert len([each for each in recwarn if "is left out" in str(each.message)]) == 1
     assert [str(prim.GetPath()) for prim in stage.Traverse()] == ["/a", "/b"]
 
 
@@ -150,6 +150,14 @@ def test_a_missing_picture_is_gray_and_a_missing_folder_an_error():
     assert (image.texels[..., :3] == 128).all()
     with pytest.raises(AssetNotFound):
         assets.resolve("/Isaac/Props/Gone")
+
+
+def test_a_missing_material_is_a_plain_one():
+    assets.set_on_missing(assets.OnMissing.SKIP)
+    with pytest.warns(UsdsdgWarning, match="Wood"):
+        file = assets.resolve("s3://x/Wood-1.mdl")
+    assert file.endswith("/Wood_1.mdl")
+    assert "export material Wood_1(*) = OmniPBR();" in Path(file).read_text()
 
 
 def test_layers_of_a_stage_are_pointed_to_the_mapped_files(tmp_path):

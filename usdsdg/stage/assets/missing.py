@@ -75,9 +75,9 @@ def resolve(asset: str | os.PathLike[str]) -> str:
         if instead is None:
             raise
         if _on_missing is OnMissing.STAND_IN:
-            errors.warn_once(f"a stand-in replaces {text}, which is missing: {error}", key=f"missing {text}")
+            errors.warn_once(f"a stand-in replaces {text}, which is missing: {where_looked(error)}")
         elif _on_missing is OnMissing.SKIP:
-            errors.warn_once(f"left out, since it is missing: {error}", key=f"missing {text}")
+            errors.warn_once(f"{text} is left out, since it is missing: {where_looked(error)}")
         return instead
 
 

@@ -1,4 +1,4 @@
-"""Files that take the place of missing assets: a labeled box, an empty prim, a gray image."""
+"""Files that take the place of missing assets: a labeled box, an empty prim, a gray image, a plain material."""
 
 import os
 import re
@@ -65,6 +65,11 @@ def Xform "{name}"
 }}
 """
 
+_MATERIAL = """mdl 1.6;
+import ::OmniPBR::OmniPBR;
+export material {name}(*) = OmniPBR();
+"""
+
 _meters_per_unit: Callable[[], float] = lambda: 1.0  # noqa: E731
 
 
@@ -83,7 +88,7 @@ def instead_of(asset: str, *, empty: bool) -> str | None:
     """Return a file in place of a missing asset, made in the user's cache folder; None for other kinds of files.
 
     Stages are replaced by a box of 0.5 m, labeled with the asset's name as its class, or with `empty` by an Xform;
-    images by a gray one.
+    images by a gray one, MDL files by OmniPBR with its defaults.
 
     Raises:
         AssetError: the cache folder cannot be written.
@@ -91,10 +96,12 @@ def instead_of(asset: str, *, empty: bool) -> str | None:
     suffix = PurePosixPath(url.normalized(asset).partition("?")[0]).suffix.lower()
     if suffix in IMAGES:
         return _kept("gray.png", _gray_png())
-    if suffix not in STAGES:
+    if suffix not in (*STAGES, ".mdl"):
         return None
     name = re.sub(r"\W", "_", name_of(asset), flags=re.ASCII)
     name = f"_{name}" if name[0].isdigit() else name
+    if suffix == ".mdl":
+        return _kept(f"{name}.mdl", _MATERIAL.format(name=name).encode())
     if empty:
         return _kept(f"{name}_empty.usda", _EMPTY.format(name=name).encode())
     units = _meters_per_unit()
