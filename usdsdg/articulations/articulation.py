@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,7 +54,7 @@ class Articulation:
         self.positions = self.tree.positions()
         self.velocities = np.zeros(len(self.dofs))
         self._first = self.positions.copy()
-        self._blocked: Callable[[Joint], bool] | None = None
+        self._touching: Callable[[Collection[str]], set[str]] | None = None
 
     @property
     def root(self) -> str:
@@ -86,24 +86,34 @@ class Articulation:
         self.velocities[:] = 0.0
         self.set_positions(self._first)
 
-    def block(self, blocked: Callable[[Joint], bool] | None) -> None:
-        """Let a joint stay where it is as long as `blocked(joint)`; None lets all move."""
-        self._blocked = blocked
+    def stop_before(self, touching: Callable[[Collection[str]], set[str]] | None) -> None:
+        """Let a joint stay where it is if a link that it moves would be in `touching(links)`; None lets all move."""
+        self._touching = touching
 
     def step(self, dt: float) -> None:
         """Advance by `dt` seconds and place the links."""
         before = self.positions.copy()
         for index, joint in enumerate(self.dofs):
-            if self._blocked is not None and self._blocked(joint):
-                self.velocities[index] = 0.0
-                continue
             self.positions[index], self.velocities[index] = self._advanced(index, joint, dt)
         moved = self._limited(self.positions)
         self.velocities[moved != self.positions] = 0.0
         self.positions = moved
         self._follow_leaders()
-        if not np.array_equal(before, self.positions):
-            self._show()
+        if np.array_equal(before, self.positions):
+            return
+        self._show()
+        if self._touching is not None and (touched := self._touching(self.tree.links)):
+            self._take_back(before, touched)
+
+    def _take_back(self, before: Array, touched: set[str]) -> None:
+        """Return the joints that move a touched link to where they were, with the leaders that they follow."""
+        leaders = self._leaders()
+        for index, joint in enumerate(self.dofs):
+            if touched & self.tree.moved_by(joint):
+                for row in {index, leaders.get(index, (index, 0.0, 0.0))[0]}:
+                    self.positions[row], self.velocities[row] = before[row], 0.0
+        self._follow_leaders()
+        self._show()
 
     def _advanced(self, index: int, joint: Joint, dt: float) -> tuple[float, float]:
         position, velocity = self.positions[index], self.velocities[index]
@@ -132,17 +142,23 @@ class Articulation:
 
     def _follow_leaders(self) -> None:
         """Place mimic joints: position + gearing times the leader's + offset is zero."""
+        for index, (leader, gearing, offset) in self._leaders().items():
+            self.positions[index] = -gearing * self.positions[leader] - offset
+
+    def _leaders(self) -> dict[int, tuple[int, float, float]]:
+        """Return the leader, gearing and offset of each mimic joint, by number."""
         number = {joint.path: index for index, joint in enumerate(self.dofs)}
+        found = {}
         for index, joint in enumerate(self.dofs):
             prim = self._stage.GetPrimAtPath(joint.path)
-            for schema in prim.GetAppliedSchemas():
-                if schema.startswith(_MIMIC):
-                    prefix = f"physxMimicJoint:{schema.removeprefix(_MIMIC)}"
-                    leader = prim.GetRelationship(f"{prefix}:referenceJoint").GetTargets()
-                    if leader and str(leader[0]) in number:
-                        gearing = float(prim.GetAttribute(f"{prefix}:gearing").Get())
-                        offset = float(prim.GetAttribute(f"{prefix}:offset").Get()) * joint.unit
-                        self.positions[index] = -gearing * self.positions[number[str(leader[0])]] - offset
+            for schema in (name for name in prim.GetAppliedSchemas() if name.startswith(_MIMIC)):
+                prefix = f"physxMimicJoint:{schema.removeprefix(_MIMIC)}"
+                leader = prim.GetRelationship(f"{prefix}:referenceJoint").GetTargets()
+                if leader and str(leader[0]) in number:
+                    gearing = float(prim.GetAttribute(f"{prefix}:gearing").Get())
+                    offset = float(prim.GetAttribute(f"{prefix}:offset").Get()) * joint.unit
+                    found[index] = number[str(leader[0])], gearing, offset
+        return found
 
     def _show(self) -> None:
         """Write poses of links, and the states of joints that have JointStateAPI, to the stage."""

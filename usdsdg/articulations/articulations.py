@@ -15,7 +15,7 @@ class Articulations:
     def __init__(self) -> None:
         self._found: dict[str, Articulation] = {}
         stage_context.on_new_stage(lambda _stage: self._found.clear())
-        engines.subscribe_step(self._step)
+        engines.subscribe_step(self._step, before=True)
         get_timeline().subscribe(self._on_timeline)
 
     def at(self, root: str) -> Articulation:
@@ -33,14 +33,18 @@ class Articulations:
             )
         return self._found[root]
 
+    def restart(self) -> None:
+        """Return all joints to where they were when the articulations were asked for."""
+        for articulation in self._found.values():
+            articulation.restart()
+
     def _step(self, dt: float) -> None:
         for articulation in list(self._found.values()):
             articulation.step(dt)
 
     def _on_timeline(self, event: str) -> None:
         if event == "stop":
-            for articulation in self._found.values():
-                articulation.restart()
+            self.restart()
 
 
 def get_articulations() -> Articulations:

@@ -101,6 +101,14 @@ class JointTree:
             pose = decompose(poses[link])
             author_world_pose(self._stage.GetPrimAtPath(link), pose.translate, pose.rotation)
 
+    def moved_by(self, joint: Joint) -> set[str]:
+        """Return the links that a joint moves: its child and all links after that."""
+        moved: set[str] = set()
+        for branch in self.branches:
+            if branch.joint is joint or branch.parent in moved:
+                moved.add(branch.child)
+        return moved
+
     def _poses(self) -> dict[str, Array]:
         return {link: self._pose(link) for link in self.links}
 

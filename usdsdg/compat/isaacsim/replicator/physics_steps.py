@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from usdsdg.articulations.articulations import get_articulations
 from usdsdg.session import engines
 
 
 def simulate(step_dt: float) -> None:
-    """Simulate `step_dt` seconds; the simulation starts if it is not running, and goes on until it is reset."""
+    """Take one step of `step_dt` seconds; the simulation starts if it is not running, and goes on until it is reset."""
     engine = engines.physics()
     engine.play()
-    engine.advance(step_dt)
+    engine.step(step_dt)
 
 
 def reset_simulation(*, restore: bool = True) -> None:
     """End the simulation; with `restore`, bodies return to where they were when it began."""
     if (engine := engines.physics_if_made()) is not None:
         engine.stop(restore=restore)
+        if restore:
+            get_articulations().restart()
 
 
 def apply_forces(
