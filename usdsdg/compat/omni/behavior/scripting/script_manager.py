@@ -73,7 +73,8 @@ class ScriptManager:
         for root in Sdf.Path.RemoveDescendentPaths(sorted(resynced)):
             paths.update(path for path in self._attached if path.HasPrefix(root))
             if start := stage.GetPrimAtPath(root):
-                paths.update(prim.GetPath() for prim in Usd.PrimRange(start) if prim.HasAttribute(SCRIPTS))
+                below = (prim for prim in Usd.PrimRange(start) if not prim.IsPseudoRoot())
+                paths.update(prim.GetPath() for prim in below if prim.HasAttribute(SCRIPTS))
         for path in sorted(paths):
             self._attach(path, _asset_paths(stage.GetPrimAtPath(path)))
 
