@@ -131,3 +131,45 @@ def test_imports_of_isaac_sim_4_choose_its_payloads():
     assert run(code.format("from omni.isaac.core.utils.semantics import add_update_semantics")) == "12 4"
     assert run(code.format("import omni.isaac.kit")) == "12 4"
     assert run(code.format("import isaacsim.core.utils.semantics")) == "12 6"
+
+
+def test_the_core_of_isaac_sim_4_is_that_of_later_versions():
+    run(
+        """
+        import usdsdg.compat; usdsdg.compat.install()
+        import isaacsim.core.api, isaacsim.core.prims, isaacsim.core.utils.prims as newer
+        import omni.isaac.core.utils.prims as prims_utils
+        from omni.isaac.core import World
+        from omni.isaac.core.materials.omni_pbr import OmniPBR
+        from omni.isaac.core.objects import DynamicCuboid, cuboid
+        from omni.isaac.core.prims import RigidPrim, RigidPrimView, XFormPrim
+        from omni.isaac.core.prims.xform_prim_view import XFormPrimView
+        from omni.isaac.core.simulation_context import SimulationContext
+        from omni.isaac.core.utils.rotations import euler_angles_to_quat
+        from omni.isaac.core.utils.viewports import set_camera_view
+        from omni.isaac.cloner import GridCloner
+        from omni.isaac.version import get_version
+        from isaacsim.core.simulation_manager.impl.isaac_events import IsaacEvents
+        from isaacsim.core.prims import Articulation  # known, and out of scope
+        assert World is isaacsim.core.api.World
+        assert prims_utils is newer
+        assert RigidPrim is isaacsim.core.prims.SingleRigidPrim
+        assert RigidPrimView is isaacsim.core.prims.RigidPrim
+        assert XFormPrimView is isaacsim.core.prims.XFormPrim
+        assert cuboid.DynamicCuboid is DynamicCuboid
+        """
+    )
+
+
+def test_importing_the_core_wrappers_loads_neither_warp_nor_newton_nor_scipy():
+    assert (
+        run(
+            """
+            import sys, usdsdg.compat; usdsdg.compat.install()
+            import isaacsim.core.api.objects, isaacsim.core.cloner, isaacsim.core.rendering_manager
+            import isaacsim.core.experimental.objects, isaacsim.core.experimental.utils.transform
+            print([m for m in ("warp", "newton", "scipy") if m in sys.modules])
+            """
+        )
+        == "[]"
+    )

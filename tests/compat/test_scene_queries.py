@@ -128,8 +128,8 @@ def test_physics_steps_without_the_timeline(scene, simulate):
 def test_the_ground_plane_collides_and_is_seen(stage):
     path = physics_schema_tools.addGroundPlane(stage, "/World/ground", "Y", 25.0, Gf.Vec3f(0, -1, 0), Gf.Vec3f(0.5))
     hit = get_physx_scene_query_interface().raycast_closest((400, 5, 3), (0, -1, 0), 20.0)
-    assert (path, hit["collision"], hit["distance"]) == ("/World/ground", "/World/ground/CollisionPlane", 6.0)
-    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/World/ground/CollisionMesh"))
+    assert (path, hit["collision"], hit["distance"]) == ("/World/ground", "/World/ground/collisionPlane", 6.0)
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/World/ground/geom"))
     a, b, c = (Gf.Vec3d(mesh.GetPointsAttr().Get()[i]) for i in range(3))
     assert Gf.Cross(b - a, c - b).GetNormalized() == Gf.Vec3d(0, 1, 0)
     extent = (

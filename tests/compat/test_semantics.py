@@ -1,6 +1,6 @@
 """Labels through the functions of Isaac Sim 4."""
 
-from usdsdg.compat.omni.isaac.core.utils.semantics import add_update_semantics, remove_all_semantics
+from usdsdg.compat.isaacsim.core.utils.semantics import add_update_semantics, remove_all_semantics
 from usdsdg.session.stage_context import new_stage
 from usdsdg.stage.semantics import labels
 

@@ -26,6 +26,9 @@ from usdsdg.session.replicator_version import note_old_import
 ROOTS = ("omni", "carb", "usdrt", "isaacsim")
 # Common words: a module of this name beside the script, or an installed one, comes first.
 WEAK_ROOTS = ("semantics", "video_encoding")
+_OLD_PRIM_MODULES = (
+    "xform_prim", "xform_prim_view", "rigid_prim", "rigid_prim_view", "geometry_prim", "geometry_prim_view",
+)  # fmt: skip
 # Longest prefix first. These names are modules of usdsdg itself, without a file in `usdsdg.compat`.
 ALIASES = (
     ("omni.replicator.core.scripts", "usdsdg"),
@@ -35,6 +38,15 @@ ALIASES = (
     ("omni.kit.scripting", "usdsdg.compat.omni.behavior.scripting.core"),
     ("omni.syntheticdata.scripts.SyntheticData", "usdsdg.compat.omni.syntheticdata.synthetic_data"),
     ("omni.syntheticdata.scripts", "usdsdg.compat.omni.syntheticdata"),
+    # Isaac Sim 4's names of the core. Modules below these packages, one per class, are the packages themselves.
+    *((f"omni.isaac.core.prims.{name}", "usdsdg.compat.omni.isaac.core.prims") for name in _OLD_PRIM_MODULES),
+    ("omni.isaac.core.prims", "usdsdg.compat.omni.isaac.core.prims"),
+    ("omni.isaac.core.utils", "usdsdg.compat.isaacsim.core.utils"),
+    ("omni.isaac.core", "usdsdg.compat.isaacsim.core.api"),
+    ("omni.isaac.cloner", "usdsdg.compat.isaacsim.core.cloner"),
+    ("omni.isaac.version", "usdsdg.compat.isaacsim.core.version"),
+    ("isaacsim.core.simulation_manager.impl", "usdsdg.compat.isaacsim.core.simulation_manager"),
+    ("isaacsim.core.prims.impl", "usdsdg.compat.isaacsim.core.prims"),
 )
 # Modules that Isaac Sim has until version 4 only: their scripts expect the payloads of that time.
 OLD_NAMES = ("omni.isaac.", "omni.replicator.isaac")

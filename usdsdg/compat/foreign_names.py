@@ -50,7 +50,8 @@ OUT_OF_SCOPE = (
         "isaacsim.core.api.tasks isaacsim.core.api.articulations omni.isaac.core.robots omni.isaac.core.controllers "
         "omni.isaac.core.tasks omni.isaac.core.articulations isaacsim.core.prims.Articulation "
         "isaacsim.core.prims.SingleArticulation omni.isaac.core.prims.Articulation "
-        "isaacsim.core.experimental.prims.Articulation omni.isaac.franka omni.isaac.universal_robots "
+        "omni.isaac.core.prims.ArticulationView "
+        "omni.isaac.franka omni.isaac.universal_robots "
         "omni.isaac.manipulators omni.isaac.wheeled_robots omni.isaac.motion_generation omni.isaac.motion_planning "
         "omni.isaac.lula omni.isaac.cortex omni.isaac.cortex_sync omni.isaac.quadruped omni.isaac.surface_gripper "
         "omni.isaac.dofbot omni.isaac.jetbot omni.isaac.kaya omni.isaac.dynamic_control omni.isaac.robot_assembler "
@@ -116,7 +117,8 @@ OUT_OF_SCOPE = (
         "isaacsim.core.prims.SingleDeformablePrim isaacsim.core.prims.ParticleSystem "
         "isaacsim.core.prims.SingleParticleSystem isaacsim.core.experimental.prims.DeformablePrim "
         "isaacsim.core.experimental.materials.SurfaceDeformableMaterial "
-        "isaacsim.core.experimental.materials.VolumeDeformableMaterial omni.physxdeformable omni.flowusd "
+        "isaacsim.core.experimental.materials.VolumeDeformableMaterial isaacsim.core.api.materials.DeformableMaterial "
+        "isaacsim.core.api.materials.ParticleMaterial omni.physxdeformable omni.flowusd "
         "omni.physx.vehicle omni.physxvehicle",
     ),
     _row(
@@ -131,7 +133,7 @@ OUT_OF_SCOPE = (
         "omni.iray omni.warp omni.volume omni.pip omni.inspect omni.isaac.core_archive omni.isaac.ml_archive "
         "omni.isaac.throttling omni.isaac.window omni.isaac.tests isaacsim.core.throttling isaacsim.core.includes "
         "isaacsim.pip isaacsim.test.collection isaacsim.test.docstring carb.profiler carb.dictionary carb.tokens "
-        "carb.filesystem carb.launcher omni.fabric omni.physxfabric omni.convexdecomposition omni.isaac.version "
+        "carb.filesystem carb.launcher omni.fabric omni.physxfabric omni.convexdecomposition "
         "isaacsim.core.nodes omni.isaac.core_nodes",
     ),
     _row(

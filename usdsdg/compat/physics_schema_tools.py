@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
+from pxr import Sdf, Usd
 
 from usdsdg.errors import BadValue
 from usdsdg.session.session import current
+from usdsdg.stage.physics.ground_plane import add_ground_plane
 
 __all__ = ["addGroundPlane", "decodeSdfPath", "encodeSdfPath", "intToSdfPath", "sdfPathToInt"]
 
@@ -90,24 +91,7 @@ def addGroundPlane(
     Returns:
         The path of the plane.
     """
-    xform = UsdGeom.Xform.Define(stage, planePath)
-    xform.AddTranslateOp().Set(Gf.Vec3d(*(float(x) for x in position)))
-    mesh = UsdGeom.Mesh.Define(stage, f"{planePath}/CollisionMesh")
-    normal = {"X": 0, "Y": 1, "Z": 2}[axis.upper()]
-    # In the cyclic order X, Y, Z the next two axes span the plane counterclockwise about the normal.
-    first, second = (normal + 1) % 3, (normal + 2) % 3
-    corners = []
-    for u, v in ((-size, -size), (size, -size), (size, size), (-size, size)):
-        corner = [0.0, 0.0, 0.0]
-        corner[first], corner[second] = u, v
-        corners.append(Gf.Vec3f(*corner))
-    mesh.CreatePointsAttr(corners)
-    mesh.CreateFaceVertexCountsAttr([4])
-    mesh.CreateFaceVertexIndicesAttr([0, 1, 2, 3])
-    mesh.CreateNormalsAttr([Gf.Vec3f(*(float(i == normal) for i in range(3)))] * 4)
-    mesh.CreateDisplayColorAttr([Gf.Vec3f(*(float(c) for c in color))])
-    plane = UsdGeom.Plane.Define(stage, f"{planePath}/CollisionPlane")
-    plane.CreateAxisAttr(axis.upper())
-    plane.CreatePurposeAttr(UsdGeom.Tokens.guide)
-    UsdPhysics.CollisionAPI.Apply(plane.GetPrim())
-    return str(planePath)
+    place = (float(position[0]), float(position[1]), float(position[2]))
+    seen = (float(color[0]), float(color[1]), float(color[2]))
+    add_ground_plane(stage, planePath, axis=axis.upper(), half_size=float(size), position=place, color=seen)
+    return planePath

@@ -56,6 +56,7 @@ class Session:
     viewport = _part("usdsdg.compat.omni.kit.viewport.utility:Viewport")
     omnigraph = _part("usdsdg.compat.omni.graph.graphs:Graphs")
     synthetic_data = _part("usdsdg.compat.omni.syntheticdata.synthetic_data:SyntheticData")
+    simulation = _part("usdsdg.compat.isaacsim.core.simulation_manager.simulation:Simulation")
     event_dispatcher = _part("usdsdg.compat.carb.eventdispatcher:EventDispatcher")
     domain_randomization = _part("usdsdg.compat.isaacsim.replicator.randomization.registry:Registry")
     script_manager = _part("usdsdg.compat.omni.behavior.scripting.script_manager:ScriptManager")

@@ -1,0 +1,237 @@
+"""`RigidPrim`: rigid bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from pxr import UsdPhysics
+
+from usdsdg.compat.isaacsim.core.experimental.prims.xform_prim import XformPrim
+from usdsdg.compat.wrappers import bodies
+from usdsdg.compat.wrappers.arrays import column, rows
+from usdsdg.compat.wrappers.unsupported import Refused
+from usdsdg.errors import warn_once
+from usdsdg.stage.schemas import physx
+
+if TYPE_CHECKING:
+    import warp as wp
+
+    from usdsdg.compat.wrappers.arrays import Indices, Values
+
+_CONTACTS = "contact forces are not measured; overlaps are: get_physics_scene_query_interface().overlap_box"
+_MASS = "what physics computes of a body's mass cannot be read or set; author UsdPhysics.MassAPI"
+
+
+class RigidPrim(XformPrim):
+    """Rigid bodies. Poses and velocities are those of the latest physics step, which are on the stage."""
+
+    def __init__(
+        self,
+        paths: str | Sequence[str],
+        *,
+        resolve_paths: bool = True,
+        positions: Values | None = None,
+        translations: Values | None = None,
+        orientations: Values | None = None,
+        scales: Values | None = None,
+        reset_xform_op_properties: bool = False,
+        masses: Values | None = None,
+        densities: Values | None = None,
+        contact_filter_paths: str | Sequence[str] | None = None,
+        max_contact_count: int = 0,
+    ) -> None:
+        """Wrap prims, see `XformPrim`, and make them rigid bodies.
+
+        Args:
+            masses: (N, 1); 0 computes them from the densities of the colliders.
+            contact_filter_paths: Ignored, as `max_contact_count`: contact forces are not measured.
+        """
+        super().__init__(
+            paths, resolve_paths=resolve_paths, positions=positions, translations=translations,
+            orientations=orientations, scales=scales, reset_xform_op_properties=reset_xform_op_properties,
+        )  # fmt: skip
+        bodies.make_rigid(self.prims)
+        if masses is not None:
+            self.set_masses(masses)
+        if densities is not None:
+            self.set_densities(densities)
+        if contact_filter_paths is not None or max_contact_count:
+            warn_once("RigidPrim: contact_filter_paths and max_contact_count are ignored; contacts are not reported")
+
+    def is_physics_tensor_entity_valid(self) -> bool:
+        """Whether physics simulates."""
+        return bodies.is_simulating()
+
+    # --- velocities ---
+    def get_velocities(self, *, indices: Indices = None) -> tuple[wp.array, wp.array]:
+        """Return linear (N, 3) [stage units/s] and angular velocities (N, 3) [rad/s] in the world."""
+        linear, angular = bodies.velocities(self._chosen(indices))
+        return self._warp(linear), self._warp(angular)
+
+    def set_velocities(
+        self,
+        linear_velocities: Values | None = None,
+        angular_velocities: Values | None = None,
+        *,
+        indices: Indices = None,
+    ) -> None:
+        """Set linear [stage units/s] or angular velocities [rad/s] in the world; what is not given stays.
+
+        Raises:
+            AssertionError: neither is given.
+        """
+        if linear_velocities is None and angular_velocities is None:
+            raise AssertionError("give linear_velocities or angular_velocities")
+        prims = self._chosen(indices)
+        linear, angular = (
+            None if values is None else rows(values, 3, len(prims))
+            for values in (linear_velocities, angular_velocities)
+        )
+        bodies.set_velocities(prims, linear, angular)
+
+    # --- forces ---
+    def apply_forces(self, forces: Values, *, indices: Indices = None, local_frame: bool = False) -> None:
+        """Push centers of mass during the next step: (N, 3), in the stage's units of mass, length and s⁻².
+
+        Args:
+            local_frame: The forces are in the bodies' own axes.
+
+        Raises:
+            PhysicsError: physics does not play.
+        """
+        self.apply_forces_and_torques_at_pos(forces, indices=indices, local_frame=local_frame)
+
+    def apply_forces_and_torques_at_pos(
+        self,
+        forces: Values | None = None,
+        torques: Values | None = None,
+        *,
+        positions: Values | None = None,
+        indices: Indices = None,
+        local_frame: bool = False,
+    ) -> None:
+        """Push and turn bodies during the next step: (N, 3) each, in the stage's units of mass, length and s⁻².
+
+        Args:
+            positions: Where the forces act, (N, 3) [stage units]; by default the centers of mass.
+            local_frame: Forces, torques and positions are in the bodies' own axes, positions from their origins.
+
+        Raises:
+            AssertionError: neither forces nor torques are given.
+            PhysicsError: physics does not play.
+        """
+        if forces is None and torques is None:
+            raise AssertionError("give forces or torques")
+        prims = self._chosen(indices)
+        bodies.push(prims, *_vectors((forces, torques, positions), len(prims)), local=local_frame)
+
+    # --- masses ---
+    def get_masses(self, *, indices: Indices = None, inverse: bool = False) -> wp.array:
+        """Return the authored masses (N, 1), or 1/(mass + 1e-8) with `inverse`.
+
+        Raises:
+            Unsupported: physics plays, and the mass of a body is not authored.
+        """
+        masses = bodies.masses(self._chosen(indices))
+        return self._warp(np.float32(1.0) / (masses + np.float32(1e-8)) if inverse else masses)
+
+    def set_masses(self, masses: Values, *, indices: Indices = None) -> None:
+        self._write(UsdPhysics.MassAPI, "Mass", masses, indices)
+
+    def get_densities(self, *, indices: Indices = None) -> wp.array:
+        """Return the authored densities (N, 1); 0 where none is."""
+        api = UsdPhysics.MassAPI
+        return self._warp(bodies.read(self._chosen(indices), api, api.GetDensityAttr, 0.0))
+
+    def set_densities(self, densities: Values, *, indices: Indices = None) -> None:
+        self._write(UsdPhysics.MassAPI, "Density", densities, indices)
+
+    # --- switches ---
+    def get_sleep_thresholds(self, *, indices: Indices = None) -> wp.array:
+        """Return the energies per mass (N, 1) below which bodies may sleep."""
+        api = physx.PhysxRigidBodyAPI
+        return self._warp(bodies.read(self._chosen(indices), api, lambda each: each.GetSleepThresholdAttr(), 0.0))
+
+    def set_sleep_thresholds(self, thresholds: Values, *, indices: Indices = None) -> None:
+        self._write(physx.PhysxRigidBodyAPI, "SleepThreshold", thresholds, indices)
+
+    def get_enabled_rigid_bodies(self, *, indices: Indices = None) -> wp.array:
+        """Return which bodies are simulated (N, 1)."""
+        api = UsdPhysics.RigidBodyAPI
+        return self._warp(bodies.read(self._chosen(indices), api, api.GetRigidBodyEnabledAttr, False))
+
+    def set_enabled_rigid_bodies(self, enabled: Values, *, indices: Indices = None) -> None:
+        """Turn bodies on or off; one that is off is static."""
+        prims = self._chosen(indices)
+        switches = [bool(each) for each in column(enabled, len(prims))]
+        bodies.write(prims, UsdPhysics.RigidBodyAPI, "RigidBodyEnabled", switches)
+
+    def get_enabled_gravities(self, *, indices: Indices = None) -> wp.array:
+        """Return which bodies gravity pulls (N, 1)."""
+        api = physx.PhysxRigidBodyAPI
+        off = bodies.read(self._chosen(indices), api, lambda each: each.GetDisableGravityAttr(), False)
+        return self._warp(~off)
+
+    def set_enabled_gravities(self, enabled: Values, *, indices: Indices = None) -> None:
+        """Turn gravity on or off."""
+        prims = self._chosen(indices)
+        switches = [not each for each in column(enabled, len(prims))]
+        bodies.write(prims, physx.PhysxRigidBodyAPI, "DisableGravity", switches)
+
+    # --- default state ---
+    def set_default_state(
+        self,
+        positions: Values | None = None,
+        orientations: Values | None = None,
+        linear_velocities: Values | None = None,
+        angular_velocities: Values | None = None,
+        *,
+        indices: Indices = None,
+    ) -> None:
+        """Remember poses and velocities for `reset_to_default_state`; velocities that are never set are 0."""
+        if positions is not None or orientations is not None:
+            super().set_default_state(positions, orientations, indices=indices)
+        self._set_default("linear_velocities", linear_velocities, (0.0, 0.0, 0.0), indices)
+        self._set_default("angular_velocities", angular_velocities, (0.0, 0.0, 0.0), indices)
+
+    def get_default_state(self, *, indices: Indices = None) -> tuple[wp.array | None, ...]:
+        """Return default positions, orientations, linear and angular velocities; None where none have been set."""
+        velocities = (self._default(name, indices) for name in ("linear_velocities", "angular_velocities"))
+        return (*super().get_default_state(indices=indices), *velocities)
+
+    def reset_to_default_state(self, *, warn_on_non_default_state: bool = False) -> None:
+        """Set poses and velocities as `set_default_state` says."""
+        linear, angular = self._defaults.get("linear_velocities"), self._defaults.get("angular_velocities")
+        if linear is not None or angular is not None:
+            self.set_velocities(linear, angular)
+        if (linear is None and angular is None) or self._defaults.keys() & {"positions", "orientations"}:
+            super().reset_to_default_state(warn_on_non_default_state=warn_on_non_default_state)
+
+    # --- what physics here does not give ---
+    num_shapes = Refused("RigidPrim.num_shapes", _MASS)
+    num_contact_filters = Refused("RigidPrim.num_contact_filters", _CONTACTS)
+    get_coms = Refused("RigidPrim.get_coms", _MASS)
+    set_coms = Refused("RigidPrim.set_coms", _MASS)
+    get_inertias = Refused("RigidPrim.get_inertias", _MASS)
+    set_inertias = Refused("RigidPrim.set_inertias", _MASS)
+    set_enabled_contact_tracking = Refused("RigidPrim.set_enabled_contact_tracking", _CONTACTS)
+    get_enabled_contact_tracking = Refused("RigidPrim.get_enabled_contact_tracking", _CONTACTS)
+    get_net_contact_forces = Refused("RigidPrim.get_net_contact_forces", _CONTACTS)
+    get_contact_force_matrix = Refused("RigidPrim.get_contact_force_matrix", _CONTACTS)
+    get_contact_force_data = Refused("RigidPrim.get_contact_force_data", _CONTACTS)
+    get_friction_data = Refused("RigidPrim.get_friction_data", _CONTACTS)
+    get_raw_contact_data = Refused("RigidPrim.get_raw_contact_data", _CONTACTS)
+    get_actor_paths_from_ids = Refused("RigidPrim.get_actor_paths_from_ids", _CONTACTS)
+
+    def _needs_ops(self) -> bool:
+        return not bodies.is_simulating()
+
+    def _write(self, api: type, attribute: str, values: Values, indices: Indices) -> None:
+        prims = self._chosen(indices)
+        bodies.write(prims, api, attribute, column(values, len(prims)))
+
+
+def _vectors(values: tuple[Values | None, ...], count: int) -> list[np.ndarray | None]:
+    return [None if each is None else rows(each, 3, count) for each in values]

@@ -1,0 +1,1 @@
+"""`isaacsim.core.experimental.utils`: helpers for stages, prims, bounds, labels and rotations."""

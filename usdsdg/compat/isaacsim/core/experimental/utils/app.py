@@ -1,0 +1,80 @@
+"""`isaacsim.core.experimental.utils.app`: updates, the timeline and extensions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from usdsdg.app.app import get_app
+from usdsdg.errors import Unsupported
+from usdsdg.session.timeline import get_timeline
+
+Callback = Callable[[int, int], bool | None]
+
+
+def update_app(*, steps: int = 1, callback: Callback | None = None) -> None:
+    """Run app updates; `callback(number from 1, steps)` follows each, and ends the loop with False."""
+    for number in range(1, steps + 1):
+        get_app().update()
+        if callback is not None and callback(number, steps) is False:
+            return
+
+
+async def update_app_async(*, steps: int = 1, callback: Callback | None = None) -> None:
+    """Wait for app updates; see `update_app`."""
+    for number in range(1, steps + 1):
+        await get_app().next_update_async()
+        if callback is not None and callback(number, steps) is False:
+            return
+
+
+def play(*, commit: bool | None = True) -> None:
+    """Play the timeline, at once whether or not `commit`."""
+    get_timeline().play()
+
+
+def pause(*, commit: bool | None = True) -> None:
+    """Pause the timeline, at once whether or not `commit`."""
+    get_timeline().pause()
+
+
+def stop(*, commit: bool | None = True) -> None:
+    """Stop the timeline, at once whether or not `commit`."""
+    get_timeline().stop()
+
+
+def is_playing() -> bool:
+    return get_timeline().is_playing()
+
+
+def is_paused() -> bool:
+    return not (get_timeline().is_playing() or get_timeline().is_stopped())
+
+
+def is_stopped() -> bool:
+    return get_timeline().is_stopped()
+
+
+def enable_extension(name: str, *, enabled: bool = True) -> bool:
+    """Do nothing and return True: there are no extensions, and all that is available is always enabled."""
+    return True
+
+
+def is_extension_enabled(name: str) -> bool:
+    """Return True: all that is available is always enabled."""
+    return True
+
+
+def get_extension_id(name: str) -> str | None:
+    """Return the name: there are no versions of extensions."""
+    return name
+
+
+def get_extension_path(name: str) -> str:
+    """Return the folder of an extension.
+
+    Raises:
+        Unsupported: always, since there are none.
+    """
+    raise Unsupported(
+        f"get_extension_path({name!r}): there are no extensions and no files of theirs; give files of yours"
+    )

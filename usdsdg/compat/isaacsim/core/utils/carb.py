@@ -1,0 +1,13 @@
+"""`isaacsim.core.utils.carb`: settings."""
+
+from typing import Any
+
+from usdsdg.session.settings_store import Settings
+
+
+def set_carb_setting(carb_settings: Settings, setting: str, value: Any) -> None:
+    carb_settings.set(setting, value)
+
+
+def get_carb_setting(carb_settings: Settings, setting: str) -> Any:
+    return carb_settings.get(setting)

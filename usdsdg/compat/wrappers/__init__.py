@@ -1,0 +1,1 @@
+"""What the two generations of Isaac Sim's prim wrappers share: arrays, paths, poses, bodies and materials of prims."""

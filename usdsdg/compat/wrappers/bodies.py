@@ -1,0 +1,107 @@
+"""Velocities, masses and switches of rigid bodies on the stage, as arrays with one row per prim.
+
+Velocities are world vectors, as physics reads and writes them: linear ones in stage units per second.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Usd, UsdPhysics
+
+from usdsdg.compat.wrappers import poses
+from usdsdg.errors import Unsupported
+from usdsdg.session import engines
+from usdsdg.stage.physics.rigid_bodies import apply_rigid_body_schemas
+from usdsdg.stage.poses.rotations import matrix_from_quat
+from usdsdg.stage.schemas import physx
+
+
+def make_rigid(prims: Iterable[Usd.Prim]) -> None:
+    """Apply the schemas of rigid bodies."""
+    for prim in prims:
+        apply_rigid_body_schemas(prim)
+
+
+def is_simulating() -> bool:
+    """Whether physics has begun to simulate the current stage."""
+    physics = engines.physics_if_made()
+    return physics is not None and physics.is_playing
+
+
+def velocities(prims: Sequence[Usd.Prim]) -> tuple[np.ndarray, np.ndarray]:
+    """Return linear (N, 3) and angular velocities (N, 3) [rad/s], float32."""
+    bodies = [UsdPhysics.RigidBodyAPI(prim) for prim in prims]
+    linear = np.array([body.GetVelocityAttr().Get() for body in bodies], np.float32)
+    angular = np.array([body.GetAngularVelocityAttr().Get() for body in bodies], np.float32)
+    return linear.reshape(-1, 3), np.radians(angular).reshape(-1, 3)
+
+
+def set_velocities(prims: Sequence[Usd.Prim], linear: np.ndarray | None, angular: np.ndarray | None) -> None:
+    """Author linear (N, 3) and angular velocities (N, 3) [rad/s]; None keeps what is there."""
+    for index, prim in enumerate(prims):
+        body = UsdPhysics.RigidBodyAPI(prim)
+        if linear is not None:
+            body.CreateVelocityAttr().Set(Gf.Vec3f(*linear[index].tolist()))
+        if angular is not None:
+            body.CreateAngularVelocityAttr().Set(Gf.Vec3f(*np.degrees(angular[index]).tolist()))
+
+
+def push(
+    prims: Sequence[Usd.Prim],
+    forces: np.ndarray | None,
+    torques: np.ndarray | None,
+    positions: np.ndarray | None,
+    *,
+    local: bool = False,
+) -> None:
+    """Push bodies during the next physics step; see `apply_forces` of the physics engine.
+
+    Args:
+        local: The rows are in the bodies' own axes, positions from their origins.
+
+    Raises:
+        PhysicsError: physics does not play.
+    """
+    if local:
+        origins, turns = poses.world_poses(prims)
+        axes = matrix_from_quat(poses.xyzw(turns))
+        forces, torques, positions = (
+            None if rows is None else np.einsum("ni,nij->nj", rows, axes) for rows in (forces, torques, positions)
+        )
+        positions = None if positions is None else positions + origins
+    engines.physics().apply_forces([str(prim.GetPath()) for prim in prims], forces, torques, positions=positions)
+
+
+def masses(prims: Sequence[Usd.Prim]) -> np.ndarray:
+    """Return the authored masses (N, 1); 0 where none is authored and nothing is simulated.
+
+    Raises:
+        Unsupported: a simulated body has a mass that physics computes from its shape.
+    """
+    values = read(prims, UsdPhysics.MassAPI, UsdPhysics.MassAPI.GetMassAttr, 0.0)
+    for prim, value in zip(prims, values[:, 0], strict=True):
+        if value == 0.0 and is_simulating():
+            raise Unsupported(f"get_masses: {prim.GetPath()} has no authored mass; set one with set_masses to read it")
+    return values
+
+
+def read(
+    prims: Sequence[Usd.Prim], api: Any, attribute: Callable[[Any], Usd.Attribute], default: float | bool
+) -> np.ndarray:
+    """Return an attribute of an applied schema (N, 1), float32 or bool; `default` where the schema is not applied."""
+    found = [attribute(api(prim)).Get() if prim.HasAPI(api) else default for prim in prims]
+    return np.array(found, bool if isinstance(default, bool) else np.float32).reshape(-1, 1)
+
+
+def write(prims: Sequence[Usd.Prim], api: Any, attribute: str, values: Sequence[float | bool]) -> None:
+    """Apply a schema and author one of its attributes, named as in `CreateMassAttr`: "Mass"."""
+    for prim, value in zip(prims, values, strict=True):
+        getattr(api.Apply(prim), f"Create{attribute}Attr")().Set(value)
+
+
+def contact_tracking(prims: Sequence[Usd.Prim]) -> np.ndarray:
+    """Return which prims report contacts (N, 1)."""
+    return np.array([prim.HasAPI(physx.PhysxContactReportAPI) for prim in prims], bool).reshape(-1, 1)

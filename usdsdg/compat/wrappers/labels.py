@@ -1,0 +1,23 @@
+"""Labels in the old schema, one instance per (type, label), rewritten in the new one."""
+
+from __future__ import annotations
+
+from pxr import Usd, UsdSemantics
+
+from usdsdg.stage.schemas.semantics_schema import SemanticsAPI
+from usdsdg.stage.semantics.labels import get_labels
+
+_OLD = "SemanticsAPI:"
+
+
+def upgrade(prim: Usd.Prim) -> int:
+    """Move a prim's labels from the old schema to the new one; return the number of old instances."""
+    instances = [name.removeprefix(_OLD) for name in prim.GetAppliedSchemas() if name.startswith(_OLD)]
+    labels = get_labels(prim) if instances else {}
+    for instance in instances:
+        prim.RemoveAPI(SemanticsAPI, instance)
+        for part in ("Type", "Data"):
+            prim.RemoveProperty(f"semantic:{instance}:params:semantic{part}")
+    for taxonomy, values in labels.items():
+        UsdSemantics.LabelsAPI.Apply(prim, taxonomy).CreateLabelsAttr().Set(values)
+    return len(instances)
