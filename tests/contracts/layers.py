@@ -40,7 +40,7 @@ USDSDG = {
     "demo": "errors stage",
     "mirror": "errors stage session",
     "inspect": "errors stage writers",
-    "replicator_yaml": "errors arguments graph orchestrator __init__",
+    "replicator_yaml": "errors session arguments graph orchestrator __init__",
     "scenarios": "errors stage session arguments graph create writers app orchestrator settings __init__",
     "compat": "errors stage session articulations arguments graph distribution create annotators writers functional "
     "app orchestrator settings",

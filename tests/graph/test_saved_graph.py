@@ -63,6 +63,14 @@ def test_arrays_and_links_read_back():
     assert found["mixed"] == [Link("/A"), 2.0, Link("/B")]
 
 
+def test_a_saved_stage_cannot_have_scripts_of_its_own_run():
+    stage = stage_context.current_stage()
+    define_graph(stage)
+    keys = {"app:scripting:ignoreWarningDialog": True, "rtx:pathtracing:totalSpp": 3}
+    stage.GetRootLayer().customLayerData = {"renderSettings": keys}
+    assert saved_graph.load(stage).settings == {"/rtx/pathtracing/totalSpp": 3}
+
+
 def test_nodes_are_prims_with_their_targets_order_and_script_line():
     cubes = rep.create.cube(count=2)
     with rep.trigger.on_frame(interval=2, name="often"), cubes:

@@ -13,6 +13,7 @@ import usdsdg as rep
 from tests.contracts import mirror
 from usdsdg.replicator_yaml import ParserError, parse
 from usdsdg.replicator_yaml import public_names as names
+from usdsdg.session.settings_store import get_settings
 
 # Functions that take a function, which a file cannot give, context managers, and objects.
 NOT_FOR_FILES = {"register", "on_condition", "on_key_press", "mdl_from_json", "normalized_decal_position", "frame"} | {
@@ -100,6 +101,15 @@ def test_functions_that_a_script_registers_can_be_called(parsed):
         assert len(parsed("x:\n  randomizer.my_shape: {count: 2}\n")["x"].prims) == 2
     finally:
         del rep.randomizer.my_shape
+
+
+@pytest.mark.parametrize("setting", ["/app/scripting/ignoreWarningDialog", "app//scripting/ignoreWarningDialog"])
+def test_a_file_cannot_have_scripts_of_a_stage_run(parsed, setting):
+    with pytest.raises(ParserError, match=r"line 2: .* decides which scripts run"):
+        parsed(f"x:\n  settings.carb_settings: {{setting: {setting}, value: true}}\n")
+    with pytest.raises(ParserError, match="decides which scripts run"):
+        parsed("x:\n  modify.attribute: {name: 'omni:scripting:scripts', value: [evil.py], input_prims: /World}\n")
+    assert not get_settings().get_as_bool("/app/scripting/ignoreWarningDialog")
 
 
 WORDS = ["os", "system", "backends", "writers", "create", "cube", "path", "utils", "registry", "sys", "modules", "get"]

@@ -15,7 +15,7 @@ from usdsdg.graph.actions import action_of, load_actions
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.graph.node_prims import PIPELINE, Link, NodeRecord, define_node, read_node
 from usdsdg.graph.sampling import get_global_seed
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings_store import get_settings, lets_files_run_code
 from usdsdg.writers.base import attached_writers
 
 WRITERS = "/WriterOrchestrator"
@@ -180,6 +180,7 @@ def _read_run(stage: Usd.Stage, root: Usd.Prim) -> SavedRun:
 
     stored = stage.GetRootLayer().customLayerData.get(_SETTINGS, {})
     settings = {"/" + key.replace(":", "/"): value for key, value in stored.items()}
+    settings = {key: value for key, value in settings.items() if not lets_files_run_code(key)}
     run = SavedRun(number("globalSeed"), number("frames"), number("rtSubframes"), settings)
     holder = stage.GetPrimAtPath(WRITERS)
     for prim in holder.GetChildren() if holder else ():

@@ -22,6 +22,7 @@ from usdsdg.replicator_yaml.public_names import (
     public_method,
     public_methods,
 )
+from usdsdg.session.settings_store import lets_files_run_code
 
 Scope = MutableMapping[str, Any]
 
@@ -185,6 +186,7 @@ class Script:
             fail(node, f"{name} takes its arguments as a mapping of names to values, not {plain(node)!r}")
         given = {key: self._argument(key, value, scope) for key, value in entries(node, name).items()}
         _check(name, function, given, node)
+        _refuse_code(name, given, node)
         mark = node.start_mark
         try:
             with made_at(f"{Path(mark.name).name}:{mark.line + 1}"):
@@ -276,6 +278,13 @@ def _check(name: str, function: Callable[..., Any], given: dict[str, Any], node:
     lacking = [key for key in takes if parameters[key].default is kinds.empty and key not in given]
     if lacking:
         fail(node, f"{name} needs a value for {', '.join(lacking)}")
+
+
+def _refuse_code(name: str, given: dict[str, Any], node: yaml.Node) -> None:
+    """Refuse arguments with which a file would have scripts run that a stage names."""
+    for value in given.values():
+        if isinstance(value, str) and (lets_files_run_code(value) or value.startswith("omni:scripting:")):
+            fail(node, f"{name}: {value} decides which scripts run, and a YAML file may not set it")
 
 
 def _tuples(value: Any) -> Any:

@@ -52,6 +52,11 @@ DEFAULTS: dict[str, Any] = {
 _UNSET = object()
 
 
+def lets_files_run_code(path: str) -> bool:
+    """Return whether a setting decides that scripts of a stage run: no file may set it, only the running program."""
+    return f"{normalized(path)}/".startswith("/app/scripting/")
+
+
 def normalized(path: str) -> str:
     """Return a key with one leading slash and no empty elements: `rtx//rendermode/` is `/rtx/rendermode`."""
     return "/" + "/".join(part for part in path.split("/") if part)
