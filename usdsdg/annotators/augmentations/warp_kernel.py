@@ -52,10 +52,13 @@ def device_or_cpu(device: str | None) -> str:
     if device in (None, "cpu"):
         return "cpu"
     try:
-        return wp.get_device(str(device)).alias
+        # Without a driver Warp prints an error each time that it looks for the current device.
+        if wp.is_cuda_available():
+            return wp.get_device(str(device)).alias
     except (ValueError, RuntimeError):
-        warn_once(f"Annotators ask for device {device!r}, which this machine does not have; the CPU does their work.")
-        return "cpu"
+        pass
+    warn_once(f"Annotators ask for device {device!r}, which this machine does not have; the CPU does their work.")
+    return "cpu"
 
 
 def _as_declared(kernel: Any, data: np.ndarray, dtype: Any) -> np.ndarray:
