@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 
@@ -71,7 +71,7 @@ def _delivered(annotation: Annotation, device: str | None, shared: bool) -> Anno
     The array of an annotator with a device other than the CPU becomes a Warp array.
     """
     if annotation.data is not None and device not in (None, "cpu"):
-        return Annotation(on_device(annotation.data, device), annotation.info)
+        return Annotation(cast(Any, on_device(annotation.data, device)), annotation.info)
     if shared:
         return annotation
     info = {key: value.copy() if isinstance(value, np.ndarray) else value for key, value in annotation.info.items()}

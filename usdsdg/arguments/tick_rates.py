@@ -24,7 +24,7 @@ def author_tick_rate(cameras: Sequence[Usd.Prim], rate: Any) -> None:
         return
     rates = rate if isinstance(rate, (list, tuple)) and len(rate) == len(cameras) else [rate] * len(cameras)
     for prim, each in zip(cameras, rates):
-        if not isinstance(each, Real) or not each >= 0.0:
+        if not isinstance(each, Real) or not float(each) >= 0.0:
             raise ArgumentError(f"tick_rate is {shown(rate)}; expected frames per second, 0 or more")
         prim.CreateAttribute(ATTRIBUTE, Sdf.ValueTypeNames.Float, custom=False).Set(float(each))
         if each:

@@ -32,6 +32,7 @@ class FreeFlight:
         """Remember where the bodies are at the begin of a step."""
         import warp as wp
 
+        assert state.body_q is not None
         self._touched.zero_()
         wp.copy(self._start, state.body_q)
 
