@@ -18,6 +18,7 @@ from usdsdg.compat.omni import client
 from usdsdg.compat.omni.kit.app import get_app
 from usdsdg.compat.omni.kit.viewport.utility import get_active_viewport
 from usdsdg.compat.omni.metrics.assembler.core import get_metrics_assembler_interface
+from usdsdg.compat.omni.timeline import TimelineEventType, get_timeline_interface
 from usdsdg.compat.omni.usd import get_context
 from usdsdg.errors import AssetNotFound, Unsupported
 from usdsdg.session import stage_context
@@ -184,6 +185,29 @@ def test_the_context_closes_and_selects(stage):
     context.disable_save_to_recent_files()
     with pytest.raises(Unsupported, match="no file"):
         context.reopen_stage()
+
+
+def test_streams_deliver_updates_and_the_timeline(stage):
+    updates, played, messages = [], [], []
+    timeline = get_timeline_interface()
+    held = [
+        get_app().get_update_event_stream().create_subscription_to_pop(lambda e: updates.append(e.payload["dt"])),
+        timeline.get_timeline_event_stream().create_subscription_to_pop_by_type(
+            int(TimelineEventType.PLAY), lambda e: played.append(e.type), name="mine"
+        ),
+        get_app().get_message_bus_event_stream().create_subscription_to_push_by_type(7, messages.append),
+    ]
+    timeline.play()
+    get_app().update()
+    timeline.stop()
+    get_app().get_message_bus_event_stream().push(7, payload={"a": 1})
+    get_app().get_message_bus_event_stream().push(8)
+    assert updates == pytest.approx([1 / 60])
+    assert played == [TimelineEventType.PLAY]
+    assert [event.payload for event in messages] == [{"a": 1}]
+    held.clear()
+    get_app().update()
+    assert len(updates) == 1
 
 
 def test_a_folder_is_summed_up_by_extension(tmp_path):

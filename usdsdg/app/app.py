@@ -94,6 +94,16 @@ class App:
         """Return the manager of extensions (`omni.ext`)."""
         return current().extension_manager
 
+    def get_update_event_stream(self) -> Any:
+        """Return the stream of events (`carb.events`) with one after each update; its payload has "dt" [s]."""
+        return current().event_streams.update
+
+    get_post_update_event_stream = get_update_event_stream
+
+    def get_message_bus_event_stream(self) -> Any:
+        """Return the stream of events that scripts push and listen to."""
+        return current().event_streams.message_bus
+
     def get_time_since_start_s(self) -> float:
         """Return the wall-clock time since the application was made [s]."""
         return time.perf_counter() - self._started

@@ -60,6 +60,7 @@ class Session:
     event_dispatcher = _part("usdsdg.compat.carb.eventdispatcher:EventDispatcher")
     domain_randomization = _part("usdsdg.compat.isaacsim.replicator.randomization.registry:Registry")
     script_manager = _part("usdsdg.compat.omni.behavior.scripting.script_manager:ScriptManager")
+    event_streams = _part("usdsdg.compat.carb.events:EventStreams")
     extension_manager = _part("usdsdg.compat.omni.ext:ExtensionManager")
     selection = _part("usdsdg.compat.omni.usd:Selection")
     path_ids = _part("usdsdg.compat.physics_schema_tools:PathIds")

@@ -1,6 +1,7 @@
 """The timeline: play, pause, stop and time, with the interface of `omni.timeline`. Times are in seconds."""
 
 from collections.abc import Callable
+from typing import Any
 
 from usdsdg.errors import Unsupported
 from usdsdg.session.session import current
@@ -119,6 +120,10 @@ class Timeline:
         """Do nothing: commands take effect at once."""
 
     commit_silently = commit
+
+    def get_timeline_event_stream(self) -> Any:
+        """Return the stream of events (`carb.events`) of this timeline, with the types of `TimelineEventType`."""
+        return current().event_streams.timeline
 
     def forward_one_frame(self) -> None:
         self.advance(1.0 / self.time_codes_per_second)

@@ -187,6 +187,11 @@ def combine_urls(base_url: str, relative_url: str) -> str:
     return os.path.normpath(os.path.join(os.path.dirname(base_url), relative_url)).replace("\\", "/")
 
 
+def make_file_url_if_possible(path: str) -> str:
+    """Return the file:// URL of an absolute path, a URL as it is."""
+    return Path(path).as_uri() if os.path.isabs(path) else path
+
+
 def normalize_url(url: str) -> str:
     """Return a URL or path without "." and "..", with forward slashes."""
     scheme, separator, path = url.replace("\\", "/").rpartition("://")

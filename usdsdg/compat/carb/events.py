@@ -1,0 +1,93 @@
+"""`carb.events`: streams of events with numbers as types, as Isaac Sim before 6 has them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from usdsdg.app.app import get_app
+from usdsdg.compat.carb.eventdispatcher import Observer
+from usdsdg.session.timeline import get_timeline
+
+__all__ = ["IEvent", "IEventStream", "ISubscription", "type_from_string"]
+
+# The types of the timeline's events, by the timeline's words; `omni.timeline.TimelineEventType` has the same numbers.
+TIMELINE_TYPES = {"play": 0, "pause": 1, "stop": 2, "tick": 4, "loop": 5}
+
+
+@dataclass(frozen=True)
+class IEvent:
+    """An event: the number of its type, its sender, and its payload."""
+
+    type: int = 0
+    sender: int = 0
+    payload: Mapping[str, Any] = field(default_factory=dict)
+
+
+class ISubscription(Observer):
+    """A subscription, which ends with `unsubscribe` or when it is garbage collected."""
+
+    unsubscribe = Observer.reset
+
+
+class IEventStream:
+    """Calls listeners in their order, then in that of subscribing; an event is delivered when it is pushed."""
+
+    def __init__(self, name: str = "") -> None:
+        self.name = name
+        self._listeners: dict[int, tuple[int, int | None, Callable[[IEvent], Any]]] = {}
+        self._keys = itertools.count()
+
+    def create_subscription_to_pop(self, fn: Callable[[IEvent], Any], order: int = 0, name: str = "") -> ISubscription:
+        """Call `fn(event)` at every event while the subscription is held."""
+        return self._subscribe(None, fn, order)
+
+    def create_subscription_to_pop_by_type(
+        self, event_type: int, fn: Callable[[IEvent], Any], order: int = 0, name: str = ""
+    ) -> ISubscription:
+        """Call `fn(event)` at every event of a type while the subscription is held."""
+        return self._subscribe(int(event_type), fn, order)
+
+    create_subscription_to_push = create_subscription_to_pop
+    create_subscription_to_push_by_type = create_subscription_to_pop_by_type
+
+    def push(self, event_type: int = 0, sender: int = 0, payload: Mapping[str, Any] | None = None) -> None:
+        """Deliver an event."""
+        event = IEvent(int(event_type), sender, dict(payload or {}))
+        due = [each for each in self._listeners.values() if each[1] in (None, event.type)]
+        for _, _, fn in sorted(due, key=lambda each: each[0]):
+            fn(event)
+
+    dispatch = push
+
+    def pump(self) -> None:
+        """Do nothing: events are delivered when they are pushed."""
+
+    def _subscribe(self, event_type: int | None, fn: Callable[[IEvent], Any], order: int) -> ISubscription:
+        key = next(self._keys)
+        self._listeners[key] = (order, event_type, fn)
+        return ISubscription(partial(self._listeners.pop, key, None))
+
+
+class EventStreams:
+    """The streams of the application: its updates, the timeline, and messages between scripts."""
+
+    def __init__(self) -> None:
+        self.update, self.timeline = IEventStream("update"), IEventStream("timeline")
+        self.message_bus = IEventStream("message bus")
+        get_app().subscribe_update(lambda dt: self.update.push(0, payload={"dt": dt}))
+        get_timeline().subscribe(self._on_timeline)
+
+    def _on_timeline(self, change: str) -> None:
+        self.timeline.push(TIMELINE_TYPES[change], payload={"currentTime": get_timeline().get_current_time()})
+
+
+def type_from_string(name: str) -> int:
+    """Return the number of an event type that is known by a name: the same for the same name."""
+    number = 14695981039346656037
+    for byte in name.encode():
+        number = (number ^ byte) * 1099511628211 % (1 << 64)
+    return number
