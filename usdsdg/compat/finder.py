@@ -36,6 +36,7 @@ ALIASES = (
     ("omni.replicator.replicator_yaml", "usdsdg.replicator_yaml"),
     ("omni.replicator.isaac", "usdsdg.compat.isaacsim.replicator.domain_randomization"),
     ("omni.kit.scripting", "usdsdg.compat.omni.behavior.scripting.core"),
+    ("omni.isaac.sensor", "usdsdg.compat.isaacsim.sensors.camera"),
     ("omni.syntheticdata.scripts.SyntheticData", "usdsdg.compat.omni.syntheticdata.synthetic_data"),
     ("omni.syntheticdata.scripts", "usdsdg.compat.omni.syntheticdata"),
     # Isaac Sim 4's names of the core. Modules below these packages, one per class, are the packages themselves.

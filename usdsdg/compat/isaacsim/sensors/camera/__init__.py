@@ -1,0 +1,6 @@
+"""`isaacsim.sensors.camera`: a camera with its images, and several cameras with their images in tiles or batches."""
+
+from usdsdg.compat.isaacsim.sensors.camera.camera import Camera, get_all_camera_objects
+from usdsdg.compat.isaacsim.sensors.camera.camera_view import CameraView
+
+__all__ = ["Camera", "CameraView", "get_all_camera_objects"]

@@ -1,0 +1,506 @@
+"""`Camera`: a camera prim with its pose, lens and images."""
+
+from __future__ import annotations
+
+import copy
+import weakref
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pxr import UsdGeom
+
+from usdsdg.annotators import named_annotators
+from usdsdg.annotators.annotator import Annotator
+from usdsdg.app.app import get_app
+from usdsdg.compat.isaacsim.core.prims.single_xform_prim import SingleXFormPrim
+from usdsdg.compat.isaacsim.sensors.camera import camera_axes as axes
+from usdsdg.compat.isaacsim.sensors.camera.projection import Projection
+from usdsdg.compat.wrappers.arrays import as_numpy
+from usdsdg.create.render_products import render_product
+from usdsdg.errors import ArgumentError, warn_once
+from usdsdg.session.render_products import HydraTexture, product_at
+from usdsdg.session.session import current
+from usdsdg.session.settings_store import get_settings
+from usdsdg.session.stage_context import current_stage
+from usdsdg.session.timeline import get_timeline
+from usdsdg.stage.cameras import default_view
+from usdsdg.stage.cameras.pixels import pixel_centers
+
+if TYPE_CHECKING:
+    import warp as wp
+
+    Image = np.ndarray | wp.array
+
+RATE = "/app/runLoops/main/rateLimitFrequency"
+# Annotators of the `add_..._to_frame` functions, by their names there.
+_FRAME_ANNOTATORS = {
+    "bounding_box_2d_tight": "bounding_box_2d_tight_fast",
+    "bounding_box_2d_loose": "bounding_box_2d_loose_fast",
+    "instance_id_segmentation": "instance_id_segmentation_fast",
+    "instance_segmentation": "instance_segmentation_fast",
+}
+
+
+class Camera(Projection, SingleXFormPrim):
+    """A camera prim, defined if there is none, and after `initialize` its images.
+
+    Images show the stage at the latest update of the application, and are rendered when they are read; before the first
+    update there are none. Poses are in the world's or parent's frame, quaternions (w, x, y, z), of a camera whose axes
+    are "world" (+X ahead, +Z up), "ros" (+Z ahead, -Y up) or "usd" (-Z ahead, +Y up).
+    """
+
+    def __init__(
+        self,
+        prim_path: str,
+        name: str = "camera",
+        frequency: int | None = None,
+        dt: float | None = None,
+        resolution: tuple[int, int] | None = None,
+        position: Sequence[float] | None = None,
+        orientation: Sequence[float] | None = None,
+        translation: Sequence[float] | None = None,
+        render_product_path: str | None = None,
+        annotator_device: str | None = None,
+    ) -> None:
+        """Wrap or define the camera, and place it; `orientation` has "world" axes.
+
+        Args:
+            frequency: Frames of `get_current_frame` per second, a divisor of the rendering rate; or give `dt` [s].
+            resolution: Width and height [pixels]; 128 x 128 by default.
+            position: In the world; `translation` is relative to the parent.
+            render_product_path: An existing render product to use, which gets this camera and resolution.
+            annotator_device: Where annotators give arrays: "cpu", or "cuda" for Warp arrays.
+
+        Raises:
+            ArgumentError: both frequency and dt are given, or they do not divide the rendering rate; or there is a prim
+                that is no camera.
+        """
+        self._resolution = (128, 128) if resolution is None else (int(resolution[0]), int(resolution[1]))
+        self._set_rate(frequency, dt)
+        stage = current_stage()
+        existing = stage.GetPrimAtPath(prim_path)
+        if existing and not existing.IsA(UsdGeom.Camera):
+            raise ArgumentError(f"Camera: {prim_path} is a {existing.GetTypeName() or 'typeless prim'}, not a camera")
+        if not existing:
+            UsdGeom.Camera.Define(stage, prim_path)
+            orientation = (1.0, 0.0, 0.0, 0.0) if orientation is None else orientation
+        SingleXFormPrim.__init__(self, prim_path, name, position=position, translation=translation)
+        if orientation is not None and position is not None:
+            self.set_world_pose(position, orientation)
+        elif orientation is not None:
+            self.set_local_pose(translation, orientation)
+        self._square_pixels("vertical")
+        self._render_product_path, self._device = render_product_path, annotator_device
+        self._own_product: HydraTexture | None = None
+        self._time_annotator: Annotator | None = None
+        self._custom_annotators: dict[str, Annotator] = {}
+        self._current_frame: dict[str, Any] = {"rendering_time": 0, "rendering_frame": 0}
+        self._paused = True
+        self._elapsed, self._previous_time = 0.0, None
+        self._ends: list[Callable[[], None]] = []
+
+    def __del__(self) -> None:
+        if vars(self).get("_ends"):
+            self.destroy()
+
+    # --- life ---
+    def initialize(self, physics_sim_view: object = None, attach_rgb_annotator: bool = True) -> None:
+        """Make the render product, and begin to take frames; to be called once, after a world is reset.
+
+        Raises:
+            BadPrim: the render product that was given does not exist.
+        """
+        SingleXFormPrim.initialize(self, physics_sim_view)
+        if self._render_product_path:
+            product = product_at(self._render_product_path)
+            product.set_resolution(self._resolution)
+            product.set_camera(self.prim_path)
+        else:
+            name = self.prim_path.rsplit("/", 1)[-1]
+            self._own_product = render_product(self.prim_path, self._resolution, force_new=True, name=name)
+            # Its annotators are computed when they are read.
+            self._own_product.captured_on_play = False
+            self._render_product_path = self._own_product.path
+        if attach_rgb_annotator:
+            self.attach_annotator("rgb")
+        self._time_annotator = named_annotators.get("ReferenceTime").attach(self._render_product_path)
+        self._ends += [
+            get_timeline().subscribe(_weak(self._follow_timeline)),
+            get_app().subscribe_update(_weak(self._follow_update)),
+        ]
+        self.resume()
+
+    def destroy(self) -> None:
+        """Detach all annotators and remove the render product that `initialize` made."""
+        for name in list(self._custom_annotators):
+            self.detach_annotator(name)
+        if self._time_annotator is not None:
+            self._time_annotator.detach()
+        if self._own_product is not None:
+            self._own_product.destroy()
+        for end in self._ends:
+            end()
+        self._ends, self._time_annotator, self._own_product, self._render_product_path = [], None, None, None
+        self._paused = True
+
+    def post_reset(self) -> None:
+        """Restore the default pose, and begin to count the time to the next frame anew."""
+        SingleXFormPrim.post_reset(self)
+        self._elapsed, self._previous_time = 0.0, None
+
+    def get_render_product_path(self) -> str | None:
+        return self._render_product_path
+
+    # --- rate and frames ---
+    def set_frequency(self, value: int) -> None:
+        """Set the frames of `get_current_frame` per second.
+
+        Raises:
+            ArgumentError: it does not divide the rendering rate.
+        """
+        rate = _rendering_rate()
+        if value <= 0 or abs(rate / value - round(rate / value)) > 1e-6:
+            raise ArgumentError(f"Camera: frequency {value} is no divisor of the rendering rate, {rate:g} per second")
+        self._frequency = value
+
+    def get_frequency(self) -> float:
+        return self._frequency
+
+    def set_dt(self, value: float) -> None:
+        """Set the time between frames of `get_current_frame` [s].
+
+        Raises:
+            ArgumentError: it is no multiple of the rendering time step.
+        """
+        self.set_frequency(round(1.0 / value))
+
+    def get_dt(self) -> float:
+        return 1.0 / self._frequency
+
+    def get_current_frame(self, clone: bool = False) -> dict[str, Any]:
+        """Return the data of all annotators by name, with rendering_time [s] and rendering_frame (the reference time).
+
+        With a `frequency` below the rendering rate it changes at that frequency only. clone: return a deep copy.
+        """
+        if self._frequency >= _rendering_rate():
+            self._take_frame()
+        return copy.deepcopy(self._current_frame) if clone else self._current_frame
+
+    def pause(self) -> None:
+        """Keep `get_current_frame` as it is."""
+        self._take_frame()
+        self._paused = True
+
+    def resume(self) -> None:
+        self._paused = False
+
+    def is_paused(self) -> bool:
+        return self._paused
+
+    def _take_frame(self) -> None:
+        if self._paused or self._time_annotator is None:
+            return
+        time = self._time_annotator.get_data()
+        if not time:  # there was no update yet
+            return
+        frame = {name: annotator.get_data() for name, annotator in self._custom_annotators.items()}
+        seconds = time["referenceTimeNumerator"] / time["referenceTimeDenominator"]
+        self._current_frame |= {"rendering_frame": time, "rendering_time": seconds, **frame}
+
+    def _follow_update(self, dt: float) -> None:
+        """Take a frame when one is due, at a frequency below the rendering rate."""
+        if self._frequency >= _rendering_rate():
+            return
+        now = get_timeline().get_current_time()
+        self._elapsed += 0.0 if self._previous_time is None else now - self._previous_time
+        self._previous_time = now
+        if self._elapsed >= self.get_dt() - 1e-9:
+            self._elapsed = 0.0
+            self._take_frame()
+
+    def _follow_timeline(self, event: str) -> None:
+        if event == "stop":
+            self.pause()
+        elif event == "play":
+            self.resume()
+
+    def _set_rate(self, frequency: int | None, dt: float | None) -> None:
+        if frequency is not None and dt is not None:
+            raise ArgumentError("Camera: give either frequency or dt, not both")
+        self._frequency: float = _rendering_rate()
+        if dt is not None:
+            self.set_dt(dt)
+        elif frequency is not None:
+            self.set_frequency(frequency)
+
+    # --- resolution ---
+    def get_resolution(self) -> tuple[int, int]:
+        return self._resolution
+
+    def set_resolution(self, value: tuple[int, int], maintain_square_pixels: bool = True) -> None:
+        """Set width and height [pixels], and with square pixels the sensor's height."""
+        self._resolution = int(value[0]), int(value[1])
+        if self._render_product_path:
+            product_at(self._render_product_path).set_resolution(self._resolution)
+        if maintain_square_pixels:
+            self._square_pixels("vertical")
+
+    def get_aspect_ratio(self) -> float:
+        width, height = self._resolution
+        return width / height
+
+    # --- poses ---
+    def get_world_pose(self, camera_axes: str = "world") -> tuple[np.ndarray, np.ndarray]:
+        """Return position (3,) and orientation (4,) in the world.
+
+        Raises:
+            ArgumentError: there are no such axes.
+        """
+        position, orientation = SingleXFormPrim.get_world_pose(self)
+        return position, self._turned(orientation, camera_axes)
+
+    def set_world_pose(
+        self,
+        position: Sequence[float] | None = None,
+        orientation: Sequence[float] | None = None,
+        camera_axes: str = "world",
+    ) -> None:
+        """Place the camera in the world; what is not given stays.
+
+        Raises:
+            ArgumentError: there are no such axes.
+        """
+        SingleXFormPrim.set_world_pose(self, position, _usd_orientation(orientation, camera_axes))
+
+    def get_local_pose(self, camera_axes: str = "world") -> tuple[np.ndarray, np.ndarray]:
+        """Return translation (3,) and orientation (4,) relative to the parent.
+
+        Raises:
+            ArgumentError: there are no such axes.
+        """
+        translation, orientation = SingleXFormPrim.get_local_pose(self)
+        return translation, self._turned(orientation, camera_axes)
+
+    def set_local_pose(
+        self,
+        translation: Sequence[float] | None = None,
+        orientation: Sequence[float] | None = None,
+        camera_axes: str = "world",
+    ) -> None:
+        """Place the camera relative to its parent; what is not given stays.
+
+        Raises:
+            ArgumentError: there are no such axes.
+        """
+        SingleXFormPrim.set_local_pose(self, translation, _usd_orientation(orientation, camera_axes))
+
+    def _turned(self, orientation: Any, camera_axes: str) -> np.ndarray:
+        return self._out(axes.from_usd(as_numpy(orientation), camera_axes)[0], None)
+
+    # --- annotators ---
+    @property
+    def supported_annotators(self) -> list[str]:
+        """Annotators that an `add_..._to_frame` function attaches; `attach_annotator` takes any."""
+        return [
+            "normals", "motion_vectors", "occlusion", "distance_to_image_plane", "distance_to_camera",
+            "bounding_box_2d_tight", "bounding_box_2d_loose", "bounding_box_3d", "semantic_segmentation",
+            "instance_id_segmentation", "instance_segmentation", "pointcloud",
+        ]  # fmt: skip
+
+    def attach_annotator(self, annotator_name: str, **kwargs: Any) -> None:
+        """Add the data of an annotator, with these init parameters, to the frame; "_fast" is left out of its key.
+
+        Raises:
+            RuntimeError: `initialize` has not been called.
+            AnnotatorRegistryError: there is no such annotator.
+        """
+        if not self._render_product_path:
+            raise RuntimeError(f"Camera {self.prim_path}: call initialize() before annotators are attached")
+        key = annotator_name.replace("_fast", "")
+        if key in self._custom_annotators:
+            warn_once(f"Camera {self.prim_path}: annotator {key} is attached already")
+            return
+        annotator = named_annotators.get(annotator_name, kwargs, device=self._device)
+        self._custom_annotators[key] = annotator.attach(self._render_product_path)
+        self._current_frame[key] = None
+
+    def detach_annotator(self, annotator_name: str) -> None:
+        """Take an annotator out of the frame."""
+        key = annotator_name.replace("_fast", "")
+        annotator = self._custom_annotators.pop(key, None)
+        if annotator is None:
+            warn_once(f"Camera {self.prim_path}: annotator {key} is not attached")
+            return
+        annotator.detach()
+        self._current_frame.pop(key)
+
+    def _add(self, name: str, init_params: Mapping[str, Any] | None) -> None:
+        self.attach_annotator(_FRAME_ANNOTATORS.get(name, name), **(init_params or {}))
+
+    def add_rgb_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
+        self._add("rgb", init_params)
+
+    def remove_rgb_from_frame(self) -> None:
+        self.detach_annotator("rgb")
+
+    def add_normals_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
+        self._add("normals", init_params)
+
+    def remove_normals_from_frame(self) -> None:
+        self.detach_annotator("normals")
+
+    def add_motion_vectors_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
+        self._add("motion_vectors", init_params)
+
+    def remove_motion_vectors_from_frame(self) -> None:
+        self.detach_annotator("motion_vectors")
+
+    def add_occlusion_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
+        self._add("occlusion", init_params)
+
+    def remove_occlusion_from_frame(self) -> None:
+        self.detach_annotator("occlusion")
+
+    def add_distance_to_image_plane_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
+        self._add("distance_to_image_plane", init_params)
+
+    def remove_distance_to_image_plane_from_frame(self) -> None:
+        self.detach_annotator("distance_to_image_plane")
+
+    def add_distance_to_camera_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
+        self._add("distance_to_camera", init_params)
+
+    def remove_distance_to_camera_from_frame(self) -> None:
+        self.detach_annotator("distance_to_camera")
+
+    def add_bounding_box_2d_tight_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
+        self._add("bounding_box_2d_tight", init_params)
+
+    def remove_bounding_box_2d_tight_from_frame(self) -> None:
+        self.detach_annotator("bounding_box_2d_tight")
+
+    def add_bounding_box_2d_loose_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
+        self._add("bounding_box_2d_loose", init_params)
+
+    def remove_bounding_box_2d_loose_from_frame(self) -> None:
+        self.detach_annotator("bounding_box_2d_loose")
+
+    def add_bounding_box_3d_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
+        self._add("bounding_box_3d", init_params)
+
+    def remove_bounding_box_3d_from_frame(self) -> None:
+        self.detach_annotator("bounding_box_3d")
+
+    def add_semantic_segmentation_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
+        self._add("semantic_segmentation", init_params)
+
+    def remove_semantic_segmentation_from_frame(self) -> None:
+        self.detach_annotator("semantic_segmentation")
+
+    def add_instance_id_segmentation_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
+        self._add("instance_id_segmentation", init_params)
+
+    def remove_instance_id_segmentation_from_frame(self) -> None:
+        self.detach_annotator("instance_id_segmentation")
+
+    def add_instance_segmentation_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
+        self._add("instance_segmentation", init_params)
+
+    def remove_instance_segmentation_from_frame(self) -> None:
+        self.detach_annotator("instance_segmentation")
+
+    def add_pointcloud_to_frame(
+        self, include_unlabelled: bool = True, init_params: dict[str, Any] | None = None
+    ) -> None:
+        self._add("pointcloud", {"includeUnlabelled": include_unlabelled, **(init_params or {})})
+
+    def remove_pointcloud_from_frame(self) -> None:
+        self.detach_annotator("pointcloud")
+
+    # --- images ---
+    def get_rgba(self, device: str | None = None) -> Image | None:
+        """Return color, uint8 (H, W, 4); None before the first update, or without the annotator."""
+        return self._image("rgb", 3, device)
+
+    def get_rgb(self, device: str | None = None) -> Image | None:
+        """Return color, uint8 (H, W, 3); None before the first update, or without the annotator."""
+        image = self._image("rgb", 3, device)
+        return None if image is None else image[:, :, :3]
+
+    def get_depth(self, device: str | None = None) -> Image | None:
+        """Return the distance along the optical axis [m], float32 (H, W); +inf where nothing is hit.
+
+        None before the first update, or without the annotator distance_to_image_plane.
+        """
+        return self._image("distance_to_image_plane", 2, device)
+
+    def get_pointcloud(self, device: str | None = None, world_frame: bool = True) -> np.ndarray:
+        """Return points (N, 3) [m in the camera's frame and without the annotator; else stage units].
+
+        They are those of the annotator pointcloud where it is attached, in the world or in the camera's frame (ROS's
+        axes); else those of all pixels by their depth. Empty before the first update.
+        """
+        annotator = self._custom_annotators.get("pointcloud")
+        if annotator is not None:
+            points = annotator.get_data(device="cpu")["data"] if annotator_has_data(annotator) else np.array([])
+            if world_frame or not points.size:
+                return points
+            view = self._view_matrix()
+            return (points @ view[:3, :3].T + view[:3, 3]).astype(np.float32)
+        depth = self.get_depth(device="cpu")
+        if depth is None:
+            return np.array([])
+        rows, columns = np.indices(depth.shape)
+        pixels = pixel_centers(columns.ravel(), rows.ravel())
+        points = self._camera_points(pixels, depth.reshape(-1))
+        return (self._to_world(points) if world_frame else points).astype(np.float32)
+
+    def _image(self, key: str, dimensions: int, device: str | None) -> Any:
+        annotator = self._custom_annotators.get(key)
+        if annotator is None:
+            warn_once(f"Camera {self.prim_path}: annotator {key} is not attached, so there is no image of it")
+            return None
+        image = annotator.get_data(device=device)
+        return image if image.ndim == dimensions else None
+
+
+def get_all_camera_objects(root_prim: str = "/") -> list[Camera]:
+    """Return a `Camera` for each camera prim below `root_prim`, named after the prim, or its path if names repeat."""
+    paths = [path for path in default_view.cameras(current_stage()) if _is_below(path, root_prim)]
+    names = [path.rsplit("/", 1)[-1] for path in paths]
+    return [Camera(path, name=name if len(set(names)) == len(names) else path) for path, name in zip(paths, names)]
+
+
+def annotator_has_data(annotator: Annotator) -> bool:
+    """Return whether the annotator has a frame, after taking the latest update into account."""
+    current().live.refresh(annotator)
+    return annotator.has_data
+
+
+def _is_below(path: str, root: str) -> bool:
+    return root == "/" or path == root or path.startswith(f"{root}/")
+
+
+def _usd_orientation(orientation: Sequence[float] | None, camera_axes: str) -> Any:
+    if orientation is None:
+        axes.to_usd((1.0, 0.0, 0.0, 0.0), camera_axes)  # checks the name
+        return None
+    return axes.to_usd(as_numpy(orientation), camera_axes)[0]
+
+
+def _rendering_rate() -> float:
+    """Return the updates per second: the setting of the run loop, else the timeline's time codes per second."""
+    rate = get_settings().get(RATE)
+    return float(rate) if rate else float(get_timeline().get_time_codes_per_seconds())
+
+
+def _weak(method: Callable[[Any], None]) -> Callable[[Any], None]:
+    """Return a function that calls a method for as long as its object lives."""
+    reference = weakref.WeakMethod(method)
+
+    def call(argument: Any) -> None:
+        if (alive := reference()) is not None:
+            alive(argument)
+
+    return call
