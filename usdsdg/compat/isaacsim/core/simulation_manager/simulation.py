@@ -13,6 +13,7 @@ from usdsdg.compat.carb.eventdispatcher import get_eventdispatcher
 from usdsdg.compat.isaacsim.core.simulation_manager.isaac_events import IsaacEvents
 from usdsdg.compat.isaacsim.core.simulation_manager.physics_scene import PhysicsScene
 from usdsdg.compat.isaacsim.core.simulation_manager.simulation_event import SimulationEvent
+from usdsdg.compat.isaacsim.core.simulation_manager.time_samples import TimeSamples
 from usdsdg.session import engines, stage_context
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
@@ -31,6 +32,7 @@ class Simulation:
 
     def __init__(self) -> None:
         self.device, self.backend = "cpu", "numpy"
+        self.samples = TimeSamples()
         self.scene_path: str | None = None
         self._step_callbacks: dict[int, tuple[bool, int, Callable[[float, Any], None]]] = {}
         self._held: dict[int, Callable[[], object]] = {}
@@ -43,6 +45,7 @@ class Simulation:
 
     def _begin_stage(self, stage: Usd.Stage) -> None:
         self.ready, self.time, self.steps, self.scene_path = False, 0.0, 0, None
+        self.samples.clear()
         self.release_all()
 
     def scenes(self) -> list[PhysicsScene]:
@@ -103,6 +106,7 @@ class Simulation:
 
     def _stepped(self, dt: float) -> None:
         self.time, self.steps = self.time + dt, self.steps + 1
+        self.samples.note(get_timeline().get_current_time(), self.time)
         self._call_back(dt, before=False)
 
     def _call_back(self, dt: float, *, before: bool) -> None:
@@ -123,6 +127,7 @@ class Simulation:
             dispatch(SimulationEvent.SIMULATION_PAUSED.value)
         elif change == "stop":
             self.ready, self.time, self.steps = False, 0.0, 0
+            self.samples.clear()
             dispatch(SimulationEvent.SIMULATION_STOPPED.value)
             dispatch(IsaacEvents.TIMELINE_STOP.value)
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from usdsdg.compat.carb.eventdispatcher import get_eventdispatcher
 from usdsdg.compat.isaacsim.core.simulation_manager.isaac_events import IsaacEvents
+from usdsdg.compat.isaacsim.core.simulation_manager.manager_interface import InterfaceAttribute
 from usdsdg.compat.isaacsim.core.simulation_manager.physics_scene import PhysicsScene
 from usdsdg.compat.isaacsim.core.simulation_manager.simulation import simulation
 from usdsdg.compat.isaacsim.core.simulation_manager.simulation_event import SimulationEvent
@@ -24,6 +25,8 @@ _DELETIONS = (SimulationEvent.PRIM_DELETED, IsaacEvents.PRIM_DELETION)
 
 class SimulationManager:
     """Class methods only: there is one simulation."""
+
+    _simulation_manager_interface = InterfaceAttribute()
 
     # --- steps ---
     @classmethod
