@@ -96,7 +96,7 @@ def read(
     return np.array(found, bool if isinstance(default, bool) else np.float32).reshape(-1, 1)
 
 
-def write(prims: Sequence[Usd.Prim], api: Any, attribute: str, values: Sequence[float | bool]) -> None:
+def write(prims: Sequence[Usd.Prim], api: Any, attribute: str, values: Sequence[float | bool | str]) -> None:
     """Apply a schema and author one of its attributes, named as in `CreateMassAttr`: "Mass"."""
     for prim, value in zip(prims, values, strict=True):
         getattr(api.Apply(prim), f"Create{attribute}Attr")().Set(value)

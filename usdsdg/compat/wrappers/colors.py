@@ -25,7 +25,7 @@ def rgb_rows(colors: str | Sequence[str] | Sequence[float] | np.ndarray, count: 
         colors = [colors]
     if isinstance(colors, (list, tuple)):
         colors = np.array([_rgb(each) if isinstance(each, str) else as_numpy(each) for each in colors])
-    return rows(colors, 3, count)
+    return rows(np.asarray(colors), 3, count)
 
 
 def _rgb(name: str) -> tuple[float, ...]:

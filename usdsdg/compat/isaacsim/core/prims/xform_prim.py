@@ -104,7 +104,8 @@ class XFormPrim:
     # --- poses ---
     def get_world_poses(self, indices: Indices = None, usd: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Return positions (N, 3) and orientations (N, 4) in the world."""
-        return self._out(*poses.world_poses(self._chosen(indices)))
+        positions, orientations = self._out(*poses.world_poses(self._chosen(indices)))
+        return positions, orientations
 
     def set_world_poses(
         self,
@@ -119,7 +120,8 @@ class XFormPrim:
 
     def get_local_poses(self, indices: Indices = None) -> tuple[np.ndarray, np.ndarray]:
         """Return translations (N, 3) and orientations (N, 4) relative to the parents."""
-        return self._out(*poses.local_poses(self._chosen(indices)))
+        translations, orientations = self._out(*poses.local_poses(self._chosen(indices)))
+        return translations, orientations
 
     def set_local_poses(
         self, translations: Values | None = None, orientations: Values | None = None, indices: Indices = None

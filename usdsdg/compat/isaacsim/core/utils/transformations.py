@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
+from numpy.typing import ArrayLike
 from pxr import Usd
 
 from usdsdg.compat.isaacsim.core.experimental.utils.xform import get_relative_transform
@@ -18,7 +17,7 @@ __all__ = [
 ]  # fmt: skip
 
 
-def tf_matrix_from_pose(translation: Sequence[float], orientation: Sequence[float]) -> np.ndarray:
+def tf_matrix_from_pose(translation: ArrayLike, orientation: ArrayLike) -> np.ndarray:
     """Return the matrix (4, 4) of a position (3,) and a quaternion (4,)."""
     return compose(np.asarray(translation), xyzw(np.asarray(orientation))).T
 

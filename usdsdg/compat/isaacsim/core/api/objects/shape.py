@@ -63,9 +63,8 @@ class VisualShape(SingleGeometryPrim):
         prim, is_new = prim_of(prim_path), not prim_of(prim_path)
         if is_new:
             self._schema.Define(stage_context.current_stage(), prim_path)
-            sizes = {argument: value for argument, (_, value) in self._sizes.items()} | {
-                argument: value for argument, value in sizes.items() if value is not None
-            }
+            usual: dict[str, float | None] = {argument: value for argument, (_, value) in self._sizes.items()}
+            sizes = usual | {argument: value for argument, value in sizes.items() if value is not None}
             visual_material = visual_material or PreviewSurface(
                 free_path(LOOKS), color=GRAY if color is None else color
             )

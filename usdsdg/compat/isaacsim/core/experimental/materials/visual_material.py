@@ -80,9 +80,9 @@ class VisualMaterial(Prim):
         if any(value is None for value in values):
             raise RuntimeError(f"{name} of {self.paths} has no value")
         if kind == Sdf.ValueTypeNames.Asset:
-            return [value.path for value in values]
+            return [value.path for value in values if value is not None]
         dtype = {bool: bool, int: np.int32}.get(type(values[0]), np.float32)
-        return self._warp(np.array([np.ravel(value) for value in values], dtype))
+        return self._warp(np.array(values, dtype).reshape(len(values), -1))
 
     @classmethod
     def are_of_type(cls, paths: PrimOrPath | Sequence[PrimOrPath]) -> wp.array:

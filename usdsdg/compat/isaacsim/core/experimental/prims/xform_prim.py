@@ -146,7 +146,7 @@ class XformPrim(Prim):
     def _set_default(self, name: str, values: Values | None, usual: tuple[float, ...], indices: Indices) -> None:
         if values is None:
             return
-        table = self._defaults.setdefault(name, np.tile(np.float32(usual), (len(self), 1)))
+        table = self._defaults.setdefault(name, np.tile(np.array(usual, np.float32), (len(self), 1)))
         where = chosen(indices, len(self))
         table[where] = rows(values, len(usual), len(where))
 

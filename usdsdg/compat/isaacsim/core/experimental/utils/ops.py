@@ -33,7 +33,7 @@ def place(x: Values, *, dtype: type | None = None, device: str | wp.Device | Non
     import warp as wp
 
     if isinstance(x, wp.array) and (dtype is None or x.dtype == dtype):
-        return x if device is None else x.to(device)
+        return x if device is None else x.to(device)  # pyright: ignore[reportReturnType]
     array = np.atleast_1d(as_numpy(x))
     return wp.array(array if dtype is None else array.astype(wp.dtype_to_numpy(dtype)), device=device)
 
