@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 
 # Followed by the name of the instance, such as rotX.
 _MIMIC = "PhysxMimicJointAPI:"
+# A joint that would touch something stops within this power of one half of its step before it.
+_HALVINGS = 4
 
 
 @dataclass(frozen=True)
@@ -106,12 +108,22 @@ class Articulation:
             self._take_back(before, touched)
 
     def _take_back(self, before: Array, touched: set[str]) -> None:
-        """Return the joints that move a touched link to where they were, with the leaders that they follow."""
+        """Move the joints of touched links, with the leaders that they follow, only as far as nothing is touched."""
         leaders = self._leaders()
-        for index, joint in enumerate(self.dofs):
-            if touched & self.tree.moved_by(joint):
-                for row in {index, leaders.get(index, (index, 0.0, 0.0))[0]}:
-                    self.positions[row], self.velocities[row] = before[row], 0.0
+        moving = [row for row, joint in enumerate(self.dofs) if touched & self.tree.moved_by(joint)]
+        rows = sorted({each for row in moving for each in (row, leaders.get(row, (row, 0.0, 0.0))[0])})
+        moved, self.velocities[rows] = self.positions.copy(), 0.0
+        free, reached = 0.0, 1.0
+        for _ in range(_HALVINGS):
+            middle = (free + reached) / 2.0
+            self._part_way(rows, before, moved, middle)
+            touches = self._touching is not None and self._touching(self.tree.links) & touched
+            free, reached = (free, middle) if touches else (middle, reached)
+        self._part_way(rows, before, moved, free)
+
+    def _part_way(self, rows: list[int], before: Array, moved: Array, part: float) -> None:
+        """Place joints part of the way, from 0 to 1, between two positions."""
+        self.positions[rows] = before[rows] + part * (moved[rows] - before[rows])
         self._follow_leaders()
         self._show()
 

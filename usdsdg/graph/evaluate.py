@@ -36,6 +36,7 @@ class Trigger:
     blocked: Callable[[], str] = str
     prepare: Callable[[], None] | None = None
     counts_previews: bool = True
+    waits_for_frames: bool = True  # False: a script's own call runs its nodes
     counted_from: int = 0  # executions of earlier runs, which `max_execs` does not count
 
     @property

@@ -32,12 +32,12 @@ def _of_no_frame() -> list[str]:
     if seen.writers:
         names = ", ".join(dict.fromkeys(seen.writers))
         what = f"{names} {'is' if len(set(seen.writers)) == 1 else 'are'} attached, but no frame was captured"
-    elif current().graph.triggers and not render_products.products():
+    elif waiting_triggers() and not render_products.products():
         return [
             "the script made randomizers with triggers, and no render product, so there is nothing to capture. It may "
             "count on a recorder window of the GUI: here create.render_product and a writer do what the window does."
         ]
-    elif current().graph.triggers:
+    elif waiting_triggers():
         what = "the script made randomizers with triggers, but captured no frame"
     else:
         return []
@@ -52,3 +52,8 @@ def _all(count: int, noun: str, *, verb: bool = True) -> str:
     if count == 1:
         return f"the only {noun}{' is' if verb else ''}"
     return f"all {count} {noun}s{' are' if verb else ''}"
+
+
+def waiting_triggers() -> bool:
+    """Whether the graph has triggers that frames or events fire, and not calls of the script."""
+    return any(trigger.waits_for_frames for trigger in current().graph.triggers)

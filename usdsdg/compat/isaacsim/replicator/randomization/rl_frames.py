@@ -85,7 +85,7 @@ class RlFrames:
 
 def _never(kind: str, **inputs: int) -> Trigger:
     """Return a trigger that no frame of the orchestrator fires."""
-    return Trigger(Node(kind, dict(inputs)), lambda _context: False)
+    return Trigger(Node(kind, dict(inputs)), lambda _context: False, waits_for_frames=False)
 
 
 def in_gate() -> bool:
