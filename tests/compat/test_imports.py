@@ -150,7 +150,7 @@ def test_the_core_of_isaac_sim_4_is_that_of_later_versions():
         from omni.isaac.cloner import GridCloner
         from omni.isaac.version import get_version
         from isaacsim.core.simulation_manager.impl.isaac_events import IsaacEvents
-        from isaacsim.core.prims import Articulation  # known, and out of scope
+        from isaacsim.core.prims import SingleArticulation  # known, and out of scope
         assert World is isaacsim.core.api.World
         assert prims_utils is newer
         assert RigidPrim is isaacsim.core.prims.SingleRigidPrim

@@ -48,7 +48,7 @@ OUT_OF_SCOPE = (
         "isaacsim.core.experimental.actuators isaacsim.core.api.robots isaacsim.core.api.controllers "
         "isaacsim.core.utils.types.ArticulationAction isaacsim.core.utils.types.ArticulationActions "
         "isaacsim.core.api.tasks isaacsim.core.api.articulations omni.isaac.core.robots omni.isaac.core.controllers "
-        "omni.isaac.core.tasks omni.isaac.core.articulations isaacsim.core.prims.Articulation "
+        "omni.isaac.core.tasks omni.isaac.core.articulations "
         "isaacsim.core.prims.SingleArticulation omni.isaac.core.prims.Articulation "
         "omni.isaac.core.prims.ArticulationView "
         "omni.isaac.franka omni.isaac.universal_robots "

@@ -80,14 +80,19 @@ class ExtensionManager:
     def get_extension_path(self, extension_id: str) -> str:
         """Return the folder of an extension, with its data files.
 
+        Where no folder of extensions has it, this is the folder in which its modules lie under their full names, as
+        below an extension's folder; there are no data files.
+
         Raises:
-            Unsupported: none of the folders of extensions has it.
+            Unsupported: neither a folder of extensions nor usdsdg has it.
         """
         name = _name(extension_id)
         for folder in self._folders:
             for found in (Path(folder) / name, Path(folder) / extension_id):
                 if found.is_dir():
                     return str(found)
+        if _is_module(name):
+            return str(Path(__file__).resolve().parents[1])
         raise Unsupported(
             f"get_extension_path({extension_id!r}): usdsdg is not made of extensions and has none of their files; "
             "give the folder that holds the extension's own folder with --ext-folder FOLDER, as to Isaac Sim"

@@ -3,6 +3,7 @@
 Names without "Single" wrap several prims, with one row per prim.
 """
 
+from usdsdg.compat.isaacsim.core.prims.articulation import Articulation
 from usdsdg.compat.isaacsim.core.prims.geometry_prim import GeometryPrim
 from usdsdg.compat.isaacsim.core.prims.rigid_prim import RigidPrim
 from usdsdg.compat.isaacsim.core.prims.single_geometry_prim import SingleGeometryPrim
@@ -10,4 +11,7 @@ from usdsdg.compat.isaacsim.core.prims.single_rigid_prim import SingleRigidPrim
 from usdsdg.compat.isaacsim.core.prims.single_xform_prim import SingleXFormPrim
 from usdsdg.compat.isaacsim.core.prims.xform_prim import XFormPrim
 
-__all__ = ["GeometryPrim", "RigidPrim", "SingleGeometryPrim", "SingleRigidPrim", "SingleXFormPrim", "XFormPrim"]
+__all__ = [
+    "Articulation", "GeometryPrim", "RigidPrim", "SingleGeometryPrim", "SingleRigidPrim", "SingleXFormPrim",
+    "XFormPrim",
+]  # fmt: skip

@@ -1,4 +1,4 @@
-"""`Articulation`: the joints and links of a robot as they are on the stage; they are not simulated."""
+"""`Articulation`: robots, whose joints follow what is set."""
 
 from __future__ import annotations
 
@@ -8,21 +8,26 @@ from typing import TYPE_CHECKING
 from pxr import Usd, UsdPhysics
 
 from usdsdg.compat.isaacsim.core.experimental.prims.xform_prim import XformPrim
+from usdsdg.compat.wrappers.arrays import chosen, rows
+from usdsdg.compat.wrappers.joints import WHY, JointRows
 from usdsdg.compat.wrappers.unsupported import RefusedNames
 
 if TYPE_CHECKING:
-    from usdsdg.compat.wrappers.arrays import Values
+    import warp as wp
 
-_WHY = "robots under control are out of scope: joints are not simulated. Pose the links with XformPrim"
+    from usdsdg.compat.wrappers.arrays import Indices, Values
 
 
 class Articulation(XformPrim):
-    """Robots: their pose, links and joints. Whatever drives or measures joints raises `Unsupported`."""
+    """Robots: poses, links and joints. What drives or measures joints by forces raises `Unsupported`.
+
+    Joint arrays have a row per robot and a column per joint with a position ("dof"), in rad and stage units.
+    """
 
     __getattr__ = RefusedNames(
         "Articulation",
-        ("get_", "set_", "apply_", "switch_", "dof_", "num_shapes", "is_physics", "jacobian", "mass_matrix"),
-        _WHY,
+        ("get_", "set_", "apply_", "switch_", "num_shapes", "is_physics", "jacobian", "mass_matrix"),
+        WHY,
     )
 
     def __init__(
@@ -42,7 +47,9 @@ class Articulation(XformPrim):
             paths, resolve_paths=resolve_paths, positions=positions, translations=translations,
             orientations=orientations, scales=scales, reset_xform_op_properties=reset_xform_op_properties,
         )  # fmt: skip
+        self._joint_rows: JointRows | None = None
 
+    # --- what there is ---
     @property
     def joint_names(self) -> list[str]:
         """Return the names of the joints below the first prim, in the order of the stage."""
@@ -60,6 +67,87 @@ class Articulation(XformPrim):
     @property
     def num_links(self) -> int:
         return len(self.link_names)
+
+    @property
+    def num_dofs(self) -> int:
+        return len(self.dof_names)
+
+    @property
+    def dof_names(self) -> list[str]:
+        """Return the names of the joints with a position, breadth first from the base."""
+        return self._joints().names
+
+    @property
+    def dof_paths(self) -> list[list[str]]:
+        """Return the paths of the joints with a position, of each robot."""
+        return [[joint.path for joint in robot.dofs] for robot in self._joints().robots]
+
+    def get_dof_indices(self, names: str | Sequence[str]) -> wp.array:
+        """Return the columns of joints by name.
+
+        Raises:
+            AssertionError: there is no such joint.
+        """
+        import numpy as np
+
+        known = self.dof_names
+        wanted = [names] if isinstance(names, str) else list(names)
+        if missing := [name for name in wanted if name not in known]:
+            raise AssertionError(f"{self.paths[0]} has no joint {missing[0]!r}; it has {', '.join(known)}")
+        return self._warp(np.array([known.index(name) for name in wanted], np.int32))
+
+    # --- positions and velocities ---
+    def get_dof_positions(self, *, indices: Indices = None, dof_indices: Indices = None) -> wp.array:
+        """Return (N, D)."""
+        return self._part(self._joints().positions(), indices, dof_indices)
+
+    def set_dof_positions(self, positions: Values, *, indices: Indices = None, dof_indices: Indices = None) -> None:
+        """Move joints at once, within their limits: (N, D)."""
+        self._set(self._joints().set_positions, positions, indices, dof_indices)
+
+    def get_dof_velocities(self, *, indices: Indices = None, dof_indices: Indices = None) -> wp.array:
+        """Return (N, D)."""
+        return self._part(self._joints().velocities(), indices, dof_indices)
+
+    def set_dof_velocities(self, velocities: Values, *, indices: Indices = None, dof_indices: Indices = None) -> None:
+        """Set velocities (N, D), which last until a limit, or as the joint's drive damps them."""
+        self._set(self._joints().set_velocities, velocities, indices, dof_indices)
+
+    def get_dof_position_targets(self, *, indices: Indices = None, dof_indices: Indices = None) -> wp.array:
+        """Return the targets (N, D) of the drives."""
+        return self._part(self._joints().targets(), indices, dof_indices)
+
+    def set_dof_position_targets(
+        self, positions: Values, *, indices: Indices = None, dof_indices: Indices = None
+    ) -> None:
+        """Set the targets (N, D) that drives move their joints to.
+
+        Raises:
+            BadValue: a joint has no drive.
+        """
+        self._set(self._joints().set_targets, positions, indices, dof_indices)
+
+    def get_dof_limits(self, *, indices: Indices = None, dof_indices: Indices = None) -> tuple[wp.array, wp.array]:
+        """Return lower and upper limits (N, D)."""
+        limits = self._joints().limits()
+        return self._part(limits[..., 0], indices, dof_indices), self._part(limits[..., 1], indices, dof_indices)
+
+    def get_dof_gains(self, *, indices: Indices = None, dof_indices: Indices = None) -> tuple[wp.array, wp.array]:
+        """Return stiffness and damping (N, D) of the drives."""
+        stiffness, damping = self._joints().gains()
+        return self._part(stiffness, indices, dof_indices), self._part(damping, indices, dof_indices)
+
+    def _joints(self) -> JointRows:
+        if self._joint_rows is None:
+            self._joint_rows = JointRows(self.paths)
+        return self._joint_rows
+
+    def _part(self, values, indices: Indices, dof_indices: Indices) -> wp.array:
+        return self._warp(values[chosen(indices, len(self))][:, chosen(dof_indices, values.shape[1])])
+
+    def _set(self, setter, values: Values, indices: Indices, dof_indices: Indices) -> None:
+        where, columns = chosen(indices, len(self)), chosen(dof_indices, self.num_dofs)
+        setter(where, columns, rows(values, len(columns), len(where)))
 
     def _below(self, schema: type) -> list[Usd.Prim]:
         return [prim for prim in Usd.PrimRange(self.prims[0]) if prim.IsA(schema)]

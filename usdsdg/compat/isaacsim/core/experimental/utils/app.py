@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from usdsdg.app.app import get_app
-from usdsdg.errors import Unsupported
 from usdsdg.session.timeline import get_timeline
 
 Callback = Callable[[int, int], bool | None]
@@ -70,11 +69,9 @@ def get_extension_id(name: str) -> str | None:
 
 
 def get_extension_path(name: str) -> str:
-    """Return the folder of an extension.
+    """Return the folder of an extension, as the extension manager does.
 
     Raises:
-        Unsupported: always, since there are none.
+        Unsupported: neither a folder of extensions nor usdsdg has it.
     """
-    raise Unsupported(
-        f"get_extension_path({name!r}): there are no extensions and no files of theirs; give files of yours"
-    )
+    return get_app().get_extension_manager().get_extension_path(name)

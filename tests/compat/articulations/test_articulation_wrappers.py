@@ -1,0 +1,59 @@
+"""`Articulation` in both of Isaac Sim's forms: arrays of joints, by robot and column."""
+
+import numpy as np
+import pytest
+from pxr import UsdPhysics
+
+from tests.articulations.robots import at, planar_arm
+from usdsdg.compat.isaacsim.core import prims as core
+from usdsdg.compat.isaacsim.core.experimental import prims as experimental
+from usdsdg.errors import BadValue, Unsupported
+
+
+@pytest.fixture
+def arms(stage):
+    for index in range(2):
+        planar_arm(stage, f"/World/env_{index}/arm")
+    drive = UsdPhysics.DriveAPI.Apply(stage.GetPrimAtPath("/World/env_1/arm/shoulder"), "angular")
+    drive.CreateStiffnessAttr(1.0)
+    return stage
+
+
+def test_warp_arrays_have_a_row_per_robot_and_a_column_per_joint(arms):
+    view = experimental.Articulation("/World/env_.*/arm")
+    assert (view.num_dofs, view.dof_names) == (3, ["shoulder", "elbow", "slider"])
+    assert view.get_dof_indices("elbow").numpy().tolist() == [1]
+    view.set_dof_positions([[0.5]], indices=[1], dof_indices=[0])
+    view.set_dof_velocities([0.1, 0.2, 0.3])
+    assert view.get_dof_positions().numpy() == pytest.approx(np.array([[0, 0, 0], [0.5, 0, 0]]))
+    assert view.get_dof_velocities(dof_indices=[2]).numpy() == pytest.approx(np.array([[0.3], [0.3]]))
+    hand = arms.GetPrimAtPath("/World/env_1/arm/hand")
+    assert at(hand) == pytest.approx([2 * np.cos(0.5), 2 * np.sin(0.5), 0], abs=1e-6)
+    lower, upper = view.get_dof_limits(indices=[0])
+    assert np.degrees(lower.numpy()[0, :2]) == pytest.approx([-170, -90])
+    assert upper.numpy()[0, 2] == pytest.approx(0.5)
+
+
+def test_targets_belong_to_drives(arms):
+    view = experimental.Articulation("/World/env_.*/arm")
+    view.set_dof_position_targets([0.25], indices=[1], dof_indices=[0])
+    assert view.get_dof_position_targets(indices=[1]).numpy() == pytest.approx(np.array([[0.25, 0, 0]]))
+    assert view.get_dof_gains()[0].numpy()[1, 0] == pytest.approx(180 / np.pi)
+    with pytest.raises(BadValue, match="/World/env_0/arm/shoulder has no drive"):
+        view.set_dof_position_targets([0.25], indices=[0], dof_indices=[0])
+
+
+def test_numpy_arrays_of_the_older_wrapper(arms):
+    view = core.Articulation("/World/env_*/arm", name="arms", reset_xform_properties=False)
+    assert (view.num_dof, view.num_bodies, view.name) == (3, 4, "arms")
+    view.set_joint_positions(np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.05]]))
+    assert view.get_joint_positions(joint_indices=[1]) == pytest.approx(np.array([[0.2], [0.5]]))
+    assert view.get_dof_limits().shape == (2, 3, 2)
+    view.post_reset()
+    assert view.get_joint_positions() == pytest.approx(np.zeros((2, 3)))
+
+
+@pytest.mark.parametrize("make", [experimental.Articulation, core.Articulation])
+def test_forces_of_joints_are_refused(arms, make):
+    with pytest.raises(Unsupported, match="joints follow the positions"):
+        make("/World/env_0/arm").set_dof_efforts([0.0])
