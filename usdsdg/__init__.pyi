@@ -8,6 +8,7 @@ from . import (
     create,
     distribution,
     errors,
+    example,
     functional,
     get,
     modify,
@@ -53,5 +54,5 @@ __all__ = [
     "backends", "BackendDispatch",
     # what runs it
     "orchestrator", "settings", "utils", "get_global_seed", "set_global_seed", "open_stage", "new_layer",
-    "run_until_complete_async", "errors",
+    "run_until_complete_async", "errors", "example",
 ]  # fmt: skip

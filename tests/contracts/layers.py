@@ -39,6 +39,7 @@ USDSDG = {
     "orchestrator": "errors session arguments app",
     "demo": "errors stage",
     "mirror": "errors stage session",
+    "example": "demo",
     "inspect": "errors stage writers",
     "replicator_yaml": "errors session arguments graph orchestrator __init__",
     "scenarios": "errors stage session arguments graph create writers app orchestrator settings __init__",

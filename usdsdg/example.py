@@ -1,0 +1,23 @@
+"""Content for examples. Mirrors `rep.example`.
+
+TEXTURES: files of images that tile, to choose from in `randomizer.texture`. Replicator's are photographs on its server,
+ours are painted by code: cork, leather, cardboard, concrete, panel and cloth.
+"""
+
+from usdsdg import demo
+
+_PROPS = "Isaac/Environments/{}/Props/textures/{}.png"
+_PICTURES = (
+    ("Office", "SM_Board_cork"), ("Office", "SM_Briefcase_leather"),
+    ("Simple_Warehouse", "SM_CardBoxA_01_414_cardboard"), ("Simple_Warehouse", "SM_Hall_01_concrete"),
+    ("Simple_Warehouse", "SM_Hall_01_panel"),
+    ("Hospital", "SM_MedicalBag_01a_cloth"),
+)  # fmt: skip
+
+__all__ = ["TEXTURES"]  # noqa: F822 - painted when it is first asked for
+
+
+def __getattr__(name: str) -> list[str]:
+    if name != "TEXTURES":
+        raise AttributeError(f"module 'usdsdg.example' has no attribute {name!r}; it has TEXTURES")
+    return [f"{demo.root()}/{_PROPS.format(place, picture)}" for place, picture in _PICTURES]
