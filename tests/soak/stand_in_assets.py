@@ -4,9 +4,11 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
 from usdsdg.stage import schemas
+from usdsdg.stage.image_files import radiance_hdr
 from usdsdg.stage.schemas import physx
 
 Vector = tuple[float, float, float]
@@ -147,6 +149,14 @@ def _material(color: Vector) -> Callable[[Path], None]:
     return make
 
 
+def _sky(file: Path) -> None:
+    """A blue sky that is brightest above the horizon, over brown ground, as a panorama of 64x32 pixels."""
+    pixels = np.empty((32, 64, 3), np.float32)
+    pixels[:16] = np.linspace((0.3, 0.5, 1.0), (0.9, 0.9, 1.0), 16)[:, None]
+    pixels[16:] = 0.3, 0.2, 0.1
+    file.write_bytes(radiance_hdr.encode(pixels))
+
+
 def _stage(file: Path, root: str) -> Usd.Stage:
     stage = Usd.Stage.CreateNew(str(file))
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
@@ -205,4 +215,12 @@ STAND_INS: dict[str, Callable[[Path], None]] = {
     "Isaac/Robots/NVIDIA/Carter/carter_v1_physx_lidar.usd": _robot,
     f"{WAREHOUSE}/MI_PaperNotes_01.mdl": _material((0.85, 0.82, 0.7)),
     f"{WAREHOUSE}/MI_CardBoxB_05.mdl": _material((0.55, 0.4, 0.25)),
-}
+    **{
+        f"NVIDIA/Assets/Skies/{name}_4k.hdr": _sky
+        for name in (
+            "Clear/evening_road_01", "Clear/mealie_road", "Clear/noon_grass", "Clear/qwantani",
+            "Cloudy/champagne_castle_1", "Cloudy/kloofendal_48d_partly_cloudy", "Evening/evening_road_01",
+            "Night/kloppenheim_02", "Night/moonlit_golf",
+        )
+    },
+}  # fmt: skip
