@@ -54,7 +54,7 @@ SCRIPTS: dict[str, list[tuple[str, ...]]] = {
         )]
     ],
     "replicator/infinigen/infinigen_sdg.py": [("--close-on-completion",)],
-    "api/isaacsim.replicator.grasping/grasping_workflow_sdg.py": [("--test",)],
+    "api/isaacsim.replicator.grasping/grasping_workflow_sdg.py": [("--ext-folder", "../extensions", "--test")],
     "api/isaacsim.replicator.behavior/behaviors.py": [()],
     "testing/omni.syntheticdata/test_basic.py": [()],
     "deprecated/api/isaacsim.sensors.camera/camera_view.py": [("--test",)],
@@ -74,7 +74,7 @@ def main() -> int:
     for script, arguments in _runs(options.only):
         folder = options.out / f"{Path(script).stem}_{len(list(options.out.glob(f'{Path(script).stem}_*')))}"
         folder.mkdir(parents=True)
-        absolute = [str(scripts / each) if (scripts / each).is_file() else each for each in arguments]
+        absolute = [str(scripts / each) if (scripts / each).exists() else each for each in arguments]
         result, seconds = _run(scripts / script, absolute, folder, options)
         files = sum(path.is_file() for path in folder.rglob("*")) - 1
         print(f"| `{script}` | {' '.join(arguments)} | {result} | {seconds:.0f} | {files} |", flush=True)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
 from usdsdg.stage import schemas
@@ -157,6 +158,16 @@ def _sky(file: Path) -> None:
     file.write_bytes(radiance_hdr.encode(pixels))
 
 
+def _texture(color: Vector) -> Callable[[Path], None]:
+    def make(file: Path) -> None:
+        """Stripes of 8 pixels in a color and a darker one."""
+        bright = (np.arange(64) // 8 % 2).astype(bool)[None, :, None]
+        pixels = np.where(bright, color, np.array(color) / 2) * np.ones((64, 1, 1)) * 255
+        Image.fromarray(pixels.astype(np.uint8)).save(file)
+
+    return make
+
+
 def _stage(file: Path, root: str) -> Usd.Stage:
     stage = Usd.Stage.CreateNew(str(file))
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
@@ -209,12 +220,15 @@ def _move(prim: Usd.Prim, axis: str, limits: tuple[float, float], stiffness: flo
 
 
 WAREHOUSE = "Isaac/Environments/Simple_Warehouse/Materials"
+PATTERNS = "Isaac/Materials/Textures/Patterns"
 STAND_INS: dict[str, Callable[[Path], None]] = {
     "Isaac/Robots/FrankaRobotics/FrankaPanda/franka.usd": _arm,
     "Isaac/Samples/Replicator/Stage/sdg_grasping_xarm.usd": _gripper,
     "Isaac/Robots/NVIDIA/Carter/carter_v1_physx_lidar.usd": _robot,
     f"{WAREHOUSE}/MI_PaperNotes_01.mdl": _material((0.85, 0.82, 0.7)),
     f"{WAREHOUSE}/MI_CardBoxB_05.mdl": _material((0.55, 0.4, 0.25)),
+    f"{PATTERNS}/nv_brick_grey.jpg": _texture((0.6, 0.6, 0.6)),
+    f"{PATTERNS}/nv_bamboo_desktop.jpg": _texture((0.8, 0.7, 0.4)),
     **{
         f"NVIDIA/Assets/Skies/{name}_4k.hdr": _sky
         for name in (
