@@ -14,7 +14,7 @@ _PICTURES = (
     ("Hospital", "SM_MedicalBag_01a_cloth"),
 )  # fmt: skip
 
-__all__ = ["TEXTURES"]  # noqa: F822 - painted when it is first asked for
+__all__ = ["TEXTURES"]  # noqa: F822  # pyright: ignore[reportUnsupportedDunderAll]  # by __getattr__
 
 
 def __getattr__(name: str) -> list[str]:

@@ -95,6 +95,6 @@ class Capture:
 def _compute(frames: Mapping[str, Frame]) -> None:
     """Compute every attached annotator whose product is among `frames`, by product path."""
     for annotator in attached_annotators():
-        if annotator.render_product in frames:
-            annotator.compute(frames[annotator.render_product])
+        if (frame := frames.get(annotator.render_product or "")) is not None:
+            annotator.compute(frame)
             current().live.note(annotator)

@@ -14,6 +14,7 @@ from usdsdg.errors import AssetError, Unsupported
 from usdsdg.stage.assets import scheme_of
 
 if TYPE_CHECKING:
+    from obstore import GetOptions  # pyright: ignore[reportMissingImports]
     from obstore.store import ObjectStore  # pyright: ignore[reportMissingImports]
 
 SCHEMES = ("http", "https", "s3", "gs", "az")
@@ -53,11 +54,13 @@ class RemoteStore:
         import obstore  # pyright: ignore[reportMissingImports]
         from obstore.exceptions import BaseError, PermissionDeniedError  # pyright: ignore[reportMissingImports]
 
-        options: dict[str, Any] = {}
+        options: GetOptions | None = None
         if offset:
-            options = {"range": {"offset": offset}, **({"if_match": etag} if etag else {})}
+            options = {"range": {"offset": offset}}
+            if etag:
+                options["if_match"] = etag
         try:
-            found = obstore.get(self._store, path, options=options or None)
+            found = obstore.get(self._store, path, options=options)
         except (FileNotFoundError, PermissionDeniedError):
             return None  # S3 forbids to read what is not there, unless files may be listed
         except (BaseError, OSError, ValueError) as error:

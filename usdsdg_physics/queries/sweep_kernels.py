@@ -6,6 +6,7 @@ Double precision throughout. (Mirtich, "Impulse-based dynamic simulation of rigi
 
 # Code of Warp kernels is not Python to a type checker.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportIndexIssue=false, reportOperatorIssue=false
+# pyright: reportInvalidTypeForm=false
 
 # ruff: noqa: UP018, RUF046, SIM109
 

@@ -219,9 +219,9 @@ def _awaited(call: Callable[P, T]) -> Callable[P, T]:
     return wait  # type: ignore[return-value]
 
 
-list_async, stat_async, read_file_async, write_file_async, copy_async, create_folder_async, delete_async = map(
-    _awaited, (list, stat, read_file, write_file, copy, create_folder, delete)
-)
+list_async, stat_async = _awaited(list), _awaited(stat)
+read_file_async, write_file_async = _awaited(read_file), _awaited(write_file)
+copy_async, create_folder_async, delete_async = _awaited(copy), _awaited(create_folder), _awaited(delete)
 
 
 def _located(url: str) -> tuple[Result, str | None]:

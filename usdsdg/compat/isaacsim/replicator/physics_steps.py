@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from numpy.typing import ArrayLike
+
 from usdsdg.articulations.articulations import get_articulations
 from usdsdg.session import engines
 
@@ -23,9 +25,7 @@ def reset_simulation(*, restore: bool = True) -> None:
             get_articulations().restart()
 
 
-def apply_forces(
-    bodies: Sequence[str], forces: Sequence[Sequence[float]], positions: Sequence[Sequence[float]]
-) -> None:
+def apply_forces(bodies: Sequence[str], forces: ArrayLike, positions: ArrayLike) -> None:
     """Push rigid bodies, by path, at world points [stage units] during the next step.
 
     Forces are in the stage's units of mass, length and s⁻².

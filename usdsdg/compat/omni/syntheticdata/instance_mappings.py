@@ -1,6 +1,6 @@
 """The labeled prims of the stage and the gprims below each, with the ids that the segmentations of `sensors` have."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from usdsdg.annotators.colors import FIRST_LABELED
 from usdsdg.annotators.ownership import LabeledStage, Owner
@@ -39,7 +39,7 @@ def instance_mappings() -> list[InstanceMapping]:
     semantic_ids: dict[str, int] = {}
     rows = []
     for owner in sorted(owned, key=lambda each: -each.path.pathElementCount):
-        labels: dict[str, Any] = get_labels(stage.GetPrimAtPath(owner.path))
+        labels = dict(get_labels(stage.GetPrimAtPath(owner.path)))
         label = ",".join(labels.pop("class"))
         semantic_id = semantic_ids.setdefault(label, len(semantic_ids) + 1)
         metadata = [(kind, each) for kind, values in labels.items() for each in values]

@@ -284,6 +284,7 @@ def get_occlusion_quadrant(viewport: RenderView, return_bounding_boxes: bool = F
         bounding_box_2d_tight=get_bounding_box_2d_tight(viewport),
         bounding_box_2d_loose=get_bounding_box_2d_loose(viewport),
     )
+    assert merged is not None  # boxes were given
     quadrants = np.array([(_quadrant(row),) for row in merged], [("occlusion_quadrant", "O")])
     kept = list(merged.dtype.names or ()) if return_bounding_boxes else _IDENTITY
     return joined(merged[kept], quadrants)

@@ -361,9 +361,10 @@ class GraspingManager:
         simulate_using_timeline: bool = False,
     ) -> bool:
         """Simulate one phase by name or number; return False, with a warning, where there is none."""
-        by_number = isinstance(phase_identifier, int)
-        find = self.get_grasp_phase_by_index if by_number else self.get_grasp_phase_by_name
-        phase = find(phase_identifier)
+        if isinstance(phase_identifier, int):
+            phase = self.get_grasp_phase_by_index(phase_identifier)
+        else:
+            phase = self.get_grasp_phase_by_name(phase_identifier)
         if phase is None:
             _log.warning("grasping: there is no phase %s", phase_identifier)
             return False

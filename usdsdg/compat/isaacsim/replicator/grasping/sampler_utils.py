@@ -191,7 +191,7 @@ def _aligned(axis: Array, along: Array) -> Array:
     """Return the rotation that turns one direction to another; trimesh chooses the rotation about it."""
     import trimesh
 
-    return trimesh.geometry.align_vectors(axis, along / np.linalg.norm(along))
+    return np.asarray(trimesh.geometry.align_vectors(axis, along / np.linalg.norm(along)))
 
 
 def _translation(vector: Array) -> Array:

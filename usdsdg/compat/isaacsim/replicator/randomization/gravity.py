@@ -19,7 +19,7 @@ EARTH = 9.81  # m/s²
 class SceneGravity:
     """Gravity [stage units/s²], as one row."""
 
-    paths = ("the PhysicsScene",)
+    paths: tuple[str, ...] = ("the PhysicsScene",)
 
     def read(self, attribute: str) -> Array:
         """Return the gravity (1, 3); where it is not authored, the earth's."""

@@ -6,9 +6,10 @@ The camera's frame is ROS's: +X right, +Y down, +Z ahead. Pixel u has its center
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from pxr import Usd
 
 from usdsdg.compat.isaacsim.core.simulation_manager.simulation import simulation
@@ -16,6 +17,9 @@ from usdsdg.compat.isaacsim.sensors.camera.lens_attributes import LensAttributes
 from usdsdg.compat.wrappers.arrays import as_backend, as_numpy
 from usdsdg.errors import ArgumentError
 from usdsdg.stage.poses.transforms import as_array, local_to_world
+
+if TYPE_CHECKING:
+    from usdsdg.compat.wrappers.arrays import Values
 
 Floats = NDArray[np.float32]
 _ROS_FROM_USD = np.diag([1.0, -1.0, -1.0, 1.0])
@@ -40,7 +44,7 @@ class Projection(LensAttributes):
         """
         return self._out(self._intrinsics("get_intrinsics_matrix"), device)
 
-    def get_image_coords_from_world_points(self, points_3d: ArrayLike) -> Floats:
+    def get_image_coords_from_world_points(self, points_3d: Values) -> Floats:
         """Project points of the world (N, 3) to pixels (N, 2), also those behind the camera.
 
         Raises:
@@ -52,7 +56,7 @@ class Projection(LensAttributes):
         return self._out(seen[:, :2] / seen[:, 2:], None)
 
     def get_camera_points_from_image_coords(
-        self, points_2d: ArrayLike, depth: ArrayLike, device: str | None = None, backend_utils_cls: object = None
+        self, points_2d: Values, depth: Values, device: str | None = None, backend_utils_cls: object = None
     ) -> Floats:
         """Return the points (N, 3) in the camera's frame of pixels (N, 2) at depths (N,) along the axis.
 
@@ -62,7 +66,7 @@ class Projection(LensAttributes):
         return self._out(self._camera_points(points_2d, depth), device)
 
     def get_world_points_from_image_coords(
-        self, points_2d: ArrayLike, depth: ArrayLike, device: str | None = None, backend_utils_cls: object = None
+        self, points_2d: Values, depth: Values, device: str | None = None, backend_utils_cls: object = None
     ) -> Floats:
         """Return the points (N, 3) in the world of pixels (N, 2) at depths (N,) along the axis.
 
@@ -82,7 +86,7 @@ class Projection(LensAttributes):
 
     def _view_matrix(self) -> NDArray[np.float64]:
         to_world = as_array(local_to_world(self.prim, Usd.TimeCode.Default())).T
-        return _ROS_FROM_USD @ np.linalg.inv(to_world)
+        return (_ROS_FROM_USD @ np.linalg.inv(to_world)).astype(np.float64)
 
     def _intrinsics(self, what: str) -> NDArray[np.float64]:
         if "pinhole" not in self.get_lens_distortion_model().lower():
@@ -94,7 +98,7 @@ class Projection(LensAttributes):
         fx, fy = self._focal_pixels(width, height)
         return np.array([[fx, 0.0, width / 2], [0.0, fy, height / 2], [0.0, 0.0, 1.0]])
 
-    def _camera_points(self, points_2d: ArrayLike, depth: ArrayLike) -> NDArray[np.float64]:
+    def _camera_points(self, points_2d: Values, depth: Values) -> NDArray[np.float64]:
         pixels = np.pad(as_numpy(points_2d).reshape(-1, 2).astype(np.float64), ((0, 0), (0, 1)), constant_values=1.0)
         inverse = np.linalg.inv(self._intrinsics("get_camera_points_from_image_coords"))
         with np.errstate(invalid="ignore"):  # where nothing is hit

@@ -24,11 +24,11 @@ def create_mdl_material_prim(
     mtl_url: str, mtl_name: str, mtl_path: AnyPath, select_new_prim: bool = False, stage: Usd.Stage | None = None
 ) -> str:
     """Define a material whose shader is `mtl_name` of an MDL file; return its path."""
-    stage = stage or current_stage()
-    path = next_free_path(stage, str(mtl_path))
-    _define_scope(stage, path)
-    material = define_mdl(stage, path, mtl_url)
-    UsdShade.Shader(stage.GetPrimAtPath(f"{path}/Shader")).SetSourceAssetSubIdentifier(mtl_name, "mdl")
+    target = stage or current_stage()
+    path = next_free_path(target, str(mtl_path))
+    _define_scope(target, path)
+    material = define_mdl(target, path, mtl_url)
+    UsdShade.Shader(target.GetPrimAtPath(f"{path}/Shader")).SetSourceAssetSubIdentifier(mtl_name, "mdl")
     if select_new_prim:
         current().selection.set_selected_prim_paths([path])
     return str(material.GetPath())
@@ -67,11 +67,11 @@ def create_preview_surface_material_prim(
     mtl_path: AnyPath, select_new_prim: bool = False, stage: Usd.Stage | None = None
 ) -> str:
     """Define a material with a UsdPreviewSurface; return its path."""
-    stage = stage or current_stage()
-    path = next_free_path(stage, str(mtl_path))
-    _define_scope(stage, path)
-    material = UsdShade.Material.Define(stage, path)
-    shader = UsdShade.Shader.Define(stage, f"{path}/Shader")
+    target = stage or current_stage()
+    path = next_free_path(target, str(mtl_path))
+    _define_scope(target, path)
+    material = UsdShade.Material.Define(target, path)
+    shader = UsdShade.Shader.Define(target, f"{path}/Shader")
     shader.CreateIdAttr("UsdPreviewSurface")
     material.CreateSurfaceOutput().ConnectToSource(shader.CreateOutput("surface", _TOKEN))
     if select_new_prim:
@@ -92,13 +92,13 @@ def bind_material(
     Raises:
         BadPrim: a prim or the material is not on the stage.
     """
-    stage = stage or current_stage()
-    material = UsdShade.Material(stage.GetPrimAtPath(str(material_path))) if str(material_path) else None
+    target = stage or current_stage()
+    material = UsdShade.Material(target.GetPrimAtPath(str(material_path))) if str(material_path) else None
     unbind = str(material_path) in ("", "None")
     if not unbind and not material:
         raise BadPrim(f"BindMaterial: {material_path} is not a material on the stage")
     for path in [prim_path] if isinstance(prim_path, (str, Sdf.Path)) else prim_path:
-        prim = stage.GetPrimAtPath(str(path))
+        prim = target.GetPrimAtPath(str(path))
         if not prim:
             raise BadPrim(f"BindMaterial: {path} is not on the stage")
         binding = UsdShade.MaterialBindingAPI.Apply(prim)

@@ -37,9 +37,9 @@ def add_ground_plane(
     stage: Usd.Stage | None = None,
 ) -> str:
     """Define a ground plane that is seen and collides; return its path."""
-    stage = stage or current_stage()
-    path = next_free_path(stage, str(planePath), prepend_default_prim=True)
-    return addGroundPlane(stage, path, axis, size, position, color)
+    target = stage or current_stage()
+    path = next_free_path(target, str(planePath), prepend_default_prim=True)
+    return addGroundPlane(target, path, axis, size, position, color)
 
 
 @command("AddPhysicsComponent")

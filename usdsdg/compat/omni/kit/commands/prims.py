@@ -35,9 +35,9 @@ def create_prim(
     stage: Usd.Stage | None = None,
 ) -> str:
     """Define a prim, below the default prim where no path is given; return its path. A number makes the path free."""
-    stage = stage or current_stage()
-    path = _free_path(stage, prim_path, prim_type)
-    prim = stage.DefinePrim(path, prim_type)
+    target = stage or current_stage()
+    path = _free_path(target, prim_path, prim_type)
+    prim = target.DefinePrim(path, prim_type)
     if create_default_xform and prim.IsA(UsdGeom.Xformable):
         _add_default_ops(prim)
     for name, value in (attributes or {}).items():
@@ -124,14 +124,14 @@ def _compose(
     arc: Sdf.Reference | Sdf.Payload | None,
     kind: str,
 ) -> str:
-    stage = stage or current_stage()
+    target = stage or current_stage()
     # With an arc, `prim_path` is the prim that gets it; without, it is the prim of the file.
     at = path_to if path_to is not None else prim_path
     file, inner = (asset_path, prim_path) if arc is None else (arc.assetPath, arc.primPath)
     if at is None or not file:
         raise ArgumentError("CreateReference: give path_to and asset_path")
     path = Sdf.Path(str(at))
-    prim = stage.GetPrimAtPath(path) or stage.DefinePrim(path, "Xform")
+    prim = target.GetPrimAtPath(path) or target.DefinePrim(path, "Xform")
     targets = prim.GetReferences() if kind == "references" else prim.GetPayloads()
     add = targets.AddReference if kind == "references" else targets.AddPayload
     source = assets.resolve(file)
@@ -157,18 +157,18 @@ def spawn_prim(
 @command("DeletePrims")
 def delete_prims(paths: Sequence[AnyPath], destructive: bool = False, stage: Usd.Stage | None = None) -> None:
     """Remove prims with all below them; those that come from a reference are deactivated, as in Kit."""
-    stage = stage or current_stage()
+    target = stage or current_stage()
     for path in [Sdf.Path(str(each)) for each in paths]:
-        prim = stage.GetPrimAtPath(path)
+        prim = target.GetPrimAtPath(path)
         if not prim:
             continue
-        stage.RemovePrim(path)
-        left = stage.GetPrimAtPath(path)
+        target.RemovePrim(path)
+        left = target.GetPrimAtPath(path)
         if left and left.IsDefined():
             left.SetActive(False)
     selection = current().selection
     selection.set_selected_prim_paths(
-        [each for each in selection.get_selected_prim_paths() if stage.GetPrimAtPath(each)]
+        [each for each in selection.get_selected_prim_paths() if target.GetPrimAtPath(each)]
     )
 
 

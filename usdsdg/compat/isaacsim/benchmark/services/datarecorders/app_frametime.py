@@ -33,7 +33,12 @@ def subscribe_frames(listener: Callable[[], None]) -> Callable[[], None]:
             listener()
 
     ends = (app.subscribe_update(on_update), get_orchestrator().on_captured(on_captured))
-    return lambda: [end() for end in ends] and None
+
+    def unsubscribe() -> None:
+        for end in ends:
+            end()
+
+    return unsubscribe
 
 
 @MeasurementDataRecorderRegistry.register("app_frametime")
