@@ -1,7 +1,6 @@
 """Files of settings are bounded: whatever they stand for, reading ends at once."""
 
 import json
-import time
 
 import pytest
 import yaml
@@ -16,7 +15,8 @@ from usdsdg.replicator_yaml import ParserError, parse
 from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.config_file import read_config
 
-SECONDS = 0.8
+# Unbounded, most of these files take minutes or for ever; bounded, a fraction of a second.
+pytestmark = pytest.mark.timeout(30)
 
 
 def bomb(levels=12, width=9):
@@ -53,13 +53,11 @@ def test_a_file_that_stands_for_too_much_is_refused_at_once(tmp_path, what):
     text, words = TOO_LARGE[what]
     path = tmp_path / "scene.yaml"
     path.write_text(text)
-    begin = time.perf_counter()
     with pytest.raises(ConfigError, match=words):
         read_config(path, [], ObjectBasedConfig)
     with pytest.raises(ParserError, match=f"scene.yaml.*{words}"):
         parse(path)
     check_kind(path, FileKind.SCRIPT)
-    assert time.perf_counter() - begin < SECONDS
 
 
 @pytest.mark.parametrize(
@@ -75,12 +73,10 @@ def test_a_file_that_stands_for_too_much_is_refused_at_once(tmp_path, what):
 def test_json_has_the_same_bounds(tmp_path, text, words):
     path = tmp_path / "config.json"
     path.write_text(text)
-    begin = time.perf_counter()
     with pytest.raises(ConfigError, match=words):
         read_config(path, [], ObjectBasedConfig)
     with pytest.raises(TooLarge, match=words):
         load_json(text, "config.json")
-    assert time.perf_counter() - begin < SECONDS
 
 
 def test_overrides_have_the_same_bounds(tmp_path):
@@ -93,10 +89,8 @@ def test_overrides_have_the_same_bounds(tmp_path):
 def test_many_problems_are_counted_and_the_first_are_told(tmp_path):
     path = tmp_path / "config.yaml"
     path.write_text("".join(f"key{number}: 1\n" for number in range(999)))
-    begin = time.perf_counter()
     with pytest.raises(ConfigError, match="has 1000 problems") as refused:
         read_config(path, [], ObjectBasedConfig)
-    assert time.perf_counter() - begin < SECONDS
     assert "and 970 more" in str(refused.value)
     assert len(str(refused.value).splitlines()) == 32
 
