@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from pxr import Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.errors import AssetError, AssetNotFound, ConfigError, UsdsdgWarning, forget_warnings
 from usdsdg.stage import assets
@@ -78,7 +78,8 @@ def test_missing_assets_are_listed_together_with_where_they_were_looked_for(tmp_
     stage = Usd.Stage.CreateInMemory()
     for name, url in (("one", "s3://x/gone.usd"), ("two", "omniverse://host/gone.usd")):
         stage.DefinePrim(f"/{name}").GetReferences().AddReference(assets.resolve(url))
-    stage.DefinePrim("/three").GetReferences().AddReference("/no/such/file.usd")
+    # As a layer brings it, not as a script adds it.
+    Sdf.CreatePrimInLayer(stage.GetRootLayer(), "/three").referenceList.Prepend(Sdf.Reference("/no/such/file.usd"))
     assert all(prim.IsValid() and not prim.GetChildren() for prim in stage.Traverse())
     with pytest.raises(assets.MissingAssets) as failure:
         assets.check_missing(stage)
