@@ -17,6 +17,7 @@ from . import (
     randomizer,
     rng,
     settings,
+    tools,
     trigger,
     utils,
     writers,
@@ -54,5 +55,5 @@ __all__ = [
     "backends", "BackendDispatch",
     # what runs it
     "orchestrator", "settings", "utils", "get_global_seed", "set_global_seed", "open_stage", "new_layer",
-    "run_until_complete_async", "errors", "example",
+    "run_until_complete_async", "errors", "example", "tools",
 ]  # fmt: skip

@@ -107,6 +107,8 @@ def test_writers_backends_and_annotators_are_where_scripts_import_them_from():
         assert same is BackendDispatch is rep.backends.BackendDispatch
         assert basic is BasicWriter is rep.writers_default.BasicWriter
         assert Augmentation is rep.annotators.Augmentation
+        from omni.replicator.core.scripts.writers_default.tools import colorize_segmentation
+        assert rep.tools.colorize_segmentation is colorize_segmentation
         assert rep.backends.get("DiskBackend").get_name() == "DiskBackend"
         assert rep.backends.io_queue.is_done_writing()
         assert "rgb" in rep.annotators_default.DEFAULT_ANNOTATORS

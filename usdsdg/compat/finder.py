@@ -45,6 +45,7 @@ ALIASES = (
     ("omni.isaac.core.utils", "usdsdg.compat.isaacsim.core.utils"),
     ("omni.isaac.core", "usdsdg.compat.isaacsim.core.api"),
     ("omni.isaac.cloner", "usdsdg.compat.isaacsim.core.cloner"),
+    ("isaacsim.storage.native.nucleus", "usdsdg.compat.isaacsim.storage.native"),
     ("omni.isaac.version", "usdsdg.compat.isaacsim.core.version"),
     ("isaacsim.core.simulation_manager.impl", "usdsdg.compat.isaacsim.core.simulation_manager"),
     ("isaacsim.core.prims.impl", "usdsdg.compat.isaacsim.core.prims"),

@@ -60,7 +60,7 @@ def amodal_instance_segmentation(frame: Frame, params: Params) -> Annotation:
     }
     masks = (frame.amodal_masks.mask(row) for row in rows.tolist())
     if encoding == "rle":
-        return Annotation(None, {**info, "masks": [_run_lengths(mask) for mask in masks]})
+        return Annotation(None, {**info, "masks": [run_lengths(mask) for mask in masks]})
     stack = np.zeros((len(rows), *frame.shape), bool)
     for row, mask in zip(stack, masks):
         row[:] = mask
@@ -148,7 +148,7 @@ def _paths(frame: Frame, predicate: str | None, ids: np.ndarray) -> dict[str, st
     }
 
 
-def _run_lengths(mask: np.ndarray) -> dict[str, list[int]]:
+def run_lengths(mask: np.ndarray) -> dict[str, list[int]]:
     """Encode a mask in COCO's uncompressed RLE."""
     flat = mask.ravel(order="F")
     edges = np.flatnonzero(np.diff(flat, prepend=False))

@@ -48,18 +48,32 @@ def execute(script: Path, arguments: list[str], *, frames: int | None = None) ->
 
 
 def _program(script: Path) -> CodeType:
-    """Compile the script, once the assets that it names are known to be there, and say which names are missing."""
+    """Compile the script, once the names and the assets that it is sure to use are known to be there."""
     tree = ast.parse(script.read_text(encoding="utf-8"), str(script))
-    _warn_of_missing_names(script)
+    _check_names(script)
     _check_assets(script, tree)
     return compile(tree, str(script), "exec")
 
 
-def _warn_of_missing_names(script: Path) -> None:
-    from usdsdg.cli.script.missing_names import missing_names
+def _check_names(script: Path) -> None:
+    """Look up the names that the script uses, and warn of those that it may lack.
 
-    for line in missing_names(script):
+    Raises:
+        Unsupported: the script is sure to fail at some of them; with --lenient this is a warning.
+    """
+    from usdsdg.cli.script.missing_names import missing_names
+    from usdsdg.errors import Unsupported, let_pass
+
+    fatal, possible = missing_names(script)
+    for line in possible:
         print(f"warning: {line}", file=sys.stderr)
+    if fatal:
+        listed = "\n".join(f"  {line}" for line in fatal)
+        let_pass(
+            Unsupported(
+                f"the script was not started, since it uses what usdsdg does not have (--lenient starts it):\n{listed}"
+            )
+        )
 
 
 def _check_assets(script: Path, tree: ast.AST) -> None:

@@ -30,6 +30,8 @@ class Use:
     name: str
     file: str
     line: int
+    column: int = 0
+    called: bool = False
 
 
 def uses_of(scripts: Sequence[Path]) -> list[Use]:
@@ -85,6 +87,7 @@ class _Reader(ast.NodeVisitor):
     def __init__(self, file: str) -> None:
         self._file = file
         self._aliases: dict[str, str] = {}
+        self._called: set[ast.AST] = set()
         self.uses: set[Use] = set()
         self.imported: set[str] = set()
         self.definitions: set[str] = set()
@@ -132,16 +135,22 @@ class _Reader(ast.NodeVisitor):
 
     def visit_Attribute(self, node: ast.Attribute) -> None:
         name = self._resolved(node)
-        if name is None:
+        if isinstance(node.ctx, ast.Store):
+            self.definitions.add(node.attr)
+        elif name is None:
             self.generic_visit(node)
         else:
             self._use(name, node)
 
     def visit_Call(self, node: ast.Call) -> None:
         name = self._resolved(node.func)
+        self._called.add(node.func)
+        if name is not None and isinstance(node.func, ast.Name):
+            self._use(name, node.func)
         if name is not None and name.startswith(CORE) and node.args and isinstance(node.args[0], ast.Constant):
             below = next(name.removeprefix(core) for core in CORE if name.startswith(core))
             if below in REGISTRIES and isinstance(node.args[0].value, str):
+                self._called.add(node)
                 self._use(f"{REGISTRIES[below]}('{node.args[0].value}')", node)
         self.generic_visit(node)
 
@@ -156,7 +165,8 @@ class _Reader(ast.NodeVisitor):
         return ".".join([self._aliases[node.id], *reversed(parts)])
 
     def _use(self, name: str, node: ast.AST) -> None:
-        self.uses.add(Use(name, self._file, getattr(node, "lineno", 0)))
+        place = getattr(node, "lineno", 0), getattr(node, "col_offset", 0)
+        self.uses.add(Use(name, self._file, *place, called=node in self._called))
 
 
 def _is_foreign(name: str) -> bool:

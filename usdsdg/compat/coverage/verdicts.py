@@ -71,6 +71,16 @@ def verdict(name: str) -> Verdict:
     return Verdict(SUPPORTED)
 
 
+def is_known(name: str) -> bool:
+    """Whether a name is no member of a registry, to which scripts add theirs, or one that Replicator has."""
+    registered = _REGISTERED.fullmatch(name)
+    if registered is None:
+        return True
+    family, member = registered.groups()
+    reasons = named_annotators.UNSUPPORTED if family == "annotators" else writers.UNSUPPORTED
+    return member in reasons or member.startswith(_OTHER_WRITERS)
+
+
 def _imported(name: str) -> tuple[ModuleType | None, list[str]]:
     """Return the longest prefix of a name that is a module, and the parts after it."""
     parts, module, count = name.split("."), None, 0
@@ -95,7 +105,7 @@ def _registered(family: str, name: str) -> Verdict:
     try:
         get(name)
     except UsdsdgError as error:
-        return Verdict(MISSING, str(error))
+        return Verdict(MISSING, str(error).partition(" Known: ")[0])
     return Verdict(SUPPORTED)
 
 
