@@ -15,7 +15,6 @@ _categories: dict[str, str | None] = {}
 UNSUPPORTED: dict[str, str] = {
     "DOPEWriter": "it is deprecated; use PoseWriter with format='dope'",
     "YCBVideoWriter": "it is deprecated; use PoseWriter or BasicWriter",
-    "DataVisualizationWriter": "it is not implemented yet; PoseWriter with write_debug_images draws boxes",
     "PytorchWriter": "it is not implemented; read annotators with get_data()",
 }
 

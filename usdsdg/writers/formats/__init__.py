@@ -3,9 +3,10 @@
 from usdsdg.writers.formats.writer_basic import BasicWriter
 from usdsdg.writers.formats.writer_coco import CocoWriter
 from usdsdg.writers.formats.writer_cosmos import CosmosWriter
+from usdsdg.writers.formats.writer_data_visualization import DataVisualizationWriter
 from usdsdg.writers.formats.writer_fps import FPSWriter
 from usdsdg.writers.formats.writer_kitti import KittiWriter
 from usdsdg.writers.formats.writer_pose import PoseWriter
 
 # Registered from the start, in the order of `writers.get_writers()`.
-DEFAULT_WRITERS = (BasicWriter, PoseWriter, CocoWriter, KittiWriter, CosmosWriter, FPSWriter)
+DEFAULT_WRITERS = (BasicWriter, PoseWriter, CocoWriter, KittiWriter, CosmosWriter, FPSWriter, DataVisualizationWriter)
