@@ -15,6 +15,7 @@ from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.materials import bound_materials
 from usdsdg_physics.parse.scene import parse, read_gravity
 from usdsdg_physics.parse.units import Units
+from usdsdg_physics.parse.unread import warn_unread
 from usdsdg_physics.scene.prim_paths import at_or_below, paths_below
 from usdsdg_physics.scene.records import STATIC, Body, Collider, Scene, Shape
 from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
@@ -96,6 +97,7 @@ class EditReader:
         )
 
     def _read_prim(self, path: str, names: set[str], cache: UsdGeom.XformCache, edits: Edits) -> None:
+        warn_unread(self._stage.GetPrimAtPath(path), names)
         if any(name.startswith("xformOp") for name in names):
             self._read_poses(path, cache, edits)
         if "material:binding" in names:

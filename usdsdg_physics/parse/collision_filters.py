@@ -10,13 +10,19 @@ from usdsdg_physics.scene.records import Collider
 
 
 def read_filtered_pairs(
-    stage: Usd.Stage, colliders: Mapping[str, Collider], filtered: list[Usd.Prim], groups: list[Usd.Prim]
+    stage: Usd.Stage,
+    colliders: Mapping[str, Collider],
+    filtered: list[Usd.Prim],
+    groups: list[Usd.Prim],
+    *,
+    inverted: bool = False,
 ) -> frozenset[tuple[str, str]]:
     """Return the pairs of collider paths that never collide, each pair sorted.
 
     Args:
         filtered: prims with FilteredPairsAPI.
         groups: collision groups.
+        inverted: whether groups collide only where filteredGroups says so (physxScene:invertCollisionGroupFilter).
     """
     pairs: set[tuple[str, str]] = set()
     for prim in filtered:
@@ -25,7 +31,7 @@ def read_filtered_pairs(
             _add(pairs, own, _below(target, colliders))
     members = {prim.GetPath(): _members(prim, colliders) for prim in groups}
     for (path_a, in_a), (path_b, in_b) in combinations_with_replacement(sorted(members.items()), 2):
-        if _groups_filtered(stage.GetPrimAtPath(path_a), stage.GetPrimAtPath(path_b)):
+        if _groups_filtered(stage.GetPrimAtPath(path_a), stage.GetPrimAtPath(path_b)) != inverted:
             _add(pairs, in_a, in_b)
     return frozenset(pairs)
 

@@ -9,6 +9,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 from usdsdg.errors import warn_once
 from usdsdg.stage.physics.joints import ARTICULATION_ROOT, articulated_links, read_joint
 from usdsdg_physics.parse.attributes import COLLISION, RIGID_BODY, has_api, value
+from usdsdg_physics.parse.unread import UnreadNames, listed
 
 
 @dataclass
@@ -25,6 +26,7 @@ class PhysicsPrims:
     instancers: list[str] = field(default_factory=list)  # PointInstancers of rigid bodies
     instanced_bodies: list[str] = field(default_factory=list)  # rigid bodies inside instances
     nonfinite: list[str] = field(default_factory=list)  # with a transform that is not finite
+    unread: UnreadNames = field(default_factory=UnreadNames)  # schemas and attributes without effect
 
     def links(self) -> set[str]:
         """Return the paths of the bodies that belong to articulations, whose joints are not simulated but hold them."""
@@ -44,6 +46,7 @@ def find_physics_prims(stage: Usd.Stage, root: Sdf.Path, cache: UsdGeom.XformCac
         path = prim.GetPath()
         owner = owners.get(path.GetParentPath())
         applied = prim.GetAppliedSchemas()
+        found.unread.visit(prim)
         if owner is not None and _resets_xform_stack(prim):
             owner = None
         body = _is_body(prim, applied)
@@ -115,6 +118,7 @@ def _has_rigid_body(stage: Usd.Stage, path: Sdf.Path) -> bool:
 
 def warn_unsupported(found: PhysicsPrims) -> None:
     """Warn of what will not be simulated, or not as authored, each once and with its remedy."""
+    found.unread.warn()
     _warn_left_out(found)
     _warn_time_sampled(found)
 
@@ -132,7 +136,7 @@ def warn_no_collider(bodies: Collection[str], owners: Collection[str]) -> None:
 def _warn_left_out(found: PhysicsPrims) -> None:
     if found.nonfinite:
         warn_once(
-            f"these have a transform that is not a number and are not simulated: {_listed(found.nonfinite)}. Author a "
+            f"these have a transform that is not a number and are not simulated: {listed(found.nonfinite)}. Author a "
             "finite translation, rotation and scale on them and above them."
         )
     links = found.links()
@@ -143,21 +147,21 @@ def _warn_left_out(found: PhysicsPrims) -> None:
     ]
     if free:
         warn_once(
-            f"joints are not simulated: {_listed(free)}. Their bodies move freely; set "
+            f"joints are not simulated: {listed(free)}. Their bodies move freely; set "
             "physics:kinematicEnabled on those that must stay."
         )
     if found.instancers:
         warn_once(
-            f"rigid bodies drawn by a PointInstancer are not simulated: {_listed(found.instancers)}. "
+            f"rigid bodies drawn by a PointInstancer are not simulated: {listed(found.instancers)}. "
             "Make a prim for every body instead."
         )
     if found.instanced_bodies:
         warn_once(
-            f"rigid bodies inside instances cannot be moved: {_listed(found.instanced_bodies)}. Apply RigidBodyAPI to "
+            f"rigid bodies inside instances cannot be moved: {listed(found.instanced_bodies)}. Apply RigidBodyAPI to "
             "the instance itself, or clear its instanceable flag."
         )
     if len(found.scenes) > 1:
-        names = _listed([str(path) for path in sorted(prim.GetPath() for prim in found.scenes)])
+        names = listed([str(path) for path in sorted(prim.GetPath() for prim in found.scenes)])
         warn_once(
             f"the stage has several PhysicsScenes ({names}); everything is simulated in the first. Remove the others."
         )
@@ -169,7 +173,7 @@ def _warn_time_sampled(found: PhysicsPrims) -> None:
     sampled = [str(prim.GetPath()) for prim in prims if _is_time_sampled(prim, known)]
     if sampled:
         warn_once(
-            f"time samples of transforms are not followed: {_listed(sampled)}. These are where the values at the "
+            f"time samples of transforms are not followed: {listed(sampled)}. These are where the values at the "
             "default time put them; set those, before each step to move a kinematic body or a static collider."
         )
 
@@ -184,7 +188,3 @@ def _is_time_sampled(prim: Usd.Prim, known: dict[Sdf.Path, bool]) -> bool:
         if not known[path] and not prim.IsPseudoRoot() and not _resets_xform_stack(prim):
             known[path] = _is_time_sampled(prim.GetParent(), known)
     return known[path]
-
-
-def _listed(paths: list[str]) -> str:
-    return ", ".join(paths[:5]) + (f" and {len(paths) - 5} more" if len(paths) > 5 else "")

@@ -45,7 +45,13 @@ def parse(stage: Usd.Stage, hulls: HullCache, *, root: Sdf.Path = Sdf.Path.absol
         colliders=colliders,
         gravity=read_gravity(stage, scene_prim, units),
         scene_path=str(scene_prim.GetPath()) if scene_prim else "",
-        filtered=read_filtered_pairs(stage, colliders, found.filtered, found.groups),
+        filtered=read_filtered_pairs(
+            stage,
+            colliders,
+            found.filtered,
+            found.groups,
+            inverted=scene_prim is not None and bool(value(scene_prim, "physxScene:invertCollisionGroupFilter", False)),
+        ),
     )
 
 

@@ -1,0 +1,245 @@
+"""Nothing silent: every physics schema and attribute is read, or named once with what follows."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import pytest
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics, Vt
+
+from tests.physics.scenes import add, new_stage, physics_material, playing
+from usdsdg import errors
+from usdsdg_physics.parse.convex_hulls import HullCache
+from usdsdg_physics.parse.scene import parse
+from usdsdg_physics.parse.schema_table import (
+    READ,
+    UNREAD,
+    is_physics_attribute,
+    is_physics_schema,
+    unread_attribute,
+    unread_schema,
+)
+
+_USD_PROPERTIES = frozenset({"visibility", "purpose", "proxyPrim"})
+
+
+def _registered() -> dict[str, list[str]]:
+    """The physics schemas that USD knows here, with their properties: UsdPhysics, and our own of PhysX."""
+    registry = Usd.SchemaRegistry()
+    found = {}
+    for name in map(Usd.SchemaRegistry.GetSchemaTypeName, Tf.Type.Find(Usd.SchemaBase).GetAllDerivedTypes()):
+        definition = registry.FindAppliedAPIPrimDefinition(name) or registry.FindConcretePrimDefinition(name)
+        if is_physics_schema(name) and definition:
+            names = (each.replace("__INSTANCE_NAME__", "*") for each in definition.GetPropertyNames())
+            found[name] = [each for each in names if each not in _USD_PROPERTIES]
+    return found
+
+
+def _of_nvidia() -> dict[str, list[str]]:
+    """NVIDIA's schemas and their properties."""
+    lines = (Path(__file__).parent / "physx_names.txt").read_text().splitlines()
+    rows = (line.partition(":") for line in lines if not line.startswith("#"))
+    return {schema: names.split() for schema, _, names in rows}
+
+
+SCHEMAS = {**_registered(), **_of_nvidia()}
+ATTRIBUTES = sorted({name for names in SCHEMAS.values() for name in names if is_physics_attribute(name)})
+
+
+def test_the_registry_has_the_schemas_of_usdphysics_and_physx():
+    assert {"PhysicsRigidBodyAPI", "PhysicsScene", "PhysxRigidBodyAPI"} <= _registered().keys()
+    assert len(SCHEMAS) > 100
+    assert len(ATTRIBUTES) > 400
+
+
+@pytest.mark.parametrize("schema", sorted(SCHEMAS))
+def test_every_schema_and_its_attributes_are_in_the_table(schema):
+    unread = unread_schema(schema)
+    assert unread is None or unread in UNREAD
+    for name in SCHEMAS[schema]:
+        row = unread_attribute(name) if is_physics_attribute(name) else unread
+        read = name in READ.get(schema, "").split()
+        # What is read of one schema may be a name that another one, which is not read, has too.
+        assert row in UNREAD or read or (row is None and is_physics_attribute(name)), name
+
+
+def test_the_table_names_nothing_twice():
+    read = {name for names in READ.values() for name in names.split()}
+    listed = [name for row in UNREAD for name in row.names.split()]
+    assert len(listed) == len(set(listed))
+    assert not read & set(listed)
+    assert not READ.keys() & set(listed)
+
+
+def _warnings_of(stage: Usd.Stage) -> list[str]:
+    errors.forget_warnings()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        parse(stage, HullCache())
+    errors.forget_warnings()
+    return [str(each.message) for each in caught]
+
+
+def test_every_attribute_that_is_not_read_is_named_with_its_prim():
+    stage = new_stage()
+    expected = []
+    for index, name in enumerate(ATTRIBUTES):
+        if unread_attribute(name) is None:
+            continue
+        prim = stage.DefinePrim(f"/World/p{index}")
+        prim.CreateAttribute(name.replace("*", "rotX"), Sdf.ValueTypeNames.String).Set("another value")
+        expected.append((index, unread_attribute(name)))
+    told = _warnings_of(stage)
+    for row in UNREAD:
+        prims = [index for index, of in expected if of is row]
+        if prims:
+            (message,) = (text for text in told if row.follows in text)
+            assert f"/World/p{prims[0]}" in message
+    assert len(told) == len({row.follows for _, row in expected})
+
+
+@pytest.mark.parametrize("schema", sorted(set(SCHEMAS) - set(READ)))
+def test_every_applied_schema_that_is_not_read_is_named_with_its_prim(schema):
+    stage = new_stage()
+    prim = stage.DefinePrim("/World/thing", "" if schema.endswith("API") else schema)
+    if schema.endswith("API"):
+        prim.AddAppliedSchema(schema + ":rotX" * ("*" in "".join(SCHEMAS[schema])))
+    (message,) = _warnings_of(stage)
+    assert "/World/thing" in message
+    assert unread_schema(schema).follows in message
+
+
+def test_schemas_that_nobody_knows_are_named():
+    stage = new_stage()
+    prim = stage.DefinePrim("/World/thing")
+    prim.AddAppliedSchema("PhysxTeleportAPI:rotX")
+    prim.CreateAttribute("physxTeleport:where", Sdf.ValueTypeNames.String).Set("there")
+    (message,) = _warnings_of(stage)
+    assert "/World/thing" in message
+    assert "physxTeleport:where, PhysxTeleportAPI" in message
+
+
+def test_one_warning_for_a_thousand_prims():
+    stage = new_stage()
+    for index in range(1000):
+        prim = stage.DefinePrim(f"/World/p{index}")
+        prim.CreateAttribute("physxRigidBody:retainAccelerations", Sdf.ValueTypeNames.Bool).Set(True)
+    (message,) = _warnings_of(stage)
+    assert "/World/p4 and 995 more" in message
+
+
+def test_values_that_change_nothing_are_not_named():
+    stage = new_stage()
+    prim = add(stage, "/World/box")
+    prim.CreateAttribute("physxRigidBody:enableCCD", Sdf.ValueTypeNames.Bool).Set(False)
+    prim.CreateAttribute("physxRigidBody:solverPositionIterationCount", Sdf.ValueTypeNames.Int).Set(16)
+    assert not _warnings_of(stage)
+
+
+def test_prototypes_of_instances_are_named_once():
+    stage = new_stage()
+    part = stage.DefinePrim("/Asset/part")
+    part.CreateAttribute("physxRigidBody:retainAccelerations", Sdf.ValueTypeNames.Bool).Set(True)
+    stage.GetPrimAtPath("/Asset").SetSpecifier(Sdf.SpecifierClass)
+    for index in range(3):
+        prim = stage.DefinePrim(f"/World/i{index}", "Xform")
+        prim.GetReferences().AddInternalReference("/Asset")
+        prim.SetInstanceable(True)
+    (message,) = _warnings_of(stage)
+    assert message.startswith("/World/i0/part: ")
+
+
+def test_what_is_authored_while_playing_is_named():
+    stage = new_stage()
+    prim = add(stage, "/World/box")
+    engine = playing(stage)
+    engine.advance(1 / 60)
+    errors.forget_warnings()
+    prim.CreateAttribute("physxRigidBody:retainAccelerations", Sdf.ValueTypeNames.Bool).Set(True)
+    with pytest.warns(errors.UsdsdgWarning, match="/World/box: physxRigidBody:retainAccelerations"):
+        engine.advance(1 / 60)
+    errors.forget_warnings()
+
+
+# Attribute -> prim, value: another value than that of `_typical`, from which another scene follows.
+_OTHER = {
+    "physics:gravityDirection": ("/PhysicsScene", Gf.Vec3f(1, 0, 0)),
+    "physics:gravityMagnitude": ("/PhysicsScene", 1.0),
+    "physxScene:invertCollisionGroupFilter": ("/PhysicsScene", True),
+    "physics:rigidBodyEnabled": ("/World/box", False),
+    "physics:kinematicEnabled": ("/World/box", True),
+    "physics:velocity": ("/World/box", Gf.Vec3f(1, 2, 3)),
+    "physics:angularVelocity": ("/World/box", Gf.Vec3f(1, 2, 3)),
+    "physics:startsAsleep": ("/World/box", True),
+    "physics:mass": ("/World/box", 3.0),
+    "physics:density": ("/World/box", 3.0),
+    "physics:centerOfMass": ("/World/box", Gf.Vec3f(0.1, 0, 0)),
+    "physics:diagonalInertia": ("/World/box", Gf.Vec3f(1, 1, 1)),
+    "physics:principalAxes": ("/World/box", Gf.Quatf(0, 1, 0, 0)),
+    "physics:collisionEnabled": ("/World/box", False),
+    "physics:approximation": ("/World/mesh", "boundingCube"),
+    "physics:dynamicFriction": ("/World/material", 0.7),
+    "physics:restitution": ("/World/material", 0.7),
+    "physics:invertFilteredGroups": ("/World/group", True),
+    "physxRigidBody:disableGravity": ("/World/box", True),
+    "physxRigidBody:linearDamping": ("/World/box", 0.3),
+    "physxRigidBody:angularDamping": ("/World/box", 0.3),
+    "physxRigidBody:maxLinearVelocity": ("/World/box", 0.3),
+    "physxRigidBody:maxAngularVelocity": ("/World/box", 0.3),
+    "physxRigidBody:maxDepenetrationVelocity": ("/World/box", 0.3),
+    "physxRigidBody:sleepThreshold": ("/World/box", 0.3),
+    "physxCollision:contactOffset": ("/World/box", 0.3),
+    "physxCollision:restOffset": ("/World/box", 0.01),
+}
+# Attributes that are read elsewhere than in the parser, or that change what it warns of.
+_ELSEWHERE = {
+    "physxScene:timeStepsPerSecond": "read before every step: test_oracles",
+    "physics:simulationOwner": "several scenes are named: test_parse",
+    "physics:staticFriction": "named where it differs: test_parse",
+    "physxMaterial:frictionCombineMode": "named where it is not average",
+    "physxMaterial:restitutionCombineMode": "named where it is not average",
+    "physics:filteredGroups": "test_parse",
+    "physics:filteredPairs": "test_parse",
+}
+_OF_JOINTS = {
+    name
+    for schema, names in READ.items()
+    if schema.endswith("Joint") or schema in ("PhysicsDriveAPI", "PhysicsJointStateAPI")
+    for name in names.split()
+}
+
+
+def _typical() -> Usd.Stage:
+    stage = new_stage()
+    material = physics_material(stage, "/World/material")
+    box = add(stage, "/World/box", material=material)
+    UsdPhysics.MassAPI.Apply(box).CreateDiagonalInertiaAttr((1, 2, 3))
+    mesh = UsdGeom.Mesh.Define(stage, "/World/mesh")
+    mesh.CreatePointsAttr(Vt.Vec3fArray([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]))
+    mesh.CreateFaceVertexCountsAttr([3, 3, 3, 3])
+    mesh.CreateFaceVertexIndicesAttr([0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3])
+    UsdPhysics.CollisionAPI.Apply(mesh.GetPrim())
+    UsdPhysics.MeshCollisionAPI.Apply(mesh.GetPrim()).CreateApproximationAttr("convexHull")
+    group = UsdPhysics.CollisionGroup.Define(stage, "/World/group")
+    group.GetCollidersCollectionAPI().IncludePath("/World")
+    return stage
+
+
+@pytest.mark.parametrize("name", sorted(_OTHER))
+def test_an_attribute_that_is_read_changes_the_scene(name):
+    stage = _typical()
+    before = parse(stage, HullCache())
+    path, value = _OTHER[name]
+    prim = stage.GetPrimAtPath(path)
+    attribute = prim.GetAttribute(name)
+    if not attribute:
+        types = {bool: Sdf.ValueTypeNames.Bool, float: Sdf.ValueTypeNames.Float}
+        attribute = prim.CreateAttribute(name, types[type(value)])
+    attribute.Set(value)
+    assert parse(stage, HullCache()) != before
+
+
+def test_every_attribute_of_the_table_is_shown_to_be_read():
+    read = {name for names in READ.values() for name in names.split() if not name.startswith("collection:")}
+    assert read == {*_OTHER, *_ELSEWHERE, *_OF_JOINTS}

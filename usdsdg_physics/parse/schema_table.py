@@ -1,0 +1,263 @@
+"""The table of physics schemas: which attributes are read, and what follows where one is not.
+
+`*` stands for the instance name of a schema that is applied several times, and for any end of a name in `UNREAD`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+_JOINT = (
+    "physics:body0 physics:body1 physics:localPos0 physics:localPos1 physics:localRot0 physics:localRot1 "
+    "physics:excludeFromArticulation"
+)
+
+# Type or applied schema -> attributes and relationships that are read.
+READ: dict[str, str] = {
+    # UsdPhysics
+    "PhysicsScene": "physics:gravityDirection physics:gravityMagnitude",
+    "PhysicsRigidBodyAPI": "physics:rigidBodyEnabled physics:kinematicEnabled physics:simulationOwner "
+    "physics:velocity physics:angularVelocity physics:startsAsleep",
+    "PhysicsMassAPI": "physics:mass physics:density physics:centerOfMass physics:diagonalInertia physics:principalAxes",
+    "PhysicsCollisionAPI": "physics:collisionEnabled physics:simulationOwner",
+    "PhysicsMeshCollisionAPI": "physics:approximation",
+    "PhysicsMaterialAPI": "physics:dynamicFriction physics:staticFriction physics:restitution physics:density",
+    "PhysicsCollisionGroup": "physics:filteredGroups physics:invertFilteredGroups collection:colliders "
+    "collection:colliders:includes collection:colliders:excludes collection:colliders:expansionRule "
+    "collection:colliders:includeRoot collection:colliders:membershipExpression collection:colliders:mode",
+    "PhysicsFilteredPairsAPI": "physics:filteredPairs",
+    "PhysicsArticulationRootAPI": "",
+    "PhysicsJoint": _JOINT,
+    "PhysicsFixedJoint": _JOINT,
+    "PhysicsRevoluteJoint": f"{_JOINT} physics:axis physics:lowerLimit physics:upperLimit",
+    "PhysicsPrismaticJoint": f"{_JOINT} physics:axis physics:lowerLimit physics:upperLimit",
+    "PhysicsSphericalJoint": _JOINT,
+    "PhysicsDistanceJoint": _JOINT,
+    "PhysicsDriveAPI": "drive:*:physics:targetPosition drive:*:physics:targetVelocity drive:*:physics:stiffness "
+    "drive:*:physics:damping",
+    "PhysicsJointStateAPI": "state:*:physics:position state:*:physics:velocity",
+    # PhysxSchema
+    "PhysxSceneAPI": "physxScene:timeStepsPerSecond physxScene:invertCollisionGroupFilter",
+    "PhysxRigidBodyAPI": "physxRigidBody:disableGravity physxRigidBody:linearDamping physxRigidBody:angularDamping "
+    "physxRigidBody:maxLinearVelocity physxRigidBody:maxAngularVelocity physxRigidBody:maxDepenetrationVelocity "
+    "physxRigidBody:sleepThreshold",
+    "PhysxCollisionAPI": "physxCollision:contactOffset physxCollision:restOffset",
+    "PhysxMaterialAPI": "physxMaterial:frictionCombineMode physxMaterial:restitutionCombineMode",
+    # These hold settings only: applying them changes nothing, and each setting is among those of `UNREAD`.
+    "PhysxConvexHullCollisionAPI": "",
+    "PhysxConvexDecompositionCollisionAPI": "",
+    "PhysxSphereFillCollisionAPI": "",
+    "PhysxSDFMeshCollisionAPI": "",
+    "PhysxTriangleMeshCollisionAPI": "",
+    "PhysxTriangleMeshSimplificationCollisionAPI": "",
+    "PhysxJointAPI": "",
+    "PhysxJointAxisAPI": "",
+    "PhysxLimitAPI": "",
+    "PhysxPhysicsDistanceJointAPI": "",
+    "PhysxArticulationAPI": "",
+    "PhysxCookedDataAPI": "",
+}
+
+
+@dataclass(frozen=True)
+class Unread:
+    """Schemas and attributes that have no effect, and what follows from that."""
+
+    names: str
+    follows: str
+
+
+# The first row with a fitting name counts.
+UNREAD: tuple[Unread, ...] = (
+    # what is not simulated at all
+    Unread(
+        "PhysxDeformable* PhysxBaseDeformable* PhysxSurfaceDeformable* PhysxAutoDeformable* PhysxAutoAttachment* "
+        "PhysxPhysicsAttachment PhysxTetrahedralMesh PhysxVolumeDeformable* OmniPhysics* physxDeformable* "
+        "physxAutoDeformable* physxAutoAttachment:* omniphysics:* deformablePose:*",
+        "deformable bodies are not simulated: they stay as they are drawn, and nothing collides with them. Make them "
+        "rigid bodies, or bake their motion",
+    ),
+    Unread(
+        "PhysxParticle* PhysxPBDMaterialAPI PhysxDiffuseParticlesAPI PhysxAutoParticleClothAPI PhysxIsosurfaceAPI "
+        "physxParticle* physxPBDMaterial:* physxDiffuseParticles:* physxAutoParticleCloth:* physxIsosurface:*",
+        "particles, fluids and cloth are not simulated: they stay as they are drawn. Bake their motion",
+    ),
+    Unread(
+        "PhysxVehicle* physxVehicle*",
+        "vehicles are not simulated: their bodies fall and roll like any others, without suspension, drive and "
+        "steering. Move a kinematic body instead",
+    ),
+    Unread(
+        "PhysxCamera* physxCamera:* physxFollow* physxDroneCamera:*",
+        "cameras do not follow vehicles. Animate them",
+    ),
+    Unread(
+        "PhysxCharacterControllerAPI physxCharacterController:*",
+        "character controllers are not simulated. Make the character a kinematic body and move it",
+    ),
+    Unread(
+        "PhysxPhysicsInstancer PhysxPhysicsJointInstancer physics:body0Indices physics:body0s physics:body1Indices "
+        "physics:body1s physics:localPos0s physics:localPos1s physics:localRot0s physics:localRot1s "
+        "physics:protoIndices physics:prototypes",
+        "instanced joints are not simulated. Make a joint prim for each",
+    ),
+    # joints
+    Unread(
+        "PhysxPhysicsGearJoint PhysxPhysicsRackAndPinionJoint physics:gearRatio physics:hinge physics:hinge0 "
+        "physics:hinge1 physics:prismatic physics:ratio",
+        "gears and racks are not simulated: their bodies move independently",
+    ),
+    Unread("PhysxTendon* physxTendon:*", "tendons are not simulated: they pull no joint"),
+    Unread(
+        "PhysxMimicJointAPI physxMimicJoint:*",
+        "joints that mimic others are placed with their reference joint, without compliance",
+    ),
+    Unread(
+        "PhysicsLimitAPI "
+        "PhysxDrivePerformanceEnvelopeAPI PhysxArticulationForceSensorAPI limit:* physxLimit:* physxJoint:* "
+        "physxJointAxis:* physxPhysicsDistanceJoint:* physxDrivePerformanceEnvelope:* drive:* state:* "
+        "physxArticulationForceSensor:* physics:breakForce physics:breakTorque physics:jointEnabled "
+        "physics:coneAngle* physics:minDistance physics:maxDistance",
+        "joints are placed, not simulated: this has no effect",
+    ),
+    Unread(
+        "physxArticulation:*",
+        "joints of articulations are placed, not simulated: settings of their solver have no effect",
+    ),
+    # rigid bodies
+    Unread(
+        "physxRigidBody:enableCCD physxRigidBody:enableSpeculativeCCD physxScene:enableCCD",
+        "collision is not detected continuously: fast bodies are kept from passing static boxes by the face at which "
+        "they came in, and static meshes by shorter steps near them; against moving bodies nothing holds them but "
+        "more steps per second",
+    ),
+    Unread(
+        "physxRigidBody:lockedPosAxis physxRigidBody:lockedRotAxis",
+        "axes are not locked, so the body moves along and turns about them",
+    ),
+    Unread(
+        "physxRigidBody:solverPositionIterationCount physxRigidBody:solverVelocityIterationCount "
+        "physxScene:minPositionIterationCount physxScene:maxPositionIterationCount "
+        "physxScene:minVelocityIterationCount physxScene:maxVelocityIterationCount physxScene:solverType "
+        "physxScene:enableExternalForcesEveryIteration physxScene:solveArticulationContactLast",
+        "every scene is solved with the same solver, two substeps of 24 iterations each at 60 steps per second; for "
+        "more precision take more steps per second",
+    ),
+    Unread(
+        "physxRigidBody:stabilizationThreshold physxScene:enableStabilization physxScene:disableSleeping",
+        "bodies on a support are held at rest by physxRigidBody:sleepThreshold alone; 0 keeps one moving",
+    ),
+    Unread("physxRigidBody:enableGyroscopicForces", "gyroscopic torque always acts"),
+    Unread("physxRigidBody:retainAccelerations", "forces act during one step, and are not retained"),
+    Unread(
+        "physxRigidBody:maxContactImpulse physxRigidBody:solveContact physxRigidBody:cfmScale "
+        "physxRigidBody:contactSlopCoefficient physxScene:maxBiasCoefficient",
+        "contacts are solved, unlimited and stiff. Disable the collider of a body that shall not be pushed",
+    ),
+    # colliders
+    Unread(
+        "PhysxTriggerAPI PhysxTriggerStateAPI physxTrigger:*",
+        "triggers are solid colliders. Disable their collision, or ask overlap queries",
+    ),
+    Unread(
+        "PhysxForceAPI physxForce:*", "the force does not act. Use apply_forces of the physics engine at every step"
+    ),
+    Unread(
+        "PhysxSurfaceVelocityAPI PhysxSplinesSurfaceVelocityAPI physxSurfaceVelocity:* physxSplinesSurfaceVelocity:*",
+        "surfaces carry nothing: what lies on them stays",
+    ),
+    Unread("PhysxContactReportAPI physxContactReport:*", "contacts are not reported"),
+    Unread(
+        "physxCollision:torsionalPatchRadius physxCollision:minTorsionalPatchRadius",
+        "contact points have no torsional friction: what turns on one point keeps turning",
+    ),
+    Unread(
+        "physxConvexHullCollision:*",
+        "convex hulls have at most 64 vertices and are at least a thousandth of their size thick",
+    ),
+    Unread(
+        "physxConvexDecompositionCollision:* physxSphereFillCollision:*",
+        "meshes are not split: one convex hull is used",
+    ),
+    Unread(
+        "physxSDFMeshCollision:* physxTriangleMeshCollision:* physxTriangleMeshSimplificationCollision:*",
+        "static meshes collide with all their triangles, those of bodies as convex hulls; how finely PhysX would "
+        "represent them does not matter",
+    ),
+    Unread(
+        "PhysxMeshMergeCollisionAPI collection:collisionmeshes*",
+        "meshes are not merged: those with CollisionAPI of their own collide. Apply it to each",
+    ),
+    Unread("physxCookedData:*", "cooked collision data is not used: shapes are made from the meshes"),
+    Unread(
+        "physxMaterial:compliantContactStiffness physxMaterial:compliantContactDamping "
+        "physxMaterial:compliantContactAccelerationSpring physxMaterial:dampingCombineMode",
+        "contacts are stiff, not springs",
+    ),
+    Unread("physics:mergeGroup", "collision groups are not merged: write the filter on each group of that name"),
+    # scenes
+    Unread(
+        "PhysxSceneQuasistaticAPI physxSceneQuasistatic:* collection:quasistaticactors*",
+        "everything is simulated dynamically",
+    ),
+    Unread("physxScene:bounceThreshold", "contacts bounce from 0.5 m/s on"),
+    Unread(
+        "physxScene:frictionType physxScene:frictionOffsetThreshold physxScene:frictionCorrelationDistance",
+        "friction acts at every contact point",
+    ),
+    Unread(
+        "physxScene:reportKinematicKinematicPairs physxScene:reportKinematicStaticPairs "
+        "physxScene:enableResidualReporting",
+        "pairs that cannot push each other, and residuals, are not reported",
+    ),
+    Unread("physxScene:enableSceneQuerySupport physxScene:updateType", "queries and steps are available in any case"),
+    Unread(
+        "physxScene:gpu* physxScene:broadphaseType physxScene:collisionSystem physxScene:enableGPUDynamics "
+        "physxScene:enableEnhancedDeterminism",
+        "how PhysX computes, and with which memory, does not matter here: buffers grow as needed, and a run repeats "
+        "bit for bit; --device chooses the processor",
+    ),
+)
+_UNKNOWN = Unread("", "this is no schema or attribute that usdsdg knows, so it has no effect")
+
+_NAMESPACES = ("physics:", "physx", "omniphysics:", "drive:", "limit:", "state:", "deformablePose:")
+_COLLECTIONS = ("collection:collisionmeshes", "collection:quasistaticactors")
+
+
+def is_physics_attribute(name: str) -> bool:
+    """Return whether an attribute or relationship of this name belongs to a physics schema."""
+    if name.startswith(("drive:", "limit:", "state:", "deformablePose:")):
+        return ":physics:" in name or ":omniphysics:" in name
+    return name.startswith((*_NAMESPACES, *_COLLECTIONS))
+
+
+def is_physics_schema(name: str) -> bool:
+    """Return whether a type or applied schema of this name belongs to physics."""
+    return name.startswith(("Physics", "Physx", "OmniPhysics"))
+
+
+@cache
+def unread_attribute(name: str) -> Unread | None:
+    """Return what follows from an authored attribute; None where it is read."""
+    head, _, rest = name.partition(":")
+    instance, _, last = rest.partition(":")
+    general = f"{head}:*:{last}" if instance and last else name
+    return None if name in _READ_ATTRIBUTES or general in _READ_ATTRIBUTES else _row(name)
+
+
+@cache
+def unread_schema(name: str) -> Unread | None:
+    """Return what follows from a type or applied schema (without its instance name); None where it is read."""
+    return None if name in READ else _row(name)
+
+
+def _row(name: str) -> Unread:
+    for row in UNREAD:
+        for pattern in row.names.split():
+            if name == pattern or (pattern.endswith("*") and name.startswith(pattern[:-1])):
+                return row
+    return _UNKNOWN
+
+
+_READ_ATTRIBUTES = frozenset(name for names in READ.values() for name in names.split())
