@@ -32,6 +32,7 @@ USDSDG = {
     "annotators_default": "annotators",
     "augmentations_default": "annotators",
     "backends": "session writers",
+    "tools": "errors annotators writers",
     "writers_default": "writers tools",
     # what runs it
     "capture": "errors stage session graph distribution create annotators writers usdsdg_render.settings",
@@ -40,7 +41,6 @@ USDSDG = {
     "demo": "errors stage",
     "mirror": "errors stage session",
     "example": "demo",
-    "tools": "errors annotators writers",
     "inspect": "errors stage writers",
     "replicator_yaml": "errors session arguments graph orchestrator __init__",
     "scenarios": "errors stage session arguments graph create writers app orchestrator settings __init__",

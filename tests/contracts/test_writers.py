@@ -21,6 +21,7 @@ OPTIONS = {
     "CocoWriter": {},
     "KittiWriter": {"colorize_instance_segmentation": True, "bbox_height_threshold": 0},
     "CosmosWriter": {},
+    "DataVisualizationWriter": {"bounding_box_2d_tight": True, "bounding_box_3d": True},
 }
 WITHOUT_FILES = {"FPSWriter"}
 WRONG = [

@@ -158,10 +158,6 @@ MOVED = (
         "omni.replicator.core for its writers, isaacsim.replicator.domain_randomization for the rest",
     ),
     Moved(
-        "isaacsim.replicator.writers",
-        "omni.replicator.core: PoseWriter, BasicWriter and others with writers.get(name)",
-    ),
-    Moved(
         "omni.kit.capture",
         "omni.replicator.core: BasicWriter, or `usdsdg render` for a single picture",
     ),

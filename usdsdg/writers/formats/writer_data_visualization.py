@@ -90,11 +90,6 @@ class DataVisualizationWriter(Writer):
                 self.backend.schedule(write_image, path=path, data=np.asarray(picture))
         self._frame_id += 1
 
-    def detach(self) -> None:
-        """Detach from the render products; the next frame that is written has number 0 again."""
-        self._frame_id = 0
-        super().detach()
-
 
 def _checked_style(annotator: str, style: Style) -> Style:
     """Return the parameters of a kind of boxes.
