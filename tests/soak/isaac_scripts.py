@@ -53,7 +53,10 @@ SCRIPTS: dict[str, list[tuple[str, ...]]] = {
             "object_based_sdg_centerpose_config.yaml",
         )]
     ],
-    "replicator/infinigen/infinigen_sdg.py": [("--close-on-completion",)],
+    "replicator/infinigen/infinigen_sdg.py": [
+        ("--close-on-completion",),
+        ("--close-on-completion", "--config", "replicator/infinigen/config/infinigen_multi_writers_pt.yaml"),
+    ],
     "api/isaacsim.replicator.grasping/grasping_workflow_sdg.py": [("--ext-folder", "../extensions", "--test")],
     "api/isaacsim.replicator.behavior/behaviors.py": [()],
     "testing/omni.syntheticdata/test_basic.py": [()],
