@@ -34,7 +34,8 @@ class Depenetration:
         import warp as wp
 
         self._model, self._contacts = model, contacts
-        self._time_left = np.zeros(len(shape_index), np.float32)
+        # Whether the next step pushes at a collider; in all others nothing is launched.
+        self.active = False
         thickness = np.zeros(len(shape_index), np.float32)
         self._static = set()
         for collider in scene.colliders.values():
@@ -43,62 +44,73 @@ class Depenetration:
                 self._static.add(shape_index[collider.path])
         limits = [body.max_depenetration_velocity for body in scene.bodies.values()]
         device = model.device
+        self._time_left = wp.zeros(len(shape_index), dtype=wp.float32, device=device)
+        self._any_left = wp.zeros(1, dtype=wp.int32, device=device)
         self._half_thickness = wp.array(thickness, dtype=wp.float32, device=device)
         self._authored_limits = wp.array(limits, dtype=wp.float32, device=device)
         self._dynamic = wp.array([not body.kinematic for body in scene.bodies.values()], dtype=wp.int32, device=device)
 
     def activate(self, shapes: Collection[int]) -> None:
         """Begin to push at the static colliders, by shape index, that were switched on or moved."""
-        self._time_left[list(self._static.intersection(shapes))] = PUSH_TIME
+        self._set_time_left(self._static.intersection(shapes), PUSH_TIME)
 
     def deactivate(self, shapes: Collection[int]) -> None:
         """Stop pushing at colliders that were switched off."""
-        self._time_left[list(shapes)] = 0.0
+        if self.active:
+            self._set_time_left(shapes, 0.0)
 
-    @property
-    def _active(self) -> bool:
-        return bool((self._time_left > 0.0).any())
+    def finish(self) -> None:
+        """Find out whether the next step has something to push at, after one in which this was so."""
+        self.active = bool(self._any_left.numpy()[0])
 
     def raise_velocities(self, state: newton.State) -> None:
         """Set each body's maximum depenetration velocity for the solver's next step."""
-        if not self._active:
-            return
         import warp as wp
 
         from usdsdg_physics.corrections.depenetration_kernels import raise_depenetration_velocity
 
-        limits = self._model.steel.rigid_body_max_depenetration_velocity
-        wp.copy(limits, self._authored_limits)
         wp.launch(
             raise_depenetration_velocity,
             dim=self._contacts.shape0.size,
             inputs=[
-                wp.array(self._time_left, dtype=wp.float32, device=self._model.device),
+                self._time_left,
                 self._half_thickness,
                 self._model.shape_body,
                 state.body_q,
                 self._contacts,
             ],
-            outputs=[limits],
+            outputs=[self._model.steel.rigid_body_max_depenetration_velocity],
             device=self._model.device,
         )
 
     def clamp_velocities(self, before: newton.State, after: newton.State, dt: float) -> None:
         """Take from the bodies the speed that depenetration gave them in the solver's step of `dt` seconds."""
-        if not self._active:
-            return
         import warp as wp
 
-        from usdsdg_physics.corrections.depenetration_kernels import clamp_depenetration_velocity
+        from usdsdg_physics.corrections.depenetration_kernels import clamp_depenetration_velocity, count_down
 
         wp.launch(
             clamp_depenetration_velocity,
             dim=self._model.body_count,
-            inputs=[self._dynamic, self._authored_limits, before.body_qd],
+            inputs=[self._any_left, self._dynamic, self._authored_limits, before.body_qd],
             outputs=[after.joint_qd, after.body_qd],
             device=self._model.device,
         )
-        self._time_left = np.maximum(self._time_left - dt, 0.0)
-        self._time_left[self._time_left < 1e-4] = 0.0
-        if not self._active:
-            wp.copy(self._model.steel.rigid_body_max_depenetration_velocity, self._authored_limits)
+        self._any_left.zero_()
+        wp.launch(
+            count_down,
+            dim=self._time_left.size,
+            inputs=[dt],
+            outputs=[self._time_left, self._any_left],
+            device=self._model.device,
+        )
+        wp.copy(self._model.steel.rigid_body_max_depenetration_velocity, self._authored_limits)
+
+    def _set_time_left(self, shapes: Collection[int], seconds: float) -> None:
+        if not shapes:
+            return
+        time_left = self._time_left.numpy().copy()
+        time_left[list(shapes)] = seconds
+        self._time_left.assign(time_left)
+        self.active = bool((time_left > 0.0).any())
+        self._any_left.fill_(int(self.active))

@@ -54,6 +54,8 @@ def raise_depenetration_velocity(
 
 @wp.kernel
 def clamp_depenetration_velocity(
+    # scene
+    any_left: wp.array[wp.int32],
     # body
     dynamic: wp.array[wp.int32],
     max_depenetration_velocity: wp.array[wp.float32],
@@ -62,8 +64,13 @@ def clamp_depenetration_velocity(
     joint_qd: wp.array[wp.float32],
     body_qd: wp.array[wp.spatial_vector],
 ):
-    """Let no body leave a step faster than it entered it, or than its authored maximum depenetration velocity [m/s]."""
+    """Let no body leave a step faster than it entered it, or than its authored maximum depenetration velocity [m/s].
+
+    Where `any_left` (1,) is zero, no collider has pushed.
+    """
     body = wp.tid()
+    if any_left[0] == 0:
+        return
     velocity = wp.spatial_top(body_qd[body])
     limit = wp.max(max_depenetration_velocity[body], wp.length(wp.spatial_top(previous_body_qd[body])))
     speed = wp.length(velocity)
@@ -73,3 +80,15 @@ def clamp_depenetration_velocity(
     body_qd[body] = wp.spatial_vector(velocity, wp.spatial_bottom(body_qd[body]))
     for i in range(3):
         joint_qd[6 * body + i] = velocity[i]
+
+
+@wp.kernel
+def count_down(dt: wp.float32, time_left: wp.array[wp.float32], any_left: wp.array[wp.int32]):
+    """Take `dt` from the time [s] that each shape pushes, and set `any_left` (1,) where some is left."""
+    shape = wp.tid()
+    left = wp.max(time_left[shape] - dt, 0.0)
+    if left < 1.0e-4:
+        left = 0.0
+    time_left[shape] = left
+    if left > 0.0:
+        any_left[0] = 1

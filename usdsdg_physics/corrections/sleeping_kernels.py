@@ -25,8 +25,9 @@ def wake_touched_bodies(
     dt: wp.float32,
     # out
     asleep: wp.array[wp.int32],
+    woke: wp.array[wp.int32],
 ):
-    """Clear `asleep` of each body that a moving body touches or will reach within `dt` seconds.
+    """Clear `asleep` of each body that a moving body touches or will reach within `dt` seconds; then `woke` (1,) is 1.
 
     A body moves when its kinetic energy per mass is above its own sleep threshold [m²/s²], or when it `was_asleep`
     before this step and has been woken in it: a pile wakes as a whole. Static colliders and bodies at rest wake none.
@@ -63,3 +64,4 @@ def wake_touched_bodies(
         approach = -approach
     if depth + wp.max(approach, 0.0) * dt >= -TOUCH_DISTANCE:
         asleep[sleeping] = 0
+        woke[0] = 1

@@ -38,6 +38,11 @@ class Stabilization:
         self._gravity_enabled = wp.zeros(len(bodies), dtype=wp.int32, device=device)
         self._rest_time = wp.zeros(len(bodies), dtype=wp.float32, device=device)
         self._nonfinite_steps = wp.zeros(len(bodies), dtype=wp.int32, device=device)
+        self._gravity = wp.zeros(1, dtype=wp.float64, device=device)  # m/s²
+
+    def set_gravity(self, gravity: np.ndarray) -> None:
+        """Set the scene's gravity (3,) [m/s²]."""
+        self._gravity.fill_(float(np.linalg.norm(gravity)))
 
     def set_gravity_enabled(self, enabled: np.ndarray) -> None:
         """Say of each body (N,) whether gravity acts on it; one without gravity is never held at rest."""
@@ -52,15 +57,12 @@ class Stabilization:
         rest_time[bodies] = 0.0
         self._rest_time.assign(rest_time)
 
-    def apply(
-        self, before: newton.State, after: newton.State, asleep: wp.array, gravity: np.ndarray, dt: float
-    ) -> None:
+    def apply(self, before: newton.State, after: newton.State, asleep: wp.array, dt: float) -> None:
         """Correct the state `after` the solver's step of `dt` seconds; `asleep` (N,) marks the bodies to hold."""
         import warp as wp
 
         from usdsdg_physics.corrections.stabilization_kernels import stabilize_bodies
 
-        max_rest_energy = 0.5 * (REST_GRAVITY_FRACTION * float(np.linalg.norm(gravity)) * dt) ** 2
         wp.launch(
             stabilize_bodies,
             dim=self._model.body_count,
@@ -73,8 +75,9 @@ class Stabilization:
                 self._max_velocity,
                 self._max_angular_velocity,
                 before.body_q,
+                self._gravity,
                 dt,
-                max_rest_energy,
+                REST_GRAVITY_FRACTION,
                 REST_DELAY,
             ],
             outputs=[

@@ -20,8 +20,9 @@ def stabilize_bodies(
     max_angular_velocity: wp.array[wp.float32],
     previous_body_q: wp.array[wp.transform],
     # rest
-    dt: wp.float32,
-    max_rest_energy: wp.float32,
+    gravity: wp.array[wp.float64],
+    dt: wp.float64,
+    rest_gravity_fraction: wp.float64,
     rest_delay: wp.float32,
     # out
     joint_q: wp.array[wp.float32],
@@ -33,11 +34,11 @@ def stabilize_bodies(
 ):
     """Clamp the velocity of each body, hold bodies at rest or asleep, and revert a step that is not finite.
 
-    A body may be at rest while its kinetic energy per mass [m²/s²] is below its sleep threshold, as in PhysX, and below
-    `max_rest_energy`, which is less than gravity alone would give it in one step: only a supported body stays below it
-    for longer than an instant, and one that loses its support leaves at once. After `rest_delay` seconds it is held
-    where it was, so that the last millimeters per second of the contact solver do not show as creep. Bodies `asleep`
-    are held at once. `inertia_per_mass` is the mean moment of inertia over the mass [m²].
+    A body may be at rest while its kinetic energy per mass [m²/s²] is below its sleep threshold, as in PhysX, and its
+    speed below a fraction of what `gravity` (1,) [m/s²] alone would give it in one step: only a supported body stays
+    below it for longer than an instant, and one that loses its support leaves at once. After `rest_delay` seconds it is
+    held where it was, so that the last millimeters per second of the contact solver do not show as creep. Bodies
+    `asleep` are held at once. `inertia_per_mass` is the mean moment of inertia over the mass [m²].
     """
     body = wp.tid()
     if dynamic[body] == 0:
@@ -49,6 +50,8 @@ def stabilize_bodies(
     angular_speed = wp.length(angular)
     energy = 0.5 * (speed * speed + inertia_per_mass[body] * angular_speed * angular_speed)
 
+    rest_speed = rest_gravity_fraction * gravity[0] * dt
+    max_rest_energy = wp.float32(wp.float64(0.5) * rest_speed * rest_speed)
     hold = int(0)
     if not (wp.isfinite(speed) and wp.isfinite(angular_speed) and finite_transform(pose)):
         nonfinite_steps[body] = nonfinite_steps[body] + 1
@@ -56,7 +59,7 @@ def stabilize_bodies(
     elif asleep[body] != 0:
         hold = 1
     elif gravity_enabled[body] != 0 and energy < wp.min(sleep_threshold[body], max_rest_energy):
-        rest_time[body] = rest_time[body] + dt
+        rest_time[body] = rest_time[body] + wp.float32(dt)
         if rest_time[body] >= rest_delay:
             hold = 1
     else:

@@ -44,24 +44,25 @@ class TunnelingGuard:
         self._half_extent = wp.array(half, dtype=wp.vec3, device=device)
         self._center = wp.array(center, dtype=wp.vec3, device=device)
         self._exit_face = wp.full((boxes, count), -1, dtype=wp.int32, device=device)
-        self._teleported = wp.zeros(model.body_count, dtype=wp.int32, device=device)
-        self._step = 0
+        # Bodies whose pose was set since the last step: the side of such a body's origin decides its exit face.
+        self.teleported = wp.zeros(model.body_count, dtype=wp.int32, device=device)
+        self._step = wp.zeros(1, dtype=wp.int32, device=device)
 
     def mark_teleported(self, bodies: Sequence[int] | np.ndarray) -> None:
         """Let the side of a body's origin decide its exit face at the next contact, since its pose was set."""
-        teleported = self._teleported.numpy().copy()
+        teleported = self.teleported.numpy().copy()
         teleported[bodies] = 1
-        self._teleported.assign(teleported)
+        self.teleported.assign(teleported)
 
     def redirect_contacts(self, state: newton.State) -> None:
         """Correct the contacts that the collision pipeline just found, before the solver's step."""
         import warp as wp
 
-        from usdsdg_physics.corrections.tunneling_guard_kernels import redirect_contacts
+        from usdsdg_physics.corrections.tunneling_guard_kernels import count_step, redirect_contacts
 
         if not len(self._exit_face):
             return
-        self._step += 1
+        wp.launch(count_step, dim=1, outputs=[self._step], device=self._model.device)
         wp.launch(
             redirect_contacts,
             dim=self._contacts.shape0.size,
@@ -72,13 +73,13 @@ class TunnelingGuard:
                 self._model.shape_body,
                 self._center,
                 state.body_q,
-                self._teleported,
+                self.teleported,
                 self._step,
             ],
             outputs=[self._contacts, self._exit_face],
             device=self._model.device,
         )
-        self._teleported.zero_()
+        self.teleported.zero_()
 
 
 def _center(shape: Shape) -> np.ndarray:

@@ -22,6 +22,11 @@ DEPTH_GAIN = wp.constant(2.0)
 
 
 @wp.kernel
+def count_step(steps: wp.array[wp.int32]):
+    steps[0] = steps[0] + 1
+
+
+@wp.kernel
 def redirect_contacts(
     # scene
     box_index: wp.array[wp.int32],
@@ -32,7 +37,7 @@ def redirect_contacts(
     # body
     body_q: wp.array[wp.transform],
     teleported: wp.array[wp.int32],
-    step: wp.int32,
+    steps: wp.array[wp.int32],
     # in and out
     contacts: ContactArrays,
     exit_face: wp.array2d[wp.int32],
@@ -45,7 +50,7 @@ def redirect_contacts(
     body was teleported since the last step, the face of maximum separation of the body's origin.
 
     `exit_face[box_index, shape]` holds step * FACE_CODES + face of each static box and shape; `box_index` is -1 for
-    other shapes. `shape_center` is in the body's frame.
+    other shapes. `shape_center` is in the body's frame; `steps` (1,) counts the steps.
     """
     contact = wp.tid()
     if contact >= contacts.count[0]:
@@ -65,6 +70,7 @@ def redirect_contacts(
     if row < 0 or body < 0:
         return
 
+    step = steps[0]
     box_to_world = shape_transform[box]
     world_to_box = wp.transform_inverse(box_to_world)
     pose = body_q[body]

@@ -1,8 +1,80 @@
 """Motion of kinematic bodies to the poses that users set."""
 
-from collections.abc import Callable
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import newton
+    import warp as wp
+
+
+class KinematicMotion:
+    """Where the kinematic bodies are during the step that brings them to their targets."""
+
+    def __init__(self, model: newton.Model, center: np.ndarray) -> None:
+        """`center` (N, 3) is each body's center of mass in its frame [m]."""
+        import warp as wp
+
+        self._model, self._center = model, center
+        self._targets: dict[int, np.ndarray] = {}
+        self._row = wp.full(model.body_count, -1, dtype=wp.int32, device=model.device)
+        self._poses: dict[int, wp.array] = {}  # (substeps, N), by the number of substeps
+
+    def set_targets(self, targets: Mapping[int, np.ndarray]) -> None:
+        """Set the poses (7,) that bodies, by index, reach by the end of the next step."""
+        self._targets = dict(targets)
+
+    def clear(self) -> None:
+        """Forget the targets, at the end of the step."""
+        self._targets = {}
+
+    @property
+    def bodies(self) -> list[int]:
+        """The indices of the bodies that move in the next step."""
+        return sorted(self._targets)
+
+    def begin(self, poses: np.ndarray, dt: float, substeps: int) -> tuple[np.ndarray, np.ndarray]:
+        """Compute the motion from `poses` (N, 7) of all bodies, for a step of `dt` seconds.
+
+        Returns:
+            The poses (n, 7) of the moving bodies at the end of the step, and their velocities (n, 6) [m/s, rad/s].
+        """
+        import warp as wp
+
+        count = self._model.body_count
+        row, path = np.full(count, -1, np.int32), np.zeros((substeps, count, 7), np.float32)
+        last, velocities = np.zeros((len(self._targets), 7)), np.zeros((len(self._targets), 6))
+        for index, body in enumerate(self.bodies):
+            row[body] = index
+            pose, velocities[index] = constant_velocity_motion(
+                poses[body].astype(np.float64), self._targets[body], self._center[body], dt
+            )
+            last[index] = pose(1.0)
+            for substep in range(substeps):
+                path[substep, index] = pose(substep / substeps)
+        if substeps not in self._poses:
+            self._poses[substeps] = wp.zeros((substeps, count), dtype=wp.transform, device=self._model.device)
+        self._row.assign(row)
+        self._poses[substeps].assign(path)
+        return last, velocities
+
+    def place(self, state: newton.State, teleported: wp.array, substep: int, substeps: int) -> None:
+        """Place the moving bodies where they are at the begin of a substep, and mark them `teleported` (N,)."""
+        import warp as wp
+
+        from usdsdg_physics.world.kinematic_kernels import place_bodies
+
+        wp.launch(
+            place_bodies,
+            dim=self._model.body_count,
+            inputs=[self._row, self._poses[substeps], substep],
+            outputs=[state.joint_q, state.body_q, teleported],
+            device=self._model.device,
+        )
 
 
 def constant_velocity_motion(

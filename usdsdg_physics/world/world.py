@@ -3,7 +3,8 @@
 # Newton declares the arrays of models and states optional; after `finalize` all are there.
 # pyright: reportOptionalMemberAccess=false
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,8 +16,25 @@ from usdsdg_physics.corrections.tunneling_guard import TunnelingGuard
 from usdsdg_physics.model.build import COLLIDES, DISABLED, build_model, build_pipeline, build_solver
 from usdsdg_physics.scene.records import Scene
 from usdsdg_physics.world.compile_kernels import Progress, load_kernels, prepare_newton
-from usdsdg_physics.world.kinematic_motion import constant_velocity_motion
+from usdsdg_physics.world.kinematic_motion import KinematicMotion
+from usdsdg_physics.world.step_records import StepRecords
 from usdsdg_physics.world.substeps import StaticMeshes, ordinary_substeps
+
+
+@dataclass(frozen=True)
+class _StepKind:
+    """All that decides which kernels a step launches, and with which numbers."""
+
+    dt: float  # s
+    substeps: int
+    moves_kinematic: bool
+    depenetrates: bool
+    has_sleepers: bool
+
+    @property
+    def substep(self) -> float:
+        """Length of a substep [s]."""
+        return self.dt / self.substeps
 
 
 class World:
@@ -53,7 +71,7 @@ class World:
         bodies = list(scene.bodies.values())
         self._dynamic = np.array([not body.kinematic for body in bodies], bool)
         self._gravity_enabled = np.array([body.gravity and not body.kinematic for body in bodies], bool)
-        self._kinematic_targets: dict[int, np.ndarray] = {}
+        self._kinematic = KinematicMotion(self.model, built.center)
         self._wrenches: np.ndarray | None = None  # (N, 6) of the next step
         self._meshes = StaticMeshes(scene, built.shape_index)
 
@@ -67,6 +85,8 @@ class World:
         dynamic = wp.array(self._dynamic.astype(np.int32), dtype=wp.int32, device=self.model.device)
         self._free_flight = FreeFlight(self.model, dynamic, contacts)
         self._stabilization = Stabilization(scene, self.model, inertia_per_mass, sleep_threshold)
+        self._stabilization.set_gravity(self.gravity)
+        self._records = StepRecords(self.model.device)
 
         if bodies:
             indices = np.arange(len(bodies))
@@ -130,6 +150,7 @@ class World:
         x, y, z = gravity
         self.model.set_gravity((x, y, z))
         self.solver.notify_model_changed(newton.ModelFlags.MODEL_PROPERTIES)
+        self._stabilization.set_gravity(self.gravity)
         self._apply_gravity()
         self.wake()
 
@@ -184,36 +205,63 @@ class World:
 
     def set_kinematic_targets(self, targets: Mapping[int, np.ndarray]) -> None:
         """Set the poses (7,) that kinematic bodies reach by the end of the next step, at constant velocity."""
-        self._kinematic_targets = dict(targets)
+        self._kinematic.set_targets(targets)
         if targets:
             self.wake()
 
     def step(self, dt: float) -> None:
         """Advance by `dt` seconds."""
-        substeps = self._substeps(dt)
-        h = dt / substeps
-        motions = self._kinematic_motions(dt)
+        moving = self._kinematic.bodies
+        kind = _StepKind(dt, self._substeps(dt), bool(moving), self._depenetration.active, self._sleeping.any)
+        targets = np.zeros((0, 7))
+        if moving:
+            targets, velocities = self._kinematic.begin(self.poses(), dt, kind.substeps)
+            self.set_velocities(moving, velocities)
         if self._wrenches is not None:
             self._set_forces(self._wrenches)
-        self._free_flight.begin(self._state)
-        for substep in range(substeps):
-            self._place_kinematic(motions, substep / substeps)
-            self.pipeline.collide(self._state, self._contacts)
-            self._free_flight.note_contacts()
-            self._tunneling_guard.redirect_contacts(self._state)
-            self._depenetration.raise_velocities(self._state)
-            self._sleeping.wake_touched(self._state, h)
-            self.solver.step(self._state, self._next, self._control, self._contacts, h)
-            self._stabilization.apply(self._state, self._next, self._sleeping.asleep, self.gravity, h)
-            self._depenetration.clamp_velocities(self._state, self._next, h)
-            self._state, self._next = self._next, self._state
+
+        self._records.run(kind, lambda: self._launch_step(kind))
+
         if self._wrenches is not None:
             self._wrenches = None
             self._set_forces()
-        if substeps > 1:
-            self._free_flight.finish(self._state, dt)
-        self._place_kinematic(motions, 1.0)
-        self._stop_kinematic()
+        if moving:
+            self.set_poses(moving, targets)
+            self.set_velocities(moving, np.zeros((len(moving), 6)))
+            self._kinematic.clear()
+        if kind.depenetrates:
+            self._depenetration.finish()
+        if kind.has_sleepers:
+            self._sleeping.finish()
+
+    def _launch_step(self, kind: _StepKind) -> None:
+        """Launch the kernels of a step; it may be recorded, so nothing here depends on what arrays hold."""
+        import warp as wp
+
+        h = kind.substep
+        before, after = self._state, self._next
+        self._free_flight.begin(before)
+        for substep in range(kind.substeps):
+            if kind.moves_kinematic:
+                self._kinematic.place(before, self._tunneling_guard.teleported, substep, kind.substeps)
+            self.pipeline.collide(before, self._contacts)
+            self._free_flight.note_contacts()
+            self._tunneling_guard.redirect_contacts(before)
+            if kind.depenetrates:
+                self._depenetration.raise_velocities(before)
+            if kind.has_sleepers:
+                self._sleeping.wake_touched(before, h)
+            self.solver.step(before, after, self._control, self._contacts, h)
+            self._stabilization.apply(before, after, self._sleeping.asleep, h)
+            if kind.depenetrates:
+                self._depenetration.clamp_velocities(before, after, h)
+            before, after = after, before
+        if before is not self._state:
+            # The next step begins with the same arrays.
+            for name in ("joint_q", "joint_qd", "body_q", "body_qd"):
+                wp.copy(getattr(self._state, name), getattr(before, name))
+        if kind.substeps > 1:
+            self._free_flight.finish(self._state, kind.dt)
 
     @property
     def contacts_overflowed(self) -> bool:
@@ -242,27 +290,3 @@ class World:
         force[weightless, :3] -= self.mass[weightless, None] * self.gravity
         for state in (self._state, self._next):
             state.body_f.assign(force.astype(np.float32))
-
-    def _kinematic_motions(self, dt: float) -> dict[int, Callable[[float], np.ndarray]]:
-        """Give kinematic bodies with a target their velocities; return their poses by fraction of the step."""
-        if not self._kinematic_targets:
-            return {}
-        poses = self.poses().astype(np.float64)
-        indices = sorted(self._kinematic_targets)
-        motions, velocities = {}, np.zeros((len(indices), 6))
-        for row, index in enumerate(indices):
-            motions[index], velocities[row] = constant_velocity_motion(
-                poses[index], self._kinematic_targets[index], self.center[index], dt
-            )
-        self.set_velocities(indices, velocities)
-        return motions
-
-    def _place_kinematic(self, motions: Mapping[int, Callable[[float], np.ndarray]], fraction: float) -> None:
-        if motions:
-            self.set_poses(list(motions), np.array([pose(fraction) for pose in motions.values()]))
-
-    def _stop_kinematic(self) -> None:
-        if self._kinematic_targets:
-            indices = sorted(self._kinematic_targets)
-            self.set_velocities(indices, np.zeros((len(indices), 6)))
-            self._kinematic_targets = {}

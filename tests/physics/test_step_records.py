@@ -1,0 +1,191 @@
+"""A step that is replayed from a record gives the same bits as one launched from Python."""
+
+import numpy as np
+import pytest
+import warp as wp
+from pxr import Gf, UsdPhysics
+
+from tests.physics.scenes import add, collide, mesh, new_stage, playing, set_value
+from usdsdg_physics.world import step_records
+from usdsdg_physics.world.step_records import StepRecords
+
+FRAMES = 48
+KINDS = ("Cube", "Sphere", "Capsule", "Cone", "Cylinder")
+
+
+def ground(stage):
+    add(stage, "/World/ground", at=(0, 0, -0.1), scale=(2, 2, 0.1), body=False)
+
+
+def pile(stage, count):
+    rng = np.random.default_rng(0)
+    return [
+        add(
+            stage,
+            f"/World/b{i}",
+            KINDS[i % 5],
+            at=tuple(rng.uniform((-0.3, -0.3, 0.3), (0.3, 0.3, 0.9))),
+            rotate=tuple(rng.uniform(0, 360, 3)),
+            gravity=i % 4 > 0,
+        )
+        for i in range(count)
+    ]
+
+
+def contacts(stage):
+    ground(stage)
+    pile(stage, 16)
+    return lambda engine, frame: None
+
+
+def sleeping(stage):
+    ground(stage)
+    prims = pile(stage, 12)
+
+    def edit(engine, frame):
+        if frame == 5:
+            engine.put_to_sleep([str(prim.GetPath()) for prim in prims[:8]])
+        if frame == 25:
+            engine.wake_up([str(prims[3].GetPath())])
+
+    return edit
+
+
+def depenetration(stage):
+    ground(stage)
+    pile(stage, 12)
+    camera = add(stage, "/World/camera", "Sphere", at=(0, 0, 0.3), scale=(0.3, 0.3, 0.3), body=False)
+    set_value(camera, "physics:collisionEnabled", False)
+
+    def edit(engine, frame):
+        if frame in (15, 30):
+            set_value(camera, "physics:collisionEnabled", frame == 15)
+        if frame == 20:
+            set_value(camera, "xformOp:translate", Gf.Vec3d(0.1, 0.1, 0.2))
+
+    return edit
+
+
+def kinematic(stage):
+    ground(stage)
+    pile(stage, 8)
+    pusher = add(stage, "/World/pusher", at=(-0.8, 0, 0.11), scale=(0.1, 0.5, 0.1), rotate=(0, 0, 0))
+    UsdPhysics.RigidBodyAPI(pusher).CreateKinematicEnabledAttr(True)
+
+    def edit(engine, frame):
+        if frame % 3 != 2:
+            set_value(pusher, "xformOp:translate", Gf.Vec3d(0.03 * frame - 0.8, 0, 0.11))
+            set_value(pusher, "xformOp:rotateXYZ", Gf.Vec3f(0, 0, 5 * frame))
+
+    return edit
+
+
+def edits(stage):
+    ground(stage)
+    prims = pile(stage, 12)
+    scene = UsdPhysics.Scene(stage.GetPrimAtPath("/PhysicsScene"))
+
+    def edit(engine, frame):
+        if frame == 5:
+            set_value(prims[3], "xformOp:translate", Gf.Vec3d(0, 0, 1.5))
+        if frame % 7 == 0:
+            set_value(prims[frame % 12], "physics:velocity", Gf.Vec3f(1, -2, 0.1 * frame))
+        if frame == 15:
+            scene.CreateGravityMagnitudeAttr(3.0)
+        if frame == 20:
+            set_value(prims[6], "physxRigidBody:disableGravity", True)
+        if frame in (25, 28):
+            set_value(scene.GetPrim(), "physxScene:timeStepsPerSecond", 320 if frame == 25 else 60)
+        if frame in (30, 31):
+            engine.apply_forces(["/World/b2", "/World/b9"], [(0, 0, 30.0), (5, 0, 10)], [(0, 0, 1.0), (0.2, 0, 0)])
+        if frame == 35:
+            set_value(stage.GetPrimAtPath("/World/ground"), "xformOp:translate", Gf.Vec3d(0, 0, -0.05))
+
+    return edit
+
+
+def terrain(stage):
+    side = np.linspace(-2, 2, 8)
+    points = np.array([(x, y, 0.15 * np.sin(3 * x) * np.cos(2 * y)) for x in side for y in side])
+    corners = [8 * i + j for i in range(7) for j in range(7)]
+    triangles = [t for a in corners for t in ((a, a + 8, a + 1), (a + 1, a + 8, a + 9))]
+    collide(mesh(stage, "/World/terrain", points, np.array(triangles)).GetPrim(), approximation="none")
+    prims = pile(stage, 8)
+
+    def edit(engine, frame):
+        if frame % 16 == 8:  # takes more substeps
+            set_value(prims[4], "xformOp:translate", Gf.Vec3d(0.2, 0.3, 1.2))
+            set_value(prims[4], "physics:velocity", Gf.Vec3f(1, 0, -25))
+
+    return edit
+
+
+def world_of(engine):
+    world = engine._session.world
+    assert world is not None
+    return world
+
+
+def trajectory(make):
+    """Poses and velocities after every frame, and how many records the world ended with."""
+    stage = new_stage()
+    edit = make(stage)
+    engine = playing(stage)
+    states = []
+    for frame in range(FRAMES):
+        edit(engine, frame)
+        engine.advance(1 / 60)
+        states.append(np.hstack([world_of(engine).poses(), world_of(engine).velocities()]))
+    records = len(world_of(engine)._records._records)
+    engine.stop()
+    return np.array(states), records
+
+
+@pytest.mark.parametrize(
+    ("make", "kinds"),
+    [(contacts, 1), (sleeping, 2), (depenetration, 2), (kinematic, 2), (edits, 3), (terrain, 2)],
+)
+def test_recorded_and_unrecorded_steps_are_bit_equal(make, kinds, monkeypatch):
+    recorded, records = trajectory(make)
+    assert records >= kinds
+    monkeypatch.setattr(step_records, "RECORD_AT_USE", 10**9)
+    unrecorded, records = trajectory(make)
+    assert records == 0
+    assert (recorded.view(np.int32) == unrecorded.view(np.int32)).all()
+    assert np.ptp(recorded[:, :, 2], axis=0).max() > 0.1  # something moved
+
+
+@wp.kernel
+def add_one(values: wp.array[wp.int32]):
+    wp.atomic_add(values, 0, 1)  # pyright: ignore[reportArgumentType]
+
+
+def test_what_cannot_be_recorded_is_launched_with_a_warning(monkeypatch):
+    warnings = []
+    monkeypatch.setattr(step_records, "warn_once", warnings.append)
+    device = wp.get_device("cpu")
+    values = wp.zeros(1, dtype=wp.int32, device=device)
+
+    def launch():
+        if device.is_capturing:
+            raise RuntimeError("it reads back")
+        wp.launch(add_one, dim=1, outputs=[values], device=device)
+
+    records = StepRecords(device)
+    for _ in range(4):
+        records.run("kind", launch)
+    assert values.numpy()[0] == 4
+    assert len(warnings) == 1
+    assert "it reads back" in warnings[0]
+
+
+def test_kinds_that_do_not_come_back_are_forgotten():
+    device = wp.get_device("cpu")
+    values = wp.zeros(1, dtype=wp.int32, device=device)
+    records = StepRecords(device)
+    for kind in range(2 * step_records.MAX_KINDS):
+        records.run(kind, lambda: wp.launch(add_one, dim=1, outputs=[values], device=device))
+        records.run("often", lambda: wp.launch(add_one, dim=1, outputs=[values], device=device))
+    assert values.numpy()[0] == 4 * step_records.MAX_KINDS
+    assert len(records._records) == 1
+    assert len(records._uses) <= step_records.MAX_KINDS
