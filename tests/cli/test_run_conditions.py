@@ -183,29 +183,23 @@ def test_an_error_of_the_scripts_own_writer_that_it_catches_is_said_too(tmp_path
 def test_an_error_shows_the_text_of_the_line(tmp_path):
     script = """
         import omni.replicator.core as rep
-        rep.WriterRegistry.get("DOPEWriter")
+        name = "DOPEWriter"
+        rep.WriterRegistry.get(name)
     """
     done = run(tmp_path, script, expect=1)
-    assert "script.py:3: in <module>" in done.stderr
-    assert '    rep.WriterRegistry.get("DOPEWriter")' in done.stderr
+    assert "script.py:4: in <module>" in done.stderr
+    assert "    rep.WriterRegistry.get(name)" in done.stderr
 
 
-def test_names_that_are_missing_are_said_before_the_script_starts(tmp_path):
-    script = """
-        import omni.replicator.core as rep
-        print("started")
-        try:
-            import omni.not_needed
-        except ImportError:
-            pass
-        def later():
-            rep.create.unheard_of(3)
-        later()
-    """
-    done = run(tmp_path, script, expect=1)
-    first = done.stderr.splitlines()[0]
-    assert first.startswith(
-        "warning: script.py:9: `rep.create.unheard_of(3)` needs omni.replicator.core.create.unheard_of"
-    )
-    assert "not_needed" not in done.stderr
-    assert done.stdout == "started\n"
+def test_frames_end_a_run_that_nothing_ends(tmp_path):
+    endless = EDITOR + "    rep.orchestrator.run()\n"
+    done = run(tmp_path, endless, expect=1)
+    assert "nothing ends the run" in done.stderr
+    assert "--frames N" in done.stderr
+    run(tmp_path, endless, "--frames", "2")
+    assert len(list((tmp_path / "out").glob("rgb*"))) == 3
+
+
+def test_arguments_of_kit_are_settings_in_scripts_without_an_application(tmp_path):
+    (tmp_path / "script.py").write_text("import carb\nprint(carb.settings.get_settings().get('/my/setting'))\n")
+    assert usdsdg("run", "script.py", "--/my/setting=5", cwd=tmp_path).stdout.split() == ["5"]

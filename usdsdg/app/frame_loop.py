@@ -39,6 +39,7 @@ class Orchestrator:
         self._captured_callbacks: list[Callable[[], None]] = []
         self._requested_subframes = self._frames_of_last_run = 0
         self._start_unseen = False
+        self.frames_without_end: int | None = None  # of a run that nothing ends; None: an error
 
     def reset(self) -> None:
         """Restore the initial state for a new stage; callbacks stay."""
@@ -138,11 +139,16 @@ class Orchestrator:
         timeline.release()
         if start_timeline:
             timeline.play()
-        self._capture.expected_frames = num_frames
         if self.status is Status.STOPPED:
             evaluate.graph().renew_limits()
         if num_frames is None and not any(trigger.max_execs for trigger in evaluate.graph().triggers):
-            raise OrchestratorError("orchestrator.run: nothing ends the run; give num_frames, or a trigger max_execs.")
+            num_frames = self.frames_without_end
+            if num_frames is None:
+                raise OrchestratorError(
+                    "orchestrator.run: nothing ends the run; give num_frames, or a trigger max_execs, or "
+                    "`usdsdg run --frames N`."
+                )
+        self._capture.expected_frames = num_frames
         last = self.captures + (num_frames or 0)
         self._start_unseen = True
         frames_remain = _triggers_remain if num_frames is None else lambda: self.captures < last

@@ -49,7 +49,8 @@ def run(
         typer.Option(
             min=0,
             show_default=False,
-            help="If the script starts no run, capture frames 0 to this one, as after a press on Start in the GUI.",
+            help="If the script starts no run, or one that nothing ends, capture frames 0 to this one, as after a "
+            "press on Start in the GUI.",
         ),
     ] = None,
     map_: Annotated[

@@ -15,7 +15,7 @@ import typer
 def execute(script: Path, arguments: list[str], *, frames: int | None = None) -> None:
     """Run the script's file as `__main__`, then its asyncio tasks until they end.
 
-    frames: if the script captures nothing, capture frames 0 to this one afterwards.
+    frames: capture frames 0 to this one in a run that nothing ends, or after the script if it captures nothing.
 
     Raises:
         typer.Exit: the script failed or called sys.exit; its traceback, from the script on, has been printed.
@@ -23,11 +23,16 @@ def execute(script: Path, arguments: list[str], *, frames: int | None = None) ->
     """
     from usdsdg import compat
     from usdsdg.app.app import get_app
+    from usdsdg.compat import kit_arguments
     from usdsdg.errors import UsdsdgError
+    from usdsdg.session.session import current
     from usdsdg.session.stage_context import current_stage
 
     compat.install()
     sys.argv = [str(script), *arguments]
+    kit_arguments.apply(arguments)
+    if frames is not None:
+        current().orchestrator.frames_without_end = frames + 1
     sys.path.insert(0, str(script.resolve().parent))
     main = _main_module(script)
     current_stage()
