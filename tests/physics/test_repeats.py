@@ -6,6 +6,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+from newton._src.geometry import narrow_phase
+
+from tests.physics.scenes import add, new_stage, playing
+
 SCRIPT = """
 import hashlib
 import numpy as np
@@ -36,3 +40,19 @@ def test_two_processes_write_the_same_stage():
     digests = [output.decode().split()[-1] for output, _ in outputs]
     assert len(digests[0]) == 64
     assert digests[0] == digests[1]
+
+
+def test_pipelines_share_kernels_and_newton_keeps_its_functions():
+    made = vars(narrow_phase)["create_narrow_phase_primitive_kernel"]
+    kernels = []
+    for kind in ("Cube", "Sphere"):
+        stage = new_stage()
+        add(stage, "/World/body", kind)
+        engine = playing(stage)
+        engine.advance(1 / 60)
+        session = engine._session
+        assert session is not None
+        assert session.world is not None
+        kernels.append(session.world.pipeline.narrow_phase.narrow_phase_kernel)
+    assert kernels[0] is kernels[1]
+    assert vars(narrow_phase)["create_narrow_phase_primitive_kernel"] is made

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from usdsdg_physics.model.mass import body_mass
+from usdsdg_physics.model.narrow_phase_kernels import narrow_phase_kernels_made_once
 from usdsdg_physics.scene.records import STATIC, Body, Collider, Scene, Shape, Solid
 
 if TYPE_CHECKING:
@@ -90,16 +91,17 @@ def build_pipeline(model: newton.Model, *, capacity: float = 1.0) -> newton.Coll
     import newton
 
     # One configuration for every scene: each combination of options is another narrow-phase module to compile.
-    return newton.CollisionPipeline(
-        model,
-        broad_phase="sap",
-        rigid_contact_max=int(capacity * max(MIN_CONTACTS, CONTACTS_PER_BODY * model.body_count)),
-        include_static_kinematic_pairs=False,
-        # Reduction keeps only one of the contacts of a body just above a mesh, so that it would tip through.
-        reduce_contacts=False,
-        verify_buffers=False,
-        deterministic=model.device.is_cuda,
-    )
+    with narrow_phase_kernels_made_once():
+        return newton.CollisionPipeline(
+            model,
+            broad_phase="sap",
+            rigid_contact_max=int(capacity * max(MIN_CONTACTS, CONTACTS_PER_BODY * model.body_count)),
+            include_static_kinematic_pairs=False,
+            # Reduction keeps only one of the contacts of a body just above a mesh, so that it would tip through.
+            reduce_contacts=False,
+            verify_buffers=False,
+            deterministic=model.device.is_cuda,
+        )
 
 
 def build_solver(model: newton.Model, *, capacity: float = 1.0) -> newton.solvers.SolverSteel:

@@ -1,5 +1,7 @@
 """Split the world matrix of a prim into the rigid frame that the solver moves and a constant remainder."""
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -10,9 +12,11 @@ _MAX_SHEAR = 1e-4
 
 
 def rigid_pose(local_to_world: ArrayLike, meters_per_unit: float) -> np.ndarray:
-    """Return poses (..., 7) [m]: origin and rotation of matrices (..., 4, 4) [stage units], without scale and shear."""
-    pose = decompose(local_to_world)
-    return np.concatenate([pose.translate * meters_per_unit, pose.rotation], axis=-1)
+    """Return the pose (7,) [m]: origin and rotation of a matrix (4, 4) [stage units], without scale and shear.
+
+    The array is read-only.
+    """
+    return _split(np.asarray(local_to_world, np.float64).tobytes(), meters_per_unit)[0]
 
 
 def pose_matrix(pose: ArrayLike, meters_per_unit: float = 1.0) -> np.ndarray:
@@ -22,12 +26,25 @@ def pose_matrix(pose: ArrayLike, meters_per_unit: float = 1.0) -> np.ndarray:
 
 
 def body_from_prim(local_to_world: ArrayLike, meters_per_unit: float) -> np.ndarray:
-    """Return the constant part of a prim's world matrix: from its local space [stage units] to its rigid frame [m]."""
-    frame = pose_matrix(rigid_pose(local_to_world, meters_per_unit), meters_per_unit)
-    local = np.asarray(local_to_world) @ np.linalg.inv(frame)
+    """Return the constant part of a prim's world matrix: from its local space [stage units] to its rigid frame [m].
+
+    The array is read-only.
+    """
+    return _split(np.asarray(local_to_world, np.float64).tobytes(), meters_per_unit)[1]
+
+
+@lru_cache(maxsize=8192)  # the body and each of its colliders ask for it, and a body at rest again when it is re-read
+def _split(matrix: bytes, meters_per_unit: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return rigid pose and constant part of a matrix."""
+    local_to_world = np.frombuffer(matrix).reshape(4, 4)
+    parts = decompose(local_to_world)
+    pose = np.concatenate([parts.translate * meters_per_unit, parts.rotation], axis=-1)
+    local = local_to_world @ np.linalg.inv(pose_matrix(pose, meters_per_unit))
     local[:3, :3] *= meters_per_unit
     local[3, :3] = 0.0
-    return local
+    for array in (pose, local):
+        array.flags.writeable = False
+    return pose, local
 
 
 def split_scale(matrix: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:

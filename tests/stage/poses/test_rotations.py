@@ -125,3 +125,12 @@ def test_batches_equal_one_at_a_time():
 def test_compose_broadcasts():
     assert rotations.compose(np.zeros((6, 3))).shape == (6, 4, 4)
     assert compose_euler(degrees=np.zeros((2, 3))).shape == (2, 4, 4)
+
+
+def test_one_quaternion_has_the_bits_of_one_of_many():
+    rng = np.random.default_rng(3)
+    matrices = rotations.matrix_from_quat(rng.normal(size=(500, 4)))
+    matrices = np.concatenate([matrices, np.round(matrices)])
+    many = rotations.quat_from_matrix(matrices)
+    one = np.array([rotations.quat_from_matrix(matrix) for matrix in matrices])
+    assert (one.view(np.int64) == many.view(np.int64)).all()

@@ -8,6 +8,7 @@ long from matrices to Euler angles and 10 times as long from Euler angles to mat
 matrices: 0.03 times as long for 10,000 rotations, 0.28 times for one.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -33,6 +34,8 @@ class Pose(NamedTuple):
 def quat_from_matrix(matrix: ArrayLike) -> Array:
     """Return the unit quaternions (..., 4), w >= 0, of rotation matrices (..., 3, 3) or of those in (..., 4, 4)."""
     m = np.asarray(matrix, np.float64)[..., :3, :3]
+    if m.ndim == 2:
+        return np.array(_quat_of_one(m.tolist()))
     xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
     # Four times the outer product of the quaternion with itself. Its longest row is the accurate one.
     yz, zx, xy = m[..., 1, 2] + m[..., 2, 1], m[..., 2, 0] + m[..., 0, 2], m[..., 0, 1] + m[..., 1, 0]
@@ -50,6 +53,24 @@ def quat_from_matrix(matrix: ArrayLike) -> Array:
     quat = np.take_along_axis(outer, longest[..., None, None], -2)[..., 0, :]
     quat = np.where(quat[..., 3:] < 0, -quat, quat)
     return quat / np.linalg.norm(quat, axis=-1, keepdims=True)
+
+
+def _quat_of_one(m: list[list[float]]) -> tuple[float, float, float, float]:
+    """Return what `quat_from_matrix` returns of one of many matrices, bit for bit, in a tenth of the time."""
+    xx, yy, zz = m[0][0], m[1][1], m[2][2]
+    yz, zx, xy = m[1][2] + m[2][1], m[2][0] + m[0][2], m[0][1] + m[1][0]
+    xw, yw, zw = m[1][2] - m[2][1], m[2][0] - m[0][2], m[0][1] - m[1][0]
+    outer = (
+        (1 + xx - yy - zz, xy, zx, xw),
+        (xy, 1 - xx + yy - zz, yz, yw),
+        (zx, yz, 1 - xx - yy + zz, zw),
+        (xw, yw, zw, 1 + xx + yy + zz),
+    )
+    x, y, z, w = outer[max(range(4), key=lambda row: outer[row][row])]
+    if w < 0:
+        x, y, z, w = -x, -y, -z, -w
+    length = math.sqrt(x * x + y * y + z * z + w * w)
+    return x / length, y / length, z / length, w / length
 
 
 def matrix_from_quat(quat_xyzw: ArrayLike) -> Array:
