@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
-from pxr import Gf, UsdPhysics
+from pxr import Gf, Sdf, UsdGeom, UsdPhysics
 
 from tests.physics.scenes import add, new_stage, playing, position, velocity
+from usdsdg import errors
 from usdsdg.errors import PhysicsError
+from usdsdg.stage.schemas import physx
 
 STEP = 1 / 60
 
@@ -83,3 +85,79 @@ def test_a_force_on_a_prim_that_is_no_body_is_an_error():
     engine = playing(new_stage())
     with pytest.raises(PhysicsError, match="/World/none is not a simulated rigid body"):
         engine.apply_forces(["/World/none"], [(0.0, 0.0, 1.0)])
+
+
+def _steady(prim, *, force=(0.0, 0.0, 0.0), torque=(0.0, 0.0, 0.0), mode="force", world=True):
+    api = physx.PhysxForceAPI.Apply(prim)
+    api.CreateForceAttr(Gf.Vec3f(*force))
+    api.CreateTorqueAttr(Gf.Vec3f(*torque))
+    api.CreateModeAttr(mode)
+    api.CreateWorldFrameEnabledAttr(world)
+
+
+def _spin(prim):
+    return np.radians(np.array(prim.GetAttribute("physics:angularVelocity").Get()))
+
+
+@pytest.mark.parametrize(("mode", "expected"), [("force", 3.0 / 2.0), ("acceleration", 3.0)])
+def test_an_authored_force_acts_at_every_step(mode, expected):
+    stage = new_stage()
+    prim = _box(stage)
+    _steady(prim, force=(3, 0, 0), mode=mode)
+    playing(stage).advance(60 * STEP)
+    assert velocity(prim) == pytest.approx([expected, 0, 0], rel=1e-4, abs=1e-6)
+
+
+def test_an_authored_force_turns_with_the_body_unless_it_is_the_worlds():
+    for world, expected in ((False, [0, 3, 0]), (True, [3, 0, 0])):
+        stage = new_stage()
+        prim = _box(stage, rotate=(0, 0, 90))
+        _steady(prim, force=(3, 0, 0), mode="acceleration", world=world)
+        playing(stage).advance(60 * STEP)
+        assert velocity(prim) == pytest.approx(expected, rel=1e-4, abs=1e-5)
+
+
+def test_an_authored_torque():
+    """A cube of edge 0.2 m has a moment of inertia of m a² / 6; an acceleration needs none."""
+    for mode, expected in (("force", 0.05 / (2.0 * 0.2**2 / 6.0)), ("acceleration", 0.05)):
+        stage = new_stage()
+        prim = _box(stage)
+        _steady(prim, torque=(0, 0, 0.05), mode=mode)
+        playing(stage).advance(60 * STEP)
+        assert _spin(prim)[2] == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_force_of_a_prim_below_a_body_acts_at_its_origin():
+    """0.1 m beside the center of mass; in the first step the body has not turned yet."""
+    stage = new_stage()
+    prim = _box(stage)
+    point = UsdGeom.Xform.Define(stage, "/World/box/thruster")
+    point.AddTranslateOp().Set(Gf.Vec3d(0, 1, 0))
+    _steady(point.GetPrim(), force=(3, 0, 0))
+    playing(stage).advance(STEP)
+    assert velocity(prim) == pytest.approx([3.0 / 2.0 * STEP, 0, 0], rel=1e-3, abs=1e-5)
+    assert _spin(prim)[2] == pytest.approx(-0.1 * 3.0 / (2.0 * 0.2**2 / 6.0) * STEP, rel=1e-3)
+
+
+def test_an_authored_force_is_changed_and_switched_off_while_playing():
+    stage = new_stage()
+    prim = _box(stage)
+    _steady(prim, force=(6, 0, 0))
+    engine = playing(stage)
+    engine.advance(STEP)
+    prim.GetAttribute("physxForce:force").Set(Gf.Vec3f(0, 6, 0))
+    engine.advance(STEP)
+    prim.CreateAttribute("physxForce:forceEnabled", Sdf.ValueTypeNames.Bool).Set(False)
+    engine.advance(STEP)
+    assert velocity(prim) == pytest.approx([3 * STEP, 3 * STEP, 0], rel=1e-4, abs=1e-6)
+
+
+def test_a_force_without_a_body_is_named():
+    stage = new_stage()
+    prim = add(stage, "/World/table", body=False)
+    _steady(prim, force=(1, 0, 0))
+    add(stage, "/World/box")
+    errors.forget_warnings()
+    with pytest.warns(errors.UsdsdgWarning, match="/World/table has PhysxForceAPI but no rigid body"):
+        playing(stage)
+    errors.forget_warnings()

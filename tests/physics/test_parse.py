@@ -283,12 +283,6 @@ def _curves(stage):
     collide(UsdGeom.BasisCurves.Define(stage, "/World/curves").GetPrim())
 
 
-def _two_frictions(stage):
-    material = physics_material(stage, "/World/m", friction=0.4)
-    UsdPhysics.MaterialAPI(material).CreateStaticFrictionAttr(0.9)
-    add(stage, "/World/box", material=material)
-
-
 def _sampled_ancestor(stage):
     platform = UsdGeom.Xform.Define(stage, "/World/platform")
     platform.AddTranslateOp().Set(Gf.Vec3d(0, 0, 1), 0)
@@ -313,7 +307,6 @@ def _sampled_kinematic(stage):
         (_decomposition, "/World/cup.*convexDecomposition"),
         (_body_inside_an_instance, "instances.*/World/instance/box"),
         (_curves, "/World/curves.*BasisCurves"),
-        (_two_frictions, "/World/m.*staticFriction 0.9"),
     ],
 )
 def test_warnings_name_what_is_left_out(author, words):

@@ -10,6 +10,7 @@ from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics, Vt
 
 from tests.physics.scenes import add, new_stage, physics_material, playing
 from usdsdg import errors
+from usdsdg.stage.schemas import physx
 from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.scene import parse
 from usdsdg_physics.parse.schema_table import (
@@ -189,6 +190,20 @@ _OTHER = {
     "physxRigidBody:maxAngularVelocity": ("/World/box", 0.3),
     "physxRigidBody:maxDepenetrationVelocity": ("/World/box", 0.3),
     "physxRigidBody:sleepThreshold": ("/World/box", 0.3),
+    "physxRigidBody:lockedPosAxis": ("/World/box", 3),
+    "physxRigidBody:lockedRotAxis": ("/World/box", 3),
+    "physxForce:force": ("/World/box", Gf.Vec3f(1, 2, 3)),
+    "physxForce:torque": ("/World/box", Gf.Vec3f(1, 2, 3)),
+    "physxForce:mode": ("/World/box", "force"),
+    "physxForce:forceEnabled": ("/World/box", False),
+    "physxForce:worldFrameEnabled": ("/World/box", True),
+    "physxSurfaceVelocity:surfaceVelocity": ("/World/box", Gf.Vec3f(1, 2, 3)),
+    "physxSurfaceVelocity:surfaceAngularVelocity": ("/World/box", Gf.Vec3f(1, 2, 3)),
+    "physxSurfaceVelocity:surfaceVelocityEnabled": ("/World/box", False),
+    "physxSurfaceVelocity:surfaceVelocityLocalSpace": ("/World/box", False),
+    "physics:staticFriction": ("/World/material", 0.9),
+    "physxMaterial:frictionCombineMode": ("/World/material", "max"),
+    "physxMaterial:restitutionCombineMode": ("/World/material", "max"),
     "physxCollision:contactOffset": ("/World/box", 0.3),
     "physxCollision:restOffset": ("/World/box", 0.01),
 }
@@ -196,9 +211,7 @@ _OTHER = {
 _ELSEWHERE = {
     "physxScene:timeStepsPerSecond": "read before every step: test_oracles",
     "physics:simulationOwner": "several scenes are named: test_parse",
-    "physics:staticFriction": "named where it differs: test_parse",
-    "physxMaterial:frictionCombineMode": "named where it is not average",
-    "physxMaterial:restitutionCombineMode": "named where it is not average",
+    "physxTrigger:triggeredCollisions": "written, not read: test_triggers",
     "physics:filteredGroups": "test_parse",
     "physics:filteredPairs": "test_parse",
 }
@@ -215,6 +228,9 @@ def _typical() -> Usd.Stage:
     material = physics_material(stage, "/World/material")
     box = add(stage, "/World/box", material=material)
     UsdPhysics.MassAPI.Apply(box).CreateDiagonalInertiaAttr((1, 2, 3))
+    physx.PhysxForceAPI.Apply(box).CreateForceAttr((1, 0, 0))
+    physx.PhysxSurfaceVelocityAPI.Apply(box).CreateSurfaceVelocityAttr((1, 0, 0))
+    physx.PhysxMaterialAPI.Apply(material.GetPrim())
     mesh = UsdGeom.Mesh.Define(stage, "/World/mesh")
     mesh.CreatePointsAttr(Vt.Vec3fArray([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]))
     mesh.CreateFaceVertexCountsAttr([3, 3, 3, 3])
@@ -234,7 +250,7 @@ def test_an_attribute_that_is_read_changes_the_scene(name):
     prim = stage.GetPrimAtPath(path)
     attribute = prim.GetAttribute(name)
     if not attribute:
-        types = {bool: Sdf.ValueTypeNames.Bool, float: Sdf.ValueTypeNames.Float}
+        types = {bool: Sdf.ValueTypeNames.Bool, float: Sdf.ValueTypeNames.Float, int: Sdf.ValueTypeNames.Int}
         attribute = prim.CreateAttribute(name, types[type(value)])
     attribute.Set(value)
     assert parse(stage, HullCache()) != before

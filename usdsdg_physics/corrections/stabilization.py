@@ -35,8 +35,8 @@ class Stabilization:
         self._max_angular_velocity = wp.array(
             [body.max_angular_velocity for body in bodies], dtype=wp.float32, device=device
         )
-        self._gravity_enabled = wp.zeros(len(bodies), dtype=wp.int32, device=device)
-        self._rest_time = wp.zeros(len(bodies), dtype=wp.float32, device=device)
+        self.gravity_enabled = wp.zeros(len(bodies), dtype=wp.int32, device=device)
+        self.rest_time = wp.zeros(len(bodies), dtype=wp.float32, device=device)
         self._nonfinite_steps = wp.zeros(len(bodies), dtype=wp.int32, device=device)
         self._gravity = wp.zeros(1, dtype=wp.float64, device=device)  # m/s²
 
@@ -46,16 +46,16 @@ class Stabilization:
 
     def set_gravity_enabled(self, enabled: np.ndarray) -> None:
         """Say of each body (N,) whether gravity acts on it; one without gravity is never held at rest."""
-        self._gravity_enabled.assign(enabled.astype(np.int32))
+        self.gravity_enabled.assign(enabled.astype(np.int32))
 
     def wake(self, bodies: Sequence[int] | np.ndarray | None = None) -> None:
         """Let bodies at rest move again; None: all."""
         if bodies is None:
-            self._rest_time.zero_()
+            self.rest_time.zero_()
             return
-        rest_time = self._rest_time.numpy().copy()
+        rest_time = self.rest_time.numpy().copy()
         rest_time[bodies] = 0.0
-        self._rest_time.assign(rest_time)
+        self.rest_time.assign(rest_time)
 
     def apply(self, before: newton.State, after: newton.State, asleep: wp.array, dt: float) -> None:
         """Correct the state `after` the solver's step of `dt` seconds; `asleep` (N,) marks the bodies to hold."""
@@ -68,7 +68,7 @@ class Stabilization:
             dim=self._model.body_count,
             inputs=[
                 self._dynamic,
-                self._gravity_enabled,
+                self.gravity_enabled,
                 self._inertia_per_mass,
                 self._sleep_threshold,
                 asleep,
@@ -85,7 +85,7 @@ class Stabilization:
                 after.joint_qd,
                 after.body_q,
                 after.body_qd,
-                self._rest_time,
+                self.rest_time,
                 self._nonfinite_steps,
             ],
             device=self._model.device,

@@ -22,6 +22,10 @@ def apply_edits(edits: Edits, world: World, scene: Scene, queries: SceneQueries)
         world.set_damping(world.body_index[path], body.linear_damping, body.angular_damping)
         scene.bodies[path] = replace(body, pose=scene.bodies[path].pose)
     world.set_gravity_enabled({world.body_index[path]: body.gravity for path, body in edits.bodies.items()})
+    world.set_surfaces({world.body_index[path]: body.surface for path, body in edits.bodies.items()})
+    if edits.forces:
+        scene.forces.update(edits.forces)
+        world.set_forces(scene.forces.values())
     _apply_colliders(edits, world, scene, queries)
 
 

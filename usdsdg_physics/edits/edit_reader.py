@@ -7,23 +7,27 @@ from numpy.typing import ArrayLike
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.changes import Changes
+from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.bodies import read_angular_velocity, read_body, read_velocity
 from usdsdg_physics.parse.colliders import frame_from_prim
 from usdsdg_physics.parse.collision_shapes import read_shape
 from usdsdg_physics.parse.convex_hulls import HullCache
+from usdsdg_physics.parse.forces import read_force
 from usdsdg_physics.parse.materials import bound_materials
 from usdsdg_physics.parse.scene import parse, read_gravity
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.parse.unread import warn_unread
 from usdsdg_physics.scene.prim_paths import at_or_below, paths_below
-from usdsdg_physics.scene.records import STATIC, Body, Collider, Scene, Shape
+from usdsdg_physics.scene.records import STATIC, Body, Collider, Force, Scene, Shape
 from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
 
 _VELOCITIES = frozenset({"physics:velocity", "physics:angularVelocity"})
 _LIVE_BODY_ATTRIBUTES = frozenset(
     {"physxRigidBody:disableGravity", "physxRigidBody:linearDamping", "physxRigidBody:angularDamping"}
 )
+_SURFACE = "physxSurfaceVelocity:"
+_FORCE = "physxForce:"
 _COLLISION_ENABLED = "physics:collisionEnabled"
 _STARTS_ASLEEP = "physics:startsAsleep"
 _GRAVITY = frozenset({"physics:gravityDirection", "physics:gravityMagnitude"})
@@ -52,9 +56,18 @@ class Edits:
     bodies: dict[str, Body] = field(default_factory=dict)  # whose gravity switch or damping changed
     colliders: dict[str, Collider] = field(default_factory=dict)  # that were switched or moved
     gravity: tuple[float, float, float] | None = None
+    forces: dict[str, Force] = field(default_factory=dict)  # that changed, by prim
 
     def __bool__(self) -> bool:
-        return bool(self.rebuild or self.velocities or self.poses or self.bodies or self.colliders or self.gravity)
+        return bool(
+            self.rebuild
+            or self.velocities
+            or self.poses
+            or self.bodies
+            or self.colliders
+            or self.gravity
+            or self.forces
+        )
 
 
 class EditReader:
@@ -90,7 +103,8 @@ class EditReader:
             return True
         before_bodies, before_colliders = paths_below(self._bodies, path), paths_below(self._colliders, path)
         return not (
-            set(now.bodies) == set(before_bodies)
+            now.forces == {p: force for p, force in self._scene.forces.items() if at_or_below(p, path)}
+            and set(now.bodies) == set(before_bodies)
             and set(now.colliders) == set(before_colliders)
             and all(_same_body(now.bodies[p], self._scene.bodies[p]) for p in before_bodies)
             and all(_same_collider(now.colliders[p], self._scene.colliders[p]) for p in before_colliders)
@@ -102,6 +116,8 @@ class EditReader:
             self._read_poses(path, cache, edits)
         if "material:binding" in names:
             edits.rebuild |= self._material_changed(path)
+        if path in self._scene.forces and any(name.startswith((_FORCE, "xformOp")) for name in names):
+            self._read_force(path, cache, edits)
         if path == self._scene.scene_path:
             if names & _GRAVITY:
                 edits.gravity = read_gravity(self._stage, self._stage.GetPrimAtPath(path), self._units)
@@ -124,8 +140,14 @@ class EditReader:
         if body is not None and names & _VELOCITIES:
             velocity, angular = read_velocity(prim, self._units), read_angular_velocity(prim)
             edits.velocities[path] = np.array([*velocity, *angular])
-        if body is not None and names & _LIVE_BODY_ATTRIBUTES:
+        if body is not None and (names & _LIVE_BODY_ATTRIBUTES or any(name.startswith(_SURFACE) for name in names)):
             edits.bodies[path] = replace(read_body(prim, cache, self._units), kinematic=body.kinematic)
+
+    def _read_force(self, path: str, cache: UsdGeom.XformCache, edits: Edits) -> None:
+        owner = self._stage.GetPrimAtPath(self._scene.forces[path].body)
+        force = read_force(self._stage.GetPrimAtPath(path), owner, cache, self._units)
+        if force is not None:
+            edits.forces[path] = force
 
     def _read_poses(self, path: str, cache: UsdGeom.XformCache, edits: Edits) -> None:
         """Read poses after a transform changed: those of bodies below, and of colliders relative to their owners."""
@@ -136,7 +158,8 @@ class EditReader:
                 return
             edits.poses[body] = rigid_pose(local_to_world, self._units.meters)
             to_frame = body_from_prim(local_to_world, self._units.meters)
-            if not _close(to_frame, self._scene.bodies[body].body_from_prim):
+            before = self._scene.bodies[body]
+            if not _close(to_frame, before.body_from_prim) or _tilts(before, edits.poses[body]):
                 edits.rebuild = True
         for name in paths_below(self._colliders, path):
             collider = edits.colliders.get(name, self._scene.colliders[name])
@@ -160,6 +183,15 @@ class EditReader:
         colliders = paths_below(self._colliders, path)
         materials = bound_materials([self._stage.GetPrimAtPath(name) for name in colliders], self._units)
         return any(self._scene.colliders[name].material != new for name, new in zip(colliders, materials))
+
+
+def _tilts(body: Body, pose: np.ndarray) -> bool:
+    """Return whether a pose turns the only axis that a body may turn about, which its inertia was built for."""
+    free = [axis for axis in range(3) if not body.locked_rotation & (1 << axis)]
+    if len(free) != 1:
+        return False
+    before, after = (matrix_from_quat(each[3:])[:, free[0]] for each in (body.pose, pose))
+    return not np.allclose(before, after, atol=1e-3)
 
 
 def _same_body(a: Body, b: Body) -> bool:

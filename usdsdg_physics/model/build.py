@@ -7,8 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from usdsdg.errors import warn_once
+from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.model.mass import body_mass
 from usdsdg_physics.model.narrow_phase_kernels import narrow_phase_kernels_made_once
+from usdsdg_physics.scene.contact_coefficients import (
+    MAX_STAND_INS,
+    CoefficientTable,
+    StandIn,
+    coefficient_table,
+)
 from usdsdg_physics.scene.records import STATIC, Body, Collider, Scene, Shape, Solid
 
 if TYPE_CHECKING:
@@ -21,6 +29,10 @@ MIN_CONTACTS = 1000
 CONSTRAINT_ROWS_PER_BODY = 16
 MIN_CONSTRAINT_ROWS = 8192
 MIN_CONSTRAINT_ROWS_CUDA = 4096
+
+# Times the moment of inertia, about axes that bodies do not turn about: more would drown the others in rounding.
+LOCKED_INERTIA = 1e3
+LOCKED_MASS = 1e3  # times the mass of a body that does not move
 
 COLLIDES, DISABLED = 1, 0  # collision groups: Newton pairs no shape of group zero
 
@@ -35,6 +47,9 @@ class BuiltModel:
     mass: np.ndarray  # (N,) kg
     center: np.ndarray  # (N, 3) center of mass in the body's frame, m
     inertia_per_mass: np.ndarray  # (N,) mean moment of inertia over the mass, m²
+    inertia: np.ndarray  # (N, 3, 3) about the center of mass, axes of the body frame, kg m²
+    coefficients: CoefficientTable | None  # of pairs of materials; None where the mean of two is right
+    stand_in_index: np.ndarray  # shape of each of its stand-ins
 
 
 def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
@@ -56,9 +71,9 @@ def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
     for body, mass in zip(scene.bodies.values(), masses):
         body_index[body.path] = builder.add_body(
             xform=wp.transform(*body.pose),
-            mass=mass.mass,
+            mass=mass.mass * (LOCKED_MASS if body.locked_position == 7 else 1.0),
             com=wp.vec3(*mass.center),
-            inertia=wp.mat33(*mass.inertia.ravel()),
+            inertia=wp.mat33(*_lockable(mass.inertia, body).ravel()),
             lock_inertia=True,
             is_kinematic=body.kinematic,
             label=body.path,
@@ -70,6 +85,8 @@ def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
         for group in colliders_of.values()
         for collider in group
     }
+    coefficients = _coefficients(scene)
+    stand_ins = [_add_stand_in(builder, body_index, each) for each in (coefficients.stand_ins if coefficients else ())]
     for a, b in sorted(scene.filtered):
         builder.add_shape_collision_filter_pair(shape_index[a], shape_index[b])
 
@@ -83,6 +100,9 @@ def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
         np.array([mass.mass for mass in masses]),
         np.array([mass.center for mass in masses]).reshape(-1, 3),
         np.array([np.trace(mass.inertia) / 3.0 / mass.mass for mass in masses]),
+        np.array([mass.inertia for mass in masses]).reshape(-1, 3, 3),
+        coefficients,
+        np.array(stand_ins, int),
     )
 
 
@@ -127,6 +147,15 @@ def build_solver(model: newton.Model, *, capacity: float = 1.0) -> newton.solver
     )
 
 
+def enable_surface_velocities(solver: newton.solvers.SolverSteel) -> None:
+    """Let the solver read the surface velocities of contacts, which it does by itself for its own meshes only."""
+    import warp as wp
+
+    if not solver._has_contact_target_velocity:
+        solver._has_contact_target_velocity = True
+        solver._mf_target_velocity = wp.zeros_like(solver._mf_rhs)
+
+
 def _steel_attributes(body: Body) -> dict[str, float]:
     # Velocity limits are not among them: the solver would spend a constraint row on each; `Stabilization` clamps.
     return {
@@ -158,6 +187,49 @@ def _add_shape(builder: newton.ModelBuilder, body: int, collider: Collider, mesh
         src=None if shape.solid is None else _mesh(shape.solid, meshes),
         cfg=config,
         label=collider.path,
+    )
+
+
+def _lockable(inertia: np.ndarray, body: Body) -> np.ndarray:
+    """Return an inertia that the solver does not turn about locked axes.
+
+    Where two axes or three are locked, these are the same in the body's frame throughout its motion. A single locked
+    axis is not: `LockedAxes` alone keeps the body from turning about it.
+    """
+    locked = np.array([bool(body.locked_rotation & bit) for bit in (1, 2, 4)])
+    if locked.sum() < 2:
+        return inertia
+    to_body = matrix_from_quat(body.pose[3:]).T  # row vectors from the world
+    free = to_body[~locked]
+    moment = free.T @ (free @ inertia @ free.T) @ free if len(free) else np.zeros((3, 3))
+    return moment + LOCKED_INERTIA * np.trace(inertia) * (np.eye(3) - free.T @ free)
+
+
+def _coefficients(scene: Scene) -> CoefficientTable | None:
+    table = coefficient_table(scene)
+    if table is not None and len(table.stand_ins) > MAX_STAND_INS:
+        warn_once(
+            f"{len(scene.bodies)} bodies have {len(table.value)} different physics materials, too many for static "
+            "friction and combine modes of each pair: dynamic friction and restitution are averaged. Use fewer."
+        )
+        return None
+    return table
+
+
+def _add_stand_in(builder: newton.ModelBuilder, body_index: dict[str, int], stand_in: StandIn) -> int:
+    import newton
+    import warp as wp
+
+    config = newton.ModelBuilder.ShapeConfig(
+        density=0.0,
+        mu=stand_in.friction,
+        restitution=stand_in.restitution,
+        collision_group=DISABLED,
+        has_shape_collision=False,
+        has_particle_collision=False,
+    )
+    return builder.add_shape(
+        body=body_index.get(stand_in.body, -1), type=newton.GeoType.SPHERE, scale=wp.vec3(1e-3, 0.0, 0.0), cfg=config
     )
 
 

@@ -24,10 +24,10 @@ class MassProperties:
 def body_mass(body: Body, colliders: Sequence[Collider]) -> MassProperties:
     """Return the mass properties of a body from its colliders, its own density, mass and inertia overriding theirs.
 
-    Disabled colliders count too: switching a collider off does not make a body lighter. A body without colliders
-    has 1 kg unless its MassAPI says otherwise.
+    Disabled colliders count too: switching a collider off does not make a body lighter. Triggers do not. A body
+    without colliders has 1 kg unless its MassAPI says otherwise.
     """
-    parts = [_collider_mass(collider, body.mass.density) for collider in colliders]
+    parts = [_collider_mass(collider, body.mass.density) for collider in colliders if not collider.trigger]
     mass = sum(part.mass for part in parts)
     if mass <= 0.0:
         given = body.mass.mass or 1.0

@@ -8,6 +8,10 @@ from pxr import Usd
 RIGID_BODY = "PhysicsRigidBodyAPI"
 COLLISION = "PhysicsCollisionAPI"
 MASS = "PhysicsMassAPI"
+FORCE = "PhysxForceAPI"
+TRIGGER = "PhysxTriggerAPI"
+TRIGGER_STATE = "PhysxTriggerStateAPI"
+SURFACE_VELOCITY = "PhysxSurfaceVelocityAPI"
 
 
 def value(prim: Usd.Prim, name: str, default: Any) -> Any:

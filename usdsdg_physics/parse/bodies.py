@@ -3,9 +3,9 @@
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from usdsdg_physics.parse.attributes import MASS, authored, finite, has_api, value
+from usdsdg_physics.parse.attributes import MASS, SURFACE_VELOCITY, authored, finite, has_api, value
 from usdsdg_physics.parse.units import Units, scaled_vector
-from usdsdg_physics.scene.records import Body, MassSpec, Vec3
+from usdsdg_physics.scene.records import Body, MassSpec, SurfaceVelocity, Vec3
 from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
 
 
@@ -33,6 +33,9 @@ def read_body(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units) -> Body:
         sleep_threshold=_sleep_threshold(prim, units),
         starts_asleep=bool(value(prim, "physics:startsAsleep", False)),
         mass=read_mass(prim, units, to_frame),
+        locked_position=int(value(prim, "physxRigidBody:lockedPosAxis", 0)) & 7,
+        locked_rotation=int(value(prim, "physxRigidBody:lockedRotAxis", 0)) & 7,
+        surface=read_surface_velocity(prim, to_frame, units),
     )
 
 
@@ -44,6 +47,25 @@ def read_velocity(prim: Usd.Prim, units: Units) -> Vec3:
 def read_angular_velocity(prim: Usd.Prim) -> Vec3:
     """Read physics:angularVelocity (degrees per second) in rad/s."""
     return scaled_vector(value(prim, "physics:angularVelocity", (0.0, 0.0, 0.0)), np.pi / 180.0)
+
+
+def read_surface_velocity(prim: Usd.Prim, to_frame: np.ndarray, units: Units) -> SurfaceVelocity | None:
+    """Read a PhysxSurfaceVelocityAPI; None where there is none, no velocity where it is disabled.
+
+    A local velocity is scaled with the prim, as in PhysX; an angular one, in degrees per second, is not.
+    """
+    if not has_api(prim, SURFACE_VELOCITY):
+        return None
+    if not value(prim, "physxSurfaceVelocity:surfaceVelocityEnabled", True):
+        return SurfaceVelocity((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    local = bool(value(prim, "physxSurfaceVelocity:surfaceVelocityLocalSpace", True))
+    linear = np.asarray(value(prim, "physxSurfaceVelocity:surfaceVelocity", (0.0, 0.0, 0.0)), np.float64)
+    angular = value(prim, "physxSurfaceVelocity:surfaceAngularVelocity", (0.0, 0.0, 0.0))
+    return SurfaceVelocity(
+        linear=scaled_vector(linear @ to_frame[:3, :3], 1.0) if local else scaled_vector(linear, units.meters),
+        angular=scaled_vector(angular, np.pi / 180.0),
+        local=local,
+    )
 
 
 def read_mass(prim: Usd.Prim, units: Units, to_frame: np.ndarray) -> MassSpec:

@@ -3,7 +3,7 @@
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from usdsdg_physics.parse.attributes import authored, finite, value
+from usdsdg_physics.parse.attributes import TRIGGER, TRIGGER_STATE, authored, finite, has_api, value
 from usdsdg_physics.parse.bodies import read_mass
 from usdsdg_physics.parse.collision_shapes import read_shape
 from usdsdg_physics.parse.convex_hulls import HullCache
@@ -29,7 +29,10 @@ def read_collider(
         owner: the rigid body that owns the collider, None for a static collider.
     """
     to_frame = frame_from_prim(prim, owner, cache, units)
-    shape = read_shape(prim, to_frame, hulls, dynamic=owner is not None)
+    trigger = has_api(prim, TRIGGER) or has_api(prim, TRIGGER_STATE)
+    # Like a body's, a trigger's mesh is a solid: what is within it is inside.
+    solid = owner is not None or (trigger and prim.IsA(UsdGeom.Mesh))
+    shape = read_shape(prim, to_frame, hulls, dynamic=solid)
     if shape is None:
         return None
     margin = finite(authored(prim, "physxCollision:restOffset"), 0.0) * units.meters
@@ -43,6 +46,7 @@ def read_collider(
         gap=max(offset - margin, 0.0) if offset >= 0.0 else DEFAULT_GAP,
         margin=margin,
         mass=read_mass(prim, units, to_frame) if prim != owner else MassSpec(),
+        trigger=trigger,
     )
 
 

@@ -5,7 +5,7 @@ from pxr import Sdf, Usd, UsdShade
 from usdsdg.errors import warn_once
 from usdsdg_physics.parse.attributes import has_api, value
 from usdsdg_physics.parse.units import Units
-from usdsdg_physics.scene.records import Material
+from usdsdg_physics.scene.records import COMBINE_MODES, CombineMode, Material
 
 
 def bound_materials(prims: list[Usd.Prim], units: Units) -> list[Material]:
@@ -29,18 +29,25 @@ def bound_materials(prims: list[Usd.Prim], units: Units) -> list[Material]:
 def _read_material(prim: Usd.Prim, units: Units) -> Material:
     static = float(value(prim, "physics:staticFriction", 0.0))
     dynamic = float(value(prim, "physics:dynamicFriction", 0.0))
-    if abs(static - dynamic) > 0.01:
-        warn_once(
-            f"{prim.GetPath()}: the solver has one friction coefficient; dynamicFriction {dynamic:g} is used and "
-            f"staticFriction {static:g} is not. Give both the same value."
-        )
-    for name in ("frictionCombineMode", "restitutionCombineMode"):
-        mode = str(value(prim, f"physxMaterial:{name}", "average"))
-        if mode != "average":
-            warn_once(f"{prim.GetPath()}: {name} {mode!r} is not supported, coefficients are averaged; use 'average'.")
     return Material(
         path=str(prim.GetPath()),
         friction=max(0.0, dynamic),
         restitution=min(1.0, max(0.0, float(value(prim, "physics:restitution", 0.0)))),
         density=max(0.0, float(value(prim, "physics:density", 0.0))) * units.density,
+        # As in PhysX, sliding never brakes more than sticking.
+        static_friction=max(0.0, static, dynamic),
+        friction_mode=_combine_mode(prim, "frictionCombineMode"),
+        restitution_mode=_combine_mode(prim, "restitutionCombineMode"),
     )
+
+
+def _combine_mode(prim: Usd.Prim, name: str) -> CombineMode:
+    """Return how a coefficient is combined with that of the other surface."""
+    authored = str(value(prim, f"physxMaterial:{name}", "average"))
+    for mode in COMBINE_MODES:
+        if mode == authored:
+            return mode
+    warn_once(
+        f"{prim.GetPath()}: physxMaterial:{name} {authored!r} is none of {', '.join(COMBINE_MODES)}; average counts."
+    )
+    return "average"

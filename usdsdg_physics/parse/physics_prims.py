@@ -8,7 +8,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.physics.joints import ARTICULATION_ROOT, articulated_links, read_joint
-from usdsdg_physics.parse.attributes import COLLISION, RIGID_BODY, has_api, value
+from usdsdg_physics.parse.attributes import COLLISION, FORCE, RIGID_BODY, SURFACE_VELOCITY, has_api, value
 from usdsdg_physics.parse.unread import UnreadNames, listed
 
 
@@ -21,6 +21,8 @@ class PhysicsPrims:
     colliders: list[tuple[Usd.Prim, Usd.Prim | None]] = field(default_factory=list)  # with the body that owns it
     filtered: list[Usd.Prim] = field(default_factory=list)  # with FilteredPairsAPI
     groups: list[Usd.Prim] = field(default_factory=list)  # collision groups
+    forces: list[tuple[Usd.Prim, Usd.Prim | None]] = field(default_factory=list)  # with the body that they push
+    static_belts: list[str] = field(default_factory=list)  # with PhysxSurfaceVelocityAPI, but no rigid body
     joints: list[Usd.Prim] = field(default_factory=list)
     articulations: list[str] = field(default_factory=list)  # prims with ArticulationRootAPI
     instancers: list[str] = field(default_factory=list)  # PointInstancers of rigid bodies
@@ -63,6 +65,10 @@ def find_physics_prims(stage: Usd.Stage, root: Sdf.Path, cache: UsdGeom.XformCac
         owners[path] = owner
         if COLLISION in applied:
             found.colliders.append((prim, owner))
+        if FORCE in applied:
+            found.forces.append((prim, owner))
+        if SURFACE_VELOCITY in applied and not body:
+            found.static_belts.append(str(path))
         if ARTICULATION_ROOT in applied:
             found.articulations.append(str(path))
         if "PhysicsFilteredPairsAPI" in applied:
@@ -159,6 +165,11 @@ def _warn_left_out(found: PhysicsPrims) -> None:
         warn_once(
             f"rigid bodies inside instances cannot be moved: {listed(found.instanced_bodies)}. Apply RigidBodyAPI to "
             "the instance itself, or clear its instanceable flag."
+        )
+    if found.static_belts:
+        warn_once(
+            f"only surfaces of rigid bodies carry what touches them, as in PhysX, and these are none: "
+            f"{listed(found.static_belts)}. Apply RigidBodyAPI with physics:kinematicEnabled."
         )
     if len(found.scenes) > 1:
         names = listed([str(path) for path in sorted(prim.GetPath() for prim in found.scenes)])

@@ -11,6 +11,7 @@ from usdsdg_physics.parse.bodies import read_body
 from usdsdg_physics.parse.colliders import read_collider
 from usdsdg_physics.parse.collision_filters import read_filtered_pairs
 from usdsdg_physics.parse.convex_hulls import HullCache
+from usdsdg_physics.parse.forces import read_force
 from usdsdg_physics.parse.materials import bound_materials
 from usdsdg_physics.parse.physics_prims import find_physics_prims, warn_no_collider, warn_unsupported
 from usdsdg_physics.parse.units import Units, scaled_vector
@@ -39,7 +40,8 @@ def parse(stage: Usd.Stage, hulls: HullCache, *, root: Sdf.Path = Sdf.Path.absol
         collider = read_collider(prim, owner, material, cache, units, hulls)
         if collider is not None:
             colliders[collider.path] = collider
-    warn_no_collider(bodies, {collider.body for collider in colliders.values()})
+    warn_no_collider(bodies, {collider.body for collider in colliders.values() if not collider.trigger})
+    forces = [read_force(prim, owner, cache, units) for prim, owner in found.forces]
     return Scene(
         bodies=bodies,
         colliders=colliders,
@@ -52,6 +54,7 @@ def parse(stage: Usd.Stage, hulls: HullCache, *, root: Sdf.Path = Sdf.Path.absol
             found.groups,
             inverted=scene_prim is not None and bool(value(scene_prim, "physxScene:invertCollisionGroupFilter", False)),
         ),
+        forces={force.path: force for force in forces if force is not None},
     )
 
 

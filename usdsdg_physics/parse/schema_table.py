@@ -41,8 +41,14 @@ READ: dict[str, str] = {
     "PhysxSceneAPI": "physxScene:timeStepsPerSecond physxScene:invertCollisionGroupFilter",
     "PhysxRigidBodyAPI": "physxRigidBody:disableGravity physxRigidBody:linearDamping physxRigidBody:angularDamping "
     "physxRigidBody:maxLinearVelocity physxRigidBody:maxAngularVelocity physxRigidBody:maxDepenetrationVelocity "
-    "physxRigidBody:sleepThreshold",
+    "physxRigidBody:sleepThreshold physxRigidBody:lockedPosAxis physxRigidBody:lockedRotAxis",
     "PhysxCollisionAPI": "physxCollision:contactOffset physxCollision:restOffset",
+    "PhysxForceAPI": "physxForce:force physxForce:torque physxForce:mode physxForce:forceEnabled "
+    "physxForce:worldFrameEnabled",
+    "PhysxSurfaceVelocityAPI": "physxSurfaceVelocity:surfaceVelocity physxSurfaceVelocity:surfaceAngularVelocity "
+    "physxSurfaceVelocity:surfaceVelocityEnabled physxSurfaceVelocity:surfaceVelocityLocalSpace",
+    "PhysxTriggerAPI": "",
+    "PhysxTriggerStateAPI": "physxTrigger:triggeredCollisions",
     "PhysxMaterialAPI": "physxMaterial:frictionCombineMode physxMaterial:restitutionCombineMode",
     # These hold settings only: applying them changes nothing, and each setting is among those of `UNREAD`.
     "PhysxConvexHullCollisionAPI": "",
@@ -133,10 +139,6 @@ UNREAD: tuple[Unread, ...] = (
         "more steps per second",
     ),
     Unread(
-        "physxRigidBody:lockedPosAxis physxRigidBody:lockedRotAxis",
-        "axes are not locked, so the body moves along and turns about them",
-    ),
-    Unread(
         "physxRigidBody:solverPositionIterationCount physxRigidBody:solverVelocityIterationCount "
         "physxScene:minPositionIterationCount physxScene:maxPositionIterationCount "
         "physxScene:minVelocityIterationCount physxScene:maxVelocityIterationCount physxScene:solverType "
@@ -157,15 +159,13 @@ UNREAD: tuple[Unread, ...] = (
     ),
     # colliders
     Unread(
-        "PhysxTriggerAPI PhysxTriggerStateAPI physxTrigger:*",
-        "triggers are solid colliders. Disable their collision, or ask overlap queries",
+        "physxTrigger:enterScriptType physxTrigger:leaveScriptType physxTrigger:onEnterScript "
+        "physxTrigger:onLeaveScript",
+        "files of a stage are not run: subscribe to triggers in the script instead",
     ),
     Unread(
-        "PhysxForceAPI physxForce:*", "the force does not act. Use apply_forces of the physics engine at every step"
-    ),
-    Unread(
-        "PhysxSurfaceVelocityAPI PhysxSplinesSurfaceVelocityAPI physxSurfaceVelocity:* physxSplinesSurfaceVelocity:*",
-        "surfaces carry nothing: what lies on them stays",
+        "PhysxSplinesSurfaceVelocityAPI physxSplinesSurfaceVelocity:*",
+        "surfaces do not move along curves. Give straight parts a PhysxSurfaceVelocityAPI each",
     ),
     Unread("PhysxContactReportAPI physxContactReport:*", "contacts are not reported"),
     Unread(

@@ -11,6 +11,8 @@ import numpy as np
 
 Vec3 = tuple[float, float, float]
 Quat = tuple[float, float, float, float]
+CombineMode = Literal["average", "min", "multiply", "max"]
+COMBINE_MODES: tuple[CombineMode, ...] = get_args(CombineMode)  # of two, the later one counts
 ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "cone", "plane", "hull", "mesh"]
 SHAPE_KINDS: tuple[ShapeKind, ...] = get_args(ShapeKind)
 
@@ -51,9 +53,12 @@ class Material:
     """A physics material; `path` is empty for PhysX's defaults."""
 
     path: str = ""
-    friction: float = 0.5
+    friction: float = 0.5  # of surfaces that slide
     restitution: float = 0.0
     density: float = 0.0  # kg/m³; 0 for none
+    static_friction: float = 0.5  # of surfaces that do not
+    friction_mode: CombineMode = "average"
+    restitution_mode: CombineMode = "average"
 
 
 @dataclass(frozen=True)
@@ -68,6 +73,29 @@ class MassSpec:
 
 
 @dataclass(frozen=True)
+class SurfaceVelocity:
+    """The velocity of a body's surface relative to the body, as a conveyor belt has it."""
+
+    linear: Vec3  # m/s
+    angular: Vec3  # rad/s, about the body's origin
+    local: bool = True  # in the body's frame, else in the world
+
+
+@dataclass(frozen=True)
+class Force:
+    """A force and a torque that act on a body at every step, of a prim with PhysxForceAPI."""
+
+    path: str
+    body: str
+    force: Vec3  # N; m/s² of an acceleration
+    torque: Vec3  # N m; rad/s² of an acceleration
+    point: Vec3 | None = None  # where it acts, in the body's frame [m]; None for the center of mass
+    acceleration: bool = False
+    local: bool = True  # force and torque are in the body's frame, else in the world
+    enabled: bool = True
+
+
+@dataclass(frozen=True)
 class Collider:
     """A prim with CollisionAPI."""
 
@@ -79,6 +107,7 @@ class Collider:
     gap: float = 0.02  # contacts are generated below this distance [m]
     margin: float = 0.0  # resting distance from the surface [m]
     mass: MassSpec = MassSpec()
+    trigger: bool = False  # reports what is inside, and is not solid
 
 
 @dataclass(frozen=True)
@@ -101,6 +130,10 @@ class Body:
     sleep_threshold: float = 5e-5  # kinetic energy per mass below which it may come to rest, m²/s²
     starts_asleep: bool = False
     mass: MassSpec = MassSpec()
+    # Bits 1, 2, 4: the world's x, y, z, along which it does not move, and about which it does not turn.
+    locked_position: int = 0
+    locked_rotation: int = 0
+    surface: SurfaceVelocity | None = None
 
 
 @dataclass(frozen=True)
@@ -113,3 +146,4 @@ class Scene:
     scene_path: str  # of the PhysicsScene prim, "" for none
     # Pairs of colliders that never collide, each in path order.
     filtered: frozenset[tuple[str, str]] = frozenset()
+    forces: dict[str, Force] = field(default_factory=dict)  # by prim path

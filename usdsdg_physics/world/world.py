@@ -3,22 +3,39 @@
 # Newton declares the arrays of models and states optional; after `finalize` all are there.
 # pyright: reportOptionalMemberAccess=false
 
-from collections.abc import Mapping, Sequence
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from usdsdg_physics.corrections.contact_coefficients import ContactCoefficients
 from usdsdg_physics.corrections.depenetration import Depenetration
 from usdsdg_physics.corrections.free_flight import FreeFlight
+from usdsdg_physics.corrections.locked_axes import LockedAxes
+from usdsdg_physics.corrections.moving_surfaces import MovingSurfaces
 from usdsdg_physics.corrections.sleeping import Sleeping
 from usdsdg_physics.corrections.stabilization import Stabilization
 from usdsdg_physics.corrections.tunneling_guard import TunnelingGuard
-from usdsdg_physics.model.build import COLLIDES, DISABLED, build_model, build_pipeline, build_solver
-from usdsdg_physics.scene.records import Scene
+from usdsdg_physics.model.build import (
+    COLLIDES,
+    DISABLED,
+    build_model,
+    build_pipeline,
+    build_solver,
+    enable_surface_velocities,
+)
+from usdsdg_physics.scene.records import Force, Scene, SurfaceVelocity
 from usdsdg_physics.world.compile_kernels import Progress, load_kernels, prepare_newton
 from usdsdg_physics.world.kinematic_motion import KinematicMotion
+from usdsdg_physics.world.steady_forces import SteadyForces
 from usdsdg_physics.world.step_records import StepRecords
 from usdsdg_physics.world.substeps import StaticMeshes, ordinary_substeps
+
+if TYPE_CHECKING:
+    import newton
 
 
 @dataclass(frozen=True)
@@ -86,6 +103,33 @@ class World:
         self._free_flight = FreeFlight(self.model, dynamic, contacts)
         self._stabilization = Stabilization(scene, self.model, inertia_per_mass, sleep_threshold)
         self._stabilization.set_gravity(self.gravity)
+        # What few scenes have costs nothing in the others.
+        self._locked_axes = (
+            LockedAxes(scene, self.model) if any(b.locked_position or b.locked_rotation for b in bodies) else None
+        )
+        self._surfaces = (
+            MovingSurfaces(scene, self.model, self._contacts, contacts, self._stabilization.rest_time)
+            if any(body.surface for body in bodies)
+            else None
+        )
+        if self._surfaces is not None:
+            enable_surface_velocities(self.solver)
+        self._coefficients = (
+            ContactCoefficients(
+                built.coefficients,
+                self.model,
+                contacts,
+                body_index=built.body_index,
+                shape_index=built.shape_index,
+                stand_in_index=built.stand_in_index,
+                gravity_enabled=self._stabilization.gravity_enabled,
+            )
+            if built.coefficients is not None
+            else None
+        )
+        self._forces = SteadyForces(built.body_index, built.mass, built.center, built.inertia)
+        self._forces.set(scene.forces.values())
+        self._triggers = {built.shape_index[c.path] for c in scene.colliders.values() if c.trigger}
         self._records = StepRecords(self.model.device)
 
         if bodies:
@@ -188,7 +232,7 @@ class World:
             self._depenetration.activate([index for index, on in enabled.items() if on and groups[index] == DISABLED])
             self._depenetration.deactivate([index for index, on in enabled.items() if not on])
             for index, on in enabled.items():
-                groups[index] = COLLIDES if on else DISABLED
+                groups[index] = COLLIDES if on and index not in self._triggers else DISABLED
             self.model.shape_collision_group.assign(groups)
 
     def set_shape_poses(self, poses: Mapping[int, Sequence[float]]) -> None:
@@ -202,6 +246,16 @@ class World:
             self._depenetration.activate([index for index in poses if enabled[index]])
         self._meshes.set_poses(poses)
         self.wake()
+
+    def set_surfaces(self, surfaces: Mapping[int, SurfaceVelocity | None]) -> None:
+        """Set the velocities of the surfaces of bodies."""
+        if self._surfaces is not None and surfaces:
+            self._surfaces.set_velocities(surfaces)
+            self.wake()
+
+    def set_forces(self, forces: Iterable[Force]) -> None:
+        """Set the forces that act at every step."""
+        self._forces.set(forces)
 
     def set_kinematic_targets(self, targets: Mapping[int, np.ndarray]) -> None:
         """Set the poses (7,) that kinematic bodies reach by the end of the next step, at constant velocity."""
@@ -217,6 +271,8 @@ class World:
         if moving:
             targets, velocities = self._kinematic.begin(self.poses(), dt, kind.substeps)
             self.set_velocities(moving, velocities)
+        if self._forces:
+            self.add_wrenches(*self._forces.wrenches(self.poses()))
         if self._wrenches is not None:
             self._set_forces(self._wrenches)
 
@@ -241,6 +297,8 @@ class World:
         h = kind.substep
         before, after = self._state, self._next
         self._free_flight.begin(before)
+        if self._locked_axes is not None:
+            self._locked_axes.begin(before)
         for substep in range(kind.substeps):
             if kind.moves_kinematic:
                 self._kinematic.place(before, self._tunneling_guard.teleported, substep, kind.substeps)
@@ -251,7 +309,10 @@ class World:
                 self._depenetration.raise_velocities(before)
             if kind.has_sleepers:
                 self._sleeping.wake_touched(before, h)
+            self._prepare_contacts(before, h)
             self.solver.step(before, after, self._control, self._contacts, h)
+            if self._locked_axes is not None:
+                self._locked_axes.apply(before, after, h)
             self._stabilization.apply(before, after, self._sleeping.asleep, h)
             if kind.depenetrates:
                 self._depenetration.clamp_velocities(before, after, h)
@@ -262,6 +323,13 @@ class World:
                 wp.copy(getattr(self._state, name), getattr(before, name))
         if kind.substeps > 1:
             self._free_flight.finish(self._state, kind.dt)
+
+    def _prepare_contacts(self, state: newton.State, dt: float) -> None:
+        """Give the contacts the velocity of surfaces, and the coefficients of pairs of materials."""
+        if self._surfaces is not None:
+            self._surfaces.update_contacts(state)
+        if self._coefficients is not None:
+            self._coefficients.apply(state, self._surfaces.velocity if self._surfaces is not None else None, dt)
 
     @property
     def contacts_overflowed(self) -> bool:

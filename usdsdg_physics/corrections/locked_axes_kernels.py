@@ -1,0 +1,78 @@
+"""Warp kernel over bodies: undo motion along and about locked axes."""
+
+# Code of Warp kernels is not Python to a type checker.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportGeneralTypeIssues=false, reportIndexIssue=false, reportOperatorIssue=false
+
+import warp as wp
+
+
+@wp.kernel
+def lock_velocities(
+    # body
+    locked_position: wp.array[wp.int32],
+    locked_rotation: wp.array[wp.int32],
+    # out
+    joint_qd: wp.array[wp.float32],
+    body_qd: wp.array[wp.spatial_vector],
+):
+    """Clear the velocities along and about locked axes; see `lock_axes`."""
+    body = wp.tid()
+    locked = locked_position[body] | (locked_rotation[body] << 3)
+    velocity = body_qd[body]
+    for i in range(6):
+        if (locked & (1 << i)) != 0:
+            velocity[i] = 0.0
+            joint_qd[6 * body + i] = 0.0
+    body_qd[body] = velocity
+
+
+@wp.kernel
+def lock_axes(
+    # body
+    locked_position: wp.array[wp.int32],
+    locked_rotation: wp.array[wp.int32],
+    center: wp.array[wp.vec3],
+    previous_body_q: wp.array[wp.transform],
+    dt: wp.float32,
+    # out
+    joint_q: wp.array[wp.float32],
+    joint_qd: wp.array[wp.float32],
+    body_q: wp.array[wp.transform],
+    body_qd: wp.array[wp.spatial_vector],
+):
+    """Keep the center of mass where it was along locked axes, and turn about the others only.
+
+    Bits 1, 2 and 4 of `locked_position` and `locked_rotation` are the world's x, y and z.
+    """
+    body = wp.tid()
+    positions = int(locked_position[body])
+    rotations = int(locked_rotation[body])
+    if positions == 0 and rotations == 0:
+        return
+    before = previous_body_q[body]
+    after = body_q[body]
+    velocity = wp.spatial_top(body_qd[body])
+    angular = wp.spatial_bottom(body_qd[body])
+    start = wp.transform_point(before, center[body])
+    end = wp.transform_point(after, center[body])
+    rotation = wp.transform_get_rotation(after)
+    for axis in range(3):
+        if (positions & (1 << axis)) != 0:
+            velocity[axis] = 0.0
+            end[axis] = start[axis]
+        if (rotations & (1 << axis)) != 0:
+            angular[axis] = 0.0
+    if rotations != 0:
+        rotation = wp.transform_get_rotation(before)
+        angle = wp.length(angular) * dt
+        if angle > 0.0:
+            rotation = wp.normalize(wp.quat_from_axis_angle(wp.normalize(angular), angle) * rotation)
+    position = end - wp.quat_rotate(rotation, center[body])
+    pose = wp.transform(position, rotation)
+    body_q[body] = pose
+    body_qd[body] = wp.spatial_vector(velocity, angular)
+    for i in range(7):
+        joint_q[7 * body + i] = pose[i]
+    for i in range(3):
+        joint_qd[6 * body + i] = velocity[i]
+        joint_qd[6 * body + 3 + i] = angular[i]
