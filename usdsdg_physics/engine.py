@@ -122,6 +122,45 @@ class NewtonEngine:
         ]
         self._playing("apply_forces").add_forces(bodies, *given)
 
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Paths of the revolute and prismatic joints that are simulated; empty while stopped."""
+        return self._session.joints if self._session else ()
+
+    def joint_positions(self, joints: Sequence[str]) -> np.ndarray:
+        """Return the positions (N,) of joints: angles [rad], distances [stage units].
+
+        Raises:
+            PhysicsError: `play` has not been called, or a path is not among `joints`.
+        """
+        return self._playing("joint_positions").joint_state(joints)[0]
+
+    def joint_velocities(self, joints: Sequence[str]) -> np.ndarray:
+        """Return the velocities (N,) of joints [rad/s, stage units/s].
+
+        Raises:
+            PhysicsError: `play` has not been called, or a path is not among `joints`.
+        """
+        return self._playing("joint_velocities").joint_state(joints)[1]
+
+    def set_joint_state(
+        self, joints: Sequence[str], positions: ArrayLike | None = None, velocities: ArrayLike | None = None
+    ) -> None:
+        """Move joints at once (N,) [rad, stage units], and set their velocities (N,); bodies follow, here and there.
+
+        Raises:
+            PhysicsError: `play` has not been called, or a path is not among `joints`.
+        """
+        self._playing("set_joint_state").set_joint_state(joints, positions, velocities)
+
+    def apply_joint_efforts(self, joints: Sequence[str], efforts: ArrayLike) -> None:
+        """Push joints during the next step (N,), in stage units: torques, and forces of prismatic joints.
+
+        Raises:
+            PhysicsError: `play` has not been called, or a path is not among `joints`.
+        """
+        self._playing("apply_joint_efforts").add_joint_efforts(joints, np.asarray(efforts, np.float64))
+
     def close(self) -> None:
         """Release the stage without writing to it."""
         self.stop(restore=False)

@@ -3,6 +3,7 @@
 from collections.abc import Collection, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pxr import Usd
 
 from usdsdg.errors import PhysicsError, warn_once
@@ -18,6 +19,7 @@ from usdsdg_physics.queries.scene_queries import SceneQueries
 from usdsdg_physics.scene.records import Scene
 from usdsdg_physics.world.compile_kernels import Progress
 from usdsdg_physics.world.world import World
+from usdsdg_physics.writeback.joint_states import JointStateWriter
 from usdsdg_physics.writeback.restore import Backup
 from usdsdg_physics.writeback.stage_writer import StageWriter
 
@@ -79,6 +81,59 @@ class PlaySession:
         force = forces * newtons
         world.add_wrenches(rows, np.hstack([force, torques * newtons * meters + np.cross(arms, force)]))
 
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Paths of the joints with one axis that are simulated."""
+        self._apply_stage_edits()
+        return tuple(path for path, joint in self.scene.joints.items() if len(joint.axes) == 1)
+
+    def joint_state(self, joints: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the positions and velocities (N,) of joints in rad and stage units.
+
+        Raises:
+            PhysicsError: a path is no joint with one axis that is simulated.
+        """
+        keys, units = self._joint_keys(joints)
+        positions, velocities = self._current_world().joint_state(keys)
+        return positions / units, velocities / units
+
+    def set_joint_state(
+        self, joints: Sequence[str], positions: ArrayLike | None = None, velocities: ArrayLike | None = None
+    ) -> None:
+        """Move joints at once, and set their velocities; see `NewtonEngine.set_joint_state`.
+
+        Raises:
+            PhysicsError: a path is no joint with one axis that is simulated.
+        """
+        keys, units = self._joint_keys(joints)
+        given = [
+            {} if values is None else dict(zip(keys, (np.asarray(values, np.float64) * units).tolist(), strict=True))
+            for values in (positions, velocities)
+        ]
+        world = self._current_world()
+        world.set_joint_state(*given)
+        self._write_back(world)
+
+    def add_joint_efforts(self, joints: Sequence[str], efforts: np.ndarray) -> None:
+        """Push joints during the next step; see `NewtonEngine.apply_joint_efforts`.
+
+        Raises:
+            PhysicsError: a path is no joint with one axis that is simulated.
+        """
+        keys, units = self._joint_keys(joints)
+        # A force has one length in its unit, a torque two.
+        newtons = self._units.kilograms * self._units.meters * np.where(units == 1.0, self._units.meters, 1.0)
+        self._current_world().add_joint_efforts(dict(zip(keys, (efforts * newtons).tolist(), strict=True)))
+
+    def _joint_keys(self, joints: Sequence[str]) -> tuple[list[tuple[str, str]], np.ndarray]:
+        """Return the axes of joints with one, and their units of position in SI."""
+        known = self.scene.joints
+        if unknown := [path for path in joints if path not in known or len(known[path].axes) != 1]:
+            raise PhysicsError(f"{unknown[0]} is not a simulated revolute or prismatic joint, so it has no position")
+        axes = [known[path].axes[0] for path in joints]
+        keys = [(path, axis.name) for path, axis in zip(joints, axes)]
+        return keys, np.array([1.0 if axis.angular else self._units.meters for axis in axes])
+
     def reset(self, bodies: Collection[str]) -> None:
         """Restore the poses and velocities that bodies had before this play; takes effect at the next step."""
         self._backup.restore_prims(bodies)
@@ -125,6 +180,8 @@ class PlaySession:
         self.poses = world.poses()
         with self._tracker.muted():
             self._writer.write(self.poses, world.velocities())
+            if self._joint_writer.axes:
+                self._joint_writer.write(*world.joint_state(self._joint_writer.axes))
 
     def _read_stage(self) -> None:
         self._units = Units.of(self._stage)
@@ -141,7 +198,10 @@ class PlaySession:
 
     def _open_writer(self) -> None:
         with self._tracker.muted():
-            self._writer = StageWriter(self._stage, self.scene.bodies, self._backup, meters_per_unit=self._units.meters)
+            meters = self._units.meters
+            self._writer = StageWriter(self._stage, self.scene.bodies, self._backup, meters_per_unit=meters)
+            joints = self.scene.joints.values()
+            self._joint_writer = JointStateWriter(self._stage, joints, self._backup, meters_per_unit=meters)
         if self.world is not None:
             self._writer.set_written(self.world.poses(), self.world.velocities())
 

@@ -8,12 +8,13 @@ from tests.articulations.robots import at, joint, link, planar_arm
 from usdsdg.app.app import get_app
 from usdsdg.articulations.articulation import Articulation
 from usdsdg.articulations.articulations import get_articulations
-from usdsdg.errors import BadPrim, UsdsdgWarning
+from usdsdg.errors import BadPrim, PhysicsError
 from usdsdg.session import engines
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.schemas import physx
 
 STEP = 1 / 60
+_INSTANCES = {"shoulder": "angular", "elbow": "angular", "slider": "linear"}
 
 
 def _hand(q1: float, q2: float, slide: float) -> list[float]:
@@ -121,16 +122,20 @@ def test_a_prim_without_joints_is_no_articulation(stage):
 def test_links_stand_while_physics_plays_and_move_with_the_joints(stage):
     planar_arm(stage)
     ball = link(stage, "/World/Ball", (0, 0, 5))
-    with pytest.warns(UsdsdgWarning, match="its joints follow the positions"):
-        arm = get_articulations().at("/World/Arm")
+    _stiffen(stage, "elbow", "slider")
+    arm = get_articulations().at("/World/Arm")
     arm.set_velocities([0.6, 0.0, 0.0])
     get_timeline().play()
     for _ in range(30):
         get_app().update()
+    assert arm.is_simulated
     assert at(ball)[2] < 4
-    assert arm.positions[0] == pytest.approx(0.3, abs=1e-6)
-    assert at(stage.GetPrimAtPath("/World/Arm/hand")) == pytest.approx(_hand(0.3, 0, 0), abs=1e-5)
+    assert arm.positions == pytest.approx([0.3, 0, 0], abs=3e-3)  # nothing brakes the shoulder
+    assert arm.velocities[0] == pytest.approx(0.6, rel=0.01)
+    assert at(stage.GetPrimAtPath("/World/Arm/hand")) == pytest.approx(_hand(*arm.positions), abs=1e-5)
     assert "/World/Arm/hand" in engines.physics().rigid_bodies
+    arm.set_positions([0.5, 0.25, 0.1])
+    assert at(stage.GetPrimAtPath("/World/Arm/hand")) == pytest.approx(_hand(0.5, 0.25, 0.1), abs=1e-5)
     get_timeline().stop()
     assert at(stage.GetPrimAtPath("/World/Arm/hand")) == pytest.approx([2, 0, 0], abs=1e-6)
 
@@ -139,9 +144,38 @@ def test_a_link_pushes_what_is_in_its_way(stage):
     planar_arm(stage)
     ball = link(stage, "/World/Ball", (2, 0.3, 0))
     ball.CreateAttribute("physxRigidBody:disableGravity", Sdf.ValueTypeNames.Bool).Set(True)
+    _stiffen(stage, "elbow", "slider")
     arm = get_articulations().at("/World/Arm")
     arm.set_velocities([0.6, 0.0, 0.0])
     get_timeline().play()
     for _ in range(30):
         get_app().update()
-    assert at(ball)[1] > 0.5
+    # Of the arm's momentum about the shoulder, 5 kg m² times its velocity, the ball of 1 kg at 2 m takes its part,
+    # and turns.
+    assert arm.velocities[0] == pytest.approx(0.6 * 5 / (5 + 4), rel=0.1)
+    assert at(ball)[1] > 0.48
+
+
+def test_efforts_push_joints_for_one_step(stage):
+    planar_arm(stage)
+    _stiffen(stage, "elbow", "slider")
+    arm = get_articulations().at("/World/Arm")
+    with pytest.raises(PhysicsError, match="/World/Arm: no effort acts"):
+        arm.apply_efforts([1.0, 0.0, 0.0])
+    get_timeline().play()
+    for _ in range(30):
+        arm.apply_efforts([2.0, 0.0, 0.0])
+        get_app().update()
+    turned = 2.0 / 5 * 0.5  # torque over inertia, for half a second
+    assert arm.velocities[0] == pytest.approx(turned, rel=0.02)
+    for _ in range(30):
+        get_app().update()
+    assert arm.velocities[0] == pytest.approx(turned, rel=0.02)
+
+
+def _stiffen(stage, *joints: str) -> None:
+    """Give joints drives that hold them where they are."""
+    for name in joints:
+        drive = UsdPhysics.DriveAPI.Apply(stage.GetPrimAtPath(f"/World/Arm/{name}"), _INSTANCES[name])
+        drive.CreateStiffnessAttr(1e5)
+        drive.CreateDampingAttr(1e3)

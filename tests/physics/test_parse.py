@@ -254,7 +254,8 @@ def test_filtered_pairs_and_groups_pass_through_each_other():
 
 def _joint(stage):
     add(stage, "/World/box")
-    UsdPhysics.FixedJoint.Define(stage, "/World/joint").CreateBody0Rel().AddTarget("/World/box")
+    joint = stage.DefinePrim("/World/joint", "PhysxPhysicsGearJoint")
+    joint.CreateRelationship("physics:body0", custom=False).AddTarget("/World/box")
 
 
 def _instancer(stage):

@@ -1,1 +1,1 @@
-"""Robots whose joints have positions: links are placed by forward kinematics, and forces do not act on them."""
+"""Robots whose joints have positions: physics moves those that it simulates, forward kinematics places the others."""

@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from pxr import Usd
 
 from usdsdg.articulations.joint_tree import JointTree, drive_of
+from usdsdg.errors import PhysicsError
+from usdsdg.session import engines
 from usdsdg.stage.physics.joints import Joint
 
 Array = NDArray[np.float64]
@@ -38,11 +40,11 @@ class Drive:
 
 
 class Articulation:
-    """The joints of one robot, which move by their velocities and drives within their limits.
+    """The joints of one robot, which physics moves while it plays.
 
-    Nothing pushes a joint: forces, contacts and gravity do not act, and links push other bodies as kinematic bodies do.
-    A joint with a stiff drive approaches its target without overshoot, at the drive's rate of 2 stiffness / damping;
-    one without keeps its velocity, or takes the drive's target velocity.
+    Joints that are not simulated (see `is_simulated`) move by their velocities and drives within their limits, and
+    nothing pushes them: one with a stiff drive approaches its target without overshoot, at the drive's rate of
+    2 stiffness / damping; one without keeps its velocity, or takes the drive's target velocity.
     """
 
     def __init__(self, stage: Usd.Stage, root: str) -> None:
@@ -53,9 +55,12 @@ class Articulation:
         """
         self._stage = stage
         self.tree = JointTree(stage, root)
-        self.positions = self.tree.positions()
-        self.velocities = np.zeros(len(self.dofs))
-        self._first = self.positions.copy()
+        self._paths = [joint.path for joint in self.dofs]
+        self._positions = self.tree.positions()
+        self._velocities = np.zeros(len(self.dofs))
+        self._given_velocities = False  # to the next play
+        self._was_simulated = False
+        self._first = self._positions.copy()
         self._touching: Callable[[Collection[str]], set[str]] | None = None
 
     @property
@@ -68,51 +73,105 @@ class Articulation:
         """The joints with a position, breadth first from the base."""
         return self.tree.dofs
 
+    @property
+    def is_simulated(self) -> bool:
+        """Whether physics plays and simulates all joints."""
+        return self._engine() is not None
+
+    @property
+    def positions(self) -> Array:
+        """The positions (D,) of the joints [rad, stage units]."""
+        engine = self._engine()
+        return self._positions if engine is None else engine.joint_positions(self._paths)
+
+    @property
+    def velocities(self) -> Array:
+        """The velocities (D,) of the joints [rad/s, stage units/s]."""
+        engine = self._engine()
+        return self._velocities if engine is None else engine.joint_velocities(self._paths)
+
     def set_positions(self, positions: ArrayLike) -> None:
         """Move the joints (D,) at once, within their limits; their velocities stay."""
-        self.positions = self._limited(np.asarray(positions, np.float64))
+        self._positions = self._limited(np.asarray(positions, np.float64))
         self._follow_leaders()
-        self._show()
+        if (engine := self._engine()) is not None:
+            engine.set_joint_state(self._paths, self._positions)
+        else:
+            self._show()
 
     def set_velocities(self, velocities: ArrayLike) -> None:
         """Set the velocities (D,) [rad/s, stage units/s] from the next step on."""
-        self.velocities = np.array(velocities, np.float64)
+        self._velocities = np.array(velocities, np.float64)
+        if (engine := self._engine()) is not None:
+            engine.set_joint_state(self._paths, velocities=self._velocities)
+        else:
+            self._given_velocities = True
+
+    def apply_efforts(self, efforts: ArrayLike) -> None:
+        """Push the joints (D,) during the next step: torques, and forces of prismatic joints, in stage units.
+
+        Raises:
+            PhysicsError: physics does not play, or does not simulate all joints.
+        """
+        engine = self._engine()
+        if engine is None:
+            raise PhysicsError(f"{self.root}: no effort acts on its joints, because they are not simulated; play first")
+        engine.apply_joint_efforts(self._paths, efforts)
 
     def measure(self) -> None:
         """Take the positions of the links on the stage, at rest."""
-        self.positions = self.tree.positions()
-        self.velocities[:] = 0.0
+        self._positions = self.tree.positions()
+        self._velocities = np.zeros(len(self.dofs))
 
     def restart(self) -> None:
         """Return to the positions that it was made with."""
-        self.velocities[:] = 0.0
+        self.set_velocities(np.zeros(len(self.dofs)))
         self.set_positions(self._first)
 
     def stop_before(self, touching: Callable[[Collection[str]], set[str]] | None) -> None:
-        """Let a joint stay where it is if a link that it moves would be in `touching(links)`; None lets all move."""
+        """Let a joint stay where it is if a link that it moves would be in `touching(links)`; None lets all move.
+
+        Joints that physics simulates stop where links touch anything.
+        """
         self._touching = touching
 
     def step(self, dt: float) -> None:
-        """Advance by `dt` seconds and place the links."""
-        before = self.positions.copy()
+        """Advance by `dt` seconds and place the links; physics does so itself with joints that it simulates."""
+        if (engine := self._engine()) is not None:
+            if self._given_velocities:
+                engine.set_joint_state(self._paths, velocities=self._velocities)
+            self._given_velocities = False
+            return
+        before = self._positions.copy()
         for index, joint in enumerate(self.dofs):
-            self.positions[index], self.velocities[index] = self._advanced(index, joint, dt)
-        moved = self._limited(self.positions)
-        self.velocities[moved != self.positions] = 0.0
-        self.positions = moved
+            self._positions[index], self._velocities[index] = self._advanced(index, joint, dt)
+        moved = self._limited(self._positions)
+        self._velocities[moved != self._positions] = 0.0
+        self._positions = moved
         self._follow_leaders()
-        if np.array_equal(before, self.positions):
+        if np.array_equal(before, self._positions):
             return
         self._show()
         if self._touching is not None and (touched := self._touching(self.tree.links)):
             self._take_back(before, touched)
+
+    def _engine(self) -> engines.PhysicsEngine | None:
+        """Return the physics engine if it plays and simulates all joints."""
+        engine = engines.physics_if_made()
+        if engine is not None and engine.is_playing and self._paths and set(self._paths) <= set(engine.joints):
+            self._was_simulated = True
+            return engine
+        if self._was_simulated:
+            self._was_simulated = False
+            self.measure()
+        return None
 
     def _take_back(self, before: Array, touched: set[str]) -> None:
         """Move the joints of touched links, with the leaders that they follow, only as far as nothing is touched."""
         leaders = self._leaders()
         moving = [row for row, joint in enumerate(self.dofs) if touched & self.tree.moved_by(joint)]
         rows = sorted({each for row in moving for each in (row, leaders.get(row, (row, 0.0, 0.0))[0])})
-        moved, self.velocities[rows] = self.positions.copy(), 0.0
+        moved, self._velocities[rows] = self._positions.copy(), 0.0
         free, reached = 0.0, 1.0
         for _ in range(_HALVINGS):
             middle = (free + reached) / 2.0
@@ -123,12 +182,12 @@ class Articulation:
 
     def _part_way(self, rows: list[int], before: Array, moved: Array, part: float) -> None:
         """Place joints part of the way, from 0 to 1, between two positions."""
-        self.positions[rows] = before[rows] + part * (moved[rows] - before[rows])
+        self._positions[rows] = before[rows] + part * (moved[rows] - before[rows])
         self._follow_leaders()
         self._show()
 
     def _advanced(self, index: int, joint: Joint, dt: float) -> tuple[float, float]:
-        position, velocity = self.positions[index], self.velocities[index]
+        position, velocity = self._positions[index], self._velocities[index]
         drive = read_drive(self._stage, joint)
         if (omega := drive.frequency) > 0.0:
             # The closed form of a critically damped spring.
@@ -140,7 +199,7 @@ class Articulation:
             velocity = drive.target_velocity if drive.damping > 0.0 else velocity
             position = position + velocity * dt
         most = self._max_velocity(joint) * dt
-        before = self.positions[index]
+        before = self._positions[index]
         return float(np.clip(position, before - most, before + most)), float(np.clip(velocity, -most / dt, most / dt))
 
     def _max_velocity(self, joint: Joint) -> float:
@@ -155,7 +214,7 @@ class Articulation:
     def _follow_leaders(self) -> None:
         """Place mimic joints: position + gearing times the leader's + offset is zero."""
         for index, (leader, gearing, offset) in self._leaders().items():
-            self.positions[index] = -gearing * self.positions[leader] - offset
+            self._positions[index] = -gearing * self._positions[leader] - offset
 
     def _leaders(self) -> dict[int, tuple[int, float, float]]:
         """Return the leader, gearing and offset of each mimic joint, by number."""
@@ -174,8 +233,8 @@ class Articulation:
 
     def _show(self) -> None:
         """Write poses of links, and the states of joints that have JointStateAPI, to the stage."""
-        self.tree.place(self.positions)
-        for joint, position, velocity in zip(self.dofs, self.positions, self.velocities):
+        self.tree.place(self._positions)
+        for joint, position, velocity in zip(self.dofs, self._positions, self._velocities):
             prim = self._stage.GetPrimAtPath(joint.path)
             for name, value in (("position", position), ("velocity", velocity)):
                 attribute = prim.GetAttribute(f"state:{joint.drive}:physics:{name}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from usdsdg.articulations.articulation import Articulation
-from usdsdg.errors import warn_once
 from usdsdg.session import engines, stage_context
 from usdsdg.session.session import current
 from usdsdg.session.timeline import get_timeline
@@ -26,11 +25,6 @@ class Articulations:
         """
         if root not in self._found:
             self._found[root] = Articulation(stage_context.current_stage(), root)
-            warn_once(
-                f"{root}: its joints follow the positions, velocities and drive targets that are set; forces, contacts "
-                "and gravity do not move them",
-                key="articulations.kinematic",
-            )
         return self._found[root]
 
     def restart(self) -> None:

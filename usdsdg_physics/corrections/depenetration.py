@@ -15,6 +15,7 @@ from usdsdg_physics.scene.records import STATIC, Scene
 
 if TYPE_CHECKING:
     import newton
+    import warp as wp
 
     from usdsdg_physics.corrections.contact_arrays import ContactArrays
 
@@ -30,7 +31,16 @@ class Depenetration:
     nothing of that speed; all others are pushed as in PhysX.
     """
 
-    def __init__(self, scene: Scene, model: newton.Model, shape_index: dict[str, int], contacts: ContactArrays) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        model: newton.Model,
+        shape_index: dict[str, int],
+        contacts: ContactArrays,
+        free: wp.array,
+        dof: wp.array,
+    ) -> None:
+        """Take for each body whether it is free to move by itself, and where its velocity is in joint_qd."""
         import warp as wp
 
         self._model, self._contacts = model, contacts
@@ -48,7 +58,7 @@ class Depenetration:
         self._any_left = wp.zeros(1, dtype=wp.int32, device=device)
         self._half_thickness = wp.array(thickness, dtype=wp.float32, device=device)
         self._authored_limits = wp.array(limits, dtype=wp.float32, device=device)
-        self._dynamic = wp.array([not body.kinematic for body in scene.bodies.values()], dtype=wp.int32, device=device)
+        self._free, self._dof = free, dof
 
     def activate(self, shapes: Collection[int]) -> None:
         """Begin to push at the static colliders, by shape index, that were switched on or moved."""
@@ -92,7 +102,7 @@ class Depenetration:
         wp.launch(
             clamp_depenetration_velocity,
             dim=self._model.body_count,
-            inputs=[self._any_left, self._dynamic, self._authored_limits, before.body_qd],
+            inputs=[self._any_left, self._free, self._dof, self._authored_limits, before.body_qd],
             outputs=[after.joint_qd, after.body_qd],
             device=self._model.device,
         )

@@ -57,7 +57,8 @@ def clamp_depenetration_velocity(
     # scene
     any_left: wp.array[wp.int32],
     # body
-    dynamic: wp.array[wp.int32],
+    free: wp.array[wp.int32],
+    dof: wp.array[wp.int32],
     max_depenetration_velocity: wp.array[wp.float32],
     previous_body_qd: wp.array[wp.spatial_vector],
     # out
@@ -74,12 +75,12 @@ def clamp_depenetration_velocity(
     velocity = wp.spatial_top(body_qd[body])
     limit = wp.max(max_depenetration_velocity[body], wp.length(wp.spatial_top(previous_body_qd[body])))
     speed = wp.length(velocity)
-    if dynamic[body] == 0 or speed <= limit:
+    if free[body] == 0 or speed <= limit:
         return
     velocity = velocity * (limit / speed)
     body_qd[body] = wp.spatial_vector(velocity, wp.spatial_bottom(body_qd[body]))
     for i in range(3):
-        joint_qd[6 * body + i] = velocity[i]
+        joint_qd[dof[body] + i] = velocity[i]
 
 
 @wp.kernel

@@ -21,10 +21,11 @@ class FreeFlight:
     steps. The substeps of the solver, which contacts need, would leave it g dt² n/2 (1 - 1/k) higher with k of them.
     """
 
-    def __init__(self, model: newton.Model, dynamic: wp.array, contacts: ContactArrays) -> None:
+    def __init__(self, model: newton.Model, free: wp.array, coordinate: wp.array, contacts: ContactArrays) -> None:
+        """Take for each body whether it is free to move by itself, and where its pose is in joint_q."""
         import warp as wp
 
-        self._model, self._dynamic, self._contacts = model, dynamic, contacts
+        self._model, self._free, self._coordinate, self._contacts = model, free, coordinate, contacts
         self._touched = wp.zeros(model.body_count, dtype=wp.int32, device=model.device)
         self._start = wp.zeros(model.body_count, dtype=wp.transform, device=model.device)
 
@@ -59,7 +60,7 @@ class FreeFlight:
         wp.launch(
             move_untouched,
             dim=self._model.body_count,
-            inputs=[self._dynamic, self._model.body_com, self._touched, self._start, state.body_qd, dt],
+            inputs=[self._free, self._coordinate, self._model.body_com, self._touched, self._start, state.body_qd, dt],
             outputs=[state.joint_q, state.body_q],
             device=self._model.device,
         )

@@ -31,7 +31,8 @@ def note_touched(
 @wp.kernel
 def move_untouched(
     # body
-    dynamic: wp.array[wp.int32],
+    free: wp.array[wp.int32],
+    coordinate: wp.array[wp.int32],
     center: wp.array[wp.vec3],
     touched: wp.array[wp.int32],
     start: wp.array[wp.transform],
@@ -43,11 +44,11 @@ def move_untouched(
 ):
     """Move the center of mass [m, in the body's frame] of each body to `start` plus its velocity [m/s] times `dt`."""
     body = wp.tid()
-    if dynamic[body] == 0 or touched[body] != 0:
+    if free[body] == 0 or touched[body] != 0:
         return
     pose = body_q[body]
     moved = wp.transform_point(start[body], center[body]) + wp.spatial_top(body_qd[body]) * dt
     position = moved - wp.quat_rotate(wp.transform_get_rotation(pose), center[body])
     body_q[body] = wp.transform(position, wp.transform_get_rotation(pose))
     for i in range(3):
-        joint_q[7 * body + i] = position[i]
+        joint_q[coordinate[body] + i] = position[i]

@@ -10,15 +10,17 @@ from usdsdg_physics.scene.records import Scene
 
 if TYPE_CHECKING:
     import newton
+    import warp as wp
 
 
 class LockedAxes:
     """Takes from bodies, after each step of the solver, the motion along and about their locked axes."""
 
-    def __init__(self, scene: Scene, model: newton.Model) -> None:
+    def __init__(self, scene: Scene, model: newton.Model, coordinate: wp.array, dof: wp.array) -> None:
+        """Take for each body where it is in joint_q and joint_qd; no axes of links are locked."""
         import warp as wp
 
-        self._model = model
+        self._model, self._coordinate, self._dof = model, coordinate, dof
         dynamic = np.array([not body.kinematic for body in scene.bodies.values()])
         position, rotation = (
             np.array([getattr(body, f"locked_{kind}") for body in scene.bodies.values()], np.int32) * dynamic
@@ -37,7 +39,7 @@ class LockedAxes:
         wp.launch(
             lock_velocities,
             dim=self._model.body_count,
-            inputs=[self._position, self._rotation],
+            inputs=[self._position, self._rotation, self._dof],
             outputs=[state.joint_qd, state.body_qd],
             device=self._model.device,
         )
@@ -51,7 +53,15 @@ class LockedAxes:
         wp.launch(
             lock_axes,
             dim=self._model.body_count,
-            inputs=[self._position, self._rotation, self._model.body_com, before.body_q, dt],
+            inputs=[
+                self._position,
+                self._rotation,
+                self._coordinate,
+                self._dof,
+                self._model.body_com,
+                before.body_q,
+                dt,
+            ],
             outputs=[after.joint_q, after.joint_qd, after.body_q, after.body_qd],
             device=self._model.device,
         )

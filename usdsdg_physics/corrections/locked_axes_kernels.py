@@ -11,6 +11,7 @@ def lock_velocities(
     # body
     locked_position: wp.array[wp.int32],
     locked_rotation: wp.array[wp.int32],
+    dof: wp.array[wp.int32],
     # out
     joint_qd: wp.array[wp.float32],
     body_qd: wp.array[wp.spatial_vector],
@@ -22,7 +23,7 @@ def lock_velocities(
     for i in range(6):
         if (locked & (1 << i)) != 0:
             velocity[i] = 0.0
-            joint_qd[6 * body + i] = 0.0
+            joint_qd[dof[body] + i] = 0.0
     body_qd[body] = velocity
 
 
@@ -31,6 +32,8 @@ def lock_axes(
     # body
     locked_position: wp.array[wp.int32],
     locked_rotation: wp.array[wp.int32],
+    coordinate: wp.array[wp.int32],
+    dof: wp.array[wp.int32],
     center: wp.array[wp.vec3],
     previous_body_q: wp.array[wp.transform],
     dt: wp.float32,
@@ -72,7 +75,7 @@ def lock_axes(
     body_q[body] = pose
     body_qd[body] = wp.spatial_vector(velocity, angular)
     for i in range(7):
-        joint_q[7 * body + i] = pose[i]
+        joint_q[coordinate[body] + i] = pose[i]
     for i in range(3):
-        joint_qd[6 * body + i] = velocity[i]
-        joint_qd[6 * body + 3 + i] = angular[i]
+        joint_qd[dof[body] + i] = velocity[i]
+        joint_qd[dof[body] + 3 + i] = angular[i]

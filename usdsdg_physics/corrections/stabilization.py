@@ -23,14 +23,22 @@ class Stabilization:
     """What happens to the bodies after each step of the solver."""
 
     def __init__(
-        self, scene: Scene, model: newton.Model, inertia_per_mass: wp.array, sleep_threshold: wp.array
+        self,
+        scene: Scene,
+        model: newton.Model,
+        inertia_per_mass: wp.array,
+        sleep_threshold: wp.array,
+        free: wp.array,
+        coordinate: wp.array,
+        dof: wp.array,
     ) -> None:
+        """Take for each body whether it is free to move by itself, and where it is in joint_q and joint_qd."""
         import warp as wp
 
         bodies, device = list(scene.bodies.values()), model.device
         self._model = model
         self._inertia_per_mass, self._sleep_threshold = inertia_per_mass, sleep_threshold
-        self._dynamic = wp.array([not body.kinematic for body in bodies], dtype=wp.int32, device=device)
+        self._free, self._coordinate, self._dof = free, coordinate, dof
         self._max_velocity = wp.array([body.max_velocity for body in bodies], dtype=wp.float32, device=device)
         self._max_angular_velocity = wp.array(
             [body.max_angular_velocity for body in bodies], dtype=wp.float32, device=device
@@ -67,7 +75,9 @@ class Stabilization:
             stabilize_bodies,
             dim=self._model.body_count,
             inputs=[
-                self._dynamic,
+                self._free,
+                self._coordinate,
+                self._dof,
                 self.gravity_enabled,
                 self._inertia_per_mass,
                 self._sleep_threshold,

@@ -11,7 +11,9 @@ import warp as wp
 @wp.kernel
 def stabilize_bodies(
     # body
-    dynamic: wp.array[wp.int32],
+    free: wp.array[wp.int32],
+    coordinate: wp.array[wp.int32],
+    dof: wp.array[wp.int32],
     gravity_enabled: wp.array[wp.int32],
     inertia_per_mass: wp.array[wp.float32],
     sleep_threshold: wp.array[wp.float32],
@@ -41,7 +43,7 @@ def stabilize_bodies(
     `asleep` are held at once. `inertia_per_mass` is the mean moment of inertia over the mass [m²].
     """
     body = wp.tid()
-    if dynamic[body] == 0:
+    if free[body] == 0:
         return
     pose = body_q[body]
     velocity = wp.spatial_top(body_qd[body])
@@ -77,10 +79,10 @@ def stabilize_bodies(
     body_q[body] = pose
     body_qd[body] = wp.spatial_vector(velocity, angular)
     for i in range(7):
-        joint_q[7 * body + i] = pose[i]
+        joint_q[coordinate[body] + i] = pose[i]
     for i in range(3):
-        joint_qd[6 * body + i] = velocity[i]
-        joint_qd[6 * body + 3 + i] = angular[i]
+        joint_qd[dof[body] + i] = velocity[i]
+        joint_qd[dof[body] + 3 + i] = angular[i]
 
 
 @wp.func

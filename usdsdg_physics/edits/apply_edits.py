@@ -26,6 +26,7 @@ def apply_edits(edits: Edits, world: World, scene: Scene, queries: SceneQueries)
     if edits.forces:
         scene.forces.update(edits.forces)
         world.set_forces(scene.forces.values())
+    _apply_joints(edits, world, scene)
     _apply_colliders(edits, world, scene, queries)
 
 
@@ -37,6 +38,17 @@ def _apply_poses(edits: Edits, world: World, scene: Scene) -> None:
         indices = [world.body_index[path] for path in teleported]
         world.set_poses(indices, np.array([edits.poses[path] for path in teleported]))
         world.discard_contact_history()
+
+
+def _apply_joints(edits: Edits, world: World, scene: Scene) -> None:
+    for path, joint in edits.joints.items():
+        world.set_drives({(path, axis.name): axis.drive for axis in joint.axes if axis.drive is not None})
+        scene.joints[path] = joint
+    for path in sorted(edits.moved_joints):
+        axes = edits.joints[path].axes
+        positions = {(path, axis.name): axis.position for axis in axes if axis.position is not None}
+        velocities = {(path, axis.name): axis.velocity for axis in axes if axis.velocity is not None}
+        world.set_joint_state(positions, velocities)
 
 
 def _apply_colliders(edits: Edits, world: World, scene: Scene, queries: SceneQueries) -> None:

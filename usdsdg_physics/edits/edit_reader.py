@@ -14,12 +14,13 @@ from usdsdg_physics.parse.colliders import frame_from_prim
 from usdsdg_physics.parse.collision_shapes import read_shape
 from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.forces import read_force
+from usdsdg_physics.parse.joints import read_joint
 from usdsdg_physics.parse.materials import bound_materials
 from usdsdg_physics.parse.scene import parse, read_gravity
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.parse.unread import warn_unread
 from usdsdg_physics.scene.prim_paths import at_or_below, paths_below
-from usdsdg_physics.scene.records import STATIC, Body, Collider, Force, Scene, Shape
+from usdsdg_physics.scene.records import STATIC, Body, Collider, Force, Joint, Scene, Shape
 from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
 
 _VELOCITIES = frozenset({"physics:velocity", "physics:angularVelocity"})
@@ -31,6 +32,15 @@ _FORCE = "physxForce:"
 _COLLISION_ENABLED = "physics:collisionEnabled"
 _STARTS_ASLEEP = "physics:startsAsleep"
 _GRAVITY = frozenset({"physics:gravityDirection", "physics:gravityMagnitude"})
+_JOINT_STATES = (":physics:position", ":physics:velocity")
+_LIVE_DRIVE_ATTRIBUTES = (
+    ":physics:targetPosition",
+    ":physics:targetVelocity",
+    ":physics:stiffness",
+    ":physics:damping",
+    ":physics:maxForce",
+)
+_JOINT_PREFIXES = ("physics:", "physx", "drive:", "limit:", "state:")
 # Prefixes of attributes whose change needs a rebuild, unless they are among the above.
 _REBUILD_PREFIXES = ("physics:", "physxRigidBody:", "physxCollision:", "physxConvex", "material:binding:physics")
 _SHAPE_ATTRIBUTES = frozenset(
@@ -42,6 +52,9 @@ _NEW_PRIM_PREFIXES = (
     "physics:rigidBodyEnabled",
     "physics:filteredGroups",
     "physics:invertFilteredGroups",
+    "physics:jointEnabled",
+    "physics:body0",
+    "physics:body1",
     "collection:",
 )
 
@@ -55,19 +68,14 @@ class Edits:
     poses: dict[str, np.ndarray] = field(default_factory=dict)  # by body: (7,) m
     bodies: dict[str, Body] = field(default_factory=dict)  # whose gravity switch or damping changed
     colliders: dict[str, Collider] = field(default_factory=dict)  # that were switched or moved
+    joints: dict[str, Joint] = field(default_factory=dict)  # with new drives, or a new state
+    moved_joints: set[str] = field(default_factory=set)  # those of `joints` whose position or velocity was set
     gravity: tuple[float, float, float] | None = None
     forces: dict[str, Force] = field(default_factory=dict)  # that changed, by prim
 
     def __bool__(self) -> bool:
-        return bool(
-            self.rebuild
-            or self.velocities
-            or self.poses
-            or self.bodies
-            or self.colliders
-            or self.gravity
-            or self.forces
-        )
+        edits = (self.velocities, self.poses, self.bodies, self.colliders, self.joints, self.gravity, self.forces)
+        return self.rebuild or any(edits)
 
 
 class EditReader:
@@ -78,6 +86,7 @@ class EditReader:
         self._units = Units.of(stage)
         self._bodies = sorted(scene.bodies)
         self._colliders = sorted(scene.colliders)
+        self._joints = sorted(scene.joints)
         self._materials = {collider.material.path for collider in scene.colliders.values()} - {""}
 
     def read(self, changes: Changes) -> Edits:
@@ -106,6 +115,7 @@ class EditReader:
             now.forces == {p: force for p, force in self._scene.forces.items() if at_or_below(p, path)}
             and set(now.bodies) == set(before_bodies)
             and set(now.colliders) == set(before_colliders)
+            and now.joints == {path: self._scene.joints[path] for path in paths_below(self._joints, path)}
             and all(_same_body(now.bodies[p], self._scene.bodies[p]) for p in before_bodies)
             and all(_same_collider(now.colliders[p], self._scene.colliders[p]) for p in before_colliders)
         )
@@ -121,6 +131,8 @@ class EditReader:
         if path == self._scene.scene_path:
             if names & _GRAVITY:
                 edits.gravity = read_gravity(self._stage, self._stage.GetPrimAtPath(path), self._units)
+        elif path in self._scene.joints:
+            self._read_joint(path, names, cache, edits)
         elif path in self._materials:
             edits.rebuild |= any(name.startswith(("physics:", "physxMaterial:")) for name in names)
         elif path in self._scene.bodies or path in self._scene.colliders:
@@ -141,7 +153,25 @@ class EditReader:
             velocity, angular = read_velocity(prim, self._units), read_angular_velocity(prim)
             edits.velocities[path] = np.array([*velocity, *angular])
         if body is not None and (names & _LIVE_BODY_ATTRIBUTES or any(name.startswith(_SURFACE) for name in names)):
-            edits.bodies[path] = replace(read_body(prim, cache, self._units), kinematic=body.kinematic)
+            edits.bodies[path] = replace(read_body(prim, cache, self._units), kinematic=body.kinematic, held=body.held)
+
+    def _read_joint(self, path: str, names: set[str], cache: UsdGeom.XformCache, edits: Edits) -> None:
+        """Read new drives and states of a joint; whatever else changed about it needs a rebuild."""
+        names = {name for name in names if name.startswith(_JOINT_PREFIXES)}
+        states = {name for name in names if name.startswith("state:") and name.endswith(_JOINT_STATES)}
+        drives = {name for name in names if name.startswith("drive:") and name.endswith(_LIVE_DRIVE_ATTRIBUTES)}
+        edits.rebuild |= bool(names - states - drives)
+        if edits.rebuild or not names:
+            return
+        joint, before = read_joint(self._stage.GetPrimAtPath(path), cache, self._units), self._scene.joints[path]
+        same_axes = joint is not None and [axis.name for axis in joint.axes] == [axis.name for axis in before.axes]
+        if joint is None or not same_axes:
+            edits.rebuild = True
+            return
+        # Of its frames nothing but their rounding changed.
+        edits.joints[path] = replace(before, axes=joint.axes)
+        if states:
+            edits.moved_joints.add(path)
 
     def _read_force(self, path: str, cache: UsdGeom.XformCache, edits: Edits) -> None:
         owner = self._stage.GetPrimAtPath(self._scene.forces[path].body)
@@ -197,7 +227,13 @@ def _tilts(body: Body, pose: np.ndarray) -> bool:
 def _same_body(a: Body, b: Body) -> bool:
     """Return whether two records differ in pose and velocities at most."""
     at_pose_of_b = replace(
-        a, pose=b.pose, velocity=b.velocity, angular_velocity=b.angular_velocity, body_from_prim=b.body_from_prim
+        a,
+        pose=b.pose,
+        velocity=b.velocity,
+        angular_velocity=b.angular_velocity,
+        body_from_prim=b.body_from_prim,
+        kinematic=a.kinematic or b.held,
+        held=b.held,
     )
     return at_pose_of_b == b and _close(a.body_from_prim, b.body_from_prim)
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.poses.rotations import matrix_from_quat
+from usdsdg_physics.model.joints import BuiltJoints, add_joints, scene_trees
 from usdsdg_physics.model.mass import body_mass
 from usdsdg_physics.model.narrow_phase_kernels import narrow_phase_kernels_made_once
 from usdsdg_physics.scene.contact_coefficients import (
@@ -33,6 +34,7 @@ MIN_CONSTRAINT_ROWS_CUDA = 4096
 # Times the moment of inertia, about axes that bodies do not turn about: more would drown the others in rounding.
 LOCKED_INERTIA = 1e3
 LOCKED_MASS = 1e3  # times the mass of a body that does not move
+UNLIMITED = 1e9  # m or rad, beyond which a joint has no limit
 
 COLLIDES, DISABLED = 1, 0  # collision groups: Newton pairs no shape of group zero
 
@@ -50,6 +52,18 @@ class BuiltModel:
     inertia: np.ndarray  # (N, 3, 3) about the center of mass, axes of the body frame, kg m²
     coefficients: CoefficientTable | None  # of pairs of materials; None where the mean of two is right
     stand_in_index: np.ndarray  # shape of each of its stand-ins
+    joints: BuiltJoints
+    # (N,) where a body's pose and velocity are in joint_q and joint_qd; -1 for a link, which joints move, and for a base.
+    coordinate: np.ndarray
+    dof: np.ndarray
+
+    @property
+    def pose_coordinate(self) -> np.ndarray:
+        """(N,) likewise in joint_q, for bases that carry links too."""
+        found = self.coordinate.copy()
+        for path, (start, _) in self.joints.bases.items():
+            found[self.body_index[path]] = start
+        return found
 
 
 def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
@@ -67,9 +81,15 @@ def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
         colliders_of[collider.body].append(collider)
 
     masses = [body_mass(body, colliders_of[path]) for path, body in scene.bodies.items()]
+    trees = scene_trees(scene)
+    links = {path for tree in trees for path in tree.bodies}
     body_index = {}
-    for body, mass in zip(scene.bodies.values(), masses):
-        body_index[body.path] = builder.add_body(
+    coordinate, dof = np.full(len(masses), -1, np.int32), np.full(len(masses), -1, np.int32)
+    for row, (body, mass) in enumerate(zip(scene.bodies.values(), masses)):
+        if body.path not in links:
+            coordinate[row], dof[row] = builder.joint_coord_count, builder.joint_dof_count
+        add = builder.add_link if body.path in links else builder.add_body
+        body_index[body.path] = add(
             xform=wp.transform(*body.pose),
             mass=mass.mass * (LOCKED_MASS if body.locked_position == 7 else 1.0),
             com=wp.vec3(*mass.center),
@@ -79,6 +99,7 @@ def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
             label=body.path,
             custom_attributes=_steel_attributes(body),
         )
+    joints = add_joints(builder, trees, scene, body_index)
     meshes: dict[str, newton.Mesh] = {}
     shape_index = {
         collider.path: _add_shape(builder, body_index.get(collider.body, -1), collider, meshes)
@@ -103,6 +124,9 @@ def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
         np.array([mass.inertia for mass in masses]).reshape(-1, 3, 3),
         coefficients,
         np.array(stand_ins, int),
+        joints,
+        coordinate,
+        dof,
     )
 
 
@@ -124,7 +148,7 @@ def build_pipeline(model: newton.Model, *, capacity: float = 1.0) -> newton.Coll
         )
 
 
-def build_solver(model: newton.Model, *, capacity: float = 1.0) -> newton.solvers.SolverSteel:
+def build_solver(model: newton.Model, joints: BuiltJoints, *, capacity: float = 1.0) -> newton.solvers.SolverSteel:
     """Build the solver of a model; `capacity` is a factor on the usual number of its constraint rows."""
     import newton
     import warp as wp
@@ -141,9 +165,14 @@ def build_solver(model: newton.Model, *, capacity: float = 1.0) -> newton.solver
             free_body_constraint_max=rows,
             warn_constraint_overflow=False,
             deterministic=wp.DeterministicMode.RUN_TO_RUN,
+            **_joint_options(joints, capacity),
         )
     return newton.solvers.SolverSteel(
-        model, iterations=ITERATIONS, free_body_constraint_max=rows, warn_constraint_overflow=False
+        model,
+        iterations=ITERATIONS,
+        free_body_constraint_max=rows,
+        warn_constraint_overflow=False,
+        **_joint_options(joints, capacity),
     )
 
 
@@ -154,6 +183,21 @@ def enable_surface_velocities(solver: newton.solvers.SolverSteel) -> None:
     if not solver._has_contact_target_velocity:
         solver._has_contact_target_velocity = True
         solver._mf_target_velocity = wp.zeros_like(solver._mf_rhs)
+
+
+def _joint_options(joints: BuiltJoints, capacity: float) -> dict[str, Any]:
+    """Return the options of the solver that a model with joints needs."""
+    if not joints.trees:
+        return {}
+    return {
+        "articulation_constraint_max": int(capacity * joints.rows),
+        "enable_joint_limits": True,
+        # Newton has a finite number for no limit.
+        "joint_limit_activation_gap": UNLIMITED,
+        "enable_joint_velocity_limits": any(np.isfinite(axis.axis.max_velocity) for axis in joints.axes),
+        # A drive that is folded into the mass matrix would pull harder than its maximum force.
+        "drive_mode": "rows",
+    }
 
 
 def _steel_attributes(body: Body) -> dict[str, float]:

@@ -4,10 +4,10 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom, UsdPhysics
+from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.errors import warn_once
-from usdsdg.stage.physics.joints import ARTICULATION_ROOT, articulated_links, read_joint
+from usdsdg.stage.physics.joints import ARTICULATION_ROOT
 from usdsdg_physics.parse.attributes import COLLISION, FORCE, RIGID_BODY, SURFACE_VELOCITY, has_api, value
 from usdsdg_physics.parse.unread import UnreadNames, listed
 
@@ -24,15 +24,11 @@ class PhysicsPrims:
     forces: list[tuple[Usd.Prim, Usd.Prim | None]] = field(default_factory=list)  # with the body that they push
     static_belts: list[str] = field(default_factory=list)  # with PhysxSurfaceVelocityAPI, but no rigid body
     joints: list[Usd.Prim] = field(default_factory=list)
-    articulations: list[str] = field(default_factory=list)  # prims with ArticulationRootAPI
+    articulations: list[Usd.Prim] = field(default_factory=list)  # with ArticulationRootAPI
     instancers: list[str] = field(default_factory=list)  # PointInstancers of rigid bodies
     instanced_bodies: list[str] = field(default_factory=list)  # rigid bodies inside instances
     nonfinite: list[str] = field(default_factory=list)  # with a transform that is not finite
     unread: UnreadNames = field(default_factory=UnreadNames)  # schemas and attributes without effect
-
-    def links(self) -> set[str]:
-        """Return the paths of the bodies that belong to articulations, whose joints are not simulated but hold them."""
-        return articulated_links(self.articulations, [read_joint(prim) for prim in self.joints])
 
 
 def find_physics_prims(stage: Usd.Stage, root: Sdf.Path, cache: UsdGeom.XformCache) -> PhysicsPrims:
@@ -70,7 +66,7 @@ def find_physics_prims(stage: Usd.Stage, root: Sdf.Path, cache: UsdGeom.XformCac
         if SURFACE_VELOCITY in applied and not body:
             found.static_belts.append(str(path))
         if ARTICULATION_ROOT in applied:
-            found.articulations.append(str(path))
+            found.articulations.append(prim)
         if "PhysicsFilteredPairsAPI" in applied:
             found.filtered.append(prim)
         _add_by_type(prim, found)
@@ -109,12 +105,8 @@ def _add_by_type(prim: Usd.Prim, found: PhysicsPrims) -> None:
             for path in UsdGeom.PointInstancer(prim).GetPrototypesRel().GetTargets()
         ):
             found.instancers.append(str(prim.GetPath()))
-    elif kind.startswith("Physics") and kind.endswith("Joint"):
+    elif kind.startswith("Phys") and kind.endswith("Joint"):
         found.joints.append(prim)
-
-
-def _bodies_of(joint: Usd.Prim) -> tuple[Usd.Relationship, Usd.Relationship]:
-    return UsdPhysics.Joint(joint).GetBody0Rel(), UsdPhysics.Joint(joint).GetBody1Rel()
 
 
 def _has_rigid_body(stage: Usd.Stage, path: Sdf.Path) -> bool:
@@ -144,17 +136,6 @@ def _warn_left_out(found: PhysicsPrims) -> None:
         warn_once(
             f"these have a transform that is not a number and are not simulated: {listed(found.nonfinite)}. Author a "
             "finite translation, rotation and scale on them and above them."
-        )
-    links = found.links()
-    free = [
-        str(prim.GetPath())
-        for prim in found.joints
-        if not links.issuperset(str(path) for relation in _bodies_of(prim) for path in relation.GetTargets())
-    ]
-    if free:
-        warn_once(
-            f"joints are not simulated: {listed(free)}. Their bodies move freely; set "
-            "physics:kinematicEnabled on those that must stay."
         )
     if found.instancers:
         warn_once(

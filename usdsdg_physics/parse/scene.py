@@ -1,7 +1,5 @@
 """Read UsdPhysics from a stage into a `Scene` of plain records in SI units."""
 
-from dataclasses import replace
-
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
@@ -12,6 +10,7 @@ from usdsdg_physics.parse.colliders import read_collider
 from usdsdg_physics.parse.collision_filters import read_filtered_pairs
 from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.forces import read_force
+from usdsdg_physics.parse.jointed_bodies import hold_unsupported, read_jointed_pairs, read_joints
 from usdsdg_physics.parse.materials import bound_materials
 from usdsdg_physics.parse.physics_prims import find_physics_prims, warn_no_collider, warn_unsupported
 from usdsdg_physics.parse.units import Units, scaled_vector
@@ -21,19 +20,20 @@ GRAVITY = 9.81  # m/s²
 
 
 def parse(stage: Usd.Stage, hulls: HullCache, *, root: Sdf.Path = Sdf.Path.absoluteRootPath) -> Scene:
-    """Read every rigid body and collider at or below `root`, instance proxies included.
+    """Read every rigid body, collider and joint at or below `root`, instance proxies included.
 
-    Links of articulations are kinematic. Other joints, point-instanced bodies, bodies inside instances and prims whose
-    transform is not finite are named in warnings and left out.
+    Bodies with a joint that cannot be simulated are kinematic. Point-instanced bodies, bodies inside instances and
+    prims whose transform is not finite are named in warnings and left out.
     """
     units = Units.of(stage)
     cache = UsdGeom.XformCache(Usd.TimeCode.Default())
     found = find_physics_prims(stage, root, cache)
     warn_unsupported(found)
     scene_prim = simulated_scene(found.scenes)
-    links = found.links()
     bodies = {str(prim.GetPath()): read_body(prim, cache, units) for prim in found.bodies}
-    bodies |= {path: replace(bodies[path], kinematic=True) for path in links & bodies.keys()}
+    joints = read_joints(found, cache, units)
+    if root == Sdf.Path.absoluteRootPath:
+        bodies, joints = hold_unsupported(found, bodies, joints)
     materials = bound_materials([prim for prim, _ in found.colliders], units)
     colliders = {}
     for (prim, owner), material in zip(found.colliders, materials):
@@ -53,7 +53,9 @@ def parse(stage: Usd.Stage, hulls: HullCache, *, root: Sdf.Path = Sdf.Path.absol
             found.filtered,
             found.groups,
             inverted=scene_prim is not None and bool(value(scene_prim, "physxScene:invertCollisionGroupFilter", False)),
-        ),
+        )
+        | read_jointed_pairs(found, bodies, colliders, joints),
+        joints=joints,
         forces={force.path: force for force in forces if force is not None},
     )
 

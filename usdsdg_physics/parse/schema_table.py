@@ -10,7 +10,7 @@ from functools import cache
 
 _JOINT = (
     "physics:body0 physics:body1 physics:localPos0 physics:localPos1 physics:localRot0 physics:localRot1 "
-    "physics:excludeFromArticulation"
+    "physics:excludeFromArticulation physics:jointEnabled physics:collisionEnabled"
 )
 
 # Type or applied schema -> attributes and relationships that are read.
@@ -32,10 +32,11 @@ READ: dict[str, str] = {
     "PhysicsFixedJoint": _JOINT,
     "PhysicsRevoluteJoint": f"{_JOINT} physics:axis physics:lowerLimit physics:upperLimit",
     "PhysicsPrismaticJoint": f"{_JOINT} physics:axis physics:lowerLimit physics:upperLimit",
-    "PhysicsSphericalJoint": _JOINT,
+    "PhysicsSphericalJoint": f"{_JOINT} physics:axis physics:coneAngle0Limit physics:coneAngle1Limit",
     "PhysicsDistanceJoint": _JOINT,
     "PhysicsDriveAPI": "drive:*:physics:targetPosition drive:*:physics:targetVelocity drive:*:physics:stiffness "
-    "drive:*:physics:damping",
+    "drive:*:physics:damping drive:*:physics:maxForce drive:*:physics:type",
+    "PhysicsLimitAPI": "limit:*:physics:low limit:*:physics:high",
     "PhysicsJointStateAPI": "state:*:physics:position state:*:physics:velocity",
     # PhysxSchema
     "PhysxSceneAPI": "physxScene:timeStepsPerSecond physxScene:invertCollisionGroupFilter",
@@ -57,11 +58,13 @@ READ: dict[str, str] = {
     "PhysxSDFMeshCollisionAPI": "",
     "PhysxTriangleMeshCollisionAPI": "",
     "PhysxTriangleMeshSimplificationCollisionAPI": "",
-    "PhysxJointAPI": "",
-    "PhysxJointAxisAPI": "",
+    "PhysxMimicJointAPI": "physxMimicJoint:*:referenceJoint physxMimicJoint:*:gearing physxMimicJoint:*:offset",
+    "PhysxJointAPI": "physxJoint:armature physxJoint:maxJointVelocity",
+    "PhysxJointAxisAPI": "physxJointAxis:*:armature physxJointAxis:*:maxJointVelocity "
+    "physxJointAxis:*:viscousFrictionCoefficient",
     "PhysxLimitAPI": "",
     "PhysxPhysicsDistanceJointAPI": "",
-    "PhysxArticulationAPI": "",
+    "PhysxArticulationAPI": "physxArticulation:enabledSelfCollisions",
     "PhysxCookedDataAPI": "",
 }
 
@@ -112,24 +115,33 @@ UNREAD: tuple[Unread, ...] = (
     Unread(
         "PhysxPhysicsGearJoint PhysxPhysicsRackAndPinionJoint physics:gearRatio physics:hinge physics:hinge0 "
         "physics:hinge1 physics:prismatic physics:ratio",
-        "gears and racks are not simulated: their bodies move independently",
+        "gears and racks are not simulated: their bodies, and all that are jointed to them, stay where they are. Disable "
+        "them (physics:jointEnabled) to let these move independently",
     ),
     Unread("PhysxTendon* physxTendon:*", "tendons are not simulated: they pull no joint"),
     Unread(
-        "PhysxMimicJointAPI physxMimicJoint:*",
-        "joints that mimic others are placed with their reference joint, without compliance",
+        "physxMimicJoint:*",
+        "joints that mimic others follow their reference joint, of one axis, without compliance",
     ),
     Unread(
-        "PhysicsLimitAPI "
-        "PhysxDrivePerformanceEnvelopeAPI PhysxArticulationForceSensorAPI limit:* physxLimit:* physxJoint:* "
-        "physxJointAxis:* physxPhysicsDistanceJoint:* physxDrivePerformanceEnvelope:* drive:* state:* "
-        "physxArticulationForceSensor:* physics:breakForce physics:breakTorque physics:jointEnabled "
-        "physics:coneAngle* physics:minDistance physics:maxDistance",
-        "joints are placed, not simulated: this has no effect",
+        "physxLimit:*",
+        "limits of joints are hard and do not bounce: softness and restitution of a limit have no effect",
+    ),
+    Unread("physics:breakForce physics:breakTorque", "joints do not break"),
+    Unread("physxJoint:* physxJointAxis:*", "joints have no dry friction"),
+    Unread(
+        "PhysxDrivePerformanceEnvelopeAPI physxDrivePerformanceEnvelope:*",
+        "the force of a drive does not depend on its speed: its maximum force alone limits it",
+    ),
+    Unread("PhysxArticulationForceSensorAPI physxArticulationForceSensor:*", "forces in joints are not measured"),
+    Unread(
+        "physxPhysicsDistanceJoint:* physics:minDistance physics:maxDistance",
+        "distance joints are not simulated: their bodies, and all that are jointed to them, stay where they are. "
+        "Disable them (physics:jointEnabled) to let these move independently",
     ),
     Unread(
         "physxArticulation:*",
-        "joints of articulations are placed, not simulated: settings of their solver have no effect",
+        "all articulations are simulated with the same solver, so its settings for one have no effect",
     ),
     # rigid bodies
     Unread(

@@ -1,4 +1,4 @@
-"""Plain frozen records of a scene in SI units (m, kg, s, rad): bodies, colliders, shapes, materials.
+"""Plain frozen records of a scene in SI units (m, kg, s, rad): bodies, colliders, shapes, materials, joints.
 
 Quaternions are (x, y, z, w); a pose is seven numbers x, y, z, qx, qy, qz, qw. A body's frame is its prim's frame
 without the scale: origin and directions are the prim's, lengths are meters.
@@ -16,7 +16,8 @@ COMBINE_MODES: tuple[CombineMode, ...] = get_args(CombineMode)  # of two, the la
 ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "cone", "plane", "hull", "mesh"]
 SHAPE_KINDS: tuple[ShapeKind, ...] = get_args(ShapeKind)
 
-STATIC = ""  # `Collider.body` of a static collider
+STATIC = ""  # `Collider.body` of a static collider, and the world at an end of a joint
+JointKind = Literal["fixed", "revolute", "prismatic", "ball", "d6", "distance"]
 
 
 @dataclass(frozen=True)
@@ -134,6 +135,69 @@ class Body:
     locked_position: int = 0
     locked_rotation: int = 0
     surface: SurfaceVelocity | None = None
+    # Kinematic only because a joint of it cannot be simulated.
+    held: bool = False
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What pulls an axis of a joint to a position and velocity: a damped spring."""
+
+    stiffness: float  # N/m or N m/rad; 1/s² of an acceleration drive
+    damping: float  # N s/m or N m s/rad; 1/s of an acceleration drive
+    target: float  # m or rad
+    target_velocity: float  # m/s or rad/s
+    max_force: float = float("inf")  # N or N m; m/s² or rad/s² of an acceleration drive
+    acceleration: bool = False  # whether its strength is per mass or inertia that it moves
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A direction in which a joint moves: along it, or around it."""
+
+    name: str  # "transX" ... "rotZ"
+    angular: bool
+    direction: Vec3  # in the joint's frame
+    lower: float = float("-inf")  # m or rad
+    upper: float = float("inf")
+    drive: Drive | None = None
+    armature: float = 0.0  # kg or kg m²
+    static_friction: float = 0.0  # N or N m
+    dynamic_friction: float = 0.0  # N or N m
+    friction: float = 0.0  # friction per load, the sum of force [N] and torque [N m] that the joint transmits
+    damping: float = 0.0  # N s/m or N m s/rad
+    max_velocity: float = float("inf")  # m/s or rad/s
+    position: float | None = None  # where it starts, m or rad; None: where the bodies are
+    velocity: float | None = None
+    instance: str = ""  # the name that its drive and its state have in their schemas
+    has_state: bool = False  # whether positions and velocities are shown on the stage
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """An axis follows another: position = offset + gearing times the position of the joint `leader`."""
+
+    leader: str  # path of a joint with one axis
+    gearing: float
+    offset: float  # m or rad
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint between two bodies, or a body and the world. Its frames coincide where its axes are at zero."""
+
+    path: str
+    kind: JointKind
+    body0: str  # path of a rigid body, or STATIC
+    body1: str
+    frame0: tuple[float, ...]  # 7 numbers in the frame of body 0, or the world [m]
+    frame1: tuple[float, ...]
+    axes: tuple[Axis, ...] = ()  # the linear ones first; none of a ball joint, which has no limits and drives
+    in_articulation: bool = True
+    break_force: float = float("inf")  # N
+    break_torque: float = float("inf")  # N m
+    mimic: Mimic | None = None
+    distance: tuple[float, float] = (0.0, float("inf"))  # between the frames of a distance joint [m]
 
 
 @dataclass(frozen=True)
@@ -147,3 +211,4 @@ class Scene:
     # Pairs of colliders that never collide, each in path order.
     filtered: frozenset[tuple[str, str]] = frozenset()
     forces: dict[str, Force] = field(default_factory=dict)  # by prim path
+    joints: dict[str, Joint] = field(default_factory=dict)  # those that are simulated, by prim path

@@ -15,10 +15,11 @@ if TYPE_CHECKING:
 class KinematicMotion:
     """Where the kinematic bodies are during the step that brings them to their targets."""
 
-    def __init__(self, model: newton.Model, center: np.ndarray) -> None:
-        """`center` (N, 3) is each body's center of mass in its frame [m]."""
+    def __init__(self, model: newton.Model, center: np.ndarray, coordinate: np.ndarray) -> None:
+        """`center` (N, 3) is each body's center of mass in its frame [m], `coordinate` (N,) its place in joint_q."""
         import warp as wp
 
+        self._coordinate = wp.array(coordinate, dtype=wp.int32, device=model.device)
         self._model, self._center = model, center
         self._targets: dict[int, np.ndarray] = {}
         self._row = wp.full(model.body_count, -1, dtype=wp.int32, device=model.device)
@@ -71,7 +72,7 @@ class KinematicMotion:
         wp.launch(
             place_bodies,
             dim=self._model.body_count,
-            inputs=[self._row, self._poses[substeps], substep],
+            inputs=[self._row, self._poses[substeps], substep, self._coordinate],
             outputs=[state.joint_q, state.body_q, teleported],
             device=self._model.device,
         )

@@ -1,7 +1,7 @@
 """A Newton model in motion: states, forces, substeps, and setters that reach every array the solver reads."""
 
 # Newton declares the arrays of models and states optional; after `finalize` all are there.
-# pyright: reportOptionalMemberAccess=false
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 
 from __future__ import annotations
 
@@ -27,8 +27,9 @@ from usdsdg_physics.model.build import (
     build_solver,
     enable_surface_velocities,
 )
-from usdsdg_physics.scene.records import Force, Scene, SurfaceVelocity
+from usdsdg_physics.scene.records import Drive, Force, Scene, SurfaceVelocity
 from usdsdg_physics.world.compile_kernels import Progress, load_kernels, prepare_newton
+from usdsdg_physics.world.joints import Joints
 from usdsdg_physics.world.kinematic_motion import KinematicMotion
 from usdsdg_physics.world.steady_forces import SteadyForces
 from usdsdg_physics.world.step_records import StepRecords
@@ -36,6 +37,7 @@ from usdsdg_physics.world.substeps import StaticMeshes, ordinary_substeps
 
 if TYPE_CHECKING:
     import newton
+    import warp as wp
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,7 @@ class World:
         self.model = built.model
         self.pipeline = build_pipeline(self.model, capacity=capacity)
         load_kernels(self.pipeline, progress=progress)
-        self.solver = build_solver(self.model, capacity=capacity)
+        self.solver = build_solver(self.model, built.joints, capacity=capacity)
         self.body_index, self.shape_index = built.body_index, built.shape_index
         self.mass, self.center = built.mass, built.center
         self.bodies = list(built.body_index)
@@ -84,11 +86,13 @@ class World:
         self._state, self._next = self.model.state(), self.model.state()
         self._contacts = self.pipeline.contacts()
         self._control = self.model.control()
+        self.joints = Joints(scene, self.model, self._control, built.joints) if built.joints.trees else None
+        self._coordinate, self._dof = built.coordinate, built.dof
 
         bodies = list(scene.bodies.values())
         self._dynamic = np.array([not body.kinematic for body in bodies], bool)
         self._gravity_enabled = np.array([body.gravity and not body.kinematic for body in bodies], bool)
-        self._kinematic = KinematicMotion(self.model, built.center)
+        self._kinematic = KinematicMotion(self.model, built.center, built.pose_coordinate)
         self._wrenches: np.ndarray | None = None  # (N, 6) of the next step
         self._meshes = StaticMeshes(scene, built.shape_index)
 
@@ -97,15 +101,21 @@ class World:
         sleep_threshold = wp.array(thresholds, dtype=wp.float32, device=self.model.device)
         inertia_per_mass = wp.array(built.inertia_per_mass, dtype=wp.float32, device=self.model.device)
         self._tunneling_guard = TunnelingGuard(scene, self.model, built.shape_index, contacts)
-        self._depenetration = Depenetration(scene, self.model, built.shape_index, contacts)
         self._sleeping = Sleeping(self.model, contacts, inertia_per_mass, sleep_threshold)
-        dynamic = wp.array(self._dynamic.astype(np.int32), dtype=wp.int32, device=self.model.device)
-        self._free_flight = FreeFlight(self.model, dynamic, contacts)
-        self._stabilization = Stabilization(scene, self.model, inertia_per_mass, sleep_threshold)
+        # Links follow from joint coordinates, so no correction moves them.
+        free = wp.array(self._dynamic & (built.dof >= 0), dtype=wp.int32, device=self.model.device)
+        coordinate, dof = (
+            wp.array(starts, dtype=wp.int32, device=self.model.device) for starts in (built.coordinate, built.dof)
+        )
+        self._free_flight = FreeFlight(self.model, free, coordinate, contacts)
+        self._depenetration = Depenetration(scene, self.model, built.shape_index, contacts, free, dof)
+        self._stabilization = Stabilization(scene, self.model, inertia_per_mass, sleep_threshold, free, coordinate, dof)
         self._stabilization.set_gravity(self.gravity)
         # What few scenes have costs nothing in the others.
         self._locked_axes = (
-            LockedAxes(scene, self.model) if any(b.locked_position or b.locked_rotation for b in bodies) else None
+            LockedAxes(scene, self.model, coordinate, dof)
+            if any(b.locked_position or b.locked_rotation for b in bodies)
+            else None
         )
         self._surfaces = (
             MovingSurfaces(scene, self.model, self._contacts, contacts, self._stabilization.rest_time)
@@ -136,34 +146,74 @@ class World:
             indices = np.arange(len(bodies))
             self.set_poses(indices, np.array([body.pose for body in bodies]))
             self.set_velocities(indices, np.array([[*b.velocity, *b.angular_velocity] for b in bodies]))
+            if self.joints is not None:
+                self.joints.start(self._state)
             self._apply_gravity()
         self.set_colliders_enabled({built.shape_index[c.path]: c.enabled for c in scene.colliders.values()})
 
     def poses(self) -> np.ndarray:
         """Return (N, 7) float32: x, y, z [m] and quaternion x, y, z, w of every body frame."""
-        return self._state.joint_q.numpy().reshape(-1, 7).copy()
+        return self._state.body_q.numpy().reshape(-1, 7).copy()
 
     def velocities(self) -> np.ndarray:
         """Return (N, 6) float32, world: velocity of the center of mass [m/s], angular velocity [rad/s]."""
-        return self._state.joint_qd.numpy().reshape(-1, 6).copy()
+        return self._state.body_qd.numpy().reshape(-1, 6).copy()
 
     def set_poses(self, indices: Sequence[int] | np.ndarray, poses: np.ndarray) -> None:
         """Teleport bodies; their velocities stay."""
-        q = self._state.joint_q.numpy().reshape(-1, 7).copy()
+        q = self.poses()
         q[indices] = poses
-        self._state.joint_q.assign(q.ravel())
         # The solver reads joint coordinates, the collision pipeline body poses.
         self._state.body_q.assign(q)
+        _assign_rows(self._state.joint_q, self._coordinate, q)
+        if self.joints is not None:
+            self.joints.teleport(self._state, {self.bodies[index]: q[index] for index in indices})
         self._tunneling_guard.mark_teleported(indices)
         self.wake(indices)
 
     def set_velocities(self, indices: Sequence[int] | np.ndarray, velocities: np.ndarray) -> None:
         """Set rows of `velocities()`."""
-        qd = self._state.joint_qd.numpy().reshape(-1, 6).copy()
+        qd = self.velocities()
         qd[indices] = velocities
-        self._state.joint_qd.assign(qd.ravel())
         self._state.body_qd.assign(qd)
+        _assign_rows(self._state.joint_qd, self._dof, qd)
+        if self.joints is not None:
+            self.joints.push(self._state, {self.bodies[index]: qd[index] for index in indices})
         self.wake(indices)
+
+    def set_drives(self, drives: Mapping[tuple[str, str], Drive]) -> None:
+        """Replace drives, by path of the joint and name of the axis; those of joints that close loops do not act."""
+        if self.joints is not None:
+            self.joints.set_drives(drives, self._state)
+            self.wake()
+
+    def joint_state(self, axes: Sequence[tuple[str, str]]) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions and velocities (n,) of axes, by path of the joint and name of the axis [m, rad].
+
+        Those of joints that close loops are zeros.
+        """
+        state = np.zeros((2, len(axes)))
+        if self.joints is not None:
+            rows = [self.joints.rows.get(key, -1) for key in axes]
+            found = np.array(rows) >= 0
+            both = self.joints.positions(self._state), self.joints.velocities(self._state)
+            for values, all_values in zip(state, both):
+                values[found] = all_values[np.array(rows)[found]]
+        return state[0], state[1]
+
+    def add_joint_efforts(self, efforts: Mapping[tuple[str, str], float]) -> None:
+        """Push axes during the next step [N, N m]; efforts add up."""
+        if self.joints is not None:
+            self.joints.add_efforts(efforts)
+            self.wake()
+
+    def set_joint_state(
+        self, positions: Mapping[tuple[str, str], float], velocities: Mapping[tuple[str, str], float]
+    ) -> None:
+        """Move axes at once [m, rad], and set their velocities, by path of the joint and name of the axis."""
+        if self.joints is not None:
+            self.joints.set_state(self._state, positions, velocities)
+            self.wake()
 
     def wake(self, indices: Sequence[int] | np.ndarray | None = None) -> None:
         """Let bodies move again that are held at rest or asleep; None: all that are held at rest."""
@@ -281,6 +331,8 @@ class World:
         if self._wrenches is not None:
             self._wrenches = None
             self._set_forces()
+        if self.joints is not None:
+            self.joints.clear_efforts()
         if moving:
             self.set_poses(moving, targets)
             self.set_velocities(moving, np.zeros((len(moving), 6)))
@@ -302,6 +354,8 @@ class World:
         for substep in range(kind.substeps):
             if kind.moves_kinematic:
                 self._kinematic.place(before, self._tunneling_guard.teleported, substep, kind.substeps)
+                if self.joints is not None:
+                    self.joints.place(before)
             self.pipeline.collide(before, self._contacts)
             self._free_flight.note_contacts()
             self._tunneling_guard.redirect_contacts(before)
@@ -358,3 +412,11 @@ class World:
         force[weightless, :3] -= self.mass[weightless, None] * self.gravity
         for state in (self._state, self._next):
             state.body_f.assign(force.astype(np.float32))
+
+
+def _assign_rows(array: wp.array, starts: np.ndarray, rows: np.ndarray) -> None:
+    """Write rows (N, K) to where each starts in a flat array; rows that start below zero are left out."""
+    numbers = array.numpy().copy()
+    chosen = np.flatnonzero(starts >= 0)
+    numbers[starts[chosen, None] + np.arange(rows.shape[1])] = rows[chosen]
+    array.assign(numbers)

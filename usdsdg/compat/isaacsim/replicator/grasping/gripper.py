@@ -15,9 +15,10 @@ from usdsdg.stage.poses.rotations import decompose
 
 
 def close_around(gripper_path: str, object_path: str) -> Articulation:
-    """Let physics steps move a gripper's joints; those whose links would overlap the object stay.
+    """Let physics steps move a gripper's joints.
 
-    The colliders of links are taken as their boxes.
+    Where physics does not simulate them, those whose links would overlap the object stay; the colliders of links are
+    then taken as their boxes.
     """
     gripper = get_articulations().at(gripper_path)
     gripper.stop_before(lambda links: touching(links, object_path))

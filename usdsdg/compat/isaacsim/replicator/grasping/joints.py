@@ -148,9 +148,9 @@ def _move_links(joint: Usd.Prim, position: float, velocity: float) -> None:
             articulation = get_articulations().at(str(root.GetPath()))
             for row, dof in enumerate(articulation.dofs):
                 if dof.path == str(joint.GetPath()):
-                    articulation.velocities[row] = velocity * dof.unit
-                    positions = articulation.positions.copy()
-                    positions[row] = position * dof.unit
+                    positions, velocities = articulation.positions.copy(), articulation.velocities.copy()
+                    positions[row], velocities[row] = position * dof.unit, velocity * dof.unit
+                    articulation.set_velocities(velocities)
                     articulation.set_positions(positions)
             return
         root = root.GetParent()

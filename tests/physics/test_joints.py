@@ -1,0 +1,341 @@
+"""Mechanisms of joints against closed forms.
+
+The solver's steps of 1/120 s end with the velocity that they integrate with, so that what moves is half of one ahead;
+amplitudes and periods are within 1 %.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, UsdGeom, UsdPhysics
+
+from tests.physics.mechanisms import angle, drive, free_axes, joint, limit, rod, rotation
+from tests.physics.scenes import add, new_stage, playing, position
+
+G, STEP = 9.81, 1.0 / 60.0
+LAG = 1.0 / 240.0  # half of the solver's step
+
+
+def integrated(acceleration, start: list[float], times: np.ndarray) -> np.ndarray:
+    """Positions (T, N) of a system that starts at rest, by Runge-Kutta with steps of 0.2 ms."""
+    n, h = len(start), 2e-4
+    y = np.array([*start, *[0.0] * n])
+
+    def rate(y):
+        return np.concatenate([y[n:], acceleration(y[:n], y[n:])])
+
+    found, t = [], 0.0
+    for time in times:
+        while t < time - 1e-9:
+            k1 = rate(y)
+            k2 = rate(y + h / 2 * k1)
+            k3 = rate(y + h / 2 * k2)
+            y, t = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + rate(y + h * k3)), t + h
+        found.append(y[:n].copy())
+    return np.array(found)
+
+
+def test_a_pendulum_swings_as_its_equation_says():
+    stage, start = new_stage(), 0.6
+    bob = rod(stage, "/World/bob", (0, 0, 2), (0, -0.5 * np.sin(start), 2 - 0.5 * np.cos(start)))
+    joint(stage, "/World/hinge", UsdPhysics.RevoluteJoint, "", "/World/bob", (0, 0, 2))
+    engine = playing(stage)
+    found = []
+    for _ in range(180):
+        engine.step(STEP)
+        offset = position(bob) - (0, 0, 2)
+        assert np.linalg.norm(offset) == pytest.approx(0.25, abs=1e-6)
+        found.append(np.arctan2(-offset[1], -offset[2]))
+    inertia = 0.25**2 + (0.5**2 + 0.04**2) / 12
+    times = np.arange(1, 181) * STEP + LAG
+    expected = integrated(lambda q, _: -G * 0.25 / inertia * np.sin(q), [start], times)[:, 0]
+    assert np.array(found) == pytest.approx(expected, abs=0.01 * start)
+
+
+def test_a_slider_stops_at_its_limit_and_a_drive_carries_a_weight():
+    stage = new_stage()
+    free = add(stage, "/World/free", at=(0, 0, 1))
+    limit(joint(stage, "/World/rail", UsdPhysics.PrismaticJoint, "", "/World/free", (0, 0, 1), axis="Z"), -0.3, 0.3)
+    held = add(stage, "/World/held", at=(1, 0, 1))
+    UsdPhysics.MassAPI.Apply(held).CreateMassAttr(2.0)
+    lift = joint(stage, "/World/lift", UsdPhysics.PrismaticJoint, "", "/World/held", (1, 0, 1), axis="Z")
+    api = drive(lift, "linear", stiffness=1000.0, damping=100.0, target=0.2)
+    weak = add(stage, "/World/weak", at=(2, 0, 1))
+    UsdPhysics.MassAPI.Apply(weak).CreateMassAttr(2.0)
+    rail = joint(stage, "/World/weak_lift", UsdPhysics.PrismaticJoint, "", "/World/weak", (2, 0, 1), axis="Z")
+    drive(rail, "linear", stiffness=1000.0, damping=100.0, target=0.2, max_force=15.0)
+    engine = playing(stage)
+    for _ in range(60):
+        engine.step(STEP)
+    assert position(free) == pytest.approx([0, 0, 0.7], abs=1e-4)
+    assert position(held) == pytest.approx([1, 0, 1.2 - 2 * G / 1000], abs=1e-4)
+    fall = (G - 15.0 / 2.0) / 2  # what the drive's force leaves of gravity
+    assert 1 - position(weak)[2] == pytest.approx(fall, rel=0.01)
+    api.GetTargetPositionAttr().Set(-0.1)
+    for _ in range(60):
+        engine.step(STEP)
+    assert position(held) == pytest.approx([1, 0, 0.9 - 2 * G / 1000], abs=1e-4)
+
+
+def test_a_hinge_turns_to_its_target_in_degrees_and_stops_at_its_limit():
+    stage = new_stage()
+    arm = rod(stage, "/World/arm", (0, 0, 1), (0.5, 0, 1))
+    hinge = joint(stage, "/World/hinge", UsdPhysics.RevoluteJoint, "", "/World/arm", (0, 0, 1), axis="Z")
+    limit(hinge, -20.0, 45.0)
+    api = drive(hinge, "angular", stiffness=10.0, damping=1.0, target=30.0)
+    engine = playing(stage)
+    for _ in range(90):
+        engine.step(STEP)
+    assert position(arm) == pytest.approx([0.25 * np.cos(np.pi / 6), 0.25 * np.sin(np.pi / 6), 1], abs=1e-4)
+    assert engine.joint_positions(["/World/hinge"]) == pytest.approx([np.pi / 6], abs=1e-4)
+    api.GetTargetPositionAttr().Set(90.0)
+    for _ in range(90):
+        engine.step(STEP)
+    assert np.degrees(engine.joint_positions(["/World/hinge"])) == pytest.approx([45.0], abs=0.05)
+
+
+def test_a_parallelogram_closes_and_swings_as_one_pendulum():
+    stage, start, length = new_stage(), 0.5, 0.5
+    low = np.array([0, -length * np.sin(start), -length * np.cos(start)])
+    a, b = np.array([0, 0, 2.0]), np.array([0, 0.6, 2.0])
+    left = rod(stage, "/World/left", a, a + low)
+    bar = rod(stage, "/World/bar", a + low, b + low)
+    right = rod(stage, "/World/right", b, b + low)
+    for name, body0, body1, at in (
+        ("a", "", "/World/left", a), ("b", "", "/World/right", b),
+        ("c", "/World/left", "/World/bar", a + low), ("d", "/World/bar", "/World/right", b + low),
+    ):  # fmt: skip
+        joint(stage, f"/World/{name}", UsdPhysics.RevoluteJoint, body0, body1, at.tolist())
+    engine = playing(stage)
+    found = []
+    for _ in range(120):
+        engine.step(STEP)
+        found.append(np.arctan2(*-(position(left) - a)[1:]))
+        assert position(right) - position(left) == pytest.approx([0, 0.6, 0], abs=5e-4)
+        assert position(bar)[1:] - a[1:] == pytest.approx(2 * (position(left) - a)[1:] + (0.3, 0), abs=5e-4)
+    rods = 2 * (length**2 / 4 + (length**2 + 0.04**2) / 12)
+    rate = (2 * G * length / 2 + G * length) / (rods + length**2)
+    times = np.arange(1, 121) * STEP + LAG
+    expected = integrated(lambda q, _: -rate * np.sin(q), [start], times)[:, 0]
+    assert np.array(found) == pytest.approx(expected, abs=0.01 * start)
+
+
+def test_a_general_joint_moves_along_its_free_axes_only():
+    stage = new_stage()
+    body = add(stage, "/World/body", at=(0, 0, 1))
+    made = joint(stage, "/World/d6", UsdPhysics.Joint, "", "/World/body", (0, 0, 1))
+    free_axes(made, "rotZ", transX=(-1.0, 1.0), transY=(-0.05, 0.05))
+    drive(made, "transX", stiffness=4000.0, damping=400.0, target=0.3)
+    drive(made, "rotZ", stiffness=1.0, damping=0.1, target=60.0)
+    drive(made, "transY", damping=400.0, target_velocity=0.5)
+    engine = playing(stage)
+    for _ in range(120):
+        engine.step(STEP)
+    assert position(body) == pytest.approx([0.3, 0.05, 1], abs=1e-3)
+    assert np.degrees(angle(body, 2, 0)) == pytest.approx(60.0, abs=0.1)
+    assert rotation(body)[2] == pytest.approx([0, 0, 1], abs=1e-6)
+
+
+@pytest.mark.parametrize("meters", [1.0, 0.01])
+def test_units_and_scale_of_frames(meters):
+    """A lever of 0.2 m below a scaled prim, in meters and in centimeters, carries what a drive's torque says."""
+    stage = new_stage(meters_per_unit=meters)
+    unit = 1.0 / meters
+    lever = add(stage, "/World/lever", at=(0.1 * unit, 0, unit), scale=(0.1 * unit, 0.02 * unit, 0.02 * unit))
+    UsdPhysics.MassAPI.Apply(lever).CreateMassAttr(3.0)
+    made = joint(stage, "/World/hinge", UsdPhysics.RevoluteJoint, "", "/World/lever", (0, 0, unit), axis="Y")
+    # Torque per degree in stage units.
+    drive(made, "angular", stiffness=2.0 * unit**2, damping=0.2 * unit**2)
+    engine = playing(stage)
+    for _ in range(90):
+        engine.step(STEP)
+    turned = np.degrees(engine.joint_positions(["/World/hinge"])[0])
+    assert turned == pytest.approx(3.0 * G * 0.1 * np.cos(np.radians(turned)) / 2.0, rel=1e-3)
+
+
+def test_an_acceleration_drive_does_not_depend_on_mass():
+    stage = new_stage()
+    found = []
+    for number, mass in enumerate((0.1, 20.0)):
+        body = add(stage, f"/World/body_{number}", at=(number, 0, 1), gravity=False)
+        UsdPhysics.MassAPI.Apply(body).CreateMassAttr(mass)
+        path = f"/World/rail_{number}"
+        made = joint(stage, path, UsdPhysics.PrismaticJoint, "", f"/World/body_{number}", (number, 0, 1), axis="Y")
+        drive(made, "linear", stiffness=100.0, damping=2.0, target=0.1, kind="acceleration")
+        found.append(body)
+    engine = playing(stage)
+    path = []
+    for _ in range(60):
+        engine.step(STEP)
+        path.append([position(body)[1] for body in found])
+    light, heavy = np.array(path).T
+    assert heavy == pytest.approx(light, abs=1e-5)
+    assert np.array(path).max() > 0.15  # it overshoots: the damping is a tenth of critical
+
+
+def test_jointed_bodies_do_not_collide_unless_they_say_so():
+    stage = new_stage()
+    for name, y in (("apart", 0.0), ("together", 2.0)):
+        add(stage, f"/World/{name}_post", at=(0, y, 1), scale=(0.1, 0.1, 0.1), body=False)
+        door = rod(stage, f"/World/{name}", (0.05, y, 1), (0.85, y, 1))
+        path = f"/World/{name}_hinge"
+        made = joint(
+            stage, path, UsdPhysics.RevoluteJoint, f"/World/{name}_post", f"/World/{name}", (0.1, y, 1), axis="Z"
+        )
+        made.CreateCollisionEnabledAttr(name == "apart")
+        drive(made, "angular", stiffness=1.0, damping=0.1, target=90.0)
+    engine = playing(stage)
+    for _ in range(120):
+        engine.step(STEP)
+    apart, together = np.degrees(engine.joint_positions(["/World/apart_hinge", "/World/together_hinge"]))
+    assert together == pytest.approx(90, abs=0.1)
+    assert apart < 60  # the door, which starts inside of the post, stays with it
+    assert door
+
+
+def test_a_disabled_joint_holds_nothing_and_can_be_enabled():
+    stage = new_stage()
+    body = add(stage, "/World/body", at=(0, 0, 5))
+    made = joint(stage, "/World/fix", UsdPhysics.FixedJoint, "", "/World/body", (0, 0, 5))
+    made.CreateJointEnabledAttr(False)
+    engine = playing(stage)
+    for _ in range(30):
+        engine.step(STEP)
+    fallen = position(body)[2]
+    assert fallen == pytest.approx(5 - G / 8, abs=0.05)
+    made.GetJointEnabledAttr().Set(True)
+    for _ in range(30):
+        engine.step(STEP)
+    assert position(body)[2] == pytest.approx(fallen, abs=1e-6)  # a fixed base stays where it is
+    engine.stop()
+    assert position(body)[2] == 5
+
+
+def test_what_joints_are_attached_to_carries_them():
+    """A pendulum below a kinematic body follows it."""
+    stage = new_stage()
+    cart = add(stage, "/World/cart", at=(0, 0, 2))
+    UsdPhysics.RigidBodyAPI(cart).CreateKinematicEnabledAttr(True)
+    bob = rod(stage, "/World/bob", (0, 0, 2), (0, 0, 1.5))
+    joint(stage, "/World/hinge", UsdPhysics.RevoluteJoint, "/World/cart", "/World/bob", (0, 0, 2))
+    engine = playing(stage)
+    translate = UsdGeom.Xformable(cart).GetOrderedXformOps()[0]
+    for step in range(30):
+        translate.Set(Gf.Vec3d(0, 0.5 * ((step + 1) * STEP) ** 2 * 2.0, 2))
+        engine.step(STEP)
+    offset = position(bob) - position(cart)
+    assert np.linalg.norm(offset) == pytest.approx(0.25, abs=1e-5)
+    inertia = 0.25**2 + (0.5**2 + 0.04**2) / 12
+    expected = integrated(
+        lambda q, _: 0.25 / inertia * (2.0 * np.cos(q) - G * np.sin(q)), [0.0], np.array([0.5 + LAG])
+    )[0, 0]
+    assert np.arctan2(-offset[1], -offset[2]) == pytest.approx(expected, abs=0.02 * expected)
+
+
+def test_floating_bodies_keep_their_momentum():
+    stage = new_stage()
+    for name, x in (("a", 0.0), ("b", 0.4)):
+        body = add(stage, f"/World/{name}", at=(x, 0, 1), gravity=False)
+        UsdPhysics.MassAPI.Apply(body).CreateMassAttr(1.0)
+    UsdPhysics.RigidBodyAPI(stage.GetPrimAtPath("/World/a")).CreateVelocityAttr(Gf.Vec3f(0, 1, 0))
+    joint(stage, "/World/ball", UsdPhysics.SphericalJoint, "/World/a", "/World/b", (0.2, 0, 1))
+    engine = playing(stage)
+    for _ in range(60):
+        engine.step(STEP)
+    a, b = (stage.GetPrimAtPath(f"/World/{name}") for name in "ab")
+    # Of half a turn around each other the solver's steps make an error of first order.
+    assert position(a) + position(b) == pytest.approx([0.4, 1.0, 2.0], abs=0.01)
+    ends = [position(a) + 0.2 * rotation(a)[0], position(b) - 0.2 * rotation(b)[0]]
+    assert ends[0] == pytest.approx(ends[1], abs=1e-5)
+
+
+def test_what_cannot_be_simulated_is_held(recwarn):
+    stage = new_stage()
+    body = add(stage, "/World/body", at=(0, 0, 5))
+    wheel = add(stage, "/World/wheel", at=(1, 0, 5))
+    joint(stage, "/World/axle", UsdPhysics.RevoluteJoint, "/World/body", "/World/wheel", (1, 0, 5))
+    gear = stage.DefinePrim("/World/gear", "PhysxPhysicsGearJoint")
+    gear.CreateRelationship("physics:body0", custom=False).AddTarget("/World/body")
+    engine = playing(stage)
+    for _ in range(10):
+        engine.step(STEP)
+    assert position(body)[2] == position(wheel)[2] == 5
+    assert any("/World/gear" in str(warning.message) for warning in recwarn)
+
+
+def test_mimic_joints_follow():
+    stage = new_stage()
+    base = add(stage, "/World/base", at=(0, 0, 1))
+    joint(stage, "/World/fix", UsdPhysics.FixedJoint, "", "/World/base", (0, 0, 1))
+    for name, y in (("left", 0.3), ("right", -0.3)):
+        add(stage, f"/World/{name}", at=(0, y, 1), scale=(0.02, 0.02, 0.02))
+        made = joint(
+            stage,
+            f"/World/{name}_rail",
+            UsdPhysics.PrismaticJoint,
+            "/World/base",
+            f"/World/{name}",
+            (0, y, 1),
+            axis="Y",
+        )
+    drive(stage_joint(stage, "/World/left_rail"), "linear", stiffness=500.0, damping=50.0, target=-0.1)
+    made.GetPrim().AddAppliedSchema("PhysxMimicJointAPI:rotX")
+    made.GetPrim().CreateRelationship("physxMimicJoint:rotX:referenceJoint").SetTargets(["/World/left_rail"])
+    made.GetPrim().CreateAttribute("physxMimicJoint:rotX:gearing", Sdf.ValueTypeNames.Float).Set(1.0)
+    engine = playing(stage)
+    for _ in range(90):
+        engine.step(STEP)
+    left, right = engine.joint_positions(["/World/left_rail", "/World/right_rail"])
+    assert left == pytest.approx(-0.1, abs=2e-3)
+    assert right == pytest.approx(-left, abs=2e-3)
+    assert base
+
+
+def stage_joint(stage, path: str) -> UsdPhysics.Joint:
+    return UsdPhysics.Joint(stage.GetPrimAtPath(path))
+
+
+def test_states_of_joints_are_where_they_start_and_are_shown():
+    stage = new_stage()
+    arm = rod(stage, "/World/arm", (0, 0, 1), (0.5, 0, 1))
+    made = joint(stage, "/World/hinge", UsdPhysics.RevoluteJoint, "", "/World/arm", (0, 0, 1), axis="Z")
+    prim = made.GetPrim()
+    prim.AddAppliedSchema("PhysicsJointStateAPI:angular")
+    state = prim.CreateAttribute("state:angular:physics:position", Sdf.ValueTypeNames.Float, custom=False)
+    speed = prim.CreateAttribute("state:angular:physics:velocity", Sdf.ValueTypeNames.Float, custom=False)
+    state.Set(90.0)
+    speed.Set(60.0)
+    engine = playing(stage)
+    for _ in range(30):
+        engine.step(STEP)
+    assert state.Get() == pytest.approx(120.0, abs=0.2)
+    assert speed.Get() == pytest.approx(60.0, abs=0.2)
+    assert position(arm)[:2] == pytest.approx(
+        [0.25 * np.cos(np.radians(120)), 0.25 * np.sin(np.radians(120))], abs=1e-3
+    )
+    state.Set(0.0)  # an edit while playing moves the joint
+    engine.step(STEP)
+    assert state.Get() == pytest.approx(1.0, abs=0.02)
+    engine.stop()
+    assert (state.Get(), speed.Get()) == (90.0, 60.0)
+
+
+def test_runs_repeat_bit_for_bit():
+    def run():
+        stage = new_stage()
+        add(stage, "/World/ground", at=(0, 0, -0.5), scale=(5, 5, 0.5), body=False)
+        start = (0, 0, 1.5)
+        for number in range(4):
+            end = (start[0] + 0.25, 0.02 * number, 1.5 - 0.05 * number)
+            rod(stage, f"/World/link_{number}", start, end)
+            joint(stage, f"/World/joint_{number}", UsdPhysics.SphericalJoint,
+                  f"/World/link_{number - 1}" if number else "", f"/World/link_{number}", start)  # fmt: skip
+            start = end
+        add(stage, "/World/box", at=(0.2, 0.1, 0.3))
+        engine = playing(stage)
+        for _ in range(60):
+            engine.step(STEP)
+        return [tuple(position(stage.GetPrimAtPath(path))) for path in engine.rigid_bodies]
+
+    assert run() == run()

@@ -1,0 +1,236 @@
+"""Add the joints of a scene to a Newton model: a tree for each group of bodies, and what closes loops."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from usdsdg.errors import warn_once
+from usdsdg.stage.poses.rotations import matrix_from_quat
+from usdsdg_physics.scene.joint_trees import Branch, JointTree, joint_trees
+from usdsdg_physics.scene.records import STATIC, Axis, Joint, Scene, Vec3
+
+if TYPE_CHECKING:
+    import newton
+
+# Newton's rows for limits and drives of an axis, and for the contacts of a link.
+ROWS_PER_AXIS = 4
+ROWS_PER_LINK = 48
+ROWS_PER_LOOP = 6
+MIN_ROWS = 256
+
+
+@dataclass(frozen=True)
+class JointAxis:
+    """An axis of a joint of the scene and its place in Newton's arrays."""
+
+    joint: str  # path
+    axis: Axis
+    coordinate: int  # in joint_q
+    dof: int  # in joint_qd and the arrays of drives and limits
+
+
+@dataclass
+class BuiltJoints:
+    """The joints of a model; indices are those of Newton's arrays."""
+
+    trees: list[JointTree] = field(default_factory=list)
+    articulations: list[int] = field(default_factory=list)  # by tree
+    axes: list[JointAxis] = field(default_factory=list)
+    joint_of: dict[str, int] = field(default_factory=dict)  # Newton's joint by path
+    links: dict[str, int] = field(default_factory=dict)  # by body: the tree that it belongs to
+    bases: dict[str, tuple[int, int]] = field(default_factory=dict)  # by body: where it is in joint_q and joint_qd
+    fixed_bases: dict[str, int] = field(default_factory=dict)  # by body: Newton's joint that fixes it to the world
+
+    @property
+    def rows(self) -> int:
+        """Rows of the solver that limits, drives, loops and contacts of links may need."""
+        loops = sum(len(tree.loops) for tree in self.trees)
+        links = sum(len(tree.bodies) for tree in self.trees)
+        return max(MIN_ROWS, ROWS_PER_AXIS * len(self.axes) + ROWS_PER_LOOP * loops + ROWS_PER_LINK * links)
+
+
+def scene_trees(scene: Scene) -> list[JointTree]:
+    """Return the trees of the joints of a scene."""
+    return joint_trees(scene.bodies, scene.joints.values()) if scene.joints else []
+
+
+def add_joints(
+    builder: newton.ModelBuilder, trees: Sequence[JointTree], scene: Scene, body_index: Mapping[str, int]
+) -> BuiltJoints:
+    """Add trees of joints between bodies that are links of the builder."""
+    built = BuiltJoints(list(trees))
+    for number, tree in enumerate(trees):
+        added = []
+        if tree.root:
+            built.bases[tree.root] = builder.joint_coord_count, builder.joint_dof_count
+            added.append(builder.add_joint_free(body_index[tree.root], label=f"{tree.root} base"))
+        for branch in tree.branches:
+            added.append(_add_branch(builder, branch, scene, body_index, built))
+        built.articulations.append(builder.articulation_count)
+        builder.add_articulation(added, label=tree.root or tree.branches[0].joint.path)
+        built.links |= dict.fromkeys(tree.bodies, number)
+    for tree in trees:
+        for branch in tree.loops:
+            _add_loop(builder, branch, body_index, built)
+        _add_mimics(builder, tree, built)
+    return built
+
+
+def _add_branch(
+    builder: newton.ModelBuilder, branch: Branch, scene: Scene, body_index: Mapping[str, int], built: BuiltJoints
+) -> int:
+    joint = branch.joint
+    start_q, start_qd = builder.joint_coord_count, builder.joint_dof_count
+    parent, child, frames = _ends(branch, body_index)
+    if joint.kind == "fixed" and parent < 0:
+        # As in PhysX, a fixed base stays where the body is.
+        frames["parent_xform"] = _base_frame(scene.bodies[branch.child].pose, _frame(branch, child=True))
+    axes = joint.axes
+    if branch.is_reversed:
+        # From body 1 the same motion is the inverse: rotations in the opposite order around opposite directions.
+        axes = (*(a for a in axes if not a.angular), *reversed([a for a in axes if a.angular]))
+        if 0 < sum(axis.angular for axis in axes) < len(axes):
+            warn_once(
+                f"{joint.path}: seen from its body 1, which is nearer to the base, distances are measured in the frame "
+                "of body 1. Exchange physics:body0 and physics:body1 if it both turns and slides."
+            )
+    configs = [_config(axis, flipped=branch.is_reversed) for axis in axes]
+    if joint.kind == "fixed":
+        index = builder.add_joint_fixed(parent, child, **frames)
+    elif joint.kind == "ball":
+        index = builder.add_joint_ball(parent, child, **frames)
+    elif joint.kind == "revolute":
+        index = builder.add_joint_revolute(parent, child, axis=configs[0], **frames)
+    elif joint.kind == "prismatic":
+        index = builder.add_joint_prismatic(parent, child, axis=configs[0], **frames)
+    else:
+        linear = [config for config, axis in zip(configs, axes) if not axis.angular]
+        angular = [config for config, axis in zip(configs, axes) if axis.angular]
+        index = builder.add_joint_d6(parent, child, linear_axes=linear, angular_axes=angular, **frames)
+    built.joint_of[joint.path] = index
+    if joint.kind == "fixed" and parent < 0:
+        built.fixed_bases[branch.child] = index
+    for number, axis in enumerate(axes):
+        built.axes.append(JointAxis(joint.path, axis, start_q + number, start_qd + number))
+    return index
+
+
+def _add_loop(builder: newton.ModelBuilder, branch: Branch, body_index: Mapping[str, int], built: BuiltJoints) -> None:
+    joint = branch.joint
+    parent, child, frames = _ends(branch, body_index)
+    if any(axis.drive or np.isfinite([axis.lower, axis.upper]).any() for axis in joint.axes):
+        warn_once(
+            f"{joint.path} closes a loop, so its limits and drive do not act. Let another joint of the loop have them."
+        )
+    if joint.kind == "revolute":
+        index = builder.add_joint_revolute(parent, child, axis=joint.axes[0].direction, **frames)
+    elif joint.kind == "fixed":
+        index = builder.add_joint_fixed(parent, child, **frames)
+    else:
+        index = builder.add_joint_ball(parent, child, **frames)
+    built.joint_of[joint.path] = index
+
+
+def _add_mimics(builder: newton.ModelBuilder, tree: JointTree, built: BuiltJoints) -> None:
+    joints = {branch.joint.path: branch.joint for branch in tree.branches}
+    for joint in joints.values():
+        if joint.mimic is None:
+            continue
+        leader, gearing, offset = _leader(joint, joints)
+        if leader is None or len(joint.axes) != 1 or len(leader.axes) != 1 or leader is joint:
+            warn_once(
+                f"{joint.path} cannot follow {joint.mimic.leader}, so it moves freely: both need one axis, and joints "
+                "that connect their bodies, loops not counted."
+            )
+            continue
+        builder.set_joint_mimic(built.joint_of[joint.path], built.joint_of[leader.path], coeffs=(offset, gearing))
+
+
+def _leader(joint: Joint, joints: Mapping[str, Joint]) -> tuple[Joint | None, float, float]:
+    """Return the joint at the end of a chain of followers, with gearing and offset to it; None where there is none."""
+    gearing, offset, seen = 1.0, 0.0, {joint.path}
+    leader: Joint | None = joint
+    while leader is not None and leader.mimic is not None:
+        offset, gearing = offset + gearing * leader.mimic.offset, gearing * leader.mimic.gearing
+        leader = joints.get(leader.mimic.leader)
+        if leader is None or leader.path in seen:
+            return None, gearing, offset
+        seen.add(leader.path)
+    return leader, gearing, offset
+
+
+def _ends(branch: Branch, body_index: Mapping[str, int]) -> tuple[int, int, dict]:
+    import warp as wp
+
+    parent = body_index[branch.parent] if branch.parent != STATIC else -1
+    frames = {
+        "parent_xform": wp.transform(*_frame(branch, child=False)),
+        "child_xform": wp.transform(*_frame(branch, child=True)),
+        # Pairs that do not collide are those of the scene.
+        "collision_filter_parent": False,
+        "label": branch.joint.path,
+    }
+    return parent, body_index[branch.child], frames
+
+
+def _frame(branch: Branch, *, child: bool) -> tuple[float, ...]:
+    return branch.joint.frame0 if child == branch.is_reversed else branch.joint.frame1
+
+
+def _base_frame(pose: Sequence[float], frame: Sequence[float]) -> object:
+    import warp as wp
+
+    return wp.transform(*pose) * wp.transform(*frame)
+
+
+def _config(axis: Axis, *, flipped: bool) -> newton.ModelBuilder.JointDofConfig:
+    import newton
+
+    drive = axis.drive
+    config = newton.ModelBuilder.JointDofConfig(
+        axis=_flipped(axis.direction) if flipped else axis.direction,
+        limit_lower=axis.lower,
+        limit_upper=axis.upper,
+        target_ke=drive.stiffness if drive else 0.0,
+        target_kd=drive.damping if drive else 0.0,
+        damping=axis.damping,
+        armature=axis.armature,
+        effort_limit=drive.max_force if drive else float("inf"),
+        velocity_limit=axis.max_velocity,
+    )
+    # Not by the constructor, which replaces targets outside of the limits.
+    config.target_q = drive.target if drive else 0.0
+    config.target_qd = drive.target_velocity if drive else 0.0
+    return config
+
+
+def _flipped(direction: Vec3) -> Vec3:
+    x, y, z = direction
+    return -x, -y, -z
+
+
+def measured_drift(tree: JointTree, poses: Mapping[str, Sequence[float]]) -> tuple[str, float]:
+    """Return the joint whose frames are farthest apart where its axes cannot move them, and how far [m]."""
+    worst, distance = "", 0.0
+    for branch in tree.branches:
+        joint = branch.joint
+        if any(not axis.angular for axis in joint.axes) or (STATIC in (joint.body0, joint.body1) and not joint.axes):
+            continue
+        ends = [
+            _placed(poses.get(body), frame)
+            for body, frame in ((joint.body0, joint.frame0), (joint.body1, joint.frame1))
+        ]
+        apart = float(np.linalg.norm(ends[0] - ends[1]))
+        if apart > distance:
+            worst, distance = joint.path, apart
+    return worst, distance
+
+
+def _placed(pose: Sequence[float] | None, frame: Sequence[float]) -> np.ndarray:
+    if pose is None:
+        return np.asarray(frame[:3])
+    return np.asarray(frame[:3]) @ matrix_from_quat(np.asarray(pose[3:])) + np.asarray(pose[:3])

@@ -1,0 +1,106 @@
+"""What joints mean to the bodies of a scene: which are held, and which do not collide."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import combinations, product
+
+from pxr import Sdf, Usd, UsdGeom
+
+from usdsdg.errors import warn_once
+from usdsdg_physics.parse.attributes import value
+from usdsdg_physics.parse.joints import is_supported, joint_bodies, read_joint
+from usdsdg_physics.parse.physics_prims import PhysicsPrims, listed
+from usdsdg_physics.parse.units import Units
+from usdsdg_physics.scene.joint_trees import connected_bodies, joint_trees, unsupported_loops
+from usdsdg_physics.scene.prim_paths import at_or_below
+from usdsdg_physics.scene.records import STATIC, Body, Collider, Joint
+
+
+def read_joints(found: PhysicsPrims, cache: UsdGeom.XformCache, units: Units) -> dict[str, Joint]:
+    """Read the joints that are enabled, by path."""
+    enabled = (prim for prim in found.joints if is_supported(prim) and value(prim, "physics:jointEnabled", True))
+    read = (read_joint(prim, cache, units) for prim in enabled)
+    return {joint.path: joint for joint in read if joint is not None}
+
+
+def hold_unsupported(
+    found: PhysicsPrims, bodies: dict[str, Body], joints: dict[str, Joint]
+) -> tuple[dict[str, Body], dict[str, Joint]]:
+    """Make all bodies kinematic that a joint which cannot be simulated connects, and leave out their joints."""
+    joints = {path: joint for path, joint in joints.items() if _has_bodies(joint, bodies)}
+    others = {str(prim.GetPath()): joint_bodies(prim) for prim in found.joints if not is_supported(prim)}
+    if others:
+        warn_once(
+            f"joints of this type are not simulated: {listed(list(others))}. Their bodies, and all that are jointed to "
+            "them, stay where they are; use joints of UsdPhysics, or disable these (physics:jointEnabled)."
+        )
+    loops = unsupported_loops(joint_trees(bodies, joints.values()))
+    if loops:
+        warn_once(
+            f"joints that close a loop must be fixed, revolute or spherical: {listed([j.path for j in loops])}. Their "
+            "bodies, and all that are jointed to them, stay where they are; let another joint close the loop, or "
+            "disable these (physics:jointEnabled)."
+        )
+    start = [path for paths in others.values() for path in paths]
+    start += [path for joint in loops for path in (joint.body0, joint.body1)]
+    held = connected_bodies(joints.values(), start, bodies)
+    bodies = bodies | {path: replace(bodies[path], kinematic=True, held=True) for path in held}
+    joints = {path: joint for path, joint in joints.items() if not {joint.body0, joint.body1} & held}
+    return _unlocked(bodies, joints), joints
+
+
+def _unlocked(bodies: dict[str, Body], joints: Mapping[str, Joint]) -> dict[str, Body]:
+    """Unlock the axes of bodies that joints move."""
+    jointed = {path for joint in joints.values() for path in (joint.body0, joint.body1)} & bodies.keys()
+    locked = [
+        path for path in bodies if path in jointed and (bodies[path].locked_position or bodies[path].locked_rotation)
+    ]
+    if locked:
+        warn_once(
+            f"lockedPosAxis and lockedRotAxis have no effect on bodies with joints: {listed(locked)}. Limit the axes of "
+            "their joints."
+        )
+    return bodies | {path: replace(bodies[path], locked_position=0, locked_rotation=0) for path in locked}
+
+
+def read_jointed_pairs(
+    found: PhysicsPrims, bodies: Mapping[str, Body], colliders: Mapping[str, Collider], joints: Mapping[str, Joint]
+) -> frozenset[tuple[str, str]]:
+    """Return the pairs of colliders, each sorted, that joints keep from colliding.
+
+    These are between the two bodies of a joint without collisionEnabled, and among all links of an articulation
+    without self-collisions.
+    """
+    if not joints:
+        return frozenset()
+    owned: defaultdict[str, list[str]] = defaultdict(list)
+    for collider in colliders.values():
+        owned[collider.body].append(collider.path)
+    pairs: set[tuple[str, str]] = set()
+    for prim in found.joints:
+        joint = joints.get(str(prim.GetPath()))
+        if joint is not None and not value(prim, "physics:collisionEnabled", False):
+            pairs |= set(product(_colliders(prim, 0, joint.body0, owned), _colliders(prim, 1, joint.body1, owned)))
+    roots = [prim for prim in found.articulations if not value(prim, "physxArticulation:enabledSelfCollisions", True)]
+    for tree in joint_trees(bodies, joints.values()) if roots else ():
+        paths = [*tree.bodies, *(branch.joint.path for branch in tree.branches)]
+        if any(at_or_below(path, str(root.GetPath())) for root in roots for path in paths):
+            pairs |= set(combinations([path for body in tree.bodies for path in owned[body]], 2))
+    return frozenset((min(pair), max(pair)) for pair in pairs if pair[0] != pair[1])
+
+
+def _colliders(prim: Usd.Prim, number: int, body: str, owned: Mapping[str, list[str]]) -> list[str]:
+    """Return the colliders at an end of a joint: those of its body, or of the static prim that it names."""
+    if body != STATIC:
+        return owned.get(body, [])
+    relation = prim.GetRelationship(f"physics:body{number}")
+    targets = relation.GetTargets() if relation else []
+    return [path for path in owned.get(STATIC, []) if targets and Sdf.Path(path).HasPrefix(targets[0])]
+
+
+def _has_bodies(joint: Joint, bodies: Mapping[str, Body]) -> bool:
+    """Return whether both ends are bodies of the scene, or the world; one with a transform that is no number is not."""
+    return all(path == STATIC or path in bodies for path in (joint.body0, joint.body1))

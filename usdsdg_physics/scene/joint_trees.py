@@ -1,0 +1,160 @@
+"""Order joints to trees that start at the world, at a kinematic body or at a floating base; the others close loops."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+
+from usdsdg_physics.scene.records import STATIC, Body, Joint
+
+# Joints of these kinds can close a loop, though only their frames are held together: without limits and drive.
+LOOP_KINDS = frozenset({"fixed", "revolute", "ball"})
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A joint of a tree, from the body that is nearer to the root (or STATIC) to the other."""
+
+    joint: Joint
+    parent: str
+    child: str
+
+    @property
+    def is_reversed(self) -> bool:
+        """Whether the joint's body 1 is the parent."""
+        return self.child == self.joint.body0 and self.parent == self.joint.body1
+
+
+@dataclass
+class JointTree:
+    """Bodies that joints connect, parents before children."""
+
+    root: str  # path of a floating or kinematic base; STATIC where every branch starts at the world
+    branches: list[Branch] = field(default_factory=list)
+    loops: list[Branch] = field(default_factory=list)
+
+    @property
+    def bodies(self) -> list[str]:
+        """The bodies of the tree, its base included."""
+        return [self.root] * bool(self.root) + [branch.child for branch in self.branches]
+
+
+def joint_trees(bodies: Mapping[str, Body], joints: Collection[Joint]) -> list[JointTree]:
+    """Return the trees of all bodies that joints connect; joints between kinematic bodies and the world are left out.
+
+    What can close no loop is put into the tree before the rest, and what is in an articulation before what is not.
+    """
+    fixed = {STATIC} | {path for path, body in bodies.items() if body.kinematic}
+    used = [joint for joint in joints if not (joint.body0 in fixed and joint.body1 in fixed)]
+    # Of two ways to the world the second closes a loop: a tree starts there once.
+    chosen, closing = _spanning(sorted(used, key=lambda j: (*_rank(j), j.body0 in fixed or j.body1 in fixed)), fixed)
+    order = {joint.path: index for index, joint in enumerate(used)}
+    chosen.sort(key=lambda joint: order[joint.path])
+    trees = _grow(chosen, fixed)
+    tree_of = {path: tree for tree in trees for path in tree.bodies if path not in fixed}
+    for joint in sorted(closing, key=lambda joint: order[joint.path]):
+        parent, child = (joint.body0, joint.body1) if joint.body1 not in fixed else (joint.body1, joint.body0)
+        if parent not in fixed and tree_of[parent] is not tree_of[child]:
+            _merge(trees, tree_of, tree_of[parent], tree_of[child])
+        tree_of[child].loops.append(Branch(joint, parent, child))
+    return trees
+
+
+def _merge(trees: list[JointTree], tree_of: dict[str, JointTree], first: JointTree, second: JointTree) -> None:
+    """Make one tree of two that start at the world, because a loop closes between them."""
+    first.branches += second.branches
+    first.loops += second.loops
+    tree_of |= dict.fromkeys(second.bodies, first)
+    trees.remove(second)
+
+
+def unsupported_loops(trees: Collection[JointTree]) -> list[Joint]:
+    """Return the joints that would have to close a loop, and cannot."""
+    return [branch.joint for tree in trees for branch in tree.loops if branch.joint.kind not in LOOP_KINDS]
+
+
+def connected_bodies(joints: Collection[Joint], start: Collection[str], bodies: Mapping[str, Body]) -> set[str]:
+    """Return the dynamic bodies that joints connect to bodies `start`, and those themselves."""
+    neighbors: defaultdict[str, set[str]] = defaultdict(set)
+    for joint in joints:
+        neighbors[joint.body0].add(joint.body1)
+        neighbors[joint.body1].add(joint.body0)
+    found, left = set(), list(start)
+    while left:
+        body = left.pop()
+        if body in found or body not in bodies or bodies[body].kinematic:
+            continue
+        found.add(body)
+        left.extend(neighbors[body])
+    return found
+
+
+def _rank(joint: Joint) -> tuple[bool, bool, bool]:
+    moved = any(axis.drive or axis.lower > float("-inf") or axis.upper < float("inf") for axis in joint.axes)
+    return joint.kind in LOOP_KINDS, not joint.in_articulation, not (moved or joint.kind == "fixed")
+
+
+def _spanning(joints: list[Joint], fixed: Collection[str]) -> tuple[list[Joint], list[Joint]]:
+    """Split joints into those that connect bodies for the first time and those that close loops.
+
+    The world and all kinematic bodies count as one, so that no tree has two of them.
+    """
+    leader: dict[str, str] = {}
+
+    def find(body: str) -> str:
+        body = STATIC if body in fixed else body
+        while leader.setdefault(body, body) != body:
+            body = leader[body]
+        return body
+
+    chosen, closing = [], []
+    for joint in joints:
+        first, second = find(joint.body0), find(joint.body1)
+        (closing if first == second else chosen).append(joint)
+        leader[second] = first
+    return chosen, closing
+
+
+def _grow(joints: list[Joint], fixed: Collection[str]) -> list[JointTree]:
+    """Return the trees of joints without loops, breadth first."""
+    at: defaultdict[str, list[Joint]] = defaultdict(list)
+    for joint in joints:
+        at[joint.body0].append(joint)
+        at[joint.body1].append(joint)
+    trees, reached = [], set(fixed)
+    # From the world each branch is a tree of its own, from a kinematic body all are one.
+    for joint in at[STATIC]:
+        child = joint.body1 if joint.body0 == STATIC else joint.body0
+        trees.append(JointTree(STATIC, [Branch(joint, STATIC, child)]))
+        reached.add(child)
+    trees += [JointTree(path) for path in at if path in fixed and path != STATIC]
+    for tree in trees:
+        _extend(tree, at, reached)
+    for path in _bases(joints):
+        if path not in reached:
+            reached.add(path)
+            trees.append(JointTree(path))
+            _extend(trees[-1], at, reached)
+    return trees
+
+
+def _extend(tree: JointTree, at: Mapping[str, list[Joint]], reached: set[str]) -> None:
+    level = tree.bodies
+    while level:
+        following = []
+        for body in level:
+            for joint in at[body]:
+                other = joint.body1 if joint.body0 == body else joint.body0
+                if other not in reached:
+                    reached.add(other)
+                    tree.branches.append(Branch(joint, body, other))
+                    following.append(other)
+        level = following
+
+
+def _bases(joints: list[Joint]) -> list[str]:
+    """Return all bodies, those first that are no joint's body 1."""
+    children = {joint.body1 for joint in joints}
+    paths = dict.fromkeys(path for joint in joints for path in (joint.body0, joint.body1))
+    return sorted(paths, key=lambda path: path in children)
