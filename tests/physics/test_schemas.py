@@ -218,7 +218,7 @@ _ELSEWHERE = {
 _OF_JOINTS = {
     name
     for schema, names in READ.items()
-    if schema.endswith("Joint") or schema in ("PhysicsDriveAPI", "PhysicsJointStateAPI")
+    if "Joint" in schema or schema in ("PhysicsDriveAPI", "PhysicsLimitAPI", "PhysxArticulationAPI")
     for name in names.split()
 }
 

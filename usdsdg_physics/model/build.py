@@ -53,7 +53,7 @@ class BuiltModel:
     coefficients: CoefficientTable | None  # of pairs of materials; None where the mean of two is right
     stand_in_index: np.ndarray  # shape of each of its stand-ins
     joints: BuiltJoints
-    # (N,) where a body's pose and velocity are in joint_q and joint_qd; -1 for a link, which joints move, and for a base.
+    # (N,) where a body's pose and velocity are in joint_q and joint_qd; -1 for links, which joints move, and bases.
     coordinate: np.ndarray
     dof: np.ndarray
 

@@ -31,12 +31,12 @@ def hold_unsupported(
 ) -> tuple[dict[str, Body], dict[str, Joint]]:
     """Make all bodies kinematic that a joint which cannot be simulated connects, and leave out their joints."""
     joints = {path: joint for path, joint in joints.items() if _has_bodies(joint, bodies)}
-    others = {str(prim.GetPath()): joint_bodies(prim) for prim in found.joints if not is_supported(prim)}
-    if others:
-        warn_once(
-            f"joints of this type are not simulated: {listed(list(others))}. Their bodies, and all that are jointed to "
-            "them, stay where they are; use joints of UsdPhysics, or disable these (physics:jointEnabled)."
-        )
+    # That their types have no effect is said with all other schemas that have none.
+    others = {
+        str(prim.GetPath()): joint_bodies(prim)
+        for prim in found.joints
+        if not is_supported(prim) and value(prim, "physics:jointEnabled", True)
+    }
     loops = unsupported_loops(joint_trees(bodies, joints.values()))
     if loops:
         warn_once(

@@ -33,7 +33,6 @@ READ: dict[str, str] = {
     "PhysicsRevoluteJoint": f"{_JOINT} physics:axis physics:lowerLimit physics:upperLimit",
     "PhysicsPrismaticJoint": f"{_JOINT} physics:axis physics:lowerLimit physics:upperLimit",
     "PhysicsSphericalJoint": f"{_JOINT} physics:axis physics:coneAngle0Limit physics:coneAngle1Limit",
-    "PhysicsDistanceJoint": _JOINT,
     "PhysicsDriveAPI": "drive:*:physics:targetPosition drive:*:physics:targetVelocity drive:*:physics:stiffness "
     "drive:*:physics:damping drive:*:physics:maxForce drive:*:physics:type",
     "PhysicsLimitAPI": "limit:*:physics:low limit:*:physics:high",
@@ -63,7 +62,6 @@ READ: dict[str, str] = {
     "PhysxJointAxisAPI": "physxJointAxis:*:armature physxJointAxis:*:maxJointVelocity "
     "physxJointAxis:*:viscousFrictionCoefficient",
     "PhysxLimitAPI": "",
-    "PhysxPhysicsDistanceJointAPI": "",
     "PhysxArticulationAPI": "physxArticulation:enabledSelfCollisions",
     "PhysxCookedDataAPI": "",
 }
@@ -115,8 +113,8 @@ UNREAD: tuple[Unread, ...] = (
     Unread(
         "PhysxPhysicsGearJoint PhysxPhysicsRackAndPinionJoint physics:gearRatio physics:hinge physics:hinge0 "
         "physics:hinge1 physics:prismatic physics:ratio",
-        "gears and racks are not simulated: their bodies, and all that are jointed to them, stay where they are. Disable "
-        "them (physics:jointEnabled) to let these move independently",
+        "gears and racks are not simulated: their bodies, and all that are jointed to them, stay where they are. "
+        "Disable them (physics:jointEnabled) to let these move independently",
     ),
     Unread("PhysxTendon* physxTendon:*", "tendons are not simulated: they pull no joint"),
     Unread(
@@ -135,7 +133,8 @@ UNREAD: tuple[Unread, ...] = (
     ),
     Unread("PhysxArticulationForceSensorAPI physxArticulationForceSensor:*", "forces in joints are not measured"),
     Unread(
-        "physxPhysicsDistanceJoint:* physics:minDistance physics:maxDistance",
+        "PhysicsDistanceJoint PhysxPhysicsDistanceJointAPI physxPhysicsDistanceJoint:* physics:minDistance "
+        "physics:maxDistance",
         "distance joints are not simulated: their bodies, and all that are jointed to them, stay where they are. "
         "Disable them (physics:jointEnabled) to let these move independently",
     ),
