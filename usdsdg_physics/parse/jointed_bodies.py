@@ -60,8 +60,8 @@ def _unlocked(bodies: dict[str, Body], joints: Mapping[str, Joint]) -> dict[str,
     ]
     if locked:
         warn_once(
-            f"lockedPosAxis and lockedRotAxis have no effect on bodies with joints: {listed(locked)}. Limit the axes of "
-            "their joints."
+            f"lockedPosAxis and lockedRotAxis have no effect on bodies with joints: {listed(locked)}. Limit the axes "
+            "of their joints."
         )
     return bodies | {path: replace(bodies[path], locked_position=0, locked_rotation=0) for path in locked}
 
