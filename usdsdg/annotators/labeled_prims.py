@@ -120,6 +120,8 @@ class LabeledPrimReader:
             self._hulls = {path: hull for path, hull in self._hulls.items() if path in self._static}
             self._bounds.clear()
             self._time = time
+            if self._labels.set_time(time):
+                self._ownership = None
         gprims = tuple(gprims)
         # Earlier filters are kept, since render products with different filters alternate.
         self._filters |= dict.fromkeys(filters)
@@ -157,7 +159,7 @@ class LabeledPrimReader:
             for key in group_by_owner([chain for _, chain in found], label_filter).items():
                 if key not in row_of:
                     row_of[key] = len(row_of)
-                    labels.append(self._labels.all_labels(key[0]))
+                    labels.append(self._labels.all_labels(key[0], [gprims[index] for index in key[1]]))
                 members[list(key[1])] = len(rows)
                 rows.append(row_of[key])
                 output.append(output_labels(labels[row_of[key]], label_filter))

@@ -4,13 +4,13 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from pxr import Sdf, Usd
+from pxr import Sdf, Usd, UsdShade
 
 from usdsdg.annotators.point_instances import Steps, find_steps, prim_path
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import warn_once
 from usdsdg.stage.semantics.label_filter import LabelFilter
-from usdsdg.stage.semantics.labels import get_labels, inherited_labels
+from usdsdg.stage.semantics.labels import get_labels, is_labeled, merged, vary_over_time
 
 Labels = Mapping[str, Sequence[str]]
 
@@ -31,35 +31,76 @@ class Owner(NamedTuple):
 
 
 class LabeledStage:
-    """The labels of a stage, read once per prim."""
+    """The labels of a stage at one time, read once per prim."""
 
     def __init__(self, stage: Usd.Stage) -> None:
         self._stage = stage
+        self._time = Usd.TimeCode.Default()
         self._own: dict[Sdf.Path, Labels] = {}
+        self._varying: set[Sdf.Path] = set()  # prims whose labels have time samples
+        self._materials_have_labels: bool | None = None  # None: not known
 
     def invalidate(self, root: Sdf.Path = Sdf.Path.absoluteRootPath) -> None:
         """Read the labels below `root` again when they are next needed."""
         self._own = {path: own for path, own in self._own.items() if not path.HasPrefix(root)}
+        self._varying = {path for path in self._varying if not path.HasPrefix(root)}
+        self._materials_have_labels = None
+
+    def set_time(self, time: Usd.TimeCode) -> bool:
+        """Read labels at this time from now on; return whether some may differ."""
+        self._time = time
+        for path in self._varying:
+            self._own.pop(path, None)
+        return bool(self._varying)
 
     def chains(self, gprims: Sequence[str]) -> list[tuple[Steps, list[tuple[Owner, Labels]]]]:
-        """Return, for each gprim, its instance path and its labeled ancestors with their own labels, nearest first."""
-        all_steps = find_steps(self._stage, gprims)
-        return [
-            (
-                steps,
-                [(owner, own) for owner in _ancestors(prim_path(gprim), steps) if (own := self._labels(owner.path))],
-            )
-            for gprim, steps in zip(gprims, all_steps)
-        ]
+        """Return, for each gprim, its instance path and its labeled ancestors with their own labels, nearest first.
 
-    def all_labels(self, owner: Owner) -> Labels:
-        """Return own and inherited labels by type, outermost first."""
-        return _lower(inherited_labels(self._stage.GetPrimAtPath(owner.path)))
+        Labels of the material that a gprim shows count as those of the prim that binds it.
+        """
+        all_steps, materials = find_steps(self._stage, gprims), self._materials(gprims)
+        found = []
+        for gprim, steps in zip(gprims, all_steps):
+            binder, of_material = materials.get(prim_path(gprim), (None, {}))
+            chain = []
+            for owner in _ancestors(prim_path(gprim), steps):
+                own = self._labels(owner.path)
+                if owner.path == binder:
+                    own = merged([own, of_material])
+                if own:
+                    chain.append((owner, own))
+            found.append((steps, chain))
+        return found
+
+    def all_labels(self, owner: Owner, gprims: Sequence[str]) -> Labels:
+        """Return own and inherited labels by type, outermost first, then those of the materials of the owner's gprims.
+
+        Through a point instancer labels are inherited from what the instancer is in, not from where its prototypes are.
+        """
+        chain = [self._labels(each.path) for each in _ancestors(owner.path, owner.steps)]
+        return merged([*reversed(chain), *(labels for _, labels in self._materials(gprims).values())])
+
+    def _materials(self, gprims: Sequence[str]) -> dict[Sdf.Path, tuple[Sdf.Path, Labels]]:
+        """Return for each gprim with a labeled material the prim that binds it, and the material's labels."""
+        if self._materials_have_labels is None:
+            everything = Usd.PrimRange.Stage(self._stage, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate))
+            self._materials_have_labels = any(prim.IsA(UsdShade.Material) and is_labeled(prim) for prim in everything)
+        if not self._materials_have_labels:
+            return {}
+        prims = [self._stage.GetPrimAtPath(path) for path in dict.fromkeys(map(prim_path, gprims))]
+        bound, bindings = UsdShade.MaterialBindingAPI.ComputeBoundMaterials([prim for prim in prims if prim])
+        return {
+            prim.GetPath(): (binding.GetPrim().GetPath(), labels)
+            for prim, material, binding in zip(filter(None, prims), bound, bindings, strict=True)
+            if material and (labels := self._labels(material.GetPath()))
+        }
 
     def _labels(self, path: Sdf.Path) -> Labels:
         if path not in self._own:
             prim = self._stage.GetPrimAtPath(path)
-            self._own[path] = _lower(get_labels(prim)) if prim else {}
+            self._own[path] = _lower(get_labels(prim, self._time)) if prim else {}
+            if prim and vary_over_time(prim):
+                self._varying.add(path)
         return self._own[path]
 
 

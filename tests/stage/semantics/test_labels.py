@@ -1,5 +1,5 @@
 import pytest
-from pxr import Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
+from pxr import Sdf, Usd, UsdGeom, UsdSemantics
 
 from usdsdg.errors import BadPrim, UsdsdgWarning, forget_warnings
 from usdsdg.stage.schemas.semantics_schema import SemanticsAPI
@@ -202,38 +202,6 @@ def test_instances_without_labels_stay_instances(stage):
 def test_a_prim_that_is_gone_is_refused(stage):
     with pytest.raises(BadPrim, match="does not exist"):
         semantics.add_labels(stage.GetPrimAtPath("/nothing"), {"class": "x"})
-
-
-def test_inheritance_runs_from_the_outermost_ancestor_to_the_prim(stage):
-    for path, labels in {"/a": ["room"], "/a/b": ["shelf", "room"], "/a/b/c": ["box"]}.items():
-        semantics.add_labels(stage.DefinePrim(path, "Xform"), {"class": labels})
-    semantics.add_labels(stage.GetPrimAtPath("/a/b"), {"color": "red"})
-    leaf = stage.DefinePrim("/a/b/c/mesh", "Cube")
-    assert semantics.inherited_labels(leaf) == {"class": ["room", "shelf", "box"], "color": ["red"]}
-    assert semantics.inherited_labels(stage.GetPrimAtPath("/a")) == {"class": ["room"]}
-
-
-def test_labels_inside_instances_are_inherited_through_the_instance(stage, asset):
-    instance = stage.DefinePrim("/World/instance", "Xform")
-    instance.GetReferences().AddReference(asset)
-    instance.SetInstanceable(True)
-    semantics.add_labels(instance, {"class": ["mug"]})
-    proxy = stage.GetPrimAtPath("/World/instance/handle")
-    assert semantics.inherited_labels(proxy)["class"] == ["old_mug", "mug", "handle"]
-
-
-def test_without_labels_none_are_inherited(stage):
-    assert semantics.inherited_labels(stage.DefinePrim("/a/b")) == {}
-
-
-def test_labels_of_the_bound_material_are_inherited(stage):
-    cube = UsdGeom.Cube.Define(stage, "/World/cube").GetPrim()
-    material = UsdShade.Material.Define(stage, "/World/Looks/steel")
-    UsdShade.MaterialBindingAPI.Apply(stage.GetPrimAtPath("/World")).Bind(material)
-    semantics.add_labels(material.GetPrim(), {"material": "steel", "class": "metal"})
-    semantics.add_labels(cube, {"class": "cube"})
-    assert semantics.inherited_labels(cube) == {"class": ["cube", "metal"], "material": ["steel"]}
-    assert semantics.get_labels(cube) == {"class": ["cube"]}
 
 
 def test_labels_on_a_geom_subset(stage):

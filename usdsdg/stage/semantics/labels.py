@@ -2,13 +2,15 @@
 
 New: `UsdSemantics.LabelsAPI`, one token array per type, `semantics:labels:<type>`. Old: Replicator's
 `SemanticsAPI`, one instance per (type, label) pair. Labels are written in both, so that every version of
-Isaac Sim reads a saved stage, and read from either.
+Isaac Sim reads a saved stage. Each write is noted in the prim's customData (`WRITTEN`), so that an edit of one schema
+by other means is told from the copy that the other still has: what differs from the note is the truth. Without a note
+the schema with the stronger opinion is, the new one within a layer.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Literal
 
-from pxr import Sdf, Tf, Usd, UsdSemantics, UsdShade, Vt
+from pxr import Sdf, Tf, Usd, UsdSemantics, Vt
 
 from usdsdg import errors
 from usdsdg.stage.schemas import semantics_schema
@@ -16,53 +18,116 @@ from usdsdg.stage.schemas import semantics_schema
 Labels = dict[str, list[str]]
 
 _NEW, _OLD = "SemanticsLabelsAPI", "SemanticsAPI"
+WRITTEN = "usdsdgLabels"  # key of the prim's customData: the labels by type that both schemas had when written last
+_DEFAULT = Usd.TimeCode.Default()
 
 
-def get_labels(prim: Usd.Prim) -> Labels:
-    """Return the prim's own labels by type, from both schemas, in the order authored; empty when it has none."""
+def get_labels(prim: Usd.Prim, time: Usd.TimeCode = _DEFAULT) -> Labels:
+    """Return the prim's own labels at a time by type, in the order authored; types without any are left out."""
+    schemas = [schema for schema in prim.GetAppliedSchemas() if schema.startswith("Semantics")]
+    if not schemas:
+        return {}
+    new, old = _new_labels(prim, schemas, time), _old_labels(prim, schemas, time)
+    written = prim.GetCustomDataByKey(WRITTEN) or {}
+    found = {each: _truth(prim, each, new.get(each), old.get(each), written.get(each)) for each in {**new, **old}}
+    return {semantic_type: labels for semantic_type, labels in found.items() if labels}
+
+
+def _truth(
+    prim: Usd.Prim, semantic_type: str, new: list[str] | None, old: list[str] | None, written: Sequence[str] | None
+) -> list[str]:
+    """Return the labels of a type of which the schemas have `new` and `old`; None: nothing."""
+    if written is not None:
+        noted = list(written)
+        if (new or []) == noted:
+            return old or []
+        if (old or []) == noted:
+            return new or []
+    if new is None or old is None:
+        return new or old or []
+    if set(new) == set(old) or not _is_old_stronger(prim, semantic_type):
+        return new
+    return old
+
+
+def _new_labels(prim: Usd.Prim, schemas: Iterable[str], time: Usd.TimeCode) -> Labels:
+    """Return the labels of the new schema by type; an empty list where they are authored to be none, or blocked."""
     found: Labels = {}
-    for schema in prim.GetAppliedSchemas():
-        if not schema.startswith("Semantics"):
-            continue
-        kind, _, instance = schema.partition(":")
+    for kind, _, instance in (schema.partition(":") for schema in schemas):
         if kind == _NEW:
-            _extend(found, instance, _tokens(prim.GetAttribute(f"semantics:labels:{instance}")))
-        elif kind == _OLD:
-            semantic_type, label = _old_pair(prim, instance)
-            if semantic_type and label:
+            attribute = prim.GetAttribute(f"semantics:labels:{instance}")
+            tokens = _tokens(attribute, time)
+            if tokens or (attribute and attribute.HasAuthoredValue()) or _is_blocked(attribute):
+                _extend(found, instance, tokens)
+    return found
+
+
+def _old_labels(prim: Usd.Prim, schemas: Iterable[str], time: Usd.TimeCode) -> Labels:
+    """Return the labels of the old schema by type."""
+    found: Labels = {}
+    for kind, _, instance in (schema.partition(":") for schema in schemas):
+        if kind == _OLD:
+            semantic_type, label = _old_pair(prim, instance, time)
+            if semantic_type and label.strip():
                 _extend(found, semantic_type, (label,))
     return found
 
 
-def _tokens(attribute: Usd.Attribute) -> tuple[str, ...]:
-    """Return the tokens of an array, or a single token; nothing, with a warning, for a value of another type."""
-    value = attribute.Get()
+def _is_blocked(attribute: Usd.Attribute) -> bool:
+    return bool(attribute) and attribute.GetResolveInfo().ValueIsBlocked()
+
+
+def _is_old_stronger(prim: Usd.Prim, semantic_type: str) -> bool:
+    """Whether the old schema's labels of a type are authored in a stronger layer, or arc, than those of the new one."""
+    names = [f"semantic:{instance}:params:semanticData" for instance in _old_instances(prim, semantic_type)]
+    return min(map(_strength(prim), names), default=0) < _strength(prim)(f"semantics:labels:{semantic_type}")
+
+
+def _strength(prim: Usd.Prim) -> Callable[[str], int]:
+    """Return a function from an attribute's name to the place of its strongest opinion, 0 for the strongest."""
+    order = {(spec.layer, spec.path): place for place, spec in enumerate(prim.GetPrimStack())}
+
+    def place(name: str) -> int:
+        specs = prim.GetAttribute(name).GetPropertyStack()
+        return min((order.get((spec.layer, spec.path.GetPrimPath()), len(order)) for spec in specs), default=len(order))
+
+    return place
+
+
+def _tokens(attribute: Usd.Attribute, time: Usd.TimeCode) -> tuple[str, ...]:
+    """Return the tokens of an array, or a single token; nothing, with a warning, for a value of another type.
+
+    Labels of nothing but spaces are none.
+    """
+    value = attribute.Get(time) if attribute else None
     if value is None:
         return ()
     if isinstance(value, str):
-        return (value,)
-    if isinstance(value, (Vt.TokenArray, Vt.StringArray)):
-        return tuple(map(str, value))
-    errors.warn_once(f"{attribute.GetPath()}: {value} is not a label. Author an array of tokens.")
-    return ()
+        value = [value]
+    if not isinstance(value, (Vt.TokenArray, Vt.StringArray, list)):
+        errors.warn_once(f"{attribute.GetPath()}: {value} is not a label. Author an array of tokens.")
+        return ()
+    return tuple(str(each) for each in value if str(each).strip())
 
 
-def inherited_labels(prim: Usd.Prim) -> Labels:
-    """Return the labels of the prim, of all its ancestors and of the material bound to it, by type.
+def is_labeled(prim: Usd.Prim) -> bool:
+    """Return whether a prim has one of the schemas of labels, if only without a label."""
+    return any(schema.startswith("Semantics") for schema in prim.GetAppliedSchemas())
 
-    Each label is listed once: outermost ancestor first, then the prim's own, then the material's. Annotators report
-    them, joined with commas, for pixels of the prim.
-    """
-    chain = [prim]
-    while parent := chain[-1].GetParent():
-        chain.append(parent)
+
+def vary_over_time(prim: Usd.Prim) -> bool:
+    """Return whether the prim's own labels have time samples."""
+    return is_labeled(prim) and any(
+        attribute.GetName().startswith(("semantics:", "semantic:")) and attribute.GetNumTimeSamples()
+        for attribute in prim.GetAuthoredAttributes()
+    )
+
+
+def merged(chain: Iterable[Mapping[str, Sequence[str]]]) -> Labels:
+    """Return the labels of several prims together by type, each label once, in the order of the prims."""
     found: Labels = {}
-    for each in reversed(chain):
-        for semantic_type, labels in get_labels(each).items():
-            _extend(found, semantic_type, labels)
-    material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
-    if material:
-        for semantic_type, labels in get_labels(material.GetPrim()).items():
+    for each in chain:
+        for semantic_type, labels in each.items():
             _extend(found, semantic_type, labels)
     return found
 
@@ -134,8 +199,9 @@ def _extend(found: Labels, semantic_type: str, labels: Iterable[str]) -> None:
     known.extend(label for label in labels if label not in known)
 
 
-def _old_pair(prim: Usd.Prim, instance: str) -> tuple[str, str]:
-    values = (prim.GetAttribute(f"semantic:{instance}:params:semantic{part}").Get() for part in ("Type", "Data"))
+def _old_pair(prim: Usd.Prim, instance: str, time: Usd.TimeCode = _DEFAULT) -> tuple[str, str]:
+    attributes = (prim.GetAttribute(f"semantic:{instance}:params:semantic{part}") for part in ("Type", "Data"))
+    values = (attribute.Get(time) if attribute else None for attribute in attributes)
     semantic_type, label = (str(value or "") for value in values)
     return semantic_type, label
 
@@ -166,9 +232,12 @@ def _write(prim: Usd.Prim, semantic_type: str, labels: list[str]) -> None:
     # A type that is not an identifier cannot name an instance of the new schema; the old schema holds any string.
     if labels and Sdf.Path.IsValidNamespacedIdentifier(semantic_type):
         UsdSemantics.LabelsAPI.Apply(prim, semantic_type).CreateLabelsAttr().Set(labels)
-    held = [_old_pair(prim, instance) for instance in _old_instances(prim)]
+        _note(prim, {semantic_type: labels})
+    held = {_old_pair(prim, instance)[1]: instance for instance in _old_instances(prim, semantic_type)}
+    for label in held.keys() - set(labels):
+        _drop_old(prim, held[label])
     for label in labels:
-        if (semantic_type, label) not in held:
+        if label not in held:
             instance = f"Semantics_{Tf.MakeValidIdentifier(semantic_type)}_{Tf.MakeValidIdentifier(label)}"
             _write_old(prim, _free_instance(prim, instance), semantic_type, label)
 
@@ -179,8 +248,17 @@ def _write_old(prim: Usd.Prim, instance: str, semantic_type: str, label: str) ->
     api.CreateSemanticDataAttr().Set(label)
 
 
-def _old_instances(prim: Usd.Prim) -> list[str]:
-    return [name.partition(":")[2] for name in prim.GetAppliedSchemas() if name.startswith(f"{_OLD}:")]
+def _old_instances(prim: Usd.Prim, semantic_type: str | None = None) -> list[str]:
+    """Return the names of the instances of the old schema: all, or those of one type."""
+    names = [name.partition(":")[2] for name in prim.GetAppliedSchemas() if name.startswith(f"{_OLD}:")]
+    return [name for name in names if semantic_type in (None, _old_pair(prim, name)[0])]
+
+
+def _note(prim: Usd.Prim, labels: Mapping[str, Sequence[str]]) -> None:
+    """Note the labels of some types as what both schemas have."""
+    noted = dict(prim.GetCustomDataByKey(WRITTEN) or {})
+    noted.update({semantic_type: Vt.TokenArray(list(values)) for semantic_type, values in labels.items()})
+    prim.SetCustomDataByKey(WRITTEN, noted)
 
 
 def _free_instance(prim: Usd.Prim, instance: str) -> str:
@@ -200,9 +278,16 @@ def _drop(prim: Usd.Prim, types: set[str] | None) -> None:
             prim.RemoveAPI(UsdSemantics.LabelsAPI, instance)
             _remove_value(prim, f"semantics:labels:{instance}")
         elif kind == _OLD and (types is None or _old_pair(prim, instance)[0] in types):
-            prim.RemoveAPI(semantics_schema.SemanticsAPI, instance)
-            _remove_value(prim, f"semantic:{instance}:params:semanticType")
-            _remove_value(prim, f"semantic:{instance}:params:semanticData")
+            _drop_old(prim, instance)
+    noted = prim.GetCustomDataByKey(WRITTEN) or {}
+    if gone := {each: [] for each, labels in noted.items() if len(labels) and (types is None or each in types)}:
+        _note(prim, gone)
+
+
+def _drop_old(prim: Usd.Prim, instance: str) -> None:
+    prim.RemoveAPI(semantics_schema.SemanticsAPI, instance)
+    _remove_value(prim, f"semantic:{instance}:params:semanticType")
+    _remove_value(prim, f"semantic:{instance}:params:semanticData")
 
 
 def _remove_value(prim: Usd.Prim, name: str) -> None:
