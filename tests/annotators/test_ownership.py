@@ -3,7 +3,9 @@
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
 
+import usdsdg as rep
 from usdsdg.annotators.ownership import LabeledStage
+from usdsdg.session.stage_context import new_stage
 from usdsdg.stage.semantics.labels import add_labels
 
 
@@ -73,6 +75,35 @@ def test_point_instances_inherit_from_their_instancer_wherever_the_prototype_is(
     if home.startswith("/Lib"):
         add_labels(stage.GetPrimAtPath("/Lib"), {"class": "library"})
     assert labels_of(stage, f"{home}/mesh[1]") == {"class": ["shelf", "box"]}
+
+
+@pytest.mark.parametrize("mode", ["scene_instance", "reference", "point_instance"])
+@pytest.mark.parametrize("late", [False, True])
+def test_each_instantiated_object_is_an_object_of_its_own(mode, late):
+    stage = new_stage()
+    cube(stage, "/Assets/box/mesh")
+    semantics = [("class", "box")]
+    item = rep.randomizer.instantiate(["/Assets/box"], size=4, mode=mode, semantics=None if late else semantics)
+    if late:
+        with item:
+            rep.modify.semantics(semantics)
+    names = gprims_below(stage, "/Replicator/SampledAssets")
+    chains = [chain for _, chain in LabeledStage(stage).chains(names)]
+    assert len(names) == 4
+    assert len({chain[0][0].name for chain in chains}) == 4
+    assert {labels_of(stage, name)["class"][0] for name in names} == {"box"}
+
+
+def gprims_below(stage, root):
+    """Return the gprims that a renderer would list, point instances with their numbers."""
+    everything = Usd.PrimRange(stage.GetPrimAtPath(root), Usd.TraverseInstanceProxies())
+    found = []
+    for prim in everything:
+        if prim.IsA(UsdGeom.Gprim):
+            instancer = UsdGeom.PointInstancer(prim.GetParent().GetParent())
+            count = len(instancer.GetProtoIndicesAttr().Get()) if instancer else 0
+            found += [f"{prim.GetPath()}[{point}]" for point in range(count)] or [str(prim.GetPath())]
+    return found
 
 
 # --- materials ---

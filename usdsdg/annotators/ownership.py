@@ -9,6 +9,7 @@ from pxr import Sdf, Usd, UsdShade
 from usdsdg.annotators.point_instances import Steps, find_steps, prim_path
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import warn_once
+from usdsdg.stage.geometry.instancers import POSABLE_INSTANCES
 from usdsdg.stage.semantics.label_filter import LabelFilter
 from usdsdg.stage.semantics.labels import get_labels, is_labeled, merged, vary_over_time
 
@@ -64,7 +65,7 @@ class LabeledStage:
             binder, of_material = materials.get(prim_path(gprim), (None, {}))
             chain = []
             for owner in _ancestors(prim_path(gprim), steps):
-                own = self._labels(owner.path)
+                own = self._own_labels(owner)
                 if owner.path == binder:
                     own = merged([own, of_material])
                 if own:
@@ -79,6 +80,15 @@ class LabeledStage:
         """
         chain = [self._labels(each.path) for each in _ancestors(owner.path, owner.steps)]
         return merged([*reversed(chain), *(labels for _, labels in self._materials(gprims).values())])
+
+    def _own_labels(self, owner: Owner) -> Labels:
+        """Return the labels of a prim; on the root of a point instance also those of its instancer, if posable."""
+        own = self._labels(owner.path)
+        if not owner.steps or owner.path != owner.steps[0].prototype:
+            return own
+        instancer = owner.steps[0].instancer
+        posable = self._stage.GetPrimAtPath(instancer).GetCustomDataByKey(POSABLE_INSTANCES)
+        return merged([self._labels(instancer), own]) if posable else own
 
     def _materials(self, gprims: Sequence[str]) -> dict[Sdf.Path, tuple[Sdf.Path, Labels]]:
         """Return for each gprim with a labeled material the prim that binds it, and the material's labels."""

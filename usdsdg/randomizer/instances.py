@@ -29,7 +29,7 @@ def instantiate(
     The item's prims are Xforms under `/Replicator/SampledAssets`, which can be posed or labeled like any other; they
     reference their first sample immediately. With mode "point_instance" the item is one PointInstancer: `modify.pose`
     (position, rotation, scale), `rotation`, `scatter_2d` and `scatter_3d` apply to each of its instances, everything
-    else to the instancer.
+    else to the instancer; its labels are those of each instance.
 
     Args:
         paths: USD files (paths or URLs), prims of the stage, an item, or a distribution over these.
@@ -41,7 +41,7 @@ def instantiate(
         seed: replaces the global seed.
         use_cache: keep every asset in memory, under `/Replicator/SampledAssets/Cache`, so that switching opens no
             file. Without it files are referenced when sampled. Prototypes of point instances are always kept.
-        semantics: labels of all objects.
+        semantics: labels of each object.
 
     Raises:
         ArgumentError: an unknown mode, no paths, or `seed` and `weights` beside a distribution.
