@@ -1,6 +1,5 @@
 """The physics engine: play, advance, stop, step listeners, and scene queries on one stage."""
 
-import itertools
 import time
 from collections.abc import Callable, Collection, Sequence
 
@@ -10,10 +9,12 @@ from pxr import Usd
 
 from usdsdg.errors import PhysicsError
 from usdsdg.stage.poses.transforms import meters_per_unit
+from usdsdg_physics.listeners import Listeners
 from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.scene import parse
 from usdsdg_physics.play import PlaySession, initial_poses
 from usdsdg_physics.queries.scene_queries import Overlap, RayHit, SceneQueries
+from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
 from usdsdg_physics.scene.records import ShapeKind
 from usdsdg_physics.world.compile_kernels import Progress
 
@@ -33,10 +34,9 @@ class NewtonEngine:
         """`device` is "cpu", "cuda:0" or None for Warp's default; `progress` is called while kernels compile."""
         self._stage, self._device, self._progress = stage, device, progress
         self._hulls = HullCache()
-        self._listeners: dict[int, Callable[[float], None]] = {}
-        self._listeners_before: dict[int, Callable[[float], None]] = {}
+        self._listeners, self._listeners_before = Listeners(), Listeners()
+        self._trigger_listeners, self._contact_listeners = Listeners(), Listeners()
         self.step_seconds = 0.0  # wall-clock time of the latest step
-        self._keys = itertools.count()
         self._session: PlaySession | None = None
         self._elapsed = 0.0
 
@@ -198,28 +198,52 @@ class NewtonEngine:
             PhysicsError: `play` has not been called.
         """
         self._playing("step")
-        for listener in list(self._listeners_before.values()):
-            listener(dt)
+        self._listeners_before.call(dt)
         if self._session is None:  # a listener may stop the simulation
             return
         start = time.perf_counter()
         self._session.step(dt)
         self.step_seconds = time.perf_counter() - start
-        for listener in list(self._listeners.values()):
-            listener(dt)
+        self._report_events()
+        self._listeners.call(dt)
 
     def subscribe_step(self, listener: Callable[[float], None], *, before: bool = False) -> Callable[[], None]:
         """Call `listener(dt)` after every step, when its result is on the stage; return the unsubscribe function.
 
         With `before` it is called before the step, which takes what it writes to the stage into account.
         """
-        key, listeners = next(self._keys), self._listeners_before if before else self._listeners
-        listeners[key] = listener
+        return (self._listeners_before if before else self._listeners).subscribe(listener)
 
-        def unsubscribe() -> None:
-            listeners.pop(key, None)
+    def subscribe_triggers(self, listener: Callable[[TriggerEvent], None]) -> Callable[[], None]:
+        """Call `listener(event)` for each collider that entered or left a PhysxTriggerAPI in a step, after the step.
 
-        return unsubscribe
+        Return the unsubscribe function. Triggers report before the listeners of the step are called.
+        """
+        return self._trigger_listeners.subscribe(listener)
+
+    def subscribe_contacts(self, listener: Callable[[list[ContactEvent]], None]) -> Callable[[], None]:
+        """Call `listener(events)` after each step in which colliders with a PhysxContactReportAPI touch.
+
+        Return the unsubscribe function. Contacts are reported before the listeners of the step are called.
+        """
+        return self._contact_listeners.subscribe(listener)
+
+    @property
+    def contacts(self) -> list[ContactEvent]:
+        """The contacts of the latest step that are reported; none while stopped."""
+        return list(self._session.contact_events) if self._session else []
+
+    def _report_events(self) -> None:
+        """Tell listeners what happened in the step that was just taken."""
+        session = self._session
+        if session is None:
+            return
+        triggers, contacts = session.trigger_events, session.contact_events
+        session.trigger_events = []
+        if contacts:
+            self._contact_listeners.call(contacts)
+        for event in triggers:
+            self._trigger_listeners.call(event)
 
     def overlap_box(
         self, half_extent: Sequence[float], origin: Sequence[float], rotation_xyzw: Sequence[float] = (0, 0, 0, 1)

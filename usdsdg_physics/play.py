@@ -16,12 +16,16 @@ from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.scene import parse
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.queries.scene_queries import SceneQueries
+from usdsdg_physics.queries.triggers import Triggers
+from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
 from usdsdg_physics.scene.records import Scene
 from usdsdg_physics.world.compile_kernels import Progress
+from usdsdg_physics.world.contact_events import ContactEvents
 from usdsdg_physics.world.world import World
 from usdsdg_physics.writeback.joint_states import JointStateWriter
 from usdsdg_physics.writeback.restore import Backup
 from usdsdg_physics.writeback.stage_writer import StageWriter
+from usdsdg_physics.writeback.trigger_states import TriggerStates
 
 
 class PlaySession:
@@ -38,6 +42,12 @@ class PlaySession:
         self._contacts_overflowed = False
         self.world: World | None = None
         self._asleep: set[str] = set()  # bodies to put to sleep when the world is built
+        self._trigger_states = TriggerStates(stage)
+        self._inside: list[tuple[str, str]] = []  # triggers, and the colliders inside
+        self._touching: set[tuple[str, str]] = set()  # colliders whose contacts are reported
+        # Of the latest step.
+        self.trigger_events: list[TriggerEvent] = []
+        self.contact_events: list[ContactEvent] = []
         self._simulated: set[str] = set()  # bodies that have been in a world: startsAsleep no longer counts
         self._read_stage()
 
@@ -50,6 +60,7 @@ class PlaySession:
         world.step(dt)
         self._handle_failures(world)
         self._write_back(world)
+        self._note_events(world, dt)
 
     def put_to_sleep(self, bodies: Collection[str]) -> None:
         """Zero the velocities of bodies, here and on the stage, and hold them until a moving body touches them."""
@@ -162,6 +173,7 @@ class PlaySession:
         self._tracker.close()
         if restore:
             self._backup.restore()
+            self._trigger_states.restore()
 
     def _current_world(self) -> World:
         """Return the world with the edits of the stage applied."""
@@ -183,6 +195,24 @@ class PlaySession:
             if self._joint_writer.axes:
                 self._joint_writer.write(*world.joint_state(self._joint_writer.axes))
 
+    def _note_events(self, world: World, dt: float) -> None:
+        """Find what entered and left triggers, and the contacts of a step of `dt` seconds that are reported."""
+        self.trigger_events, self.contact_events = [], []
+        if self._triggers.paths or self._inside:
+            inside = self._triggers.inside(self.poses)
+            self.trigger_events = self._triggers.events(self._inside, inside)
+            if self.trigger_events:
+                with self._tracker.muted():
+                    self._trigger_states.write({event.trigger for event in self.trigger_events}, inside)
+            self._inside = inside
+        if self.scene.reports or self._touching:
+            units = self._units
+            events = ContactEvents(
+                self.scene, world.shape_index, meters=units.meters, kilograms=units.kilograms, touching=self._touching
+            )
+            self.contact_events = events.of_step(world.reported_contacts(), dt)
+            self._touching = events.touching
+
     def _read_stage(self) -> None:
         self._units = Units.of(self._stage)
         self.scene = parse(self._stage, self._hulls)
@@ -192,6 +222,7 @@ class PlaySession:
         self._reader = EditReader(self._stage, self.scene, self._hulls)
         self._queries = SceneQueries(self.scene)
         self._queries_are_stale = False
+        self._triggers = Triggers(self.scene, self._queries)
         self.poses = initial_poses(self.scene)
         self.world = None
         self._open_writer()

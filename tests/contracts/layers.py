@@ -61,7 +61,8 @@ PHYSICS = {
     "edits": "scene parse queries world",
     "writeback": "scene",
     "play": "scene parse queries world edits writeback",
-    "engine": "scene parse queries world play",
+    "listeners": "",
+    "engine": "scene listeners parse queries world play",
     "simulation": "world engine",
     "__init__": "",
 }

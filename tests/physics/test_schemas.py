@@ -204,6 +204,7 @@ _OTHER = {
     "physics:staticFriction": ("/World/material", 0.9),
     "physxMaterial:frictionCombineMode": ("/World/material", "max"),
     "physxMaterial:restitutionCombineMode": ("/World/material", "max"),
+    "physxContactReport:threshold": ("/World/box", 5.0),
     "physxCollision:contactOffset": ("/World/box", 0.3),
     "physxCollision:restOffset": ("/World/box", 0.01),
 }
@@ -211,6 +212,7 @@ _OTHER = {
 _ELSEWHERE = {
     "physxScene:timeStepsPerSecond": "read before every step: test_oracles",
     "physics:simulationOwner": "several scenes are named: test_parse",
+    "physxContactReport:reportPairs": "test_contact_reports",
     "physxTrigger:triggeredCollisions": "written, not read: test_triggers",
     "physics:filteredGroups": "test_parse",
     "physics:filteredPairs": "test_parse",
@@ -230,6 +232,7 @@ def _typical() -> Usd.Stage:
     UsdPhysics.MassAPI.Apply(box).CreateDiagonalInertiaAttr((1, 2, 3))
     physx.PhysxForceAPI.Apply(box).CreateForceAttr((1, 0, 0))
     physx.PhysxSurfaceVelocityAPI.Apply(box).CreateSurfaceVelocityAttr((1, 0, 0))
+    physx.PhysxContactReportAPI.Apply(box)
     physx.PhysxMaterialAPI.Apply(material.GetPrim())
     mesh = UsdGeom.Mesh.Define(stage, "/World/mesh")
     mesh.CreatePointsAttr(Vt.Vec3fArray([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Collection, Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +21,7 @@ from usdsdg.stage.geometry.pixel_masks import PixelMasks
 
 if TYPE_CHECKING:
     from usdsdg_physics.queries.scene_queries import Overlap, RayHit
+    from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
     from usdsdg_render.path.film import Film
     from usdsdg_render.settings import PathSettings, ToneSettings
 
@@ -73,6 +74,13 @@ class PhysicsEngine(Protocol):
     def step(self, dt: float) -> None: ...
 
     def subscribe_step(self, listener: Callable[[float], None], *, before: bool = False) -> Callable[[], None]: ...
+
+    def subscribe_triggers(self, listener: Callable[[TriggerEvent], None]) -> Callable[[], None]: ...
+
+    def subscribe_contacts(self, listener: Callable[[list[ContactEvent]], None]) -> Callable[[], None]: ...
+
+    @property
+    def contacts(self) -> list[ContactEvent]: ...
 
     def overlap_box(
         self, half_extent: Sequence[float], origin: Sequence[float], rotation_xyzw: Sequence[float]
@@ -151,6 +159,8 @@ class Engines:
         self.renderer: Renderer | None = None
         self.step_listeners: list[Callable[[float], None]] = []
         self.step_listeners_before: list[Callable[[float], None]] = []
+        self.trigger_listeners: list[Callable[[TriggerEvent], None]] = []
+        self.contact_listeners: list[Callable[[list[ContactEvent]], None]] = []
 
     def follow_timeline(self, event: str) -> None:
         """Play or stop physics when the timeline plays or stops."""
@@ -168,6 +178,16 @@ class Engines:
         """Call all listeners that precede physics steps."""
         for listener in list(self.step_listeners_before):
             listener(dt)
+
+    def on_trigger(self, event: TriggerEvent) -> None:
+        """Call all listeners of triggers."""
+        for listener in list(self.trigger_listeners):
+            listener(event)
+
+    def on_contacts(self, events: list[ContactEvent]) -> None:
+        """Call all listeners of contacts."""
+        for listener in list(self.contact_listeners):
+            listener(events)
 
     def reset(self) -> None:
         """Close both engines, so that new ones are created for the next stage; step listeners stay."""
@@ -201,6 +221,8 @@ def physics() -> PhysicsEngine:
         engines.physics = NewtonEngine(current_stage(), device=physics_device(), progress=report)
         engines.physics.subscribe_step(engines.on_step)
         engines.physics.subscribe_step(engines.before_step, before=True)
+        engines.physics.subscribe_triggers(engines.on_trigger)
+        engines.physics.subscribe_contacts(engines.on_contacts)
     return engines.physics
 
 
@@ -249,6 +271,22 @@ def subscribe_step(listener: Callable[[float], None], *, before: bool = False) -
     With `before` it is called before each step, which takes what it writes to the stage into account.
     """
     engines = current().engines
-    listeners = engines.step_listeners_before if before else engines.step_listeners
+    return _subscribed(engines.step_listeners_before if before else engines.step_listeners, listener)
+
+
+def subscribe_triggers(listener: Callable[[TriggerEvent], None]) -> Callable[[], None]:
+    """Call `listener(event)` for what enters and leaves triggers, on this and later stages; return the unsubscriber."""
+    return _subscribed(current().engines.trigger_listeners, listener)
+
+
+def subscribe_contacts(listener: Callable[[list[ContactEvent]], None]) -> Callable[[], None]:
+    """Call `listener(events)` after steps with contacts that are reported, on this and later stages.
+
+    Return the unsubscriber.
+    """
+    return _subscribed(current().engines.contact_listeners, listener)
+
+
+def _subscribed(listeners: list[Any], listener: Callable[..., None]) -> Callable[[], None]:
     listeners.append(listener)
     return lambda: listeners.remove(listener) if listener in listeners else None

@@ -29,6 +29,7 @@ _LIVE_BODY_ATTRIBUTES = frozenset(
 )
 _SURFACE = "physxSurfaceVelocity:"
 _FORCE = "physxForce:"
+_CONTACT_REPORT = "physxContactReport:"
 _COLLISION_ENABLED = "physics:collisionEnabled"
 _STARTS_ASLEEP = "physics:startsAsleep"
 _GRAVITY = frozenset({"physics:gravityDirection", "physics:gravityMagnitude"})
@@ -113,6 +114,7 @@ class EditReader:
         before_bodies, before_colliders = paths_below(self._bodies, path), paths_below(self._colliders, path)
         return not (
             now.forces == {p: force for p, force in self._scene.forces.items() if at_or_below(p, path)}
+            and now.reports == {p: report for p, report in self._scene.reports.items() if at_or_below(p, path)}
             and set(now.bodies) == set(before_bodies)
             and set(now.colliders) == set(before_colliders)
             and now.joints == {path: self._scene.joints[path] for path in paths_below(self._joints, path)}
@@ -126,6 +128,7 @@ class EditReader:
             self._read_poses(path, cache, edits)
         if "material:binding" in names:
             edits.rebuild |= self._material_changed(path)
+        edits.rebuild |= any(name.startswith(_CONTACT_REPORT) for name in names)
         if path in self._scene.forces and any(name.startswith((_FORCE, "xformOp")) for name in names):
             self._read_force(path, cache, edits)
         if path == self._scene.scene_path:

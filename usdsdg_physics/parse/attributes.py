@@ -11,6 +11,7 @@ MASS = "PhysicsMassAPI"
 FORCE = "PhysxForceAPI"
 TRIGGER = "PhysxTriggerAPI"
 TRIGGER_STATE = "PhysxTriggerStateAPI"
+CONTACT_REPORT = "PhysxContactReportAPI"
 SURFACE_VELOCITY = "PhysxSurfaceVelocityAPI"
 
 

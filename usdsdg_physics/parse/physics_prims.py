@@ -8,7 +8,15 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.physics.joints import ARTICULATION_ROOT
-from usdsdg_physics.parse.attributes import COLLISION, FORCE, RIGID_BODY, SURFACE_VELOCITY, has_api, value
+from usdsdg_physics.parse.attributes import (
+    COLLISION,
+    CONTACT_REPORT,
+    FORCE,
+    RIGID_BODY,
+    SURFACE_VELOCITY,
+    has_api,
+    value,
+)
 from usdsdg_physics.parse.unread import UnreadNames, listed
 
 
@@ -22,6 +30,7 @@ class PhysicsPrims:
     filtered: list[Usd.Prim] = field(default_factory=list)  # with FilteredPairsAPI
     groups: list[Usd.Prim] = field(default_factory=list)  # collision groups
     forces: list[tuple[Usd.Prim, Usd.Prim | None]] = field(default_factory=list)  # with the body that they push
+    reports: list[Usd.Prim] = field(default_factory=list)  # with PhysxContactReportAPI
     static_belts: list[str] = field(default_factory=list)  # with PhysxSurfaceVelocityAPI, but no rigid body
     joints: list[Usd.Prim] = field(default_factory=list)
     articulations: list[Usd.Prim] = field(default_factory=list)  # with ArticulationRootAPI
@@ -63,6 +72,8 @@ def find_physics_prims(stage: Usd.Stage, root: Sdf.Path, cache: UsdGeom.XformCac
             found.colliders.append((prim, owner))
         if FORCE in applied:
             found.forces.append((prim, owner))
+        if CONTACT_REPORT in applied:
+            found.reports.append(prim)
         if SURFACE_VELOCITY in applied and not body:
             found.static_belts.append(str(path))
         if ARTICULATION_ROOT in applied:

@@ -8,6 +8,7 @@ from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.bodies import read_body
 from usdsdg_physics.parse.colliders import read_collider
 from usdsdg_physics.parse.collision_filters import read_filtered_pairs
+from usdsdg_physics.parse.contact_reports import read_contact_report
 from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.forces import read_force
 from usdsdg_physics.parse.jointed_bodies import hold_unsupported, read_jointed_pairs, read_joints
@@ -56,6 +57,7 @@ def parse(stage: Usd.Stage, hulls: HullCache, *, root: Sdf.Path = Sdf.Path.absol
         )
         | read_jointed_pairs(found, bodies, colliders, joints),
         joints=joints,
+        reports={str(prim.GetPath()): read_contact_report(prim, units) for prim in found.reports},
         forces={force.path: force for force in forces if force is not None},
     )
 

@@ -47,6 +47,7 @@ READ: dict[str, str] = {
     "physxForce:worldFrameEnabled",
     "PhysxSurfaceVelocityAPI": "physxSurfaceVelocity:surfaceVelocity physxSurfaceVelocity:surfaceAngularVelocity "
     "physxSurfaceVelocity:surfaceVelocityEnabled physxSurfaceVelocity:surfaceVelocityLocalSpace",
+    "PhysxContactReportAPI": "physxContactReport:threshold physxContactReport:reportPairs",
     "PhysxTriggerAPI": "",
     "PhysxTriggerStateAPI": "physxTrigger:triggeredCollisions",
     "PhysxMaterialAPI": "physxMaterial:frictionCombineMode physxMaterial:restitutionCombineMode",
@@ -178,7 +179,6 @@ UNREAD: tuple[Unread, ...] = (
         "PhysxSplinesSurfaceVelocityAPI physxSplinesSurfaceVelocity:*",
         "surfaces do not move along curves. Give straight parts a PhysxSurfaceVelocityAPI each",
     ),
-    Unread("PhysxContactReportAPI physxContactReport:*", "contacts are not reported"),
     Unread(
         "physxCollision:torsionalPatchRadius physxCollision:minTorsionalPatchRadius",
         "contact points have no torsional friction: what turns on one point keeps turning",

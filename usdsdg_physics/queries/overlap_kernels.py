@@ -132,6 +132,8 @@ def nearest_on_simplex(s: Any, count: int):
 def separated(
     query_kind: int,
     query_size: wp.vec3d,
+    query_first: int,
+    query_count: int,
     query_to_shape: wp.transformd,
     kind: int,
     size: wp.vec3d,
@@ -153,7 +155,9 @@ def separated(
         # Minkowski difference, the query's core minus the shape's: v is its point nearest to the origin so far.
         far = wp.transform_point(
             query_to_shape,
-            core_support(query_kind, query_size, 0, 0, points, wp.transform_vector(shape_to_query, away)),
+            core_support(
+                query_kind, query_size, query_first, query_count, points, wp.transform_vector(shape_to_query, away)
+            ),
         )
         w = far - core_support(kind, size, first, count, points, v)
         reach = wp.dot(v, w)
@@ -198,11 +202,70 @@ def overlaps(
     """
     row = wp.tid()
     shape = candidates[row]
-    kind = kinds[shape]
-    size = sizes[shape]
     query_to_shape = wp.transform_multiply(wp.transform_inverse(frames[shape]), query_frame)
+    apart = is_apart(
+        query_kind,
+        query_size,
+        0,
+        0,
+        query_to_shape,
+        kinds[shape],
+        sizes[shape],
+        first_points[shape],
+        point_counts[shape],
+        points,
+    )
+    hit[row] = wp.where(apart, 0, 1)
+
+
+@wp.kernel
+def pairs_overlap(
+    # scene
+    kinds: wp.array[wp.int32],
+    sizes: wp.array[wp.vec3d],
+    frames: wp.array[wp.transformd],
+    first_points: wp.array[wp.int32],
+    point_counts: wp.array[wp.int32],
+    points: wp.array[wp.vec3d],
+    pairs: wp.array2d[wp.int32],
+    # out
+    hit: wp.array[wp.int32],
+):
+    """Set hit[i] = 1 where the convex shape pairs[i, 0] and the shape pairs[i, 1] overlap."""
+    row = wp.tid()
+    query = pairs[row, 0]
+    shape = pairs[row, 1]
+    apart = is_apart(
+        kinds[query],
+        sizes[query],
+        first_points[query],
+        point_counts[query],
+        wp.transform_multiply(wp.transform_inverse(frames[shape]), frames[query]),
+        kinds[shape],
+        sizes[shape],
+        first_points[shape],
+        point_counts[shape],
+        points,
+    )
+    hit[row] = wp.where(apart, 0, 1)
+
+
+@wp.func
+def is_apart(
+    query_kind: int,
+    query_size: wp.vec3d,
+    query_first: int,
+    query_count: int,
+    query_to_shape: wp.transformd,
+    kind: int,
+    size: wp.vec3d,
+    first: int,
+    count: int,
+    points: wp.array[wp.vec3d],
+):
+    """Return whether a convex shape and one of any kind do not overlap."""
     radius = wp.float64(0.0)
-    if query_kind == SPHERE:
+    if query_kind == SPHERE or query_kind == CAPSULE:
         radius += query_size[0]
     if kind == SPHERE or kind == CAPSULE:
         radius += size[0]
@@ -210,14 +273,27 @@ def overlaps(
     if kind == PLANE:
         up = wp.vec3d(wp.float64(0.0), wp.float64(0.0), wp.float64(-1.0))
         down = wp.transform_vector(wp.transform_inverse(query_to_shape), up)
-        lowest = wp.transform_point(query_to_shape, core_support(query_kind, query_size, 0, 0, points, down))
+        support = core_support(query_kind, query_size, query_first, query_count, points, down)
+        lowest = wp.transform_point(query_to_shape, support)
         apart = lowest[2] > radius
     elif kind == MESH:
-        for corner in range(first_points[shape], first_points[shape] + point_counts[shape], 3):
+        for corner in range(first, first + count, 3):
             if apart:
-                apart = separated(query_kind, query_size, query_to_shape, kind, size, corner, 3, points, radius)
+                apart = separated(
+                    query_kind,
+                    query_size,
+                    query_first,
+                    query_count,
+                    query_to_shape,
+                    kind,
+                    size,
+                    corner,
+                    3,
+                    points,
+                    radius,
+                )
     else:
         apart = separated(
-            query_kind, query_size, query_to_shape, kind, size, first_points[shape], point_counts[shape], points, radius
+            query_kind, query_size, query_first, query_count, query_to_shape, kind, size, first, count, points, radius
         )
-    hit[row] = wp.where(apart, 0, 1)
+    return apart

@@ -161,6 +161,52 @@ class SceneQueries:
         ]
         return sorted(hits, key=lambda hit: hit.distance)
 
+    def overlapping_pairs(self, poses: np.ndarray, firsts: Sequence[str]) -> list[tuple[str, str]]:
+        """Return the pairs of a convex collider among `firsts` and another enabled one, of another body, it overlaps.
+
+        The pairs are in the order of `firsts` and then of paths; a disabled collider overlaps nothing.
+        """
+        rows = [self._row[path] for path in firsts if self._enabled[self._row[path]]]
+        if not rows:
+            return []
+        import warp as wp
+
+        from usdsdg_physics.queries import overlap_kernels
+
+        rotation, position = self._frames(poses)
+        centers = np.einsum("ni,nij->nj", self._bounds[:, :3], rotation) + position
+        pairs = []
+        for row in rows:
+            reach = self._bounds[:, 3] + self._bounds[row, 3]
+            near = self._enabled & (np.linalg.norm(centers - centers[row], axis=1) <= reach)
+            near &= (self._body != self._body[row]) | (self._body < 0)
+            near[row] = False
+            others = self._sorted[near[self._sorted]]
+            pairs.append(np.stack([np.full(len(others), row), others], axis=1))
+        candidates = np.concatenate(pairs).astype(np.int32)
+        if not len(candidates):
+            return []
+        frames = np.concatenate([position, quat_from_matrix(rotation)], axis=1)
+        hit = wp.zeros(len(candidates), dtype=wp.int32, device="cpu")
+        kinds, sizes, first, counts, points = self._device_tables()
+        wp.launch(
+            overlap_kernels.pairs_overlap,
+            dim=len(candidates),
+            inputs=[
+                kinds,
+                sizes,
+                wp.array(frames, dtype=wp.transformd, device="cpu"),
+                first,
+                counts,
+                points,
+                wp.array(candidates, dtype=wp.int32, device="cpu"),
+            ],
+            outputs=[hit],
+            device="cpu",
+        )
+        found = candidates[hit.numpy() != 0]
+        return [(self._colliders[a].path, self._colliders[b].path) for a, b in found.tolist()]
+
     def _near_ray(
         self,
         rotation: np.ndarray,

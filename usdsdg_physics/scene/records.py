@@ -201,6 +201,15 @@ class Joint:
 
 
 @dataclass(frozen=True)
+class ContactReportSpec:
+    """Which contacts of a prim with PhysxContactReportAPI are reported."""
+
+    path: str
+    threshold: float  # N that the contacts of a pair push with at least; 0 for all that touch
+    partners: tuple[str, ...] = ()  # paths that the other collider is at or below; empty for any
+
+
+@dataclass(frozen=True)
 class Scene:
     """All that is simulated; bodies and colliders by prim path, in the order of the stage."""
 
@@ -212,3 +221,4 @@ class Scene:
     filtered: frozenset[tuple[str, str]] = frozenset()
     forces: dict[str, Force] = field(default_factory=dict)  # by prim path
     joints: dict[str, Joint] = field(default_factory=dict)  # those that are simulated, by prim path
+    reports: dict[str, ContactReportSpec] = field(default_factory=dict)  # by prim path

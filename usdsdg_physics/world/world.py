@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from usdsdg_physics.corrections.contact_coefficients import ContactCoefficients
+from usdsdg_physics.corrections.contact_report import ContactReport, ContactRows
 from usdsdg_physics.corrections.depenetration import Depenetration
 from usdsdg_physics.corrections.free_flight import FreeFlight
 from usdsdg_physics.corrections.locked_axes import LockedAxes
@@ -29,6 +30,7 @@ from usdsdg_physics.model.build import (
 )
 from usdsdg_physics.scene.records import Drive, Force, Scene, SurfaceVelocity
 from usdsdg_physics.world.compile_kernels import Progress, load_kernels, prepare_newton
+from usdsdg_physics.world.contact_events import reports_of
 from usdsdg_physics.world.joints import Joints
 from usdsdg_physics.world.kinematic_motion import KinematicMotion
 from usdsdg_physics.world.steady_forces import SteadyForces
@@ -139,6 +141,10 @@ class World:
         )
         self._forces = SteadyForces(built.body_index, built.mass, built.center, built.inertia)
         self._forces.set(scene.forces.values())
+        reported = [built.shape_index[path] for path in reports_of(scene)]
+        self._report = ContactReport(self.model, contacts, reported) if reported else None
+        self._observables = self.solver.observables({"contact_f"} if reported else (), contacts=self._contacts)
+        self._latest_substeps = 0
         self._triggers = {built.shape_index[c.path] for c in scene.colliders.values() if c.trigger}
         self._records = StepRecords(self.model.device)
 
@@ -321,6 +327,9 @@ class World:
         if moving:
             targets, velocities = self._kinematic.begin(self.poses(), dt, kind.substeps)
             self.set_velocities(moving, velocities)
+        if self._report is not None and self._report.reserve(kind.substeps):
+            self._records = StepRecords(self.model.device)
+        self._latest_substeps = kind.substeps
         if self._forces:
             self.add_wrenches(*self._forces.wrenches(self.poses()))
         if self._wrenches is not None:
@@ -363,8 +372,13 @@ class World:
                 self._depenetration.raise_velocities(before)
             if kind.has_sleepers:
                 self._sleeping.wake_touched(before, h)
+            if self._report is not None:
+                self._report.note_contacts(before, substep)
             self._prepare_contacts(before, h)
-            self.solver.step(before, after, self._control, self._contacts, h)
+            self.solver.step(before, after, self._control, self._contacts, h, observables=self._observables)
+            if self._report is not None:
+                assert self._observables.contact_f is not None
+                self._report.note_forces(self._observables.contact_f, substep, h)
             if self._locked_axes is not None:
                 self._locked_axes.apply(before, after, h)
             self._stabilization.apply(before, after, self._sleeping.asleep, h)
@@ -384,6 +398,10 @@ class World:
             self._surfaces.update_contacts(state)
         if self._coefficients is not None:
             self._coefficients.apply(state, self._surfaces.velocity if self._surfaces is not None else None, dt)
+
+    def reported_contacts(self) -> list[ContactRows]:
+        """Return the contacts of the latest step whose shapes are reported, by substep."""
+        return [] if self._report is None else self._report.rows(self._latest_substeps)
 
     @property
     def contacts_overflowed(self) -> bool:
