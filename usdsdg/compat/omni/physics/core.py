@@ -6,6 +6,16 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TypeVar
 
+from usdsdg.compat.omni.physics.physics_events import (
+    ContactData,
+    ContactDataVector,
+    ContactEventHeader,
+    ContactEventHeaderVector,
+    ContactEventType,
+    FrictionAnchor,
+    FrictionAnchorsDataVector,
+    contacts_of,
+)
 from usdsdg.compat.omni.physics.scene_query_hits import (
     OverlapHit,
     RaycastHit,
@@ -21,10 +31,11 @@ from usdsdg.compat.omni.physx import Subscription
 from usdsdg.session import engines, stage_context
 
 __all__ = [
-    "OverlapHit", "PhysicsBenchmarksInterface", "PhysicsProfileStats", "PhysicsSceneQueryInterface",
-    "PhysicsSimulationInterface", "PhysicsStepContext", "RaycastHit", "SceneQueryHitLocation", "SceneQueryHitObject",
-    "SweepHit", "get_physics_benchmarks_interface", "get_physics_scene_query_interface",
-    "get_physics_simulation_interface",
+    "ContactData", "ContactDataVector", "ContactEventHeader", "ContactEventHeaderVector", "ContactEventType",
+    "FrictionAnchor", "FrictionAnchorsDataVector", "OverlapHit", "PhysicsBenchmarksInterface", "PhysicsProfileStats",
+    "PhysicsSceneQueryInterface", "PhysicsSimulationInterface", "PhysicsStepContext", "RaycastHit",
+    "SceneQueryHitLocation", "SceneQueryHitObject", "SweepHit", "get_physics_benchmarks_interface",
+    "get_physics_scene_query_interface", "get_physics_simulation_interface",
 ]  # fmt: skip
 
 Hit = TypeVar("Hit")
@@ -60,6 +71,17 @@ class PhysicsSimulationInterface:
             raise TypeError("subscribe_physics_on_step_events: on_update is missing")
         context = PhysicsStepContext()
         return Subscription(engines.subscribe_step(lambda dt: on_update(dt, context), before=pre_step))
+
+    def subscribe_physics_contact_report_events(
+        self, on_event: Callable[[ContactEventHeaderVector, ContactDataVector, FrictionAnchorsDataVector], None]
+    ) -> Subscription:
+        """Call `on_event(headers, points, anchors)` after every step in which prims with PhysxContactReportAPI touch.
+
+        Impulses of points contain friction, so anchors are empty.
+        """
+        return Subscription(
+            engines.subscribe_contacts(lambda events: on_event(*contacts_of(events), FrictionAnchorsDataVector()))
+        )
 
     def simulate(self, elapsed_time: float, current_time: float = 0.0) -> None:
         """Take one step of `elapsed_time` [s], also while the timeline is paused or stopped; the timeline stays."""

@@ -6,6 +6,15 @@ from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 from usdsdg.compat.carb.eventdispatcher import Observer
+from usdsdg.compat.omni.physics.physics_events import (
+    ContactDataVector,
+    ContactEventHeaderVector,
+    FrictionAnchorsDataVector,
+    TriggerEventData,
+    TriggerSubscriptions,
+    contacts_of,
+    latest_contacts,
+)
 from usdsdg.compat.omni.physics.scene_query_hits import (
     PhysxHit,
     PhysxLocatedHit,
@@ -77,6 +86,43 @@ class PhysxSimulationInterface:
 
     def flush_changes(self) -> None:
         """Do nothing: every step reads what has changed on the stage."""
+
+    def subscribe_contact_report_events(
+        self, fn: Callable[[ContactEventHeaderVector, ContactDataVector], None]
+    ) -> Subscription:
+        """Call `fn(headers, points)` after every step in which prims with PhysxContactReportAPI touch."""
+        return Subscription(engines.subscribe_contacts(lambda events: fn(*contacts_of(events))))
+
+    def subscribe_full_contact_report_events(
+        self, fn: Callable[[ContactEventHeaderVector, ContactDataVector, FrictionAnchorsDataVector], None]
+    ) -> Subscription:
+        """Call `fn(headers, points, anchors)` likewise; impulses of points contain friction, so anchors are empty."""
+        return Subscription(
+            engines.subscribe_contacts(lambda events: fn(*contacts_of(events), FrictionAnchorsDataVector()))
+        )
+
+    def get_contact_report(self) -> tuple[ContactEventHeaderVector, ContactDataVector]:
+        """Return the headers and points of the latest step."""
+        return latest_contacts()
+
+    def get_full_contact_report(
+        self,
+    ) -> tuple[ContactEventHeaderVector, ContactDataVector, FrictionAnchorsDataVector]:
+        """Return the headers, points and friction anchors, of which there are none, of the latest step."""
+        return *latest_contacts(), FrictionAnchorsDataVector()
+
+    def subscribe_physics_trigger_report_events(
+        self, trigger_report_fn: Callable[[TriggerEventData], None], stage_id: int = 0, prim_id: int = 0
+    ) -> int:
+        """Call `trigger_report_fn(data)` for what enters and leaves triggers; return the subscription's number.
+
+        `prim_id` is that of a trigger, 0 for all; `stage_id` is not looked at, since one stage is simulated.
+        """
+        return _triggers.subscribe(trigger_report_fn, prim_id)
+
+    def unsubscribe_physics_trigger_report_events(self, subscriptionId: int) -> None:
+        """End a subscription to triggers."""
+        _triggers.unsubscribe(subscriptionId)
 
 
 class SceneQueryInterface:
@@ -215,6 +261,7 @@ def _as_dict(hits: list[Any]) -> dict[str, Any]:
     }  # fmt: skip
 
 
+_triggers = TriggerSubscriptions()
 _interface, _queries, _simulation = PhysxInterface(), SceneQueryInterface(), PhysxSimulationInterface()
 
 
@@ -231,3 +278,6 @@ def get_physx_simulation_interface() -> PhysxSimulationInterface:
 
 def get_physx_scene_query_interface() -> SceneQueryInterface:
     return _queries
+
+
+acquire_physx_simulation_interface = get_physx_simulation_interface

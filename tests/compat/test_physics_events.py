@@ -1,0 +1,95 @@
+"""Contacts and triggers of `omni.physx` and `omni.physics.core`, as scripts subscribe to them."""
+
+from __future__ import annotations
+
+import pytest
+from pxr import Gf, UsdGeom, UsdPhysics
+
+from usdsdg.compat.omni.physics import core
+from usdsdg.compat.omni.physx import get_physx_interface, get_physx_simulation_interface
+from usdsdg.compat.omni.physx.bindings._physx import ContactEventType, TriggerEventType
+from usdsdg.compat.physics_schema_tools import intToSdfPath, sdfPathToInt
+from usdsdg.session import stage_context
+from usdsdg.stage.schemas import physx
+
+STEP = 1 / 60
+
+
+@pytest.fixture
+def stage():
+    """A box of 2 kg that rests on the ground inside a trigger."""
+    stage = stage_context.new_stage()
+    UsdGeom.SetStageUpAxis(stage, "Z")
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    for path, z, half in (("/ground", -1.0, 1.0), ("/box", 0.1, 0.1), ("/gate", 0.5, 0.5)):
+        cube = UsdGeom.Cube.Define(stage, path)
+        cube.CreateSizeAttr(2 * half)
+        cube.AddTranslateOp().Set(Gf.Vec3d(0, 0, z))
+        UsdPhysics.CollisionAPI.Apply(cube.GetPrim())
+    box = stage.GetPrimAtPath("/box")
+    UsdPhysics.RigidBodyAPI.Apply(box)
+    UsdPhysics.MassAPI.Apply(box).CreateMassAttr(2.0)
+    physx.PhysxContactReportAPI.Apply(box).CreateThresholdAttr(0)
+    physx.PhysxTriggerAPI.Apply(stage.GetPrimAtPath("/gate"))
+    yield stage
+    get_physx_interface().reset_simulation()
+
+
+def _simulate(steps):
+    for _ in range(steps):
+        get_physx_simulation_interface().simulate(STEP, 0.0)
+
+
+def test_contact_events_name_their_colliders_and_carry_impulses(stage):
+    heard = []
+    held = get_physx_simulation_interface().subscribe_contact_report_events(lambda *event: heard.append(event))
+    _simulate(30)
+    assert [headers[0].type for headers, _ in heard[:2]] == [
+        ContactEventType.CONTACT_FOUND,
+        ContactEventType.CONTACT_PERSIST,
+    ]
+    headers, points = heard[-1]
+    (header,) = headers
+    assert header.stage_id == stage_context.stage_id()
+    assert str(intToSdfPath(header.actor0)) == str(intToSdfPath(header.collider0)) == "/box"
+    assert str(intToSdfPath(header.collider1)) == "/ground"
+    own = points[header.contact_data_offset : header.contact_data_offset + header.num_contact_data]
+    assert sum(point.impulse.z for point in own) == pytest.approx(2.0 * 9.81 * STEP, rel=0.03)
+    assert own[0].normal.z == pytest.approx(1.0)
+    report = get_physx_simulation_interface().get_full_contact_report()
+    assert (list(report[0]), list(report[1]), list(report[2])) == (list(headers), list(points), [])
+    held.unsubscribe()
+    count = len(heard)
+    _simulate(1)
+    assert len(heard) == count
+
+
+def test_contact_events_of_isaac_sim_6_have_friction_anchors(stage):
+    heard = []
+    held = core.get_physics_simulation_interface().subscribe_physics_contact_report_events(
+        lambda headers, points, anchors: heard.append((len(headers), len(points), len(anchors)))
+    )
+    _simulate(2)
+    assert heard == [(1, 4, 0)] * 2
+    del held
+
+
+def test_trigger_events(stage):
+    simulation, heard, others = get_physx_simulation_interface(), [], []
+    number = simulation.subscribe_physics_trigger_report_events(heard.append, prim_id=sdfPathToInt("/gate"))
+    elsewhere = simulation.subscribe_physics_trigger_report_events(others.append, 0, sdfPathToInt("/other"))
+    _simulate(2)
+    stage.GetPrimAtPath("/box").GetAttribute("xformOp:translate").Set(Gf.Vec3d(9, 0, 0.1))
+    _simulate(1)
+    assert [event.event_type for event in heard] == [
+        TriggerEventType.TRIGGER_ON_ENTER,
+        TriggerEventType.TRIGGER_ON_LEAVE,
+    ]
+    assert str(intToSdfPath(heard[0].trigger_collider_prim_id)) == "/gate"
+    assert str(intToSdfPath(heard[0].other_body_prim_id)) == "/box"
+    assert heard[0].subscription_id == number
+    for each in (number, elsewhere):
+        simulation.unsubscribe_physics_trigger_report_events(each)
+    stage.GetPrimAtPath("/box").GetAttribute("xformOp:translate").Set(Gf.Vec3d(0, 0, 0.1))
+    _simulate(1)
+    assert (len(heard), others) == (2, [])
