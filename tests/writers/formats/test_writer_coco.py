@@ -132,9 +132,11 @@ def test_coco_s_own_categories_and_other(frame, tmp_path):
     forget_warnings()
     with pytest.warns(UsdsdgWarning, match="no category is called class:pear: it becomes 'other'"):
         data = read(write(tmp_path, frame))
-    assert [(each["name"], each["id"], each["isthing"]) for each in data["categories"]] == [
-        ("apple", 53, 1), ("other", 201, 0),
+    assert [(each["name"], each["id"], each["isthing"]) for each in data["categories"][:2]] == [
+        ("person", 1, 1), ("bicycle", 2, 1),
     ]  # fmt: skip
+    # All but what is behind objects and what has no label, whatever the pictures show.
+    assert [each["id"] for each in data["categories"]] == sorted(set(range(1, 202)) - {66, 69, 183})
     assert [each["category_id"] for each in data["annotations"]] == [53, 53, 201]
 
 
@@ -145,7 +147,10 @@ def test_the_table_of_categories():
     assert sorted(each["id"] for each in every) == sorted(set(range(203)) - {66, 69, 183})
     assert table.of({"class": "Traffic Light"})["id"] == 10
     assert table.of({"class": "vehicle,bus"})["id"] == 6
-    assert table.of({"class": "BACKGROUND"})["id"] == 202
+    assert table.of({"class": "cell_phone"})["id"] == table.of({"class": "Cell Phone"})["id"] == 77
+    assert table.color({"class": "BACKGROUND"}) == table.color({"class": "UNLABELLED"}) == [0, 0, 0]
+    black = [each["name"] for each in table.all() if each["color"] == [0, 0, 0]]
+    assert black == []
 
 
 @pytest.mark.parametrize(
@@ -164,15 +169,40 @@ def test_wrong_categories_are_refused_before_any_work(categories, message, tmp_p
     assert not list(tmp_path.iterdir())
 
 
-def test_an_own_id_moves_other_out_of_its_way():
-    table = Categories({"apple": {"name": "apple", "id": 201}})
-    assert table.of({"class": "apple"})["id"] == 201
-    assert table.of({"class": "unknown"})["id"] == 202
+def test_labels_that_an_own_table_lacks_are_left_out():
+    forget_warnings()
+    table = Categories({"apple": {"name": "apple", "id": 1}})
+    assert table.all() == [table.of({"class": "apple"})]
+    with pytest.warns(UsdsdgWarning, match="no category is called class:unknown: it is left out"):
+        assert table.of({"class": "unknown"}) is None
+    assert table.color({"class": "unknown"}) == [0, 0, 0]
+
+
+def test_labels_that_an_own_table_lacks_become_its_other():
+    table = Categories({"apple": {"name": "apple", "id": 1}, "other": {"name": "rest", "id": 2}})
+    assert table.of({"class": "unknown"})["name"] == "rest"
+
+
+@pytest.mark.parametrize("number", [0, 1, 2, 201])
+def test_a_category_without_a_color_is_not_black(number):
+    (category,) = Categories({"apple": {"name": "apple", "id": number}}).all()
+    assert max(category["color"]) > 100
+
+
+def test_two_splits_with_other_objects_have_one_table_of_categories(tmp_path):
+    tables = []
+    for name in ("Apple", "pear"):
+        stage = new_stage()
+        add_cube(stage, "/World/Thing", name)
+        frame = make_frame(stage, (32, 24), filters=["class:*;coco:*;stuff:*;thing:*"])
+        tables.append(read(write(tmp_path / name, frame, coco_categories=FRUIT))["categories"])
+    assert tables[0] == tables[1]
+    assert [each["id"] for each in tables[0]] == [3, 7]
 
 
 def test_pictures_without_objects_are_listed(tmp_path):
     data = read(write(tmp_path, make_frame(new_stage(), (8, 6))))
-    assert (len(data["images"]), data["annotations"], data["categories"]) == (1, [], [])
+    assert (len(data["images"]), data["annotations"]) == (1, [])
 
 
 def test_a_run_without_a_frame_leaves_no_file(tmp_path):
@@ -225,10 +255,10 @@ def test_the_file_waits_for_its_pictures():
             self.paths.append(path)
 
     backend = Slow()
-    file = CocoFile(backend, {})
+    file = CocoFile(backend, {}, [])
     file.path = "coco.json"
     backend.schedule(write_text, path="picture.png", text="")
-    file.add({"id": 0}, [], [])
+    file.add({"id": 0}, [])
     backend.wait_until_done()
     assert backend.paths == ["picture.png", "coco.json"]
 

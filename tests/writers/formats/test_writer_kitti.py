@@ -128,11 +128,11 @@ def test_an_upright_box_before_a_level_camera_comes_back(sizes, yaw, heading, of
     ((name, numbers),) = lines(folder / "Level" / "object_detection" / "0.txt")
     theirs = usd_corners(stage, "/World/Car", camera)
     assert name == "class:car"
-    # Two decimals each of sizes, places and the angle, of a box up to 3 m wide.
-    assert_same_points(corners_of(numbers), theirs, tolerance=0.03)
+    # Six digits each of sizes, places up to 22 m away and the angle, of a box up to 3 m wide; bounds are float32.
+    assert_same_points(corners_of(numbers), theirs, tolerance=3e-4)
     # Its length lies along the prim's x axis, whichever way round.
-    assert numbers[9] == pytest.approx(sizes[0], abs=0.006)
-    assert numbers[7] == pytest.approx(sizes[2], abs=0.006)
+    assert numbers[9] == pytest.approx(sizes[0], rel=1e-5)
+    assert numbers[7] == pytest.approx(sizes[2], rel=1e-5)
     # The projection is the one that the picture was made with.
     focal = 18.0 / 20.955 * 64
     pixels = theirs[:, :2] / theirs[:, 2:] * focal + [31.5, 23.5]
@@ -152,6 +152,15 @@ def test_rotation_y_and_alpha_of_known_directions(yaw, turn, tmp_path):
     assert math.cos(alpha - (rotation - math.atan2(2, 10))) == pytest.approx(1, abs=1e-4)
     assert -3.15 < alpha < 3.15
     assert -3.15 < rotation < 3.15
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.05, 0.005])
+def test_small_objects_are_described_as_exactly_as_large_ones(scale, tmp_path):
+    stage, _ = level_scene([2 * scale, 1 * scale, 0.7 * scale], 25, 0, [8 * scale, -1 * scale, 0])
+    folder = write(tmp_path, make_frame(stage, (64, 48), camera="/World/Level"))
+    ((_, numbers),) = lines(folder / "Level" / "object_detection" / "0.txt")
+    np.testing.assert_allclose(numbers[7:10], np.multiply([0.7, 1, 2], scale), rtol=1e-5)
+    np.testing.assert_allclose(numbers[10:13], np.multiply([1, 0.35, 8], scale), rtol=1e-5)
 
 
 def test_the_box_surrounds_what_is_seen(tmp_path):

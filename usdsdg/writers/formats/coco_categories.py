@@ -3,47 +3,64 @@
 from collections.abc import Mapping
 from typing import Any
 
-from usdsdg.annotators.colors import colors_of_ids
+from usdsdg.annotators.colors import FIRST_LABELED, colors_of_ids
 from usdsdg.errors import WriterError, warn_once
 
 Category = dict[str, Any]  # name, id, supercategory, color (r, g, b), isthing
 
 OTHER, UNLABELLED, BACKGROUND = "other", "unlabelled", "background"
+_NO_CLASS = (UNLABELLED, BACKGROUND)  # what is behind objects, and what has no label
 
 
 class Categories:
-    """Categories by label, case-insensitive."""
+    """Categories by label; case, and whether words are separated by blanks or by underscores, do not matter."""
 
     def __init__(self, own: Mapping[str, Mapping[str, Any]] | None = None) -> None:
-        """own: by label, at least {"name", "id"} each; None: those of COCO's panoptic challenge.
-
-        "other", "unlabelled" and "background" are added where `own` lacks them.
+        """own: by label, at least {"name", "id"} each; None: those of COCO's panoptic challenge, and "other".
 
         Raises:
             WriterError: a category has no name or id, or two have the same id.
         """
         builtin = _builtin()
-        self._by_label = (
-            builtin if own is None else {label.lower(): _checked(label, each) for label, each in own.items()}
-        )
-        if own is None:
-            return
-        _check_ids(self._by_label)
-        for label in (OTHER, UNLABELLED, BACKGROUND):
-            self._by_label.setdefault(label, self._with_free_id(builtin[label]))
+        given = builtin if own is None else {label: _checked(label, each) for label, each in own.items()}
+        self._by_label = {_key(label): each for label, each in given.items()}
+        if own is not None:
+            _check_ids(self._by_label)
+        self._no_class = {label: self._by_label.get(label, builtin[label]) for label in _NO_CLASS}
+        self._listed = [each for label, each in self._by_label.items() if own is not None or label not in _NO_CLASS]
 
-    def of(self, labels: Mapping[str, str]) -> Category:
-        """Return the category of {type: "label[,label]"}: that of the last known label, or "other"."""
-        names = [name for text in labels.values() for name in (text, *text.split(","))]
-        known = [self._by_label[name.lower()] for name in names if name.lower() in self._by_label]
+    def all(self) -> list[Category]:
+        """Return the categories of a dataset by id, each once, whether or not a picture shows them."""
+        by_id = {each["id"]: each for each in self._listed}
+        return [by_id[number] for number in sorted(by_id)]
+
+    def of(self, labels: Mapping[str, str]) -> Category | None:
+        """Return the category of {type: "label[,label]"}: that of the last known label, or "other".
+
+        None, with a warning, where there is no "other" in the table that was given.
+        """
+        known = self._known(labels)
         if not known:
             listed = ", ".join(f"{kind}:{text}" for kind, text in labels.items())
-            warn_once(f"CocoWriter: no category is called {listed}: it becomes 'other'. Add one to coco_categories.")
-        return known[-1] if known else self._by_label[OTHER]
+            becomes = "it becomes 'other'" if OTHER in self._by_label else "it is left out"
+            warn_once(f"CocoWriter: no category is called {listed}: {becomes}. Add one to coco_categories.")
+        return known[-1] if known else self._by_label.get(OTHER)
 
-    def _with_free_id(self, category: Category) -> Category:
-        taken = {each["id"] for each in self._by_label.values()}
-        return category if category["id"] not in taken else {**category, "id": max(taken) + 1}
+    def color(self, labels: Mapping[str, str]) -> list[int]:
+        """Return the color (r, g, b) of pixels with these labels, which may be those of the background."""
+        category = (self._known(labels) or [self._reserved(labels) or self.of(labels)])[-1]
+        return (category or self._no_class[UNLABELLED])["color"]
+
+    def _known(self, labels: Mapping[str, str]) -> list[Category]:
+        names = [_key(name) for text in labels.values() for name in (text, *text.split(","))]
+        return [self._by_label[name] for name in names if name in self._by_label]
+
+    def _reserved(self, labels: Mapping[str, str]) -> Category | None:
+        return next((self._no_class[text.lower()] for text in labels.values() if text.lower() in _NO_CLASS), None)
+
+
+def _key(label: str) -> str:
+    return label.lower().replace("_", " ")
 
 
 def _checked(label: str, given: Mapping[str, Any]) -> Category:
@@ -53,11 +70,16 @@ def _checked(label: str, given: Mapping[str, Any]) -> Category:
             f"CocoWriter: coco_categories[{label!r}] is {given!r}; expected at least "
             "{'name': text, 'id': whole number}."
         )
-    color = given.get("color", colors_of_ids([given["id"]])[0, :3].tolist())
+    color = given.get("color", _color_of(given["id"]))
     if len(color) != 3 or not all(0 <= channel <= 255 for channel in color):
         raise WriterError(f"CocoWriter: color of coco_categories[{label!r}] is {color!r}; expected (r, g, b) to 255.")
     defaults = {"supercategory": str(given["name"]), "isthing": 1}
     return {**defaults, **given, "color": [int(channel) for channel in color]}
+
+
+def _color_of(number: int) -> list[int]:
+    """Return the color of a category that has none of its own; never black, which is the background's."""
+    return colors_of_ids([number if number >= FIRST_LABELED else number + 1000])[0, :3].tolist()
 
 
 def _check_ids(by_label: Mapping[str, Category]) -> None:
@@ -83,14 +105,20 @@ def _builtin() -> dict[str, Category]:
                 "name": name,
                 "id": int(number),
                 "supercategory": supercategory,
-                "color": [int(channel) for channel in (color or "0,0,0").split(",")],
+                "color": _builtin_color(name, int(number), color),
                 "isthing": int(kind == "thing"),
             }
     return found
 
 
+def _builtin_color(name: str, number: int, color: str) -> list[int]:
+    if color:
+        return [int(channel) for channel in color.split(",")]
+    return [0, 0, 0] if name in _NO_CLASS else _color_of(number)
+
+
 # Categories of COCO's detection, stuff and panoptic challenges (cocodataset.org), and the three that Replicator adds:
-# one or more lines per supercategory, with members "id name=r,g,b"; those without a color are black.
+# one or more lines per supercategory, with members "id name=r,g,b"; those without a color get one from their id.
 _TABLE = """
 stuff unlabelled: 0 unlabelled
 thing person: 1 person=220,20,60

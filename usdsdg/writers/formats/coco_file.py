@@ -16,13 +16,12 @@ _IMAGES, _GROWTH = 25, 0.1
 class CocoFile:
     """Images, annotations and categories collected so far; the file contains those up to the last `write`."""
 
-    def __init__(self, backend: BaseBackend, head: Mapping[str, Any]) -> None:
-        """head: the sections before the images: info and licenses."""
-        self._backend, self._head = backend, head
+    def __init__(self, backend: BaseBackend, head: Mapping[str, Any], categories: Sequence[Category]) -> None:
+        """head: the sections before the images: info and licenses. categories: those of the dataset."""
+        self._backend, self._head, self._categories = backend, head, categories
         self.path = ""
         self._images: list[str] = []
         self._annotations: list[str] = []
-        self._categories: dict[int, Category] = {}
         self._written = -1  # number of images in the file
 
     def next_image_id(self) -> int:
@@ -33,11 +32,10 @@ class CocoFile:
         """Return the id of the next annotation; ids start at 1, since COCO's evaluation treats id 0 as no match."""
         return len(self._annotations) + 1
 
-    def add(self, image: Mapping[str, Any], annotations: Sequence[Mapping[str, Any]], used: Sequence[Category]) -> None:
-        """Add an image with its annotations and their categories; write the file if it has grown enough."""
+    def add(self, image: Mapping[str, Any], annotations: Sequence[Mapping[str, Any]]) -> None:
+        """Add an image with its annotations; write the file if it has grown enough."""
         self._images.append(json.dumps(image))
         self._annotations += map(json.dumps, annotations)
-        self._categories.update((category["id"], category) for category in used)
         count = len(self._images)
         if count == 1 or count - self._written >= max(_IMAGES, _GROWTH * self._written):
             self.write()
@@ -52,7 +50,7 @@ class CocoFile:
     def _text(self) -> str:
         """Return the JSON text, with one line per record."""
         separator = ",\n"
-        categories = [json.dumps(self._categories[number]) for number in sorted(self._categories)]
+        categories = [json.dumps(category) for category in self._categories]
         tables = {"images": self._images, "annotations": self._annotations, "categories": categories}
         parts = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in self._head.items()]
         parts += [f'"{name}": [\n{separator.join(rows)}\n]' for name, rows in tables.items()]

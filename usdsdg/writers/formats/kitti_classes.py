@@ -33,21 +33,23 @@ class KittiClasses:
         Raises:
             WriterError: a value is neither a color nor an id up to 255.
         """
-        named = {_key(label): value for label, value in (_cityscapes() if mapping is None else mapping).items()}
+        named = {_name(label): value for label, value in (_cityscapes() if mapping is None else mapping).items()}
         if UNLABELLED not in named:
             named = {UNLABELLED: (0, 0, 0, 0), **named}
         named.setdefault(BACKGROUND, (0, 0, 0, 0))
-        self._by_key = {key: _class(key, value, index) for index, (key, value) in enumerate(named.items())}
+        by_name = {name: _class(name, value, index) for index, (name, value) in enumerate(named.items())}
+        self._ids = {name: each.id for name, each in by_name.items()}
+        self._by_key = {_key(name): each for name, each in by_name.items()}
 
     def of(self, labels: Mapping[str, str]) -> KittiClass:
         """Return the class of {type: "label[,label]"}: that of the last known label, or "unlabelled"."""
-        keys = [f"{kind}:{name}".lower() for kind, text in labels.items() for name in (text, *text.split(","))]
+        keys = [_key(f"{kind}:{name}") for kind, text in labels.items() for name in (text, *text.split(","))]
         known = [self._by_key[key] for key in keys if key in self._by_key]
         return known[-1] if known else self._by_key[UNLABELLED]
 
     def ids(self) -> dict[str, int]:
         """Return the id of each "type:label"."""
-        return {key: each.id for key, each in self._by_key.items()}
+        return self._ids
 
 
 def read_mapping(path: str | os.PathLike) -> dict[str, Any]:
@@ -65,8 +67,13 @@ def read_mapping(path: str | os.PathLike) -> dict[str, Any]:
     return mapping
 
 
-def _key(label: str) -> str:
+def _name(label: str) -> str:
     return (label if ":" in label else f"class:{label}").lower()
+
+
+def _key(name: str) -> str:
+    """Return the key of a name: whether its words are separated by blanks or by underscores does not matter."""
+    return name.lower().replace("_", " ")
 
 
 def _class(key: str, value: Any, index: int) -> KittiClass:

@@ -93,5 +93,7 @@ def _wrapped(angle: float) -> float:
 
 
 def _number(value: float) -> str:
-    """Format with two decimals and without a negative zero."""
-    return f"{round(value, 2) + 0.0:.2f}"
+    """Format with six significant digits, since objects may be small, and at least two decimals."""
+    text = np.format_float_positional(value + 0.0, precision=6, unique=False, fractional=False, trim="0")
+    whole, _, decimals = text.partition(".")
+    return f"{whole}.{decimals.rstrip('0').ljust(2, '0')}"

@@ -18,7 +18,7 @@ from usdsdg.writers.backends.group import BackendDispatch
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image
 from usdsdg.writers.formats import run_length
-from usdsdg.writers.formats.coco_categories import Categories, Category
+from usdsdg.writers.formats.coco_categories import Categories
 from usdsdg.writers.formats.coco_file import CocoFile
 from usdsdg.writers.options import typed
 
@@ -71,7 +71,8 @@ class CocoWriter(Writer):
         """
         semantic_types: types of labels to use; default class, coco, stuff and thing.
         coco_categories: by label {"name", "id"} and optionally "supercategory", "color" (r, g, b), "isthing";
-            default COCO's own. Other labels get the category "other", with a warning.
+            default COCO's own. All of them are in the file. Other labels get the category "other" with a warning, or
+            where `coco_categories` has no "other" are left out.
         s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
         dataset_id: part of the file names, so without slashes; default eight letters that depend on the global seed.
         image_output_format: of the color images; those of categories are always png, which is lossless.
@@ -107,7 +108,8 @@ class CocoWriter(Writer):
         )
         self.dataset_id = dataset_id
         self._sequence, self._frame_id = "", 0
-        self._file = CocoFile(self.backend, {"info": _info(self.version), "licenses": self._licenses})
+        head = {"info": _info(self.version), "licenses": self._licenses}
+        self._file = CocoFile(self.backend, head, self._categories.all())
         # Also if a script ends or is interrupted before its run is complete.
         current().io_queue.call_at_exit(self._file.write)
         types = {"semanticTypes": semantic_types or _SEMANTIC_TYPES}
@@ -141,7 +143,7 @@ class CocoWriter(Writer):
         assert self.backend is not None
         self.backend.schedule_together(
             [
-                partial(write_image, path=file_name, data=seen[RGB]["data"]),
+                partial(write_image, path=file_name, data=seen[RGB]["data"][..., :3]),
                 partial(write_image, path=f"{product}/panoptic_{stem}.png", data=self._colored(seen[CLASSES])),
             ]
         )
@@ -155,23 +157,21 @@ class CocoWriter(Writer):
             "date_captured": "",
             "flicker_url": "",  # the spelling is Replicator's
         }
-        categories = [
-            self._categories.of(seen[BOXES]["idToLabels"][int(row["semanticId"])]) for row in seen[BOXES]["data"]
-        ]
-        self._file.add(image, self._annotations(seen, image, categories), categories)
+        self._file.add(image, self._annotations(seen, image))
 
-    def _annotations(
-        self, seen: Mapping[str, Any], image: Mapping[str, Any], categories: list[Category]
-    ) -> list[dict[str, Any]]:
-        """Return the annotation records of one image; `categories` are those of its objects."""
+    def _annotations(self, seen: Mapping[str, Any], image: Mapping[str, Any]) -> list[dict[str, Any]]:
+        """Return the annotation records of one image, of the objects that have a category."""
         boxes, runs = seen[BOXES], run_length.runs_of_ids(seen[INSTANCES]["data"])
         first, records = self._file.next_annotation_id(), []
-        for number, (row, instance, category) in enumerate(zip(boxes["data"], boxes["bboxIds"], categories), first):
+        for row, instance in zip(boxes["data"], boxes["bboxIds"]):
+            category = self._categories.of(boxes["idToLabels"][int(row["semanticId"])])
+            if category is None:
+                continue
             lengths = runs[int(instance)]
             x, y = int(row["x_min"]), int(row["y_min"])
             records.append(
                 {
-                    "id": number,
+                    "id": first + len(records),
                     "image_id": image["id"],
                     # The annotator's x_max and y_max are inclusive.
                     "bbox": [x, y, int(row["x_max"]) + 1 - x, int(row["y_max"]) + 1 - y],
@@ -189,7 +189,7 @@ class CocoWriter(Writer):
         ids = classes["data"]
         palette = np.zeros((int(ids.max(initial=0)) + 1, 3), np.uint8)
         for number, labels in classes["idToLabels"].items():
-            palette[int(number)] = self._categories.of(labels)["color"]
+            palette[int(number)] = self._categories.color(labels)
         return palette[ids]
 
 

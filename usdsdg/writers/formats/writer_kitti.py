@@ -133,7 +133,7 @@ class KittiWriter(Writer):
         ids, colors = self._class_images(seen[CLASSES])
         objects = seen[INSTANCES]["data"]
         images = {
-            "rgb": seen[RGB]["data"],
+            "rgb": seen[RGB]["data"][..., :3],
             "semantic": ids,
             "semantic_segmentation": colors,
             "instance_segmentation": self._instance_image(seen[INSTANCES]),
