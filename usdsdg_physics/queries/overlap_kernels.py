@@ -182,13 +182,17 @@ def separated(
 @wp.kernel
 def overlaps(
     # scene
+    enabled: wp.array[wp.bool],
+    bodies: wp.array[wp.int32],
+    frames: wp.array[wp.transformd],
+    bounds: wp.array[wp.vec4d],
     kinds: wp.array[wp.int32],
     sizes: wp.array[wp.vec3d],
-    frames: wp.array[wp.transformd],
     first_points: wp.array[wp.int32],
     point_counts: wp.array[wp.int32],
     points: wp.array[wp.vec3d],
-    candidates: wp.array[wp.int32],
+    # body
+    poses: wp.array[wp.transformd],
     # query
     query_kind: int,
     query_size: wp.vec3d,
@@ -196,26 +200,46 @@ def overlaps(
     # out
     hit: wp.array[wp.int32],
 ):
-    """Set hit[i] = 1 where shape candidates[i] and the query box or sphere overlap.
+    """Set hit[i] = 1 where the enabled shape i and the query box or sphere overlap, else 0.
 
-    The points of a mesh are the corners of its triangles, three in a row.
+    `frames` are in the body's frame, in the world where `bodies` is -1; `bounds` are center and radius of a sphere
+    around each shape. The points of a mesh are the corners of its triangles, three in a row.
     """
-    row = wp.tid()
-    shape = candidates[row]
-    query_to_shape = wp.transform_multiply(wp.transform_inverse(frames[shape]), query_frame)
+    shape = wp.tid()
+    hit[shape] = 0
+    if not enabled[shape]:
+        return
+    frame = frames[shape]
+    if bodies[shape] >= 0:
+        pose = poses[bodies[shape]]
+        rotation = wp.normalize(wp.transform_get_rotation(pose))
+        frame = wp.transform_multiply(wp.transformd(wp.transform_get_translation(pose), rotation), frame)
+    # Most shapes are far away.
+    bound = bounds[shape]
+    center = wp.transform_point(frame, wp.vec3d(bound[0], bound[1], bound[2]))
+    center = wp.transform_point(wp.transform_inverse(query_frame), center)
+    gap = wp.length(center) - query_size[0]
+    if query_kind == BOX:
+        beyond = wp.vec3d()
+        for i in range(3):
+            beyond[i] = wp.max(wp.abs(center[i]) - query_size[i], wp.float64(0.0))
+        gap = wp.length(beyond)
+    if gap > bound[3]:
+        return
     apart = is_apart(
         query_kind,
         query_size,
         0,
         0,
-        query_to_shape,
+        wp.transform_multiply(wp.transform_inverse(frame), query_frame),
         kinds[shape],
         sizes[shape],
         first_points[shape],
         point_counts[shape],
         points,
     )
-    hit[row] = wp.where(apart, 0, 1)
+    if not apart:
+        hit[shape] = 1
 
 
 @wp.kernel

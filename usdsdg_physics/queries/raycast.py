@@ -1,11 +1,12 @@
 """Intersect a ray with one shape, in the shape's own frame."""
 
 from collections.abc import Callable, Iterator
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from usdsdg_physics.scene.records import Shape
+from usdsdg_physics.scene.records import Shape, Solid, Vec3
 
 Scalar = Any  # a number; NumPy's stubs give `vector @ vector` the type of an array
 
@@ -25,7 +26,8 @@ def ray_distance(shape: Shape, origin: np.ndarray, direction: np.ndarray, *, bot
         normals = np.concatenate([np.eye(3), -np.eye(3)])
         return _half_spaces(normals, np.tile(shape.size, 2), origin, direction)
     if shape.kind == "hull":
-        return _half_spaces(*_planes(shape), origin, direction)
+        assert shape.solid is not None  # a hull has one
+        return _half_spaces(*_planes(shape.solid, shape.size), origin, direction)
     if shape.kind == "mesh":
         return _triangles(shape, origin, direction, both_sides)
     return _quadric(shape, origin, direction)
@@ -48,12 +50,13 @@ def _half_spaces(normals: np.ndarray, offsets: np.ndarray, origin: np.ndarray, d
     return float(entering[enter]), normals[enter], -1
 
 
-def _planes(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
-    assert shape.solid is not None  # a hull or mesh has one
-    points = shape.solid.vertices.astype(np.float64) * shape.size
-    a, b, c = (points[shape.solid.triangles[:, corner]] for corner in range(3))
+@lru_cache(maxsize=1024)
+def _planes(solid: Solid, size: Vec3) -> tuple[np.ndarray, np.ndarray]:
+    """Return outward normals (F, 3) and distances (F,) from the origin of the faces of a scaled hull."""
+    points = solid.vertices.astype(np.float64) * size
+    a, b, c = (points[solid.triangles[:, corner]] for corner in range(3))
     normals = np.cross(b - a, c - a)
-    if np.prod(shape.size) < 0:
+    if np.prod(size) < 0:
         normals = -normals
     length = np.linalg.norm(normals, axis=1)
     keep = length > 1e-12 * length.max()

@@ -10,13 +10,15 @@ import numpy as np
 
 from usdsdg.stage.poses.rotations import matrix_from_quat, quat_from_matrix
 from usdsdg_physics.queries.raycast import ray_distance
-from usdsdg_physics.scene.extents import bounding_sphere
+from usdsdg_physics.scene.extents import bounding_sphere, local_box
 from usdsdg_physics.scene.records import SHAPE_KINDS, Scene, Shape, ShapeKind
 
 Vector = Sequence[float] | np.ndarray
 
 if TYPE_CHECKING:
     import warp as wp
+
+    from usdsdg_physics.queries.overlap_launch import OverlapLaunch
 
 
 @dataclass(frozen=True)
@@ -50,15 +52,21 @@ class SceneQueries:
     def __init__(self, scene: Scene) -> None:
         self._colliders = list(scene.colliders.values())
         rows = {path: row for row, path in enumerate(scene.bodies)}
-        self._body = np.array([rows.get(c.body, -1) for c in self._colliders], np.int64)
-        self._rotation = np.array([matrix_from_quat(c.shape.rotation) for c in self._colliders]).reshape(-1, 3, 3)
+        self._body = np.array([rows.get(c.body, -1) for c in self._colliders], np.int32)
+        quats = np.array([c.shape.rotation for c in self._colliders], np.float64).reshape(-1, 4)
+        self._rotation = matrix_from_quat(quats)
         self._position = np.array([c.shape.position for c in self._colliders], np.float64).reshape(-1, 3)
+        self._frame = np.concatenate([self._position, quats], axis=1)
         self._enabled = np.array([c.enabled for c in self._colliders], bool)
         self._row = {c.path: row for row, c in enumerate(self._colliders)}
         self._bounds = np.array([bounding_sphere(c.shape) for c in self._colliders], np.float64).reshape(-1, 4)
         # In path order, so that a script's random numbers meet the same hits in every run.
         self._sorted = np.array(sorted(range(len(self._colliders)), key=lambda row: self._colliders[row].path), int)
+        self._overlaps = [Overlap(c.body or c.path, c.path) for c in self._colliders]
+        self._box: tuple[np.ndarray, np.ndarray] | None = None  # lower and upper corners (N, 3), in the shape's frame
         self._tables: tuple[wp.array, ...] | None = None
+        self._overlap_launch: OverlapLaunch | None = None
+        self._placed: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None  # latest poses, and `_frames` of them
 
     def set_enabled(self, path: str, enabled: bool) -> None:
         """Switch a collider on or off."""
@@ -69,14 +77,16 @@ class SceneQueries:
         row = self._row[path]
         self._rotation[row] = matrix_from_quat(shape.rotation)
         self._position[row] = shape.position
+        self._frame[row] = *shape.position, *shape.rotation
+        self._placed = None
 
     def overlap_box(self, poses: np.ndarray, half_extent: Vector, origin: Vector, rotation: Vector) -> list[Overlap]:
         """Return the enabled colliders that overlap a box, in path order."""
-        return self._overlap(poses, "box", half_extent, float(np.linalg.norm(half_extent)), origin, rotation)
+        return self._overlap(poses, "box", half_extent, origin, rotation)
 
     def overlap_sphere(self, poses: np.ndarray, radius: float, origin: Vector) -> list[Overlap]:
         """Return the enabled colliders that overlap a sphere, in path order."""
-        return self._overlap(poses, "sphere", (radius, 0.0, 0.0), radius, origin, (0.0, 0.0, 0.0, 1.0))
+        return self._overlap(poses, "sphere", (radius, 0.0, 0.0), origin, (0.0, 0.0, 0.0, 1.0))
 
     def raycast(
         self, poses: np.ndarray, origin: Vector, direction: Vector, distance: float, *, both_sides: bool = True
@@ -89,7 +99,8 @@ class SceneQueries:
         along_ray = np.asarray(direction, np.float64) / np.linalg.norm(direction)
         rotation, position = self._frames(poses)
         hits = []
-        for row in self._near_ray(rotation, position, start, along_ray, distance, 0.0):
+        near = self._near_ray(rotation, position, start, along_ray, distance, 0.0)
+        for row in near[self._ray_meets_box(near, rotation[near], position[near], start, along_ray, distance)]:
             shape, local_origin = self._colliders[row].shape, rotation[row] @ (start - position[row])
             found = ray_distance(shape, local_origin, rotation[row] @ along_ray, both_sides=both_sides)
             if found is not None and found[0] <= distance:
@@ -222,74 +233,58 @@ class SceneQueries:
         gap = np.linalg.norm(start + along[:, None] * along_ray - centers, axis=1) - radius
         return self._sorted[(self._enabled & (gap <= self._bounds[:, 3]))[self._sorted]]
 
+    def _ray_meets_box(
+        self,
+        rows: np.ndarray,
+        rotation: np.ndarray,
+        position: np.ndarray,
+        start: np.ndarray,
+        along_ray: np.ndarray,
+        distance: float,
+    ) -> np.ndarray:
+        """Return which of the colliders in `rows`, with world frames, have a box around them that a ray meets."""
+        if self._box is None:
+            boxes = np.array([local_box(collider.shape) for collider in self._colliders]).reshape(-1, 2, 3)
+            # A flat mesh has a box without a thickness.
+            slack = 1e-9 + 1e-9 * np.nan_to_num(np.abs(boxes), posinf=0.0).max(axis=(1, 2))[:, None]
+            self._box = boxes[:, 0] - slack, boxes[:, 1] + slack
+        origin = np.einsum("nij,nj->ni", rotation, start - position)
+        direction = rotation @ along_ray
+        direction = np.where(np.abs(direction) < 1e-30, 1e-30, direction)
+        with np.errstate(over="ignore"):
+            one, other = (self._box[0][rows] - origin) / direction, (self._box[1][rows] - origin) / direction
+        enters, leaves = np.minimum(one, other).max(axis=1), np.maximum(one, other).min(axis=1)
+        return (enters <= leaves) & (leaves >= 0.0) & (enters <= distance)
+
     def _ray_hit(self, row: int, distance: float, position: np.ndarray, normal: np.ndarray, face: int) -> RayHit:
-        hit = self._hit(row)
+        hit = self._overlaps[row]
         return RayHit(hit.rigid_body, hit.collision, distance, tuple(position.tolist()), tuple(normal.tolist()), face)
 
     def _overlap(
-        self,
-        poses: np.ndarray,
-        kind: ShapeKind,
-        size: Vector,
-        radius: float,
-        origin: Vector,
-        rotation_xyzw: Vector,
+        self, poses: np.ndarray, kind: ShapeKind, size: Vector, origin: Vector, rotation_xyzw: Vector
     ) -> list[Overlap]:
         if not self._colliders:
             return []
-        import warp as wp
+        if self._overlap_launch is None:
+            from usdsdg_physics.queries.overlap_launch import OverlapLaunch
 
-        from usdsdg_physics.queries import overlap_kernels
-
-        rotation, position = self._frames(poses)
-        candidates = self._candidates(rotation, position, kind, np.asarray(size, float), radius, origin, rotation_xyzw)
-        if not len(candidates):
-            return []
-        frames = np.concatenate([position, quat_from_matrix(rotation)], axis=1)
-        hit = wp.zeros(len(candidates), dtype=wp.int32, device="cpu")
-        kinds, sizes, first, counts, points = self._device_tables()
-        wp.launch(
-            overlap_kernels.overlaps,
-            dim=len(candidates),
-            inputs=[
-                kinds,
-                sizes,
-                wp.array(frames, dtype=wp.transformd, device="cpu"),
-                first,
-                counts,
-                points,
-                wp.array(candidates, dtype=wp.int32, device="cpu"),
-                SHAPE_KINDS.index(kind),
-                wp.vec3d(*(float(x) for x in size)),
-                wp.transformd(wp.vec3d(*map(float, origin)), wp.quatd(*map(float, rotation_xyzw))),
-            ],
-            outputs=[hit],
-            device="cpu",
+            self._overlap_launch = OverlapLaunch(
+                self._enabled, self._body, self._frame, self._bounds, self._device_tables()
+            )
+        rotation = np.asarray(rotation_xyzw, np.float64)
+        hits = self._overlap_launch.hits(
+            np.asarray(poses),
+            kind,
+            np.asarray(size, np.float64),
+            np.asarray(origin, np.float64),
+            rotation / np.linalg.norm(rotation),
         )
-        return [self._hit(row) for row in candidates[hit.numpy() != 0]]
-
-    def _candidates(
-        self,
-        rotation: np.ndarray,
-        position: np.ndarray,
-        kind: ShapeKind,
-        size: np.ndarray,
-        radius: float,
-        origin: Vector,
-        rotation_xyzw: Vector,
-    ) -> np.ndarray:
-        """Return the rows, in path order, of enabled colliders whose bounding sphere overlaps the volume."""
-        centers = np.einsum("ni,nij->nj", self._bounds[:, :3], rotation) + position - np.asarray(origin, float)
-        if kind == "box":
-            in_box = centers @ matrix_from_quat(rotation_xyzw).T
-            gap = np.linalg.norm(np.maximum(np.abs(in_box) - size, 0.0), axis=1)
-        else:
-            gap = np.linalg.norm(centers, axis=1) - radius
-        near = self._enabled & (gap <= self._bounds[:, 3])
-        return self._sorted[near[self._sorted]].astype(np.int32)
+        return [self._overlaps[row] for row in self._sorted[hits[self._sorted] != 0].tolist()]
 
     def _frames(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return world rotations (N, 3, 3) and positions (N, 3) of all shapes."""
+        """Return world rotations (N, 3, 3) and positions (N, 3) of all shapes, computed once for an array of poses."""
+        if self._placed is not None and self._placed[0] is poses:
+            return self._placed[1:]
         rotation, position = self._rotation.copy(), self._position.copy()
         owned = self._body >= 0
         if owned.any():
@@ -297,11 +292,8 @@ class SceneQueries:
             body_rotation = matrix_from_quat(body[:, 3:])
             position[owned] = np.einsum("ni,nij->nj", position[owned], body_rotation) + body[:, :3]
             rotation[owned] = rotation[owned] @ body_rotation
+        self._placed = poses, rotation, position
         return rotation, position
-
-    def _hit(self, row: int) -> Overlap:
-        collider = self._colliders[row]
-        return Overlap(collider.body or collider.path, collider.path)
 
     def _device_tables(self) -> tuple[wp.array, ...]:
         """Return shape kinds, sizes, and the range and coordinates of their vertices as Warp arrays."""

@@ -26,6 +26,24 @@ def bounding_sphere(shape: Shape) -> tuple[float, float, float, float]:
     return 0.0, 0.0, 0.0, float(radius) * (1 + 1e-9)
 
 
+def local_box(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lower and upper corner of the box around a shape, in the shape's own frame; a plane's are infinite."""
+    a, b, c = shape.size
+    if shape.kind == "plane":
+        return np.full(3, -np.inf), np.full(3, np.inf)
+    if shape.solid is not None:
+        points = shape.solid.vertices.astype(np.float64) * shape.size
+        return points.min(axis=0), points.max(axis=0)
+    half = {
+        "box": (a, b, c),
+        "sphere": (a, a, a),
+        "capsule": (a, a, a + b),
+        "cylinder": (a, a, b),
+        "cone": (a, a, b),
+    }[shape.kind]
+    return -np.array(half), np.array(half)
+
+
 def half_thickness(shape: Shape) -> float:
     """Return half of the smallest extent along the shape's own axes [m]."""
     a, b, c = shape.size
