@@ -22,6 +22,7 @@ from usdsdg_physics.scene.records import Scene
 from usdsdg_physics.world.compile_kernels import Progress
 from usdsdg_physics.world.contact_events import ContactEvents
 from usdsdg_physics.world.world import World
+from usdsdg_physics.writeback.instancer_writer import InstancerWriter
 from usdsdg_physics.writeback.joint_states import JointStateWriter
 from usdsdg_physics.writeback.restore import Backup
 from usdsdg_physics.writeback.stage_writer import StageWriter
@@ -192,6 +193,7 @@ class PlaySession:
         self.poses = world.poses()
         with self._tracker.muted():
             self._writer.write(self.poses, world.velocities())
+            self._instances.write(self.poses, world.velocities())
             if self._joint_writer.axes:
                 self._joint_writer.write(*world.joint_state(self._joint_writer.axes))
 
@@ -219,7 +221,9 @@ class PlaySession:
         new = {path for path, body in self.scene.bodies.items() if body.starts_asleep and path not in self._simulated}
         self._asleep = new | set(self.world.asleep() if self.world is not None else ())
         self._tracker.take()
-        self._reader = EditReader(self._stage, self.scene, self._hulls)
+        self._reader = EditReader(
+            self._stage, self.scene, self._hulls, moved_instances=lambda path: self._instances.moved(path)
+        )
         self._queries = SceneQueries(self.scene)
         self._queries_are_stale = False
         self._triggers = Triggers(self.scene, self._queries)
@@ -231,6 +235,7 @@ class PlaySession:
         with self._tracker.muted():
             meters = self._units.meters
             self._writer = StageWriter(self._stage, self.scene.bodies, self._backup, meters_per_unit=meters)
+            self._instances = InstancerWriter(self._stage, self.scene.bodies, self._backup, meters_per_unit=meters)
             joints = self.scene.joints.values()
             self._joint_writer = JointStateWriter(self._stage, joints, self._backup, meters_per_unit=meters)
         if self.world is not None:

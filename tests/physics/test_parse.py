@@ -258,11 +258,6 @@ def _joint(stage):
     joint.CreateRelationship("physics:body0", custom=False).AddTarget("/World/box")
 
 
-def _instancer(stage):
-    UsdGeom.PointInstancer.Define(stage, "/World/many").CreatePrototypesRel().AddTarget("/World/many/proto")
-    add(stage, "/World/many/proto")
-
-
 def _no_collider(stage):
     make_body(UsdGeom.Xform.Define(stage, "/World/ghost").GetPrim())
 
@@ -303,7 +298,6 @@ def _sampled_kinematic(stage):
         (_sampled_ancestor, "time samples.*/World/platform/top.*default time"),
         (_sampled_kinematic, "time samples.*/World/slider.*before each step"),
         (_joint, "/World/joint"),
-        (_instancer, "PointInstancer.*/World/many"),
         (_no_collider, "/World/ghost.*no collider"),
         (_decomposition, "/World/cup.*convexDecomposition"),
         (_body_inside_an_instance, "instances.*/World/instance/box"),

@@ -1,5 +1,6 @@
 """Translate stage edits since the last step into world updates, or request a rebuild."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -7,6 +8,7 @@ from numpy.typing import ArrayLike
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.changes import Changes
+from usdsdg.stage.physics.instances import split_instance
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.bodies import read_angular_velocity, read_body, read_velocity
@@ -16,6 +18,7 @@ from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.forces import read_force
 from usdsdg_physics.parse.joints import read_joint
 from usdsdg_physics.parse.materials import bound_materials
+from usdsdg_physics.parse.point_instancers import read_instances
 from usdsdg_physics.parse.scene import parse, read_gravity
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.parse.unread import warn_unread
@@ -48,6 +51,10 @@ _SHAPE_ATTRIBUTES = frozenset(
     {"size", "radius", "radiusTop", "radiusBottom", "height", "width", "length", "axis"}
     | {"points", "faceVertexIndices", "faceVertexCounts", "orientation"}
 )
+_INSTANCE_POSES = frozenset({"positions", "orientations", "orientationsf"})
+_INSTANCE_VELOCITIES = frozenset({"velocities", "angularVelocities"})
+_INSTANCE_COUNTS = frozenset({"protoIndices", "prototypes", "scales", "ids"})
+_INSTANCES = _INSTANCE_POSES | _INSTANCE_VELOCITIES | _INSTANCE_COUNTS
 # Likewise on prims that are neither bodies nor colliders yet.
 _NEW_PRIM_PREFIXES = (
     "physics:rigidBodyEnabled",
@@ -82,11 +89,16 @@ class Edits:
 class EditReader:
     """Reads from the prims of one scene what changed on the stage."""
 
-    def __init__(self, stage: Usd.Stage, scene: Scene, hulls: HullCache) -> None:
+    def __init__(
+        self, stage: Usd.Stage, scene: Scene, hulls: HullCache, *, moved_instances: Callable[[str], set[int]]
+    ) -> None:
+        """`moved_instances` returns the indices of a PointInstancer's instances that users moved."""
+        self._moved = moved_instances
         self._stage, self._scene, self._hulls = stage, scene, hulls
         self._units = Units.of(stage)
-        self._bodies = sorted(scene.bodies)
-        self._colliders = sorted(scene.colliders)
+        # Instances of PointInstancers have no prims.
+        self._bodies = sorted(path for path in scene.bodies if not split_instance(path))
+        self._colliders = sorted(path for path in scene.colliders if not split_instance(path))
         self._joints = sorted(scene.joints)
         self._materials = {collider.material.path for collider in scene.colliders.values()} - {""}
 
@@ -108,8 +120,10 @@ class EditReader:
         path = str(root)
         if root == Sdf.Path.absoluteRootPath or any(at_or_below(p, path) for p in self._materials):
             return True
+        if any(at_or_below(p, path) or at_or_below(path, p) for p in self._scene.prototypes):
+            return True
         now = parse(self._stage, self._hulls, root=root)
-        if now.scene_path or now.filtered or at_or_below(self._scene.scene_path, path):
+        if now.scene_path or now.filtered or now.instancers or at_or_below(self._scene.scene_path, path):
             return True
         before_bodies, before_colliders = paths_below(self._bodies, path), paths_below(self._colliders, path)
         return not (
@@ -124,7 +138,10 @@ class EditReader:
 
     def _read_prim(self, path: str, names: set[str], cache: UsdGeom.XformCache, edits: Edits) -> None:
         warn_unread(self._stage.GetPrimAtPath(path), names)
+        if path in self._scene.instancers and names & _INSTANCES:
+            self._read_instances(path, names, cache, edits)
         if any(name.startswith("xformOp") for name in names):
+            edits.rebuild |= any(at_or_below(p, path) or at_or_below(path, p) for p in self._scene.prototypes)
             self._read_poses(path, cache, edits)
         if "material:binding" in names:
             edits.rebuild |= self._material_changed(path)
@@ -140,6 +157,10 @@ class EditReader:
             edits.rebuild |= any(name.startswith(("physics:", "physxMaterial:")) for name in names)
         elif path in self._scene.bodies or path in self._scene.colliders:
             self._read_body_or_collider(path, names, cache, edits)
+        elif any(at_or_below(path, prototype) for prototype in self._scene.prototypes):
+            others = names - _INSTANCES
+            edits.rebuild |= any(name.startswith(_REBUILD_PREFIXES) for name in others)
+            edits.rebuild |= bool(others & _SHAPE_ATTRIBUTES)
         else:
             edits.rebuild |= any(name.startswith((*_NEW_PRIM_PREFIXES, "material:binding:physics")) for name in names)
 
@@ -175,6 +196,30 @@ class EditReader:
         edits.joints[path] = replace(before, axes=joint.axes)
         if states:
             edits.moved_joints.add(path)
+
+    def _read_instances(self, path: str, names: set[str], cache: UsdGeom.XformCache, edits: Edits) -> None:
+        """Read new poses and velocities of the instances of a PointInstancer; other changes need a rebuild."""
+        now = read_instances(self._stage.GetPrimAtPath(path), cache, self._units, self._hulls)
+        before = {name for name in self._scene.bodies if (split_instance(name) or ("",))[0] == path}
+        if (
+            names & _INSTANCE_COUNTS
+            or set(now.bodies) != before
+            or not now.colliders.keys() <= self._scene.colliders.keys()
+        ):
+            edits.rebuild = True
+            return
+        moved = self._moved(path) if names & _INSTANCE_POSES else set()
+        for name, body in now.bodies.items():
+            found = split_instance(name)
+            if found is not None and found[1] in moved:
+                edits.poses[name] = np.array(body.pose)
+            if names & _INSTANCE_VELOCITIES:
+                edits.velocities[name] = np.array([*body.velocity, *body.angular_velocity])
+        for name, collider in now.colliders.items():
+            old = self._scene.colliders[name]
+            if collider.body == STATIC and collider.shape != old.shape:
+                edits.rebuild |= not _same_geometry(collider.shape, old.shape)
+                edits.colliders[name] = replace(old, shape=collider.shape)
 
     def _read_force(self, path: str, cache: UsdGeom.XformCache, edits: Edits) -> None:
         owner = self._stage.GetPrimAtPath(self._scene.forces[path].body)

@@ -1,5 +1,7 @@
 """Read colliders: CollisionAPI and PhysxCollisionAPI."""
 
+from dataclasses import replace
+
 import numpy as np
 from pxr import Usd, UsdGeom
 
@@ -29,23 +31,43 @@ def read_collider(
         owner: the rigid body that owns the collider, None for a static collider.
     """
     to_frame = frame_from_prim(prim, owner, cache, units)
+    collider = collider_in_frame(prim, to_frame, material, units, hulls, solid=owner is not None, is_body=prim == owner)
+    return replace(collider, body=str(owner.GetPath())) if collider is not None and owner else collider
+
+
+def collider_in_frame(
+    prim: Usd.Prim,
+    to_frame: np.ndarray,
+    material: Material,
+    units: Units,
+    hulls: HullCache,
+    *,
+    solid: bool,
+    is_body: bool,
+) -> Collider | None:
+    """Read a prim with CollisionAPI into a frame, as a static collider; None when it has no collision shape.
+
+    Args:
+        to_frame: row-vector 4x4 from the prim's space [stage units] to the frame [m].
+        solid: whether a rigid body owns it, so that its mesh becomes a solid.
+        is_body: whether the prim itself is the body, whose mass is not the collider's.
+    """
     trigger = has_api(prim, TRIGGER) or has_api(prim, TRIGGER_STATE)
     # Like a body's, a trigger's mesh is a solid: what is within it is inside.
-    solid = owner is not None or (trigger and prim.IsA(UsdGeom.Mesh))
-    shape = read_shape(prim, to_frame, hulls, dynamic=solid)
+    shape = read_shape(prim, to_frame, hulls, dynamic=solid or (trigger and prim.IsA(UsdGeom.Mesh)))
     if shape is None:
         return None
     margin = finite(authored(prim, "physxCollision:restOffset"), 0.0) * units.meters
     offset = finite(authored(prim, "physxCollision:contactOffset"), -1.0) * units.meters
     return Collider(
         path=str(prim.GetPath()),
-        body=str(owner.GetPath()) if owner else STATIC,
+        body=STATIC,
         shape=shape,
         material=material,
         enabled=bool(value(prim, "physics:collisionEnabled", True)),
         gap=max(offset - margin, 0.0) if offset >= 0.0 else DEFAULT_GAP,
         margin=margin,
-        mass=read_mass(prim, units, to_frame) if prim != owner else MassSpec(),
+        mass=MassSpec() if is_body else read_mass(prim, units, to_frame),
         trigger=trigger,
     )
 

@@ -5,6 +5,7 @@ from itertools import combinations_with_replacement, product
 
 from pxr import Sdf, Usd, UsdPhysics
 
+from usdsdg.stage.physics.instances import prim_of
 from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.scene.records import Collider
 
@@ -38,12 +39,12 @@ def read_filtered_pairs(
 
 def _below(root: Sdf.Path, colliders: Mapping[str, Collider]) -> list[str]:
     """Return the colliders at or below a path; a rigid body stands for all colliders that it owns."""
-    return [path for path in colliders if Sdf.Path(path).HasPrefix(root)]
+    return [path for path in colliders if Sdf.Path(prim_of(path)).HasPrefix(root)]
 
 
 def _members(group: Usd.Prim, colliders: Mapping[str, Collider]) -> list[str]:
     query = UsdPhysics.CollisionGroup(group).GetCollidersCollectionAPI().ComputeMembershipQuery()
-    return [path for path in colliders if query.IsPathIncluded(Sdf.Path(path))]
+    return [path for path in colliders if query.IsPathIncluded(Sdf.Path(prim_of(path)))]
 
 
 def _groups_filtered(a: Usd.Prim, b: Usd.Prim) -> bool:

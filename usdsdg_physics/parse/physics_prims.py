@@ -14,9 +14,9 @@ from usdsdg_physics.parse.attributes import (
     FORCE,
     RIGID_BODY,
     SURFACE_VELOCITY,
-    has_api,
     value,
 )
+from usdsdg_physics.parse.point_instancers import prototype_paths
 from usdsdg_physics.parse.unread import UnreadNames, listed
 
 
@@ -34,7 +34,7 @@ class PhysicsPrims:
     static_belts: list[str] = field(default_factory=list)  # with PhysxSurfaceVelocityAPI, but no rigid body
     joints: list[Usd.Prim] = field(default_factory=list)
     articulations: list[Usd.Prim] = field(default_factory=list)  # with ArticulationRootAPI
-    instancers: list[str] = field(default_factory=list)  # PointInstancers of rigid bodies
+    instancers: list[Usd.Prim] = field(default_factory=list)  # PointInstancers that are no part of a prototype
     instanced_bodies: list[str] = field(default_factory=list)  # rigid bodies inside instances
     nonfinite: list[str] = field(default_factory=list)  # with a transform that is not finite
     unread: UnreadNames = field(default_factory=UnreadNames)  # schemas and attributes without effect
@@ -81,7 +81,25 @@ def find_physics_prims(stage: Usd.Stage, root: Sdf.Path, cache: UsdGeom.XformCac
         if "PhysicsFilteredPairsAPI" in applied:
             found.filtered.append(prim)
         _add_by_type(prim, found)
+    if found.instancers:
+        _leave_out_prototypes(found)
     return found
+
+
+def _leave_out_prototypes(found: PhysicsPrims) -> None:
+    """Leave out what PointInstancers draw: a prototype neither collides nor moves by itself."""
+    roots = set(prototype_paths(found.instancers))
+
+    def is_part(prim: Usd.Prim, *, itself: bool = True) -> bool:
+        path = prim.GetPath() if itself else prim.GetPath().GetParentPath()
+        return any(prefix in roots for prefix in path.GetPrefixes())
+
+    found.bodies = [prim for prim in found.bodies if not is_part(prim)]
+    found.colliders = [(prim, owner) for prim, owner in found.colliders if not is_part(prim)]
+    found.forces = [(prim, owner) for prim, owner in found.forces if not is_part(prim)]
+    found.reports = [prim for prim in found.reports if not is_part(prim)]
+    found.joints = [prim for prim in found.joints if not is_part(prim)]
+    found.instancers = [prim for prim in found.instancers if not is_part(prim, itself=False)]
 
 
 def _owner_of(prim: Usd.Prim) -> Usd.Prim | None:
@@ -111,18 +129,9 @@ def _add_by_type(prim: Usd.Prim, found: PhysicsPrims) -> None:
     elif kind == "PhysicsCollisionGroup":
         found.groups.append(prim)
     elif kind == "PointInstancer":
-        if any(
-            _has_rigid_body(prim.GetStage(), path)
-            for path in UsdGeom.PointInstancer(prim).GetPrototypesRel().GetTargets()
-        ):
-            found.instancers.append(str(prim.GetPath()))
+        found.instancers.append(prim)
     elif kind.startswith("Phys") and kind.endswith("Joint"):
         found.joints.append(prim)
-
-
-def _has_rigid_body(stage: Usd.Stage, path: Sdf.Path) -> bool:
-    root = stage.GetPrimAtPath(path)
-    return bool(root) and any(has_api(prim, RIGID_BODY) for prim in Usd.PrimRange(root))
 
 
 def warn_unsupported(found: PhysicsPrims) -> None:
@@ -147,11 +156,6 @@ def _warn_left_out(found: PhysicsPrims) -> None:
         warn_once(
             f"these have a transform that is not a number and are not simulated: {listed(found.nonfinite)}. Author a "
             "finite translation, rotation and scale on them and above them."
-        )
-    if found.instancers:
-        warn_once(
-            f"rigid bodies drawn by a PointInstancer are not simulated: {listed(found.instancers)}. "
-            "Make a prim for every body instead."
         )
     if found.instanced_bodies:
         warn_once(

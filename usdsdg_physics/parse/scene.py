@@ -14,6 +14,7 @@ from usdsdg_physics.parse.forces import read_force
 from usdsdg_physics.parse.jointed_bodies import hold_unsupported, read_jointed_pairs, read_joints
 from usdsdg_physics.parse.materials import bound_materials
 from usdsdg_physics.parse.physics_prims import find_physics_prims, warn_no_collider, warn_unsupported
+from usdsdg_physics.parse.point_instancers import prototype_paths, read_instances
 from usdsdg_physics.parse.units import Units, scaled_vector
 from usdsdg_physics.scene.records import Scene, Vec3
 
@@ -23,8 +24,8 @@ GRAVITY = 9.81  # m/s²
 def parse(stage: Usd.Stage, hulls: HullCache, *, root: Sdf.Path = Sdf.Path.absoluteRootPath) -> Scene:
     """Read every rigid body, collider and joint at or below `root`, instance proxies included.
 
-    Bodies with a joint that cannot be simulated are kinematic. Point-instanced bodies, bodies inside instances and
-    prims whose transform is not finite are named in warnings and left out.
+    Bodies with a joint that cannot be simulated are kinematic. Bodies inside instances and prims whose transform is not
+    finite are named in warnings and left out.
     """
     units = Units.of(stage)
     cache = UsdGeom.XformCache(Usd.TimeCode.Default())
@@ -41,6 +42,9 @@ def parse(stage: Usd.Stage, hulls: HullCache, *, root: Sdf.Path = Sdf.Path.absol
         collider = read_collider(prim, owner, material, cache, units, hulls)
         if collider is not None:
             colliders[collider.path] = collider
+    for instances in (read_instances(prim, cache, units, hulls) for prim in found.instancers):
+        bodies |= instances.bodies
+        colliders |= instances.colliders
     warn_no_collider(bodies, {collider.body for collider in colliders.values() if not collider.trigger})
     forces = [read_force(prim, owner, cache, units) for prim, owner in found.forces]
     return Scene(
@@ -57,6 +61,8 @@ def parse(stage: Usd.Stage, hulls: HullCache, *, root: Sdf.Path = Sdf.Path.absol
         )
         | read_jointed_pairs(found, bodies, colliders, joints),
         joints=joints,
+        instancers=tuple(str(prim.GetPath()) for prim in found.instancers),
+        prototypes=tuple(map(str, prototype_paths(found.instancers))),
         reports={str(prim.GetPath()): read_contact_report(prim, units) for prim in found.reports},
         forces={force.path: force for force in forces if force is not None},
     )

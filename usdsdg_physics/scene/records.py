@@ -221,4 +221,6 @@ class Scene:
     filtered: frozenset[tuple[str, str]] = frozenset()
     forces: dict[str, Force] = field(default_factory=dict)  # by prim path
     joints: dict[str, Joint] = field(default_factory=dict)  # those that are simulated, by prim path
+    instancers: tuple[str, ...] = ()  # PointInstancers; what they make is named as in `usdsdg.stage.physics.instances`
+    prototypes: tuple[str, ...] = ()  # paths at and below which prims are parts of prototypes
     reports: dict[str, ContactReportSpec] = field(default_factory=dict)  # by prim path

@@ -9,6 +9,7 @@ from pxr import Sdf, Usd, UsdGeom, Vt
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.changes import Changes
+from usdsdg.stage.physics.instances import split_instance
 from usdsdg.stage.poses.rotations import euler_from_matrix, quat_from_matrix
 from usdsdg_physics.scene.prim_paths import paths_below
 from usdsdg_physics.scene.records import Body
@@ -121,7 +122,7 @@ class StageWriter:
 
     def _add(self, row: int, body: Body, cache: UsdGeom.XformCache) -> None:
         prim = self._stage.GetPrimAtPath(body.path)
-        if body.kinematic:
+        if body.kinematic or split_instance(body.path):
             return
         if abs(np.linalg.det(self._body_from_prim[row])) < 1e-30:
             warn_once(f"{body.path} has a scale of zero, so its pose cannot be written; give it a scale above zero.")

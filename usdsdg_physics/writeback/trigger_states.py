@@ -4,6 +4,8 @@ from collections.abc import Collection, Iterable
 
 from pxr import Sdf, Usd
 
+from usdsdg.stage.physics.instances import prim_of, split_instance
+
 _SCHEMA, _INSIDE = "PhysxTriggerStateAPI", "physxTrigger:triggeredCollisions"
 
 
@@ -19,13 +21,14 @@ class TriggerStates:
         """Write the colliders inside each of the triggers, by pairs of a trigger and a collider."""
         target = self._stage.GetEditTarget()
         for trigger in triggers:
-            prim = self._stage.GetPrimAtPath(trigger)
+            # The instance of an instancer has no prim to write to.
+            prim = None if split_instance(trigger) else self._stage.GetPrimAtPath(trigger)
             if not prim or _SCHEMA not in prim.GetAppliedSchemas():
                 continue
             path = target.MapToSpecPath(prim.GetPath()).AppendProperty(_INSIDE)
             self._keep(target.GetLayer(), path)
             relationship = prim.CreateRelationship(_INSIDE, custom=False)
-            relationship.SetTargets([other for each, other in inside if each == trigger])
+            relationship.SetTargets(list(dict.fromkeys(prim_of(other) for each, other in inside if each == trigger)))
 
     def restore(self) -> None:
         """Restore the targets from before the first write."""

@@ -9,7 +9,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING
 
 from usdsdg.compat.carb import Float3
-from usdsdg.compat.omni.physics.scene_query_hits import NO_INDEX, ORIGIN
+from usdsdg.compat.omni.physics.scene_query_hits import NO_INDEX, ORIGIN, path_id, proto_index
 from usdsdg.compat.physics_schema_tools import intToSdfPath, sdfPathToInt
 from usdsdg.session import engines, stage_context
 
@@ -114,12 +114,14 @@ def contacts_of(events: list[ContactEvent]) -> Contacts:
             ContactEventHeader(
                 _KINDS[event.kind],
                 stage,
-                actor0=sdfPathToInt(event.body0),
-                actor1=sdfPathToInt(event.body1),
-                collider0=sdfPathToInt(event.collider0),
-                collider1=sdfPathToInt(event.collider1),
+                actor0=path_id(event.body0),
+                actor1=path_id(event.body1),
+                collider0=path_id(event.collider0),
+                collider1=path_id(event.collider1),
                 contact_data_offset=len(points),
                 num_contact_data=len(event.points),
+                proto_index0=proto_index(event.collider0),
+                proto_index1=proto_index(event.collider1),
             )
         )
         materials = sdfPathToInt(event.material0), sdfPathToInt(event.material1)
@@ -162,10 +164,10 @@ class TriggerSubscriptions:
                         kind,
                         stage_context.stage_id(),
                         number,
-                        trigger_body_prim_id=sdfPathToInt(event.trigger_body),
-                        trigger_collider_prim_id=sdfPathToInt(event.trigger),
-                        other_body_prim_id=sdfPathToInt(event.other_body),
-                        other_collider_prim_id=sdfPathToInt(event.other),
+                        trigger_body_prim_id=path_id(event.trigger_body),
+                        trigger_collider_prim_id=path_id(event.trigger),
+                        other_body_prim_id=path_id(event.other_body),
+                        other_collider_prim_id=path_id(event.other),
                     )
                 )
 

@@ -11,6 +11,7 @@ from pxr import Usd, UsdGeom, UsdShade
 from usdsdg.compat.carb import Float3
 from usdsdg.compat.physics_schema_tools import encodeSdfPath, sdfPathToInt
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.physics.instances import prim_of, split_instance
 
 if TYPE_CHECKING:
     from usdsdg_physics.queries.scene_queries import Overlap, RayHit
@@ -94,17 +95,32 @@ class PhysxLocatedHit(PhysxHit):
 
 def overlap_hit(hit: Overlap) -> OverlapHit:
     """Return a hit in the form of `omni.physics.core`."""
-    return OverlapHit(sdfPathToInt(hit.collision), sdfPathToInt(hit.rigid_body))
+    return OverlapHit(*_collider(hit))
 
 
 def raycast_hit(hit: RayHit) -> RaycastHit:
     """Return a hit in the form of `omni.physics.core`."""
-    return RaycastHit(sdfPathToInt(hit.collision), sdfPathToInt(hit.rigid_body), NO_INDEX, *_location(hit))
+    return RaycastHit(*_collider(hit), *_location(hit))
 
 
 def sweep_hit(hit: RayHit) -> SweepHit:
     """Return a hit in the form of `omni.physics.core`."""
-    return SweepHit(sdfPathToInt(hit.collision), sdfPathToInt(hit.rigid_body), NO_INDEX, *_location(hit))
+    return SweepHit(*_collider(hit), *_location(hit))
+
+
+def proto_index(name: str) -> int:
+    """Return the index of the instance of a PointInstancer that a collider belongs to, NO_INDEX of any other."""
+    found = split_instance(name)
+    return found[1] if found else NO_INDEX
+
+
+def path_id(name: str) -> int:
+    """Return the integer of the path of a body or collider; of an instance it is that of the PointInstancer."""
+    return sdfPathToInt(prim_of(name))
+
+
+def _collider(hit: Overlap | RayHit) -> tuple[int, int, int]:
+    return path_id(hit.collision), path_id(hit.rigid_body), proto_index(hit.collision)
 
 
 def _location(hit: RayHit) -> tuple[Float3, Float3, float, int, int]:
@@ -114,13 +130,13 @@ def _location(hit: RayHit) -> tuple[Float3, Float3, float, int, int]:
 
 def physx_hit(hit: Overlap) -> PhysxHit:
     """Return a hit in the form of `omni.physx`."""
-    return PhysxHit(hit.collision, hit.rigid_body)
+    return PhysxHit(prim_of(hit.collision), prim_of(hit.rigid_body), proto_index(hit.collision))
 
 
 def physx_located_hit(hit: RayHit) -> PhysxLocatedHit:
     """Return a hit in the form of `omni.physx`."""
     where = Float3(hit.position), Float3(hit.normal), hit.distance, usd_face(hit), material_path(hit.collision)
-    return PhysxLocatedHit(hit.collision, hit.rigid_body, NO_INDEX, *where)
+    return PhysxLocatedHit(prim_of(hit.collision), prim_of(hit.rigid_body), proto_index(hit.collision), *where)
 
 
 def usd_face(hit: RayHit) -> int:
@@ -141,5 +157,11 @@ def material_path(collider: str) -> str:
     return str(material.GetPath()) if material else ""
 
 
-def _prim(path: str) -> Usd.Prim:
-    return current_stage().GetPrimAtPath(path)
+def _prim(name: str) -> Usd.Prim:
+    """Return the prim of a collider; of an instance of a PointInstancer that of the prototype."""
+    found = split_instance(name)
+    if found is None:
+        return current_stage().GetPrimAtPath(name)
+    instancer = UsdGeom.PointInstancer(current_stage().GetPrimAtPath(found[0]))
+    prototype = instancer.GetPrototypesRel().GetForwardedTargets()[instancer.GetProtoIndicesAttr().Get()[found[1]]]
+    return current_stage().GetPrimAtPath(f"{prototype}{found[2]}")

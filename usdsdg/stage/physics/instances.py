@@ -1,0 +1,22 @@
+"""Names of what a PointInstancer makes, which has no prim: `/World/screws[3]`, and `/World/screws[3]/mesh` below it."""
+
+import re
+
+_INSTANCE = re.compile(r"(.*)\[(\d+)\](.*)")
+
+
+def instance_name(instancer: str, index: int, below: str = "") -> str:
+    """Return the name of an instance, or of a prim of its prototype at a path `below` the prototype's root."""
+    return f"{instancer}[{index}]{below}"
+
+
+def split_instance(name: str) -> tuple[str, int, str] | None:
+    """Return the instancer's path, the index and the path below of an instance's name; None of a prim's path."""
+    found = _INSTANCE.fullmatch(name)
+    return (found[1], int(found[2]), found[3]) if found else None
+
+
+def prim_of(name: str) -> str:
+    """Return the path of a prim, or of the instancer of an instance."""
+    found = split_instance(name)
+    return found[0] if found else name

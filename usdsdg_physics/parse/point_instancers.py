@@ -1,0 +1,194 @@
+"""Read the bodies and colliders that PointInstancers make of their prototypes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom
+
+from usdsdg.errors import warn_once
+from usdsdg.stage.physics.instances import instance_name
+from usdsdg.stage.poses.rotations import matrix_from_quat
+from usdsdg_physics.parse.attributes import COLLISION, RIGID_BODY, has_api, value
+from usdsdg_physics.parse.bodies import read_body, read_mass, read_surface_velocity
+from usdsdg_physics.parse.colliders import collider_in_frame
+from usdsdg_physics.parse.convex_hulls import HullCache
+from usdsdg_physics.parse.materials import bound_materials
+from usdsdg_physics.parse.units import Units, scaled_vector
+from usdsdg_physics.scene.records import STATIC, Body, Collider, Material, Shape
+from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose, rotation_quat
+
+
+@dataclass
+class Instances:
+    """Bodies and colliders of one PointInstancer, by name."""
+
+    bodies: dict[str, Body] = field(default_factory=dict)
+    colliders: dict[str, Collider] = field(default_factory=dict)
+
+
+@dataclass
+class _Prototype:
+    root: Usd.Prim
+    is_body: bool
+    colliders: list[tuple[Usd.Prim, str, Material]]  # with the path below the root
+    # By the constant part of an instance's matrix: its body, and its colliders in the frame of the root.
+    made: dict[bytes, tuple[Body | None, list[tuple[Collider, str]]]] = field(default_factory=dict)
+
+
+def prototype_paths(instancers: Sequence[Usd.Prim]) -> list[Sdf.Path]:
+    """Return the paths at and below which everything is part of a prototype: those of prototypes and instancers."""
+    targets = (UsdGeom.PointInstancer(prim).GetPrototypesRel().GetForwardedTargets() for prim in instancers)
+    return [*(path for paths in targets for path in paths), *(prim.GetPath() for prim in instancers)]
+
+
+def read_instances(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units, hulls: HullCache) -> Instances:
+    """Read the instances of a PointInstancer at the default time; those that are inactive are left out.
+
+    A rigid body is simulated where it is the root of its prototype.
+    """
+    instancer, found = UsdGeom.PointInstancer(prim), Instances()
+    time = Usd.TimeCode.Default()
+    indices = instancer.GetProtoIndicesAttr().Get() or ()
+    matrices = instancer.ComputeInstanceTransformsAtTime(
+        time, time, UsdGeom.PointInstancer.IncludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
+    )
+    if len(matrices) != len(indices):
+        warn_once(
+            f"{prim.GetPath()} has {len(indices)} protoIndices and {len(matrices)} positions at the default time, so "
+            "its instances are neither bodies nor colliders. Author as many of each, not only as time samples."
+        )
+        return found
+    to_world = np.array(cache.GetLocalToWorldTransform(prim))
+    prototypes = [_prototype(prim, path, units) for path in instancer.GetPrototypesRel().GetForwardedTargets()]
+    velocities = _velocities(instancer, len(indices), to_world, units)
+    inactive = _inactive(instancer, len(indices))
+    for index, (kind, matrix) in enumerate(zip(indices, matrices)):
+        world = np.array(matrix) @ to_world
+        prototype = prototypes[kind] if 0 <= kind < len(prototypes) else None
+        if prototype is not None and index not in inactive and np.isfinite(world).all():
+            _add(found, str(prim.GetPath()), index, prototype, world, velocities, cache, units, hulls)
+    return found
+
+
+def _prototype(instancer: Usd.Prim, path: Sdf.Path, units: Units) -> _Prototype | None:
+    root = instancer.GetStage().GetPrimAtPath(path)
+    if not root:
+        return None
+    is_body = has_api(root, RIGID_BODY) and bool(value(root, "physics:rigidBodyEnabled", True))
+    if is_body and instancer.IsInstanceProxy():
+        warn_once(
+            f"rigid bodies of a PointInstancer inside an instance cannot be moved: {instancer.GetPath()}. Clear the "
+            "instanceable flag of the instance."
+        )
+        is_body = False
+    colliders, below = [], []
+    predicate = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
+    for prim in Usd.PrimRange(root, predicate):
+        if prim != root and has_api(prim, RIGID_BODY):
+            below.append(str(prim.GetPath()))
+        if prim.IsA(UsdGeom.PointInstancer):
+            below.append(str(prim.GetPath()))
+        if has_api(prim, COLLISION):
+            colliders.append(prim)
+    if below:
+        warn_once(
+            f"bodies and instancers below the root of a prototype of {instancer.GetPath()} do not move by themselves: "
+            f"{', '.join(below[:5])}. Apply RigidBodyAPI to the prototype itself."
+        )
+    materials = bound_materials(colliders, units)
+    suffixes = (str(prim.GetPath()).removeprefix(str(path)) for prim in colliders)
+    return _Prototype(root, is_body, list(zip(colliders, suffixes, materials)))
+
+
+def _add(
+    found: Instances,
+    instancer: str,
+    index: int,
+    prototype: _Prototype,
+    world: np.ndarray,
+    velocities: tuple[np.ndarray | None, np.ndarray | None],
+    cache: UsdGeom.XformCache,
+    units: Units,
+    hulls: HullCache,
+) -> None:
+    """Add one instance, whose root has the matrix `world`."""
+    pose, constant = rigid_pose(world, units.meters), body_from_prim(world, units.meters)
+    # Rounding of the pose must not make another shape of each instance, and -0.0 is 0.0.
+    size = max(float(np.abs(constant[:3, :3]).max()), 1e-30)
+    key = (np.round(constant / size, 5) + 0.0).tobytes() + np.float32(size).tobytes()
+    if key not in prototype.made:
+        prototype.made[key] = _make(prototype, constant, cache, units, hulls)
+    body, colliders = prototype.made[key]
+    name = instance_name(instancer, index)
+    if body is not None:
+        linear, angular = velocities
+        found.bodies[name] = replace(
+            body,
+            path=name,
+            pose=tuple(pose.tolist()),
+            velocity=body.velocity if linear is None else scaled_vector(linear[index], 1.0),
+            angular_velocity=body.angular_velocity if angular is None else scaled_vector(angular[index], 1.0),
+        )
+    for collider, below in colliders:
+        path = instance_name(instancer, index, below)
+        shape = collider.shape if body is not None else _placed(collider.shape, pose)
+        found.colliders[path] = replace(collider, path=path, body=name if body is not None else STATIC, shape=shape)
+
+
+def _make(
+    prototype: _Prototype, constant: np.ndarray, cache: UsdGeom.XformCache, units: Units, hulls: HullCache
+) -> tuple[Body | None, list[tuple[Collider, str]]]:
+    """Return the body and colliders of the instances of a prototype with this constant part of their matrices."""
+    root, colliders = prototype.root, []
+    for prim, below, material in prototype.colliders:
+        relative = np.eye(4) if prim == root else np.array(cache.ComputeRelativeTransform(prim, root)[0])
+        solid = prototype.is_body
+        collider = collider_in_frame(
+            prim, relative @ constant, material, units, hulls, solid=solid, is_body=prim == root
+        )
+        if collider is not None:
+            colliders.append((collider, below))
+    if not prototype.is_body:
+        return None, colliders
+    body = replace(
+        read_body(root, cache, units),
+        body_from_prim=tuple(tuple(row) for row in constant.tolist()),
+        mass=read_mass(root, units, constant),
+        surface=read_surface_velocity(root, constant, units),
+    )
+    return body, colliders
+
+
+def _placed(shape: Shape, pose: np.ndarray) -> Shape:
+    """Return a shape in a frame with a pose (7,), in the world."""
+    rotation = matrix_from_quat(pose[3:])
+    x, y, z = (np.asarray(shape.position) @ rotation + pose[:3]).tolist()
+    return replace(shape, position=(x, y, z), rotation=rotation_quat(matrix_from_quat(shape.rotation) @ rotation))
+
+
+def _velocities(
+    instancer: UsdGeom.PointInstancer, count: int, to_world: np.ndarray, units: Units
+) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Return velocities [m/s] and angular velocities [rad/s] (n, 3) of the instances, world; None: none authored."""
+    linear, angular = (
+        np.asarray(attribute.Get() or (), np.float64).reshape(-1, 3)
+        for attribute in (instancer.GetVelocitiesAttr(), instancer.GetAngularVelocitiesAttr())
+    )
+    axes = to_world[:3, :3] / np.linalg.norm(to_world[:3, :3], axis=1, keepdims=True)
+    return (
+        linear @ to_world[:3, :3] * units.meters if len(linear) == count else None,
+        np.radians(angular) @ axes if len(angular) == count else None,
+    )
+
+
+def _inactive(instancer: UsdGeom.PointInstancer, count: int) -> set[int]:
+    """Return the indices of instances whose ids are among the inactive ones."""
+    listed = instancer.GetPrim().GetMetadata("inactiveIds")
+    if listed is None:
+        return set()
+    inactive = set(listed.GetAppliedItems())
+    ids = list(instancer.GetIdsAttr().Get() or range(count))
+    return {index for index, identifier in enumerate(ids) if identifier in inactive}
