@@ -39,6 +39,7 @@ class NewtonEngine:
         self.step_seconds = 0.0  # wall-clock time of the latest step
         self._session: PlaySession | None = None
         self._elapsed = 0.0
+        self._time = 0.0  # of the stage at the end of the latest step [s]
 
     @property
     def is_playing(self) -> bool:
@@ -48,12 +49,21 @@ class NewtonEngine:
     @property
     def rigid_bodies(self) -> tuple[str, ...]:
         """Paths of the rigid bodies that are simulated; empty while stopped."""
-        return tuple(self._session.scene.bodies) if self._session else ()
+        bodies = self._session.scene.bodies.items() if self._session else ()
+        return tuple(path for path, body in bodies if not body.is_collider)
 
-    def play(self) -> None:
-        """Begin to simulate, and remember the authored poses and velocities; does nothing while playing."""
+    def play(self, *, time: float | None = None) -> None:
+        """Begin to simulate, and remember the authored poses and velocities; does nothing while playing.
+
+        Args:
+            time: where the stage is in time [s], for what time samples move; None: at its start.
+        """
         if self._session is None:
-            self._session = PlaySession(self._stage, self._hulls, device=self._device, progress=self._progress)
+            start = self._stage.GetStartTimeCode() / self._stage.GetTimeCodesPerSecond()
+            self._time = start if time is None else time
+            self._session = PlaySession(
+                self._stage, self._hulls, time=self._time_code(), device=self._device, progress=self._progress
+            )
             self._elapsed = 0.0
 
     def stop(self, *, restore: bool = True) -> None:
@@ -75,8 +85,9 @@ class NewtonEngine:
         if bodies is not None:
             self._session.reset(bodies)
             return
+        time = self._time
         self.stop()
-        self.play()
+        self.play(time=time)
 
     def put_to_sleep(self, bodies: Collection[str]) -> None:
         """Zero the velocities of the bodies at these paths and hold them where they are, gravity or not.
@@ -165,12 +176,15 @@ class NewtonEngine:
         """Release the stage without writing to it."""
         self.stop(restore=False)
 
-    def advance(self, seconds: float) -> int:
+    def advance(self, seconds: float, *, until: float | None = None) -> int:
         """Advance time and take every fixed step that is due; the remainder counts for the next call.
 
         A step is also due where less than 1/400 of it is missing.
 
         The step length is read from the stage before each step (physxScene:timeStepsPerSecond, 60 by default).
+
+        Args:
+            until: where the stage is in time [s] at the end, for what time samples move; None: further by `seconds`.
 
         Returns:
             The number of steps taken.
@@ -180,6 +194,7 @@ class NewtonEngine:
         """
         self._playing("advance")
         self._elapsed += seconds
+        end = self._time + self._elapsed if until is None else until
         steps = 0
         # A listener may stop the simulation.
         while self._session is not None:
@@ -187,12 +202,14 @@ class NewtonEngine:
             if self._elapsed < dt * (1.0 - _MISSING):
                 break
             self._elapsed = max(0.0, self._elapsed - dt)
-            self.step(dt)
+            self.step(dt, until=end - self._elapsed)
             steps += 1
         return steps
 
-    def step(self, dt: float) -> None:
+    def step(self, dt: float, *, until: float | None = None) -> None:
         """Take one step of `dt` seconds, whatever the step rate; listeners are called before and after it.
+
+        `until` is where the stage is in time [s] at its end; None: further by `dt`.
 
         Raises:
             PhysicsError: `play` has not been called.
@@ -202,7 +219,8 @@ class NewtonEngine:
         if self._session is None:  # a listener may stop the simulation
             return
         start = time.perf_counter()
-        self._session.step(dt)
+        self._time = self._time + dt if until is None else until
+        self._session.step(dt, self._time_code())
         self.step_seconds = time.perf_counter() - start
         self._report_events()
         self._listeners.call(dt)
@@ -321,13 +339,17 @@ class NewtonEngine:
         """Return scene queries and body poses: those of the last step, or of a stopped stage as it is authored."""
         if self._session is not None:
             return self._session.queries, self._session.poses
-        scene = parse(self._stage, self._hulls)
+        scene = parse(self._stage, self._hulls, time=self._time_code())
         return SceneQueries(scene), initial_poses(scene)
 
     def _playing(self, caller: str) -> PlaySession:
         if self._session is None:
             raise PhysicsError(f"the simulation is stopped; call play() before {caller}()")
         return self._session
+
+    def _time_code(self) -> Usd.TimeCode:
+        """Return the time of the latest step on the stage."""
+        return Usd.TimeCode(self._time * self._stage.GetTimeCodesPerSecond())
 
     def _meters(self, vector: Sequence[float]) -> np.ndarray:
         return np.array([float(component) for component in vector]) * meters_per_unit(self._stage)

@@ -4,7 +4,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pxr import Usd
+from pxr import Usd, UsdGeom
 
 from usdsdg.errors import PhysicsError, warn_once
 from usdsdg.stage.changes import ChangeTracker
@@ -19,6 +19,7 @@ from usdsdg_physics.queries.scene_queries import SceneQueries
 from usdsdg_physics.queries.triggers import Triggers
 from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
 from usdsdg_physics.scene.records import Scene
+from usdsdg_physics.scene.rigid_frames import rigid_pose
 from usdsdg_physics.world.compile_kernels import Progress
 from usdsdg_physics.world.contact_events import ContactEvents
 from usdsdg_physics.world.world import World
@@ -33,8 +34,16 @@ class PlaySession:
     """Reads the stage once, then only what changes; writes every step back. The world is built at the first step."""
 
     def __init__(
-        self, stage: Usd.Stage, hulls: HullCache, *, device: str | None = None, progress: Progress | None = None
+        self,
+        stage: Usd.Stage,
+        hulls: HullCache,
+        *,
+        time: Usd.TimeCode,
+        device: str | None = None,
+        progress: Progress | None = None,
     ) -> None:
+        """`time` is that of the stage when the simulation begins."""
+        self._time = time
         self._stage, self._hulls, self._device, self._progress = stage, hulls, device, progress
         self._tracker = ChangeTracker(stage)
         self._backup = Backup()
@@ -52,16 +61,39 @@ class PlaySession:
         self._simulated: set[str] = set()  # bodies that have been in a world: startsAsleep no longer counts
         self._read_stage()
 
-    def step(self, dt: float) -> None:
-        """Apply what users changed, advance by `dt` seconds, write the result to the stage."""
+    def step(self, dt: float, time: Usd.TimeCode) -> None:
+        """Apply what users changed, advance by `dt` seconds to a time, write the result to the stage."""
         self._apply_stage_edits()
-        if not self.scene.bodies:
+        before, self._time = self._time, time
+        if all(body.is_collider for body in self.scene.bodies.values()):
+            self.poses = self._poses_at(time)
             return  # Newton is not even imported
         world = self._built_world()
+        self._follow_time_samples(world, rewound=time < before)
         world.step(dt)
         self._handle_failures(world)
         self._write_back(world)
         self._note_events(world, dt)
+
+    def _follow_time_samples(self, world: World, *, rewound: bool) -> None:
+        """Move what time samples move: with the step, or at once where time went back, as at the end of a loop."""
+        poses = self._poses_at(self._time) if self.scene.animated else self.poses
+        rows = [world.body_index[path] for path in self.scene.animated]
+        moved = [row for row in rows if not np.allclose(poses[row], self.poses[row], rtol=0.0, atol=1e-7)]
+        if moved and rewound:
+            world.set_poses(moved, poses[moved])
+        elif moved:
+            world.add_kinematic_targets({row: poses[row] for row in moved})
+
+    def _poses_at(self, time: Usd.TimeCode) -> np.ndarray:
+        """Return the poses (N, 7) [m] of all bodies, those that time samples move at a time."""
+        poses, cache = np.array(self.poses, np.float64), UsdGeom.XformCache(time)
+        rows = {path: row for row, path in enumerate(self.scene.bodies)} if self.scene.animated else {}
+        for path in self.scene.animated:
+            matrix = np.array(cache.GetLocalToWorldTransform(self._stage.GetPrimAtPath(path)))
+            if np.isfinite(matrix).all():
+                poses[rows[path]] = rigid_pose(matrix, self._units.meters)
+        return poses
 
     def put_to_sleep(self, bodies: Collection[str]) -> None:
         """Zero the velocities of bodies, here and on the stage, and hold them until a moving body touches them."""
@@ -217,7 +249,7 @@ class PlaySession:
 
     def _read_stage(self) -> None:
         self._units = Units.of(self._stage)
-        self.scene = parse(self._stage, self._hulls)
+        self.scene = parse(self._stage, self._hulls, time=self._time)
         new = {path for path, body in self.scene.bodies.items() if body.starts_asleep and path not in self._simulated}
         self._asleep = new | set(self.world.asleep() if self.world is not None else ())
         self._tracker.take()

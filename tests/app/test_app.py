@@ -18,13 +18,13 @@ class StandIn:
     def __init__(self):
         self.advanced = []
 
-    def play(self): ...
+    def play(self, *, time=None): ...
 
     def stop(self): ...
 
     def close(self): ...
 
-    def advance(self, seconds):
+    def advance(self, seconds, *, until=None):
         self.advanced.append(seconds)
         return 1
 

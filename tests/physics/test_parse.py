@@ -279,24 +279,9 @@ def _curves(stage):
     collide(UsdGeom.BasisCurves.Define(stage, "/World/curves").GetPrim())
 
 
-def _sampled_ancestor(stage):
-    platform = UsdGeom.Xform.Define(stage, "/World/platform")
-    platform.AddTranslateOp().Set(Gf.Vec3d(0, 0, 1), 0)
-    add(stage, "/World/platform/top", body=False)
-
-
-def _sampled_kinematic(stage):
-    prim = add(stage, "/World/slider")
-    UsdPhysics.RigidBodyAPI(prim).CreateKinematicEnabledAttr(True)
-    for time in (0, 60):
-        prim.GetAttribute("xformOp:translate").Set(Gf.Vec3d(time, 0, 0), time)
-
-
 @pytest.mark.parametrize(
     ("author", "words"),
     [
-        (_sampled_ancestor, "time samples.*/World/platform/top.*default time"),
-        (_sampled_kinematic, "time samples.*/World/slider.*before each step"),
         (_joint, "/World/joint"),
         (_no_collider, "/World/ghost.*no collider"),
         (_decomposition, "/World/cup.*convexDecomposition"),

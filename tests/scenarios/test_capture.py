@@ -40,11 +40,11 @@ class Physics:
         self.advanced = 0.0
         self.overlaps = []
 
-    def play(self) -> None: ...
+    def play(self, *, time: float | None = None) -> None: ...
 
     def stop(self) -> None: ...
 
-    def advance(self, seconds: float) -> int:
+    def advance(self, seconds: float, *, until: float | None = None) -> int:
         self.advanced += seconds
         current().engines.on_step(seconds)
         return 1

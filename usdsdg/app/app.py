@@ -49,7 +49,7 @@ class App:
         """Advance timeline and physics by `seconds`."""
         get_timeline().advance(seconds)
         if get_settings().get_as_bool("/app/player/playSimulations"):
-            engines.physics().advance(seconds)
+            engines.physics().advance(seconds, until=get_timeline().get_current_time())
 
     async def next_update_async(self) -> float:
         """Wait for the next update, shared by all waiters; return its duration [s]."""

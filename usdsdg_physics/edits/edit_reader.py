@@ -96,6 +96,7 @@ class EditReader:
         self._moved = moved_instances
         self._stage, self._scene, self._hulls = stage, scene, hulls
         self._units = Units.of(stage)
+        self._animated = set(scene.animated)
         # Instances of PointInstancers have no prims.
         self._bodies = sorted(path for path in scene.bodies if not split_instance(path))
         self._colliders = sorted(path for path in scene.colliders if not split_instance(path))
@@ -230,6 +231,8 @@ class EditReader:
     def _read_poses(self, path: str, cache: UsdGeom.XformCache, edits: Edits) -> None:
         """Read poses after a transform changed: those of bodies below, and of colliders relative to their owners."""
         for body in paths_below(self._bodies, path):
+            if body in self._animated:
+                continue  # `PlaySession` moves it at every step
             local_to_world = np.array(cache.GetLocalToWorldTransform(self._stage.GetPrimAtPath(body)))
             if not np.isfinite(local_to_world).all():
                 edits.rebuild = True

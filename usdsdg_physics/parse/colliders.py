@@ -10,8 +10,8 @@ from usdsdg_physics.parse.bodies import read_mass
 from usdsdg_physics.parse.collision_shapes import read_shape
 from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units
-from usdsdg_physics.scene.records import STATIC, Collider, MassSpec, Material
-from usdsdg_physics.scene.rigid_frames import body_from_prim
+from usdsdg_physics.scene.records import STATIC, Body, Collider, MassSpec, Material
+from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
 
 # PhysX's contact offset when a collider names none is a few centimeters at human scale.
 DEFAULT_GAP = 0.02  # m
@@ -33,6 +33,22 @@ def read_collider(
     to_frame = frame_from_prim(prim, owner, cache, units)
     collider = collider_in_frame(prim, to_frame, material, units, hulls, solid=owner is not None, is_body=prim == owner)
     return replace(collider, body=str(owner.GetPath())) if collider is not None and owner else collider
+
+
+def read_moving_collider(
+    prim: Usd.Prim, material: Material, cache: UsdGeom.XformCache, units: Units, hulls: HullCache
+) -> tuple[Body, Collider | None]:
+    """Read a collider without a body as the collider of a kinematic body at the same path.
+
+    Its mesh keeps its triangles, as that of a static collider does.
+    """
+    matrix, path = np.array(cache.GetLocalToWorldTransform(prim)), str(prim.GetPath())
+    constant = body_from_prim(matrix, units.meters)
+    pose = rigid_pose(matrix, units.meters)
+    rows = tuple(tuple(row) for row in constant.tolist())
+    body = Body(path=path, pose=tuple(pose.tolist()), body_from_prim=rows, kinematic=True, is_collider=True)
+    collider = collider_in_frame(prim, constant, material, units, hulls, solid=False, is_body=False)
+    return body, replace(collider, body=path) if collider is not None else None
 
 
 def collider_in_frame(

@@ -35,6 +35,7 @@ class PhysicsPrims:
     joints: list[Usd.Prim] = field(default_factory=list)
     articulations: list[Usd.Prim] = field(default_factory=list)  # with ArticulationRootAPI
     instancers: list[Usd.Prim] = field(default_factory=list)  # PointInstancers that are no part of a prototype
+    animated: list[Usd.Prim] = field(default_factory=list)  # kinematic bodies and static colliders with time samples
     instanced_bodies: list[str] = field(default_factory=list)  # rigid bodies inside instances
     nonfinite: list[str] = field(default_factory=list)  # with a transform that is not finite
     unread: UnreadNames = field(default_factory=UnreadNames)  # schemas and attributes without effect
@@ -83,6 +84,7 @@ def find_physics_prims(stage: Usd.Stage, root: Sdf.Path, cache: UsdGeom.XformCac
         _add_by_type(prim, found)
     if found.instancers:
         _leave_out_prototypes(found)
+    _find_animated(found)
     return found
 
 
@@ -138,7 +140,6 @@ def warn_unsupported(found: PhysicsPrims) -> None:
     """Warn of what will not be simulated, or not as authored, each once and with its remedy."""
     found.unread.warn()
     _warn_left_out(found)
-    _warn_time_sampled(found)
 
 
 def warn_no_collider(bodies: Collection[str], owners: Collection[str]) -> None:
@@ -174,14 +175,25 @@ def _warn_left_out(found: PhysicsPrims) -> None:
         )
 
 
-def _warn_time_sampled(found: PhysicsPrims) -> None:
+def _find_animated(found: PhysicsPrims) -> None:
+    """Find the kinematic bodies and static colliders that time samples move, and warn of others with samples."""
     known: dict[Sdf.Path, bool] = {}
-    prims = dict.fromkeys([*found.bodies, *(prim for prim, _ in found.colliders)])
-    sampled = [str(prim.GetPath()) for prim in prims if _is_time_sampled(prim, known)]
-    if sampled:
+    ignored = []
+    for prim in found.bodies:
+        if _is_time_sampled(prim, known):
+            animated = bool(value(prim, "physics:kinematicEnabled", False))
+            (found.animated if animated else ignored).append(prim)
+    for prim, owner in found.colliders:
+        if owner is None and _is_time_sampled(prim, known):
+            # An unbounded plane stays where it is.
+            (ignored if prim.GetTypeName() == "Plane" else found.animated).append(prim)
+        elif owner is not None and prim != owner and _is_sampled_below(prim, owner):
+            ignored.append(prim)
+    if ignored:
         warn_once(
-            f"time samples of transforms are not followed: {listed(sampled)}. These are where the values at the "
-            "default time put them; set those, before each step to move a kinematic body or a static collider."
+            f"time samples of transforms are followed by kinematic bodies and static colliders only, not by "
+            f"{listed([str(prim.GetPath()) for prim in ignored])}. These begin where the values at the default time "
+            "put them; enable physics:kinematicEnabled on bodies that shall follow theirs."
         )
 
 
@@ -189,9 +201,22 @@ def _is_time_sampled(prim: Usd.Prim, known: dict[Sdf.Path, bool]) -> bool:
     """Return whether the transform of a prim or of an ancestor has time samples."""
     path = prim.GetPath()
     if path not in known:
-        xformable = UsdGeom.Xformable(prim)
-        # One sample does not vary, but is no value at the default time either.
-        known[path] = bool(xformable) and any(op.GetNumTimeSamples() for op in xformable.GetOrderedXformOps())
+        known[path] = _has_samples(prim)
         if not known[path] and not prim.IsPseudoRoot() and not _resets_xform_stack(prim):
             known[path] = _is_time_sampled(prim.GetParent(), known)
     return known[path]
+
+
+def _is_sampled_below(prim: Usd.Prim, owner: Usd.Prim) -> bool:
+    """Return whether time samples move a collider relative to its body."""
+    while prim and prim != owner:
+        if _has_samples(prim):
+            return True
+        prim = prim.GetParent()
+    return False
+
+
+def _has_samples(prim: Usd.Prim) -> bool:
+    xformable = UsdGeom.Xformable(prim)
+    # One sample does not vary, but is no value at the default time either.
+    return bool(xformable) and any(op.GetNumTimeSamples() for op in xformable.GetOrderedXformOps())

@@ -6,7 +6,7 @@ from pxr import Sdf, Usd, UsdGeom
 from usdsdg.stage.physics.scenes import simulated_scene
 from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.bodies import read_body
-from usdsdg_physics.parse.colliders import read_collider
+from usdsdg_physics.parse.colliders import read_collider, read_moving_collider
 from usdsdg_physics.parse.collision_filters import read_filtered_pairs
 from usdsdg_physics.parse.contact_reports import read_contact_report
 from usdsdg_physics.parse.convex_hulls import HullCache
@@ -19,27 +19,43 @@ from usdsdg_physics.parse.units import Units, scaled_vector
 from usdsdg_physics.scene.records import Scene, Vec3
 
 GRAVITY = 9.81  # m/s²
+_DEFAULT_TIME = Usd.TimeCode.Default()
 
 
-def parse(stage: Usd.Stage, hulls: HullCache, *, root: Sdf.Path = Sdf.Path.absoluteRootPath) -> Scene:
+def parse(
+    stage: Usd.Stage,
+    hulls: HullCache,
+    *,
+    root: Sdf.Path = Sdf.Path.absoluteRootPath,
+    time: Usd.TimeCode = _DEFAULT_TIME,
+) -> Scene:
     """Read every rigid body, collider and joint at or below `root`, instance proxies included.
 
     Bodies with a joint that cannot be simulated are kinematic. Bodies inside instances and prims whose transform is not
-    finite are named in warnings and left out.
+    finite are named in warnings and left out. What time samples move is where it is at `time`: kinematic bodies, and
+    static colliders, each of which becomes a kinematic body.
     """
     units = Units.of(stage)
     cache = UsdGeom.XformCache(Usd.TimeCode.Default())
     found = find_physics_prims(stage, root, cache)
     warn_unsupported(found)
     scene_prim = simulated_scene(found.scenes)
-    bodies = {str(prim.GetPath()): read_body(prim, cache, units) for prim in found.bodies}
+    animated, at_time = {prim.GetPath() for prim in found.animated}, UsdGeom.XformCache(time)
+    bodies = {
+        str(prim.GetPath()): read_body(prim, at_time if prim.GetPath() in animated else cache, units)
+        for prim in found.bodies
+    }
     joints = read_joints(found, cache, units)
     if root == Sdf.Path.absoluteRootPath:
         bodies, joints = hold_unsupported(found, bodies, joints)
     materials = bound_materials([prim for prim, _ in found.colliders], units)
     colliders = {}
     for (prim, owner), material in zip(found.colliders, materials):
-        collider = read_collider(prim, owner, material, cache, units, hulls)
+        if owner is None and prim.GetPath() in animated:
+            body, collider = read_moving_collider(prim, material, at_time, units, hulls)
+            bodies |= {body.path: body} if collider is not None else {}
+        else:
+            collider = read_collider(prim, owner, material, cache, units, hulls)
         if collider is not None:
             colliders[collider.path] = collider
     for instances in (read_instances(prim, cache, units, hulls) for prim in found.instancers):
@@ -61,6 +77,7 @@ def parse(stage: Usd.Stage, hulls: HullCache, *, root: Sdf.Path = Sdf.Path.absol
         )
         | read_jointed_pairs(found, bodies, colliders, joints),
         joints=joints,
+        animated=tuple(str(prim.GetPath()) for prim in found.animated if str(prim.GetPath()) in bodies),
         instancers=tuple(str(prim.GetPath()) for prim in found.instancers),
         prototypes=tuple(map(str, prototype_paths(found.instancers))),
         reports={str(prim.GetPath()): read_contact_report(prim, units) for prim in found.reports},

@@ -135,6 +135,8 @@ class Body:
     locked_position: int = 0
     locked_rotation: int = 0
     surface: SurfaceVelocity | None = None
+    # No prim with RigidBodyAPI, but a collider that time samples move.
+    is_collider: bool = False
     # Kinematic only because a joint of it cannot be simulated.
     held: bool = False
 
@@ -223,4 +225,5 @@ class Scene:
     joints: dict[str, Joint] = field(default_factory=dict)  # those that are simulated, by prim path
     instancers: tuple[str, ...] = ()  # PointInstancers; what they make is named as in `usdsdg.stage.physics.instances`
     prototypes: tuple[str, ...] = ()  # paths at and below which prims are parts of prototypes
+    animated: tuple[str, ...] = ()  # kinematic bodies that follow time samples
     reports: dict[str, ContactReportSpec] = field(default_factory=dict)  # by prim path

@@ -29,6 +29,10 @@ class KinematicMotion:
         """Set the poses (7,) that bodies, by index, reach by the end of the next step."""
         self._targets = dict(targets)
 
+    def add_targets(self, targets: Mapping[int, np.ndarray]) -> None:
+        """Set the targets of further bodies."""
+        self._targets |= targets
+
     def clear(self) -> None:
         """Forget the targets, at the end of the step."""
         self._targets = {}

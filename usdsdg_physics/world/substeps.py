@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from usdsdg_physics.scene.extents import half_thickness, world_box
-from usdsdg_physics.scene.records import Scene
+from usdsdg_physics.scene.records import STATIC, Scene
 
 # A step of 1/60 s takes two substeps, the 1/320 s steps of motion blur one.
 SUBSTEPS_PER_SECOND = 120.0
@@ -27,7 +27,11 @@ class StaticMeshes:
     """The boxes of static triangle meshes, and how thin the bodies are that could tunnel through them."""
 
     def __init__(self, scene: Scene, shape_index: Mapping[str, int]) -> None:
-        self._shapes = {shape_index[c.path]: c.shape for c in scene.colliders.values() if c.shape.kind == "mesh"}
+        self._shapes = {
+            shape_index[c.path]: c.shape
+            for c in scene.colliders.values()
+            if c.shape.kind == "mesh" and c.body == STATIC
+        }
         thickness = dict.fromkeys(scene.bodies, np.inf)
         for collider in scene.colliders.values():
             if collider.body:

@@ -319,6 +319,12 @@ class World:
         if targets:
             self.wake()
 
+    def add_kinematic_targets(self, targets: Mapping[int, np.ndarray]) -> None:
+        """Set the targets of further kinematic bodies."""
+        self._kinematic.add_targets(targets)
+        if targets:
+            self.wake()
+
     def step(self, dt: float) -> None:
         """Advance by `dt` seconds."""
         moving = self._kinematic.bodies
