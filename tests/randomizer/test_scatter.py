@@ -6,6 +6,7 @@ import trimesh
 from pxr import Gf, UsdGeom
 
 import usdsdg as rep
+from usdsdg import errors
 from usdsdg.errors import GraphError
 from usdsdg.graph import evaluate
 from usdsdg.scatter.collisions import collide
@@ -105,6 +106,18 @@ def test_a_floor_without_free_space_raises_an_error_that_names_the_object(stage)
     rep.randomizer.scatter_2d(floor, check_for_collisions=True, input_prims=boxes)
     with pytest.raises(ValueError, match=r"no free position for /Replicator/Cube_Xform\w* after 10,000 tries"):
         run()
+
+
+def test_without_free_space_objects_overlap_on_the_floor_where_errors_are_let_pass(stage, monkeypatch):
+    monkeypatch.setattr(errors, "_lenient", True)
+    floor = rep.create.plane()
+    boxes = rep.create.cube(count=3, scale=0.9)
+    rep.randomizer.scatter_2d(floor, check_for_collisions=True, input_prims=boxes)
+    with pytest.warns(errors.UsdsdgWarning, match="no free position for"):
+        run()
+    assert np.all(np.abs(positions(boxes)[:, :2]) <= 0.5)
+    assert len({tuple(position) for position in positions(boxes)}) == 3
+    assert collisions(boxes.prims)
 
 
 def test_positions_repeat_with_the_seed_and_change_with_the_execution(stage):

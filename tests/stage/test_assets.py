@@ -1,4 +1,5 @@
 import warnings
+from pathlib import Path
 
 import pytest
 from pxr import Usd
@@ -92,6 +93,15 @@ def test_relative_paths_mean_the_working_folder_first(configured, tmp_path, monk
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mug.usd").write_text("#usda 1.0\n")
     assert assets.resolve("mug.usd") == str(tmp_path / "mug.usd")
+
+
+def test_a_path_with_a_drive_means_the_folder_that_python_finds_too(configured, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(AssetError):
+        assets.locate("C:/textures/oak.png")
+    Path("C:/textures").mkdir(parents=True)
+    Path("C:/textures/oak.png").touch()
+    assert assets.locate("C:/textures/oak.png") == str(tmp_path / "C:" / "textures" / "oak.png")
 
 
 def test_a_misspelled_relative_path_is_compared_with_the_working_folder_too(configured, tmp_path, monkeypatch):

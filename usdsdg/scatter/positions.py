@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from usdsdg.errors import ArgumentError
+from usdsdg.errors import ArgumentError, let_pass
 from usdsdg.scatter.collisions import collide
 from usdsdg.scatter.solid import DIRECTIONS, Solid
 
@@ -97,7 +97,8 @@ def free_positions(
         (N, 3) positions and (N, components) the uniform numbers that they were computed from.
 
     Raises:
-        ArgumentError: an object has no free position after MAX_TRIES draws, or after MAX_EFFORT.
+        ArgumentError: an object has no free position after MAX_TRIES draws, or after MAX_EFFORT. Where such errors are
+            let pass, the object takes the position that was tried last.
     """
     objects = list(range(len(names)))
     u = draw(objects, 0, _FIRST_BATCH)
@@ -123,10 +124,16 @@ def free_positions(
             too_much = occupied is not None and occupied.effort > MAX_EFFORT
             if too_much or tried >= MAX_TRIES:
                 tries = occupied.tries if occupied is not None and too_much else tried
-                raise ArgumentError(
+                error = ArgumentError(
                     f"no free position for {names[row]} after {tries:,} tries ({row} of {len(names)} objects have one)."
                     " Use fewer or smaller objects, or more room."
                 )
+                on_surface = np.flatnonzero(~np.isnan(points).any(1))
+                if not len(on_surface):
+                    raise error
+                let_pass(error)
+                index = int(on_surface[-1])
+                break
             numbers = draw([row], tried, min(_MAX_BATCH, len(points) * _GROWTH, MAX_TRIES - tried))[0]
             points = region.points(numbers)
         positions[row], chosen[row] = points[index], numbers[index]

@@ -20,7 +20,8 @@ _RELATIVE_PATHS = f"Relative paths are looked up under the assets root as well; 
 def locate(asset: str | os.PathLike[str]) -> str:
     """Return the absolute path of the file that a URL or path refers to.
 
-    What a map stands for comes first. An existing file is returned as it is. `/Isaac/...`, `/NVIDIA/...` and relative
+    What a map stands for comes first. An existing file is returned as it is, also one below a folder `C:` of the
+    working folder, where Python's own functions find a path with a drive. `/Isaac/...`, `/NVIDIA/...` and relative
     paths are looked up under the assets root, and so is the part of a URL or of a path with a drive from `/Isaac` or
     `/NVIDIA` on.
 
@@ -37,6 +38,8 @@ def locate(asset: str | os.PathLike[str]) -> str:
         if exists(candidate):
             return candidate
     problems = [missing_part(candidate) for candidate in mapped[:1]]
+    if url.has_drive(text) and exists(text):
+        return os.path.abspath(text)
     if url.is_remote(text):
         return _locate_remote(text, problems)
     path = unquote(urlsplit(text).path) if url.scheme_of(text) else os.path.expanduser(text)
