@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.model.joints import BuiltJoints
@@ -112,5 +111,7 @@ def _placed(parent: np.ndarray | None, frame: np.ndarray) -> np.ndarray:
     """Return the pose (7,) of a frame that is given in a parent's, or in the world."""
     if parent is None:
         return frame
+    from scipy.spatial.transform import Rotation
+
     turn = Rotation.from_quat(parent[3:])
     return np.concatenate([parent[:3] + turn.apply(frame[:3]), (turn * Rotation.from_quat(frame[3:])).as_quat()])
