@@ -36,6 +36,12 @@ class NewtonEngine:
         self._hulls = HullCache()
         self._listeners, self._listeners_before = Listeners(), Listeners()
         self._trigger_listeners, self._contact_listeners = Listeners(), Listeners()
+        self._all_listeners = (
+            self._listeners,
+            self._listeners_before,
+            self._trigger_listeners,
+            self._contact_listeners,
+        )
         self.step_seconds = 0.0  # wall-clock time of the latest step
         self._session: PlaySession | None = None
         self._elapsed = 0.0
@@ -202,7 +208,9 @@ class NewtonEngine:
             if self._elapsed < dt * (1.0 - _MISSING):
                 break
             self._elapsed = max(0.0, self._elapsed - dt)
-            self.step(dt, until=end - self._elapsed)
+            # Nobody sees the stage between two steps without listeners.
+            is_last = self._elapsed < dt * (1.0 - _MISSING)
+            self._step(dt, until=end - self._elapsed, write=is_last or any(self._all_listeners))
             steps += 1
         return steps
 
@@ -215,12 +223,15 @@ class NewtonEngine:
             PhysicsError: `play` has not been called.
         """
         self._playing("step")
+        self._step(dt, until=until, write=True)
+
+    def _step(self, dt: float, *, until: float | None, write: bool) -> None:
         self._listeners_before.call(dt)
         if self._session is None:  # a listener may stop the simulation
             return
         start = time.perf_counter()
         self._time = self._time + dt if until is None else until
-        self._session.step(dt, self._time_code())
+        self._session.step(dt, self._time_code(), write=write)
         self.step_seconds = time.perf_counter() - start
         self._report_events()
         self._listeners.call(dt)

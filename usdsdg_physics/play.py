@@ -50,6 +50,7 @@ class PlaySession:
         # Factor on the usual capacity of the contact buffers.
         self._capacity = 1.0
         self._contacts_overflowed = False
+        self._unwritten = False  # whether the world is a step ahead of the stage
         self.world: World | None = None
         self._asleep: set[str] = set()  # bodies to put to sleep when the world is built
         self._trigger_states = TriggerStates(stage)
@@ -61,8 +62,11 @@ class PlaySession:
         self._simulated: set[str] = set()  # bodies that have been in a world: startsAsleep no longer counts
         self._read_stage()
 
-    def step(self, dt: float, time: Usd.TimeCode) -> None:
-        """Apply what users changed, advance by `dt` seconds to a time, write the result to the stage."""
+    def step(self, dt: float, time: Usd.TimeCode, *, write: bool = True) -> None:
+        """Apply what users changed, advance by `dt` seconds to a time, write the result to the stage.
+
+        Without `write` the next step does, which must follow before anybody reads the stage or edits it.
+        """
         self._apply_stage_edits()
         before, self._time = self._time, time
         if all(body.is_collider for body in self.scene.bodies.values()):
@@ -72,7 +76,11 @@ class PlaySession:
         self._follow_time_samples(world, rewound=time < before)
         world.step(dt)
         self._handle_failures(world)
-        self._write_back(world)
+        # What time samples move may be below a body.
+        if write or self.scene.animated:
+            self._write_back(world)
+        else:
+            self.poses, self._unwritten = world.poses(), True
         self._note_events(world, dt)
 
     def _follow_time_samples(self, world: World, *, rewound: bool) -> None:
@@ -222,7 +230,7 @@ class PlaySession:
         return self.world
 
     def _write_back(self, world: World) -> None:
-        self.poses = world.poses()
+        self.poses, self._unwritten = world.poses(), False
         with self._tracker.muted():
             self._writer.write(self.poses, world.velocities())
             self._instances.write(self.poses, world.velocities())
@@ -276,6 +284,8 @@ class PlaySession:
     def _apply_stage_edits(self) -> None:
         changes = self._tracker.take()
         edits = self._reader.read(changes) if changes else Edits()
+        if self._unwritten and self._contacts_overflowed and self.world is not None:
+            self._write_back(self.world)
         if edits.rebuild or self._contacts_overflowed or (edits and self.world is None and self.scene.bodies):
             self._contacts_overflowed = False
             self._read_stage()

@@ -236,3 +236,25 @@ def test_stronger_opinion_is_named():
     with pytest.warns(errors.UsdsdgWarning, match="/World/box.xformOp:translate.*stronger"):
         playing(stage)
     errors.forget_warnings()
+
+
+@pytest.mark.parametrize("listens", [False, True])
+def test_several_steps_in_one_advance_leave_what_single_steps_leave(listens):
+    def simulate(calls, seconds):
+        stage = new_stage()
+        add(stage, "/World/ground", at=(0, 0, -0.1), scale=(2, 2, 0.1), body=False)
+        for i in range(6):
+            add(stage, f"/World/b{i}", at=(0.05 * i, 0, 0.3 + 0.25 * i), rotate=(10 * i, 20, 0))
+        engine = playing(stage)
+        seen = []
+        if listens:
+            engine.subscribe_step(lambda dt: seen.append(tuple(position(stage.GetPrimAtPath("/World/b5")))))
+        for _ in range(calls):
+            engine.advance(seconds)
+        return stage.GetRootLayer().ExportToString(), seen
+
+    single, each = simulate(30, 1 / 60)
+    several, every = simulate(6, 5 / 60)
+    assert several == single
+    assert every == each
+    assert len(set(every)) == (30 if listens else 0)
