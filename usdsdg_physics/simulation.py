@@ -50,7 +50,7 @@ def simulate(
 
 
 def precompile(*, device: str | None = None, progress: Progress | None = None) -> None:
-    """Compile every kernel that a scene of convex shapes needs, by stepping one; quick when they are cached."""
+    """Compile every kernel that scenes of any shapes need, by stepping one; quick when they are cached."""
     stage = Usd.Stage.CreateInMemory()
     for height, kind in enumerate((*_GPRIMS, "Cube")):
         prim = stage.DefinePrim(f"/{kind}_{height}", kind)
@@ -60,6 +60,10 @@ def precompile(*, device: str | None = None, progress: Progress | None = None) -
         UsdPhysics.CollisionAPI.Apply(prim)
         if height:
             UsdPhysics.RigidBodyAPI.Apply(prim)
+    ground = UsdGeom.Mesh.Define(stage, "/Ground")
+    ground.AddTranslateOp().Set((0.0, 0.0, -3.0))
+    _author_tetrahedron(ground)
+    UsdPhysics.CollisionAPI.Apply(ground.GetPrim())  # of triangles, as it is static
     engine = NewtonEngine(stage, device=device, progress=progress)
     engine.play()
     engine.advance(1.0 / 60.0)

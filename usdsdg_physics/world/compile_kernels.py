@@ -31,8 +31,8 @@ _MODULES = (
 # With gradients, which are not needed, this module alone takes three times as long.
 _WITHOUT_GRADIENTS = "newton._src.sim.articulation"
 
-# Devices whose kernels are loaded: Warp keeps them for the whole process.
-_loaded: set[str] = set()
+# Devices whose kernels are loaded, and whether those of triangle meshes are: Warp keeps them for the whole process.
+_loaded: set[tuple[str, bool]] = set()
 
 
 def prepare_newton() -> None:
@@ -75,20 +75,25 @@ def load_kernels(pipeline: newton.CollisionPipeline, *, progress: Progress | Non
     On CUDA a module has variants that are chosen at launch, so each compiles at its first launch; `progress` then gets
     the label without a total.
     """
+    import newton
     import warp as wp
 
     device = pipeline.device
-    if str(device) in _loaded:
+    types = pipeline.model.shape_type
+    has_meshes = types is not None and bool((types.numpy() == int(newton.GeoType.MESH)).any())
+    is_first = not _loaded & {(str(device), False), (str(device), True)}
+    if not is_first and (not has_meshes or (str(device), True) in _loaded):
         return
-    _loaded.add(str(device))
+    _loaded.add((str(device), has_meshes))
     if device.is_cuda:
         if progress:
             progress(LABEL, 0, None)
         return
     # A name that this version of Newton does not have gives an empty module.
-    modules = [module for module in map(wp.get_module, _MODULES) if module.kernels]
+    modules = [module for module in map(wp.get_module, _MODULES) if module.kernels] if is_first else []
     tasks: list[Callable[[], object]] = [partial(wp.load_module, module, device) for module in modules]
-    # Newton generates its narrow phase for the shapes of a scene and the arguments of its first launch.
+    # Newton generates its narrow phase for the shapes of a scene, triangle meshes or not, and the arguments of its first
+    # launch.
     tasks.insert(1, lambda: pipeline.collide(pipeline.model.state(), pipeline.contacts()))
     if progress:
         progress(LABEL, 0, len(tasks))
