@@ -66,7 +66,8 @@ class RayCaster:
 
     def __init__(self, stage: Usd.Stage) -> None:
         self._stage = stage
-        self.gprims = tuple(str(p.GetPath()) for p in stage.Traverse() if p.GetTypeName() in ("Cube", "Sphere"))
+        shapes = [prim for prim in stage.Traverse() if prim.GetTypeName() in ("Cube", "Sphere")]
+        self.gprims = tuple(str(p.GetPath()) for p in shapes if UsdGeom.Imageable(p).ComputeVisibility() != "invisible")
 
     def labels(self, view: CameraView) -> dict[str, np.ndarray]:
         """All AOVs."""

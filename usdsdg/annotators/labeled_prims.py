@@ -11,6 +11,8 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.annotators.bounds import Hull, read_hull
+from usdsdg.annotators.colors import FIRST_LABELED
+from usdsdg.annotators.label_tables import LabelTable
 from usdsdg.annotators.ownership import (
     LabeledStage,
     Labels,
@@ -39,6 +41,20 @@ class Selection:
     rows: np.ndarray  # (K,) int64: rows of the `LabeledPrims`
     member_of_gprim: np.ndarray  # (G,) int32: index into rows, -1 for gprims of no selected prim
     labels: tuple[dict[str, str], ...]  # K times {type: "label[,label]"}, as annotators output them
+    classes: np.ndarray  # (K,) int64: number of the labels among `class_labels`, the same in all frames
+    class_labels: tuple[dict[str, str], ...]
+    numbers: np.ndarray  # (K,) int64: number of the prim among all labeled prims, the same in all frames
+    prim_count: int  # numbers are below this
+
+    @property
+    def ids(self) -> np.ndarray:
+        """The ids (K,) of the prims in instance_segmentation."""
+        return self.numbers + FIRST_LABELED
+
+    @property
+    def class_ids(self) -> np.ndarray:
+        """The ids (K,) of the prims' labels in semantic_segmentation."""
+        return self.classes + FIRST_LABELED
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -75,7 +91,17 @@ class LabeledPrims:
         member_of_row = np.full(len(self) + 1, -1, np.int32)
         member_of_row[kept] = np.arange(len(kept))
         output = tuple(output_labels(self.labels[row], label_filter) for row in kept)
-        return Selection(np.array(kept, np.int64), member_of_row[self.row_of_gprim], output)
+        table = LabelTable()
+        names = [self.prim_paths[row] for row in kept]
+        return selection_of(table, np.array(kept, np.int64), member_of_row[self.row_of_gprim], output, names)
+
+
+def selection_of(
+    table: LabelTable, rows: np.ndarray, members: np.ndarray, output: Sequence[dict[str, str]], names: Sequence[str]
+) -> Selection:
+    """Return the selection of prims with these output labels and names, with their numbers in a table."""
+    classes, numbers = table.classes(output), table.prims(names)
+    return Selection(rows, members, tuple(output), classes, table.labels(), numbers, len(table.names()))
 
 
 @dataclass(frozen=True)
@@ -103,6 +129,7 @@ class LabeledPrimReader:
         self._bounds: dict[Sdf.Path, dict[tuple[Owner, tuple[int, ...]], np.ndarray]] = {}  # by path of the owner
         self._ownership: _Ownership | None = None
         self._filters: dict[str | None, None] = {None: None}  # all requested so far; the unfiltered one is first
+        self._tables: dict[str | None, LabelTable] = {}  # by filter
         self._time: Usd.TimeCode | None = None
 
     def read(
@@ -155,19 +182,34 @@ class LabeledPrimReader:
         selections: dict[str | None, Selection] = {}
         for predicate in self._filters:
             label_filter = parse_filter(predicate)
-            rows, members, output = [], np.full(len(gprims), -1, np.int32), []
+            rows, members, output, names = [], np.full(len(gprims), -1, np.int32), [], []
             for key in group_by_owner([chain for _, chain in found], label_filter).items():
                 if key not in row_of:
                     row_of[key] = len(row_of)
                     labels.append(self._labels.all_labels(key[0], [gprims[index] for index in key[1]]))
                 members[list(key[1])] = len(rows)
                 rows.append(row_of[key])
+                names.append(key[0].name)
                 output.append(output_labels(labels[row_of[key]], label_filter))
-            selections[predicate] = Selection(np.array(rows, np.int64), members, tuple(output))
+            table = self._table(predicate)
+            selections[predicate] = selection_of(table, np.array(rows, np.int64), members, output, names)
             if not rows:
                 warn_of_empty_selection(predicate, [labels for _, chain in found for _, labels in chain])
         owners, groups = tuple(owner for owner, _ in row_of), tuple(group for _, group in row_of)
         return _Ownership(gprims, [steps for steps, _ in found], owners, tuple(labels), groups, selections)
+
+    def _table(self, predicate: str | None) -> LabelTable:
+        """Return the table of a filter; a new one has all that the stage could show."""
+        if predicate not in self._tables:
+            table = self._tables[predicate] = LabelTable()
+            label_filter, gprims = parse_filter(predicate), self._labels.every_gprim()
+            chains = [chain for _, chain in self._labels.chains(gprims)]
+            for owner, group in group_by_owner(chains, label_filter).items():
+                labels = self._labels.all_labels(owner, [gprims[index] for index in group])
+                table.classes([output_labels(labels, label_filter)])
+                if not owner.steps:  # point instances are numbered when they are drawn
+                    table.prims([owner.name])
+        return self._tables[predicate]
 
     # Geometry
 

@@ -4,9 +4,9 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from pxr import Sdf, Usd, UsdShade
+from pxr import Sdf, Usd, UsdGeom, UsdShade
 
-from usdsdg.annotators.point_instances import Steps, find_steps, prim_path
+from usdsdg.annotators.point_instances import Steps, find_steps, first_points, prim_path
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import warn_once
 from usdsdg.stage.geometry.instancers import POSABLE_INSTANCES
@@ -72,6 +72,12 @@ class LabeledStage:
                     chain.append((owner, own))
             found.append((steps, chain))
         return found
+
+    def every_gprim(self) -> list[str]:
+        """Return the gprims of the stage in its order, visible or not; those of prototypes as instances of point 0."""
+        everything = Usd.PrimRange.Stage(self._stage, Usd.TraverseInstanceProxies())
+        paths = [str(prim.GetPath()) for prim in everything if prim.IsA(UsdGeom.Gprim)]
+        return first_points(self._stage, paths)
 
     def all_labels(self, owner: Owner, gprims: Sequence[str]) -> Labels:
         """Return own and inherited labels by type, outermost first, then those of the materials of the owner's gprims.

@@ -47,6 +47,23 @@ def find_steps(stage: Usd.Stage, gprims: Sequence[str]) -> list[Steps]:
     return found
 
 
+def first_points(stage: Usd.Stage, gprims: Sequence[str]) -> list[str]:
+    """Return the gprims with those in prototypes as instances of point 0, through nested instancers."""
+    instancers = _instancers(stage)
+    if not instancers:
+        return list(gprims)
+    return [gprim + "[0]" * _depth(Sdf.Path(gprim), instancers, set()) for gprim in gprims]
+
+
+def _depth(path: Sdf.Path, instancers: list[tuple[Sdf.Path, Sdf.Path]], seen: set[Sdf.Path]) -> int:
+    """Return how many instancers a gprim is drawn through; those that draw each other count once."""
+    drawn_by = [(i, p) for i, p in instancers if path.HasPrefix(p) and i not in seen]
+    if not drawn_by:
+        return 0
+    instancer, _ = max(drawn_by, key=lambda each: each[1].pathElementCount)
+    return 1 + _depth(instancer, instancers, {*seen, instancer})
+
+
 def _instancers(stage: Usd.Stage) -> list[tuple[Sdf.Path, Sdf.Path]]:
     """Return (instancer, prototype root) of all point instancers, in stage order."""
     everything = Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate))

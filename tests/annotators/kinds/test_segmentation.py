@@ -111,7 +111,10 @@ def test_an_empty_stage_is_background():
     seen = compute(make_frame(new_stage(), (8, 4)), "semantic_segmentation", colorize=True)
     assert seen.data.shape == (4, 8, 4)
     assert not seen.data.any()
-    assert seen.info["idToLabels"] == {"(0, 0, 0, 0)": {"class": "BACKGROUND"}}
+    assert seen.info["idToLabels"] == {
+        "(0, 0, 0, 0)": {"class": "BACKGROUND"},
+        "(0, 0, 0, 255)": {"class": "UNLABELLED"},
+    }
 
 
 def test_labels_of_several_types_share_one_entry():

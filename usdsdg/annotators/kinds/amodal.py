@@ -13,7 +13,6 @@ import numpy as np
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
 from usdsdg.annotators.colors import FIRST_LABELED, UNLABELLED
 from usdsdg.annotators.frame import PIXELS, X_MIN, Frame
-from usdsdg.annotators.kinds.segmentation import unique_labels
 from usdsdg.errors import AnnotatorError
 
 Params = Mapping[str, Any]
@@ -50,13 +49,13 @@ def amodal_instance_segmentation(frame: Frame, params: Params) -> Annotation:
         raise AnnotatorError(f"encoding is {encoding!r}; it may be {' or '.join(map(repr, _ENCODINGS))}.")
     predicate = predicate_of(params)
     listed = _in_view(frame, predicate)
-    rows = frame.selection(predicate).rows[listed]
-    ids = listed + FIRST_LABELED
+    selection = frame.selection(predicate)
+    rows, ids = selection.rows[listed], selection.ids[listed]
     info = {
         "instanceIds": ids.astype(np.uint32),
         "primPaths": [frame.labeled_prims.prim_paths[row] for row in rows],
         "idToLabels": _paths(frame, predicate, ids),
-        "idToSemantics": {str(id_): frame.selection(predicate).labels[id_ - FIRST_LABELED] for id_ in ids.tolist()},
+        "idToSemantics": {str(id_): selection.labels[member] for id_, member in zip(ids.tolist(), listed.tolist())},
     }
     masks = (frame.amodal_masks.mask(row) for row in rows.tolist())
     if encoding == "rle":
@@ -78,11 +77,10 @@ def visibility(frame: Frame, params: Params) -> Annotation:
     """
     predicate = predicate_of(params)
     selection, listed = frame.selection(predicate), _in_view(frame, predicate)
-    _, id_of_member = unique_labels(selection.labels)
     coverage = frame.coverage[selection.rows[listed]]
     rows = np.zeros(len(listed), VISIBILITY)
-    rows["instanceId"] = listed + FIRST_LABELED
-    rows["semanticId"] = id_of_member[listed] + FIRST_LABELED
+    rows["instanceId"] = selection.ids[listed]
+    rows["semanticId"] = selection.class_ids[listed]
     rows["visiblePixels"] = frame.visible_pixels(predicate)[listed]
     rows["amodalPixels"] = coverage[:, PIXELS]
     for column, name in enumerate(("x_min", "y_min", "x_max", "y_max"), X_MIN):
@@ -127,11 +125,11 @@ def _pairs(frame: Frame, predicate: str | None) -> np.ndarray:
 def _count_pairs(frame: Frame, predicate: str | None) -> np.ndarray:
     selection = frame.selection(predicate)
     id_of_row = np.zeros(len(frame.labeled_prims), np.int64)
-    id_of_row[selection.rows] = np.arange(len(selection)) + FIRST_LABELED
+    id_of_row[selection.rows] = selection.ids
     row, y, x = frame.derive("hidden", frame.amodal_masks.hidden)
     occluded, members = id_of_row[row], frame.members(predicate)[y, x]
-    occluder = np.where(members >= 0, members + FIRST_LABELED, UNLABELLED)
-    base = len(selection) + FIRST_LABELED
+    occluder = np.append(selection.ids, UNLABELLED)[members]
+    base = selection.prim_count + FIRST_LABELED
     keys, pixels = np.unique((occluded * base + occluder)[occluded > 0], return_counts=True)
     pairs = np.zeros(len(keys), OCCLUSION_PAIR)
     pairs["occludedId"], pairs["occluderId"] = np.divmod(keys, base)
@@ -141,11 +139,9 @@ def _count_pairs(frame: Frame, predicate: str | None) -> np.ndarray:
 
 def _paths(frame: Frame, predicate: str | None, ids: np.ndarray) -> dict[str, str]:
     """Return prim paths by id, as in instance_segmentation."""
-    rows = frame.selection(predicate).rows
-    return {
-        str(id_): "UNLABELLED" if id_ == UNLABELLED else frame.labeled_prims.prim_paths[rows[id_ - FIRST_LABELED]]
-        for id_ in ids.tolist()
-    }
+    selection = frame.selection(predicate)
+    paths = {id_: frame.labeled_prims.prim_paths[row] for id_, row in zip(selection.ids.tolist(), selection.rows)}
+    return {str(id_): paths.get(id_, "UNLABELLED") for id_ in ids.tolist()}
 
 
 def run_lengths(mask: np.ndarray) -> dict[str, list[int]]:

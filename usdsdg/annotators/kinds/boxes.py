@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
-from usdsdg.annotators.colors import FIRST_LABELED
 from usdsdg.annotators.frame import PIXELS, X_MIN, Frame
-from usdsdg.annotators.kinds.segmentation import unique_labels
 
 Params = Mapping[str, Any]
 
@@ -104,10 +102,9 @@ def occlusion(frame: Frame, params: Params) -> Annotation:
     """
     listed = np.flatnonzero(_amodal_pixels(frame, params) > 0)
     selection = frame.selection(predicate_of(params))
-    _, id_of_member = unique_labels(selection.labels)
     rows = np.zeros(len(listed), OCCLUSION)
-    rows["instanceId"] = listed + FIRST_LABELED
-    rows["semanticId"] = id_of_member[listed] + FIRST_LABELED
+    rows["instanceId"] = selection.ids[listed]
+    rows["semanticId"] = selection.class_ids[listed]
     rows["occlusionRatio"] = frame.occlusion(predicate_of(params))[listed]
     return Annotation(rows)
 
@@ -147,12 +144,12 @@ def _with_tables(frame: Frame, params: Params, key: Callable, listed: np.ndarray
     """Fill in ids and occlusion of `rows`, which belong to the selected prims `listed`, and add the tables."""
     predicate = predicate_of(params)
     selection = frame.selection(predicate)
-    labels, id_of_member = unique_labels(selection.labels)
-    rows["semanticId"] = id_of_member[listed]
+    # As in Isaac Sim, the ids of a list of boxes have no gaps.
+    present, rows["semanticId"] = np.unique(selection.classes[listed], return_inverse=True)
     rows["occlusionRatio"] = frame.occlusion(predicate)[listed]
     info = {
-        "idToLabels": {key(i): labels[i] for i in np.unique(rows["semanticId"]).tolist()},
-        "bboxIds": (listed + FIRST_LABELED).astype(np.uint32),
+        "idToLabels": {key(index): selection.class_labels[number] for index, number in enumerate(present)},
+        "bboxIds": selection.ids[listed].astype(np.uint32),
         "primPaths": [frame.labeled_prims.prim_paths[row] for row in selection.rows[listed]],
     }
     return Annotation(rows, info)

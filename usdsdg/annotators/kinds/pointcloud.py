@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
-from usdsdg.annotators.colors import FIRST_LABELED, UNLABELLED
+from usdsdg.annotators.colors import UNLABELLED
 from usdsdg.annotators.frame import Frame
-from usdsdg.annotators.kinds.segmentation import unique_labels
 from usdsdg.stage.cameras.pixels import pixel_centers
 
 
@@ -53,14 +52,14 @@ def pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     members, instance = frame.members(predicate), frame.aov("instance")
     kept = instance >= 0 if params["includeUnlabelled"] else members >= 0
     member = members[kept]
-    _, id_of_member = unique_labels(frame.selection(predicate).labels)
+    selection = frame.selection(predicate)
     normals = np.ones((len(member), 4), np.float32)
     normals[:, :3] = frame.aov("normals")[kept]
     info = {
         "pointRgb": frame.aov("LdrColor")[kept],
         "pointNormals": normals,
         # Unlabeled points have member -1 and look up the appended entry.
-        "pointSemantic": np.append(id_of_member + FIRST_LABELED, UNLABELLED)[member].astype(np.uint32),
-        "pointInstance": np.where(member >= 0, member + FIRST_LABELED, UNLABELLED).astype(np.uint32),
+        "pointSemantic": np.append(selection.class_ids, UNLABELLED)[member].astype(np.uint32),
+        "pointInstance": np.append(selection.ids, UNLABELLED)[member].astype(np.uint32),
     }
     return Annotation(frame.aov("position")[kept].astype(np.float32), info)

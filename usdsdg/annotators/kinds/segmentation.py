@@ -1,13 +1,14 @@
 """Segmentation: the id of every pixel, and tables from ids to labels and prims.
 
-Ids: 0 is background, 1 is a gprim without (selected) labels, labeled prims count from 2 in stage order. They depend on
-the stage only, not on what is in view or on earlier frames; the tables list the ids that are present in the image.
+Ids: 0 is background, 1 is a gprim without (selected) labels, labeled prims count from 2 in stage order. They stay the
+same for all frames of a stage, whatever is hidden, removed or added; the tables list 0, 1 and the ids that are present
+in the image, as Isaac Sim's do.
 """
 
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,11 +30,10 @@ def semantic_segmentation(frame: Frame, params: Params) -> Annotation:
     colors.
     """
     selection = frame.selection(predicate_of(params))
-    labels, id_of_member = unique_labels(selection.labels)
-    ids = _labeled_prim_ids(frame, predicate_of(params), id_of_member + FIRST_LABELED)
-    described = [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *labels]
-    ids, old, color_of = _mapped(ids, params["mapping"], lambda: [_keys(own) for own in described])
-    return _annotation(ids, params, {"idToLabels": lambda i: described[old(i)]}, str, color_of)
+    ids = _labeled_prim_ids(frame, predicate_of(params), selection.class_ids)
+    described = [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *selection.class_labels]
+    shown = _mapped(ids, params["mapping"], lambda: [_keys(own) for own in described])
+    return _annotation(shown, params, {"idToLabels": described}, str)
 
 
 @define("instance_segmentation", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
@@ -67,38 +67,30 @@ def instance_id_segmentation_fast(frame: Frame, params: Params) -> Annotation:
     return _gprims(frame, params, _identity)
 
 
-def unique_labels(labels: Sequence[dict[str, str]]) -> tuple[list[dict[str, str]], np.ndarray]:
-    """Return the distinct label sets in order of first use, and the index of each member's set."""
-    index_of: dict[tuple, int] = {}
-    indices = [index_of.setdefault(tuple(sorted(own.items())), len(index_of)) for own in labels]
-    return [dict(key) for key in index_of], np.array(indices, np.int64)
-
-
 def _instances(frame: Frame, params: Params, key: Callable) -> Annotation:
     predicate = predicate_of(params)
     selection = frame.selection(predicate)
-    paths = ["BACKGROUND", "UNLABELLED", *(frame.labeled_prims.prim_paths[row] for row in selection.rows)]
-    labels = [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *selection.labels]
-    ids = _labeled_prim_ids(frame, predicate, np.arange(len(selection)) + FIRST_LABELED)
-    ids, old, color_of = _mapped(
-        ids, params["mapping"], lambda: [[path, *_keys(own)] for path, own in zip(paths, labels)]
-    )
-    tables = {"idToLabels": lambda i: paths[old(i)], "idToSemantics": lambda i: labels[old(i)]}
-    return _annotation(ids, params, tables, key, color_of)
+    paths = ["BACKGROUND", "UNLABELLED", *[""] * selection.prim_count]
+    labels = [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *[{}] * selection.prim_count]
+    for row, number, own in zip(selection.rows, selection.ids, selection.labels):
+        paths[number], labels[number] = frame.labeled_prims.prim_paths[row], own
+    ids = _labeled_prim_ids(frame, predicate, selection.ids)
+    shown = _mapped(ids, params["mapping"], lambda: [[path, *_keys(own)] for path, own in zip(paths, labels)])
+    return _annotation(shown, params, {"idToLabels": paths, "idToSemantics": labels}, key)
 
 
 def _gprims(frame: Frame, params: Params, key: Callable) -> Annotation:
     instance = frame.aov("instance")
     ids = np.where(instance >= 0, instance + FIRST_LABELED, BACKGROUND).astype(np.uint32)
-    names = ["BACKGROUND", "UNLABELLED", *frame.gprims]
+    names = ["INVALID", "UNLABELLED", *frame.gprims]
 
     def keys() -> list[list[str]]:
         selection = frame.selection(predicate_of(params))
         labels = [selection.labels[member] if member >= 0 else {} for member in selection.member_of_gprim]
-        return [[name, *_keys(own)] for name, own in zip(names, [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *labels])]
+        described = [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *labels]
+        return [["BACKGROUND"] if name == "INVALID" else [name, *_keys(own)] for name, own in zip(names, described)]
 
-    ids, old, color_of = _mapped(ids, params["mapping"], keys)
-    return _annotation(ids, params, {"idToLabels": lambda i: names[old(i)]}, key, color_of)
+    return _annotation(_mapped(ids, params["mapping"], keys, always=(BACKGROUND,)), params, {"idToLabels": names}, key)
 
 
 def _labeled_prim_ids(frame: Frame, predicate: str | None, id_of_member: np.ndarray) -> np.ndarray:
@@ -109,30 +101,33 @@ def _labeled_prim_ids(frame: Frame, predicate: str | None, id_of_member: np.ndar
     return table[frame.aov("instance")]
 
 
+class _Shown(NamedTuple):
+    """The ids of an image after a mapping, and what they stand for."""
+
+    image: np.ndarray  # (H, W) uint32
+    ids: np.ndarray  # (N,): those that the tables list
+    meanings: np.ndarray  # (N,): the id of each before the mapping
+    colors: np.ndarray  # (N, 4) uint8
+
+
 def _annotation(
-    ids: np.ndarray,
-    params: Params,
-    tables: Mapping[str, Callable[[int], Any]],
-    key: Callable,
-    color_of: Callable[[np.ndarray], np.ndarray],
+    shown: _Shown, params: Params, tables: Mapping[str, Sequence[Any]], key: Callable[[Any], Any]
 ) -> Annotation:
-    """Build the annotation of `ids` with its tables, keyed by id or, if colorized, by color."""
-    present = np.flatnonzero(np.bincount(ids.ravel()))
+    """Build the annotation of ids with its tables of meanings, keyed by id or, if colorized, by color."""
     if not params["colorize"]:
-        info = {name: {key(int(i)): entry(int(i)) for i in present} for name, entry in tables.items()}
-        return Annotation(ids, info)
-    colors = color_of(present)
-    palette = np.zeros((int(present[-1]) + 1 if len(present) else 1, 4), np.uint8)
-    palette[present] = colors
+        listed = list(zip(shown.ids.tolist(), shown.meanings.tolist()))
+        info = {name: {key(id_): table[old] for id_, old in listed} for name, table in tables.items()}
+        return Annotation(shown.image, info)
+    palette = np.zeros((int(shown.ids.max(initial=0)) + 1, 4), np.uint8)
+    palette[shown.ids] = shown.colors
     # One 32-bit look-up per pixel is faster than four of bytes.
-    image = palette.view(np.uint32)[:, 0][ids].view(np.uint8).reshape(*ids.shape, 4)
-    keys = [tuple(int(channel) for channel in color) for color in colors]
+    image = palette.view(np.uint32)[:, 0][shown.image].view(np.uint8).reshape(*shown.image.shape, 4)
+    keys = [tuple(color) for color in shown.colors.tolist()]
     if len(set(keys)) < len(keys):
         warn_once("Two segmentation ids got the same color; use colorize=False to tell them apart.")
     # Ordered by color, as in Replicator's files.
-    order = sorted(range(len(keys)), key=keys.__getitem__)
-    info = {name: {key(keys[k]): entry(int(present[k])) for k in order} for name, entry in tables.items()}
-    return Annotation(image, info)
+    rows = sorted(zip(keys, shown.meanings.tolist()))
+    return Annotation(image, {name: {key(color): table[old] for color, old in rows} for name, table in tables.items()})
 
 
 def _identity(value: Any) -> Any:
@@ -161,14 +156,21 @@ def _keys(labels: Mapping[str, str]) -> list[str]:
 
 
 def _mapped(
-    ids: np.ndarray, mapping: Any, keys: Callable[[], Sequence[Sequence[str]]]
-) -> tuple[np.ndarray, Callable[[int], int], Callable[[np.ndarray], np.ndarray]]:
-    """Apply `mapping` to `ids`; return the new ids, and functions from new to old id and from new ids to colors.
+    image: np.ndarray,
+    mapping: Any,
+    keys: Callable[[], Sequence[Sequence[str]]],
+    *,
+    always: Sequence[int] = (BACKGROUND, UNLABELLED),
+) -> _Shown:
+    """Apply `mapping` to the ids of an image.
 
     keys: for each id the keys to look up in `mapping`; the first that it contains applies.
+    always: ids that are listed whether or not they are in the image.
     """
+    present = np.flatnonzero(np.bincount(image.ravel()))
     if not mapping:
-        return ids, _identity, colors_of_ids
+        listed = np.union1d(present, np.array(always, np.int64))
+        return _Shown(image, listed, listed, colors_of_ids(listed))
     chosen_by_key = _read_mapping(mapping)
     known = keys()
     new_id = np.arange(len(known), dtype=np.uint32)
@@ -180,13 +182,11 @@ def _mapped(
         elif value is not None:
             chosen[index] = tuple(int(channel) for channel in value)
     # Of several old ids with the same new id, the first that is visible represents all.
-    seen = np.flatnonzero(np.bincount(ids.ravel(), minlength=len(known)))
-    old_id = {int(new_id[old]): int(old) for old in reversed(seen)}
-
-    def color_of(present: np.ndarray) -> np.ndarray:
-        colors = colors_of_ids(present)
-        for index, color in chosen.items():
-            colors[present == new_id[index]] = (*color[:3], color[3] if len(color) > 3 else 255)
-        return colors
-
-    return new_id[ids], old_id.__getitem__, color_of
+    old_id: dict[int, int] = {}
+    for old in (*present.tolist(), *always):
+        old_id.setdefault(int(new_id[old]), old)
+    ids = np.array(sorted(old_id), np.int64)
+    colors = colors_of_ids(ids)
+    for index, color in chosen.items():
+        colors[ids == new_id[index]] = (*color[:3], color[3] if len(color) > 3 else 255)
+    return _Shown(new_id[image], ids, np.array([old_id[i] for i in ids.tolist()], np.int64), colors)

@@ -187,7 +187,7 @@ class CocoWriter(Writer):
     def _colored(self, classes: Mapping[str, Any]) -> np.ndarray:
         """Return the panoptic image, uint8 (H, W, 3): each pixel in the color of its category."""
         ids = classes["data"]
-        palette = np.zeros((int(ids.max(initial=0)) + 1, 3), np.uint8)
+        palette = np.zeros((max(map(int, classes["idToLabels"])) + 1, 3), np.uint8)
         for number, labels in classes["idToLabels"].items():
             palette[int(number)] = self._categories.color(labels)
         return palette[ids]

@@ -197,7 +197,7 @@ class KittiWriter(Writer):
     def _class_images(self, classes: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Return ids, uint8 (H, W), and colors, uint8 (H, W, 4), of the pixels' classes."""
         ids = classes["data"]
-        palette = np.zeros((int(ids.max(initial=0)) + 1, 5), np.uint8)
+        palette = np.zeros((max(map(int, classes["idToLabels"])) + 1, 5), np.uint8)
         for number, labels in classes["idToLabels"].items():
             found = self._classes.of(labels)
             palette[int(number)] = (found.id, *found.color)
@@ -206,7 +206,7 @@ class KittiWriter(Writer):
     def _instance_image(self, instances: Mapping[str, Any]) -> np.ndarray:
         """Return uint16 (H, W): 256 * class + number; the number is 0 where there is no object."""
         ids = instances["data"]
-        palette = np.zeros(int(ids.max(initial=0)) + 1, np.uint16)
+        palette = np.zeros(max(instances["idToSemantics"]) + 1, np.uint16)
         counted: dict[int, int] = {}
         for number, labels in sorted(instances["idToSemantics"].items()):
             class_id = self._classes.of(labels).id
