@@ -9,6 +9,8 @@ from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 from usdsdg.errors import Unsupported
 
 SEGMENTS = 48
+# Axis and side of each face of a cube, in the order of Omniverse's mesh, whose numbers scripts give to subsets.
+_CUBE_FACES = ((2, 1.0), (2, -1.0), (1, 1.0), (1, -1.0), (0, -1.0), (0, 1.0))
 GPRIMS = ("Sphere", "Cube", "Cylinder", "Cone", "Capsule", "Plane")
 
 
@@ -79,14 +81,13 @@ def define_gprim(stage: Usd.Stage, path: str, kind: str) -> Usd.Prim:
 
 def _cube() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     points, normals, uvs = [], [], []
-    for axis in range(3):
-        for sign in (-1.0, 1.0):
-            u, v = np.eye(3)[(axis + 1) % 3], np.eye(3)[(axis + 2) % 3]
-            normal = np.eye(3)[axis] * sign
-            for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
-                points.append((normal + u * a * sign + v * b) / 2)
-                normals.append(normal)
-                uvs.append(((a + 1) / 2, (b + 1) / 2))
+    for axis, sign in _CUBE_FACES:
+        u, v = np.eye(3)[(axis + 1) % 3], np.eye(3)[(axis + 2) % 3]
+        normal = np.eye(3)[axis] * sign
+        for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+            points.append((normal + u * a * sign + v * b) / 2)
+            normals.append(normal)
+            uvs.append(((a + 1) / 2, (b + 1) / 2))
     return np.array(points), np.array(normals), np.array(uvs), np.arange(24).reshape(6, 4)
 
 
