@@ -30,6 +30,7 @@ class Drive:
     damping: float
     target: float
     target_velocity: float
+    max_force: float = np.inf  # torque, or force of a prismatic joint, in stage units
 
     @property
     def frequency(self) -> float:
@@ -256,7 +257,14 @@ def read_drive(stage: Usd.Stage, joint: Joint) -> Drive:
             api.GetTargetVelocityAttr(),
         )
     )
-    return Drive(stiffness / joint.unit, damping / joint.unit, target * joint.unit, velocity * joint.unit)
+    found = api.GetMaxForceAttr().Get()
+    return Drive(
+        stiffness / joint.unit,
+        damping / joint.unit,
+        target * joint.unit,
+        velocity * joint.unit,
+        np.inf if found is None else float(found),
+    )
 
 
 def limits_of(stage: Usd.Stage, joint: Joint) -> tuple[float, float]:

@@ -45,7 +45,7 @@ class Stabilization:
         )
         self.gravity_enabled = wp.zeros(len(bodies), dtype=wp.int32, device=device)
         self.rest_time = wp.zeros(len(bodies), dtype=wp.float32, device=device)
-        self._nonfinite_steps = wp.zeros(len(bodies), dtype=wp.int32, device=device)
+        self.nonfinite_steps = wp.zeros(len(bodies), dtype=wp.int32, device=device)
         self._gravity = wp.zeros(1, dtype=wp.float64, device=device)  # m/s²
 
     def set_gravity(self, gravity: np.ndarray) -> None:
@@ -96,14 +96,14 @@ class Stabilization:
                 after.body_q,
                 after.body_qd,
                 self.rest_time,
-                self._nonfinite_steps,
+                self.nonfinite_steps,
             ],
             device=self._model.device,
         )
 
     def take_nonfinite(self) -> np.ndarray:
         """Return the indices of the bodies with a step that was not finite since the last call."""
-        nonfinite = np.flatnonzero(self._nonfinite_steps.numpy())
+        nonfinite = np.flatnonzero(self.nonfinite_steps.numpy())
         if len(nonfinite):
-            self._nonfinite_steps.zero_()
+            self.nonfinite_steps.zero_()
         return nonfinite

@@ -39,6 +39,8 @@ class BuiltJoints:
 
     trees: list[JointTree] = field(default_factory=list)
     articulations: list[int] = field(default_factory=list)  # by tree
+    # By tree: begin and end of its coordinates in joint_q, and in joint_qd.
+    ranges: list[tuple[int, int, int, int]] = field(default_factory=list)
     axes: list[JointAxis] = field(default_factory=list)
     joint_of: dict[str, int] = field(default_factory=dict)  # Newton's joint by path
     links: dict[str, int] = field(default_factory=dict)  # by body: the tree that it belongs to
@@ -64,12 +66,13 @@ def add_joints(
     """Add trees of joints between bodies that are links of the builder."""
     built = BuiltJoints(list(trees))
     for number, tree in enumerate(trees):
-        added = []
+        added, first_q, first_qd = [], builder.joint_coord_count, builder.joint_dof_count
         if tree.root:
             built.bases[tree.root] = builder.joint_coord_count, builder.joint_dof_count
             added.append(builder.add_joint_free(body_index[tree.root], label=f"{tree.root} base"))
         for branch in tree.branches:
             added.append(_add_branch(builder, branch, scene, body_index, built))
+        built.ranges.append((first_q, builder.joint_coord_count, first_qd, builder.joint_dof_count))
         built.articulations.append(builder.articulation_count)
         builder.add_articulation(added, label=tree.root or tree.branches[0].joint.path)
         built.links |= dict.fromkeys(tree.bodies, number)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from usdsdg_physics.corrections.contact_coefficients import ContactCoefficients
 from usdsdg_physics.corrections.contact_report import ContactReport, ContactRows
 from usdsdg_physics.corrections.depenetration import Depenetration
 from usdsdg_physics.corrections.free_flight import FreeFlight
+from usdsdg_physics.corrections.links import Links
 from usdsdg_physics.corrections.locked_axes import LockedAxes
 from usdsdg_physics.corrections.moving_surfaces import MovingSurfaces
 from usdsdg_physics.corrections.sleeping import Sleeping
@@ -23,6 +24,7 @@ from usdsdg_physics.corrections.tunneling_guard import TunnelingGuard
 from usdsdg_physics.model.build import (
     COLLIDES,
     DISABLED,
+    BuiltModel,
     build_model,
     build_pipeline,
     build_solver,
@@ -113,6 +115,7 @@ class World:
         self._depenetration = Depenetration(scene, self.model, built.shape_index, contacts, free, dof)
         self._stabilization = Stabilization(scene, self.model, inertia_per_mass, sleep_threshold, free, coordinate, dof)
         self._stabilization.set_gravity(self.gravity)
+        self._links = self._links_of(built, contacts) if self.joints is not None else None
         # What few scenes have costs nothing in the others.
         self._locked_axes = (
             LockedAxes(scene, self.model, coordinate, dof)
@@ -381,10 +384,14 @@ class World:
             if self._report is not None:
                 self._report.note_contacts(before, substep)
             self._prepare_contacts(before, h)
+            if self._links is not None:
+                self._links.keep_awake(before)
             self.solver.step(before, after, self._control, self._contacts, h, observables=self._observables)
             if self._report is not None:
                 assert self._observables.contact_f is not None
                 self._report.note_forces(self._observables.contact_f, substep, h)
+            if self._links is not None:
+                self._links.revert_nonfinite(before, after)
             if self._locked_axes is not None:
                 self._locked_axes.apply(before, after, h)
             self._stabilization.apply(before, after, self._sleeping.asleep, h)
@@ -419,6 +426,12 @@ class World:
     def take_nonfinite(self) -> list[str]:
         """Return the paths of bodies with a step, since the last call, that was reverted because it was not finite."""
         return [self.bodies[index] for index in self._stabilization.take_nonfinite()]
+
+    def _links_of(self, built: BuiltModel, contacts: Any) -> Links:
+        tree = np.array([built.joints.links.get(path, -1) for path in built.body_index], np.int32)
+        ranges = np.array(built.joints.ranges, np.int32)
+        stabilization = self._stabilization
+        return Links(self.model, contacts, tree, ranges, stabilization.rest_time, stabilization.nonfinite_steps)
 
     def _substeps(self, dt: float) -> int:
         if not self._meshes or not self.bodies:

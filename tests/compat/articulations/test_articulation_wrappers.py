@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
-from pxr import UsdPhysics
+from pxr import UsdGeom, UsdPhysics
 
 from tests.articulations.robots import at, planar_arm
+from usdsdg.app.app import get_app
 from usdsdg.compat.isaacsim.core import prims as core
 from usdsdg.compat.isaacsim.core.experimental import prims as experimental
-from usdsdg.errors import BadValue, Unsupported
+from usdsdg.errors import BadValue, PhysicsError, Unsupported
+from usdsdg.session.timeline import get_timeline
 
 
 @pytest.fixture
@@ -54,6 +56,31 @@ def test_numpy_arrays_of_the_older_wrapper(arms):
 
 
 @pytest.mark.parametrize("make", [experimental.Articulation, core.Articulation])
-def test_forces_of_joints_are_refused(arms, make):
-    with pytest.raises(Unsupported, match="joints follow the positions"):
-        make("/World/env_0/arm").set_dof_efforts([0.0])
+def test_forces_in_joints_are_refused(arms, make):
+    with pytest.raises(Unsupported, match="positions, velocities, limits, drives and efforts"):
+        make("/World/env_0/arm").get_link_incoming_joint_forces()
+
+
+def test_drives_and_efforts_act_while_physics_plays(arms):
+    UsdGeom.Xformable(arms.GetPrimAtPath("/World/env_1/arm")).GetOrderedXformOps()[0].Set((0, 10, 0))
+    view = core.Articulation("/World/env_*/arm", name="arms", reset_xform_properties=False)
+    with pytest.raises(PhysicsError, match="play first"):
+        view.set_joint_efforts(np.ones((2, 3)))
+    view.set_gains(kps=[[1e3]], kds=[[2e2]], indices=[1], joint_indices=[0])
+    view.set_max_efforts([[500.0]], indices=[1], joint_indices=[0])
+    assert view.get_gains()[0][1, 0] == pytest.approx(1e3)
+    assert view.get_max_efforts()[1, 0] == 500.0
+    view.set_joint_position_targets([[0.4]], indices=[1], joint_indices=[0])
+    get_timeline().play()
+    for _ in range(30):
+        view.set_joint_efforts([[2.0, 0.0, 0.0]], indices=[0])
+        get_app().update()
+    # The first arm turns by a torque of 2 N m: with the elbow and slider free, most of it turns the base alone.
+    assert view.get_joint_velocities()[0, 0] > 0.1
+    for _ in range(90):
+        get_app().update()
+    assert view.get_joint_positions()[1, 0] == pytest.approx(0.4, abs=0.01)
+    fresh = experimental.Articulation("/World/env_1/arm")
+    assert fresh.get_dof_positions(dof_indices=[0]).numpy() == pytest.approx(np.array([[0.4]]), abs=0.01)
+    fresh.set_dof_velocity_targets([0.1], dof_indices=[0])
+    assert fresh.get_dof_velocity_targets(dof_indices=[0]).numpy() == pytest.approx(np.array([[0.1]]))

@@ -5,19 +5,21 @@ Angles are in rad, distances in stage units; stiffness and damping per rad or st
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
+from pxr import UsdPhysics
 
 from usdsdg.articulations.articulation import Articulation, limits_of, read_drive
 from usdsdg.articulations.articulations import get_articulations
 from usdsdg.articulations.joint_tree import drive_of
 from usdsdg.errors import BadValue
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.physics.joints import Joint
 
 WHY = (
-    "joints follow the positions, velocities and drive targets that are set; forces, masses and contacts of joints are "
-    "not simulated"
+    "of the joints of an articulation there are positions, velocities, limits, drives and efforts that push them; set "
+    "what else there is on the prims of its joints and links"
 )
 
 
@@ -57,6 +59,14 @@ class JointRows:
         """Return stiffness and damping (N, D) float32 of the drives."""
         return self._drives("stiffness"), self._drives("damping")
 
+    def velocity_targets(self) -> np.ndarray:
+        """Return the drives' target velocities (N, D) float32."""
+        return self._drives("target_velocity")
+
+    def max_efforts(self) -> np.ndarray:
+        """Return the largest torques and forces (N, D) float32 of the drives."""
+        return self._drives("max_force")
+
     def limits(self) -> np.ndarray:
         """Return lower and upper limits (N, D, 2) float32."""
         stage = current_stage()
@@ -78,13 +88,46 @@ class JointRows:
 
     def set_targets(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
         """Set the target positions (n, d) of the drives, which joints without a drive do not have."""
+        for joint, drive, number in self._driven(rows, columns, values):
+            drive.CreateTargetPositionAttr().Set(number / joint.unit)
+
+    def set_velocity_targets(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
+        """Set the target velocities (n, d) of the drives."""
+        for joint, drive, number in self._driven(rows, columns, values):
+            drive.CreateTargetVelocityAttr().Set(number / joint.unit)
+
+    def set_stiffness(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
+        """Set the stiffness (n, d) of the drives."""
+        for joint, drive, number in self._driven(rows, columns, values):
+            drive.CreateStiffnessAttr().Set(number * joint.unit)
+
+    def set_damping(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
+        """Set the damping (n, d) of the drives."""
+        for joint, drive, number in self._driven(rows, columns, values):
+            drive.CreateDampingAttr().Set(number * joint.unit)
+
+    def set_max_efforts(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
+        """Set the largest torques and forces (n, d) of the drives."""
+        for _, drive, number in self._driven(rows, columns, values):
+            drive.CreateMaxForceAttr().Set(number)
+
+    def apply_efforts(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
+        """Push joints during the next physics step with torques and forces (n, d)."""
+        for row, value in zip(rows, values, strict=True):
+            efforts = np.zeros(len(self.robots[row].dofs))
+            efforts[list(columns)] = value
+            self.robots[row].apply_efforts(efforts)
+
+    def _driven(
+        self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray
+    ) -> Iterator[tuple[Joint, UsdPhysics.DriveAPI, float]]:
         for row, value in zip(rows, values, strict=True):
             for column, number in zip(columns, value.tolist(), strict=True):
                 joint = self.robots[row].dofs[column]
                 drive = drive_of(current_stage(), joint)
                 if not drive:
                     raise BadValue(f"{joint.path} has no drive, so it has no target; set its position")
-                drive.CreateTargetPositionAttr().Set(number / joint.unit)
+                yield joint, drive, number
 
     def _drives(self, name: str) -> np.ndarray:
         stage = current_stage()

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Articulation(XFormPrim):
-    """Robots: poses, links and joints. What drives or measures joints by forces raises `Unsupported`.
+    """Robots: poses, links and joints. Forces in joints and between links raise `Unsupported`.
 
     Joint arrays have a row per robot and a column per joint with a position ("dof"), in rad and stage units.
     """
@@ -117,6 +117,54 @@ class Articulation(XFormPrim):
             BadValue: a joint has no drive.
         """
         self._set(self._joints().set_targets, positions, indices, joint_indices)
+
+    def set_joint_velocity_targets(
+        self, velocities: Values, indices: Indices = None, joint_indices: Indices = None
+    ) -> None:
+        """Set the velocities (N, D) that drives give their joints.
+
+        Raises:
+            BadValue: a joint has no drive.
+        """
+        self._set(self._joints().set_velocity_targets, velocities, indices, joint_indices)
+
+    def set_joint_efforts(self, efforts: Values, indices: Indices = None, joint_indices: Indices = None) -> None:
+        """Push joints during the next physics step: torques, and forces of prismatic joints (N, D).
+
+        Raises:
+            PhysicsError: physics does not play.
+        """
+        self._set(self._joints().apply_efforts, efforts, indices, joint_indices)
+
+    def set_gains(
+        self,
+        kps: Values | None = None,
+        kds: Values | None = None,
+        indices: Indices = None,
+        joint_indices: Indices = None,
+        save_to_usd: bool = False,
+    ) -> None:
+        """Set stiffness and damping (N, D) of the drives, on the stage in any case.
+
+        Raises:
+            BadValue: a joint has no drive.
+        """
+        if kps is not None:
+            self._set(self._joints().set_stiffness, kps, indices, joint_indices)
+        if kds is not None:
+            self._set(self._joints().set_damping, kds, indices, joint_indices)
+
+    def set_max_efforts(self, values: Values, indices: Indices = None, joint_indices: Indices = None) -> None:
+        """Set the largest torques, and forces of prismatic joints, (N, D) of the drives.
+
+        Raises:
+            BadValue: a joint has no drive.
+        """
+        self._set(self._joints().set_max_efforts, values, indices, joint_indices)
+
+    def get_max_efforts(self, indices: Indices = None, joint_indices: Indices = None, clone: bool = True) -> np.ndarray:
+        """Return the largest torques, and forces of prismatic joints, (N, D) of the drives."""
+        return self._part(self._joints().max_efforts(), indices, joint_indices)
 
     def get_dof_limits(self) -> np.ndarray:
         """Return lower and upper limits (N, D, 2)."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Articulation(XformPrim):
-    """Robots: poses, links and joints. What drives or measures joints by forces raises `Unsupported`.
+    """Robots: poses, links and joints. Forces in joints and between links raise `Unsupported`.
 
     Joint arrays have a row per robot and a column per joint with a position ("dof"), in rad and stage units.
     """
@@ -126,6 +126,59 @@ class Articulation(XformPrim):
             BadValue: a joint has no drive.
         """
         self._set(self._joints().set_targets, positions, indices, dof_indices)
+
+    def get_dof_velocity_targets(self, *, indices: Indices = None, dof_indices: Indices = None) -> wp.array:
+        """Return the target velocities (N, D) of the drives."""
+        return self._part(self._joints().velocity_targets(), indices, dof_indices)
+
+    def set_dof_velocity_targets(
+        self, velocities: Values, *, indices: Indices = None, dof_indices: Indices = None
+    ) -> None:
+        """Set the velocities (N, D) that drives give their joints.
+
+        Raises:
+            BadValue: a joint has no drive.
+        """
+        self._set(self._joints().set_velocity_targets, velocities, indices, dof_indices)
+
+    def set_dof_efforts(self, efforts: Values, *, indices: Indices = None, dof_indices: Indices = None) -> None:
+        """Push joints during the next physics step: torques, and forces of prismatic joints (N, D).
+
+        Raises:
+            PhysicsError: physics does not play.
+        """
+        self._set(self._joints().apply_efforts, efforts, indices, dof_indices)
+
+    def set_dof_gains(
+        self,
+        stiffnesses: Values | None = None,
+        dampings: Values | None = None,
+        *,
+        indices: Indices = None,
+        dof_indices: Indices = None,
+        update_default_gains: bool = True,
+    ) -> None:
+        """Set stiffness and damping (N, D) of the drives on the stage, which keeps no others as default.
+
+        Raises:
+            BadValue: a joint has no drive.
+        """
+        if stiffnesses is not None:
+            self._set(self._joints().set_stiffness, stiffnesses, indices, dof_indices)
+        if dampings is not None:
+            self._set(self._joints().set_damping, dampings, indices, dof_indices)
+
+    def get_dof_max_efforts(self, *, indices: Indices = None, dof_indices: Indices = None) -> wp.array:
+        """Return the largest torques, and forces of prismatic joints, (N, D) of the drives."""
+        return self._part(self._joints().max_efforts(), indices, dof_indices)
+
+    def set_dof_max_efforts(self, max_efforts: Values, *, indices: Indices = None, dof_indices: Indices = None) -> None:
+        """Set the largest torques, and forces of prismatic joints, (N, D) of the drives.
+
+        Raises:
+            BadValue: a joint has no drive.
+        """
+        self._set(self._joints().set_max_efforts, max_efforts, indices, dof_indices)
 
     def get_dof_limits(self, *, indices: Indices = None, dof_indices: Indices = None) -> tuple[wp.array, wp.array]:
         """Return lower and upper limits (N, D)."""
