@@ -49,7 +49,8 @@ class PlaySession:
         self._backup = Backup()
         # Factor on the usual capacity of the contact buffers.
         self._capacity = 1.0
-        self._contacts_overflowed = False
+        self._must_rebuild = False
+        self._broken: set[str] = set()  # joints, until the end of the play
         self._unwritten = False  # whether the world is a step ahead of the stage
         self.world: World | None = None
         self._asleep: set[str] = set()  # bodies to put to sleep when the world is built
@@ -257,7 +258,7 @@ class PlaySession:
 
     def _read_stage(self) -> None:
         self._units = Units.of(self._stage)
-        self.scene = parse(self._stage, self._hulls, time=self._time)
+        self.scene = parse(self._stage, self._hulls, time=self._time, broken=self._broken)
         new = {path for path, body in self.scene.bodies.items() if body.starts_asleep and path not in self._simulated}
         self._asleep = new | set(self.world.asleep() if self.world is not None else ())
         self._tracker.take()
@@ -284,10 +285,10 @@ class PlaySession:
     def _apply_stage_edits(self) -> None:
         changes = self._tracker.take()
         edits = self._reader.read(changes) if changes else Edits()
-        if self._unwritten and self._contacts_overflowed and self.world is not None:
+        if self._unwritten and self._must_rebuild and self.world is not None:
             self._write_back(self.world)
-        if edits.rebuild or self._contacts_overflowed or (edits and self.world is None and self.scene.bodies):
-            self._contacts_overflowed = False
+        if edits.rebuild or self._must_rebuild or (edits and self.world is None and self.scene.bodies):
+            self._must_rebuild = False
             self._read_stage()
             return
         # Without bodies nothing but a query asks where colliders are.
@@ -300,7 +301,7 @@ class PlaySession:
             self._open_writer()
 
     def _handle_failures(self, world: World) -> None:
-        """Warn of bodies whose step was not finite, and enlarge contact buffers that overflowed."""
+        """Warn of bodies whose step was not finite, enlarge contact buffers that overflowed, drop joints that broke."""
         for path in world.take_nonfinite():
             warn_once(
                 f"{path}: the solver gave a pose that is not a number, so the body was stopped where it was. Look for "
@@ -308,7 +309,11 @@ class PlaySession:
             )
         if world.contacts_overflowed:
             self._capacity *= 2.0
-            self._contacts_overflowed = True
+            self._must_rebuild = True
+        if broken := world.broken_joints():
+            self._broken |= set(broken)
+            # The world is built anew without them.
+            self._must_rebuild = True
 
 
 def initial_poses(scene: Scene) -> np.ndarray:

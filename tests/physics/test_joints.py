@@ -321,6 +321,43 @@ def test_states_of_joints_are_where_they_start_and_are_shown():
     assert (state.Get(), speed.Get()) == (90.0, 60.0)
 
 
+@pytest.mark.parametrize(("force", "breaks"), [(25.0, False), (15.0, True)])
+def test_a_joint_breaks_under_more_than_its_force(force, breaks):
+    """A weight of 2 kg, 19.6 N, hangs on a fixed joint below a kinematic body."""
+    stage = new_stage()
+    beam = add(stage, "/World/beam", at=(0, 0, 3))
+    UsdPhysics.RigidBodyAPI(beam).CreateKinematicEnabledAttr(True)
+    weight = add(stage, "/World/weight", at=(0, 0, 2))
+    UsdPhysics.MassAPI.Apply(weight).CreateMassAttr(2.0)
+    made = joint(stage, "/World/hook", UsdPhysics.FixedJoint, "/World/beam", "/World/weight", (0, 0, 2.5))
+    made.CreateBreakForceAttr(force)
+    engine = playing(stage)
+    for _ in range(30):
+        engine.step(STEP)
+    fallen = 2 - position(weight)[2]
+    assert fallen == pytest.approx(G / 8 if breaks else 0.0, abs=0.1 if breaks else 1e-6)
+
+
+def test_friction_holds_a_joint_up_to_its_torque():
+    """Levers whose weight asks for 0.98 N m at the hinge, which rubs with 1.2 and with 0.6 N m."""
+    stage = new_stage()
+    for number, friction in enumerate((1.2, 0.6)):
+        lever = add(stage, f"/World/lever_{number}", at=(0.1, number, 1), scale=(0.1, 0.02, 0.02))
+        UsdPhysics.MassAPI.Apply(lever).CreateMassAttr(1.0)
+        path = f"/World/hinge_{number}"
+        made = joint(stage, path, UsdPhysics.RevoluteJoint, "", f"/World/lever_{number}", (0, number, 1), axis="Y")
+        made.GetPrim().AddAppliedSchema("PhysxJointAxisAPI:angular")
+        name = "physxJointAxis:angular:staticFrictionEffort"
+        made.GetPrim().CreateAttribute(name, Sdf.ValueTypeNames.Float).Set(friction)
+    engine = playing(stage)
+    for _ in range(12):
+        engine.step(STEP)
+    held, slides = engine.joint_velocities(["/World/hinge_0", "/World/hinge_1"])
+    assert held == pytest.approx(0.0, abs=1e-4)
+    inertia = 0.1**2 + (0.2**2 + 0.04**2) / 12
+    assert slides == pytest.approx((G * 0.1 - 0.6) / inertia * 0.2, rel=0.1)  # a little less as it turns
+
+
 def test_runs_repeat_bit_for_bit():
     def run():
         stage = new_stage()

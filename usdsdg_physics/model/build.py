@@ -155,8 +155,8 @@ def build_solver(model: newton.Model, joints: BuiltJoints, *, capacity: float = 
 
     minimum = MIN_CONSTRAINT_ROWS_CUDA if model.device.is_cuda else MIN_CONSTRAINT_ROWS
     rows = int(capacity * max(minimum, CONSTRAINT_ROWS_PER_BODY * model.body_count))
-    if model.device.is_cuda:
-        # The serial sweep would run one world's contacts on a single thread.
+    if model.device.is_cuda and not any(tree.loops for tree in joints.trees):
+        # The serial sweep would run one world's contacts on a single thread; nothing else closes loops.
         return newton.solvers.SolverSteel(
             model,
             iterations=ITERATIONS,

@@ -11,12 +11,13 @@ import numpy as np
 from usdsdg.errors import warn_once
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.scene.joint_trees import Branch, JointTree, joint_trees
-from usdsdg_physics.scene.records import STATIC, Axis, Joint, Scene, Vec3
+from usdsdg_physics.scene.records import STATIC, Axis, Drive, Joint, Scene, Vec3
 
 if TYPE_CHECKING:
     import newton
 
 # Newton's rows for limits and drives of an axis, and for the contacts of a link.
+RUBBING = 1e6  # N s/m or N m s/rad, of what stands for friction
 ROWS_PER_AXIS = 4
 ROWS_PER_LINK = 48
 ROWS_PER_LOOP = 6
@@ -46,6 +47,25 @@ class BuiltJoints:
     links: dict[str, int] = field(default_factory=dict)  # by body: the tree that it belongs to
     bases: dict[str, tuple[int, int]] = field(default_factory=dict)  # by body: where it is in joint_q and joint_qd
     fixed_bases: dict[str, int] = field(default_factory=dict)  # by body: Newton's joint that fixes it to the world
+
+    @property
+    def breakable(self) -> list[tuple[str, int, float, float]]:
+        """Path, number, force and torque of the joints that break; those that close loops do not."""
+        joints = [branch.joint for tree in self.trees for branch in tree.branches]
+        return [
+            (joint.path, self.joint_of[joint.path], joint.break_force, joint.break_torque)
+            for joint in joints
+            if np.isfinite(joint.break_force) or np.isfinite(joint.break_torque)
+        ]
+
+    @property
+    def rubbing(self) -> list[tuple[int, int, float, float]]:
+        """Joint, number in joint_qd, friction and friction per load of the axes with friction, and without a drive."""
+        return [
+            (self.joint_of[row.joint], row.dof, row.axis.static_friction, row.axis.friction)
+            for row in self.axes
+            if row.axis.drive is None and (row.axis.static_friction or row.axis.friction)
+        ]
 
     @property
     def rows(self) -> int:
@@ -117,6 +137,8 @@ def _add_branch(
     built.joint_of[joint.path] = index
     if joint.kind == "fixed" and parent < 0:
         built.fixed_bases[branch.child] = index
+    if any(axis.drive and (axis.static_friction or axis.friction) for axis in axes):
+        warn_once(f"{joint.path}: a joint with a drive has no dry friction. Use the damping of its drive.")
     for number, axis in enumerate(axes):
         built.axes.append(JointAxis(joint.path, axis, start_q + number, start_qd + number))
     return index
@@ -193,7 +215,7 @@ def _base_frame(pose: Sequence[float], frame: Sequence[float]) -> object:
 def _config(axis: Axis, *, flipped: bool) -> newton.ModelBuilder.JointDofConfig:
     import newton
 
-    drive = axis.drive
+    drive = axis.drive or _friction_drive(axis)
     config = newton.ModelBuilder.JointDofConfig(
         axis=_flipped(axis.direction) if flipped else axis.direction,
         limit_lower=axis.lower,
@@ -209,6 +231,13 @@ def _config(axis: Axis, *, flipped: bool) -> newton.ModelBuilder.JointDofConfig:
     config.target_q = drive.target if drive else 0.0
     config.target_qd = drive.target_velocity if drive else 0.0
     return config
+
+
+def _friction_drive(axis: Axis) -> Drive | None:
+    """Return the drive to no velocity whose strength is an axis's friction, for one without a drive."""
+    if not (axis.static_friction or axis.friction):
+        return None
+    return Drive(0.0, RUBBING, 0.0, 0.0, max(axis.static_friction, 1e-9))
 
 
 def _flipped(direction: Vec3) -> Vec3:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from itertools import combinations, product
 
@@ -19,10 +19,12 @@ from usdsdg_physics.scene.prim_paths import at_or_below
 from usdsdg_physics.scene.records import STATIC, Body, Collider, Joint
 
 
-def read_joints(found: PhysicsPrims, cache: UsdGeom.XformCache, units: Units) -> dict[str, Joint]:
-    """Read the joints that are enabled, by path."""
+def read_joints(
+    found: PhysicsPrims, cache: UsdGeom.XformCache, units: Units, broken: Collection[str]
+) -> dict[str, Joint]:
+    """Read the joints that are enabled and not `broken`, by path."""
     enabled = (prim for prim in found.joints if is_supported(prim) and value(prim, "physics:jointEnabled", True))
-    read = (read_joint(prim, cache, units) for prim in enabled)
+    read = (read_joint(prim, cache, units) for prim in enabled if str(prim.GetPath()) not in broken)
     return {joint.path: joint for joint in read if joint is not None}
 
 

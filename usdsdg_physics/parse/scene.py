@@ -1,5 +1,7 @@
 """Read UsdPhysics from a stage into a `Scene` of plain records in SI units."""
 
+from collections.abc import Collection
+
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
@@ -28,12 +30,13 @@ def parse(
     *,
     root: Sdf.Path = Sdf.Path.absoluteRootPath,
     time: Usd.TimeCode = _DEFAULT_TIME,
+    broken: Collection[str] = (),
 ) -> Scene:
     """Read every rigid body, collider and joint at or below `root`, instance proxies included.
 
     Bodies with a joint that cannot be simulated are kinematic. Bodies inside instances and prims whose transform is not
     finite are named in warnings and left out. What time samples move is where it is at `time`: kinematic bodies, and
-    static colliders, each of which becomes a kinematic body.
+    static colliders, each of which becomes a kinematic body. Joints at paths in `broken` are left out.
     """
     units = Units.of(stage)
     cache = UsdGeom.XformCache(Usd.TimeCode.Default())
@@ -45,7 +48,7 @@ def parse(
         str(prim.GetPath()): read_body(prim, at_time if prim.GetPath() in animated else cache, units)
         for prim in found.bodies
     }
-    joints = read_joints(found, cache, units)
+    joints = read_joints(found, cache, units, broken)
     if root == Sdf.Path.absoluteRootPath:
         bodies, joints = hold_unsupported(found, bodies, joints)
     materials = bound_materials([prim for prim, _ in found.colliders], units)

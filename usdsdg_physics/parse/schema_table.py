@@ -10,7 +10,8 @@ from functools import cache
 
 _JOINT = (
     "physics:body0 physics:body1 physics:localPos0 physics:localPos1 physics:localRot0 physics:localRot1 "
-    "physics:excludeFromArticulation physics:jointEnabled physics:collisionEnabled"
+    "physics:excludeFromArticulation physics:jointEnabled physics:collisionEnabled "
+    "physics:breakForce physics:breakTorque"
 )
 
 # Type or applied schema -> attributes and relationships that are read.
@@ -59,9 +60,9 @@ READ: dict[str, str] = {
     "PhysxTriangleMeshCollisionAPI": "",
     "PhysxTriangleMeshSimplificationCollisionAPI": "",
     "PhysxMimicJointAPI": "physxMimicJoint:*:referenceJoint physxMimicJoint:*:gearing physxMimicJoint:*:offset",
-    "PhysxJointAPI": "physxJoint:armature physxJoint:maxJointVelocity",
+    "PhysxJointAPI": "physxJoint:armature physxJoint:maxJointVelocity physxJoint:jointFriction",
     "PhysxJointAxisAPI": "physxJointAxis:*:armature physxJointAxis:*:maxJointVelocity "
-    "physxJointAxis:*:viscousFrictionCoefficient",
+    "physxJointAxis:*:viscousFrictionCoefficient physxJointAxis:*:staticFrictionEffort",
     "PhysxLimitAPI": "",
     "PhysxArticulationAPI": "physxArticulation:enabledSelfCollisions",
     "PhysxCookedDataAPI": "",
@@ -126,8 +127,7 @@ UNREAD: tuple[Unread, ...] = (
         "physxLimit:*",
         "limits of joints are hard and do not bounce: softness and restitution of a limit have no effect",
     ),
-    Unread("physics:breakForce physics:breakTorque", "joints do not break"),
-    Unread("physxJoint:* physxJointAxis:*", "joints have no dry friction"),
+    Unread("physxJointAxis:*:dynamicFrictionEffort", "joints rub with their static friction, also while they move"),
     Unread(
         "PhysxDrivePerformanceEnvelopeAPI physxDrivePerformanceEnvelope:*",
         "the force of a drive does not depend on its speed: its maximum force alone limits it",

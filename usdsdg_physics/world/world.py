@@ -15,6 +15,7 @@ from usdsdg_physics.corrections.contact_coefficients import ContactCoefficients
 from usdsdg_physics.corrections.contact_report import ContactReport, ContactRows
 from usdsdg_physics.corrections.depenetration import Depenetration
 from usdsdg_physics.corrections.free_flight import FreeFlight
+from usdsdg_physics.corrections.joint_loads import JointLoads
 from usdsdg_physics.corrections.links import Links
 from usdsdg_physics.corrections.locked_axes import LockedAxes
 from usdsdg_physics.corrections.moving_surfaces import MovingSurfaces
@@ -115,6 +116,12 @@ class World:
         self._depenetration = Depenetration(scene, self.model, built.shape_index, contacts, free, dof)
         self._stabilization = Stabilization(scene, self.model, inertia_per_mass, sleep_threshold, free, coordinate, dof)
         self._stabilization.set_gravity(self.gravity)
+        self._breakable = built.joints.breakable
+        self._loads = (
+            JointLoads(self.model, [row[1:] for row in self._breakable], built.joints.rubbing)
+            if self._breakable or built.joints.rubbing
+            else None
+        )
         self._links = self._links_of(built, contacts) if self.joints is not None else None
         # What few scenes have costs nothing in the others.
         self._locked_axes = (
@@ -146,7 +153,9 @@ class World:
         self._forces.set(scene.forces.values())
         reported = [built.shape_index[path] for path in reports_of(scene)]
         self._report = ContactReport(self.model, contacts, reported) if reported else None
-        self._observables = self.solver.observables({"contact_f"} if reported else (), contacts=self._contacts)
+        observed = {"contact_f"} if reported else set()
+        observed |= {"body_parent_f"} if self._loads is not None else set()
+        self._observables = self.solver.observables(observed, contacts=self._contacts)
         self._latest_substeps = 0
         self._triggers = {built.shape_index[c.path] for c in scene.colliders.values() if c.trigger}
         self._records = StepRecords(self.model.device)
@@ -392,6 +401,9 @@ class World:
                 self._report.note_forces(self._observables.contact_f, substep, h)
             if self._links is not None:
                 self._links.revert_nonfinite(before, after)
+            if self._loads is not None:
+                assert self._observables.body_parent_f is not None
+                self._loads.apply(after, self._observables.body_parent_f)
             if self._locked_axes is not None:
                 self._locked_axes.apply(before, after, h)
             self._stabilization.apply(before, after, self._sleeping.asleep, h)
@@ -422,6 +434,12 @@ class World:
         # The count stops at the capacity.
         found = int(self._contacts.rigid_contact_count.numpy()[0])
         return found >= self.pipeline.rigid_contact_max or bool(self.solver.constraint_overflow.numpy().any())
+
+    def broken_joints(self) -> list[str]:
+        """Return the paths of the joints that have borne more than they can since the world was built."""
+        if self._loads is None or not self._breakable:
+            return []
+        return [self._breakable[row][0] for row in self._loads.broken()]
 
     def take_nonfinite(self) -> list[str]:
         """Return the paths of bodies with a step, since the last call, that was reverted because it was not finite."""
