@@ -127,7 +127,7 @@ UNREAD: tuple[Unread, ...] = (
         "physxLimit:*",
         "limits of joints are hard and do not bounce: softness and restitution of a limit have no effect",
     ),
-    Unread("physxJointAxis:*:dynamicFrictionEffort", "joints rub with their static friction, also while they move"),
+    Unread("physxJoint:* physxJointAxis:*", "joints rub with their static friction, also while they move"),
     Unread(
         "PhysxDrivePerformanceEnvelopeAPI physxDrivePerformanceEnvelope:*",
         "the force of a drive does not depend on its speed: its maximum force alone limits it",
