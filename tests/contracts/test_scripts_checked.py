@@ -6,7 +6,7 @@ from pathlib import Path
 
 PAGE = (Path(__file__).parents[2] / "docs" / "scripts_checked.md").read_text(encoding="utf-8")
 STATES = ["unmodified", "with options", "needs edits", "fails"]
-OPTIONS = {"--stage", "--map", "--new-stage", "--frames", "--missing-assets"}
+OPTIONS = {"--stage", "--map", "--new-stage", "--frames", "--missing-assets", "--assets-root", "--lenient"}
 
 
 def rows() -> list[list[str]]:
