@@ -33,7 +33,7 @@ class NewtonEngine:
     def __init__(self, stage: Usd.Stage, *, device: str | None = None, progress: Progress | None = None) -> None:
         """`device` is "cpu", "cuda:0" or None for Warp's default; `progress` is called while kernels compile."""
         self._stage, self._device, self._progress = stage, device, progress
-        self._hulls = HullCache()
+        self._hulls = HullCache(progress=progress)
         self._listeners, self._listeners_before = Listeners(), Listeners()
         self._trigger_listeners, self._contact_listeners = Listeners(), Listeners()
         self._all_listeners = (

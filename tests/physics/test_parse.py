@@ -262,11 +262,6 @@ def _no_collider(stage):
     make_body(UsdGeom.Xform.Define(stage, "/World/ghost").GetPrim())
 
 
-def _decomposition(stage):
-    prim = mesh(stage, "/World/cup", CORNERS, [[0, 1, 2], [5, 6, 7], [3, 4, 0]]).GetPrim()
-    collide(prim, approximation="convexDecomposition")
-
-
 def _body_inside_an_instance(stage):
     add(stage, "/Asset/box")
     stage.GetPrimAtPath("/Asset").SetSpecifier(Sdf.SpecifierClass)
@@ -284,7 +279,6 @@ def _curves(stage):
     [
         (_joint, "/World/joint"),
         (_no_collider, "/World/ghost.*no collider"),
-        (_decomposition, "/World/cup.*convexDecomposition"),
         (_body_inside_an_instance, "instances.*/World/instance/box"),
         (_curves, "/World/curves.*BasisCurves"),
     ],

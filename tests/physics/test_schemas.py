@@ -212,6 +212,9 @@ _OTHER = {
 _ELSEWHERE = {
     "physxScene:timeStepsPerSecond": "read before every step: test_oracles",
     "physics:simulationOwner": "several scenes are named: test_parse",
+    "physxConvexDecompositionCollision:maxConvexHulls": "test_convex_parts",
+    "physxConvexDecompositionCollision:hullVertexLimit": "test_convex_parts",
+    "physxConvexDecompositionCollision:errorPercentage": "test_convex_parts",
     "physxContactReport:reportPairs": "test_contact_reports",
     "physxTrigger:triggeredCollisions": "written, not read: test_triggers",
     "physics:filteredGroups": "test_parse",

@@ -8,12 +8,12 @@ from numpy.typing import ArrayLike
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.changes import Changes
-from usdsdg.stage.physics.instances import split_instance
+from usdsdg.stage.physics.instances import part_name, split_instance, whole
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.bodies import read_angular_velocity, read_body, read_velocity
 from usdsdg_physics.parse.colliders import frame_from_prim
-from usdsdg_physics.parse.collision_shapes import read_shape
+from usdsdg_physics.parse.collision_shapes import read_shapes
 from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.forces import read_force
 from usdsdg_physics.parse.joints import read_joint
@@ -99,7 +99,7 @@ class EditReader:
         self._animated = set(scene.animated)
         # Instances of PointInstancers have no prims.
         self._bodies = sorted(path for path in scene.bodies if not split_instance(path))
-        self._colliders = sorted(path for path in scene.colliders if not split_instance(path))
+        self._colliders = sorted(path for path in scene.colliders if not split_instance(path) and whole(path) == path)
         self._joints = sorted(scene.joints)
         self._materials = {collider.material.path for collider in scene.colliders.values()} - {""}
 
@@ -126,7 +126,8 @@ class EditReader:
         now = parse(self._stage, self._hulls, root=root)
         if now.scene_path or now.filtered or now.instancers or at_or_below(self._scene.scene_path, path):
             return True
-        before_bodies, before_colliders = paths_below(self._bodies, path), paths_below(self._colliders, path)
+        before_bodies = paths_below(self._bodies, path)
+        before_colliders = [part for each in paths_below(self._colliders, path) for part in self._parts_of(each)]
         return not (
             now.forces == {p: force for p, force in self._scene.forces.items() if at_or_below(p, path)}
             and now.reports == {p: report for p, report in self._scene.reports.items() if at_or_below(p, path)}
@@ -172,8 +173,10 @@ class EditReader:
         edits.rebuild |= any(name.startswith(_REBUILD_PREFIXES) for name in others)
         edits.rebuild |= collider is not None and bool(others & _SHAPE_ATTRIBUTES)
         if collider is not None and _COLLISION_ENABLED in names:
-            collider = edits.colliders.get(path, collider)
-            edits.colliders[path] = replace(collider, enabled=bool(value(prim, _COLLISION_ENABLED, True)))
+            enabled = bool(value(prim, _COLLISION_ENABLED, True))
+            for part in self._parts_of(path):
+                before = edits.colliders.get(part, self._scene.colliders[part])
+                edits.colliders[part] = replace(before, enabled=enabled)
         if body is not None and names & _VELOCITIES:
             velocity, angular = read_velocity(prim, self._units), read_angular_velocity(prim)
             edits.velocities[path] = np.array([*velocity, *angular])
@@ -254,11 +257,17 @@ class EditReader:
             return
         owner = self._stage.GetPrimAtPath(collider.body) if collider.body != STATIC else None
         to_frame = frame_from_prim(prim, owner, cache, self._units)
-        shape = read_shape(prim, to_frame, self._hulls, dynamic=owner is not None)
-        if shape is None or not _same_geometry(shape, collider.shape):
-            edits.rebuild = True
-        else:
-            edits.colliders[collider.path] = replace(collider, shape=shape)
+        solid = owner is not None or (collider.trigger and prim.IsA(UsdGeom.Mesh))
+        shapes = read_shapes(prim, to_frame, self._hulls, dynamic=solid)
+        for part, shape in zip(self._parts_of(collider.path), shapes):
+            before = edits.colliders.get(part, self._scene.colliders[part])
+            edits.rebuild |= not _same_geometry(shape, before.shape)
+            edits.colliders[part] = replace(before, shape=shape)
+        edits.rebuild |= len(shapes) != collider.parts
+
+    def _parts_of(self, path: str) -> list[str]:
+        """Return the names of the parts of a collider, of most only its own."""
+        return [part_name(path, part) for part in range(self._scene.colliders[path].parts)]
 
     def _material_changed(self, path: str) -> bool:
         colliders = paths_below(self._colliders, path)

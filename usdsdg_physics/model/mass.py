@@ -1,10 +1,12 @@
 """Mass, center of mass and inertia of a body from its colliders and its MassAPI."""
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from usdsdg.stage.physics.instances import whole
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.parse.convex_hulls import inertia_from_covariance
 from usdsdg_physics.scene.records import Body, Collider, Shape
@@ -27,7 +29,15 @@ def body_mass(body: Body, colliders: Sequence[Collider]) -> MassProperties:
     Disabled colliders count too: switching a collider off does not make a body lighter. Triggers do not. A body
     without colliders has 1 kg unless its MassAPI says otherwise.
     """
-    parts = [_collider_mass(collider, body.mass.density) for collider in colliders if not collider.trigger]
+    volumes: defaultdict[str, float] = defaultdict(float)
+    for collider in colliders:
+        if collider.parts > 1:
+            volumes[whole(collider.path)] += volume_integrals(collider.shape)[0]
+    parts = [
+        _collider_mass(collider, body.mass.density, volumes.get(whole(collider.path)))
+        for collider in colliders
+        if not collider.trigger
+    ]
     mass = sum(part.mass for part in parts)
     if mass <= 0.0:
         given = body.mass.mass or 1.0
@@ -44,10 +54,12 @@ def body_mass(body: Body, colliders: Sequence[Collider]) -> MassProperties:
     return MassProperties(mass, center, _invertible(inertia, mass))
 
 
-def _collider_mass(collider: Collider, body_density: float) -> MassProperties:
+def _collider_mass(collider: Collider, body_density: float, total_volume: float | None) -> MassProperties:
+    """Return the mass properties of a collider; `total_volume` is that of all convex parts of its prim if it is one."""
     volume, center, covariance = volume_integrals(collider.shape)
     density = collider.mass.density or body_density or collider.material.density or DEFAULT_DENSITY
-    mass = collider.mass.mass or density * volume
+    share = volume / total_volume if total_volume else 1.0
+    mass = collider.mass.mass * share or density * volume
     if volume <= 0.0:
         return MassProperties(0.0, center, np.zeros((3, 3)))
     central = covariance - volume * np.outer(center, center)

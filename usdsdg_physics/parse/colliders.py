@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from usdsdg.stage.physics.instances import part_name
 from usdsdg_physics.parse.attributes import TRIGGER, TRIGGER_STATE, authored, finite, has_api, value
 from usdsdg_physics.parse.bodies import read_mass
-from usdsdg_physics.parse.collision_shapes import read_shape
+from usdsdg_physics.parse.collision_shapes import read_shapes
 from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.scene.records import STATIC, Body, Collider, MassSpec, Material
@@ -24,21 +25,21 @@ def read_collider(
     cache: UsdGeom.XformCache,
     units: Units,
     hulls: HullCache,
-) -> Collider | None:
-    """Read a prim with CollisionAPI into the frame of its body, or the world's; None when it has no collision shape.
+) -> list[Collider]:
+    """Read a prim with CollisionAPI into the frame of its body, or the world's: a collider, or its convex parts.
 
     Args:
         owner: the rigid body that owns the collider, None for a static collider.
     """
     to_frame = frame_from_prim(prim, owner, cache, units)
-    collider = collider_in_frame(prim, to_frame, material, units, hulls, solid=owner is not None, is_body=prim == owner)
-    return replace(collider, body=str(owner.GetPath())) if collider is not None and owner else collider
+    found = colliders_in_frame(prim, to_frame, material, units, hulls, solid=owner is not None, is_body=prim == owner)
+    return [replace(collider, body=str(owner.GetPath())) for collider in found] if owner else found
 
 
 def read_moving_collider(
     prim: Usd.Prim, material: Material, cache: UsdGeom.XformCache, units: Units, hulls: HullCache
-) -> tuple[Body, Collider | None]:
-    """Read a collider without a body as the collider of a kinematic body at the same path.
+) -> tuple[Body, list[Collider]]:
+    """Read a collider without a body as that of a kinematic body at the same path.
 
     Its mesh keeps its triangles, as that of a static collider does.
     """
@@ -47,11 +48,11 @@ def read_moving_collider(
     pose = rigid_pose(matrix, units.meters)
     rows = tuple(tuple(row) for row in constant.tolist())
     body = Body(path=path, pose=tuple(pose.tolist()), body_from_prim=rows, kinematic=True, is_collider=True)
-    collider = collider_in_frame(prim, constant, material, units, hulls, solid=False, is_body=False)
-    return body, replace(collider, body=path) if collider is not None else None
+    found = colliders_in_frame(prim, constant, material, units, hulls, solid=False, is_body=False)
+    return body, [replace(collider, body=path) for collider in found]
 
 
-def collider_in_frame(
+def colliders_in_frame(
     prim: Usd.Prim,
     to_frame: np.ndarray,
     material: Material,
@@ -60,8 +61,8 @@ def collider_in_frame(
     *,
     solid: bool,
     is_body: bool,
-) -> Collider | None:
-    """Read a prim with CollisionAPI into a frame, as a static collider; None when it has no collision shape.
+) -> list[Collider]:
+    """Read a prim with CollisionAPI into a frame, as a static collider or convex parts; none without a shape.
 
     Args:
         to_frame: row-vector 4x4 from the prim's space [stage units] to the frame [m].
@@ -70,22 +71,24 @@ def collider_in_frame(
     """
     trigger = has_api(prim, TRIGGER) or has_api(prim, TRIGGER_STATE)
     # Like a body's, a trigger's mesh is a solid: what is within it is inside.
-    shape = read_shape(prim, to_frame, hulls, dynamic=solid or (trigger and prim.IsA(UsdGeom.Mesh)))
-    if shape is None:
-        return None
+    shapes = read_shapes(prim, to_frame, hulls, dynamic=solid or (trigger and prim.IsA(UsdGeom.Mesh)))
+    if not shapes:
+        return []
     margin = finite(authored(prim, "physxCollision:restOffset"), 0.0) * units.meters
     offset = finite(authored(prim, "physxCollision:contactOffset"), -1.0) * units.meters
-    return Collider(
+    collider = Collider(
         path=str(prim.GetPath()),
         body=STATIC,
-        shape=shape,
+        shape=shapes[0],
         material=material,
         enabled=bool(value(prim, "physics:collisionEnabled", True)),
         gap=max(offset - margin, 0.0) if offset >= 0.0 else DEFAULT_GAP,
         margin=margin,
         mass=MassSpec() if is_body else read_mass(prim, units, to_frame),
         trigger=trigger,
+        parts=len(shapes),
     )
+    return [replace(collider, path=part_name(collider.path, part), shape=shape) for part, shape in enumerate(shapes)]
 
 
 def frame_from_prim(prim: Usd.Prim, owner: Usd.Prim | None, cache: UsdGeom.XformCache, units: Units) -> np.ndarray:

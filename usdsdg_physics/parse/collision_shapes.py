@@ -8,7 +8,8 @@ from pxr import Usd, UsdGeom
 
 from usdsdg.errors import warn_once
 from usdsdg_physics.parse.attributes import value
-from usdsdg_physics.parse.convex_hulls import HullCache
+from usdsdg_physics.parse.convex_decomposition import Splitting
+from usdsdg_physics.parse.convex_hulls import MAX_HULL_VERTICES, HullCache
 from usdsdg_physics.scene.records import Shape, ShapeKind, Solid
 from usdsdg_physics.scene.rigid_frames import rotation_quat, split_scale
 
@@ -18,7 +19,7 @@ _Z_TO_AXIS = {
     "Y": np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]], np.float64),
     "Z": np.eye(3),
 }
-# Approximations that keep hollows, which become one convex hull here.
+# Approximations that keep hollows: of bodies they become convex parts, of static colliders but the first the triangles.
 _HOLLOW_APPROXIMATIONS = ("convexDecomposition", "sdf", "meshSimplification")
 # Relative difference of scales up to which they are called uniform.
 _UNIFORM = 1e-3
@@ -26,8 +27,8 @@ _UNIFORM = 1e-3
 _Reader = Callable[[Usd.Prim, np.ndarray, HullCache, bool], Shape | None]
 
 
-def read_shape(prim: Usd.Prim, frame_from_prim: ArrayLike, hulls: HullCache, *, dynamic: bool) -> Shape | None:
-    """Return the collision shape of a gprim, or None (with a warning) when its type has none.
+def read_shapes(prim: Usd.Prim, frame_from_prim: ArrayLike, hulls: HullCache, *, dynamic: bool) -> list[Shape]:
+    """Return the collision shapes of a gprim: one, or the convex parts of a mesh; none, with a warning, of other types.
 
     Args:
         frame_from_prim: row-vector 4x4 from the prim's space [stage units] to the body's or the world's frame [m].
@@ -37,6 +38,11 @@ def read_shape(prim: Usd.Prim, frame_from_prim: ArrayLike, hulls: HullCache, *, 
     kind = str(prim.GetTypeName())
     if kind == "Mesh":
         return _mesh(prim, matrix, hulls, dynamic)
+    shape = _primitive(prim, kind, matrix, hulls, dynamic)
+    return [shape] if shape is not None else []
+
+
+def _primitive(prim: Usd.Prim, kind: str, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
     reader = _PRIMITIVES.get(kind)
     if reader is None:
         warn_once(
@@ -122,26 +128,55 @@ def _plane(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) 
     return _shape("plane", (0.0, 0.0, 0.0), rotation, position)
 
 
-def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
+def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> list[Shape]:
     points, triangles = mesh_triangles(prim)
     if not len(points):
         warn_once(f"{prim.GetPath()} has CollisionAPI but no points, so it does not collide.")
-        return None
+        return []
     approximation = str(value(prim, "physics:approximation", "none"))
     if approximation == "boundingCube":
-        return _bounding_box(prim, points, matrix, hulls)
-    if approximation == "boundingSphere":
-        return _bounding_sphere(points, matrix)
-    if approximation in _HOLLOW_APPROXIMATIONS and (dynamic or approximation == "convexDecomposition"):
-        warn_once(
-            f"{prim.GetPath()}: the collision approximation {approximation!r} becomes one convex hull, so "
-            "hollows are filled. Split the mesh into convex parts to keep them."
-        )
-    elif approximation not in _HOLLOW_APPROXIMATIONS and approximation not in ("none", "convexHull"):
+        shape = _bounding_box(prim, points, matrix, hulls)
+    elif approximation == "boundingSphere":
+        shape = _bounding_sphere(points, matrix)
+    elif approximation == "convexDecomposition" or (dynamic and approximation in _HOLLOW_APPROXIMATIONS):
+        return _parts(prim, points, triangles, matrix, hulls, approximation)
+    elif approximation not in (*_HOLLOW_APPROXIMATIONS, "none", "convexHull"):
         warn_once(f"{prim.GetPath()}: unknown collision approximation {approximation!r}; a convex hull is used.")
+        shape = _hull(prim, points, matrix, hulls)
     elif approximation != "convexHull" and not dynamic and len(triangles):
-        return _solid_shape("mesh", prim, points, triangles, matrix, hulls)
-    return _hull(prim, points, matrix, hulls)
+        shape = _solid_shape("mesh", prim, points, triangles, matrix, hulls)
+    else:
+        shape = _hull(prim, points, matrix, hulls)
+    return [shape] if shape is not None else []
+
+
+def _parts(
+    prim: Usd.Prim,
+    points: np.ndarray,
+    triangles: np.ndarray,
+    matrix: np.ndarray,
+    hulls: HullCache,
+    approximation: str,
+) -> list[Shape]:
+    """Return the convex parts of a mesh, its hull where it cannot be split."""
+    if approximation != "convexDecomposition":
+        warn_once(
+            f"{prim.GetPath()}: the collision approximation {approximation!r} of a rigid body becomes convex parts, up "
+            "to a few percent of its size beside its surface. Use 'convexDecomposition' to choose how many.",
+            key=f"convex parts instead of {approximation}",
+        )
+    splitting = Splitting(
+        max_parts=int(value(prim, "physxConvexDecompositionCollision:maxConvexHulls", 32)),
+        max_vertices=int(value(prim, "physxConvexDecompositionCollision:hullVertexLimit", MAX_HULL_VERTICES)),
+        error=float(value(prim, "physxConvexDecompositionCollision:errorPercentage", 10.0)),
+    )
+    solids = hulls.parts(points, triangles, splitting, prim_path=str(prim.GetPath())) if len(triangles) else []
+    parts = split_scale(matrix)
+    if not solids or parts is None or abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
+        shape = _hull(prim, points, matrix, hulls)
+        return [shape] if shape is not None else []
+    scale, rotation, position = parts
+    return [_shape("hull", scale, rotation, position, solid) for solid in solids]
 
 
 def mesh_triangles(prim: Usd.Prim) -> tuple[np.ndarray, np.ndarray]:

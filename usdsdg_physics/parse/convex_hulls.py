@@ -1,12 +1,15 @@
 """Convex hulls of meshes: at most 64 vertices, cached by content, never without volume."""
 
 import hashlib
+from collections.abc import Callable
 
 import numpy as np
 
 from usdsdg.errors import warn_once
+from usdsdg_physics.parse.convex_decomposition import Splitting, convex_parts
 from usdsdg_physics.scene.records import Solid
 
+SPLITTING_LABEL = "splitting meshes into convex parts (first use)"
 # Newton's own limit; its narrow phase visits every vertex of a hull in each support query.
 MAX_HULL_VERTICES = 64
 # Relative to the largest extent. A flatter hull has no mass to speak of and a contact normal of noise.
@@ -16,7 +19,10 @@ _MIN_THICKNESS = 1e-3
 class HullCache:
     """Convex hulls and meshes by the content of their points: a thousand references to one asset make one hull."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, progress: Callable[[str, int, int | None], None] | None = None) -> None:
+        """`progress` is called with a label and a number while meshes are split, which takes seconds for each."""
+        self._progress, self._split = progress, 0
+        self._parts: dict[tuple[bytes, Splitting], list[np.ndarray]] = {}
         self._hulls: dict[bytes, Solid] = {}
         self._meshes: dict[bytes, Solid] = {}
 
@@ -34,6 +40,20 @@ class HullCache:
         if key not in self._hulls:
             self._hulls[key] = _hull(points, prim_path)
         return self._hulls[key]
+
+    def parts(
+        self, points: np.ndarray, triangles: np.ndarray, splitting: Splitting, *, prim_path: str = ""
+    ) -> list[Solid]:
+        """Return the hulls of the convex parts of a mesh; none where it cannot be split."""
+        points = np.ascontiguousarray(points, np.float32).reshape(-1, 3)
+        triangles = np.ascontiguousarray(triangles, np.int32).reshape(-1, 3)
+        key = _digest(points, triangles), splitting
+        if key not in self._parts:
+            if self._progress:
+                self._progress(SPLITTING_LABEL, self._split, None)
+            self._parts[key] = convex_parts(points, triangles, splitting, prim_path=prim_path)
+            self._split += 1
+        return [self.hull(part, prim_path=prim_path) for part in self._parts[key]]
 
     def mesh(self, points: np.ndarray, triangles: np.ndarray) -> Solid:
         """Return the triangles themselves, for static colliders without approximation."""

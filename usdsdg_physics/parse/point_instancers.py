@@ -9,11 +9,11 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.errors import warn_once
-from usdsdg.stage.physics.instances import instance_name
+from usdsdg.stage.physics.instances import instance_name, part_name
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.parse.attributes import COLLISION, RIGID_BODY, has_api, value
 from usdsdg_physics.parse.bodies import read_body, read_mass, read_surface_velocity
-from usdsdg_physics.parse.colliders import collider_in_frame
+from usdsdg_physics.parse.colliders import colliders_in_frame
 from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.materials import bound_materials
 from usdsdg_physics.parse.units import Units, scaled_vector
@@ -145,12 +145,10 @@ def _make(
     root, colliders = prototype.root, []
     for prim, below, material in prototype.colliders:
         relative = np.eye(4) if prim == root else np.array(cache.ComputeRelativeTransform(prim, root)[0])
-        solid = prototype.is_body
-        collider = collider_in_frame(
-            prim, relative @ constant, material, units, hulls, solid=solid, is_body=prim == root
+        found = colliders_in_frame(
+            prim, relative @ constant, material, units, hulls, solid=prototype.is_body, is_body=prim == root
         )
-        if collider is not None:
-            colliders.append((collider, below))
+        colliders += [(collider, part_name(below, part)) for part, collider in enumerate(found)]
     if not prototype.is_body:
         return None, colliders
     body = replace(

@@ -55,12 +55,11 @@ def parse(
     colliders = {}
     for (prim, owner), material in zip(found.colliders, materials):
         if owner is None and prim.GetPath() in animated:
-            body, collider = read_moving_collider(prim, material, at_time, units, hulls)
-            bodies |= {body.path: body} if collider is not None else {}
+            body, read = read_moving_collider(prim, material, at_time, units, hulls)
+            bodies |= {body.path: body} if read else {}
         else:
-            collider = read_collider(prim, owner, material, cache, units, hulls)
-        if collider is not None:
-            colliders[collider.path] = collider
+            read = read_collider(prim, owner, material, cache, units, hulls)
+        colliders |= {collider.path: collider for collider in read}
     for instances in (read_instances(prim, cache, units, hulls) for prim in found.instancers):
         bodies |= instances.bodies
         colliders |= instances.colliders

@@ -52,9 +52,10 @@ READ: dict[str, str] = {
     "PhysxTriggerAPI": "",
     "PhysxTriggerStateAPI": "physxTrigger:triggeredCollisions",
     "PhysxMaterialAPI": "physxMaterial:frictionCombineMode physxMaterial:restitutionCombineMode",
+    "PhysxConvexDecompositionCollisionAPI": "physxConvexDecompositionCollision:maxConvexHulls "
+    "physxConvexDecompositionCollision:hullVertexLimit physxConvexDecompositionCollision:errorPercentage",
     # These hold settings only: applying them changes nothing, and each setting is among those of `UNREAD`.
     "PhysxConvexHullCollisionAPI": "",
-    "PhysxConvexDecompositionCollisionAPI": "",
     "PhysxSphereFillCollisionAPI": "",
     "PhysxSDFMeshCollisionAPI": "",
     "PhysxTriangleMeshCollisionAPI": "",
@@ -188,13 +189,15 @@ UNREAD: tuple[Unread, ...] = (
         "convex hulls have at most 64 vertices and are at least a thousandth of their size thick",
     ),
     Unread(
-        "physxConvexDecompositionCollision:* physxSphereFillCollision:*",
-        "meshes are not split: one convex hull is used",
+        "physxConvexDecompositionCollision:minThickness physxConvexDecompositionCollision:shrinkWrap "
+        "physxConvexDecompositionCollision:voxelResolution physxSphereFillCollision:*",
+        "convex parts of meshes depend on how many there may be, their vertices and the error alone, and meshes do not "
+        "become spheres",
     ),
     Unread(
         "physxSDFMeshCollision:* physxTriangleMeshCollision:* physxTriangleMeshSimplificationCollision:*",
-        "static meshes collide with all their triangles, those of bodies as convex hulls; how finely PhysX would "
-        "represent them does not matter",
+        "static meshes collide with all their triangles, those of bodies as convex hulls or parts; how finely PhysX "
+        "would represent them does not matter",
     ),
     Unread(
         "PhysxMeshMergeCollisionAPI collection:collisionmeshes*",

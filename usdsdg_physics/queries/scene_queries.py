@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from usdsdg.stage.physics.instances import whole
 from usdsdg.stage.poses.rotations import matrix_from_quat, quat_from_matrix
 from usdsdg_physics.queries.raycast import ray_distance
 from usdsdg_physics.scene.extents import bounding_sphere, local_box
@@ -62,7 +63,8 @@ class SceneQueries:
         self._bounds = np.array([bounding_sphere(c.shape) for c in self._colliders], np.float64).reshape(-1, 4)
         # In path order, so that a script's random numbers meet the same hits in every run.
         self._sorted = np.array(sorted(range(len(self._colliders)), key=lambda row: self._colliders[row].path), int)
-        self._overlaps = [Overlap(c.body or c.path, c.path) for c in self._colliders]
+        self._overlaps = [Overlap(c.body or whole(c.path), whole(c.path)) for c in self._colliders]
+        self._has_parts = any(c.parts > 1 for c in self._colliders)
         self._box: tuple[np.ndarray, np.ndarray] | None = None  # lower and upper corners (N, 3), in the shape's frame
         self._tables: tuple[wp.array, ...] | None = None
         self._overlap_launch: OverlapLaunch | None = None
@@ -106,7 +108,7 @@ class SceneQueries:
             if found is not None and found[0] <= distance:
                 point, normal = start + found[0] * along_ray, found[1] @ rotation[row]
                 hits.append(self._ray_hit(row, found[0], point, normal, found[2]))
-        return sorted(hits, key=lambda hit: hit.distance)
+        return self._nearest_first(hits)
 
     def sweep(
         self,
@@ -170,7 +172,7 @@ class SceneQueries:
             )
             if length >= 0.0
         ]
-        return sorted(hits, key=lambda hit: hit.distance)
+        return self._nearest_first(hits)
 
     def overlapping_pairs(self, poses: np.ndarray, firsts: Sequence[str]) -> list[tuple[str, str]]:
         """Return the pairs of a convex collider among `firsts` and another enabled one, of another body, it overlaps.
@@ -256,6 +258,16 @@ class SceneQueries:
         enters, leaves = np.minimum(one, other).max(axis=1), np.maximum(one, other).min(axis=1)
         return (enters <= leaves) & (leaves >= 0.0) & (enters <= distance)
 
+    def _nearest_first(self, hits: list[RayHit]) -> list[RayHit]:
+        """Return hits by distance; of the parts of a collider the nearest."""
+        hits = sorted(hits, key=lambda hit: hit.distance)
+        if not self._has_parts:
+            return hits
+        first: dict[str, RayHit] = {}
+        for hit in hits:
+            first.setdefault(hit.collision, hit)
+        return list(first.values())
+
     def _ray_hit(self, row: int, distance: float, position: np.ndarray, normal: np.ndarray, face: int) -> RayHit:
         hit = self._overlaps[row]
         return RayHit(hit.rigid_body, hit.collision, distance, tuple(position.tolist()), tuple(normal.tolist()), face)
@@ -279,7 +291,8 @@ class SceneQueries:
             np.asarray(origin, np.float64),
             rotation / np.linalg.norm(rotation),
         )
-        return [self._overlaps[row] for row in self._sorted[hits[self._sorted] != 0].tolist()]
+        found = [self._overlaps[row] for row in self._sorted[hits[self._sorted] != 0].tolist()]
+        return list(dict.fromkeys(found)) if self._has_parts else found
 
     def _frames(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return world rotations (N, 3, 3) and positions (N, 3) of all shapes, computed once for an array of poses."""

@@ -6,6 +6,7 @@ from collections.abc import Collection
 
 import numpy as np
 
+from usdsdg.stage.physics.instances import whole
 from usdsdg_physics.queries.scene_queries import SceneQueries
 from usdsdg_physics.scene.events import TriggerEvent
 from usdsdg_physics.scene.records import STATIC, Scene
@@ -26,7 +27,8 @@ class Triggers:
 
     def inside(self, poses: np.ndarray) -> list[Pair]:
         """Return the pairs of a trigger and a collider inside it, for the poses (N, 7) of the bodies."""
-        return [pair for pair in self._queries.overlapping_pairs(poses, self.paths) if self._reports(*pair)]
+        pairs = [pair for pair in self._queries.overlapping_pairs(poses, self.paths) if self._reports(*pair)]
+        return list(dict.fromkeys((whole(trigger), whole(other)) for trigger, other in pairs))
 
     def events(self, before: Collection[Pair], after: Collection[Pair]) -> list[TriggerEvent]:
         """Return what left and what entered between two sets of pairs."""

@@ -109,6 +109,7 @@ class Collider:
     margin: float = 0.0  # resting distance from the surface [m]
     mass: MassSpec = MassSpec()
     trigger: bool = False  # reports what is inside, and is not solid
+    parts: int = 1  # of the prim, each a collider of its own; `usdsdg.stage.physics.instances` has their names
 
 
 @dataclass(frozen=True)

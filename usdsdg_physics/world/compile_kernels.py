@@ -92,8 +92,8 @@ def load_kernels(pipeline: newton.CollisionPipeline, *, progress: Progress | Non
     # A name that this version of Newton does not have gives an empty module.
     modules = [module for module in map(wp.get_module, _MODULES) if module.kernels] if is_first else []
     tasks: list[Callable[[], object]] = [partial(wp.load_module, module, device) for module in modules]
-    # Newton generates its narrow phase for the shapes of a scene, triangle meshes or not, and the arguments of its first
-    # launch.
+    # Newton generates its narrow phase for the shapes of a scene, triangle meshes or none, and the arguments of its
+    # first launch.
     tasks.insert(1, lambda: pipeline.collide(pipeline.model.state(), pipeline.contacts()))
     if progress:
         progress(LABEL, 0, len(tasks))

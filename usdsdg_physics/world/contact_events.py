@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from usdsdg.stage.physics.instances import whole
 from usdsdg_physics.corrections.contact_report import ContactRows
 from usdsdg_physics.scene.events import ContactEvent, ContactPoint
 from usdsdg_physics.scene.prim_paths import at_or_below
@@ -18,7 +19,8 @@ def reports_of(scene: Scene) -> dict[str, list[ContactReportSpec]]:
     """Return the PhysxContactReportAPIs on colliders, on their bodies and above them, by collider that has any."""
     found = {}
     for path, collider in scene.colliders.items():
-        above = [path[:end] for end, letter in enumerate(path) if letter == "/" and end] + [path]
+        own = whole(path)
+        above = [own[:end] for end, letter in enumerate(own) if letter == "/" and end] + [own]
         specs = [scene.reports[each] for each in dict.fromkeys([collider.body, *above]) if each in scene.reports]
         if specs:
             found[path] = specs
@@ -34,7 +36,7 @@ class ContactEvents:
         """`touching` are the pairs that touched in the step before; `meters` and `kilograms` the stage's units."""
         self._scene, self._meters, self._kilograms = scene, meters, kilograms
         self._reports = reports_of(scene)
-        self._paths = {index: path for path, index in shape_index.items()}
+        self._paths = {index: whole(path) for path, index in shape_index.items()}
         self.touching = touching
 
     def of_step(self, substeps: Sequence[ContactRows], dt: float) -> list[ContactEvent]:

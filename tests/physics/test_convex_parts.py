@@ -1,0 +1,153 @@
+"""Meshes that are split into convex parts: hollows stay hollow, and the parts are one collider."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pxr import Gf, UsdGeom, UsdPhysics
+
+from tests.physics.scenes import add, make_body, mesh, new_stage, playing, position
+from usdsdg import errors
+from usdsdg.stage.schemas import physx
+from usdsdg_physics.parse import convex_decomposition
+from usdsdg_physics.parse.convex_hulls import SPLITTING_LABEL, HullCache
+from usdsdg_physics.parse.scene import parse
+
+pytest.importorskip("coacd")
+
+
+@pytest.fixture(autouse=True)
+def own_cache(monkeypatch, tmp_path_factory):
+    """A cache that the tests of a session share, so that each mesh is split once."""
+    folder = tmp_path_factory.getbasetemp() / "convex_parts_cache"
+    monkeypatch.setenv("XDG_CACHE_HOME", str(folder))
+
+
+def _box(low, high, first):
+    x, y, z = zip(low, high)
+    corners = [(a, b, c) for a in x for b in y for c in z]
+    faces = [
+        [0, 1, 3],
+        [0, 3, 2],
+        [4, 7, 5],
+        [4, 6, 7],
+        [0, 5, 1],
+        [0, 4, 5],
+        [2, 3, 7],
+        [2, 7, 6],
+        [0, 2, 6],
+        [0, 6, 4],
+    ]
+    faces += [[1, 5, 7], [1, 7, 3]]
+    return corners, (np.array(faces) + first).tolist()
+
+
+def _crate(stage, path="/World/crate", *, body=True, approximation="convexDecomposition"):
+    """A square crate, open above: 0.6 m wide, 0.4 m high, walls and floor of 0.1 m."""
+    boards = [
+        ((-0.3, -0.3, 0.0), (0.3, 0.3, 0.1)),
+        ((-0.3, -0.3, 0.1), (-0.2, 0.3, 0.4)),
+        ((0.2, -0.3, 0.1), (0.3, 0.3, 0.4)),
+        ((-0.2, -0.3, 0.1), (0.2, -0.2, 0.4)),
+        ((-0.2, 0.2, 0.1), (0.2, 0.3, 0.4)),
+    ]
+    points, faces = [], []
+    for low, high in boards:
+        corners, own = _box(low, high, len(points))
+        points, faces = points + corners, faces + own
+    prim = mesh(stage, path, np.array(points), np.array(faces)).GetPrim()
+    UsdGeom.Xformable(prim).AddTranslateOp()
+    UsdPhysics.CollisionAPI.Apply(prim)
+    UsdPhysics.MeshCollisionAPI.Apply(prim).CreateApproximationAttr(approximation)
+    if body:
+        make_body(prim)
+    return prim
+
+
+@pytest.mark.parametrize("approximation", ["convexDecomposition", "sdf", "meshSimplification"])
+def test_a_box_falls_into_a_crate(approximation):
+    stage = new_stage()
+    add(stage, "/World/ground", at=(0, 0, -0.1), scale=(5, 5, 0.1), body=False)
+    crate = _crate(stage, approximation=approximation)
+    box = add(stage, "/World/box", at=(0, 0, 0.6))
+    playing(stage).advance(1.0)
+    assert position(box)[2] == pytest.approx(0.2, abs=0.01)
+    assert position(crate) == pytest.approx([0, 0, 0], abs=0.01)
+
+
+def test_a_static_decomposition_is_hollow_and_moves_as_one():
+    stage = new_stage()
+    crate = _crate(stage, body=False)
+    box = add(stage, "/World/box", at=(0, 0, 0.3))
+    engine = playing(stage)
+    engine.advance(0.5)
+    assert position(box)[2] == pytest.approx(0.2, abs=0.01)
+    crate.GetAttribute("xformOp:translate").Set(Gf.Vec3d(0, 0, -0.5))
+    engine.advance(1.0)
+    assert position(box)[2] == pytest.approx(-0.3, abs=0.01)
+    UsdPhysics.CollisionAPI(crate).GetCollisionEnabledAttr().Set(False)
+    engine.advance(0.5)
+    assert position(box)[2] < -1.0
+
+
+def test_parts_are_one_collider_with_the_mass_of_the_mesh():
+    stage = new_stage()
+    crate = _crate(stage)
+    scene = parse(stage, HullCache())
+    assert [collider.parts for collider in scene.colliders.values()] == [len(scene.colliders)] * len(scene.colliders)
+    volume = 0.6 * 0.6 * 0.1 + 0.3 * (0.6 * 0.6 - 0.4 * 0.4)
+    engine = playing(stage)
+    assert [hit.collision for hit in engine.overlap_box((1, 1, 1), (0, 0, 0))] == ["/World/crate"]
+    assert [hit.collision for hit in engine.raycast_all((0, 0, 5), (0, 0, -1), 9)] == ["/World/crate"]
+    engine.advance(1 / 60)
+    assert engine._session.world.mass == pytest.approx([1000 * volume], rel=0.1)
+    UsdPhysics.MassAPI.Apply(crate).CreateMassAttr(3.0)
+    engine.advance(1 / 60)
+    assert engine._session.world.mass == pytest.approx([3.0])
+
+
+def test_the_number_of_parts_is_limited():
+    stage = new_stage()
+    crate = _crate(stage)
+    api = physx.PhysxConvexDecompositionCollisionAPI.Apply(crate)
+    api.CreateMaxConvexHullsAttr(2)
+    api.CreateHullVertexLimitAttr(16)
+    scene = parse(stage, HullCache())
+    assert len(scene.colliders) == 2
+    assert all(len(collider.shape.solid.vertices) <= 16 for collider in scene.colliders.values())
+
+
+def test_a_mesh_is_split_once_with_progress_and_then_read(monkeypatch):
+    monkeypatch.setattr(convex_decomposition, "_VERSION", "test")
+    stage = new_stage()
+    _crate(stage)
+    heard = []
+    first = parse(stage, HullCache(progress=lambda *report: heard.append(report)))
+    assert heard == [(SPLITTING_LABEL, 0, None)]
+    monkeypatch.setattr(convex_decomposition, "_split", lambda *_: pytest.fail("split again"))
+    assert parse(stage, HullCache()) == first
+
+
+def test_contacts_and_triggers_name_the_whole():
+    stage = new_stage()
+    gate = add(stage, "/World/gate", scale=(2, 2, 2), body=False)
+    physx.PhysxTriggerAPI.Apply(gate)
+    crate = _crate(stage)
+    physx.PhysxContactReportAPI.Apply(crate).CreateThresholdAttr(0.0)
+    add(stage, "/World/ground", at=(0, 0, -0.1), scale=(5, 5, 0.1), body=False)
+    engine, entered = playing(stage), []
+    engine.subscribe_triggers(lambda event: entered.append(event.other))
+    engine.advance(0.5)
+    assert entered == ["/World/crate"]
+    assert {(event.collider0, event.collider1) for event in engine.contacts} == {("/World/crate", "/World/ground")}
+
+
+def test_other_approximations_that_become_parts_are_named_once():
+    stage = new_stage()
+    for index in range(2):
+        _crate(stage, f"/World/crate{index}", approximation="sdf")
+    errors.forget_warnings()
+    with pytest.warns(errors.UsdsdgWarning, match="/World/crate0.*'sdf'.*convex parts") as caught:
+        parse(stage, HullCache())
+    errors.forget_warnings()
+    assert len(caught) == 1
