@@ -65,10 +65,11 @@ def generated_meshes() -> list[trimesh.Trimesh]:
 class SceneMaker:
     """Authors the scene as the reference script does."""
 
-    def __init__(self, bodies: int, *, all_gravity: bool) -> None:
+    def __init__(self, bodies: int, *, all_gravity: bool, area: tuple[float, float, float] = AREA) -> None:
         self.stage = Usd.Stage.CreateInMemory()
         self.rng = random.Random(0)
         self.all_gravity = all_gravity
+        self.area = area
         self.root = os.environ.get("USDSDG_ASSETS_ROOT")
         UsdGeom.SetStageUpAxis(self.stage, "Z")
         UsdGeom.SetStageMetersPerUnit(self.stage, 1.0)
@@ -77,7 +78,8 @@ class SceneMaker:
         self.add_walls()
         if not self.root:
             self.add_generated_assets()
-        labeled, meshes = 12, (bodies - 12) * 175 // 325
+        labeled = min(12, bodies)
+        meshes = (bodies - labeled) * 175 // 325
         for index in range(labeled):
             self.add_asset(f"/World/Labeled/object_{index}", index % 2, LABELED, (1.0, 1.0), gravity=index > 4)
         for index in range(bodies - labeled - meshes):
@@ -92,8 +94,8 @@ class SceneMaker:
 
     def add_walls(self) -> None:
         for axis, sign in ((a, s) for a in range(3) for s in (-1, 1)):
-            size, at = list(AREA), [0.0, 0.0, 0.0]
-            size[axis], at[axis] = 0.5, sign * (AREA[axis] + 0.5) / 2
+            size, at = list(self.area), [0.0, 0.0, 0.0]
+            size[axis], at[axis] = 0.5, sign * (self.area[axis] + 0.5) / 2
             prim = self.stage.DefinePrim(f"/World/Walls/wall_{axis}{'np'[sign > 0]}", "Cube")
             UsdGeom.Xformable(prim).AddTranslateOp().Set(Gf.Vec3d(*at))
             UsdGeom.Xformable(prim).AddScaleOp().Set(Gf.Vec3f(*(s / 2 for s in size)))
@@ -121,7 +123,7 @@ class SceneMaker:
         self.finish(prim, (0.015, 0.15), self.coin())
 
     def finish(self, prim: Usd.Prim, scale: tuple[float, float], gravity: bool) -> None:
-        at = [self.rng.uniform(-size / 2, size / 2) for size in AREA]
+        at = [self.rng.uniform(-size / 2, size / 2) for size in self.area]
         angles = [self.rng.uniform(0, 360) for _ in range(3)]
         for name, add, value in (
             ("xformOp:translate", "AddTranslateOp", Gf.Vec3d(*at)),

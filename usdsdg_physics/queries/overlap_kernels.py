@@ -214,17 +214,23 @@ def overlaps(
         pose = poses[bodies[shape]]
         rotation = wp.normalize(wp.transform_get_rotation(pose))
         frame = wp.transform_multiply(wp.transformd(wp.transform_get_translation(pose), rotation), frame)
-    # Most shapes are far away.
+    # Most shapes are far away, or entirely inside.
     bound = bounds[shape]
     center = wp.transform_point(frame, wp.vec3d(bound[0], bound[1], bound[2]))
     center = wp.transform_point(wp.transform_inverse(query_frame), center)
     gap = wp.length(center) - query_size[0]
+    farthest = gap
     if query_kind == BOX:
         beyond = wp.vec3d()
+        farthest = wp.abs(center[0]) - query_size[0]
         for i in range(3):
+            farthest = wp.max(farthest, wp.abs(center[i]) - query_size[i])
             beyond[i] = wp.max(wp.abs(center[i]) - query_size[i], wp.float64(0.0))
         gap = wp.length(beyond)
     if gap > bound[3]:
+        return
+    if farthest + bound[3] <= wp.float64(0.0):
+        hit[shape] = 1
         return
     apart = is_apart(
         query_kind,
