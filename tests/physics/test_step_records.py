@@ -5,6 +5,7 @@ import pytest
 import warp as wp
 from pxr import Gf, UsdPhysics
 
+from tests.physics.mechanisms import drive, joint, rod
 from tests.physics.scenes import add, collide, mesh, new_stage, playing, set_value
 from usdsdg_physics.world import step_records
 from usdsdg_physics.world.step_records import StepRecords
@@ -126,6 +127,22 @@ def world_of(engine):
     return world
 
 
+def joints(stage):
+    ground(stage)
+    pile(stage, 6)
+    add(stage, "/World/lifted", at=(0, 0, 1))
+    rail = joint(stage, "/World/rail", UsdPhysics.PrismaticJoint, "", "/World/lifted", (0, 0, 1), axis="Z")
+    target = drive(rail, "linear", stiffness=1000.0, damping=100.0, target=-0.5)
+    rod(stage, "/World/bob", (0.5, 0, 1.2), (0.5, -0.3, 0.9))
+    joint(stage, "/World/hinge", UsdPhysics.RevoluteJoint, "", "/World/bob", (0.5, 0, 1.2))
+
+    def edit(engine, frame):
+        if frame in (20, 35):
+            target.GetTargetPositionAttr().Set(-0.8 if frame == 20 else 0.3)
+
+    return edit
+
+
 def trajectory(make):
     """Poses and velocities after every frame, and how many records the world ended with."""
     stage = new_stage()
@@ -143,7 +160,7 @@ def trajectory(make):
 
 @pytest.mark.parametrize(
     ("make", "kinds"),
-    [(contacts, 1), (sleeping, 2), (depenetration, 2), (kinematic, 2), (edits, 3), (terrain, 2)],
+    [(contacts, 1), (sleeping, 2), (depenetration, 2), (kinematic, 2), (edits, 3), (terrain, 2), (joints, 1)],
 )
 def test_recorded_and_unrecorded_steps_are_bit_equal(make, kinds, monkeypatch):
     recorded, records = trajectory(make)
