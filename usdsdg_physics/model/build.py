@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     import newton
 
 ITERATIONS = 24
+# What a gripper holds turns by a degree with fewer, because drives and contacts are solved against each other.
+ITERATIONS_WITH_JOINTS = 64
 # Some of the solver's kernels run over the whole capacity, so it is kept near what dense piles need.
 CONTACTS_PER_BODY = 18
 MIN_CONTACTS = 1000
@@ -159,7 +161,7 @@ def build_solver(model: newton.Model, joints: BuiltJoints, *, capacity: float = 
         # The serial sweep would run one world's contacts on a single thread; nothing else closes loops.
         return newton.solvers.SolverSteel(
             model,
-            iterations=ITERATIONS,
+            iterations=ITERATIONS_WITH_JOINTS if joints.trees else ITERATIONS,
             solve_mode="colored",
             articulated_contact_response="propagation",
             free_body_constraint_max=rows,
@@ -169,7 +171,7 @@ def build_solver(model: newton.Model, joints: BuiltJoints, *, capacity: float = 
         )
     return newton.solvers.SolverSteel(
         model,
-        iterations=ITERATIONS,
+        iterations=ITERATIONS_WITH_JOINTS if joints.trees else ITERATIONS,
         free_body_constraint_max=rows,
         warn_constraint_overflow=False,
         **_joint_options(joints, capacity),

@@ -11,6 +11,8 @@ from usdsdg_physics.scene.records import STATIC, Scene
 
 # A step of 1/60 s takes two substeps, the 1/320 s steps of motion blur one.
 SUBSTEPS_PER_SECOND = 120.0
+# Joint coordinates are integrated with an error of first order, and what grippers hold needs short steps.
+JOINT_FACTOR = 2
 # A triangle mesh has no inside that would push a body back out, so near one no body may travel farther in a substep
 # than this fraction of its half thickness, at up to this many substeps for each ordinary one.
 MAX_TRAVEL = 0.5

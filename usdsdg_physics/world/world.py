@@ -38,7 +38,7 @@ from usdsdg_physics.world.joints import Joints
 from usdsdg_physics.world.kinematic_motion import KinematicMotion
 from usdsdg_physics.world.steady_forces import SteadyForces
 from usdsdg_physics.world.step_records import StepRecords
-from usdsdg_physics.world.substeps import StaticMeshes, ordinary_substeps
+from usdsdg_physics.world.substeps import JOINT_FACTOR, StaticMeshes, ordinary_substeps
 
 if TYPE_CHECKING:
     import newton
@@ -452,9 +452,13 @@ class World:
         return Links(self.model, contacts, tree, ranges, stabilization.rest_time, stabilization.nonfinite_steps)
 
     def _substeps(self, dt: float) -> int:
+        factor = JOINT_FACTOR if self.joints is not None else 1
         if not self._meshes or not self.bodies:
-            return ordinary_substeps(dt)
-        return self._meshes.substeps(dt, self.poses()[:, :3], self.velocities()[:, :3])
+            return factor * ordinary_substeps(dt)
+        return max(
+            factor * ordinary_substeps(dt),
+            self._meshes.substeps(dt, self.poses()[:, :3], self.velocities()[:, :3]),
+        )
 
     def _apply_gravity(self) -> None:
         self._set_forces()
