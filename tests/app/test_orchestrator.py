@@ -23,7 +23,7 @@ def stage(stage):
 def no_physics(monkeypatch):
     from usdsdg.session import engines
 
-    monkeypatch.setattr(engines, "physics", lambda: type("Still", (), {"play": lambda self: None})())
+    monkeypatch.setattr(engines, "physics", lambda: type("Still", (), {"play": lambda self, time=None: None})())
 
 
 def randomized(under):

@@ -32,7 +32,7 @@ def writer(stage, monkeypatch):
     """A writer attached to a camera of a new stage, with playSimulations off."""
     from usdsdg.session import engines
 
-    monkeypatch.setattr(engines, "physics", lambda: type("Still", (), {"play": lambda self: None})())
+    monkeypatch.setattr(engines, "physics", lambda: type("Still", (), {"play": lambda self, time=None: None})())
     get_settings().set("/app/player/playSimulations", False)
     rep.orchestrator.set_capture_on_play(False)
     counting = Counting()

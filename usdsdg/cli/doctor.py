@@ -18,6 +18,7 @@ REQUIRED = [
     "trimesh",
     "pillow",
     "isal",
+    "coacd",
     "pyyaml",
     "pydantic",
     "typer",
