@@ -349,6 +349,51 @@ def test_states_of_joints_are_where_they_start_and_are_shown():
     assert (state.Get(), speed.Get()) == (90.0, 60.0)
 
 
+def test_a_mechanism_that_is_moved_while_playing_keeps_its_joints():
+    """Two rods on a hinge, of which the first is fixed to the world: set elsewhere alone, and with all above it."""
+    stage = new_stage()
+    group = UsdGeom.Xform.Define(stage, "/World/group")
+    shift = group.AddTranslateOp()
+    rod(stage, "/World/group/base", (0, 0, 1), (0, 0, 1.5))
+    rod(stage, "/World/group/arm", (0, 0, 1.5), (0.5, 0, 1.5))
+    joint(stage, "/World/group/fix", UsdPhysics.FixedJoint, "", "/World/group/base", (0, 0, 1))
+    made = joint(
+        stage, "/World/group/hinge", UsdPhysics.RevoluteJoint, "/World/group/base", "/World/group/arm", (0, 0, 1.5),
+        axis="Z",
+    )  # fmt: skip
+    drive(made, "angular", stiffness=10.0, damping=1.0, target=40.0)
+    base, arm = (stage.GetPrimAtPath(f"/World/group/{name}") for name in ("base", "arm"))
+    engine = playing(stage)
+    for _ in range(60):
+        engine.step(STEP)
+    offset = position(arm) - position(base)
+    assert np.degrees(engine.joint_positions(["/World/group/hinge"])) == pytest.approx([40.0], abs=0.1)
+    shift.Set(Gf.Vec3d(3, 0, 0))
+    engine.step(STEP)
+    assert position(base) == pytest.approx([3, 0, 1.25], abs=1e-5)
+    assert position(arm) - position(base) == pytest.approx(offset, abs=1e-3)
+    UsdGeom.Xformable(base).GetOrderedXformOps()[0].Set(Gf.Vec3d(0, 2, 1.25))
+    engine.step(STEP)
+    assert position(base) == pytest.approx([3, 2, 1.25], abs=1e-5)
+    assert position(arm) - position(base) == pytest.approx(offset, abs=1e-3)
+    assert np.degrees(engine.joint_positions(["/World/group/hinge"])) == pytest.approx([40.0], abs=0.1)
+
+
+def test_what_is_added_while_playing_does_not_disturb_joints():
+    stage, found = new_stage(), []
+    bob = rod(stage, "/World/bob", (0, 0, 2), (0, -0.3, 1.6))
+    joint(stage, "/World/hinge", UsdPhysics.RevoluteJoint, "", "/World/bob", (0, 0, 2))
+    engine = playing(stage)
+    for step in range(60):
+        if step == 30:
+            add(stage, "/World/new", at=(3, 0, 1))
+        engine.step(STEP)
+        found.append(engine.joint_velocities(["/World/hinge"])[0])
+    # The acceleration, which gravity bounds, is all that changes the velocity from step to step.
+    assert np.abs(np.diff(found)).max() < 1.5 * G / 0.5 * STEP
+    assert position(bob)[2] < 2
+
+
 @pytest.mark.parametrize(("force", "breaks"), [(25.0, False), (15.0, True)])
 def test_a_joint_breaks_under_more_than_its_force(force, breaks):
     """A weight of 2 kg, 19.6 N, hangs on a fixed joint below a kinematic body."""
