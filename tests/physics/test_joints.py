@@ -165,6 +165,28 @@ def test_a_general_joint_moves_along_its_free_axes_only():
     assert rotation(body)[2] == pytest.approx([0, 0, 1], abs=1e-6)
 
 
+def test_a_door_on_two_hinges_turns_by_its_inertia_and_stops_open(recwarn):
+    stage, width, mass = new_stage(), 0.8, 20.0
+    add(stage, "/World/frame", at=(0, 0, 1), scale=(0.05, 0.05, 1), body=False)
+    door = add(stage, "/World/door", at=(0.05 + width / 2, 0, 1), scale=(width / 2, 0.02, 0.9))
+    UsdPhysics.MassAPI.Apply(door).CreateMassAttr(mass)
+    for name, z in (("top", 1.7), ("bottom", 0.3)):
+        path = f"/World/{name}"
+        made = joint(stage, path, UsdPhysics.RevoluteJoint, "/World/frame", "/World/door", (0.05, 0, z), axis="Z")
+        limit(made, -90.0, 90.0)
+    engine = playing(stage)
+    for _ in range(30):
+        engine.apply_joint_efforts(["/World/top"], [4.0])
+        engine.step(STEP)
+    inertia = mass * ((width / 2) ** 2 + (width**2 + 0.04**2) / 12)
+    assert engine.joint_velocities(["/World/top"])[0] == pytest.approx(4.0 * 0.5 / inertia, rel=0.01)
+    for _ in range(270):
+        engine.step(STEP)
+    assert np.degrees(engine.joint_positions(["/World/top"])) == pytest.approx([90.0], abs=0.05)
+    assert position(door) == pytest.approx([0.05, width / 2, 1], abs=1e-3)
+    assert not recwarn
+
+
 @pytest.mark.parametrize("meters", [1.0, 0.01])
 def test_units_and_scale_of_frames(meters):
     """A lever of 0.2 m below a scaled prim, in meters and in centimeters, carries what a drive's torque says."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -84,6 +85,8 @@ def add_joints(
     builder: newton.ModelBuilder, trees: Sequence[JointTree], scene: Scene, body_index: Mapping[str, int]
 ) -> BuiltJoints:
     """Add trees of joints between bodies that are links of the builder."""
+    import newton
+
     built = BuiltJoints(list(trees))
     for number, tree in enumerate(trees):
         added, first_q, first_qd = [], builder.joint_coord_count, builder.joint_dof_count
@@ -97,8 +100,13 @@ def add_joints(
         builder.add_articulation(added, label=tree.root or tree.branches[0].joint.path)
         built.links |= dict.fromkeys(tree.bodies, number)
     for tree in trees:
+        pairs = {frozenset((branch.parent, branch.child)) for branch in tree.branches}
         for branch in tree.loops:
-            _add_loop(builder, branch, body_index, built)
+            # The second hinge of a door has the limits of the first.
+            beside = frozenset((branch.parent, branch.child)) in pairs
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", newton.NewtonWarning)  # that both connect the same bodies
+                _add_loop(builder, branch, body_index, built, beside=beside)
         _add_mimics(builder, tree, built)
     return built
 
@@ -144,10 +152,12 @@ def _add_branch(
     return index
 
 
-def _add_loop(builder: newton.ModelBuilder, branch: Branch, body_index: Mapping[str, int], built: BuiltJoints) -> None:
+def _add_loop(
+    builder: newton.ModelBuilder, branch: Branch, body_index: Mapping[str, int], built: BuiltJoints, *, beside: bool
+) -> None:
     joint = branch.joint
     parent, child, frames = _ends(branch, body_index)
-    if any(axis.drive or np.isfinite([axis.lower, axis.upper]).any() for axis in joint.axes):
+    if not beside and any(axis.drive or np.isfinite([axis.lower, axis.upper]).any() for axis in joint.axes):
         warn_once(
             f"{joint.path} closes a loop, so its limits and drive do not act. Let another joint of the loop have them."
         )
