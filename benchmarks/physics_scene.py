@@ -65,9 +65,11 @@ def generated_meshes() -> list[trimesh.Trimesh]:
 class SceneMaker:
     """Authors the scene as the reference script does."""
 
-    def __init__(self, bodies: int, *, all_gravity: bool, area: tuple[float, float, float] = AREA) -> None:
+    def __init__(
+        self, bodies: int, *, all_gravity: bool, area: tuple[float, float, float] = AREA, seed: int = 0
+    ) -> None:
         self.stage = Usd.Stage.CreateInMemory()
-        self.rng = random.Random(0)
+        self.rng = random.Random(seed)
         self.all_gravity = all_gravity
         self.area = area
         self.root = os.environ.get("USDSDG_ASSETS_ROOT")

@@ -18,7 +18,7 @@ DEEP_PENETRATION = wp.constant(0.01)
 MIN_DEPTH = wp.constant(0.02)  # m
 # A wall wins against what squeezes a body into it: beyond the slop, depths count this much more.
 SLOP = wp.constant(0.002)  # m
-DEPTH_GAIN = wp.constant(2.0)
+DEPTH_GAIN = wp.constant(0.25)
 
 
 @wp.kernel

@@ -56,6 +56,17 @@ def half_thickness(shape: Shape) -> float:
     return a if shape.kind in ("sphere", "capsule") else min(a, b)
 
 
+def length(shape: Shape) -> float:
+    """Return the largest extent along the shape's own axes [m]."""
+    a, b, c = shape.size
+    if shape.kind == "plane":
+        return float("inf")
+    if shape.solid is not None:
+        points = shape.solid.vertices * shape.size
+        return float((points.max(axis=0) - points.min(axis=0)).max())
+    return 2.0 * float(a + b if shape.kind == "capsule" else max(a, b, c))
+
+
 def world_box(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
     """Return the lower and upper corner of the box around a static hull or mesh [m]."""
     assert shape.solid is not None  # a hull or mesh has one

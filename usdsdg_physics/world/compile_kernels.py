@@ -27,6 +27,7 @@ _MODULES = (
     "usdsdg_physics.corrections.tunneling_guard_kernels",
     "newton._src.solvers.steel.solver_steel",
     "usdsdg_physics.corrections.free_flight_kernels",
+    "usdsdg_physics.corrections.impacts_kernels",
 )
 # With gradients, which are not needed, this module alone takes three times as long.
 _WITHOUT_GRADIENTS = "newton._src.sim.articulation"
@@ -41,6 +42,7 @@ def prepare_newton() -> None:
     import warp as wp
 
     import usdsdg_physics.corrections.free_flight_kernels
+    import usdsdg_physics.corrections.impacts_kernels
     import usdsdg_physics.corrections.stabilization_kernels
     import usdsdg_physics.corrections.tunneling_guard_kernels
     import usdsdg_physics.queries.overlap_kernels  # noqa: F401

@@ -15,6 +15,7 @@ from usdsdg_physics.corrections.contact_coefficients import ContactCoefficients
 from usdsdg_physics.corrections.contact_report import ContactReport, ContactRows
 from usdsdg_physics.corrections.depenetration import Depenetration
 from usdsdg_physics.corrections.free_flight import FreeFlight
+from usdsdg_physics.corrections.impacts import Impacts
 from usdsdg_physics.corrections.joint_loads import JointLoads
 from usdsdg_physics.corrections.links import Links
 from usdsdg_physics.corrections.locked_axes import LockedAxes
@@ -114,6 +115,7 @@ class World:
         )
         self._free_flight = FreeFlight(self.model, free, coordinate, contacts)
         self._depenetration = Depenetration(scene, self.model, built.shape_index, contacts, free, dof)
+        self._impacts = Impacts(self.model, free, contacts)
         self._stabilization = Stabilization(scene, self.model, inertia_per_mass, sleep_threshold, free, coordinate, dof)
         self._stabilization.set_gravity(self.gravity)
         self._breakable = built.joints.breakable
@@ -395,6 +397,7 @@ class World:
             self._prepare_contacts(before, h)
             if self._links is not None:
                 self._links.keep_awake(before)
+            self._impacts.center_contacts(before, h)
             self.solver.step(before, after, self._control, self._contacts, h, observables=self._observables)
             if self._report is not None:
                 assert self._observables.contact_f is not None
@@ -453,12 +456,10 @@ class World:
 
     def _substeps(self, dt: float) -> int:
         factor = JOINT_FACTOR if self.joints is not None else 1
+        count = max(factor * ordinary_substeps(dt), ordinary_substeps(dt, rate=self._meshes.rate))
         if not self._meshes or not self.bodies:
-            return factor * ordinary_substeps(dt)
-        return max(
-            factor * ordinary_substeps(dt),
-            self._meshes.substeps(dt, self.poses()[:, :3], self.velocities()[:, :3]),
-        )
+            return count
+        return max(count, self._meshes.substeps(dt, self.poses()[:, :3], self.velocities()[:, :3]))
 
     def _apply_gravity(self) -> None:
         self._set_forces()

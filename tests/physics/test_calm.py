@@ -1,0 +1,82 @@
+"""Things that are dropped without restitution lie down, stacks stand, and what overlaps at the start is not thrown.
+
+`python -m tests.soak physics_calm` has the same with full counts and times.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pxr import Usd
+
+from tests.physics import calm_scenes
+from tests.physics.scenes import playing, position
+
+
+def _paths(stage: Usd.Stage, seconds: float) -> np.ndarray:
+    """Positions of the things (steps, N, 3) of a simulation."""
+    things = calm_scenes.things(stage)
+    engine = playing(stage)
+    found = []
+    engine.subscribe_step(lambda dt: found.append([position(thing) for thing in things]))
+    engine.advance(seconds)
+    return np.array(found)
+
+
+def _highest_after_impact(height: np.ndarray) -> float:
+    """Return the largest of the heights (steps,) after the first low point."""
+    low = np.flatnonzero(np.diff(height) >= 0.0)
+    return float(height[low[0] if len(low) else -1 :].max())
+
+
+def test_small_things_lie_down():
+    """PhysX: at the 90th percentile 1.43 half sizes high after the impact, 1.72 at most; resting cubes are at 1."""
+    stage = calm_scenes.small_things(20)
+    sizes, starts = calm_scenes.half_sizes(stage), np.array([position(p) for p in calm_scenes.things(stage)])
+    paths = _paths(stage, 2.0)
+    heights = np.array([_highest_after_impact(paths[:, i, 2]) for i in range(20)]) / sizes
+    assert np.percentile(heights, 90) < 1.5
+    assert heights.max() < 2.0
+    assert np.median(np.linalg.norm(paths[-1, :, :2] - starts[:, :2], axis=1)) < 0.005
+
+
+def test_falls_from_a_height_end_on_the_floor():
+    """A sphere and a box of 10 cm that arrive with 10 to 20 m/s stay within 3 mm of where they will lie."""
+    paths = _paths(calm_scenes.drops(), 2.5)
+    assert [_highest_after_impact(paths[:, i, 2]) for i in range(6)] == pytest.approx([0.05] * 6, abs=3e-3)
+
+
+@pytest.mark.parametrize(("kind", "measured"), [("Sphere", (0.0, 0.249, 0.806)), ("Cube", (0.0, 0.246, 0.797))])
+def test_rebounds_are_those_of_physx(kind, measured):
+    """By the closed form e² of a meter; PhysX's (0.249 for e = 0.5) within 5 %."""
+    paths = _paths(calm_scenes.rebounds(kind=kind), 1.5)
+    heights = [_highest_after_impact(paths[:, i, 2]) - 0.1 for i in range(3)]
+    assert heights == pytest.approx(measured, rel=0.05, abs=1e-3)
+
+
+@pytest.mark.parametrize(("half", "drift"), [(0.1, 5e-3), (0.01, 1e-3), (0.001, 2e-4)])
+def test_stacks_stand(half, drift):
+    """Ten cubes. PhysX: 5.4 mm for cubes of 20 cm, 2.4 mm for those of 2 cm, and those of 2 mm fall over."""
+    stage = calm_scenes.stack(half)
+    starts = np.array([position(p) for p in calm_scenes.things(stage)])
+    assert np.linalg.norm(_paths(stage, 2.0)[-1] - starts, axis=1).max() < drift
+
+
+def test_a_box_inside_another_is_set_on_top_of_it():
+    """PhysX throws it 12 cm above the other."""
+    paths = _paths(calm_scenes.overlapping_pair(), 1.0)
+    assert paths[:, 1, 2].max() < 0.301
+    assert paths[-1, :, 2] == pytest.approx([0.1, 0.3], abs=1e-3)
+
+
+def test_a_rolling_start_keeps_its_speed():
+    """A sphere that lands obliquely with friction 0.5 slides, then rolls with 5/7 of its speed along the floor.
+
+    Within 5 %: it turns about the point where the substep of the impact ends, up to 3 cm below the surface.
+    """
+    stage = calm_scenes.drops((0.8,))
+    sphere = calm_scenes.things(stage)[0]
+    sphere.GetAttribute("physics:velocity").Set((3.0, 0.0, 0.0))
+    sphere.GetAttribute("physxRigidBody:angularDamping").Set(0.0)
+    paths = _paths(stage, 1.0)
+    assert (paths[-1, 0, 0] - paths[-11, 0, 0]) * 6.0 == pytest.approx(3.0 * 5.0 / 7.0, rel=0.05)

@@ -1,0 +1,49 @@
+"""Take from bodies that fall on something fixed, without restitution, the spin that the impact would give them."""
+
+# Warp structs are no classes to a type checker.
+# pyright: reportGeneralTypeIssues=false
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import newton
+    import warp as wp
+
+    from usdsdg_physics.corrections.contact_arrays import ContactArrays
+
+
+class Impacts:
+    """Lets restitution 0 mean what things do that are dropped: they lie down.
+
+    An ideal rigid cube that falls on a corner keeps up to three quarters of its energy as spin, hits with the next
+    corner, and hops on for half a meter from a fall of three. Soft things, and the bodies of PhysX, which in the step of
+    an impact sink in until all their corners touch, lose it at once.
+    """
+
+    def __init__(self, model: newton.Model, free: wp.array, contacts: ContactArrays) -> None:
+        """`free` (N,) marks the bodies that move, and that no joint holds."""
+        self._model, self._free, self._contacts = model, free, contacts
+
+    def center_contacts(self, state: newton.State, dt: float) -> None:
+        """Move the contacts of impacts in the next `dt` seconds below the centers of mass of the bodies that fall."""
+        import warp as wp
+
+        from usdsdg_physics.corrections.impacts_kernels import center_impacts
+
+        wp.launch(
+            center_impacts,
+            dim=self._contacts.shape0.size,
+            inputs=[
+                self._model.shape_body,
+                self._model.shape_material_restitution,
+                self._free,
+                self._model.body_com,
+                state.body_q,
+                state.body_qd,
+                dt,
+            ],
+            outputs=[self._contacts],
+            device=self._model.device,
+        )

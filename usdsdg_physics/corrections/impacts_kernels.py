@@ -1,0 +1,93 @@
+"""Warp kernel over contacts: let the impulse of an impact pass through the center of mass."""
+
+# Code of Warp kernels is not Python to a type checker.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportGeneralTypeIssues=false, reportIndexIssue=false, reportOperatorIssue=false
+
+# ruff: noqa: UP018
+
+import warp as wp
+
+from usdsdg_physics.corrections.contact_arrays import ContactArrays
+
+# Speed [m/s] of a center of mass towards a surface from which a contact is an impact, and that at which it is one
+# fully. Bodies that tip over are slower, and what lies has the speed that gravity adds in a substep, 0.08 m/s.
+MIN_SPEED = wp.constant(0.25)
+FULL_SPEED = wp.constant(0.5)
+
+
+@wp.kernel
+def center_impacts(
+    # scene
+    shape_body: wp.array[wp.int32],
+    restitution: wp.array[wp.float32],
+    # body
+    free: wp.array[wp.int32],
+    center: wp.array[wp.vec3],
+    body_q: wp.array[wp.transform],
+    body_qd: wp.array[wp.spatial_vector],
+    dt: wp.float32,
+    # in and out
+    contacts: ContactArrays,
+):
+    """Move the points of a contact along its plane, to below the center of mass of the body that falls.
+
+    That is, where exactly one of the bodies is `free`, no restitution is asked for, and the surfaces meet within `dt`
+    seconds. A body that turns into the surface faster than it falls keeps that part of the arm: only a contact at that
+    corner stops its turning.
+    """
+    contact = wp.tid()
+    if contact >= contacts.count[0]:
+        return
+    first = int(contacts.shape0[contact])
+    second = int(contacts.shape1[contact])
+    if first < 0 or second < 0 or restitution[first] + restitution[second] > 0.0:
+        return
+    body0 = int(shape_body[first])
+    body1 = int(shape_body[second])
+    moves0 = is_free(body0, free)
+    moves1 = is_free(body1, free)
+    if moves0 == moves1:
+        return
+    body = wp.where(moves1, body1, body0)
+    fixed = wp.where(moves1, body0, body1)
+    # Points away from what is fixed.
+    normal = wp.where(moves1, contacts.normal[contact], -contacts.normal[contact])
+    point0 = world_point(body0, contacts.point0[contact], body_q)
+    point1 = world_point(body1, contacts.point1[contact], body_q)
+    gap = wp.dot(contacts.normal[contact], point1 - point0) - contacts.margin0[contact] - contacts.margin1[contact]
+
+    arm = wp.where(moves1, point1, point0) - wp.transform_point(body_q[body], center[body])
+    velocity = wp.spatial_top(body_qd[body])
+    if fixed >= 0:
+        moving_arm = wp.where(moves1, point0, point1) - wp.transform_point(body_q[fixed], center[fixed])
+        velocity -= wp.spatial_top(body_qd[fixed]) + wp.cross(wp.spatial_bottom(body_qd[fixed]), moving_arm)
+    fall = -wp.dot(normal, velocity)
+    approach = fall - wp.dot(normal, wp.cross(wp.spatial_bottom(body_qd[body]), arm))
+    if fall <= MIN_SPEED or gap > wp.max(fall, approach) * dt:
+        return
+
+    share = wp.min((fall - MIN_SPEED) / (FULL_SPEED - MIN_SPEED), 1.0) * fall / wp.max(fall, approach)
+    move = -share * (arm - wp.dot(arm, normal) * normal)
+    contacts.point0[contact] = body_point(body0, point0 + move, body_q)
+    contacts.point1[contact] = body_point(body1, point1 + move, body_q)
+
+
+@wp.func
+def is_free(body: int, free: wp.array[wp.int32]):
+    if body < 0:
+        return False
+    return free[body] != 0
+
+
+@wp.func
+def world_point(body: int, point: wp.vec3, body_q: wp.array[wp.transform]):
+    if body < 0:
+        return point
+    return wp.transform_point(body_q[body], point)
+
+
+@wp.func
+def body_point(body: int, point: wp.vec3, body_q: wp.array[wp.transform]):
+    if body < 0:
+        return point
+    return wp.transform_point(wp.transform_inverse(body_q[body]), point)
