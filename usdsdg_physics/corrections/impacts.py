@@ -18,8 +18,8 @@ class Impacts:
     """Lets restitution 0 mean what things do that are dropped: they lie down.
 
     An ideal rigid cube that falls on a corner keeps up to three quarters of its energy as spin, hits with the next
-    corner, and hops on for half a meter from a fall of three. Soft things, and the bodies of PhysX, which in the step of
-    an impact sink in until all their corners touch, lose it at once.
+    corner, and hops on for half a meter from a fall of three. Soft things lose it at once, and so do the bodies of
+    PhysX, which sink in during the step of an impact until all their corners touch.
     """
 
     def __init__(self, model: newton.Model, free: wp.array, contacts: ContactArrays) -> None:

@@ -3,8 +3,6 @@
 # Code of Warp kernels is not Python to a type checker.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportGeneralTypeIssues=false, reportIndexIssue=false, reportOperatorIssue=false
 
-# ruff: noqa: UP018
-
 import warp as wp
 
 from usdsdg_physics.corrections.contact_arrays import ContactArrays
