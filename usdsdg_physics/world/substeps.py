@@ -18,8 +18,8 @@ JOINT_FACTOR = 2
 MAX_TRAVEL = 0.5
 MAX_SUBSTEP_FACTOR = 4
 NEAR_DISTANCE = 0.5  # m
-# The solver leaves errors of the order of the way that gravity moves a body in a substep: what is not this many times as
-# large, such as a stack of 2 cm cubes at 1/120 s, or of 2 mm ones at 1/240 s, does not stand.
+# The solver leaves errors of the order of the way that gravity moves a body in a substep: what is not this many times
+# as large, such as a stack of 2 cm cubes at 1/120 s, or of 2 mm ones at 1/240 s, does not stand.
 MIN_SIZE_PER_FALL = 40.0
 MAX_SIZE_FACTOR = 4
 
