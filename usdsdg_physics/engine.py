@@ -16,6 +16,7 @@ from usdsdg_physics.play import PlaySession, initial_poses
 from usdsdg_physics.queries.scene_queries import Overlap, RayHit, SceneQueries
 from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
 from usdsdg_physics.scene.records import ShapeKind
+from usdsdg_physics.settling import settle
 from usdsdg_physics.world.compile_kernels import Progress
 
 # Fraction of a step that may be missing from the elapsed time without delaying the step to the next call: scripts write
@@ -113,6 +114,21 @@ class NewtonEngine:
             PhysicsError: `play` has not been called.
         """
         self._playing("wake_up").wake_up(bodies)
+
+    def settle(self, bodies: Collection[str] | None = None, *, max_time: float = 10.0) -> list[str]:
+        """Move bodies that overlap apart, then simulate with strong damping until they rest; listeners hear nothing.
+
+        Args:
+            bodies: paths of the bodies to wait for; None: all.
+            max_time: simulated seconds after which it ends in any case.
+
+        Returns:
+            The paths of the bodies that are still faster than 1 mm/s.
+
+        Raises:
+            PhysicsError: `play` has not been called, or the step rate is not positive.
+        """
+        return settle(self._playing("settle"), bodies, max_time, self._time_code())
 
     def apply_forces(
         self,

@@ -104,9 +104,14 @@ class PlaySession:
                 poses[rows[path]] = rigid_pose(matrix, self._units.meters)
         return poses
 
+    def write(self) -> None:
+        """Write to the stage where bodies are, after steps that did not."""
+        if self.world is not None:
+            self._write_back(self.world)
+
     def put_to_sleep(self, bodies: Collection[str]) -> None:
         """Zero the velocities of bodies, here and on the stage, and hold them until a moving body touches them."""
-        world = self._current_world()
+        world = self.current_world()
         rows = [world.body_index[path] for path in bodies if path in world.body_index]
         if rows:
             world.put_to_sleep(rows)
@@ -114,7 +119,7 @@ class PlaySession:
 
     def wake_up(self, bodies: Collection[str]) -> None:
         """Let bodies move again that are asleep or at rest."""
-        world = self._current_world()
+        world = self.current_world()
         world.wake([world.body_index[path] for path in bodies if path in world.body_index])
 
     def add_forces(self, bodies: Sequence[str], forces: np.ndarray, torques: np.ndarray, points: np.ndarray) -> None:
@@ -123,7 +128,7 @@ class PlaySession:
         Raises:
             PhysicsError: a path is no rigid body that is simulated.
         """
-        world = self._current_world()
+        world = self.current_world()
         if unknown := [path for path in bodies if path not in world.body_index]:
             raise PhysicsError(f"{unknown[0]} is not a simulated rigid body, so no force acts on it")
         rows = np.array([world.body_index[path] for path in bodies], int)
@@ -147,7 +152,7 @@ class PlaySession:
             PhysicsError: a path is no joint with one axis that is simulated.
         """
         keys, units = self._joint_keys(joints)
-        positions, velocities = self._current_world().joint_state(keys)
+        positions, velocities = self.current_world().joint_state(keys)
         return positions / units, velocities / units
 
     def set_joint_state(
@@ -163,7 +168,7 @@ class PlaySession:
             {} if values is None else dict(zip(keys, (np.asarray(values, np.float64) * units).tolist(), strict=True))
             for values in (positions, velocities)
         ]
-        world = self._current_world()
+        world = self.current_world()
         world.set_joint_state(*given)
         self._write_back(world)
 
@@ -176,7 +181,7 @@ class PlaySession:
         keys, units = self._joint_keys(joints)
         # A force has one length in its unit, a torque two.
         newtons = self._units.kilograms * self._units.meters * np.where(units == 1.0, self._units.meters, 1.0)
-        self._current_world().add_joint_efforts(dict(zip(keys, (efforts * newtons).tolist(), strict=True)))
+        self.current_world().add_joint_efforts(dict(zip(keys, (efforts * newtons).tolist(), strict=True)))
 
     def _joint_keys(self, joints: Sequence[str]) -> tuple[list[tuple[str, str]], np.ndarray]:
         """Return the axes of joints with one, and their units of position in SI."""
@@ -217,7 +222,7 @@ class PlaySession:
             self._backup.restore()
             self._trigger_states.restore()
 
-    def _current_world(self) -> World:
+    def current_world(self) -> World:
         """Return the world with the edits of the stage applied."""
         self._apply_stage_edits()
         return self._built_world()

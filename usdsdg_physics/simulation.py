@@ -1,6 +1,6 @@
 """Simulate a stage for some time without a timeline, and compile kernels ahead."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from pxr import Usd, UsdGeom, UsdPhysics
 
@@ -8,6 +8,7 @@ from usdsdg.errors import warn_once
 from usdsdg_physics.engine import NewtonEngine
 from usdsdg_physics.world.compile_kernels import Progress
 
+MAX_SETTLE_TIME = 10.0  # s
 _GPRIMS = ("Cube", "Sphere", "Capsule", "Cylinder", "Cone", "Mesh")
 
 
@@ -19,6 +20,7 @@ def simulate(
     device: str | None = None,
     progress: Progress | None = None,
     on_frame: Callable[[int], None] | None = None,
+    settle: bool = False,
 ) -> int:
     """Simulate the rigid bodies of a stage for `seconds` and leave them where they end, in the current edit target.
 
@@ -26,6 +28,7 @@ def simulate(
         frames_per_second: how often `on_frame(frame)` and `progress("simulating", frame, frames)` are called; the steps
             between are those of the stage's PhysicsScene.
         on_frame: called after each frame, the first time with 1.
+        settle: before the first frame, move bodies that overlap apart and let all come to rest, for 10 s at most.
 
     Returns:
         The number of physics steps.
@@ -37,6 +40,8 @@ def simulate(
             "the stage has no rigid body, so nothing moves. Apply UsdPhysics.RigidBodyAPI to what shall fall, and "
             "CollisionAPI to the shapes at or under it."
         )
+    if settle and (moving := engine.settle()):
+        warn_once(still_moving(moving, MAX_SETTLE_TIME))
     frames = max(1, round(seconds * frames_per_second))
     steps = 0
     for frame in range(1, frames + 1):
@@ -47,6 +52,15 @@ def simulate(
             progress("simulating", frame, frames)
     engine.stop(restore=False)
     return steps
+
+
+def still_moving(paths: Sequence[str], max_time: float) -> str:
+    """Return the sentence on the bodies that did not come to rest."""
+    shown = ", ".join(paths[:5]) + (f" and {len(paths) - 5} more" if len(paths) > 5 else "")
+    return (
+        f"{len(paths)} bodies still move after {max_time:g} s: {shown}. Give them more time, or look for bodies that "
+        "fall past the floor, or that no space is left for."
+    )
 
 
 def precompile(*, device: str | None = None, progress: Progress | None = None) -> None:

@@ -62,7 +62,8 @@ PHYSICS = {
     "writeback": "scene",
     "play": "scene parse queries world edits writeback",
     "listeners": "",
-    "engine": "scene listeners parse queries world play",
+    "settling": "world play",
+    "engine": "scene listeners parse queries world play settling",
     "simulation": "world engine",
     "__init__": "",
 }

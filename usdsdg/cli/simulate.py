@@ -13,6 +13,9 @@ def simulate(
     stage: Annotated[Path, typer.Argument(help="A USD file.")],
     output: Annotated[Path, typer.Argument(help="File of the simulated stage.")],
     seconds: Annotated[float, typer.Option(min=0.0, help="Simulated time in seconds.")] = 5.0,
+    settle: Annotated[
+        bool, typer.Option("--settle", help="First move overlapping bodies apart and let all come to rest.")
+    ] = False,
     assets_root: AssetsRoot = None,
     device: Device = None,
     quiet: Quiet = False,
@@ -31,5 +34,5 @@ def simulate(
         flatten.check_writable(output.absolute())
         engines.quiet_warp()
         opened = stage_context.open_stage(stage)
-        simulate_stage(opened, seconds, device=engines.physics_device(), progress=report)
+        simulate_stage(opened, seconds, device=engines.physics_device(), progress=report, settle=settle)
         print(stage_context.save_stage(output))

@@ -28,6 +28,28 @@ def _simulate(node: Node, execution: int) -> None:
     physics.simulate(node.inputs["time"], node.inputs.get("stepDt"), node.inputs.get("physicsScene"))
 
 
+def simulate_until_rest(prims: Any = None, max_time: float = 10.0) -> list[str] | ReplicatorItem:
+    """Move bodies that overlap apart, then simulate until they rest: at once, or when the enclosing trigger fires.
+
+    Replicator has nothing like it; see `functional.physics.simulate_until_rest`.
+
+    Args:
+        prims: the rigid bodies to wait for; None: all.
+        max_time: simulated seconds after which it ends in any case.
+
+    Returns:
+        At once: the paths of the bodies that still move. Inside a trigger: a node, which warns of them.
+    """
+    if current_trigger() is None:
+        return physics.simulate_until_rest(None if prims is None else prim_paths(prims), max_time)
+    return _now_or_later("OgnSimulateUntilRest", bodies=None if prims is None else prim_paths(prims), maxTime=max_time)
+
+
+@action("OgnSimulateUntilRest")
+def _simulate_until_rest(node: Node, execution: int) -> None:
+    physics.simulate_until_rest(node.inputs.get("bodies"), node.inputs["maxTime"])
+
+
 def reset(physics_scene: Any = None) -> ReplicatorItem:
     """Restore the poses and velocities from when the timeline began to play: at once, or when the trigger fires."""
     return _now_or_later("OgnResetPhysics", physicsScene=_scene_path(physics_scene))

@@ -100,6 +100,7 @@ class ObjectBasedConfig(_Section):
     camera_collider_radius: NotNegative = Field(0.0, description="radius [m] kept free around cameras; 0 for none")
     disable_render_products_between_captures: Flag = Field(True, description="true or false")
     simulation_duration_between_captures: NotNegative = Field(0.025, description="seconds, 0 or more")
+    settle: Flag = Field(False, description="true or false: whether all come to rest before the first frame")
     resolution: tuple[AtLeastOne, AtLeastOne] = Field((640, 480), description="width and height in pixels")
     camera_properties_kwargs: dict[Text, Any] = Field({}, description="USD camera attributes, such as focalLength: 24")
     camera_look_at_target_offset: NotNegative = Field(0.2, description="meters, 0 or more")

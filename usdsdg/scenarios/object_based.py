@@ -55,6 +55,8 @@ def run(config: ObjectBasedConfig) -> Summary:
         writer.attach(scene.render_products)
     stop_bouncing = add_randomizers(config, scene, draws)
 
+    if config.settle:
+        rep.physics.simulate_until_rest()
     capture_loop.start_timeline()
     get_orchestrator().expect_frames(config.num_frames)
     started = time.perf_counter()

@@ -46,6 +46,10 @@ if TYPE_CHECKING:
     import warp as wp
 
 
+# Kinetic energy per mass [m²/s²] below which a body rests: that of 1 mm/s.
+REST_ENERGY = 5e-7
+
+
 @dataclass(frozen=True)
 class _StepKind:
     """All that decides which kernels a step launches, and with which numbers."""
@@ -88,6 +92,7 @@ class World:
         self.body_index, self.shape_index = built.body_index, built.shape_index
         self.mass, self.center = built.mass, built.center
         self.bodies = list(built.body_index)
+        self._inertia_per_mass = built.inertia_per_mass
         self.gravity = np.asarray(scene.gravity, np.float64)
         self._state, self._next = self.model.state(), self.model.state()
         self._contacts = self.pipeline.contacts()
@@ -282,6 +287,27 @@ class World:
             values = array.numpy().copy()
             values[index] = damping
             array.assign(values)
+
+    def set_least_damping(self, scene: Scene, damping: float) -> None:
+        """Give every body at least this linear and angular damping [1/s], or its own where that is more."""
+        bodies = scene.bodies.values()
+        for name, own in (
+            ("linear", [body.linear_damping for body in bodies]),
+            ("angular", [body.angular_damping for body in bodies]),
+        ):
+            getattr(self.model.steel, f"rigid_body_{name}_damping").assign(np.maximum(own, damping).astype(np.float32))
+
+    def stop_bodies(self) -> None:
+        """Zero the velocities of all bodies but kinematic ones."""
+        dynamic = np.flatnonzero(self._dynamic)
+        self.set_velocities(dynamic, np.zeros((len(dynamic), 6)))
+
+    def moving(self) -> list[str]:
+        """Return the paths of the bodies that are faster than 1 mm/s, or turn as fast."""
+        velocities = self.velocities().astype(np.float64)
+        energy = 0.5 * (velocities[:, :3] ** 2).sum(axis=1)
+        energy += 0.5 * self._inertia_per_mass * (velocities[:, 3:] ** 2).sum(axis=1)
+        return [self.bodies[index] for index in np.flatnonzero(self._dynamic & (energy > REST_ENERGY))]
 
     def add_wrenches(self, indices: Sequence[int] | np.ndarray, wrenches: np.ndarray) -> None:
         """Push bodies during the next step: force [N] and torque about the center of mass [N m] (n, 6), world.

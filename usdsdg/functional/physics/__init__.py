@@ -12,9 +12,10 @@ from usdsdg.functional.physics.bodies import (
 )
 from usdsdg.functional.physics.camera_colliders import create_camera_collision_prims
 from usdsdg.functional.physics.scenes import create_physics_scene
-from usdsdg.functional.physics.simulation import put_to_sleep, reset, simulate, wake_up
+from usdsdg.functional.physics.simulation import put_to_sleep, reset, simulate, simulate_until_rest, wake_up
 
 __all__ = [
     "apply_collider", "apply_rigid_body", "create_camera_collision_prims", "create_physics_scene", "modify_attribute",
-    "put_to_sleep", "remove_collider", "remove_rigid_body", "reset", "simulate", "wake_up",
+    "put_to_sleep", "remove_collider", "remove_rigid_body", "reset", "simulate",
+    "simulate_until_rest", "wake_up",
 ]  # fmt: skip

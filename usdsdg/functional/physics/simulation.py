@@ -7,7 +7,7 @@ from typing import Any
 from pxr import Usd, UsdPhysics
 
 from usdsdg.arguments.prims import prims_of
-from usdsdg.errors import BadPrim, PhysicsError, Unsupported
+from usdsdg.errors import BadPrim, PhysicsError, Unsupported, warn_once
 from usdsdg.functional.physics.scenes import create_physics_scene, scene_of
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.physics import scenes
@@ -44,6 +44,46 @@ def simulate(time: float, step_dt: float | None = None, physics_scene: Any = Non
         finally:
             if not playing:
                 engine.stop(restore=False)
+
+
+def simulate_until_rest(prims: Any = None, max_time: float = 10.0) -> list[str]:
+    """Move rigid bodies that overlap apart, then simulate until they rest; Replicator has nothing like it.
+
+    All bodies move, as in thick oil, so that they stay about where they were put. The timeline stays where it is and
+    nothing is rendered; bodies stay where they end, with zero velocity where they rest.
+
+    Args:
+        prims: the rigid bodies to wait for; None: all.
+        max_time: simulated seconds after which it ends in any case.
+
+    Returns:
+        The paths of the bodies that are still faster than 1 mm/s; a warning names them too.
+
+    Raises:
+        BadPrim: a prim is no rigid body.
+        PhysicsError: `max_time` is not positive.
+    """
+    from usdsdg.session import engines
+
+    if not float(max_time) > 0.0:
+        raise PhysicsError(f"simulate_until_rest: max_time is {max_time!r}; expected a positive number of seconds")
+    bodies = None if prims is None else [str(body.GetPath()) for body in _bodies(prims)]
+    engine = engines.physics()
+    playing = engine.is_playing
+    if not playing:
+        engine.play()
+    try:
+        moving = engine.settle(bodies, max_time=float(max_time))
+    finally:
+        if not playing:
+            engine.stop(restore=False)
+    if moving:
+        shown = ", ".join(moving[:5]) + (f" and {len(moving) - 5} more" if len(moving) > 5 else "")
+        warn_once(
+            f"simulate_until_rest: {len(moving)} bodies still move after {max_time:g} s: {shown}. Give them more time, "
+            "or look for bodies that fall past the floor, or that no space is left for."
+        )
+    return moving
 
 
 def reset(prims: Any = None) -> None:
