@@ -232,6 +232,19 @@ def overlaps(
     if farthest + bound[3] <= wp.float64(0.0):
         hit[shape] = 1
         return
+    # Of most that overlap, a vertex or the center is inside.
+    inner = wp.vec3d()
+    if kinds[shape] == HULL or kinds[shape] == MESH:
+        inner = wp.cw_mul(points[first_points[shape]], sizes[shape])
+    inner = wp.transform_point(wp.transform_inverse(query_frame), wp.transform_point(frame, inner))
+    outside = wp.length(inner) - query_size[0]
+    if query_kind == BOX:
+        outside = wp.abs(inner[0]) - query_size[0]
+        for i in range(1, 3):
+            outside = wp.max(outside, wp.abs(inner[i]) - query_size[i])
+    if outside < wp.float64(0.0):
+        hit[shape] = 1
+        return
     apart = is_apart(
         query_kind,
         query_size,
