@@ -173,13 +173,12 @@ def test_a_force_accelerates_a_body_along_its_own_axes_or_the_worlds(stage):
     np.testing.assert_allclose(bodies.get_velocities()[0].numpy(), [(0.5, 0, 0), (0, 0.5, 0)], atol=1e-3)
 
 
-def test_an_articulation_names_its_links_and_joints_and_refuses_forces(stage):
+def test_an_articulation_names_its_links_and_joints(stage):
     for name in ("base", "arm"):
         UsdPhysics.RigidBodyAPI.Apply(stage.DefinePrim(f"/World/robot/{name}", "Cube"))
     joint = UsdPhysics.RevoluteJoint.Define(stage, "/World/robot/elbow")
     joint.CreateBody0Rel().SetTargets(["/World/robot/base"])
+    joint.CreateBody1Rel().SetTargets(["/World/robot/arm"])
     robot = Articulation("/World/robot")
     assert (robot.joint_names, robot.link_names, robot.num_links) == (["elbow"], ["base", "arm"], 2)
-    with pytest.raises(Unsupported, match="set_dof_efforts"):
-        robot.set_dof_efforts([0.0])
     assert not hasattr(robot, "unknown")
