@@ -78,6 +78,7 @@ class DataVisualizationWriter(Writer):
         self.annotators = [named_annotators.get(name) for name in needed]
 
     def write(self, data: dict[str, Any]) -> None:
+        assert self.backend is not None
         for product, seen in data["renderProducts"].items():
             for name, style in self._styles.items():
                 picture = _background(seen, style)
