@@ -76,3 +76,17 @@ def test_the_script_does_not_start_unless_lenient(tmp_path):
     assert not (tmp_path / "started").exists()
     usdsdg("run", "--lenient", "script.py", cwd=tmp_path, expect=1)
     assert (tmp_path / "started").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "version"),
+    [
+        ("try:\n    import isaacsim.core.utils.stage\nexcept ImportError:\n    import omni.isaac.core.utils.stage", 6),
+        ("from omni.isaac.core.utils.stage import get_current_stage", 4),
+        ("from omni.isaac import nucleus", 4),
+    ],
+)
+def test_looking_names_up_does_not_choose_the_payloads(tmp_path, text, version):
+    tell = "from usdsdg.session.replicator_version import replicator_version\nprint(replicator_version())"
+    (tmp_path / "script.py").write_text(f"import omni.replicator.core as rep\n{text}\n{tell}\n")
+    assert usdsdg("run", "script.py", cwd=tmp_path).stdout.split() == [str(version)]

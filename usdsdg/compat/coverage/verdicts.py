@@ -9,7 +9,10 @@ import ast
 import importlib
 import inspect
 import re
+import sys
 import textwrap
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -21,6 +24,7 @@ from usdsdg.arguments.registry import near_misses
 from usdsdg.compat import finder, foreign_names
 from usdsdg.compat.placeholders import PlaceholderModule, is_placeholder
 from usdsdg.errors import UsdsdgError
+from usdsdg.session.session import current
 from usdsdg.writers import registry as writers
 
 SUPPORTED, PARTIAL, MISSING, OUT_OF_SCOPE = "supported", "partial", "missing", "out of scope"
@@ -46,6 +50,26 @@ class Verdict:
 def verdict(name: str) -> Verdict:
     """Return the verdict on a name, as a script would find it: `omni.usd.get_context`, `annotators.get('rgb')`."""
     finder.install()
+    with _unnoticed():
+        return _verdict(name)
+
+
+@contextmanager
+def _unnoticed() -> Iterator[None]:
+    """Import names of Isaac Sim 4 without taking them for the script's: its own imports choose its payloads."""
+    version, loaded = current().imported_version, set(sys.modules)
+    try:
+        yield
+    finally:
+        current().imported_version = version
+        for name in [name for name in sys.modules if name not in loaded and name.startswith(finder.OLD_NAMES)]:
+            parent, _, child = name.rpartition(".")
+            del sys.modules[name]
+            if parent == "omni.isaac":
+                vars(sys.modules[parent]).pop(child, None)
+
+
+def _verdict(name: str) -> Verdict:
     if registered := _REGISTERED.fullmatch(name):
         return _registered(*registered.groups())
     module, rest = _imported(name)
