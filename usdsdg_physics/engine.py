@@ -224,7 +224,7 @@ class NewtonEngine:
             if self._elapsed < dt * (1.0 - _MISSING):
                 break
             self._elapsed = max(0.0, self._elapsed - dt)
-            # Nobody sees the stage between two steps without listeners.
+            # Only listeners read the stage between two steps, so without them poses are written once, after the last.
             is_last = self._elapsed < dt * (1.0 - _MISSING)
             self._step(dt, until=end - self._elapsed, write=is_last or any(self._all_listeners))
             steps += 1

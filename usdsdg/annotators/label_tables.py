@@ -31,6 +31,6 @@ class LabelTable:
         """Return the labels of each class, by number."""
         return tuple(dict(key) for key in self._classes)
 
-    def names(self) -> tuple[str, ...]:
-        """Return the path of each labeled prim, by number."""
-        return tuple(self._prims)
+    def prim_count(self) -> int:
+        """Return how many labeled prims have a number."""
+        return len(self._prims)

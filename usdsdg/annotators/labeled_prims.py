@@ -101,7 +101,7 @@ def selection_of(
 ) -> Selection:
     """Return the selection of prims with these output labels and names, with their numbers in a table."""
     classes, numbers = table.classes(output), table.prims(names)
-    return Selection(rows, members, tuple(output), classes, table.labels(), numbers, len(table.names()))
+    return Selection(rows, members, tuple(output), classes, table.labels(), numbers, table.prim_count())
 
 
 @dataclass(frozen=True)

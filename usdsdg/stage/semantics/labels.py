@@ -2,9 +2,9 @@
 
 New: `UsdSemantics.LabelsAPI`, one token array per type, `semantics:labels:<type>`. Old: Replicator's
 `SemanticsAPI`, one instance per (type, label) pair. Labels are written in both, so that every version of
-Isaac Sim reads a saved stage. Each write is noted in the prim's customData (`WRITTEN`), so that an edit of one schema
-by other means is told from the copy that the other still has: what differs from the note is the truth. Without a note
-the schema with the stronger opinion is, the new one within a layer.
+Isaac Sim reads a saved stage. Each write also stores the labels in the prim's customData (`WRITTEN`). If a script edits
+one schema by other means, its labels differ from the stored ones and are read; the unedited copy in the other schema is
+ignored. Without stored labels, the schema with the stronger opinion is read; in one layer, the new schema.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

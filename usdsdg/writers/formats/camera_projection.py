@@ -15,6 +15,8 @@ from usdsdg.stage.cameras.lens_attributes import EYE_DISTANCE, LEFT_EYE, TEXTURE
 from usdsdg.stage.cameras.lenses import make_lens
 
 Params = Mapping[str, Any]
+# Line segments per edge for lenses with curved edges.
+_CURVE_SEGMENTS = 32
 
 
 def has_near_plane(params: Params) -> bool:
@@ -74,6 +76,22 @@ def lens_of(params: Params) -> Lens | None:
         center=(width * (0.5 - float(offset[0]) / aperture), height * 0.5 + width * float(offset[1]) / aperture),
         meters_per_unit=float(params["metersPerSceneUnit"]),
     )
+
+
+def edge_pixels(start: np.ndarray, end: np.ndarray, params: Params) -> np.ndarray:
+    """Project the part of an edge in front of the camera to line segments (N, 2, 2) [pixels], more for curved lenses.
+
+    start, end: points (3,) in the camera's frame.
+    """
+    pieces = 1 if is_straight(params) else _CURVE_SEGMENTS
+    points = start + np.linspace(0, 1, pieces + 1)[:, None] * (end - start)
+    in_front = clip_to_front(np.stack([points[:-1], points[1:]], axis=1), params)
+    pixels = project(in_front, params).reshape(-1, 2, 2)
+    if pieces > 1:
+        # A segment across the seam of a panorama would be drawn through the whole image.
+        width = int(params["renderProductResolution"][0])
+        pixels = pixels[np.abs(pixels[:, 1] - pixels[:, 0]).max(axis=1) < width / 2]
+    return pixels
 
 
 def clip_to_front(segments: np.ndarray, params: Params) -> np.ndarray:

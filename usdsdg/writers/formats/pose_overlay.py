@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.writers.formats import cuboid
-from usdsdg.writers.formats.camera_projection import clip_to_front, is_straight, project
+from usdsdg.writers.formats.camera_projection import clip_to_front, edge_pixels, project
 from usdsdg.writers.formats.drawing import Canvas, Color
 
 RED, GREEN, BLUE = (255, 0, 0), (0, 128, 0), (0, 0, 255)
@@ -27,8 +27,6 @@ _EDGE_COLORS = {"front": RED, "back": BLUE, "connecting": GREEN}
 _AXIS_COLORS = (RED, GREEN, BLUE)
 _POINT_RADIUS, _LINE_WIDTH = 4.0, 2.0
 _SHADOW: Color = (0, 0, 0)
-# Line segments per edge for lenses with curved edges.
-_CURVE_SEGMENTS = 32
 
 
 @dataclass(frozen=True)
@@ -69,13 +67,7 @@ def _draw_box(canvas: Canvas, box: PosedBox, params: Mapping[str, Any]) -> None:
 
 def _draw_segment(canvas: Canvas, segment: np.ndarray, color: Color, params: Mapping[str, Any]) -> None:
     """Draw an edge, clipped to the part in front of the camera."""
-    pieces = 1 if is_straight(params) else _CURVE_SEGMENTS
-    points = segment[0] + np.linspace(0, 1, pieces + 1)[:, None] * (segment[1] - segment[0])
-    in_front = clip_to_front(np.stack([points[:-1], points[1:]], axis=1), params)
-    pixels = project(in_front, params).reshape(-1, 2, 2)
-    if pieces > 1:
-        # A segment across the seam of a panorama would be drawn through the whole image.
-        pixels = pixels[np.abs(pixels[:, 1] - pixels[:, 0]).max(axis=1) < canvas.width / 2]
+    pixels = edge_pixels(segment[0], segment[1], params)
     # A thin dark border separates the line from a background of the same color.
     for start, end in pixels:
         canvas.line(start, end, _SHADOW, width=_LINE_WIDTH + 1.5, opacity=0.35)

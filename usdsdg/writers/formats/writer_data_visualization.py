@@ -14,7 +14,7 @@ from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_padding, write_image
 from usdsdg.writers.formats import cuboid
-from usdsdg.writers.formats.camera_projection import clip_to_front, is_straight, project
+from usdsdg.writers.formats.camera_projection import edge_pixels
 from usdsdg.writers.formats.writer_basic import colorize_normals
 from usdsdg.writers.options import typed
 
@@ -24,8 +24,6 @@ BACKGROUNDS: dict[str, Callable[[np.ndarray], np.ndarray]] = {"rgb": np.asarray,
 # What `*_params` may have, by whether boxes are rectangles or solids.
 _RECTANGLE, _SOLID = ("background", "fill", "outline", "width"), ("background", "fill", "width")
 _LINE_COLOR = "green"
-# Segments of an edge for lenses with curved edges.
-_CURVE_SEGMENTS = 32
 
 Style = Mapping[str, Any]
 
@@ -131,17 +129,14 @@ def _draw_rectangles(draw: ImageDraw.ImageDraw, boxes: np.ndarray, style: Style)
 
 def _draw_solids(draw: ImageDraw.ImageDraw, boxes: np.ndarray, camera: Mapping[str, Any], style: Style) -> None:
     view = np.asarray(camera["cameraViewTransform"], np.float64).reshape(4, 4)
-    steps = np.linspace(0, 1, 2 if is_straight(camera) else _CURVE_SEGMENTS + 1)[:, None]
+    color, width = _color(style.get("fill", _LINE_COLOR)), style.get("width", 1)
     for box in boxes:
         low, high = ([box[f"{axis}_{end}"] for axis in "xyz"] for end in ("min", "max"))
         corners = cuboid.keypoints(np.array(low), np.array(high))
         to_camera = np.asarray(box["transform"], np.float64).reshape(4, 4) @ view
         for start, end in cuboid.edge_segments(corners) @ to_camera[:3, :3] + to_camera[3, :3]:
-            points = start + steps * (end - start)
-            visible = clip_to_front(np.stack([points[:-1], points[1:]], axis=1), camera)
-            for (x0, y0), (x1, y1) in project(visible, camera).reshape(-1, 2, 2):
-                color = _color(style.get("fill", _LINE_COLOR))
-                draw.line([x0, y0, x1, y1], fill=color, width=style.get("width", 1))
+            for (x0, y0), (x1, y1) in edge_pixels(start, end, camera):
+                draw.line([x0, y0, x1, y1], fill=color, width=width)
 
 
 def _color(color: Any) -> Any:
