@@ -7,6 +7,13 @@ from usdsdg.session import session
 from usdsdg.session.stage_context import new_stage
 
 
+@pytest.fixture(autouse=True)
+def _classes_of_its_own():
+    """No test has ids of the classes of the tests before."""
+    for tables in session.current()._made("class_tables"):
+        tables.reset()
+
+
 @pytest.fixture
 def stage():
     """The empty stage of a new session: Z up, meters, /World; the global seed is 1. Nothing of it outlives the test."""

@@ -73,6 +73,10 @@ class Distribution(ReplicatorItem, abc.ABC):
         """Return whether each value that can be drawn is a list of `count` values, one for each prim of a group."""
         return False
 
+    def options(self) -> list[Any]:
+        """Return all values that can be drawn, where these are listed; none for distributions of numbers."""
+        return []
+
     def _listed(self, name: str, given: Any) -> list[Any]:
         """Return the values of an argument that is a list; those of an item are its prims."""
         if isinstance(given, ReplicatorItem) and not isinstance(given, Distribution):
@@ -195,6 +199,9 @@ class Choice(Distribution):
     def has_patterns(self, count: int) -> bool:
         return _are_lists(self._items, count)
 
+    def options(self) -> list[Any]:
+        return _flat_options(self._items)
+
     def _resolved(self, item: Any, consumer: str, execution: int, prim: str) -> Any:
         return item.sample(f"{consumer}/choice", execution, [prim])[0] if isinstance(item, Distribution) else item
 
@@ -214,6 +221,9 @@ class Sequence_(Distribution):
 
     def has_patterns(self, count: int) -> bool:
         return _are_lists(self._items, count)
+
+    def options(self) -> list[Any]:
+        return _flat_options(self._items)
 
     def _index(self, consumer: str, position: int) -> int:
         cycle, index = divmod(position, len(self._items))
@@ -263,6 +273,10 @@ INPUTS = {
 
 def _all_seeded(items: Sequence[Any], seed: int) -> list[Any]:
     return [item.seeded(seed) if isinstance(item, Distribution) else item for item in items]
+
+
+def _flat_options(items: Sequence[Any]) -> list[Any]:
+    return [each for item in items for each in (item.options() if isinstance(item, Distribution) else [item])]
 
 
 def _are_lists(items: Sequence[Any], count: int) -> bool:
@@ -386,6 +400,13 @@ def draw(value: Any, node: Node, execution: int, role: str) -> list[Any]:
     if isinstance(value, list) and len(value) == count and not is_vector(value):
         return value
     return [value] * count
+
+
+def options_of(value: Any) -> list[Any]:
+    """Return all values of a role that can be drawn: of a distribution, a list of values, or one value."""
+    if isinstance(value, Distribution):
+        return value.options()
+    return list(value) if isinstance(value, (list, tuple)) else [value]
 
 
 def draw_scalars(value: Any, node: Node, execution: int, role: str) -> list[Any]:

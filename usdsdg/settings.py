@@ -12,6 +12,7 @@ from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.session.settings_store import get_settings, normalized
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.physics.scenes import physics_scene, set_steps_per_second, steps_per_second
+from usdsdg.stage.semantics.semantic_classes import read_semantic_classes
 
 
 def carb_settings(setting: str, value: Any) -> ReplicatorItem | None:
@@ -76,6 +77,26 @@ def set_render_pathtraced(samples_per_pixel: int = 64) -> None:
         raise ConfigError(f"samples_per_pixel is {samples_per_pixel!r}; expected a whole number, 1 or more")
     get_settings().set("/rtx/rendermode", "PathTracing")
     get_settings().set("/rtx/pathtracing/totalSpp", int(samples_per_pixel))
+
+
+def set_semantic_classes(classes: Any, closed: bool = False) -> None:
+    """Fix the classes of the dataset: their ids and colors in masks, and the categories of CocoWriter.
+
+    Without it the classes are those that stage and graph can show, with ids from 2 in the order of their names; parts
+    of a dataset that are made by several runs need the same list in each.
+
+    Args:
+        classes: names such as ["apple", "pear"]; ids {"apple": 2}; {"apple": {"id": 2, "color": (255, 0, 0)}}; a .json,
+            .yaml or .txt file of these; the folder of a dataset, whose classes are taken; None for no fixed classes.
+            A name may be "type:label".
+        closed: a class that is not listed is an error, not one that is appended with a warning.
+
+    Raises:
+        ConfigError: (a ValueError) `classes` is something else, or names a class, an id or a color twice.
+    """
+    read_semantic_classes(classes)
+    get_settings().set("/usdsdg/labels/closedClasses", bool(closed))
+    get_settings().set("/usdsdg/labels/semanticClasses", classes)
 
 
 def set_stage_up_axis(up_axis: str) -> None:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import usdsdg as rep
+from tests.dataset_files import data_names
 from usdsdg.errors import BadPrim, GraphError, RenderError, Unsupported, UsdsdgWarning
 from usdsdg.scenarios.saved_pipeline import Overrides, run
 from usdsdg.session.stage_context import current_stage, new_stage, save_stage
@@ -126,7 +127,7 @@ def test_a_writer_receives_the_tiled_image_and_a_saved_stage_restores_it(cameras
     rep.orchestrator.wait_until_complete()
     save_stage(tmp_path / "scene.usda")
     writer.detach()
-    files = sorted(path.name for path in (tmp_path / "first").iterdir())
+    files = data_names(tmp_path / "first")
     assert "rgb_0001.png" in files
     run(tmp_path / "scene.usda", Overrides(output_dir=str(tmp_path / "again")))
     for name in files:

@@ -99,7 +99,7 @@ LATE = {
     "usdsdg.capture.tiles": ("usdsdg_render.labels", "warp takes a second to import"),
     "usdsdg.session.session": (
         "usdsdg.session usdsdg.articulations usdsdg.graph usdsdg.rng usdsdg.writers usdsdg.capture usdsdg.app "
-        "usdsdg.compat usdsdg.demo usdsdg.mirror",
+        "usdsdg.compat usdsdg.demo usdsdg.mirror usdsdg.annotators",
         "the one object that owns the state of all packages names their parts, and makes each when it is first used",
     ),
     "usdsdg_physics.world.world": ("usdsdg_physics.corrections", "its kernels are defined when a scene needs them"),
@@ -118,6 +118,6 @@ LATE = {
     "usdsdg.cli.run": ("usdsdg.replicator_yaml", COMMAND),
     "usdsdg.cli.script.missing_names": ("usdsdg.compat", COMMAND),
     "usdsdg.cli.script.execution": ("usdsdg.app usdsdg.compat usdsdg.orchestrator usdsdg.writers", COMMAND),
-    "usdsdg.cli.command_context": ("usdsdg.graph usdsdg.orchestrator", COMMAND),
+    "usdsdg.cli.command_context": ("usdsdg.graph usdsdg.orchestrator usdsdg.settings", COMMAND),
     "usdsdg.cli.simulate": ("usdsdg_physics.__init__", COMMAND),
 }

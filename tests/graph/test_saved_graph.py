@@ -11,6 +11,7 @@ import pytest
 from pxr import Gf, Usd
 
 import usdsdg as rep
+from tests.dataset_files import data_names
 from usdsdg.app import saved_graph
 from usdsdg.errors import ConfigError, GraphError
 from usdsdg.graph.evaluate import graph
@@ -195,8 +196,8 @@ def test_a_saved_pipeline_of_twenty_nodes_makes_the_same_files_in_a_fresh_proces
     saved = Usd.Stage.Open(str(stage))
     nodes = [prim for prim in saved.Traverse() if prim.GetTypeName() == "OmniGraphNode"]
     assert len(nodes) >= 20
-    files = sorted(path.name for path in script.iterdir())
-    assert files == sorted(path.name for path in again.iterdir())
+    files = data_names(script)
+    assert files == data_names(again)
     assert [name for name in files if (script / name).read_bytes() != (again / name).read_bytes()] == []
     assert saved.GetRootLayer().customLayerData["renderSettings"]["omni:replicator:RTSubframes"] == 2
 

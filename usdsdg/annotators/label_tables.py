@@ -1,36 +1,46 @@
-"""Numbers of classes and of labeled prims that stay the same for all frames of a stage.
-
-A class is a set of labels as annotators output it. Numbers count from 0: at first classes and prims in stage order,
-whether or not they are visible, then what comes up later.
-"""
+"""Numbers of labeled prims that stay the same for all frames of a stage, and ids of classes that do not."""
 
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
+from usdsdg.annotators.colors import FIRST_LABELED
+
 Output = Mapping[str, str]  # {type: "label[,label]"}
 
 
-class LabelTable:
-    """The classes and labeled prims that one label filter selects."""
+class PrimTable:
+    """Numbers of the labeled prims that one label filter selects.
+
+    They count from 0: at first the prims of the stage in its order, visible or not, then what comes up later.
+    """
 
     def __init__(self) -> None:
-        self._classes: dict[tuple[tuple[str, str], ...], int] = {}
-        self._prims: dict[str, int] = {}
+        self._numbers: dict[str, int] = {}
 
-    def classes(self, outputs: Iterable[Output]) -> np.ndarray:
-        """Return the number of each set of labels, int64 (N,)."""
-        keys = [tuple(sorted(output.items())) for output in outputs]
-        return np.array([self._classes.setdefault(key, len(self._classes)) for key in keys], np.int64)
-
-    def prims(self, names: Sequence[str]) -> np.ndarray:
+    def numbers(self, names: Iterable[str]) -> np.ndarray:
         """Return the number of each labeled prim, int64 (N,)."""
-        return np.array([self._prims.setdefault(name, len(self._prims)) for name in names], np.int64)
+        return np.array([self._numbers.setdefault(name, len(self._numbers)) for name in names], np.int64)
 
-    def labels(self) -> tuple[dict[str, str], ...]:
-        """Return the labels of each class, by number."""
-        return tuple(dict(key) for key in self._classes)
+    def __len__(self) -> int:
+        return len(self._numbers)
 
-    def prim_count(self) -> int:
-        """Return how many labeled prims have a number."""
-        return len(self._prims)
+
+class FrameClasses:
+    """Ids of the classes that one frame shows, counted in the order in which they come, as in Isaac Sim."""
+
+    def __init__(self) -> None:
+        self._ids: dict[tuple[tuple[str, str], ...], int] = {}
+
+    def ids(self, outputs: Sequence[Output]) -> np.ndarray:
+        """Return the id of each set of labels, int64 (N,)."""
+        keys = [tuple(sorted(output.items())) for output in outputs]
+        return np.array([self._ids.setdefault(key, len(self._ids) + FIRST_LABELED) for key in keys], np.int64)
+
+    def labels(self) -> dict[int, dict[str, str]]:
+        """Return the labels of each class by id."""
+        return {number: dict(key) for key, number in self._ids.items()}
+
+    def colors(self) -> dict[int, tuple[int, int, int, int]]:
+        """Return no colors: those of the ids apply."""
+        return {}

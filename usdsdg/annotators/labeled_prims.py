@@ -11,8 +11,9 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.annotators.bounds import Hull, read_hull
+from usdsdg.annotators.class_table import ClassTable, ClassTables, ids_are_stable
 from usdsdg.annotators.colors import FIRST_LABELED
-from usdsdg.annotators.label_tables import LabelTable
+from usdsdg.annotators.label_tables import FrameClasses, PrimTable
 from usdsdg.annotators.ownership import (
     LabeledStage,
     Labels,
@@ -23,7 +24,10 @@ from usdsdg.annotators.ownership import (
     warn_of_empty_selection,
 )
 from usdsdg.annotators.point_instances import PointFrames, Steps, prim_path
+from usdsdg.annotators.possible_labels import possible_outputs
 from usdsdg.errors import warn_once
+from usdsdg.graph.label_sources import label_sources
+from usdsdg.session.session import current
 from usdsdg.stage.changes import Changes, ChangeTracker
 from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg.stage.poses.transforms import as_array
@@ -41,8 +45,9 @@ class Selection:
     rows: np.ndarray  # (K,) int64: rows of the `LabeledPrims`
     member_of_gprim: np.ndarray  # (G,) int32: index into rows, -1 for gprims of no selected prim
     labels: tuple[dict[str, str], ...]  # K times {type: "label[,label]"}, as annotators output them
-    classes: np.ndarray  # (K,) int64: number of the labels among `class_labels`, the same in all frames
-    class_labels: tuple[dict[str, str], ...]
+    class_ids: np.ndarray  # (K,) int64: id of the labels in semantic_segmentation, the same in all frames
+    class_labels: Mapping[int, dict[str, str]]  # of each class by id, also of those that no prim has now
+    class_colors: Mapping[int, tuple[int, int, int, int]]  # RGBA by id, where the user has given them
     numbers: np.ndarray  # (K,) int64: number of the prim among all labeled prims, the same in all frames
     prim_count: int  # numbers are below this
 
@@ -50,11 +55,6 @@ class Selection:
     def ids(self) -> np.ndarray:
         """The ids (K,) of the prims in instance_segmentation."""
         return self.numbers + FIRST_LABELED
-
-    @property
-    def class_ids(self) -> np.ndarray:
-        """The ids (K,) of the prims' labels in semantic_segmentation."""
-        return self.classes + FIRST_LABELED
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -91,17 +91,18 @@ class LabeledPrims:
         member_of_row = np.full(len(self) + 1, -1, np.int32)
         member_of_row[kept] = np.arange(len(kept))
         output = tuple(output_labels(self.labels[row], label_filter) for row in kept)
-        table = LabelTable()
-        names = [self.prim_paths[row] for row in kept]
-        return selection_of(table, np.array(kept, np.int64), member_of_row[self.row_of_gprim], output, names)
+        classes = current().class_tables.of(predicate) if ids_are_stable() else FrameClasses()
+        names, members = [self.prim_paths[row] for row in kept], member_of_row[self.row_of_gprim]
+        return _selection(classes, PrimTable(), np.array(kept, np.int64), members, output, names)
 
 
-def selection_of(
-    table: LabelTable, rows: np.ndarray, members: np.ndarray, output: Sequence[dict[str, str]], names: Sequence[str]
-) -> Selection:
-    """Return the selection of prims with these output labels and names, with their numbers in a table."""
-    classes, numbers = table.classes(output), table.prims(names)
-    return Selection(rows, members, tuple(output), classes, table.labels(), numbers, table.prim_count())
+def _selection(
+    classes: ClassTable | FrameClasses, prims: PrimTable,
+    rows: np.ndarray, members: np.ndarray, output: Sequence[dict[str, str]], names: Sequence[str],
+) -> Selection:  # fmt: skip
+    """Return the selection of prims with these output labels and names, with their ids and numbers in tables."""
+    ids, numbers = classes.ids(output), prims.numbers(names)
+    return Selection(rows, members, tuple(output), ids, classes.labels(), classes.colors(), numbers, len(prims))
 
 
 @dataclass(frozen=True)
@@ -129,7 +130,8 @@ class LabeledPrimReader:
         self._bounds: dict[Sdf.Path, dict[tuple[Owner, tuple[int, ...]], np.ndarray]] = {}  # by path of the owner
         self._ownership: _Ownership | None = None
         self._filters: dict[str | None, None] = {None: None}  # all requested so far; the unfiltered one is first
-        self._tables: dict[str | None, LabelTable] = {}  # by filter
+        self._prims: dict[str | None, PrimTable] = {}  # by filter
+        self._tables_version = -1  # of the class tables that the ownership has ids of; 0 where ids are not stable
         self._time: Usd.TimeCode | None = None
 
     def read(
@@ -152,6 +154,7 @@ class LabeledPrimReader:
         gprims = tuple(gprims)
         # Earlier filters are kept, since render products with different filters alternate.
         self._filters |= dict.fromkeys(filters)
+        self._follow_tables(current().class_tables)
         owned = self._ownership
         if owned is None or owned.gprims != gprims or owned.selections.keys() != self._filters.keys():
             owned = self._ownership = self._assign(gprims)
@@ -191,25 +194,38 @@ class LabeledPrimReader:
                 rows.append(row_of[key])
                 names.append(key[0].name)
                 output.append(output_labels(labels[row_of[key]], label_filter))
-            table = self._table(predicate)
-            selections[predicate] = selection_of(table, np.array(rows, np.int64), members, output, names)
+            classes, prims = self._tables(predicate)
+            selections[predicate] = _selection(classes, prims, np.array(rows, np.int64), members, output, names)
             if not rows:
                 warn_of_empty_selection(predicate, [labels for _, chain in found for _, labels in chain])
         owners, groups = tuple(owner for owner, _ in row_of), tuple(group for _, group in row_of)
         return _Ownership(gprims, [steps for steps, _ in found], owners, tuple(labels), groups, selections)
 
-    def _table(self, predicate: str | None) -> LabelTable:
-        """Return the table of a filter; a new one has all that the stage could show."""
-        if predicate not in self._tables:
-            table = self._tables[predicate] = LabelTable()
+    def _follow_tables(self, tables: ClassTables) -> None:
+        """Assign ids again where the user has changed the classes, or whether ids are stable."""
+        version = tables.version if ids_are_stable() else 0
+        if version != self._tables_version:
+            self._tables_version, self._ownership = version, None
+            self._prims.clear()
+
+    def _tables(self, predicate: str | None) -> tuple[ClassTable | FrameClasses, PrimTable]:
+        """Return the tables of a filter; at its first use here they get all that stage and graph could show."""
+        if not ids_are_stable():
+            return FrameClasses(), PrimTable()
+        classes = current().class_tables.of(predicate)
+        if predicate not in self._prims:
+            prims = self._prims[predicate] = PrimTable()
             label_filter, gprims = parse_filter(predicate), self._labels.every_gprim()
-            chains = [chain for _, chain in self._labels.chains(gprims)]
+            chains, outputs = [chain for _, chain in self._labels.chains(gprims)], []
             for owner, group in group_by_owner(chains, label_filter).items():
                 labels = self._labels.all_labels(owner, [gprims[index] for index in group])
-                table.classes([output_labels(labels, label_filter)])
+                outputs.append(output_labels(labels, label_filter))
                 if not owner.steps:  # point instances are numbered when they are drawn
-                    table.prims([owner.name])
-        return self._tables[predicate]
+                    prims.numbers([owner.name])
+            if sources := label_sources():
+                outputs += possible_outputs(self._labels, sources, label_filter)
+            classes.add(outputs)
+        return classes, self._prims[predicate]
 
     # Geometry
 

@@ -87,6 +87,16 @@ class LabeledStage:
         chain = [self._labels(each.path) for each in _ancestors(owner.path, owner.steps)]
         return merged([*reversed(chain), *(labels for _, labels in self._materials(gprims).values())])
 
+    def ancestry(self, gprim: str) -> list[tuple[Sdf.Path, Labels]]:
+        """Return the path and own labels of a prim's ancestors and itself, outermost first."""
+        [steps] = find_steps(self._stage, [gprim])
+        chain = [(owner.path, self._own_labels(owner)) for owner in _ancestors(prim_path(gprim), steps)]
+        return chain[::-1]
+
+    def own_labels(self, path: Sdf.Path) -> Labels:
+        """Return a prim's own labels; none where there is no prim."""
+        return self._labels(path)
+
     def _own_labels(self, owner: Owner) -> Labels:
         """Return the labels of a prim; on the root of a point instance also those of its instancer, if posable."""
         own = self._labels(owner.path)
@@ -114,7 +124,7 @@ class LabeledStage:
     def _labels(self, path: Sdf.Path) -> Labels:
         if path not in self._own:
             prim = self._stage.GetPrimAtPath(path)
-            self._own[path] = _lower(get_labels(prim, self._time)) if prim else {}
+            self._own[path] = lower(get_labels(prim, self._time)) if prim else {}
             if prim and vary_over_time(prim):
                 self._varying.add(path)
         return self._own[path]
@@ -168,6 +178,6 @@ def output_labels(labels: Labels, label_filter: LabelFilter | None) -> dict[str,
     return {kind: ",".join(values) for kind, values in kept.items()}
 
 
-def _lower(labels: Labels) -> Labels:
+def lower(labels: Labels) -> Labels:
     """Return labels in lower case, as annotators output them; types keep their case."""
     return {kind: tuple(dict.fromkeys(value.lower() for value in values)) for kind, values in labels.items()}

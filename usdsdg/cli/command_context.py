@@ -34,6 +34,14 @@ AssetsRoot = Annotated[
 ]
 Device = Annotated[str | None, typer.Option(help="cpu or cuda:0.", show_default="CUDA where there is one")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the run; the same seed writes the same bytes.")]
+SemanticClasses = Annotated[
+    str | None,
+    typer.Option(
+        help="Classes of the dataset: names separated by commas, a .json, .yaml or .txt file, or the folder of a "
+        "dataset that goes on.",
+        show_default="what stage and graph can show",
+    ),
+]
 SaveStage = Annotated[
     Path | None, typer.Option(help="Save the stage of the last captured frame as .usd, .usda or .usdc.")
 ]
@@ -124,6 +132,15 @@ def seed_everything(seed: int) -> None:
     set_global_seed(seed)
     random.seed(seed)
     np.random.seed(seed & 0xFFFFFFFF)
+
+
+def fix_classes(given: str | None) -> None:
+    """Fix the classes of the dataset, if the user has given any."""
+    if given is not None:
+        from usdsdg.settings import set_semantic_classes
+
+        is_file = Path(given).exists() or Path(given).suffix or os.sep in given
+        set_semantic_classes(given if is_file else [name.strip() for name in given.split(",")])
 
 
 def finish_files() -> None:

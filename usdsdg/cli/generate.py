@@ -5,7 +5,16 @@ from typing import Annotated
 
 import typer
 
-from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, SaveStage, command_context, seed_everything
+from usdsdg.cli.command_context import (
+    AssetsRoot,
+    Device,
+    Quiet,
+    SaveStage,
+    SemanticClasses,
+    command_context,
+    fix_classes,
+    seed_everything,
+)
 from usdsdg.cli.file_kinds import FileKind, check_kind
 
 
@@ -19,6 +28,7 @@ def generate(
     assets_root: AssetsRoot = None,
     device: Device = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the run.", show_default="the config's")] = None,
+    semantic_classes: SemanticClasses = None,
     save_stage: SaveStage = None,
     quiet: Quiet = False,
 ) -> None:
@@ -32,6 +42,7 @@ def generate(
 
         check_kind(config, FileKind.CONFIGURATION, FileKind.STAGE)
         overrides = [*(set_ or []), *([f"seed={seed}"] if seed is not None else [])]
+        fix_classes(semantic_classes)
         if config.suffix.lower() in saved_pipeline.SUFFIXES:
             saved_pipeline.run(config, saved_pipeline.Overrides.parse(overrides))
             return

@@ -12,8 +12,10 @@ from usdsdg.cli.command_context import (
     Quiet,
     SaveStage,
     Seed,
+    SemanticClasses,
     command_context,
     finish_files,
+    fix_classes,
     seed_everything,
 )
 from usdsdg.cli.file_kinds import FileKind, check_kind
@@ -76,6 +78,7 @@ def run(
             help="Generation of Replicator that the script was written for.", show_default="seen from its imports"
         ),
     ] = None,
+    semantic_classes: SemanticClasses = None,
     assets_root: AssetsRoot = None,
     device: Device = None,
     seed: Seed = 0,
@@ -104,6 +107,7 @@ def run(
             check_kind(stage, FileKind.STAGE)
         conditions = Conditions(stage, new_stage, frames, replicator, map_ or (), missing_assets, lenient)
         seed_everything(seed)
+        fix_classes(semantic_classes)
         conditions.apply(script)
         with reported_outcome():
             if script.suffix.lower() in YAML:

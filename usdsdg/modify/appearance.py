@@ -1,16 +1,18 @@
 """Labels, visibility, materials and variants: `rep.modify.semantics`, `visibility`, `material` and `variant`."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdShade
+from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import labels_per_prim, shown
-from usdsdg.distribution import Distribution, draw, draw_scalars
+from usdsdg.distribution import Distribution, draw, draw_scalars, options_of
 from usdsdg.errors import ArgumentError, BadPrim
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act, act_now
+from usdsdg.graph.label_sources import LabelSources, brings_labels
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.modify.mdl_materials import is_mdl, mdl_material
 from usdsdg.stage.semantics import labels
@@ -35,6 +37,13 @@ def _write_semantics(node: Node, execution: int) -> None:
     per_prim = labels_per_prim(node.inputs.get("semantics") or {}, len(node.prims))
     for path, given in zip(node.prims, per_prim):
         labels.add_labels(prim_at(path), given, mode=node.inputs["mode"])
+
+
+@brings_labels("OgnWriteSemantics")
+def _labels_to_write(node: Node, sources: LabelSources) -> None:
+    per_prim = labels_per_prim(node.inputs.get("semantics") or {}, len(node.prims))
+    for path, given in zip(node.prims, per_prim):
+        sources.add_edit(path, partial(labels.edited, labels=given, mode=node.inputs["mode"]))
 
 
 def visibility(value: Any = None, input_prims: Any = None, name: str | None = None) -> ReplicatorItem:
@@ -95,6 +104,14 @@ def _write_material(node: Node, execution: int) -> None:
         bind_material(prim_at(path), mdl_material(chosen) if is_mdl(chosen) else prim_at(prim_paths(chosen)[0]))
 
 
+@brings_labels("OgnWriteMaterial")
+def _materials_to_bind(node: Node, sources: LabelSources) -> None:
+    options = [each for each in options_of(node.inputs["value"]) if not is_mdl(each)]
+    bound = [path for each in options for path in prim_paths(each)]
+    for path in node.prims:
+        sources.add_materials(path, bound)
+
+
 def bind_material(prim: Usd.Prim, bound: Usd.Prim) -> None:
     """Bind a material with the strength `strongerThanDescendants`.
 
@@ -138,3 +155,19 @@ def _write_variant(node: Node, execution: int) -> None:
         if chosen not in known:
             raise ArgumentError(f"{path}: variant set {name!r} has no {chosen!r}; it has: {', '.join(known)}")
         variants.GetVariantSet(name).SetVariantSelection(chosen)
+
+
+@brings_labels("OgnWriteVariant")
+def _variants_to_select(node: Node, sources: LabelSources) -> None:
+    name, options = node.inputs["attribute"], options_of(node.inputs["value"])
+    for path in node.prims:
+        for option in options:
+            sources.add_content(Sdf.Path(path).GetParentPath(), _with_variant(path, name, option), path)
+
+
+def _with_variant(path: str, name: str, option: str) -> Usd.Stage:
+    """Return a stage on which a prim is as it is with another variant selected."""
+    layer, stage = Sdf.Layer.CreateAnonymous(), prim_at(path).GetStage()
+    layer.subLayerPaths = [stage.GetRootLayer().identifier]
+    Sdf.CreatePrimInLayer(layer, path).variantSelections[name] = option
+    return Usd.Stage.OpenMasked(layer, Usd.StagePopulationMask([path]))

@@ -3,14 +3,15 @@
 from dataclasses import replace
 from typing import Any
 
-from pxr import Gf, Sdf, UsdGeom, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 from usdsdg import modify
 from usdsdg.arguments.values import count_of
-from usdsdg.distribution import Choice, Distribution, choice, draw, one_of
+from usdsdg.distribution import Choice, Distribution, choice, draw, one_of, options_of
 from usdsdg.errors import ArgumentError, AssetError, BadPrim
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import graph
+from usdsdg.graph.label_sources import LabelSources, brings_labels
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets, paths
@@ -116,6 +117,16 @@ def _instantiate(node: Node, execution: int) -> None:
         if shown.get(slot) != path:
             _show(slot, path, shared, node.inputs["useCache"])
             shown[slot] = path
+
+
+@brings_labels("OgnInstantiate")
+def _assets_to_draw(node: Node, sources: LabelSources) -> None:
+    paths = [path for each in options_of(node.inputs["paths"]) for path in prim_paths(each)]
+    for path in dict.fromkeys(paths):
+        source, is_prim = _source(path)
+        stage = current_stage() if is_prim else Usd.Stage.Open(source)
+        for slot in node.prims:
+            sources.add_content(slot, stage, source if is_prim else None)
 
 
 def _show(slot: str, path: str, shared: bool, use_cache: bool) -> None:

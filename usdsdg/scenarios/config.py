@@ -9,9 +9,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
+from usdsdg.errors import ConfigError
 from usdsdg.scenarios.camera_properties import checked_camera_properties
 from usdsdg.scenarios.config_file import read_config
 from usdsdg.session.render_products import size_problem
+from usdsdg.stage.semantics.semantic_classes import read_semantic_classes
 
 # Numbers are strict: "3" and true are not numbers.
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -125,6 +127,9 @@ class ObjectBasedConfig(_Section):
     )
     mesh_distractors_num: Count = Field(10, description="number of objects, 0 or more")
     seed: Count = Field(0, description="a whole number, 0 or more; the same seed gives the same dataset")
+    semantic_classes: list[Any] | dict[str, Any] | Text | None = Field(
+        None, description="names of classes, ids by name, or a class file; the classes of the dataset, in this order"
+    )
     path_tracing: PathTracing = Field(PathTracing(), description="a mapping with every, spp, sub_frames, duration")
 
     @property
@@ -148,6 +153,15 @@ class ObjectBasedConfig(_Section):
     @classmethod
     def _known_to_cameras(cls, properties: dict[str, Any]) -> dict[str, Any]:
         return checked_camera_properties(properties)
+
+    @field_validator("semantic_classes")
+    @classmethod
+    def _are_classes(cls, given: Any) -> Any:
+        try:
+            read_semantic_classes(given)
+        except ConfigError as error:
+            raise ValueError(str(error).removeprefix("semantic_classes: ").removeprefix("semantic_classes ")) from error
+        return given
 
     @field_validator("shape_distractors_num", "mesh_distractors_num")
     @classmethod

@@ -46,6 +46,8 @@ def run(config: ObjectBasedConfig) -> Summary:
     # Fail on missing assets and wrong writer options before any work is done.
     check_assets(config)
     set_global_seed(config.seed)
+    if config.semantic_classes is not None:
+        rep.settings.set_semantic_classes(config.semantic_classes)
     capture_loop.apply_render_settings(config)
     draws = Draws(config.seed)
     writer = make_writer(config)

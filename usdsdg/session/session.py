@@ -48,6 +48,7 @@ class Session:
     random_generators = _part("weakref:WeakSet")  # every live ReplicatorRNG
     default_generator = _part("usdsdg.rng:ReplicatorRNG")
     io_queue = _part("usdsdg.writers.backends.io_queue:IoQueue")
+    class_tables = _part("usdsdg.annotators.class_table:ClassTables")
     app = _part("usdsdg.app.app:App")
     orchestrator = _part("usdsdg.app.frame_loop:Orchestrator")
     observations = _part("usdsdg.session.observations:Observations")
@@ -114,7 +115,7 @@ class Session:
         if stage.HasAuthoredTimeCodeRange():
             rate = stage.GetTimeCodesPerSecond()
             self.timeline.set_animation_range(stage.GetStartTimeCode() / rate, stage.GetEndTimeCode() / rate, rate)
-        for part in self._made("engines", "graph", "live", "omnigraph"):
+        for part in self._made("engines", "graph", "live", "omnigraph", "class_tables"):
             part.reset()
         self.render_products.clear()
         for part in self._made("orchestrator", "selection"):

@@ -44,6 +44,9 @@ DEFAULTS: dict[str, Any] = {
     "/rtx/post/depthSensor/showDistance": False,
     "/usdsdg/denoiser": "auto",
     "/usdsdg/labels/glass": "surface",
+    "/usdsdg/labels/stableIds": True,
+    "/usdsdg/labels/semanticClasses": None,
+    "/usdsdg/labels/closedClasses": False,
     "/usdsdg/replicator/version": 0,
     "/syntheticdata/sensors/perSubsetSegmentation": False,
 }

@@ -13,6 +13,7 @@ from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import Unsupported, WriterError
 from usdsdg.session.session import current
 from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.class_file import ClassFile
 from usdsdg.writers.files import write_json
 from usdsdg.writers.options import check_names
 
@@ -58,6 +59,7 @@ class Writer(ABC):
     _payload: dict[str, Any] | None
     _render_products: tuple[str, ...]
     _scheduled: bool
+    _class_file: ClassFile
     _executions: Any
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Writer:
@@ -66,6 +68,7 @@ class Writer(ABC):
         writer.annotators, writer.metadata = list(cls.annotators), dict(cls.metadata)
         writer._render_products, writer._trigger = (), ON_FRAME
         writer._payload, writer._scheduled, writer._executions = None, False, None
+        writer._class_file = ClassFile()
         writer.parameters = {}
         return writer
 
@@ -112,6 +115,8 @@ class Writer(ABC):
         self._executions = getattr(self._trigger, "executions", None)
         if self not in current().writers:
             current().writers.append(self)
+        if self.num_written:
+            current().class_tables.resume()
         current().observations.writers.append(type(self).__name__)
 
     async def attach_async(self, render_products: Any, trigger: Any = ON_FRAME) -> None:
@@ -175,6 +180,8 @@ class Writer(ABC):
         if self.num_written == 0:
             self.write_metadata()
         self.write(payload)
+        if self.backend is not None:
+            self._class_file.update(self.backend, self.annotators)
         self.num_written += 1
 
     # Data

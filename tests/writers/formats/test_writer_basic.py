@@ -9,6 +9,7 @@ from PIL import Image
 from tests.annotators.kinds.test_skeleton import add_character
 from tests.annotators.ray_caster import known, make_frame, new_stage, place
 from tests.annotators.scenes import mask_of, street
+from tests.dataset_files import data_names
 from usdsdg import annotators, writers
 from usdsdg.annotators.colors import colors_of_ids
 from usdsdg.errors import ConfigError, WriterError
@@ -51,7 +52,7 @@ def write(folder, frames, payload=None, count=1, **options):
 
 
 def files(folder):
-    return sorted(str(p.relative_to(folder)) for p in Path(folder).rglob("*") if p.is_file())
+    return data_names(folder)
 
 
 def image(folder, name):

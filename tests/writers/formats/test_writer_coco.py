@@ -13,6 +13,7 @@ from PIL import Image
 
 from tests.annotators.ray_caster import add_cube, known, make_frame, new_stage
 from tests.annotators.scenes import mask_of, street
+from tests.dataset_files import data_names
 from tests.writers.formats.test_run_length import decoded
 from usdsdg import annotators, writers
 from usdsdg.errors import UsdsdgWarning, WriterError, forget_warnings
@@ -60,7 +61,7 @@ SEEN = ["/World/Apple1", "/World/Apple2", "/World/Pear"]  # labeled and not hidd
 
 
 def test_names_of_files(fruit):
-    names = sorted(str(path.relative_to(fruit)) for path in fruit.rglob("*") if path.is_file())
+    names = data_names(fruit)
     pictures = [f"rp1/{kind}_World-Camera_set.{n:04d}.png" for kind in ("panoptic", "rgb") for n in (0, 1)]
     assert names == ["coco_annotations_set.json", "metadata.txt", *pictures]
 

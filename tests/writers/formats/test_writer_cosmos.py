@@ -1,7 +1,6 @@
 """CosmosWriter: clips, their pictures and their videos."""
 
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +8,7 @@ from PIL import Image
 
 from tests.annotators.ray_caster import known, make_frame
 from tests.annotators.scenes import mask_of, street
+from tests.dataset_files import data_names
 from tests.stage.image_files.test_motion_jpeg import images_of
 from usdsdg import annotators, writers
 from usdsdg.errors import UsdsdgWarning, WriterError, forget_warnings
@@ -39,7 +39,7 @@ def finish(writer):
 
 
 def files(folder):
-    return sorted(str(path.relative_to(folder)) for path in Path(folder).rglob("*") if path.is_file())
+    return data_names(folder)
 
 
 def clip(number, count):

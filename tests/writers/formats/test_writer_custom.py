@@ -11,6 +11,7 @@ from pxr import Usd
 import usdsdg as rep
 from tests.annotators.ray_caster import RayCaster, add_cube, known, make_frame
 from tests.annotators.scenes import add_camera, street
+from tests.dataset_files import data_names
 from usdsdg import AnnotatorRegistry, annotators, orchestrator, writers
 from usdsdg.errors import AnnotatorRegistryError, AugmentationError, BadPrim, WriterError
 from usdsdg.session import engines
@@ -132,7 +133,7 @@ def test_the_documented_custom_writer_writes_its_files(product, tmp_path):
     for _ in range(2):
         orchestrator.step()
     orchestrator.wait_until_complete()
-    names = {path.name for path in tmp_path.iterdir()}
+    names = {name.split("/")[0] for name in data_names(tmp_path)}
     assert names == {"rgb_0.png", "rgb_1.png", "boxes_0.json", "boxes_1.json", "metadata.txt", "other"}
     low, high = json.loads((tmp_path / "boxes_1.json").read_text())["box"]
     assert 8 < low < high < 24

@@ -15,6 +15,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 
 from tests.annotators.ray_caster import add_cube, add_sphere, known, make_frame, new_stage
 from tests.annotators.scenes import add_camera, mask_of, street
+from tests.dataset_files import data_names
 from usdsdg import annotators, writers
 from usdsdg.errors import AssetUnreadable, Unsupported, UsdsdgWarning, WriterError, forget_warnings
 from usdsdg.session.stage_context import set_stage
@@ -196,7 +197,7 @@ def street_frame():
 
 def test_names_of_files(street_frame, tmp_path):
     write(tmp_path / "plain", [street_frame, street_frame], colorize_instance_segmentation=True)
-    names = sorted(str(p.relative_to(tmp_path / "plain")) for p in (tmp_path / "plain").rglob("*") if p.is_file())
+    names = data_names(tmp_path / "plain")
     kinds = sorted([*EVERY, "instance_rgb"])
     text = {"calib", "object_detection"}
     expected = [f"Camera/{kind}/{n}.{'txt' if kind in text else 'png'}" for kind in kinds for n in (0, 1)]

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.annotators.ray_caster import add_cube, known, make_frame, new_stage
 from tests.annotators.scenes import add_camera, crowds, mask_of, street
+from tests.dataset_files import data_names
 from usdsdg import annotators, writers
 from usdsdg.errors import OutputNotWritable, Unsupported, UsdsdgWarning, WriterError, forget_warnings
 
@@ -32,7 +33,7 @@ def read(folder, name="000000.json"):
 
 
 def files(folder):
-    return sorted(str(p.relative_to(folder)) for p in Path(folder).rglob("*") if p.is_file())
+    return data_names(folder)
 
 
 # A scene whose file is known: three cubes seen from (-4, -4, 8). Facts of a published file of Isaac Sim 6.

@@ -145,7 +145,7 @@ def _with_tables(frame: Frame, params: Params, key: Callable, listed: np.ndarray
     predicate = predicate_of(params)
     selection = frame.selection(predicate)
     # As in Isaac Sim, the ids of a list of boxes have no gaps.
-    present, rows["semanticId"] = np.unique(selection.classes[listed], return_inverse=True)
+    present, rows["semanticId"] = np.unique(selection.class_ids[listed], return_inverse=True)
     rows["occlusionRatio"] = frame.occlusion(predicate)[listed]
     info = {
         "idToLabels": {key(index): selection.class_labels[number] for index, number in enumerate(present)},

@@ -1,8 +1,8 @@
 """Segmentation: the id of every pixel, and tables from ids to labels and prims.
 
-Ids: 0 is background, 1 is a gprim without (selected) labels, labeled prims count from 2 in stage order. They stay the
-same for all frames of a stage, whatever is hidden, removed or added; the tables list 0, 1 and the ids that are present
-in the image, as Isaac Sim's do.
+Ids: 0 is background, 1 is a gprim without (selected) labels. Labeled prims count from 2 in stage order, classes have
+the ids of the class table (`class_table.py`). They stay the same for all frames of a stage, whatever is hidden, removed
+or added; the tables list 0, 1 and the ids that are present in the image, as Isaac Sim's do.
 """
 
 import json
@@ -31,8 +31,12 @@ def semantic_segmentation(frame: Frame, params: Params) -> Annotation:
     """
     selection = frame.selection(predicate_of(params))
     ids = _labeled_prim_ids(frame, predicate_of(params), selection.class_ids)
-    described = [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *selection.class_labels]
-    shown = _mapped(ids, params["mapping"], lambda: [_keys(own) for own in described])
+    described = [_BACKGROUND_LABEL, _UNLABELLED_LABEL]
+    described += [
+        selection.class_labels.get(id_, {}) for id_ in range(FIRST_LABELED, max(selection.class_labels, default=0) + 1)
+    ]
+    own_colors = selection.class_colors
+    shown = _mapped(ids, params["mapping"], lambda: [_keys(own) for own in described], colors=own_colors)
     return _annotation(shown, params, {"idToLabels": described}, str)
 
 
@@ -161,16 +165,18 @@ def _mapped(
     keys: Callable[[], Sequence[Sequence[str]]],
     *,
     always: Sequence[int] = (BACKGROUND, UNLABELLED),
+    colors: Mapping[int, tuple[int, ...]] | None = None,
 ) -> _Shown:
     """Apply `mapping` to the ids of an image.
 
     keys: for each id the keys to look up in `mapping`; the first that it contains applies.
     always: ids that are listed whether or not they are in the image.
+    colors: RGBA of some ids, before the mapping.
     """
     present = np.flatnonzero(np.bincount(image.ravel()))
     if not mapping:
         listed = np.union1d(present, np.array(always, np.int64))
-        return _Shown(image, listed, listed, colors_of_ids(listed))
+        return _Shown(image, listed, listed, _colored(listed, colors))
     chosen_by_key = _read_mapping(mapping)
     known = keys()
     new_id = np.arange(len(known), dtype=np.uint32)
@@ -186,7 +192,16 @@ def _mapped(
     for old in (*present.tolist(), *always):
         old_id.setdefault(int(new_id[old]), old)
     ids = np.array(sorted(old_id), np.int64)
-    colors = colors_of_ids(ids)
+    meanings = np.array([old_id[i] for i in ids.tolist()], np.int64)
+    shown = np.where((ids == meanings)[:, None], _colored(ids, colors), colors_of_ids(ids))
     for index, color in chosen.items():
-        colors[ids == new_id[index]] = (*color[:3], color[3] if len(color) > 3 else 255)
-    return _Shown(new_id[image], ids, np.array([old_id[i] for i in ids.tolist()], np.int64), colors)
+        shown[ids == new_id[index]] = (*color[:3], color[3] if len(color) > 3 else 255)
+    return _Shown(new_id[image], ids, meanings, shown)
+
+
+def _colored(ids: np.ndarray, own: Mapping[int, tuple[int, ...]] | None) -> np.ndarray:
+    """Return the colors of ids (N, 4) uint8, with those of `own` in place of the usual ones."""
+    colors = colors_of_ids(ids)
+    for id_, color in (own or {}).items():
+        colors[ids == id_] = color
+    return colors

@@ -147,17 +147,32 @@ def add_labels(
         BadPrim: the prim cannot be edited.
         ValueError: unknown mode, or a type or label that is not a non-empty string.
     """
-    if mode not in ("add", "replace", "clear"):
-        raise ValueError(f"unknown mode {mode!r} for labels; use 'add', 'replace' or 'clear'")
     wanted = _normalized(labels)
     _check_editable(prim)
     before = get_labels(prim)
-    dropped = set(before) if mode == "clear" else set(wanted) & set(before) if mode == "replace" else set()
-    if dropped:
+    after = edited(before, wanted, mode=mode)
+    if dropped := _dropped(before, wanted, mode):
         _drop(prim, dropped)
-    for semantic_type, values in wanted.items():
-        kept = [] if semantic_type in dropped else before.get(semantic_type, [])
-        _write(prim, semantic_type, list(dict.fromkeys([*kept, *values])))
+    for semantic_type in wanted:
+        _write(prim, semantic_type, after[semantic_type])
+
+
+def edited(before: Mapping[str, Sequence[str]], labels: Mapping[str, str | Sequence[str]], *, mode: str) -> Labels:
+    """Return what `add_labels` makes of the labels `before`, by type.
+
+    Raises:
+        ValueError: as `add_labels`.
+    """
+    wanted = _normalized(labels)
+    dropped = _dropped(before, wanted, mode)
+    return merged([{each: labels for each, labels in before.items() if each not in dropped}, wanted])
+
+
+def _dropped(before: Mapping[str, Sequence[str]], wanted: Labels, mode: str) -> set[str]:
+    """Return the types whose labels a mode removes."""
+    if mode not in ("add", "replace", "clear"):
+        raise ValueError(f"unknown mode {mode!r} for labels; use 'add', 'replace' or 'clear'")
+    return set(before) if mode == "clear" else set(wanted) & set(before) if mode == "replace" else set()
 
 
 def add_update_semantics(prim: Usd.Prim, semantic_label: str, type_label: str = "class", suffix: str = "") -> None:

@@ -3,8 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
+from usdsdg.annotators.class_table import ClassTable
 from usdsdg.annotators.colors import FIRST_LABELED, colors_of_ids
 from usdsdg.errors import WriterError, warn_once
+from usdsdg.session.session import current
 
 Category = dict[str, Any]  # name, id, supercategory, color (r, g, b), isthing
 
@@ -16,12 +18,14 @@ class Categories:
     """Categories by label; case, and whether words are separated by blanks or by underscores, do not matter."""
 
     def __init__(self, own: Mapping[str, Mapping[str, Any]] | None = None) -> None:
-        """own: by label, at least {"name", "id"} each; None: those of COCO's panoptic challenge, and "other".
+        """own: by label, at least {"name", "id"} each; None: `semantic_classes`, where the user has fixed these, else
+            those of COCO's panoptic challenge, and "other".
 
         Raises:
             WriterError: a category has no name or id, or two have the same id.
         """
         builtin = _builtin()
+        own = _semantic_classes() if own is None else own
         given = builtin if own is None else {label: _checked(label, each) for label, each in own.items()}
         self._by_label = {_key(label): each for label, each in given.items()}
         if own is not None:
@@ -57,6 +61,12 @@ class Categories:
 
     def _reserved(self, labels: Mapping[str, str]) -> Category | None:
         return next((self._no_class[text.lower()] for text in labels.values() if text.lower() in _NO_CLASS), None)
+
+
+def _semantic_classes() -> dict[str, dict[str, Any]] | None:
+    """Return the classes that the user has fixed as categories, with the ids that they have in masks."""
+    rows = ClassTable(current().class_tables.given).listed()
+    return {row["name"]: {"name": row["name"], "id": row["id"], "color": row["color"][:3]} for row in rows} or None
 
 
 def _key(label: str) -> str:

@@ -70,9 +70,9 @@ class CocoWriter(Writer):
     ) -> None:
         """
         semantic_types: types of labels to use; default class, coco, stuff and thing.
-        coco_categories: by label {"name", "id"} and optionally "supercategory", "color" (r, g, b), "isthing";
-            default COCO's own. All of them are in the file. Other labels get the category "other" with a warning, or
-            where `coco_categories` has no "other" are left out.
+        coco_categories: by label {"name", "id"} and optionally "supercategory", "color" (r, g, b), "isthing"; default
+            `semantic_classes` where these are set, else COCO's own. All of them are in the file. Other labels get the
+            category "other" with a warning, or where there is no "other" are left out.
         s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
         dataset_id: part of the file names, so without slashes; default eight letters that depend on the global seed.
         image_output_format: of the color images; those of categories are always png, which is lossless.

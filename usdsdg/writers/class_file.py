@@ -1,0 +1,35 @@
+"""The class table that is written beside a dataset, `.usdsdg/classes.json`."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from usdsdg.annotators.annotator import Annotator
+from usdsdg.annotators.class_table import ids_are_stable
+from usdsdg.session.session import current
+from usdsdg.stage.semantics.semantic_classes import BESIDE, FILE
+from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.files import write_json
+
+
+class ClassFile:
+    """Keeps the class file of one writer up to date: {"version": 1, "tables": [{"filter", "classes": [...]}]}.
+
+    A class has an id, a name, labels by type, and a color (r, g, b, a). `semantic_classes` takes the file, or the
+    folder of the dataset, so that another run goes on with the same classes.
+    """
+
+    def __init__(self) -> None:
+        self._written: list[dict[str, Any]] = []
+
+    def update(self, backend: BaseBackend, annotators: Iterable[Any]) -> None:
+        """Schedule the file if the tables of the annotators' label filters have changed."""
+        if not ids_are_stable():
+            return
+        reading = [each for each in annotators if isinstance(each, Annotator) and each.reads_labels]
+        filters = sorted({each.label_filter for each in reading}, key=lambda text: text or "")
+        tables = [{"filter": each, "classes": current().class_tables.of(each).listed()} for each in filters]
+        if tables != self._written:
+            if self._written:
+                backend.wait_until_done()  # for the earlier file, which this one replaces
+            self._written = tables
+            backend.schedule(write_json, path=f"{BESIDE}/{FILE}", data={"version": 1, "tables": tables}, indent=1)
