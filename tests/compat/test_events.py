@@ -138,8 +138,10 @@ def test_the_timeline_ticks_once_per_update(omni):
 def test_folders_are_validated_as_isaac_sims_examples_do(tmp_path, capsys, expected, options, fits):
     from usdsdg.compat.isaacsim.test.utils.file_validation import validate_folder_contents
 
-    (tmp_path / "deep").mkdir()
-    for name, content in (("a.png", "12345"), ("b.PNG", "12345"), ("c.json", ""), ("deep/d.png", "12345")):
+    files = {"a.png": "12345", "b.PNG": "12345", "c.json": "", "deep/d.png": "12345"}
+    # What usdsdg keeps beside a dataset does not count.
+    for name, content in {**files, ".usdsdg/classes.json": "{}", ".usdsdg/frames/0000.png": ""}.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(content)
     assert validate_folder_contents(tmp_path, expected, **options) is fits
     assert bool(capsys.readouterr().out) is not fits

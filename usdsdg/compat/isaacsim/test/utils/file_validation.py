@@ -6,6 +6,8 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+from usdsdg.stage.semantics.semantic_classes import BESIDE
+
 __all__ = ["get_folder_file_summary", "validate_folder_contents"]
 
 
@@ -31,7 +33,7 @@ def validate_folder_contents(
     if not folder.is_dir():
         print(f"validate_folder_contents: {folder} is not a folder")
         return False
-    files = [each for each in (folder.rglob("*") if recursive else folder.glob("*")) if each.is_file()]
+    files = _files(folder, recursive)
     least = max(min_file_size_bytes, 1 if fail_on_empty_files else 0)
     wrong = [f"{each} has {each.stat().st_size} bytes" for each in files if each.stat().st_size < least]
     found = Counter(each.suffix.lstrip(".").lower() for each in files)
@@ -56,8 +58,7 @@ def get_folder_file_summary(
     With `include_file_sizes` also "file_details": for each extension a list of {"path", "size_bytes"}, sorted by path.
     """
     folder = Path(path)
-    found = sorted(folder.rglob("*") if recursive else folder.glob("*")) if folder.is_dir() else []
-    files = [each for each in found if each.is_file()]
+    files = _files(folder, recursive) if folder.is_dir() else []
     named = [each for each in files if each.suffix]
     counts = Counter(_extension(each) for each in named)
     summary: dict[str, Any] = {"total_files": len(files), "extension_counts": dict(counts)}
@@ -67,6 +68,12 @@ def get_folder_file_summary(
             details[_extension(each)].append({"path": str(each), "size_bytes": each.stat().st_size})
         summary["file_details"] = details
     return summary
+
+
+def _files(folder: Path, recursive: bool) -> list[Path]:
+    """Return the files of a folder, sorted, without those that only usdsdg keeps beside a dataset."""
+    found = sorted(folder.rglob("*") if recursive else folder.glob("*"))
+    return [each for each in found if each.is_file() and BESIDE not in each.relative_to(folder).parts]
 
 
 def _extension(file: Path) -> str:
