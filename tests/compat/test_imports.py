@@ -33,7 +33,7 @@ def test_every_import_of_the_tutorial_script_resolves():
         """
         import usdsdg.compat; usdsdg.compat.install()
         import carb.settings
-        import omni.kit.app, omni.replicator.core as rep, omni.timeline, omni.usd, usdrt
+        import omni.kit.app, omni.replicator.core as rep, omni.timeline, omni.usd, usdrt, usdrt.Sdf, Semantics
         from omni.isaac.core.utils.semantics import add_update_semantics, remove_all_semantics
         from omni.isaac.nucleus import get_assets_root_path
         from omni.kit.viewport.utility import get_active_viewport

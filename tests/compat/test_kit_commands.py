@@ -5,6 +5,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from usdsdg.compat.omni.kit import commands
 from usdsdg.compat.omni.kit.commands import execute
+from usdsdg.compat.omni.kit.viewport.utility import get_active_viewport
 from usdsdg.compat.omni.usd import get_context
 from usdsdg.errors import BadPrim, Unsupported
 
@@ -22,6 +23,20 @@ def test_prims_are_created_below_the_default_prim_with_attributes(stage):
     path = execute("CreateMeshPrimWithDefaultXform", prim_type="Cube", prim_path="/World/a/box")[1]
     bounds = UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default"]).ComputeWorldBound(stage.GetPrimAtPath(path))
     assert (path, bounds.ComputeAlignedRange().GetSize()) == ("/World/a/box", Gf.Vec3d(1, 1, 1))
+
+
+def test_meshes_are_nested(stage):
+    _, above = execute("CreateMeshPrimCommand", prim_type="Cube", prim_path="/World/Cube")
+    done, path = execute("CreateMeshPrimCommand", prim_type="Cube", prim_path="/World/Cube/Nested")
+    assert (done, path) == (True, f"{above}/Nested")
+    assert stage.GetPrimAtPath(path).IsA(UsdGeom.Mesh)
+
+
+def test_properties_of_the_viewports_cameras_change_where_they_are_defined(stage):
+    get_active_viewport().get_render_product_path()
+    execute("ChangeProperty", prop_path="/OmniverseKit_Persp.horizontalAperture", value=6.0, prev=0)
+    assert UsdGeom.Camera(stage.GetPrimAtPath("/OmniverseKit_Persp")).GetHorizontalApertureAttr().Get() == 6.0
+    assert not stage.GetRootLayer().GetPrimAtPath("/OmniverseKit_Persp")
 
 
 def test_prims_are_moved_in_place_copied_and_deleted(stage):

@@ -5,6 +5,7 @@ import sys
 
 SOAKS = {
     "isaac_scripts": "Isaac Sim's Replicator scripts, from a checkout of isaac-sim/IsaacSim, each to its end",
+    "isaac_label_tests": "Isaac Sim's own tests of labels, from a checkout of isaac-sim/IsaacSim, row by row",
     "spellings": "the object-based tutorial script in the spellings of Isaac Sim 4.2, 5.1 and 6.0: the same files",
     "physics_calm": "drops, rebounds, stacks, overlaps, piles and the object-based scene, each with its limit",
 }

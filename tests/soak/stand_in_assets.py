@@ -168,6 +168,19 @@ def _texture(color: Vector) -> Callable[[Path], None]:
     return make
 
 
+def _grid(file: Path) -> None:
+    """A ground plane of 100 m with a light, seen from nearby."""
+    stage = _stage(file, "/World")
+    view = {"position": Gf.Vec3d(3.0), "target": Gf.Vec3d(0.0)}
+    stage.GetRootLayer().customLayerData = {"cameraSettings": {"Perspective": view}}
+    stage.DefinePrim("/World/Light", "DomeLight").GetAttribute("inputs:intensity").Set(1000.0)
+    ground = UsdGeom.Mesh.Define(stage, "/World/GroundPlane/mesh")
+    ground.CreatePointsAttr([(-50, -50, 0), (50, -50, 0), (50, 50, 0), (-50, 50, 0)])
+    ground.CreateFaceVertexCountsAttr([4])
+    ground.CreateFaceVertexIndicesAttr([0, 1, 2, 3])
+    stage.Save()
+
+
 def _stage(file: Path, root: str) -> Usd.Stage:
     stage = Usd.Stage.CreateNew(str(file))
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
@@ -222,6 +235,7 @@ def _move(prim: Usd.Prim, axis: str, limits: tuple[float, float], stiffness: flo
 WAREHOUSE = "Isaac/Environments/Simple_Warehouse/Materials"
 PATTERNS = "Isaac/Materials/Textures/Patterns"
 STAND_INS: dict[str, Callable[[Path], None]] = {
+    "Isaac/Environments/Grid/default_environment.usd": _grid,
     "Isaac/Robots/FrankaRobotics/FrankaPanda/franka.usd": _arm,
     "Isaac/Samples/Replicator/Stage/sdg_grasping_xarm.usd": _gripper,
     "Isaac/Robots/NVIDIA/Carter/carter_v1_physx_lidar.usd": _robot,

@@ -25,7 +25,7 @@ from usdsdg.session.replicator_version import note_old_import
 
 ROOTS = ("omni", "carb", "usdrt", "isaacsim")
 # Common words: a module of this name beside the script, or an installed one, comes first.
-WEAK_ROOTS = ("semantics", "video_encoding")
+WEAK_ROOTS = ("semantics", "Semantics", "video_encoding")
 _OLD_PRIM_MODULES = (
     "xform_prim", "xform_prim_view", "rigid_prim", "rigid_prim_view", "geometry_prim", "geometry_prim_view",
 )  # fmt: skip
@@ -46,6 +46,7 @@ ALIASES = (
     ("omni.isaac.core", "usdsdg.compat.isaacsim.core.api"),
     ("omni.isaac.cloner", "usdsdg.compat.isaacsim.core.cloner"),
     ("isaacsim.storage.native.nucleus", "usdsdg.compat.isaacsim.storage.native"),
+    ("Semantics", "usdsdg.stage.schemas.semantics_schema"),
     ("omni.isaac.version", "usdsdg.compat.isaacsim.core.version"),
     ("isaacsim.core.simulation_manager.impl", "usdsdg.compat.isaacsim.core.simulation_manager"),
     ("isaacsim.core.prims.impl", "usdsdg.compat.isaacsim.core.prims"),

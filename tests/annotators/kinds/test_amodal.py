@@ -102,6 +102,7 @@ def test_ids_are_those_of_the_segmentations(frame):
         if str(id_) in instances.info["idToLabels"]:
             assert instances.info["idToLabels"][str(id_)] == path
     occlusion = compute(frame, "occlusion").data
+    occlusion = occlusion[~np.isnan(occlusion["occlusionRatio"])]  # those in view
     np.testing.assert_array_equal(rows.data["instanceId"], occlusion["instanceId"])
     np.testing.assert_array_equal(rows.data["semanticId"], occlusion["semanticId"])
     np.testing.assert_allclose(1 - rows.data["visibleRatio"], occlusion["occlusionRatio"], atol=1e-6)

@@ -107,13 +107,18 @@ def test_boxes_carry_the_ids_of_the_instance_segmentation(frame):
         assert masks.info["idToLabels"][int(identifier)] == path
 
 
-def test_occlusion_rows_carry_segmentation_ids(frame):
-    rows = compute(frame, "occlusion").data
+def test_occlusion_lists_all_labeled_prims_and_the_unlabeled_in_one_row(frame):
+    first, *rows = compute(frame, "occlusion").data
+    assert tuple(first)[:2] == (1, 1)
+    assert np.isnan(first["occlusionRatio"])
     names = compute(frame, "instance_segmentation_fast").info["idToLabels"]
     labels = compute(frame, "semantic_segmentation").info["idToLabels"]
     seen = {names.get(int(row["instanceId"])): labels.get(str(row["semanticId"])) for row in rows}
     assert seen["/World/Pear"] == {"class": "pear"}
-    assert len(rows) == 4
+    ratios = {path: row["occlusionRatio"] for path, row in zip(frame.labeled_prims.prim_paths, rows, strict=True)}
+    assert np.isnan(ratios["/World/Outside"])
+    assert ratios["/World/Hidden"] == 1
+    assert 0 < ratios["/World/Apple2"] < 1
 
 
 def test_a_filter_drops_boxes(frame):

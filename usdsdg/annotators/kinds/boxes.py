@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
+from usdsdg.annotators.colors import UNLABELLED
 from usdsdg.annotators.frame import PIXELS, X_MIN, Frame
 
 Params = Mapping[str, Any]
@@ -95,17 +96,19 @@ def bounding_box_3d_360(frame: Frame, params: Params) -> Annotation:
 
 @define("occlusion", dtype=OCCLUSION, **_NEEDS)
 def occlusion(frame: Frame, params: Params) -> Annotation:
-    """Ids and occluded fraction of every labeled prim in view.
+    """Ids and occluded fraction of every labeled prim on the stage.
 
     Structured (N,): instanceId and semanticId uint32, those of the segmentations, and occlusionRatio float32 from 0
-    (fully visible) to 1.
+    (fully visible) to 1, nan out of view. If there are gprims without (selected) labels, the first row stands for all
+    of them: both ids are 1, and the ratio is nan, because it is not measured.
     """
-    listed = np.flatnonzero(_amodal_pixels(frame, params) > 0)
     selection = frame.selection(predicate_of(params))
-    rows = np.zeros(len(listed), OCCLUSION)
-    rows["instanceId"] = selection.ids[listed]
-    rows["semanticId"] = selection.class_ids[listed]
-    rows["occlusionRatio"] = frame.occlusion(predicate_of(params))[listed]
+    first = int((selection.member_of_gprim < 0).any())
+    rows = np.zeros(first + len(selection), OCCLUSION)
+    rows[:first] = (UNLABELLED, UNLABELLED, np.nan)
+    rows["instanceId"][first:] = selection.ids
+    rows["semanticId"][first:] = selection.class_ids
+    rows["occlusionRatio"][first:] = frame.occlusion(predicate_of(params))
     return Annotation(rows)
 
 

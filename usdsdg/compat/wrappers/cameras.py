@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg.compat.wrappers.prim_paths import prim_of
 from usdsdg.errors import BadPrim
@@ -43,7 +43,17 @@ def aim(
         DegenerateFrame: eye and target coincide.
     """
     prim = camera_at(camera)
-    if eye is not None:
-        author_world_position(prim, Gf.Vec3d(*np.asarray(eye, np.float64).ravel().tolist()))
-    if target is not None:
-        author_look_at(prim, Gf.Vec3d(*np.asarray(target, np.float64).ravel().tolist()))
+    with Usd.EditContext(prim.GetStage(), editable_layer(prim)):
+        if eye is not None:
+            author_world_position(prim, Gf.Vec3d(*np.asarray(eye, np.float64).ravel().tolist()))
+        if target is not None:
+            author_look_at(prim, Gf.Vec3d(*np.asarray(target, np.float64).ravel().tolist()))
+
+
+def editable_layer(prim: Usd.Prim) -> Sdf.Layer:
+    """Return the layer in which an edit of a prim has an effect: the session layer if it has the prim, as the cameras
+    of the viewport, else the stage's edit target.
+    """
+    stage = prim.GetStage()
+    session = stage.GetSessionLayer()
+    return session if session and session.GetPrimAtPath(prim.GetPath()) else stage.GetEditTarget().GetLayer()

@@ -11,6 +11,7 @@ from usdsdg.compat.isaacsim.core.api import SimulationContext, World, materials,
 from usdsdg.compat.isaacsim.core.api.tasks import BaseTask
 from usdsdg.compat.isaacsim.core.cloner import Cloner, GridCloner
 from usdsdg.compat.isaacsim.core.rendering_manager import RenderingManager, ViewportManager
+from usdsdg.compat.omni.kit.viewport.utility import get_active_viewport
 from usdsdg.errors import BadPrim, Unsupported
 from usdsdg.session import stage_context
 from usdsdg.session.timeline import get_timeline
@@ -210,6 +211,13 @@ def test_a_camera_view_keeps_its_center_of_interest(stage):
     assert ViewportManager.get_camera().GetPath() == "/World/camera"
     ViewportManager.set_resolution((640, 480))
     assert ViewportManager.get_resolution() == (640, 480)
+
+
+def test_the_viewports_camera_moves_although_it_is_in_the_session_layer(stage):
+    get_active_viewport().get_render_product_path()
+    ViewportManager.set_camera_view("/OmniverseKit_Persp", eye=(1, 2, 3), target=(0, 0, 0))
+    camera = stage.GetPrimAtPath("/OmniverseKit_Persp")
+    assert UsdGeom.XformCache().GetLocalToWorldTransform(camera).ExtractTranslation() == Gf.Vec3d(1, 2, 3)
 
 
 def test_rendering_updates_the_app_without_physics(stage):

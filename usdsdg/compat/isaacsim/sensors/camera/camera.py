@@ -15,6 +15,12 @@ from usdsdg.annotators.annotator import Annotator
 from usdsdg.app.app import get_app
 from usdsdg.compat.isaacsim.core.prims.single_xform_prim import SingleXFormPrim
 from usdsdg.compat.isaacsim.sensors.camera import camera_axes as axes
+from usdsdg.compat.isaacsim.sensors.camera.camera_axes import (  # noqa: F401 - scripts import them from here
+    R_U_TRANSFORM,
+    U_R_TRANSFORM,
+    U_W_TRANSFORM,
+    W_U_TRANSFORM,
+)
 from usdsdg.compat.isaacsim.sensors.camera.projection import Projection
 from usdsdg.compat.wrappers.arrays import as_numpy
 from usdsdg.create.render_products import render_product
@@ -213,7 +219,8 @@ class Camera(Projection, SingleXFormPrim):
         if self._frequency >= _rendering_rate():
             return
         now = get_timeline().get_current_time()
-        self._elapsed += 0.0 if self._previous_time is None else now - self._previous_time
+        # A timeline that loops goes back.
+        self._elapsed += 0.0 if self._previous_time is None else max(now - self._previous_time, 0.0)
         self._previous_time = now
         if self._elapsed >= self.get_dt() - 1e-9:
             self._elapsed = 0.0

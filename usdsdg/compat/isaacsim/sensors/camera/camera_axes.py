@@ -12,6 +12,13 @@ Quaternions = NDArray[np.float64]
 # Rotation (w, x, y, z) from each convention's axes to USD's.
 _TO_USD = {"usd": (1.0, 0.0, 0.0, 0.0), "ros": (0.0, 1.0, 0.0, 0.0), "world": (0.5, -0.5, 0.5, 0.5)}
 
+# Matrices (4, 4) for column vectors between the camera axes of ROS (R), USD (U) and the world (W), under Isaac Sim's
+# names: U_R_TRANSFORM takes a point given along the axes of ROS to those of USD.
+U_R_TRANSFORM = np.diag([1, -1, -1, 1])
+R_U_TRANSFORM = U_R_TRANSFORM.T
+U_W_TRANSFORM = np.array([[0, -1, 0, 0], [0, 0, 1, 0], [-1, 0, 0, 0], [0, 0, 0, 1]])
+W_U_TRANSFORM = U_W_TRANSFORM.T
+
 
 def from_usd(orientations: ArrayLike, axes: str, *, left: bool = False) -> Quaternions:
     """Return orientations (N, 4), w first, of USD cameras in the convention `axes`.

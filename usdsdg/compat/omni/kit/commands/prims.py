@@ -78,10 +78,16 @@ def create_mesh_prim(
     parent = path.GetParentPath()
     if parent != Sdf.Path.absoluteRootPath and not stage.GetPrimAtPath(parent):
         UsdGeom.Xform.Define(stage, parent)
-    within = None if parent == Sdf.Path.absoluteRootPath else str(parent)
-    prim = _MESHES[prim_type](name=path.name, parent=within)
-    _select(str(prim.GetPath()), select_new_prim)
-    return str(prim.GetPath())
+    below_shape = stage.GetPrimAtPath(parent).IsA(UsdGeom.Boundable)
+    within = None if below_shape or parent == Sdf.Path.absoluteRootPath else str(parent)
+    made = _MESHES[prim_type](name=path.name, parent=within)
+    if below_shape:  # the application nests shapes, which `create` refuses
+        editor = Usd.NamespaceEditor(stage)
+        editor.MovePrimAtPath(made.GetPath(), path)
+        editor.ApplyEdits()
+        made = stage.GetPrimAtPath(path)
+    _select(str(made.GetPath()), select_new_prim)
+    return str(made.GetPath())
 
 
 @command("CreateReference")

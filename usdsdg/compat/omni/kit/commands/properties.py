@@ -7,6 +7,7 @@ from typing import Any
 from pxr import Sdf, Usd
 
 from usdsdg.compat.omni.kit.commands.registry import command
+from usdsdg.compat.wrappers.cameras import editable_layer
 from usdsdg.errors import BadPrim
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage
@@ -35,7 +36,7 @@ def change_property(
     if not prim:
         raise BadPrim(f"ChangeProperty: {path.GetPrimPath()} is not on the stage")
     attribute = prim.GetAttribute(path.name)
-    with Usd.EditContext(stage, target_layer or stage.GetEditTarget().GetLayer()):
+    with Usd.EditContext(stage, target_layer or editable_layer(prim)):
         if not attribute:
             if type_to_create_if_not_exist is None:
                 raise BadPrim(

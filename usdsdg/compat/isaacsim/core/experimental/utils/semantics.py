@@ -19,11 +19,14 @@ def add_labels(prim: str | Usd.Prim, *, labels: str | Sequence[str], taxonomy: s
 
 
 def get_labels(prim: str | Usd.Prim, *, include_descendants: bool = False) -> dict[str, list[str]]:
-    """Return the labels of a prim by taxonomy; those of descendants follow in the order of the stage."""
+    """Return the labels of a prim by taxonomy; those of descendants follow in the order of the stage.
+
+    Labels that are authored in the old schema alone are left out, as there: `upgrade_prim_semantics_to_labels` first.
+    """
     found: dict[str, list[str]] = {}
     for each in _range(existing_prim(prim), include_descendants):
         own = semantics.get_labels(each)
-        for taxonomy in dict.fromkeys([*_taxonomies(each), *own]):
+        for taxonomy in _taxonomies(each):
             found.setdefault(taxonomy, []).extend(own.get(taxonomy, []))
     return found
 

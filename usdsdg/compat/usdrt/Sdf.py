@@ -1,0 +1,3 @@
+"""`usdrt.Sdf`: the same names as `pxr.Sdf`."""
+
+from pxr.Sdf import *  # noqa: F403
