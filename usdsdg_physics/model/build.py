@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +12,7 @@ import numpy as np
 from usdsdg.errors import warn_once
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.model.joints import BuiltJoints, add_joints, scene_trees
-from usdsdg_physics.model.mass import body_mass
+from usdsdg_physics.model.mass import MassProperties, body_mass
 from usdsdg_physics.model.narrow_phase_kernels import narrow_phase_kernels_made_once
 from usdsdg_physics.scene.contact_coefficients import (
     MAX_STAND_INS,
@@ -87,7 +89,7 @@ def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
     for collider in scene.colliders.values():
         colliders_of[collider.body].append(collider)
 
-    masses = [body_mass(body, colliders_of[path]) for path, body in scene.bodies.items()]
+    masses = _body_masses(scene, colliders_of)
     trees = scene_trees(scene)
     links = {path for tree in trees for path in tree.bodies}
     body_index = {}
@@ -135,6 +137,20 @@ def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
         coordinate,
         dof,
     )
+
+
+def _body_masses(scene: Scene, colliders_of: Mapping[str, list[Collider]]) -> list[MassProperties]:
+    """Return the mass properties of all bodies; those that were cut share theirs with their halves."""
+    whole = {
+        path: body_mass(body, colliders_of[path]) for path, body in scene.bodies.items() if path not in scene.halves
+    }
+    parts = Counter(scene.halves.values())
+    found = []
+    for path in scene.bodies:
+        body = scene.halves.get(path, path)
+        each, share = whole[body], 1.0 / (1 + parts[body])
+        found.append(replace(each, mass=share * each.mass, inertia=share * each.inertia) if parts[body] else each)
+    return found
 
 
 def build_pipeline(model: newton.Model, *, capacity: float = 1.0) -> newton.CollisionPipeline:

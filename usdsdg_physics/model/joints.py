@@ -100,13 +100,10 @@ def add_joints(
         builder.add_articulation(added, label=tree.root or tree.branches[0].joint.path)
         built.links |= dict.fromkeys(tree.bodies, number)
     for tree in trees:
-        pairs = {frozenset((branch.parent, branch.child)) for branch in tree.branches}
         for branch in tree.loops:
-            # The second hinge of a door has the limits of the first.
-            beside = frozenset((branch.parent, branch.child)) in pairs
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", newton.NewtonWarning)  # that both connect the same bodies
-                _add_loop(builder, branch, body_index, built, beside=beside)
+                _add_loop(builder, branch, body_index, built)
         _add_mimics(builder, tree, built)
     return built
 
@@ -152,18 +149,17 @@ def _add_branch(
     return index
 
 
-def _add_loop(
-    builder: newton.ModelBuilder, branch: Branch, body_index: Mapping[str, int], built: BuiltJoints, *, beside: bool
-) -> None:
+def _add_loop(builder: newton.ModelBuilder, branch: Branch, body_index: Mapping[str, int], built: BuiltJoints) -> None:
+    import warp as wp
+
     joint = branch.joint
     parent, child, frames = _ends(branch, body_index)
-    if not beside and any(axis.drive or np.isfinite([axis.lower, axis.upper]).any() for axis in joint.axes):
-        warn_once(
-            f"{joint.path} closes a loop, so its limits and drive do not act. Let another joint of the loop have them."
-        )
+    if joint.kind == "weld":
+        # At the center of mass forces and torques do not depend on each other.
+        frames["parent_xform"] = frames["child_xform"] = wp.transform(builder.body_com[child], wp.quat_identity())
     if joint.kind == "revolute":
         index = builder.add_joint_revolute(parent, child, axis=joint.axes[0].direction, **frames)
-    elif joint.kind == "fixed":
+    elif joint.kind in ("fixed", "weld"):
         index = builder.add_joint_fixed(parent, child, **frames)
     else:
         index = builder.add_joint_ball(parent, child, **frames)

@@ -42,9 +42,9 @@ def hold_unsupported(
     loops = unsupported_loops(joint_trees(bodies, joints.values()))
     if loops:
         warn_once(
-            f"joints that close a loop must be fixed, revolute or spherical: {listed([j.path for j in loops])}. Their "
-            "bodies, and all that are jointed to them, stay where they are; let another joint close the loop, or "
-            "disable these (physics:jointEnabled)."
+            f"joints cannot close a loop between what two kinematic bodies carry: {listed([j.path for j in loops])}. "
+            "Their bodies, and all that are jointed to them, stay where they are; make one of the kinematic bodies a "
+            "static collider, or disable these joints (physics:jointEnabled)."
         )
     start = [path for paths in others.values() for path in paths]
     start += [path for joint in loops for path in (joint.body0, joint.body1)]

@@ -18,6 +18,7 @@ _DIRECTIONS: dict[str, Vec3] = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z":
 # Swing before twist: the angle in the middle reaches no more than 90 degrees.
 _D6_AXES = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")
 _MIMIC = "PhysxMimicJointAPI:"
+_DISTANCE = "physxPhysicsDistanceJoint"
 _SUPPORTED = ("Fixed", "Revolute", "Prismatic", "Spherical", "")
 
 
@@ -50,6 +51,7 @@ def read_joint(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units) -> Joint
         break_torque=_positive(value(prim, "physics:breakTorque", None), _force(units, angular=True)),
         mimic=_read_mimic(prim, axes, units),
         distance=_read_distance(prim, units),
+        spring=_read_spring(prim, units),
     )
 
 
@@ -259,6 +261,15 @@ def _read_distance(prim: Usd.Prim, units: Units) -> tuple[float, float]:
     least = finite(value(prim, "physics:minDistance", -1.0), -1.0)
     most = finite(value(prim, "physics:maxDistance", -1.0), -1.0)
     return max(0.0, least) * units.meters, most * units.meters if most >= 0.0 else float("inf")
+
+
+def _read_spring(prim: Usd.Prim, units: Units) -> tuple[float, float] | None:
+    if not has_api(prim, "PhysxPhysicsDistanceJointAPI") or not value(prim, f"{_DISTANCE}:springEnabled", False):
+        return None
+    stiffness, damping = (
+        finite(value(prim, f"{_DISTANCE}:spring{name}", 0.0), 0.0) for name in ("Stiffness", "Damping")
+    )
+    return max(0.0, stiffness) * units.kilograms, max(0.0, damping) * units.kilograms
 
 
 def _force(units: Units, *, angular: bool) -> float:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from usdsdg_physics.scene.records import STATIC, Body, Joint
 
 # Joints of these kinds can close a loop, though only their frames are held together: without limits and drive.
-LOOP_KINDS = frozenset({"fixed", "revolute", "ball"})
+LOOP_KINDS = frozenset({"fixed", "revolute", "ball", "weld"})
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,8 @@ class JointTree:
     root: str  # path of a floating or kinematic base; STATIC where every branch starts at the world
     branches: list[Branch] = field(default_factory=list)
     loops: list[Branch] = field(default_factory=list)
+    # Would connect it to the tree of another kinematic body, which the solver cannot.
+    unclosed: list[Joint] = field(default_factory=list)
 
     @property
     def bodies(self) -> list[str]:
@@ -41,12 +43,15 @@ class JointTree:
 
 
 def joint_trees(bodies: Mapping[str, Body], joints: Collection[Joint]) -> list[JointTree]:
-    """Return the trees of all bodies that joints connect; joints between kinematic bodies and the world are left out.
+    """Return the trees of all bodies that joints connect.
 
+    Joints between kinematic bodies and the world are left out, and distance joints, which connect as contacts do.
     What can close no loop is put into the tree before the rest, and what is in an articulation before what is not.
     """
     fixed = {STATIC} | {path for path, body in bodies.items() if body.kinematic}
-    used = [joint for joint in joints if not (joint.body0 in fixed and joint.body1 in fixed)]
+    used = [
+        joint for joint in joints if joint.kind != "distance" and not (joint.body0 in fixed and joint.body1 in fixed)
+    ]
     # Of two ways to the world the second closes a loop: a tree starts there once.
     chosen, closing = _spanning(sorted(used, key=lambda j: (*_rank(j), j.body0 in fixed or j.body1 in fixed)), fixed)
     order = {joint.path: index for index, joint in enumerate(used)}
@@ -55,29 +60,49 @@ def joint_trees(bodies: Mapping[str, Body], joints: Collection[Joint]) -> list[J
     tree_of = {path: tree for tree in trees for path in tree.bodies if path not in fixed}
     for joint in sorted(closing, key=lambda joint: order[joint.path]):
         parent, child = (joint.body0, joint.body1) if joint.body1 not in fixed else (joint.body1, joint.body0)
-        if parent not in fixed and tree_of[parent] is not tree_of[child]:
-            _merge(trees, tree_of, tree_of[parent], tree_of[child])
-        tree_of[child].loops.append(Branch(joint, parent, child))
+        if parent not in fixed and not _connect(trees, tree_of, parent, child):
+            tree_of[child].unclosed.append(joint)
+        else:
+            tree_of[child].loops.append(Branch(joint, parent, child))
+    moved = {joint.path: body for joint in used for body in (joint.body0, joint.body1) if body in tree_of}
+    for joint in used:
+        # Those that follow each other are in one tree.
+        if joint.mimic is not None and joint.path in moved and joint.mimic.leader in moved:
+            _connect(trees, tree_of, moved[joint.mimic.leader], moved[joint.path])
     return trees
 
 
-def _merge(trees: list[JointTree], tree_of: dict[str, JointTree], first: JointTree, second: JointTree) -> None:
-    """Make one tree of two that start at the world, because a loop closes between them."""
-    first.branches += second.branches
-    first.loops += second.loops
-    tree_of |= dict.fromkeys(second.bodies, first)
-    trees.remove(second)
+def _connect(trees: list[JointTree], tree_of: dict[str, JointTree], first: str, second: str) -> bool:
+    """Make one tree of those of two bodies, which both start at the world, or one of them at a kinematic body.
+
+    Return whether they are in one tree now.
+    """
+    kept, other = tree_of[first], tree_of[second]
+    if kept is other:
+        return True
+    if kept.root == STATIC and other.root != STATIC:
+        kept, other = other, kept
+    if other.root != STATIC:
+        return False
+    kept.branches += other.branches
+    kept.loops += other.loops
+    kept.unclosed += other.unclosed
+    tree_of |= dict.fromkeys(other.bodies, kept)
+    trees.remove(other)
+    return True
 
 
 def unsupported_loops(trees: Collection[JointTree]) -> list[Joint]:
     """Return the joints that would have to close a loop, and cannot."""
-    return [branch.joint for tree in trees for branch in tree.loops if branch.joint.kind not in LOOP_KINDS]
+    return [joint for tree in trees for joint in tree.unclosed]
 
 
 def connected_bodies(joints: Collection[Joint], start: Collection[str], bodies: Mapping[str, Body]) -> set[str]:
     """Return the dynamic bodies that joints connect to bodies `start`, and those themselves."""
     neighbors: defaultdict[str, set[str]] = defaultdict(set)
     for joint in joints:
+        if joint.kind == "distance":
+            continue  # What hangs on a rope may swing.
         neighbors[joint.body0].add(joint.body1)
         neighbors[joint.body1].add(joint.body0)
     found, left = set(), list(start)
@@ -90,9 +115,14 @@ def connected_bodies(joints: Collection[Joint], start: Collection[str], bodies: 
     return found
 
 
-def _rank(joint: Joint) -> tuple[bool, bool, bool]:
-    moved = any(axis.drive or axis.lower > float("-inf") or axis.upper < float("inf") for axis in joint.axes)
-    return joint.kind in LOOP_KINDS, not joint.in_articulation, not (moved or joint.kind == "fixed")
+def is_moved(joint: Joint) -> bool:
+    """Return whether an axis of a joint has limits or a drive."""
+    return any(axis.drive or axis.lower > float("-inf") or axis.upper < float("inf") for axis in joint.axes)
+
+
+def _rank(joint: Joint) -> tuple[bool, bool, bool, bool]:
+    fixes = is_moved(joint) or joint.kind == "fixed"
+    return joint.kind == "weld", joint.kind in LOOP_KINDS, not joint.in_articulation, not fixes
 
 
 def _spanning(joints: list[Joint], fixed: Collection[str]) -> tuple[list[Joint], list[Joint]]:

@@ -17,7 +17,8 @@ ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "cone", "plane", "hu
 SHAPE_KINDS: tuple[ShapeKind, ...] = get_args(ShapeKind)
 
 STATIC = ""  # `Collider.body` of a static collider, and the world at an end of a joint
-JointKind = Literal["fixed", "revolute", "prismatic", "ball", "d6", "distance"]
+# A weld holds the two halves of a body through which a loop is cut; see `usdsdg_physics.scene.loop_cuts`.
+JointKind = Literal["fixed", "revolute", "prismatic", "ball", "d6", "distance", "weld"]
 
 
 @dataclass(frozen=True)
@@ -182,7 +183,7 @@ class Mimic:
 
     leader: str  # path of a joint with one axis
     gearing: float
-    offset: float  # m or rad
+    offset: float | None  # m or rad; None where both stay in gear as they stand at the start
 
 
 @dataclass(frozen=True)
@@ -201,6 +202,8 @@ class Joint:
     break_torque: float = float("inf")  # N m
     mimic: Mimic | None = None
     distance: tuple[float, float] = (0.0, float("inf"))  # between the frames of a distance joint [m]
+    # Stiffness [N/m] and damping [N s/m] with which a distance joint keeps its distance; None where it is rigid.
+    spring: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -228,3 +231,4 @@ class Scene:
     prototypes: tuple[str, ...] = ()  # paths at and below which prims are parts of prototypes
     animated: tuple[str, ...] = ()  # kinematic bodies that follow time samples
     reports: dict[str, ContactReportSpec] = field(default_factory=dict)  # by prim path
+    halves: dict[str, str] = field(default_factory=dict)  # bodies that were cut off others, by path: whose they are

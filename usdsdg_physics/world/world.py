@@ -32,6 +32,7 @@ from usdsdg_physics.model.build import (
     build_solver,
     enable_surface_velocities,
 )
+from usdsdg_physics.scene.loop_cuts import cut_loops
 from usdsdg_physics.scene.records import Drive, Force, Scene, SurfaceVelocity
 from usdsdg_physics.world.compile_kernels import Progress, load_kernels, prepare_newton
 from usdsdg_physics.world.contact_events import reports_of
@@ -84,6 +85,8 @@ class World:
         from usdsdg_physics.corrections.contact_arrays import contact_arrays
 
         prepare_newton()
+        count = len(scene.bodies)
+        scene = cut_loops(scene)
         built = build_model(scene, device=device)
         self.model = built.model
         self.pipeline = build_pipeline(self.model, capacity=capacity)
@@ -91,7 +94,11 @@ class World:
         self.solver = build_solver(self.model, built.joints, capacity=capacity)
         self.body_index, self.shape_index = built.body_index, built.shape_index
         self.mass, self.center = built.mass, built.center
-        self.bodies = list(built.body_index)
+        # Halves of bodies that were cut follow the bodies of the scene, and nobody outside knows of them.
+        self.bodies = list(scene.bodies)[:count]
+        # (N + halves,) the body that each belongs to.
+        self._whole = np.array([built.body_index[scene.halves.get(path, path)] for path in scene.bodies], int)
+        self._paths = list(built.body_index)
         self._inertia_per_mass = built.inertia_per_mass
         self.gravity = np.asarray(scene.gravity, np.float64)
         self._state, self._next = self.model.state(), self.model.state()
@@ -156,7 +163,10 @@ class World:
             if built.coefficients is not None
             else None
         )
-        self._forces = SteadyForces(built.body_index, built.mass, built.center, built.inertia)
+        parts = np.bincount(self._whole)[self._whole] if len(self._whole) else np.ones(0)
+        self._forces = SteadyForces(
+            built.body_index, built.mass * parts, built.center, built.inertia * parts[:, None, None]
+        )
         self._forces.set(scene.forces.values())
         reported = [built.shape_index[path] for path in reports_of(scene)]
         self._report = ContactReport(self.model, contacts, reported) if reported else None
@@ -178,32 +188,34 @@ class World:
 
     def poses(self) -> np.ndarray:
         """Return (N, 7) float32: x, y, z [m] and quaternion x, y, z, w of every body frame."""
-        return self._state.body_q.numpy().reshape(-1, 7).copy()
+        return self._all_poses()[: len(self.bodies)]
 
     def velocities(self) -> np.ndarray:
         """Return (N, 6) float32, world: velocity of the center of mass [m/s], angular velocity [rad/s]."""
-        return self._state.body_qd.numpy().reshape(-1, 6).copy()
+        return self._all_velocities()[: len(self.bodies)]
 
     def set_poses(self, indices: Sequence[int] | np.ndarray, poses: np.ndarray) -> None:
         """Teleport bodies; their velocities stay."""
-        q = self.poses()
+        q = self._all_poses()
         q[indices] = poses
+        indices = self._follow_whole(q, indices)
         # The solver reads joint coordinates, the collision pipeline body poses.
         self._state.body_q.assign(q)
         _assign_rows(self._state.joint_q, self._coordinate, q)
         if self.joints is not None:
-            self.joints.teleport(self._state, {self.bodies[index]: q[index] for index in indices})
+            self.joints.teleport(self._state, {self._paths[index]: q[index] for index in indices})
         self._tunneling_guard.mark_teleported(indices)
         self.wake(indices)
 
     def set_velocities(self, indices: Sequence[int] | np.ndarray, velocities: np.ndarray) -> None:
         """Set rows of `velocities()`."""
-        qd = self.velocities()
+        qd = self._all_velocities()
         qd[indices] = velocities
+        indices = self._follow_whole(qd, indices)
         self._state.body_qd.assign(qd)
         _assign_rows(self._state.joint_qd, self._dof, qd)
         if self.joints is not None:
-            self.joints.push(self._state, {self.bodies[index]: qd[index] for index in indices})
+            self.joints.push(self._state, {self._paths[index]: qd[index] for index in indices})
         self.wake(indices)
 
     def set_drives(self, drives: Mapping[tuple[str, str], Drive]) -> None:
@@ -276,7 +288,7 @@ class World:
     def set_gravity_enabled(self, enabled: Mapping[int, bool]) -> None:
         """Switch gravity on or off for single bodies."""
         for index, on in enabled.items():
-            self._gravity_enabled[index] = on and self._dynamic[index]
+            self._gravity_enabled[self._whole == index] = on and self._dynamic[index]
         self._apply_gravity()
         self.wake(list(enabled))
 
@@ -285,7 +297,7 @@ class World:
         for name, damping in (("linear", linear), ("angular", angular)):
             array = getattr(self.model.steel, f"rigid_body_{name}_damping")
             values = array.numpy().copy()
-            values[index] = damping
+            values[: len(self._whole)][self._whole == index] = damping
             array.assign(values)
 
     def set_least_damping(self, scene: Scene, damping: float) -> None:
@@ -295,19 +307,22 @@ class World:
             ("linear", [body.linear_damping for body in bodies]),
             ("angular", [body.angular_damping for body in bodies]),
         ):
-            getattr(self.model.steel, f"rigid_body_{name}_damping").assign(np.maximum(own, damping).astype(np.float32))
+            getattr(self.model.steel, f"rigid_body_{name}_damping").assign(
+                np.maximum(own, damping).astype(np.float32)[self._whole]
+            )
 
     def stop_bodies(self) -> None:
         """Zero the velocities of all bodies but kinematic ones."""
-        dynamic = np.flatnonzero(self._dynamic)
+        dynamic = np.flatnonzero(self._dynamic[: len(self.bodies)])
         self.set_velocities(dynamic, np.zeros((len(dynamic), 6)))
 
     def moving(self) -> list[str]:
         """Return the paths of the bodies that are faster than 1 mm/s, or turn as fast."""
         velocities = self.velocities().astype(np.float64)
         energy = 0.5 * (velocities[:, :3] ** 2).sum(axis=1)
-        energy += 0.5 * self._inertia_per_mass * (velocities[:, 3:] ** 2).sum(axis=1)
-        return [self.bodies[index] for index in np.flatnonzero(self._dynamic & (energy > REST_ENERGY))]
+        count = len(self.bodies)
+        energy += 0.5 * self._inertia_per_mass[:count] * (velocities[:, 3:] ** 2).sum(axis=1)
+        return [self.bodies[index] for index in np.flatnonzero(self._dynamic[:count] & (energy > REST_ENERGY))]
 
     def add_wrenches(self, indices: Sequence[int] | np.ndarray, wrenches: np.ndarray) -> None:
         """Push bodies during the next step: force [N] and torque about the center of mass [N m] (n, 6), world.
@@ -315,7 +330,7 @@ class World:
         Wrenches add up; kinematic bodies have none.
         """
         if self._wrenches is None:
-            self._wrenches = np.zeros((len(self.bodies), 6))
+            self._wrenches = np.zeros((len(self._whole), 6))
         np.add.at(self._wrenches, indices, wrenches)
         self._wrenches[~self._dynamic] = 0.0
         self.wake(indices)
@@ -472,7 +487,25 @@ class World:
 
     def take_nonfinite(self) -> list[str]:
         """Return the paths of bodies with a step, since the last call, that was reverted because it was not finite."""
-        return [self.bodies[index] for index in self._stabilization.take_nonfinite()]
+        found = dict.fromkeys(int(self._whole[index]) for index in self._stabilization.take_nonfinite())
+        return [self.bodies[index] for index in found]
+
+    def _all_poses(self) -> np.ndarray:
+        """Return `poses`, with those of halves."""
+        return self._state.body_q.numpy().reshape(-1, 7).copy()
+
+    def _all_velocities(self) -> np.ndarray:
+        """Return `velocities`, with those of halves."""
+        return self._state.body_qd.numpy().reshape(-1, 6).copy()
+
+    def _follow_whole(self, rows: np.ndarray, indices: Sequence[int] | np.ndarray) -> Sequence[int] | np.ndarray:
+        """Give the halves of bodies `indices` their rows; return the indices of both."""
+        if len(self._whole) == len(self.bodies):
+            return indices
+        halves = np.flatnonzero(np.isin(self._whole, indices))
+        halves = halves[halves >= len(self.bodies)]
+        rows[halves] = rows[self._whole[halves]]
+        return [*indices, *halves.tolist()]
 
     def _links_of(self, built: BuiltModel, contacts: Any) -> Links:
         tree = np.array([built.joints.links.get(path, -1) for path in built.body_index], np.int32)
@@ -485,7 +518,7 @@ class World:
         count = max(factor * ordinary_substeps(dt), ordinary_substeps(dt, rate=self._meshes.rate))
         if not self._meshes or not self.bodies:
             return count
-        return max(count, self._meshes.substeps(dt, self.poses()[:, :3], self.velocities()[:, :3]))
+        return max(count, self._meshes.substeps(dt, self._all_poses()[:, :3], self._all_velocities()[:, :3]))
 
     def _apply_gravity(self) -> None:
         self._set_forces()
@@ -493,7 +526,7 @@ class World:
 
     def _set_forces(self, wrenches: np.ndarray | None = None) -> None:
         """Give bodies without gravity the opposite force, and all their `wrenches`; both states keep them."""
-        force = np.zeros((len(self.bodies), 6)) if wrenches is None else wrenches.copy()
+        force = np.zeros((len(self._whole), 6)) if wrenches is None else wrenches.copy()
         weightless = ~self._gravity_enabled & self._dynamic
         force[weightless, :3] -= self.mass[weightless, None] * self.gravity
         for state in (self._state, self._next):
