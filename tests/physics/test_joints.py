@@ -305,13 +305,13 @@ def test_what_cannot_be_simulated_is_held(recwarn):
     body = add(stage, "/World/body", at=(0, 0, 5))
     wheel = add(stage, "/World/wheel", at=(1, 0, 5))
     joint(stage, "/World/axle", UsdPhysics.RevoluteJoint, "/World/body", "/World/wheel", (1, 0, 5))
-    gear = stage.DefinePrim("/World/gear", "PhysxPhysicsGearJoint")
-    gear.CreateRelationship("physics:body0", custom=False).AddTarget("/World/body")
+    screw = stage.DefinePrim("/World/screw", "PhysxPhysicsScrewJoint")
+    screw.CreateRelationship("physics:body0", custom=False).AddTarget("/World/body")
     engine = playing(stage)
     for _ in range(10):
         engine.step(STEP)
     assert position(body)[2] == position(wheel)[2] == 5
-    assert any("/World/gear" in str(warning.message) for warning in recwarn)
+    assert any("/World/screw" in str(warning.message) for warning in recwarn)
 
 
 def test_mimic_joints_follow():

@@ -87,8 +87,8 @@ def four_bars(stage, start: float) -> list:
     names = ("", "first", "middle", "last", "")
     rods = [rod(stage, f"/World/{names[i + 1]}", corners[i], corners[i + 1]) for i in range(3)]
     for number, at in enumerate(corners):
-        bodies = [f"/World/{name}" if name else "" for name in names[number : number + 2]]
-        joint(stage, f"/World/hinge_{number}", UsdPhysics.RevoluteJoint, *bodies, at.tolist())
+        above, below = (f"/World/{name}" if name else "" for name in names[number : number + 2])
+        joint(stage, f"/World/hinge_{number}", UsdPhysics.RevoluteJoint, above, below, at.tolist())
     return rods
 
 

@@ -26,7 +26,7 @@ class FreeFlight:
         import warp as wp
 
         self._model, self._free, self._coordinate, self._contacts = model, free, coordinate, contacts
-        self._touched = wp.zeros(model.body_count, dtype=wp.int32, device=model.device)
+        self.touched = wp.zeros(model.body_count, dtype=wp.int32, device=model.device)
         self._start = wp.zeros(model.body_count, dtype=wp.transform, device=model.device)
 
     def begin(self, state: newton.State) -> None:
@@ -34,7 +34,7 @@ class FreeFlight:
         import warp as wp
 
         assert state.body_q is not None
-        self._touched.zero_()
+        self.touched.zero_()
         wp.copy(self._start, state.body_q)
 
     def note_contacts(self) -> None:
@@ -47,7 +47,7 @@ class FreeFlight:
             note_touched,
             dim=self._contacts.shape0.size,
             inputs=[self._model.shape_body, self._contacts],
-            outputs=[self._touched],
+            outputs=[self.touched],
             device=self._model.device,
         )
 
@@ -60,7 +60,7 @@ class FreeFlight:
         wp.launch(
             move_untouched,
             dim=self._model.body_count,
-            inputs=[self._free, self._coordinate, self._model.body_com, self._touched, self._start, state.body_qd, dt],
+            inputs=[self._free, self._coordinate, self._model.body_com, self.touched, self._start, state.body_qd, dt],
             outputs=[state.joint_q, state.body_q],
             device=self._model.device,
         )

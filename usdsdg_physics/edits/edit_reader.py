@@ -63,6 +63,10 @@ _NEW_PRIM_PREFIXES = (
     "physics:jointEnabled",
     "physics:body0",
     "physics:body1",
+    "physics:gearRatio",
+    "physics:ratio",
+    "physics:hinge",
+    "physics:prismatic",
     "collection:",
 )
 

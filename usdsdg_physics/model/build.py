@@ -20,7 +20,7 @@ from usdsdg_physics.scene.contact_coefficients import (
     StandIn,
     coefficient_table,
 )
-from usdsdg_physics.scene.records import STATIC, Body, Collider, Scene, Shape, Solid
+from usdsdg_physics.scene.records import STATIC, Body, Collider, Joint, Scene, Shape, Solid
 
 if TYPE_CHECKING:
     import newton
@@ -61,6 +61,7 @@ class BuiltModel:
     inertia: np.ndarray  # (N, 3, 3) about the center of mass, axes of the body frame, kg m²
     coefficients: CoefficientTable | None  # of pairs of materials; None where the mean of two is right
     stand_in_index: np.ndarray  # shape of each of its stand-ins
+    smooth_shapes: dict[str, int]  # by body of distance joints: a shape without friction, which collides with nothing
     joints: BuiltJoints
     # (N,) where a body's pose and velocity are in joint_q and joint_qd; -1 for links, which joints move, and bases.
     coordinate: np.ndarray
@@ -117,6 +118,10 @@ def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
     }
     coefficients = _coefficients(scene)
     stand_ins = [_add_stand_in(builder, body_index, each) for each in (coefficients.stand_ins if coefficients else ())]
+    smooth = {
+        path: _add_stand_in(builder, body_index, StandIn(path, 0.0, 0.0))
+        for path in dict.fromkeys(path for joint in distance_joints(scene) for path in (joint.body0, joint.body1))
+    }
     for a, b in sorted(scene.filtered):
         builder.add_shape_collision_filter_pair(shape_index[a], shape_index[b])
 
@@ -133,6 +138,7 @@ def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
         np.array([mass.inertia for mass in masses]).reshape(-1, 3, 3),
         coefficients,
         np.array(stand_ins, int),
+        smooth,
         joints,
         coordinate,
         dof,
@@ -153,8 +159,23 @@ def _body_masses(scene: Scene, colliders_of: Mapping[str, list[Collider]]) -> li
     return found
 
 
-def build_pipeline(model: newton.Model, *, capacity: float = 1.0) -> newton.CollisionPipeline:
-    """Build the collision pipeline of a model; `capacity` is a factor on the usual size of its contact buffer."""
+def distance_joints(scene: Scene) -> list[Joint]:
+    """Return the distance joints of a scene that do something."""
+    fixed = {STATIC} | {path for path, body in scene.bodies.items() if body.kinematic}
+    return [
+        joint
+        for joint in scene.joints.values()
+        if joint.kind == "distance" and not (joint.body0 in fixed and joint.body1 in fixed)
+    ]
+
+
+def build_pipeline(model: newton.Model, *, capacity: float = 1.0, extra: int = 0) -> newton.CollisionPipeline:
+    """Build the collision pipeline of a model.
+
+    Args:
+        capacity: factor on the usual size of its contact buffer.
+        extra: contacts that the buffer has room for besides those.
+    """
     import newton
 
     # One configuration for every scene: each combination of options is another narrow-phase module to compile.
@@ -162,7 +183,7 @@ def build_pipeline(model: newton.Model, *, capacity: float = 1.0) -> newton.Coll
         return newton.CollisionPipeline(
             model,
             broad_phase="sap",
-            rigid_contact_max=int(capacity * max(MIN_CONTACTS, CONTACTS_PER_BODY * model.body_count)),
+            rigid_contact_max=int(capacity * max(MIN_CONTACTS, CONTACTS_PER_BODY * model.body_count)) + extra,
             include_static_kinematic_pairs=False,
             # Reduction keeps only one of the contacts of a body just above a mesh, so that it would tip through.
             reduce_contacts=False,

@@ -48,6 +48,8 @@ class BuiltJoints:
     links: dict[str, int] = field(default_factory=dict)  # by body: the tree that it belongs to
     bases: dict[str, tuple[int, int]] = field(default_factory=dict)  # by body: where it is in joint_q and joint_qd
     fixed_bases: dict[str, int] = field(default_factory=dict)  # by body: Newton's joint that fixes it to the world
+    # Of joints that follow others from where both are: path of the joint and of the one that it follows, and gearing.
+    in_gear: list[tuple[str, str, float]] = field(default_factory=list)
 
     @property
     def breakable(self) -> list[tuple[str, int, float, float]]:
@@ -178,15 +180,21 @@ def _add_mimics(builder: newton.ModelBuilder, tree: JointTree, built: BuiltJoint
                 "that connect their bodies, loops not counted."
             )
             continue
-        builder.set_joint_mimic(built.joint_of[joint.path], built.joint_of[leader.path], coeffs=(offset, gearing))
+        if offset is None:
+            built.in_gear.append((joint.path, leader.path, gearing))
+        builder.set_joint_mimic(
+            built.joint_of[joint.path], built.joint_of[leader.path], coeffs=(offset or 0.0, gearing)
+        )
 
 
-def _leader(joint: Joint, joints: Mapping[str, Joint]) -> tuple[Joint | None, float, float]:
+def _leader(joint: Joint, joints: Mapping[str, Joint]) -> tuple[Joint | None, float, float | None]:
     """Return the joint at the end of a chain of followers, with gearing and offset to it; None where there is none."""
     gearing, offset, seen = 1.0, 0.0, {joint.path}
     leader: Joint | None = joint
     while leader is not None and leader.mimic is not None:
-        offset, gearing = offset + gearing * leader.mimic.offset, gearing * leader.mimic.gearing
+        own = leader.mimic.offset
+        offset = None if offset is None or own is None else offset + gearing * own
+        gearing = gearing * leader.mimic.gearing
         leader = joints.get(leader.mimic.leader)
         if leader is None or leader.path in seen:
             return None, gearing, offset

@@ -11,6 +11,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.errors import warn_once
 from usdsdg_physics.parse.attributes import value
+from usdsdg_physics.parse.gears import couple, is_gear
 from usdsdg_physics.parse.joints import is_supported, joint_bodies, read_joint
 from usdsdg_physics.parse.physics_prims import PhysicsPrims, listed
 from usdsdg_physics.parse.units import Units
@@ -25,7 +26,8 @@ def read_joints(
     """Read the joints that are enabled and not `broken`, by path."""
     enabled = (prim for prim in found.joints if is_supported(prim) and value(prim, "physics:jointEnabled", True))
     read = (read_joint(prim, cache, units) for prim in enabled if str(prim.GetPath()) not in broken)
-    return {joint.path: joint for joint in read if joint is not None}
+    joints = {joint.path: joint for joint in read if joint is not None}
+    return couple([prim for prim in found.joints if is_gear(prim)], joints, units)
 
 
 def hold_unsupported(
@@ -37,7 +39,7 @@ def hold_unsupported(
     others = {
         str(prim.GetPath()): joint_bodies(prim)
         for prim in found.joints
-        if not is_supported(prim) and value(prim, "physics:jointEnabled", True)
+        if not (is_supported(prim) or is_gear(prim)) and value(prim, "physics:jointEnabled", True)
     }
     loops = unsupported_loops(joint_trees(bodies, joints.values()))
     if loops:

@@ -19,7 +19,7 @@ _DIRECTIONS: dict[str, Vec3] = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z":
 _D6_AXES = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")
 _MIMIC = "PhysxMimicJointAPI:"
 _DISTANCE = "physxPhysicsDistanceJoint"
-_SUPPORTED = ("Fixed", "Revolute", "Prismatic", "Spherical", "")
+_SUPPORTED = ("Fixed", "Revolute", "Prismatic", "Spherical", "Distance", "")
 
 
 def read_joint(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units) -> Joint | None:

@@ -34,6 +34,7 @@ READ: dict[str, str] = {
     "PhysicsRevoluteJoint": f"{_JOINT} physics:axis physics:lowerLimit physics:upperLimit",
     "PhysicsPrismaticJoint": f"{_JOINT} physics:axis physics:lowerLimit physics:upperLimit",
     "PhysicsSphericalJoint": f"{_JOINT} physics:axis physics:coneAngle0Limit physics:coneAngle1Limit",
+    "PhysicsDistanceJoint": f"{_JOINT} physics:minDistance physics:maxDistance",
     "PhysicsDriveAPI": "drive:*:physics:targetPosition drive:*:physics:targetVelocity drive:*:physics:stiffness "
     "drive:*:physics:damping drive:*:physics:maxForce drive:*:physics:type",
     "PhysicsLimitAPI": "limit:*:physics:low limit:*:physics:high",
@@ -61,6 +62,10 @@ READ: dict[str, str] = {
     "PhysxTriangleMeshCollisionAPI": "",
     "PhysxTriangleMeshSimplificationCollisionAPI": "",
     "PhysxMimicJointAPI": "physxMimicJoint:*:referenceJoint physxMimicJoint:*:gearing physxMimicJoint:*:offset",
+    "PhysxPhysicsDistanceJointAPI": "physxPhysicsDistanceJoint:springEnabled "
+    "physxPhysicsDistanceJoint:springStiffness physxPhysicsDistanceJoint:springDamping",
+    "PhysxPhysicsGearJoint": f"{_JOINT} physics:hinge0 physics:hinge1 physics:gearRatio",
+    "PhysxPhysicsRackAndPinionJoint": f"{_JOINT} physics:hinge physics:prismatic physics:ratio",
     "PhysxJointAPI": "physxJoint:armature physxJoint:maxJointVelocity physxJoint:jointFriction",
     "PhysxJointAxisAPI": "physxJointAxis:*:armature physxJointAxis:*:maxJointVelocity "
     "physxJointAxis:*:viscousFrictionCoefficient physxJointAxis:*:staticFrictionEffort",
@@ -113,12 +118,6 @@ UNREAD: tuple[Unread, ...] = (
         "instanced joints are not simulated. Make a joint prim for each",
     ),
     # joints
-    Unread(
-        "PhysxPhysicsGearJoint PhysxPhysicsRackAndPinionJoint physics:gearRatio physics:hinge physics:hinge0 "
-        "physics:hinge1 physics:prismatic physics:ratio",
-        "gears and racks are not simulated: their bodies, and all that are jointed to them, stay where they are. "
-        "Disable them (physics:jointEnabled) to let these move independently",
-    ),
     Unread("PhysxTendon* physxTendon:*", "tendons are not simulated: they pull no joint"),
     Unread(
         "physxMimicJoint:*",
@@ -134,12 +133,6 @@ UNREAD: tuple[Unread, ...] = (
         "the force of a drive does not depend on its speed: its maximum force alone limits it",
     ),
     Unread("PhysxArticulationForceSensorAPI physxArticulationForceSensor:*", "forces in joints are not measured"),
-    Unread(
-        "PhysicsDistanceJoint PhysxPhysicsDistanceJointAPI physxPhysicsDistanceJoint:* physics:minDistance "
-        "physics:maxDistance",
-        "distance joints are not simulated: their bodies, and all that are jointed to them, stay where they are. "
-        "Disable them (physics:jointEnabled) to let these move independently",
-    ),
     Unread(
         "physxArticulation:*",
         "all articulations are simulated with the same solver, so its settings for one have no effect",

@@ -60,6 +60,7 @@ class Joints:
             {key: value for key, value in positions.items() if value is not None},
             {key: value for key, value in velocities.items() if value is not None},
         )
+        self._engage_gears(state)
         self._write_drives(self._drives, state)
 
     def measure(self, state: newton.State, trees: Sequence[int] | None = None) -> None:
@@ -231,6 +232,18 @@ class Joints:
             arrays["joint_target_q"][self._coordinates[row]] = drive.target
         for name, numbers in arrays.items():
             getattr(self._control if name.startswith("joint_target_q") else self._model, name).assign(numbers)
+
+    def _engage_gears(self, state: newton.State) -> None:
+        """Let joints in gear follow from where they are."""
+        if not self._built.in_gear:
+            return
+        coefficients = self._model.joint_mimic_coeffs.numpy().copy()
+        rows = {axis.joint: row for row, axis in enumerate(self.axes)}
+        positions = self.positions(state)
+        for path, leader, gearing in self._built.in_gear:
+            offset = positions[rows[path]] - gearing * positions[rows[leader]]
+            coefficients[self._built.joint_of[path]] = offset, gearing
+        self._model.joint_mimic_coeffs.assign(coefficients)
 
     def _tree(self, row: int) -> int:
         """Return the number of the tree that an axis belongs to."""

@@ -14,6 +14,7 @@ import numpy as np
 from usdsdg_physics.corrections.contact_coefficients import ContactCoefficients
 from usdsdg_physics.corrections.contact_report import ContactReport, ContactRows
 from usdsdg_physics.corrections.depenetration import Depenetration
+from usdsdg_physics.corrections.distance_joints import DistanceJoints
 from usdsdg_physics.corrections.free_flight import FreeFlight
 from usdsdg_physics.corrections.impacts import Impacts
 from usdsdg_physics.corrections.joint_loads import JointLoads
@@ -30,6 +31,7 @@ from usdsdg_physics.model.build import (
     build_model,
     build_pipeline,
     build_solver,
+    distance_joints,
     enable_surface_velocities,
 )
 from usdsdg_physics.scene.loop_cuts import cut_loops
@@ -89,7 +91,8 @@ class World:
         scene = cut_loops(scene)
         built = build_model(scene, device=device)
         self.model = built.model
-        self.pipeline = build_pipeline(self.model, capacity=capacity)
+        ropes = distance_joints(scene)
+        self.pipeline = build_pipeline(self.model, capacity=capacity, extra=2 * len(ropes))
         load_kernels(self.pipeline, progress=progress)
         self.solver = build_solver(self.model, built.joints, capacity=capacity)
         self.body_index, self.shape_index = built.body_index, built.shape_index
@@ -136,6 +139,20 @@ class World:
             if self._breakable or built.joints.rubbing
             else None
         )
+        self._distances = (
+            DistanceJoints(
+                ropes,
+                self.model,
+                contacts,
+                body_index=built.body_index,
+                shapes=built.smooth_shapes,
+                free=free,
+                touched=self._free_flight.touched,
+                rest_time=self._stabilization.rest_time,
+            )
+            if ropes
+            else None
+        )
         self._links = self._links_of(built, contacts) if self.joints is not None else None
         # What few scenes have costs nothing in the others.
         self._locked_axes = (
@@ -170,7 +187,8 @@ class World:
         self._forces.set(scene.forces.values())
         reported = [built.shape_index[path] for path in reports_of(scene)]
         self._report = ContactReport(self.model, contacts, reported) if reported else None
-        observed = {"contact_f"} if reported else set()
+        breaks = self._distances is not None and self._distances.breakable
+        observed = {"contact_f"} if reported or breaks else set()
         observed |= {"body_parent_f"} if self._loads is not None else set()
         self._observables = self.solver.observables(observed, contacts=self._contacts)
         self._latest_substeps = 0
@@ -419,6 +437,8 @@ class World:
         h = kind.substep
         before, after = self._state, self._next
         self._free_flight.begin(before)
+        if self._distances is not None:
+            self._distances.begin(before)
         if self._locked_axes is not None:
             self._locked_axes.begin(before)
         for substep in range(kind.substeps):
@@ -439,10 +459,15 @@ class World:
             if self._links is not None:
                 self._links.keep_awake(before)
             self._impacts.center_contacts(before, h)
+            if self._distances is not None:
+                self._distances.add_contacts(before, self._surfaces.velocity if self._surfaces is not None else None, h)
             self.solver.step(before, after, self._control, self._contacts, h, observables=self._observables)
             if self._report is not None:
                 assert self._observables.contact_f is not None
                 self._report.note_forces(self._observables.contact_f, substep, h)
+            if self._distances is not None and self._distances.breakable:
+                assert self._observables.contact_f is not None
+                self._distances.note_forces(self._observables.contact_f)
             if self._links is not None:
                 self._links.revert_nonfinite(before, after)
             if self._loads is not None:
@@ -454,6 +479,8 @@ class World:
             if kind.depenetrates:
                 self._depenetration.clamp_velocities(before, after, h)
             before, after = after, before
+        if self._distances is not None:
+            self._distances.finish((before, after))
         if before is not self._state:
             # The next step begins with the same arrays.
             for name in ("joint_q", "joint_qd", "body_q", "body_qd"):
@@ -481,9 +508,10 @@ class World:
 
     def broken_joints(self) -> list[str]:
         """Return the paths of the joints that have borne more than they can since the world was built."""
-        if self._loads is None or not self._breakable:
-            return []
-        return [self._breakable[row][0] for row in self._loads.broken()]
+        found = [] if self._distances is None else self._distances.broken()
+        if self._loads is not None and self._breakable:
+            found += [self._breakable[row][0] for row in self._loads.broken()]
+        return found
 
     def take_nonfinite(self) -> list[str]:
         """Return the paths of bodies with a step, since the last call, that was reverted because it was not finite."""
@@ -514,7 +542,7 @@ class World:
         return Links(self.model, contacts, tree, ranges, stabilization.rest_time, stabilization.nonfinite_steps)
 
     def _substeps(self, dt: float) -> int:
-        factor = JOINT_FACTOR if self.joints is not None else 1
+        factor = JOINT_FACTOR if self.joints is not None or self._distances is not None else 1
         count = max(factor * ordinary_substeps(dt), ordinary_substeps(dt, rate=self._meshes.rate))
         if not self._meshes or not self.bodies:
             return count
