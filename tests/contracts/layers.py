@@ -40,6 +40,7 @@ USDSDG = {
     "orchestrator": "errors session arguments app",
     "demo": "errors stage",
     "mirror": "errors stage session",
+    "meshes": "errors stage session mirror",
     "example": "demo",
     "inspect": "errors stage writers",
     "replicator_yaml": "errors session arguments graph orchestrator __init__",
@@ -99,7 +100,7 @@ LATE = {
     "usdsdg.capture.tiles": ("usdsdg_render.labels", "warp takes a second to import"),
     "usdsdg.session.session": (
         "usdsdg.session usdsdg.articulations usdsdg.graph usdsdg.rng usdsdg.writers usdsdg.capture usdsdg.app "
-        "usdsdg.compat usdsdg.demo usdsdg.mirror usdsdg.annotators",
+        "usdsdg.compat usdsdg.demo usdsdg.mirror usdsdg.annotators usdsdg.meshes",
         "the one object that owns the state of all packages names their parts, and makes each when it is first used",
     ),
     "usdsdg_physics.world.world": ("usdsdg_physics.corrections", "its kernels are defined when a scene needs them"),
@@ -110,6 +111,7 @@ LATE = {
     "usdsdg.cli.assets": ("usdsdg.mirror", COMMAND),
     "usdsdg.cli.commands": ("usdsdg.__init__", COMMAND),
     "usdsdg.cli.compat": ("usdsdg.compat", COMMAND),
+    "usdsdg.cli.convert": ("usdsdg.meshes", COMMAND),
     "usdsdg.cli.doctor": ("usdsdg.__init__ usdsdg_render.path", COMMAND),
     "usdsdg.cli.file_kinds": ("usdsdg.arguments usdsdg.scenarios", COMMAND),
     "usdsdg.cli.generate": ("usdsdg.scenarios", COMMAND),

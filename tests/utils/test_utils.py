@@ -91,7 +91,7 @@ def test_references_of_a_folder(stage, folder):
     item = rep.create.from_dir(str(folder), recursive=True, semantics=[("class", "crate")])
     assert len(item.prims) == 3
     assert all(stage.GetPrimAtPath(f"{path}/Ref").GetTypeName() == "Cube" for path in item.prims)
-    with pytest.raises(AssetNotFound, match="no USD file that matches 'barrel'"):
+    with pytest.raises(AssetNotFound, match="no USD or mesh file that matches 'barrel'"):
         rep.create.from_dir(str(folder), path_filter="barrel")
 
 

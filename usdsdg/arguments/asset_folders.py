@@ -1,4 +1,4 @@
-"""USD files of an asset folder."""
+"""USD and mesh files of an asset folder."""
 
 import re
 from pathlib import Path
@@ -6,11 +6,11 @@ from pathlib import Path
 from usdsdg.errors import ArgumentError, AssetNotFound
 from usdsdg.stage import assets
 
-USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz", *assets.MESHES)
 
 
 def usd_files(folder: str, *, recursive: bool = False, path_filter: str | None = None) -> list[str]:
-    """Return the sorted paths of the USD files in a folder (or in a URL below the assets root).
+    """Return the sorted paths of the USD and mesh files in a folder (or in a URL below the assets root).
 
     Args:
         recursive: also search the subfolders.

@@ -1,4 +1,6 @@
-"""The commands `usdsdg run | generate | render | simulate | inspect | compat | assets | doctor`, light to import."""
+"""The commands `usdsdg run | generate | render | simulate | inspect | convert | compat | assets | doctor`, light to
+import.
+"""
 
 import atexit
 import gc
@@ -8,6 +10,7 @@ import typer
 
 from usdsdg.cli import assets
 from usdsdg.cli.compat import compat
+from usdsdg.cli.convert import convert
 from usdsdg.cli.doctor import doctor
 from usdsdg.cli.generate import generate
 from usdsdg.cli.inspect import inspect
@@ -21,7 +24,7 @@ app = typer.Typer(
 )  # fmt: skip
 # Options after the script's name belong to the script.
 app.command(context_settings={"allow_interspersed_args": False})(run)
-for command in (generate, render, simulate, inspect, compat, doctor):
+for command in (generate, render, simulate, inspect, convert, compat, doctor):
     app.command()(command)
 app.add_typer(assets.app, name="assets")
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from usdsdg.errors import ConfigError
+from usdsdg.stage.assets.mesh_files import MESHES
 
 
 class FileKind(Enum):
@@ -16,7 +17,7 @@ class FileKind(Enum):
     STAGE = "a stage, which `usdsdg render {} FOLDER` renders; `usdsdg generate {}` runs a graph that was saved in it"
 
 
-_BY_SUFFIX = {".py": FileKind.SCRIPT, **dict.fromkeys((".usd", ".usda", ".usdc", ".usdz"), FileKind.STAGE)}
+_BY_SUFFIX = {".py": FileKind.SCRIPT, **dict.fromkeys((".usd", ".usda", ".usdc", ".usdz", *MESHES), FileKind.STAGE)}
 
 
 def check_kind(file: Path, *accepted: FileKind) -> None:

@@ -70,7 +70,9 @@ def _resolved(value: Any) -> Any:
 
 
 def _file(asset: str) -> str:
-    """Return the file of an asset URL, or what takes its place where it is missing."""
+    """Return the file of an asset URL, or what takes its place where it is missing; of a mesh the USD file."""
+    if assets.is_mesh(asset):
+        return assets.resolve(asset)
     if _is_sought(asset) and assets.get_on_missing() is not assets.OnMissing.RAISE:
         return assets.resolve(asset)
     return _here(asset)
@@ -78,6 +80,8 @@ def _file(asset: str) -> str:
 
 def _here(asset: str) -> str:
     """Return the file of an asset URL, or the URL itself, which USD then reports as missing."""
+    if assets.is_mesh(asset) and os.path.isfile(asset):
+        return assets.resolve(asset)
     if _is_sought(asset):
         with contextlib.suppress(errors.AssetError, errors.Unsupported):
             return assets.locate(asset)

@@ -16,20 +16,20 @@ def from_usd(
     usd: str, position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None,
     look_at_up_axis: Any = None, semantics: Any = None, count: int = 1, name: str | None = "Ref", parent: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Create `count` references to a USD file: `/Replicator/Ref_Xform/Ref`.
+    """Create `count` references to a USD or mesh file: `/Replicator/Ref_Xform/Ref`.
 
     Args:
-        usd: a file, or a URL below the assets root.
+        usd: a file, or a URL below the assets root. Meshes (OBJ, glTF, PLY, STL, DAE, OFF, FBX, URDF) are converted.
         position: in the space of `parent` [stage units]; `scale` are factors and `rotation` angles [degrees]. These,
             `look_at` (a point of the world or prims) and `look_at_up_axis` may be distributions.
-        semantics: labels of all, or a list with those of each.
+        semantics: labels of all, or a list with those of each; default for a mesh its file's name as class.
         name: of the references; their objects are `<parent>/<name>_Xform`, by default below `/Replicator`.
 
     Raises:
         AssetNotFound: there is no such file; the message names near misses. AssetError: it cannot be referenced.
         BadPrim: `parent` is not on the stage. ArgumentError: a value has another shape.
     """
-    stage, file = current_stage(), assets.resolve(usd)
+    stage, file = current_stage(), assets.resolve(usd, labeled=semantics is None)
     objects = []
     for _ in range(count_of(count)):
         prim, child = new_object("Ref", name, parent)
@@ -46,13 +46,13 @@ def from_usd(
 def from_dir(
     dir_path: str, recursive: bool = False, path_filter: str | None = None, semantics: Any = None
 ) -> ReplicatorItem:
-    """Create one reference to each USD file of a folder, sorted by path.
+    """Create one reference to each USD and mesh file of a folder, sorted by path.
 
     Args:
         dir_path: a folder, or a URL below the assets root.
         recursive: also search the subfolders.
         path_filter: regular expression that must be found in the path.
-        semantics: labels of all, or a list of one per file.
+        semantics: labels of all, or a list of one per file; default for meshes the names of their files.
 
     Raises:
         AssetNotFound: there is no such folder, or no file that matches.
@@ -61,9 +61,12 @@ def from_dir(
     found = usd_files(dir_path, recursive=recursive, path_filter=path_filter)
     if not found:
         raise AssetNotFound(
-            f"create.from_dir: {dir_path} has no USD file" + (f" that matches {path_filter!r}" if path_filter else "")
+            f"create.from_dir: {dir_path} has no USD or mesh file"
+            + (f" that matches {path_filter!r}" if path_filter else "")
         )
-    made = [path for file in found for path in from_usd(file).prims]
+    # Labels follow below; these only keep a mesh from being labeled by its name.
+    unlabeled = None if semantics is None else {}
+    made = [path for file in found for path in from_usd(file, semantics=unlabeled).prims]
     item = ReplicatorItem(Node(kind="OgnGroup", prims=tuple(made)))
     if semantics is not None:
         modify.semantics(semantics, input_prims=item)

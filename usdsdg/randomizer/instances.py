@@ -42,7 +42,7 @@ def instantiate(
         seed: replaces the global seed.
         use_cache: keep every asset in memory, under `/Replicator/SampledAssets/Cache`, so that switching opens no
             file. Without it files are referenced when sampled. Prototypes of point instances are always kept.
-        semantics: labels of each object.
+        semantics: labels of each object; default for mesh files their names as class.
 
     Raises:
         ArgumentError: an unknown mode, no paths, or `seed` and `weights` beside a distribution.
@@ -60,6 +60,8 @@ def instantiate(
     root = _new_root(name)
     slots = [root] if mode == "point_instance" else [_slot(root) for _ in range(count)]
     inputs = dict(attribute="prims", paths=drawn, mode=mode, size=count, useCache=bool(use_cache))
+    if semantics is None:
+        inputs["labelMeshes"] = True
     node = Node(kind="OgnInstantiate", inputs=inputs, prims=tuple(slots), name=name)
     item = ReplicatorItem(graph().add(node))
     _instantiate(node, 0)
@@ -77,15 +79,18 @@ def _choice(given: Any, weights: Any, with_replacements: bool, seed: int | None)
     if not options:
         raise ArgumentError("randomizer.instantiate: paths is empty")
     for option in options:
-        _source(option)
+        _source(option, labeled=False)
     return choice(options, weights=weights, seed=seed, with_replacements=with_replacements)
 
 
-def _source(path: str) -> tuple[str, bool]:
-    """Resolve a path to a prim path or a file; return it and whether it is a prim."""
+def _source(path: str, *, labeled: bool) -> tuple[str, bool]:
+    """Resolve a path to a prim path or a file; return it and whether it is a prim.
+
+    labeled: a mesh file has its name as its class.
+    """
     if Sdf.Path.IsValidPathString(path) and Sdf.Path(path).IsAbsolutePath() and current_stage().GetPrimAtPath(path):
         return path, True
-    return assets.resolve(path), False
+    return assets.resolve(path, labeled=labeled), False
 
 
 def _new_root(name: str | None) -> str:
@@ -115,7 +120,7 @@ def _instantiate(node: Node, execution: int) -> None:
     for slot, chosen in zip(node.prims, draw(node.inputs["paths"], node, execution, "paths")):
         path = prim_paths(chosen)[0]
         if shown.get(slot) != path:
-            _show(slot, path, shared, node.inputs["useCache"])
+            _show(slot, _asset(node, path), shared, node.inputs["useCache"])
             shown[slot] = path
 
 
@@ -123,16 +128,21 @@ def _instantiate(node: Node, execution: int) -> None:
 def _assets_to_draw(node: Node, sources: LabelSources) -> None:
     paths = [path for each in options_of(node.inputs["paths"]) for path in prim_paths(each)]
     for path in dict.fromkeys(paths):
-        source, is_prim = _source(path)
+        source, is_prim = _asset(node, path)
         stage = current_stage() if is_prim else Usd.Stage.Open(source)
         for slot in node.prims:
             sources.add_content(slot, stage, source if is_prim else None)
 
 
-def _show(slot: str, path: str, shared: bool, use_cache: bool) -> None:
+def _asset(node: Node, path: str) -> tuple[str, bool]:
+    """Return what a path of the node is, a prim path or a file, and whether it is a prim."""
+    return _source(path, labeled=bool(node.inputs.get("labelMeshes")))
+
+
+def _show(slot: str, asset: tuple[str, bool], shared: bool, use_cache: bool) -> None:
     """Set the slot's child to a reference to the asset; the child has no other opinions that could remain."""
     stage = current_stage()
-    source, is_prim = _source(path)
+    source, is_prim = asset
     if use_cache and not is_prim:
         source, is_prim = _cached(source), True
     if is_prim and Sdf.Path(slot).HasPrefix(source):
@@ -176,7 +186,7 @@ def _fill_instancer(node: Node, execution: int) -> None:
     known: dict[str, int] = node.state
     for path in chosen:
         if path not in known:
-            known[path] = _prototype(instancer, path)
+            known[path] = _prototype(instancer, path, _asset(node, path))
     instancer.CreateProtoIndicesAttr(Vt.IntArray([known[path] for path in chosen]))
     if len(instancer.GetPositionsAttr().Get() or ()) != size:
         instancer.CreatePositionsAttr(Vt.Vec3fArray(size, Gf.Vec3f(0)))
@@ -184,9 +194,9 @@ def _fill_instancer(node: Node, execution: int) -> None:
         instancer.CreateScalesAttr(Vt.Vec3fArray(size, Gf.Vec3f(1)))
 
 
-def _prototype(instancer: UsdGeom.PointInstancer, path: str) -> int:
+def _prototype(instancer: UsdGeom.PointInstancer, path: str, asset: tuple[str, bool]) -> int:
     """Return the index of an asset among the prototypes; it is added if it is not there yet."""
-    stage, (source, is_prim) = instancer.GetPrim().GetStage(), _source(path)
+    stage, (source, is_prim) = instancer.GetPrim().GetStage(), asset
     relation = instancer.CreatePrototypesRel()
     targets = relation.GetTargets()
     for index, target in enumerate(targets):

@@ -85,6 +85,9 @@ class Session:
         self.imported_version = 0  # of Replicator, as the script's imports tell; 0: they do not
         self.failed_at_exit = False  # a file could not be written and no call has raised it
         assets.set_fallback_root(lambda: _imported("usdsdg.demo:root")())
+        assets.set_mesh_converter(
+            lambda file, label: _imported("usdsdg.meshes.for_stage:converted_for_stage")(file, label)
+        )
         assets.set_mirror_factory(lambda url: _imported("usdsdg.mirror.root_mirror:RootMirror")(url))
 
     @cached_property

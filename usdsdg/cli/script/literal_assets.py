@@ -8,10 +8,10 @@ from pathlib import PurePosixPath
 from typing import NamedTuple
 
 from usdsdg.cli.script.certainty import certain
-from usdsdg.stage.assets import TOP_FOLDERS, is_remote
+from usdsdg.stage.assets import MESHES, TOP_FOLDERS, is_remote
 
 SUFFIXES = (
-    ".usd", ".usda", ".usdc", ".usdz", ".mdl",
+    ".usd", ".usda", ".usdc", ".usdz", ".mdl", *MESHES,
     ".png", ".jpg", ".jpeg", ".hdr", ".exr", ".bmp", ".tga", ".tif", ".tiff",
 )  # fmt: skip
 

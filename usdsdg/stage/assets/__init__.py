@@ -10,6 +10,7 @@ from usdsdg.stage.assets.dependencies import (
 )
 from usdsdg.stage.assets.lookup import exists, locate, paths_under_root
 from usdsdg.stage.assets.maps import PathMap, get_maps, set_maps
+from usdsdg.stage.assets.mesh_files import MESHES, is_mesh, set_mesh_converter
 from usdsdg.stage.assets.missing import (
     MissingAsset,
     MissingAssets,
@@ -39,10 +40,10 @@ from usdsdg.stage.assets.stand_ins import set_units
 from usdsdg.stage.assets.url import TOP_FOLDERS, is_remote, scheme_of
 
 __all__ = [
-    "HOW_TO_SET", "ROOT_VARIABLE", "TOP_FOLDERS", "Mirror", "MissingAsset", "MissingAssets", "MissingDependency",
-    "OnMissing", "PathMap", "assets_root", "cache_folder", "check_missing", "configured_root", "exists", "get_maps",
-    "get_on_missing", "is_elsewhere", "is_remote", "listed", "locate", "missing_assets", "missing_dependencies",
-    "note_missing", "paths_under_root", "raise_missing", "redirect", "redirect_layer", "resolve", "root_mirror",
-    "scheme_of", "set_assets_root", "set_fallback_root", "set_maps", "set_mirror_factory", "set_on_missing",
-    "set_units", "where_looked",
+    "HOW_TO_SET", "MESHES", "ROOT_VARIABLE", "TOP_FOLDERS", "Mirror", "MissingAsset", "MissingAssets",
+    "MissingDependency", "OnMissing", "PathMap", "assets_root", "cache_folder", "check_missing", "configured_root",
+    "exists", "get_maps", "get_on_missing", "is_elsewhere", "is_mesh", "is_remote", "listed", "locate",
+    "missing_assets", "missing_dependencies", "note_missing", "paths_under_root", "raise_missing", "redirect",
+    "redirect_layer", "resolve", "root_mirror", "scheme_of", "set_assets_root", "set_fallback_root", "set_maps",
+    "set_mesh_converter", "set_mirror_factory", "set_on_missing", "set_units", "where_looked",
 ]  # fmt: skip

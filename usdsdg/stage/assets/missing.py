@@ -9,7 +9,7 @@ from typing import NamedTuple
 from pxr import Usd
 
 from usdsdg import errors
-from usdsdg.stage.assets import dependencies, lookup, stand_ins
+from usdsdg.stage.assets import dependencies, lookup, mesh_files, stand_ins
 
 
 class MissingAssets(errors.AssetNotFound):
@@ -54,15 +54,21 @@ def missing_assets() -> list[MissingAsset]:
     return list(_missing.values())
 
 
-def resolve(asset: str | os.PathLike[str]) -> str:
-    """Return the file that a URL or path refers to, as `locate` does.
+def resolve(asset: str | os.PathLike[str], *, labeled: bool = False) -> str:
+    """Return the file that a URL or path refers to, as `locate` does; of a mesh file the USD file made of it.
+
+    labeled: a mesh file gets its name as its class.
 
     Where there is none it returns a stand-in, or an empty file of the same kind, if `set_on_missing` says so. There is
     none for folders and for files of unknown kinds: these raise, and are listed later as well.
 
     Raises:
-        AssetNotFound, AssetError, Unsupported: as `locate`.
+        AssetNotFound, AssetError, Unsupported: as `locate`, or a mesh cannot be converted.
     """
+    return mesh_files.as_usd(_located(asset), labeled=labeled)
+
+
+def _located(asset: str | os.PathLike[str]) -> str:
     try:
         return lookup.locate(asset)
     except (errors.AssetError, errors.Unsupported) as error:

@@ -10,8 +10,9 @@ from pathlib import Path, PurePosixPath
 from usdsdg import errors
 from usdsdg.stage.assets import url
 from usdsdg.stage.assets.cache_folder import cache_folder
+from usdsdg.stage.assets.mesh_files import MESHES
 
-STAGES = (".usd", ".usda", ".usdc", ".usdz")
+STAGES = (".usd", ".usda", ".usdc", ".usdz", *MESHES)
 IMAGES = (".png", ".jpg", ".jpeg", ".hdr", ".exr", ".bmp", ".tga", ".tif", ".tiff")
 
 BOX_METERS = 0.5  # length of the box's sides

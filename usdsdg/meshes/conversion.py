@@ -1,0 +1,96 @@
+"""From a mesh file to a USD file: read, repair, place, write."""
+
+from __future__ import annotations
+
+import shutil
+import uuid
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from pxr import Sdf
+
+from usdsdg.errors import AssetUnreadable, ConfigError, OutputNotWritable, Unsupported
+from usdsdg.meshes.model import MeshFile, Report
+from usdsdg.meshes.placement import Origin, placed, size_problem
+from usdsdg.meshes.readers import SUFFIXES, read
+from usdsdg.meshes.repairs import repaired
+from usdsdg.meshes.usd_file import TEXTURES, write_usd
+
+COLLIDERS = ("none", "convexHull", "convexDecomposition", "boundingCube", "boundingSphere", "meshSimplification", "sdf")
+USD = (".usd", ".usda", ".usdc")
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a mesh file is converted."""
+
+    up_axis: str = "Z"  # of the USD file
+    meters_per_unit: float = 1.0  # of the USD file
+    origin: Origin = Origin.KEEP
+    source_up_axis: str | None = None  # of the mesh file, where its form does not tell; None: by convention
+    source_unit: float | None = None  # meters per unit of the mesh file; None: what it says, or meters
+    label: str | None = None  # class; None: no label
+    collider: str | None = None  # approximation of UsdPhysics; None: no collider
+
+    def __post_init__(self) -> None:
+        if self.up_axis not in ("Y", "Z") or self.source_up_axis not in ("X", "Y", "Z", None):
+            raise ConfigError(f"up axis is {self.up_axis!r} from {self.source_up_axis!r}; expected 'Y' or 'Z'")
+        if self.collider is not None and self.collider not in COLLIDERS:
+            raise ConfigError(f"collider is {self.collider!r}; expected one of {', '.join(COLLIDERS)}")
+        for unit in (self.meters_per_unit, self.source_unit):
+            if unit is not None and not unit > 0.0:
+                raise ConfigError(f"a unit of {unit!r} meters; expected a number above 0")
+
+
+def convert(source: Path, target: Path, options: Options) -> tuple[Report, MeshFile]:
+    """Convert a mesh file to a USD file with its pictures in `textures/` beside it; nothing is left of a failure.
+
+    Raises:
+        AssetUnreadable: the source is damaged or holds no triangles.
+        Unsupported: its form, or that of the target, is not known.
+        OutputNotWritable: the target cannot be written.
+    """
+    if target.suffix.lower() not in USD:
+        raise Unsupported(f"{target}: a converted mesh is a file {', '.join(USD)}")
+    if source.suffix.lower() not in SUFFIXES:
+        raise Unsupported(f"{source} is no mesh file; expected {', '.join(SUFFIXES)}")
+    mesh, repairs = repaired(_as_meant(read(source), options))
+    if not mesh.parts:
+        raise AssetUnreadable(f"{source}: no triangle is left after repairs: {'; '.join(repairs)}")
+    size = (mesh.bounds[1] - mesh.bounds[0]) * mesh.meters_per_unit
+    mesh = placed(mesh, up_axis=options.up_axis, meters_per_unit=options.meters_per_unit, origin=options.origin)
+    _write(mesh, source, target, options)
+    notes = [*mesh.notes, *filter(None, [size_problem(size, source.name)])]
+    turned = np.abs(mesh.bounds[1] - mesh.bounds[0]) * options.meters_per_unit
+    sizes = (float(turned[0]), float(turned[1]), float(turned[2]))
+    return Report(sizes, mesh.triangle_count, len(mesh.parts), len(mesh.materials), repairs, notes), mesh
+
+
+def _as_meant(mesh: MeshFile, options: Options) -> MeshFile:
+    up = options.source_up_axis or mesh.up_axis
+    return replace(mesh, up_axis=up, meters_per_unit=options.source_unit or mesh.meters_per_unit)
+
+
+def _write(mesh: MeshFile, source: Path, target: Path, options: Options) -> None:
+    """Write beside the target under another name, then move file and pictures into place."""
+    work = target.parent / f".{target.stem}-{uuid.uuid4().hex[:8]}"
+    try:
+        work.mkdir(parents=True)
+        collider = None if options.collider == "none" else options.collider
+        write_usd(
+            mesh, work / target.name, name=source.stem, up_axis=options.up_axis,
+            meters_per_unit=options.meters_per_unit, label=options.label, collider=collider,
+        )  # fmt: skip
+        pictures = work / TEXTURES
+        if pictures.is_dir():
+            (target.parent / TEXTURES).mkdir(exist_ok=True)
+            for picture in sorted(pictures.iterdir()):
+                picture.replace(target.parent / TEXTURES / picture.name)
+        (work / target.name).replace(target)
+        if (earlier := Sdf.Layer.Find(str(target))) is not None:
+            earlier.Reload(force=True)  # stages of this process still hold the file before
+    except OSError as error:
+        raise OutputNotWritable(f"{target} cannot be written: {error}") from error
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
