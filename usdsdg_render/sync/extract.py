@@ -109,6 +109,9 @@ class SceneExtractor:
         tree = self._tree
         assert tree is not None  # the first sync reads everything
         if not dirty.is_everything and dirty.subtrees:
+            # Other prims come or go, so that nodes after them are not where they were noted.
+            dirty.transforms.update(tree.paths[node] for node in dirty.transform_nodes)
+            dirty.transform_nodes = []
             tree.resync(dirty.subtrees)
         if dirty.has_other_transforms:
             tree.update_transforms(dirty.transforms, dirty.transform_nodes)

@@ -213,6 +213,15 @@ def test_hiding_and_showing_again_gives_the_same_scene(stage, extractor):
     np.testing.assert_array_equal(extractor.scene.instances.slot_offset, before.slot_offset)
 
 
+def test_a_prim_that_moves_while_another_appears_is_where_it_moved_to(stage, extractor):
+    for place, visibility in enumerate(("invisible", "invisible", "invisible", "inherited", "inherited"), 1):
+        attribute(stage, "/World/b0.visibility").Set(visibility)
+        for k in range(3):
+            attribute(stage, f"/World/b{k}.xformOp:translate").Set(Gf.Vec3d(k, place, 0))
+        extractor.update()
+        assert_fresh(extractor, stage)
+
+
 def test_a_transform_that_breaks_and_heals(stage, extractor):
     op = attribute(stage, "/World/b1.xformOp:translate")
     op.Set(Gf.Vec3d(float("nan"), 0, 0))
