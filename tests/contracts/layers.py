@@ -35,7 +35,8 @@ USDSDG = {
     "tools": "errors annotators writers",
     "writers_default": "writers tools",
     # what runs it
-    "capture": "errors stage session graph distribution create annotators writers usdsdg_render.settings",
+    "record": "stage",
+    "capture": "errors stage session graph distribution create annotators writers record usdsdg_render.settings",
     "app": "errors stage session graph rng distribution create annotators writers trigger capture",
     "orchestrator": "errors session arguments app",
     "demo": "errors stage",
@@ -43,6 +44,7 @@ USDSDG = {
     "meshes": "errors stage session mirror",
     "example": "demo",
     "inspect": "errors stage writers",
+    "verify": "errors stage annotators record inspect",
     "replicator_yaml": "errors session arguments graph orchestrator __init__",
     "scenarios": "errors stage session arguments graph create writers app orchestrator settings __init__",
     "compat": "errors stage session articulations arguments graph distribution create annotators writers functional "
@@ -121,5 +123,6 @@ LATE = {
     "usdsdg.cli.script.missing_names": ("usdsdg.compat", COMMAND),
     "usdsdg.cli.script.execution": ("usdsdg.app usdsdg.compat usdsdg.orchestrator usdsdg.writers", COMMAND),
     "usdsdg.cli.command_context": ("usdsdg.graph usdsdg.orchestrator usdsdg.settings", COMMAND),
+    "usdsdg.cli.verify": ("usdsdg.verify", COMMAND),
     "usdsdg.cli.simulate": ("usdsdg_physics.__init__", COMMAND),
 }

@@ -22,7 +22,7 @@ def digest(folder: Path) -> dict[str, str]:
 
 
 def test_every_view_has_an_image_an_overlay_and_a_json_file(posed):
-    names = sorted(path.name for path in posed.iterdir())
+    names = sorted(path.name for path in posed.iterdir() if path.is_file())
     assert names == sorted(
         [f"{i:06d}{suffix}" for i in range(4) for suffix in (".json", ".png", "_overlay.png")] + ["metadata.txt"]
     )

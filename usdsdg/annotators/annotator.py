@@ -75,6 +75,16 @@ class Annotator:
         return predicate_of(self._params)
 
     @property
+    def parameters(self) -> dict[str, Any]:
+        """Its init parameters by name."""
+        return dict(self._params)
+
+    @property
+    def augmentations(self) -> list[str]:
+        """The names of what is applied to its array, in order."""
+        return [augmentation.label for augmentation in self._augmentations]
+
+    @property
     def device(self) -> str | None:
         """Where its arrays are delivered: None or "cpu" for NumPy, else a device of Warp."""
         return self._device

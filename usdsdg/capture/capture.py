@@ -60,7 +60,7 @@ class Capture:
         observe(self._requests, frames)
         _compute(frames)
         for writer in self._requests.writers:
-            self._output.write(writer, frames)
+            self._output.write(writer, frames, self._requests)
         report("frames captured", frame + 1, self.expected_frames)
 
     def show(self, path: str, mode: RenderMode, *, number: int, seconds: float) -> None:

@@ -5,7 +5,9 @@ from collections.abc import Mapping
 
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.payload import build_payload
+from usdsdg.capture.frame_records import FrameRecords
 from usdsdg.capture.graph_outputs import distribution_outputs, trigger_outputs
+from usdsdg.capture.requests import Requests
 from usdsdg.errors import watch_foreign
 from usdsdg.session.progress import report, say
 from usdsdg.session.session import current
@@ -20,19 +22,24 @@ class WriterOutput:
 
     def __init__(self) -> None:
         self._reported: set[tuple[str, str]] = set()
+        self._records = FrameRecords()
 
-    def write(self, writer: Writer, frames: Mapping[str, Frame]) -> None:
-        """Pass a writer the payload of the frames that it is attached to; `frames` is by product path."""
+    def write(self, writer: Writer, frames: Mapping[str, Frame], requests: Requests) -> None:
+        """Pass a writer the payload of its frames, and record them; `frames` is by product path."""
         attached = {path: frames[path] for path in writer.render_products if path in frames}
         if attached:
             self._report_folder(writer)
             outputs = {"trigger_outputs": trigger_outputs(), "distribution_outputs": distribution_outputs()}
             payload = build_payload(writer, attached, **outputs)
+            number = writer.num_written
             try:
-                writer.receive(payload)
+                with current().io_queue.noting_files() as files:
+                    writer.receive(payload)
             except Exception as error:
                 watch_foreign(error)
                 raise
+            amodal = {path: requests.requirements(path).amodal_masks for path in attached}
+            self._records.write(writer, attached, number=number, files=files, amodal=amodal)
 
     def _report_folder(self, writer: Writer) -> None:
         name, folder = type(writer).__name__, getattr(writer.backend, "output_dir", None)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from usdsdg.annotators.annotator import Annotator, Requirements, attached_annotators, requirements
+from usdsdg.capture import frame_records
 from usdsdg.errors import Unsupported, warn_once
 from usdsdg.session.render_products import HydraTexture, products
 from usdsdg.writers.base import Writer, attached_writers
+from usdsdg_render.settings import LIGHT_AOVS
 
 
 @dataclass
@@ -16,6 +18,7 @@ class Requests:
 
     annotators: dict[str, list[Annotator]] = field(default_factory=dict)  # by product path; also those of `writers`
     writers: list[Writer] = field(default_factory=list)  # those that are due at this frame
+    _recorded: set[str] = field(default_factory=set)  # paths of products of which writers get a record
 
     @classmethod
     def collect(cls) -> Requests:
@@ -30,6 +33,8 @@ class Requests:
         # Called once per frame: a writer's own trigger function may have state.
         requests.writers = [writer for writer in attached_writers() if writer.is_due()]
         for writer in requests.writers:
+            if frame_records.is_on() and frame_records.sink_of(writer) is not None:
+                requests._recorded.update(writer.render_products)
             for path in writer.render_products:
                 requests._add(path, writer.annotators_of(path), type(writer).__name__)
         return requests
@@ -63,8 +68,11 @@ class Requests:
         return [product for product in products() if product.path in self.annotators]
 
     def requirements(self, path: str) -> Requirements:
-        """Return what the annotators of the product at `path` need rendered."""
-        return requirements(self.annotators[path])
+        """Return what the annotators of the product at `path`, and the record of its frame, need rendered."""
+        needs = requirements(self.annotators[path])
+        if path in self._recorded and needs.aovs.difference(LIGHT_AOVS):
+            return replace(needs, aovs=needs.aovs | frame_records.AOVS)
+        return needs
 
 
 def is_watched() -> bool:

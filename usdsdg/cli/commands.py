@@ -1,5 +1,6 @@
-"""The commands `usdsdg run | generate | render | simulate | inspect | convert | compat | assets | doctor`, light to
-import.
+"""The commands `usdsdg run | generate | render | simulate | inspect | verify | convert | compat | assets | doctor`.
+
+They are light to import.
 """
 
 import atexit
@@ -17,6 +18,7 @@ from usdsdg.cli.inspect import inspect
 from usdsdg.cli.render import render
 from usdsdg.cli.run import run
 from usdsdg.cli.simulate import simulate
+from usdsdg.cli.verify import verify
 
 app = typer.Typer(
     name="usdsdg", help="Synthetic data from USD scenes: the Replicator API on open-source components.",
@@ -24,7 +26,7 @@ app = typer.Typer(
 )  # fmt: skip
 # Options after the script's name belong to the script.
 app.command(context_settings={"allow_interspersed_args": False})(run)
-for command in (generate, render, simulate, inspect, convert, compat, doctor):
+for command in (generate, render, simulate, inspect, verify, convert, compat, doctor):
     app.command()(command)
 app.add_typer(assets.app, name="assets")
 

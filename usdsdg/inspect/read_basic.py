@@ -27,7 +27,7 @@ SHOWN = ("rgb", "camera_params", *PICTURES, *DEPTHS, *BOXES)
 
 _KINDS = "|".join((*SHOWN, *OTHERS))
 # The prefix is matched lazily: `pointcloud_rgb` is a kind, not a view with the kind `rgb`.
-_FILE = re.compile(
+FILE = re.compile(
     rf"^(?:(?P<view>.+?)_)??(?P<kind>{_KINDS})(?:_(?P<table>labels|mapping|semantics_mapping|prim_paths))?"
     r"_(?P<number>(?:\d+_)?\d+)\.(?P<ending>png|jpe?g|npy|json)$",
     re.IGNORECASE,
@@ -43,11 +43,11 @@ def read(dataset: Dataset, files: list[Path]) -> list[Path]:
     found: dict[tuple[str, str], Parts] = {}
     mine = []
     for path in files:
-        match = _FILE.match(path.name)
+        match = FILE.match(path.name)
         if match:
             mine.append(path)
             part = "/".join(filter(None, (match["kind"], match["table"], match["ending"].lower())))
-            found.setdefault((_view(path, match), match["number"]), {})[part] = path
+            found.setdefault((view_of(path, match), match["number"]), {})[part] = path
     for (view, number), parts in sorted(found.items()):
         _read_frame(dataset, view, number, parts)
     if found:
@@ -56,7 +56,7 @@ def read(dataset: Dataset, files: list[Path]) -> list[Path]:
     return mine
 
 
-def _view(path: Path, match: re.Match[str]) -> str:
+def view_of(path: Path, match: re.Match[str]) -> str:
     """Return the render product: the part before the annotator in the file name or in its folders."""
     # pointcloud_rgb is in the folder pointcloud.
     own = (match["kind"], match["kind"].split("_")[0])

@@ -13,7 +13,7 @@ from usdsdg.inspect.listing import UNREADABLE, read_json
 from usdsdg.inspect.records import KEYPOINTS, Dataset, Frame, Problem, SeenObject
 
 LOOKED_FOR = "PoseWriter's NNNNNN.png with NNNNNN.json"
-_FILE = re.compile(r"^(?P<number>\d+)(?P<overlay>_overlay)?\.(?P<kind>png|jpe?g|json)$", re.IGNORECASE)
+FILE = re.compile(r"^(?P<number>\d+)(?P<overlay>_overlay)?\.(?P<kind>png|jpe?g|json)$", re.IGNORECASE)
 
 # Per format the keys of the keypoints in the camera's frame and in the image.
 _POINTS = {
@@ -32,11 +32,11 @@ def read(dataset: Dataset, files: list[Path]) -> list[Path]:
     """Add PoseWriter's frames among `files` to the dataset; return their files."""
     found: dict[tuple[str, str], dict[str, Path]] = {}
     for path in files:
-        match = _FILE.match(path.name)
+        match = FILE.match(path.name)
         if match:
             kind = "json" if match["kind"].lower() == "json" else "picture"
             name = "overlay" if match["overlay"] else kind
-            found.setdefault((_view(path), match["number"]), {})[name] = path
+            found.setdefault((view_of(path), match["number"]), {})[name] = path
     views = {view for (view, _), parts in found.items() if "json" in parts}
     mine = {key: parts for key, parts in found.items() if key[0] in views}
     formats = set()
@@ -48,7 +48,7 @@ def read(dataset: Dataset, files: list[Path]) -> list[Path]:
     return [path for parts in mine.values() for path in parts.values()]
 
 
-def _view(path: Path) -> str:
+def view_of(path: Path) -> str:
     return path.parent.as_posix() if path.parent.parts else ""
 
 

@@ -47,6 +47,7 @@ DEFAULTS: dict[str, Any] = {
     "/usdsdg/labels/stableIds": True,
     "/usdsdg/labels/semanticClasses": None,
     "/usdsdg/labels/closedClasses": False,
+    "/usdsdg/labels/record": True,
     "/usdsdg/replicator/version": 0,
     "/syntheticdata/sensors/perSubsetSegmentation": False,
 }

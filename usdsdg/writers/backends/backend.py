@@ -2,6 +2,7 @@
 
 import functools
 import inspect
+import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -41,7 +42,8 @@ class BaseBackend:
         `fn` may be a `Sequential`, and arguments may be calls of one. They must not be modified afterward. Blocks while
         the queue is full; raises the error of an earlier job of this backend that failed.
         """
-        what = str(kwargs.get("path") or (args[0] if args and isinstance(args[0], str) else _name_of(fn)))
+        what = str(_path_of(args, kwargs) or _name_of(fn))
+        current().io_queue.note_files(_paths_of(args, kwargs))
         fn = fn.run if isinstance(fn, Sequential) else fn
         if _takes_backend(fn):
             kwargs.setdefault("backend_instance", self)
@@ -99,6 +101,19 @@ def _takes_backend(fn: Callable) -> bool:
     except (TypeError, ValueError):  # some built-ins have no signature
         return False
     return any(p.name == "backend_instance" or p.kind is p.VAR_KEYWORD for p in parameters)
+
+
+def _path_of(args: Sequence[Any], kwargs: Mapping[str, Any]) -> str | None:
+    """Return the path of the file that a job writes, if its arguments tell."""
+    path = kwargs.get("path") or (args[0] if args else None)
+    return str(path) if isinstance(path, (str, os.PathLike)) else None
+
+
+def _paths_of(args: Sequence[Any], kwargs: Mapping[str, Any]) -> list[str]:
+    """Return the paths of the files that a job writes, also those of its steps."""
+    steps = [each for each in kwargs.get("steps", ()) if isinstance(each, functools.partial)]
+    paths = [_path_of(args, kwargs), *(_path_of(step.args, step.keywords) for step in steps)]
+    return [path for path in paths if path]
 
 
 def _name_of(fn: Callable) -> str:

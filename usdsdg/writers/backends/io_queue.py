@@ -6,7 +6,8 @@ import sys
 import threading
 import weakref
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 from usdsdg.errors import UsdsdgError, WriterError
@@ -39,6 +40,7 @@ class IoQueue:
         self._failures: list[tuple[Any, UsdsdgError]] = []
         self._workers: set[threading.Thread] = set()
         self._at_exit: list[weakref.WeakMethod] = []
+        self._noted: list[str] | None = None  # paths of files, while somebody collects them
 
     def submit(self, run: Callable[[], None], *, what: str, size: int, owner: Any) -> None:
         """Run `run` later.
@@ -59,6 +61,20 @@ class IoQueue:
             self._bytes += size
             self._start_workers()
             self._changed.notify_all()
+
+    @contextmanager
+    def noting_files(self) -> Iterator[list[str]]:
+        """Collect, in the context, the paths of the files that jobs are scheduled for."""
+        before, self._noted = self._noted, []
+        try:
+            yield self._noted
+        finally:
+            self._noted = before
+
+    def note_files(self, paths: Iterable[str]) -> None:
+        """Tell that a job was scheduled that writes these files."""
+        if self._noted is not None:
+            self._noted.extend(paths)
 
     def is_done_writing(self, owner: Any = None) -> bool:
         """Return whether no job of `owner` (None: of anyone) waits or runs."""

@@ -1,0 +1,35 @@
+"""Put every kind of label fault into a dataset: `python -m tests.soak label_faults` tells which are found."""
+
+import argparse
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+from tests.verify import datasets
+from tests.verify.label_faults import KINDS
+from usdsdg.verify import verify
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", default="", help="only kinds whose name contains this")
+    parser.add_argument("--frames", type=int, default=4)
+    parser.add_argument("--allowed", type=int, default=1, help="how many may be missed")
+    options = parser.parse_args()
+    missed = 0
+    with tempfile.TemporaryDirectory() as temporary:
+        clean = datasets.make(Path(temporary) / "clean", frames=options.frames)
+        print("| fault | dataset | found | first line |\n|---|---|---|---|")
+        for kind in KINDS:
+            if options.only in kind.name:
+                spoiled = Path(temporary) / "spoiled"
+                shutil.rmtree(spoiled, ignore_errors=True)
+                shutil.copytree(clean / kind.dataset, spoiled)
+                kind.inject(spoiled)
+                faults = verify(spoiled).faults
+                missed += not faults
+                line = faults[0].line() if faults else "**missed**"
+                print(f"| {kind.name} | {kind.dataset} | {len(faults)} | {line[:150]} |", flush=True)
+    print(f"{len(KINDS)} kinds, {missed} missed", file=sys.stderr)
+    return int(missed > options.allowed)

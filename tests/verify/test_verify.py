@@ -1,0 +1,92 @@
+"""`usdsdg verify`: datasets of every format are clean, and faults that are put into them are found."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tests.verify import datasets
+from tests.verify.label_faults import KINDS
+from usdsdg.cli.commands import app
+from usdsdg.errors import DatasetError
+from usdsdg.verify import verify
+
+
+@pytest.fixture(scope="module")
+def clean(tmp_path_factory) -> Path:
+    return datasets.make(tmp_path_factory.mktemp("datasets"), frames=4)
+
+
+@pytest.mark.parametrize("name", datasets.DATASETS)
+def test_a_dataset_as_it_was_written_has_no_fault(clean, name):
+    report = verify(clean / name)
+    assert report.faults == []
+    assert report.notes == []
+    assert report.recorded == 4
+    assert report.formats.total() == 4 * datasets.DATASETS[name][2]
+
+
+@pytest.mark.parametrize("name", datasets.DATASETS)
+def test_without_a_record_the_files_are_checked_against_each_other(clean, tmp_path, name):
+    shutil.copytree(clean / name, tmp_path / name, ignore=shutil.ignore_patterns(".usdsdg"))
+    report = verify(tmp_path / name)
+    assert report.faults == []
+    assert "no record" in report.notes[0]
+
+
+def test_there_are_forty_kinds_of_faults():
+    assert len({kind.name for kind in KINDS}) == len(KINDS) >= 40
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=[kind.name for kind in KINDS])
+def test_a_fault_is_found(clean, tmp_path, kind):
+    shutil.copytree(clean / kind.dataset, tmp_path / "data")
+    kind.inject(tmp_path / "data")
+    assert verify(tmp_path / "data").faults
+
+
+def test_a_fault_names_file_frame_and_values(clean, tmp_path):
+    shutil.copytree(clean / "basic", tmp_path / "data")
+    rows = np.load(tmp_path / "data" / "bounding_box_2d_tight_0002.npy")
+    (path, *_) = json.loads((tmp_path / "data" / "bounding_box_2d_tight_prim_paths_0002.json").read_text())
+    rows["x_max"][0] -= 1
+    np.save(tmp_path / "data" / "bounding_box_2d_tight_0002.npy", rows)
+    first, *_ = verify(tmp_path / "data").faults
+    assert (first.file, first.frame) == ("bounding_box_2d_tight_0002.npy", "0002")
+    assert first.what == f"the tight box of {path}"
+    assert str(int(rows["x_max"][0])) in first.found
+    assert str(int(rows["x_max"][0]) + 1) in first.expected
+
+
+def test_damaged_and_missing_files_are_faults(clean, tmp_path):
+    folder = shutil.copytree(clean / "basic", tmp_path / "data")
+    (folder / "rgb_0000.png").write_bytes(b"no picture")
+    (folder / "camera_params_0001.json").unlink()
+    (folder / ".usdsdg" / "frames" / "000002.npz").write_bytes(b"no record")
+    found = {(fault.file, fault.what.split(":")[0]) for fault in verify(folder).faults}
+    assert ("camera_params_0001.json", "is missing") in found
+    assert any(file == "rgb_0000.png" and what.startswith("cannot be read") for file, what in found)
+    assert any(file == ".usdsdg/frames/000002.npz" for file, _ in found)
+
+
+def test_a_folder_without_a_dataset_is_an_error(tmp_path):
+    with pytest.raises(DatasetError, match="is no folder"):
+        verify(tmp_path / "none")
+    with pytest.raises(DatasetError, match="nothing in"):
+        verify(tmp_path)
+
+
+def test_the_command_ends_with_1_where_there_are_faults(clean, tmp_path):
+    run = CliRunner().invoke
+    fine = run(app, ["verify", str(clean / "coco")])
+    assert fine.exit_code == 0
+    assert "0 faults" in fine.output
+    folder = shutil.copytree(clean / "coco", tmp_path / "data")
+    next(kind for kind in KINDS if kind.name == "missing category").inject(folder)
+    broken = run(app, ["verify", str(folder), "--json"])
+    assert broken.exit_code == 1
+    (fault,) = json.loads(broken.output)["faults"]
+    assert fault["found"] == "none"

@@ -1,0 +1,220 @@
+"""Records of captured frames, written beside each writer's files from the AOVs that its annotators read."""
+
+from __future__ import annotations
+
+import functools
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from usdsdg.annotators.frame import PIXELS, Frame
+from usdsdg.capture.tiles import views_of
+from usdsdg.graph.sampling import get_global_seed
+from usdsdg.record import FRAMES, frame_record, id_runs, samples
+from usdsdg.record.frame_record import FrameRecord, ProductRecord, SelectionRecord
+from usdsdg.session.settings_store import get_settings
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.cameras.tiled_view import TiledView
+from usdsdg.stage.poses.transforms import up_axis
+from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.backends.group import BackendGroup
+from usdsdg.writers.base import Writer, attached_writers
+from usdsdg.writers.whole_file import write_whole
+
+SETTING = "/usdsdg/labels/record"
+# Parameters of writers that say where files go, on which their content must not depend.
+_PLACES = ("output_dir", "backend", "s3_bucket", "s3_region", "s3_endpoint", "s3_endpoint_url", "use_s3")
+# What a record needs where labels are rendered at all.
+AOVS = frozenset(("instance", "distance_to_camera"))
+
+
+def is_on() -> bool:
+    """Return whether frames are recorded."""
+    return get_settings().get_as_bool(SETTING)
+
+
+def sink_of(writer: Writer) -> BaseBackend | None:
+    """Return where a writer's record goes: its backend, or the folder that it writes to itself; None: nowhere."""
+    for name in ("backend", "_backend"):
+        backend = getattr(writer, name, None)
+        if isinstance(backend, BaseBackend):
+            return backend if _can_write(backend) else None
+    for name in ("output_dir", "_output_dir"):
+        folder = getattr(writer, name, None)
+        if isinstance(folder, (str, os.PathLike)) and os.path.isdir(folder):
+            return _Folder(Path(folder))
+    return None
+
+
+class FrameRecords:
+    """Writes the records of all writers."""
+
+    def __init__(self) -> None:
+        # Writers that share a folder count their frames alike, so all but the first have names of their own.
+        self._sharing: dict[str, list[Writer]] = {}
+
+    def write(
+        self, writer: Writer, frames: Mapping[str, Frame], *, number: int, files: list[str], amodal: Mapping[str, bool]
+    ) -> None:
+        """Schedule the record of a frame that a writer has received.
+
+        frames: by product path. number: how many frames it had received before. files: those that it scheduled.
+        amodal: by product path, whether amodal masks were rendered.
+        """
+        backend = sink_of(writer) if is_on() else None
+        if backend is None:
+            return
+        facts: dict[str, Any] = {
+            "number": number,
+            "writer": type(writer).__name__,
+            "writer_version": str(writer.version),
+            "parameters": {name: value for name, value in writer.parameters.items() if name not in _PLACES},
+            "annotators": _annotators(writer, frames),
+            "files": tuple(_relative(files, backend)),
+            "seed": get_global_seed(),
+            "up_axis": up_axis(current_stage()),
+        }
+        content = _Content(facts, tuple(frames.values()), dict(amodal))
+        # The arrays are given to the queue, which bounds the memory of what waits.
+        arrays = [frame.aovs for frame in frames.values()]
+        backend.schedule(_put, path=self._path(writer, backend, number), content=content, arrays=arrays)
+
+    def _path(self, writer: Writer, backend: BaseBackend, number: int) -> str:
+        key = _folder_of(backend) or str(id(backend))
+        owners = [each for each in self._sharing.get(key, ()) if each in attached_writers()]
+        self._sharing[key] = owners = owners if writer in owners else [*owners, writer]
+        place = owners.index(writer)
+        return f"{FRAMES}/{f'{type(writer).__name__}-{place}-' if place else ''}{number:06d}.npz"
+
+
+class _Folder(BaseBackend):
+    """The folder of a writer that has no backend."""
+
+    def __init__(self, folder: Path) -> None:
+        self.output_dir = str(folder)
+
+    def write_blob(self, path: str, data: bytes) -> None:
+        write_whole(Path(self.output_dir) / path, data)
+
+
+class _Content:
+    """The bytes of a record, made once, on the thread that writes them first."""
+
+    def __init__(self, facts: Mapping[str, Any], frames: tuple[Frame, ...], amodal: Mapping[str, bool]) -> None:
+        self._facts, self._frames, self._amodal = facts, frames, amodal
+
+    @functools.cached_property
+    def data(self) -> bytes:
+        first = self._frames[0]
+        numerator, denominator = first.reference_time
+        filters = [
+            tuple(dict.fromkeys(str(each["filter"] or "") for each in self._facts["annotators"].values())) or ("",)
+        ] * len(self._frames)
+        products = tuple(
+            product_record(frame, chosen, amodal=self._amodal.get(frame.render_product, False))
+            for frame, chosen in zip(self._frames, filters)
+        )
+        moment = {"seconds": numerator / denominator, "capture": first.index}
+        return frame_record.encode(FrameRecord(**self._facts, **moment, products=products))
+
+
+def _put(path: str, content: _Content, arrays: Any, backend_instance: BaseBackend) -> None:
+    backend_instance.write_blob(path, content.data)
+
+
+def product_record(frame: Frame, filters: tuple[str, ...], *, amodal: bool) -> ProductRecord:
+    """Return the record of one product's frame, with the selections of these label filters ("": every label passes)."""
+    view = frame.view
+    ids, visible = _visible_gprims(frame.aovs.get("instance"), len(frame.gprims))
+    selections = {key: frame.selection(key or None) for key in filters}
+    rows = _rows_in_view(frame, selections, visible)
+    place = np.full(len(frame.labeled_prims) + 1, -1, np.int64)
+    place[rows] = np.arange(len(rows))
+    recorded = {}
+    for key, selection in selections.items():
+        kept = np.flatnonzero(place[selection.rows] >= 0)
+        member = np.full(len(selection) + 1, -1, np.int64)
+        member[kept] = np.arange(len(kept))
+        recorded[key] = SelectionRecord(
+            place[selection.rows[kept]], selection.ids[kept], selection.class_ids[kept],
+            tuple(selection.labels[index] for index in kept), member[selection.member_of_gprim[visible]],
+        )  # fmt: skip
+    labeled, aovs = frame.labeled_prims, frame.aovs
+    depth, normals, color = (aovs.get(name) for name in ("distance_to_camera", "normals", "LdrColor"))
+    return ProductRecord(
+        name=frame.render_product.rsplit("/", 1)[-1],
+        path=frame.render_product,
+        size=(view.width, view.height),
+        cameras=views_of(view),
+        columns=view.columns if isinstance(view, TiledView) else 1,
+        gprims=tuple(frame.gprims[index] for index in visible),
+        prims=tuple(labeled.prim_paths[row] for row in rows),
+        labels=tuple({kind: list(own) for kind, own in labeled.labels[row].items()} for row in rows),
+        bounds=labeled.bounds[rows],
+        local_to_world=labeled.local_to_world[rows],
+        amodal=frame.coverage[rows] if amodal else None,
+        selections=recorded,
+        runs=None if ids is None else id_runs.encode(ids),
+        depth=None if depth is None else samples.grid(depth),
+        normals=None if normals is None else samples.normal_steps(samples.grid(normals)),
+        thumbnail=None if color is None else samples.block_means(color),
+        checksums={name: samples.checksum(aovs[name]) for name in sorted(aovs) if name not in AOVS | {"HdrColor"}}
+        | ({} if depth is None else {"distance_to_camera": samples.checksum(depth)}),
+    )
+
+
+def _visible_gprims(instance: np.ndarray | None, count: int) -> tuple[np.ndarray | None, np.ndarray]:
+    """Return the image of visible gprims, numbered without gaps, and the gprim of each number."""
+    if instance is None:
+        return None, np.zeros(0, np.int64)
+    values, lengths = id_runs.encode(instance)
+    seen = np.zeros(count, bool)
+    seen[values[values >= 0]] = True
+    number = np.append(np.cumsum(seen) - 1, -1)
+    return np.repeat(number[values.astype(np.int64)], lengths), np.flatnonzero(seen)
+
+
+def _rows_in_view(frame: Frame, selections: Mapping[str, Any], visible: np.ndarray) -> np.ndarray:
+    """Return the rows of labeled prims of which any pixel is visible, or would be if they were alone."""
+    in_view = frame.coverage[:, PIXELS] > 0
+    for selection in selections.values():
+        members = selection.member_of_gprim[visible]
+        in_view[selection.rows[members[members >= 0]]] = True
+    return np.flatnonzero(in_view)
+
+
+def _annotators(writer: Writer, frames: Mapping[str, Frame]) -> dict[str, dict[str, Any]]:
+    """Return what a writer reads, by name."""
+    found = {}
+    for path in frames:
+        for annotator in writer.annotators_of(path):
+            found[annotator.get_name()] = {
+                "template": annotator.template_name,
+                "filter": annotator.label_filter,
+                "params": annotator.parameters,
+                "augmentations": annotator.augmentations,
+            }
+    return found
+
+
+def _can_write(backend: BaseBackend) -> bool:
+    if isinstance(backend, BackendGroup):
+        return all(map(_can_write, backend.backends))
+    return type(backend).write_blob is not BaseBackend.write_blob
+
+
+def _folder_of(backend: BaseBackend) -> str:
+    try:
+        return str(getattr(backend, "output_dir", ""))
+    except Exception:  # noqa: BLE001 - a group without a folder says so with an error
+        return ""
+
+
+def _relative(files: list[str], backend: BaseBackend) -> list[str]:
+    """Return paths below the backend's folder, each once."""
+    folder = _folder_of(backend)
+    inside = [os.path.relpath(path, folder) if os.path.isabs(path) and folder else path for path in files]
+    return list(dict.fromkeys(inside))

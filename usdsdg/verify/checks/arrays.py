@@ -1,0 +1,21 @@
+"""Arrays that are AOVs as they were rendered: motion vectors."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from usdsdg.record import samples
+from usdsdg.verify.faults import Fault, Faults
+from usdsdg.verify.seen import Seen
+
+
+def check(seen: Seen) -> Faults:
+    """Compare the checksums of arrays other than depth."""
+    for name, (file, values) in seen.arrays.items():
+        known = seen.truth.product.checksums.get(name) if seen.truth else None
+        if (
+            known is not None
+            and not name.startswith("distance_")
+            and samples.checksum(np.ascontiguousarray(values)) != known
+        ):
+            yield Fault(file, seen.name, f"{name} is not as it was rendered")

@@ -1,0 +1,96 @@
+"""Cameras: the one that saw the image, with its lens, in meters."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from usdsdg.stage.cameras.camera_view import CameraView
+from usdsdg.verify.checks.compare import differs, text
+from usdsdg.verify.faults import Fault, Faults
+from usdsdg.verify.seen import Camera, Seen
+
+# float32 of the file's numbers.
+_RELATIVE = 1e-6
+
+
+def check(seen: Seen) -> Faults:
+    """Compare cameras with the recorded one, and with themselves."""
+    for camera in seen.cameras:
+        yield from _is_rigid(seen, camera)
+        view = seen.truth.camera if seen.truth else None
+        if view is not None:
+            yield from _recorded(seen, camera, view)
+    for array in seen.arrays.values():
+        for camera in seen.cameras:
+            if camera.size and camera.size != (array[1].shape[1], array[1].shape[0]):
+                yield Fault(
+                    camera.file,
+                    seen.name,
+                    f"the size is not that of {array[0]}",
+                    str(array[1].shape[1::-1]),
+                    str(camera.size),
+                )
+                return
+
+
+def _is_rigid(seen: Seen, camera: Camera) -> Faults:
+    """A camera turns and moves, and nothing else."""
+    view = camera.view
+    if np.isnan(view).any():
+        return
+    off = max(camera.digits * 10, 1e-6)
+    if np.abs(view[:3, :3] @ view[:3, :3].T - np.eye(3)).max() > off or np.abs(view[:, 3] - (0, 0, 0, 1)).max() > off:
+        yield Fault(
+            camera.file,
+            seen.name,
+            "the camera's matrix is no rotation with a translation in the last row",
+            "",
+            text(view),
+        )
+
+
+def _recorded(seen: Seen, camera: Camera, view: CameraView) -> Faults:
+    if not np.isnan(camera.view).any() and differs(
+        camera.view, view.world_to_camera, relative=1e-9, absolute=camera.digits
+    ):
+        yield Fault(camera.file, seen.name, "the camera's matrix", text(view.world_to_camera), text(camera.view))
+    if camera.size is not None and camera.size != (view.width, view.height):
+        yield Fault(
+            camera.file, seen.name, "the image's size", f"{view.width} x {view.height}", "{} x {}".format(*camera.size)
+        )
+    if view.projection_type == "pinhole":
+        expected = (view.fx, view.cx, view.cy)
+        found = (camera.focal, *(camera.center or ()))
+        if camera.focal is not None and differs(found, expected, relative=max(_RELATIVE, camera.digits)):
+            yield Fault(camera.file, seen.name, "focal length and center [pixels]", text(expected), text(found))
+    for name, expected in _values(view).items():
+        if name in camera.values:
+            found = camera.values[name]
+            if isinstance(expected, str):
+                wrong = found != expected
+            else:
+                wrong = differs(np.ravel(found), np.ravel(expected), relative=_RELATIVE)
+            if wrong:
+                yield Fault(camera.file, seen.name, name, str(expected), str(found))
+
+
+def _values(view: CameraView) -> dict[str, Any]:
+    """Return what files have of a camera, by their names."""
+    values: dict[str, Any] = {
+        "cameraModel": view.projection_type,
+        "cameraFocalLength": view.focal_length,
+        "cameraAperture": [view.horizontal_aperture, view.vertical_aperture],
+        "cameraApertureOffset": [view.horizontal_aperture_offset, view.vertical_aperture_offset],
+        "metersPerSceneUnit": view.meters_per_unit,
+        "cameraFStop": view.f_stop,
+        "cameraFocusDistance": view.focus_distance,
+        "aperture": [view.horizontal_aperture, view.vertical_aperture],
+        "focal_length": view.focal_length,
+        "meters_per_scene_unit": view.meters_per_unit,
+    }
+    if math.isfinite(view.clipping_range[1]):
+        values["cameraNearFar"] = list(view.clipping_range)
+    return values

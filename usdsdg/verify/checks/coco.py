@@ -1,0 +1,165 @@
+"""COCO: masks are a partition, boxes and areas are those of the masks, and categories are complete and right."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from usdsdg.verify.checks.compare import of_pixels
+from usdsdg.verify.faults import Fault, Faults
+from usdsdg.verify.seen import Mask, Masks, Seen
+from usdsdg.verify.truth import Thing
+
+_OTHER = "other"
+_BLACK_IS_FINE = ("unlabelled", "background")
+
+
+class Coco:
+    """Checks of all images of COCO files; the categories of each file are looked at once."""
+
+    def __init__(self, classes: Mapping[str, Any] | None) -> None:
+        self._seen: set[str] = set()
+        self._classes = classes
+
+    def check(self, seen: Seen) -> Faults:
+        """Check one image and its annotations."""
+        for masks in seen.masks:
+            if masks.file not in self._seen:
+                self._seen.add(masks.file)
+                yield from _categories(masks)
+            yield from _image(seen, masks)
+            yield from _masks(seen, masks)
+            yield from _things(seen, masks)
+            yield from _panoptic(seen, masks)
+
+
+def _categories(masks: Masks) -> Faults:
+    for number, category in masks.categories.items():
+        if list(category.get("color", ())) == [0, 0, 0] and category["name"] not in _BLACK_IS_FINE:
+            yield Fault(masks.file, "all", f"category {number}, {category['name']}, is black, as the background is")
+    for label, each in (masks.own or {}).items():
+        found = masks.categories.get(int(each["id"]))
+        if found is None or found["name"] != each["name"]:
+            yield Fault(
+                masks.file,
+                "all",
+                f"the category of {label}",
+                f"{each['id']}: {each['name']}",
+                "none" if found is None else str(found["name"]),
+            )
+
+
+def _image(seen: Seen, masks: Masks) -> Faults:
+    for color in seen.colors:
+        size = (color.image.shape[1], color.image.shape[0])
+        if size != seen.size:
+            yield Fault(masks.file, seen.name, f"width and height of {color.file}", str(size), str(seen.size))
+
+
+def _masks(seen: Seen, masks: Masks) -> Faults:
+    assert seen.size is not None
+    covered = np.zeros((seen.size[1], seen.size[0]), np.int32)
+    for each in masks.masks:
+        name = f"annotation {each.number}"
+        if each.category not in masks.categories:
+            yield Fault(masks.file, seen.name, f"{name} is of category {each.category}, which is not listed")
+        if each.mask is None or each.mask.shape != covered.shape:
+            size = "none" if each.mask is None else str(each.mask.shape[::-1])
+            yield Fault(masks.file, seen.name, f"{name} has a mask of the image's size", str(seen.size), size)
+            continue
+        covered += each.mask
+        rows, columns = np.nonzero(each.mask)
+        if not len(rows):
+            yield Fault(masks.file, seen.name, f"{name} has an empty mask")
+            continue
+        box = (float(columns.min()), float(rows.min()), float(np.ptp(columns) + 1), float(np.ptp(rows) + 1))
+        if each.box != box:
+            yield Fault(masks.file, seen.name, f"the box of {name} is the extent of its mask", str(box), str(each.box))
+        if each.area != len(rows):
+            yield Fault(
+                masks.file, seen.name, f"the area of {name} is the pixels of its mask", str(len(rows)), f"{each.area:g}"
+            )
+    if (covered > 1).any():
+        yield Fault(masks.file, seen.name, f"masks overlap in {of_pixels(covered > 1)}")
+
+
+def _things(seen: Seen, masks: Masks) -> Faults:
+    """Every visible thing that has a category is one annotation, with its pixels."""
+    members = seen.truth.members(masks.filter) if seen.truth else None
+    if seen.truth is None or members is None or (members.shape[1], members.shape[0]) != seen.size:
+        return
+    things = seen.truth.things(masks.filter)
+    taken: dict[int, Mask] = {}
+    for each in masks.masks:
+        if each.mask is None or each.mask.shape != members.shape or not each.mask.any():
+            continue
+        shown, counts = np.unique(members[each.mask], return_counts=True)
+        index = int(shown[counts.argmax()])
+        if index < 0:
+            yield Fault(masks.file, seen.name, f"annotation {each.number} is where nothing labeled is")
+            continue
+        thing = things[index]
+        if index in taken:
+            yield Fault(
+                masks.file,
+                seen.name,
+                f"{thing.path} is annotated twice",
+                "",
+                f"{taken[index].number} and {each.number}",
+            )
+        taken[index] = each
+        wrong = each.mask != (members == index)
+        if wrong.any():
+            yield Fault(
+                masks.file,
+                seen.name,
+                f"the mask of annotation {each.number} is not that of {thing.path} in {of_pixels(wrong)}",
+            )
+        category = category_of(thing, masks)
+        if category != each.category:
+            yield Fault(
+                masks.file, seen.name, f"the category of {thing.path}, {thing.label}", str(category), str(each.category)
+            )
+    for index, thing in enumerate(things):
+        if thing.visible and index not in taken and category_of(thing, masks) is not None:
+            yield Fault(masks.file, seen.name, f"{thing.path} is visible and has no annotation")
+
+
+def category_of(thing: Thing, masks: Masks) -> int | None:
+    """Return the id of a thing's category: of its last label that has one, else of "other"; None: it has none."""
+    if masks.own is not None:
+        by_label = {_plain(label): int(each["id"]) for label, each in masks.own.items()}
+    else:
+        by_label = {_plain(str(each["name"])): number for number, each in masks.categories.items()}
+    names = [name for text in thing.labels.values() for name in (text, *text.split(","))]
+    known = [by_label[_plain(name)] for name in names if _plain(name) in by_label]
+    return known[-1] if known else by_label.get(_OTHER)
+
+
+def _plain(label: str) -> str:
+    return label.lower().replace("_", " ")
+
+
+def _panoptic(seen: Seen, masks: Masks) -> Faults:
+    """Every pixel of a thing has the color of its category."""
+    members = seen.truth.members(masks.filter) if seen.truth else None
+    if seen.truth is None or members is None or "panoptic" not in seen.extra:
+        return
+    file, image = seen.extra["panoptic"]
+    if image.ndim != 3 or image.shape[:2] != members.shape:
+        yield Fault(file, seen.name, "has another size", str(members.shape), str(image.shape))
+        return
+    colors = {number: tuple(each.get("color", ())) for number, each in masks.categories.items()}
+    wrong = np.zeros(members.shape, bool)
+    for index, thing in enumerate(seen.truth.things(masks.filter)):
+        color = colors.get(category_of(thing, masks) or -1, ())
+        if len(color) == 3:
+            wrong |= (members == index) & (image[..., :3] != color).any(axis=2)
+    listed = np.array([color for color in colors.values() if len(color) == 3 and any(color)]).reshape(-1, 1, 1, 3)
+    if len(listed):
+        nothing = members == -2
+        wrong |= nothing & (image[None, ..., :3] == listed).all(axis=3).any(axis=0)
+    if wrong.any():
+        yield Fault(file, seen.name, f"pixels have the color of their category, but {of_pixels(wrong)}")

@@ -1,0 +1,62 @@
+"""Color images: byte for byte those that were rendered, or block by block where the format loses detail."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from usdsdg.record import samples
+from usdsdg.verify.checks.compare import of_pixels, shapes_agree
+from usdsdg.verify.faults import Fault, Faults
+from usdsdg.verify.seen import Color, Seen
+
+# Levels by which the mean of a block of a JPEG may be off.
+_LOSS = 12
+# Steps of a normal in an 8-bit image, and of the record.
+_NORMAL = 2 / 255 + 1 / 127
+
+
+def check(seen: Seen, frames: Mapping[int, str]) -> Faults:
+    """frames: frame by checksum of its color image, to name what an image shows instead."""
+    if seen.truth is None:
+        return
+    product = seen.truth.product
+    for color in seen.colors:
+        yield from shapes_agree(seen, color.file, color.image.shape, product.shape)
+        if color.image.shape[:2] == product.shape:
+            yield from _compared(seen, color, frames)
+    for normals in seen.normals:
+        if product.normals is not None and normals.image.shape[:2] == product.shape:
+            recorded = product.normals / 127.0
+            found = samples.grid(normals.image[..., :3]) / 255.0 * 2 - 1
+            wrong = np.abs(found - recorded).max(axis=2) > (_NORMAL if normals.exact else 0.25)
+            if wrong.mean() > (0.0 if normals.exact else 0.2):
+                yield Fault(normals.file, seen.name, f"normals are not the recorded ones in {of_pixels(wrong)}")
+
+
+def _compared(seen: Seen, color: Color, frames: Mapping[int, str]) -> Faults:
+    assert seen.truth is not None
+    product, image = seen.truth.product, color.image
+    if image.ndim != 3 or image.dtype != np.uint8:
+        yield Fault(color.file, seen.name, "is no color image", "8-bit RGB or RGBA", f"{image.dtype} {image.shape}")
+        return
+    if color.exact and "LdrColor" in product.checksums:
+        found = samples.checksum(whole(image))
+        if found != product.checksums["LdrColor"]:
+            yield Fault(color.file, seen.name, "is not the rendered image", "", frames.get(found, ""))
+    elif product.thumbnail is not None:
+        off = np.abs(samples.block_means(image).astype(int) - product.thumbnail).max(axis=2)
+        if (off > _LOSS).any():
+            yield Fault(
+                color.file,
+                seen.name,
+                f"is not the rendered image in {of_pixels(off > _LOSS).replace('pixels', 'blocks')}",
+            )
+
+
+def whole(image: np.ndarray) -> np.ndarray:
+    """Return an image with four channels."""
+    if image.shape[2] == 4:
+        return image
+    return np.concatenate([image[..., :3], np.full((*image.shape[:2], 1), 255, np.uint8)], axis=2)

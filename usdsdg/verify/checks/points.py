@@ -1,0 +1,78 @@
+"""Point clouds: a point for each labeled pixel, where depth has it, with the pixel's ids."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from usdsdg.verify.checks.compare import differs, text
+from usdsdg.verify.faults import Fault, Faults
+from usdsdg.verify.seen import Points, Seen
+
+_RELATIVE = 5e-5
+
+
+def check(seen: Seen) -> Faults:
+    """Compare point clouds with the record."""
+    for cloud in seen.points:
+        for file, values in cloud.others.values():
+            if len(values) != len(cloud.points):
+                yield Fault(
+                    file,
+                    seen.name,
+                    f"rows are as many as those of {cloud.file}",
+                    str(len(cloud.points)),
+                    str(len(values)),
+                )
+        if seen.truth is not None:
+            yield from _recorded(seen, cloud)
+
+
+def _recorded(seen: Seen, cloud: Points) -> Faults:
+    assert seen.truth is not None
+    truth, members = seen.truth, seen.truth.members(cloud.filter)
+    if members is None or truth.camera is None:
+        return
+    kept = members >= (-1 if cloud.whole else 0)
+    if kept.sum() != len(cloud.points):
+        yield Fault(
+            cloud.file,
+            seen.name,
+            "there is a point for each labeled pixel",
+            str(int(kept.sum())),
+            str(len(cloud.points)),
+        )
+        return
+    rows, columns = truth.grid
+    if truth.grid_points is not None:
+        place = np.cumsum(kept.ravel()).reshape(kept.shape) - 1
+        here = kept[rows, columns]
+        found, expected = cloud.points[place[rows, columns][here]], truth.grid_points[here]
+        scale = np.abs(expected).max(initial=0) + np.linalg.norm(truth.camera.local_to_world[3, :3])
+        if differs(found, expected, relative=0.0, absolute=_RELATIVE * scale):
+            worst = int(np.abs(found - expected).max(axis=1).argmax())
+            yield Fault(
+                cloud.file, seen.name, "a point is not where depth has it", text(expected[worst]), text(found[worst])
+            )
+    things = truth.things(cloud.filter)
+    for kind, name in (("semantic", "class_id"), ("instance", "id")):
+        if kind in cloud.others:
+            file, values = cloud.others[kind]
+            table = np.array([*(getattr(each, name) for each in things), 1])  # unlabeled
+            if len(values) == len(cloud.points) and (values != table[members[kept]]).any():
+                wrong = int((values != table[members[kept]]).sum())
+                yield Fault(file, seen.name, f"{wrong} points have not the id of what they show")
+    if "rgb" in cloud.others and seen.colors and seen.colors[0].exact and seen.colors[0].image.shape[:2] == kept.shape:
+        file, values = cloud.others["rgb"]
+        if len(values) == len(cloud.points) and (values[:, :3] != seen.colors[0].image[kept][:, :3]).any():
+            yield Fault(file, seen.name, f"points have not the colors of {seen.colors[0].file}")
+    if "normals" in cloud.others and truth.product.normals is not None:
+        file, values = cloud.others["normals"]
+        place, here = np.cumsum(kept.ravel()).reshape(kept.shape) - 1, kept[rows, columns]
+        if len(values) == len(cloud.points):
+            off = np.abs(values[place[rows, columns][here]][:, :3] - truth.product.normals[here] / 127.0)
+            if (off > 1 / 127).any():
+                yield Fault(
+                    file,
+                    seen.name,
+                    f"normals of {int((off > 1 / 127).any(axis=1).sum())} points are not the recorded ones",
+                )

@@ -1,0 +1,189 @@
+"""Poses: of the right objects, in every frame in which they are written, and projected onto the object's pixels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from usdsdg.stage.cameras.camera_view import CameraView
+from usdsdg.verify.checks.compare import differs, pairs, text
+from usdsdg.verify.faults import Fault, Faults
+from usdsdg.verify.formats.pose import expected
+from usdsdg.verify.seen import Posed, Poses, Seen
+from usdsdg.verify.truth import Thing
+
+_FLOAT32 = 2e-6
+_PIXEL = 1.01  # keypoints are rounded to whole pixels
+_REACH = 2.0  # pixels by which an object may reach over its projected box
+
+
+def check(seen: Seen) -> Faults:
+    """Compare pose files with the record, and their frames with each other."""
+    for poses in seen.poses:
+        for each in poses.objects:
+            yield from _agrees(seen, poses, each)
+        if seen.truth is not None and seen.truth.camera is not None:
+            things = expected(seen.truth, poses.threshold)
+            matched, faults = pairs(
+                seen, poses.file, [each.path for each in poses.objects], [each.path for each in things], "the pose of"
+            )
+            yield from faults
+            for mine, theirs in matched:
+                yield from _object(seen, poses, poses.objects[mine], things[theirs], seen.truth.camera)
+
+
+def _object(seen: Seen, poses: Poses, posed: Posed, thing: Thing, camera: CameraView) -> Faults:
+    label = thing.labels.get("class", "")
+    if posed.label != label:
+        yield Fault(poses.file, seen.name, f"the label of {thing.path}", label, posed.label)
+    visible = 1.0 - (thing.occlusion or 0.0)
+    if differs(posed.visibility, visible, relative=0.0, absolute=6e-4):
+        yield Fault(poses.file, seen.name, f"visibility of {thing.path}", f"{visible:.3f}", f"{posed.visibility:g}")
+    for name, value in _values(poses, thing, camera).items():
+        if name in posed.values and differs(posed.values[name], value, relative=_FLOAT32, absolute=1e-7):
+            yield Fault(poses.file, seen.name, f"{name} of {thing.path}", text(value), text(posed.values[name]))
+    yield from _rotations(seen, poses, posed, thing, camera)
+    yield from _pixels(seen, poses, posed, thing, camera)
+
+
+def keypoints(bounds: np.ndarray, order: list[str]) -> np.ndarray:
+    """Return the center and corners of a box in the frame of its prim, by name, (N, 3)."""
+
+    def corner(name: str) -> np.ndarray:
+        if name == "Center":
+            return bounds.mean(axis=0)
+        return np.array(
+            [bounds["LR".index(name[0]), 0], bounds["DU".index(name[1]), 1], bounds["BF".index(name[2]), 2]]
+        )
+
+    return np.array([corner(name) for name in order])
+
+
+def _to_camera(poses: Poses, thing: Thing, camera: CameraView) -> np.ndarray:
+    pose = thing.local_to_world
+    return pose @ camera.world_to_camera if poses.exact else camera.world_to_camera @ pose
+
+
+def _values(poses: Poses, thing: Thing, camera: CameraView) -> Mapping[str, Any]:
+    """Return what a file must have of an object, by its names."""
+    pose, to_camera = thing.local_to_world, _to_camera(poses, thing, camera)
+    world = _moved(keypoints(thing.bounds, poses.order), pose)
+    in_camera = _moved(world, camera.world_to_camera)
+    size = (thing.bounds[1] - thing.bounds[0]) * np.linalg.norm(pose[:3, :3], axis=1)
+    values = {
+        "local_to_world_transform": pose,
+        "location_world_frame": pose[3, :3],
+        "rotation_matrix_world_frame": pose[:3, :3],
+        "location_camera_frame": to_camera[3, :3],
+        "rotation_matrix_camera_frame": to_camera[:3, :3],
+        "location": to_camera[3, :3],
+        "cuboid_keypoints_world_frame": world,
+        "cuboid_keypoints_camera_frame": in_camera,
+        "keypoints_3d": in_camera,
+    }
+    # The axes of a sheared prim have no lengths of their own.
+    return values | ({"size": size, "scale": size} if _is_straight(pose) else {})
+
+
+def _rotations(seen: Seen, poses: Poses, posed: Posed, thing: Thing, camera: CameraView) -> Faults:
+    """Quaternions turn as the matrices do."""
+    frames = {"quat_wxyz_world_frame": thing.local_to_world}
+    if poses.exact or _is_straight(_to_camera(poses, thing, camera)):
+        frames |= dict.fromkeys(("quat_wxyz_camera_frame", "quaternion_xyzw"), _to_camera(poses, thing, camera))
+    for name, matrix in frames.items():
+        if name not in posed.values or not _is_straight(matrix) or np.linalg.det(matrix[:3, :3]) <= 0:
+            continue
+        axes = matrix[:3, :3] / np.linalg.norm(matrix[:3, :3], axis=1, keepdims=True)
+        found = turned(posed.values[name], real_last=name.endswith("xyzw"))
+        if differs(found, axes, relative=0.0, absolute=1e-4):
+            yield Fault(poses.file, seen.name, f"{name} of {thing.path} turns its axes to", text(axes), text(found))
+
+
+def turned(quaternion: Any, *, real_last: bool) -> np.ndarray:
+    """Return the axes, as rows, that a quaternion turns x, y and z to."""
+    parts = np.array(quaternion, np.float64)
+    w, (x, y, z) = (parts[3], parts[:3]) if real_last else (parts[0], parts[1:])
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)],
+            [2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)],
+            [2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def _pixels(seen: Seen, poses: Poses, posed: Posed, thing: Thing, camera: CameraView) -> Faults:
+    """Keypoints project to the pixels of the file, and around the object's own."""
+    name = next((each for each in ("cuboid_keypoints_projected", "projected_cuboid") if each in posed.values), None)
+    if name is None:
+        return
+    found = np.array(posed.values[name], np.float64)
+    world = _moved(keypoints(thing.bounds, poses.order), thing.local_to_world)
+    pixels, depth = camera.project(world)
+    ahead = np.isfinite(pixels).all(axis=1) & (depth > max(camera.clipping_range[0], 1e-6))
+    if found.shape != pixels.shape or (np.abs(found - pixels)[ahead] > _PIXEL).any():
+        yield Fault(poses.file, seen.name, f"{name} of {thing.path}", text(np.rint(pixels)), text(found))
+    elif ahead.all() and camera.lens is None and thing.amodal_box is not None:
+        low, high = found.min(axis=0) - _REACH, found.max(axis=0) + _REACH
+        box = np.array(thing.amodal_box, np.float64).reshape(2, 2) + np.array([[0], [1]])
+        if (box[0] < low).any() or (box[1] > high).any():
+            yield Fault(
+                poses.file,
+                seen.name,
+                f"{name} of {thing.path} surrounds its pixels",
+                str(thing.amodal_box),
+                text([*low, *high]),
+            )
+
+
+def _agrees(seen: Seen, poses: Poses, posed: Posed) -> Faults:
+    """Whatever is recorded: quaternions are unit ones, and turn as the matrices beside them."""
+    for name, matrix in (
+        ("quat_wxyz_world_frame", "rotation_matrix_world_frame"),
+        ("quat_wxyz_camera_frame", "rotation_matrix_camera_frame"),
+        ("quaternion_xyzw", ""),
+    ):
+        if name not in posed.values:
+            continue
+        length = float(np.linalg.norm(posed.values[name]))
+        if abs(length - 1) > 1e-4:
+            yield Fault(poses.file, seen.name, f"{name} of {posed.path} is no rotation", "length 1", f"{length:.6g}")
+        if seen.truth is None and matrix in posed.values:
+            axes = np.array(posed.values[matrix], np.float64)
+            if _is_straight(axes) and np.linalg.det(axes) > 0:
+                axes = axes / np.linalg.norm(axes, axis=1, keepdims=True)
+                if differs(turned(posed.values[name], real_last=False), axes, relative=0.0, absolute=1e-4):
+                    yield Fault(poses.file, seen.name, f"{name} of {posed.path} is not {matrix}")
+    if not 0.0 <= posed.visibility <= 1.0:
+        yield Fault(poses.file, seen.name, f"visibility of {posed.path}", "0 to 1", f"{posed.visibility:g}")
+    if seen.truth is None:
+        yield from _projects(seen, poses, posed)
+
+
+def _projects(seen: Seen, poses: Poses, posed: Posed) -> Faults:
+    """Without a record: keypoints in the camera's frame and in pixels agree by the intrinsics of the file."""
+    for points, pixels in (
+        ("cuboid_keypoints_camera_frame", "cuboid_keypoints_projected"),
+        ("keypoints_3d", "projected_cuboid"),
+    ):
+        if points not in posed.values or not seen.cameras or seen.cameras[0].center is None:
+            continue
+        (cx, cy), focal = seen.cameras[0].center, seen.cameras[0].focal or np.nan
+        x, y, z = np.array(posed.values[points], np.float64).T
+        ahead = z < -1e-3
+        with np.errstate(divide="ignore", invalid="ignore"):
+            projected = np.stack([cx + focal * x / -z, cy - focal * y / -z], axis=1)
+        if (np.abs(projected - np.array(posed.values[pixels]))[ahead] > _PIXEL).any():
+            yield Fault(poses.file, seen.name, f"{points} of {posed.path} do not project to {pixels}")
+
+
+def _moved(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    return points @ matrix[:3, :3] + matrix[3, :3]
+
+
+def _is_straight(matrix: np.ndarray) -> bool:
+    """Return whether the axes are perpendicular."""
+    axes = matrix[:3, :3] / np.maximum(np.linalg.norm(matrix[:3, :3], axis=1, keepdims=True), 1e-12)
+    return bool(np.abs(axes @ axes.T - np.eye(3)).max() < 1e-5)

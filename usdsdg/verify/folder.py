@@ -1,0 +1,94 @@
+"""A dataset folder: its files, its records and its tables, each read once; what cannot be read is a fault."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path, PurePosixPath
+from typing import Any, TypeVar
+
+import numpy as np
+from PIL import Image
+
+from usdsdg.errors import DatasetError
+from usdsdg.inspect.listing import files_below
+from usdsdg.record import CLASSES, FRAMES, frame_record
+from usdsdg.record.frame_record import FrameRecord
+from usdsdg.verify.faults import Fault
+
+T = TypeVar("T")
+_BROKEN = (OSError, ValueError, KeyError, TypeError, EOFError, SyntaxError, zipfile.BadZipFile)
+
+
+class Folder:
+    """The files of a dataset, and what is recorded about them. Paths are relative, with slashes."""
+
+    def __init__(self, path: Path) -> None:
+        """
+        Raises:
+            DatasetError: there is no such folder.
+        """
+        if not path.is_dir():
+            raise DatasetError(f"{path} is no folder; give the one that a writer wrote to (its output_dir)")
+        self.path = path
+        self.faults: list[Fault] = []
+        self.files = [each.as_posix() for each in files_below(path)]
+        self.records = self._records()
+        self.record_of = {file: record for record in self.records for file in record.files}
+        self.classes: dict[str, Any] | None = self._read(CLASSES, "?", json.loads) if self.has(CLASSES) else None
+        self._json = lru_cache(maxsize=64)(self._read_json)
+
+    def has(self, file: str) -> bool:
+        """Return whether a file exists."""
+        return (self.path / file).is_file()
+
+    def image(self, file: str, frame: str) -> np.ndarray | None:
+        """Return an image, (H, W) or (H, W, C); None if it is broken."""
+        return self._read(file, frame, lambda data: np.array(Image.open(io.BytesIO(data))))
+
+    def array(self, file: str, frame: str) -> np.ndarray | None:
+        """Return the array of a .npy; None if it is broken."""
+        return self._read(file, frame, lambda data: np.load(io.BytesIO(data), allow_pickle=False))
+
+    def json(self, file: str, frame: str) -> Any | None:
+        """Return the values of a JSON file; None if it is broken."""
+        return self._json(file, frame)
+
+    def text(self, file: str, frame: str) -> str | None:
+        """Return a text; None if it is broken."""
+        return self._read(file, frame, lambda data: data.decode("utf-8"))
+
+    def parsed(self, file: str, frame: str, parse: Callable[[], T]) -> T | None:
+        """Return what `parse` makes of a file that was read; None, and a fault, if that is not as it should be."""
+        try:
+            return parse()
+        except (KeyError, TypeError, ValueError, IndexError) as error:
+            said = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+            self.faults.append(Fault(file, frame, f"is not as its format has it: {said}"))
+            return None
+
+    def _read_json(self, file: str, frame: str) -> Any | None:
+        return self._read(file, frame, json.loads)
+
+    def _read(self, file: str, frame: str, decode: Callable[[bytes], T]) -> T | None:
+        try:
+            return decode((self.path / file).read_bytes())
+        except FileNotFoundError:
+            self.faults.append(Fault(file, frame, "is missing"))
+        except _BROKEN as error:
+            self.faults.append(Fault(file, frame, f"cannot be read: {str(error).splitlines()[0] or type(error)}"))
+        return None
+
+    def _records(self) -> list[FrameRecord]:
+        where = self.path / FRAMES
+        names = sorted(each.name for each in where.glob("*.npz")) if where.is_dir() else []
+        found = []
+        for name in names:
+            frame = PurePosixPath(name).stem
+            record = self._read(f"{FRAMES}/{name}", frame, frame_record.decode)
+            if record is not None:
+                found.append(record)
+        return found

@@ -1,0 +1,63 @@
+"""Reader of KittiWriter's folders."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import PurePosixPath
+
+import numpy as np
+
+from usdsdg.verify.folder import Folder
+from usdsdg.verify.formats.matching import truth_of
+from usdsdg.verify.seen import Camera, Color, Depth, Seen
+
+NAME = "KittiWriter"
+_KINDS = {
+    "rgb": "rgb", "image_02": "rgb", "object_detection": "labels", "label_02": "labels", "semantic": "ids",
+    "semantic_segmentation": "colors", "semantic_rgb": "colors", "instance_segmentation": "instances",
+    "instance": "instances", "instance_rgb": "instance colors", "depth": "depth", "calib": "calib",
+}  # fmt: skip
+_ENDINGS = {"labels": ".txt", "calib": ".txt"}
+_STEPS = 256  # of a depth image per meter
+
+
+def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
+    """Yield what the files of each image say."""
+    found: dict[tuple[str, str], dict[str, str]] = {}
+    for file in files:
+        path = PurePosixPath(file)
+        kind = _KINDS.get(path.parent.name)
+        if kind and path.stem.isdigit() and path.suffix == _ENDINGS.get(kind, ".png") and len(path.parts) > 2:
+            found.setdefault((path.parent.parent.as_posix(), path.stem), {})[kind] = file
+    roots = {root for (root, _), parts in found.items() if "labels" in parts or "ids" in parts}
+    for (root, number), parts in sorted(found.items(), key=lambda each: (each[0][0], int(each[0][1]))):
+        if root in roots:
+            yield _seen(folder, root, number, parts)
+
+
+def _seen(folder: Folder, root: str, number: str, parts: dict[str, str]) -> Seen:
+    seen = Seen(NAME, number, root, list(parts.values()), truth_of(folder, list(parts.values()), root))
+    seen.extra["metadata"] = folder.json("metadata.txt", "all") if folder.has("metadata.txt") else {}
+    for kind in ("ids", "colors", "instances", "instance colors"):
+        if kind in parts and (image := folder.image(parts[kind], seen.name)) is not None:
+            seen.extra[kind] = (parts[kind], image)
+    if "rgb" in parts and (image := folder.image(parts["rgb"], seen.name)) is not None:
+        seen.colors.append(Color(parts["rgb"], image))
+    if "depth" in parts and (image := folder.image(parts["depth"], seen.name)) is not None:
+        meters = np.where(image == 0, np.inf, image.astype(np.float64) / _STEPS)
+        seen.depths.append(Depth(parts["depth"], "plane", meters, 1 / _STEPS, 0xFFFF / _STEPS))
+    if "labels" in parts and (text := folder.text(parts["labels"], seen.name)) is not None:
+        seen.lines.append((parts["labels"], [line.split(" ") for line in text.splitlines()]))
+    if "calib" in parts and (text := folder.text(parts["calib"], seen.name)) is not None:
+        camera = folder.parsed(parts["calib"], seen.name, lambda: _camera(parts["calib"], text))
+        if camera is not None:
+            seen.cameras.append(camera)
+    return seen
+
+
+def _camera(file: str, text: str) -> Camera:
+    """Return the camera of a calibration; its pixels are 0 at the center of the first one. The pose is not there."""
+    rows = dict(line.split(": ", 1) for line in text.splitlines())
+    matrix = np.array(rows["P2"].split(), np.float64).reshape(3, 4)
+    focal, center = matrix[0, 0], (matrix[0, 2] + 0.5, matrix[1, 2] + 0.5)
+    return Camera(file, np.full((4, 4), np.nan), 1e-5, None, focal, center, {"matrix": matrix.tolist()})

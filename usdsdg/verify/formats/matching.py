@@ -1,0 +1,31 @@
+"""Which record, and which of its render products, the files of an image belong to."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+from usdsdg.record.frame_record import FrameRecord
+from usdsdg.verify.folder import Folder
+from usdsdg.verify.truth import Truth
+
+
+def record_of(folder: Folder, files: Sequence[str]) -> FrameRecord | None:
+    """Return the record that names most of the files; None if none does."""
+    counts = Counter(folder.record_of[file].number for file in files if file in folder.record_of)
+    if not counts:
+        return None
+    number = counts.most_common(1)[0][0]
+    return next(
+        folder.record_of[file] for file in files if file in folder.record_of and folder.record_of[file].number == number
+    )
+
+
+def truth_of(folder: Folder, files: Sequence[str], view: str) -> Truth | None:
+    """Return what is recorded of the image of these files; `view` is the product's name, "" for the only one."""
+    record = record_of(folder, files)
+    if record is None:
+        return None
+    names = view.split("/")
+    product = next((each for each in record.products if each.name in names), None)
+    if product is None and len(record.products) == 1:
+        product = record.products[0]
+    return None if product is None else Truth(record, product)

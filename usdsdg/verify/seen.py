@@ -1,0 +1,177 @@
+"""What a dataset's files say about one image, independent of their format."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from usdsdg.verify.truth import Truth
+
+
+@dataclass(frozen=True)
+class Color:
+    """A color image, or one that is drawn over."""
+
+    file: str
+    image: np.ndarray  # (H, W, 3 or 4) uint8
+    exact: bool = True  # stored without loss
+
+
+@dataclass(frozen=True)
+class Ids:
+    """An image of ids or of colors, and what they mean."""
+
+    file: str
+    kind: str  # "class", "instance", "gprim"; "instance labels" for labels of the ids of instances
+    keys: np.ndarray  # (H, W) int64: ids, or colors as one number
+    meanings: Mapping[int, str] | None  # by key: labels as one text, or a prim path; None: there is no table
+    table: str = ""  # file of the meanings
+    colored: bool = False
+    filter: str = ""
+    chosen: bool = False  # the user chose ids or colors, so several things may share one
+    written: Mapping[int, str] = field(default_factory=dict)  # keys as the file writes them
+
+
+@dataclass(frozen=True)
+class Boxes:
+    """2D or 3D boxes as rows of an array, with tables."""
+
+    file: str
+    kind: str  # "tight", "loose", "3d"
+    labels: list[str]
+    paths: list[str] | None
+    rows: np.ndarray  # structured: x_min ... and occlusionRatio, 3D boxes also transform
+    filter: str = ""
+
+
+@dataclass(frozen=True)
+class Occlusions:
+    """Occluded fractions by id."""
+
+    file: str
+    rows: np.ndarray  # structured: instanceId, semanticId, occlusionRatio
+    filter: str = ""
+
+
+@dataclass(frozen=True)
+class Depth:
+    """Distances."""
+
+    file: str
+    kind: str  # "camera": along the ray; "plane": along the optical axis
+    values: np.ndarray  # (H, W) meters; infinite where nothing is hit
+    step: float = 0.0  # resolution of the format [m]; 0: float32
+    far: float = np.inf  # where the format ends
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera's matrices."""
+
+    file: str
+    view: np.ndarray  # (4, 4) world to camera
+    digits: float  # accuracy of the file's numbers
+    size: tuple[int, int] | None = None
+    focal: float | None = None  # [pixels]
+    center: tuple[float, float] | None = None
+    values: Mapping[str, Any] = field(default_factory=dict)  # all that the file has
+
+
+@dataclass(frozen=True)
+class Posed:
+    """One object with a pose."""
+
+    path: str
+    label: str
+    visibility: float
+    values: Mapping[str, Any]  # by key of the file
+
+
+@dataclass(frozen=True)
+class Poses:
+    """The objects of a pose file."""
+
+    file: str
+    objects: list[Posed]
+    order: list[str]  # names of the keypoints
+    format: str  # "default", "dope", "centerpose"
+    exact: bool  # poses in the camera's frame are those of the image
+    threshold: float = 0.0
+
+
+@dataclass(frozen=True)
+class Mask:
+    """An annotation with a mask."""
+
+    number: int
+    category: int
+    box: tuple[float, float, float, float]  # x, y, width, height
+    area: float
+    mask: np.ndarray | None  # (H, W) bool; None: it cannot be decoded
+
+
+@dataclass(frozen=True)
+class Masks:
+    """The annotations of one image of a COCO file."""
+
+    file: str
+    image: Mapping[str, Any]  # the record of the image
+    masks: list[Mask]
+    categories: Mapping[int, Mapping[str, Any]]
+    own: Mapping[str, Mapping[str, Any]] | None  # categories that the user gave, by label
+    filter: str = ""
+
+
+@dataclass(frozen=True)
+class Points:
+    """A point cloud and its companions, by name."""
+
+    file: str
+    points: np.ndarray  # (N, 3) in the world
+    others: Mapping[str, tuple[str, np.ndarray]]  # kind: file and array
+    filter: str
+    whole: bool  # points of unlabeled gprims too
+
+
+@dataclass
+class Seen:
+    """All files of one image. A format adds what is special to it as `extra`."""
+
+    format: str
+    frame: str  # as the files name it
+    view: str  # render product, as the files name it; "" for the only one
+    files: list[str]
+    truth: Truth | None = None
+    size: tuple[int, int] | None = None
+    colors: list[Color] = field(default_factory=list)
+    ids: list[Ids] = field(default_factory=list)
+    boxes: list[Boxes] = field(default_factory=list)
+    occlusions: list[Occlusions] = field(default_factory=list)
+    depths: list[Depth] = field(default_factory=list)
+    cameras: list[Camera] = field(default_factory=list)
+    poses: list[Poses] = field(default_factory=list)
+    masks: list[Masks] = field(default_factory=list)
+    points: list[Points] = field(default_factory=list)
+    arrays: dict[str, tuple[str, np.ndarray]] = field(default_factory=dict)  # AOVs: name to file and array
+    normals: list[Color] = field(default_factory=list)
+    lines: list[tuple[str, list[list[str]]]] = field(default_factory=list)  # KITTI's: file and fields of each line
+    extra: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        return f"{self.view}/{self.frame}" if self.view else self.frame
+
+
+def packed(image: np.ndarray) -> np.ndarray:
+    """Return the colors of an image, (H, W, 3 or 4) uint8, as one number each; a missing alpha is 255."""
+    channels = image.astype(np.int64)
+    alpha = channels[..., 3] if image.shape[2] > 3 else 255
+    return ((channels[..., 0] * 256 + channels[..., 1]) * 256 + channels[..., 2]) * 256 + alpha
+
+
+def unpacked(key: int) -> tuple[int, int, int, int]:
+    """Return the color of a number of `packed`."""
+    return (key >> 24 & 255, key >> 16 & 255, key >> 8 & 255, key & 255)

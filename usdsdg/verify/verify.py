@@ -1,0 +1,97 @@
+"""Verification of a dataset: every format's files, every check."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from usdsdg.errors import DatasetError
+from usdsdg.verify.checks import (
+    arrays,
+    boxes,
+    camera,
+    color,
+    cosmos,
+    depth,
+    drawn,
+    files,
+    ids,
+    kitti,
+    points,
+    poses,
+    solids,
+)
+from usdsdg.verify.checks.coco import Coco
+from usdsdg.verify.checks.tables import Tables
+from usdsdg.verify.faults import Fault, Faults, Report
+from usdsdg.verify.folder import Folder
+from usdsdg.verify.formats import basic as basic_files
+from usdsdg.verify.formats import coco as coco_files
+from usdsdg.verify.formats import cosmos as cosmos_files
+from usdsdg.verify.formats import drawn as drawn_files
+from usdsdg.verify.formats import kitti as kitti_files
+from usdsdg.verify.formats import pose as pose_files
+from usdsdg.verify.seen import Seen
+
+Progress = Callable[[str, int, int | None], None]
+# COCO's and Cosmos's names contain those of BasicWriter, so they come first.
+FORMATS = (coco_files, cosmos_files, kitti_files, drawn_files, basic_files, pose_files)
+MISSING = "there is no record beside the files, so only what they say of each other was checked"
+
+
+def verify(folder: str | os.PathLike[str], *, progress: Progress | None = None) -> Report:
+    """Check the dataset in `folder`, against its record where there is one.
+
+    Raises:
+        DatasetError: there is no such folder, or nothing in it is recognized.
+    """
+    data = Folder(Path(folder))
+    report = Report(str(folder), recorded=len(data.records))
+    tables = [Tables(data.classes), Coco(data.classes), _kitti_tables()]
+    named = _images_by_checksum(data)
+    read: set[str] = set()
+    for seen in _images(data, read):
+        report.formats[seen.format] += 1
+        if data.records and seen.truth is None:
+            report.notes.append(f"{seen.format}: image {seen.name} has no record")
+        for check in (ids, boxes, solids, depth, camera, poses, points, arrays, cosmos, drawn):
+            report.faults += check.check(seen)
+        report.faults += color.check(seen, named)
+        for table in tables:
+            report.faults += table.check(seen)
+        if progress is not None:
+            progress("images verified", report.formats.total(), None)
+    if not report.formats and not data.records:
+        raise DatasetError(f"nothing in {folder} is a dataset in a format that usdsdg writes")
+    if not data.records:
+        report.notes.append(MISSING)
+    report.faults += data.faults
+    report.faults += files.check(data, read)
+    report.faults = list(dict.fromkeys(report.faults))
+    return report
+
+
+def _kitti_tables() -> kitti.Kitti:
+    return kitti.Kitti()
+
+
+def _images(data: Folder, read: set[str]) -> Iterator[Seen]:
+    """Yield every image of every format; a file belongs to the first format that knows it."""
+    for each in FORMATS:
+        for seen in each.read(data, [file for file in data.files if file not in read]):
+            read.update(seen.files)
+            yield seen
+
+
+def _images_by_checksum(data: Folder) -> dict[int, str]:
+    """Return which frame has a color image, by its checksum."""
+    named: dict[int, str] = {}
+    for record in data.records:
+        for product in record.products:
+            if "LdrColor" in product.checksums:
+                named.setdefault(product.checksums["LdrColor"], f"that of frame {record.number} of {product.name}")
+    return named
+
+
+__all__ = ["Fault", "Faults", "Report", "verify"]
