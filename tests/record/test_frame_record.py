@@ -98,7 +98,7 @@ def test_a_record_is_small(folder):
 def test_the_setting_turns_records_off(stage, tmp_path):
     get_settings().set("/usdsdg/labels/record", False)
     _write(rep.writers.get("BasicWriter"), tmp_path, semantic_segmentation=True)
-    assert not (tmp_path / ".usdsdg").exists()
+    assert not (tmp_path / ".usdsdg" / "frames").exists()
 
 
 def test_writers_that_share_a_folder_have_records_of_their_own(stage, tmp_path):

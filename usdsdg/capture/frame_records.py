@@ -10,11 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.annotators.class_table import ClassTable, ids_are_stable
 from usdsdg.annotators.frame import PIXELS, Frame
 from usdsdg.capture.tiles import views_of
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.record import FRAMES, frame_record, id_runs, samples
 from usdsdg.record.frame_record import FrameRecord, ProductRecord, SelectionRecord
+from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.tiled_view import TiledView
@@ -76,6 +78,8 @@ class FrameRecords:
             "files": tuple(_relative(files, backend)),
             "seed": get_global_seed(),
             "up_axis": up_axis(current_stage()),
+            "stable_ids": ids_are_stable(),
+            "semantic_classes": _given_classes(),
         }
         content = _Content(facts, tuple(frames.values()), dict(amodal))
         # The arrays are given to the queue, which bounds the memory of what waits.
@@ -184,6 +188,11 @@ def _rows_in_view(frame: Frame, selections: Mapping[str, Any], visible: np.ndarr
         members = selection.member_of_gprim[visible]
         in_view[selection.rows[members[members >= 0]]] = True
     return np.flatnonzero(in_view)
+
+
+def _given_classes() -> dict[str, int]:
+    """Return the ids of the classes that the user has fixed."""
+    return {row["name"]: row["id"] for row in ClassTable(current().class_tables.given).listed()}
 
 
 def _annotators(writer: Writer, frames: Mapping[str, Frame]) -> dict[str, dict[str, Any]]:

@@ -80,6 +80,8 @@ class FrameRecord:
     capture: int = 0  # number of earlier captures of the process
     seed: int | None = None
     up_axis: str = "Z"
+    stable_ids: bool = True  # whether ids of classes are the same in all frames
+    semantic_classes: Mapping[str, int] = field(default_factory=dict)  # those that the user has fixed, with their ids
     stage: Mapping[str, Any] = field(default_factory=dict)  # what is needed to render the frame again
 
 
@@ -118,6 +120,7 @@ def decode(data: bytes) -> FrameRecord:
 
 _FACTS = (
     "number", "writer", "writer_version", "parameters", "annotators", "files", "seconds", "capture", "seed", "up_axis",
+    "stable_ids", "semantic_classes",
     "stage",
 )  # fmt: skip
 

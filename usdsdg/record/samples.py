@@ -11,7 +11,7 @@ _NORMAL_STEPS = 127
 
 def checksum(image: np.ndarray) -> int:
     """Return the CRC-32 of an array's bytes."""
-    return zlib.crc32(memoryview(np.ascontiguousarray(image)).cast("B"))
+    return zlib.crc32(np.ascontiguousarray(image).data.cast("B") if image.size else b"")
 
 
 def grid(image: np.ndarray) -> np.ndarray:

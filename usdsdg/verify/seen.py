@@ -121,7 +121,7 @@ class Masks:
     image: Mapping[str, Any]  # the record of the image
     masks: list[Mask]
     categories: Mapping[int, Mapping[str, Any]]
-    own: Mapping[str, Mapping[str, Any]] | None  # categories that the user gave, by label
+    own: Mapping[str, Mapping[str, Any]]  # categories that the file must have, by label
     filter: str = ""
 
 

@@ -113,28 +113,20 @@ def _occlusions(seen: Seen, occlusions: Occlusions) -> Faults:
     things = {each.id: each for each in seen.truth.things(occlusions.filter) if each.amodal}
     if any(each.amodal is None for each in seen.truth.things(occlusions.filter)):
         return
-    names = [str(int(row["instanceId"])) for row in occlusions.rows]
+    # What is out of view, or not measured, has no ratio.
+    rows = occlusions.rows[~np.isnan(occlusions.rows["occlusionRatio"])]
+    names = [str(int(row["instanceId"])) for row in rows]
     matched, faults = pairs(seen, occlusions.file, names, list(map(str, things)), "the ratio of id")
     yield from faults
     listed = list(things.values())
     for mine, theirs in matched:
-        row, thing = occlusions.rows[mine], listed[theirs]
+        row, thing = rows[mine], listed[theirs]
         if int(row["semanticId"]) != thing.class_id:
-            yield Fault(
-                occlusions.file,
-                seen.name,
-                f"semanticId of {thing.path}",
-                str(thing.class_id),
-                str(int(row["semanticId"])),
-            )
+            found = str(int(row["semanticId"]))
+            yield Fault(occlusions.file, seen.name, f"semanticId of {thing.path}", str(thing.class_id), found)
         if differs(row["occlusionRatio"], thing.occlusion, relative=0.0, absolute=_RATIO):
-            yield Fault(
-                occlusions.file,
-                seen.name,
-                f"occlusionRatio of {thing.path}",
-                f"{thing.occlusion:.4f}",
-                f"{float(row['occlusionRatio']):.4f}",
-            )
+            expected, found = f"{thing.occlusion:.4f}", f"{float(row['occlusionRatio']):.4f}"
+            yield Fault(occlusions.file, seen.name, f"occlusionRatio of {thing.path}", expected, found)
 
 
 def _agree(seen: Seen) -> Faults:

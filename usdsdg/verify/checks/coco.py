@@ -39,7 +39,7 @@ def _categories(masks: Masks) -> Faults:
     for number, category in masks.categories.items():
         if list(category.get("color", ())) == [0, 0, 0] and category["name"] not in _BLACK_IS_FINE:
             yield Fault(masks.file, "all", f"category {number}, {category['name']}, is black, as the background is")
-    for label, each in (masks.own or {}).items():
+    for label, each in masks.own.items():
         found = masks.categories.get(int(each["id"]))
         if found is None or found["name"] != each["name"]:
             yield Fault(
@@ -129,10 +129,7 @@ def _things(seen: Seen, masks: Masks) -> Faults:
 
 def category_of(thing: Thing, masks: Masks) -> int | None:
     """Return the id of a thing's category: of its last label that has one, else of "other"; None: it has none."""
-    if masks.own is not None:
-        by_label = {_plain(label): int(each["id"]) for label, each in masks.own.items()}
-    else:
-        by_label = {_plain(str(each["name"])): number for number, each in masks.categories.items()}
+    by_label = {_plain(label): int(each["id"]) for label, each in masks.own.items()}
     names = [name for text in thing.labels.values() for name in (text, *text.split(","))]
     known = [by_label[_plain(name)] for name in names if _plain(name) in by_label]
     return known[-1] if known else by_label.get(_OTHER)

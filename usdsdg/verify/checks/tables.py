@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from usdsdg.record import CLASSES
 from usdsdg.verify.faults import Fault, Faults
 from usdsdg.verify.seen import Ids, Seen, unpacked
-from usdsdg.verify.truth import BACKGROUND, INVALID, UNLABELLED
+from usdsdg.verify.truth import BACKGROUND, INVALID, UNLABELLED, text_of
 
 _NOTHING = (BACKGROUND, UNLABELLED, INVALID)
 
@@ -24,6 +25,8 @@ class Tables:
         """Compare the tables of an image with those before."""
         for ids in seen.ids:
             if ids.meanings is None or ids.kind == "gprim" or ids.chosen:
+                continue
+            if seen.truth is not None and not seen.truth.record.stable_ids:
                 continue
             for key, name in ids.meanings.items():
                 yield from self._entry(seen, ids, key, name)
@@ -53,4 +56,12 @@ def _noun(ids: Ids) -> str:
 
 def _in_class_table(seen: Seen, ids: Ids, key: int, name: str, shown: str, classes: Mapping[str, Any]) -> Faults:
     """Compare an entry with the dataset's own table of classes."""
-    return iter(())
+    rows = next((each["classes"] for each in classes["tables"] if (each["filter"] or "") == ids.filter), None)
+    if rows is None or name in _NOTHING:
+        return
+    row = next((each for each in rows if text_of(each["labels"]) == name), None)
+    if row is None:
+        yield Fault(CLASSES, seen.name, f"{name} is in {ids.table}, and not listed")
+    elif shown != str(tuple(row["color"]) if ids.colored else row["id"]):
+        expected = tuple(row["color"]) if ids.colored else row["id"]
+        yield Fault(ids.table, seen.name, f"the {_noun(ids)} of {name} in {CLASSES}", str(expected), shown)

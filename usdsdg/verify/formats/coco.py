@@ -14,6 +14,7 @@ from usdsdg.verify.faults import Fault
 from usdsdg.verify.folder import Folder
 from usdsdg.verify.formats.matching import truth_of
 from usdsdg.verify.seen import Color, Mask, Masks, Seen
+from usdsdg.writers.formats.coco_categories import Categories
 
 NAME = "CocoWriter"
 _FILE = re.compile(r"^coco_annotations_.+\.json$")
@@ -71,11 +72,21 @@ def _image(folder: Folder, tables: _Tables, image: Mapping[str, Any]) -> Seen:
     drawn = folder.image(panoptic, seen.name) if folder.has(panoptic) else None
     if drawn is not None:
         seen.extra["panoptic"] = (panoptic, drawn)
-    parameters = seen.truth.record.parameters if seen.truth else {}
     key = seen.truth.filter_of("bounding_box_2d_tight_fast") if seen.truth else ""
-    own = parameters.get("coco_categories")
-    seen.masks.append(Masks(tables.file, image, masks, tables.categories, own, key))
+    seen.masks.append(Masks(tables.file, image, masks, tables.categories, _own(seen, tables), key))
     return seen
+
+
+def _own(seen: Seen, tables: _Tables) -> Mapping[str, Mapping[str, Any]]:
+    """Return the categories by label: the user's own, else the classes that the user has fixed, else COCO's."""
+    if seen.truth is None:
+        return {str(each["name"]): each for each in tables.categories.values()}
+    record = seen.truth.record
+    if record.parameters.get("coco_categories"):
+        return record.parameters["coco_categories"]
+    if record.semantic_classes:
+        return {name: {"name": name, "id": number} for name, number in record.semantic_classes.items()}
+    return {each["name"]: each for each in Categories(None).all()}
 
 
 def _mask(values: Mapping[str, Any]) -> Mask:
