@@ -57,7 +57,8 @@ USDSDG = {
 PHYSICS = {
     "scene": "",
     "parse": "scene",
-    "model": "scene parse",
+    "solver": "",
+    "model": "scene parse solver",
     "corrections": "scene",
     "queries": "scene",
     "world": "scene model corrections",
@@ -107,7 +108,7 @@ LATE = {
     ),
     "usdsdg_physics.world.world": ("usdsdg_physics.corrections", "its kernels are defined when a scene needs them"),
     "usdsdg_physics.world.compile_kernels": (
-        "usdsdg_physics.corrections usdsdg_physics.queries",
+        "usdsdg_physics.corrections usdsdg_physics.queries usdsdg_physics.solver",
         "defining kernels and compiling them is the work that this module does on two threads",
     ),
     "usdsdg.cli.assets": ("usdsdg.mirror", COMMAND),

@@ -21,6 +21,7 @@ from usdsdg_physics.scene.contact_coefficients import (
     coefficient_table,
 )
 from usdsdg_physics.scene.records import STATIC, Body, Collider, Joint, Scene, Shape, Solid
+from usdsdg_physics.solver.sweeps import sweep_by_island
 
 if TYPE_CHECKING:
     import newton
@@ -213,7 +214,7 @@ def build_solver(model: newton.Model, joints: BuiltJoints, *, capacity: float = 
             deterministic=wp.DeterministicMode.RUN_TO_RUN,
             **_joint_options(joints, capacity),
         )
-    return newton.solvers.SolverSteel(
+    solver = newton.solvers.SolverSteel(
         model,
         iterations=ITERATIONS_WITH_JOINTS if joints.trees else ITERATIONS,
         velocity_iterations=VELOCITY_ITERATIONS,
@@ -222,6 +223,8 @@ def build_solver(model: newton.Model, joints: BuiltJoints, *, capacity: float = 
         warn_constraint_overflow=False,
         **_joint_options(joints, capacity),
     )
+    sweep_by_island(solver)
+    return solver
 
 
 def enable_surface_velocities(solver: newton.solvers.SolverSteel) -> None:

@@ -6,6 +6,7 @@ import gc
 import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -22,12 +23,13 @@ _MODULES = (
     "newton._src.solvers.steel.friction_patches",
     "usdsdg_physics.queries.overlap_kernels",
     "newton._src.sim.articulation",
-    "newton._src.solvers.steel.cpu_fallback",
+    "usdsdg_physics.solver.sweep_kernels",
     "usdsdg_physics.corrections.stabilization_kernels",
     "usdsdg_physics.corrections.tunneling_guard_kernels",
     "newton._src.solvers.steel.solver_steel",
     "usdsdg_physics.corrections.free_flight_kernels",
     "usdsdg_physics.corrections.impacts_kernels",
+    "usdsdg_physics.solver.response_kernels",
 )
 # With gradients, which are not needed, this module alone takes three times as long.
 _WITHOUT_GRADIENTS = "newton._src.sim.articulation"
@@ -45,7 +47,11 @@ def prepare_newton() -> None:
     import usdsdg_physics.corrections.impacts_kernels
     import usdsdg_physics.corrections.stabilization_kernels
     import usdsdg_physics.corrections.tunneling_guard_kernels
-    import usdsdg_physics.queries.overlap_kernels  # noqa: F401
+    import usdsdg_physics.queries.overlap_kernels
+    import usdsdg_physics.solver.response_kernels
+
+    with suppress(ImportError):  # another version of Newton has its functions elsewhere
+        import usdsdg_physics.solver.sweep_kernels  # noqa: F401
 
     if _WITHOUT_GRADIENTS in sys.modules:
         wp.set_module_options({"enable_backward": False}, module=sys.modules[_WITHOUT_GRADIENTS])

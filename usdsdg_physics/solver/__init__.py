@@ -1,0 +1,1 @@
+"""Parts of Newton's solver in forms that are faster on the CPU and give the same bits."""
