@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from PIL import Image
 
 from tests.annotators.ray_caster import known, make_frame
@@ -21,6 +22,7 @@ OPTIONS = {
     "CocoWriter": {},
     "KittiWriter": {"colorize_instance_segmentation": True, "bbox_height_threshold": 0},
     "CosmosWriter": {},
+    "YoloWriter": {"task": "segment"},
     "DataVisualizationWriter": {"bounding_box_2d_tight": True, "bounding_box_3d": True},
 }
 WITHOUT_FILES = {"FPSWriter"}
@@ -79,6 +81,10 @@ def test_every_file_can_be_read(name, frame, tmp_path):
             assert {line.partition(":")[0] for line in path.read_text().splitlines()} >= {"P2", "R0_rect"}
         elif path.parent.name == "object_detection":
             assert {len(line.split()) for line in path.read_text().splitlines()} == {15}
+        elif "labels" in path.relative_to(tmp_path).parts and path.suffix == ".txt":
+            assert all(len(line.split()) % 2 for line in path.read_text().splitlines())
+        elif path.suffix == ".yaml":
+            assert yaml.safe_load(path.read_text())["names"]
         elif path.is_file():
             json.loads(path.read_text())
 

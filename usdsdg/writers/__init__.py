@@ -13,6 +13,7 @@ from usdsdg.writers.formats import (
     FPSWriter,
     KittiWriter,
     PoseWriter,
+    YoloWriter,
 )
 from usdsdg.writers.registry import (
     WriterRegistry,
@@ -31,6 +32,7 @@ __all__ = [
     "get", "get_writers", "WriterRegistry",
     # the formats
     "BasicWriter", "PoseWriter", "CocoWriter", "KittiWriter", "CosmosWriter", "FPSWriter",
+    "YoloWriter",
     # writers of one's own
     "Writer", "register_writer", "register_node_writer", "unregister_writer",
     # where files go

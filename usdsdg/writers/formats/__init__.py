@@ -7,6 +7,9 @@ from usdsdg.writers.formats.writer_data_visualization import DataVisualizationWr
 from usdsdg.writers.formats.writer_fps import FPSWriter
 from usdsdg.writers.formats.writer_kitti import KittiWriter
 from usdsdg.writers.formats.writer_pose import PoseWriter
+from usdsdg.writers.formats.writer_yolo import YoloWriter
 
 # Registered from the start, in the order of `writers.get_writers()`.
-DEFAULT_WRITERS = (BasicWriter, PoseWriter, CocoWriter, KittiWriter, CosmosWriter, FPSWriter, DataVisualizationWriter)
+DEFAULT_WRITERS = (
+    BasicWriter, PoseWriter, CocoWriter, KittiWriter, CosmosWriter, FPSWriter, DataVisualizationWriter, YoloWriter,
+)  # fmt: skip

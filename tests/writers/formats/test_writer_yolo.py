@@ -1,0 +1,168 @@
+"""YoloWriter: its lines against the masks of the frame, and its files against what trainers expect."""
+
+import numpy as np
+import pytest
+import yaml
+from PIL import Image
+
+import usdsdg as rep
+from tests.annotators.ray_caster import known, make_frame
+from tests.annotators.scenes import mask_of, street
+from tests.dataset_files import data_names
+from tests.writers.formats.test_polygons import filled
+from usdsdg import annotators, writers
+from usdsdg.errors import WriterError
+from usdsdg.session.session import current
+from usdsdg.writers.formats.splits import Splits
+
+PRODUCT = "/Render/HydraTextures/rp1"
+
+
+@pytest.fixture(scope="module")
+def frame():
+    return make_frame(street(), (64, 48), filters=["class:*"])
+
+
+@pytest.fixture(autouse=True)
+def _classes_of_the_frame(frame):
+    """The frame is shared by the tests, the class table is not."""
+    current().class_tables.of("class:*").add(frame.selection("class:*").labels)
+
+
+def write(folder, frames, **options):
+    """Write frames ({path: frame} or one each time); return the folder."""
+    writer = writers.get("YoloWriter", init_params={"output_dir": str(folder), **options})
+    sets = [each if isinstance(each, dict) else {PRODUCT: each} for each in frames]
+    writer.attach(known(*sets[0]))
+    for each in sets:
+        writer.receive(annotators.build_payload(writer, each))
+    writer.detach()
+    writer.backend.wait_until_done()
+    return folder
+
+
+def lines(file):
+    """Return class and numbers of each line."""
+    rows = [line.split() for line in file.read_text().splitlines()]
+    return [(int(row[0]), np.array(row[1:], float)) for row in rows]
+
+
+def visible(frame):
+    """Return the class and mask of each labeled object in view, in the order of the stage."""
+    selection = frame.selection("class:*")
+    names = sorted({labels["class"] for labels in selection.labels})
+    members = frame.members("class:*")
+    return names, [
+        (names.index(labels["class"]), members == index)
+        for index, labels in enumerate(selection.labels)
+        if (members == index).any()
+    ]
+
+
+def test_boxes_are_the_extents_of_masks(frame, tmp_path):
+    folder = write(tmp_path, [frame])
+    names, expected = visible(frame)
+    found = lines(folder / "labels/train/000000.txt")
+    assert [number for number, _ in found] == [number for number, _ in expected]
+    assert len(expected) > 2
+    for (_, box), (_, mask) in zip(found, expected):
+        rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+        x, y, width, height = box * (64, 48, 64, 48)
+        assert np.allclose((x - width / 2, x + width / 2), (columns[0], columns[-1] + 1), atol=1e-3)
+        assert np.allclose((y - height / 2, y + height / 2), (rows[0], rows[-1] + 1), atol=1e-3)
+    described = yaml.safe_load((folder / "data.yaml").read_text())
+    assert list(described["names"].values()) == names
+    assert list(described["names"]) == list(range(len(names)))
+    assert (described["train"], described["val"]) == ("images/train", "images/train")
+    assert np.array_equal(np.array(Image.open(folder / "images/train/000000.png")), frame.aovs["LdrColor"][..., :3])
+
+
+def test_outlines_are_those_of_masks(frame, tmp_path):
+    folder = write(tmp_path, [frame], task="segment")
+    _, expected = visible(frame)
+    for (number, corners), (wanted, mask) in zip(lines(folder / "labels/train/000000.txt"), expected, strict=True):
+        polygon = corners.reshape(-1, 2) * (64, 48)
+        assert number == wanted
+        assert np.allclose(polygon, np.round(polygon), atol=1e-3)
+        again = filled(np.round(polygon), mask.shape)
+        assert (again & mask).sum() == mask.sum()  # only holes are lost
+    assert mask_of(frame, "/World/Apple1").any()
+
+
+def test_names_of_files_and_parts(frame, tmp_path):
+    folder = write(tmp_path, [frame] * 10, splits={"train": 0.6, "val": 0.2, "test": 0.2}, frame_padding=3)
+    names = data_names(folder)
+    for split, count in (("train", 6), ("val", 2), ("test", 2)):
+        stems = [name.split("/")[2][:-4] for name in names if name.startswith(f"images/{split}/")]
+        assert len(stems) == count
+        assert [f"labels/{split}/{stem}.txt" in names for stem in stems] == [True] * count
+    assert len(names) == 10 * 2 + 2  # and data.yaml, metadata.txt
+    described = yaml.safe_load((folder / "data.yaml").read_text())
+    assert {each: described[each] for each in ("train", "val", "test")} == {
+        each: f"images/{each}" for each in ("train", "val", "test")
+    }
+
+
+def test_products_have_files_of_their_own(frame, tmp_path):
+    folder = write(tmp_path, [{PRODUCT: frame, f"{PRODUCT}2": frame}])
+    assert (folder / "labels/train/rp1_000000.txt").read_text() == (folder / "labels/train/rp12_000000.txt").read_text()
+
+
+def test_what_is_hardly_visible_or_small_is_left_out(frame, tmp_path):
+    _, expected = visible(frame)
+    hidden = frame.occlusion("class:*")[np.flatnonzero(frame.visible_pixels("class:*") > 0)]
+    pixels = [mask.sum() for _, mask in expected]
+    whole = sum(1.0 - ratio >= 0.999 for ratio in hidden)
+    assert 0 < whole < len(expected)
+    folder = write(tmp_path / "visible", [frame], min_visibility=0.999)
+    assert len(lines(folder / "labels/train/000000.txt")) == whole
+    least = int(np.median(pixels)) + 1
+    folder = write(tmp_path / "large", [frame], min_pixels=least)
+    assert len(lines(folder / "labels/train/000000.txt")) == sum(count >= least for count in pixels)
+
+
+def test_an_empty_picture_has_an_empty_file(tmp_path):
+    from tests.annotators.ray_caster import new_stage
+
+    folder = write(tmp_path, [make_frame(new_stage(), (16, 12), filters=["class:*"])])
+    assert (folder / "labels/train/000000.txt").read_text() == ""
+
+
+def test_classes_are_those_of_the_table(stage, tmp_path):
+    rep.settings.set_semantic_classes({"pear": 9, "apple": 4, "plum": 30})
+    for x, name in enumerate(("pear", "plum")):
+        rep.functional.create.cube(position=(x, 0, 0), scale=0.4, semantics={"class": name})
+    camera = rep.functional.create.camera(position=(0.5, -5, 0), look_at=(0.5, 0, 0))
+    writer = rep.WriterRegistry.get("YoloWriter")
+    writer.initialize(output_dir=str(tmp_path))
+    writer.attach(rep.create.render_product(camera, (64, 48)))
+    rep.orchestrator.step()
+    rep.functional.create.cube(position=(0, 0, 1), scale=0.4, semantics={"class": "fig"})
+    rep.orchestrator.step()
+    rep.orchestrator.wait_until_complete()
+    assert yaml.safe_load((tmp_path / "data.yaml").read_text())["names"] == {0: "apple", 1: "pear", 2: "plum", 3: "fig"}
+    assert [number for number, _ in lines(tmp_path / "labels/train/000000.txt")] == [1, 2]
+    assert [number for number, _ in lines(tmp_path / "labels/train/000001.txt")] == [1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        ({"task": "pose"}, "expected one of detect, segment"),
+        ({"min_visibility": 2.0}, "expected a fraction"),
+        ({"splits": {"train": 0}}, "expected shares above 0"),
+        ({"splits": {}}, "expected shares above 0"),
+        ({"semantic_types": ["class"], "semantic_filter_predicate": "class:*"}, "exclude each other"),
+    ],
+)
+def test_options_that_cannot_be(tmp_path, options, reason):
+    with pytest.raises(WriterError, match=reason):
+        writers.get("YoloWriter", init_params={"output_dir": str(tmp_path), **options})
+
+
+def test_every_beginning_of_a_run_has_the_shares():
+    splits = Splits("x", {"train": 7, "val": 2, "test": 1})
+    dealt = [splits.of(frame) for frame in range(200)]
+    for count in range(10, 201, 10):
+        assert [dealt[:count].count(name) for name in splits.names] == [count * 7 // 10, count // 5, count // 10]
+    assert Splits("x", {"train": 7, "val": 2, "test": 1}).of(57) == dealt[57]

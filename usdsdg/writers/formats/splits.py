@@ -1,0 +1,42 @@
+"""Which part of a dataset a frame belongs to: training, validation, test."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from numbers import Real
+
+from usdsdg.errors import WriterError
+
+
+class Splits:
+    """Deals frames to parts so that every beginning of the run has the wanted shares; only the number decides."""
+
+    def __init__(self, writer: str, shares: Mapping[str, float] | None) -> None:
+        """shares: relative sizes by name, such as {"train": 0.8, "val": 0.2}; None: all is "train".
+
+        Raises:
+            WriterError: there are none, or a share is not a number above 0.
+        """
+        given = {"train": 1.0} if shares is None else dict(shares)
+        if not given or not all(isinstance(share, Real) and share > 0.0 for share in given.values()):
+            raise WriterError(
+                f"{writer}: splits is {shares!r}; expected shares above 0 such as " + "{'train': 0.8, 'val': 0.2}."
+            )
+        total = float(sum(given.values()))
+        self._shares = {str(name): float(share) / total for name, share in given.items()}
+        self._dealt: list[str] = []
+        self._counts = dict.fromkeys(self._shares, 0)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the parts."""
+        return tuple(self._shares)
+
+    def of(self, frame: int) -> str:
+        """Return the part of a frame, by its number from 0."""
+        while len(self._dealt) <= frame:
+            wanted = len(self._dealt) + 1
+            name = max(self._shares, key=lambda each: self._shares[each] * wanted - self._counts[each])
+            self._counts[name] += 1
+            self._dealt.append(name)
+        return self._dealt[frame]

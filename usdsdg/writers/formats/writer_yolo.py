@@ -1,0 +1,164 @@
+"""YoloWriter: pictures with one text file each, as Ultralytics' trainers read them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+import yaml
+
+from usdsdg.annotators import named_annotators
+from usdsdg.errors import WriterError
+from usdsdg.session.session import current
+from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.backends.group import make_backend
+from usdsdg.writers.base import Writer
+from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_text
+from usdsdg.writers.formats.polygons import joined, outlines
+from usdsdg.writers.formats.splits import Splits
+from usdsdg.writers.options import typed
+
+RGB, BOXES, INSTANCES = "rgb", "bounding_box_2d_tight_fast", "instance_segmentation_fast"
+TASKS = ("detect", "segment")
+DIGITS = 6  # of coordinates, which are fractions of the picture: a thousandth of a pixel
+
+
+class YoloWriter(Writer):
+    """Writes `images/<split>/N.png`, `labels/<split>/N.txt` and `data.yaml`.
+
+    A line for each visible object: the number of its class, then for "detect" the center, width and height of its
+    tight box, for "segment" the corners of its outline, all as fractions of the picture. A picture without objects has
+    an empty file. Classes count from 0 in the order of the class table, which `data.yaml` names. A polygon has no
+    holes; that of an object in several pieces joins them by lines without width.
+    """
+
+    version = "0.0.1"
+    data_structure = "renderProduct"
+    shares_arrays = True
+
+    @typed
+    def __init__(
+        self,
+        output_dir: str | os.PathLike | None = None,
+        task: str = "detect",
+        splits: dict | None = None,
+        min_visibility: float = 0.0,
+        min_pixels: int = 1,
+        semantic_types: list[str] | str | None = None,
+        semantic_filter_predicate: str | None = None,
+        image_output_format: str = "png",
+        frame_padding: int = 6,
+        s3_bucket: str | None = None,
+        s3_region: str | None = None,
+        s3_endpoint: str | None = None,
+        backend: BaseBackend | None = None,
+    ) -> None:
+        """
+        task: "detect" (boxes) or "segment" (outlines).
+        splits: relative sizes of the parts of the dataset, such as {"train": 0.8, "val": 0.2}; default all "train".
+        min_visibility: objects of which less is visible, as a fraction of what they would cover alone, are left out.
+        min_pixels: so are objects with fewer visible pixels.
+        semantic_types, semantic_filter_predicate: labels to use, as types or as a predicate; default "class:*".
+        s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
+
+        Raises:
+            WriterError: two options exclude each other, a value does not exist, or there is nowhere to write.
+            OutputNotWritable: output_dir or the bucket cannot be written to.
+        """
+        if task not in TASKS:
+            raise WriterError(f"YoloWriter: task is {task!r}; expected one of {', '.join(TASKS)}.")
+        if not 0.0 <= min_visibility <= 1.0:
+            raise WriterError(f"YoloWriter: min_visibility is {min_visibility}; expected a fraction, 0 to 1.")
+        if semantic_types and semantic_filter_predicate:
+            raise WriterError("YoloWriter: semantic_types and semantic_filter_predicate exclude each other; give one.")
+        self._task, self._splits = task, Splits("YoloWriter", splits)
+        self._min_visibility, self._min_pixels = min_visibility, min_pixels
+        self._image_format, self._padding = checked_image_format(image_output_format), checked_padding(frame_padding)
+        self.backend = make_backend(
+            "YoloWriter", output_dir, backend, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint
+        )
+        labels = {"semanticTypes": semantic_types} if semantic_types else {
+            "semanticFilter": semantic_filter_predicate or "class:*"
+        }  # fmt: skip
+        self.annotators = [
+            named_annotators.get(RGB),
+            *(named_annotators.get(name, labels) for name in (BOXES, INSTANCES)),
+        ]
+        self._listed: list[str] = []
+        self._frame_id = 0
+
+    def write(self, data: dict[str, Any]) -> None:
+        several = max(len(self.render_products), len(data["renderProducts"])) > 1
+        split = self._splits.of(self._frame_id)
+        for product, seen in data["renderProducts"].items():
+            stem = f"{product}_" if several else ""
+            stem += f"{self._frame_id:0{self._padding}d}"
+            image = f"images/{split}/{stem}.{self._image_format}"
+            text = "".join(f"{line}\n" for line in self._lines(seen))
+            assert self.backend is not None
+            self.backend.schedule_together(
+                [
+                    partial(write_image, path=image, data=seen[RGB]["data"][..., :3]),
+                    partial(write_text, path=f"labels/{split}/{stem}.txt", text=text),
+                ]
+            )
+        self._write_description()
+        self._frame_id += 1
+
+    def _write_description(self) -> None:
+        """Write data.yaml, again where classes have been added."""
+        names = self._classes()
+        if names == self._listed:
+            return
+        assert self.backend is not None
+        if self._listed:
+            self.backend.wait_until_done()  # for the earlier file, which this one replaces
+        self._listed = names
+        described: dict[str, Any] = {split: f"images/{split}" for split in self._splits.names}
+        # Ultralytics asks for both of these.
+        described |= {each: described[self._splits.names[0]] for each in ("train", "val") if each not in described}
+        described["names"] = dict(enumerate(names))
+        self.backend.schedule(write_text, path="data.yaml", text=yaml.safe_dump(described, sort_keys=False))
+
+    def _classes(self) -> list[str]:
+        """Return the names of the classes in the order of their ids."""
+        return [",".join(labels.values()) for labels in self._table().labels().values()]
+
+    def _table(self) -> Any:
+        return current().class_tables.of(self.get_annotator(BOXES).label_filter)
+
+    def _lines(self, seen: Mapping[str, Any]) -> list[str]:
+        boxes, objects = seen[BOXES], seen[INSTANCES]["data"]
+        height, width = objects.shape
+        kinds = [boxes["idToLabels"][int(row["semanticId"])] for row in boxes["data"]]
+        # Ids may have gaps where the user has given them; YOLO counts without.
+        ids = self._table().ids(kinds)
+        classes = np.searchsorted(list(self._table().labels()), ids)
+        pixels = np.bincount(objects.ravel(), minlength=int(max(boxes["bboxIds"], default=0)) + 1)
+        lines = []
+        for row, instance, number in zip(boxes["data"], boxes["bboxIds"], classes.tolist()):
+            hidden = float(row["occlusionRatio"])
+            if pixels[instance] < self._min_pixels or (np.isfinite(hidden) and 1.0 - hidden < self._min_visibility):
+                continue
+            shape = self._box(row) if self._task == "detect" else self._outline(row, objects == instance)
+            fractions = np.asarray(shape, float) / (width, height)
+            lines.append(f"{number} {_text(fractions)}")
+        return lines
+
+    def _box(self, row: Any) -> Sequence[tuple[float, float]]:
+        """Return center and size [pixels]; the annotator's x_max and y_max are inclusive."""
+        x0, y0, x1, y1 = (int(row[name]) for name in ("x_min", "y_min", "x_max", "y_max"))
+        return ((x0 + x1 + 1) / 2.0, (y0 + y1 + 1) / 2.0), (x1 + 1 - x0, y1 + 1 - y0)
+
+    def _outline(self, row: Any, mask: np.ndarray) -> np.ndarray:
+        """Return the corners of the mask's outline [pixels]."""
+        x, y = int(row["x_min"]), int(row["y_min"])
+        inside = mask[y : int(row["y_max"]) + 1, x : int(row["x_max"]) + 1]
+        return joined(outlines(inside)) + np.array((x, y))
+
+
+def _text(fractions: np.ndarray) -> str:
+    return " ".join(f"{value:.{DIGITS}f}".rstrip("0").rstrip(".") or "0" for value in fractions.ravel().tolist())
