@@ -9,7 +9,6 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.changes import Changes
 from usdsdg.stage.physics.instances import part_name, split_instance, whole
-from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.bodies import read_angular_velocity, read_body, read_velocity
 from usdsdg_physics.parse.colliders import frame_from_prim
@@ -247,7 +246,7 @@ class EditReader:
             edits.poses[body] = rigid_pose(local_to_world, self._units.meters)
             to_frame = body_from_prim(local_to_world, self._units.meters)
             before = self._scene.bodies[body]
-            if not _close(to_frame, before.body_from_prim) or _tilts(before, edits.poses[body]):
+            if not _close(to_frame, before.body_from_prim):
                 edits.rebuild = True
         for name in paths_below(self._colliders, path):
             collider = edits.colliders.get(name, self._scene.colliders[name])
@@ -277,15 +276,6 @@ class EditReader:
         colliders = paths_below(self._colliders, path)
         materials = bound_materials([self._stage.GetPrimAtPath(name) for name in colliders], self._units)
         return any(self._scene.colliders[name].material != new for name, new in zip(colliders, materials))
-
-
-def _tilts(body: Body, pose: np.ndarray) -> bool:
-    """Return whether a pose turns the only axis that a body may turn about, which its inertia was built for."""
-    free = [axis for axis in range(3) if not body.locked_rotation & (1 << axis)]
-    if len(free) != 1:
-        return False
-    before, after = (matrix_from_quat(each[3:])[:, free[0]] for each in (body.pose, pose))
-    return not np.allclose(before, after, atol=1e-3)
 
 
 def _same_body(a: Body, b: Body) -> bool:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from usdsdg.errors import warn_once
-from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.model.joints import BuiltJoints, add_joints, scene_trees
 from usdsdg_physics.model.mass import MassProperties, body_mass
 from usdsdg_physics.model.narrow_phase_kernels import narrow_phase_kernels_made_once
@@ -41,9 +40,8 @@ CONSTRAINT_ROWS_PER_BODY = 16
 MIN_CONSTRAINT_ROWS = 8192
 MIN_CONSTRAINT_ROWS_CUDA = 4096
 
-# Times the moment of inertia, about axes that bodies do not turn about: more would drown the others in rounding.
-LOCKED_INERTIA = 1e3
-LOCKED_MASS = 1e3  # times the mass of a body that does not move
+# Times the mass or moment of inertia, along and about axes that are locked: more would drown the others in rounding.
+LOCKED_SHARE = 1e3
 UNLIMITED = 1e9  # m or rad, beyond which a joint has no limit
 
 COLLIDES, DISABLED = 1, 0  # collision groups: Newton pairs no shape of group zero
@@ -102,14 +100,16 @@ def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
         add = builder.add_link if body.path in links else builder.add_body
         body_index[body.path] = add(
             xform=wp.transform(*body.pose),
-            mass=mass.mass * (LOCKED_MASS if body.locked_position == 7 else 1.0),
+            mass=mass.mass,
             com=wp.vec3(*mass.center),
-            inertia=wp.mat33(*_lockable(mass.inertia, body).ravel()),
+            inertia=wp.mat33(*mass.inertia.ravel()),
             lock_inertia=True,
             is_kinematic=body.kinematic,
             label=body.path,
             custom_attributes=_steel_attributes(body),
         )
+        if body.path not in links:
+            _lock_axes(builder, dof[row], body, mass)
     joints = add_joints(builder, trees, scene, body_index)
     meshes: dict[str, newton.Mesh] = {}
     shape_index = {
@@ -285,19 +285,16 @@ def _add_shape(builder: newton.ModelBuilder, body: int, collider: Collider, mesh
     )
 
 
-def _lockable(inertia: np.ndarray, body: Body) -> np.ndarray:
-    """Return an inertia that the solver does not turn about locked axes.
+def _lock_axes(builder: newton.ModelBuilder, dof: int, body: Body, mass: MassProperties) -> None:
+    """Give a body so much more inertia along and about its locked axes, which are the world's, that it does not move.
 
-    Where two axes or three are locked, these are the same in the body's frame throughout its motion. A single locked
-    axis is not: `LockedAxes` alone keeps the body from turning about it.
+    What is left is taken away by `LockedAxes`.
     """
-    locked = np.array([bool(body.locked_rotation & bit) for bit in (1, 2, 4)])
-    if locked.sum() < 2:
-        return inertia
-    to_body = matrix_from_quat(body.pose[3:]).T  # row vectors from the world
-    free = to_body[~locked]
-    moment = free.T @ (free @ inertia @ free.T) @ free if len(free) else np.zeros((3, 3))
-    return moment + LOCKED_INERTIA * np.trace(inertia) * (np.eye(3) - free.T @ free)
+    for axis in range(3):
+        if body.locked_position & (1 << axis):
+            builder.joint_armature[dof + axis] = LOCKED_SHARE * mass.mass
+        if body.locked_rotation & (1 << axis):
+            builder.joint_armature[dof + 3 + axis] = LOCKED_SHARE * np.trace(mass.inertia)
 
 
 def _coefficients(scene: Scene) -> CoefficientTable | None:
