@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
-from tests.physics.scenes import add, fallen, mesh, new_stage, physics_material, playing, position, velocity
+from tests.physics.scenes import add, fallen, mesh, new_stage, physics_material, playing, position, set_value, velocity
 from usdsdg import errors
 
 STEP = 1 / 60
@@ -125,3 +125,46 @@ def test_samples_of_dynamic_bodies_are_named():
     engine.advance(10 * STEP)
     at = box.GetAttribute("xformOp:translate").Get(Usd.TimeCode.Default())
     assert at[2] == pytest.approx(5 - fallen(10), abs=1e-3)
+
+
+@pytest.mark.parametrize("turns", [False, True])
+def test_a_static_collider_that_a_script_moves_carries_what_lies_on_it(turns):
+    """As a kinematic one: the box slips until friction has its speed, v = 0.8 g t, less a step; then it goes along."""
+    stage, speed = new_stage(), 0.6
+    material = physics_material(stage, "/World/m", friction=0.8)
+    platform = add(stage, "/World/platform", scale=(1, 1, 0.1), rotate=(0, 0, 0), body=False, material=material)
+    at = (0.5, 0, 0.2) if turns else (0, 0, 0.2)
+    box = add(stage, "/World/box", at=at, material=material)
+    engine = playing(stage)
+    engine.advance(30 * STEP)  # it is at rest
+    for step in range(1, 61):
+        if turns:
+            set_value(platform, "xformOp:rotateXYZ", Gf.Vec3f(0, 0, float(np.degrees(speed * step * STEP))))
+        else:
+            set_value(platform, "xformOp:translate", Gf.Vec3d(speed * step * STEP, 0, 0))
+        engine.step(STEP)
+    slip = (0.5 if turns else 1.0) * speed
+    slip = slip**2 / (2 * 0.8 * 9.81) + slip * STEP
+    if turns:
+        angle = np.arctan2(position(box)[1], position(box)[0])
+        assert angle == pytest.approx(speed - slip / 0.5, abs=0.01)
+        assert np.linalg.norm(position(box)[:2]) == pytest.approx(0.5, abs=0.01)
+    else:
+        assert velocity(box) == pytest.approx([speed, 0, 0], abs=0.01)
+        assert position(box)[0] == pytest.approx(speed - slip, abs=0.01)
+    for _ in range(60):
+        engine.step(STEP)
+    assert velocity(box) == pytest.approx([0, 0, 0], abs=1e-3)
+
+
+def test_a_static_collider_that_is_put_elsewhere_carries_nothing():
+    """A camera's collider jumps, once in a while or at every step, and shall not throw what it touches."""
+    stage = new_stage()
+    platform = add(stage, "/World/platform", scale=(2, 2, 0.1), body=False)
+    box = add(stage, "/World/box", at=(0, 0, 0.2))
+    engine = playing(stage)
+    engine.advance(30 * STEP)
+    for step in range(4):
+        set_value(platform, "xformOp:translate", Gf.Vec3d(0.5 if step % 2 else -0.5, 0, 0))
+        engine.advance(2 * STEP)
+    assert position(box) == pytest.approx([0, 0, 0.2], abs=1e-4)

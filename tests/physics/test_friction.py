@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pxr import Gf, UsdPhysics
+from pxr import Gf, Sdf, UsdPhysics
 
 from tests.physics.scenes import add, new_stage, physics_material, playing, position, velocity
 from usdsdg.stage.schemas import physx
@@ -88,3 +88,21 @@ def test_combine_modes_of_restitution(mode, restitution):
         heights.append(position(ball)[2] - 0.1)
     bounced = max(heights[heights.index(min(heights)) :])
     assert bounced == pytest.approx(restitution**2, rel=0.12, abs=0.01)
+
+
+@pytest.mark.parametrize(("threshold", "bounces"), [(0.0, True), (3.0, True), (6.0, False)])
+def test_contacts_bounce_from_the_threshold_of_the_scene_on(threshold, bounces):
+    """From a height of 1 m a ball arrives with 4.4 m/s."""
+    stage = new_stage()
+    stage.GetPrimAtPath("/PhysicsScene").CreateAttribute("physxScene:bounceThreshold", Sdf.ValueTypeNames.Float).Set(
+        threshold
+    )
+    material = _material(stage, "/World/m", static=0.5, dynamic=0.5, restitution=0.8)
+    add(stage, "/World/ground", at=(0, 0, -0.1), scale=(2, 2, 0.1), body=False, material=material)
+    ball = add(stage, "/World/ball", "Sphere", at=(0, 0, 1.1), material=material)
+    engine, heights = playing(stage), []
+    for _ in range(60):
+        engine.advance(STEP)
+        heights.append(position(ball)[2] - 0.1)
+    bounced = max(heights[heights.index(min(heights)) :])
+    assert bounced == pytest.approx(0.8**2 if bounces else 0.0, rel=0.12, abs=0.01)

@@ -1,4 +1,4 @@
-"""Surfaces that move relative to their bodies, and carry what touches them."""
+"""Surfaces that move relative to their bodies, or with static colliders, and carry what touches them."""
 
 # Warp structs are no classes to a type checker.
 # pyright: reportGeneralTypeIssues=false
@@ -45,6 +45,9 @@ class MovingSurfaces:
             wp.zeros(count, dtype=wp.vec3, device=model.device),
             wp.zeros(count, dtype=wp.int32, device=model.device),
         )
+        shapes = model.shape_count
+        self._shapes = wp.zeros(shapes, dtype=wp.spatial_vector, device=model.device)
+        self._motion = np.zeros((shapes, 6), np.float32)
         self.set_velocities({row: body.surface for row, body in enumerate(scene.bodies.values())})
 
     def set_velocities(self, surfaces: Mapping[int, SurfaceVelocity | None]) -> None:
@@ -56,6 +59,17 @@ class MovingSurfaces:
         for array, numbers in zip(self._device, (self._linear, self._angular, self._local)):
             array.assign(numbers)
 
+    def set_motion(self, motion: Mapping[int, np.ndarray]) -> None:
+        """Set the motion (6,) of static shapes, by index; all others do not move.
+
+        It is the velocity of the point at the world's origin [m/s], and the angular velocity [rad/s].
+        """
+        if motion or self._motion.any():
+            self._motion[:] = 0.0
+            for shape, velocity in motion.items():
+                self._motion[shape] = velocity
+            self._shapes.assign(self._motion)
+
     def update_contacts(self, state: newton.State) -> None:
         """Set the surface velocities of the contacts that the collision pipeline just found."""
         import warp as wp
@@ -65,7 +79,7 @@ class MovingSurfaces:
         wp.launch(
             set_surface_velocities,
             dim=self.velocity.size,
-            inputs=[self._model.shape_body, *self._device, state.body_q, self._contacts],
+            inputs=[self._model.shape_body, self._shapes, *self._device, state.body_q, self._contacts],
             outputs=[self.velocity, self._rest_time],
             device=self._model.device,
         )

@@ -12,6 +12,7 @@ from usdsdg_physics.corrections.contact_arrays import ContactArrays
 def set_surface_velocities(
     # scene
     shape_body: wp.array[wp.int32],
+    motion: wp.array[wp.spatial_vector],
     linear: wp.array[wp.vec3],
     angular: wp.array[wp.vec3],
     local: wp.array[wp.int32],
@@ -24,14 +25,18 @@ def set_surface_velocities(
 ):
     """Set the `velocity` [m/s, world] of the surface of shape 1 relative to that of shape 0.
 
-    `linear` [m/s] and `angular` [rad/s] are those of the bodies' surfaces, in the body's frame where `local` is not 0.
+    `linear` [m/s] and `angular` [rad/s] are those of the bodies' surfaces, in the body's frame where `local` is not 0;
+    `motion` is that of static shapes, at the world's origin.
     """
     contact = wp.tid()
     if contact >= contacts.count[0] or contacts.shape0[contact] < 0 or contacts.shape1[contact] < 0:
         return
     first = int(shape_body[contacts.shape0[contact]])
     second = int(shape_body[contacts.shape1[contact]])
-    total = surface_velocity(second, contacts.point1[contact], linear, angular, local, body_q) - surface_velocity(
+    total = static_velocity(second, contacts.shape1[contact], contacts.point1[contact], motion) - static_velocity(
+        first, contacts.shape0[contact], contacts.point0[contact], motion
+    )
+    total += surface_velocity(second, contacts.point1[contact], linear, angular, local, body_q) - surface_velocity(
         first, contacts.point0[contact], linear, angular, local, body_q
     )
     velocity[contact] = total
@@ -40,6 +45,14 @@ def set_surface_velocities(
             rest_time[first] = 0.0
         if second >= 0:
             rest_time[second] = 0.0
+
+
+@wp.func
+def static_velocity(body: int, shape: int, point: wp.vec3, motion: wp.array[wp.spatial_vector]):
+    """Return the velocity of a static shape at a point [m]; zero for shapes of bodies."""
+    if body >= 0:
+        return wp.vec3(0.0, 0.0, 0.0)
+    return wp.spatial_top(motion[shape]) + wp.cross(wp.spatial_bottom(motion[shape]), point)
 
 
 @wp.func

@@ -154,6 +154,7 @@ class EditReader:
         if path in self._scene.forces and any(name.startswith((_FORCE, "xformOp")) for name in names):
             self._read_force(path, cache, edits)
         if path == self._scene.scene_path:
+            edits.rebuild |= "physxScene:bounceThreshold" in names
             if names & _GRAVITY:
                 edits.gravity = read_gravity(self._stage, self._stage.GetPrimAtPath(path), self._units)
         elif path in self._scene.joints:

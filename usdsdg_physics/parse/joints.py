@@ -216,7 +216,6 @@ def _axis(prim: Usd.Prim, name: str, instance: str, lower: float | None, upper: 
         armature=max(0.0, finite(armature, 0.0)) * strength,
         friction=max(0.0, finite(value(prim, "physxJoint:jointFriction", 0.0), 0.0)),
         static_friction=_friction(prim, f"{own}:staticFrictionEffort") * _force(units, angular=angular),
-        dynamic_friction=_friction(prim, f"{own}:dynamicFrictionEffort") * _force(units, angular=angular),
         damping=_friction(prim, f"{own}:viscousFrictionCoefficient") * strength * (180.0 / np.pi) ** angular,
         max_velocity=_positive(speed, unit),
         position=_state(prim, instance, "position", unit),

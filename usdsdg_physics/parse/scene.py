@@ -6,7 +6,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.physics.scenes import simulated_scene
-from usdsdg_physics.parse.attributes import value
+from usdsdg_physics.parse.attributes import finite, value
 from usdsdg_physics.parse.bodies import read_body
 from usdsdg_physics.parse.colliders import read_collider, read_moving_collider
 from usdsdg_physics.parse.collision_filters import read_filtered_pairs
@@ -70,6 +70,7 @@ def parse(
         colliders=colliders,
         gravity=read_gravity(stage, scene_prim, units),
         scene_path=str(scene_prim.GetPath()) if scene_prim else "",
+        bounce_threshold=_bounce_threshold(scene_prim, units),
         filtered=read_filtered_pairs(
             stage,
             colliders,
@@ -85,6 +86,12 @@ def parse(
         reports={str(prim.GetPath()): read_contact_report(prim, units) for prim in found.reports},
         forces={force.path: force for force in forces if force is not None},
     )
+
+
+def _bounce_threshold(scene: Usd.Prim | None, units: Units) -> float:
+    """Return the speed [m/s] from which contacts bounce, of which the schema's 0 asks for the usual one."""
+    speed = finite(value(scene, "physxScene:bounceThreshold", 0.0), 0.0) if scene is not None else 0.0
+    return speed * units.meters if speed > 0.0 else Scene.bounce_threshold
 
 
 def read_gravity(stage: Usd.Stage, scene: Usd.Prim | None, units: Units) -> Vec3:

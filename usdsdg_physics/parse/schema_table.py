@@ -40,7 +40,7 @@ READ: dict[str, str] = {
     "PhysicsLimitAPI": "limit:*:physics:low limit:*:physics:high",
     "PhysicsJointStateAPI": "state:*:physics:position state:*:physics:velocity",
     # PhysxSchema
-    "PhysxSceneAPI": "physxScene:timeStepsPerSecond physxScene:invertCollisionGroupFilter",
+    "PhysxSceneAPI": "physxScene:timeStepsPerSecond physxScene:invertCollisionGroupFilter physxScene:bounceThreshold",
     "PhysxRigidBodyAPI": "physxRigidBody:disableGravity physxRigidBody:linearDamping physxRigidBody:angularDamping "
     "physxRigidBody:maxLinearVelocity physxRigidBody:maxAngularVelocity physxRigidBody:maxDepenetrationVelocity "
     "physxRigidBody:sleepThreshold physxRigidBody:lockedPosAxis physxRigidBody:lockedRotAxis",
@@ -208,7 +208,6 @@ UNREAD: tuple[Unread, ...] = (
         "PhysxSceneQuasistaticAPI physxSceneQuasistatic:* collection:quasistaticactors*",
         "everything is simulated dynamically",
     ),
-    Unread("physxScene:bounceThreshold", "contacts bounce from 0.5 m/s on"),
     Unread(
         "physxScene:frictionType physxScene:frictionOffsetThreshold physxScene:frictionCorrelationDistance",
         "friction acts at every contact point",

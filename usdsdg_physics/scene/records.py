@@ -167,7 +167,6 @@ class Axis:
     drive: Drive | None = None
     armature: float = 0.0  # kg or kg m²
     static_friction: float = 0.0  # N or N m
-    dynamic_friction: float = 0.0  # N or N m
     friction: float = 0.0  # friction per load, the sum of force [N] and torque [N m] that the joint transmits
     damping: float = 0.0  # N s/m or N m s/rad
     max_velocity: float = float("inf")  # m/s or rad/s
@@ -223,6 +222,7 @@ class Scene:
     colliders: dict[str, Collider]
     gravity: Vec3  # m/s²
     scene_path: str  # of the PhysicsScene prim, "" for none
+    bounce_threshold: float = 0.5  # m/s of approach from which contacts bounce
     # Pairs of colliders that never collide, each in path order.
     filtered: frozenset[tuple[str, str]] = frozenset()
     forces: dict[str, Force] = field(default_factory=dict)  # by prim path

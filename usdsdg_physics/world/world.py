@@ -40,6 +40,7 @@ from usdsdg_physics.world.compile_kernels import Progress, load_kernels, prepare
 from usdsdg_physics.world.contact_events import reports_of
 from usdsdg_physics.world.joints import Joints
 from usdsdg_physics.world.kinematic_motion import KinematicMotion
+from usdsdg_physics.world.static_motion import StaticMotion
 from usdsdg_physics.world.steady_forces import SteadyForces
 from usdsdg_physics.world.step_records import StepRecords
 from usdsdg_physics.world.substeps import JOINT_FACTOR, StaticMeshes, ordinary_substeps
@@ -95,6 +96,7 @@ class World:
         self.pipeline = build_pipeline(self.model, capacity=capacity, extra=2 * len(ropes))
         load_kernels(self.pipeline, progress=progress)
         self.solver = build_solver(self.model, built.joints, capacity=capacity)
+        self.solver.restitution_velocity_threshold = scene.bounce_threshold
         self.body_index, self.shape_index = built.body_index, built.shape_index
         self.mass, self.center = built.mass, built.center
         # Halves of bodies that were cut follow the bodies of the scene, and nobody outside knows of them.
@@ -160,13 +162,11 @@ class World:
             if any(b.locked_position or b.locked_rotation for b in bodies)
             else None
         )
-        self._surfaces = (
-            MovingSurfaces(scene, self.model, self._contacts, contacts, self._stabilization.rest_time)
-            if any(body.surface for body in bodies)
-            else None
-        )
-        if self._surfaces is not None:
-            enable_surface_velocities(self.solver)
+        self._static_motion = StaticMotion(scene, built.shape_index)
+        self._scene, self._contact_arrays = scene, contacts
+        self._surfaces: MovingSurfaces | None = None
+        if any(body.surface for body in bodies):
+            self._add_surfaces()
         self._coefficients = (
             ContactCoefficients(
                 built.coefficients,
@@ -368,6 +368,7 @@ class World:
         """Move static colliders, by shape index (7 numbers, world)."""
         transforms = self.model.shape_transform.numpy().reshape(-1, 7).copy()
         for index, pose in poses.items():
+            self._static_motion.note(index, transforms[index], np.asarray(pose))
             transforms[index] = pose
         self.model.shape_transform.assign(transforms)
         if poses:
@@ -409,6 +410,7 @@ class World:
         if self._report is not None and self._report.reserve(kind.substeps):
             self._records = StepRecords(self.model.device)
         self._latest_substeps = kind.substeps
+        self._move_surfaces(dt)
         if self._forces:
             self.add_wrenches(*self._forces.wrenches(self.poses()))
         if self._wrenches is not None:
@@ -429,6 +431,21 @@ class World:
             self._depenetration.finish()
         if kind.has_sleepers:
             self._sleeping.finish()
+
+    def _move_surfaces(self, dt: float) -> None:
+        """Let static colliders that move carry what they touch during a step of `dt` seconds."""
+        motion = self._static_motion.take(dt)
+        if motion and self._surfaces is None:
+            self._add_surfaces()
+        if self._surfaces is not None:
+            self._surfaces.set_motion(motion)
+
+    def _add_surfaces(self) -> None:
+        self._surfaces = MovingSurfaces(
+            self._scene, self.model, self._contacts, self._contact_arrays, self._stabilization.rest_time
+        )
+        enable_surface_velocities(self.solver)
+        self._records = StepRecords(self.model.device)
 
     def _launch_step(self, kind: _StepKind) -> None:
         """Launch the kernels of a step; it may be recorded, so nothing here depends on what arrays hold."""
