@@ -1,7 +1,7 @@
 """Surfaces that move relative to their bodies, or with static colliders, and carry what touches them."""
 
 # Warp structs are no classes to a type checker.
-# pyright: reportGeneralTypeIssues=false
+# pyright: reportGeneralTypeIssues=false, reportArgumentType=false
 
 from __future__ import annotations
 
