@@ -5,6 +5,8 @@
 
 import warp as wp
 
+from usdsdg_physics.corrections.free_bodies import set_free_body
+
 
 @wp.kernel
 def lock_velocities(
@@ -72,10 +74,4 @@ def lock_axes(
             rotation = wp.normalize(wp.quat_from_axis_angle(wp.normalize(angular), angle) * rotation)
     position = end - wp.quat_rotate(rotation, center[body])
     pose = wp.transform(position, rotation)
-    body_q[body] = pose
-    body_qd[body] = wp.spatial_vector(velocity, angular)
-    for i in range(7):
-        joint_q[coordinate[body] + i] = pose[i]
-    for i in range(3):
-        joint_qd[dof[body] + i] = velocity[i]
-        joint_qd[dof[body] + 3 + i] = angular[i]
+    set_free_body(body, pose, velocity, angular, coordinate, dof, joint_q, joint_qd, body_q, body_qd)

@@ -7,6 +7,8 @@
 
 import warp as wp
 
+from usdsdg_physics.corrections.free_bodies import set_free_body
+
 
 @wp.kernel
 def stabilize_bodies(
@@ -76,13 +78,7 @@ def stabilize_bodies(
     if hold == 0 and angular_speed > max_angular_velocity[body]:
         angular = angular * (max_angular_velocity[body] / angular_speed)
 
-    body_q[body] = pose
-    body_qd[body] = wp.spatial_vector(velocity, angular)
-    for i in range(7):
-        joint_q[coordinate[body] + i] = pose[i]
-    for i in range(3):
-        joint_qd[dof[body] + i] = velocity[i]
-        joint_qd[dof[body] + 3 + i] = angular[i]
+    set_free_body(body, pose, velocity, angular, coordinate, dof, joint_q, joint_qd, body_q, body_qd)
 
 
 @wp.func
