@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,11 +13,12 @@ from usdsdg_render.device import view_batches
 from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.device.precompile import precompile
 from usdsdg_render.kernels.scene.visibility import BEHIND_GLASS, BY_THRESHOLD
-from usdsdg_render.labels import label_pass
+from usdsdg_render.labels import label_pass, sight
 from usdsdg_render.labels.aov import check_names
 from usdsdg_render.labels.coverage import Coverage
 from usdsdg_render.labels.label_batch import LabelBatch
 from usdsdg_render.labels.previous_frame import PreviousFrames
+from usdsdg_render.labels.sight import SurfacePoints
 from usdsdg_render.path.film import Film, tone_map
 from usdsdg_render.path.path_tracer import PathTracer
 from usdsdg_render.scene.scene import Scene
@@ -221,6 +222,52 @@ class WarpRenderer:
             (len(groups), 5) int64: pixels, x_min, y_min, x_max, y_max (inclusive); -1 bounds for no pixels.
         """
         return self.pixel_masks(view, groups).coverage
+
+    def wide_coverage(self, view: CameraView, groups: Sequence[Sequence[int]]) -> np.ndarray:
+        """Compute `coverage` in an image with margins as wide and as high as the image itself (`CameraView.widened`).
+
+        Bounds are in pixels of the image, from -width to 2 width - 1 and from -height to 2 height - 1; of an image that
+        shows all directions, they are those of `coverage`.
+        """
+        wide = view.widened()
+        if wide is None:
+            return self.coverage(view, groups)
+        # Only what is covered counts: one value stands for all pixels of the AOV.
+        nothing = wp.full(1, -1, dtype=wp.int32, device=self.device)
+        shape = (1, wide.height, wide.width)
+        shown = wp.array(ptr=nothing.ptr, shape=shape, strides=(0, 0, 0), dtype=wp.int32, device=self.device)
+        masks = Coverage(self._on_device, [wide], groups, shown, mode=self._label_mode, threads=self.threads)
+        found = masks.sums()[0, :, :5].astype(np.int64)
+        found[found[:, 0] > 0, 1:] -= (*wide.margin, *wide.margin)
+        return found
+
+    @property
+    def local_to_world(self) -> np.ndarray:
+        """Transform of each gprim, (gprims, 4, 4) float64 for row vectors; must not be written into."""
+        return self._scene.instances.local_to_world
+
+    def surface_points(self, aovs: Mapping[str, np.ndarray]) -> SurfacePoints:
+        """Return the points of surfaces that an image shows, from its AOVs `sight.POINT_AOVS`."""
+        return sight.points_of(self._scene, aovs)
+
+    def follow(self, points: SurfacePoints, view: CameraView) -> tuple[np.ndarray, np.ndarray]:
+        """Return where surface points of another image, or of an earlier one, are in the image of a camera now.
+
+        Returns:
+            (H, W, 2) float32 column and row from the top left corner, NaN for none; and (H, W) uint8: 0 not in the
+            image, 1 hidden, 2 visible.
+        """
+        return sight.follow(self._on_device, self._scene, points, view, mode=self._label_mode, threads=self.threads)
+
+    def first_hits(
+        self, origins: np.ndarray, directions: np.ndarray, first: np.ndarray, last: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the distance (N,) of the first surface on each ray, inf for none, and its gprim (N,), -1 for none.
+
+        Surfaces count as in labels. origins, directions: (N, 3); only distances from `first` to `last` (N,) count.
+        """
+        rays = {"origins": origins, "directions": directions, "first": first, "last": last}
+        return sight.first_hits(self._on_device, rays, mode=self._label_mode, threads=self.threads)
 
     def new_film(self, width: int, height: int) -> Film:
         """Return an empty film."""

@@ -83,10 +83,17 @@ class RayCaster:
         shape = (view.height, view.width)
         in_camera = position @ view.world_to_camera[:3, :3] + view.world_to_camera[3, :3]
         seen = np.isfinite(distance)
+        local = np.zeros_like(position)
+        for index in range(len(self.gprims)):
+            own = instance == index
+            local[own] = transformed(position[own], np.linalg.inv(self.matrix(index)))
         color = np.full((len(origins), 4), 255, np.uint8)
         color[:, :3] = np.where(seen[:, None], normals * 100 + 128, 60)
         return {
             "instance": instance.reshape(shape),
+            "triangle": np.where(seen, 0, -1).astype(np.int32).reshape(shape),
+            "barycentrics": np.where(seen[:, None], (1.0, 0.0, 0.0), 0).astype(np.float32).reshape(*shape, 3),
+            "local_position": local.astype(np.float32).reshape(*shape, 3),
             "distance_to_camera": np.where(seen, distance * view.meters_per_unit, np.inf).astype("f4").reshape(shape),
             "distance_to_image_plane": np.where(seen, -in_camera[:, 2] * view.meters_per_unit, np.inf)
             .astype("f4")
@@ -131,8 +138,7 @@ class RayCaster:
     def _intersect(self, index: int, origins, directions, clipping) -> tuple[np.ndarray, np.ndarray]:
         """Distances along the (unit) rays, inf for a miss, and world normals."""
         prim = self._stage.GetPrimAtPath(self.gprims[index])
-        to_world = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(prim))
-        to_local = np.linalg.inv(to_world)
+        to_local = np.linalg.inv(self.matrix(index))
         o, d = origins @ to_local[:3, :3] + to_local[3, :3], directions @ to_local[:3, :3]
         with np.errstate(all="ignore"):
             if prim.GetTypeName() == "Cube":
@@ -144,10 +150,68 @@ class RayCaster:
         return np.where(t > 0, t, np.inf), normal
 
 
+    def matrix(self, index: int) -> np.ndarray:
+        """Local to world of a gprim, (4, 4)."""
+        return np.array(UsdGeom.XformCache().GetLocalToWorldTransform(self._stage.GetPrimAtPath(self.gprims[index])))
+
+    def first_hits(self, origins, directions, first, last) -> tuple[np.ndarray, np.ndarray]:
+        """As `SceneQueries.first_hits`."""
+        hits = [self._intersect(index, origins, directions, None)[0] for index in range(len(self.gprims))]
+        hits = np.stack([*hits, np.full(len(origins), np.inf)])
+        hits[(hits < first) | (hits > last)] = np.inf
+        distance = hits.min(axis=0)
+        return distance, np.where(np.isfinite(distance), hits.argmin(axis=0), -1)
+
+
+class SlowScene:
+    """The queries that annotators make to a scene, answered by the ray caster; for pinholes."""
+
+    time = Usd.TimeCode.Default()
+
+    def __init__(self, caster: RayCaster, view: CameraView) -> None:
+        self._caster, self._view = caster, view
+
+    @property
+    def gprim_to_world(self) -> np.ndarray:
+        return np.array([self._caster.matrix(k) for k in range(len(self._caster.gprims))]).reshape(-1, 4, 4)
+
+    def wide_coverage(self, groups: Sequence[Sequence[int]]) -> np.ndarray:
+        wide = self._view.widened()
+        assert wide is not None
+        found = self._caster.pixel_masks(wide, groups).coverage.copy()
+        found[found[:, 0] > 0, 1:] -= (*wide.margin, *wide.margin)
+        return found
+
+    def first_hits(self, *arguments) -> tuple[np.ndarray, np.ndarray]:
+        return self._caster.first_hits(*arguments)
+
+    def follow(self, view: CameraView, captures: int) -> tuple[np.ndarray, np.ndarray]:
+        aovs = self._caster.labels(self._view)
+        shape, seen = aovs["instance"].shape, aovs["instance"] >= 0
+        pixels, states = np.full((*shape, 2), np.nan, np.float32), np.zeros(shape, np.uint8)
+        points = aovs["position"][seen].astype(float)
+        if captures or not len(points):
+            return pixels, states
+        pixels[seen], _ = view.project(points)
+        origins = np.broadcast_to(view.local_to_world[3, :3], points.shape)
+        distance = np.linalg.norm(points - origins, axis=1)
+        near = np.zeros(len(points))
+        hit = self.first_hits(origins, (points - origins) / distance[:, None], near, distance * 0.999)[1]
+        with np.errstate(invalid="ignore"):
+            inside = ((pixels[seen] >= 0) & (pixels[seen] < (view.width, view.height))).all(axis=1)
+        states[seen] = np.where(inside, np.where(hit < 0, 2, 1), 0)
+        return pixels, states
+
+
+def transformed(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """Points (N, 3) times a matrix (4, 4) for row vectors."""
+    return points @ matrix[:3, :3] + matrix[3, :3]
+
+
 def rays(view: CameraView) -> tuple[np.ndarray, np.ndarray]:
     """Origins and unit directions in the world through the center of every pixel, row by row."""
     v, u = np.mgrid[0 : view.height, 0 : view.width]
-    focal = view.width * view.focal_length / view.horizontal_aperture
+    focal = (view.width - 2 * view.margin[0]) * view.focal_length / view.horizontal_aperture
     x, y = (u + 0.5 - view.width / 2) / focal, (view.height / 2 - v - 0.5) / focal
     in_camera = np.stack([x, y, -np.ones_like(x)], axis=-1).reshape(-1, 3)
     directions = in_camera @ view.local_to_world[:3, :3]
@@ -200,4 +264,5 @@ def make_frame(
         labeled_prims=labeled_prims,
         amodal_masks=caster.pixel_masks(view, labeled_prims.groups),
         reference_time=(index, 60),
+        scene=SlowScene(caster, view),
     )

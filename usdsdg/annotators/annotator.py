@@ -65,6 +65,11 @@ class Annotator:
         return self._spec.needs_path_tracing
 
     @property
+    def earlier_captures(self) -> int:
+        """How many captures ago the earliest picture was whose points it follows."""
+        return int(self._params.get("captures", 0))
+
+    @property
     def reads_labels(self) -> bool:
         """Whether it has nothing to show where no labeled prim is in view."""
         return "semanticTypes" in self._spec.params and "instance_id" not in self._spec.name
@@ -290,6 +295,7 @@ class Requirements:
     amodal_masks: bool = False
     path_tracing: bool = False
     filters: tuple[str | None, ...] = ()
+    earlier_captures: int = 0
 
 
 def requirements(annotators: Iterable[Annotator]) -> Requirements:
@@ -300,4 +306,5 @@ def requirements(annotators: Iterable[Annotator]) -> Requirements:
         any(a.needs_amodal_masks for a in annotators),
         any(a.needs_path_tracing for a in annotators),
         tuple(dict.fromkeys(a.label_filter for a in annotators)),
+        max((a.earlier_captures for a in annotators), default=0),
     )

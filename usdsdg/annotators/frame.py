@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.labeled_prims import LabeledPrims, Selection
+from usdsdg.annotators.scene_queries import SceneQueries
 from usdsdg.errors import AnnotatorError, Unsupported
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.tiled_view import TiledView
@@ -31,6 +32,7 @@ class Frame:
     labeled_prims: LabeledPrims
     amodal_masks: PixelMasks  # of all labeled prims, by row; with the visible part of each
     reference_time: tuple[int, int] = (0, 1)
+    scene: SceneQueries | None = None
     memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def aov(self, name: str) -> np.ndarray:
@@ -60,6 +62,17 @@ class Frame:
                 "Attach that annotator to a render product of each camera (create.render_product)."
             )
         return self.view
+
+    @property
+    def queries(self) -> SceneQueries:
+        """The scene.
+
+        Raises:
+            AnnotatorError: the frame was made without it.
+        """
+        if self.scene is None:
+            raise AnnotatorError(f"{self.render_product}: this frame has no scene; capture it with step().")
+        return self.scene
 
     @property
     def shape(self) -> tuple[int, int]:

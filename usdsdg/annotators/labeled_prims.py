@@ -4,7 +4,7 @@ A labeled prim owns the gprims whose nearest labeled ancestor (or self) it is. A
 the nearest: with "class:*", the gprims of a wheel labeled only {part: wheel} belong to the car {class: car} above it.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,6 +13,7 @@ from pxr import Sdf, Usd, UsdGeom
 from usdsdg.annotators.bounds import Hull, read_hull
 from usdsdg.annotators.class_table import ClassTable, ClassTables, ids_are_stable
 from usdsdg.annotators.colors import FIRST_LABELED
+from usdsdg.annotators.keypoint_prims import KeypointPrim, KeypointReader
 from usdsdg.annotators.label_tables import FrameClasses, PrimTable
 from usdsdg.annotators.ownership import (
     LabeledStage,
@@ -74,6 +75,7 @@ class LabeledPrims:
     local_to_world: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 4)))  # (N, 4, 4) float64
     row_of_gprim: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))  # (G,) row, -1 = unlabeled
     selections: Mapping[str | None, Selection] = field(default_factory=dict)
+    read_keypoints: Callable[[], tuple[KeypointPrim, ...]] = tuple  # reads the prims with keypoints from the stage
 
     def __len__(self) -> int:
         return len(self.prim_paths)
@@ -132,6 +134,7 @@ class LabeledPrimReader:
         self._filters: dict[str | None, None] = {None: None}  # all requested so far; the unfiltered one is first
         self._prims: dict[str | None, PrimTable] = {}  # by filter
         self._tables_version = -1  # of the class tables that the ownership has ids of; 0 where ids are not stable
+        self._keypoints = KeypointReader(stage)
         self._time: Usd.TimeCode | None = None
 
     def read(
@@ -172,6 +175,7 @@ class LabeledPrimReader:
             # The unfiltered selection is the first, so its members are the rows.
             owned.selections[None].member_of_gprim,
             owned.selections,
+            lambda: self._keypoints.read(owned.gprims, owned.steps, frames, time),
         )
 
     def close(self) -> None:
@@ -282,6 +286,8 @@ class LabeledPrimReader:
             self._skinning.invalidate()
             self._hulls.clear()
             self._bounds.clear()
+        if changes.resynced or any(map(self._keypoints.affects, changes.changed.values())):
+            self._keypoints.invalidate()
         for root in changes.resynced:
             self._ownership = None
             self._labels.invalidate(root)

@@ -64,7 +64,7 @@ class LabeledStage:
         for gprim, steps in zip(gprims, all_steps):
             binder, of_material = materials.get(prim_path(gprim), (None, {}))
             chain = []
-            for owner in _ancestors(prim_path(gprim), steps):
+            for owner in ancestors(prim_path(gprim), steps):
                 own = self._own_labels(owner)
                 if owner.path == binder:
                     own = merged([own, of_material])
@@ -84,13 +84,13 @@ class LabeledStage:
 
         Through a point instancer labels are inherited from what the instancer is in, not from where its prototypes are.
         """
-        chain = [self._labels(each.path) for each in _ancestors(owner.path, owner.steps)]
+        chain = [self._labels(each.path) for each in ancestors(owner.path, owner.steps)]
         return merged([*reversed(chain), *(labels for _, labels in self._materials(gprims).values())])
 
     def ancestry(self, gprim: str) -> list[tuple[Sdf.Path, Labels]]:
         """Return the path and own labels of a prim's ancestors and itself, outermost first."""
         [steps] = find_steps(self._stage, [gprim])
-        chain = [(owner.path, self._own_labels(owner)) for owner in _ancestors(prim_path(gprim), steps)]
+        chain = [(owner.path, self._own_labels(owner)) for owner in ancestors(prim_path(gprim), steps)]
         return chain[::-1]
 
     def own_labels(self, path: Sdf.Path) -> Labels:
@@ -130,7 +130,7 @@ class LabeledStage:
         return self._own[path]
 
 
-def _ancestors(path: Sdf.Path, steps: Steps) -> Iterator[Owner]:
+def ancestors(path: Sdf.Path, steps: Steps) -> Iterator[Owner]:
     """Yield the prim and its ancestors; the root of a prototype is followed by the instancer that draws it."""
     while not path.IsAbsoluteRootPath():
         yield Owner(path, steps)

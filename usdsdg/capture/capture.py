@@ -9,6 +9,7 @@ from usdsdg.annotators.annotator import attached_annotators
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.labeled_prims import LabeledPrimReader
 from usdsdg.capture.exposure import Exposure
+from usdsdg.capture.frame_scene import EarlierPoints, FrameScene
 from usdsdg.capture.labels import render_labels
 from usdsdg.capture.observing import observe
 from usdsdg.capture.output import WriterOutput
@@ -33,6 +34,7 @@ class Capture:
         self.expected_frames: int | None = None  # for progress reports; None: not known
         self._output = WriterOutput()
         self._labeled_prims: LabeledPrimReader | None = None
+        self._earlier = EarlierPoints()
         self._requests = Requests()
         self._exposure = Exposure(self._requests, 0)
 
@@ -61,6 +63,7 @@ class Capture:
         _compute(frames)
         for writer in self._requests.writers:
             self._output.write(writer, frames, self._requests)
+        self._remember(frames)
         report("frames captured", frame + 1, self.expected_frames)
 
     def show(self, path: str, mode: RenderMode, *, number: int, seconds: float) -> None:
@@ -74,6 +77,13 @@ class Capture:
         if self._requests.annotators:
             _compute(self._frames(number, seconds))
 
+    def _remember(self, frames: Mapping[str, Frame]) -> None:
+        """Keep the points that pictures show, for annotators that follow them in later captures."""
+        for path, frame in frames.items():
+            if captures := self._requests.requirements(path).earlier_captures:
+                assert isinstance(frame.scene, FrameScene)
+                self._earlier.remember(path, frame.scene.points(), captures)
+
     def _frames(self, index: int, seconds: float) -> dict[str, Frame]:
         """Return the frame of each product, the input of annotators, by product path."""
         if self._labeled_prims is None:
@@ -83,10 +93,11 @@ class Capture:
         labels = render_labels(self._requests, views, self._labeled_prims)
         return {
             path: Frame(
-                index=index, view=view, render_product=path, gprims=labels[path].gprims,
+                index=index, view=view, render_product=path, gprims=labels[path].table.gprims,
                 aovs=labels[path].aovs | self._exposure.images(path, view),
                 labeled_prims=labels[path].labeled_prims, amodal_masks=labels[path].amodal_masks,
                 reference_time=(round(seconds * TICKS), TICKS),
+                scene=FrameScene(path, view, labels[path].table, labels[path].aovs, self._earlier),
             )
             for path, view in views.items()
         }  # fmt: skip

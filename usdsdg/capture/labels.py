@@ -24,7 +24,7 @@ FACE = "prim"  # the AOV of faces
 class ProductLabels:
     """The labels of one render product."""
 
-    gprims: tuple[str, ...]  # prim path of every value of the AOV "instance"
+    table: GprimTable
     labeled_prims: LabeledPrims
     aovs: dict[str, np.ndarray]
     amodal_masks: PixelMasks  # of all labeled prims; empty for products of several cameras
@@ -64,7 +64,7 @@ def render_labels(
             if divided:
                 whole["instance"] = table.entries(whole["instance"], whole[FACE])
             empty = PixelMasks.nothing((view.height, view.width), len(labeled_prims))
-            labels[path] = ProductLabels(table.gprims, labeled_prims, whole, next(next_masks, empty))
+            labels[path] = ProductLabels(table, labeled_prims, whole, next(next_masks, empty))
     return labels
 
 

@@ -21,6 +21,18 @@ class GprimTable:
     # Of each gprim with subsets: the entry of each of its faces, (F,).
     parts: Mapping[int, np.ndarray] = field(default_factory=dict)
 
+    @property
+    def meshes(self) -> np.ndarray:
+        """The gprim of each entry, (E,) int64: that of a subset is its mesh."""
+        found = np.arange(len(self.gprims))
+        for gprim, of_face in self.parts.items():
+            found[of_face] = gprim
+        return found
+
+    def instances(self, entries: np.ndarray) -> np.ndarray:
+        """Return the gprim of each pixel, -1 for no hit, from its entry."""
+        return np.append(self.meshes, -1)[entries].astype(np.int32) if self.parts else entries
+
     def entries(self, instance: np.ndarray, face: np.ndarray) -> np.ndarray:
         """Return the entry of each pixel, -1 for no hit, from its gprim and the face of its source mesh."""
         entries = instance.copy()

@@ -4,6 +4,7 @@ Every function takes a prim, a path or a list of these, and values once for all 
 prim. Nothing is returned.
 """
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom, UsdShade
@@ -15,10 +16,12 @@ from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.poses import set_instancer_poses, set_poses
 from usdsdg.stage import materials
 from usdsdg.stage.attributes import attribute_of, set_value
+from usdsdg.stage.keypoints import set_keypoints
 from usdsdg.stage.semantics.labels import add_labels
 
 __all__ = [
-    "attribute", "look_at", "material", "pose", "position", "rotation", "scale", "semantics", "variant", "visibility",
+    "attribute", "keypoints", "look_at", "material", "pose", "position", "rotation", "scale", "semantics", "variant",
+    "visibility",
 ]  # fmt: skip
 
 
@@ -161,6 +164,28 @@ def semantics(prims: Any, value: Any = None, mode: str = "add") -> None:
         value = [tuple(value)]
     for prim, labels in zip(targets, labels_per_prim({} if value is None else value, len(targets))):
         add_labels(prim, labels, mode=lowered)
+
+
+def keypoints(prims: Any, value: Mapping[str, Sequence[float]], mode: str = "add") -> None:
+    """Set named points of prims, which the annotator `keypoints` projects; beyond Replicator.
+
+    Args:
+        value: {"left_eye": (x, y, z), ...} in the frame of each prim [stage units].
+        mode: "add" to the existing points, replacing those of the same names, or "replace" all of them.
+
+    Raises:
+        ArgumentError: the value or the mode is none of these.
+        BadPrim: a prim lies inside an instance.
+    """
+    if mode not in ("add", "replace"):
+        raise ArgumentError(f"mode is {mode!r}; expected 'add' or 'replace'")
+    if not isinstance(value, Mapping):
+        raise ArgumentError(f"keypoints are {shown(value)}; expected {{'name': (x, y, z)}}")
+    for prim in prims_of(prims):
+        try:
+            set_keypoints(prim, value, replace=mode == "replace")
+        except ValueError as error:
+            raise ArgumentError(f"{prim.GetPath()}: {error}") from None
 
 
 def visibility(prims: Any, value: Any) -> None:

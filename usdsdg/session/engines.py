@@ -6,7 +6,7 @@ Each engine is created on first use, and only then are newton and warp imported.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -22,6 +22,7 @@ from usdsdg.stage.geometry.pixel_masks import PixelMasks
 if TYPE_CHECKING:
     from usdsdg_physics.queries.scene_queries import Overlap, RayHit
     from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
+    from usdsdg_render.labels.sight import SurfacePoints
     from usdsdg_render.path.film import Film
     from usdsdg_render.settings import PathSettings, ToneSettings
 
@@ -140,6 +141,19 @@ class Renderer(Protocol):
     def labels_and_masks(
         self, views: Sequence[CameraView], aovs: Collection[str], groups: Sequence[Sequence[int]]
     ) -> tuple[list[dict[str, np.ndarray]], list[PixelMasks]]: ...
+
+    @property
+    def local_to_world(self) -> np.ndarray: ...
+
+    def wide_coverage(self, view: CameraView, groups: Sequence[Sequence[int]]) -> np.ndarray: ...
+
+    def surface_points(self, aovs: Mapping[str, np.ndarray]) -> SurfacePoints: ...
+
+    def follow(self, points: SurfacePoints, view: CameraView) -> tuple[np.ndarray, np.ndarray]: ...
+
+    def first_hits(
+        self, origins: np.ndarray, directions: np.ndarray, first: np.ndarray, last: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]: ...
 
     def new_film(self, width: int, height: int) -> Film: ...
 

@@ -7,7 +7,7 @@ import warp as wp
 
 from usdsdg_render.bvh import build, compress
 from usdsdg_render.device.parallel import CUDA_BLOCK, available_threads
-from usdsdg_render.kernels.labels import coverage, label_kernels, lens_motion, screen_bounds
+from usdsdg_render.kernels.labels import coverage, label_kernels, lens_motion, screen_bounds, sight
 from usdsdg_render.kernels.path import cpu_path, tone_map, wavefront, wavelet_denoiser
 from usdsdg_render.kernels.scene import instance_transforms
 
@@ -46,6 +46,7 @@ def _loads(target: wp.Device) -> list[tuple[wp.Module, wp.Device, int]]:
     kernels = [wavefront.intersect_closest if target.is_cuda else cpu_path.add_samples]
     kernels += [label_kernels.label_pixels, label_kernels.label_materials, label_kernels.label_hemispheres]
     kernels += [lens_motion.label_lens_motion, screen_bounds.bound_on_screen, coverage.fill_mask_words]
+    kernels += [sight.follow_points]
     kernels += [wavelet_denoiser.atrous_pass, tone_map.tone_map_pixels]
     # Transforms of instances are set, and BVHs are built, on the CPU for either device.
     host = [build.build_tree, instance_transforms.set_instance_transforms] + [compress.compress_tree] * target.is_cuda

@@ -129,7 +129,7 @@ def _boxes_2d(frame: Frame, params: Params, key: Callable, listed: np.ndarray, c
     rows = np.zeros(len(listed), BOX_2D)
     for column, name in enumerate(_CORNERS_2D):
         rows[name] = corners[listed, column]
-    return _with_tables(frame, params, key, listed, rows)
+    return with_tables(frame, params, key, listed, rows)
 
 
 def _boxes_3d(frame: Frame, params: Params, key: Callable, *, everywhere: bool) -> Annotation:
@@ -140,10 +140,10 @@ def _boxes_3d(frame: Frame, params: Params, key: Callable, *, everywhere: bool) 
     for axis, name in enumerate("xyz"):
         rows[f"{name}_min"], rows[f"{name}_max"] = bounds[:, 0, axis], bounds[:, 1, axis]
     rows["transform"] = labeled_prims.local_to_world[selection.rows[listed]]
-    return _with_tables(frame, params, key, listed, rows)
+    return with_tables(frame, params, key, listed, rows)
 
 
-def _with_tables(frame: Frame, params: Params, key: Callable, listed: np.ndarray, rows: np.ndarray) -> Annotation:
+def with_tables(frame: Frame, params: Params, key: Callable, listed: np.ndarray, rows: np.ndarray) -> Annotation:
     """Fill in ids and occlusion of `rows`, which belong to the selected prims `listed`, and add the tables."""
     predicate = predicate_of(params)
     selection = frame.selection(predicate)

@@ -48,6 +48,45 @@ def cross_correspondence(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     return Annotation(out)
 
 
+@define(
+    "dense_correspondence", aovs=["instance", "triangle", "barycentrics"], params={"camera": None, "captures": 0},
+    dtype=np.float32,
+)  # fmt: skip
+def dense_correspondence(frame: Frame, params: Mapping[str, Any]) -> Annotation:
+    """Where the point that each pixel shows is in another picture, float32 (H, W, 2): column and row [pixels].
+
+    Positions count from the top left corner; NaN where a pixel shows nothing, or its point has no position there.
+    info: "visibility" uint8 (H, W): 0 not in the other picture, 1 occluded there, 2 visible there; "camera" and
+    "resolution" (width, height) of the other picture.
+
+    camera: path of the other camera, or of its render product, which tells the resolution; None is this one.
+    captures: 0 follows the points of this picture; with n, pixels are those of the picture n captures ago, and the
+        other picture is the present one. Points move with their surface: rigid, articulated, simulated or skinned;
+        those of prims that are gone or have another topology now are nowhere.
+
+    Raises:
+        AnnotatorError: captures is negative.
+        BadPrim: there is no such camera or render product.
+    """
+    captures = params["captures"]
+    if isinstance(captures, bool) or not isinstance(captures, int) or captures < 0:
+        raise AnnotatorError(f"dense_correspondence: captures is {captures!r}; expected 0 or more captures back")
+    view = _other_camera(frame, params["camera"])
+    pixels, states = frame.queries.follow(view, captures)
+    info = {"visibility": states, "camera": view.prim_path, "resolution": (view.width, view.height)}
+    return Annotation(pixels, info)
+
+
+def _other_camera(frame: Frame, asked: Any) -> CameraView:
+    if asked is None:
+        return frame.camera
+    path = str(getattr(asked, "path", asked))
+    for product in products():
+        if path in (product.path, product.camera_path):
+            return read_camera(current_stage(), product.camera_path, product.resolution, time=frame.queries.time)
+    return read_camera(current_stage(), path, (frame.camera.width, frame.camera.height), time=frame.queries.time)
+
+
 def _reference_of(camera: CameraView) -> CameraView:
     name = camera.attributes.get(_REFERENCE)
     others = [product for product in products() if product.camera_path != camera.prim_path]

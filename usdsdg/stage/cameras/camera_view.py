@@ -1,6 +1,6 @@
 """The record of a camera: everything of a UsdGeom.Camera that an image depends on."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -34,7 +34,8 @@ class CameraView:
 
     Focal length and apertures are in tenths of stage units; clipping range and focus distance in stage units.
     Pixels are square: the horizontal aperture spans the width, and the vertical one is reported but not used. This, and
-    `fx` to `cy`, apply to pinhole and orthographic cameras; others have a `lens`.
+    `fx` to `cy`, apply to pinhole and orthographic cameras; others have a `lens`. A view with a `margin` shows the same
+    picture with so many columns more on its left and on its right, and so many rows more above and below it.
     """
 
     prim_path: str
@@ -53,6 +54,7 @@ class CameraView:
     lens_parameters: LensParameters = field(default_factory=LensParameters)
     meters_per_unit: float = 1.0
     attributes: dict[str, Any] = field(default_factory=dict)  # all other camera attributes, by USD name
+    margin: tuple[int, int] = (0, 0)  # columns, rows; `width` and `height` include them on both sides
 
     @cached_property
     def world_to_camera(self) -> np.ndarray:
@@ -68,15 +70,16 @@ class CameraView:
             AssetError: a texture of the lens is missing or unreadable.
         """
         try:
-            return make_lens(
+            lens = make_lens(
                 self.projection_type,
                 self.lens_parameters,
-                (self.width, self.height),
+                self._picture,
                 focal_length=self.focal_length,
                 horizontal_aperture=self.horizontal_aperture,
-                center=(self.cx, self.cy),
+                center=(self.cx - self.margin[0], self.cy - self.margin[1]),
                 meters_per_unit=self.meters_per_unit,
             )
+            return lens.widened(self.margin) if lens is not None and any(self.margin) else lens
         except (errors.Unsupported, errors.AssetError) as problem:
             raise type(problem)(f"{self.prim_path}: {problem}") from None
 
@@ -84,8 +87,8 @@ class CameraView:
     def fx(self) -> float:
         """Focal length [pixels]; for an orthographic camera pixels per stage unit."""
         if self.projection_type == "orthographic":
-            return self.width / (self.horizontal_aperture * _APERTURE_UNIT)
-        return self.width * self.focal_length / self.horizontal_aperture
+            return self._picture[0] / (self.horizontal_aperture * _APERTURE_UNIT)
+        return self._picture[0] * self.focal_length / self.horizontal_aperture
 
     @property
     def fy(self) -> float:
@@ -95,12 +98,29 @@ class CameraView:
     @property
     def cx(self) -> float:
         """Column of the optical axis [pixels from the left edge]; pixel u has its center at u + 0.5."""
-        return self.width * (0.5 - self.horizontal_aperture_offset / self.horizontal_aperture)
+        across = self._picture[0] * (0.5 - self.horizontal_aperture_offset / self.horizontal_aperture)
+        return self.margin[0] + across
 
     @property
     def cy(self) -> float:
         """Row of the optical axis [pixels from the top edge]."""
-        return self.height * 0.5 + self.width * self.vertical_aperture_offset / self.horizontal_aperture
+        width, height = self._picture
+        return self.margin[1] + height * 0.5 + width * self.vertical_aperture_offset / self.horizontal_aperture
+
+    @property
+    def _picture(self) -> tuple[int, int]:
+        """Width and height without the margins."""
+        return self.width - 2 * self.margin[0], self.height - 2 * self.margin[1]
+
+    def widened(self) -> "CameraView | None":
+        """Return the view with margins as wide and as high as the picture; None if the lens sees all around.
+
+        The pixels of the picture are the same.
+        """
+        if self.lens is not None and self.lens.is_panorama:
+            return None
+        size = self.width, self.height
+        return replace(self, width=3 * size[0], height=3 * size[1], margin=size)
 
     @property
     def projection_matrix(self) -> np.ndarray:

@@ -3,7 +3,7 @@
 `usdsdg_render/kernels/cameras/lens.py` has the same for kernels.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,6 +47,17 @@ class Lens:
     def is_asymmetric(self) -> bool:
         """Whether tangential or thin prism distortion makes the image asymmetric about the center."""
         return any(self.tangential) or any(self.thin_prism)
+
+    @property
+    def is_panorama(self) -> bool:
+        """Whether the image shows all directions."""
+        return self.curve is None and self.table is None
+
+    def widened(self, margin: tuple[int, int]) -> "Lens":
+        """Return the lens for images with so many columns and rows more on each side; not for panoramas."""
+        (x, y), (columns, rows) = self.center, margin
+        size = {"width": self.width + 2 * columns, "height": self.height + 2 * rows}
+        return replace(self, **size, center=(x + columns, y + rows))
 
     def to_pixels(self, points: np.ndarray, *, extrapolate: bool = False) -> np.ndarray:
         """Project points (N, 3) in the camera's frame to pixels (N, 2), as column and row.

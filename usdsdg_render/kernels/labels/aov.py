@@ -22,6 +22,19 @@ def prim(tables: SceneTables, hit: Hit) -> wp.int32:
     return triangle_of(tables.tlas.instances[hit.instance], hit.triangle).face
 
 
+@aov(HIT, miss=-1)
+def triangle(hit: Hit) -> wp.int32:
+    """Triangle of the mesh that the gprim is drawn as."""
+    return hit.triangle
+
+
+@aov(HIT)
+def local_position(tables: SceneTables, hit: Hit) -> wp.vec3:
+    """Point in the gprim's own frame."""
+    corners = triangle_of(tables.tlas.instances[hit.instance], hit.triangle)
+    return corners.p0 * (1.0 - hit.u - hit.v) + corners.p1 * hit.u + corners.p2 * hit.v
+
+
 @aov(HIT)
 def barycentrics(hit: Hit) -> wp.vec3:
     """Weights of the corners of the triangle, which sum to 1."""
