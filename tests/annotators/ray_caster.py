@@ -149,7 +149,6 @@ class RayCaster:
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
         return np.where(t > 0, t, np.inf), normal
 
-
     def matrix(self, index: int) -> np.ndarray:
         """Local to world of a gprim, (4, 4)."""
         return np.array(UsdGeom.XformCache().GetLocalToWorldTransform(self._stage.GetPrimAtPath(self.gprims[index])))

@@ -56,6 +56,17 @@ def test_yolo_writer(tmp_path):
     np.testing.assert_allclose(coins[:, 4] * height, across, atol=1.5)
 
 
+def test_own_annotators(tmp_path):
+    out = run("own_annotators", tmp_path, "--width=120")
+    assert Image.open(out / "amodal_boxes.png").size == (150, 90)
+    pair = np.array(Image.open(out / "correspondence.png").convert("RGB"), float)
+    made, rendered = pair[:, :120], pair[:, 120:]
+    filled = made.any(axis=2)
+    assert 0.3 < filled.mean() < 1
+    # Points look the same from both cameras, but at edges and in noise.
+    assert np.median(np.abs(made - rendered)[filled]) < 12
+
+
 def test_many_cameras(tmp_path):
     out = run("many_cameras", tmp_path, "--width=160", "--cameras=2")
     coco = json.loads((out / "annotations.json").read_text())

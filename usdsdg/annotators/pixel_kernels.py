@@ -1,5 +1,8 @@
 """Kernels of annotators, for work by the pixel or by the mask that NumPy would need many passes for."""
 
+# The code of Warp kernels is not Python to a type checker.
+# pyright: reportInvalidTypeForm=false, reportOperatorIssue=false, reportArgumentType=false
+
 from typing import Any
 
 import numpy as np

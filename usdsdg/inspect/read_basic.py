@@ -21,14 +21,18 @@ LOOKED_FOR = "BasicWriter's rgb_NNNN.png, bounding_box_2d_tight_NNNN.npy and the
 PICTURES = ("semantic_segmentation", "instance_segmentation", "instance_id_segmentation", "normals")
 DEPTHS = ("distance_to_camera", "distance_to_image_plane")
 BOXES = ("bounding_box_2d_tight", "bounding_box_2d_loose", "bounding_box_3d")
-OTHERS = ("motion_vectors", "occlusion", "skeleton", r"pointcloud(?:_(?:rgb|normals|semantic|instance))?")
+OTHERS = (
+    "motion_vectors", "occlusion", "skeleton", r"pointcloud(?:_(?:rgb|normals|semantic|instance))?",
+    "amodal_instance_segmentation", "visibility", "truncation", "object_coordinates", "keypoints",
+    "bounding_box_2d_amodal", "oriented_bounding_box_2d(?:_amodal)?", "dense_correspondence(?:_visibility)?",
+)  # fmt: skip
 
 SHOWN = ("rgb", "camera_params", *PICTURES, *DEPTHS, *BOXES)
 
 _KINDS = "|".join((*SHOWN, *OTHERS))
 # The prefix is matched lazily: `pointcloud_rgb` is a kind, not a view with the kind `rgb`.
 FILE = re.compile(
-    rf"^(?:(?P<view>.+?)_)??(?P<kind>{_KINDS})(?:_(?P<table>labels|mapping|semantics_mapping|prim_paths))?"
+    rf"^(?:(?P<view>.+?)_)??(?P<kind>{_KINDS})(?:_(?P<table>labels|mapping|semantics_mapping|prim_paths|info))?"
     r"_(?P<number>(?:\d+_)?\d+)\.(?P<ending>png|jpe?g|npy|json)$",
     re.IGNORECASE,
 )

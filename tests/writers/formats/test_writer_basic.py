@@ -13,6 +13,7 @@ from tests.dataset_files import data_names
 from usdsdg import annotators, writers
 from usdsdg.annotators.colors import colors_of_ids
 from usdsdg.errors import ConfigError, WriterError
+from usdsdg.inspect.dataset import read_dataset
 from usdsdg.session.stage_context import set_stage
 from usdsdg.writers.formats.writer_basic import colorize_depth
 
@@ -260,3 +261,31 @@ def test_skeletons_are_written_with_the_names_of_replicators_files(tmp_path):
     np.testing.assert_allclose(told[1]["global_translations"], [[-1, 0.5, 0], [0, 0.5, 0], [1, 0.5, 0]], atol=1e-6)
     write(tmp_path / "none", make_frame(set_stage(new_stage()), (8, 6)), skeleton_data=True)
     assert read(tmp_path / "none", "skeleton_0000.json") == {}
+
+
+OWN = {
+    "amodal_instance_segmentation": ["_info_0000.json"],
+    "visibility": ["_0000.npy", "_info_0000.json"],
+    "truncation": ["_0000.npy"],
+    "bounding_box_2d_amodal": ["_0000.npy", "_labels_0000.json", "_prim_paths_0000.json"],
+    "oriented_bounding_box_2d": ["_0000.npy", "_labels_0000.json", "_prim_paths_0000.json"],
+    "oriented_bounding_box_2d_amodal": ["_0000.npy", "_labels_0000.json", "_prim_paths_0000.json"],
+    "object_coordinates": ["_0000.npy", "_0000.png", "_info_0000.json"],
+    "keypoints": ["_0000.npy", "_info_0000.json"],
+    "dense_correspondence": ["_0000.npy", "_info_0000.json", "_visibility_0000.png"],
+}
+
+
+def test_files_of_our_own_annotators(frame, tmp_path):
+    write(tmp_path, frame, rgb=True, **dict.fromkeys(OWN, True))
+    names = [name + end for name, ends in OWN.items() for end in ends]
+    assert files(tmp_path) == sorted(["metadata.txt", "rgb_0000.png", *names])
+    coordinates = np.load(tmp_path / "object_coordinates_0000.npy")
+    assert coordinates.shape == (48, 64, 4)
+    assert np.abs(image(tmp_path, "object_coordinates_0000.png") / 255 - coordinates).max() <= 0.5 / 255 + 1e-6
+    masks = read(tmp_path, "amodal_instance_segmentation_info_0000.json")
+    areas = [sum(mask["counts"][1::2]) for mask in masks["masks"]]
+    assert areas == np.load(tmp_path / "visibility_0000.npy")["amodalPixels"].tolist()
+    assert read(tmp_path, "keypoints_info_0000.json") == {"keypointNames": [], "primPaths": []}
+    found = read_dataset(tmp_path)
+    assert not found.problems

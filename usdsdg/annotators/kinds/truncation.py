@@ -106,4 +106,4 @@ def _may_reach_out(frame: Frame, rows: np.ndarray) -> np.ndarray:
         inside = ((pixels >= 1) & (pixels <= (camera.width - 1, camera.height - 1))).all(axis=1)
     inside &= depths > camera.clipping_range[0]
     is_known = (bounds[:, 1] > bounds[:, 0]).any(axis=1)  # without finite bounds the box is empty
-    return ~(inside.reshape(-1, 8).all(axis=1) & is_known)
+    return np.logical_not(inside.reshape(-1, 8).all(axis=1) & is_known)

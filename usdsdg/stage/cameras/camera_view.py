@@ -221,7 +221,7 @@ def read_camera(
         lens_parameters=lens_parameters,
         meters_per_unit=meters_per_unit(stage),
         attributes={name: value for name, value in values.items() if _is_other(name)},
-        **{ours: numbers[name] for name, ours in _FIELDS.items()},
+        **{ours: numbers[name] for name, ours in _FIELDS.items()},  # pyright: ignore[reportArgumentType]
     )
     _check(view)
     return view

@@ -20,6 +20,7 @@ from usdsdg.writers.options import typed
 Step = Callable[..., None]
 
 _BOXES = ("bounding_box_2d_tight", "bounding_box_2d_loose", "bounding_box_3d")
+_OWN_BOXES = ("bounding_box_2d_amodal", "oriented_bounding_box_2d", "oriented_bounding_box_2d_amodal")
 
 
 class BasicWriter(Writer):
@@ -65,6 +66,16 @@ class BasicWriter(Writer):
         semantic_filter_predicate: str | None = None,
         use_common_output_dir: bool = False,
         backend: BaseBackend | None = None,
+        *,
+        amodal_instance_segmentation: bool = False,
+        visibility: bool = False,
+        truncation: bool = False,
+        bounding_box_2d_amodal: bool = False,
+        oriented_bounding_box_2d: bool = False,
+        oriented_bounding_box_2d_amodal: bool = False,
+        object_coordinates: bool = False,
+        keypoints: bool = False,
+        dense_correspondence: bool | str = False,
     ) -> None:
         """
         s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
@@ -73,6 +84,9 @@ class BasicWriter(Writer):
         colorize_depth: also write depth as a gray image, white near, on a logarithmic scale up to 100 m.
         use_common_output_dir: with several render products, `<annotator>/<product>_...` instead of
             `<product>/<annotator>/...`.
+        amodal_instance_segmentation and the following: the annotators of these names, beyond Replicator's.
+        dense_correspondence: True follows the points of the previous picture to this one; the path of a camera or
+            render product finds the points of this picture in that one's.
 
         Raises:
             WriterError: two options exclude each other, a value does not exist, or there is nowhere to write.
@@ -100,6 +114,15 @@ class BasicWriter(Writer):
             "camera_params": (camera_params, {}),
             "pointcloud": (pointcloud, labels | {"includeUnlabelled": pointcloud_include_unlabelled}),
             "skeleton_data": (skeleton_data, {}),
+            "amodal_instance_segmentation": (amodal_instance_segmentation, labels | {"encoding": "rle"}),
+            "visibility": (visibility, labels),
+            "truncation": (truncation, labels),
+            "bounding_box_2d_amodal": (bounding_box_2d_amodal, labels),
+            "oriented_bounding_box_2d": (oriented_bounding_box_2d, labels),
+            "oriented_bounding_box_2d_amodal": (oriented_bounding_box_2d_amodal, labels),
+            "object_coordinates": (object_coordinates, labels),
+            "keypoints": (keypoints, labels),
+            "dense_correspondence": (bool(dense_correspondence), _other_picture(dense_correspondence)),
         }
         self.annotators = [named_annotators.get(name, params) for name, (asked, params) in wanted.items() if asked]
         self.backend = make_backend(
@@ -208,6 +231,33 @@ def _skeleton_steps(writer: BasicWriter, name: str, folder: str, number: str, se
     return [partial(write_json, path=f"{folder}skeleton_{number}.json", data=told)]
 
 
+def _table_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
+    """Write the array, if there is one, and the rest as one file."""
+    info = {key: value for key, value in seen.items() if key != "data"}
+    steps = [partial(write_json, path=f"{folder}{name}_info_{number}.json", data=info)]
+    return steps + (_array_steps(writer, name, folder, number, seen) if "data" in seen else [])
+
+
+def _coordinate_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
+    image = partial(_write_converted, path=f"{folder}{name}_{number}.png", data=seen["data"], convert=eight_bit)
+    return [image, *_table_steps(writer, name, folder, number, seen)]
+
+
+def _correspondence_steps(
+    writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]
+) -> list[Step]:
+    other = {"camera": seen["camera"], "resolution": seen["resolution"]}
+    return [
+        *_table_steps(writer, name, folder, number, {"data": seen["data"], **other}),
+        partial(write_image, path=f"{folder}{name}_visibility_{number}.png", data=seen["visibility"]),
+    ]
+
+
+def _other_picture(asked: bool | str) -> dict[str, Any]:
+    """Return the parameters of dense_correspondence."""
+    return {"camera": asked} if isinstance(asked, str) else {"captures": int(asked)}
+
+
 _STEPS: dict[str, Callable[..., list[Step]]] = {
     "skeleton_data": _skeleton_steps,
     "rgb": _rgb_steps,
@@ -219,12 +269,20 @@ _STEPS: dict[str, Callable[..., list[Step]]] = {
     **dict.fromkeys(
         ("semantic_segmentation", "instance_id_segmentation", "instance_segmentation"), _segmentation_steps
     ),
-    **dict.fromkeys(_BOXES, _box_steps),
+    **dict.fromkeys((*_BOXES, *_OWN_BOXES), _box_steps),
+    **dict.fromkeys(("amodal_instance_segmentation", "visibility", "keypoints"), _table_steps),
+    "object_coordinates": _coordinate_steps,
+    "dense_correspondence": _correspondence_steps,
 }
 
 
 def _write_converted(path: str, data: np.ndarray, convert: Callable, backend_instance: Any) -> None:
     write_image(path, convert(data), backend_instance)
+
+
+def eight_bit(fractions: np.ndarray) -> np.ndarray:
+    """Map 0..1 to 0..255, as uint8."""
+    return (fractions * 255 + 0.5).astype(np.uint8)
 
 
 def colorize_normals(normals: np.ndarray) -> np.ndarray:
