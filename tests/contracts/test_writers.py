@@ -23,6 +23,7 @@ OPTIONS = {
     "KittiWriter": {"colorize_instance_segmentation": True, "bbox_height_threshold": 0},
     "CosmosWriter": {},
     "YoloWriter": {"task": "segment"},
+    "BopWriter": {},
     "DataVisualizationWriter": {"bounding_box_2d_tight": True, "bounding_box_3d": True},
 }
 WITHOUT_FILES = {"FPSWriter"}
@@ -83,6 +84,8 @@ def test_every_file_can_be_read(name, frame, tmp_path):
             assert {len(line.split()) for line in path.read_text().splitlines()} == {15}
         elif "labels" in path.relative_to(tmp_path).parts and path.suffix == ".txt":
             assert all(len(line.split()) % 2 for line in path.read_text().splitlines())
+        elif path.suffix == ".ply":
+            assert path.read_bytes().startswith(b"ply\n")
         elif path.suffix == ".yaml":
             assert yaml.safe_load(path.read_text())["names"]
         elif path.is_file():

@@ -8,6 +8,7 @@ from usdsdg.writers.base import Writer, attached_writers, detach_all, set_global
 from usdsdg.writers.formats import (
     DEFAULT_WRITERS,
     BasicWriter,
+    BopWriter,
     CocoWriter,
     CosmosWriter,
     FPSWriter,
@@ -32,7 +33,7 @@ __all__ = [
     "get", "get_writers", "WriterRegistry",
     # the formats
     "BasicWriter", "PoseWriter", "CocoWriter", "KittiWriter", "CosmosWriter", "FPSWriter",
-    "YoloWriter",
+    "YoloWriter", "BopWriter",
     # writers of one's own
     "Writer", "register_writer", "register_node_writer", "unregister_writer",
     # where files go

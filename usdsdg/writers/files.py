@@ -114,6 +114,11 @@ def write_text(path: str, text: str, backend_instance: BlobSink | None = None) -
     _put(backend_instance, path, text.encode())
 
 
+def write_bytes(path: str, data: bytes, backend_instance: BlobSink | None = None) -> None:
+    """Write bytes as they are."""
+    _put(backend_instance, path, data)
+
+
 def write_np(path: str, data: Any, backend_instance: BlobSink | None = None, allow_pickle: bool = True) -> None:
     """Write an array as .npy; with `allow_pickle` False arrays of objects raise a ValueError."""
     buffer = io.BytesIO()

@@ -1,6 +1,7 @@
 """The writers, one module for each, and what they share. Importing this package loads them all."""
 
 from usdsdg.writers.formats.writer_basic import BasicWriter
+from usdsdg.writers.formats.writer_bop import BopWriter
 from usdsdg.writers.formats.writer_coco import CocoWriter
 from usdsdg.writers.formats.writer_cosmos import CosmosWriter
 from usdsdg.writers.formats.writer_data_visualization import DataVisualizationWriter
@@ -12,4 +13,5 @@ from usdsdg.writers.formats.writer_yolo import YoloWriter
 # Registered from the start, in the order of `writers.get_writers()`.
 DEFAULT_WRITERS = (
     BasicWriter, PoseWriter, CocoWriter, KittiWriter, CosmosWriter, FPSWriter, DataVisualizationWriter, YoloWriter,
+    BopWriter,
 )  # fmt: skip

@@ -1,0 +1,176 @@
+"""BopWriter: models placed by the written poses give the masks and depths that are written."""
+
+import json
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+from pxr import Gf, UsdGeom
+
+import usdsdg as rep
+from usdsdg.errors import UsdsdgWarning, WriterError
+from usdsdg.session.stage_context import current_stage
+
+WIDTH, HEIGHT = 96, 72
+
+
+def scene():
+    """Three objects, one partly hidden, one reaching out of the picture, in centimeters."""
+    rep.settings.set_stage_meters_per_unit(0.01)
+    create = rep.functional.create
+    create.cube(
+        position=(0, 0, 20), rotation=(20, 30, 40), scale=(0.4, 0.3, 0.2), semantics={"class": "box"}, name="box"
+    )
+    create.cone(position=(25, -40, 25), rotation=(0, 10, 0), scale=0.25, semantics={"class": "hat"}, name="hat")
+    create.sphere(position=(-78, 10, 30), scale=0.5, semantics={"class": "ball"}, name="ball")
+    create.cylinder(position=(28, 30, 20), scale=0.5, semantics={"class": "can"}, name="can")
+    create.xform(name="group", position=(5, 0, 0), scale=(1, 1, -1))
+    create.cube(position=(-30, 40, -60), rotation=(5, 0, 0), scale=0.1, semantics={"class": "dice"}, parent="/group")
+    camera = create.camera(position=(5, -200, 60), look_at=(0, 0, 20), clipping_range=(1, 100000))
+    return rep.create.render_product(camera, (WIDTH, HEIGHT))
+
+
+def write(folder, products, steps=1, **options):
+    writer = rep.WriterRegistry.get("BopWriter")
+    writer.initialize(output_dir=str(folder), **options)
+    writer.attach(products)
+    for _ in range(steps):
+        rep.orchestrator.step()
+    rep.orchestrator.wait_until_complete()
+    writer.detach()
+    rep.orchestrator.wait_until_complete()
+    return folder
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    from usdsdg.session import session
+    from usdsdg.session.stage_context import new_stage
+
+    session.restart()
+    new_stage()
+    return write(tmp_path_factory.mktemp("bop"), scene())
+
+
+def table(folder, name, scene=0):
+    return json.loads((folder / f"train_pbr/{scene:06d}/{name}.json").read_text())
+
+
+def picture(folder, path):
+    return np.array(Image.open(folder / "train_pbr/000000" / path))
+
+
+def drawn(folder, pose, matrix):
+    """Return the distance [mm] of a model at each pixel, by intersecting rays with its triangles; inf beside it."""
+    model = trimesh.load(folder / f"models/obj_{pose['obj_id']:06d}.ply", process=False)
+    rotation = np.array(pose["cam_R_m2c"]).reshape(3, 3)
+    corners = (model.vertices @ rotation.T + pose["cam_t_m2c"])[model.faces]
+    v, u = np.mgrid[:HEIGHT, :WIDTH]
+    rays = np.stack([u, v, np.ones_like(u)], axis=-1).reshape(-1, 3) @ np.linalg.inv(matrix).T
+    nearest = np.full(len(rays), np.inf)
+    for a, b, c in corners:
+        normal = np.cross(b - a, c - a)
+        with np.errstate(all="ignore"):
+            t = (normal @ a) / (rays @ normal)
+        hit = rays * t[:, None]
+        inside = np.isfinite(t) & (t > 0)
+        for p, q in ((a, b), (b, c), (c, a)):
+            inside &= np.cross(q - p, hit - p) @ normal >= -1e-9 * np.abs(normal).max() ** 2
+        nearest[inside] = np.minimum(nearest[inside], t[inside])
+    return nearest.reshape(HEIGHT, WIDTH)
+
+
+def test_models_at_their_poses_are_the_masks_and_the_depths(folder):
+    camera = table(folder, "scene_camera")["0"]
+    matrix = np.array(camera["cam_K"]).reshape(3, 3)
+    poses, infos = table(folder, "scene_gt")["0"], table(folder, "scene_gt_info")["0"]
+    assert len(poses) == len(infos) == 5
+    depth = picture(folder, "depth/000000.png") * camera["depth_scale"]
+    for number, (pose, info) in enumerate(zip(poses, infos)):
+        again = drawn(folder, pose, matrix)
+        whole = picture(folder, f"mask/000000_{number:06d}.png") > 0
+        visible = picture(folder, f"mask_visib/000000_{number:06d}.png") > 0
+        assert (np.isfinite(again) != whole).sum() <= max(3, 0.01 * whole.sum())  # where a ray meets an edge
+        assert not (visible & ~whole).any()
+        both = visible & np.isfinite(again)
+        assert np.abs(again[both] - depth[both]).max() < 0.6  # half a step of 0.1 mm, and coarse spheres
+        assert info["px_count_visib"] == visible.sum()
+        assert info["px_count_valid"] == whole.sum()
+        rows, columns = np.flatnonzero(visible.any(axis=1)), np.flatnonzero(visible.any(axis=0))
+        expected = [columns[0], rows[0], columns[-1] - columns[0] + 1, rows[-1] - rows[0] + 1]
+        assert info["bbox_visib"] == [int(each) for each in expected]
+        assert info["visib_fract"] == pytest.approx(info["px_count_visib"] / info["px_count_all"])
+        assert np.allclose(
+            np.array(pose["cam_R_m2c"]).reshape(3, 3) @ np.array(pose["cam_R_m2c"]).reshape(3, 3).T,
+            np.eye(3),
+            atol=1e-5,
+        )
+
+
+def test_what_reaches_out_of_the_picture_counts_whole(folder):
+    names = [each["name"] for each in json.loads((folder / ".usdsdg/classes.json").read_text())["tables"][0]["classes"]]
+    poses, infos = table(folder, "scene_gt")["0"], table(folder, "scene_gt_info")["0"]
+    [ball] = [info for pose, info in zip(poses, infos) if pose["obj_id"] == names.index("ball") + 1]
+    [hat] = [info for pose, info in zip(poses, infos) if pose["obj_id"] == names.index("hat") + 1]
+    assert ball["bbox_obj"][0] < 0
+    assert ball["px_count_all"] > ball["px_count_valid"]
+    assert hat["px_count_all"] == hat["px_count_valid"]
+
+
+def test_models_are_in_millimeters(folder):
+    info = json.loads((folder / "models/models_info.json").read_text())
+    names = [each["name"] for each in json.loads((folder / ".usdsdg/classes.json").read_text())["tables"][0]["classes"]]
+    box = info[str(names.index("box") + 1)]
+    sizes = [box[f"size_{axis}"] for axis in "xyz"]
+    assert np.allclose(sizes, (400, 300, 200), atol=0.01)
+    assert box["diameter"] == pytest.approx(np.linalg.norm((400, 300, 200)), abs=0.02)
+    assert np.allclose([box[f"min_{axis}"] for axis in "xyz"], (-200, -150, -100), atol=0.01)
+    assert sorted(int(each) for each in info) == [1, 2, 3, 4, 5]
+
+
+def test_frames_scenes_and_far_depths(stage, tmp_path):
+    first = scene()
+    camera = rep.functional.create.camera(position=(0, -300, 60), look_at=(0, 0, 20), clipping_range=(1, 100000))
+    second = rep.create.render_product(camera, (WIDTH, HEIGHT))
+    with pytest.warns(UsdsdgWarning, match=r"beyond 1.31 m has the depth 0"):
+        folder = write(tmp_path, [first, second], steps=2, depth_scale=0.02, split="val")
+    assert sorted(path.name for path in (folder / "val").iterdir()) == ["000000", "000001"]
+    poses = json.loads((folder / "val/000001/scene_gt.json").read_text())
+    assert list(poses) == ["0", "1"]
+    assert (np.array(Image.open(folder / "val/000001/depth/000001.png")) == 0).all()
+
+
+def test_shapes_and_scales_of_a_class_are_models_of_their_own(stage, tmp_path):
+    create = rep.functional.create
+    for x, scale in ((0, 0.2), (1, 0.2), (2, 0.3)):
+        create.cube(position=(x, 0, 0), scale=scale, rotation=(x * 20, 0, 0), semantics={"class": "box"})
+    product = rep.create.render_product(create.camera(position=(1, -6, 0), look_at=(1, 0, 0)), (WIDTH, HEIGHT))
+    with pytest.warns(UsdsdgWarning, match="objects of the class 'box' differ in shape or scale"):
+        folder = write(tmp_path, product)
+    assert [each["obj_id"] for each in table(folder, "scene_gt")["0"]] == [1, 1, 1001]
+
+
+def test_labeled_parts_are_not_in_the_model_of_the_whole(stage, tmp_path):
+    create = rep.functional.create
+    create.xform(name="car", semantics={"class": "car"})
+    create.cube(parent="/car", scale=0.5)
+    create.sphere(parent="/car", position=(0, 0, 0.6), scale=0.2, semantics={"class": "lamp"})
+    UsdGeom.Xformable(current_stage().GetPrimAtPath("/car")).AddTranslateOp(opSuffix="far").Set(Gf.Vec3d(0, 1, 0))
+    product = rep.create.render_product(create.camera(position=(0, -6, 0), look_at=(0, 0, 0)), (WIDTH, HEIGHT))
+    folder = write(tmp_path, product)
+    info = json.loads((folder / "models/models_info.json").read_text())
+    assert [round(info[number]["size_z"]) for number in ("1", "2")] == [500, 200]
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        ({"depth_scale": 0.0}, "expected millimeters above 0"),
+        ({"image_output_format": "exr"}, "expected png or jpg"),
+        ({"split": "a/b"}, "expected the name of a folder"),
+    ],
+)
+def test_options_that_cannot_be(tmp_path, options, reason):
+    with pytest.raises(WriterError, match=reason):
+        rep.WriterRegistry.get("BopWriter", init_params={"output_dir": str(tmp_path), **options})

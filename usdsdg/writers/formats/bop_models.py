@@ -1,0 +1,158 @@
+"""The 3D models of a BOP dataset: one for each shape that a class has, in millimeters in the object's frame."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import re
+from typing import Any, NamedTuple
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from usdsdg.errors import warn_once
+from usdsdg.stage.geometry.triangles import triangles_below
+from usdsdg.stage.poses.transforms import as_array
+from usdsdg.stage.semantics.labels import get_labels
+
+MILLIMETERS = 1000.0
+# Further shapes of a class have its id plus as many of these.
+VARIANT = 1000
+# Coordinates of equal shapes agree to this [mm]; transforms are 32-bit in payloads.
+PRECISION = 0.01
+
+
+class Placed(NamedTuple):
+    """An object as BOP has it: a model, and a rigid transform from its frame to the world's axes."""
+
+    obj_id: int
+    rotation: np.ndarray  # (3, 3) for column vectors, model to world
+    position: np.ndarray  # (3,) stage units
+
+
+class Model(NamedTuple):
+    """Triangles of one object."""
+
+    points: np.ndarray  # (N, 3) float32 [mm]
+    triangles: np.ndarray  # (T, 3) int32
+
+
+class Models:
+    """Models by id, in the order in which they are needed; `new` lists those that are not written yet."""
+
+    def __init__(self) -> None:
+        self.info: dict[int, dict[str, float]] = {}
+        self.new: list[tuple[int, Model]] = []
+        self._ids: dict[tuple[int, str], int] = {}  # by class and shape
+        self._known: dict[tuple[str, int, bytes], int] = {}  # by prim, class and scale
+        self._variants: dict[int, int] = {}
+
+    def place(
+        self, stage: Usd.Stage, path: str, number: int, name: str, matrix: np.ndarray, millimeters: float
+    ) -> Placed | None:
+        """Return the object at a prim path as BOP has it; None, with a warning, if it has no triangles.
+
+        number: of its class, from 1. matrix: local to world, row vectors. millimeters: per stage unit.
+        """
+        linear = np.asarray(matrix, np.float64)[:3, :3]
+        rotation = _nearest_rotation(linear)
+        # What a rigid pose cannot say is in the model: scale, shear, and mirroring.
+        stretch = linear @ rotation.T
+        key = (path, number, np.round(stretch * millimeters, 3).tobytes())
+        if key not in self._known:
+            model = _model(stage, path, stretch * millimeters)
+            if model is None:
+                warn_once(f"BopWriter: {path} has no triangles, so it has no model and is left out.")
+                return None
+            self._known[key] = self._id_of(number, name, model)
+        return Placed(self._known[key], rotation.T, np.asarray(matrix, np.float64)[3, :3])
+
+    def _id_of(self, number: int, name: str, model: Model) -> int:
+        rounded = np.round(model.points / PRECISION).astype(np.int64)
+        shape = hashlib.blake2b(rounded.tobytes() + model.triangles.tobytes(), digest_size=16).hexdigest()
+        if (number, shape) not in self._ids:
+            variant = self._variants.get(number, 0)
+            self._variants[number] = variant + 1
+            if variant:
+                warn_once(
+                    f"BopWriter: objects of the class {name!r} differ in shape or scale, and BOP's models are rigid: "
+                    f"further shapes are models of their own, {number + VARIANT}, {number + 2 * VARIANT}, ..."
+                )
+            obj_id = self._ids[number, shape] = number + variant * VARIANT
+            self.info[obj_id] = _info(model.points)
+            self.new.append((obj_id, model))
+        return self._ids[number, shape]
+
+
+def ply(model: Model) -> bytes:
+    """Return a model as a binary PLY file."""
+    import trimesh
+
+    mesh = trimesh.Trimesh(model.points, model.triangles, process=False)
+    return mesh.export(file_type="ply", vertex_normal=True)  # pyright: ignore[reportReturnType]
+
+
+def _model(stage: Usd.Stage, path: str, to_millimeters: np.ndarray) -> Model | None:
+    """Return the triangles of a labeled prim without those of labeled prims inside of it."""
+    prim = stage.GetPrimAtPath(re.sub(r"(\[\d+\])+$", "", path))
+    if not prim:
+        return None
+    to_local = np.linalg.inv(as_array(UsdGeom.XformCache().GetLocalToWorldTransform(prim)))
+    inner = [
+        each.GetPath()
+        for each in Usd.PrimRange(prim, Usd.TraverseInstanceProxies())
+        if each != prim and get_labels(each)
+    ]
+    points, triangles, count = [], [], 0
+    for part in triangles_below([prim]):
+        own = stage.GetPrimAtPath(part.path.split("[", 1)[0])
+        if any(own.GetPath().HasPrefix(each) for each in inner) or UsdGeom.Imageable(own).ComputePurpose() == "guide":
+            continue
+        matrix = part.to_world @ to_local
+        local = part.triangles.points @ matrix[:3, :3] + matrix[3, :3]
+        points.append(local @ to_millimeters)
+        turned = np.linalg.det(matrix[:3, :3] @ to_millimeters) < 0
+        triangles.append((part.triangles.faces[:, ::-1] if turned else part.triangles.faces) + count)
+        count += len(local)
+    if not count:
+        return None
+    return Model(np.concatenate(points).astype(np.float32), np.concatenate(triangles).astype(np.int32))
+
+
+def _nearest_rotation(linear: np.ndarray) -> np.ndarray:
+    """Return the rotation (3, 3), for row vectors, that is nearest to a linear map."""
+    u, _, vt = np.linalg.svd(linear)
+    rotation = u @ vt
+    if np.linalg.det(rotation) < 0:
+        rotation = u @ np.diag((1.0, 1.0, -1.0)) @ vt
+    return rotation
+
+
+def _info(points: np.ndarray) -> dict[str, float]:
+    low, size = points.min(axis=0), np.ptp(points, axis=0)
+    named = {f"min_{axis}": value for axis, value in zip("xyz", low)} | {f"size_{a}": v for a, v in zip("xyz", size)}
+    return {"diameter": _diameter(points), **{name: float(value) for name, value in named.items()}}
+
+
+def _diameter(points: np.ndarray) -> float:
+    """Return the largest distance of two points."""
+    from scipy.spatial import ConvexHull, QhullError
+    from scipy.spatial.distance import pdist
+
+    corners = np.unique(points.astype(np.float64), axis=0)
+    with contextlib.suppress(QhullError):  # flat
+        corners = corners[ConvexHull(corners).vertices]
+    return float(pdist(corners).max()) if len(corners) > 1 else 0.0
+
+
+def camera_matrix(params: Any) -> np.ndarray:
+    """Return OpenCV's camera matrix (3, 3) of a pinhole; pixel coordinates are 0 at the center of the first pixel."""
+    width, height = (float(size) for size in params["renderProductResolution"])
+    projection = np.asarray(params["cameraProjection"], np.float64).reshape(4, 4)
+    return np.array(
+        [
+            [projection[0, 0] * width / 2, 0.0, (1 - projection[2, 0]) * width / 2 - 0.5],
+            [0.0, projection[1, 1] * height / 2, (1 + projection[2, 1]) * height / 2 - 0.5],
+            [0.0, 0.0, 1.0],
+        ]
+    )
