@@ -145,10 +145,60 @@ def test_classes_are_those_of_the_table(stage, tmp_path):
     assert [number for number, _ in lines(tmp_path / "labels/train/000001.txt")] == [1, 2, 3]
 
 
+def posed(tmp_path, **options):
+    """Write a cube with keypoints, half of it hidden by another; return the lines and data.yaml."""
+    create = rep.functional.create
+    cube = create.cube(position=(0, 0, 0), scale=1.0, rotation=(0, 0, 0), semantics={"class": "cube"})
+    names = {"front": (0, -0.5, 0), "back": (0, 0.5, 0), "far": (50, 0, 0)}
+    rep.functional.modify.keypoints(cube, names)
+    create.cube(position=(2, 0, 0), scale=0.5, rotation=(0, 45, 0), semantics={"class": "plain"})
+    camera = create.camera(position=(1, -8, 0), look_at=(1, 0, 0))
+    writer = rep.WriterRegistry.get("YoloWriter")
+    writer.initialize(output_dir=str(tmp_path), **options)
+    product = rep.create.render_product(camera, (64, 48))
+    writer.attach(product)
+    rep.orchestrator.step()
+    rep.orchestrator.wait_until_complete()
+    described = yaml.safe_load((tmp_path / "data.yaml").read_text())
+    return lines(tmp_path / "labels/train/000000.txt"), described, writer
+
+
+def test_keypoints_are_in_the_order_of_their_names(stage, tmp_path):
+    (cube, plain), described, _ = posed(tmp_path, task="pose")
+    assert described["kpt_shape"] == [3, 3]
+    box, points = cube[1][:4], cube[1][4:].reshape(3, 3)  # back, far, front
+    assert points[:, 2].tolist() == [1, 0, 2]
+    assert points[1].tolist() == [0, 0, 0]
+    # Both are on the line of sight to the box's center, up to perspective.
+    assert np.abs(points[2, :2] - box[:2]).max() < 0.03
+    assert plain[1][4:].tolist() == [0] * 9
+
+
+def test_keypoints_that_come_later_are_an_error(stage, tmp_path):
+    _, _, writer = posed(tmp_path, task="pose", keypoints=["front", "back", "far"])
+    found = lines(tmp_path / "labels/train/000000.txt")[0][1][4:].reshape(3, 3)
+    assert found[:, 2].tolist() == [2, 1, 0]
+    rep.functional.modify.keypoints(rep.functional.create.cube(semantics={"class": "cube"}), {"top": (0, 0, 1)})
+    with pytest.raises(WriterError, match="keypoints top are new"):
+        rep.orchestrator.step()
+    writer.detach()
+
+
+def test_oriented_boxes_enclose_masks(stage, tmp_path):
+    (cube, plain), _, _ = posed(tmp_path, task="obb")
+    for number, corners in ((0, cube[1]), (1, plain[1])):
+        polygon = corners.reshape(4, 2) * (64, 48)
+        sides = np.linalg.norm(polygon - np.roll(polygon, -1, axis=0), axis=1)
+        assert np.allclose(sides[:2], sides[2:], atol=1e-2)
+        assert number in (cube[0], plain[0])
+    turned = plain[1].reshape(4, 2) * (64, 48)
+    assert np.ptp(turned[:, 0]) > 1.2 * np.linalg.norm(turned[0] - turned[1])  # by 45 degrees
+
+
 @pytest.mark.parametrize(
     ("options", "reason"),
     [
-        ({"task": "pose"}, "expected one of detect, segment"),
+        ({"task": "track"}, "expected one of detect, segment, obb, pose"),
         ({"min_visibility": 2.0}, "expected a fraction"),
         ({"splits": {"train": 0}}, "expected shares above 0"),
         ({"splits": {}}, "expected shares above 0"),

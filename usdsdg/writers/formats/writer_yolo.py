@@ -22,7 +22,8 @@ from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.options import typed
 
 RGB, BOXES, INSTANCES = "rgb", "bounding_box_2d_tight_fast", "instance_segmentation_fast"
-TASKS = ("detect", "segment")
+OBB, KEYPOINTS = "oriented_bounding_box_2d", "keypoints"
+TASKS = ("detect", "segment", "obb", "pose")
 DIGITS = 6  # of coordinates, which are fractions of the picture: a thousandth of a pixel
 
 
@@ -30,9 +31,10 @@ class YoloWriter(Writer):
     """Writes `images/<split>/N.png`, `labels/<split>/N.txt` and `data.yaml`.
 
     A line for each visible object: the number of its class, then for "detect" the center, width and height of its
-    tight box, for "segment" the corners of its outline, all as fractions of the picture. A picture without objects has
-    an empty file. Classes count from 0 in the order of the class table, which `data.yaml` names. A polygon has no
-    holes; that of an object in several pieces joins them by lines without width.
+    tight box, for "segment" the corners of its outline, for "obb" those of its oriented box, for "pose" the box and
+    column, row and visibility (0 outside of the picture, 1 hidden, 2 visible) of each keypoint, all as fractions of the
+    picture. A picture without objects has an empty file. Classes count from 0 in the order of the class table, which
+    `data.yaml` names. A polygon has no holes; that of an object in several pieces joins them by lines without width.
     """
 
     version = "0.0.1"
@@ -44,6 +46,7 @@ class YoloWriter(Writer):
         self,
         output_dir: str | os.PathLike | None = None,
         task: str = "detect",
+        keypoints: list[str] | None = None,
         splits: dict | None = None,
         min_visibility: float = 0.0,
         min_pixels: int = 1,
@@ -57,7 +60,8 @@ class YoloWriter(Writer):
         backend: BaseBackend | None = None,
     ) -> None:
         """
-        task: "detect" (boxes) or "segment" (outlines).
+        task: "detect" (boxes), "segment" (outlines), "obb" (oriented boxes) or "pose" (keypoints).
+        keypoints: names of the keypoints of "pose" in their order; default those of the first frame, sorted.
         splits: relative sizes of the parts of the dataset, such as {"train": 0.8, "val": 0.2}; default all "train".
         min_visibility: objects of which less is visible, as a fraction of what they would cover alone, are left out.
         min_pixels: so are objects with fewer visible pixels.
@@ -83,10 +87,12 @@ class YoloWriter(Writer):
         labels = {"semanticTypes": semantic_types} if semantic_types else {
             "semanticFilter": semantic_filter_predicate or "class:*"
         }  # fmt: skip
+        more = {"obb": (OBB,), "pose": (KEYPOINTS,)}.get(task, ())
         self.annotators = [
             named_annotators.get(RGB),
-            *(named_annotators.get(name, labels) for name in (BOXES, INSTANCES)),
+            *(named_annotators.get(name, labels) for name in (BOXES, INSTANCES, *more)),
         ]
+        self._keypoints = keypoints
         self._listed: list[str] = []
         self._frame_id = 0
 
@@ -120,6 +126,8 @@ class YoloWriter(Writer):
         described: dict[str, Any] = {split: f"images/{split}" for split in self._splits.names}
         # Ultralytics asks for both of these.
         described |= {each: described[self._splits.names[0]] for each in ("train", "val") if each not in described}
+        if self._task == "pose":
+            described["kpt_shape"] = [len(self._keypoints or ()), 3]
         described["names"] = dict(enumerate(names))
         self.backend.schedule(write_text, path="data.yaml", text=yaml.safe_dump(described, sort_keys=False))
 
@@ -138,26 +146,60 @@ class YoloWriter(Writer):
         ids = self._table().ids(kinds)
         classes = np.searchsorted(list(self._table().labels()), ids)
         pixels = np.bincount(objects.ravel(), minlength=int(max(boxes["bboxIds"], default=0)) + 1)
+        outlines_of = {"detect": self._box, "pose": self._box, "obb": self._oriented, "segment": self._outline}
+        outline = outlines_of[self._task]
+        points = self._points(seen) if self._task == "pose" else None
         lines = []
         for row, instance, number in zip(boxes["data"], boxes["bboxIds"], classes.tolist()):
             hidden = float(row["occlusionRatio"])
             if pixels[instance] < self._min_pixels or (np.isfinite(hidden) and 1.0 - hidden < self._min_visibility):
                 continue
-            shape = self._box(row) if self._task == "detect" else self._outline(row, objects == instance)
-            fractions = np.asarray(shape, float) / (width, height)
+            fractions = np.asarray(outline(seen, row, int(instance)), float) / (width, height)
             lines.append(f"{number} {_text(fractions)}")
+            if points is not None:
+                lines[-1] += "".join(
+                    f" {_text(np.array(pixel) / (width, height))} {seen_as}"
+                    for *pixel, seen_as in points[int(instance)]
+                )
         return lines
 
-    def _box(self, row: Any) -> Sequence[tuple[float, float]]:
+    def _points(self, seen: Mapping[str, Any]) -> dict[int, list[tuple[float, float, int]]]:
+        """Return column, row [pixels] and visibility of each keypoint of each object, by instance id.
+
+        Raises:
+            WriterError: there is a keypoint that the first frame had not.
+        """
+        found, names = seen[KEYPOINTS]["data"], seen[KEYPOINTS]["keypointNames"]
+        if self._keypoints is None:
+            self._keypoints = list(names)
+        place = {name: index for index, name in enumerate(self._keypoints)}
+        if missing := [name for name in names if name not in place]:
+            raise WriterError(
+                f"YoloWriter: the keypoints {', '.join(missing)} are new, and YOLO has as many in all frames. Name all "
+                "in the writer's option keypoints."
+            )
+        blank = [(0.0, 0.0, 0)] * len(place)
+        points = {int(instance): list(blank) for instance in seen[BOXES]["bboxIds"]}
+        for row in found:
+            if row["visibility"] and int(row["instanceId"]) in points:
+                which = place[names[int(row["keypointId"])]]
+                points[int(row["instanceId"])][which] = (float(row["x"]), float(row["y"]), int(row["visibility"]))
+        return points
+
+    def _oriented(self, seen: Mapping[str, Any], row: Any, instance: int) -> np.ndarray:
+        """Return the corners of the oriented box [pixels]."""
+        return seen[OBB]["data"]["corners"][np.flatnonzero(np.asarray(seen[OBB]["bboxIds"]) == instance)[0]]
+
+    def _box(self, seen: Mapping[str, Any], row: Any, instance: int) -> Sequence[tuple[float, float]]:
         """Return center and size [pixels]; the annotator's x_max and y_max are inclusive."""
         x0, y0, x1, y1 = (int(row[name]) for name in ("x_min", "y_min", "x_max", "y_max"))
         return ((x0 + x1 + 1) / 2.0, (y0 + y1 + 1) / 2.0), (x1 + 1 - x0, y1 + 1 - y0)
 
-    def _outline(self, row: Any, mask: np.ndarray) -> np.ndarray:
+    def _outline(self, seen: Mapping[str, Any], row: Any, instance: int) -> np.ndarray:
         """Return the corners of the mask's outline [pixels]."""
         x, y = int(row["x_min"]), int(row["y_min"])
-        inside = mask[y : int(row["y_max"]) + 1, x : int(row["x_max"]) + 1]
-        return joined(outlines(inside)) + np.array((x, y))
+        objects = seen[INSTANCES]["data"][y : int(row["y_max"]) + 1, x : int(row["x_max"]) + 1]
+        return joined(outlines(objects == instance)) + np.array((x, y))
 
 
 def _text(fractions: np.ndarray) -> str:
