@@ -1,4 +1,8 @@
-"""Forces on bodies during one step, against closed forms."""
+"""Forces on bodies, against closed forms.
+
+PhysX (ovphysx 0.7.0) gives the same velocities for forces, accelerations and torques in either frame, and 1.4 % less
+spin for a force at a prim below the body.
+"""
 
 import numpy as np
 import pytest

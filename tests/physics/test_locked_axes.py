@@ -1,4 +1,8 @@
-"""Axes that bodies do not move along or turn about, against closed forms."""
+"""Axes that bodies do not move along or turn about, against closed forms.
+
+PhysX (ovphysx 0.7.0) is within 0.2 % of the same, for a locked position, for two locked rotations of a tilted box and
+for a box that slides down a slope with all rotations locked.
+"""
 
 import numpy as np
 import pytest
