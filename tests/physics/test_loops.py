@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pxr import UsdPhysics
+from pxr import Sdf, UsdPhysics
 
 from tests.physics.mechanisms import drive, free_axes, joint, limit, rod, rotation
 from tests.physics.scenes import add, new_stage, playing, position
@@ -179,3 +179,43 @@ def test_a_loop_that_floats_falls_like_anything_else():
     gaps = [turned[i] @ (centers[(i + 1) % 4] - centers[i]) for i in range(4)]
     authored = [np.subtract((*corners[(i + 1) % 4], 0), (*corners[i], 0)) for i in range(4)]
     assert np.abs(np.subtract(gaps, authored)).max() < 0.1 + 1e-3
+
+
+@pytest.mark.parametrize(("force", "breaks"), [(25.0, False), (4.0, True)])
+def test_joints_of_a_loop_break(force, breaks):
+    """A weight of 19.6 N below two fixed joints, of which one closes a loop."""
+    stage = new_stage()
+    plate(stage, "plate", (0, 0, 2))
+    beam = add(stage, "/World/beam", at=(0, 0, 3))
+    UsdPhysics.RigidBodyAPI(beam).CreateKinematicEnabledAttr(True)
+    for name, y in (("left", 0.1), ("right", -0.1)):
+        made = joint(stage, f"/World/{name}", UsdPhysics.FixedJoint, "/World/beam", "/World/plate", (0, y, 2.5))
+        made.CreateBreakForceAttr(force)
+    engine = playing(stage)
+    for _ in range(30):
+        engine.step(STEP)
+    fallen = 2 - position(stage.GetPrimAtPath("/World/plate"))[2]
+    assert fallen == pytest.approx(G / 8 if breaks else 0.0, abs=0.2 if breaks else 1e-4)
+
+
+def test_the_second_hinge_of_a_door_rubs_too():
+    """Two hinges of 1 N m each hold against 1.5, and not against 2.5."""
+    stage = new_stage()
+    for number in range(2):
+        path = f"/World/door_{number}"
+        UsdPhysics.MassAPI.Apply(add(stage, path, at=(0.4, 2 * number, 1), scale=(0.4, 0.02, 0.9))).CreateMassAttr(10.0)
+        for name, z in (("top", 1.7), ("bottom", 0.3)):
+            made = joint(
+                stage, f"/World/{name}_{number}", UsdPhysics.RevoluteJoint, "", path, (0, 2 * number, z), axis="Z"
+            )
+            made.GetPrim().AddAppliedSchema("PhysxJointAxisAPI:angular")
+            attribute = "physxJointAxis:angular:staticFrictionEffort"
+            made.GetPrim().CreateAttribute(attribute, Sdf.ValueTypeNames.Float).Set(1.0)
+    engine = playing(stage)
+    for _ in range(30):
+        engine.apply_joint_efforts(["/World/top_0", "/World/top_1"], [1.5, 2.5])
+        engine.step(STEP)
+    inertia = 10.0 * (0.4**2 + (0.8**2 + 0.04**2) / 12)
+    assert engine.joint_velocities(["/World/top_0", "/World/top_1"]) == pytest.approx(
+        [0.0, 0.5 * 0.5 / inertia], abs=2e-3
+    )

@@ -12,6 +12,7 @@ import numpy as np
 from usdsdg.errors import warn_once
 from usdsdg_physics.model.joints import BuiltJoints, add_joints, scene_trees
 from usdsdg_physics.model.mass import MassProperties, body_mass
+from usdsdg_physics.model.mesh_boundaries import mesh_boundaries_left_out
 from usdsdg_physics.model.narrow_phase_kernels import narrow_phase_kernels_made_once
 from usdsdg_physics.scene.contact_coefficients import (
     MAX_STAND_INS,
@@ -127,7 +128,8 @@ def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
         builder.add_shape_collision_filter_pair(shape_index[a], shape_index[b])
 
     # Our inertias are already positive and balanced; Newton's check would only compile another kernel.
-    model = builder.finalize(device=device, skip_validation_inertia=True)
+    with mesh_boundaries_left_out():
+        model = builder.finalize(device=device, skip_validation_inertia=True)
     model.set_gravity(scene.gravity)
     return BuiltModel(
         model,

@@ -53,7 +53,7 @@ class BuiltJoints:
 
     @property
     def breakable(self) -> list[tuple[str, int, float, float]]:
-        """Path, number, force and torque of the joints that break; those that close loops do not."""
+        """Path, number, force and torque of the joints that break."""
         joints = [branch.joint for tree in self.trees for branch in tree.branches]
         return [
             (joint.path, self.joint_of[joint.path], joint.break_force, joint.break_torque)

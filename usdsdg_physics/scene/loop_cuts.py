@@ -11,7 +11,8 @@ from usdsdg_physics.scene.records import Joint, Scene
 def cut_loops(scene: Scene) -> Scene:
     """Return a scene whose loops are closed by joints without coordinates only.
 
-    The solver closes loops with fixed, revolute and spherical joints that have neither limits nor a drive. Any other
+    The solver closes loops with fixed, revolute and spherical joints that have no limits, drive or friction, follow no
+    other joint and do not break. Any other
     joint that closes one moves half of its second body instead: one of half the mass and without colliders, which a
     weld holds to the rest of the body. So the joint is one of the tree, and nothing of it is lost.
     """
@@ -36,7 +37,13 @@ def _needs_cut(branch: Branch, tree: JointTree) -> bool:
     joint = branch.joint
     if joint.kind not in LOOP_KINDS:
         return True
+    if joint.mimic is not None or min(joint.break_force, joint.break_torque) < float("inf") or _rubs(joint):
+        return True
     # The second hinge of a door has the limits of the first.
     ends = {branch.parent, branch.child}
     beside = any({other.parent, other.child} == ends for other in tree.branches)
     return is_moved(joint) and not beside
+
+
+def _rubs(joint: Joint) -> bool:
+    return any(axis.static_friction or axis.friction or axis.damping or axis.armature for axis in joint.axes)
