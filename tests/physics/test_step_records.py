@@ -7,6 +7,8 @@ from pxr import Gf, UsdPhysics
 
 from tests.physics.mechanisms import drive, joint, rod
 from tests.physics.scenes import add, collide, mesh, new_stage, playing, set_value
+from tests.physics.test_distance_joints import tie
+from tests.physics.test_gears import gear, wheel
 from usdsdg_physics.world import step_records
 from usdsdg_physics.world.step_records import StepRecords
 
@@ -143,6 +145,42 @@ def joints(stage):
     return edit
 
 
+def ties(stage):
+    """A rope, a spring and a rod between bodies of a pile, a gear, and a plate on two rails, which is cut."""
+    ground(stage)
+    pile(stage, 6)
+    for number, (first, second) in enumerate([("b0", "b1"), ("b2", "b3"), ("b4", "")]):
+        ends = [f"/World/{name}" if name else "" for name in (first, second)]
+        spring = (50.0, 1.0) if number == 1 else None
+        least = 0.4 if number == 2 else -1.0
+        tie(stage, f"/World/tie_{number}", *ends, (0, 0, 0), (0, 0, 0), least=least, most=0.4, spring=spring)
+    for name, y in (("first", 3.0), ("second", 3.3)):
+        wheel(stage, name, y)
+    gear(stage, "/World/gear", "first", "second", 2.0)
+    add(stage, "/World/plate", at=(0, 5, 1))
+    for name, y in (("left", 4.9), ("right", 5.1)):
+        rail = joint(stage, f"/World/{name}", UsdPhysics.PrismaticJoint, "", "/World/plate", (0, y, 1), axis="Z")
+        drive(rail, "linear", stiffness=500.0, damping=20.0, target=0.3)
+
+    def edit(engine, frame):
+        if frame in (10, 20):
+            engine.apply_joint_efforts(["/World/first_joint"], [3.0])
+
+    return edit
+
+
+def moved_platform(stage):
+    ground(stage)
+    platform = add(stage, "/World/platform", at=(0, 0, 0.05), scale=(1, 1, 0.05), body=False)
+    pile(stage, 8)
+
+    def edit(engine, frame):
+        if frame % 16 > 4:
+            set_value(platform, "xformOp:translate", Gf.Vec3d(0.005 * frame, 0, 0.05))
+
+    return edit
+
+
 def trajectory(make):
     """Poses and velocities after every frame, and how many records the world ended with."""
     stage = new_stage()
@@ -160,7 +198,17 @@ def trajectory(make):
 
 @pytest.mark.parametrize(
     ("make", "kinds"),
-    [(contacts, 1), (sleeping, 2), (depenetration, 2), (kinematic, 2), (edits, 3), (terrain, 2), (joints, 1)],
+    [
+        (contacts, 1),
+        (sleeping, 2),
+        (depenetration, 2),
+        (kinematic, 2),
+        (edits, 3),
+        (terrain, 2),
+        (joints, 1),
+        (ties, 1),
+        (moved_platform, 2),
+    ],
 )
 def test_recorded_and_unrecorded_steps_are_bit_equal(make, kinds, monkeypatch):
     recorded, records = trajectory(make)
