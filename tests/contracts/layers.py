@@ -44,7 +44,7 @@ USDSDG = {
     "meshes": "errors stage session mirror",
     "example": "demo",
     "inspect": "errors stage writers",
-    "verify": "errors stage annotators writers record inspect",
+    "verify": "errors stage session annotators writers record inspect",
     "replicator_yaml": "errors session arguments graph orchestrator __init__",
     "scenarios": "errors stage session arguments graph create writers app orchestrator settings __init__",
     "compat": "errors stage session articulations arguments graph distribution create annotators writers functional "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +47,8 @@ DATASETS: dict[str, tuple[str, dict[str, Any], int]] = {  # number of cameras
     "pose": ("PoseWriter", {"exact_camera_frame": True, "skip_empty_frames": False}, 1),
     "dope": ("PoseWriter", {"exact_camera_frame": True, "format": "dope", "skip_empty_frames": False}, 1),
     "centerpose": ("PoseWriter", {"exact_camera_frame": True, "format": "centerpose"}, 2),
+    "yolo": ("YoloWriter", {"task": "detect"}, 1),
+    "outlines": ("YoloWriter", {"task": "segment", "splits": {"train": 3, "val": 1}, "min_pixels": 5}, 2),
     "cosmos": ("CosmosWriter", {}, 1),
     "drawn": ("DataVisualizationWriter", {
         "bounding_box_2d_tight": True, "bounding_box_2d_loose": True, "bounding_box_3d": True,
@@ -55,8 +57,15 @@ DATASETS: dict[str, tuple[str, dict[str, Any], int]] = {  # number of cameras
 }  # fmt: skip
 
 
-def make(folder: Path, names: Iterable[str] = DATASETS, *, frames: int = 4, seed: int = 1) -> Path:
-    """Write the named datasets, each into a folder of its name; return `folder`."""
+def make(
+    folder: Path,
+    names: Iterable[str] = DATASETS,
+    *,
+    frames: int = 4,
+    seed: int = 1,
+    edit: Callable[[int], None] = lambda frame: None,
+) -> Path:
+    """Write the named datasets, each into a folder of its name; return `folder`. `edit` changes the stage further."""
     session.restart()
     set_global_seed(seed)
     scene = Scene(seed)
@@ -66,8 +75,9 @@ def make(folder: Path, names: Iterable[str] = DATASETS, *, frames: int = 4, seed
         writer = rep.writers.get(kind)
         writer.initialize(output_dir=str(folder / name), **options)
         writer.attach(products[:cameras])
-    for _ in range(frames):
+    for frame in range(frames):
         scene.move()
+        edit(frame)
         rep.orchestrator.step(delta_time=0.0)
     rep.orchestrator.wait_until_complete()
     for writer in list(session.current().writers):

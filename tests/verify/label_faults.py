@@ -525,6 +525,46 @@ def _(folder: Path) -> None:
     shutil.copy(folder / "000000.json", folder / "000001.json")
 
 
+# YOLO
+
+
+def _yolo(folder: Path, change: Callable[[list[str]], list[str]]) -> None:
+    for path in folder.glob("labels/*/*.txt"):
+        lines = [" ".join(change(line.split(" "))) for line in path.read_text().splitlines()]
+        path.write_text("".join(f"{line}\n" for line in lines))
+
+
+@kind("classes counted from 1", "yolo")
+def _(folder: Path) -> None:
+    _yolo(folder, lambda fields: [str(int(fields[0]) + 1), *fields[1:]])
+
+
+@kind("corner for center", "yolo")
+def _(folder: Path) -> None:
+    def move(fields: list[str]) -> list[str]:
+        x, y, width, height = map(float, fields[1:])
+        return [fields[0], f"{x - width / 2:.6f}", f"{y - height / 2:.6f}", *fields[3:]]
+
+    _yolo(folder, move)
+
+
+@kind("names of classes in another order", "yolo")
+def _(folder: Path) -> None:
+    path = folder / "data.yaml"
+    path.write_text(
+        path.read_text().replace(": mug\n", ": -\n").replace(": can\n", ": mug\n").replace(": -\n", ": can\n")
+    )
+
+
+@kind("outlines with y before x", "outlines")
+def _(folder: Path) -> None:
+    def swap(fields: list[str]) -> list[str]:
+        pairs = [fields[index : index + 2][::-1] for index in range(1, len(fields), 2)]
+        return [fields[0], *(each for pair in pairs for each in pair)]
+
+    _yolo(folder, swap)
+
+
 # Clips and drawings
 
 

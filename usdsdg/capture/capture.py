@@ -15,6 +15,7 @@ from usdsdg.capture.observing import observe
 from usdsdg.capture.output import WriterOutput
 from usdsdg.capture.render_settings import RenderMode
 from usdsdg.capture.requests import Requests
+from usdsdg.capture.stage_records import StageMoment, StageRecords
 from usdsdg.capture.tiles import view_of
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.session import engines
@@ -35,6 +36,8 @@ class Capture:
         self._output = WriterOutput()
         self._labeled_prims: LabeledPrimReader | None = None
         self._earlier = EarlierPoints()
+        self._stages: StageRecords | None = None
+        self._moment: StageMoment | None = None
         self._requests = Requests()
         self._exposure = Exposure(self._requests, 0)
 
@@ -58,11 +61,12 @@ class Capture:
         """Render labels, compute annotators and call writers; `seconds` is the time on the timeline."""
         if not self._requests.annotators:
             return
+        self._moment = self._stage_moment()
         frames = self._frames(frame, seconds)
         observe(self._requests, frames)
         _compute(frames)
         for writer in self._requests.writers:
-            self._output.write(writer, frames, self._requests)
+            self._output.write(writer, frames, self._requests, self._moment)
         self._remember(frames)
         report("frames captured", frame + 1, self.expected_frames)
 
@@ -83,6 +87,14 @@ class Capture:
             if captures := self._requests.requirements(path).earlier_captures:
                 assert isinstance(frame.scene, FrameScene)
                 self._earlier.remember(path, frame.scene.points(), captures)
+
+    def _stage_moment(self) -> StageMoment | None:
+        """Return the stage as it is now, where a writer's record needs it."""
+        if not self._requests.is_recorded:
+            return None
+        if self._stages is None:
+            self._stages = StageRecords(current_stage())
+        return self._stages.take(engines.renderer().time)
 
     def _frames(self, index: int, seconds: float) -> dict[str, Frame]:
         """Return the frame of each product, the input of annotators, by product path."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from usdsdg.annotators.class_table import ClassTable, ids_are_stable
 from usdsdg.annotators.frame import PIXELS, Frame
+from usdsdg.capture.stage_records import StageMoment
 from usdsdg.capture.tiles import views_of
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.record import FRAMES, frame_record, id_runs, samples
@@ -57,11 +58,22 @@ class FrameRecords:
     def __init__(self) -> None:
         # Writers that share a folder count their frames alike, so all but the first have names of their own.
         self._sharing: dict[str, list[Writer]] = {}
+        # Backends by their id and the path of a stage that they have; held, so that an id means one backend.
+        self._stages: dict[tuple[int, str], BaseBackend] = {}
 
     def write(
-        self, writer: Writer, frames: Mapping[str, Frame], *, number: int, files: list[str], amodal: Mapping[str, bool]
+        self,
+        writer: Writer,
+        frames: Mapping[str, Frame],
+        moment: StageMoment | None,
+        *,
+        number: int,
+        files: list[str],
+        amodal: Mapping[str, bool],
     ) -> None:
         """Schedule the record of a frame that a writer has received.
+
+        moment: the stage at that frame; None: it is not recorded.
 
         frames: by product path. number: how many frames it had received before. files: those that it scheduled.
         amodal: by product path, whether amodal masks were rendered.
@@ -81,10 +93,20 @@ class FrameRecords:
             "stable_ids": ids_are_stable(),
             "semantic_classes": _given_classes(),
         }
-        content = _Content(facts, tuple(frames.values()), dict(amodal))
+        if moment is not None:
+            facts["stage"] = {"file": moment.base, **moment.facts}
+            self._write_stage(backend, moment)
+        content = _Content(facts, tuple(frames.values()), dict(amodal), moment)
         # The arrays are given to the queue, which bounds the memory of what waits.
         arrays = [frame.aovs for frame in frames.values()]
         backend.schedule(_put, path=self._path(writer, backend, number), content=content, arrays=arrays)
+
+    def _write_stage(self, backend: BaseBackend, moment: StageMoment) -> None:
+        """Schedule the file of the stage, once for each backend."""
+        key = (id(backend), moment.base)
+        if key not in self._stages:
+            self._stages[key] = backend
+            backend.schedule(_put_bytes, path=moment.base, data=moment.content)
 
     def _path(self, writer: Writer, backend: BaseBackend, number: int) -> str:
         key = _folder_of(backend) or str(id(backend))
@@ -107,8 +129,14 @@ class _Folder(BaseBackend):
 class _Content:
     """The bytes of a record, made once, on the thread that writes them first."""
 
-    def __init__(self, facts: Mapping[str, Any], frames: tuple[Frame, ...], amodal: Mapping[str, bool]) -> None:
-        self._facts, self._frames, self._amodal = facts, frames, amodal
+    def __init__(
+        self,
+        facts: Mapping[str, Any],
+        frames: tuple[Frame, ...],
+        amodal: Mapping[str, bool],
+        moment: StageMoment | None,
+    ) -> None:
+        self._facts, self._frames, self._amodal, self._moment = facts, frames, amodal, moment
 
     @functools.cached_property
     def data(self) -> bytes:
@@ -121,12 +149,17 @@ class _Content:
             product_record(frame, chosen, amodal=self._amodal.get(frame.render_product, False))
             for frame, chosen in zip(self._frames, filters)
         )
-        moment = {"seconds": numerator / denominator, "capture": first.index}
+        edits = self._moment.layer if self._moment is not None and self._moment.edits else b""
+        moment = {"seconds": numerator / denominator, "capture": first.index, "edits": edits}
         return frame_record.encode(FrameRecord(**self._facts, **moment, products=products))
 
 
 def _put(path: str, content: _Content, arrays: Any, backend_instance: BaseBackend) -> None:
     backend_instance.write_blob(path, content.data)
+
+
+def _put_bytes(path: str, data: bytes, backend_instance: BaseBackend) -> None:
+    backend_instance.write_blob(path, data)
 
 
 def product_record(frame: Frame, filters: tuple[str, ...], *, amodal: bool) -> ProductRecord:
@@ -165,8 +198,11 @@ def product_record(frame: Frame, filters: tuple[str, ...], *, amodal: bool) -> P
         depth=None if depth is None else samples.grid(depth),
         normals=None if normals is None else samples.normal_steps(samples.grid(normals)),
         thumbnail=None if color is None else samples.block_means(color),
-        checksums={name: samples.checksum(aovs[name]) for name in sorted(aovs) if name not in AOVS | {"HdrColor"}}
-        | ({} if depth is None else {"distance_to_camera": samples.checksum(depth)}),
+        checksums={
+            name: samples.checksum(aovs[name]) for name in sorted(aovs) if name not in AOVS | {"HdrColor", "normals"}
+        }
+        | ({} if depth is None else {"distance_to_camera": samples.checksum(depth)})
+        | ({} if normals is None else {"normal_image": samples.checksum(samples.normal_image(normals))}),
     )
 
 

@@ -8,6 +8,7 @@ from usdsdg.annotators.payload import build_payload
 from usdsdg.capture.frame_records import FrameRecords
 from usdsdg.capture.graph_outputs import distribution_outputs, trigger_outputs
 from usdsdg.capture.requests import Requests
+from usdsdg.capture.stage_records import StageMoment
 from usdsdg.errors import watch_foreign
 from usdsdg.session.progress import report, say
 from usdsdg.session.session import current
@@ -24,8 +25,13 @@ class WriterOutput:
         self._reported: set[tuple[str, str]] = set()
         self._records = FrameRecords()
 
-    def write(self, writer: Writer, frames: Mapping[str, Frame], requests: Requests) -> None:
-        """Pass a writer the payload of its frames, and record them; `frames` is by product path."""
+    def write(
+        self, writer: Writer, frames: Mapping[str, Frame], requests: Requests, moment: StageMoment | None
+    ) -> None:
+        """Pass a writer the payload of its frames, and record them; `frames` is by product path.
+
+        moment: the stage at this frame, for the record.
+        """
         attached = {path: frames[path] for path in writer.render_products if path in frames}
         if attached:
             self._report_folder(writer)
@@ -39,7 +45,7 @@ class WriterOutput:
                 watch_foreign(error)
                 raise
             amodal = {path: requests.requirements(path).amodal_masks for path in attached}
-            self._records.write(writer, attached, number=number, files=files, amodal=amodal)
+            self._records.write(writer, attached, moment, number=number, files=files, amodal=amodal)
 
     def _report_folder(self, writer: Writer) -> None:
         name, folder = type(writer).__name__, getattr(writer.backend, "output_dir", None)

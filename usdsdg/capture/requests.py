@@ -63,6 +63,11 @@ class Requests:
             _check_tiles(product, annotators, who)
             self.annotators.setdefault(product.path, []).extend(annotators)
 
+    @property
+    def is_recorded(self) -> bool:
+        """Whether any writer gets a record of its frames."""
+        return bool(self._recorded)
+
     def products(self) -> list[HydraTexture]:
         """Return the requested render products, oldest first."""
         return [product for product in products() if product.path in self.annotators]

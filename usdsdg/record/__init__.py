@@ -3,4 +3,5 @@
 from usdsdg.stage.semantics.semantic_classes import BESIDE, FILE
 
 FRAMES = f"{BESIDE}/frames"
+STAGES = f"{BESIDE}/stages"
 CLASSES = f"{BESIDE}/{FILE}"

@@ -82,7 +82,8 @@ class FrameRecord:
     up_axis: str = "Z"
     stable_ids: bool = True  # whether ids of classes are the same in all frames
     semantic_classes: Mapping[str, int] = field(default_factory=dict)  # those that the user has fixed, with their ids
-    stage: Mapping[str, Any] = field(default_factory=dict)  # what is needed to render the frame again
+    stage: Mapping[str, Any] = field(default_factory=dict)  # file of the stage, time code, settings; {}: not recorded
+    edits: bytes = b""  # text of a layer: what has changed on that stage
 
 
 def encode(record: FrameRecord) -> bytes:
@@ -97,7 +98,8 @@ def encode(record: FrameRecord) -> bytes:
     text = json.dumps(
         {"version": VERSION, **facts, "products": products}, separators=(",", ":"), default=_plain, skipkeys=True
     )
-    return npz.encode({"facts": np.frombuffer(text.encode(), np.uint8), **arrays})
+    edits = {"edits": np.frombuffer(record.edits, np.uint8)} if record.edits else {}
+    return npz.encode({"facts": np.frombuffer(text.encode(), np.uint8), **edits, **arrays})
 
 
 def decode(data: bytes) -> FrameRecord:
@@ -115,7 +117,8 @@ def decode(data: bytes) -> FrameRecord:
         own = {name.split("_", 1)[1]: array for name, array in arrays.items() if name.startswith(f"{index}_")}
         products.append(_decoded(described, own))
     known = {name: facts[name] for name in _FACTS if name in facts}
-    return FrameRecord(**{**known, "files": tuple(facts["files"]), "products": tuple(products)})
+    edits = arrays["edits"].tobytes() if "edits" in arrays else b""
+    return FrameRecord(**{**known, "files": tuple(facts["files"]), "products": tuple(products), "edits": edits})
 
 
 _FACTS = (

@@ -30,6 +30,11 @@ def normal_steps(normals: np.ndarray) -> np.ndarray:
     return np.rint(normals[..., :3] * _NORMAL_STEPS).astype(np.int8)
 
 
+def normal_image(normals: np.ndarray) -> np.ndarray:
+    """Return components of unit normals in 8 bits as images have them: -1 is 0, and 1 is 255."""
+    return ((normals[..., :3] * 0.5 + 0.5) * 255).astype(np.uint8)
+
+
 def block_means(image: np.ndarray) -> np.ndarray:
     """Return the mean colors, uint8 (h, w, 3), of blocks of BLOCK pixels; an incomplete last block is left out."""
     height, width = (max(size // BLOCK, 1) for size in image.shape[:2])

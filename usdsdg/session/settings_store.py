@@ -48,6 +48,7 @@ DEFAULTS: dict[str, Any] = {
     "/usdsdg/labels/semanticClasses": None,
     "/usdsdg/labels/closedClasses": False,
     "/usdsdg/labels/record": True,
+    "/usdsdg/labels/recordStage": True,
     "/usdsdg/replicator/version": 0,
     "/syntheticdata/sensors/perSubsetSegmentation": False,
 }

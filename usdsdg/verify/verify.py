@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from usdsdg.errors import DatasetError
 from usdsdg.verify.checks import (
@@ -24,6 +25,7 @@ from usdsdg.verify.checks import (
 )
 from usdsdg.verify.checks.coco import Coco
 from usdsdg.verify.checks.tables import Tables
+from usdsdg.verify.checks.yolo import Yolo
 from usdsdg.verify.faults import Fault, Faults, Report
 from usdsdg.verify.folder import Folder
 from usdsdg.verify.formats import basic as basic_files
@@ -32,48 +34,69 @@ from usdsdg.verify.formats import cosmos as cosmos_files
 from usdsdg.verify.formats import drawn as drawn_files
 from usdsdg.verify.formats import kitti as kitti_files
 from usdsdg.verify.formats import pose as pose_files
+from usdsdg.verify.formats import yolo as yolo_files
+from usdsdg.verify.redraw import redraw
 from usdsdg.verify.seen import Seen
 
 Progress = Callable[[str, int, int | None], None]
 # COCO's and Cosmos's names contain those of BasicWriter, so they come first.
-FORMATS = (coco_files, cosmos_files, kitti_files, drawn_files, basic_files, pose_files)
+FORMATS = (coco_files, cosmos_files, yolo_files, kitti_files, drawn_files, basic_files, pose_files)
 MISSING = "there is no record beside the files, so only what they say of each other was checked"
 
 
-def verify(folder: str | os.PathLike[str], *, progress: Progress | None = None) -> Report:
+def verify(
+    folder: str | os.PathLike[str],
+    *,
+    render: Sequence[int] | int | None = None,
+    progress: Progress | None = None,
+) -> Report:
     """Check the dataset in `folder`, against its record where there is one.
+
+    render: numbers of frames to render again from the recorded stage, or how many, evenly spaced; this replaces the
+        current stage.
 
     Raises:
         DatasetError: there is no such folder, or nothing in it is recognized.
     """
     data = Folder(Path(folder))
     report = Report(str(folder), recorded=len(data.records))
-    tables = [Tables(data.classes), Coco(data.classes), _kitti_tables()]
+    tables = [Tables(data.classes), Coco(data.classes), kitti.Kitti(), Yolo(data.classes)]
     named = _images_by_checksum(data)
     read: set[str] = set()
     for seen in _images(data, read):
         report.formats[seen.format] += 1
         if data.records and seen.truth is None:
             report.notes.append(f"{seen.format}: image {seen.name} has no record")
-        for check in (ids, boxes, solids, depth, camera, poses, points, arrays, cosmos, drawn):
-            report.faults += check.check(seen)
-        report.faults += color.check(seen, named)
-        for table in tables:
-            report.faults += table.check(seen)
+        for check in (ids, boxes, solids, depth, camera, poses, points, arrays, cosmos, drawn, *tables):
+            report.faults += _found(check.check, seen)
+        report.faults += _found(color.check, seen, named)
         if progress is not None:
             progress("images verified", report.formats.total(), None)
     if not report.formats and not data.records:
         raise DatasetError(f"nothing in {folder} is a dataset in a format that usdsdg writes")
     if not data.records:
         report.notes.append(MISSING)
+    if render is not None:
+        numbers, most = (None, render) if isinstance(render, int) else (render, len(render))
+        faults, notes, report.rendered = redraw(data, numbers, most=most, progress=progress)
+        report.faults += faults
+        report.notes += notes
     report.faults += data.faults
     report.faults += files.check(data, read)
     report.faults = list(dict.fromkeys(report.faults))
     return report
 
 
-def _kitti_tables() -> kitti.Kitti:
-    return kitti.Kitti()
+def _found(check: Callable[..., Faults], seen: Seen, *others: Any) -> list[Fault]:
+    """Return the faults that a check finds; values that it cannot make sense of are one."""
+    faults = []
+    try:
+        for fault in check(seen, *others):
+            faults.append(fault)
+    except (KeyError, ValueError, TypeError, IndexError) as error:
+        what = f"values are not as the format of {seen.format} has them"
+        faults.append(Fault(seen.files[-1], seen.name, what, "", f"{type(error).__name__}: {error}"))
+    return faults
 
 
 def _images(data: Folder, read: set[str]) -> Iterator[Seen]:

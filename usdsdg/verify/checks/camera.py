@@ -66,6 +66,11 @@ def _recorded(seen: Seen, camera: Camera, view: CameraView) -> Faults:
         found = (camera.focal, *(camera.center or ()))
         if camera.focal is not None and differs(found, expected, relative=max(_RELATIVE, camera.digits)):
             yield Fault(camera.file, seen.name, "focal length and center [pixels]", text(expected), text(found))
+    for name in ("cameraProjection", "camera_projection_matrix"):
+        if name in camera.values and view.projection_type == "pinhole" and math.isfinite(view.clipping_range[1]):
+            found = np.reshape(camera.values[name], (4, 4))
+            if differs(found, view.projection_matrix, relative=_RELATIVE, absolute=camera.digits):
+                yield Fault(camera.file, seen.name, name, text(view.projection_matrix), text(found))
     for name, expected in _values(view).items():
         if name in camera.values:
             found = camera.values[name]
@@ -90,6 +95,18 @@ def _values(view: CameraView) -> dict[str, Any]:
         "aperture": [view.horizontal_aperture, view.vertical_aperture],
         "focal_length": view.focal_length,
         "meters_per_scene_unit": view.meters_per_unit,
+    }
+    lens = view.lens_parameters
+    values |= {
+        "cameraFisheyeLensP": list(lens.tangential),
+        "cameraFisheyeLensS": list(lens.thin_prism),
+        "cameraFisheyeMaxFOV": lens.max_fov,
+        "cameraFisheyeNominalWidth": lens.nominal_size[0],
+        "cameraFisheyeNominalHeight": lens.nominal_size[1],
+        "cameraFisheyeOpticalCentre": list(lens.center),
+        "cameraFisheyePolynomial": list(lens.polynomial),
+        "cameraOpenCVFx": lens.focal[0],
+        "cameraOpenCVFy": lens.focal[1],
     }
     if math.isfinite(view.clipping_range[1]):
         values["cameraNearFar"] = list(view.clipping_range)

@@ -22,6 +22,7 @@ class Coco:
     def __init__(self, classes: Mapping[str, Any] | None) -> None:
         self._seen: set[str] = set()
         self._classes = classes
+        self._nothing: dict[int, list[int]] = {}  # color of what has no label, and of the background
 
     def check(self, seen: Seen) -> Faults:
         """Check one image and its annotations."""
@@ -33,6 +34,21 @@ class Coco:
             yield from _masks(seen, masks)
             yield from _things(seen, masks)
             yield from _panoptic(seen, masks)
+            yield from self._rest_of_panoptic(seen, masks)
+
+    def _rest_of_panoptic(self, seen: Seen, masks: Masks) -> Faults:
+        """What has no label has one color in all images, and so has what was not hit."""
+        members = seen.truth.members(masks.filter) if seen.truth else None
+        if members is None or "panoptic" not in seen.extra:
+            return
+        file, image = seen.extra["panoptic"]
+        for kind, name in ((-1, "what has no label"), (-2, "the background")):
+            if image.ndim != 3 or image.shape[:2] != members.shape or not (members == kind).any():
+                continue
+            colors = np.unique(image[members == kind][:, :3], axis=0).tolist()
+            first = self._nothing.setdefault(kind, colors[0])
+            if colors != [first]:
+                yield Fault(file, seen.name, f"{name} has one color", str(first), ", ".join(map(str, colors[:3])))
 
 
 def _categories(masks: Masks) -> Faults:

@@ -26,6 +26,8 @@ def check(seen: Seen) -> Faults:
                     "",
                     _keys(ids, unknown),
                 )
+            if ids.kind == "gprim" and not ids.chosen and ids.meanings.get(0, INVALID) != INVALID:
+                yield Fault(ids.table, seen.name, f"what {_keys(ids, [0])} means", INVALID, ids.meanings[0])
         if seen.truth is None:
             continue
         shape = seen.truth.product.shape

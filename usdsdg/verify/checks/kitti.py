@@ -10,6 +10,7 @@ import numpy as np
 
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.verify.checks.compare import differs, of_pixels, text
+from usdsdg.verify.checks.poses import truncation
 from usdsdg.verify.faults import Fault, Faults
 from usdsdg.verify.seen import Seen, packed, unpacked
 from usdsdg.verify.truth import Thing, Truth
@@ -235,6 +236,9 @@ def _line(seen: Seen, file: str, name: str, values: np.ndarray, thing: Thing, tr
         yield Fault(file, seen.name, f"the box {what}", str(thing.box), text(values[3:7]))
     if not 0.0 <= values[0] <= 1.0:
         yield Fault(file, seen.name, f"truncated {what}", "0 to 1", f"{values[0]:g}")
+    truncated = truncation(thing, truth.camera) if truth.camera else None
+    if truncated is not None and differs(values[0], truncated, relative=0.0, absolute=1e-4):
+        yield Fault(file, seen.name, f"truncated {what}", f"{truncated:.4f}", f"{values[0]:g}")
     if thing.occlusion is not None:
         levels = {_level(1.0 - thing.occlusion + off, truth.record.parameters) for off in (-1e-6, 1e-6)}
         if int(values[1]) not in levels:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from usdsdg.record import samples
 from usdsdg.verify.checks.compare import differs, text
 from usdsdg.verify.faults import Fault, Faults
 from usdsdg.verify.seen import Points, Seen
+from usdsdg.verify.truth import points
 
 _RELATIVE = 5e-5
 
@@ -53,6 +55,7 @@ def _recorded(seen: Seen, cloud: Points) -> Faults:
             yield Fault(
                 cloud.file, seen.name, "a point is not where depth has it", text(expected[worst]), text(found[worst])
             )
+    yield from _of_files(seen, cloud, kept)
     things = truth.things(cloud.filter)
     for kind, name in (("semantic", "class_id"), ("instance", "id")):
         if kind in cloud.others:
@@ -76,3 +79,22 @@ def _recorded(seen: Seen, cloud: Points) -> Faults:
                     seen.name,
                     f"normals of {int((off > 1 / 127).any(axis=1).sum())} points are not the recorded ones",
                 )
+
+
+def _of_files(seen: Seen, cloud: Points, kept: np.ndarray) -> Faults:
+    """Points and their normals are those of the depth and the normals that were written beside them."""
+    assert seen.truth is not None
+    camera = seen.truth.camera
+    assert camera is not None
+    depth = next((each for each in seen.depths if each.kind == "camera" and each.values.shape == kept.shape), None)
+    if depth is not None:
+        rows, columns = np.nonzero(kept)
+        expected = points(camera, depth.values[kept].astype(np.float64), rows, columns)
+        scale = np.abs(expected).max(initial=0) + np.linalg.norm(camera.local_to_world[3, :3])
+        if differs(cloud.points, expected, relative=0.0, absolute=_RELATIVE * scale):
+            yield Fault(cloud.file, seen.name, f"points are not where {depth.file} has them")
+    image = next((each for each in seen.normals if each.exact and each.image.shape[:2] == kept.shape), None)
+    if image is not None and "normals" in cloud.others:
+        file, values = cloud.others["normals"]
+        if len(values) == len(cloud.points) and (samples.normal_image(values) != image.image[kept][:, :3]).any():
+            yield Fault(file, seen.name, f"normals are not those of {image.file}")

@@ -14,14 +14,19 @@ from usdsdg.verify.formats.pose import expected
 from usdsdg.verify.seen import Posed, Poses, Seen
 from usdsdg.verify.truth import Thing
 
+_ORDER = ("Center", *(x + y + z for x in "LR" for y in "DU" for z in "BF"))
+_DOPE_FIRST = "LUF"
 _FLOAT32 = 2e-6
-_PIXEL = 1.01  # keypoints are rounded to whole pixels
+_PIXEL = 0.51  # keypoints are rounded to whole pixels
 _REACH = 2.0  # pixels by which an object may reach over its projected box
 
 
 def check(seen: Seen) -> Faults:
     """Compare pose files with the record, and their frames with each other."""
     for poses in seen.poses:
+        if sorted(poses.order) != sorted(_ORDER) or poses.order[0] not in ("Center", _DOPE_FIRST):
+            yield Fault(poses.file, seen.name, "keypoint_order", ", ".join(_ORDER), ", ".join(poses.order))
+            continue
         for each in poses.objects:
             yield from _agrees(seen, poses, each)
         if seen.truth is not None and seen.truth.camera is not None:
@@ -46,6 +51,33 @@ def _object(seen: Seen, poses: Poses, posed: Posed, thing: Thing, camera: Camera
             yield Fault(poses.file, seen.name, f"{name} of {thing.path}", text(value), text(posed.values[name]))
     yield from _rotations(seen, poses, posed, thing, camera)
     yield from _pixels(seen, poses, posed, thing, camera)
+    if (truncated := truncation(thing, camera)) is not None and "truncation_ratio" in posed.values:
+        found = float(posed.values["truncation_ratio"])
+        # It is that of keypoints in whole pixels.
+        if abs(found - truncated) > 0.02 + 4.0 / max(_shortest(thing, camera), 1.0):
+            yield Fault(poses.file, seen.name, f"truncation_ratio of {thing.path}", f"{truncated:.4f}", f"{found:.4f}")
+
+
+def truncation(thing: Thing, camera: CameraView) -> float | None:
+    """Return the fraction of a box's rectangle that is outside the image; None where some of it is behind the lens."""
+    corners = _corner_pixels(thing, camera)
+    if corners is None:
+        return None
+    low, high, size = corners.min(axis=0), corners.max(axis=0), np.array([camera.width, camera.height], float)
+    inside = np.clip(high, 0, size) - np.clip(low, 0, size)
+    return 1.0 - float(np.prod(inside) / np.prod(high - low)) if (high > low).all() else None
+
+
+def _shortest(thing: Thing, camera: CameraView) -> float:
+    corners = _corner_pixels(thing, camera)
+    return 0.0 if corners is None else float(np.ptp(corners, axis=0).min())
+
+
+def _corner_pixels(thing: Thing, camera: CameraView) -> np.ndarray | None:
+    pixels, depth = camera.project(_moved(keypoints(thing.bounds, list(_ORDER[1:])), thing.local_to_world))
+    if camera.projection_type != "pinhole" or not (depth > max(camera.clipping_range[0], 1e-6)).all():
+        return None
+    return pixels
 
 
 def keypoints(bounds: np.ndarray, order: list[str]) -> np.ndarray:

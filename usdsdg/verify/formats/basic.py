@@ -128,7 +128,7 @@ def _read_arrays(folder: Folder, seen: Seen, parts: Parts) -> None:
     file = parts.get("motion_vectors/npy")
     values = None if file is None else folder.array(file, seen.name)
     if file is not None and values is not None:
-        seen.arrays["motion_vectors"] = (file, values[..., :2])
+        seen.arrays["motion_vectors"] = (file, values)
     file = parts.get("occlusion/npy")
     rows = None if file is None else folder.array(file, seen.name)
     if file is not None and rows is not None:

@@ -59,5 +59,14 @@ def _camera(file: str, text: str) -> Camera:
     """Return the camera of a calibration; its pixels are 0 at the center of the first one. The pose is not there."""
     rows = dict(line.split(": ", 1) for line in text.splitlines())
     matrix = np.array(rows["P2"].split(), np.float64).reshape(3, 4)
+    if any(rows[f"P{index}"] != rows["P2"] for index in (0, 1, 3)):
+        raise ValueError("P0 to P3 differ, and there is one camera")
+    if matrix[1, 1] != matrix[0, 0] or matrix[2].tolist() != [0, 0, 1, 0] or matrix[:2, 3].any() or matrix[0, 1]:
+        raise ValueError("P2 is no projection with square pixels")
+    scanner = np.array(rows["Tr_velo_to_cam"].split(), np.float64).reshape(3, 4)
+    if (scanner != [[0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0]]).any():
+        raise ValueError("Tr_velo_to_cam does not turn x ahead, y left, z up to the camera's axes")
+    if (np.array(rows["R0_rect"].split(), np.float64) != np.eye(3).ravel()).any():
+        raise ValueError("R0_rect turns")
     focal, center = matrix[0, 0], (matrix[0, 2] + 0.5, matrix[1, 2] + 0.5)
     return Camera(file, np.full((4, 4), np.nan), 1e-5, None, focal, center, {"matrix": matrix.tolist()})

@@ -1,0 +1,100 @@
+"""What it takes to render a frame again: the stage at some frame, and what has changed since then."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import zlib
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from pxr import Sdf, Usd
+
+from usdsdg.capture.render_settings import glass_labels
+from usdsdg.capture.subsets import SETTING as SUBSETS
+from usdsdg.record import STAGES
+from usdsdg.session.settings_store import get_settings
+from usdsdg.stage import flatten
+from usdsdg.stage.changes import Changes, ChangeTracker
+
+SETTING = "/usdsdg/labels/recordStage"
+# Layers on disk that were edited are copied up to this size; a stage that is larger has no stage record [bytes].
+LARGEST = 32 << 20
+# Prims that no label depends on.
+_IGNORED = tuple(map(Sdf.Path, ("/Render", "/Replicator/SDGPipeline", "/OmniverseKit_Persp")))
+_IGNORED_NAMES = ("inputs:", "outputs:", "info:", "primvars:displayColor", "physics:", "drive:", "state:", "ui:")
+_NO_FOLDER = Path("/nonexistent")  # from which no relative path leads to an asset, so that all become absolute
+
+
+@dataclass(frozen=True)
+class StageMoment:
+    """The stage at one capture."""
+
+    base: str  # path of the file of the stage below the output folder
+    content: bytes  # of that file
+    edits: tuple[tuple[Sdf.Path, Any, Any], ...]  # attribute, its type and value: what has changed since
+    facts: dict[str, Any]  # time code, and settings on which labels depend
+
+    @cached_property
+    def layer(self) -> bytes:
+        """The edits as the text of a layer."""
+        layer = Sdf.Layer.CreateAnonymous(".usda")
+        with Sdf.ChangeBlock():
+            for path, kind, value in self.edits:
+                Sdf.JustCreatePrimAttributeInLayer(layer, path, kind)
+                layer.GetAttributeAtPath(path).default = value
+        return layer.ExportToString().encode()
+
+
+class StageRecords:
+    """Follows one stage."""
+
+    def __init__(self, stage: Usd.Stage) -> None:
+        self._stage = stage
+        self._tracker = ChangeTracker(stage)
+        self._base: tuple[str, bytes] | None = None
+        self._changed: dict[Sdf.Path, None] = {}  # attributes, since the base was taken
+
+    def take(self, time: Usd.TimeCode) -> StageMoment | None:
+        """Return the stage as it is now; None where it is not recorded."""
+        if not get_settings().get_as_bool(SETTING):
+            return None
+        changes = self._tracker.take()
+        if self._base is None or any(_matters(path) for path in changes.resynced):
+            self._base, self._changed = _base(self._stage), {}
+        else:
+            self._note(changes)
+        if self._base is None:
+            return None
+        attributes = map(self._stage.GetAttributeAtPath, self._changed)
+        edits = tuple((each.GetPath(), each.GetTypeName(), each.Get(time)) for each in attributes if each)
+        facts = {
+            "time": None if time.IsDefault() else time.GetValue(),
+            "glass": glass_labels(),
+            "subsets": get_settings().get_as_bool(SUBSETS),
+        }
+        return StageMoment(*self._base, tuple(each for each in edits if each[2] is not None), facts)
+
+    def _note(self, changes: Changes) -> None:
+        for prim, names in changes.changed.items():
+            if _matters(prim):
+                kept = (name for name in names if name and not name.startswith(_IGNORED_NAMES))
+                self._changed.update(dict.fromkeys(prim.AppendProperty(name) for name in sorted(kept)))
+
+
+def _matters(path: Sdf.Path) -> bool:
+    return not path.HasPrefix(_IGNORED[0]) and not any(path.HasPrefix(each) for each in _IGNORED[1:])
+
+
+def _base(stage: Usd.Stage) -> tuple[str, bytes] | None:
+    """Return the stage's own layers as one: name and content of the file; None where they are large."""
+    on_disk = [layer.realPath for layer in stage.GetLayerStack() if layer.realPath]
+    if sum(os.path.getsize(path) for path in on_disk if os.path.isfile(path)) > LARGEST:
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "stage.usdc"
+        flatten.flattened(stage, _NO_FOLDER).Export(str(file))
+        content = file.read_bytes()
+    return f"{STAGES}/{zlib.crc32(content):08x}.usdc", content

@@ -1,0 +1,241 @@
+"""Frames rendered again from the recorded stage: finds faults of the record itself, such as a wrong prim's label.
+
+What is compared is read anew: ids and depth from rays, poses and labels from the stage, by ways of their own.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom, UsdShade, UsdSkel
+
+from usdsdg.errors import UsdsdgError
+from usdsdg.record import samples
+from usdsdg.record.frame_record import FrameRecord, ProductRecord
+from usdsdg.session import engines, stage_context
+from usdsdg.stage.cameras.camera_view import CameraView, read_camera
+from usdsdg.stage.semantics.label_filter import LabelFilter
+from usdsdg.stage.semantics.labels import get_labels, is_labeled
+from usdsdg.verify.checks.compare import differs, text
+from usdsdg.verify.faults import Fault, Faults
+from usdsdg.verify.folder import Folder
+
+AOVS = ("instance", "distance_to_camera")
+# Where surfaces coincide either may be in front.
+_ODD = 0.002
+_DEPTH = 1e-4
+_OF_SIZE = 1e-3
+
+
+def redraw(
+    data: Folder, numbers: Sequence[int] | None, *, most: int, progress: Callable[[str, int, int | None], None] | None
+) -> tuple[list[Fault], list[str], int]:
+    """Render recorded frames again; return the faults, notes about what could not be rendered, and how many were.
+
+    numbers: those of the frames; None: `most` of them, evenly spaced.
+    """
+    chosen = [each for each in data.records if numbers is None or each.number in numbers]
+    if numbers is None and len(chosen) > most:
+        chosen = [chosen[index] for index in np.linspace(0, len(chosen) - 1, most).astype(int)]
+    faults: list[Fault] = []
+    notes = [] if chosen else ["no frame of these numbers is recorded"]
+    rendered = 0
+    for done, record in enumerate(chosen, 1):
+        if not record.stage:
+            notes.append(f"frame {record.number}: the stage is not recorded, so it cannot be rendered again")
+            continue
+        if not data.has(str(record.stage["file"])):
+            faults.append(Fault(record.stage["file"], str(record.number), "is missing: the frame's stage"))
+            continue
+        try:
+            faults += _frame(data, record)
+            rendered += 1
+        except UsdsdgError as error:
+            notes.append(f"frame {record.number} cannot be rendered again: {error}")
+        if progress is not None:
+            progress("frames rendered again", done, len(chosen))
+    return faults, notes, rendered
+
+
+def _frame(data: Folder, record: FrameRecord) -> list[Fault]:
+    with tempfile.TemporaryDirectory() as folder:
+        stage = _stage(data, record, Path(folder))
+        time = Usd.TimeCode.Default() if record.stage["time"] is None else Usd.TimeCode(record.stage["time"])
+        renderer = engines.renderer()
+        renderer.glass_labels = record.stage["glass"]
+        renderer.sync(time)
+        faults = []
+        for product in record.products:
+            faults += _product(record, product, stage, time)
+        return faults
+
+
+def _stage(data: Folder, record: FrameRecord, folder: Path) -> Usd.Stage:
+    """Open the stage of a record, with its edits in a stronger layer."""
+    edits = folder / "edits.usda"
+    edits.write_bytes(record.edits or b"#usda 1.0\n")
+    top = Sdf.Layer.CreateNew(str(folder / "frame.usda"))
+    base = Sdf.Layer.FindOrOpen(str((data.path / record.stage["file"]).absolute()))
+    base.Reload()  # the file may have been written anew
+    top.subLayerPaths = [str(edits), base.identifier]
+    for name in ("upAxis", "metersPerUnit", "timeCodesPerSecond", "startTimeCode", "endTimeCode"):
+        if base.pseudoRoot.HasInfo(name):  # metadata of sublayers does not count
+            top.pseudoRoot.SetInfo(name, base.pseudoRoot.GetInfo(name))
+    top.Save()
+    return stage_context.open_stage(folder / "frame.usda")
+
+
+def _product(record: FrameRecord, product: ProductRecord, stage: Usd.Stage, time: Usd.TimeCode) -> Faults:
+    where = f"frame {record.number} of {product.name}"
+    file, frame = f".usdsdg/frames: {where}", str(record.number)
+    views = []
+    for view in product.cameras:
+        now = read_camera(stage, view.prim_path, (view.width, view.height), time=time)
+        views.append(now)
+        if differs(now.local_to_world, view.local_to_world, relative=1e-6) or not _same_lens(now, view):
+            yield Fault(
+                file, frame, f"the camera {view.prim_path} is elsewhere on the stage", text(now.local_to_world),
+                text(view.local_to_world),
+            )  # fmt: skip
+    yield from _poses(file, frame, product, stage, time)
+    if product.gprim_image is None or record.stage["subsets"]:
+        return
+    yield from _labels(file, frame, product, stage, time)
+    if len(views) == 1:
+        yield from _images(file, frame, product, views[0])
+
+
+def _same_lens(a: CameraView, b: CameraView) -> bool:
+    names = ("projection_type", "focal_length", "horizontal_aperture", "clipping_range", "lens_parameters")
+    return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in names)
+
+
+def _images(file: str, frame: str, product: ProductRecord, view: CameraView) -> Faults:
+    """Every pixel shows the gprim that is recorded, at the recorded depth."""
+    renderer = engines.renderer()
+    (found,) = renderer.labels_of([view], AOVS)
+    assert product.gprim_image is not None
+    names = np.array([*renderer.gprims, "nothing"])
+    recorded = np.array([*product.gprims, "nothing"])
+    now, before = names[found["instance"]], recorded[product.gprim_image]
+    wrong = now != before
+    if wrong.sum() > max(_ODD * wrong.size, 1):
+        row, column = np.argwhere(wrong)[0].tolist()
+        yield Fault(
+            file, frame, f"{int(wrong.sum())} pixels, first in column {column} of row {row}, show another gprim",
+            str(now[row, column]), str(before[row, column]),
+        )  # fmt: skip
+    if product.depth is not None:
+        depth = samples.grid(found["distance_to_camera"])
+        same = np.isclose(depth, product.depth, rtol=_DEPTH, atol=0.0) | (np.isinf(depth) & np.isinf(product.depth))
+        if (~same).sum() > max(_ODD * same.size, 1):
+            at = tuple(np.argwhere(~same)[0])
+            yield Fault(
+                file, frame, f"depth differs in {int((~same).sum())} of {same.size} places", f"{depth[at]:.6g} m",
+                f"{product.depth[at]:.6g} m",
+            )  # fmt: skip
+
+
+def _poses(file: str, frame: str, product: ProductRecord, stage: Usd.Stage, time: Usd.TimeCode) -> Faults:
+    """Every recorded prim is where the stage has it, and its box holds what it draws."""
+    cache = UsdGeom.XformCache(time)
+    for row, name in enumerate(product.prims):
+        if "[" in name:
+            continue  # a point instance has no prim
+        prim = stage.GetPrimAtPath(name)
+        if not prim:
+            yield Fault(file, frame, f"{name} is not on the stage")
+            continue
+        pose = np.array(cache.GetLocalToWorldTransform(prim), np.float64).reshape(4, 4)
+        if differs(product.local_to_world[row], pose, relative=2e-6, absolute=1e-6):
+            yield Fault(file, frame, f"{name} is elsewhere on the stage", text(pose), text(product.local_to_world[row]))
+        recorded, own, whole = product.bounds[row], _bounds(prim, time), _bounds_below(prim, time, cache)
+        is_other = own is not None and np.abs(recorded - own).max() > _OF_SIZE * (own[1] - own[0]).max()
+        if whole is not None:
+            margin = _OF_SIZE * (whole[1] - whole[0]).max()
+            is_other |= bool((recorded[0] < whole[0] - margin).any() or (recorded[1] > whole[1] + margin).any())
+        if is_other:
+            expected = own if own is not None else whole
+            yield Fault(file, frame, f"the box of {name} is another on the stage", text(expected), text(recorded))
+
+
+def _bounds_below(root: Usd.Prim, time: Usd.TimeCode, cache: UsdGeom.XformCache) -> np.ndarray | None:
+    """Return bounds (2, 3) around the boxes of all gprims at and below a prim, in its frame: no box of it is larger.
+
+    None where the bounds of one are not known.
+    """
+    corners = []
+    for prim in Usd.PrimRange(root, Usd.TraverseInstanceProxies()):
+        if prim.IsA(UsdGeom.PointInstancer):
+            return None
+        if prim.IsA(UsdGeom.Gprim):
+            own = _bounds(prim, time)
+            if own is None:
+                return None
+            relative, resets = cache.ComputeRelativeTransform(prim, root)
+            if resets:
+                return None
+            matrix = np.array(relative, np.float64).reshape(4, 4)
+            points = np.array([[own[k >> axis & 1][axis] for axis in range(3)] for k in range(8)])
+            corners.append(points @ matrix[:3, :3] + matrix[3, :3])
+    return np.stack([np.min(corners, axis=(0, 1)), np.max(corners, axis=(0, 1))]) if corners else None
+
+
+def _bounds(prim: Usd.Prim, time: Usd.TimeCode) -> np.ndarray | None:
+    """Return the bounds (2, 3) of a gprim in its own frame; None for others, and for what a skeleton may deform."""
+    if prim.IsA(UsdGeom.Mesh):
+        mesh = UsdGeom.Mesh(prim)
+        if UsdSkel.BindingAPI(prim).GetInheritedSkeleton() or mesh.GetSubdivisionSchemeAttr().Get() != "none":
+            return None
+        points = np.array(mesh.GetPointsAttr().Get(time) or (), np.float64).reshape(-1, 3)
+        used = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or (), np.int64)
+        used = points[used[(used >= 0) & (used < len(points))]]
+        return np.stack([used.min(axis=0), used.max(axis=0)]) if len(used) else None
+    if not prim.IsA(UsdGeom.Gprim) or prim.IsA(UsdGeom.PointBased):
+        return None
+    extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), time)
+    return np.array(extent, np.float64) if extent is not None and len(extent) == 2 else None
+
+
+def _labels(file: str, frame: str, product: ProductRecord, stage: Usd.Stage, time: Usd.TimeCode) -> Faults:
+    """Every visible gprim belongs to its nearest labeled ancestor, with the labels of all above it."""
+    if any(is_labeled(prim) for prim in stage.TraverseAll() if prim.IsA(UsdShade.Material)):
+        return
+    for key, selection in product.selections.items():
+        # Without cases, as labels are compared.
+        label_filter = LabelFilter(key.lower()) if key else None
+        for gprim, member in zip(product.gprims, selection.member_of_gprim.tolist()):
+            prim = stage.GetPrimAtPath(gprim)
+            if "[" in gprim or not prim:
+                continue
+            recorded = product.prims[selection.rows[member]] if member >= 0 else "nothing labeled"
+            owner, labels = _owner(prim, label_filter, time)
+            expected = str(owner.GetPath()) if owner else "nothing labeled"
+            if recorded != expected:
+                yield Fault(file, frame, f"{gprim} belongs to", expected, recorded)
+            elif member >= 0 and dict(selection.labels[member]) != labels:
+                yield Fault(file, frame, f"the labels of {recorded}", str(labels), str(dict(selection.labels[member])))
+
+
+def _owner(
+    prim: Usd.Prim, label_filter: LabelFilter | None, time: Usd.TimeCode
+) -> tuple[Usd.Prim | None, dict[str, str]]:
+    """Return the nearest prim, at or above one, with labels that pass, and all labels above it by type."""
+    owner = None
+    chain: list[dict[str, list[str]]] = []
+    while prim and not prim.IsPseudoRoot():
+        own = {kind: [each.lower() for each in labels] for kind, labels in get_labels(prim, time).items()}
+        if owner is None and own and (label_filter is None or label_filter.select(own)):
+            owner = prim
+        if owner is not None:
+            chain.insert(0, own)
+        prim = prim.GetParent()
+    merged: dict[str, list[str]] = {}
+    for own in chain:
+        for kind, labels in own.items():
+            merged.setdefault(kind, []).extend(each for each in labels if each not in merged.get(kind, []))
+    kept = merged if label_filter is None else label_filter.select(merged)
+    return owner, {kind: ",".join(dict.fromkeys(labels)) for kind, labels in kept.items()}
