@@ -74,14 +74,14 @@ def _solids(
         corners = keypoints(thing.bounds, _CORNERS) @ thing.local_to_world[:3, :3] + thing.local_to_world[3, :3]
         ends = [(a, b) for a in range(8) for b in (a ^ 1, a ^ 2, a ^ 4) if a < b]
         pixels = np.concatenate([_edge(corners[a], corners[b], truth.camera) for a, b in ends])
-        column, row = np.floor(pixels).astype(int).T
-        inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
-        for y, x in {(int(y), int(x)) for y, x in zip(row[inside], column[inside])}:
-            around = np.s_[max(y - reach, 0) : y + reach + 1, max(x - reach, 0) : x + reach + 1]
-            near[around] = True
-            missing, total = missing + (not drawn[around].any()), total + 1
-    # Points are dense enough for a line in most cases; a few pixels between them are no fault.
+        for x, y in np.unique(np.floor(pixels).astype(int), axis=0).tolist():
+            # Ends of a line that is drawn are rounded, also those out of view.
+            near[max(y - reach - 1, 0) : max(y + reach + 2, 0), max(x - reach - 1, 0) : max(x + reach + 2, 0)] = True
+            if 0 <= x < width and 0 <= y < height:
+                around = drawn[max(y - reach, 0) : y + reach + 1, max(x - reach, 0) : x + reach + 1]
+                missing, total = missing + (not around.any()), total + 1
     stray = drawn & ~near
+    # A few pixels are no fault, as at the ends of edges.
     if missing > 0.02 * total or stray.sum() > 0.005 * max(drawn.sum(), 1):
         yield Fault(
             file,
