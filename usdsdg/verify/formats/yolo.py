@@ -20,7 +20,7 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
     if not folder.has(_DESCRIPTION):
         return
     text = folder.text(_DESCRIPTION, "all")
-    described = None if text is None else folder.parsed(_DESCRIPTION, "all", lambda: yaml.safe_load(text) or {})
+    described = None if text is None else folder.parsed(_DESCRIPTION, "all", lambda t=text: yaml.safe_load(t) or {})
     names = dict((described or {}).get("names") or {})
     found: dict[tuple[str, str], dict[str, str]] = {}
     for file in files:
