@@ -21,6 +21,7 @@ from usdsdg_physics.scene.contact_coefficients import (
     coefficient_table,
 )
 from usdsdg_physics.scene.records import STATIC, Body, Collider, Joint, Scene, Shape, Solid
+from usdsdg_physics.solver.separated_pairs import drop_separated_pairs
 from usdsdg_physics.solver.sweeps import sweep_by_island
 
 if TYPE_CHECKING:
@@ -183,7 +184,7 @@ def build_pipeline(model: newton.Model, *, capacity: float = 1.0, extra: int = 0
 
     # One configuration for every scene: each combination of options is another narrow-phase module to compile.
     with narrow_phase_kernels_made_once():
-        return newton.CollisionPipeline(
+        pipeline = newton.CollisionPipeline(
             model,
             broad_phase="sap",
             rigid_contact_max=int(capacity * max(MIN_CONTACTS, CONTACTS_PER_BODY * model.body_count)) + extra,
@@ -193,6 +194,8 @@ def build_pipeline(model: newton.Model, *, capacity: float = 1.0, extra: int = 0
             verify_buffers=False,
             deterministic=model.device.is_cuda,
         )
+    drop_separated_pairs(pipeline)
+    return pipeline
 
 
 def build_solver(model: newton.Model, joints: BuiltJoints, *, capacity: float = 1.0) -> newton.solvers.SolverSteel:

@@ -1,1 +1,1 @@
-"""Parts of Newton's solver in forms that are faster on the CPU and give the same bits."""
+"""Parts of Newton's collision pipeline and solver in forms that are faster on the CPU and give the same bits."""

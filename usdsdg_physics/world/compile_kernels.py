@@ -30,6 +30,7 @@ _MODULES = (
     "usdsdg_physics.corrections.free_flight_kernels",
     "usdsdg_physics.corrections.impacts_kernels",
     "usdsdg_physics.solver.response_kernels",
+    "usdsdg_physics.solver.separated_pairs_kernels",
 )
 # With gradients, which are not needed, this module alone takes three times as long.
 _WITHOUT_GRADIENTS = "newton._src.sim.articulation"
@@ -49,6 +50,7 @@ def prepare_newton() -> None:
     import usdsdg_physics.corrections.tunneling_guard_kernels
     import usdsdg_physics.queries.overlap_kernels
     import usdsdg_physics.solver.response_kernels
+    import usdsdg_physics.solver.separated_pairs_kernels
 
     with suppress(ImportError):  # another version of Newton has its functions elsewhere
         import usdsdg_physics.solver.sweep_kernels  # noqa: F401

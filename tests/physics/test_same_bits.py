@@ -1,4 +1,4 @@
-"""The solver's sweeps by island give the bits of Newton's own sweeps over all rows."""
+"""What replaces parts of Newton on the CPU gives the same bits: sweeps by island, pairs of shapes that are left out."""
 
 import numpy as np
 import pytest
@@ -8,6 +8,7 @@ from tests.physics.mechanisms import drive, joint, limit, rod
 from tests.physics.scenes import add
 from tests.physics.test_step_records import contacts, ground, kinematic, pile, terrain, trajectory
 from usdsdg_physics.model import build
+from usdsdg_physics.solver.separated_pairs import drop_separated_pairs
 from usdsdg_physics.solver.sweeps import sweep_by_island
 
 
@@ -65,3 +66,18 @@ def test_motion_is_that_of_newtons_sweeps_to_the_bit(make, monkeypatch):
     newtons, _ = trajectory(make)
     assert ours.tobytes() == newtons.tobytes()
     assert np.ptp(ours[:, :, 2], axis=0).max() > 0.1  # something moved
+
+
+@pytest.mark.parametrize("make", [contacts, kinematic, terrain, gripper])
+def test_pairs_that_are_left_out_have_no_contacts(make, monkeypatch):
+    pipelines = []
+    monkeypatch.setattr(
+        build, "drop_separated_pairs", lambda made: pipelines.append(made) or drop_separated_pairs(made)
+    )
+    ours, _ = trajectory(make)
+    pairs = pipelines[-1].broad_phase_shape_pairs.numpy()[: pipelines[-1].broad_phase_pair_count.numpy()[0]]
+    assert (pairs < 0).any()
+    assert (pairs >= 0).any()
+    monkeypatch.setattr(build, "drop_separated_pairs", lambda pipeline: None)
+    newtons, _ = trajectory(make)
+    assert ours.tobytes() == newtons.tobytes()
