@@ -1,4 +1,4 @@
-"""Substeps of a step: more for small bodies, and where a fast body is near a static triangle mesh."""
+"""Substeps of a step: more where a fast body is near a static triangle mesh."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdsdg_physics.scene.extents import half_thickness, length, world_box
+from usdsdg_physics.scene.extents import half_thickness, world_box
 from usdsdg_physics.scene.records import STATIC, Scene
 
 # A step of 1/60 s takes two substeps, the 1/320 s steps of motion blur one.
@@ -18,10 +18,6 @@ JOINT_FACTOR = 2
 MAX_TRAVEL = 0.5
 MAX_SUBSTEP_FACTOR = 4
 NEAR_DISTANCE = 0.5  # m
-# The solver leaves errors of the order of the way that gravity moves a body in a substep: what is not this many times
-# as large, such as a stack of 2 cm cubes at 1/120 s, or of 2 mm ones at 1/240 s, does not stand.
-MIN_SIZE_PER_FALL = 40.0
-MAX_SIZE_FACTOR = 4
 
 
 def ordinary_substeps(dt: float, *, rate: float = SUBSTEPS_PER_SECOND) -> int:
@@ -29,25 +25,10 @@ def ordinary_substeps(dt: float, *, rate: float = SUBSTEPS_PER_SECOND) -> int:
     return max(1, math.ceil(dt * rate - 1e-6))
 
 
-def substep_rate(scene: Scene) -> float:
-    """Return how many substeps a second has, by the size of the smallest body that gravity moves."""
-    sizes = dict.fromkeys((body.path for body in scene.bodies.values() if body.gravity and not body.kinematic), 0.0)
-    for collider in scene.colliders.values():
-        if collider.body in sizes:
-            sizes[collider.body] = max(sizes[collider.body], length(collider.shape))
-    smallest = min((size for size in sizes.values() if size > 0.0), default=math.inf)
-    gravity = math.hypot(*scene.gravity)
-    factor = 1
-    while factor < MAX_SIZE_FACTOR and gravity / (factor * SUBSTEPS_PER_SECOND) ** 2 * MIN_SIZE_PER_FALL > smallest:
-        factor *= 2
-    return factor * SUBSTEPS_PER_SECOND
-
-
 class StaticMeshes:
     """The boxes of static triangle meshes, and how thin the bodies are that could tunnel through them."""
 
     def __init__(self, scene: Scene, shape_index: Mapping[str, int]) -> None:
-        self.rate = substep_rate(scene)
         self._shapes = {
             shape_index[c.path]: c.shape
             for c in scene.colliders.values()
@@ -70,9 +51,11 @@ class StaticMeshes:
             self._shapes[index] = replace(self._shapes[index], position=(x, y, z), rotation=tuple(rotation))
         self._update_boxes()
 
-    def substeps(self, dt: float, positions: np.ndarray, velocities: np.ndarray) -> int:
-        """Return how many substeps bodies need at `positions` (N, 3) [m] with linear `velocities` (N, 3) [m/s]."""
-        count = ordinary_substeps(dt, rate=self.rate)
+    def substeps(self, dt: float, positions: np.ndarray, velocities: np.ndarray, count: int) -> int:
+        """Return how many substeps bodies need at `positions` (N, 3) [m] with linear `velocities` (N, 3) [m/s].
+
+        That is at least `count`, which they need away from meshes.
+        """
         at = positions[:, None]
         near = ((at > self._boxes[:, 0] - NEAR_DISTANCE) & (at < self._boxes[:, 1] + NEAR_DISTANCE)).all(axis=2)
         travel = np.linalg.norm(velocities, axis=1) * dt

@@ -22,7 +22,7 @@ from usdsdg_physics.corrections.links import Links
 from usdsdg_physics.corrections.locked_axes import LockedAxes
 from usdsdg_physics.corrections.moving_surfaces import MovingSurfaces
 from usdsdg_physics.corrections.sleeping import Sleeping
-from usdsdg_physics.corrections.stabilization import Stabilization
+from usdsdg_physics.corrections.stabilization import REST_DELAY, Stabilization
 from usdsdg_physics.corrections.tunneling_guard import TunnelingGuard
 from usdsdg_physics.model.build import (
     COLLIDES,
@@ -40,10 +40,11 @@ from usdsdg_physics.world.compile_kernels import Progress, load_kernels, prepare
 from usdsdg_physics.world.contact_events import reports_of
 from usdsdg_physics.world.joints import Joints
 from usdsdg_physics.world.kinematic_motion import KinematicMotion
+from usdsdg_physics.world.small_bodies import SmallBodies
 from usdsdg_physics.world.static_motion import StaticMotion
 from usdsdg_physics.world.steady_forces import SteadyForces
 from usdsdg_physics.world.step_records import StepRecords
-from usdsdg_physics.world.substeps import JOINT_FACTOR, StaticMeshes, ordinary_substeps
+from usdsdg_physics.world.substeps import JOINT_FACTOR, SUBSTEPS_PER_SECOND, StaticMeshes, ordinary_substeps
 
 if TYPE_CHECKING:
     import newton
@@ -118,6 +119,7 @@ class World:
         self._kinematic = KinematicMotion(self.model, built.center, built.pose_coordinate)
         self._wrenches: np.ndarray | None = None  # (N, 6) of the next step
         self._meshes = StaticMeshes(scene, built.shape_index)
+        self._small = SmallBodies(scene, self.model, SUBSTEPS_PER_SECOND)
 
         contacts = contact_arrays(self._contacts)
         thresholds = [body.sleep_threshold for body in bodies]
@@ -273,6 +275,7 @@ class World:
     def wake(self, indices: Sequence[int] | np.ndarray | None = None) -> None:
         """Let bodies move again that are held at rest or asleep; None: all that are held at rest."""
         self._stabilization.wake(indices)
+        self._small.forget_rest()
         if indices is not None:
             self._sleeping.set_asleep(indices, False)
 
@@ -375,6 +378,7 @@ class World:
             enabled = self.model.shape_collision_group.numpy() == COLLIDES
             self._depenetration.activate([index for index in poses if enabled[index]])
         self._meshes.set_poses(poses)
+        self._small.update_static()
         self.wake()
 
     def set_surfaces(self, surfaces: Mapping[int, SurfaceVelocity | None]) -> None:
@@ -560,10 +564,18 @@ class World:
 
     def _substeps(self, dt: float) -> int:
         factor = JOINT_FACTOR if self.joints is not None or self._distances is not None else 1
-        count = max(factor * ordinary_substeps(dt), ordinary_substeps(dt, rate=self._meshes.rate))
-        if not self._meshes or not self.bodies:
-            return count
-        return max(count, self._meshes.substeps(dt, self._all_poses()[:, :3], self._all_velocities()[:, :3]))
+        count = small = ordinary_substeps(dt)
+        if not self.bodies or not (self._meshes or self._small):
+            return factor * count
+        poses, velocities = self._all_poses(), self._all_velocities()
+        if self._small:
+            held = self._stabilization.rest_time.numpy() >= REST_DELAY
+            pushed = self._kinematic.bodies or self._wrenches is not None or self._forces
+            more = self._small.most if pushed else self._small.factor(dt, poses, velocities, held)
+            small = ordinary_substeps(dt, rate=more * SUBSTEPS_PER_SECOND)
+        if self._meshes:
+            small = self._meshes.substeps(dt, poses[:, :3], velocities[:, :3], small)
+        return max(factor * count, small)
 
     def _apply_gravity(self) -> None:
         self._set_forces()
