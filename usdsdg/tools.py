@@ -133,7 +133,8 @@ def random_colours(N: int, enable_random: bool = True, num_channels: int = 4) ->
 
 def binary_mask_to_rle(binary_mask: np.ndarray) -> dict[str, list[int]]:
     """Return the uncompressed run lengths of a mask (H, W), by columns, as pycocotools reads them."""
-    return run_lengths(np.asarray(binary_mask) != 0)
+    mask = np.asarray(binary_mask) != 0
+    return run_lengths(mask, 0, 0, mask.shape)
 
 
 def _first_value(labels: Any) -> str:

@@ -9,9 +9,11 @@ import numpy as np
 import warp as wp
 
 from usdsdg.errors import RenderError
+from usdsdg.stage.geometry.pixel_masks import PixelMasks
 from usdsdg_render.device import view_batches
 from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.device.precompile import precompile
+from usdsdg_render.kernels.labels.coverage import LEFT_OUT
 from usdsdg_render.kernels.scene.visibility import BEHIND_GLASS, BY_THRESHOLD
 from usdsdg_render.labels import label_pass, sight
 from usdsdg_render.labels.aov import check_names
@@ -29,7 +31,6 @@ if TYPE_CHECKING:
     from pxr import Usd
 
     from usdsdg.stage.cameras.camera_view import CameraView
-    from usdsdg.stage.geometry.pixel_masks import PixelMasks
 
 Progress = Callable[[str, int, "int | None"], None]
 
@@ -223,21 +224,20 @@ class WarpRenderer:
         """
         return self.pixel_masks(view, groups).coverage
 
-    def wide_coverage(self, view: CameraView, groups: Sequence[Sequence[int]]) -> np.ndarray:
-        """Compute `coverage` in an image with margins as wide and as high as the image itself (`CameraView.widened`).
+    def coverage_around(self, view: CameraView, groups: Sequence[Sequence[int]]) -> np.ndarray:
+        """Compute `coverage` outside of the image, in margins as wide and as high as the image (`CameraView.widened`).
 
-        Bounds are in pixels of the image, from -width to 2 width - 1 and from -height to 2 height - 1; of an image that
-        shows all directions, they are those of `coverage`.
+        Bounds are in pixels of the image, from -width to 2 width - 1 and from -height to 2 height - 1. Nothing is
+        outside of an image that shows all directions.
         """
         wide = view.widened()
         if wide is None:
-            return self.coverage(view, groups)
-        # Only what is covered counts: one value stands for all pixels of the AOV.
-        nothing = wp.full(1, -1, dtype=wp.int32, device=self.device)
-        shape = (1, wide.height, wide.width)
-        shown = wp.array(ptr=nothing.ptr, shape=shape, strides=(0, 0, 0), dtype=wp.int32, device=self.device)
-        masks = Coverage(self._on_device, [wide], groups, shown, mode=self._label_mode, threads=self.threads)
-        found = masks.sums()[0, :, :5].astype(np.int64)
+            return PixelMasks.nothing((view.height, view.width), len(groups)).coverage
+        columns, rows = wide.margin
+        shown = np.full((1, wide.height, wide.width), -1, np.int32)
+        shown[:, rows : rows + view.height, columns : columns + view.width] = LEFT_OUT
+        batch = LabelBatch(1, {"instance": wp.array(shown, dtype=wp.int32, device=self.device)})
+        found = self.coverage_batch([wide], groups, batch).sums()[0, :, :5].astype(np.int64)
         found[found[:, 0] > 0, 1:] -= (*wide.margin, *wide.margin)
         return found
 

@@ -174,11 +174,20 @@ class SlowScene:
     def gprim_to_world(self) -> np.ndarray:
         return np.array([self._caster.matrix(k) for k in range(len(self._caster.gprims))]).reshape(-1, 4, 4)
 
-    def wide_coverage(self, groups: Sequence[Sequence[int]]) -> np.ndarray:
+    def coverage_around(self, groups: Sequence[Sequence[int]]) -> np.ndarray:
         wide = self._view.widened()
         assert wide is not None
-        found = self._caster.pixel_masks(wide, groups).coverage.copy()
-        found[found[:, 0] > 0, 1:] -= (*wide.margin, *wide.margin)
+        left, top = wide.margin
+        found = np.full((len(groups), 5), -1)
+        origins, directions = rays(wide)
+        for row, group in zip(found, groups, strict=True):
+            hits = [self._caster._intersect(each, origins, directions, None)[0] for each in group]
+            covered = np.isfinite(hits).any(axis=0).reshape(wide.height, wide.width)
+            covered[top : top + self._view.height, left : left + self._view.width] = False
+            y, x = np.nonzero(covered)
+            row[0] = len(x)
+            if len(x):
+                row[1:] = x.min() - left, y.min() - top, x.max() - left, y.max() - top
         return found
 
     def first_hits(self, *arguments) -> tuple[np.ndarray, np.ndarray]:

@@ -23,11 +23,11 @@ class SceneQueries(Protocol):
         """Transform of each entry of the frame's gprims, (G, 4, 4) float64."""
         ...
 
-    def wide_coverage(self, groups: Sequence[Sequence[int]]) -> np.ndarray:
-        """Amodal pixels and bounds of groups of gprims in the picture and its surroundings, (N, 5) int64.
+    def coverage_around(self, groups: Sequence[Sequence[int]]) -> np.ndarray:
+        """Amodal pixels and bounds of groups of gprims outside of the picture, (N, 5) int64 as `Frame.coverage`.
 
-        The surroundings are as wide and as high as the picture, on each side; columns and rows count from the
-        picture's first ones, so that they may be negative.
+        What is outside is as wide and as high as the picture, on each side; columns and rows count from the picture's
+        first ones, so that they may be negative.
         """
         ...
 

@@ -61,9 +61,9 @@ class FrameScene:
     def gprim_to_world(self) -> np.ndarray:
         return self._renderer.local_to_world[self._table.meshes]
 
-    def wide_coverage(self, groups: Sequence[Sequence[int]]) -> np.ndarray:
+    def coverage_around(self, groups: Sequence[Sequence[int]]) -> np.ndarray:
         assert isinstance(self._view, CameraView)
-        return self._renderer.wide_coverage(self._view, groups)
+        return self._renderer.coverage_around(self._view, groups)
 
     def first_hits(
         self, origins: np.ndarray, directions: np.ndarray, first: np.ndarray, last: np.ndarray

@@ -34,6 +34,8 @@ OCCLUSION_PAIR = np.dtype([("occluderId", "<u4"), ("occludedId", "<u4"), ("pixel
 
 _NEEDS: Mapping[str, Any] = {"aovs": ["instance"], "needs_amodal_masks": True}
 _ENCODINGS = ("stack", "rle")
+# Counters that are faster to go through than the values are to sort.
+MOST_COUNTERS = 1 << 20
 
 
 @define("amodal_instance_segmentation", dtype=np.bool_, **_NEEDS, params={**LABEL_PARAMS, "encoding": _ENCODINGS[0]})
@@ -57,9 +59,12 @@ def amodal_instance_segmentation(frame: Frame, params: Params) -> Annotation:
         "idToLabels": _paths(frame, predicate, ids),
         "idToSemantics": {str(id_): selection.labels[member] for id_, member in zip(ids.tolist(), listed.tolist())},
     }
-    masks = (frame.amodal_masks.mask(row) for row in rows.tolist())
     if encoding == "rle":
-        return Annotation(None, {**info, "masks": [run_lengths(mask) for mask in masks]})
+        masks = frame.amodal_masks
+        corners = masks.coverage[:, X_MIN : X_MIN + 2]
+        encoded = [run_lengths(masks.crop(row), *corners[row].tolist(), frame.shape) for row in rows.tolist()]
+        return Annotation(None, {**info, "masks": encoded})
+    masks = (frame.amodal_masks.mask(row) for row in rows.tolist())
     stack = np.zeros((len(rows), *frame.shape), bool)
     for row, mask in zip(stack, masks):
         row[:] = mask
@@ -130,11 +135,20 @@ def _count_pairs(frame: Frame, predicate: str | None) -> np.ndarray:
     occluded, members = id_of_row[row], frame.members(predicate)[y, x]
     occluder = np.append(selection.ids, UNLABELLED)[members]
     base = selection.prim_count + FIRST_LABELED
-    keys, pixels = np.unique((occluded * base + occluder)[occluded > 0], return_counts=True)
+    keys, pixels = counted((occluded * base + occluder)[occluded > 0], base * base)
     pairs = np.zeros(len(keys), OCCLUSION_PAIR)
     pairs["occludedId"], pairs["occluderId"] = np.divmod(keys, base)
     pairs["pixels"] = pixels
     return pairs
+
+
+def counted(values: np.ndarray, limit: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the different values, ascending, all of them from 0 to below the limit, and how often each occurs."""
+    if limit > MOST_COUNTERS:
+        return np.unique(values, return_counts=True)
+    counts = np.bincount(values, minlength=1)
+    found = np.flatnonzero(counts)
+    return found, counts[found]
 
 
 def _paths(frame: Frame, predicate: str | None, ids: np.ndarray) -> dict[str, str]:
@@ -144,9 +158,15 @@ def _paths(frame: Frame, predicate: str | None, ids: np.ndarray) -> dict[str, st
     return {str(id_): paths.get(id_, "UNLABELLED") for id_ in ids.tolist()}
 
 
-def run_lengths(mask: np.ndarray) -> dict[str, list[int]]:
-    """Encode a mask in COCO's uncompressed RLE."""
-    flat = mask.ravel(order="F")
-    edges = np.flatnonzero(np.diff(flat, prepend=False))
-    lengths = np.diff(edges, prepend=0, append=flat.size)
-    return {"size": list(mask.shape), "counts": (lengths if lengths[-1] else lengths[:-1]).tolist()}
+def run_lengths(crop: np.ndarray, left: int, top: int, shape: tuple[int, int]) -> dict[str, list[int]]:
+    """Encode a mask of a picture of `shape` in COCO's uncompressed RLE; all of it is in `crop`, from (left, top) on."""
+    height, width = shape
+    columns = np.zeros((crop.shape[1], crop.shape[0] + 2), np.int8)
+    columns[:, 1:-1] = crop.T
+    column, row = np.nonzero(np.diff(columns, axis=1))  # where runs begin and end, in turn
+    edges = (left + column) * height + top + row
+    # A run that goes on at the top of the next column is one.
+    joined = np.flatnonzero(edges[1:-1:2] == edges[2::2])
+    edges = np.delete(edges, np.concatenate([2 * joined + 1, 2 * joined + 2]))
+    lengths = np.diff(edges, prepend=0, append=height * width)
+    return {"size": [height, width], "counts": (lengths if lengths[-1] else lengths[:-1]).tolist()}

@@ -50,16 +50,21 @@ def pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     """
     predicate = predicate_of(params)
     members, instance = frame.members(predicate), frame.aov("instance")
-    kept = instance >= 0 if params["includeUnlabelled"] else members >= 0
-    member = members[kept]
+    kept = np.flatnonzero(instance >= 0 if params["includeUnlabelled"] else members >= 0)
+    member = members.ravel()[kept]
     selection = frame.selection(predicate)
+
+    def of_kept(aov: str) -> np.ndarray:
+        image = frame.aov(aov)
+        return image.reshape(-1, image.shape[-1]).take(kept, axis=0)
+
     normals = np.ones((len(member), 4), np.float32)
-    normals[:, :3] = frame.aov("normals")[kept]
+    normals[:, :3] = of_kept("normals")
     info = {
-        "pointRgb": frame.aov("LdrColor")[kept],
+        "pointRgb": of_kept("LdrColor"),
         "pointNormals": normals,
         # Unlabeled points have member -1 and look up the appended entry.
-        "pointSemantic": np.append(selection.class_ids, UNLABELLED)[member].astype(np.uint32),
-        "pointInstance": np.append(selection.ids, UNLABELLED)[member].astype(np.uint32),
+        "pointSemantic": np.append(selection.class_ids, UNLABELLED).astype(np.uint32)[member],
+        "pointInstance": np.append(selection.ids, UNLABELLED).astype(np.uint32)[member],
     }
-    return Annotation(frame.aov("position")[kept].astype(np.float32), info)
+    return Annotation(of_kept("position").astype(np.float32, copy=False), info)

@@ -72,12 +72,12 @@ def _in_view(frame: Frame, predicate: str | None) -> np.ndarray:
 def _ratios(frame: Frame, predicate: str | None) -> np.ndarray:
     """Return (K,) the share of each selected prim outside of the picture."""
     inside = frame.coverage[frame.selection(predicate).rows, PIXELS]
-    return np.maximum(1 - inside / np.maximum(_wide(frame, predicate)[:, PIXELS], 1), 0)
+    return 1 - inside / np.maximum(_wide(frame, predicate)[:, PIXELS], 1)
 
 
 def _wide(frame: Frame, predicate: str | None) -> np.ndarray:
     """Return (K, 5) pixels and bounds of each selected prim in the picture and around it, as `Frame.coverage`."""
-    return frame.derive(("wide_coverage", predicate), lambda: _render_around(frame, predicate))
+    return frame.derive(("whole coverage", predicate), lambda: _render_around(frame, predicate))
 
 
 def _render_around(frame: Frame, predicate: str | None) -> np.ndarray:
@@ -85,11 +85,12 @@ def _render_around(frame: Frame, predicate: str | None) -> np.ndarray:
     found = frame.coverage[rows].copy()
     out = np.flatnonzero((found[:, PIXELS] > 0) & _may_reach_out(frame, rows))
     if len(out):
-        wide = frame.queries.wide_coverage([frame.labeled_prims.groups[row] for row in rows[out]])
-        # Rays around the picture are rounded differently: a pixel at an edge may be lost there.
-        found[out, PIXELS] = np.maximum(wide[:, PIXELS], found[out, PIXELS])
-        found[out, 1:3] = np.minimum(wide[:, 1:3], found[out, 1:3])
-        found[out, 3:5] = np.maximum(wide[:, 3:5], found[out, 3:5])
+        outside = frame.queries.coverage_around([frame.labeled_prims.groups[row] for row in rows[out]])
+        some = outside[:, PIXELS] > 0
+        out, outside = out[some], outside[some]
+        found[out, PIXELS] += outside[:, PIXELS]
+        found[out, 1:3] = np.minimum(outside[:, 1:3], found[out, 1:3])
+        found[out, 3:5] = np.maximum(outside[:, 3:5], found[out, 3:5])
     return found
 
 

@@ -56,6 +56,19 @@ class PixelMasks:
         bits[own["row"], own["word"]] = own["covered"]
         return _bits(bits).reshape(self.shape[0], -1)[:, : self.shape[1]]
 
+    def crop(self, group: int) -> np.ndarray:
+        """Amodal mask within its bounds in `coverage`, bool; of no pixels if the group has none."""
+        pixels, left, top, right, bottom = self.coverage[group].tolist()
+        if pixels == 0:
+            return np.zeros((0, 0), bool)
+        first, last = np.searchsorted(self.words["group"], [group, group + 1])
+        own = self.words[first:last]
+        start = left // WORD_PIXELS
+        bits = np.zeros((bottom - top + 1, right // WORD_PIXELS - start + 1), "<u8")
+        bits[own["row"] - top, own["word"] - start] = own["covered"]
+        left -= start * WORD_PIXELS
+        return _bits(bits)[:, left : left + right - self.coverage[group, 1] + 1]
+
     def hidden(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """All occluded pixels, ordered by group: group, row and column of each, (N,) int64."""
         behind = self.words["covered"] & ~self.words["visible"]

@@ -15,6 +15,8 @@ from usdsdg_render.scene.structs import Camera, SceneTables
 
 WORD_PIXELS = wp.constant(pixel_masks.WORD_PIXELS)
 BYTES = wp.constant(8)  # of a word
+# Value of the instance AOV in pixels that no mask may have.
+LEFT_OUT = wp.constant(-2)
 
 
 @wp.struct
@@ -116,9 +118,10 @@ def fill_mask_words(
         begin = word_start + 8 * b
         for x in range(wp.max(word.first, begin), wp.min(word.last, begin + 8)):
             bit = 1 << (x - begin)
-            if shown[word.image, word.row, x] == instance:
+            here = shown[word.image, word.row, x]
+            if here == instance:
                 seen = seen | bit
-            elif hits_alone(tables, camera, x, word.row, instance, mode):
+            elif here != LEFT_OUT and hits_alone(tables, camera, x, word.row, instance, mode):
                 met = met | bit
         covered[s, b] = wp.uint8(met | seen)
         visible[s, b] = wp.uint8(seen)
