@@ -195,3 +195,15 @@ def test_both_ends_move_by_their_masses():
     assert velocity(light) == pytest.approx([-0.5, 0, 0], abs=1e-3)
     assert velocity(heavy) == pytest.approx([-0.5, 0, 0], abs=1e-3)
     assert position(heavy)[0] - position(light)[0] == pytest.approx(0.5, abs=1e-3)
+
+
+def test_a_rope_that_is_made_shorter_while_playing_lifts_its_weight():
+    stage = new_stage()
+    weight = ball(stage, "/World/weight", (0, 0, 1.5))
+    made = tie(stage, "/World/rope", "", "/World/weight", (0, 0, 2), (0, 0, 0), most=0.5)
+    engine = playing(stage)
+    for step in range(60):
+        if step % 15 == 0:
+            made.GetMaxDistanceAttr().Set(0.49 - 0.01 * step / 15)
+        engine.step(STEP)
+    assert position(weight) == pytest.approx([0, 0, 1.54], abs=1e-3)

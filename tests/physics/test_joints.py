@@ -455,6 +455,23 @@ def test_a_joint_breaks_under_more_than_its_force(force, breaks):
     assert fallen == pytest.approx(G / 8 if breaks else 0.0, abs=0.1 if breaks else 1e-6)
 
 
+@pytest.mark.parametrize(("torque", "breaks"), [(5.0, False), (3.0, True)])
+def test_a_joint_breaks_under_more_than_its_torque(torque, breaks):
+    """A weight of 2 kg 0.2 m beside a fixed joint, 3.92 N m."""
+    stage = new_stage()
+    beam = add(stage, "/World/beam", at=(0, 0, 3))
+    UsdPhysics.RigidBodyAPI(beam).CreateKinematicEnabledAttr(True)
+    weight = add(stage, "/World/weight", at=(0.2, 0, 2.5))
+    UsdPhysics.MassAPI.Apply(weight).CreateMassAttr(2.0)
+    made = joint(stage, "/World/hook", UsdPhysics.FixedJoint, "/World/beam", "/World/weight", (0, 0, 2.5))
+    made.CreateBreakTorqueAttr(torque)
+    engine = playing(stage)
+    for _ in range(30):
+        engine.step(STEP)
+    fallen = 2.5 - position(weight)[2]
+    assert fallen == pytest.approx(G / 8 if breaks else 0.0, abs=0.1 if breaks else 1e-6)
+
+
 def test_friction_holds_a_joint_up_to_its_torque():
     """Levers whose weight asks for 0.98 N m at the hinge, which rubs with 1.2 and with 0.6 N m."""
     stage = new_stage()
