@@ -49,6 +49,7 @@ DATASETS: dict[str, tuple[str, dict[str, Any], int]] = {  # number of cameras
     "centerpose": ("PoseWriter", {"exact_camera_frame": True, "format": "centerpose"}, 2),
     "yolo": ("YoloWriter", {"task": "detect"}, 1),
     "outlines": ("YoloWriter", {"task": "segment", "splits": {"train": 3, "val": 1}, "min_pixels": 5}, 2),
+    "bop": ("BopWriter", {}, 2),
     "cosmos": ("CosmosWriter", {}, 1),
     "drawn": ("DataVisualizationWriter", {
         "bounding_box_2d_tight": True, "bounding_box_2d_loose": True, "bounding_box_3d": True,

@@ -565,6 +565,40 @@ def _(folder: Path) -> None:
     _yolo(folder, swap)
 
 
+# BOP
+
+
+def _bop(folder: Path, table: str, change: Callable[[dict], None]) -> None:
+    for path in folder.glob(f"train_pbr/*/{table}.json"):
+        edit_json(path, lambda values: [change(each) for entries in values.values() for each in entries] and None)
+
+
+@kind("meters for millimeters in poses", "bop")
+def _(folder: Path) -> None:
+    _bop(folder, "scene_gt", lambda each: each.update(cam_t_m2c=[part / 1000 for part in each["cam_t_m2c"]]))
+
+
+@kind("transposed rotations", "bop")
+def _(folder: Path) -> None:
+    _bop(
+        folder,
+        "scene_gt",
+        lambda each: each.update(cam_R_m2c=np.array(each["cam_R_m2c"]).reshape(3, 3).T.ravel().tolist()),
+    )
+
+
+@kind("amodal masks of what is visible", "bop")
+def _(folder: Path) -> None:
+    for path in folder.glob("train_pbr/*/mask_visib/*.png"):
+        shutil.copy(path, path.parent.with_name("mask") / path.name)
+
+
+@kind("depth in steps of a millimeter", "bop")
+def _(folder: Path) -> None:
+    for path in folder.glob("train_pbr/*/scene_camera.json"):
+        edit_json(path, lambda values: [each.update(depth_scale=1.0) for each in values.values()] and None)
+
+
 # Clips and drawings
 
 

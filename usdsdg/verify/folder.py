@@ -53,6 +53,10 @@ class Folder:
         """Return the array of a .npy; None if it is broken."""
         return self._read(file, frame, lambda data: np.load(io.BytesIO(data), allow_pickle=False))
 
+    def binary(self, file: str, frame: str, decode: Callable[[bytes], T]) -> T | None:
+        """Return what `decode` makes of a file's bytes; None if it is broken."""
+        return self._read(file, frame, decode)
+
     def json(self, file: str, frame: str) -> Any | None:
         """Return the values of a JSON file; None if it is broken."""
         return self._json(file, frame)

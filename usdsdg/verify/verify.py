@@ -10,6 +10,7 @@ from typing import Any
 from usdsdg.errors import DatasetError
 from usdsdg.verify.checks import (
     arrays,
+    bop,
     boxes,
     camera,
     color,
@@ -29,6 +30,7 @@ from usdsdg.verify.checks.yolo import Yolo
 from usdsdg.verify.faults import Fault, Faults, Report
 from usdsdg.verify.folder import Folder
 from usdsdg.verify.formats import basic as basic_files
+from usdsdg.verify.formats import bop as bop_files
 from usdsdg.verify.formats import coco as coco_files
 from usdsdg.verify.formats import cosmos as cosmos_files
 from usdsdg.verify.formats import drawn as drawn_files
@@ -40,7 +42,7 @@ from usdsdg.verify.seen import Seen
 
 Progress = Callable[[str, int, int | None], None]
 # COCO's and Cosmos's names contain those of BasicWriter, so they come first.
-FORMATS = (coco_files, cosmos_files, yolo_files, kitti_files, drawn_files, basic_files, pose_files)
+FORMATS = (coco_files, cosmos_files, bop_files, yolo_files, kitti_files, drawn_files, basic_files, pose_files)
 MISSING = "there is no record beside the files, so only what they say of each other was checked"
 
 
@@ -67,7 +69,7 @@ def verify(
         report.formats[seen.format] += 1
         if data.records and seen.truth is None:
             report.notes.append(f"{seen.format}: image {seen.name} has no record")
-        for check in (ids, boxes, solids, depth, camera, poses, points, arrays, cosmos, drawn, *tables):
+        for check in (ids, boxes, solids, depth, camera, poses, points, arrays, bop, cosmos, drawn, *tables):
             report.faults += _found(check.check, seen)
         report.faults += _found(color.check, seen, named)
         if progress is not None:

@@ -1,0 +1,158 @@
+"""BOP: masks, boxes and counts of the objects, and poses that project their models onto them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from usdsdg.verify.checks.compare import differs, of_pixels, text
+from usdsdg.verify.faults import Fault, Faults
+from usdsdg.verify.formats.bop import MILLIMETERS, NAME, TO_USD, Posed, Scene
+from usdsdg.verify.seen import Seen
+from usdsdg.verify.truth import Thing, Truth, extents
+
+_FILTERED = "bounding_box_3d_fast"
+_REACH = 2.0  # pixels by which the box of a model's projected points may differ from the object's
+_NEAR = 1.0  # of the camera [mm]
+
+
+def check(seen: Seen) -> Faults:
+    """Check the objects of an image."""
+    if seen.format != NAME:
+        return
+    scene: Scene = seen.extra["scene"]
+    covered: np.ndarray | None = None
+    for index, posed in enumerate(scene.objects):
+        yield from _object(seen, scene, index, posed)
+        if posed.visible is not None:
+            covered = posed.visible.astype(int) if covered is None else covered + posed.visible
+    if covered is not None and (covered > 1).any():
+        yield Fault(scene.file, seen.name, f"visible masks overlap in {of_pixels(covered > 1)}")
+    if seen.truth is not None:
+        yield from _recorded(seen, scene, seen.truth)
+
+
+def _object(seen: Seen, scene: Scene, index: int, posed: Posed) -> Faults:
+    """What the files say of one object agrees."""
+    file, name, info = scene.file.replace("scene_gt", "scene_gt_info"), f"object {index}", posed.info
+    rotation = np.array(posed.pose["cam_R_m2c"], np.float64).reshape(3, 3)
+    if np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-5 or np.linalg.det(rotation) < 0:
+        yield Fault(scene.file, seen.name, f"cam_R_m2c of {name} is no rotation", "", text(rotation))
+    if posed.whole is not None and posed.visible is not None:
+        counts = {"px_count_visib": posed.visible.sum()}
+        counts |= {"px_count_valid": posed.whole.sum()} if not _open(seen) else {}
+        for key, count in counts.items():
+            if int(info[key]) != int(count):
+                yield Fault(file, seen.name, f"{key} of {name}", str(int(count)), str(info[key]))
+        if (posed.visible & ~posed.whole).any():
+            yield Fault(scene.masks[2 * index], seen.name, f"the mask of {name} does not contain what is visible")
+        box = _box(posed.visible)
+        if list(info["bbox_visib"]) != box:
+            yield Fault(file, seen.name, f"bbox_visib of {name}", str(box), str(info["bbox_visib"]))
+        if int(info["px_count_all"]) < int(posed.whole.sum()):
+            yield Fault(
+                file,
+                seen.name,
+                f"px_count_all of {name} is at least that of its mask",
+                str(int(posed.whole.sum())),
+                str(info["px_count_all"]),
+            )
+    fraction = float(info["px_count_visib"]) / max(float(info["px_count_all"]), 1.0)
+    if abs(float(info["visib_fract"]) - fraction) > 1e-6:
+        yield Fault(file, seen.name, f"visib_fract of {name}", f"{fraction:.6f}", f"{float(info['visib_fract']):.6f}")
+    yield from _projected(seen, scene, name, posed)
+
+
+def _open(seen: Seen) -> bool:
+    """Return whether anything in the image is not hit, or too far: then a mask may hold pixels without depth."""
+    return not seen.depths or bool(np.isinf(seen.depths[0].values).any())
+
+
+def _box(mask: np.ndarray) -> list[int]:
+    ((left, top, right, bottom),) = extents(np.where(mask, 0, -1), 1).tolist()
+    return [-1, -1, -1, -1] if left < 0 else [left, top, right - left + 1, bottom - top + 1]
+
+
+def _projected(seen: Seen, scene: Scene, name: str, posed: Posed) -> Faults:
+    """The pose projects the points of its model into the box of the whole object."""
+    model = scene.models.get(int(posed.pose["obj_id"]))
+    if model is None:
+        yield Fault(scene.file, seen.name, f"{name} is of model {posed.pose['obj_id']}, which is not there")
+        return
+    rotation = np.array(posed.pose["cam_R_m2c"], np.float64).reshape(3, 3)
+    points = model @ rotation.T + np.array(posed.pose["cam_t_m2c"], np.float64)
+    if (points[:, 2] < _NEAR).any() or posed.whole is None:
+        return
+    pixels = points @ scene.camera.T
+    pixels = pixels[:, :2] / pixels[:, 2:] + 0.5  # from the corner of the image, as edges of boxes are
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    x, y, width, height = (float(each) for each in posed.info["bbox_obj"])
+    off = np.abs([*(low - (x, y)), *(high - (x + width, y + height))])
+    if off.max() > _REACH:
+        found = text([x, y, width, height])
+        yield Fault(scene.file, seen.name, f"{name} projects to its box", text([*low, *(high - low)]), found)
+
+
+def _recorded(seen: Seen, scene: Scene, truth: Truth) -> Faults:
+    members = truth.members(truth.filter_of(_FILTERED))
+    if members is None or truth.camera is None:
+        return
+    things = [each for each in truth.things(truth.filter_of(_FILTERED)) if each.amodal]
+    order = {each.path: index for index, each in enumerate(truth.things(truth.filter_of(_FILTERED)))}
+    left = list(things)
+    for index, posed in enumerate(scene.objects):
+        position = np.array(posed.pose["cam_t_m2c"], np.float64)
+        if not left:
+            yield Fault(scene.file, seen.name, f"object {index} is not in view")
+            continue
+        thing = min(left, key=lambda each: float(np.abs(_position(each, truth) - position).max()))
+        left.remove(thing)
+        what = f"of object {index}, {thing.path}"
+        if differs(position, _position(thing, truth), relative=1e-5):
+            yield Fault(scene.file, seen.name, f"cam_t_m2c {what} [mm]", text(_position(thing, truth)), text(position))
+        yield from _turned(seen, scene, what, posed, thing, truth)
+        for mask, expected, kind in (
+            (posed.visible, members == order[thing.path], "what is visible"), (posed.whole, None, "the whole object")
+        ):  # fmt: skip
+            if mask is None:
+                continue
+            if mask.shape != members.shape:
+                yield Fault(
+                    scene.file, seen.name, f"the mask {what} has another size", str(members.shape), str(mask.shape)
+                )
+            elif expected is not None and (mask != expected).any():
+                yield Fault(
+                    scene.masks[2 * index + 1],
+                    seen.name,
+                    f"the mask of {kind} {what} differs in {of_pixels(mask != expected)}",
+                )
+            elif expected is None and (int(mask.sum()), tuple(_ends(mask))) != (thing.amodal, thing.amodal_box):
+                yield Fault(
+                    scene.masks[2 * index], seen.name, f"pixels and extent of {kind} {what}",
+                    f"{thing.amodal} in {thing.amodal_box}", f"{int(mask.sum())} in {tuple(_ends(mask))}",
+                )  # fmt: skip
+    for thing in left:
+        if thing.visible:
+            yield Fault(scene.file, seen.name, f"{thing.path} is visible and is not listed")
+
+
+def _ends(mask: np.ndarray) -> list[int]:
+    return extents(np.where(mask, 0, -1), 1)[0].tolist()
+
+
+def _position(thing: Thing, truth: Truth) -> np.ndarray:
+    """Return where the origin of a thing is, in the camera's axes of BOP [mm]."""
+    assert truth.camera is not None
+    origin = np.append(thing.local_to_world[3, :3], 1.0) @ truth.camera.world_to_camera
+    return TO_USD @ origin[:3] * truth.camera.meters_per_unit * MILLIMETERS
+
+
+def _turned(seen: Seen, scene: Scene, what: str, posed: Posed, thing: Thing, truth: Truth) -> Faults:
+    """The rotation is that of the thing's axes, where these are perpendicular and not mirrored."""
+    assert truth.camera is not None
+    axes = thing.local_to_world[:3, :3] / np.linalg.norm(thing.local_to_world[:3, :3], axis=1, keepdims=True)
+    if np.abs(axes @ axes.T - np.eye(3)).max() > 1e-5 or np.linalg.det(axes) < 0:
+        return
+    expected = TO_USD @ truth.camera.world_to_camera[:3, :3].T @ axes.T
+    found = np.array(posed.pose["cam_R_m2c"], np.float64).reshape(3, 3)
+    if differs(found, expected, relative=0.0, absolute=1e-4):
+        yield Fault(scene.file, seen.name, f"cam_R_m2c {what}", text(expected), text(found))
