@@ -6,6 +6,7 @@
 import warp as wp
 
 from usdsdg_physics.corrections.contact_arrays import ContactArrays
+from usdsdg_physics.corrections.contact_points import world_point
 
 
 @wp.kernel
@@ -33,8 +34,8 @@ def note_contacts(
     if first < 0 or second < 0 or (reported[first] == 0 and reported[second] == 0):
         return
     direction = wp.vec3(contacts.normal[contact])
-    point0 = in_world(shape_body[first], contacts.point0[contact], body_q) + contacts.margin0[contact] * direction
-    point1 = in_world(shape_body[second], contacts.point1[contact], body_q) - contacts.margin1[contact] * direction
+    point0 = world_point(shape_body[first], contacts.point0[contact], body_q) + contacts.margin0[contact] * direction
+    point1 = world_point(shape_body[second], contacts.point1[contact], body_q) - contacts.margin1[contact] * direction
     shapes[substep, contact] = wp.vec2i(first, second)
     position[substep, contact] = 0.5 * (point0 + point1)
     normal[substep, contact] = direction
@@ -52,10 +53,3 @@ def note_impulses(
     """Note the impulse [N s] of each contact on its first shape."""
     contact = wp.tid()
     impulse[substep, contact] = dt * wp.spatial_top(forces[contact])
-
-
-@wp.func
-def in_world(body: int, point: wp.vec3, body_q: wp.array[wp.transform]):
-    if body < 0:
-        return point
-    return wp.transform_point(body_q[body], point)

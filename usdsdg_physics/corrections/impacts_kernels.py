@@ -6,6 +6,7 @@
 import warp as wp
 
 from usdsdg_physics.corrections.contact_arrays import ContactArrays
+from usdsdg_physics.corrections.contact_points import body_point, contact_gap, is_free, world_point
 
 # Speed [m/s] of a center of mass towards a surface from which a contact is an impact, and that at which it is one
 # fully. Bodies that tip over are slower, and what lies has the speed that gravity adds in a substep, 0.08 m/s.
@@ -52,7 +53,7 @@ def center_impacts(
     normal = wp.where(moves1, contacts.normal[contact], -contacts.normal[contact])
     point0 = world_point(body0, contacts.point0[contact], body_q)
     point1 = world_point(body1, contacts.point1[contact], body_q)
-    gap = wp.dot(contacts.normal[contact], point1 - point0) - contacts.margin0[contact] - contacts.margin1[contact]
+    gap = contact_gap(contact, point0, point1, contacts)
 
     arm = wp.where(moves1, point1, point0) - wp.transform_point(body_q[body], center[body])
     velocity = wp.spatial_top(body_qd[body])
@@ -68,24 +69,3 @@ def center_impacts(
     move = -share * (arm - wp.dot(arm, normal) * normal)
     contacts.point0[contact] = body_point(body0, point0 + move, body_q)
     contacts.point1[contact] = body_point(body1, point1 + move, body_q)
-
-
-@wp.func
-def is_free(body: int, free: wp.array[wp.int32]):
-    if body < 0:
-        return False
-    return free[body] != 0
-
-
-@wp.func
-def world_point(body: int, point: wp.vec3, body_q: wp.array[wp.transform]):
-    if body < 0:
-        return point
-    return wp.transform_point(body_q[body], point)
-
-
-@wp.func
-def body_point(body: int, point: wp.vec3, body_q: wp.array[wp.transform]):
-    if body < 0:
-        return point
-    return wp.transform_point(wp.transform_inverse(body_q[body]), point)

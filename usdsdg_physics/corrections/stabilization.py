@@ -65,8 +65,11 @@ class Stabilization:
         rest_time[bodies] = 0.0
         self.rest_time.assign(rest_time)
 
-    def apply(self, before: newton.State, after: newton.State, asleep: wp.array, dt: float) -> None:
-        """Correct the state `after` the solver's step of `dt` seconds; `asleep` (N,) marks the bodies to hold."""
+    def apply(self, before: newton.State, after: newton.State, asleep: wp.array, squeezed: wp.array, dt: float) -> None:
+        """Correct the state `after` the solver's step of `dt` seconds.
+
+        `asleep` (N,) marks the bodies to hold, `squeezed` (N,) those that are not at rest however slow they are.
+        """
         import warp as wp
 
         from usdsdg_physics.corrections.stabilization_kernels import stabilize_bodies
@@ -82,6 +85,7 @@ class Stabilization:
                 self._inertia_per_mass,
                 self._sleep_threshold,
                 asleep,
+                squeezed,
                 self._max_velocity,
                 self._max_angular_velocity,
                 before.body_q,

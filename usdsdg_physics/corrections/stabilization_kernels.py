@@ -20,6 +20,7 @@ def stabilize_bodies(
     inertia_per_mass: wp.array[wp.float32],
     sleep_threshold: wp.array[wp.float32],
     asleep: wp.array[wp.int32],
+    squeezed: wp.array[wp.int32],
     max_velocity: wp.array[wp.float32],
     max_angular_velocity: wp.array[wp.float32],
     previous_body_q: wp.array[wp.transform],
@@ -41,8 +42,9 @@ def stabilize_bodies(
     A body may be at rest while its kinetic energy per mass [m²/s²] is below its sleep threshold, as in PhysX, and its
     speed below a fraction of what `gravity` (1,) [m/s²] alone would give it in one step: only a supported body stays
     below it for longer than an instant, and one that loses its support leaves at once. After `rest_delay` seconds it is
-    held where it was, so that the last millimeters per second of the contact solver do not show as creep. Bodies
-    `asleep` are held at once. `inertia_per_mass` is the mean moment of inertia over the mass [m²].
+    held where it was, so that the last millimeters per second of the contact solver do not show as creep. Bodies that
+    are `squeezed` are not, since they are moved without speed; those `asleep` are held at once. `inertia_per_mass` is
+    the mean moment of inertia over the mass [m²].
     """
     body = wp.tid()
     if free[body] == 0:
@@ -62,7 +64,7 @@ def stabilize_bodies(
         hold = 1
     elif asleep[body] != 0:
         hold = 1
-    elif gravity_enabled[body] != 0 and energy < wp.min(sleep_threshold[body], max_rest_energy):
+    elif gravity_enabled[body] != 0 and squeezed[body] == 0 and energy < wp.min(sleep_threshold[body], max_rest_energy):
         rest_time[body] = rest_time[body] + wp.float32(dt)
         if rest_time[body] >= rest_delay:
             hold = 1

@@ -31,6 +31,7 @@ _MODULES = (
     "usdsdg_physics.corrections.impacts_kernels",
     "usdsdg_physics.solver.response_kernels",
     "usdsdg_physics.solver.separated_pairs_kernels",
+    "usdsdg_physics.corrections.squeezes_kernels",
 )
 # With gradients, which are not needed, this module alone takes three times as long.
 _WITHOUT_GRADIENTS = "newton._src.sim.articulation"
@@ -46,6 +47,7 @@ def prepare_newton() -> None:
 
     import usdsdg_physics.corrections.free_flight_kernels
     import usdsdg_physics.corrections.impacts_kernels
+    import usdsdg_physics.corrections.squeezes_kernels
     import usdsdg_physics.corrections.stabilization_kernels
     import usdsdg_physics.corrections.tunneling_guard_kernels
     import usdsdg_physics.queries.overlap_kernels

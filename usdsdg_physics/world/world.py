@@ -22,6 +22,7 @@ from usdsdg_physics.corrections.links import Links
 from usdsdg_physics.corrections.locked_axes import LockedAxes
 from usdsdg_physics.corrections.moving_surfaces import MovingSurfaces
 from usdsdg_physics.corrections.sleeping import Sleeping
+from usdsdg_physics.corrections.squeezes import Squeezes
 from usdsdg_physics.corrections.stabilization import REST_DELAY, Stabilization
 from usdsdg_physics.corrections.tunneling_guard import TunnelingGuard
 from usdsdg_physics.model.build import (
@@ -135,6 +136,7 @@ class World:
         self._free_flight = FreeFlight(self.model, free, coordinate, contacts)
         self._depenetration = Depenetration(scene, self.model, built.shape_index, contacts, free, dof)
         self._impacts = Impacts(self.model, free, contacts)
+        self._squeezes = Squeezes(scene, self.model, built.shape_index, free, contacts)
         self._stabilization = Stabilization(scene, self.model, inertia_per_mass, sleep_threshold, free, coordinate, dof)
         self._stabilization.set_gravity(self.gravity)
         self._breakable = built.joints.breakable
@@ -476,6 +478,7 @@ class World:
                 self._sleeping.wake_touched(before, h)
             if self._report is not None:
                 self._report.note_contacts(before, substep)
+            self._squeezes.redirect_contacts(before)
             self._prepare_contacts(before, h)
             if self._links is not None:
                 self._links.keep_awake(before)
@@ -496,7 +499,7 @@ class World:
                 self._loads.apply(after, self._observables.body_parent_f)
             if self._locked_axes is not None:
                 self._locked_axes.apply(before, after, h)
-            self._stabilization.apply(before, after, self._sleeping.asleep, h)
+            self._stabilization.apply(before, after, self._sleeping.asleep, self._squeezes.squeezed, h)
             if kind.depenetrates:
                 self._depenetration.clamp_velocities(before, after, h)
             before, after = after, before

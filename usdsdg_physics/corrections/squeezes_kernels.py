@@ -1,0 +1,146 @@
+"""Warp kernels over contacts: let bodies that are squeezed move out of each other, not turn between each other."""
+
+# Code of Warp kernels is not Python to a type checker.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportGeneralTypeIssues=false, reportIndexIssue=false, reportOperatorIssue=false
+
+# ruff: noqa: UP018, RUF046
+
+import warp as wp
+
+from usdsdg_physics.corrections.contact_arrays import ContactArrays
+from usdsdg_physics.corrections.contact_points import body_point, contact_gap, is_free, world_point
+
+# A contact squeezes a shape where it is deeper than this part of the shape's half thickness, fully from the second.
+SQUEEZED = wp.constant(0.5)
+FULLY_SQUEEZED = wp.constant(0.75)
+# Bodies that are farther inside each other [m], or are squeezed, do not rest.
+MAX_REST_DEPTH = wp.constant(0.002)
+OVERLAPS = wp.constant(64)  # set besides the bits of directions
+# Cosine of the angle with an axis below which something pushes in its direction.
+MIN_COSINE = wp.constant(0.5)
+
+
+@wp.kernel
+def note_squeezes(
+    # scene
+    shape_body: wp.array[wp.int32],
+    half_thickness: wp.array[wp.float32],
+    # body
+    free: wp.array[wp.int32],
+    body_q: wp.array[wp.transform],
+    contacts: ContactArrays,
+    # out
+    squeezed: wp.array[wp.int32],
+    support: wp.array[wp.int32],
+):
+    """Note in `squeezed` which bodies overlap with others, and where what is not `free` squeezes them.
+
+    Its bits are OVERLAPS and the `directions` in which such a shape, `support`, pushes the body. `half_thickness` [m]
+    is that of shapes.
+    """
+    contact = wp.tid()
+    if contact >= contacts.count[0] or contacts.shape0[contact] < 0 or contacts.shape1[contact] < 0:
+        return
+    first = int(contacts.shape0[contact])
+    second = int(contacts.shape1[contact])
+    body0 = int(shape_body[first])
+    body1 = int(shape_body[second])
+    point0 = world_point(body0, contacts.point0[contact], body_q)
+    point1 = world_point(body1, contacts.point1[contact], body_q)
+    depth = -contact_gap(contact, point0, point1, contacts)
+    if depth <= 0.0:
+        return
+    free0 = is_free(body0, free)
+    free1 = is_free(body1, free)
+    if free0:
+        limit = SQUEEZED * half_thickness[first]
+        if not free1 and depth > limit:
+            wp.atomic_or(squeezed, body0, directions(-contacts.normal[contact]))
+            wp.atomic_max(support, body0, second)
+        if depth > wp.min(limit, MAX_REST_DEPTH):
+            wp.atomic_or(squeezed, body0, OVERLAPS)
+    if free1:
+        limit = SQUEEZED * half_thickness[second]
+        if not free0 and depth > limit:
+            wp.atomic_or(squeezed, body1, directions(contacts.normal[contact]))
+            wp.atomic_max(support, body1, first)
+        if depth > wp.min(limit, MAX_REST_DEPTH):
+            wp.atomic_or(squeezed, body1, OVERLAPS)
+
+
+@wp.kernel
+def redirect_squeezes(
+    # scene
+    shape_body: wp.array[wp.int32],
+    half_thickness: wp.array[wp.float32],
+    # body
+    free: wp.array[wp.int32],
+    inverse_mass: wp.array[wp.float32],
+    center: wp.array[wp.vec3],
+    body_q: wp.array[wp.transform],
+    squeezed: wp.array[wp.int32],
+    support: wp.array[wp.int32],
+    # in and out
+    contacts: ContactArrays,
+):
+    """Pass on what supports a squeezed body, and move the points of other deep contacts to below its center of mass.
+
+    A body that is squeezed against something fixed pushes others as that would. Of two bodies that move, the lighter
+    one counts.
+    """
+    contact = wp.tid()
+    if contact >= contacts.count[0] or contacts.shape0[contact] < 0 or contacts.shape1[contact] < 0:
+        return
+    first = int(contacts.shape0[contact])
+    second = int(contacts.shape1[contact])
+    body0 = int(shape_body[first])
+    body1 = int(shape_body[second])
+    bits0 = int(0)
+    bits1 = int(0)
+    if is_free(body0, free):
+        bits0 = squeezed[body0]
+    if is_free(body1, free):
+        bits1 = squeezed[body1]
+    if bits0 == 0 and bits1 == 0:
+        return
+    point0 = world_point(body0, contacts.point0[contact], body_q)
+    point1 = world_point(body1, contacts.point1[contact], body_q)
+    depth = -contact_gap(contact, point0, point1, contacts)
+    if depth <= 0.0:
+        return
+
+    normal = contacts.normal[contact]
+    if is_free(body0, free) and is_free(body1, free):
+        if (bits0 & directions(normal)) != 0:
+            contacts.shape0[contact] = support[body0]
+            contacts.point0[contact] = body_point(shape_body[support[body0]], point0, body_q)
+            return
+        if (bits1 & directions(-normal)) != 0:
+            contacts.shape1[contact] = support[body1]
+            contacts.point1[contact] = body_point(shape_body[support[body1]], point1, body_q)
+            return
+
+    takes_second = is_free(body1, free)
+    if is_free(body0, free) and is_free(body1, free):
+        takes_second = inverse_mass[body1] >= inverse_mass[body0]
+    body = wp.where(takes_second, body1, body0)
+    share = depth / half_thickness[wp.where(takes_second, second, first)]
+    share = wp.clamp((share - SQUEEZED) / (FULLY_SQUEEZED - SQUEEZED), 0.0, 1.0)
+    if share == 0.0:
+        return
+    arm = wp.where(takes_second, point1, point0) - wp.transform_point(body_q[body], center[body])
+    move = -share * (arm - wp.dot(arm, normal) * normal)
+    contacts.point0[contact] = body_point(body0, point0 + move, body_q)
+    contacts.point1[contact] = body_point(body1, point1 + move, body_q)
+
+
+@wp.func
+def directions(vector: wp.vec3):
+    """Return a bit for each of +x, -x, +y, -y, +z, -z that a unit vector is within 60 degrees of."""
+    bits = int(0)
+    for axis in range(3):
+        if vector[axis] > MIN_COSINE:
+            bits |= 1 << (2 * axis)
+        elif vector[axis] < -MIN_COSINE:
+            bits |= 2 << (2 * axis)
+    return bits
