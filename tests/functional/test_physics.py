@@ -222,6 +222,47 @@ def test_simulate_takes_the_steps_asked_for(stage, cube):
     assert steps == pytest.approx([0.02] * 5)
 
 
+def test_simulate_until_rest_separates_bodies_and_lets_them_lie(stage, cube):
+    """Two cubes of a meter, one inside the other, on a floor: they end on top of each other, at rest for good."""
+    other = create.cube(parent="/World", position=(0.1, 0, 10.2))
+    floor = create.cube(parent="/World", position=(0, 0, 9), scale=(20, 20, 1))
+    physics.apply_collider(floor)
+    physics.apply_rigid_body([cube, other])
+    assert physics.simulate_until_rest() == []
+    assert [world(cube)[3, 2], world(other)[3, 2]] == pytest.approx([10, 11], abs=1e-3)
+    assert other.GetAttribute("physics:velocity").Get().GetLength() < 1e-3
+    assert get_timeline().get_current_time() == 0
+    physics.simulate(0.5)
+    assert [world(cube)[3, 2], world(other)[3, 2]] == pytest.approx([10, 11], abs=1e-3)
+
+
+def test_simulate_until_rest_waits_for_the_prims_given_and_names_what_still_moves(stage, cube):
+    """Without a floor both fall, and neither rests."""
+    other = create.sphere(parent="/World", position=(3, 0, 10))
+    physics.apply_rigid_body([cube, other])
+    with pytest.warns(UsdsdgWarning, match=r"simulate_until_rest: 2 bodies still move after 0\.1 s: /World/Cube"):
+        assert physics.simulate_until_rest(max_time=0.1) == ["/World/Cube", "/World/Sphere"]
+    with pytest.warns(UsdsdgWarning, match="1 bodies still move after"):
+        assert physics.simulate_until_rest(other, max_time=0.2) == ["/World/Sphere"]
+    with pytest.raises(PhysicsError, match="max_time is 0"):
+        physics.simulate_until_rest(max_time=0)
+    with pytest.raises(BadPrim, match="is no rigid body"):
+        physics.simulate_until_rest(stage.GetPrimAtPath("/World"))
+
+
+def test_simulate_until_rest_leaves_a_timeline_that_plays_playing(stage, cube):
+    physics.apply_rigid_body(cube)
+    played(5)
+    with pytest.warns(UsdsdgWarning, match="still move"):
+        physics.simulate_until_rest(max_time=0.1)
+    assert engines.physics().is_playing
+    lower = world(cube)[3, 2]
+    played(5)
+    assert world(cube)[3, 2] < lower
+    get_timeline().stop()
+    assert world(cube)[3, 2] == 10
+
+
 def test_reset_puts_bodies_back_while_the_timeline_plays(stage, cube):
     from usdsdg.app.app import get_app
 

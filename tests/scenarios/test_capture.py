@@ -286,6 +286,18 @@ def test_a_run_without_images_says_that_nothing_was_captured(only_the_loop, monk
     assert "dataset" not in printed.out
 
 
+@pytest.mark.parametrize("settle", [False, True])
+def test_everything_settles_before_the_timeline_starts_where_the_configuration_asks_for_it(
+    only_the_loop, monkeypatch, settle
+):
+    order = []
+    monkeypatch.setattr(rep.physics, "simulate_until_rest", lambda: order.append("settled"))
+    monkeypatch.setattr(capture_loop, "start_timeline", lambda: order.append("started"))
+    monkeypatch.setattr(capture_loop, "capture_frames", lambda config, *_: config.num_frames)
+    object_based.run(config(num_frames=1, settle=settle))
+    assert order == (["settled", "started"] if settle else ["started"])
+
+
 def test_the_path_tracing_renderer_takes_samples_and_denoiser_of_the_configuration():
     before = {
         path: get_settings().get(path)

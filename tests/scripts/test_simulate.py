@@ -1,8 +1,10 @@
 """`usdsdg simulate`: reads a stage and writes it with the simulated poses."""
 
+import numpy as np
 import pytest
 from pxr import Usd
 
+from tests.physics import calm_scenes
 from tests.physics.scenes import add, fallen, new_stage, position
 from tests.scripts.conftest import usdsdg
 
@@ -37,3 +39,27 @@ def test_an_output_that_cannot_be_written_is_an_error_before_the_simulation(tmp_
     (tmp_path / "file").write_text("not a folder")
     done = usdsdg("simulate", "still.usda", "file/out.usda", cwd=tmp_path, expect=1)
     assert done.stderr.startswith(f"error: the stage cannot be saved to {tmp_path / 'file' / 'out.usda'}: ")
+
+
+def test_settle_puts_a_box_that_starts_inside_another_on_top_of_it(tmp_path):
+    """Then it is simulated from there: the two stay, since they rest; without the option they would begin to move."""
+    calm_scenes.overlapping_pair().Export(str(tmp_path / "scene.usda"))
+    usdsdg("simulate", "scene.usda", "settled.usda", "--settle", "--seconds=0.1", "--device=cpu", cwd=tmp_path)
+    settled = Usd.Stage.Open(str(tmp_path / "settled.usda"))
+    found = [position(thing) for thing in calm_scenes.things(settled)]
+    np.testing.assert_allclose(found, [(0, 0, 0.1), (0, 0, 0.3)], atol=1e-3)
+
+
+def test_settle_names_what_still_moves_after_ten_seconds(tmp_path):
+    """A box without a floor below it, which ends where ten seconds of falling in oil bring it."""
+    stage = new_stage()
+    add(stage, "/World/box", at=(0, 0, 5))
+    stage.Export(str(tmp_path / "scene.usda"))
+    done = usdsdg("simulate", "scene.usda", "out.usda", "--settle", "--seconds=0", "--device=cpu", cwd=tmp_path)
+    assert "still move" in done.stderr
+    assert "/World/box" in done.stderr
+    out = Usd.Stage.Open(str(tmp_path / "out.usda"))
+    # At g / damping = 9.81 / 6 m/s, less what a substep of 1/120 s brakes, after 1/6 s without speed.
+    assert position(out.GetPrimAtPath("/World/box"))[2] == pytest.approx(
+        5 - 9.81 / 6 * (1 - 6 / 120) * (10 - 1 / 6), rel=0.01
+    )
