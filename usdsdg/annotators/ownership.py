@@ -125,9 +125,19 @@ class LabeledStage:
         if path not in self._own:
             prim = self._stage.GetPrimAtPath(path)
             self._own[path] = lower(get_labels(prim, self._time)) if prim else {}
+            _name_commas(path, self._own[path])
             if prim and vary_over_time(prim):
                 self._varying.add(path)
         return self._own[path]
+
+
+def _name_commas(path: Sdf.Path, labels: Labels) -> None:
+    """Warn of labels with commas, which files cannot tell from several labels."""
+    for label in (label for values in labels.values() for label in values if "," in label):
+        warn_once(
+            f"{path}: the label {label!r} has a comma, which separates labels in what annotators and files tell, so "
+            "that it reads as several. Write it without, or author several labels."
+        )
 
 
 def ancestors(path: Sdf.Path, steps: Steps) -> Iterator[Owner]:

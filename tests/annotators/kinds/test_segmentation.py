@@ -4,11 +4,13 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
+from pxr import UsdSemantics
 
 from tests.annotators.ray_caster import add_cube, make_frame, new_stage
 from tests.annotators.scenes import crowds, mask_of, street
 from usdsdg import annotators
 from usdsdg.annotators.colors import colors_of_ids
+from usdsdg.errors import UsdsdgWarning
 from usdsdg.stage.semantics.labels import add_labels
 
 
@@ -138,3 +140,37 @@ def test_masks_agree_with_depth_and_with_each_other(stage):
     # An instance has one semantic id.
     for identifier in np.unique(instance):
         assert len(np.unique(semantic[instance == identifier])) == 1
+
+
+@pytest.mark.parametrize("label", ["background", "BACKGROUND", "Unlabelled", "invalid", "none"])
+def test_reserved_names_are_labels_like_others(label):
+    stage = new_stage()
+    add_cube(stage, "/World/Cube", label)
+    frame = make_frame(stage, (16, 12))
+    seen = annotators.get("semantic_segmentation").compute(frame)
+    table = seen.info["idToLabels"]
+    (number,) = set(table) - {"0", "1"}
+    assert table == {"0": {"class": "BACKGROUND"}, "1": {"class": "UNLABELLED"}, number: {"class": label.lower()}}
+    assert (seen.data == int(number)).any()
+    colors = annotators.get("semantic_segmentation", {"colorize": True}).compute(frame).data
+    assert colors[seen.data == int(number)][:, :3].any(axis=1).all()  # not black, as the background is
+    boxes = annotators.get("bounding_box_2d_tight").compute(frame)
+    assert boxes.info["idToLabels"] == {"0": {"class": label.lower()}}
+
+
+def test_a_label_with_a_comma_is_named_and_reads_as_several():
+    stage = new_stage()
+    add_cube(stage, "/World/Cube", "nut, M3")
+    with pytest.warns(UsdsdgWarning, match="/World/Cube: the label 'nut, m3' has a comma"):
+        frame = make_frame(stage, (16, 12))
+    assert {"class": "nut, m3"} in annotators.get("semantic_segmentation").compute(frame).info["idToLabels"].values()
+
+
+@pytest.mark.parametrize("label", ["", "  "])
+def test_empty_labels_are_none(label):
+    stage = new_stage()
+    prim = add_cube(stage, "/World/Cube")
+    UsdSemantics.LabelsAPI.Apply(prim, "class").CreateLabelsAttr().Set([label])
+    frame = make_frame(stage, (16, 12))
+    assert set(annotators.get("semantic_segmentation").compute(frame).info["idToLabels"]) == {"0", "1"}
+    assert not len(annotators.get("bounding_box_2d_tight").compute(frame).data)

@@ -226,7 +226,7 @@ def test_what_describes_a_file_is_written_after_it(frame):
     writer.attach(PRODUCT)
     writer.receive(annotators.build_payload(writer, {PRODUCT: frame}))
     writer.backend.wait_until_done()
-    is_json = [path.endswith("json") for path in writer.backend.paths if path != "metadata.txt"]
+    is_json = [path.endswith("json") for path in writer.backend.paths if not path.startswith(("metadata.txt", "."))]
     assert is_json == sorted(is_json)
     assert any(is_json)
 
