@@ -145,3 +145,18 @@ def _write(writer, folder, *, detach=True, **options):
     rep.orchestrator.wait_until_complete()
     if detach:
         writer.detach()
+
+
+def test_the_stage_is_copied_where_prims_come_and_in_long_runs_less_often(stage, tmp_path):
+    writer = rep.writers.get("BasicWriter")
+    writer.initialize(output_dir=str(tmp_path), semantic_segmentation=True)
+    rep.create.cube(semantics=[("class", "cube")])
+    product = rep.create.render_product(rep.create.camera(position=(4, 4, 4), look_at=(0, 0, 0)), (32, 24))
+    writer.attach(product)
+    for _ in range(12):
+        rep.functional.create.sphere(semantics=[("class", "ball")])
+        rep.orchestrator.step()
+    rep.orchestrator.wait_until_complete()
+    has_stage = [bool(record.stage) for record in records(tmp_path)]
+    assert has_stage == [True] * 8 + [False] * 4
+    assert len(list((tmp_path / ".usdsdg" / "stages").iterdir())) == 8

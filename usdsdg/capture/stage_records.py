@@ -22,6 +22,8 @@ from usdsdg.stage.changes import Changes, ChangeTracker
 SETTING = "/usdsdg/labels/recordStage"
 # Layers on disk that were edited are copied up to this size; a stage that is larger has no stage record [bytes].
 LARGEST = 32 << 20
+# Where prims come and go in every frame, the stage is copied at so many of them at first, then at one in so many.
+FREELY, EVERY = 8, 50
 # Prims that no label depends on.
 _IGNORED = tuple(map(Sdf.Path, ("/Render", "/Replicator/SDGPipeline", "/OmniverseKit_Persp")))
 _IGNORED_NAMES = ("inputs:", "outputs:", "info:", "primvars:displayColor", "physics:", "drive:", "state:", "ui:")
@@ -55,21 +57,23 @@ class StageRecords:
         self._stage = stage
         self._tracker = ChangeTracker(stage)
         self._base: tuple[str, bytes] | None = None
-        self._changed: dict[Sdf.Path, None] = {}  # attributes, since the base was taken
+        self._captures = self._copies = 0
+        self._changed: dict[Sdf.Path, tuple[Usd.Attribute, Any]] = {}  # attributes and their types, since the base
 
     def take(self, time: Usd.TimeCode) -> StageMoment | None:
         """Return the stage as it is now; None where it is not recorded."""
         if not get_settings().get_as_bool(SETTING):
             return None
-        changes = self._tracker.take()
+        changes, self._captures = self._tracker.take(), self._captures + 1
         if self._base is None or any(_matters(path) for path in changes.resynced):
-            self._base, self._changed = _base(self._stage), {}
+            may_copy = self._copies < FREELY + self._captures // EVERY
+            self._base, self._changed = (_base(self._stage) if may_copy else None), {}
+            self._copies += self._base is not None
         else:
             self._note(changes)
         if self._base is None:
             return None
-        attributes = map(self._stage.GetAttributeAtPath, self._changed)
-        edits = tuple((each.GetPath(), each.GetTypeName(), each.Get(time)) for each in attributes if each)
+        edits = [(path, kind, each.Get(time)) for path, (each, kind) in self._changed.items() if each]
         facts = {
             "time": None if time.IsDefault() else time.GetValue(),
             "glass": glass_labels(),
@@ -80,8 +84,10 @@ class StageRecords:
     def _note(self, changes: Changes) -> None:
         for prim, names in changes.changed.items():
             if _matters(prim):
-                kept = (name for name in names if name and not name.startswith(_IGNORED_NAMES))
-                self._changed.update(dict.fromkeys(prim.AppendProperty(name) for name in sorted(kept)))
+                for name in sorted(name for name in names if name and not name.startswith(_IGNORED_NAMES)):
+                    path = prim.AppendProperty(name)
+                    if path not in self._changed and (attribute := self._stage.GetAttributeAtPath(path)):
+                        self._changed[path] = attribute, attribute.GetTypeName()
 
 
 def _matters(path: Sdf.Path) -> bool:
