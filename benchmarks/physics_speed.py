@@ -1,22 +1,29 @@
 """What physics costs: steps, loading, adding bodies, write-back and queries, in the scene of `physics_scene`.
 
     python -m benchmarks.physics_speed [--device cpu] [--bodies 10 337 2000] [--frames 60]
+    python -m benchmarks.physics_speed --device cuda --worlds 100 [--bodies 20]
+    python -m benchmarks.physics_speed --device cuda --empty-cache
 
-On the CPU all times are CPU times of the process, on CUDA wall times. It ends with exit code 1 where a replayed step
-differs by a bit from one that is launched from Python, or a run from its repetition.
+On the CPU all times are CPU times of the process, on CUDA wall times. The first form ends with exit code 1 where a
+replayed step differs by a bit from one that is launched from Python, or a run from its repetition. `--worlds` lays
+copies of a closed box of bodies side by side on one stage; `--empty-cache` compiles the kernels of all shapes as on a
+machine that has none.
 """
 
 from __future__ import annotations
 
 import argparse
 import hashlib
+import os
+import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from unittest import mock
 
 import numpy as np
-from pxr import UsdGeom, UsdPhysics
+from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 
 from benchmarks.physics_scene import AREA, SceneMaker
 from usdsdg_physics import NewtonEngine
@@ -27,6 +34,7 @@ from usdsdg_physics.world.world import World
 DT = 1.0 / 60.0
 WARM_UP = 30
 MEDIUM = 337
+_KEPT: list[Usd.Stage] = []  # whose layers others refer to by name
 
 
 class Clock:
@@ -46,6 +54,23 @@ def maker(bodies: int) -> SceneMaker:
     stretch = max(1.0, bodies / MEDIUM) ** (1 / 3)
     x, y, z = AREA
     return SceneMaker(bodies, all_gravity=False, area=(stretch * x, stretch * y, stretch * z))
+
+
+def worlds(count: int, bodies: int) -> Usd.Stage:
+    """Author copies of a scene side by side."""
+    copied = SceneMaker(bodies, all_gravity=False).stage
+    _KEPT.append(copied)
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageUpAxis(stage, "Z")
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    scene = UsdPhysics.Scene.Define(stage, "/PhysicsScene").GetPrim()
+    scene.CreateAttribute("physxScene:timeStepsPerSecond", Sdf.ValueTypeNames.UInt).Set(60)
+    columns = int(np.ceil(np.sqrt(count)))
+    for index in range(count):
+        prim = stage.DefinePrim(f"/Worlds/world_{index}", "Xform")
+        prim.GetReferences().AddReference(copied.GetRootLayer().identifier, "/World")
+        UsdGeom.Xformable(prim).AddTranslateOp().Set((8.0 * (index % columns), 8.0 * (index // columns), 0.0))
+    return stage
 
 
 def session_of(engine: NewtonEngine) -> PlaySession:
@@ -69,10 +94,12 @@ def start(engine: NewtonEngine) -> None:
     world_of(engine).poses()
 
 
-def measure_steps(bodies: int, frames: int, device: str, clock: Clock) -> NewtonEngine:
+def measure_steps(stage: Usd.Stage, frames: int, device: str, clock: Clock) -> NewtonEngine:
     """Print loading and the median step of a scene; return its engine."""
-    engine = NewtonEngine(maker(bodies).stage, device=device)
-    report(f"load {bodies} bodies and take a step", clock.milliseconds(lambda: start(engine)))
+    engine = NewtonEngine(stage, device=device)
+    load = clock.milliseconds(lambda: start(engine))
+    bodies = len(engine.rigid_bodies)
+    report(f"load {bodies} bodies and take a step", load)
     for _ in range(WARM_UP):
         engine.advance(DT)
     steps = [clock.milliseconds(lambda: (engine.advance(DT), world_of(engine).poses())) for _ in range(frames)]
@@ -136,18 +163,49 @@ def digest(device: str, frames: int, *, recorded: bool) -> str:
     return found.hexdigest()[:16]
 
 
+_PRECOMPILE = """
+import sys, time
+start = time.perf_counter()
+import usdsdg_physics
+usdsdg_physics.precompile(
+    device=sys.argv[1], progress=lambda *step: print(f"{time.perf_counter() - start:6.1f} s", *step, flush=True)
+)
+print(f"kernels of all shapes: {time.perf_counter() - start:.1f} s with the imports, {sys.argv[2]}")
+"""
+
+
+def measure_empty_cache(device: str) -> int:
+    """Print how long the kernels take with an empty cache, and then with what this left there."""
+    with tempfile.TemporaryDirectory() as folder:
+        environment = {**os.environ, "WARP_CACHE_PATH": folder, "WARP_CACHE_DIR": folder}
+        for cache in ("empty cache", "cached"):
+            code = subprocess.run([sys.executable, "-c", _PRECOMPILE, device, cache], env=environment).returncode
+            if code:
+                return code
+    return 0
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description="What physics costs.")
     parser.add_argument("--device", default="cpu")
-    parser.add_argument("--bodies", type=int, nargs="+", default=[10, MEDIUM, 2000])
+    parser.add_argument("--bodies", type=int, nargs="+")
     parser.add_argument("--frames", type=int, default=60)
+    parser.add_argument("--worlds", type=int, default=0)
+    parser.add_argument("--empty-cache", action="store_true")
     options = parser.parse_args()
+    if options.empty_cache:
+        return measure_empty_cache(options.device)
     clock = Clock(options.device)
+    if options.worlds:
+        for bodies in options.bodies or [20]:
+            print(f"{options.worlds} worlds of {bodies} bodies")
+            measure_steps(worlds(options.worlds, bodies), options.frames, options.device, clock).stop()
+        return 0
     first = NewtonEngine(maker(MEDIUM).stage, device=options.device, progress=lambda *step: print(*step, flush=True))
     report("first load in a process, 337 bodies, and a step", clock.milliseconds(lambda: start(first)))
     first.stop()
-    for bodies in options.bodies:
-        engine = measure_steps(bodies, options.frames, options.device, clock)
+    for bodies in options.bodies or [10, MEDIUM, 2000]:
+        engine = measure_steps(maker(bodies).stage, options.frames, options.device, clock)
         if bodies == MEDIUM:
             measure_edits(engine, clock)
         engine.stop()

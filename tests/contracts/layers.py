@@ -58,7 +58,8 @@ PHYSICS = {
     "scene": "",
     "parse": "scene",
     "solver": "",
-    "model": "scene parse solver",
+    "contact_solver": "",
+    "model": "scene parse solver contact_solver",
     "corrections": "scene",
     "queries": "scene",
     "world": "scene model corrections",
@@ -106,6 +107,7 @@ LATE = {
         "usdsdg.compat usdsdg.demo usdsdg.mirror usdsdg.annotators usdsdg.meshes",
         "the one object that owns the state of all packages names their parts, and makes each when it is first used",
     ),
+    "usdsdg_physics.model.build": ("usdsdg_physics.contact_solver", "its kernels are defined where a scene needs them"),
     "usdsdg_physics.world.world": ("usdsdg_physics.corrections", "its kernels are defined when a scene needs them"),
     "usdsdg_physics.world.compile_kernels": (
         "usdsdg_physics.corrections usdsdg_physics.queries usdsdg_physics.solver",

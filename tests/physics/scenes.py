@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from usdsdg_physics import NewtonEngine
+
+# Device of the physics tests, for example cuda:0.
+DEVICE = os.environ.get("USDSDG_TEST_DEVICE", "cpu")
 
 
 def new_stage(*, up: str = "Z", meters_per_unit: float = 1.0) -> Usd.Stage:
@@ -78,7 +83,7 @@ def mesh(stage: Usd.Stage, path: str, points: np.ndarray, triangles: np.ndarray)
 
 
 def playing(stage: Usd.Stage) -> NewtonEngine:
-    engine = NewtonEngine(stage, device="cpu")
+    engine = NewtonEngine(stage, device=DEVICE)
     engine.play()
     return engine
 

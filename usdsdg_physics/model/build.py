@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,7 @@ from usdsdg.errors import warn_once
 from usdsdg_physics.model.joints import BuiltJoints, add_joints, scene_trees
 from usdsdg_physics.model.mass import MassProperties, body_mass
 from usdsdg_physics.model.mesh_boundaries import mesh_boundaries_left_out
-from usdsdg_physics.model.narrow_phase_kernels import narrow_phase_kernels_made_once
+from usdsdg_physics.model.narrow_phase_kernels import narrow_phase_kernels_made_once, narrow_phase_of_one_kind
 from usdsdg_physics.scene.contact_coefficients import (
     MAX_STAND_INS,
     CoefficientTable,
@@ -26,6 +27,8 @@ from usdsdg_physics.solver.sweeps import sweep_by_island
 
 if TYPE_CHECKING:
     import newton
+
+    from usdsdg_physics.contact_solver.solver import ContactSolver
 
 # Sweeps of the solver that move bodies, out of each other too, and sweeps after them that correct their velocities, so
 # that the former push no energy into a scene. Ten cubes of 20 cm on each other need that many to stand.
@@ -183,7 +186,8 @@ def build_pipeline(model: newton.Model, *, capacity: float = 1.0, extra: int = 0
     import newton
 
     # One configuration for every scene: each combination of options is another narrow-phase module to compile.
-    with narrow_phase_kernels_made_once():
+    of_one_kind = narrow_phase_of_one_kind() if model.device.is_cuda else nullcontext()
+    with narrow_phase_kernels_made_once(), of_one_kind:
         pipeline = newton.CollisionPipeline(
             model,
             broad_phase="sap",
@@ -198,44 +202,55 @@ def build_pipeline(model: newton.Model, *, capacity: float = 1.0, extra: int = 0
     return pipeline
 
 
-def build_solver(model: newton.Model, joints: BuiltJoints, *, capacity: float = 1.0) -> newton.solvers.SolverSteel:
-    """Build the solver of a model; `capacity` is a factor on the usual number of its constraint rows."""
+def build_solver(
+    built: BuiltModel, pipeline: newton.CollisionPipeline, *, capacity: float = 1.0
+) -> ContactSolver | newton.solvers.SolverSteel:
+    """Build the solver of a model and its contacts; `capacity` is a factor on the usual number of constraint rows."""
     import newton
     import warp as wp
 
+    model, joints = built.model, built.joints
+    if has_contacts_alone(built):
+        from usdsdg_physics.contact_solver.solver import ContactSolver
+
+        return ContactSolver(
+            model,
+            coordinate=built.coordinate,
+            dof=built.dof,
+            contact_capacity=pipeline.rigid_contact_max,
+            penetration_share=PENETRATION_SHARE,
+        )
     minimum = MIN_CONSTRAINT_ROWS_CUDA if model.device.is_cuda else MIN_CONSTRAINT_ROWS
-    rows = int(capacity * max(minimum, CONSTRAINT_ROWS_PER_BODY * model.body_count))
+    options: dict[str, Any] = {
+        "iterations": ITERATIONS_WITH_JOINTS if joints.trees else ITERATIONS,
+        "velocity_iterations": VELOCITY_ITERATIONS,
+        "baumgarte": PENETRATION_SHARE,
+        "free_body_constraint_max": int(capacity * max(minimum, CONSTRAINT_ROWS_PER_BODY * model.body_count)),
+        "warn_constraint_overflow": False,
+        **_joint_options(joints, capacity),
+    }
     if model.device.is_cuda and not any(tree.loops for tree in joints.trees):
         # The serial sweep would run one world's contacts on a single thread; nothing else closes loops.
-        return newton.solvers.SolverSteel(
-            model,
-            iterations=ITERATIONS_WITH_JOINTS if joints.trees else ITERATIONS,
-            velocity_iterations=VELOCITY_ITERATIONS,
-            baumgarte=PENETRATION_SHARE,
-            solve_mode="colored",
-            articulated_contact_response="propagation",
-            free_body_constraint_max=rows,
-            warn_constraint_overflow=False,
-            deterministic=wp.DeterministicMode.RUN_TO_RUN,
-            **_joint_options(joints, capacity),
-        )
-    solver = newton.solvers.SolverSteel(
-        model,
-        iterations=ITERATIONS_WITH_JOINTS if joints.trees else ITERATIONS,
-        velocity_iterations=VELOCITY_ITERATIONS,
-        baumgarte=PENETRATION_SHARE,
-        free_body_constraint_max=rows,
-        warn_constraint_overflow=False,
-        **_joint_options(joints, capacity),
-    )
+        options["solve_mode"], options["articulated_contact_response"] = "colored", "propagation"
+        options["deterministic"] = wp.DeterministicMode.RUN_TO_RUN
+        return newton.solvers.SolverSteel(model, **options)
+    solver = newton.solvers.SolverSteel(model, **options)
     sweep_by_island(solver)
     return solver
 
 
-def enable_surface_velocities(solver: newton.solvers.SolverSteel) -> None:
-    """Let the solver read the surface velocities of contacts, which it does by itself for its own meshes only."""
+def has_contacts_alone(built: BuiltModel) -> bool:
+    """Return whether a model is for our own solver: on a GPU, where Newton's would keep one of its parts busy."""
+    return built.model.device.is_cuda and not built.joints.trees
+
+
+def enable_surface_velocities(solver: ContactSolver | newton.solvers.SolverSteel) -> None:
+    """Let Newton's solver read the surface velocities of contacts, which it does by itself for its own meshes only."""
+    import newton
     import warp as wp
 
+    if not isinstance(solver, newton.solvers.SolverSteel):
+        return
     if not solver._has_contact_target_velocity:
         solver._has_contact_target_velocity = True
         solver._mf_target_velocity = wp.zeros_like(solver._mf_rhs)

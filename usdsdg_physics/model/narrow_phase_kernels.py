@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from functools import wraps
 
 _MODULE = "newton._src.geometry.narrow_phase"
+_USER = "newton._src.sim.collide"
+# What Newton would choose on CUDA by the kinds and number of shapes; each combination would compile for half a minute.
+_ONE_CHOICE = {"use_lean_gjk_mpr": False, "split_gjk_mpr": True, "sparse_gjk_pairs": True}
 _PREFIXES = ("create_", "_create_")
 
 _made: dict[Hashable, object] = {}  # by function and arguments
@@ -39,6 +43,29 @@ def narrow_phase_kernels_made_once() -> Iterator[None]:
     finally:
         for name, function in functions.items():
             setattr(module, name, function)
+
+
+@contextmanager
+def narrow_phase_of_one_kind() -> Iterator[None]:
+    """Within it, Newton's collision pipelines on CUDA use the same kernels for all scenes without triangle meshes."""
+    import importlib
+
+    try:
+        module = importlib.import_module(_USER)
+    except ImportError:
+        yield
+        return
+    real = getattr(module, "NarrowPhase", None)
+    if real is None:
+        yield
+        return
+    known = inspect.signature(real).parameters
+    choice = {name: value for name, value in _ONE_CHOICE.items() if name in known}
+    module.__dict__["NarrowPhase"] = lambda **options: real(**{**options, **choice})
+    try:
+        yield
+    finally:
+        module.__dict__["NarrowPhase"] = real
 
 
 def _once(make: Callable[..., object]) -> Callable[..., object]:

@@ -37,7 +37,7 @@ from usdsdg_physics.model.build import (
 )
 from usdsdg_physics.scene.loop_cuts import cut_loops
 from usdsdg_physics.scene.records import Drive, Force, Scene, SurfaceVelocity
-from usdsdg_physics.world.compile_kernels import Progress, load_kernels, prepare_newton
+from usdsdg_physics.world.compile_kernels import Progress, load_kernels, load_launched_kernels, prepare_newton
 from usdsdg_physics.world.contact_events import reports_of
 from usdsdg_physics.world.joints import Joints
 from usdsdg_physics.world.kinematic_motion import KinematicMotion
@@ -97,7 +97,7 @@ class World:
         ropes = distance_joints(scene)
         self.pipeline = build_pipeline(self.model, capacity=capacity, extra=2 * len(ropes))
         load_kernels(self.pipeline, progress=progress)
-        self.solver = build_solver(self.model, built.joints, capacity=capacity)
+        self.solver = build_solver(built, self.pipeline, capacity=capacity)
         self.solver.restitution_velocity_threshold = scene.bounce_threshold
         self.body_index, self.shape_index = built.body_index, built.shape_index
         self.mass, self.center = built.mass, built.center
@@ -199,6 +199,8 @@ class World:
         self._triggers = {built.shape_index[c.path] for c in scene.colliders.values() if c.trigger}
         self._records = StepRecords(self.model.device)
 
+        if self.model.device.is_cuda and bodies:
+            self._load_kernels(progress)
         if bodies:
             indices = np.arange(len(bodies))
             self.set_poses(indices, np.array([body.pose for body in bodies]))
@@ -518,6 +520,21 @@ class World:
             self._surfaces.update_contacts(state)
         if self._coefficients is not None:
             self._coefficients.apply(state, self._surfaces.velocity if self._surfaces is not None else None, dt)
+
+    def _load_kernels(self, progress: Progress | None) -> None:
+        """Load what a step launches on CUDA; the states, which it copies to and fro, stay as they are."""
+        import warp as wp
+
+        kept = [
+            (array, wp.clone(array))
+            for state in (self._state, self._next)
+            for array in (state.joint_q, state.joint_qd, state.body_q, state.body_qd)
+        ]
+        ordinary = _StepKind(1.0 / 60.0, 2, False, False, False)
+        load_launched_kernels(lambda: self._launch_step(ordinary), self.model.device, progress=progress)
+        for array, clone in kept:
+            wp.copy(array, clone)
+        self.solver.reset(self._state)
 
     def reported_contacts(self) -> list[ContactRows]:
         """Return the contacts of the latest step whose shapes are reported, by substep."""
