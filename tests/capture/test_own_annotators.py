@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom
 
 import usdsdg as rep
 from tests.annotators import ray_caster
 from tests.annotators.ray_caster import CAMERA, RayCaster, add_cube, place
 from tests.annotators.scenes import add_camera
+from tests.stage.geometry.characters import add_character
 from usdsdg.errors import AnnotatorError
 from usdsdg.session.stage_context import set_stage
+from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.poses.look_at import look_at_matrix
 from usdsdg.stage.semantics.labels import add_labels
@@ -391,3 +393,36 @@ def test_a_wrong_number_of_captures_is_refused(stage, captures):
     with pytest.raises(AnnotatorError, match="captures"):
         rep.orchestrator.step()
     found.detach()
+
+
+def test_points_of_a_skinned_character_move_with_its_skin(stage):
+    add_character(stage, "/World/Man")
+    place(stage.GetPrimAtPath(CAMERA), translate=(0, 0, 0))
+    UsdGeom.Xformable(stage.GetPrimAtPath(CAMERA)).ClearXformOpOrder()
+    bounds = UsdGeom.BBoxCache(Usd.TimeCode(0), ["default"]).ComputeWorldBound(stage.GetPrimAtPath("/World/Man"))
+    middle, size = bounds.ComputeAlignedRange().GetMidpoint(), bounds.ComputeAlignedRange().GetSize().GetLength()
+    for path in ("Ground", "Middle", "Behind", "Left", "Low", "Far", "Pair"):
+        stage.RemovePrim(f"/World/{path}")
+    UsdGeom.Xformable(stage.GetPrimAtPath(CAMERA)).AddTransformOp().Set(
+        look_at_matrix(middle + Gf.Vec3d(0.3, -2, 0.4) * size, middle, up=(0, 0, 1))
+    )
+    product = rep.create.render_product(CAMERA, SIZE)
+    rep.AnnotatorRegistry.register_annotator_from_aov(aov="prim", name="face")
+    try:
+        found, faces = attached("dense_correspondence", product, captures=1), attached("face", product)
+        timeline = get_timeline()
+        timeline.set_current_time(0.0)
+        rep.orchestrator.step(delta_time=0.0)
+        before = faces.get_data()
+        timeline.set_current_time(8 / stage.GetTimeCodesPerSecond())
+        rep.orchestrator.step(delta_time=0.0)
+        after, data = faces.get_data(), found.get_data()
+    finally:
+        rep.AnnotatorRegistry.unregister_annotator("face")
+    rows, columns = np.nonzero(data["info"]["visibility"] == 2)
+    pixels = data["data"][rows, columns]
+    assert len(rows) > 100
+    assert np.abs(pixels - np.stack([columns, rows], 1) - 0.5).max() > 1  # it moved
+    there = after[pixels[:, 1].astype(int), pixels[:, 0].astype(int)]
+    # The center of the pixel there may show the face beside.
+    assert (there == before[rows, columns]).mean() > 0.7
