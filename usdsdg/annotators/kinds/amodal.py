@@ -61,8 +61,11 @@ def amodal_instance_segmentation(frame: Frame, params: Params) -> Annotation:
     }
     if encoding == "rle":
         masks = frame.amodal_masks
-        corners = masks.coverage[:, X_MIN : X_MIN + 2]
-        encoded = [run_lengths(masks.crop(row), *corners[row].tolist(), frame.shape) for row in rows.tolist()]
+        corners = masks.coverage[rows, X_MIN : X_MIN + 2].tolist()
+        encoded = [
+            run_lengths(masks.crop(row), left, top, frame.shape)
+            for row, (left, top) in zip(rows.tolist(), corners, strict=True)
+        ]
         return Annotation(None, {**info, "masks": encoded})
     masks = (frame.amodal_masks.mask(row) for row in rows.tolist())
     stack = np.zeros((len(rows), *frame.shape), bool)
