@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import usdsdg as rep
 from tests.verify import datasets
 from tests.verify.label_faults import KINDS
 from usdsdg.cli.commands import app
@@ -90,3 +91,15 @@ def test_the_command_ends_with_1_where_there_are_faults(clean, tmp_path):
     assert broken.exit_code == 1
     (fault,) = json.loads(broken.output)["faults"]
     assert fault["found"] == "none"
+
+
+def test_an_image_that_is_transparent_outside_of_the_lens_has_no_fault(stage, tmp_path):
+    rep.create.light(light_type="dome")
+    rep.create.cube(semantics=[("class", "cube")])
+    eye = rep.create.camera(position=(2, 1, 2), look_at=(0, 0, 0), projection_type="fisheyePolynomial")
+    writer = rep.writers.get("CocoWriter")
+    writer.initialize(output_dir=str(tmp_path / "coco"))
+    writer.attach(rep.create.render_product(eye, (64, 48)))
+    rep.orchestrator.step()
+    rep.orchestrator.wait_until_complete()
+    assert verify(tmp_path / "coco").faults == []

@@ -16,7 +16,7 @@ from usdsdg.capture.stage_records import StageMoment
 from usdsdg.capture.tiles import views_of
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.record import FRAMES, frame_record, id_runs, samples
-from usdsdg.record.frame_record import FrameRecord, ProductRecord, SelectionRecord
+from usdsdg.record.frame_record import OPAQUE, FrameRecord, ProductRecord, SelectionRecord
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage
@@ -202,6 +202,7 @@ def product_record(frame: Frame, filters: tuple[str, ...], *, amodal: bool) -> P
             name: samples.checksum(aovs[name]) for name in sorted(aovs) if name not in AOVS | {"HdrColor", "normals"}
         }
         | ({} if depth is None else {"distance_to_camera": samples.checksum(depth)})
+        | ({} if color is None or (color[..., 3] == 255).all() else {OPAQUE: samples.checksum(color[..., :3])})
         | ({} if normals is None else {"normal_image": samples.checksum(samples.normal_image(normals))}),
     )
 

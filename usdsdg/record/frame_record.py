@@ -18,6 +18,8 @@ VERSION = 1
 # Distance of the pixels of the grids of depth and normals, and sides of the blocks that a thumbnail averages.
 STEP, BLOCK = 8, 16
 
+OPAQUE = "LdrColor without alpha"  # a checksum, of images that are transparent somewhere
+
 Labels = Mapping[str, Any]  # {type: [label, ...]}, or as annotators output them {type: "label[,label]"}
 
 

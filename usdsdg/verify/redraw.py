@@ -208,8 +208,9 @@ def _labels(file: str, frame: str, product: ProductRecord, stage: Usd.Stage, tim
         # Without cases, as labels are compared.
         label_filter = LabelFilter(key.lower()) if key else None
         for gprim, member in zip(product.gprims, selection.member_of_gprim.tolist()):
-            prim = stage.GetPrimAtPath(gprim)
-            if "[" in gprim or not prim:
+            # A point instance has no prim.
+            prim = None if "[" in gprim else stage.GetPrimAtPath(gprim)
+            if not prim:
                 continue
             recorded = product.prims[selection.rows[member]] if member >= 0 else "nothing labeled"
             owner, labels = _owner(prim, label_filter, time)

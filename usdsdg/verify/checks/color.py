@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from usdsdg.record import samples
+from usdsdg.record.frame_record import OPAQUE
 from usdsdg.verify.checks.compare import of_pixels, shapes_agree
 from usdsdg.verify.faults import Fault, Faults
 from usdsdg.verify.seen import Color, Seen
@@ -47,8 +48,11 @@ def _compared(seen: Seen, color: Color, frames: Mapping[int, str]) -> Faults:
         yield Fault(color.file, seen.name, "is no color image", "8-bit RGB or RGBA", f"{image.dtype} {image.shape}")
         return
     if color.exact and "LdrColor" in product.checksums:
-        found = samples.checksum(whole(image))
-        if found != product.checksums["LdrColor"]:
+        if image.shape[2] == 3 and OPAQUE in product.checksums:
+            found, expected = samples.checksum(np.ascontiguousarray(image)), product.checksums[OPAQUE]
+        else:
+            found, expected = samples.checksum(whole(image)), product.checksums["LdrColor"]
+        if found != expected:
             yield Fault(color.file, seen.name, "is not the rendered image", "", frames.get(found, ""))
     elif product.thumbnail is not None:
         off = np.abs(samples.block_means(image).astype(int) - product.thumbnail).max(axis=2)
