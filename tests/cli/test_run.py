@@ -197,7 +197,7 @@ def test_ctrl_c_ends_a_script_and_leaves_no_partial_files(tmp_path, script):
     assert "Traceback" not in stderr
     if script is SYNCHRONOUS:
         assert list(out.glob("rgb_*.png"))
-        assert not list(out.glob(".*"))
+        assert not list(out.glob(".*.part"))
 
 
 def test_a_run_that_cannot_end_is_refused_before_it_writes_files(tmp_path):

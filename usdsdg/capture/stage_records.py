@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import gzip
 import os
-import tempfile
 import zlib
 from dataclasses import dataclass
 from functools import cached_property
@@ -73,7 +73,8 @@ class StageRecords:
             self._note(changes)
         if self._base is None:
             return None
-        edits = [(path, kind, each.Get(time)) for path, (each, kind) in self._changed.items() if each]
+        # Sorted, since changes come in an order that differs from process to process.
+        edits = [(path, kind, each.Get(time)) for path, (each, kind) in sorted(self._changed.items()) if each]
         facts = {
             "time": None if time.IsDefault() else time.GetValue(),
             "glass": glass_labels(),
@@ -99,8 +100,6 @@ def _base(stage: Usd.Stage) -> tuple[str, bytes] | None:
     on_disk = [layer.realPath for layer in stage.GetLayerStack() if layer.realPath]
     if sum(os.path.getsize(path) for path in on_disk if os.path.isfile(path)) > LARGEST:
         return None
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "stage.usdc"
-        flatten.flattened(stage, _NO_FOLDER).Export(str(file))
-        content = file.read_bytes()
-    return f"{STAGES}/{zlib.crc32(content):08x}.usdc", content
+    # As text, since the bytes of a .usdc differ from process to process.
+    content = gzip.compress(flatten.flattened(stage, _NO_FOLDER).ExportToString().encode(), 4, mtime=0)
+    return f"{STAGES}/{zlib.crc32(content):08x}.usda.gz", content

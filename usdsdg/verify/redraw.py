@@ -5,6 +5,7 @@ What is compared is read anew: ids and depth from rays, poses and labels from th
 
 from __future__ import annotations
 
+import gzip
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -78,8 +79,9 @@ def _stage(data: Folder, record: FrameRecord, folder: Path) -> Usd.Stage:
     edits = folder / "edits.usda"
     edits.write_bytes(record.edits or b"#usda 1.0\n")
     top = Sdf.Layer.CreateNew(str(folder / "frame.usda"))
-    base = Sdf.Layer.FindOrOpen(str((data.path / record.stage["file"]).absolute()))
-    base.Reload()  # the file may have been written anew
+    below = folder / "stage.usda"
+    below.write_bytes(gzip.decompress((data.path / record.stage["file"]).read_bytes()))
+    base = Sdf.Layer.FindOrOpen(str(below))
     top.subLayerPaths = [str(edits), base.identifier]
     for name in ("upAxis", "metersPerUnit", "timeCodesPerSecond", "startTimeCode", "endTimeCode"):
         if base.pseudoRoot.HasInfo(name):  # metadata of sublayers does not count
