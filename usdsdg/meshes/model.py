@@ -37,6 +37,11 @@ class Material:
     occlusion_texture: Texture | None = None  # the red channel
 
 
+def roughness_of_exponent(exponent: float) -> float:
+    """Return the roughness whose highlights are as wide as those of a Blinn-Phong exponent; one half for none."""
+    return float(np.clip((2.0 / (exponent + 2.0)) ** 0.25, 0.05, 1.0)) if exponent > 0.0 else 0.5
+
+
 @dataclass(frozen=True)
 class Part:
     """Triangles with one material."""

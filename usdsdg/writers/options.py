@@ -1,11 +1,11 @@
-"""Validation of a writer's options against the names and type hints of its `__init__`."""
+"""Options of writers: validation against the names and type hints of `__init__`, and those that choose labels."""
 
 import functools
 import inspect
 import os
 import types
 import typing
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from numbers import Integral, Real
 from typing import Any
 
@@ -42,6 +42,21 @@ def check_names(writer: str, init: Callable[..., None], options: Collection[str]
     needed = [p.name for p in parameters if p.name in known and p.default is p.empty]
     if missing := [name for name in needed if name not in options]:
         raise WriterError(f"{writer} needs {', '.join(missing)}: give it to initialize(...).")
+
+
+def label_params(
+    writer: str, semantic_types: Sequence[str] | str | None, semantic_filter_predicate: str | None
+) -> dict[str, Any]:
+    """Return the init parameters of annotators for the two options that choose labels; default the filter "class:*".
+
+    Raises:
+        WriterError: both are given.
+    """
+    if semantic_types and semantic_filter_predicate:
+        raise WriterError(f"{writer}: semantic_types and semantic_filter_predicate exclude each other; give one.")
+    if semantic_types:
+        return {"semanticTypes": semantic_types}
+    return {"semanticFilter": semantic_filter_predicate or "class:*"}
 
 
 def typed(init: Callable[..., None]) -> Callable[..., None]:

@@ -12,9 +12,9 @@ def cut_loops(scene: Scene) -> Scene:
     """Return a scene whose loops are closed by joints without coordinates only.
 
     The solver closes loops with fixed, revolute and spherical joints that have no limits, drive or friction, follow no
-    other joint and do not break. Any other
-    joint that closes one moves half of its second body instead: one of half the mass and without colliders, which a
-    weld holds to the rest of the body. So the joint is one of the tree, and nothing of it is lost.
+    other joint and do not break. Any other joint that closes one moves half of its second body instead: one of half the
+    mass and without colliders, which a weld holds to the rest of the body. So the joint is one of the tree, and nothing
+    of it is lost.
     """
     trees = joint_trees(scene.bodies, scene.joints.values()) if scene.joints else []
     cuts = [branch for tree in trees for branch in tree.loops if _needs_cut(branch, tree)]

@@ -101,7 +101,8 @@ class World:
         self.solver.restitution_velocity_threshold = scene.bounce_threshold
         self.body_index, self.shape_index = built.body_index, built.shape_index
         self.mass, self.center = built.mass, built.center
-        # Halves of bodies that were cut follow the bodies of the scene, and nobody outside knows of them.
+        # The second half of a body through which a loop is cut is listed after the bodies of the scene; callers see
+        # the first half only.
         self.bodies = list(scene.bodies)[:count]
         # (N + halves,) the body that each belongs to.
         self._whole = np.array([built.body_index[scene.halves.get(path, path)] for path in scene.bodies], int)

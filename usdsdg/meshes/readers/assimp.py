@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 from usdsdg.errors import Unsupported
-from usdsdg.meshes.model import Material, MeshFile, Part, Texture
+from usdsdg.meshes.model import Material, MeshFile, Part, Texture, roughness_of_exponent
 
 
 def read(file: Path) -> MeshFile:
@@ -78,7 +78,7 @@ class _Look:
             color_texture=color,
             opacity=float(given.get("OPACITY", 1.0)),
             metallic=float(given.get("METALLIC_FACTOR", 0.0) or 0.0),
-            roughness=float(roughness) if roughness is not None else _roughness(shininess),
+            roughness=float(roughness) if roughness is not None else roughness_of_exponent(shininess),
             emission=(emission[0], emission[1], emission[2]),
             normal_texture=self._texture(pictures, (6,), f"{name}_normal"),
         )
@@ -101,8 +101,3 @@ class _Look:
                 with Image.open(path) as image:
                     return Texture(image.copy(), name, is_color)
         return None
-
-
-def _roughness(shininess: float) -> float:
-    """Return the roughness whose highlights are as wide as those of a Blinn-Phong exponent."""
-    return float(np.clip((2.0 / (shininess + 2.0)) ** 0.25, 0.05, 1.0)) if shininess > 0.0 else 0.5

@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 from usdsdg.errors import AssetUnreadable, Unsupported
-from usdsdg.meshes.model import Material, MeshFile, Part, Texture
+from usdsdg.meshes.model import Material, MeshFile, Part, Texture, roughness_of_exponent
 
 # By convention: glTF prescribes Y, modelling programs export OBJ with Y, scanners and CAD have Z.
 _UP = {".ply": "Z", ".stl": "Z", ".off": "Z"}
@@ -87,7 +87,6 @@ def _material(given: Any) -> Material:
         return _metallic_roughness(name, given)
     color = _rgba(getattr(given, "diffuse", None))
     texture = _texture(getattr(given, "image", None), f"{name}_color", is_color=True)
-    gloss = float(getattr(given, "glossiness", 0.0) or 0.0)
     return Material(
         name,
         # A simple material's color is the texture's where there is one.
@@ -95,8 +94,7 @@ def _material(given: Any) -> Material:
         color_texture=texture,
         opacity=color[3],
         opacity_from_color=_has_alpha(texture),
-        # Blinn-Phong's exponent as a roughness: the highlights have the same width.
-        roughness=float(np.clip((2.0 / (gloss + 2.0)) ** 0.25, 0.05, 1.0)) if gloss > 0.0 else 0.5,
+        roughness=roughness_of_exponent(float(getattr(given, "glossiness", 0.0) or 0.0)),
     )
 
 

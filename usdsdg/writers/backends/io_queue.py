@@ -40,7 +40,7 @@ class IoQueue:
         self._failures: list[tuple[Any, UsdsdgError]] = []
         self._workers: set[threading.Thread] = set()
         self._at_exit: list[weakref.WeakMethod] = []
-        self._noted: list[str] | None = None  # paths of files, while somebody collects them
+        self._noted: list[str] | None = None  # paths of scheduled files inside `noting_files`, else None
 
     def submit(self, run: Callable[[], None], *, what: str, size: int, owner: Any) -> None:
         """Run `run` later.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import re
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from pxr import Usd, UsdGeom
@@ -143,16 +143,3 @@ def _diameter(points: np.ndarray) -> float:
     with contextlib.suppress(QhullError):  # flat
         corners = corners[ConvexHull(corners).vertices]
     return float(pdist(corners).max()) if len(corners) > 1 else 0.0
-
-
-def camera_matrix(params: Any) -> np.ndarray:
-    """Return OpenCV's camera matrix (3, 3) of a pinhole; pixel coordinates are 0 at the center of the first pixel."""
-    width, height = (float(size) for size in params["renderProductResolution"])
-    projection = np.asarray(params["cameraProjection"], np.float64).reshape(4, 4)
-    return np.array(
-        [
-            [projection[0, 0] * width / 2, 0.0, (1 - projection[2, 0]) * width / 2 - 0.5],
-            [0.0, projection[1, 1] * height / 2, (1 + projection[2, 1]) * height / 2 - 0.5],
-            [0.0, 0.0, 1.0],
-        ]
-    )

@@ -78,6 +78,19 @@ def lens_of(params: Params) -> Lens | None:
     )
 
 
+def camera_matrix(params: Params) -> np.ndarray:
+    """Return OpenCV's camera matrix (3, 3) of a pinhole; pixel coordinates are 0 at the center of the first pixel."""
+    width, height = (float(size) for size in params["renderProductResolution"])
+    projection = np.asarray(params["cameraProjection"], np.float64).reshape(4, 4)
+    return np.array(
+        [
+            [projection[0, 0] * width / 2, 0.0, (1 - projection[2, 0]) * width / 2 - 0.5],
+            [0.0, projection[1, 1] * height / 2, (1 + projection[2, 1]) * height / 2 - 0.5],
+            [0.0, 0.0, 1.0],
+        ]
+    )
+
+
 def edge_pixels(start: np.ndarray, end: np.ndarray, params: Params) -> np.ndarray:
     """Project the part of an edge in front of the camera to line segments (N, 2, 2) [pixels], more for curved lenses.
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.writers.formats.camera_projection import camera_matrix
 from usdsdg.writers.formats.pose import Pose
 
 # From USD's camera frame (x right, y up, looking along -z).
@@ -64,15 +65,7 @@ def calibration(params: Mapping[str, Any]) -> str:
 
     Pixel coordinates are 0 at the center of the first pixel, as in KITTI's labels.
     """
-    width, height = (float(size) for size in params["renderProductResolution"])
-    projection = np.asarray(params["cameraProjection"], np.float64).reshape(4, 4)
-    camera = np.array(
-        [
-            [projection[0, 0] * width / 2, 0, (1 - projection[2, 0]) * width / 2 - 0.5, 0],
-            [0, projection[1, 1] * height / 2, (1 + projection[2, 1]) * height / 2 - 0.5, 0],
-            [0, 0, 1, 0],
-        ]
-    )
+    camera = np.column_stack([camera_matrix(params), np.zeros(3)])
     # The scanner's frame: x ahead, y left, z up.
     scanner = np.array([[0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0]])
     matrices = {

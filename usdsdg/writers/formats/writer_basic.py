@@ -10,12 +10,11 @@ import numpy as np
 
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.packed_colors import unpacked
-from usdsdg.errors import WriterError
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_json, write_np
-from usdsdg.writers.options import typed
+from usdsdg.writers.options import label_params, typed
 
 Step = Callable[..., None]
 
@@ -93,11 +92,7 @@ class BasicWriter(Writer):
             OutputNotWritable: output_dir or the bucket cannot be written to.
             Unsupported: a bucket without boto3.
         """
-        if semantic_types and semantic_filter_predicate:
-            raise WriterError("BasicWriter: semantic_types and semantic_filter_predicate exclude each other; give one.")
-        labels = {"semanticTypes": semantic_types} if semantic_types else {
-            "semanticFilter": semantic_filter_predicate or "class:*"
-        }  # fmt: skip
+        labels = label_params("BasicWriter", semantic_types, semantic_filter_predicate)
         wanted: dict[str, tuple[bool, Mapping[str, Any]]] = {
             "rgb": (rgb, {}),
             "normals": (normals, {}),

@@ -17,8 +17,9 @@ from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import write_bytes, write_image, write_json
-from usdsdg.writers.formats.bop_models import MILLIMETERS, Models, Placed, camera_matrix, ply
-from usdsdg.writers.options import typed
+from usdsdg.writers.formats.bop_models import MILLIMETERS, Models, Placed, ply
+from usdsdg.writers.formats.camera_projection import camera_matrix
+from usdsdg.writers.options import label_params, typed
 
 RGB, DEPTH, CAMERA = "rgb", "distance_to_image_plane", "camera_params"
 BOXES_3D, WHOLE, INSTANCES = "bounding_box_3d_fast", "bounding_box_2d_amodal", "instance_segmentation_fast"
@@ -73,15 +74,11 @@ class BopWriter(Writer):
             raise WriterError(f"BopWriter: image_output_format is {image_output_format!r}; expected png or jpg.")
         if not split or "/" in split:
             raise WriterError(f"BopWriter: split is {split!r}; expected the name of a folder.")
-        if semantic_types and semantic_filter_predicate:
-            raise WriterError("BopWriter: semantic_types and semantic_filter_predicate exclude each other; give one.")
+        labels = label_params("BopWriter", semantic_types, semantic_filter_predicate)
         self._split, self._depth_scale, self._image_format = split, depth_scale, image_output_format
         self.backend = make_backend(
             "BopWriter", output_dir, backend, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint
         )
-        labels = {"semanticTypes": semantic_types} if semantic_types else {
-            "semanticFilter": semantic_filter_predicate or "class:*"
-        }  # fmt: skip
         self.annotators = [
             *(named_annotators.get(name) for name in (RGB, DEPTH, CAMERA)),
             *(named_annotators.get(name, labels) for name in (BOXES_3D, WHOLE, INSTANCES)),

@@ -19,7 +19,7 @@ from usdsdg.writers.formats import cuboid, kitti_object
 from usdsdg.writers.formats.camera_projection import project
 from usdsdg.writers.formats.kitti_classes import KittiClasses, read_mapping
 from usdsdg.writers.formats.pose import Pose, truncation_ratio
-from usdsdg.writers.options import typed
+from usdsdg.writers.options import label_params, typed
 
 RGB, BOXES, BOXES_3D, CAMERA = "rgb", "bounding_box_2d_tight_fast", "bounding_box_3d_fast", "camera_params"
 CLASSES, INSTANCES, DEPTH = "semantic_segmentation", "instance_segmentation_fast", "distance_to_image_plane"
@@ -95,8 +95,7 @@ class KittiWriter(Writer):
             raise Unsupported(
                 "KittiWriter: renderproduct_idxs; attach the writer to the render products that it is for."
             )
-        if semantic_types and semantic_filter_predicate:
-            raise WriterError("KittiWriter: semantic_types and semantic_filter_predicate exclude each other; give one.")
+        labels = label_params("KittiWriter", semantic_types, semantic_filter_predicate)
         if mapping_path and mapping_dict:
             raise WriterError("KittiWriter: mapping_path and mapping_dict exclude each other; give one.")
         if bbox_height_threshold < 0:
@@ -114,9 +113,6 @@ class KittiWriter(Writer):
         self._colorize = colorize_instance_segmentation
         self._kitti_names = use_kitti_dir_names
         self._frame_id = 0
-        labels = {"semanticTypes": semantic_types} if semantic_types else {
-            "semanticFilter": semantic_filter_predicate or "class:*"
-        }  # fmt: skip
         self.annotators = [
             *(named_annotators.get(name) for name in (RGB, DEPTH, CAMERA)),
             *(named_annotators.get(name, labels) for name in (BOXES, BOXES_3D, CLASSES, INSTANCES)),

@@ -19,7 +19,7 @@ from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_text
 from usdsdg.writers.formats.polygons import joined, outlines
 from usdsdg.writers.formats.splits import Splits
-from usdsdg.writers.options import typed
+from usdsdg.writers.options import label_params, typed
 
 RGB, BOXES, INSTANCES = "rgb", "bounding_box_2d_tight_fast", "instance_segmentation_fast"
 OBB, KEYPOINTS = "oriented_bounding_box_2d", "keypoints"
@@ -76,17 +76,13 @@ class YoloWriter(Writer):
             raise WriterError(f"YoloWriter: task is {task!r}; expected one of {', '.join(TASKS)}.")
         if not 0.0 <= min_visibility <= 1.0:
             raise WriterError(f"YoloWriter: min_visibility is {min_visibility}; expected a fraction, 0 to 1.")
-        if semantic_types and semantic_filter_predicate:
-            raise WriterError("YoloWriter: semantic_types and semantic_filter_predicate exclude each other; give one.")
+        labels = label_params("YoloWriter", semantic_types, semantic_filter_predicate)
         self._task, self._splits = task, Splits("YoloWriter", splits)
         self._min_visibility, self._min_pixels = min_visibility, min_pixels
         self._image_format, self._padding = checked_image_format(image_output_format), checked_padding(frame_padding)
         self.backend = make_backend(
             "YoloWriter", output_dir, backend, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint
         )
-        labels = {"semanticTypes": semantic_types} if semantic_types else {
-            "semanticFilter": semantic_filter_predicate or "class:*"
-        }  # fmt: skip
         more = {"obb": (OBB,), "pose": (KEYPOINTS,)}.get(task, ())
         self.annotators = [
             named_annotators.get(RGB),
