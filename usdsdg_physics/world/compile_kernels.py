@@ -27,14 +27,14 @@ _MODULES = (
     "usdsdg_physics.queries.overlap_kernels",
     "newton._src.sim.articulation",
     "usdsdg_physics.solver.sweep_kernels",
-    "usdsdg_physics.corrections.stabilization_kernels",
-    "usdsdg_physics.corrections.tunneling_guard_kernels",
+    "usdsdg_physics.corrections.bodies.stabilization_kernels",
+    "usdsdg_physics.corrections.contacts.tunneling_guard_kernels",
     "newton._src.solvers.steel.solver_steel",
-    "usdsdg_physics.corrections.free_flight_kernels",
-    "usdsdg_physics.corrections.impacts_kernels",
+    "usdsdg_physics.corrections.bodies.free_flight_kernels",
+    "usdsdg_physics.corrections.contacts.impacts_kernels",
     "usdsdg_physics.solver.response_kernels",
     "usdsdg_physics.solver.separated_pairs_kernels",
-    "usdsdg_physics.corrections.squeezes_kernels",
+    "usdsdg_physics.corrections.contacts.squeezes_kernels",
 )
 # With gradients, which are not needed, this module alone takes three times as long.
 _WITHOUT_GRADIENTS = "newton._src.sim.articulation"
@@ -55,11 +55,11 @@ def prepare_newton() -> None:
     _import_newton()
     import warp as wp
 
-    import usdsdg_physics.corrections.free_flight_kernels
-    import usdsdg_physics.corrections.impacts_kernels
-    import usdsdg_physics.corrections.squeezes_kernels
-    import usdsdg_physics.corrections.stabilization_kernels
-    import usdsdg_physics.corrections.tunneling_guard_kernels
+    import usdsdg_physics.corrections.bodies.free_flight_kernels
+    import usdsdg_physics.corrections.bodies.stabilization_kernels
+    import usdsdg_physics.corrections.contacts.impacts_kernels
+    import usdsdg_physics.corrections.contacts.squeezes_kernels
+    import usdsdg_physics.corrections.contacts.tunneling_guard_kernels
     import usdsdg_physics.queries.overlap_kernels
     import usdsdg_physics.solver.response_kernels
     import usdsdg_physics.solver.separated_pairs_kernels

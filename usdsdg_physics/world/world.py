@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from usdsdg_physics.corrections.contact_coefficients import ContactCoefficients
-from usdsdg_physics.corrections.contact_report import ContactReport, ContactRows
-from usdsdg_physics.corrections.depenetration import Depenetration
-from usdsdg_physics.corrections.distance_joints import DistanceJoints
-from usdsdg_physics.corrections.free_flight import FreeFlight
-from usdsdg_physics.corrections.impacts import Impacts
-from usdsdg_physics.corrections.joint_loads import JointLoads
-from usdsdg_physics.corrections.links import Links
-from usdsdg_physics.corrections.locked_axes import LockedAxes
-from usdsdg_physics.corrections.moving_surfaces import MovingSurfaces
-from usdsdg_physics.corrections.sleeping import Sleeping
-from usdsdg_physics.corrections.squeezes import Squeezes
-from usdsdg_physics.corrections.stabilization import REST_DELAY, Stabilization
-from usdsdg_physics.corrections.tunneling_guard import TunnelingGuard
+from usdsdg_physics.corrections.bodies.free_flight import FreeFlight
+from usdsdg_physics.corrections.bodies.locked_axes import LockedAxes
+from usdsdg_physics.corrections.bodies.sleeping import Sleeping
+from usdsdg_physics.corrections.bodies.stabilization import REST_DELAY, Stabilization
+from usdsdg_physics.corrections.contacts.contact_coefficients import ContactCoefficients
+from usdsdg_physics.corrections.contacts.contact_report import ContactReport, ContactRows
+from usdsdg_physics.corrections.contacts.depenetration import Depenetration
+from usdsdg_physics.corrections.contacts.impacts import Impacts
+from usdsdg_physics.corrections.contacts.moving_surfaces import MovingSurfaces
+from usdsdg_physics.corrections.contacts.squeezes import Squeezes
+from usdsdg_physics.corrections.contacts.tunneling_guard import TunnelingGuard
+from usdsdg_physics.corrections.joints.distance_joints import DistanceJoints
+from usdsdg_physics.corrections.joints.joint_loads import JointLoads
+from usdsdg_physics.corrections.joints.links import Links
 from usdsdg_physics.model.build import (
     COLLIDES,
     DISABLED,
@@ -87,7 +87,7 @@ class World:
         """
         import warp as wp
 
-        from usdsdg_physics.corrections.contact_arrays import contact_arrays
+        from usdsdg_physics.corrections.contacts.contact_arrays import contact_arrays
 
         prepare_newton()
         count = len(scene.bodies)

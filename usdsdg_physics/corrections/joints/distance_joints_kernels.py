@@ -5,7 +5,7 @@
 
 import warp as wp
 
-from usdsdg_physics.corrections.contact_arrays import ContactArrays
+from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 NEAREST = wp.constant(1.0e-9)  # m; nearer points have no direction
 MOVES = wp.constant(1.0e-4)  # m/s

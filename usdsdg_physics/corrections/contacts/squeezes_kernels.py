@@ -7,8 +7,8 @@
 
 import warp as wp
 
-from usdsdg_physics.corrections.contact_arrays import ContactArrays
-from usdsdg_physics.corrections.contact_points import body_point, contact_gap, is_free, world_point
+from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
+from usdsdg_physics.corrections.contacts.contact_points import body_point, contact_gap, is_free, world_point
 
 # A contact squeezes a shape where it is deeper than this part of the shape's half thickness, fully from the second.
 SQUEEZED = wp.constant(0.5)

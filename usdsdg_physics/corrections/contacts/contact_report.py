@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import newton
     import warp as wp
 
-    from usdsdg_physics.corrections.contact_arrays import ContactArrays
+    from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class ContactReport:
         """Note the contacts that the collision pipeline found, before their shapes are replaced."""
         import warp as wp
 
-        from usdsdg_physics.corrections.contact_report_kernels import note_contacts
+        from usdsdg_physics.corrections.contacts.contact_report_kernels import note_contacts
 
         wp.launch(
             note_contacts,
@@ -74,7 +74,7 @@ class ContactReport:
         """Note the forces (C,) [N] in the contacts, after the solver's step of `dt` seconds."""
         import warp as wp
 
-        from usdsdg_physics.corrections.contact_report_kernels import note_impulses
+        from usdsdg_physics.corrections.contacts.contact_report_kernels import note_impulses
 
         wp.launch(
             note_impulses,

@@ -5,7 +5,7 @@
 
 import warp as wp
 
-from usdsdg_physics.corrections.contact_arrays import ContactArrays
+from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 # Bodies that rest on each other are at most this far apart.
 TOUCH_DISTANCE = wp.constant(0.001)  # m

@@ -42,7 +42,7 @@ class JointLoads:
         """Note which joints break under the `wrench` (N,) at each body's center of mass, and set friction by it."""
         import warp as wp
 
-        from usdsdg_physics.corrections.joint_loads_kernels import note_broken, set_friction
+        from usdsdg_physics.corrections.joints.joint_loads_kernels import note_broken, set_friction
 
         wp.launch(
             note_broken,

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import newton
     import warp as wp
 
-    from usdsdg_physics.corrections.contact_arrays import ContactArrays
+    from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 
 class FreeFlight:
@@ -41,7 +41,7 @@ class FreeFlight:
         """Note which bodies the contacts that the collision pipeline just found belong to."""
         import warp as wp
 
-        from usdsdg_physics.corrections.free_flight_kernels import note_touched
+        from usdsdg_physics.corrections.bodies.free_flight_kernels import note_touched
 
         wp.launch(
             note_touched,
@@ -55,7 +55,7 @@ class FreeFlight:
         """Move the centers of mass of all other bodies to where `dt` seconds at their velocity bring them."""
         import warp as wp
 
-        from usdsdg_physics.corrections.free_flight_kernels import move_untouched
+        from usdsdg_physics.corrections.bodies.free_flight_kernels import move_untouched
 
         wp.launch(
             move_untouched,

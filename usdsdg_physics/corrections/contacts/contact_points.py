@@ -5,7 +5,7 @@
 
 import warp as wp
 
-from usdsdg_physics.corrections.contact_arrays import ContactArrays
+from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 
 @wp.func

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import newton
     import warp as wp
 
-    from usdsdg_physics.corrections.contact_arrays import ContactArrays
+    from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 # Thinner things count as this thick [m]: what rests overlaps by up to a few tenths of a millimeter.
 MIN_HALF_THICKNESS = 1e-3
@@ -49,7 +49,7 @@ class Squeezes:
         """Correct the contacts before the solver's step, after those that need to know which shapes touch."""
         import warp as wp
 
-        from usdsdg_physics.corrections.squeezes_kernels import note_squeezes, redirect_squeezes
+        from usdsdg_physics.corrections.contacts.squeezes_kernels import note_squeezes, redirect_squeezes
 
         self.squeezed.zero_()
         self._support.zero_()

@@ -5,7 +5,7 @@
 
 import warp as wp
 
-from usdsdg_physics.corrections.contact_arrays import ContactArrays
+from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 # Robots that stand still under their drives are ten times as slow.
 MOVES = wp.constant(5.0e-5)  # m/s

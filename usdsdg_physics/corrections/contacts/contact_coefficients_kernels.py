@@ -5,7 +5,7 @@
 
 import warp as wp
 
-from usdsdg_physics.corrections.contact_arrays import ContactArrays
+from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 # Slower surfaces stick in any case, as those of bodies on each other, which gravity does not press together here.
 STICKING_SPEED = wp.constant(0.01)  # m/s

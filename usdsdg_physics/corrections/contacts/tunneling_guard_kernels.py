@@ -7,7 +7,7 @@
 
 import warp as wp
 
-from usdsdg_physics.corrections.contact_arrays import ContactArrays
+from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 # An exit face and the step in which it was last touched share one integer: step * FACE_CODES + face.
 FACE_CODES = wp.constant(8)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import newton
     import warp as wp
 
-    from usdsdg_physics.corrections.contact_arrays import ContactArrays
+    from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 # What a link carries may carry others, in stacks of up to this height.
 CARRIED_LEVELS = 8
@@ -54,7 +54,7 @@ class Links:
         """Let no body be held at rest that touches a moving link, or a body that such a one carries."""
         import warp as wp
 
-        from usdsdg_physics.corrections.links_kernels import mark_moving_links, wake_carried
+        from usdsdg_physics.corrections.joints.links_kernels import mark_moving_links, wake_carried
 
         wp.launch(
             mark_moving_links,
@@ -76,7 +76,7 @@ class Links:
         """Stop the trees that the solver's step gave a coordinate that is not a number where they were."""
         import warp as wp
 
-        from usdsdg_physics.corrections.links_kernels import revert_coordinates, revert_links
+        from usdsdg_physics.corrections.joints.links_kernels import revert_coordinates, revert_links
 
         wp.launch(
             revert_coordinates,

@@ -34,7 +34,7 @@ class LockedAxes:
         """Take velocities that users set along and about locked axes from the state before a step."""
         import warp as wp
 
-        from usdsdg_physics.corrections.locked_axes_kernels import lock_velocities
+        from usdsdg_physics.corrections.bodies.locked_axes_kernels import lock_velocities
 
         wp.launch(
             lock_velocities,
@@ -48,7 +48,7 @@ class LockedAxes:
         """Correct the state `after` the solver's step of `dt` seconds."""
         import warp as wp
 
-        from usdsdg_physics.corrections.locked_axes_kernels import lock_axes
+        from usdsdg_physics.corrections.bodies.locked_axes_kernels import lock_axes
 
         wp.launch(
             lock_axes,

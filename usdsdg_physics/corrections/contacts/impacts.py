@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import newton
     import warp as wp
 
-    from usdsdg_physics.corrections.contact_arrays import ContactArrays
+    from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 
 class Impacts:
@@ -30,7 +30,7 @@ class Impacts:
         """Move the contacts of impacts in the next `dt` seconds below the centers of mass of the bodies that fall."""
         import warp as wp
 
-        from usdsdg_physics.corrections.impacts_kernels import center_impacts
+        from usdsdg_physics.corrections.contacts.impacts_kernels import center_impacts
 
         wp.launch(
             center_impacts,

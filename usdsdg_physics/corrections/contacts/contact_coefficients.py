@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import newton
     import warp as wp
 
-    from usdsdg_physics.corrections.contact_arrays import ContactArrays
+    from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 
 class ContactCoefficients:
@@ -57,7 +57,7 @@ class ContactCoefficients:
         """
         import warp as wp
 
-        from usdsdg_physics.corrections.contact_coefficients_kernels import replace_shapes
+        from usdsdg_physics.corrections.contacts.contact_coefficients_kernels import replace_shapes
 
         wp.launch(
             replace_shapes,

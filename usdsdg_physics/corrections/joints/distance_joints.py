@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import newton
     import warp as wp
 
-    from usdsdg_physics.corrections.contact_arrays import ContactArrays
+    from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 
 class DistanceJoints:
@@ -88,7 +88,7 @@ class DistanceJoints:
         """
         import warp as wp
 
-        from usdsdg_physics.corrections.distance_joints_kernels import (
+        from usdsdg_physics.corrections.joints.distance_joints_kernels import (
             add_distance_contacts,
             count_distance_contacts,
             pull_springs,
@@ -156,7 +156,7 @@ class DistanceJoints:
         """Note which joints break under the forces (C,) [N] in the contacts of the solver's latest step."""
         import warp as wp
 
-        from usdsdg_physics.corrections.distance_joints_kernels import note_broken_distances
+        from usdsdg_physics.corrections.joints.distance_joints_kernels import note_broken_distances
 
         wp.launch(
             note_broken_distances,

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import newton
     import warp as wp
 
-    from usdsdg_physics.corrections.contact_arrays import ContactArrays
+    from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 # Four updates of the app: as long as the tutorial scripts give a camera's collider to make room.
 PUSH_TIME = 4.0 / 60.0  # s
@@ -77,7 +77,7 @@ class Depenetration:
         """Set each body's maximum depenetration velocity for the solver's next step."""
         import warp as wp
 
-        from usdsdg_physics.corrections.depenetration_kernels import raise_depenetration_velocity
+        from usdsdg_physics.corrections.contacts.depenetration_kernels import raise_depenetration_velocity
 
         wp.launch(
             raise_depenetration_velocity,
@@ -97,7 +97,7 @@ class Depenetration:
         """Take from the bodies the speed that depenetration gave them in the solver's step of `dt` seconds."""
         import warp as wp
 
-        from usdsdg_physics.corrections.depenetration_kernels import clamp_depenetration_velocity, count_down
+        from usdsdg_physics.corrections.contacts.depenetration_kernels import clamp_depenetration_velocity, count_down
 
         wp.launch(
             clamp_depenetration_velocity,

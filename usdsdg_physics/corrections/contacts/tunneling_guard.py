@@ -16,7 +16,7 @@ from usdsdg_physics.scene.records import STATIC, Scene, Shape
 if TYPE_CHECKING:
     import newton
 
-    from usdsdg_physics.corrections.contact_arrays import ContactArrays
+    from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 
 class TunnelingGuard:
@@ -58,7 +58,7 @@ class TunnelingGuard:
         """Correct the contacts that the collision pipeline just found, before the solver's step."""
         import warp as wp
 
-        from usdsdg_physics.corrections.tunneling_guard_kernels import count_step, redirect_contacts
+        from usdsdg_physics.corrections.contacts.tunneling_guard_kernels import count_step, redirect_contacts
 
         if not len(self._exit_face):
             return

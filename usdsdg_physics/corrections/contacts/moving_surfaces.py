@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import newton
     import warp as wp
 
-    from usdsdg_physics.corrections.contact_arrays import ContactArrays
+    from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 
 class MovingSurfaces:
@@ -74,7 +74,7 @@ class MovingSurfaces:
         """Set the surface velocities of the contacts that the collision pipeline just found."""
         import warp as wp
 
-        from usdsdg_physics.corrections.moving_surfaces_kernels import set_surface_velocities
+        from usdsdg_physics.corrections.contacts.moving_surfaces_kernels import set_surface_velocities
 
         wp.launch(
             set_surface_velocities,

@@ -5,7 +5,7 @@
 
 import warp as wp
 
-from usdsdg_physics.corrections.free_bodies import set_free_body
+from usdsdg_physics.corrections.bodies.free_bodies import set_free_body
 
 
 @wp.kernel

@@ -72,7 +72,7 @@ class Stabilization:
         """
         import warp as wp
 
-        from usdsdg_physics.corrections.stabilization_kernels import stabilize_bodies
+        from usdsdg_physics.corrections.bodies.stabilization_kernels import stabilize_bodies
 
         wp.launch(
             stabilize_bodies,

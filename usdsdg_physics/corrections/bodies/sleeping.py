@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import newton
     import warp as wp
 
-    from usdsdg_physics.corrections.contact_arrays import ContactArrays
+    from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 
 class Sleeping:
@@ -49,7 +49,7 @@ class Sleeping:
         """Wake the bodies that a moving body will touch in the next `dt` seconds, before the solver's step."""
         import warp as wp
 
-        from usdsdg_physics.corrections.sleeping_kernels import wake_touched_bodies
+        from usdsdg_physics.corrections.bodies.sleeping_kernels import wake_touched_bodies
 
         def wake() -> None:
             self._woke.zero_()

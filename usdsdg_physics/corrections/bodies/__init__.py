@@ -1,0 +1,1 @@
+"""Corrections of bodies: flight, rest, sleep, limits of speed, and locked axes."""
