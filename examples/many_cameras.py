@@ -19,7 +19,7 @@ from pxr import Gf, Usd, UsdGeom
 
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.poses.look_at import look_at_matrix
-from usdsdg.writers.formats.run_length import runs_of_ids
+from usdsdg.writers.formats.shapes.run_length import runs_of_ids
 from usdsdg_render.renderer import WarpRenderer
 
 parser = argparse.ArgumentParser()

@@ -15,7 +15,7 @@ import numpy as np
 from PIL import Image
 
 from usdsdg.verify.formats.coco import decoded
-from usdsdg.writers.formats import run_length
+from usdsdg.writers.formats.shapes import run_length
 
 
 class Kind(NamedTuple):

@@ -14,7 +14,7 @@ from usdsdg.inspect.cuboids import CurvedCamera, PinholeCamera
 from usdsdg.inspect.listing import UNREADABLE, read_array, read_json
 from usdsdg.inspect.records import CORNERS, Dataset, Frame, Problem, SeenObject
 from usdsdg.stage.cameras.lenses import LENS_MODELS
-from usdsdg.writers.formats.camera_projection import lens_of
+from usdsdg.writers.formats.shapes.camera_projection import lens_of
 
 LOOKED_FOR = "BasicWriter's rgb_NNNN.png, bounding_box_2d_tight_NNNN.npy and the like"
 

@@ -1,5 +1,5 @@
 """`from omni.replicator.core.scripts.writers_default.kittiwriter import KittiWriter`."""
 
-from usdsdg.writers.formats.writer_kitti import KittiWriter
+from usdsdg.writers.formats.kitti.writer_kitti import KittiWriter
 
 __all__ = ["KittiWriter"]

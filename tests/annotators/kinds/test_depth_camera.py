@@ -7,8 +7,8 @@ from pxr import Sdf, UsdGeom, UsdRender
 from tests.annotators.ray_caster import CAMERA, PRODUCT, add_cube, make_frame, new_stage
 from tests.annotators.scenes import street
 from usdsdg import annotators
-from usdsdg.annotators.kinds import stereo
-from usdsdg.annotators.kinds.depth_sensor import ATTRIBUTES, SETTINGS, read_depth_sensor
+from usdsdg.annotators.kinds.depth import stereo
+from usdsdg.annotators.kinds.depth.depth_sensor import ATTRIBUTES, SETTINGS, read_depth_sensor
 from usdsdg.errors import AnnotatorError, Unsupported, UsdsdgWarning, forget_warnings
 from usdsdg.graph.sampling import get_global_seed, set_global_seed
 from usdsdg.session import stage_context

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from usdsdg.annotators.kinds import stereo
-from usdsdg.annotators.kinds.stereo import DepthSensor
+from usdsdg.annotators.kinds.depth import stereo
+from usdsdg.annotators.kinds.depth.stereo import DepthSensor
 
 WIDTH = 500
 PAIR = DepthSensor(

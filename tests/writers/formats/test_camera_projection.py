@@ -9,7 +9,7 @@ from tests.annotators.scenes import add_camera
 from tests.stage.cameras.lens_cases import LENSES
 from usdsdg.annotators.kinds.camera import read_params
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
-from usdsdg.writers.formats.camera_projection import clip_to_front, project
+from usdsdg.writers.formats.shapes.camera_projection import clip_to_front, project
 
 coordinates = st.floats(-5, 5)
 

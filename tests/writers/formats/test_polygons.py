@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from usdsdg.writers.formats.polygons import joined, outlines
+from usdsdg.writers.formats.shapes.polygons import joined, outlines
 
 
 def filled(polygon, shape):

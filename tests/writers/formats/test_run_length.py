@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from usdsdg.writers.formats.run_length import encoded, runs_of_ids
+from usdsdg.writers.formats.shapes.run_length import encoded, runs_of_ids
 
 
 def decoded(text: str, shape: tuple[int, int]) -> np.ndarray:

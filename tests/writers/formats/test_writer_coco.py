@@ -18,8 +18,8 @@ from tests.writers.formats.test_run_length import decoded
 from usdsdg import annotators, writers
 from usdsdg.errors import UsdsdgWarning, WriterError, forget_warnings
 from usdsdg.writers.files import write_text
-from usdsdg.writers.formats.coco_categories import Categories
-from usdsdg.writers.formats.coco_file import CocoFile
+from usdsdg.writers.formats.coco.coco_categories import Categories
+from usdsdg.writers.formats.coco.coco_file import CocoFile
 
 ROOT = Path(__file__).resolve().parents[3]
 PRODUCT = "/Render/HydraTextures/rp1"

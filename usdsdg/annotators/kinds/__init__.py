@@ -6,7 +6,6 @@ from usdsdg.annotators.kinds import (  # noqa: F401
     boxes,
     camera,
     correspondence,
-    depth_camera,
     image,
     keypoints,
     light,
@@ -20,3 +19,4 @@ from usdsdg.annotators.kinds import (  # noqa: F401
     stage_values,
     truncation,
 )
+from usdsdg.annotators.kinds.depth import depth_camera  # noqa: F401

@@ -15,7 +15,7 @@ from usdsdg.verify.faults import Fault, Faults
 from usdsdg.verify.formats.drawn import NAME
 from usdsdg.verify.seen import Seen
 from usdsdg.verify.truth import Thing, Truth
-from usdsdg.writers.formats.drawing import clip_to_rectangle
+from usdsdg.writers.formats.shapes.drawing import clip_to_rectangle
 
 _KINDS = {"bounding_box_2d_tight_fast": "tight", "bounding_box_2d_loose_fast": "loose", "bounding_box_3d_fast": "3d"}
 _LINE_COLOR = "green"

@@ -14,7 +14,7 @@ from usdsdg.verify.faults import Fault
 from usdsdg.verify.folder import Folder
 from usdsdg.verify.formats.matching import truth_of
 from usdsdg.verify.seen import Color, Mask, Masks, Seen
-from usdsdg.writers.formats.coco_categories import Categories
+from usdsdg.writers.formats.coco.coco_categories import Categories
 
 NAME = "CocoWriter"
 _FILE = re.compile(r"^coco_annotations_.+\.json$")

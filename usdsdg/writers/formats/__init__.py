@@ -1,14 +1,14 @@
 """The writers, one module for each, and what they share. Importing this package loads them all."""
 
+from usdsdg.writers.formats.bop.writer_bop import BopWriter
+from usdsdg.writers.formats.coco.writer_coco import CocoWriter
+from usdsdg.writers.formats.kitti.writer_kitti import KittiWriter
+from usdsdg.writers.formats.pose.writer_pose import PoseWriter
 from usdsdg.writers.formats.writer_basic import BasicWriter
-from usdsdg.writers.formats.writer_bop import BopWriter
-from usdsdg.writers.formats.writer_coco import CocoWriter
 from usdsdg.writers.formats.writer_cosmos import CosmosWriter
 from usdsdg.writers.formats.writer_data_visualization import DataVisualizationWriter
 from usdsdg.writers.formats.writer_fps import FPSWriter
-from usdsdg.writers.formats.writer_kitti import KittiWriter
-from usdsdg.writers.formats.writer_pose import PoseWriter
-from usdsdg.writers.formats.writer_yolo import YoloWriter
+from usdsdg.writers.formats.yolo.writer_yolo import YoloWriter
 
 # Registered from the start, in the order of `writers.get_writers()`.
 DEFAULT_WRITERS = (

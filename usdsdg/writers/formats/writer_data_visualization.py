@@ -13,8 +13,8 @@ from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_padding, write_image
-from usdsdg.writers.formats import cuboid
-from usdsdg.writers.formats.camera_projection import edge_pixels
+from usdsdg.writers.formats.shapes import cuboid
+from usdsdg.writers.formats.shapes.camera_projection import edge_pixels
 from usdsdg.writers.formats.writer_basic import colorize_normals
 from usdsdg.writers.options import typed
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.writers.formats import cuboid
-from usdsdg.writers.formats.camera_projection import clip_to_front, edge_pixels, project
-from usdsdg.writers.formats.drawing import Canvas, Color
+from usdsdg.writers.formats.shapes import cuboid
+from usdsdg.writers.formats.shapes.camera_projection import clip_to_front, edge_pixels, project
+from usdsdg.writers.formats.shapes.drawing import Canvas, Color
 
 RED, GREEN, BLUE = (255, 0, 0), (0, 128, 0), (0, 0, 255)
 # Of the keypoints, in the order of the file.

@@ -17,7 +17,7 @@ from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_text
-from usdsdg.writers.formats.polygons import joined, outlines
+from usdsdg.writers.formats.shapes.polygons import joined, outlines
 from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.options import label_params, typed
 

@@ -13,10 +13,10 @@ from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_json
-from usdsdg.writers.formats import cuboid
-from usdsdg.writers.formats.camera_projection import project
-from usdsdg.writers.formats.pose import Pose, quaternion, truncation_ratio
-from usdsdg.writers.formats.pose_overlay import PosedBox, draw_overlay
+from usdsdg.writers.formats.pose.pose_overlay import PosedBox, draw_overlay
+from usdsdg.writers.formats.shapes import cuboid
+from usdsdg.writers.formats.shapes.camera_projection import project
+from usdsdg.writers.formats.shapes.pose import Pose, quaternion, truncation_ratio
 from usdsdg.writers.options import typed
 
 RGB, BOXES, CAMERA = "rgb", "bounding_box_3d_fast", "camera_params"

@@ -6,7 +6,7 @@ from typing import Any
 
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.files import write_text
-from usdsdg.writers.formats.coco_categories import Category
+from usdsdg.writers.formats.coco.coco_categories import Category
 
 # The file is rewritten after this many new images, or after this relative growth: for n images the total cost is
 # proportional to n, not n².

@@ -3,9 +3,9 @@
 import numpy as np
 
 from usdsdg.annotators.frame import Frame
-from usdsdg.annotators.kinds import stereo
-from usdsdg.annotators.kinds.depth_sensor import measurement, parameter, read_depth_sensor
-from usdsdg.annotators.kinds.stereo import DepthSensor
+from usdsdg.annotators.kinds.depth import stereo
+from usdsdg.annotators.kinds.depth.depth_sensor import measurement, parameter, read_depth_sensor
+from usdsdg.annotators.kinds.depth.stereo import DepthSensor
 
 # From near to far: blue, cyan, green, yellow, red.
 _RAINBOW = np.array([[0, 0, 255], [0, 255, 255], [0, 255, 0], [255, 255, 0], [255, 0, 0]], np.float64)

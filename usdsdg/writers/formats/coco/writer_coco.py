@@ -17,9 +17,9 @@ from usdsdg.writers import base
 from usdsdg.writers.backends.group import BackendDispatch
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image
-from usdsdg.writers.formats import run_length
-from usdsdg.writers.formats.coco_categories import Categories
-from usdsdg.writers.formats.coco_file import CocoFile
+from usdsdg.writers.formats.coco.coco_categories import Categories
+from usdsdg.writers.formats.coco.coco_file import CocoFile
+from usdsdg.writers.formats.shapes import run_length
 from usdsdg.writers.options import typed
 
 RGB, BOXES = "rgb", "bounding_box_2d_tight_fast"

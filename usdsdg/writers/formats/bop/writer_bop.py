@@ -17,8 +17,8 @@ from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import write_bytes, write_image, write_json
-from usdsdg.writers.formats.bop_models import MILLIMETERS, Models, Placed, ply
-from usdsdg.writers.formats.camera_projection import camera_matrix
+from usdsdg.writers.formats.bop.bop_models import MILLIMETERS, Models, Placed, ply
+from usdsdg.writers.formats.shapes.camera_projection import camera_matrix
 from usdsdg.writers.options import label_params, typed
 
 RGB, DEPTH, CAMERA = "rgb", "distance_to_image_plane", "camera_params"

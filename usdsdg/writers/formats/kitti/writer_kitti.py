@@ -15,10 +15,11 @@ from usdsdg.stage.poses.transforms import up_axis
 from usdsdg.writers.backends.group import BackendDispatch
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import write_image, write_text
-from usdsdg.writers.formats import cuboid, kitti_object
-from usdsdg.writers.formats.camera_projection import project
-from usdsdg.writers.formats.kitti_classes import KittiClasses, read_mapping
-from usdsdg.writers.formats.pose import Pose, truncation_ratio
+from usdsdg.writers.formats.kitti import kitti_object
+from usdsdg.writers.formats.kitti.kitti_classes import KittiClasses, read_mapping
+from usdsdg.writers.formats.shapes import cuboid
+from usdsdg.writers.formats.shapes.camera_projection import project
+from usdsdg.writers.formats.shapes.pose import Pose, truncation_ratio
 from usdsdg.writers.options import label_params, typed
 
 RGB, BOXES, BOXES_3D, CAMERA = "rgb", "bounding_box_2d_tight_fast", "bounding_box_3d_fast", "camera_params"

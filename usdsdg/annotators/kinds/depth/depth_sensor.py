@@ -10,8 +10,8 @@ from typing import Any
 from pxr import Usd
 
 from usdsdg.annotators.frame import Frame
-from usdsdg.annotators.kinds import stereo
-from usdsdg.annotators.kinds.stereo import DepthSensor, Measurement
+from usdsdg.annotators.kinds.depth import stereo
+from usdsdg.annotators.kinds.depth.stereo import DepthSensor, Measurement
 from usdsdg.errors import AnnotatorError, Unsupported, warn_once
 from usdsdg.graph.sampling import generator, get_global_seed
 from usdsdg.session.settings_store import DEFAULTS, get_settings

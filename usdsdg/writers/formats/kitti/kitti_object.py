@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.writers.formats.camera_projection import camera_matrix
-from usdsdg.writers.formats.pose import Pose
+from usdsdg.writers.formats.shapes.camera_projection import camera_matrix
+from usdsdg.writers.formats.shapes.pose import Pose
 
 # From USD's camera frame (x right, y up, looking along -z).
 _AXES = np.array([1.0, -1.0, -1.0])

@@ -10,10 +10,10 @@ import numpy as np
 
 from usdsdg.annotators.base import Annotation, define
 from usdsdg.annotators.frame import Frame
-from usdsdg.annotators.kinds import stereo
-from usdsdg.annotators.kinds.depth_images import visualization
-from usdsdg.annotators.kinds.depth_sensor import ATTRIBUTES, measurement, parameter
-from usdsdg.annotators.kinds.stereo import Measurement
+from usdsdg.annotators.kinds.depth import stereo
+from usdsdg.annotators.kinds.depth.depth_images import visualization
+from usdsdg.annotators.kinds.depth.depth_sensor import ATTRIBUTES, measurement, parameter
+from usdsdg.annotators.kinds.depth.stereo import Measurement
 from usdsdg.errors import warn_once
 
 Params = Mapping[str, Any]

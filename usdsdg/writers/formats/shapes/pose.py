@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from pxr import Gf
 
-from usdsdg.writers.formats import cuboid
-from usdsdg.writers.formats.camera_projection import clip_to_front, has_near_plane, project
+from usdsdg.writers.formats.shapes import cuboid
+from usdsdg.writers.formats.shapes.camera_projection import clip_to_front, has_near_plane, project
 
 
 class Pose:

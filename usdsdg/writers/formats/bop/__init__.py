@@ -1,0 +1,1 @@
+"""The BOP form: scenes with poses in millimeters, masks, and models."""

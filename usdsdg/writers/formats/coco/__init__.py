@@ -1,0 +1,1 @@
+"""The COCO form: images, categories, boxes, and masks as run lengths."""

@@ -1,0 +1,1 @@
+"""Shapes that several forms write: projected points, cuboids, poses, masks, outlines, drawings."""

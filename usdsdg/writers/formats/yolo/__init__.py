@@ -1,0 +1,1 @@
+"""The YOLO form: one text file of normalized shapes a picture."""
