@@ -9,6 +9,7 @@ SOAKS = {
     "spellings": "the object-based tutorial script in the spellings of Isaac Sim 4.2, 5.1 and 6.0: the same files",
     "label_faults": "every kind of label fault put into datasets: `usdsdg verify` finds all but one at most",
     "label_clean": "2,000 frames in every format, without a fault: `usdsdg verify` finds none",
+    "formats": "200 cluttered frames in every dataset format, read and scored by the formats' own tools",
     "physics_calm": "drops, rebounds, stacks, overlaps, piles and the object-based scene, each with its limit",
 }
 
