@@ -18,9 +18,10 @@ USDSDG = {
     "rng": "session graph",
     "distribution": "errors arguments graph",
     "scatter": "errors stage arguments",
+    "calibration": "errors stage arguments",
     # what scripts call
     "modify": "errors stage session arguments graph distribution scatter",
-    "create": "errors stage session arguments graph distribution modify",
+    "create": "errors stage session arguments graph distribution modify calibration",
     "randomizer": "errors stage session arguments graph distribution scatter modify",
     "annotators": "errors stage session arguments graph",
     "writers": "errors stage session arguments annotators",

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from usdsdg.arguments.registry import register_function
-from usdsdg.create.cameras import camera, stereo_camera
+from usdsdg.create.cameras import camera, camera_rig, stereo_camera
 from usdsdg.create.groups import group, xform
 from usdsdg.create.lights import light
 from usdsdg.create.materials import material_omnipbr, mdl_from_json
@@ -19,8 +19,8 @@ from usdsdg.create.shapes import cone, cube, cylinder, disk, plane, sphere, toru
 from usdsdg.create.tiled_sensors import tiled_sensor
 
 __all__ = [
-    "camera", "cone", "cube", "cylinder", "disk", "from_dir", "from_usd", "group", "light", "material_omnipbr",
-    "mdl_from_json", "mesh_decal", "plane", "projection_material", "register", "render_product",
+    "camera", "camera_rig", "cone", "cube", "cylinder", "disk", "from_dir", "from_usd", "group", "light",
+    "material_omnipbr", "mdl_from_json", "mesh_decal", "plane", "projection_material", "register", "render_product",
     "render_product_tiled", "sphere", "stereo_camera", "tiled_sensor", "torus", "xform",
 ]  # fmt: skip
 

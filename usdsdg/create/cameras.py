@@ -1,5 +1,7 @@
-"""Cameras with all of Omniverse's lens models: `rep.create.camera` and `stereo_camera`."""
+"""Cameras with all of Omniverse's lens models: `rep.create.camera`, `stereo_camera` and `camera_rig`."""
 
+import inspect
+import os
 from typing import Any
 
 from pxr import Gf, Sdf, Usd, UsdGeom
@@ -7,6 +9,9 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 from usdsdg import modify
 from usdsdg.arguments.tick_rates import author_tick_rate
 from usdsdg.arguments.values import count_of, vector
+from usdsdg.calibration.calibration import author_calibration
+from usdsdg.calibration.files import read_calibration, read_rig
+from usdsdg.calibration.rig import author_mount
 from usdsdg.create.objects import apply_common_arguments, new_object, new_xform
 from usdsdg.errors import ArgumentError
 from usdsdg.graph.node import ReplicatorItem
@@ -29,6 +34,7 @@ def camera(
     fisheye_p0: Any = -0.00037, fisheye_p1: Any = -0.00074, fisheye_s0: Any = -0.00058, fisheye_s1: Any = -0.00022,
     fisheye_s2: Any = 0.00019, fisheye_s3: Any = -0.0002, cross_camera_reference_name: Any = None,
     count: int = 1, parent: Any = None, name: str | None = None, *, tick_rate: Any = None,
+    calibration: str | os.PathLike[str] | None = None,
 ) -> ReplicatorItem:  # fmt: skip
     """Create cameras. Focal length and apertures are in tenths of a stage unit, distances in stage units.
 
@@ -43,12 +49,18 @@ def camera(
         fisheye_max_fov: degrees.
         cross_camera_reference_name: the other camera of a stereo pair, for cross correspondence.
         tick_rate: frames per second of the sensor, which is authored only: every capture renders every camera.
+        calibration: YAML file of OpenCV, ROS or Kalibr with the lens of a real camera, instead of all arguments of the
+            lens; `camchain.yaml#cam1` is one of several. Give the render product the size of its pictures.
 
     Raises:
         ArgumentError: an unknown projection, or a clipping range that is not two numbers.
-        ArgumentError: `tick_rate` is not a number, 0 or more.
+        ArgumentError: `tick_rate` is not a number, 0 or more, or `calibration` is given with arguments of the lens.
+        ConfigError: the calibration cannot be read, or no lens here can express it.
     """
     arguments = dict(locals())
+    lens = None if calibration is None else read_calibration(calibration)
+    if lens is not None:
+        _refuse_lens_arguments(arguments)
     stage = current_stage()
     objects, cameras = [], []
     for _ in range(count_of(count)):
@@ -56,7 +68,56 @@ def camera(
         objects.append(prim)
         cameras.append(_camera_at(stage, child))
     author_tick_rate(cameras, tick_rate)
-    return _with_arguments("OgnCreateCamera", objects, cameras, arguments)
+    item = _with_arguments("OgnCreateCamera", objects, cameras, arguments)
+    if lens is not None:
+        for prim in cameras:
+            author_calibration(prim, lens)
+    return item
+
+
+def camera_rig(
+    rig: str | os.PathLike[str],
+    position: Any = None,
+    rotation: Any = None,
+    look_at: Any = None,
+    look_at_up_axis: Any = None,
+    *,
+    clipping_range: tuple[float, float] = (1.0, 1000000.0),
+    parent: Any = None,
+    name: str | None = None,
+) -> ReplicatorItem:
+    """Create calibrated cameras that move as one: an Xform with a camera prim below it for each of the rig.
+
+    The rig's z axis is ahead as a camera of `camera` looks; of Kalibr's files the rig is the first camera. `look_at`
+    turns the rig so that its first camera looks in that direction. `get_output_prims()["prims"][0].GetChildren()` are
+    its cameras, in the order of the file.
+
+    Args:
+        rig: YAML file: Kalibr's camchain, or a list called `rig` of mappings with `name`, `calibration` (a file, or the
+            keys of one) and the camera's place in the rig: `translation` [meters] and `quaternion` (w, x, y, z), or a
+            4 x 4 `matrix`, from the camera to the rig, both with x right, y down and z ahead.
+
+    Raises:
+        ConfigError: the file cannot be read, or a camera or its place is not usable; the message says what is.
+        ArgumentError: a clipping range that is not two numbers.
+    """
+    mounts = read_rig(rig).mounts
+    near, far = vector("clipping_range", clipping_range, 2)
+    stage, prim = current_stage(), new_xform(name or "CameraRig", parent)
+    for mount in mounts:
+        made = author_mount(stage, str(prim.GetPath()), mount)
+        UsdGeom.Camera(made).CreateClippingRangeAttr(Gf.Vec2f(near, far))
+    pose = {"position": position, "rotation": rotation, "look_at": look_at, "look_at_up_axis": look_at_up_axis}
+    return apply_common_arguments([prim], kind="OgnCreateCameraRig", name=name, **pose)
+
+
+def _refuse_lens_arguments(arguments: dict[str, Any]) -> None:
+    """Raise an ArgumentError where arguments of `camera` say another lens than the calibration."""
+    defaults = inspect.signature(camera).parameters
+    names = ("focal_length", "horizontal_aperture", "horizontal_aperture_offset", "vertical_aperture_offset")
+    given = [name for name in (*names, "projection_type", *LENS) if arguments[name] != defaults[name].default]
+    if given:
+        raise ArgumentError(f"camera: {', '.join(given)} cannot be given with a calibration, which is the whole lens")
 
 
 def stereo_camera(
