@@ -44,8 +44,9 @@ USDSDG = {
     "mirror": "errors stage session",
     "meshes": "errors stage session mirror",
     "example": "demo",
-    "inspect": "errors stage writers",
-    "verify": "errors stage session annotators writers record inspect",
+    "datasets": "errors stage writers record",
+    "inspect": "errors stage writers datasets",
+    "verify": "errors stage session annotators writers record datasets",
     "replicator_yaml": "errors session arguments graph orchestrator __init__",
     "scenarios": "errors stage session arguments graph create writers app orchestrator settings __init__",
     "compat": "errors stage session articulations arguments graph distribution create annotators writers functional "

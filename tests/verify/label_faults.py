@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from PIL import Image
 
-from usdsdg.verify.formats.coco import decoded
+from usdsdg.datasets.formats.coco import decoded
 from usdsdg.writers.formats.shapes import run_length
 
 

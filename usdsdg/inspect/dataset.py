@@ -4,9 +4,9 @@ import json
 from collections import Counter
 from pathlib import Path
 
+from usdsdg.datasets.listing import files_below
 from usdsdg.errors import DatasetError
 from usdsdg.inspect import read_basic, read_pose
-from usdsdg.inspect.listing import files_below
 from usdsdg.inspect.records import Dataset, Problem
 
 

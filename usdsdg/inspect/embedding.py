@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from usdsdg.datasets.formats.basic import DEPTHS
 from usdsdg.inspect import image_encoding
 from usdsdg.inspect.image_encoding import Encoded
-from usdsdg.inspect.read_basic import DEPTHS
 from usdsdg.inspect.records import Dataset, Frame, Problem
 
 Progress = Callable[[str, int, int | None], None]

@@ -1,8 +1,6 @@
-"""Listing of the files of a dataset, and reading that reports broken files as problems."""
+"""Reading of the files of a dataset that reports broken files as problems."""
 
 import json
-import os
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,18 +8,7 @@ import numpy as np
 
 from usdsdg.inspect.records import Dataset, Problem
 
-MAX_DEPTH = 6
 UNREADABLE = "unreadable file"
-
-
-def files_below(folder: Path) -> Iterator[Path]:
-    """Yield paths relative to `folder`, sorted within each folder, without hidden and very deep ones."""
-    for where, folders, names in os.walk(folder):
-        inside = Path(where).relative_to(folder)
-        folders[:] = sorted(name for name in folders if not name.startswith("."))
-        if len(inside.parts) >= MAX_DEPTH:
-            folders.clear()
-        yield from (inside / name for name in sorted(names) if not name.startswith("."))
 
 
 def read_json(dataset: Dataset, path: Path, frame: str | None = None) -> Any | None:

@@ -1,6 +1,5 @@
 """Reader of BasicWriter's folders: files per annotator and frame, flat or in a folder per render product."""
 
-import re
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,34 +7,17 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.datasets import cuboids
+from usdsdg.datasets.cuboids import CORNERS, CurvedCamera, PinholeCamera
+from usdsdg.datasets.formats.basic import BOXES, DEPTHS, FILE, PICTURES, SHOWN, view_of
+from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.errors import AssetError, Unsupported
-from usdsdg.inspect import cuboids
-from usdsdg.inspect.cuboids import CurvedCamera, PinholeCamera
 from usdsdg.inspect.listing import UNREADABLE, read_array, read_json
-from usdsdg.inspect.records import CORNERS, Dataset, Frame, Problem, SeenObject
+from usdsdg.inspect.records import Dataset, Frame, Problem
 from usdsdg.stage.cameras.lenses import LENS_MODELS
 from usdsdg.writers.formats.shapes.camera_projection import lens_of
 
 LOOKED_FOR = "BasicWriter's rgb_NNNN.png, bounding_box_2d_tight_NNNN.npy and the like"
-
-PICTURES = ("semantic_segmentation", "instance_segmentation", "instance_id_segmentation", "normals")
-DEPTHS = ("distance_to_camera", "distance_to_image_plane")
-BOXES = ("bounding_box_2d_tight", "bounding_box_2d_loose", "bounding_box_3d")
-OTHERS = (
-    "motion_vectors", "occlusion", "skeleton", r"pointcloud(?:_(?:rgb|normals|semantic|instance))?",
-    "amodal_instance_segmentation", "visibility", "truncation", "object_coordinates", "keypoints",
-    "bounding_box_2d_amodal", "oriented_bounding_box_2d(?:_amodal)?", "dense_correspondence(?:_visibility)?",
-)  # fmt: skip
-
-SHOWN = ("rgb", "camera_params", *PICTURES, *DEPTHS, *BOXES)
-
-_KINDS = "|".join((*SHOWN, *OTHERS))
-# The prefix is matched lazily: `pointcloud_rgb` is a kind, not a view with the kind `rgb`.
-FILE = re.compile(
-    rf"^(?:(?P<view>.+?)_)??(?P<kind>{_KINDS})(?:_(?P<table>labels|mapping|semantics_mapping|prim_paths|info))?"
-    r"_(?P<number>(?:\d+_)?\d+)\.(?P<ending>png|jpe?g|npy|json)$",
-    re.IGNORECASE,
-)
 
 Parts = dict[str, Path]
 # Camera, meters per unit and image size.
@@ -58,14 +40,6 @@ def read(dataset: Dataset, files: list[Path]) -> list[Path]:
         dataset.writers.append("BasicWriter")
         _check_complete(dataset, found)
     return mine
-
-
-def view_of(path: Path, match: re.Match[str]) -> str:
-    """Return the render product: the part before the annotator in the file name or in its folders."""
-    # pointcloud_rgb is in the folder pointcloud.
-    own = (match["kind"], match["kind"].split("_")[0])
-    folders = [part for part in path.parent.parts if part not in own]
-    return "/".join([*folders, *([match["view"]] if match["view"] else [])])
 
 
 def _picture(parts: Parts, kind: str) -> Path | None:

@@ -1,19 +1,19 @@
 """Reader of PoseWriter's folders: NNNNNN.png with NNNNNN.json, in its three formats."""
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from usdsdg.inspect import cuboids
-from usdsdg.inspect.cuboids import PinholeCamera
+from usdsdg.datasets import cuboids
+from usdsdg.datasets.cuboids import KEYPOINTS, PinholeCamera
+from usdsdg.datasets.formats.pose import FILE, view_of
+from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.inspect.listing import UNREADABLE, read_json
-from usdsdg.inspect.records import KEYPOINTS, Dataset, Frame, Problem, SeenObject
+from usdsdg.inspect.records import Dataset, Frame, Problem
 
 LOOKED_FOR = "PoseWriter's NNNNNN.png with NNNNNN.json"
-FILE = re.compile(r"^(?P<number>\d+)(?P<overlay>_overlay)?\.(?P<kind>png|jpe?g|json)$", re.IGNORECASE)
 
 # Per format the keys of the keypoints in the camera's frame and in the image.
 _POINTS = {
@@ -46,10 +46,6 @@ def read(dataset: Dataset, files: list[Path]) -> list[Path]:
         dataset.writers.append(f"PoseWriter, {name} format")
     _check_distances(dataset)
     return [path for parts in mine.values() for path in parts.values()]
-
-
-def view_of(path: Path) -> str:
-    return path.parent.as_posix() if path.parent.parts else ""
 
 
 def _read_frame(dataset: Dataset, view: str, number: str, parts: dict[str, Path]) -> str | None:

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.errors import OutputNotWritable
 from usdsdg.inspect import statistics
 from usdsdg.inspect.dataset import read_dataset
 from usdsdg.inspect.embedding import BUDGET, Embedding, Progress, Shown, embed
-from usdsdg.inspect.records import Dataset, SeenObject
+from usdsdg.inspect.records import Dataset
 
 # Number of problems of one kind that are listed; the rest is only counted.
 LISTED = 200

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.inspect.records import Dataset, Frame, SeenObject
+from usdsdg.datasets.seen_object import SeenObject
+from usdsdg.inspect.records import Dataset, Frame
 
 BINS = 24
 

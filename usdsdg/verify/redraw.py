@@ -13,6 +13,8 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdShade, UsdSkel
 
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.folder import Folder
 from usdsdg.errors import UsdsdgError
 from usdsdg.record import samples
 from usdsdg.record.frame_record import FrameRecord, ProductRecord
@@ -21,8 +23,6 @@ from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 from usdsdg.stage.semantics.label_filter import LabelFilter
 from usdsdg.stage.semantics.labels import get_labels, is_labeled
 from usdsdg.verify.checks.compare import differs, text
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.folder import Folder
 
 AOVS = ("instance", "distance_to_camera")
 # Where surfaces coincide either may be in front.

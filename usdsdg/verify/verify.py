@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.folder import Folder
+from usdsdg.datasets.reading import images
+from usdsdg.datasets.seen import Seen
 from usdsdg.errors import DatasetError
 from usdsdg.verify.checks import (
     arrays,
@@ -27,22 +31,10 @@ from usdsdg.verify.checks import (
 from usdsdg.verify.checks.coco import Coco
 from usdsdg.verify.checks.tables import Tables
 from usdsdg.verify.checks.yolo import Yolo
-from usdsdg.verify.faults import Fault, Faults, Report
-from usdsdg.verify.folder import Folder
-from usdsdg.verify.formats import basic as basic_files
-from usdsdg.verify.formats import bop as bop_files
-from usdsdg.verify.formats import coco as coco_files
-from usdsdg.verify.formats import cosmos as cosmos_files
-from usdsdg.verify.formats import drawn as drawn_files
-from usdsdg.verify.formats import kitti as kitti_files
-from usdsdg.verify.formats import pose as pose_files
-from usdsdg.verify.formats import yolo as yolo_files
 from usdsdg.verify.redraw import redraw
-from usdsdg.verify.seen import Seen
+from usdsdg.verify.report import Report
 
 Progress = Callable[[str, int, int | None], None]
-# COCO's and Cosmos's names contain those of BasicWriter, so they come first.
-FORMATS = (coco_files, cosmos_files, bop_files, yolo_files, kitti_files, drawn_files, basic_files, pose_files)
 MISSING = "there is no record beside the files, so only what they say of each other was checked"
 
 
@@ -65,7 +57,7 @@ def verify(
     tables = [Tables(data.classes), Coco(data.classes), kitti.Kitti(), Yolo(data.classes)]
     named = _images_by_checksum(data)
     read: set[str] = set()
-    for seen in _images(data, read):
+    for seen in (each.complete() for each in images(data, read)):
         report.formats[seen.format] += 1
         if data.records and seen.truth is None:
             report.notes.append(f"{seen.format}: image {seen.name} has no record")
@@ -99,14 +91,6 @@ def _found(check: Callable[..., Faults], seen: Seen, *others: Any) -> list[Fault
         what = f"values are not as the format of {seen.format} has them"
         faults.append(Fault(seen.files[-1], seen.name, what, "", f"{type(error).__name__}: {error}"))
     return faults
-
-
-def _images(data: Folder, read: set[str]) -> Iterator[Seen]:
-    """Yield every image of every format; a file belongs to the first format that knows it."""
-    for each in FORMATS:
-        for seen in each.read(data, [file for file in data.files if file not in read]):
-            read.update(seen.files)
-            yield seen
 
 
 def _images_by_checksum(data: Folder) -> dict[int, str]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.seen import Seen
 from usdsdg.record import samples
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.seen import Seen
 
 
 def check(seen: Seen) -> Faults:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.formats.bop import MILLIMETERS, NAME, TO_USD, Posed, Scene
+from usdsdg.datasets.seen import Seen
+from usdsdg.datasets.truth import Thing, Truth, extents
 from usdsdg.verify.checks.compare import differs, of_pixels, text
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.formats.bop import MILLIMETERS, NAME, TO_USD, Posed, Scene
-from usdsdg.verify.seen import Seen
-from usdsdg.verify.truth import Thing, Truth, extents
 
 _FILTERED = "bounding_box_3d_fast"
 _REACH = 2.0  # pixels by which the box of a model's projected points may differ from the object's
@@ -74,7 +74,7 @@ def _box(mask: np.ndarray) -> list[int]:
 
 def _projected(seen: Seen, scene: Scene, name: str, posed: Posed) -> Faults:
     """The pose projects the points of its model into the box of the whole object."""
-    model = scene.models.get(int(posed.pose["obj_id"]))
+    model = scene.models.points(int(posed.pose["obj_id"]))
     if model is None:
         yield Fault(scene.file, seen.name, f"{name} is of model {posed.pose['obj_id']}, which is not there")
         return

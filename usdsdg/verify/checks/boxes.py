@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.seen import Boxes, Ids, Occlusions, Seen
+from usdsdg.datasets.truth import Thing, extents
 from usdsdg.verify.checks.compare import differs, pairs, text
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.seen import Boxes, Ids, Occlusions, Seen
-from usdsdg.verify.truth import Thing, extents
 
 _CORNERS = ("x_min", "y_min", "x_max", "y_max")
 _SOLID = ("x_min", "y_min", "z_min", "x_max", "y_max", "z_max")

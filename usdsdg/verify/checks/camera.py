@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.seen import Camera, Seen
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.verify.checks.compare import differs, text
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.seen import Camera, Seen
 
 # float32 of the file's numbers.
 _RELATIVE = 1e-6

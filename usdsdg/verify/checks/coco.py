@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.seen import Mask, Masks, Seen
+from usdsdg.datasets.truth import Thing
 from usdsdg.verify.checks.compare import of_pixels
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.seen import Mask, Masks, Seen
-from usdsdg.verify.truth import Thing
 
 _OTHER = "other"
 _BLACK_IS_FINE = ("unlabelled", "background")

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.seen import Color, Seen
 from usdsdg.record import samples
 from usdsdg.record.frame_record import OPAQUE
 from usdsdg.verify.checks.compare import of_pixels, shapes_agree
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.seen import Color, Seen
 
 # Levels by which the mean of a block of a JPEG may be off.
 _LOSS = 12

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.verify.faults import Fault
-from usdsdg.verify.seen import Seen
+from usdsdg.datasets.faults import Fault
+from usdsdg.datasets.seen import Seen
 
 LISTED = 3
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from usdsdg.annotators.augmentations.filters import canny
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.formats.cosmos import NAME
+from usdsdg.datasets.seen import Seen
 from usdsdg.record import samples
 from usdsdg.verify.checks.compare import of_pixels
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.formats.cosmos import NAME
-from usdsdg.verify.seen import Seen
 
 _NEAR, _FAR = 0.1, 100.0
 # Of the share of each channel in a segment's color, which shading keeps; 8 bits lose some.

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.seen import Depth, Seen
+from usdsdg.datasets.truth import Truth, plane_depth
 from usdsdg.record import samples
 from usdsdg.verify.checks.compare import of_pixels, shapes_agree
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.seen import Depth, Seen
-from usdsdg.verify.truth import Truth, plane_depth
 
 _AOVS = {"camera": "distance_to_camera", "plane": "distance_to_image_plane"}
 _RELATIVE = 2e-5

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageColor, ImageDraw
 
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.formats.drawn import NAME
+from usdsdg.datasets.seen import Seen
+from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.verify.checks.compare import of_pixels
 from usdsdg.verify.checks.poses import keypoints
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.formats.drawn import NAME
-from usdsdg.verify.seen import Seen
-from usdsdg.verify.truth import Thing, Truth
 from usdsdg.writers.formats.shapes.drawing import clip_to_rectangle
 
 _KINDS = {"bounding_box_2d_tight_fast": "tight", "bounding_box_2d_loose_fast": "loose", "bounding_box_3d_fast": "3d"}

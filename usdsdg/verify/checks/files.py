@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.folder import Folder
 from usdsdg.record import FRAMES
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.folder import Folder
 
 
 def check(folder: Folder, read: Iterable[str]) -> Faults:

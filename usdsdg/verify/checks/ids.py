@@ -6,10 +6,10 @@ from collections import Counter
 
 import numpy as np
 
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.seen import Ids, Seen, unpacked
+from usdsdg.datasets.truth import INVALID, UNLABELLED, Truth
 from usdsdg.verify.checks.compare import LISTED, shapes_agree
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.seen import Ids, Seen, unpacked
-from usdsdg.verify.truth import INVALID, UNLABELLED, Truth
 
 
 def check(seen: Seen) -> Faults:

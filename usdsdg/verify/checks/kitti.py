@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.seen import Seen, packed, unpacked
+from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.verify.checks.compare import differs, of_pixels, text
 from usdsdg.verify.checks.poses import truncation
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.seen import Seen, packed, unpacked
-from usdsdg.verify.truth import Thing, Truth
 
 NAME, BOXES, CLASSES, INSTANCES = (
     "KittiWriter", "bounding_box_2d_tight_fast", "semantic_segmentation", "instance_segmentation_fast",

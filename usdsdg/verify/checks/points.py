@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.seen import Points, Seen
+from usdsdg.datasets.truth import points
 from usdsdg.record import samples
 from usdsdg.verify.checks.compare import differs, text
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.seen import Points, Seen
-from usdsdg.verify.truth import points
 
 _RELATIVE = 5e-5
 

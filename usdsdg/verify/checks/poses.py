@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.formats.pose import expected
+from usdsdg.datasets.seen import Posed, Poses, Seen
+from usdsdg.datasets.truth import Thing
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.verify.checks.compare import differs, pairs, text
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.formats.pose import expected
-from usdsdg.verify.seen import Posed, Poses, Seen
-from usdsdg.verify.truth import Thing
 
 _ORDER = ("Center", *(x + y + z for x in "LR" for y in "DU" for z in "BF"))
 _DOPE_FIRST = "LUF"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.seen import Boxes, Seen
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.seen import Boxes, Seen
 
 _SOLID = ("x_min", "y_min", "z_min", "x_max", "y_max", "z_max")
 # Relative to the size of the box and to the distance from the camera: float32 depth, and edges of tessellations.

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.seen import Ids, Seen, unpacked
+from usdsdg.datasets.truth import BACKGROUND, INVALID, UNLABELLED, text_of
 from usdsdg.record import CLASSES
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.seen import Ids, Seen, unpacked
-from usdsdg.verify.truth import BACKGROUND, INVALID, UNLABELLED, text_of
 
 _NOTHING = (BACKGROUND, UNLABELLED, INVALID)
 

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.formats.yolo import NAME
+from usdsdg.datasets.seen import Seen
+from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.record import CLASSES
 from usdsdg.verify.checks.compare import differs, of_pixels, text
-from usdsdg.verify.faults import Fault, Faults
-from usdsdg.verify.formats.yolo import NAME
-from usdsdg.verify.seen import Seen
-from usdsdg.verify.truth import Thing, Truth
 
 BOXES, DESCRIPTION = "bounding_box_2d_tight_fast", "data.yaml"
 _DIGITS = 2e-6  # of fractions of the picture

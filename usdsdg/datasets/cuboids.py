@@ -4,8 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdsdg.inspect.records import EDGES
 from usdsdg.stage.cameras.lens import Lens
+
+# Order of a cuboid's points in this package, and its edges as pairs of indices; the first four edges are those of the
+# face with the smallest local x.
+CORNERS = ("LDB", "LDF", "LUB", "LUF", "RDB", "RDF", "RUB", "RUF")
+KEYPOINTS = ("Center", *CORNERS)
+EDGES = ((1, 2), (2, 4), (4, 3), (3, 1), (5, 6), (6, 8), (8, 7), (7, 5), (1, 5), (2, 6), (3, 7), (4, 8))
 
 # Distance of the near clipping plane [stage units].
 NEAR = 1e-3
@@ -51,6 +56,17 @@ class ProjectedCuboid:
     cuboid: np.ndarray | None
     edges: np.ndarray | None
     axes: np.ndarray | None
+
+
+def unit_keypoints() -> np.ndarray:
+    """Return (9, 3) center and corners, in the order of KEYPOINTS, of a cube with side 1 around the origin."""
+    corners = [["LR".index(name[0]), "DU".index(name[1]), "BF".index(name[2])] for name in CORNERS]
+    return np.concatenate([np.zeros((1, 3)), np.array(corners) - 0.5])
+
+
+def box_keypoints(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return (9, 3) center and corners, in the order of KEYPOINTS, of a box between two corners."""
+    return (low + high) / 2.0 + unit_keypoints() * (high - low)
 
 
 def project_cuboid(keypoints_in_camera: np.ndarray, camera: PinholeCamera | CurvedCamera) -> ProjectedCuboid:

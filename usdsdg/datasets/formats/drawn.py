@@ -6,11 +6,13 @@ import re
 from collections.abc import Iterator
 from pathlib import PurePosixPath
 
-from usdsdg.verify.folder import Folder
-from usdsdg.verify.formats.matching import truth_of
-from usdsdg.verify.seen import Seen
+from usdsdg.datasets.folder import Folder
+from usdsdg.datasets.matching import truth_of
+from usdsdg.datasets.seen import Seen
+from usdsdg.datasets.seen_object import SeenObject
 
 NAME = "DataVisualizationWriter"
+LOOKED_FOR = "DataVisualizationWriter's bounding_box_2d_tight_fast_0000.png and the like"
 _FILE = re.compile(r"^(?P<kind>bounding_box_(?:2d_tight|2d_loose|3d)_fast)_(?P<number>\d+)\.png$")
 
 
@@ -23,7 +25,16 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
             found.setdefault((path.parent.as_posix(), match["number"]), {})[match["kind"]] = file
     for (view, number), parts in sorted(found.items()):
         seen = Seen(NAME, number, view, list(parts.values()), truth_of(folder, list(parts.values()), view))
-        for kind, file in parts.items():
-            if (image := folder.image(file, seen.name)) is not None:
-                seen.extra[kind] = (file, image)
+        seen.later(lambda made, parts=parts: _read_images(folder, made, parts))
         yield seen
+
+
+def objects(_seen: Seen) -> list[SeenObject]:
+    """Return nothing: the boxes are in the pictures."""
+    return []
+
+
+def _read_images(folder: Folder, seen: Seen, parts: dict[str, str]) -> None:
+    for kind, file in parts.items():
+        if (image := folder.image(file, seen.name)) is not None:
+            seen.extra[kind] = (file, image)

@@ -3,19 +3,40 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from usdsdg.inspect.read_basic import FILE, view_of
-from usdsdg.verify.folder import Folder
-from usdsdg.verify.formats.matching import truth_of
-from usdsdg.verify.seen import Boxes, Camera, Color, Depth, Ids, Occlusions, Points, Seen, packed
-from usdsdg.verify.truth import text_of
+from usdsdg.datasets.faults import Fault
+from usdsdg.datasets.folder import Folder
+from usdsdg.datasets.formats.basic_objects import objects
+from usdsdg.datasets.matching import truth_of
+from usdsdg.datasets.seen import Boxes, Camera, Color, Depth, Ids, Occlusions, Points, Seen, packed
+from usdsdg.datasets.truth import text_of
 
 NAME = "BasicWriter"
+LOOKED_FOR = "BasicWriter's rgb_NNNN.png, bounding_box_2d_tight_NNNN.npy and the like"
+PICTURES = ("semantic_segmentation", "instance_segmentation", "instance_id_segmentation", "normals")
+DEPTHS = ("distance_to_camera", "distance_to_image_plane")
+BOXES = ("bounding_box_2d_tight", "bounding_box_2d_loose", "bounding_box_3d")
+OTHERS = (
+    "motion_vectors", "occlusion", "skeleton", r"pointcloud(?:_(?:rgb|normals|semantic|instance))?",
+    "amodal_instance_segmentation", "visibility", "truncation", "object_coordinates", "keypoints",
+    "bounding_box_2d_amodal", "oriented_bounding_box_2d(?:_amodal)?", "dense_correspondence(?:_visibility)?",
+)  # fmt: skip
+
+SHOWN = ("rgb", "camera_params", *PICTURES, *DEPTHS, *BOXES)
+
+_KINDS = "|".join((*SHOWN, *OTHERS))
+# The prefix is matched lazily: `pointcloud_rgb` is a kind, not a view with the kind `rgb`.
+FILE = re.compile(
+    rf"^(?:(?P<view>.+?)_)??(?P<kind>{_KINDS})(?:_(?P<table>labels|mapping|semantics_mapping|prim_paths|info))?"
+    r"_(?P<number>(?:\d+_)?\d+)\.(?P<ending>png|jpe?g|npy|json)$",
+    re.IGNORECASE,
+)
 _BOXES = {"bounding_box_2d_tight": "tight", "bounding_box_2d_loose": "loose", "bounding_box_3d": "3d"}
 _DEPTHS = {"distance_to_camera": "camera", "distance_to_image_plane": "plane"}
 _TABLES = {
@@ -43,10 +64,30 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
             yield _seen(folder, view, number, parts)
 
 
+def view_of(path: Path, match: re.Match[str]) -> str:
+    """Return the render product: the part before the annotator in the file name or in its folders."""
+    # pointcloud_rgb is in the folder pointcloud.
+    own = (match["kind"], match["kind"].split("_")[0])
+    folders = [part for part in path.parent.parts if part not in own]
+    return "/".join([*folders, *([match["view"]] if match["view"] else [])])
+
+
 def _seen(folder: Folder, view: str, number: str, parts: Parts) -> Seen:
     seen = Seen(NAME, number, view, list(parts.values()), truth_of(folder, list(parts.values()), view))
     if seen.truth is not None:
         parts = {part: file for part, file in parts.items() if not seen.truth.is_augmented(part.split("/")[0])}
+    seen.picture = _image(parts, "rgb") or ""
+    seen.undrawn = [kind for part in parts if (kind := part.split("/")[0]) not in SHOWN]
+    for kind, short in _BOXES.items():
+        _read_boxes(folder, seen, parts, kind, short)
+    if seen.boxes:
+        seen.labels = seen.boxes[0].file
+    _read_camera(folder, seen, parts)
+    seen.later(lambda made: _read_images(folder, made, parts))
+    return seen
+
+
+def _read_images(folder: Folder, seen: Seen, parts: Parts) -> None:
     for kind in ("rgb", "normals"):
         file = _image(parts, kind)
         image = None if file is None else folder.image(file, seen.name)
@@ -55,12 +96,8 @@ def _seen(folder: Folder, view: str, number: str, parts: Parts) -> Seen:
             (seen.colors if kind == "rgb" else seen.normals).append(color)
     for kind, tables in _TABLES.items():
         _read_ids(folder, seen, parts, kind, tables)
-    for kind, short in _BOXES.items():
-        _read_boxes(folder, seen, parts, kind, short)
     _read_arrays(folder, seen, parts)
-    _read_camera(folder, seen, parts)
     _read_points(folder, seen, parts)
-    return seen
 
 
 def _image(parts: Parts, kind: str) -> str | None:
@@ -107,11 +144,29 @@ def _read_boxes(folder: Folder, seen: Seen, parts: Parts, kind: str, short: str)
     labels_file, paths_file = (parts.get(f"{kind}/{table}/json") for table in ("labels", "prim_paths"))
     table = folder.json(labels_file, seen.name) if labels_file else {}
     paths = folder.json(paths_file, seen.name) if paths_file else None
-    names = folder.parsed(
-        labels_file or file, seen.name, lambda: [text_of((table or {})[str(int(row["semanticId"]))]) for row in rows]
+    if labels_file is None:
+        folder.faults.append(Fault(file, seen.name, "has no file of labels"))
+    parsed = folder.parsed(
+        labels_file or file, seen.name, lambda: [_labels(folder, seen, file, table or {}, row) for row in rows]
     )
-    if names is not None:
-        seen.boxes.append(Boxes(file, short, names, paths, rows, _filter(seen, kind)))
+    if parsed is not None and table is not None and labels_file is not None:
+        names = [_name(each) for each in parsed]
+        seen.boxes.append(Boxes(file, short, list(map(text_of, parsed)), paths, rows, _filter(seen, kind), names))
+
+
+def _labels(folder: Folder, seen: Seen, file: str, table: Mapping[str, Any], row: np.void) -> Any:
+    """Return the labels of a row of boxes; "?" where the table does not have its id."""
+    number = str(int(row["semanticId"]))
+    if number not in table:
+        folder.faults.append(Fault(file, seen.name, f"a box has id {number}, which the labels file does not know"))
+    return table.get(number, "?")
+
+
+def _name(labels: Any) -> str:
+    """Return the class, or all labels where there is none."""
+    if isinstance(labels, Mapping):
+        return str(labels.get("class") or ", ".join(map(str, labels.values())))
+    return str(labels)
 
 
 def _read_arrays(folder: Folder, seen: Seen, parts: Parts) -> None:
@@ -169,3 +224,6 @@ def _read_points(folder: Folder, seen: Seen, parts: Parts) -> None:
             others[kind] = (other, values)
     whole = bool(seen.truth and seen.truth.parameter("pointcloud", "includeUnlabelled"))
     seen.points.append(Points(file, points, others, _filter(seen, "pointcloud"), whole))
+
+
+__all__ = ["BOXES", "DEPTHS", "FILE", "LOOKED_FOR", "NAME", "PICTURES", "SHOWN", "objects", "read", "view_of"]

@@ -3,9 +3,9 @@
 from collections import Counter
 from collections.abc import Sequence
 
+from usdsdg.datasets.folder import Folder
+from usdsdg.datasets.truth import Truth
 from usdsdg.record.frame_record import FrameRecord
-from usdsdg.verify.folder import Folder
-from usdsdg.verify.truth import Truth
 
 
 def record_of(folder: Folder, files: Sequence[str]) -> FrameRecord | None:

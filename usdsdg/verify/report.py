@@ -1,30 +1,12 @@
-"""What a verification finds: faults of files, and how much was looked at."""
+"""The result of a verification: faults, and how much was looked at."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-
-@dataclass(frozen=True)
-class Fault:
-    """Something wrong in one file: `what` in words, with what was expected and what was found instead."""
-
-    file: str
-    frame: str
-    what: str
-    expected: str = ""
-    found: str = ""
-
-    def line(self) -> str:
-        """Return the fault as a line of text."""
-        compared = f": expected {self.expected}, found {self.found}" if self.expected or self.found else ""
-        return f"{self.file}: frame {self.frame}: {self.what}{compared}"
-
-
-Faults = Iterator[Fault]
+from usdsdg.datasets.faults import Fault
 
 
 @dataclass

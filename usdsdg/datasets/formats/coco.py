@@ -10,13 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.verify.faults import Fault
-from usdsdg.verify.folder import Folder
-from usdsdg.verify.formats.matching import truth_of
-from usdsdg.verify.seen import Color, Mask, Masks, Seen
+from usdsdg.datasets.faults import Fault
+from usdsdg.datasets.folder import Folder
+from usdsdg.datasets.matching import truth_of
+from usdsdg.datasets.seen import Color, Mask, Masks, Seen
+from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.writers.formats.coco.coco_categories import Categories
 
 NAME = "CocoWriter"
+LOOKED_FOR = "CocoWriter's coco_annotations_0.json"
 _FILE = re.compile(r"^coco_annotations_.+\.json$")
 
 
@@ -66,15 +68,31 @@ def _image(folder: Folder, tables: _Tables, image: Mapping[str, Any]) -> Seen:
     seen = Seen(NAME, path.stem, "", mine, truth_of(folder, mine, str(path.parent)))
     seen.size = (int(image["width"]), int(image["height"]))
     masks = [_mask(each) for each in tables.by_image.get(image["id"], [])]
-    color = folder.image(str(path), seen.name)
-    if color is not None:
-        seen.colors.append(Color(str(path), color, exact=path.suffix.lower() == ".png"))
-    drawn = folder.image(panoptic, seen.name) if folder.has(panoptic) else None
-    if drawn is not None:
-        seen.extra["panoptic"] = (panoptic, drawn)
+    seen.picture, seen.labels = str(path), tables.file
+    seen.later(lambda made: _read_images(folder, made, panoptic))
     key = seen.truth.filter_of("bounding_box_2d_tight_fast") if seen.truth else ""
     seen.masks.append(Masks(tables.file, image, masks, tables.categories, _own(seen, tables), key))
     return seen
+
+
+def _read_images(folder: Folder, seen: Seen, panoptic: str) -> None:
+    color = folder.image(seen.picture, seen.name)
+    if color is not None:
+        seen.colors.append(Color(seen.picture, color, exact=seen.picture.lower().endswith(".png")))
+    drawn = folder.image(panoptic, seen.name) if folder.has(panoptic) else None
+    if drawn is not None:
+        seen.extra["panoptic"] = (panoptic, drawn)
+
+
+def objects(seen: Seen) -> list[SeenObject]:
+    """Return the objects of the annotations."""
+    return [_object(each, masks) for masks in seen.masks for each in masks.masks]
+
+
+def _object(mask: Mask, masks: Masks) -> SeenObject:
+    x, y, width, height = mask.box
+    name = masks.categories.get(mask.category, {}).get("name", mask.category)
+    return SeenObject(str(name), box=(x, y, x + width, y + height))
 
 
 def _own(seen: Seen, tables: _Tables) -> Mapping[str, Mapping[str, Any]]:
@@ -91,12 +109,16 @@ def _own(seen: Seen, tables: _Tables) -> Mapping[str, Mapping[str, Any]]:
 
 def _mask(values: Mapping[str, Any]) -> Mask:
     x, y, width, height = (float(each) for each in values["bbox"])
+    number, category = int(values["id"]), int(values["category_id"])
+    return Mask(number, category, (x, y, width, height), float(values["area"]), lambda: _decoded(values))
+
+
+def _decoded(values: Mapping[str, Any]) -> np.ndarray | None:
     encoded = values["segmentation"]
     try:
-        mask = decoded(encoded["counts"], tuple(encoded["size"]))
+        return decoded(encoded["counts"], tuple(encoded["size"]))
     except (ValueError, IndexError, TypeError):
-        mask = None
-    return Mask(int(values["id"]), int(values["category_id"]), (x, y, width, height), float(values["area"]), mask)
+        return None
 
 
 def decoded(counts: str | list[int], size: tuple[int, int]) -> np.ndarray:

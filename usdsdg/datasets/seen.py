@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass, field, fields
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from usdsdg.verify.truth import Truth
+from usdsdg.datasets.truth import Truth
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,7 @@ class Boxes:
     paths: list[str] | None
     rows: np.ndarray  # structured: x_min ... and occlusionRatio, 3D boxes also transform
     filter: str = ""
+    names: Sequence[str] = ()  # the labels as they are shown to people
 
 
 @dataclass(frozen=True)
@@ -110,7 +113,12 @@ class Mask:
     category: int
     box: tuple[float, float, float, float]  # x, y, width, height
     area: float
-    mask: np.ndarray | None  # (H, W) bool; None: it cannot be decoded
+    decode: Callable[[], np.ndarray | None]
+
+    @cached_property
+    def mask(self) -> np.ndarray | None:
+        """The pixels, (H, W) bool; None: they cannot be decoded."""
+        return self.decode()
 
 
 @dataclass(frozen=True)
@@ -146,6 +154,11 @@ class Seen:
     files: list[str]
     truth: Truth | None = None
     size: tuple[int, int] | None = None
+    variant: str = ""  # of the format, as "dope"
+    picture: str = ""  # file of the color image
+    labels: str = ""  # file of the labels; "" where there is none or it cannot be read
+    undrawn: list[str] = field(default_factory=list)  # kinds of its files that are neither objects nor images
+    notes: list[str] = field(default_factory=list)  # what cannot be drawn, and why
     colors: list[Color] = field(default_factory=list)
     ids: list[Ids] = field(default_factory=list)
     boxes: list[Boxes] = field(default_factory=list)
@@ -159,6 +172,22 @@ class Seen:
     normals: list[Color] = field(default_factory=list)
     lines: list[tuple[str, list[list[str]]]] = field(default_factory=list)  # KITTI's: file and fields of each line
     extra: dict[str, Any] = field(default_factory=dict)
+    steps: list[Callable[[Seen], None]] = field(default_factory=list)
+
+    def later(self, step: Callable[[Seen], None]) -> None:
+        """Do a step of the reading only where pixels are needed: it decodes images and adds them to what it is given.
+
+        So labels of many images are read without their pixels.
+        """
+        self.steps.append(step)
+
+    def complete(self) -> Seen:
+        """Return the same with all images decoded. This is without them still, so that their memory is not kept."""
+        copied = {each.name: copy(getattr(self, each.name)) for each in fields(self)}
+        made = Seen(**{**copied, "steps": []})
+        for step in self.steps:
+            step(made)
+        return made
 
     @property
     def name(self) -> str:

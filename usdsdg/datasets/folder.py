@@ -13,11 +13,11 @@ from typing import Any, TypeVar
 import numpy as np
 from PIL import Image
 
+from usdsdg.datasets.faults import Fault
+from usdsdg.datasets.listing import files_below
 from usdsdg.errors import DatasetError
-from usdsdg.inspect.listing import files_below
 from usdsdg.record import CLASSES, FRAMES, frame_record
 from usdsdg.record.frame_record import FrameRecord
-from usdsdg.verify.faults import Fault
 
 T = TypeVar("T")
 _BROKEN = (OSError, ValueError, KeyError, TypeError, EOFError, SyntaxError, zipfile.BadZipFile)
@@ -26,8 +26,10 @@ _BROKEN = (OSError, ValueError, KeyError, TypeError, EOFError, SyntaxError, zipf
 class Folder:
     """The files of a dataset, and what is recorded about them. Paths are relative, with slashes."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, recorded: bool = True) -> None:
         """
+        recorded: whether to read the records of frames.
+
         Raises:
             DatasetError: there is no such folder.
         """
@@ -36,7 +38,7 @@ class Folder:
         self.path = path
         self.faults: list[Fault] = []
         self.files = [each.as_posix() for each in files_below(path)]
-        self.records = self._records()
+        self.records = self._records() if recorded else []
         self.record_of = {file: record for record in self.records for file in record.files}
         self.classes: dict[str, Any] | None = self._read(CLASSES, "?", json.loads) if self.has(CLASSES) else None
         self._json = lru_cache(maxsize=64)(self._read_json)
@@ -48,6 +50,10 @@ class Folder:
     def image(self, file: str, frame: str) -> np.ndarray | None:
         """Return an image, (H, W) or (H, W, C); None if it is broken."""
         return self._read(file, frame, lambda data: np.array(Image.open(io.BytesIO(data))))
+
+    def image_size(self, file: str, frame: str) -> tuple[int, int] | None:
+        """Return width and height of an image without decoding it; None if it is broken."""
+        return self._read(file, frame, lambda data: Image.open(io.BytesIO(data)).size)
 
     def array(self, file: str, frame: str) -> np.ndarray | None:
         """Return the array of a .npy; None if it is broken."""

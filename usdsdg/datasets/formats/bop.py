@@ -1,0 +1,211 @@
+"""Reader of BopWriter's scenes."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import PurePosixPath
+from typing import Any
+
+import numpy as np
+
+from usdsdg.datasets import cuboids
+from usdsdg.datasets.cuboids import PinholeCamera
+from usdsdg.datasets.faults import Fault
+from usdsdg.datasets.folder import Folder
+from usdsdg.datasets.matching import record_of
+from usdsdg.datasets.seen import Camera, Color, Depth, Seen
+from usdsdg.datasets.seen_object import SeenObject
+from usdsdg.datasets.truth import Truth
+
+NAME = "BopWriter"
+LOOKED_FOR = "BopWriter's train/000000/scene_gt.json"
+_INFO = "models/models_info.json"
+_SHAPES = 1000  # ids of a class: those of its second shape have 1000 more
+MILLIMETERS = 1000.0  # per meter
+# To USD's camera axes, from x right, y down, z ahead.
+TO_USD = np.diag((1.0, -1.0, -1.0))
+_KINDS = ("rgb", "depth", "mask", "mask_visib")
+_TABLES = ("scene_camera", "scene_gt", "scene_gt_info")
+
+
+@dataclass
+class Posed:
+    """One object of an image."""
+
+    pose: Mapping[str, Any]  # of scene_gt
+    info: Mapping[str, Any]  # of scene_gt_info
+    whole: np.ndarray | None  # (H, W) bool
+    visible: np.ndarray | None
+
+
+@dataclass
+class Scene:
+    """The objects of one image."""
+
+    file: str
+    objects: list[Posed]
+    camera: np.ndarray  # (3, 3), pixels are 0 at the center of the first
+    models: Models
+    masks: list[str] = field(default_factory=list)  # files
+
+
+def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
+    """Yield what the files of each image say."""
+    by_scene: dict[str, dict[tuple[str, str], str]] = {}
+    for file in files:
+        path = PurePosixPath(file)
+        if len(path.parts) == 4 and path.parts[2] in _KINDS and path.parts[1].isdigit():
+            by_scene.setdefault("/".join(path.parts[:2]), {})[path.parts[2], path.stem] = file
+    models = Models(folder, files)
+    for root, parts in sorted(by_scene.items()):
+        names = [f"{root}/{name}.json" for name in _TABLES]
+        tables: list[dict[str, Any]] = [table for name in names if (table := folder.json(name, "all")) is not None]
+        if len(tables) < len(names):
+            continue
+        cameras, poses, infos = tables
+        pictures = sorted(stem for kind, stem in parts if kind == "rgb")
+        for table, name in zip(tables, names):
+            if sorted(table, key=int) != [str(int(stem)) for stem in pictures]:
+                folder.faults.append(
+                    Fault(name, "all", "has an entry for each picture", str(len(pictures)), str(len(table)))
+                )
+        for stem in pictures:
+            number = str(int(stem))
+            if all(number in table for table in tables):
+                mine = {key: file for key, file in parts.items() if key[1].split("_")[0] == stem}
+                values = (cameras[number], poses[number], infos[number])
+                seen = folder.parsed(
+                    names[0],
+                    f"{root}/{number}",
+                    lambda r=root, s=stem, m=mine, v=values: _seen(folder, r, s, m, v, models),
+                )
+                if seen is not None:
+                    yield seen
+
+
+class Models:
+    """The models of a dataset."""
+
+    def __init__(self, folder: Folder, files: list[str]) -> None:
+        self._folder = folder
+        self._files = {
+            int(path.stem[4:]): file
+            for file in files
+            if (path := PurePosixPath(file)).parts[0] == "models"
+            and path.suffix == ".ply"
+            and path.stem.startswith("obj_")
+        }
+        self.points = lru_cache(maxsize=None)(self._points)
+        info = folder.json(_INFO, "all") if folder.has(_INFO) else None
+        self.info: Mapping[str, Any] = info or {}
+
+    def _points(self, number: int) -> np.ndarray | None:
+        """Return the points (N, 3) of a model [mm]; None where there is none."""
+        file = self._files.get(number)
+        return None if file is None else self._folder.binary(file, "all", _points)
+
+    def keypoints(self, number: int) -> np.ndarray | None:
+        """Return center and corners of the box of a model [mm], (9, 3); None where it is not known."""
+        info = self.info.get(str(number))
+        if info is None:
+            return None
+        low = np.array([info[f"min_{axis}"] for axis in "xyz"], np.float64)
+        return cuboids.box_keypoints(low, low + [info[f"size_{axis}"] for axis in "xyz"])
+
+    def label(self, number: int) -> str:
+        """Return the name of the class of a model, or its file's where there is no table of classes."""
+        tables = (self._folder.classes or {}).get("tables", ())
+        rows = next((each["classes"] for each in tables if (each["filter"] or "") == "class:*"), ())
+        place = (number - 1) % _SHAPES
+        return str(rows[place]["name"]) if place < len(rows) else f"obj_{number:06d}"
+
+
+def _points(data: bytes) -> np.ndarray:
+    import trimesh
+
+    mesh: Any = trimesh.load(io.BytesIO(data), file_type="ply", process=False)
+    return np.array(mesh.vertices, np.float64)
+
+
+def _seen(
+    folder: Folder,
+    root: str,
+    stem: str,
+    parts: Mapping[tuple[str, str], str],
+    values: Any,
+    models: Models,
+) -> Seen:
+    camera, poses, infos = values
+    seen = Seen(NAME, stem, root, list(parts.values()))
+    record = record_of(folder, seen.files)
+    scene = int(PurePosixPath(root).name)
+    if record is not None and scene < len(record.products):
+        seen.truth = Truth(record, record.products[scene])
+    seen.picture, seen.labels = parts["rgb", stem], f"{root}/scene_gt.json"
+    matrix = np.array(camera["cam_K"], np.float64).reshape(3, 3)
+    view = np.eye(4)
+    unit = seen.truth.camera.meters_per_unit if seen.truth and seen.truth.camera else 1.0
+    view[:3, :3] = (TO_USD @ np.array(camera["cam_R_w2c"], np.float64).reshape(3, 3)).T
+    view[3, :3] = TO_USD @ np.array(camera["cam_t_w2c"], np.float64) / MILLIMETERS / unit
+    center = (matrix[0, 2] + 0.5, matrix[1, 2] + 0.5)
+    seen.cameras.append(Camera(f"{root}/scene_camera.json", view, 1e-7, None, float(matrix[0, 0]), center))
+    named = [
+        {kind: parts.get((kind, f"{stem}_{index:06d}")) for kind in ("mask", "mask_visib")}
+        for index in range(len(poses))
+    ]
+    for index, pair in enumerate(named):
+        for kind in (kind for kind, file in pair.items() if file is None):
+            folder.faults.append(Fault(f"{root}/{kind}/{stem}_{index:06d}.png", seen.name, "is missing"))
+    listed = [Posed(pose, info, None, None) for pose, info in zip(poses, infos, strict=True)]
+    masks = [file or "" for pair in named for file in pair.values()]
+    seen.extra["scene"] = Scene(f"{root}/scene_gt.json", listed, matrix, models, masks)
+    depth, step = parts.get(("depth", stem)), float(camera["depth_scale"]) / MILLIMETERS
+    seen.later(lambda made: _read_images(folder, made, depth, step, named))
+    return seen
+
+
+def _read_images(
+    folder: Folder, seen: Seen, depth: str | None, step: float, named: Sequence[Mapping[str, str | None]]
+) -> None:
+    if (image := folder.image(seen.picture, seen.name)) is not None:
+        seen.colors.append(Color(seen.picture, image, exact=seen.picture.endswith(".png")))
+    if depth is not None and (image := folder.image(depth, seen.name)) is not None:
+        meters = np.where(image == 0, np.inf, image.astype(np.float64) * step)
+        seen.depths.append(Depth(depth, "plane", meters, step, 0xFFFF * step))
+    scene: Scene = seen.extra["scene"]
+    complete = []
+    for posed, pair in zip(scene.objects, named, strict=True):
+        images = [None if file is None else folder.image(file, seen.name) for file in pair.values()]
+        whole, visible = (None if image is None else image > 0 for image in images)
+        complete.append(replace(posed, whole=whole, visible=visible))
+    seen.extra["scene"] = replace(scene, objects=complete)
+
+
+def objects(seen: Seen) -> list[SeenObject]:
+    """Return the objects of the poses, with the boxes of their models."""
+    scene: Scene = seen.extra["scene"]
+    return [_object(each, scene) for each in scene.objects]
+
+
+def _object(posed: Posed, scene: Scene) -> SeenObject:
+    number, info = int(posed.pose["obj_id"]), posed.info
+    made = SeenObject(scene.models.label(number), visibility=float(info["visib_fract"]))
+    made.box, made.loose = _edges(info["bbox_visib"]), _edges(info["bbox_obj"])
+    keypoints = scene.models.keypoints(number)
+    if keypoints is None:
+        return made
+    points = keypoints @ np.array(posed.pose["cam_R_m2c"], np.float64).reshape(3, 3).T + posed.pose["cam_t_m2c"]
+    made.distance = float(np.linalg.norm(points[0])) / MILLIMETERS
+    center = (scene.camera[0, 2] + 0.5, scene.camera[1, 2] + 0.5)
+    drawn = cuboids.project_cuboid(points @ TO_USD, PinholeCamera(float(scene.camera[0, 0]), center, np.eye(4)))
+    made.cuboid, made.edges, made.axes = drawn.cuboid, drawn.edges, drawn.axes
+    return made
+
+
+def _edges(box: Sequence[float]) -> tuple[float, float, float, float] | None:
+    """Return left, top, right and bottom edge; None for that of nothing."""
+    x, y, width, height = (float(each) for each in box)
+    return None if width < 0 else (x, y, x + width, y + height)

@@ -1,0 +1,17 @@
+"""Listing of the files of a dataset."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+MAX_DEPTH = 6
+
+
+def files_below(folder: Path) -> Iterator[Path]:
+    """Yield paths relative to `folder`, sorted within each folder, without hidden and very deep ones."""
+    for where, folders, names in os.walk(folder):
+        inside = Path(where).relative_to(folder)
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        if len(inside.parts) >= MAX_DEPTH:
+            folders.clear()
+        yield from (inside / name for name in sorted(names) if not name.startswith("."))

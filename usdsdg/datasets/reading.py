@@ -1,0 +1,51 @@
+"""Reading of all images of a folder, whatever their formats."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Protocol
+
+from usdsdg.datasets.folder import Folder
+from usdsdg.datasets.formats import basic, bop, coco, cosmos, drawn, kitti, pose, yolo
+from usdsdg.datasets.seen import Seen
+from usdsdg.datasets.seen_object import SeenObject
+
+
+class Format(Protocol):
+    """What a module of `usdsdg.datasets.formats` has: the reading that both `usdsdg verify` and `inspect` use."""
+
+    @property
+    def NAME(self) -> str:
+        """The name of the writer."""
+        ...
+
+    @property
+    def LOOKED_FOR(self) -> str:
+        """Files of it, for the message that nothing was found."""
+        ...
+
+    def read(self, folder: Folder, files: list[str], /) -> Iterator[Seen]:
+        """Yield what the files of each image say. `files` are those that belong to no other format.
+
+        What needs pixels is read by `Seen.later`.
+        """
+        ...
+
+    def objects(self, seen: Seen, /) -> list[SeenObject]:
+        """Return the objects of an image, as its labels have them, without looking at pixels."""
+        ...
+
+
+# COCO's and Cosmos's names contain those of BasicWriter, so they come first.
+FORMATS: tuple[Format, ...] = (coco, cosmos, bop, yolo, kitti, drawn, basic, pose)
+
+
+def images(folder: Folder, read: set[str]) -> Iterator[Seen]:
+    """Yield every image of every format; a file belongs to the first format that knows it.
+
+    read: gets the files of the images.
+    """
+    for each in FORMATS:
+        for seen in each.read(folder, [file for file in folder.files if file not in read]):
+            read.update(seen.files)
+            yield seen
