@@ -7,39 +7,27 @@ import os
 from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from usdsdg.errors import ConfigError
 from usdsdg.scenarios.camera_properties import checked_camera_properties
 from usdsdg.scenarios.config_file import read_config
+from usdsdg.scenarios.config_values import (
+    AtLeastOne,
+    Count,
+    Flag,
+    NotNegative,
+    Positive,
+    Range,
+    Section,
+    Shape,
+    Text,
+)
 from usdsdg.session.render_products import size_problem
 from usdsdg.stage.semantics.semantic_classes import read_semantic_classes
 
-# Numbers are strict: "3" and true are not numbers.
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
-NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
-Count = Annotated[int, Field(strict=True, ge=0)]
-AtLeastOne = Annotated[int, Field(strict=True, ge=1)]
-Text = Annotated[str, Field(strict=True, min_length=1)]
-Flag = Annotated[bool, Field(strict=True)]
-Shape = Literal["capsule", "cone", "cylinder", "sphere", "cube"]
 
-
-def _ordered(values: tuple[float, float]) -> tuple[float, float]:
-    if values[0] > values[1]:
-        raise ValueError(f"{list(values)} is the wrong way round; expected the smaller number first")
-    return values
-
-
-Range = Annotated[tuple[Positive, Positive], AfterValidator(_ordered)]
-
-
-class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class LaunchConfig(_Section):
+class LaunchConfig(Section):
     """Launch options of Isaac Sim, of which only the renderer has an effect."""
 
     renderer: Literal["RayTracedLighting", "RaytracedLighting", "PathTracing"] = Field(
@@ -48,7 +36,7 @@ class LaunchConfig(_Section):
     headless: Flag = Field(default=False, description="true or false; without effect, since there is never a window")
 
 
-class LabeledAsset(_Section):
+class LabeledAsset(Section):
     """One kind of labeled object."""
 
     url: Text = Field(description="path of a USD file under the assets root, for example /Isaac/Props/YCB/…/x.usd")
@@ -76,7 +64,7 @@ class LabeledAsset(_Section):
         return scale
 
 
-class PathTracing(_Section):
+class PathTracing(Section):
     """Options of the frames that are path traced with motion blur instead of rendered in the fast mode."""
 
     every: Count = Field(default=5, description="period in frames: 5 is frames 0, 5, 10, …; 0 is none")
@@ -86,7 +74,7 @@ class PathTracing(_Section):
     denoise: Flag = Field(default=False, description="true or false")
 
 
-class ObjectBasedConfig(_Section):
+class ObjectBasedConfig(Section):
     """All options of the object-based scenario. Lengths are in meters, times in seconds."""
 
     launch_config: LaunchConfig = Field(LaunchConfig(), description="a mapping with renderer and headless")
