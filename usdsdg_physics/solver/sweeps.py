@@ -85,11 +85,13 @@ class Sweeps:
     def __init__(self, solver: Any, device: wp.Device) -> None:
         import warp as wp
 
-        from usdsdg_physics.solver import sweep_kernels
+        from usdsdg_physics.solver import sweep_arrays
+        from usdsdg_physics.solver.sweep_kernels import arrange_rows, solve_rows
 
         self._solver, self._device = solver, device
+        self._arrange_rows, self._solve_rows = arrange_rows, solve_rows
         self._others = solver._launch_cpu_mf_gs_phase
-        self._rows = sweep_kernels.Rows()
+        self._rows = sweep_arrays.Rows()
         for name, attribute in _ROWS.items():
             setattr(self._rows, name, getattr(solver, attribute))
 
@@ -103,13 +105,13 @@ class Sweeps:
         def integers(count: int) -> wp.array:
             return wp.zeros(count, dtype=wp.int32, device=device)
 
-        islands = self._islands = sweep_kernels.Islands()
+        islands = self._islands = sweep_arrays.Islands()
         islands.node = wp.array(node, dtype=wp.int32, device=device)
         islands.dof = solver._world_dof_indices
         islands.velocity = wp.zeros(dofs, dtype=wp.float32, device=device)
         islands.count = integers(1)
         islands.order, islands.active = integers(units), integers(units)
-        numbers = sweep_kernels.NUMBERS_PER_FREE_ROW * free + sweep_kernels.HEADER_SIZE * (3 * dense + 1)
+        numbers = sweep_arrays.NUMBERS_PER_FREE_ROW * free + sweep_arrays.HEADER_SIZE * (3 * dense + 1)
         islands.numbers = wp.zeros(numbers, dtype=wp.float32, device=device)
         islands.blocks = wp.zeros(dense, dtype=wp.vec4i, device=device)
         islands.changed = integers(len(starts))
@@ -117,7 +119,7 @@ class Sweeps:
         islands.found = wp.zeros(units, dtype=wp.vec4i, device=device)
         islands.root, islands.latest = integers(len(starts)), integers(len(starts))
         islands.before, islands.step = integers(units), integers(units)
-        islands.begin = integers(sweep_kernels.SCHEDULE_STEPS + 1)
+        islands.begin = integers(sweep_arrays.SCHEDULE_STEPS + 1)
 
     def launch(
         self,
@@ -132,8 +134,6 @@ class Sweeps:
     ) -> None:
         """Take the place of the solver's method of the same arguments."""
         import warp as wp
-
-        from usdsdg_physics.solver.sweep_kernels import arrange_rows, solve_rows
 
         solver = self._solver
         if row_phase or regularize or friction_start_iteration:
@@ -150,9 +150,11 @@ class Sweeps:
         if rhs is solver._rhs:
             # The velocity sweeps that follow have other right-hand sides and the same rows.
             clamps = int(solver._velocity_limits_fused)
-            wp.launch(arrange_rows, dim=1, inputs=[self._rows, clamps], outputs=[self._islands], device=self._device)
+            wp.launch(
+                self._arrange_rows, dim=1, inputs=[self._rows, clamps], outputs=[self._islands], device=self._device
+            )
         wp.launch(
-            solve_rows,
+            self._solve_rows,
             dim=1,
             inputs=[
                 self._rows,
