@@ -1,9 +1,11 @@
 """Extents of collision shapes: bounding spheres, world boxes, thickness."""
 
+from collections.abc import Iterable, Mapping
+
 import numpy as np
 
 from usdsdg.stage.poses.rotations import matrix_from_quat
-from usdsdg_physics.scene.records import Shape
+from usdsdg_physics.scene.records import Collider, Shape
 
 
 def bounding_sphere(shape: Shape) -> tuple[float, float, float, float]:
@@ -54,6 +56,16 @@ def half_thickness(shape: Shape) -> float:
     if shape.kind == "box":
         return min(a, b, c)
     return a if shape.kind in ("sphere", "capsule") else min(a, b)
+
+
+def half_thicknesses(
+    colliders: Iterable[Collider], shape_index: Mapping[str, int], count: int, *, least: float = 0.0
+) -> np.ndarray:
+    """Return (count,) float32 [m]: `half_thickness` by shape index, at least `least`; zero of shapes that are none."""
+    found = np.zeros(count, np.float32)
+    for collider in colliders:
+        found[shape_index[collider.path]] = max(half_thickness(collider.shape), least)
+    return found
 
 
 def length(shape: Shape) -> float:

@@ -6,6 +6,7 @@
 import warp as wp
 
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
+from usdsdg_physics.corrections.contacts.contact_points import turning_velocity
 
 # Slower surfaces stick in any case, as those of bodies on each other, which gravity does not press together here.
 STICKING_SPEED = wp.constant(0.01)  # m/s
@@ -82,4 +83,4 @@ def point_velocity(
     if body < 0:
         return wp.vec3(0.0, 0.0, 0.0)
     arm = wp.transform_vector(body_q[body], point - center[body])
-    return wp.spatial_top(body_qd[body]) + wp.cross(wp.spatial_bottom(body_qd[body]), arm)
+    return turning_velocity(body_qd[body], arm)

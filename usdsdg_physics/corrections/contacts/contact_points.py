@@ -25,6 +25,12 @@ def world_point(body: int, point: wp.vec3, body_q: wp.array[wp.transform]):
 
 
 @wp.func
+def turning_velocity(motion: wp.spatial_vector, arm: wp.vec3):
+    """Return the velocity of a point [m/s], from the motion of a rigid body and the arm [m] that leads to the point."""
+    return wp.spatial_top(motion) + wp.cross(wp.spatial_bottom(motion), arm)
+
+
+@wp.func
 def body_point(body: int, point: wp.vec3, body_q: wp.array[wp.transform]):
     """Return a point of the world in the frame of a body, or of the world (-1)."""
     if body < 0:

@@ -8,9 +8,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from usdsdg_physics.scene.extents import half_thickness
+from usdsdg_physics.scene.extents import half_thicknesses
 from usdsdg_physics.scene.records import STATIC, Scene
 
 if TYPE_CHECKING:
@@ -46,12 +44,9 @@ class Depenetration:
         self._model, self._contacts = model, contacts
         # Whether the next step pushes at a collider; in all others nothing is launched.
         self.active = False
-        thickness = np.zeros(len(shape_index), np.float32)
-        self._static = set()
-        for collider in scene.colliders.values():
-            thickness[shape_index[collider.path]] = half_thickness(collider.shape)
-            if collider.body == STATIC:
-                self._static.add(shape_index[collider.path])
+        colliders = scene.colliders.values()
+        thickness = half_thicknesses(colliders, shape_index, len(shape_index))
+        self._static = {shape_index[collider.path] for collider in colliders if collider.body == STATIC}
         limits = [body.max_depenetration_velocity for body in scene.bodies.values()]
         device = model.device
         self._time_left = wp.zeros(len(shape_index), dtype=wp.float32, device=device)

@@ -6,6 +6,7 @@
 import warp as wp
 
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
+from usdsdg_physics.corrections.contacts.contact_points import turning_velocity
 
 
 @wp.kernel
@@ -52,7 +53,7 @@ def static_velocity(body: int, shape: int, point: wp.vec3, motion: wp.array[wp.s
     """Return the velocity of a static shape at a point [m]; zero for shapes of bodies."""
     if body >= 0:
         return wp.vec3(0.0, 0.0, 0.0)
-    return wp.spatial_top(motion[shape]) + wp.cross(wp.spatial_bottom(motion[shape]), point)
+    return turning_velocity(motion[shape], point)
 
 
 @wp.func

@@ -7,9 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from usdsdg_physics.scene.extents import half_thickness
+from usdsdg_physics.scene.extents import half_thicknesses
 from usdsdg_physics.scene.records import Scene
 
 if TYPE_CHECKING:
@@ -37,9 +35,8 @@ class Squeezes:
         import warp as wp
 
         self._model, self._free, self._contacts = model, free, contacts
-        thickness = np.zeros(model.shape_count, np.float32)
-        for collider in scene.colliders.values():
-            thickness[shape_index[collider.path]] = max(half_thickness(collider.shape), MIN_HALF_THICKNESS)
+        colliders = scene.colliders.values()
+        thickness = half_thicknesses(colliders, shape_index, model.shape_count, least=MIN_HALF_THICKNESS)
         self._half_thickness = wp.array(thickness, dtype=wp.float32, device=model.device)
         # (N,) not zero for bodies that overlap with others farther than what rests.
         self.squeezed = wp.zeros(model.body_count, dtype=wp.int32, device=model.device)

@@ -6,6 +6,7 @@
 import warp as wp
 
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
+from usdsdg_physics.corrections.contacts.contact_points import turning_velocity, world_point
 
 NEAREST = wp.constant(1.0e-9)  # m; nearer points have no direction
 MOVES = wp.constant(1.0e-4)  # m/s
@@ -45,8 +46,8 @@ def add_distance_contacts(
         return
     first = bodies[joint][0]
     second = bodies[joint][1]
-    start = placed(first, point0[joint], body_q)
-    end = placed(second, point1[joint], body_q)
+    start = world_point(first, point0[joint], body_q)
+    end = world_point(second, point1[joint], body_q)
     normal = end - start
     length = wp.length(normal)
     if length > NEAREST:
@@ -134,8 +135,8 @@ def pull_springs(
         if spring[joint][0] >= 0.0:
             first = bodies[joint][0]
             second = bodies[joint][1]
-            start = placed(first, point0[joint], body_q)
-            end = placed(second, point1[joint], body_q)
+            start = world_point(first, point0[joint], body_q)
+            end = world_point(second, point1[joint], body_q)
             normal = end - start
             length = wp.length(normal)
             excess = wp.max(length - distance[joint][1], 0.0) + wp.min(length - distance[joint][0], 0.0)
@@ -178,10 +179,9 @@ def note_broken_distances(
 
 
 @wp.func
-def placed(body: int, point: wp.vec3, body_q: wp.array[wp.transform]):
-    if body < 0:
-        return point
-    return wp.transform_point(body_q[body], point)
+def arm_of(body: int, point: wp.vec3, center: wp.array[wp.vec3], body_q: wp.array[wp.transform]):
+    """Return what leads from the center of mass of a body to a point of the world [m]."""
+    return point - wp.transform_point(body_q[body], center[body])
 
 
 @wp.func
@@ -194,8 +194,8 @@ def velocity_of(
 ):
     if body < 0:
         return wp.vec3(0.0, 0.0, 0.0)
-    arm = point - wp.transform_point(body_q[body], center[body])
-    return wp.spatial_top(body_qd[body]) + wp.cross(wp.spatial_bottom(body_qd[body]), arm)
+    arm = arm_of(body, point, center, body_q)
+    return turning_velocity(body_qd[body], arm)
 
 
 @wp.func
@@ -211,7 +211,7 @@ def inverse_of(
     """Return how easily a point of a body moves along a normal [1/kg]."""
     if body < 0:
         return 0.0
-    arm = point - wp.transform_point(body_q[body], center[body])
+    arm = arm_of(body, point, center, body_q)
     turn = wp.quat_rotate_inv(wp.transform_get_rotation(body_q[body]), wp.cross(arm, normal))
     return inverse_mass[body] + wp.dot(turn, inverse_inertia[body] * turn)
 
@@ -226,5 +226,5 @@ def push(
     body_f: wp.array[wp.spatial_vector],
 ):
     if body >= 0:
-        arm = point - wp.transform_point(body_q[body], center[body])
+        arm = arm_of(body, point, center, body_q)
         body_f[body] = body_f[body] + wp.spatial_vector(force, wp.cross(arm, force))
