@@ -6,29 +6,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from usdsdg_physics.corrections.bodies.free_flight import FreeFlight
-from usdsdg_physics.corrections.bodies.locked_axes import LockedAxes
-from usdsdg_physics.corrections.bodies.sleeping import Sleeping
-from usdsdg_physics.corrections.bodies.stabilization import REST_DELAY, Stabilization
-from usdsdg_physics.corrections.contacts.contact_coefficients import ContactCoefficients
-from usdsdg_physics.corrections.contacts.contact_report import ContactReport, ContactRows
-from usdsdg_physics.corrections.contacts.depenetration import Depenetration
-from usdsdg_physics.corrections.contacts.impacts import Impacts
-from usdsdg_physics.corrections.contacts.moving_surfaces import MovingSurfaces
-from usdsdg_physics.corrections.contacts.squeezes import Squeezes
-from usdsdg_physics.corrections.contacts.tunneling_guard import TunnelingGuard
-from usdsdg_physics.corrections.joints.distance_joints import DistanceJoints
-from usdsdg_physics.corrections.joints.joint_loads import JointLoads
-from usdsdg_physics.corrections.joints.links import Links
+from usdsdg_physics.corrections.bodies.stabilization import REST_DELAY
+from usdsdg_physics.corrections.contacts.contact_report import ContactRows
 from usdsdg_physics.model.build import (
     COLLIDES,
     DISABLED,
-    BuiltModel,
     build_model,
     build_pipeline,
     build_solver,
@@ -38,38 +24,21 @@ from usdsdg_physics.model.build import (
 from usdsdg_physics.scene.loop_cuts import cut_loops
 from usdsdg_physics.scene.records import Drive, Force, Scene, SurfaceVelocity
 from usdsdg_physics.world.compile_kernels import Progress, load_kernels, load_launched_kernels, prepare_newton
-from usdsdg_physics.world.contact_events import reports_of
 from usdsdg_physics.world.joints import Joints
 from usdsdg_physics.world.kinematic_motion import KinematicMotion
 from usdsdg_physics.world.small_bodies import SmallBodies
 from usdsdg_physics.world.static_motion import StaticMotion
 from usdsdg_physics.world.steady_forces import SteadyForces
+from usdsdg_physics.world.step_corrections import StepCorrections, StepKind
 from usdsdg_physics.world.step_records import StepRecords
 from usdsdg_physics.world.substeps import JOINT_FACTOR, SUBSTEPS_PER_SECOND, StaticMeshes, ordinary_substeps
 
 if TYPE_CHECKING:
-    import newton
     import warp as wp
 
 
 # Kinetic energy per mass [m²/s²] below which a body rests: that of 1 mm/s.
 REST_ENERGY = 5e-7
-
-
-@dataclass(frozen=True)
-class _StepKind:
-    """All that decides which kernels a step launches, and with which numbers."""
-
-    dt: float  # s
-    substeps: int
-    moves_kinematic: bool
-    depenetrates: bool
-    has_sleepers: bool
-
-    @property
-    def substep(self) -> float:
-        """Length of a substep [s]."""
-        return self.dt / self.substeps
 
 
 class World:
@@ -85,17 +54,12 @@ class World:
             capacity: factor on the usual capacity of the contact and constraint buffers.
             progress: hears about kernels being compiled.
         """
-        import warp as wp
-
-        from usdsdg_physics.corrections.contacts.contact_arrays import contact_arrays
-
         prepare_newton()
         count = len(scene.bodies)
         scene = cut_loops(scene)
         built = build_model(scene, device=device)
         self.model = built.model
-        ropes = distance_joints(scene)
-        self.pipeline = build_pipeline(self.model, capacity=capacity, extra=2 * len(ropes))
+        self.pipeline = build_pipeline(self.model, capacity=capacity, extra=2 * len(distance_joints(scene)))
         load_kernels(self.pipeline, progress=progress)
         self.solver = build_solver(built, self.pipeline, capacity=capacity)
         self.solver.restitution_velocity_threshold = scene.bounce_threshold
@@ -123,82 +87,21 @@ class World:
         self._meshes = StaticMeshes(scene, built.shape_index)
         self._small = SmallBodies(scene, self.model, SUBSTEPS_PER_SECOND)
 
-        contacts = contact_arrays(self._contacts)
-        thresholds = [body.sleep_threshold for body in bodies]
-        sleep_threshold = wp.array(thresholds, dtype=wp.float32, device=self.model.device)
-        inertia_per_mass = wp.array(built.inertia_per_mass, dtype=wp.float32, device=self.model.device)
-        self._tunneling_guard = TunnelingGuard(scene, self.model, built.shape_index, contacts)
-        self._sleeping = Sleeping(self.model, contacts, inertia_per_mass, sleep_threshold)
-        # Links follow from joint coordinates, so no correction moves them.
-        free = wp.array(self._dynamic & (built.dof >= 0), dtype=wp.int32, device=self.model.device)
-        coordinate, dof = (
-            wp.array(starts, dtype=wp.int32, device=self.model.device) for starts in (built.coordinate, built.dof)
-        )
-        self._free_flight = FreeFlight(self.model, free, coordinate, contacts)
-        self._depenetration = Depenetration(scene, self.model, built.shape_index, contacts, free, dof)
-        self._impacts = Impacts(self.model, free, contacts)
-        self._squeezes = Squeezes(scene, self.model, built.shape_index, free, contacts)
-        self._stabilization = Stabilization(scene, self.model, inertia_per_mass, sleep_threshold, free, coordinate, dof)
-        self._stabilization.set_gravity(self.gravity)
-        self._breakable = built.joints.breakable
-        self._loads = (
-            JointLoads(self.model, [row[1:] for row in self._breakable], built.joints.rubbing)
-            if self._breakable or built.joints.rubbing
-            else None
-        )
-        self._distances = (
-            DistanceJoints(
-                ropes,
-                self.model,
-                contacts,
-                body_index=built.body_index,
-                shapes=built.smooth_shapes,
-                free=free,
-                touched=self._free_flight.touched,
-                rest_time=self._stabilization.rest_time,
-            )
-            if ropes
-            else None
-        )
-        self._links = self._links_of(built, contacts) if self.joints is not None else None
-        # What few scenes have costs nothing in the others.
-        self._locked_axes = (
-            LockedAxes(scene, self.model, coordinate, dof)
-            if any(b.locked_position or b.locked_rotation for b in bodies)
-            else None
-        )
         self._static_motion = StaticMotion(scene, built.shape_index)
-        self._scene, self._contact_arrays = scene, contacts
-        self._surfaces: MovingSurfaces | None = None
+        self._corrections = StepCorrections(scene, built, self._contacts)
+        self._corrections.stabilization.set_gravity(self.gravity)
+        self._breakable = built.joints.breakable
+        self._records = StepRecords(self.model.device)
         if any(body.surface for body in bodies):
             self._add_surfaces()
-        self._coefficients = (
-            ContactCoefficients(
-                built.coefficients,
-                self.model,
-                contacts,
-                body_index=built.body_index,
-                shape_index=built.shape_index,
-                stand_in_index=built.stand_in_index,
-                gravity_enabled=self._stabilization.gravity_enabled,
-            )
-            if built.coefficients is not None
-            else None
-        )
         parts = np.bincount(self._whole)[self._whole] if len(self._whole) else np.ones(0)
         self._forces = SteadyForces(
             built.body_index, built.mass * parts, built.center, built.inertia * parts[:, None, None]
         )
         self._forces.set(scene.forces.values())
-        reported = [built.shape_index[path] for path in reports_of(scene)]
-        self._report = ContactReport(self.model, contacts, reported) if reported else None
-        breaks = self._distances is not None and self._distances.breakable
-        observed = {"contact_f"} if reported or breaks else set()
-        observed |= {"body_parent_f"} if self._loads is not None else set()
-        self._observables = self.solver.observables(observed, contacts=self._contacts)
+        self._observables = self.solver.observables(self._corrections.observables, contacts=self._contacts)
         self._latest_substeps = 0
         self._triggers = {built.shape_index[c.path] for c in scene.colliders.values() if c.trigger}
-        self._records = StepRecords(self.model.device)
 
         if self.model.device.is_cuda and bodies:
             self._load_kernels(progress)
@@ -229,7 +132,7 @@ class World:
         _assign_rows(self._state.joint_q, self._coordinate, q)
         if self.joints is not None:
             self.joints.teleport(self._state, {self._paths[index]: q[index] for index in indices})
-        self._tunneling_guard.mark_teleported(indices)
+        self._corrections.tunneling_guard.mark_teleported(indices)
         self.wake(indices)
 
     def set_velocities(self, indices: Sequence[int] | np.ndarray, velocities: np.ndarray) -> None:
@@ -279,21 +182,21 @@ class World:
 
     def wake(self, indices: Sequence[int] | np.ndarray | None = None) -> None:
         """Let bodies move again that are held at rest or asleep; None: all that are held at rest."""
-        self._stabilization.wake(indices)
+        self._corrections.stabilization.wake(indices)
         self._small.forget_rest()
         if indices is not None:
-            self._sleeping.set_asleep(indices, False)
+            self._corrections.sleeping.set_asleep(indices, False)
 
     def put_to_sleep(self, indices: Sequence[int]) -> None:
         """Zero the velocities of bodies and hold them where they are; kinematic ones stay as they are."""
         dynamic = [index for index in indices if self._dynamic[index]]
         if dynamic:
             self.set_velocities(dynamic, np.zeros((len(dynamic), 6)))
-            self._sleeping.set_asleep(dynamic, True)
+            self._corrections.sleeping.set_asleep(dynamic, True)
 
     def asleep(self) -> list[str]:
         """Return the paths of the bodies that are asleep."""
-        return [self.bodies[index] for index in self._sleeping.indices()]
+        return [self.bodies[index] for index in self._corrections.sleeping.indices()]
 
     def discard_contact_history(self) -> None:
         """Discard warm-start impulses and friction anchors; after a teleport they would pull bodies back."""
@@ -307,7 +210,7 @@ class World:
         x, y, z = gravity
         self.model.set_gravity((x, y, z))
         self.solver.notify_model_changed(newton.ModelFlags.MODEL_PROPERTIES)
-        self._stabilization.set_gravity(self.gravity)
+        self._corrections.stabilization.set_gravity(self.gravity)
         self._apply_gravity()
         self.wake()
 
@@ -366,8 +269,10 @@ class World:
         # The broad phase reads the collision group at every step, the shape's flags only when it is built.
         if enabled:
             groups = self.model.shape_collision_group.numpy().copy()
-            self._depenetration.activate([index for index, on in enabled.items() if on and groups[index] == DISABLED])
-            self._depenetration.deactivate([index for index, on in enabled.items() if not on])
+            self._corrections.depenetration.activate(
+                [index for index, on in enabled.items() if on and groups[index] == DISABLED]
+            )
+            self._corrections.depenetration.deactivate([index for index, on in enabled.items() if not on])
             for index, on in enabled.items():
                 groups[index] = COLLIDES if on and index not in self._triggers else DISABLED
             self.model.shape_collision_group.assign(groups)
@@ -381,15 +286,15 @@ class World:
         self.model.shape_transform.assign(transforms)
         if poses:
             enabled = self.model.shape_collision_group.numpy() == COLLIDES
-            self._depenetration.activate([index for index in poses if enabled[index]])
+            self._corrections.depenetration.activate([index for index in poses if enabled[index]])
         self._meshes.set_poses(poses)
         self._small.update_static()
         self.wake()
 
     def set_surfaces(self, surfaces: Mapping[int, SurfaceVelocity | None]) -> None:
         """Set the velocities of the surfaces of bodies."""
-        if self._surfaces is not None and surfaces:
-            self._surfaces.set_velocities(surfaces)
+        if self._corrections.surfaces is not None and surfaces:
+            self._corrections.surfaces.set_velocities(surfaces)
             self.wake()
 
     def set_forces(self, forces: Iterable[Force]) -> None:
@@ -411,12 +316,14 @@ class World:
     def step(self, dt: float) -> None:
         """Advance by `dt` seconds."""
         moving = self._kinematic.bodies
-        kind = _StepKind(dt, self._substeps(dt), bool(moving), self._depenetration.active, self._sleeping.any)
+        kind = StepKind(
+            dt, self._substeps(dt), bool(moving), self._corrections.depenetration.active, self._corrections.sleeping.any
+        )
         targets = np.zeros((0, 7))
         if moving:
             targets, velocities = self._kinematic.begin(self.poses(), dt, kind.substeps)
             self.set_velocities(moving, velocities)
-        if self._report is not None and self._report.reserve(kind.substeps):
+        if self._corrections.report is not None and self._corrections.report.reserve(kind.substeps):
             self._records = StepRecords(self.model.device)
         self._latest_substeps = kind.substeps
         self._move_surfaces(dt)
@@ -437,90 +344,44 @@ class World:
             self.set_velocities(moving, np.zeros((len(moving), 6)))
             self._kinematic.clear()
         if kind.depenetrates:
-            self._depenetration.finish()
+            self._corrections.depenetration.finish()
         if kind.has_sleepers:
-            self._sleeping.finish()
+            self._corrections.sleeping.finish()
 
     def _move_surfaces(self, dt: float) -> None:
         """Let static colliders that move carry what they touch during a step of `dt` seconds."""
         motion = self._static_motion.take(dt)
-        if motion and self._surfaces is None:
+        if motion and self._corrections.surfaces is None:
             self._add_surfaces()
-        if self._surfaces is not None:
-            self._surfaces.set_motion(motion)
+        if self._corrections.surfaces is not None:
+            self._corrections.surfaces.set_motion(motion)
 
     def _add_surfaces(self) -> None:
-        self._surfaces = MovingSurfaces(
-            self._scene, self.model, self._contacts, self._contact_arrays, self._stabilization.rest_time
-        )
+        self._corrections.add_surfaces()
         enable_surface_velocities(self.solver)
         self._records = StepRecords(self.model.device)
 
-    def _launch_step(self, kind: _StepKind) -> None:
+    def _launch_step(self, kind: StepKind) -> None:
         """Launch the kernels of a step; it may be recorded, so nothing here depends on what arrays hold."""
         import warp as wp
 
-        h = kind.substep
         before, after = self._state, self._next
-        self._free_flight.begin(before)
-        if self._distances is not None:
-            self._distances.begin(before)
-        if self._locked_axes is not None:
-            self._locked_axes.begin(before)
+        self._corrections.begin(before)
         for substep in range(kind.substeps):
             if kind.moves_kinematic:
-                self._kinematic.place(before, self._tunneling_guard.teleported, substep, kind.substeps)
+                self._kinematic.place(before, self._corrections.tunneling_guard.teleported, substep, kind.substeps)
                 if self.joints is not None:
                     self.joints.place(before)
             self.pipeline.collide(before, self._contacts)
-            self._free_flight.note_contacts()
-            self._tunneling_guard.redirect_contacts(before)
-            if kind.depenetrates:
-                self._depenetration.raise_velocities(before)
-            if kind.has_sleepers:
-                self._sleeping.wake_touched(before, h)
-            if self._report is not None:
-                self._report.note_contacts(before, substep)
-            self._squeezes.redirect_contacts(before)
-            self._prepare_contacts(before, h)
-            if self._links is not None:
-                self._links.keep_awake(before)
-            self._impacts.center_contacts(before, h)
-            if self._distances is not None:
-                self._distances.add_contacts(before, self._surfaces.velocity if self._surfaces is not None else None, h)
-            self.solver.step(before, after, self._control, self._contacts, h, observables=self._observables)
-            if self._report is not None:
-                assert self._observables.contact_f is not None
-                self._report.note_forces(self._observables.contact_f, substep, h)
-            if self._distances is not None and self._distances.breakable:
-                assert self._observables.contact_f is not None
-                self._distances.note_forces(self._observables.contact_f)
-            if self._links is not None:
-                self._links.revert_nonfinite(before, after)
-            if self._loads is not None:
-                assert self._observables.body_parent_f is not None
-                self._loads.apply(after, self._observables.body_parent_f)
-            if self._locked_axes is not None:
-                self._locked_axes.apply(before, after, h)
-            self._stabilization.apply(before, after, self._sleeping.asleep, self._squeezes.squeezed, h)
-            if kind.depenetrates:
-                self._depenetration.clamp_velocities(before, after, h)
+            self._corrections.before_solver(kind, substep, before)
+            self.solver.step(before, after, self._control, self._contacts, kind.substep, observables=self._observables)
+            self._corrections.after_solver(kind, substep, before, after, self._observables)
             before, after = after, before
-        if self._distances is not None:
-            self._distances.finish((before, after))
         if before is not self._state:
             # The next step begins with the same arrays.
             for name in ("joint_q", "joint_qd", "body_q", "body_qd"):
                 wp.copy(getattr(self._state, name), getattr(before, name))
-        if kind.substeps > 1:
-            self._free_flight.finish(self._state, kind.dt)
-
-    def _prepare_contacts(self, state: newton.State, dt: float) -> None:
-        """Give the contacts the velocity of surfaces, and the coefficients of pairs of materials."""
-        if self._surfaces is not None:
-            self._surfaces.update_contacts(state)
-        if self._coefficients is not None:
-            self._coefficients.apply(state, self._surfaces.velocity if self._surfaces is not None else None, dt)
+        self._corrections.finish(kind, self._state, self._next)
 
     def _load_kernels(self, progress: Progress | None) -> None:
         """Load what a step launches on CUDA; the states, which it copies to and fro, stay as they are."""
@@ -531,7 +392,7 @@ class World:
             for state in (self._state, self._next)
             for array in (state.joint_q, state.joint_qd, state.body_q, state.body_qd)
         ]
-        ordinary = _StepKind(1.0 / 60.0, 2, False, False, False)
+        ordinary = StepKind(1.0 / 60.0, 2)
         load_launched_kernels(lambda: self._launch_step(ordinary), self.model.device, progress=progress)
         for array, clone in kept:
             wp.copy(array, clone)
@@ -539,7 +400,7 @@ class World:
 
     def reported_contacts(self) -> list[ContactRows]:
         """Return the contacts of the latest step whose shapes are reported, by substep."""
-        return [] if self._report is None else self._report.rows(self._latest_substeps)
+        return [] if self._corrections.report is None else self._corrections.report.rows(self._latest_substeps)
 
     @property
     def contacts_overflowed(self) -> bool:
@@ -550,14 +411,14 @@ class World:
 
     def broken_joints(self) -> list[str]:
         """Return the paths of the joints that have borne more than they can since the world was built."""
-        found = [] if self._distances is None else self._distances.broken()
-        if self._loads is not None and self._breakable:
-            found += [self._breakable[row][0] for row in self._loads.broken()]
+        found = [] if self._corrections.distances is None else self._corrections.distances.broken()
+        if self._corrections.loads is not None and self._breakable:
+            found += [self._breakable[row][0] for row in self._corrections.loads.broken()]
         return found
 
     def take_nonfinite(self) -> list[str]:
         """Return the paths of bodies with a step, since the last call, that was reverted because it was not finite."""
-        found = dict.fromkeys(int(self._whole[index]) for index in self._stabilization.take_nonfinite())
+        found = dict.fromkeys(int(self._whole[index]) for index in self._corrections.stabilization.take_nonfinite())
         return [self.bodies[index] for index in found]
 
     def _all_poses(self) -> np.ndarray:
@@ -577,20 +438,14 @@ class World:
         rows[halves] = rows[self._whole[halves]]
         return [*indices, *halves.tolist()]
 
-    def _links_of(self, built: BuiltModel, contacts: Any) -> Links:
-        tree = np.array([built.joints.links.get(path, -1) for path in built.body_index], np.int32)
-        ranges = np.array(built.joints.ranges, np.int32)
-        stabilization = self._stabilization
-        return Links(self.model, contacts, tree, ranges, stabilization.rest_time, stabilization.nonfinite_steps)
-
     def _substeps(self, dt: float) -> int:
-        factor = JOINT_FACTOR if self.joints is not None or self._distances is not None else 1
+        factor = JOINT_FACTOR if self.joints is not None or self._corrections.distances is not None else 1
         count = small = ordinary_substeps(dt)
         if not self.bodies or not (self._meshes or self._small):
             return factor * count
         poses, velocities = self._all_poses(), self._all_velocities()
         if self._small:
-            held = self._stabilization.rest_time.numpy() >= REST_DELAY
+            held = self._corrections.stabilization.rest_time.numpy() >= REST_DELAY
             pushed = self._kinematic.bodies or self._wrenches is not None or self._forces
             more = self._small.most if pushed else self._small.factor(dt, poses, velocities, held)
             small = ordinary_substeps(dt, rate=more * SUBSTEPS_PER_SECOND)
@@ -600,7 +455,7 @@ class World:
 
     def _apply_gravity(self) -> None:
         self._set_forces()
-        self._stabilization.set_gravity_enabled(self._gravity_enabled)
+        self._corrections.stabilization.set_gravity_enabled(self._gravity_enabled)
 
     def _set_forces(self, wrenches: np.ndarray | None = None) -> None:
         """Give bodies without gravity the opposite force, and all their `wrenches`; both states keep them."""
