@@ -110,7 +110,10 @@ LATE = {
         "the one object that owns the state of all packages names their parts, and makes each when it is first used",
     ),
     "usdsdg_physics.model.build": ("usdsdg_physics.contact_solver", "its kernels are defined where a scene needs them"),
-    "usdsdg_physics.world.step_corrections": ("usdsdg_physics.corrections", "its kernels are defined when a scene needs them"),
+    "usdsdg_physics.world.step_corrections": (
+        "usdsdg_physics.corrections",
+        "its kernels are defined when a scene needs them",
+    ),
     "usdsdg_physics.world.compile_kernels": (
         "usdsdg_physics.corrections usdsdg_physics.queries usdsdg_physics.solver",
         "defining kernels and compiling them is the work that this module does on two threads",
