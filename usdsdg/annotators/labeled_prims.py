@@ -286,26 +286,32 @@ class LabeledPrimReader:
             self._skinning.invalidate()
             self._hulls.clear()
             self._bounds.clear()
-        if changes.resynced or any(map(self._keypoints.affects, changes.changed.values())):
+        if changes.resynced or any(map(self._keypoints.affects, changes.by_names)):
             self._keypoints.invalidate()
         for root in changes.resynced:
             self._ownership = None
             self._labels.invalidate(root)
             self._hulls = {path: hull for path, hull in self._hulls.items() if not path.HasPrefix(root)}
             self._bounds = {path: known for path, known in self._bounds.items() if not path.HasPrefix(root)}
-            self._invalidate_bounds(root)
-        for path, names in changes.changed.items():
+            self._invalidate_bounds([root])
+        for names, paths in changes.by_names.items():
             if any(name.startswith(("semantics:", "semantic:")) for name in names):
                 self._ownership = None
                 self._labels.invalidate()
             if not _GEOMETRY.isdisjoint(names):
                 # Also those of the subsets of a mesh.
-                self._hulls = {at: hull for at, hull in self._hulls.items() if path not in (at, at.GetParentPath())}
-                self._invalidate_bounds(path)
+                edited = set(paths)
+                self._hulls = {
+                    at: hull
+                    for at, hull in self._hulls.items()
+                    if at not in edited and at.GetParentPath() not in edited
+                }
+                self._invalidate_bounds(edited)
             elif any(name.startswith("xformOp") for name in names):
                 # The bounds of labeled ancestors change; those in the prim's own frame do not.
-                self._invalidate_bounds(path.GetParentPath())
+                self._invalidate_bounds({path.GetParentPath() for path in paths})
 
-    def _invalidate_bounds(self, path: Sdf.Path) -> None:
-        for prefix in path.GetPrefixes():
-            self._bounds.pop(prefix, None)
+    def _invalidate_bounds(self, paths: Iterable[Sdf.Path]) -> None:
+        for path in paths:
+            for prefix in path.GetPrefixes():
+                self._bounds.pop(prefix, None)

@@ -27,4 +27,4 @@ def observe(requests: Requests, frames: Mapping[str, Frame]) -> None:
 def _has_label(frame: Frame) -> bool:
     """Whether any pixel shows a labeled prim."""
     labeled = np.append(frame.labeled_prims.row_of_gprim >= 0, False)  # index -1, no hit, is the last entry
-    return bool(labeled[np.unique(frame.aov("instance"))].any())
+    return bool(labeled.any()) and bool(labeled[frame.aov("instance")].any())

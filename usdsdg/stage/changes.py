@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
 
 from pxr import Sdf, Tf, Usd
 
@@ -26,6 +27,18 @@ class Changes:
 
     def __bool__(self) -> bool:
         return bool(self.resynced or self.changed or self.indices)
+
+    @cached_property
+    def by_names(self) -> dict[frozenset[str], list[Sdf.Path]]:
+        """The prims of `changed` by the names that changed on them.
+
+        A simulation or a randomizer changes the same few properties of many prims, so that readers need to decide only
+        once for each group whether it concerns them.
+        """
+        groups: dict[frozenset[str], list[Sdf.Path]] = {}
+        for path, names in self.changed.items():
+            groups.setdefault(frozenset(names), []).append(path)
+        return groups
 
 
 class ChangeTracker:
@@ -61,14 +74,13 @@ class ChangeTracker:
         properties = []
         for path, index in zip(edited, found):
             if index is None:
-                prim = path if path.IsAbsoluteRootOrPrimPath() else path.GetPrimPath()
+                prim, path, name = _parts(path)
                 if roots and _has_prefix(prim, roots):
                     continue
                 names = by_prim.setdefault(prim, set())
-                if prim is path:
+                if path is None:
                     continue
-                path = path if path.IsPrimPropertyPath() else _property_of(path)
-                names.add(path.name)
+                names.add(name)
             properties.append(path)
         return Changes(roots, by_prim, [index for index in found if index is not None], properties)
 
@@ -108,8 +120,15 @@ def _has_prefix(path: Sdf.Path, roots: set[Sdf.Path]) -> bool:
     return True
 
 
-def _property_of(path: Sdf.Path) -> Sdf.Path:
-    """Return the property of a path below it, such as a relationship's target."""
+# The properties that change are mostly those that changed before; pxr takes microseconds to take a path apart.
+@lru_cache(maxsize=1 << 16)
+def _parts(path: Sdf.Path) -> tuple[Sdf.Path, Sdf.Path | None, str]:
+    """Return the prim, property and name of the property of a path; None and "" for that of a prim.
+
+    Below a property, such as at a relationship's target, it is that property.
+    """
+    if path.IsAbsoluteRootOrPrimPath():
+        return path, None, ""
     while not path.IsPrimPropertyPath() and path.GetParentPath().ContainsPropertyElements():
         path = path.GetParentPath()
-    return path
+    return path.GetPrimPath(), path, path.name

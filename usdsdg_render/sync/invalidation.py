@@ -87,9 +87,12 @@ class DirtySetBuilder:
             self._add_resynced()
         if ROOT in changes.changed:  # up axis, units
             dirty.lights.add(ROOT)
-        for path, names in changes.changed.items():
-            for instance in self._instances_of(path) if self._has_prototypes else (path,):
-                self._add_properties(instance, names)
+        for names, paths in changes.by_names.items():
+            if all(map(_is_ignored, names)):
+                continue
+            for path in paths:
+                for instance in self._instances_of(path) if self._has_prototypes else (path,):
+                    self._add_properties(instance, names)
         return dirty
 
     def _instances_of(self, path: Sdf.Path) -> Iterator[Sdf.Path]:
@@ -116,7 +119,7 @@ class DirtySetBuilder:
             if is_below(prototype, dirty.resynced) or any(root.HasPrefix(prototype) for root in dirty.resynced):
                 dirty.instancers.update(instancers)
 
-    def _add_properties(self, path: Sdf.Path, names: set[str]) -> None:
+    def _add_properties(self, path: Sdf.Path, names: frozenset[str]) -> None:
         dirty = self._dirty
         others = [name for name in names if not name.startswith("xformOp")]
         if len(others) < len(names):
@@ -133,7 +136,7 @@ class DirtySetBuilder:
             elif name.startswith("collection:"):  # any binding or light may refer to it
                 dirty.bindings.add(ROOT)
                 dirty.lights.add(ROOT)
-            elif name in IGNORED_NAMES or name.startswith(prim_kinds.IGNORED_PREFIXES):
+            elif _is_ignored(name):
                 continue
             elif kind in (prim_kinds.LIGHT, prim_kinds.DOME):
                 dirty.lights.add(path)
@@ -167,3 +170,8 @@ class DirtySetBuilder:
         for prefix in path.GetPrefixes():
             self._dirty.instancers.update(self._instancers_of.get(prefix, ()))
         return True
+
+
+def _is_ignored(name: str) -> bool:
+    """Whether a property of this name never changes an image."""
+    return name in IGNORED_NAMES or name.startswith(prim_kinds.IGNORED_PREFIXES)
